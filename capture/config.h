@@ -1,0 +1,69 @@
+#pragma once
+// TOML configuration whose errors say file, line, key, what was found and what is allowed.
+//
+// A ConfigTable is read key by key; `finish()` then refuses keys that nobody read, so a typing mistake is never
+// silent. Example:
+//
+//   ConfigTable root = ConfigTable::load(dir / "session.toml", {"fisheye.source=images:fisheye-ldr.txt"});
+//   ConfigTable color = root.table("color");
+//   int width = color.integer("width", 1, 16384);
+//   double exposure = color.number("exposure", 1e-9, 1e9);
+//   root.finish();                       // checks this table and every table taken from it
+//
+// All functions throw InputError: "session.toml:7: color.width: found \"wide\", allowed: an integer from 1 to 16384".
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lumigraft {
+
+class ConfigTable {
+ public:
+  /// `overrides` are KEY=VALUE lines as of `--set`: dotted key, TOML value or bare string. They are laid over the
+  /// file before anything is read; errors in them name "--set KEY".
+  static ConfigTable load(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+  static ConfigTable parse(std::string_view text, const std::string& name, const std::vector<std::string>& overrides = {});
+
+  bool has(std::string_view key) const;
+
+  double number(std::string_view key, double low, double high) const;
+  double number(std::string_view key, double low, double high, double fallback) const;
+  int integer(std::string_view key, int low, int high) const;
+  int integer(std::string_view key, int low, int high, int fallback) const;
+  bool flag(std::string_view key, bool fallback) const;
+  std::string text(std::string_view key) const;
+  std::string text(std::string_view key, std::string_view fallback) const;
+  /// One of the allowed words.
+  std::string choice(std::string_view key, const std::vector<std::string>& allowed, std::string_view fallback) const;
+  /// Array of exactly `count` finite numbers.
+  std::vector<double> numbers(std::string_view key, std::size_t count) const;
+  /// 4x4 rigid transform as four rows; refuses NaN, a last row other than 0 0 0 1, and rotations that are not
+  /// orthonormal with determinant 1 to 1e-4. Row-major result.
+  std::vector<double> rigid_transform(std::string_view key) const;
+  /// Path relative to the file's folder; must exist.
+  std::filesystem::path existing_file(std::string_view key) const;
+
+  ConfigTable table(std::string_view key) const;                       ///< must be there
+  std::optional<ConfigTable> optional_table(std::string_view key) const;
+  std::vector<ConfigTable> tables(std::string_view key) const;         ///< [[key]]; empty where absent
+
+  const std::filesystem::path& file() const;
+  std::filesystem::path folder() const;                                ///< where relative paths start
+
+  [[noreturn]] void fail(std::string_view key, const std::string& found_and_allowed) const;
+  /// Refuses keys that were never asked for, in this table and those taken from it.
+  void finish() const;
+
+ private:
+  struct Document;
+  struct Node;
+  ConfigTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node);
+  std::shared_ptr<Document> document_;
+  std::shared_ptr<Node> node_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,15 @@
+#pragma once
+// The one error a person can cause: bad files, bad configuration, a bad command line.
+#include <stdexcept>
+#include <string>
+
+namespace lumigraft {
+
+/// Input that cannot be used. `what()` is one line: where (file:line: key), what was found, what is allowed.
+/// Thrown at start-up only; `main` prints it and exits with code 2. The frame loop never throws across a stage.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,68 @@
+#pragma once
+// What the cameras are and how they stand: session.toml, or the camera part of a kiosk's configuration.
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/camera_model.h"
+#include "capture/config.h"
+#include "capture/response.h"
+
+namespace lumigraft {
+
+struct ColorCamera {
+  std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:
+  CameraModel model;
+  double exposure = 1.0;
+  Response response = Response::srgb();
+};
+
+struct DepthCamera {
+  std::string source;
+  double unit_m = 0.001;   ///< metres per count
+  bool registered = true;  ///< the same pixels as colour
+  CameraModel model;       ///< where not registered
+  Eigen::Isometry3d T_color_depth = Eigen::Isometry3d::Identity();
+};
+
+struct FisheyeCamera {
+  std::string source;
+  CameraModel model;
+  double exposure = 1.0;
+  Response response = Response::srgb();
+  Eigen::Isometry3d T_tag_fisheye = Eigen::Isometry3d::Identity();
+};
+
+struct Tag {
+  std::string family = "tag36h11";
+  int id = 0;
+  double size_m = 0.16;  ///< edge of the black square
+};
+
+/// A real surface whose material an operator knows and no camera can tell. GGX alpha = roughness².
+struct RealSurface {
+  std::string name;
+  std::filesystem::path mesh;  ///< in the tag frame, metres
+  float roughness = 1.0f;
+  float metallic = 0.0f;
+  float specular = 0.0f;
+  Eigen::Vector3f base_color = Eigen::Vector3f::Zero();  ///< linear
+};
+
+struct Session {
+  std::filesystem::path folder;
+  std::string name;
+  ColorCamera color;
+  std::optional<DepthCamera> depth;
+  std::optional<FisheyeCamera> fisheye;
+  Tag tag;
+  std::vector<RealSurface> real_surfaces;
+};
+
+/// Reads the camera keys of `root`; leaves other tables for others to read, so the caller calls root.finish().
+/// Throws InputError.
+Session read_session(const ConfigTable& root);
+
+}  // namespace lumigraft

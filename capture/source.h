@@ -1,0 +1,57 @@
+#pragma once
+// Where pictures come from. One source may deliver several streams (a depth camera gives colour and depth).
+//
+// A live source blocks in next() until a picture is there or the timeout is over; a recording returns at once.
+// Drivers for V4L2, libcamera and Aravis implement the same three functions.
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "capture/frame.h"
+#include "capture/session.h"
+
+namespace lumigraft {
+
+/// Depth as the sensor gave it, before registration to colour.
+struct RawDepth {
+  Stamp stamp;
+  Image<std::uint16_t> counts;  ///< 0 = no measurement
+};
+
+/// A picture that could not be had: its place in the stream is kept, so pairing and counting stay right.
+struct LostPicture {
+  Stamp stamp;
+  Stream stream = Stream::color;
+  std::string reason;
+};
+
+using SourceItem = std::variant<Picture, RawDepth, LostPicture>;
+
+class Source {
+ public:
+  virtual ~Source() = default;
+  /// The next item of any of this source's streams, in time order per stream. Empty: end of a recording, or timeout.
+  virtual std::optional<SourceItem> next(std::chrono::milliseconds timeout) = 0;
+  /// True once a recording is over or a device is gone for good.
+  virtual bool finished() const = 0;
+  /// Back to the first picture. Live sources do nothing.
+  virtual void rewind() = 0;
+};
+
+/// FrameSets in order: opens the session's sources, registers depth to colour, pairs by timestamp.
+class FrameReader {
+ public:
+  virtual ~FrameReader() = default;
+  /// Empty: end of the recording (finished() is true), or timeout.
+  virtual std::optional<FrameSet> next(std::chrono::milliseconds timeout) = 0;
+  virtual bool finished() const = 0;
+  virtual void rewind() = 0;
+  virtual bool live() const = 0;
+};
+
+/// Opens and checks every source; contradictory or missing files throw InputError here, before the first frame.
+std::unique_ptr<FrameReader> open_frames(const Session& session);
+
+}  // namespace lumigraft

@@ -1,0 +1,68 @@
+#pragma once
+// The real room as a truncated signed distance field in the tag frame (Curless & Levoy 1996), sparse: bricks of 8³
+// voxels exist only near surfaces. A published field is immutable; copying it copies pointers.
+//
+// Voxel (i, j, k) of the infinite grid has its centre at voxel_m · (i, j, k) metres in the tag frame. Brick (a, b, c)
+// holds voxels 8a..8a+7, 8b..8b+7, 8c..8c+7; inside a brick the index is x + 8 (y + 8 z).
+// distance_m is positive in front of surfaces (in free space), negative behind, clamped to ± truncation_m.
+// A voxel with weight 0 was never seen: unknown, neither free nor solid.
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+
+namespace lumigraft {
+
+constexpr int kBrickEdge = 8;
+constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
+
+struct FieldBrick {
+  std::array<float, kBrickVoxels> distance_m{};
+  std::array<float, kBrickVoxels> weight{};            ///< sum of measurement weights, capped; 0 = unknown
+  std::array<Eigen::Vector3f, kBrickVoxels> radiance{};  ///< mean radiance towards the cameras, W/sr/m², near surfaces
+  std::array<float, kBrickVoxels> radiance_weight{};   ///< 0 = no colour seen
+};
+
+struct BrickKeyHash {
+  std::size_t operator()(const std::array<int, 3>& k) const {
+    return static_cast<std::size_t>(k[0]) * 73856093u ^ static_cast<std::size_t>(k[1]) * 19349663u ^
+           static_cast<std::size_t>(k[2]) * 83492791u;  // Teschner et al. 2003
+  }
+};
+using BrickKey = std::array<int, 3>;
+template <typename Brick>
+using BrickMap = std::unordered_map<BrickKey, std::shared_ptr<const Brick>, BrickKeyHash>;
+
+struct FieldSample {
+  float distance_m = 0;
+  float weight = 0;
+};
+
+struct RayHit {
+  Eigen::Vector3f position_m;  ///< tag frame
+  Eigen::Vector3f normal;      ///< unit, tag frame, towards free space
+  float distance_m = 0;        ///< along the ray
+};
+
+struct DistanceField {
+  float voxel_m = 0.008f;
+  float truncation_m = 0.032f;
+  std::uint64_t version = 0;  ///< grows with every publication that changed something
+  BrickMap<FieldBrick> bricks;
+
+  const FieldBrick* brick(const BrickKey& key) const;
+  /// Trilinear over known voxels; empty where fewer than all 8 neighbours are known.
+  std::optional<FieldSample> sample(const Eigen::Vector3f& position_m) const;
+  /// Central differences of `sample`, normalised; empty where unknown. Points to free space.
+  std::optional<Eigen::Vector3f> normal(const Eigen::Vector3f& position_m) const;
+  /// Mean radiance of the surface near a point (weighted over the voxels around it); empty where no colour was seen.
+  std::optional<Eigen::Vector3f> radiance(const Eigen::Vector3f& position_m) const;
+  /// First crossing from free to solid from `from_m` on along a unit direction, within [near_m, far_m]. Unknown space
+  /// is passed through.
+  std::optional<RayHit> raycast(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction, float near_m,
+                                float far_m) const;
+};
+
+}  // namespace lumigraft

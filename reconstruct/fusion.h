@@ -1,0 +1,34 @@
+#pragma once
+// Depth pictures into the distance field.
+#include <memory>
+
+#include "capture/frame.h"
+#include "capture/session.h"
+#include "reconstruct/distance_field.h"
+#include "reconstruct/pose.h"
+
+namespace lumigraft {
+
+struct FusionSettings {
+  double voxel_m = 0.008;
+  double truncation_voxels = 4.0;
+  double far_m = 5.0;       ///< depth beyond it is not fused
+  double weight_cap = 64;   ///< how long the past counts
+};
+
+/// Projective TSDF update with a sensor noise model: axial noise grows with depth² and with the angle of incidence
+/// (Nguyen, Izadi & Lovell 2012, eq. 3), weight = 1/σ². Carves free space. Colour is fused as radiance, weighted by
+/// facing; clipped pixels do not count.
+class FusionStage {
+ public:
+  FusionStage(const Session& session, const FusionSettings& settings);
+  ~FusionStage();
+  std::shared_ptr<const DistanceField> fuse(const FrameSet& frame, const Pose& pose);
+  void reset();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumigraft

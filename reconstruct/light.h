@@ -1,0 +1,67 @@
+#pragma once
+// The fish-eye picture split into lamps and the rest. No energy is counted twice: the lamps' irradiance plus the
+// remainder integrates to the picture.
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "capture/frame.h"
+#include "capture/session.h"
+#include "reconstruct/spherical_harmonics.h"
+
+namespace lumigraft {
+
+/// A lamp. The fish-eye gives direction, size and irradiance at its place; shading of the room gives the distance.
+/// While `distance_known` is false the lamp counts as infinitely far.
+struct PointLight {
+  int id = 0;                                                ///< stable over time
+  Eigen::Vector3f direction = Eigen::Vector3f::UnitZ();      ///< unit, tag frame, from the probe to the lamp
+  Eigen::Vector3f irradiance = Eigen::Vector3f::Zero();      ///< W/m² per channel at the probe, facing the lamp
+  float angular_radius_rad = 0;                              ///< of the disk with the same solid angle, at the probe
+  bool distance_known = false;
+  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();      ///< tag frame; where distance_known
+  Eigen::Vector3f intensity = Eigen::Vector3f::Zero();       ///< radiant intensity, W/sr per channel; where distance_known
+  float radius_m = 0;                                        ///< where distance_known
+  bool clipped = false;                                      ///< its power is a lower bound
+};
+
+/// Radiance as a latitude-longitude picture: column u is azimuth φ = 2π (u + 0.5)/width - π (φ = atan2(y, x)), row v is
+/// polar angle θ = π (v + 0.5)/height from +z (tag frame). Directions no camera saw hold the mean of what was seen
+/// nearest to them.
+struct EnvironmentPicture {
+  Image<float> radiance;
+  Eigen::Vector3f sample(const Eigen::Vector3f& direction) const;  ///< bilinear
+};
+
+struct Illumination {
+  Eigen::Vector3f probe_position_m = Eigen::Vector3f::Zero();  ///< where the fish-eye stands, tag frame
+  std::vector<PointLight> lights;    ///< strongest first
+  EnvironmentPicture remainder;      ///< everything but the lamps
+  Sh9 remainder_sh{};                ///< the same, projected
+  double clipped_fraction = 0;       ///< share of the fish-eye's pixels that are clipped
+  std::uint64_t version = 0;
+};
+
+struct LightSettings {
+  int max_lights = 8;
+};
+
+class LightStage {
+ public:
+  LightStage(const Session& session, const LightSettings& settings);
+  ~LightStage();
+  struct Result {
+    std::shared_ptr<const Illumination> illumination;  ///< the last one again where the frame has no fish-eye; may be null
+    std::vector<std::string> warnings;
+  };
+  Result extract(const FrameSet& frame);
+  void reset();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,24 @@
+#pragma once
+// What is known about the room at one moment. Immutable; stages publish parts at their own rates and share the rest.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/session.h"
+#include "reconstruct/albedo.h"
+#include "reconstruct/distance_field.h"
+#include "reconstruct/light.h"
+#include "reconstruct/pose.h"
+
+namespace lumigraft {
+
+struct Scene {
+  std::optional<Pose> pose;                              ///< empty: the tag is not in the picture
+  std::shared_ptr<const DistanceField> field;            ///< null until a depth picture was fused
+  std::shared_ptr<const Illumination> illumination;      ///< null until a fish-eye picture was seen
+  std::shared_ptr<const AlbedoField> albedo;             ///< null until solved
+  std::vector<std::string> warnings;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,71 @@
+#pragma once
+// The virtual objects: exhibit.toml, models, materials, motion.
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/config.h"
+#include "capture/image.h"
+
+namespace lumigraft {
+
+/// glTF 2.0 metallic-roughness. GGX alpha = roughness². specular 0 = Lambert alone (KHR_materials_specular).
+struct Material {
+  Eigen::Vector3f base_color = Eigen::Vector3f(0.8f, 0.8f, 0.8f);  ///< linear
+  float metallic = 0.0f;
+  float roughness = 1.0f;
+  float specular = 1.0f;
+};
+
+/// Triangles with attributes, in the model's own frame turned so that z is up, metres.
+struct Model {
+  struct Part {
+    Material material;
+    std::shared_ptr<const Image<std::uint8_t>> base_color_texture;  ///< sRGB, RGB; null: none
+    std::uint32_t first_index = 0, index_count = 0;
+  };
+  std::vector<Eigen::Vector3f> positions_m;
+  std::vector<Eigen::Vector3f> normals;    ///< unit
+  std::vector<Eigen::Vector2f> texcoords;  ///< zero where the model has none
+  std::vector<Eigen::Vector3f> colors;     ///< linear vertex colours, one where the model has none
+  std::vector<std::uint32_t> indices;      ///< three per triangle
+  std::vector<Part> parts;
+};
+
+/// glTF 2.0 (.gltf, .glb), PLY or OBJ. `up` is the model's up axis: "x", "y" or "z". Triangles without area and with
+/// NaN are dropped; a model with none left throws InputError.
+std::shared_ptr<const Model> load_model(const std::filesystem::path& path, char up);
+
+struct KeyFrame {
+  double time_s = 0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+
+struct VirtualObject {
+  std::string name;
+  std::shared_ptr<const Model> model;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< tag frame
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  double scale = 1.0;
+  bool rigid = true;
+  bool visible = true;
+  std::optional<Material> material;  ///< overrides the model's own
+  std::vector<KeyFrame> motion;      ///< sorted by time; position linear, rotation slerp, held at both ends
+
+  Eigen::Affine3d T_tag_model(double time_s) const;
+};
+
+struct Exhibit {
+  std::vector<VirtualObject> objects;
+};
+
+/// Reads [[object]] tables; the caller calls root.finish(). Throws InputError.
+Exhibit read_exhibit(const ConfigTable& root);
+
+}  // namespace lumigraft

@@ -1,0 +1,164 @@
+#pragma once
+// The whole of what passes may ask of a GPU. Vulkan implements it; anything with compute, 3D storage images and
+// integer atomics can.
+//
+// Shaders are named; their SPIR-V is built into the program. Every shader uses descriptor set 0 with explicit
+// bindings. Binding 0 is always the uniform block of the pass (std140, at most 4096 bytes, one struct from
+// relight/shaders/interop.h shared by C++ and GLSL); the command list copies it at record time.
+//
+// A CommandList records; submit() runs it and waits. Between two commands everything written is visible to what
+// follows (the list puts the barriers), in any combination of storage, sampled, attachment and copy use.
+// Errors: device failures throw GpuError; misuse throws std::logic_error.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lumigraft::gpu {
+
+class GpuError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+enum class Format { r8_unorm, rgba8_unorm, r16_float, rgba16_float, r32_float, rg32_float, rgba32_float, r32_uint, depth32_float };
+std::size_t bytes_per_texel(Format format);
+
+enum class Filter { nearest, linear, linear_mip_linear };  ///< all clamp to the edge
+
+struct TextureDesc {
+  std::string name;
+  int width = 1, height = 1, depth = 1;  ///< depth > 1 or volume = true makes a 3D texture
+  bool volume = false;
+  int mips = 1;
+  Format format = Format::rgba16_float;
+  bool attachment = false;  ///< may be drawn to; textures can always be sampled, stored to (not depth32) and copied
+};
+
+class Texture {
+ public:
+  virtual ~Texture() = default;
+  const TextureDesc& desc() const { return desc_; }
+
+ protected:
+  explicit Texture(TextureDesc desc) : desc_(std::move(desc)) {}
+  TextureDesc desc_;
+};
+
+class Buffer {
+ public:
+  virtual ~Buffer() = default;
+  std::size_t size_bytes() const { return size_bytes_; }
+
+ protected:
+  explicit Buffer(std::size_t size_bytes) : size_bytes_(size_bytes) {}
+  std::size_t size_bytes_;
+};
+
+class ComputePipeline {
+ public:
+  virtual ~ComputePipeline() = default;
+};
+class RasterPipeline {
+ public:
+  virtual ~RasterPipeline() = default;
+};
+
+enum class VertexFormat { float2, float3, float4 };
+struct VertexAttribute {
+  int location;
+  VertexFormat format;
+  int offset_bytes;
+};
+
+struct RasterDesc {
+  std::string vertex_shader, fragment_shader;
+  int vertex_stride_bytes = 0;
+  std::vector<VertexAttribute> attributes;
+  std::vector<Format> color_formats;
+  bool depth_test = true;  ///< less-or-equal against depth32_float, written
+  bool cull_back = false;  ///< front faces are counter-clockwise
+};
+
+struct Binding {
+  enum class Kind { sampled, storage_image, storage_buffer };
+  Kind kind;
+  int slot;  ///< layout(binding = slot), 1 and up
+  const Texture* texture = nullptr;
+  const Buffer* buffer = nullptr;
+  Filter filter = Filter::nearest;  ///< sampled
+  int mip = 0;                      ///< storage_image: the level written or read; sampled: the first level seen
+};
+Binding sampled(int slot, const Texture& texture, Filter filter = Filter::nearest);
+Binding image(int slot, const Texture& texture, int mip = 0);
+Binding storage(int slot, const Buffer& buffer);
+
+struct Attachment {
+  const Texture* texture = nullptr;
+  bool clear = true;
+  std::array<float, 4> clear_color{0, 0, 0, 0};
+};
+
+struct DrawCall {
+  std::vector<Binding> bindings;
+  std::span<const std::byte> params;  ///< copied at record time
+  const Buffer* vertices = nullptr;
+  const Buffer* indices = nullptr;  ///< 32-bit
+  std::uint32_t index_count = 0;
+};
+
+struct PassTime {
+  std::string name;
+  double gpu_ms = 0;  ///< between the device's timestamps
+};
+
+class CommandList {
+ public:
+  virtual ~CommandList() = default;
+  /// Starts a named span of time; it ends where the next one starts or the list ends.
+  virtual void begin_pass(std::string_view name) = 0;
+  virtual void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings,
+                        std::span<const std::byte> params, int groups_x, int groups_y = 1, int groups_z = 1) = 0;
+  virtual void draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
+                    std::span<const DrawCall> calls) = 0;
+  virtual void fill(const Buffer& buffer, std::uint32_t value) = 0;
+  virtual void clear(const Texture& texture, std::array<float, 4> value) = 0;  ///< all mips
+};
+
+class Device {
+ public:
+  virtual ~Device() = default;
+  virtual std::string name() const = 0;
+  virtual std::unique_ptr<Texture> create_texture(const TextureDesc& desc) = 0;
+  virtual std::unique_ptr<Buffer> create_buffer(std::size_t size_bytes, std::string_view name) = 0;
+  virtual std::unique_ptr<ComputePipeline> create_compute(std::string_view shader) = 0;
+  virtual std::unique_ptr<RasterPipeline> create_raster(const RasterDesc& desc) = 0;
+
+  virtual void upload(const Texture& texture, int mip, std::span<const std::byte> texels) = 0;
+  virtual void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) = 0;
+  virtual std::vector<std::byte> download(const Texture& texture, int mip = 0) = 0;
+  virtual std::vector<std::byte> download(const Buffer& buffer) = 0;
+
+  virtual std::unique_ptr<CommandList> begin() = 0;
+  virtual std::vector<PassTime> submit(CommandList& list) = 0;  ///< runs and waits
+};
+
+struct DeviceOptions {
+  bool validation = false;  ///< report API misuse as GpuError at submit
+};
+/// Picks a discrete GPU, else an integrated one, else a software one. Throws GpuError with the reason of every device
+/// that cannot be used.
+std::unique_ptr<Device> create_vulkan_device(const DeviceOptions& options);
+
+/// The bytes of a uniform struct, for `params`.
+template <typename T>
+std::span<const std::byte> bytes_of(const T& value) {
+  return std::as_bytes(std::span<const T, 1>(&value, 1));
+}
+
+}  // namespace lumigraft::gpu
