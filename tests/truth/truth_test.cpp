@@ -1,0 +1,125 @@
+// Composited pictures against path-traced truth: a table, kept from getting worse by recorded bounds.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "capture/config.h"
+#include "capture/session.h"
+#include "tests/truth/score.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> color_list(const fs::path& session) {
+  std::vector<std::string> paths;
+  std::ifstream list(session / "color.txt");
+  for (std::string line; std::getline(list, line);) {
+    std::istringstream words(line);
+    std::string time, path;
+    if (words >> time >> path && time[0] != '#') {
+      paths.push_back(path);
+    }
+  }
+  return paths;
+}
+
+struct SessionScore {
+  Score mean;
+  int frames = 0;
+};
+
+/// Replays a session with the program itself and scores every frame that has truth; a session that stands still has
+/// truth for its first frame alone, and its last frame is scored, when the scene has been learnt.
+SessionScore replay_and_score(const fs::path& session) {
+  const fs::path out = fs::temp_directory_path() / ("lumigraft-truth-" + session.filename().string());
+  fs::remove_all(out);
+  const std::string command =
+      std::string(LUMIGRAFT_PROGRAM) + " replay " + session.string() + " --out " + out.string() + " > /dev/null";
+  SessionScore result;
+  if (std::system(command.c_str()) != 0) {
+    ADD_FAILURE() << command;
+    return result;
+  }
+  const ConfigTable root = ConfigTable::load(session / "session.toml");
+  const double exposure = read_session(root).color.exposure;
+  const std::vector<std::string> colors = color_list(session);
+  std::map<int, fs::path> truths;
+  for (const auto& entry : fs::directory_iterator(session / "truth")) {
+    if (entry.is_directory()) {
+      truths[std::stoi(entry.path().filename().string())] = entry.path();
+    }
+  }
+  const bool still = truths.size() == 1;
+  for (const auto& [index, truth] : truths) {
+    const int frame = still ? static_cast<int>(colors.size()) - 1 : index;
+    char name[32];
+    std::snprintf(name, sizeof name, "frame_%06d.png", frame);
+    const Score score = score_picture(out / name, session / colors[frame], truth, exposure);
+    result.mean.relight_error += score.relight_error;
+    result.mean.object_error += score.object_error;
+    result.mean.psnr_db += score.psnr_db;
+    result.mean.psnr_affected_db += score.psnr_affected_db;
+    result.mean.psnr_unchanged_db += score.psnr_unchanged_db;
+    ++result.frames;
+  }
+  result.mean.relight_error /= result.frames;
+  result.mean.object_error /= result.frames;
+  result.mean.psnr_db /= result.frames;
+  result.mean.psnr_affected_db /= result.frames;
+  result.mean.psnr_unchanged_db /= result.frames;
+  fs::remove_all(out);
+  return result;
+}
+
+/// Scores a session and holds it to its bound in bounds.toml: [session-name] relight_error = ..., psnr_db = ...
+void check(const fs::path& session) {
+  const std::string name = session.filename().string();
+  const SessionScore score = replay_and_score(session);
+  ASSERT_GT(score.frames, 0);
+  std::printf("TRUTH %-18s frames %2d  relight_error %.3f  object_error %.3f  psnr %.2f dB  affected %.2f dB  (unchanged %.2f dB)\n",
+              name.c_str(), score.frames, score.mean.relight_error, score.mean.object_error, score.mean.psnr_db,
+              score.mean.psnr_affected_db, score.mean.psnr_unchanged_db);
+  const ConfigTable bounds = ConfigTable::load(fs::path(LUMIGRAFT_SOURCE_DIR) / "tests/truth/bounds.toml");
+  if (const auto bound = bounds.optional_table(name)) {
+    EXPECT_LE(score.mean.relight_error, bound->number("relight_error", 0, 10));
+    EXPECT_GE(score.mean.psnr_db, bound->number("psnr_db", 0, 100));
+  }
+  EXPECT_GT(score.mean.psnr_db, score.mean.psnr_unchanged_db);
+}
+
+TEST(Truth, OwnRecordings) {
+  for (const auto& entry : fs::directory_iterator(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings")) {
+    if (fs::exists(entry.path() / "truth")) {
+      check(entry.path());
+    }
+  }
+}
+
+TEST(Truth, ExtraSessions) {
+  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
+  if (extra == nullptr || !fs::exists(fs::path(extra) / "sessions")) {
+    GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions: only the project's own recordings are scored";
+  }
+  std::vector<fs::path> sessions;
+  for (const auto& entry : fs::directory_iterator(fs::path(extra) / "sessions")) {
+    if (fs::exists(entry.path() / "truth")) {
+      sessions.push_back(entry.path());
+    }
+  }
+  std::sort(sessions.begin(), sessions.end());
+  for (const fs::path& session : sessions) {
+    check(session);
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft
