@@ -26,7 +26,8 @@ class ConfigTable {
   /// `overrides` are KEY=VALUE lines as of `--set`: dotted key, TOML value or bare string. They are laid over the
   /// file before anything is read; errors in them name "--set KEY".
   static ConfigTable load(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
-  static ConfigTable parse(std::string_view text, const std::string& name, const std::vector<std::string>& overrides = {});
+  static ConfigTable parse(std::string_view text, const std::string& name,
+                           const std::vector<std::string>& overrides = {});
 
   bool has(std::string_view key) const;
 
@@ -47,12 +48,12 @@ class ConfigTable {
   /// Path relative to the file's folder; must exist.
   std::filesystem::path existing_file(std::string_view key) const;
 
-  ConfigTable table(std::string_view key) const;                       ///< must be there
+  ConfigTable table(std::string_view key) const;  ///< must be there
   std::optional<ConfigTable> optional_table(std::string_view key) const;
-  std::vector<ConfigTable> tables(std::string_view key) const;         ///< [[key]]; empty where absent
+  std::vector<ConfigTable> tables(std::string_view key) const;  ///< [[key]]; empty where absent
 
   const std::filesystem::path& file() const;
-  std::filesystem::path folder() const;                                ///< where relative paths start
+  std::filesystem::path folder() const;  ///< where relative paths start
 
   [[noreturn]] void fail(std::string_view key, const std::string& found_and_allowed) const;
   /// Refuses keys that were never asked for, in this table and those taken from it.
