@@ -1,0 +1,175 @@
+#include "capture/session.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lumigraft {
+namespace {
+
+constexpr int kLargestSide = 16384;
+constexpr double kLargestFocal = 1e6;
+
+/// A source URI of a kind this build can open. The file behind it is looked at when the session is opened.
+std::string source_uri(const ConfigTable& table) {
+  const std::string uri = table.text("source");
+  const std::size_t colon = uri.find(':');
+  const std::string kind = uri.substr(0, colon);
+  const bool needs_file = kind == "images" || kind == "mkv" || kind == "oni";
+  if (colon == std::string::npos || (!needs_file && kind != "openni2")) {
+    table.fail("source", "found \"" + uri + "\", allowed in this build: images:LIST, mkv:FILE, oni:FILE, openni2:");
+  }
+  if (needs_file && colon + 1 == uri.size()) {
+    table.fail("source", "found \"" + uri + "\", allowed: a file after the colon");
+  }
+  return uri;
+}
+
+Response read_response(const ConfigTable& table) {
+  const std::string name = table.text("response", "srgb");
+  if (name == "srgb") {
+    return Response::srgb();
+  }
+  return name == "linear" ? Response::linear() : Response::from_file(table.existing_file("response"));
+}
+
+void read_principal_point(const ConfigTable& table, CameraModel& model) {
+  model.cx = table.number("cx", -kLargestSide, 2.0 * kLargestSide);
+  model.cy = table.number("cy", -kLargestSide, 2.0 * kLargestSide);
+}
+
+CameraModel read_pinhole(const ConfigTable& table) {
+  CameraModel model;
+  model.fx = table.number("fx", 1.0, kLargestFocal);
+  model.fy = table.number("fy", 1.0, kLargestFocal);
+  read_principal_point(table, model);
+  if (table.has("distortion")) {
+    const std::vector<double> d = table.numbers("distortion", 5);
+    std::copy(d.begin(), d.end(), model.distortion.begin());
+  }
+  return model;
+}
+
+CameraModel read_fisheye_model(const ConfigTable& table) {
+  CameraModel model;
+  model.width = table.integer("width", 1, kLargestSide);
+  model.height = table.integer("height", 1, kLargestSide);
+  read_principal_point(table, model);
+  model.fov_rad = table.number("fov_degrees", 1.0, 360.0) * std::numbers::pi / 180.0;
+  if (table.choice("model", {"equidistant", "kannala-brandt"}, "equidistant") == "equidistant") {
+    model.kind = CameraModel::Kind::equidistant;
+    model.fx = model.fy = table.number("f", 1.0, kLargestFocal);
+    return model;
+  }
+  model.kind = CameraModel::Kind::kannala_brandt;
+  model.fx = table.number("fx", 1.0, kLargestFocal);
+  model.fy = table.number("fy", 1.0, kLargestFocal);
+  const std::vector<double> k = table.numbers("k", 4);
+  std::copy(k.begin(), k.end(), model.k.begin());
+  const double edge = 0.5 * model.fov_rad * (1.0 - 1e-9);
+  if (!model.project({std::sin(edge), 0.0, std::cos(edge)})) {
+    table.fail("k", "found a polynomial that turns back within fov_degrees, allowed: one that grows up to half of it");
+  }
+  return model;
+}
+
+/// The nearest rotation is kept, since ten printed digits are not quite orthonormal and inverses rely on it.
+Eigen::Isometry3d read_transform(const ConfigTable& table, std::string_view key) {
+  const std::vector<double> rows = table.rigid_transform(key);
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(rows.data());
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix.topLeftCorner<3, 3>(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.linear() = svd.matrixU() * svd.matrixV().transpose();
+  out.translation() = matrix.topRightCorner<3, 1>();
+  return out;
+}
+
+double read_exposure(const ConfigTable& table) { return table.number("exposure", 1e-9, 1e9); }
+
+ColorCamera read_color(const ConfigTable& table) {
+  ColorCamera camera;
+  camera.source = source_uri(table);
+  camera.model = read_pinhole(table);
+  camera.model.width = table.integer("width", 1, kLargestSide);
+  camera.model.height = table.integer("height", 1, kLargestSide);
+  camera.exposure = read_exposure(table);
+  camera.response = read_response(table);
+  return camera;
+}
+
+DepthCamera read_depth(const ConfigTable& table, const CameraModel& color) {
+  DepthCamera camera;
+  camera.source = source_uri(table);
+  camera.unit_m = table.number("unit_m", 1e-6, 1.0);
+  camera.registered = table.flag("registered", true);
+  if (camera.registered) {
+    camera.model = color;
+    return camera;
+  }
+  camera.model = read_pinhole(table);
+  camera.model.width = table.integer("width", 1, kLargestSide, color.width);
+  camera.model.height = table.integer("height", 1, kLargestSide, color.height);
+  camera.T_color_depth = read_transform(table, "T_color_depth");
+  return camera;
+}
+
+FisheyeCamera read_fisheye(const ConfigTable& table) {
+  FisheyeCamera camera;
+  camera.source = source_uri(table);
+  camera.model = read_fisheye_model(table);
+  camera.exposure = read_exposure(table);
+  camera.response = read_response(table);
+  camera.T_tag_fisheye = read_transform(table, "T_tag_fisheye");
+  return camera;
+}
+
+Tag read_tag(const ConfigTable& table) {
+  Tag tag;
+  tag.family = table.choice("family", {"tag36h11", "tag25h9", "tag16h5"}, "tag36h11");
+  const int largest = tag.family == "tag36h11" ? 586 : tag.family == "tag25h9" ? 34 : 29;
+  tag.id = table.integer("id", 0, largest);
+  tag.size_m = table.number("size_m", 0.001, 10.0);
+  return tag;
+}
+
+RealSurface read_real_surface(const ConfigTable& table) {
+  RealSurface surface;
+  surface.mesh = table.existing_file("mesh");
+  surface.name = table.text("name", surface.mesh.stem().string());
+  surface.roughness = static_cast<float>(table.number("roughness", 0.0, 1.0));
+  surface.metallic = static_cast<float>(table.number("metallic", 0.0, 1.0));
+  surface.specular = static_cast<float>(table.number("specular", 0.0, 1.0));
+  const std::vector<double> base = table.numbers("base_color", 3);
+  for (int c = 0; c < 3; ++c) {
+    if (base[c] < 0.0 || base[c] > 1.0) {
+      table.fail("base_color", "found " + std::to_string(base[c]) + ", allowed: three numbers from 0 to 1");
+    }
+    surface.base_color[c] = static_cast<float>(base[c]);
+  }
+  return surface;
+}
+
+}  // namespace
+
+Session read_session(const ConfigTable& root) {
+  root.integer("format", 1, 1);
+  Session session;
+  session.folder = root.folder();
+  session.name = root.text("name", std::filesystem::weakly_canonical(session.folder).filename().string());
+  root.text("about", "");
+  session.color = read_color(root.table("color"));
+  if (const auto depth = root.optional_table("depth")) {
+    session.depth = read_depth(*depth, session.color.model);
+  }
+  if (const auto fisheye = root.optional_table("fisheye")) {
+    session.fisheye = read_fisheye(*fisheye);
+  }
+  session.tag = read_tag(root.table("tag"));
+  for (const ConfigTable& table : root.tables("real_surface")) {
+    session.real_surfaces.push_back(read_real_surface(table));
+  }
+  return session;
+}
+
+}  // namespace lumigraft
