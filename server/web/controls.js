@@ -1,0 +1,163 @@
+// What a viewer may do to objects: the panel, and dragging in the picture.
+import { pointOnPlane } from "./camera.js";
+
+const MATERIALS = {
+  own: null,
+  plaster: { base_color: [0.78, 0.76, 0.72], metallic: 0, roughness: 1, specular: 0 },
+  terracotta: { base_color: [0.55, 0.2, 0.1], metallic: 0, roughness: 1, specular: 0 },
+  jade: { base_color: [0.1, 0.36, 0.18], metallic: 0, roughness: 0.3, specular: 1 },
+  gold: { base_color: [1.0, 0.77, 0.34], metallic: 1, roughness: 0.3, specular: 1 },
+  steel: { base_color: [0.56, 0.57, 0.58], metallic: 1, roughness: 0.45, specular: 1 },
+};
+const STEP_M = 0.01;
+const TURN_DEGREES = 5;
+const MESSAGES_A_SECOND = 30;
+
+const $ = (id) => document.getElementById(id);
+
+export class Controls {
+  /** send(message): to the server */
+  constructor(send) {
+    this.send = send;
+    this.objects = [];
+    this.first = []; // the objects as the first hello gave them
+    this.camera = null;
+    this.T_tag_camera = null;
+    this.pending = null;
+    this.bind();
+  }
+
+  get index() { return $("object").selectedIndex; }
+  get current() { return this.objects[this.index]; }
+
+  hello(message) {
+    this.camera = message.camera ?? null;
+    if (this.first.length === 0) this.first = structuredClone(message.objects);
+    const chosen = Math.max(0, this.index);
+    $("object").replaceChildren(...message.objects.map((o) => new Option(o.name, o.index)));
+    $("object").selectedIndex = Math.min(chosen, message.objects.length - 1);
+    this.state(message.objects);
+  }
+
+  state(objects) {
+    this.objects = objects;
+    this.show();
+  }
+
+  pose(T_tag_camera) { this.T_tag_camera = T_tag_camera; }
+
+  show() {
+    const object = this.current;
+    if (!object) return;
+    $("visible").checked = object.visible;
+    if (document.activeElement !== $("yaw")) $("yaw").value = object.yaw_degrees;
+    $("yaw-value").textContent = `${Math.round(object.yaw_degrees)}°`;
+    ["x", "y", "z"].forEach((axis, i) => {
+      if (document.activeElement !== $(axis)) $(axis).value = object.position_m[i].toFixed(3);
+    });
+    $("material").value = nameOf(object.material);
+  }
+
+  /** Sends a change of the chosen object; many changes in quick succession become few messages. */
+  change(values) {
+    if (!this.current) return;
+    Object.assign(this.current, values);
+    this.show();
+    const index = this.current.index;
+    if (this.pending && this.pending.index === index) {
+      Object.assign(this.pending, values);
+      return;
+    }
+    this.flush();
+    this.pending = { type: "object", index, ...values };
+    setTimeout(() => this.flush(), 1000 / MESSAGES_A_SECOND);
+  }
+
+  flush() {
+    if (this.pending) this.send(this.pending);
+    this.pending = null;
+  }
+
+  move(dx, dy) {
+    const [x, y, z] = this.current.position_m;
+    this.change({ position_m: [x + dx, y + dy, z] });
+  }
+
+  turn(degrees) {
+    const turned = this.current.yaw_degrees + degrees;
+    this.change({ yaw_degrees: ((turned + 540) % 360) - 180 });
+  }
+
+  bind() {
+    $("object").onchange = () => this.show();
+    $("visible").onchange = () => this.change({ visible: $("visible").checked });
+    $("yaw").oninput = () => this.change({ yaw_degrees: Number($("yaw").value) });
+    $("material").onchange = () => {
+      if ($("material").value in MATERIALS) this.change({ material: MATERIALS[$("material").value] });
+    };
+    for (const [i, axis] of ["x", "y", "z"].entries()) {
+      $(axis).onchange = () => {
+        const value = $(axis).valueAsNumber;
+        if (!Number.isFinite(value)) return this.show();
+        const position_m = [...this.current.position_m];
+        position_m[i] = value;
+        this.change({ position_m });
+      };
+    }
+    $("reset").onclick = () => {
+      const first = this.first[this.index];
+      if (first) {
+        this.change({ position_m: first.position_m, yaw_degrees: first.yaw_degrees, visible: first.visible, material: first.material });
+      }
+    };
+    this.bindPicture($("picture"));
+  }
+
+  bindPicture(canvas) {
+    let grip = null; // from where the pointer met the object's plane to the object's place
+    const meet = (event) => {
+      if (!this.camera || !this.T_tag_camera || !this.current) return null;
+      const box = canvas.getBoundingClientRect();
+      const scale = Math.min(box.width / canvas.width, box.height / canvas.height); // object-fit: contain
+      const u = (event.clientX - box.left - (box.width - canvas.width * scale) / 2) / scale - 0.5;
+      const v = (event.clientY - box.top - (box.height - canvas.height * scale) / 2) / scale - 0.5;
+      return pointOnPlane(this.camera, this.T_tag_camera, u, v, this.current.position_m[2]);
+    };
+    canvas.onpointerdown = (event) => {
+      const point = meet(event);
+      if (!point) return;
+      canvas.setPointerCapture(event.pointerId);
+      const place = this.current.position_m;
+      grip = [place[0] - point[0], place[1] - point[1]];
+    };
+    canvas.onpointermove = (event) => {
+      if (!grip) return;
+      const point = meet(event);
+      if (point) this.change({ position_m: [point[0] + grip[0], point[1] + grip[1], this.current.position_m[2]] });
+    };
+    canvas.onpointerup = canvas.onpointercancel = () => { grip = null; };
+    canvas.addEventListener("wheel", (event) => {
+      if (!this.current) return;
+      event.preventDefault();
+      this.turn(event.deltaY > 0 ? -TURN_DEGREES : TURN_DEGREES);
+    }, { passive: false });
+    canvas.onkeydown = (event) => {
+      const action = {
+        ArrowLeft: () => this.move(-STEP_M, 0), ArrowRight: () => this.move(STEP_M, 0),
+        ArrowUp: () => this.move(0, STEP_M), ArrowDown: () => this.move(0, -STEP_M),
+        q: () => this.turn(TURN_DEGREES), e: () => this.turn(-TURN_DEGREES),
+      }[event.key];
+      if (action && this.current) {
+        event.preventDefault();
+        action();
+      }
+    };
+  }
+}
+
+function nameOf(material) {
+  const same = (a, b) => a.every((value, i) => Math.abs(value - b[i]) < 1e-4);
+  const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular];
+  const found = Object.entries(MATERIALS).find(([, m]) => (m === null ? material === null : material !== null && same(list(m), list(material))));
+  return found ? found[0] : "set";
+}

@@ -1,0 +1,68 @@
+// The page: pictures from the websocket onto the canvas, figures and controls beside it.
+import { Connection } from "./connection.js";
+import { Controls } from "./controls.js";
+import { Decoder, h264Possible } from "./decoder.js";
+import { Panel } from "./panel.js";
+import { KIND, parseMessage } from "./protocol.js";
+
+const canvas = document.getElementById("picture");
+const context = canvas.getContext("2d");
+const panel = new Panel();
+const controls = new Controls((message) => connection.send(message));
+let h264Works = h264Possible();
+
+const decoder = new Decoder({
+  onPicture(source, message) {
+    if (canvas.width !== message.width || canvas.height !== message.height) {
+      canvas.width = message.width;
+      canvas.height = message.height;
+    }
+    context.drawImage(source, 0, 0, message.width, message.height);
+    canvas.dataset.sequence = message.sequence;
+    canvas.dataset.pictures = Number(canvas.dataset.pictures ?? 0) + 1;
+    canvas.dataset.codec = message.kind === KIND.jpeg ? "jpeg" : "h264";
+    document.getElementById("codec-used").textContent = message.kind === KIND.jpeg ? "JPEG" : "H.264";
+    panel.picture();
+    connection.send({ type: "ack", sequence: message.sequence });
+  },
+  onNeedKey: () => connection.send({ type: "key" }),
+  onH264Failed() {
+    h264Works = false;
+    want();
+  },
+});
+
+function want() {
+  const choice = document.getElementById("codec").value;
+  const codec = choice === "auto" ? (h264Works ? "h264" : "jpeg") : choice;
+  decoder.reset();
+  connection.send({ type: "want", codec });
+}
+document.getElementById("codec").onchange = want;
+if (!h264Works) document.querySelector('#codec option[value="h264"]').disabled = true;
+
+const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`, {
+  onState(state) {
+    panel.connection(state);
+    if (state === "open") want();
+  },
+  onText(message) {
+    if (message.type === "hello") {
+      document.getElementById("session").textContent = message.session;
+      controls.hello(message);
+    } else if (message.type === "state") {
+      controls.state(message.objects);
+    } else if (message.type === "stats") {
+      panel.stats(message);
+      controls.pose(message.T_tag_camera ?? null);
+    } else if (message.type === "error") {
+      panel.warnings([message.error]);
+    }
+  },
+  onBinary(buffer) {
+    const message = parseMessage(buffer);
+    if (!message) return;
+    panel.received(buffer.byteLength);
+    decoder.take(message);
+  },
+});

@@ -1,0 +1,235 @@
+#!/usr/bin/env python3
+"""A real Chromium opens the page of a real `lumigraft serve`.
+
+  browser_test.py PROGRAM RECORDING
+
+Checks that pictures arrive and change, that the object is in them, that moving, hiding and repainting it does what it
+says, that JPEG works where H.264 is not wanted, and that the page comes back after the service was restarted.
+"""
+import base64
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+import unittest
+
+import cv2
+import numpy as np
+from selenium import webdriver
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.support.ui import Select
+
+PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
+WAIT_S = 90  # software rendering on two busy cores; shaders are compiled at first use
+CHANGED = 12  # code values: above the codec's own noise
+
+
+def still_session(folder):
+    """The recording's first frame, again and again: what changes then is the object alone."""
+    session = os.path.join(folder, "still")
+    os.makedirs(session)
+    for name in os.listdir(RECORDING):
+        if name not in ("truth", "color.txt", "depth.txt", "fisheye.txt"):
+            os.symlink(os.path.join(RECORDING, name), os.path.join(session, name))
+    for stream in ("color", "depth", "fisheye"):
+        with open(os.path.join(RECORDING, f"{stream}.txt")) as f:
+            lines = [line.split() for line in f if line.strip() and not line.startswith("#")]
+        with open(os.path.join(session, f"{stream}.txt"), "w") as f:
+            for line in lines:
+                f.write(" ".join([line[0], *lines[0][1:]]) + "\n")
+    return session
+
+
+def free_port():
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
+
+
+class Service_:
+    def __init__(self, session, port):
+        self.port = port
+        self.process = subprocess.Popen([PROGRAM, "serve", "--session", session, "--listen", f"127.0.0.1:{port}"])
+
+    def stop(self):
+        self.process.send_signal(signal.SIGINT)
+        start = time.monotonic()
+        code = self.process.wait(10)
+        return code, time.monotonic() - start
+
+
+class Page:
+    def __init__(self, profile):
+        options = Options()
+        options.binary_location = "/usr/bin/chromium"
+        for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+                     "--disable-component-update", "--disable-sync", "--window-size=1280,900", f"--user-data-dir={profile}"):
+            options.add_argument(flag)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+
+    def open(self, port):
+        self.driver.get(f"http://127.0.0.1:{port}/")
+
+    def data(self, key):
+        return self.driver.execute_script(f"return document.getElementById('picture').dataset.{key} ?? null")
+
+    def pictures(self):
+        return int(self.data("pictures") or 0)
+
+    def wait(self, condition, what):
+        end = time.monotonic() + WAIT_S
+        while time.monotonic() < end:
+            value = condition()
+            if value:
+                return value
+            time.sleep(0.1)
+        logs = json.dumps(self.driver.get_log("browser"))
+        raise AssertionError(f"waited {WAIT_S} s for {what}; the browser said {logs}")
+
+    def fresh(self, count=3):
+        """The picture after `count` more were drawn."""
+        target = self.pictures() + count
+        self.wait(lambda: self.pictures() >= target, "pictures")
+        url = self.driver.execute_script("return document.getElementById('picture').toDataURL('image/png')")
+        data = base64.b64decode(url.split(",", 1)[1])
+        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).astype(float)
+
+    def set(self, control, value):
+        self.driver.execute_script(
+            "const e = document.getElementById(arguments[0]); e.value = arguments[1]; e.dispatchEvent(new Event('change'))", control, value)
+
+    def click(self, control):
+        self.driver.find_element("id", control).click()
+
+    def text(self, element):
+        return self.driver.find_element("id", element).text
+
+
+def changed(a, b):
+    """Mask of what differs between two pictures, cleaned of single pixels."""
+    mask = (np.abs(a - b).max(-1) > CHANGED).astype(np.uint8)
+    return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+
+
+class BrowserTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="lumigraft-browser-")
+        cls.session = still_session(cls.folder)
+        with open(os.path.join(cls.session, "session.toml"), "rb") as f:
+            cls.color = tomllib.load(f)["color"]
+        with open(os.path.join(RECORDING, "truth/000000/pose.json")) as f:
+            cls.T_tag_camera = np.array(json.load(f)["T_tag_from_camera"])
+        cls.port = free_port()
+        cls.service = Service_(cls.session, cls.port)
+        cls.page = Page(os.path.join(cls.folder, "profile"))
+        end = time.monotonic() + WAIT_S
+        while time.monotonic() < end:  # the service opens its port first and warms up behind it
+            with socket.socket() as s:
+                if s.connect_ex(("127.0.0.1", cls.port)) == 0:
+                    break
+            time.sleep(0.1)
+        cls.page.open(cls.port)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.page.driver.quit()
+        cls.service.stop()
+        shutil.rmtree(cls.folder, ignore_errors=True)
+
+    def column_of(self, x_m, y_m, z_m):
+        p = np.linalg.inv(self.T_tag_camera) @ [x_m, y_m, z_m, 1]
+        return self.color["fx"] * p[0] / p[2] + self.color["cx"]
+
+    def settle(self):
+        """The scene is learnt over the first frames; waits until the picture stands still."""
+        before = self.page.fresh()
+        for _ in range(40):
+            after = self.page.fresh(4)
+            if changed(before, after).sum() < 30:
+                return after
+            before = after
+        self.fail("the picture of a still session does not come to rest")
+
+    def test_1_object_is_in_the_picture_and_moves(self):
+        page = self.page
+        page.wait(lambda: page.pictures() >= 5, "the first pictures")
+        self.assertEqual(page.data("codec"), "h264")
+        with_object = self.settle()
+        camera = cv2.imread(os.path.join(self.session, "color/000000.png")).astype(float)
+        self.assertEqual(with_object.shape, camera.shape)
+
+        page.click("visible")
+        page.wait(lambda: not page.driver.execute_script("return document.getElementById('visible').checked"), "hidden")
+        without = self.settle()
+        self.assertLess(np.abs(without - camera).mean(), 4, "without the object the camera picture passes through")
+        mask = changed(with_object, without)
+        self.assertGreater(mask.sum(), 2000, "the object covers and changes pixels")
+
+        page.click("visible")
+        again = self.settle()
+        self.assertLess(changed(again, with_object).sum(), 0.05 * mask.sum(), "switched on again it is the same picture")
+
+        x, y, z = (float(page.driver.find_element("id", axis).get_attribute("value")) for axis in "xyz")
+        page.set("x", f"{x + 0.1:.3f}")
+        moved = self.settle()
+        expected = self.column_of(x + 0.1, y, z + 0.1) - self.column_of(x, y, z + 0.1)
+        columns = np.arange(camera.shape[1])
+        brightness_free = [np.average(columns, weights=changed(p, without).sum(0) + 1e-9) for p in (with_object, moved)]
+        shift = brightness_free[1] - brightness_free[0]
+        self.assertGreater(shift, 0.4 * expected, f"moved by 0.1 m to the right: {expected:.0f} pixels are expected")
+        self.assertLess(shift, 1.8 * expected)
+        page.click("reset")
+        back = self.settle()
+        self.assertLess(changed(back, with_object).sum(), 0.05 * mask.sum(), "moved back it is the same picture")
+
+    def test_2_material(self):
+        page = self.page
+        before = self.settle()
+        page.set("material", "terracotta")
+        after = self.settle()
+        self.assertGreater(changed(before, after).sum(), 500)
+        page.set("material", "own")
+        self.settle()
+
+    def test_3_jpeg(self):
+        page = self.page
+        page.set("codec", "jpeg")
+        page.wait(lambda: page.data("codec") == "jpeg", "a JPEG picture")
+        page.fresh()
+        page.set("codec", "auto")
+        page.wait(lambda: page.data("codec") == "h264", "H.264 again")
+
+    def test_4_figures(self):
+        page = self.page
+        page.wait(lambda: re.match(r"[\d.]+ fps", page.text("shown-fps")) and float(page.text("shown-fps").split()[0]) > 0, "frames a second")
+        page.wait(lambda: page.text("end-to-end") not in ("", "–"), "latency from camera to screen")
+        stages = page.driver.execute_script("return [...document.querySelectorAll('#stages tbody tr td:first-child')].map(e => e.textContent)")
+        self.assertIn("relight", stages)
+        print("stages:", ", ".join(stages), "| shown", page.text("shown-fps"), "| camera to screen", page.text("end-to-end"))
+
+    def test_5_moving_pictures_after_a_restart(self):
+        page = self.page
+        code, seconds = self.service.stop()
+        self.assertEqual(code, 0)
+        self.assertLess(seconds, 1.0, "Ctrl-C ends the service within a second")
+        page.wait(lambda: "lost" in page.text("connection") or "connecting" in page.text("connection"), "the page to notice")
+        type(self).service = Service_(RECORDING, self.port)
+        page.wait(lambda: page.text("connection") == "live", "the page to come back by itself")
+        count = page.pictures()
+        page.wait(lambda: page.pictures() >= count + 5, "pictures again")
+        first = page.fresh()
+        page.wait(lambda: changed(first, page.fresh(1)).mean() > 0.02, "pictures of a moving camera to change")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
