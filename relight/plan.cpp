@@ -1,0 +1,76 @@
+#include "relight/plan.h"
+
+#include <algorithm>
+#include <string_view>
+
+namespace lumigraft {
+namespace {
+
+struct IntegerKey {
+  const char* key;
+  int Plan::*value;
+  std::vector<int> allowed;
+  const char* meaning;
+};
+
+std::vector<int> from_to(int first, int last) {
+  std::vector<int> values;
+  for (int v = first; v <= last; ++v) values.push_back(v);
+  return values;
+}
+
+const std::vector<IntegerKey>& integer_keys() {
+  static const std::vector<IntegerKey> keys = {
+      {"volume", &Plan::volume, {32, 64, 128, 256}, "voxels along the edge of each cascade"},
+      {"trace_scale", &Plan::trace_scale, {1, 2, 4}, "indirect light is traced at 1/trace_scale of the picture"},
+      {"rsm", &Plan::rsm, {64, 128, 256, 512, 1024}, "edge of the reflective shadow maps, pixels"},
+      {"max_lights", &Plan::max_lights, from_to(0, 16), "strongest lamps that are drawn as lamps"},
+      {"bounces", &Plan::bounces, from_to(1, 4), "indirect bounces of the change"},
+  };
+  return keys;
+}
+
+const std::vector<std::string>& methods() {
+  static const std::vector<std::string> words = {"dvct"};
+  return words;
+}
+
+std::string text_of(const std::vector<int>& allowed) {
+  const bool row = allowed.back() - allowed.front() + 1 == static_cast<int>(allowed.size()) && allowed.size() > 3;
+  if (row) return std::to_string(allowed.front()) + " to " + std::to_string(allowed.back());
+  std::string text;
+  for (std::size_t i = 0; i < allowed.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == allowed.size() ? " or " : ", ") + std::to_string(allowed[i]);
+  }
+  return text;
+}
+
+}  // namespace
+
+Plan read_plan(const ConfigTable& root, const Plan& defaults) {
+  Plan plan = defaults;
+  const auto table = root.optional_table("plan");
+  if (!table) return plan;
+  plan.method = table->choice("method", methods(), defaults.method);
+  for (const IntegerKey& key : integer_keys()) {
+    if (!table->has(key.key)) continue;
+    const int value = table->integer(key.key, key.allowed.front(), key.allowed.back());
+    if (std::find(key.allowed.begin(), key.allowed.end(), value) == key.allowed.end()) {
+      table->fail(key.key, "found " + std::to_string(value) + ", allowed: " + text_of(key.allowed));
+    }
+    plan.*key.value = value;
+  }
+  return plan;
+}
+
+std::vector<PlanKey> plan_keys() {
+  std::string words;
+  for (const std::string& method : methods()) words += (words.empty() ? "" : ", ") + method;
+  std::vector<PlanKey> keys = {{"plan.method", words, "how light is carried"}};
+  for (const IntegerKey& key : integer_keys()) {
+    keys.push_back({std::string("plan.") + key.key, text_of(key.allowed), key.meaning});
+  }
+  return keys;
+}
+
+}  // namespace lumigraft
