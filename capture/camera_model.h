@@ -19,10 +19,10 @@ struct CameraModel {
   Kind kind = Kind::pinhole;
   int width = 0;
   int height = 0;
-  double fx = 0, fy = 0, cx = 0, cy = 0;          ///< pixels; equidistant uses fx = fy = f
-  std::array<double, 5> distortion{};             ///< pinhole: k1 k2 p1 p2 k3
-  std::array<double, 4> k{};                      ///< kannala_brandt: k1..k4
-  double fov_rad = 0;                             ///< full field of view; directions beyond it have no pixel (fish-eye)
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; equidistant uses fx = fy = f
+  std::array<double, 5> distortion{};     ///< pinhole: k1 k2 p1 p2 k3
+  std::array<double, 4> k{};              ///< kannala_brandt: k1..k4
+  double fov_rad = 0;                     ///< full field of view; directions beyond it have no pixel (fish-eye)
 
   /// Pixel of a direction (any length). Empty where the camera cannot see it: behind a pinhole, beyond the field of
   /// view, or where the distortion polynomial has folded over. The pixel may lie outside the picture.

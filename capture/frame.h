@@ -21,7 +21,7 @@ struct Stamp {
 struct Picture {
   Stamp stamp;
   Stream stream = Stream::color;
-  double exposure = 1.0;    ///< linear value 1.0 is reached at radiance 1/exposure (W/sr/m² per channel); encoded only
+  double exposure = 1.0;  ///< linear value 1.0 is reached at radiance 1/exposure (W/sr/m² per channel); encoded only
   Image<std::uint8_t> encoded;  ///< 8-bit R G B under the camera's response
   Image<float> radiance;        ///< linear sRGB radiance, W/sr/m² per channel, R G B
 };
@@ -34,8 +34,8 @@ struct DepthPicture {
 
 /// Everything that belongs to one colour frame. Colour is always there; depth and fish-eye may be missing.
 struct FrameSet {
-  std::uint64_t index = 0;     ///< 0, 1, 2 ... of the colour stream, counting skipped frames too
-  std::int64_t time_ns = 0;    ///< the colour picture's device time
+  std::uint64_t index = 0;   ///< 0, 1, 2 ... of the colour stream, counting skipped frames too
+  std::int64_t time_ns = 0;  ///< the colour picture's device time
   std::shared_ptr<const Picture> color;
   std::shared_ptr<const DepthPicture> depth;
   std::vector<std::shared_ptr<const Picture>> fisheye;  ///< one picture, or the exposures of one bracket

@@ -20,9 +20,7 @@ struct Image {
         data(static_cast<std::size_t>(width_px) * height_px * channel_count, fill) {}
 
   bool empty() const { return data.empty(); }
-  std::size_t index(int x, int y, int c = 0) const {
-    return (static_cast<std::size_t>(y) * width + x) * channels + c;
-  }
+  std::size_t index(int x, int y, int c = 0) const { return (static_cast<std::size_t>(y) * width + x) * channels + c; }
   T& at(int x, int y, int c = 0) { return data[index(x, y, c)]; }
   const T& at(int x, int y, int c = 0) const { return data[index(x, y, c)]; }
 };

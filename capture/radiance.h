@@ -9,8 +9,8 @@
 namespace lumigraft {
 
 struct RadiancePicture {
-  Image<float> radiance;          ///< W/sr/m² per channel, R G B
-  Image<std::uint8_t> clipped;    ///< 1 channel; 1 where any channel reads full scale in every exposure: a lower bound
+  Image<float> radiance;        ///< W/sr/m² per channel, R G B
+  Image<std::uint8_t> clipped;  ///< 1 channel; 1 where any channel reads full scale in every exposure: a lower bound
   double clipped_fraction = 0.0;
 };
 

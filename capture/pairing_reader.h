@@ -1,0 +1,71 @@
+#pragma once
+// Colour, depth and fish-eye pictures that belong together by their timestamps.
+//
+// Colour leads: every colour picture becomes one FrameSet. Depth and fish-eye join it when their time lies within half
+// a colour period of it, the nearest first; each is used at most once. What is late, alone, out of order or lost is
+// dropped, counted and named in the warnings of the next FrameSet.
+//
+// A recording is read ahead until the answer is certain, so the same files always give the same FrameSets. A live
+// picture waits for its depth one colour period at most.
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "capture/source.h"
+
+namespace lumigraft {
+
+/// Sources may be the same object: a depth camera delivers both. Depth and fish-eye may be null.
+struct PairedSources {
+  std::shared_ptr<Source> color;
+  std::shared_ptr<Source> depth;
+  std::shared_ptr<Source> fisheye;
+  bool live = false;
+};
+
+class PairingReader : public FrameReader {
+ public:
+  using Registration = std::function<Image<float>(const Image<std::uint16_t>&)>;
+
+  PairingReader(PairedSources sources, Registration registration);
+
+  std::optional<FrameSet> next(std::chrono::milliseconds timeout) override;
+  bool finished() const override;
+  void rewind() override;
+  bool live() const override { return sources_.live; }
+
+ private:
+  /// One stream's pictures that wait to be paired.
+  struct Lane {
+    Source* source = nullptr;
+    std::deque<SourceItem> queue;
+    std::int64_t last_time_ns = -1;     ///< of the newest picture that arrived
+    std::uint64_t next_sequence = 0;    ///< what follows if nothing is lost
+    std::vector<std::string> warnings;  ///< for the next FrameSet
+  };
+
+  Lane& lane_of(Stream stream);
+  void accept(SourceItem item);
+  bool pull(Source& source, std::chrono::milliseconds timeout);
+  void pull_all_waiting();
+  Source* wanted() const;
+  bool color_waits() const;
+  std::int64_t period_ns() const;
+  std::int64_t bound_ns() const;
+
+  FrameSet emit();
+  std::shared_ptr<const Picture> take_color(std::vector<std::string>& warnings);
+  std::shared_ptr<const DepthPicture> take_depth(std::int64_t time_ns, std::vector<std::string>& warnings);
+  std::vector<std::shared_ptr<const Picture>> take_fisheye(std::int64_t time_ns, std::vector<std::string>& warnings);
+
+  PairedSources sources_;
+  Registration registration_;
+  Lane color_;
+  Lane depth_;
+  Lane fisheye_;
+  std::deque<std::int64_t> periods_ns_;  ///< the newest gaps between colour pictures
+};
+
+}  // namespace lumigraft

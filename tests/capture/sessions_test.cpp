@@ -1,0 +1,96 @@
+// The sessions that LUMIGRAFT_EXTRA names: every list of each one reads to its end without a warning.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "capture/config.h"
+#include "capture/radiance.h"
+#include "capture/source.h"
+
+namespace lumigraft {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::filesystem::path sessions_folder() {
+  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
+  return extra == nullptr ? std::filesystem::path() : std::filesystem::path(extra) / "sessions";
+}
+
+Session load(const std::filesystem::path& folder, const std::vector<std::string>& overrides = {}) {
+  const ConfigTable root = ConfigTable::load(folder / "session.toml", overrides);
+  Session session = read_session(root);
+  root.finish();
+  return session;
+}
+
+class Sessions : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    folder_ = sessions_folder() / GetParam();
+    if (!std::filesystem::exists(folder_ / "session.toml")) {
+      GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << GetParam();
+    }
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_P(Sessions, ReadsWithoutAWarning) {
+  const auto reader = open_frames(load(folder_));
+  std::uint64_t index = 0;
+  while (const auto frame = reader->next(100ms)) {
+    EXPECT_EQ(frame->index, index++);
+    EXPECT_EQ(frame->color->encoded.width, 320);
+    ASSERT_NE(frame->depth, nullptr);
+    EXPECT_EQ(frame->depth->stamp.time_ns, frame->time_ns);
+    EXPECT_EQ(frame->fisheye.size(), 1u);
+    EXPECT_EQ(frame->warnings, std::vector<std::string>());
+  }
+  EXPECT_TRUE(reader->finished());
+  EXPECT_GE(index, 12u);
+}
+
+/// Half a code value of rounding in the exposure that shows a value best, at each value.
+TEST_P(Sessions, BracketMatchesTheRadianceItWasMadeFrom) {
+  if (!std::filesystem::exists(folder_ / "fisheye-bracket.txt")) {
+    GTEST_SKIP() << "no bracket in " << GetParam();
+  }
+  const Session hdr_session = load(folder_);
+  const Session bracket_session = load(folder_, {"fisheye.source=images:fisheye-bracket.txt"});
+  const auto hdr_frame = open_frames(hdr_session)->next(100ms);
+  const auto bracket_frame = open_frames(bracket_session)->next(100ms);
+  ASSERT_TRUE(hdr_frame && bracket_frame);
+  ASSERT_EQ(bracket_frame->fisheye.size(), 4u);
+  const RadiancePicture truth = merge_bracket(hdr_frame->fisheye, hdr_session.fisheye->response);
+  const RadiancePicture merged = merge_bracket(bracket_frame->fisheye, bracket_session.fisheye->response);
+  double sum_truth = 0.0;
+  double sum_merged = 0.0;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < truth.radiance.data.size(); ++i) {
+    const double t = truth.radiance.data[i];
+    const double m = merged.radiance.data[i];
+    if (merged.clipped.data[i / 3] != 0) {
+      EXPECT_GE(t, 0.9 * m);
+      continue;
+    }
+    sum_truth += t;
+    sum_merged += m;
+    // 2.5 %: half a code at 1/16 of full scale in sRGB, the worst of a bracket with steps of 16. Darkest codes: linear.
+    const double rounding = 0.025 * t + 0.5 / 255.0 / 12.92 / bracket_session.fisheye->exposure;
+    worst = std::max(worst, std::abs(t - m) / rounding);
+  }
+  EXPECT_LE(worst, 1.0);
+  EXPECT_NEAR(sum_merged / sum_truth, 1.0, 1e-3);
+  RecordProperty("clipped_fraction", std::to_string(merged.clipped_fraction));
+}
+
+INSTANTIATE_TEST_SUITE_P(Extra, Sessions,
+                         testing::Values("box-with-inside", "brushed-metal", "cornell", "tabletop", "tabletop-orbit"),
+                         [](const auto& session) {
+                           std::string name = session.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace lumigraft
