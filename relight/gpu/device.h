@@ -6,9 +6,16 @@
 // bindings. Binding 0 is always the uniform block of the pass (std140, at most 4096 bytes, one struct from
 // relight/shaders/interop.h shared by C++ and GLSL); the command list copies it at record time.
 //
-// A CommandList records; submit() runs it and waits. Between two commands everything written is visible to what
-// follows (the list puts the barriers), in any combination of storage, sampled, attachment and copy use.
-// Errors: device failures throw GpuError; misuse throws std::logic_error.
+// A CommandList records; submit() runs it once and waits. Between two commands everything written is visible to what
+// follows (the list puts the barriers), in any combination of storage, sampled, attachment and copy use. What a list
+// uses must live until it is submitted. Textures and buffers begin as zeros.
+//
+// Which way is up: row 0 of a texture is the top of the picture, clip-space y = -1 (so a camera with x right, y down,
+// z forward needs no flip), gl_FragCoord.y = 0.5, texture coordinate v = 0. Clip-space depth runs from 0 (near) to w
+// (far). Front faces are counter-clockwise as seen in that picture. Texels come x fastest, then y, then z.
+//
+// Errors: device failures throw GpuError; misuse throws std::logic_error that names the shader and the slot.
+// A device and what it made belong to one thread at a time.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -26,10 +33,21 @@ class GpuError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-enum class Format { r8_unorm, rgba8_unorm, r16_float, rgba16_float, r32_float, rg32_float, rgba32_float, r32_uint, depth32_float };
+enum class Format {
+  r8_unorm,
+  rgba8_unorm,
+  r16_float,
+  rgba16_float,
+  r32_float,
+  rg32_float,
+  rgba32_float,
+  r32_uint,
+  depth32_float
+};
 std::size_t bytes_per_texel(Format format);
 
-enum class Filter { nearest, linear, linear_mip_linear };  ///< all clamp to the edge
+/// All clamp to the edge. nearest and linear take the nearest mip. r32_uint and depth32_float know nearest alone.
+enum class Filter { nearest, linear, linear_mip_linear };
 
 struct TextureDesc {
   std::string name;
@@ -37,7 +55,7 @@ struct TextureDesc {
   bool volume = false;
   int mips = 1;
   Format format = Format::rgba16_float;
-  bool attachment = false;  ///< may be drawn to; textures can always be sampled, stored to (not depth32) and copied
+  bool attachment = false;  ///< mip 0 may be drawn to; textures can always be sampled, stored to (not depth32), copied
 };
 
 class Texture {
@@ -81,7 +99,7 @@ struct RasterDesc {
   int vertex_stride_bytes = 0;
   std::vector<VertexAttribute> attributes;
   std::vector<Format> color_formats;
-  bool depth_test = true;  ///< less-or-equal against depth32_float, written
+  bool depth_test = true;  ///< less-or-equal against depth32_float, written; draw() then wants a depth attachment
   bool cull_back = false;  ///< front faces are counter-clockwise
 };
 
@@ -101,14 +119,14 @@ Binding storage(int slot, const Buffer& buffer);
 struct Attachment {
   const Texture* texture = nullptr;
   bool clear = true;
-  std::array<float, 4> clear_color{0, 0, 0, 0};
+  std::array<float, 4> clear_color{0, 0, 0, 0};  ///< depth is cleared to 1, the far plane
 };
 
 struct DrawCall {
   std::vector<Binding> bindings;
   std::span<const std::byte> params;  ///< copied at record time
-  const Buffer* vertices = nullptr;
-  const Buffer* indices = nullptr;  ///< 32-bit
+  const Buffer* vertices = nullptr;   ///< null where the pipeline has no attributes
+  const Buffer* indices = nullptr;    ///< 32-bit, triangles; null: index_count vertices in their order
   std::uint32_t index_count = 0;
 };
 
@@ -127,7 +145,7 @@ class CommandList {
   virtual void draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
                     std::span<const DrawCall> calls) = 0;
   virtual void fill(const Buffer& buffer, std::uint32_t value) = 0;
-  virtual void clear(const Texture& texture, std::array<float, 4> value) = 0;  ///< all mips
+  virtual void clear(const Texture& texture, std::array<float, 4> value) = 0;  ///< all mips; r32_uint: rounded down
 };
 
 class Device {
@@ -148,10 +166,18 @@ class Device {
   virtual std::vector<PassTime> submit(CommandList& list) = 0;  ///< runs and waits
 };
 
-struct DeviceOptions {
-  bool validation = false;  ///< report API misuse as GpuError at submit
+/// A compiled shader, made by lumigraft_shaders() of cmake/Shaders.cmake.
+struct ShaderCode {
+  std::string_view name;  ///< the file's name without its folder, e.g. "cone_trace.comp"
+  std::span<const std::uint32_t> spirv;
 };
-/// Picks a discrete GPU, else an integrated one, else a software one. Throws GpuError with the reason of every device
+
+struct DeviceOptions {
+  bool validation = false;  ///< what the validation layer says is thrown as GpuError; for tests, slow
+  std::span<const ShaderCode> more_shaders = {};  ///< beside the product's own
+};
+/// Picks a discrete GPU, else an integrated one, else a software one; where the environment variable
+/// LUMIGRAFT_VULKAN_DEVICE is set, among those whose name contains it. Throws GpuError with the reason of every device
 /// that cannot be used.
 std::unique_ptr<Device> create_vulkan_device(const DeviceOptions& options);
 

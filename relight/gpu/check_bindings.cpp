@@ -1,0 +1,82 @@
+// Misuse is found when a command is recorded, on every device, in the words of the shader's source.
+#include "relight/gpu/formats.h"
+#include "relight/gpu/shader_reflection.h"
+
+namespace lumigraft::gpu {
+namespace {
+
+std::string text_of(Binding::Kind kind) {
+  switch (kind) {
+    case Binding::Kind::sampled:
+      return "a sampled texture";
+    case Binding::Kind::storage_image:
+      return "a storage image";
+    case Binding::Kind::storage_buffer:
+      return "a storage buffer";
+  }
+  throw std::logic_error("gpu: unknown kind of binding");
+}
+
+/// Why `binding` cannot fill `slot`; empty where it can.
+std::string misfit(const ShaderSlot& slot, const Binding& binding) {
+  if (binding.kind != slot.kind) return "wants " + text_of(slot.kind) + ", not " + text_of(binding.kind);
+  if (binding.kind == Binding::Kind::storage_buffer) return binding.buffer ? "" : "has no buffer";
+  if (!binding.texture) return "has no texture";
+
+  const TextureDesc& desc = binding.texture->desc();
+  const std::string texture = "texture \"" + desc.name + "\" (" + size_text(desc) + ")";
+  if (slot.volume != is_volume(desc))
+    return std::string("wants a ") + (slot.volume ? "3D" : "2D") + " image, not " + texture;
+  if (slot.integer != is_integer(desc.format)) {
+    return std::string("wants ") + (slot.integer ? "integers" : "floats") + ", not " + texture;
+  }
+  if (binding.mip < 0 || binding.mip >= desc.mips) {
+    return "wants mip " + std::to_string(binding.mip) + " of " + texture + ", which has " + std::to_string(desc.mips);
+  }
+  if (binding.kind == Binding::Kind::storage_image && slot.format != desc.format) {
+    return "declares " + std::string(name_of(*slot.format)) + ", not the format of " + texture;
+  }
+  if (binding.kind == Binding::Kind::sampled && binding.filter != Filter::nearest &&
+      (is_integer(desc.format) || is_depth(desc.format))) {
+    return "cannot filter " + texture;
+  }
+  return "";
+}
+
+}  // namespace
+
+void check_bindings(const std::string& shader, const ShaderInterface& interface, std::span<const Binding> bindings,
+                    std::span<const std::byte> params) {
+  const auto refuse = [&](const std::string& why) { throw std::logic_error("shader " + shader + ": " + why); };
+  const auto slot_text = [](int slot, const std::string& name) {
+    return "slot " + std::to_string(slot) + (name.empty() ? "" : " \"" + name + "\"");
+  };
+
+  // The last member of a std140 block may end before the C++ struct does, which is padded to 16 bytes.
+  const std::size_t padded = (interface.params_bytes + 15) / 16 * 16;
+  const bool fits = params.size() >= interface.params_bytes && params.size() <= padded;
+  if (!fits && (interface.params_used || !params.empty())) {
+    refuse("params has " + std::to_string(params.size()) + " bytes, its uniform block " +
+           std::to_string(interface.params_bytes));
+  }
+
+  for (std::size_t i = 0; i < bindings.size(); ++i) {
+    const Binding& binding = bindings[i];
+    const auto slot = interface.slots.find(binding.slot);
+    if (slot == interface.slots.end()) refuse(slot_text(binding.slot, "") + " is bound but not declared");
+    for (std::size_t j = 0; j < i; ++j) {
+      if (bindings[j].slot == binding.slot) refuse(slot_text(binding.slot, slot->second.name) + " is bound twice");
+    }
+    if (const std::string why = misfit(slot->second, binding); !why.empty()) {
+      refuse(slot_text(binding.slot, slot->second.name) + " " + why);
+    }
+  }
+
+  for (const auto& [number, slot] : interface.slots) {
+    bool bound = false;
+    for (const Binding& binding : bindings) bound = bound || binding.slot == number;
+    if (slot.used && !bound) refuse(slot_text(number, slot.name) + " has nothing bound");
+  }
+}
+
+}  // namespace lumigraft::gpu

@@ -1,0 +1,235 @@
+#include "relight/gpu/vulkan/command_list.h"
+
+#include <algorithm>
+
+#include "relight/gpu/formats.h"
+
+namespace lumigraft::gpu::vulkan {
+namespace {
+
+template <typename Mine, typename Theirs>
+const Mine& own_pipeline(const Theirs& pipeline, const Context& context) {
+  const auto* mine = dynamic_cast<const Mine*>(&pipeline);
+  if (mine && mine->objects().context.get() == &context) return *mine;
+  throw std::logic_error("a pipeline belongs to another device");
+}
+
+VkRenderingAttachmentInfo attachment_info(const Attachment& attachment, const Context& context) {
+  const VulkanTexture& texture = own(*attachment.texture, context);
+  VkRenderingAttachmentInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
+  info.imageView = texture.mip_view(0);
+  info.imageLayout = VK_IMAGE_LAYOUT_GENERAL;
+  info.loadOp = attachment.clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+  info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  if (is_depth(texture.desc().format)) {
+    info.clearValue.depthStencil.depth = 1.0f;
+  } else {
+    info.clearValue.color = clear_value(texture.desc().format, attachment.clear_color);
+  }
+  return info;
+}
+
+}  // namespace
+
+VulkanCommandList::VulkanCommandList(std::shared_ptr<Context> context)
+    : context_(std::move(context)), recording_(context_) {}
+
+void VulkanCommandList::begin_command() {
+  if (submitted_) throw std::logic_error("a command list that was submitted records nothing more");
+  full_barrier(recording_->commands);
+}
+
+void VulkanCommandList::begin_pass(std::string_view name) {
+  begin_command();
+  passes_.emplace_back(name);
+  recording_->write_timestamp();
+}
+
+VkDescriptorSet VulkanCommandList::bind(const PipelineObjects& pipeline, std::span<const Binding> bindings,
+                                        std::span<const std::byte> params) {
+  check_bindings(pipeline.name, pipeline.interface, bindings, params);
+  std::vector<VkDescriptorBufferInfo> buffers(bindings.size() + 1);
+  std::vector<VkDescriptorImageInfo> images(bindings.size());
+  std::vector<VkWriteDescriptorSet> writes;
+  const VkDescriptorSet set = recording_->allocate_set(pipeline.set_layout);
+  const auto write = [&](int slot, VkDescriptorType type) -> VkWriteDescriptorSet& {
+    VkWriteDescriptorSet& one = writes.emplace_back();
+    one.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    one.dstSet = set;
+    one.dstBinding = static_cast<std::uint32_t>(slot);
+    one.descriptorCount = 1;
+    one.descriptorType = type;
+    return one;
+  };
+
+  if (!params.empty()) {
+    buffers.back() = recording_->copy_params(params, (params.size() + 15) / 16 * 16);
+    write(0, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER).pBufferInfo = &buffers.back();
+  }
+  for (std::size_t i = 0; i < bindings.size(); ++i) {
+    const Binding& binding = bindings[i];
+    VkWriteDescriptorSet& one = write(binding.slot, descriptor_type(binding.kind));
+    if (binding.kind == Binding::Kind::storage_buffer) {
+      buffers[i] = {own(*binding.buffer, *context_).handle(), 0, VK_WHOLE_SIZE};
+      one.pBufferInfo = &buffers[i];
+      continue;
+    }
+    const VulkanTexture& texture = own(*binding.texture, *context_);
+    const bool is_sampled = binding.kind == Binding::Kind::sampled;
+    images[i] = {is_sampled ? context_->sampler(binding.filter) : VK_NULL_HANDLE,
+                 is_sampled ? texture.view_from(binding.mip) : texture.mip_view(binding.mip), VK_IMAGE_LAYOUT_GENERAL};
+    one.pImageInfo = &images[i];
+  }
+  vkUpdateDescriptorSets(context_->device(), static_cast<std::uint32_t>(writes.size()), writes.data(), 0, nullptr);
+  return set;
+}
+
+void VulkanCommandList::dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings,
+                                 std::span<const std::byte> params, int groups_x, int groups_y, int groups_z) {
+  begin_command();
+  const PipelineObjects& objects = own_pipeline<VulkanCompute>(pipeline, *context_).objects();
+  const int groups[] = {groups_x, groups_y, groups_z};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::uint32_t most = context_->limits().maxComputeWorkGroupCount[i];
+    if (groups[i] < 0 || static_cast<std::uint32_t>(groups[i]) > most) {
+      throw std::logic_error("shader " + objects.name + ": " + std::to_string(groups[i]) +
+                             " groups; allowed are 0 to " + std::to_string(most));
+    }
+  }
+  const VkDescriptorSet set = bind(objects, bindings, params);
+  if (groups_x == 0 || groups_y == 0 || groups_z == 0) return;
+  vkCmdBindPipeline(recording_->commands, VK_PIPELINE_BIND_POINT_COMPUTE, objects.handle);
+  vkCmdBindDescriptorSets(recording_->commands, VK_PIPELINE_BIND_POINT_COMPUTE, objects.layout, 0, 1, &set, 0, nullptr);
+  vkCmdDispatch(recording_->commands, static_cast<std::uint32_t>(groups_x), static_cast<std::uint32_t>(groups_y),
+                static_cast<std::uint32_t>(groups_z));
+}
+
+void VulkanCommandList::check_draw(const VulkanRaster& pipeline, std::span<const Attachment> colors,
+                                   const Attachment* depth, std::span<const DrawCall> calls) const {
+  const RasterDesc& desc = pipeline.desc();
+  const auto refuse = [&](const std::string& why) {
+    throw std::logic_error("shader " + pipeline.objects().name + ": " + why);
+  };
+  if (colors.size() != desc.color_formats.size()) {
+    refuse(std::to_string(colors.size()) + " colour attachments; it has " + std::to_string(desc.color_formats.size()) +
+           " colour formats");
+  }
+  if (desc.depth_test != (depth != nullptr)) {
+    refuse(depth ? "a depth attachment without depth_test" : "depth_test without a depth attachment");
+  }
+
+  std::vector<const Texture*> targets;
+  const auto add_target = [&](const std::string& which, const Attachment& attachment, Format format) {
+    if (!attachment.texture) refuse(which + " has no texture");
+    const TextureDesc& target = attachment.texture->desc();
+    const std::string text = which + ", texture \"" + target.name + "\" (" + size_text(target) + "), ";
+    if (!target.attachment) refuse(text + "was not made as an attachment");
+    if (target.format != format) refuse(text + "is not " + std::string(name_of(format)));
+    if (!targets.empty() && (target.width != targets[0]->desc().width || target.height != targets[0]->desc().height)) {
+      refuse(text + "has another size than \"" + targets[0]->desc().name + "\"");
+    }
+    if (std::find(targets.begin(), targets.end(), attachment.texture) != targets.end()) {
+      refuse(text + "is drawn to twice");
+    }
+    targets.push_back(attachment.texture);
+  };
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    add_target("colour " + std::to_string(i), colors[i], desc.color_formats[i]);
+  }
+  if (depth) add_target("depth", *depth, Format::depth32_float);
+  if (targets.empty()) refuse("draws to nothing");
+
+  for (const DrawCall& call : calls) {
+    for (const Binding& binding : call.bindings) {
+      if (binding.texture && std::find(targets.begin(), targets.end(), binding.texture) != targets.end()) {
+        refuse("texture \"" + binding.texture->desc().name + "\" is bound while it is drawn to");
+      }
+    }
+    if (!desc.attributes.empty() && !call.vertices) refuse("a draw call without vertices");
+    if (call.indices && call.indices->size_bytes() / 4 < call.index_count) {
+      refuse(std::to_string(call.index_count) + " indices from a buffer of " +
+             std::to_string(call.indices->size_bytes() / 4));
+    }
+  }
+}
+
+void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Attachment> colors,
+                             const Attachment* depth, std::span<const DrawCall> calls) {
+  begin_command();
+  const VulkanRaster& raster = own_pipeline<VulkanRaster>(pipeline, *context_);
+  check_draw(raster, colors, depth, calls);
+
+  std::vector<VkDescriptorSet> sets;
+  for (const DrawCall& call : calls) sets.push_back(bind(raster.objects(), call.bindings, call.params));
+  std::vector<VkRenderingAttachmentInfo> color_infos;
+  for (const Attachment& color : colors) color_infos.push_back(attachment_info(color, *context_));
+  VkRenderingAttachmentInfo depth_info{};
+  if (depth) depth_info = attachment_info(*depth, *context_);
+
+  const TextureDesc& target = (depth ? *depth : colors[0]).texture->desc();
+  VkRenderingInfo rendering{};
+  rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
+  rendering.renderArea.extent = {static_cast<std::uint32_t>(target.width), static_cast<std::uint32_t>(target.height)};
+  rendering.layerCount = 1;
+  rendering.colorAttachmentCount = static_cast<std::uint32_t>(color_infos.size());
+  rendering.pColorAttachments = color_infos.data();
+  rendering.pDepthAttachment = depth ? &depth_info : nullptr;
+
+  const VkCommandBuffer commands = recording_->commands;
+  vkCmdBeginRendering(commands, &rendering);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, raster.objects().handle);
+  const VkViewport viewport{0, 0, static_cast<float>(target.width), static_cast<float>(target.height), 0, 1};
+  vkCmdSetViewport(commands, 0, 1, &viewport);
+  vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
+  for (std::size_t i = 0; i < calls.size(); ++i) draw_one(raster, calls[i], sets[i]);
+  vkCmdEndRendering(commands);
+}
+
+void VulkanCommandList::draw_one(const VulkanRaster& pipeline, const DrawCall& call, VkDescriptorSet set) {
+  if (call.index_count == 0) return;
+  const VkCommandBuffer commands = recording_->commands;
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.objects().layout, 0, 1, &set, 0, nullptr);
+  if (call.vertices) {
+    const VkBuffer vertices = own(*call.vertices, *context_).handle();
+    const VkDeviceSize offset = 0;
+    vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &offset);
+  }
+  if (call.indices) {
+    vkCmdBindIndexBuffer(commands, own(*call.indices, *context_).handle(), 0, VK_INDEX_TYPE_UINT32);
+    vkCmdDrawIndexed(commands, call.index_count, 1, 0, 0, 0);
+  } else {
+    vkCmdDraw(commands, call.index_count, 1, 0, 0);
+  }
+}
+
+void VulkanCommandList::fill(const Buffer& buffer, std::uint32_t value) {
+  begin_command();
+  vkCmdFillBuffer(recording_->commands, own(buffer, *context_).handle(), 0, VK_WHOLE_SIZE, value);
+}
+
+void VulkanCommandList::clear(const Texture& texture, std::array<float, 4> value) {
+  begin_command();
+  clear_all_mips(recording_->commands, own(texture, *context_), value);
+}
+
+std::vector<PassTime> VulkanCommandList::run() {
+  begin_command();
+  submitted_ = true;
+  if (!passes_.empty()) recording_->write_timestamp();
+  check(vkEndCommandBuffer(recording_->commands), "ending a command list");
+  context_->run_and_wait(recording_->commands, "running a command list");
+
+  const std::vector<std::uint64_t> ticks = recording_->read_timestamps();
+  const std::uint32_t bits = context_->timestamp_bits();
+  const std::uint64_t mask = bits < 64 ? (std::uint64_t{1} << bits) - 1 : ~std::uint64_t{0};
+  std::vector<PassTime> times;
+  for (std::size_t i = 0; i < passes_.size(); ++i) {
+    const std::uint64_t passed = (ticks[i + 1] - ticks[i]) & mask;
+    const double ns = static_cast<double>(passed) * static_cast<double>(context_->limits().timestampPeriod);
+    times.push_back({passes_[i], ns * 1e-6});
+  }
+  return times;
+}
+
+}  // namespace lumigraft::gpu::vulkan

@@ -1,0 +1,40 @@
+#pragma once
+// Records commands with a full memory barrier before each: what runs here is a chain of passes of which each reads what
+// the one before wrote, so finer barriers would gain little.
+#include "relight/gpu/vulkan/pipelines.h"
+#include "relight/gpu/vulkan/recording.h"
+#include "relight/gpu/vulkan/resources.h"
+
+namespace lumigraft::gpu::vulkan {
+
+class VulkanCommandList final : public CommandList {
+ public:
+  explicit VulkanCommandList(std::shared_ptr<Context> context);
+
+  void begin_pass(std::string_view name) override;
+  void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings, std::span<const std::byte> params,
+                int groups_x, int groups_y, int groups_z) override;
+  void draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
+            std::span<const DrawCall> calls) override;
+  void fill(const Buffer& buffer, std::uint32_t value) override;
+  void clear(const Texture& texture, std::array<float, 4> value) override;
+
+  /// Runs what was recorded, waits, and returns the times of the passes.
+  std::vector<PassTime> run();
+  const Context* context() const { return context_.get(); }
+
+ private:
+  void begin_command();
+  VkDescriptorSet bind(const PipelineObjects& pipeline, std::span<const Binding> bindings,
+                       std::span<const std::byte> params);
+  void check_draw(const VulkanRaster& pipeline, std::span<const Attachment> colors, const Attachment* depth,
+                  std::span<const DrawCall> calls) const;
+  void draw_one(const VulkanRaster& pipeline, const DrawCall& call, VkDescriptorSet set);
+
+  std::shared_ptr<Context> context_;
+  RecordingLease recording_;
+  std::vector<std::string> passes_;  ///< one timestamp each, and one at the end
+  bool submitted_ = false;
+};
+
+}  // namespace lumigraft::gpu::vulkan

@@ -1,0 +1,226 @@
+#include "relight/gpu/vulkan/context.h"
+
+#include <optional>
+
+#include "relight/gpu/vulkan/recording.h"
+
+namespace lumigraft::gpu::vulkan {
+
+Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical)
+    : instance_(std::move(instance)), physical_(physical) {}
+
+// Delegates first, so that the destructor cleans up where something below throws.
+Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, std::uint32_t queue_family)
+    : Context(std::move(instance), physical) {
+  queue_family_ = queue_family;
+  vkGetPhysicalDeviceProperties(physical_, &properties_);
+  vkGetPhysicalDeviceMemoryProperties(physical_, &memory_properties_);
+  std::uint32_t count = 0;
+  vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, nullptr);
+  std::vector<VkQueueFamilyProperties> families(count);
+  vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, families.data());
+  timestamp_bits_ = families[queue_family_].timestampValidBits;
+
+  create_device();
+  create_samplers();
+  const VkFenceCreateInfo fence{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, .pNext = nullptr, .flags = 0};
+  check(vkCreateFence(device_, &fence, nullptr, &fence_), "creating a fence");
+  const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                     .pNext = nullptr,
+                                     .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                                     .queueFamilyIndex = queue_family_};
+  check(vkCreateCommandPool(device_, &pool, nullptr, &once_pool_), "creating a command pool");
+}
+
+Context::~Context() {
+  if (!device_) return;
+  spare_recordings.clear();
+  destroy(to_device_);
+  destroy(from_device_);
+  vkDestroyCommandPool(device_, once_pool_, nullptr);
+  vkDestroyFence(device_, fence_, nullptr);
+  for (const VkSampler sampler : samplers_) vkDestroySampler(device_, sampler, nullptr);
+  vkDestroyDevice(device_, nullptr);
+}
+
+void Context::create_device() {
+  const float priority = 1.0f;
+  const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                      .pNext = nullptr,
+                                      .flags = 0,
+                                      .queueFamilyIndex = queue_family_,
+                                      .queueCount = 1,
+                                      .pQueuePriorities = &priority};
+  VkPhysicalDeviceVulkan13Features vulkan13{};
+  vulkan13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
+  vulkan13.synchronization2 = VK_TRUE;
+  vulkan13.dynamicRendering = VK_TRUE;
+  vulkan13.maintenance4 = VK_TRUE;
+  vulkan13.shaderDemoteToHelperInvocation = VK_TRUE;  // what `discard` becomes in SPIR-V 1.6
+  vulkan13.shaderTerminateInvocation = VK_TRUE;
+  VkPhysicalDeviceFeatures features{};
+  features.shaderStorageImageExtendedFormats = VK_TRUE;
+  const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                .pNext = &vulkan13,
+                                .flags = 0,
+                                .queueCreateInfoCount = 1,
+                                .pQueueCreateInfos = &queue,
+                                .enabledLayerCount = 0,
+                                .ppEnabledLayerNames = nullptr,
+                                .enabledExtensionCount = 0,
+                                .ppEnabledExtensionNames = nullptr,
+                                .pEnabledFeatures = &features};
+  check(vkCreateDevice(physical_, &info, nullptr, &device_), "opening " + name());
+  vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
+  if (instance_->validation) {
+    set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
+        vkGetInstanceProcAddr(instance_->handle, "vkSetDebugUtilsObjectNameEXT"));
+  }
+}
+
+void Context::create_samplers() {
+  for (const Filter filter : {Filter::nearest, Filter::linear, Filter::linear_mip_linear}) {
+    VkSamplerCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;
+    info.magFilter = info.minFilter = filter == Filter::nearest ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
+    info.mipmapMode =
+        filter == Filter::linear_mip_linear ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
+    info.addressModeU = info.addressModeV = info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    info.maxLod = VK_LOD_CLAMP_NONE;
+    check(vkCreateSampler(device_, &info, nullptr, &samplers_[static_cast<std::size_t>(filter)]), "creating a sampler");
+  }
+}
+
+Memory Context::allocate(const VkMemoryRequirements& needs, MemoryUse use, const std::string& what) {
+  constexpr VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+  const VkMemoryPropertyFlags required = use == MemoryUse::device ? 0 : host;
+  VkMemoryPropertyFlags preferred = 0;
+  if (use == MemoryUse::device) preferred = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+  if (use == MemoryUse::from_device) preferred = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;  // uncached reads crawl
+
+  std::optional<std::uint32_t> best;
+  bool best_preferred = false;
+  for (std::uint32_t i = 0; i < memory_properties_.memoryTypeCount; ++i) {
+    const VkMemoryPropertyFlags flags = memory_properties_.memoryTypes[i].propertyFlags;
+    if (!(needs.memoryTypeBits & (1u << i)) || (flags & required) != required) continue;
+    const bool is_preferred = (flags & preferred) == preferred;
+    if (best && (best_preferred || !is_preferred)) continue;
+    best = i;
+    best_preferred = is_preferred;
+  }
+  if (!best) throw GpuError(name() + " has no memory type for " + what);
+
+  Memory memory;
+  const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                  .pNext = nullptr,
+                                  .allocationSize = needs.size,
+                                  .memoryTypeIndex = *best};
+  check(vkAllocateMemory(device_, &info, nullptr, &memory.handle),
+        "allocating " + std::to_string(needs.size) + " bytes for " + what);
+  if (use != MemoryUse::device) {
+    void* mapped = nullptr;
+    const VkResult result = vkMapMemory(device_, memory.handle, 0, VK_WHOLE_SIZE, 0, &mapped);
+    if (result != VK_SUCCESS) vkFreeMemory(device_, memory.handle, nullptr);
+    check(result, "mapping " + what);
+    memory.mapped = static_cast<std::byte*>(mapped);
+  }
+  return memory;
+}
+
+HostBuffer Context::create_host_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use) {
+  HostBuffer buffer;
+  buffer.size_bytes = size_bytes;
+  VkBufferCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  info.size = size_bytes;
+  info.usage = usage;
+  check(vkCreateBuffer(device_, &info, nullptr, &buffer.handle), "creating a host buffer");
+  try {
+    VkMemoryRequirements needs{};
+    vkGetBufferMemoryRequirements(device_, buffer.handle, &needs);
+    buffer.memory = allocate(needs, use, "a host buffer");
+    check(vkBindBufferMemory(device_, buffer.handle, buffer.memory.handle, 0), "binding a host buffer");
+  } catch (...) {
+    destroy(buffer);
+    throw;
+  }
+  return buffer;
+}
+
+void Context::destroy(HostBuffer& buffer) {
+  vkDestroyBuffer(device_, buffer.handle, nullptr);
+  vkFreeMemory(device_, buffer.memory.handle, nullptr);
+  buffer = {};
+}
+
+const HostBuffer& Context::staging(std::size_t size_bytes, MemoryUse direction) {
+  HostBuffer& buffer = direction == MemoryUse::to_device ? to_device_ : from_device_;
+  if (buffer.size_bytes < size_bytes) {
+    destroy(buffer);
+    buffer =
+        create_host_buffer(size_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, direction);
+  }
+  return buffer;
+}
+
+void Context::run_and_wait(VkCommandBuffer commands, const std::string& doing) {
+  const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
+                                         .pNext = nullptr,
+                                         .commandBuffer = commands,
+                                         .deviceMask = 0};
+  VkSubmitInfo2 submit{};
+  submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
+  submit.commandBufferInfoCount = 1;
+  submit.pCommandBufferInfos = &buffer;
+  check(vkQueueSubmit2(queue_, 1, &submit, fence_), doing);
+  check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, UINT64_MAX), doing);
+  check(vkResetFences(device_, 1, &fence_), doing);
+  messages().throw_if_any();
+}
+
+void Context::run_once(const std::string& doing, const std::function<void(VkCommandBuffer)>& record) {
+  check(vkResetCommandPool(device_, once_pool_, VK_COMMAND_POOL_RESET_RELEASE_RESOURCES_BIT), doing);
+  const VkCommandBufferAllocateInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                         .pNext = nullptr,
+                                         .commandPool = once_pool_,
+                                         .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                         .commandBufferCount = 1};
+  VkCommandBuffer commands = VK_NULL_HANDLE;
+  check(vkAllocateCommandBuffers(device_, &info, &commands), doing);
+  VkCommandBufferBeginInfo begin{};
+  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+  check(vkBeginCommandBuffer(commands, &begin), doing);
+  full_barrier(commands);
+  record(commands);
+  full_barrier(commands, true);
+  check(vkEndCommandBuffer(commands), doing);
+  run_and_wait(commands, doing);
+  vkFreeCommandBuffers(device_, once_pool_, 1, &commands);
+}
+
+void Context::set_name(VkObjectType type, std::uint64_t handle, const std::string& name) {
+  if (!set_name_) return;
+  const VkDebugUtilsObjectNameInfoEXT info{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+                                           .pNext = nullptr,
+                                           .objectType = type,
+                                           .objectHandle = handle,
+                                           .pObjectName = name.c_str()};
+  check(set_name_(device_, &info), "naming " + name);
+}
+
+void full_barrier(VkCommandBuffer commands, bool to_host) {
+  VkMemoryBarrier2 barrier{};
+  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
+  barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+  barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | (to_host ? VK_PIPELINE_STAGE_2_HOST_BIT : 0);
+  barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
+  barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
+  VkDependencyInfo dependency{};
+  dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
+  dependency.memoryBarrierCount = 1;
+  dependency.pMemoryBarriers = &barrier;
+  vkCmdPipelineBarrier2(commands, &dependency);
+}
+
+}  // namespace lumigraft::gpu::vulkan

@@ -1,0 +1,113 @@
+#pragma once
+// The Vulkan device and what everything made from it shares. Textures, buffers, pipelines and lists hold it by
+// shared_ptr, so it goes last, whatever order they go in.
+#include <vulkan/vulkan.h>
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "relight/gpu/device.h"
+
+namespace lumigraft::gpu::vulkan {
+
+/// Throws GpuError with the name of `result` unless it is VK_SUCCESS.
+void check(VkResult result, const std::string& doing);
+
+/// What the validation layer said. It may speak from any thread.
+class Messages {
+ public:
+  void add(std::string text);
+  void throw_if_any();  ///< GpuError with everything since the last call
+  ~Messages();          ///< what nobody could throw any more goes to stderr
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> texts_;
+};
+
+/// A Vulkan instance, with the validation layer where asked for.
+struct Instance {
+  explicit Instance(bool validation);
+  ~Instance();
+  Instance(const Instance&) = delete;
+  Instance& operator=(const Instance&) = delete;
+
+  Messages messages;
+  bool validation;
+  VkInstance handle = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
+};
+
+struct Memory {
+  VkDeviceMemory handle = VK_NULL_HANDLE;
+  std::byte* mapped = nullptr;  ///< host memory only
+};
+enum class MemoryUse { device, to_device, from_device };
+
+/// A buffer the host writes or reads.
+struct HostBuffer {
+  VkBuffer handle = VK_NULL_HANDLE;
+  Memory memory;
+  std::size_t size_bytes = 0;
+};
+
+struct Recording;
+
+class Context {
+ public:
+  Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, std::uint32_t queue_family);
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  VkDevice device() const { return device_; }
+  VkPhysicalDevice physical() const { return physical_; }
+  std::uint32_t queue_family() const { return queue_family_; }
+  const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
+  std::string name() const { return properties_.deviceName; }
+  std::uint32_t timestamp_bits() const { return timestamp_bits_; }
+  VkSampler sampler(Filter filter) const { return samplers_[static_cast<std::size_t>(filter)]; }
+  Messages& messages() { return instance_->messages; }
+
+  /// One allocation per resource: there are some hundred of them, and 4096 is the least any device allows.
+  Memory allocate(const VkMemoryRequirements& needs, MemoryUse use, const std::string& what);
+  HostBuffer create_host_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use);
+  void destroy(HostBuffer& buffer);
+  /// Staging memory of at least that size, kept for the next transfer in the same direction.
+  const HostBuffer& staging(std::size_t size_bytes, MemoryUse direction);
+
+  void run_and_wait(VkCommandBuffer commands, const std::string& doing);
+  void run_once(const std::string& doing, const std::function<void(VkCommandBuffer)>& record);
+  void set_name(VkObjectType type, std::uint64_t handle, const std::string& name);
+
+  /// Pools of command lists that are gone, for the next ones.
+  std::vector<std::unique_ptr<Recording>> spare_recordings;
+
+ private:
+  Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical);
+  void create_device();
+  void create_samplers();
+
+  std::unique_ptr<Instance> instance_;
+  VkPhysicalDevice physical_;
+  std::uint32_t queue_family_ = 0;
+  VkPhysicalDeviceProperties properties_{};
+  VkPhysicalDeviceMemoryProperties memory_properties_{};
+  std::uint32_t timestamp_bits_ = 0;
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  VkFence fence_ = VK_NULL_HANDLE;
+  VkCommandPool once_pool_ = VK_NULL_HANDLE;
+  std::array<VkSampler, 3> samplers_{};
+  HostBuffer to_device_, from_device_;
+  PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
+};
+
+/// Everything written before is visible to everything after: to later commands, or to the host too.
+void full_barrier(VkCommandBuffer commands, bool to_host = false);
+
+}  // namespace lumigraft::gpu::vulkan

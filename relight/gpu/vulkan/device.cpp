@@ -1,0 +1,128 @@
+#include "relight/gpu/device.h"
+
+#include <cstring>
+
+#include "relight/gpu/formats.h"
+#include "relight/gpu/vulkan/choose_device.h"
+#include "relight/gpu/vulkan/command_list.h"
+
+namespace lumigraft::gpu {
+namespace vulkan {
+namespace {
+
+class VulkanDevice final : public Device {
+ public:
+  VulkanDevice(std::shared_ptr<Context> context, std::span<const ShaderCode> more_shaders)
+      : context_(std::move(context)), more_shaders_(more_shaders.begin(), more_shaders.end()) {}
+
+  std::string name() const override { return context_->name(); }
+
+  std::unique_ptr<Texture> create_texture(const TextureDesc& desc) override {
+    return checked(std::make_unique<VulkanTexture>(context_, desc));
+  }
+  std::unique_ptr<Buffer> create_buffer(std::size_t size_bytes, std::string_view name) override {
+    return checked(std::make_unique<VulkanBuffer>(context_, size_bytes, std::string(name)));
+  }
+  std::unique_ptr<ComputePipeline> create_compute(std::string_view shader) override {
+    return checked(std::make_unique<VulkanCompute>(context_, find_shader(shader, more_shaders_)));
+  }
+  std::unique_ptr<RasterPipeline> create_raster(const RasterDesc& desc) override {
+    return checked(std::make_unique<VulkanRaster>(context_, desc, find_shader(desc.vertex_shader, more_shaders_),
+                                                  find_shader(desc.fragment_shader, more_shaders_)));
+  }
+
+  void upload(const Texture& texture, int mip, std::span<const std::byte> texels) override {
+    const VulkanTexture& target = own(texture, *context_);
+    const std::string what = text_of(texture, mip);
+    if (texels.size() != mip_bytes(texture.desc(), mip)) {
+      throw std::logic_error("upload of " + std::to_string(texels.size()) + " bytes to " + what + ", which has " +
+                             std::to_string(mip_bytes(texture.desc(), mip)));
+    }
+    const HostBuffer& staging = staged(texels);
+    context_->run_once("upload to " + what, [&](VkCommandBuffer commands) {
+      const VkBufferImageCopy copy = target.copy_of(mip);
+      vkCmdCopyBufferToImage(commands, staging.handle, target.image(), VK_IMAGE_LAYOUT_GENERAL, 1, &copy);
+    });
+  }
+
+  void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
+    const VulkanBuffer& target = own(buffer, *context_);
+    if (offset > buffer.size_bytes() || bytes.size() > buffer.size_bytes() - offset) {
+      throw std::logic_error("upload of " + std::to_string(bytes.size()) + " bytes at " + std::to_string(offset) +
+                             " to buffer \"" + target.name() + "\", which has " + std::to_string(buffer.size_bytes()));
+    }
+    if (bytes.empty()) return;
+    const HostBuffer& staging = staged(bytes);
+    context_->run_once("upload to buffer \"" + target.name() + "\"", [&](VkCommandBuffer commands) {
+      const VkBufferCopy copy{0, offset, bytes.size()};
+      vkCmdCopyBuffer(commands, staging.handle, target.handle(), 1, &copy);
+    });
+  }
+
+  std::vector<std::byte> download(const Texture& texture, int mip) override {
+    const VulkanTexture& source = own(texture, *context_);
+    const std::string what = text_of(texture, mip);
+    const std::size_t size = mip_bytes(texture.desc(), mip);
+    const HostBuffer& staging = context_->staging(size, MemoryUse::from_device);
+    context_->run_once("download of " + what, [&](VkCommandBuffer commands) {
+      const VkBufferImageCopy copy = source.copy_of(mip);
+      vkCmdCopyImageToBuffer(commands, source.image(), VK_IMAGE_LAYOUT_GENERAL, staging.handle, 1, &copy);
+    });
+    return {staging.memory.mapped, staging.memory.mapped + size};
+  }
+
+  std::vector<std::byte> download(const Buffer& buffer) override {
+    const VulkanBuffer& source = own(buffer, *context_);
+    const HostBuffer& staging = context_->staging(buffer.size_bytes(), MemoryUse::from_device);
+    context_->run_once("download of buffer \"" + source.name() + "\"", [&](VkCommandBuffer commands) {
+      const VkBufferCopy copy{0, 0, buffer.size_bytes()};
+      vkCmdCopyBuffer(commands, source.handle(), staging.handle, 1, &copy);
+    });
+    return {staging.memory.mapped, staging.memory.mapped + buffer.size_bytes()};
+  }
+
+  std::unique_ptr<CommandList> begin() override { return std::make_unique<VulkanCommandList>(context_); }
+
+  std::vector<PassTime> submit(CommandList& list) override {
+    auto* mine = dynamic_cast<VulkanCommandList*>(&list);
+    if (!mine || mine->context() != context_.get()) throw std::logic_error("a command list belongs to another device");
+    return mine->run();
+  }
+
+ private:
+  /// What the validation layer says about a new object belongs to the one who made it.
+  template <typename T>
+  std::unique_ptr<T> checked(std::unique_ptr<T> made) {
+    context_->messages().throw_if_any();
+    return made;
+  }
+
+  const HostBuffer& staged(std::span<const std::byte> bytes) {
+    const HostBuffer& staging = context_->staging(bytes.size(), MemoryUse::to_device);
+    std::memcpy(staging.memory.mapped, bytes.data(), bytes.size());
+    return staging;
+  }
+
+  static std::string text_of(const Texture& texture, int mip) {
+    const TextureDesc& desc = texture.desc();
+    const std::string text =
+        "mip " + std::to_string(mip) + " of texture \"" + desc.name + "\" (" + size_text(desc) + ")";
+    if (mip < 0 || mip >= desc.mips) throw std::logic_error("there is no " + text);
+    return text;
+  }
+
+  std::shared_ptr<Context> context_;
+  std::vector<ShaderCode> more_shaders_;
+};
+
+}  // namespace
+}  // namespace vulkan
+
+std::unique_ptr<Device> create_vulkan_device(const DeviceOptions& options) {
+  auto instance = std::make_unique<vulkan::Instance>(options.validation);
+  const vulkan::Choice choice = vulkan::choose_device(*instance);
+  auto context = std::make_shared<vulkan::Context>(std::move(instance), choice.physical, choice.queue_family);
+  return std::make_unique<vulkan::VulkanDevice>(std::move(context), options.more_shaders);
+}
+
+}  // namespace lumigraft::gpu

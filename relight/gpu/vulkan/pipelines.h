@@ -1,0 +1,51 @@
+#pragma once
+// Pipelines whose layouts come from their shaders.
+#include "relight/gpu/shader_reflection.h"
+#include "relight/gpu/vulkan/context.h"
+
+namespace lumigraft::gpu::vulkan {
+
+/// The Vulkan objects of either kind of pipeline.
+struct PipelineObjects {
+  explicit PipelineObjects(std::shared_ptr<Context> context_of_all) : context(std::move(context_of_all)) {}
+  ~PipelineObjects();
+  PipelineObjects(const PipelineObjects&) = delete;
+  PipelineObjects& operator=(const PipelineObjects&) = delete;
+
+  void create_layout(VkShaderStageFlags stages);
+
+  std::shared_ptr<Context> context;
+  std::string name;  ///< of the shader or shaders, for messages
+  ShaderInterface interface;
+  VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  VkPipeline handle = VK_NULL_HANDLE;
+};
+
+class VulkanCompute final : public ComputePipeline {
+ public:
+  VulkanCompute(std::shared_ptr<Context> context, const ShaderCode& shader);
+  const PipelineObjects& objects() const { return objects_; }
+
+ private:
+  PipelineObjects objects_;
+};
+
+class VulkanRaster final : public RasterPipeline {
+ public:
+  VulkanRaster(std::shared_ptr<Context> context, const RasterDesc& desc, const ShaderCode& vertex,
+               const ShaderCode& fragment);
+  const PipelineObjects& objects() const { return objects_; }
+  const RasterDesc& desc() const { return desc_; }
+
+ private:
+  void check_desc() const;
+  void create(VkShaderModule vertex, VkShaderModule fragment);
+
+  PipelineObjects objects_;
+  RasterDesc desc_;
+};
+
+VkDescriptorType descriptor_type(Binding::Kind kind);
+
+}  // namespace lumigraft::gpu::vulkan

@@ -1,0 +1,51 @@
+#pragma once
+// What one command list records into: a command buffer, descriptor sets, the bytes of uniform blocks, timestamps.
+// Grows as needed, and is used again by later lists.
+#include "relight/gpu/vulkan/context.h"
+
+namespace lumigraft::gpu::vulkan {
+
+struct Recording {
+  explicit Recording(Context& context);
+  ~Recording();
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+
+  void begin();
+  VkDescriptorSet allocate_set(VkDescriptorSetLayout layout);
+  /// Copies `bytes` where shaders can read them; the range is padded to `padded_bytes`.
+  VkDescriptorBufferInfo copy_params(std::span<const std::byte> bytes, std::size_t padded_bytes);
+  /// Writes the device's time when all commands so far are done; returns the index of the timestamp.
+  int write_timestamp();
+  std::vector<std::uint64_t> read_timestamps();
+
+  VkCommandBuffer commands = VK_NULL_HANDLE;
+
+ private:
+  VkDescriptorPool create_descriptor_pool();
+
+  Context& context_;
+  VkCommandPool pool_ = VK_NULL_HANDLE;
+  std::vector<VkDescriptorPool> descriptor_pools_;
+  std::size_t descriptor_pool_ = 0;  ///< the one in use
+  std::vector<HostBuffer> params_;
+  std::size_t params_chunk_ = 0, params_used_ = 0;
+  std::vector<VkQueryPool> queries_;
+  int timestamps_ = 0;
+};
+
+/// Returns its pools to the context when it goes.
+class RecordingLease {
+ public:
+  explicit RecordingLease(std::shared_ptr<Context> context);
+  ~RecordingLease();
+  RecordingLease(const RecordingLease&) = delete;
+  RecordingLease& operator=(const RecordingLease&) = delete;
+  Recording* operator->() const { return recording_.get(); }
+
+ private:
+  std::shared_ptr<Context> context_;
+  std::unique_ptr<Recording> recording_;
+};
+
+}  // namespace lumigraft::gpu::vulkan

@@ -1,0 +1,204 @@
+#include "relight/gpu/vulkan/resources.h"
+
+#include <algorithm>
+
+#include "relight/gpu/formats.h"
+#include "relight/gpu/vulkan/choose_device.h"
+
+namespace lumigraft::gpu::vulkan {
+namespace {
+
+constexpr VkComponentMapping no_swizzle{};
+
+std::uint32_t edge(int value) { return static_cast<std::uint32_t>(value); }
+
+VkImageUsageFlags usage_of(const TextureDesc& desc) {
+  VkImageUsageFlags usage =
+      VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  if (!is_depth(desc.format)) usage |= VK_IMAGE_USAGE_STORAGE_BIT;
+  if (desc.attachment) {
+    usage |= is_depth(desc.format) ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
+  }
+  return usage;
+}
+
+}  // namespace
+
+VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc& desc)
+    : Texture(desc), context_(std::move(context)) {
+  check_texture_desc(desc_);
+  const std::uint32_t most =
+      is_volume(desc_) ? context_->limits().maxImageDimension3D : context_->limits().maxImageDimension2D;
+  if (edge(std::max({desc_.width, desc_.height, desc_.depth})) > most) {
+    throw GpuError("texture \"" + desc_.name + "\" (" + size_text(desc_) + "): the longest edge of " +
+                   context_->name() + " is " + std::to_string(most));
+  }
+  try {
+    create_image();
+    create_views();
+    clear_new();
+  } catch (...) {
+    destroy();
+    throw;
+  }
+}
+
+VulkanTexture::~VulkanTexture() { destroy(); }
+
+void VulkanTexture::create_image() {
+  const std::string what = "texture \"" + desc_.name + "\" (" + size_text(desc_) + ")";
+  VkImageCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
+  info.imageType = is_volume(desc_) ? VK_IMAGE_TYPE_3D : VK_IMAGE_TYPE_2D;
+  info.format = vk_format(desc_.format);
+  info.extent = {edge(desc_.width), edge(desc_.height), edge(desc_.depth)};
+  info.mipLevels = edge(desc_.mips);
+  info.arrayLayers = 1;
+  info.samples = VK_SAMPLE_COUNT_1_BIT;
+  info.tiling = VK_IMAGE_TILING_OPTIMAL;
+  info.usage = usage_of(desc_);
+  check(vkCreateImage(context_->device(), &info, nullptr, &image_), "creating " + what);
+  VkMemoryRequirements needs{};
+  vkGetImageMemoryRequirements(context_->device(), image_, &needs);
+  memory_ = context_->allocate(needs, MemoryUse::device, what);
+  check(vkBindImageMemory(context_->device(), image_, memory_.handle, 0), "binding " + what);
+  context_->set_name(VK_OBJECT_TYPE_IMAGE, reinterpret_cast<std::uint64_t>(image_), desc_.name);
+}
+
+void VulkanTexture::create_views() {
+  const auto create = [&](int first, int count) {
+    const VkImageViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+                                     .pNext = nullptr,
+                                     .flags = 0,
+                                     .image = image_,
+                                     .viewType = is_volume(desc_) ? VK_IMAGE_VIEW_TYPE_3D : VK_IMAGE_VIEW_TYPE_2D,
+                                     .format = vk_format(desc_.format),
+                                     .components = no_swizzle,
+                                     .subresourceRange = {aspect(), edge(first), edge(count), 0, 1}};
+    VkImageView view = VK_NULL_HANDLE;
+    check(vkCreateImageView(context_->device(), &info, nullptr, &view), "viewing texture \"" + desc_.name + "\"");
+    return view;
+  };
+  for (int mip = 0; mip < desc_.mips; ++mip) {
+    mip_views_.push_back(create(mip, 1));
+    views_from_.push_back(create(mip, desc_.mips - mip));
+  }
+}
+
+void VulkanTexture::clear_new() {
+  context_->run_once("clearing texture \"" + desc_.name + "\"", [&](VkCommandBuffer commands) {
+    VkImageMemoryBarrier2 barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+    barrier.srcStageMask = VK_PIPELINE_STAGE_2_NONE;
+    barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
+    barrier.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+    barrier.newLayout = VK_IMAGE_LAYOUT_GENERAL;
+    barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = image_;
+    barrier.subresourceRange = {aspect(), 0, VK_REMAINING_MIP_LEVELS, 0, 1};
+    VkDependencyInfo dependency{};
+    dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
+    dependency.imageMemoryBarrierCount = 1;
+    dependency.pImageMemoryBarriers = &barrier;
+    vkCmdPipelineBarrier2(commands, &dependency);
+    clear_all_mips(commands, *this, {});
+  });
+}
+
+void VulkanTexture::destroy() {
+  for (const auto* views : {&mip_views_, &views_from_}) {
+    for (const VkImageView view : *views) vkDestroyImageView(context_->device(), view, nullptr);
+  }
+  vkDestroyImage(context_->device(), image_, nullptr);
+  vkFreeMemory(context_->device(), memory_.handle, nullptr);
+}
+
+VkImageAspectFlags VulkanTexture::aspect() const {
+  return is_depth(desc_.format) ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
+}
+
+VkBufferImageCopy VulkanTexture::copy_of(int mip) const {
+  VkBufferImageCopy copy{};
+  copy.imageSubresource = {aspect(), edge(mip), 0, 1};
+  copy.imageExtent = {edge(mip_edge(desc_.width, mip)), edge(mip_edge(desc_.height, mip)),
+                      edge(mip_edge(desc_.depth, mip))};
+  return copy;
+}
+
+VulkanBuffer::VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)
+    : Buffer(size_bytes), context_(std::move(context)), name_(name) {
+  if (size_bytes == 0) throw std::logic_error("buffer \"" + name_ + "\" has no bytes");
+  if (size_bytes > context_->limits().maxStorageBufferRange) {
+    throw GpuError("buffer \"" + name_ + "\" has " + std::to_string(size_bytes) + " bytes; the most of " +
+                   context_->name() + " is " + std::to_string(context_->limits().maxStorageBufferRange));
+  }
+  try {
+    create();
+  } catch (...) {
+    destroy();
+    throw;
+  }
+}
+
+VulkanBuffer::~VulkanBuffer() { destroy(); }
+
+void VulkanBuffer::create() {
+  const std::string what = "buffer \"" + name_ + "\"";
+  VkBufferCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  info.size = (size_bytes_ + 3) / 4 * 4;  // fills and shaders go by words
+  info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_VERTEX_BUFFER_BIT |
+               VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  check(vkCreateBuffer(context_->device(), &info, nullptr, &buffer_), "creating " + what);
+  VkMemoryRequirements needs{};
+  vkGetBufferMemoryRequirements(context_->device(), buffer_, &needs);
+  memory_ = context_->allocate(needs, MemoryUse::device, what);
+  check(vkBindBufferMemory(context_->device(), buffer_, memory_.handle, 0), "binding " + what);
+  context_->set_name(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<std::uint64_t>(buffer_), name_);
+  context_->run_once("clearing " + what,
+                     [&](VkCommandBuffer commands) { vkCmdFillBuffer(commands, buffer_, 0, VK_WHOLE_SIZE, 0); });
+}
+
+void VulkanBuffer::destroy() {
+  vkDestroyBuffer(context_->device(), buffer_, nullptr);
+  vkFreeMemory(context_->device(), memory_.handle, nullptr);
+}
+
+const VulkanTexture& own(const Texture& texture, const Context& context) {
+  const auto* mine = dynamic_cast<const VulkanTexture*>(&texture);
+  if (mine && mine->context() == &context) return *mine;
+  throw std::logic_error("texture \"" + texture.desc().name + "\" belongs to another device");
+}
+
+const VulkanBuffer& own(const Buffer& buffer, const Context& context) {
+  const auto* mine = dynamic_cast<const VulkanBuffer*>(&buffer);
+  if (mine && mine->context() == &context) return *mine;
+  throw std::logic_error("a buffer belongs to another device");
+}
+
+VkClearColorValue clear_value(Format format, const std::array<float, 4>& value) {
+  VkClearColorValue color{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (is_integer(format)) {
+      const double bounded = std::clamp(static_cast<double>(value[i]), 0.0, 4294967295.0);
+      color.uint32[i] = static_cast<std::uint32_t>(bounded);
+    } else {
+      color.float32[i] = value[i];
+    }
+  }
+  return color;
+}
+
+void clear_all_mips(VkCommandBuffer commands, const VulkanTexture& texture, const std::array<float, 4>& value) {
+  const VkImageSubresourceRange range{texture.aspect(), 0, VK_REMAINING_MIP_LEVELS, 0, 1};
+  if (is_depth(texture.desc().format)) {
+    const VkClearDepthStencilValue depth{value[0], 0};
+    vkCmdClearDepthStencilImage(commands, texture.image(), VK_IMAGE_LAYOUT_GENERAL, &depth, 1, &range);
+  } else {
+    const VkClearColorValue color = clear_value(texture.desc().format, value);
+    vkCmdClearColorImage(commands, texture.image(), VK_IMAGE_LAYOUT_GENERAL, &color, 1, &range);
+  }
+}
+
+}  // namespace lumigraft::gpu::vulkan

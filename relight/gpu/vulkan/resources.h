@@ -1,0 +1,60 @@
+#pragma once
+// Textures and buffers. Every image stays in VK_IMAGE_LAYOUT_GENERAL from its creation on: any use may follow any other
+// with a memory barrier alone.
+#include "relight/gpu/vulkan/context.h"
+
+namespace lumigraft::gpu::vulkan {
+
+class VulkanTexture final : public Texture {
+ public:
+  VulkanTexture(std::shared_ptr<Context> context, const TextureDesc& desc);
+  ~VulkanTexture() override;
+
+  const Context* context() const { return context_.get(); }
+  VkImage image() const { return image_; }
+  VkImageView mip_view(int mip) const { return mip_views_[static_cast<std::size_t>(mip)]; }
+  VkImageView view_from(int mip) const { return views_from_[static_cast<std::size_t>(mip)]; }
+  VkImageAspectFlags aspect() const;
+  VkBufferImageCopy copy_of(int mip) const;
+
+ private:
+  void create_image();
+  void create_views();
+  void clear_new();
+  void destroy();
+
+  std::shared_ptr<Context> context_;
+  VkImage image_ = VK_NULL_HANDLE;
+  Memory memory_;
+  std::vector<VkImageView> mip_views_;   ///< one level each: storage, attachments
+  std::vector<VkImageView> views_from_;  ///< from one level to the last: sampling
+};
+
+class VulkanBuffer final : public Buffer {
+ public:
+  VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name);
+  ~VulkanBuffer() override;
+
+  const Context* context() const { return context_.get(); }
+  VkBuffer handle() const { return buffer_; }
+  const std::string& name() const { return name_; }
+
+ private:
+  void create();
+  void destroy();
+
+  std::shared_ptr<Context> context_;
+  std::string name_;
+  VkBuffer buffer_ = VK_NULL_HANDLE;
+  Memory memory_;
+};
+
+/// The Vulkan object behind what a caller passed. Throws std::logic_error where it belongs to another device.
+const VulkanTexture& own(const Texture& texture, const Context& context);
+const VulkanBuffer& own(const Buffer& buffer, const Context& context);
+
+/// A colour for `format`; integers are rounded down and clamped.
+VkClearColorValue clear_value(Format format, const std::array<float, 4>& value);
+void clear_all_mips(VkCommandBuffer commands, const VulkanTexture& texture, const std::array<float, 4>& value);
+
+}  // namespace lumigraft::gpu::vulkan
