@@ -1,0 +1,35 @@
+#pragma once
+// A fish-eye picture resampled to latitude and longitude, and such a picture's spherical harmonics.
+#include <cstdint>
+#include <vector>
+
+#include "reconstruct/light.h"
+#include "reconstruct/light_view.h"
+
+namespace lumigraft {
+
+/// Which fish-eye pixels make up which cell of the latitude-longitude picture; computed once per camera.
+class EnvironmentResampler {
+ public:
+  EnvironmentResampler(const FisheyeCamera& camera, const FisheyeView& view, int width, int height);
+
+  /// Means over cells. The seen part is scaled per channel so that it integrates to the picture exactly; unseen cells
+  /// take the mean of the seen cells nearest to them.
+  EnvironmentPicture resample(const Image<float>& radiance, const FisheyeView& view) const;
+
+ private:
+  int width_, height_;
+  std::vector<float> cell_solid_angle_;       ///< per row
+  std::vector<float> seen_share_;             ///< per cell: part of it that the fish-eye sees
+  std::vector<std::uint32_t> pixel_begin_;    ///< per cell and one more: range in pixels_
+  std::vector<std::uint32_t> pixels_;         ///< one fish-eye pixel per sub-sample
+  std::vector<std::uint32_t> unseen_;         ///< cells no sub-sample of which is seen
+  std::vector<std::uint32_t> nearest_begin_;  ///< per unseen cell and one more: range in nearest_
+  std::vector<std::uint32_t> nearest_;        ///< seen cells
+};
+
+Eigen::Vector3f environment_direction(int u, int v, int width, int height);  ///< of a cell's centre
+float environment_solid_angle_sr(int v, int width, int height);              ///< of a cell in row v
+Sh9 project_sh(const EnvironmentPicture& picture);
+
+}  // namespace lumigraft

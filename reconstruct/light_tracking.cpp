@@ -1,0 +1,81 @@
+#include "reconstruct/light_tracking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace lumigraft {
+namespace {
+
+constexpr float kSameLampRad = 0.1f;  // between two pictures
+constexpr float kStillRad = 0.009f;   // about a pixel and a half of a 512-pixel fish-eye
+constexpr float kStillShare = 0.1f;   // of a lamp's irradiance
+constexpr int kLongestMean = 10;      // pictures
+
+struct Match {
+  float angle;
+  std::size_t now, last;
+};
+
+float angle_between(const PointLight& a, const PointLight& b) {
+  return std::acos(std::clamp(a.direction.dot(b.direction), -1.0f, 1.0f));
+}
+
+/// For each lamp of `now` the index of its lamp in `last`, or -1: nearest pairs first.
+std::vector<int> match(const std::vector<PointLight>& now, const std::vector<PointLight>& last) {
+  std::vector<Match> pairs;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    for (std::size_t j = 0; j < last.size(); ++j) {
+      const float angle = angle_between(now[i], last[j]);
+      if (angle < kSameLampRad) pairs.push_back({angle, i, j});
+    }
+  }
+  std::stable_sort(pairs.begin(), pairs.end(), [](const Match& a, const Match& b) { return a.angle < b.angle; });
+  std::vector<int> result(now.size(), -1);
+  std::vector<bool> taken(last.size(), false);
+  for (const Match& pair : pairs) {
+    if (result[pair.now] >= 0 || taken[pair.last]) continue;
+    result[pair.now] = static_cast<int>(pair.last);
+    taken[pair.last] = true;
+  }
+  return result;
+}
+
+bool still(const PointLight& now, const PointLight& last) {
+  return angle_between(now, last) < kStillRad && now.clipped == last.clipped &&
+         (now.irradiance - last.irradiance).norm() < kStillShare * last.irradiance.norm();
+}
+
+}  // namespace
+
+void LightTracker::reset() { *this = LightTracker(); }
+
+void LightTracker::update(const Illumination* last, Illumination& now) {
+  const std::vector<PointLight> none;
+  const std::vector<PointLight>& before = last ? last->lights : none;
+  const std::vector<int> found = match(now.lights, before);
+  bool all_still = last && now.lights.size() == before.size();
+  for (std::size_t i = 0; i < now.lights.size(); ++i) {
+    now.lights[i].id = found[i] < 0 ? next_id_++ : before[static_cast<std::size_t>(found[i])].id;
+    all_still = all_still && found[i] >= 0 && still(now.lights[i], before[static_cast<std::size_t>(found[i])]);
+  }
+  averaged_ = all_still ? std::min(averaged_ + 1, kLongestMean) : 1;
+  if (averaged_ == 1) return;
+
+  const float a = 1.0f / averaged_, b = 1 - a;
+  for (std::size_t i = 0; i < now.lights.size(); ++i) {
+    PointLight& light = now.lights[i];
+    const PointLight& old = before[static_cast<std::size_t>(found[i])];
+    light.direction = (a * light.direction + b * old.direction).normalized();
+    light.irradiance = a * light.irradiance + b * old.irradiance;
+    light.angular_radius_rad = a * light.angular_radius_rad + b * old.angular_radius_rad;
+  }
+  for (std::size_t i = 0; i < now.remainder.radiance.data.size(); ++i) {
+    now.remainder.radiance.data[i] = a * now.remainder.radiance.data[i] + b * last->remainder.radiance.data[i];
+  }
+  for (std::size_t i = 0; i < now.remainder_sh.size(); ++i) {
+    now.remainder_sh[i] = a * now.remainder_sh[i] + b * last->remainder_sh[i];
+  }
+}
+
+}  // namespace lumigraft

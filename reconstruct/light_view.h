@@ -1,0 +1,22 @@
+#pragma once
+// What each pixel of the fish-eye sees, in the tag frame.
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "capture/session.h"
+
+namespace lumigraft {
+
+struct FisheyeView {
+  int width = 0;
+  int height = 0;
+  std::vector<Eigen::Vector3f> direction;  ///< unit, tag frame; zero where the pixel sees nothing
+  std::vector<float> solid_angle_sr;       ///< 0 where the pixel sees nothing
+
+  bool sees(std::size_t pixel) const { return solid_angle_sr[pixel] > 0; }
+};
+
+FisheyeView fisheye_view(const FisheyeCamera& camera);
+
+}  // namespace lumigraft

@@ -1,0 +1,262 @@
+#include "reconstruct/light_split.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "reconstruct/light_cut.h"
+#include "reconstruct/light_environment.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kDegree = kPi / 180;
+
+FisheyeCamera fisheye(double fov_degrees = 190, int size = 300) {
+  FisheyeCamera camera;
+  camera.model.kind = CameraModel::Kind::equidistant;
+  camera.model.width = camera.model.height = size;
+  camera.model.fx = camera.model.fy = size / 2.0 / (fov_degrees / 2 * kDegree);
+  camera.model.cx = camera.model.cy = size / 2.0 - 0.5;
+  camera.model.fov_rad = fov_degrees * kDegree;
+  camera.T_tag_fisheye.linear() = Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return camera;
+}
+
+using Radiance = std::function<Eigen::Vector3f(const Eigen::Vector3f&)>;
+
+/// Renders with 3 x 3 samples a pixel, so borders are blurred as by a real pixel.
+Image<float> render(const FisheyeCamera& camera, const Radiance& radiance) {
+  Image<float> picture(camera.model.width, camera.model.height, 3);
+  const Eigen::Matrix3d R = camera.T_tag_fisheye.linear();
+  for (int v = 0; v < picture.height; ++v) {
+    for (int u = 0; u < picture.width; ++u) {
+      Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+      for (int i = 0; i < 9; ++i) {
+        const auto d = camera.model.unproject(Eigen::Vector2d(u + (i % 3 - 1) / 3.0, v + (i / 3 - 1) / 3.0));
+        if (d) sum += radiance((R * *d).cast<float>());
+      }
+      for (int c = 0; c < 3; ++c) picture.at(u, v, c) = sum[c] / 9;
+    }
+  }
+  return picture;
+}
+
+Eigen::Vector3f towards(double polar_degrees, double azimuth_degrees) {
+  const double t = polar_degrees * kDegree, p = azimuth_degrees * kDegree;
+  return Eigen::Vector3d(std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), std::cos(t)).cast<float>();
+}
+
+bool within(const Eigen::Vector3f& d, const Eigen::Vector3f& axis, double degrees) {
+  return d.dot(axis) >= std::cos(degrees * kDegree);
+}
+
+double angle_degrees(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+  return std::acos(std::min(1.0, a.cast<double>().normalized().dot(b.cast<double>().normalized()))) / kDegree;
+}
+
+double disk_sr(double radius_degrees) { return 2 * kPi * (1 - std::cos(radius_degrees * kDegree)); }
+
+Image<std::uint8_t> unclipped(const Image<float>& picture) {
+  return Image<std::uint8_t>(picture.width, picture.height, 1, 0);
+}
+
+Eigen::Vector3d integral(const Image<float>& picture, const FisheyeView& view) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t pixel = 0; pixel < view.solid_angle_sr.size(); ++pixel) {
+    for (int c = 0; c < 3; ++c) sum[c] += double(picture.data[3 * pixel + c]) * view.solid_angle_sr[pixel];
+  }
+  return sum;
+}
+
+const Eigen::Vector3f kRoom(0.1f, 0.12f, 0.15f);
+
+TEST(LightSplit, OneLampInClosedForm) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  for (const double polar : {5.0, 40.0, 80.0}) {
+    const Eigen::Vector3f lamp = towards(polar, 70), radiance(40, 30, 20);
+    const auto picture =
+        render(camera, [&](const Eigen::Vector3f& d) { return within(d, lamp, 3) ? radiance : kRoom; });
+    const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
+    ASSERT_EQ(split.lamps.size(), 1u) << polar;
+    EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.05);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(split.lamps[0].irradiance[c] / ((radiance[c] - kRoom[c]) * disk_sr(3)), 1, 0.01);
+    }
+    EXPECT_NEAR(split.lamps[0].solid_angle_sr / disk_sr(3), 1, 0.08);
+    // The hole holds the room again.
+    for (std::size_t i = 0; i < view.solid_angle_sr.size(); ++i) {
+      if (within(view.direction[i], lamp, 4)) {
+        EXPECT_NEAR(split.rest.data[3 * i], kRoom[0], 1e-4);
+      }
+    }
+  }
+}
+
+TEST(LightSplit, LampsAndRestIntegrateToThePicture) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  const Eigen::Vector3f bulb = towards(50, 10), panel = towards(30, 200), tiny = towards(70, 100);
+  const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+    if (within(d, bulb, 3)) return {85, 55, 28};
+    if (within(d, panel, 9)) return {9, 13, 19};
+    if (within(d, tiny, 0.4)) return {3, 3, 3};  // under 1 % of the energy: stays in the rest
+    return kRoom * (1.2f + d.z() + 0.5f * d.x());
+  });
+  const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
+  ASSERT_EQ(split.lamps.size(), 2u);
+  Eigen::Vector3d sum = integral(split.rest, view);
+  for (const Lamp& lamp : split.lamps) sum += lamp.irradiance.cast<double>();
+  const Eigen::Vector3d whole = integral(picture, view);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / whole[c], 1, 1e-6);
+}
+
+TEST(LightSplit, TwoLampsTwoToFortyDegreesApart) {
+  const FisheyeCamera camera = fisheye(160, 430);
+  const FisheyeView view = fisheye_view(camera);
+  for (const double separation : {2.0, 5.0, 12.0, 40.0}) {
+    const Eigen::Vector3f a = towards(30, 0), b = towards(30 + separation, 0);
+    const double radius = std::min(2.0, 0.3 * separation);
+    const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+      return within(d, a, radius)   ? Eigen::Vector3f(30, 30, 30)
+             : within(d, b, radius) ? Eigen::Vector3f(10, 15, 20)
+                                    : kRoom;
+    });
+    const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
+    ASSERT_EQ(split.lamps.size(), 2u) << separation;
+    // Two degrees are 5 pixels here: a blurred border goes to the stronger lamp, energy as a whole stays.
+    const bool touching = separation < 3;
+    EXPECT_LT(angle_degrees(split.lamps[0].direction, a), touching ? 0.2 : 0.05) << separation;
+    EXPECT_LT(angle_degrees(split.lamps[1].direction, b), touching ? 0.2 : 0.05) << separation;
+    const double first = split.lamps[0].irradiance.y() / disk_sr(radius),
+                 second = split.lamps[1].irradiance.y() / disk_sr(radius);
+    EXPECT_NEAR((first + second) / 45, 1, 0.03) << separation;
+    EXPECT_NEAR(first / 30, 1, touching ? 0.15 : 0.03) << separation;
+    EXPECT_NEAR(second / 15, 1, touching ? 0.3 : 0.03) << separation;
+  }
+}
+
+TEST(LightSplit, AWindowBecomesSeveralLamps) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  const Eigen::Vector3f window = towards(45, 120);
+  const double radius = 22;
+  const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+    return within(d, window, radius) ? Eigen::Vector3f(5, 6, 8) : kRoom;
+  });
+  const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
+  EXPECT_GE(split.lamps.size(), 2u);
+  EXPECT_LE(split.lamps.size(), 8u);
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero(), centre = Eigen::Vector3f::Zero();
+  for (const Lamp& lamp : split.lamps) {
+    sum += lamp.irradiance;
+    centre += lamp.irradiance.y() * lamp.direction;
+  }
+  EXPECT_NEAR(sum.y() / ((6 - kRoom.y()) * disk_sr(radius)), 1, 0.01);
+  EXPECT_LT(angle_degrees(centre, window), 0.1);
+}
+
+TEST(LightSplit, SoftGlowAndLitPaperAreNoLamps) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  const Eigen::Vector3f lamp = towards(20, 0), glow = towards(70, 90), paper = towards(80, 200);
+  const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+    if (within(d, lamp, 3)) return {50, 50, 50};
+    if (within(d, paper, 6)) return Eigen::Vector3f::Constant(0.12f);
+    const float x = angle_degrees(d, glow) / 12;
+    return Eigen::Vector3f::Constant(0.02f + 1.5f * std::exp(-x * x));
+  });
+  const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
+  ASSERT_EQ(split.lamps.size(), 1u);
+  EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.05);
+}
+
+TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  const Eigen::Vector3f lamp = towards(40, 0), wall = towards(70, 180);
+  auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+    const float x = angle_degrees(d, wall) / 15;
+    return within(d, lamp, 3) ? Eigen::Vector3f(50, 50, 50)
+                              : Eigen::Vector3f::Constant(0.08f + 0.12f * std::exp(-x * x));
+  });
+  Image<std::uint8_t> clipped = unclipped(picture);
+  for (std::size_t i = 0; i < clipped.data.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      float& value = picture.data[3 * i + c];
+      if (value < 0.16f) continue;
+      value = 0.16f;
+      clipped.data[i] = 1;
+    }
+  }
+  const LightSplit split = split_lamps(picture, clipped, view, 8);
+  ASSERT_EQ(split.lamps.size(), 1u);
+  EXPECT_TRUE(split.lamps[0].clipped);
+  EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
+}
+
+TEST(LightSplit, NoLampInAnEvenSky) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  const auto picture = render(camera, [&](const Eigen::Vector3f& d) { return (kRoom * (1 + d.z())).eval(); });
+  const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
+  EXPECT_TRUE(split.lamps.empty());
+  EXPECT_EQ(split.rest.data, picture.data);
+}
+
+TEST(LightSplit, VarianceCutHalvesAStripInTheMiddle) {
+  const FisheyeView view = fisheye_view(fisheye());
+  std::vector<PixelEnergy> strip;
+  for (std::uint32_t x = 100; x < 200; ++x) {
+    for (std::uint32_t y = 150; y < 154; ++y) strip.push_back({y * 300 + x, Eigen::Vector3f::Constant(1)});
+  }
+  const auto parts = variance_cut(strip, view, 2);
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_NEAR(static_cast<double>(parts[0].size()), 200, 8);
+  EXPECT_EQ(parts[0].size() + parts[1].size(), strip.size());
+}
+
+TEST(LightEnvironment, ResampledPictureKeepsEnergyAndDirections) {
+  const FisheyeCamera camera = fisheye(359.9);  // sees (almost) everything, so nothing is filled
+  const FisheyeView view = fisheye_view(camera);
+  const Radiance radiance = [](const Eigen::Vector3f& d) {
+    return Eigen::Vector3f(1 + d.x(), 1 + 0.5f * d.y(), 1 - 0.8f * d.z());
+  };
+  const auto picture = render(camera, radiance);
+  const EnvironmentPicture environment = EnvironmentResampler(camera, view, 128, 64).resample(picture, view);
+  const Eigen::Vector3d whole = integral(picture, view);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int v = 0; v < 64; ++v) {
+    for (int u = 0; u < 128; ++u) {
+      const Eigen::Vector3f d = environment_direction(u, v, 128, 64);
+      for (int c = 0; c < 3; ++c) sum[c] += environment.radiance.at(u, v, c) * environment_solid_angle_sr(v, 128, 64);
+      EXPECT_LT((environment.sample(d) - radiance(d)).norm(), v < 2 || v > 61 ? 0.25 : 0.03) << u << " " << v;
+    }
+  }
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / whole[c], 1, 1e-3);
+  // 1 + x has the coefficients 2√π and √(4π/3).
+  const Sh9 sh = project_sh(environment);
+  EXPECT_NEAR(sh[0].x(), std::sqrt(4 * kPi), 0.02);
+  EXPECT_NEAR(sh[3].x(), std::sqrt(4 * kPi / 3), 0.02);
+  EXPECT_NEAR(sh[2].z(), -0.8 * std::sqrt(4 * kPi / 3), 0.02);
+  EXPECT_NEAR(sh[8].y(), 0, 0.01);
+}
+
+TEST(LightEnvironment, UnseenDirectionsTakeTheNearestSeen) {
+  const FisheyeCamera camera = fisheye(190);
+  const FisheyeView view = fisheye_view(camera);
+  const auto picture = render(
+      camera, [](const Eigen::Vector3f& d) { return d.x() > 0 ? Eigen::Vector3f(2, 2, 2) : Eigen::Vector3f(1, 1, 1); });
+  const EnvironmentPicture environment = EnvironmentResampler(camera, view, 128, 64).resample(picture, view);
+  EXPECT_NEAR(environment.sample(towards(120, 0)).x(), 2, 0.05);
+  EXPECT_NEAR(environment.sample(towards(120, 180)).x(), 1, 0.05);
+  EXPECT_NEAR(environment.sample(towards(30, 180)).x(), 1, 0.05);
+}
+
+}  // namespace
+}  // namespace lumigraft

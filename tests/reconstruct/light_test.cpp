@@ -1,0 +1,114 @@
+#include "reconstruct/light.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "reconstruct/light_view.h"
+
+namespace lumigraft {
+namespace {
+
+Session session_with_fisheye() {
+  Session session;
+  FisheyeCamera camera;
+  camera.model.kind = CameraModel::Kind::equidistant;
+  camera.model.width = camera.model.height = 256;
+  camera.model.fx = camera.model.fy = 77;
+  camera.model.cx = camera.model.cy = 127.5;
+  camera.model.fov_rad = 190 * std::numbers::pi / 180;
+  camera.exposure = 5;
+  camera.T_tag_fisheye.translation() = Eigen::Vector3d(-0.2, 0.1, 0.03);
+  session.fisheye = camera;
+  return session;
+}
+
+const Eigen::Vector3f kLampA = Eigen::Vector3f(1, 0, 1).normalized();
+const Eigen::Vector3f kLampB = Eigen::Vector3f(-1, -1, 1).normalized();
+
+float radiance_towards(const Eigen::Vector3f& d, float strength) {
+  if (d.dot(kLampA) > std::cos(0.06f)) return 40 * strength;
+  if (d.dot(kLampB) > std::cos(0.06f)) return 20;
+  return 0.1f;
+}
+
+FrameSet frame_with_lamps(const Session& session, float strength = 1) {
+  const FisheyeView view = fisheye_view(*session.fisheye);
+  auto picture = std::make_shared<Picture>();
+  picture->stream = Stream::fisheye;
+  picture->radiance = Image<float>(view.width, view.height, 3);
+  for (std::size_t i = 0; i < view.direction.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      picture->radiance.data[3 * i + c] = view.sees(i) ? radiance_towards(view.direction[i], strength) : 0;
+    }
+  }
+  FrameSet frame;
+  frame.fisheye.push_back(picture);
+  return frame;
+}
+
+TEST(LightStage, LampsKeepTheirNamesAndAnEqualPictureChangesNothing) {
+  const Session session = session_with_fisheye();
+  LightStage stage(session, {});
+  const auto first = stage.extract(frame_with_lamps(session));
+  ASSERT_TRUE(first.illumination);
+  EXPECT_TRUE(first.warnings.empty());
+  ASSERT_EQ(first.illumination->lights.size(), 2u);
+  EXPECT_LT((first.illumination->probe_position_m - Eigen::Vector3f(-0.2f, 0.1f, 0.03f)).norm(), 1e-6);
+  EXPECT_GT(first.illumination->lights[0].direction.dot(kLampA), std::cos(0.003f));
+  EXPECT_NEAR(first.illumination->lights[0].angular_radius_rad, 0.06, 0.004);
+  EXPECT_FALSE(first.illumination->lights[0].distance_known);
+
+  const auto again = stage.extract(frame_with_lamps(session));  // another picture object, the same content
+  EXPECT_EQ(again.illumination, first.illumination);
+  EXPECT_EQ(stage.extract(FrameSet()).illumination, first.illumination);
+
+  // Lamp A grows weaker than B: the order changes, the names do not.
+  const auto dimmed = stage.extract(frame_with_lamps(session, 0.25f));
+  EXPECT_GT(dimmed.illumination->version, first.illumination->version);
+  ASSERT_EQ(dimmed.illumination->lights.size(), 2u);
+  EXPECT_EQ(dimmed.illumination->lights[0].id, first.illumination->lights[1].id);
+  EXPECT_EQ(dimmed.illumination->lights[1].id, first.illumination->lights[0].id);
+  EXPECT_NEAR(dimmed.illumination->lights[1].irradiance.x() / first.illumination->lights[0].irradiance.x(), 0.25, 0.01);
+}
+
+TEST(LightStage, SmallChangesAreAveragedLampsAndRemainderAlike) {
+  const Session session = session_with_fisheye();
+  LightStage stage(session, {});
+  const auto first = stage.extract(frame_with_lamps(session, 1.00f)).illumination;
+  const auto second = stage.extract(frame_with_lamps(session, 1.04f)).illumination;
+  EXPECT_NEAR(second->lights[0].irradiance.x() / first->lights[0].irradiance.x(), 1.02, 0.002);
+}
+
+TEST(LightStage, ClippedLampsAreSaid) {
+  const Session session = session_with_fisheye();
+  FrameSet frame = frame_with_lamps(session);
+  auto picture = std::make_shared<Picture>(*frame.fisheye[0]);
+  picture->exposure = 5;
+  picture->encoded = Image<std::uint8_t>(256, 256, 3);
+  for (std::size_t i = 0; i < picture->encoded.data.size(); ++i) {
+    picture->encoded.data[i] =
+        static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(std::min(1.0f, 5 * picture->radiance.data[i]))));
+  }
+  picture->radiance = {};
+  frame.fisheye = {picture};
+  LightStage stage(session, {});
+  const auto result = stage.extract(frame);
+  ASSERT_EQ(result.illumination->lights.size(), 2u);
+  EXPECT_TRUE(result.illumination->lights[0].clipped);
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("2 lamps are clipped in the fish-eye picture: their power is a lower bound (0."),
+            std::string::npos)
+      << result.warnings[0];
+}
+
+TEST(LightStage, WithoutAPictureLightIsUnknownAndSaidSo) {
+  LightStage stage(session_with_fisheye(), {});
+  const auto result = stage.extract(FrameSet());
+  EXPECT_FALSE(result.illumination);
+  EXPECT_EQ(result.warnings.size(), 1u);
+}
+
+}  // namespace
+}  // namespace lumigraft
