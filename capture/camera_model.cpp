@@ -153,20 +153,16 @@ std::optional<double> fisheye_angle(const CameraModel& m, double radius) {
   for (int i = 0; i < 100; ++i) {
     const double error = fisheye_radius(m, theta) - radius;
     const bool unfolded = before_fisheye_fold(m, theta);
+    if (unfolded && std::abs(error) <= 1e-15 * (1.0 + radius)) {
+      break;
+    }
     (unfolded && error < 0 ? low : high) = theta;
     const double s = theta * theta;
     const double derivative = slope[0] + s * (slope[1] + s * (slope[2] + s * (slope[3] + s * slope[4])));
-    double next = theta - error / derivative;
-    if (!unfolded || !(next > low && next < high)) {
-      next = 0.5 * (low + high);
-    }
-    const bool still = std::abs(next - theta) <= 1e-16 * (1.0 + theta);
-    theta = next;
-    if (still || error == 0.0) {
-      break;
-    }
+    const double next = theta - error / derivative;
+    theta = unfolded && next > low && next < high ? next : 0.5 * (low + high);
   }
-  const bool solved = std::abs(fisheye_radius(m, theta) - radius) <= 1e-13 && before_fisheye_fold(m, theta);
+  const bool solved = std::abs(fisheye_radius(m, theta) - radius) <= 1e-12 && before_fisheye_fold(m, theta);
   return solved ? std::optional<double>(theta) : std::nullopt;
 }
 
@@ -203,6 +199,10 @@ double triangle_sr(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   return 2.0 * std::atan2(a.dot(b.cross(c)), 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
 }
 
+double quad_sr(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+  return std::abs(triangle_sr(a, b, c) + triangle_sr(a, c, d));
+}
+
 /// Solid angle of the cell of edge `size` about `centre`; 0 where a corner has no direction.
 double cell_sr(const CameraModel& m, const Vector2d& centre, double size) {
   const double h = 0.5 * size;
@@ -210,7 +210,7 @@ double cell_sr(const CameraModel& m, const Vector2d& centre, double size) {
   const auto b = unproject_unlimited(m, centre + Vector2d(h, -h));
   const auto c = unproject_unlimited(m, centre + Vector2d(h, h));
   const auto d = unproject_unlimited(m, centre + Vector2d(-h, h));
-  return a && b && c && d ? std::abs(triangle_sr(*a, *b, *c) + triangle_sr(*a, *c, *d)) : 0.0;
+  return a && b && c && d ? quad_sr(*a, *b, *c, *d) : 0.0;
 }
 
 }  // namespace
@@ -252,14 +252,15 @@ std::optional<Eigen::Vector3d> CameraModel::unproject(const Eigen::Vector2d& pix
 
 double CameraModel::solid_angle_sr(int u, int v) const {
   const Vector2d centre(u, v);
-  bool whole = true;
-  for (const double du : {-0.5, 0.5}) {
-    for (const double dv : {-0.5, 0.5}) {
-      whole = whole && unproject(centre + Vector2d(du, dv)).has_value();
-    }
+  const auto a = unproject(centre + Vector2d(-0.5, -0.5));
+  const auto b = unproject(centre + Vector2d(0.5, -0.5));
+  const auto c = unproject(centre + Vector2d(0.5, 0.5));
+  const auto d = unproject(centre + Vector2d(-0.5, 0.5));
+  if (a && b && c && d) {
+    return quad_sr(*a, *b, *c, *d);
   }
-  if (whole) {
-    return cell_sr(*this, centre, 1.0);
+  if (!a && !b && !c && !d && !unproject(centre)) {
+    return 0.0;  // a field that only grazes a pixel's edge is left out
   }
   // On the border of the field: the sum of those small cells whose centre is seen.
   constexpr int kCells = 16;

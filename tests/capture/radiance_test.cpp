@@ -1,0 +1,99 @@
+#include "capture/radiance.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace lumigraft {
+namespace {
+
+/// What an 8-bit sRGB camera shows of a row of grey radiances.
+std::shared_ptr<Picture> expose(const std::vector<double>& radiance, double exposure) {
+  auto picture = std::make_shared<Picture>();
+  picture->exposure = exposure;
+  picture->encoded = Image<std::uint8_t>(static_cast<int>(radiance.size()), 1, 3);
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const float linear = static_cast<float>(exposure * radiance[i]);
+      picture->encoded.at(static_cast<int>(i), 0, c) =
+          static_cast<std::uint8_t>(std::lround(255.0f * linear_to_srgb(linear)));
+    }
+  }
+  return picture;
+}
+
+std::vector<double> sweep(double low, double high, int count) {
+  std::vector<double> out;
+  for (int i = 0; i < count; ++i) {
+    out.push_back(low * std::pow(high / low, i / (count - 1.0)));
+  }
+  return out;
+}
+
+TEST(Radiance, OnePictureIsResponseOverExposure) {
+  Picture picture;
+  picture.exposure = 4.0;
+  picture.encoded = Image<std::uint8_t>(2, 1, 3);
+  picture.encoded.data = {0, 128, 249, 10, 250, 20};
+  const RadiancePicture out = to_radiance(picture, Response::srgb());
+  EXPECT_FLOAT_EQ(out.radiance.data[1], srgb_to_linear(128 / 255.0f) / 4.0f);
+  EXPECT_FLOAT_EQ(out.radiance.data[4], srgb_to_linear(250 / 255.0f) / 4.0f);
+  EXPECT_EQ(out.clipped.data, (std::vector<std::uint8_t>{0, 1}));
+  EXPECT_EQ(out.clipped_fraction, 0.5);
+}
+
+TEST(Radiance, PicturesOfRadiancePassThrough) {
+  Picture picture;
+  picture.exposure = 7.0;
+  picture.radiance = Image<float>(2, 1, 3);
+  picture.radiance.data = {1e6f, 0.5f, -0.25f, 1.0f, std::numeric_limits<float>::infinity(), std::nanf("")};
+  const RadiancePicture out = to_radiance(picture, Response::srgb());
+  EXPECT_EQ(out.radiance.data, (std::vector<float>{1e6f, 0.5f, 0.0f, 1.0f, 0.0f, 0.0f}));
+  EXPECT_EQ(out.clipped.data, (std::vector<std::uint8_t>{0, 1})) << "what is no number is a lower bound of zero";
+}
+
+TEST(Radiance, ABracketOfFourHoldsItsRoundingError) {
+  const std::vector<double> truth = sweep(1e-3, 500.0, 2000);
+  const double longest = 6.25;
+  std::vector<std::shared_ptr<const Picture>> bracket;
+  for (const double stop : {1.0, 1.0 / 16, 1.0 / 256, 1.0 / 4096}) {
+    bracket.push_back(expose(truth, longest * stop));
+  }
+  const RadiancePicture merged = merge_bracket(bracket, Response::srgb());
+  EXPECT_EQ(merged.clipped_fraction, 0.0);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    // Half a code at 1/16 of full scale, just after a longer exposure has clipped, is the worst: 2.5 %.
+    const double allowed = 0.025 * truth[i] + 0.5 / 255.0 / 12.92 / longest;
+    EXPECT_NEAR(merged.radiance.data[3 * i], truth[i], allowed);
+  }
+}
+
+TEST(Radiance, TheOrderOfABracketDoesNotMatter) {
+  const std::vector<double> truth = sweep(1e-3, 500.0, 200);
+  std::vector<std::shared_ptr<const Picture>> bracket = {expose(truth, 6.25), expose(truth, 0.39),
+                                                         expose(truth, 0.024)};
+  const RadiancePicture one = merge_bracket(bracket, Response::srgb());
+  std::reverse(bracket.begin(), bracket.end());
+  EXPECT_EQ(merge_bracket(bracket, Response::srgb()).radiance.data, one.radiance.data);
+}
+
+TEST(Radiance, WhatTheShortestExposureClipsIsALowerBound) {
+  const std::vector<double> truth = {1.0, 10.0, 100.0, 1e5};
+  const RadiancePicture merged = merge_bracket({expose(truth, 0.5), expose(truth, 0.05)}, Response::srgb());
+  EXPECT_EQ(merged.clipped.data, (std::vector<std::uint8_t>{0, 0, 1, 1}));
+  EXPECT_EQ(merged.clipped_fraction, 0.5);
+  EXPECT_NEAR(merged.radiance.data[3], 10.0, 0.1);
+  EXPECT_NEAR(merged.radiance.data[6], 20.0, 1e-4) << "full scale over the shortest exposure";
+  EXPECT_NEAR(merged.radiance.data[9], 20.0, 1e-4);
+}
+
+TEST(Radiance, OnePictureIsABracketOfOne) {
+  const auto picture = expose(sweep(0.01, 2.0, 50), 1.0);
+  EXPECT_EQ(merge_bracket({picture}, Response::srgb()).radiance.data,
+            to_radiance(*picture, Response::srgb()).radiance.data);
+  EXPECT_TRUE(merge_bracket({}, Response::srgb()).radiance.empty());
+}
+
+}  // namespace
+}  // namespace lumigraft

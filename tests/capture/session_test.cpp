@@ -1,0 +1,187 @@
+#include "capture/session.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr const char* kWhole = R"(format = 1
+name = "tabletop"
+about = "one line"
+[color]
+source = "images:color.txt"
+width = 640
+height = 480
+fx = 525.0
+fy = 526.0
+cx = 319.5
+cy = 239.5
+distortion = [0.1, 0.2, 0.3, 0.4, 0.5]
+exposure = 3.27
+response = "linear"
+[depth]
+source = "mkv:depth.mkv"
+unit_m = 0.0002
+registered = false
+fx = 580
+fy = 581
+cx = 314
+cy = 252
+T_color_depth = [[0, -1, 0, 0.025], [1, 0, 0, 0], [0, 0, 1, 0.001], [0, 0, 0, 1]]
+[fisheye]
+source = "images:fisheye.txt"
+width = 512
+height = 512
+model = "equidistant"
+f = 154.4
+cx = 255.5
+cy = 255.5
+fov_degrees = 190.0
+exposure = 6.1
+T_tag_fisheye = [[0.64278761, -0.766044443, 0.0, -0.28], [0.766044443, 0.64278761, 0.0, -0.02], [0.0, 0.0, 1.0, 0.03], [0.0, 0.0, 0.0, 1.0]]
+[tag]
+family = "tag36h11"
+id = 2
+size_m = 0.16
+[[real_surface]]
+mesh = "floor.ply"
+roughness = 0.2
+metallic = 1.0
+base_color = [0.6, 0.5, 0.4]
+specular = 1.0
+)";
+
+class SessionFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ / "floor.ply") << "ply\n";
+    std::ofstream(folder_ / "session.toml") << kWhole;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  Session read(const std::vector<std::string>& overrides = {}) const {
+    const ConfigTable root = ConfigTable::load(folder_ / "session.toml", overrides);
+    Session session = read_session(root);
+    root.finish();
+    return session;
+  }
+  std::string error(const std::vector<std::string>& overrides) const {
+    try {
+      read(overrides);
+    } catch (const InputError& e) {
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
+      return e.what();
+    }
+    return "no error";
+  }
+  /// The error of the whole session with one piece of its text replaced.
+  std::string error_with(const std::string& piece, const std::string& replacement) const {
+    std::string text = kWhole;
+    const std::size_t at = text.find(piece);
+    EXPECT_NE(at, std::string::npos) << piece;
+    std::ofstream(folder_ / "session.toml") << text.replace(at, piece.size(), replacement);
+    return error({});
+  }
+  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / "lumigraft_session_test";
+};
+
+TEST_F(SessionFile, EveryKeyArrives) {
+  const Session s = read();
+  EXPECT_EQ(s.name, "tabletop");
+  EXPECT_EQ(s.folder, folder_);
+  EXPECT_EQ(s.color.source, "images:color.txt");
+  EXPECT_EQ(s.color.model.width, 640);
+  EXPECT_EQ(s.color.model.fy, 526.0);
+  EXPECT_EQ(s.color.model.distortion, (std::array<double, 5>{0.1, 0.2, 0.3, 0.4, 0.5}));
+  EXPECT_EQ(s.color.exposure, 3.27);
+  EXPECT_EQ(s.color.response.to_linear(128), 128 / 255.0f);
+  ASSERT_TRUE(s.depth);
+  EXPECT_FALSE(s.depth->registered);
+  EXPECT_EQ(s.depth->unit_m, 0.0002);
+  EXPECT_EQ(s.depth->model.width, 640) << "as colour where not given";
+  EXPECT_EQ(s.depth->model.cy, 252.0);
+  EXPECT_EQ(s.depth->T_color_depth.translation(), Eigen::Vector3d(0.025, 0, 0.001));
+  EXPECT_NEAR((s.depth->T_color_depth * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.025, 1, 0.001)).norm(), 0, 1e-15);
+  ASSERT_TRUE(s.fisheye);
+  EXPECT_EQ(s.fisheye->model.kind, CameraModel::Kind::equidistant);
+  EXPECT_EQ(s.fisheye->model.fx, 154.4);
+  EXPECT_EQ(s.fisheye->model.fy, 154.4);
+  EXPECT_NEAR(s.fisheye->model.fov_rad, 3.316125579, 1e-9);
+  const Eigen::Matrix3d R = s.fisheye->T_tag_fisheye.linear();
+  EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14) << "nine digits made orthonormal";
+  EXPECT_NEAR(R(0, 0), 0.64278761, 1e-8);
+  EXPECT_EQ(s.tag.id, 2);
+  EXPECT_EQ(s.tag.size_m, 0.16);
+  ASSERT_EQ(s.real_surfaces.size(), 1u);
+  EXPECT_EQ(s.real_surfaces[0].name, "floor");
+  EXPECT_EQ(s.real_surfaces[0].mesh, folder_ / "floor.ply");
+  EXPECT_EQ(s.real_surfaces[0].base_color, Eigen::Vector3f(0.6f, 0.5f, 0.4f));
+}
+
+TEST_F(SessionFile, DepthAndFisheyeAreOptional) {
+  const std::string text = kWhole;
+  std::ofstream(folder_ / "session.toml") << text.substr(0, text.find("[depth]")) + text.substr(text.find("[tag]"));
+  const Session s = read();
+  EXPECT_FALSE(s.depth);
+  EXPECT_FALSE(s.fisheye);
+}
+
+TEST_F(SessionFile, KannalaBrandt) {
+  const Session s =
+      read({"fisheye={source=\"images:f.txt\", width=10, height=20, model=\"kannala-brandt\", fx=3, fy=4, "
+            "cx=5, cy=6, k=[0.1, 0.01, 0, 0], fov_degrees=180, exposure=1, response=\"srgb\", "
+            "T_tag_fisheye=[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}"});
+  EXPECT_EQ(s.fisheye->model.kind, CameraModel::Kind::kannala_brandt);
+  EXPECT_EQ(s.fisheye->model.fy, 4.0);
+  EXPECT_EQ(s.fisheye->model.k[1], 0.01);
+}
+
+TEST_F(SessionFile, BadValuesAreRefusedWithTheirLine) {
+  EXPECT_NE(error_with("format = 1", "format = 2").find("session.toml:1: format: found 2"), std::string::npos);
+  EXPECT_NE(error_with("width = 640", "width = 0").find(":6: color.width: found 0"), std::string::npos);
+  EXPECT_NE(error_with("fx = 525.0", "fx = nan").find(":8: color.fx: found nan"), std::string::npos);
+  EXPECT_NE(error_with("exposure = 3.27", "exposure = 0").find(":13: color.exposure: found 0"), std::string::npos);
+  EXPECT_NE(error_with("response = \"linear\"", "response = \"gamma\"").find(":14: color.response: found \"gamma\""),
+            std::string::npos);
+  EXPECT_NE(error_with("distortion = [0.1, 0.2, 0.3, 0.4, 0.5]", "distortion = [0]")
+                .find("color.distortion: found an array of 1"),
+            std::string::npos);
+  EXPECT_NE(error_with("[0, -1, 0, 0.025]", "[0, -1, 0, nan]").find(":23: depth.T_color_depth: found nan"),
+            std::string::npos);
+  EXPECT_NE(error_with("[0, -1, 0, 0.025]", "[0, -2, 0, 0.025]")
+                .find("depth.T_color_depth: found a 3x3 part that is not orthonormal"),
+            std::string::npos);
+  EXPECT_NE(error_with("registered = false", "registered = true").find("found an unknown key"), std::string::npos);
+  EXPECT_NE(error_with("id = 2", "id = 587").find("tag.id: found 587"), std::string::npos);
+  EXPECT_NE(error_with("family = \"tag36h11\"", "family = \"tag99\"").find("tag.family: found \"tag99\""),
+            std::string::npos);
+  EXPECT_NE(error_with("floor.ply", "none.ply").find("real_surface.0.mesh: found \"none.ply\""), std::string::npos);
+  EXPECT_NE(error_with("[0.6, 0.5, 0.4]", "[0.6, 0.5, 1.4]").find("real_surface.0.base_color: found 1.4"),
+            std::string::npos);
+  EXPECT_NE(error_with("size_m = 0.16", "size_m = 0.16\nsize = 3").find("tag.size: found an unknown key"),
+            std::string::npos);
+  EXPECT_NE(error_with("[tag]", "[tags]").find("tag: found nothing"), std::string::npos);
+  EXPECT_NE(error_with("model = \"equidistant\"", "model = \"fov\"")
+                .find("fisheye.model: found \"fov\", allowed: \"equidistant\", \"kannala-brandt\""),
+            std::string::npos);
+  EXPECT_NE(error_with("model = \"equidistant\"\nf = 154.4",
+                       "model = \"kannala-brandt\"\nfx = 100\nfy = 100\nk = [-0.3, 0, 0, 0]")
+                .find("fisheye.k: found a polynomial that turns back"),
+            std::string::npos);
+}
+
+TEST_F(SessionFile, SourcesOfOtherBuildsAreNamed) {
+  for (const char* uri : {"v4l2:/dev/video0", "libcamera:0", "aravis:Fake_1", "color.txt", "images:", ""}) {
+    const std::string what = error({"color.source=\"" + std::string(uri) + "\""});
+    EXPECT_NE(what.find("--set color.source: found \"" + std::string(uri) + "\", allowed"), std::string::npos) << what;
+  }
+  EXPECT_NE(error({"color.source=v4l2:"}).find("images:LIST, mkv:FILE, oni:FILE, openni2:"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lumigraft
