@@ -1,0 +1,226 @@
+#include "relight/brick_pool.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::size_t kVoxels = kBrickVoxels;
+
+std::uint32_t half2(float a, float b) {
+  return static_cast<std::uint32_t>(Eigen::half(a).x) | static_cast<std::uint32_t>(Eigen::half(b).x) << 16;
+}
+
+struct Slot {
+  int number = 0;
+  std::shared_ptr<const FieldBrick> field;
+  std::shared_ptr<const AlbedoBrick> albedo;
+  bool has_surface = false;
+  bool used = false;
+};
+
+struct Range {  // of slots that were packed again
+  std::size_t low = SIZE_MAX, high = 0;
+  void add(std::size_t i) {
+    low = std::min(low, i);
+    high = std::max(high, i + 1);
+  }
+};
+
+}  // namespace
+
+struct BrickPool::State {
+  gpu::Device& device;
+  std::shared_ptr<const DistanceField> field;
+  std::shared_ptr<const AlbedoField> albedo;
+  Eigen::AlignedBox3f region;
+  std::map<BrickKey, Slot> slots;  // ordered: what is uploaded doesn't depend on hashing
+  std::vector<int> free_slots;
+  std::vector<std::uint32_t> distance, radiance, albedo_words;  // as in bricks.glsl
+  Eigen::Vector3i low = Eigen::Vector3i::Zero(), size = Eigen::Vector3i::Ones();
+  float voxel_m = 0.01f, truncation_m = 0.04f;
+  bool any = false;
+  std::unique_ptr<gpu::Buffer> index_buffer, clearance_buffer, distance_buffer, radiance_buffer, albedo_buffer;
+
+  explicit State(gpu::Device& d) : device(d) {}
+
+  void pack(const Slot& slot) {
+    const std::size_t first = static_cast<std::size_t>(slot.number) * kVoxels;
+    for (std::size_t i = 0; i < kVoxels; ++i) {
+      const FieldBrick& b = *slot.field;
+      const bool known = b.weight[i] > 0;
+      distance[first + i] = half2(b.distance_m[i], known ? 1.0f : 0.0f);
+      const bool seen = b.radiance_weight[i] > 0;
+      const Eigen::Vector3f& l = b.radiance[i];
+      radiance[2 * (first + i)] = half2(l.x(), l.y());
+      radiance[2 * (first + i) + 1] = half2(l.z(), seen ? 1.0f : 0.0f);
+      const bool solved = slot.albedo && slot.albedo->sigma[i] >= 0;
+      const Eigen::Vector3f a = solved ? slot.albedo->albedo[i] : Eigen::Vector3f::Zero();
+      albedo_words[2 * (first + i)] = half2(a.x(), a.y());
+      albedo_words[2 * (first + i) + 1] = half2(a.z(), solved ? 1.0f : 0.0f);
+    }
+  }
+
+  /// Slots for the bricks of the region; says which were packed.
+  Range fill_slots() {
+    for (auto& [key, slot] : slots) slot.used = false;
+    const float brick_m = voxel_m * kBrickEdge;
+    std::vector<Slot*> packed;
+    for (const auto& [key, brick] : field->bricks) {
+      const Eigen::Vector3f corner =
+          Eigen::Vector3f(static_cast<float>(key[0]), static_cast<float>(key[1]), static_cast<float>(key[2])) * brick_m;
+      if (!region.intersects(Eigen::AlignedBox3f(corner, corner + Eigen::Vector3f::Constant(brick_m)))) continue;
+      std::shared_ptr<const AlbedoBrick> colors;
+      if (albedo && std::abs(albedo->voxel_m - field->voxel_m) < 1e-6f) {
+        if (const auto found = albedo->bricks.find(key); found != albedo->bricks.end()) colors = found->second;
+      }
+      Slot& slot = slots[key];
+      slot.used = true;
+      if (slot.field == brick && slot.albedo == colors) continue;
+      if (!slot.field) slot.number = -1;
+      slot.field = brick;
+      slot.albedo = colors;
+      slot.has_surface = false;
+      for (std::size_t i = 0; i < kVoxels && !slot.has_surface; ++i) {
+        slot.has_surface = brick->weight[i] > 0 && std::abs(brick->distance_m[i]) < 0.95f * truncation_m;
+      }
+      packed.push_back(&slot);
+    }
+    for (auto it = slots.begin(); it != slots.end();) {
+      if (it->second.used) {
+        ++it;
+      } else {
+        free_slots.push_back(it->second.number);
+        it = slots.erase(it);
+      }
+    }
+    Range range;
+    for (Slot* slot : packed) {
+      if (slot->number < 0) {
+        if (free_slots.empty()) {
+          slot->number = static_cast<int>(distance.size() / kVoxels);
+          distance.resize(distance.size() + kVoxels);
+          radiance.resize(radiance.size() + 2 * kVoxels);
+          albedo_words.resize(albedo_words.size() + 2 * kVoxels);
+        } else {
+          slot->number = free_slots.back();
+          free_slots.pop_back();
+        }
+      }
+      range.add(static_cast<std::size_t>(slot->number));
+      pack(*slot);
+    }
+    return range;
+  }
+
+  /// Distance from a cell to the nearest cell with a surface, box to box: separable in max(|Δ| - 1, 0)².
+  std::vector<float> clearances(const std::vector<int>& index) const {
+    std::vector<float> squared(index.size(), 1e9f);
+    for (const auto& [key, slot] : slots) {
+      if (slot.has_surface) squared[cell(key)] = 0;
+    }
+    const std::array<int, 3> stride{1, size.x(), size.x() * size.y()};
+    for (int axis = 0; axis < 3; ++axis) {
+      const int n = size[axis], u = size[(axis + 1) % 3], v = size[(axis + 2) % 3];
+      std::vector<float> line(static_cast<std::size_t>(n));
+      for (int b = 0; b < v; ++b) {
+        for (int a = 0; a < u; ++a) {
+          float* first = &squared[static_cast<std::size_t>(a * stride[(axis + 1) % 3] + b * stride[(axis + 2) % 3])];
+          for (int i = 0; i < n; ++i) line[i] = first[i * stride[axis]];
+          for (int i = 0; i < n; ++i) {
+            float least = 1e9f;
+            for (int j = 0; j < n; ++j) {
+              const float gap = static_cast<float>(std::max(std::abs(i - j) - 1, 0));
+              least = std::min(least, line[j] + gap * gap);
+            }
+            first[i * stride[axis]] = least;
+          }
+        }
+      }
+    }
+    const float brick_m = voxel_m * kBrickEdge;
+    for (float& s : squared) s = std::min(std::sqrt(s) * brick_m, 10.0f);
+    return squared;
+  }
+
+  std::size_t cell(const BrickKey& key) const {
+    return static_cast<std::size_t>((key[0] - low.x()) +
+                                    size.x() * ((key[1] - low.y()) + size.y() * (key[2] - low.z())));
+  }
+
+  template <typename T>
+  void send(std::unique_ptr<gpu::Buffer>& buffer, const std::vector<T>& values, std::size_t from, std::size_t to,
+            const char* name) {
+    const std::size_t bytes = std::max<std::size_t>(values.size(), 1) * sizeof(T);
+    if (!buffer || buffer->size_bytes() < bytes) {
+      buffer = device.create_buffer(bytes + bytes / 4 / 16 * 16, name);
+      from = 0;
+      to = values.size();
+    }
+    if (from < to) device.upload(*buffer, from * sizeof(T), std::as_bytes(std::span(values).subspan(from, to - from)));
+  }
+
+  void send_index() {
+    std::vector<int> index(static_cast<std::size_t>(size.prod()), -1);
+    for (const auto& [key, slot] : slots) index[cell(key)] = slot.number;
+    send(index_buffer, index, 0, index.size(), "brick index");
+    const std::vector<float> clear = clearances(index);
+    send(clearance_buffer, clear, 0, clear.size(), "brick clearance");
+  }
+
+  void send_bricks(const Range& range) {
+    const std::size_t low_voxel = range.low < range.high ? range.low * kVoxels : 0, high_voxel = range.high * kVoxels;
+    send(distance_buffer, distance, low_voxel, high_voxel, "brick distance");
+    send(radiance_buffer, radiance, 2 * low_voxel, 2 * high_voxel, "brick radiance");
+    send(albedo_buffer, albedo_words, 2 * low_voxel, 2 * high_voxel, "brick albedo");
+  }
+};
+
+BrickPool::BrickPool(gpu::Device& device) : state_(std::make_unique<State>(device)) {
+  state_->send_index();
+  state_->send_bricks({});
+}
+BrickPool::~BrickPool() = default;
+
+bool BrickPool::update(const std::shared_ptr<const DistanceField>& field,
+                       const std::shared_ptr<const AlbedoField>& albedo, const Eigen::AlignedBox3f& region) {
+  State& s = *state_;
+  if (s.field == field && s.albedo == albedo && s.region.isApprox(region, 1e-6f)) return false;
+  if (s.voxel_m != field->voxel_m) {  // another grid: nothing can be kept
+    s.slots.clear();
+    s.free_slots.clear();
+    s.distance.clear();
+    s.radiance.clear();
+    s.albedo_words.clear();
+  }
+  s.field = field;
+  s.albedo = albedo;
+  s.region = region;
+  s.voxel_m = field->voxel_m;
+  s.truncation_m = field->truncation_m;
+  const Range range = s.fill_slots();
+  s.any = !s.slots.empty();
+  const float brick_m = s.voxel_m * kBrickEdge;
+  s.low = (region.min() / brick_m).array().floor().matrix().cast<int>() - Eigen::Vector3i::Ones();
+  s.size = (region.max() / brick_m).array().floor().matrix().cast<int>() - s.low + Eigen::Vector3i::Constant(2);
+  s.send_index();
+  s.send_bricks(range);
+  return true;
+}
+
+void BrickPool::describe(shader::FrameParams& params) const {
+  params.bricks_low << state_->low, 0;
+  params.bricks_size << state_->size, state_->any ? 1 : 0;
+  params.field.x() = state_->voxel_m;
+  params.field.y() = state_->truncation_m;
+}
+
+std::vector<gpu::Binding> BrickPool::bindings() const {
+  return {gpu::storage(20, *state_->index_buffer), gpu::storage(21, *state_->clearance_buffer),
+          gpu::storage(22, *state_->distance_buffer), gpu::storage(23, *state_->radiance_buffer),
+          gpu::storage(24, *state_->albedo_buffer)};
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,71 @@
+#include "relight/camera_upload.h"
+
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+bool is_srgb(const Response& response) {
+  for (int code = 0; code < 256; ++code) {
+    for (int c = 0; c < 3; ++c) {
+      const float truth = srgb_to_linear(static_cast<float>(code) / 255.0f);
+      if (std::abs(response.to_linear(static_cast<std::uint8_t>(code), c) - truth) > 1e-5f) return false;
+    }
+  }
+  return true;
+}
+
+template <typename T>
+std::vector<T> with_fourth(const Image<T>& rgb, T fourth) {
+  std::vector<T> out;
+  out.reserve(rgb.data.size() / 3 * 4);
+  for (std::size_t i = 0; i + 2 < rgb.data.size(); i += 3) {
+    out.insert(out.end(), {rgb.data[i], rgb.data[i + 1], rgb.data[i + 2], fourth});
+  }
+  return out;
+}
+
+}  // namespace
+
+CameraUpload::CameraUpload(const ColorCamera& camera) : camera_(camera), response_is_srgb_(is_srgb(camera.response)) {}
+
+void CameraUpload::take(const Picture& picture) {
+  radiance_ = to_radiance(picture, camera_.response).radiance;
+  const bool encoded = !picture.encoded.empty();
+  codes_are_srgb_ = encoded && response_is_srgb_;
+  exposure_ = static_cast<float>(encoded ? picture.exposure : camera_.exposure);
+  if (codes_are_srgb_) {
+    coded_ = picture.encoded;
+    return;
+  }
+  coded_ = Image<std::uint8_t>(radiance_.width, radiance_.height, 3);
+  for (std::size_t i = 0; i < coded_.data.size(); ++i) {
+    coded_.data[i] = static_cast<std::uint8_t>(linear_to_srgb(exposure_ * radiance_.data[i]) * 255.0f + 0.5f);
+  }
+}
+
+void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) const {
+  std::vector<float> rays;
+  rays.reserve(2 * static_cast<std::size_t>(screen.width) * screen.height);
+  for (int v = 0; v < screen.height; ++v) {
+    for (int u = 0; u < screen.width; ++u) {
+      const auto ray = camera_.model.unproject({u, v});
+      rays.push_back(ray ? static_cast<float>(ray->x() / ray->z()) : 0.0f);
+      rays.push_back(ray ? static_cast<float>(ray->y() / ray->z()) : 0.0f);
+    }
+  }
+  device.upload(*screen.rays, 0, std::as_bytes(std::span(rays)));
+}
+
+void CameraUpload::upload(gpu::Device& device, const FrameSet& frame, const Screen& screen) const {
+  const std::vector<std::uint8_t> codes = with_fourth<std::uint8_t>(coded_, 255);
+  device.upload(*screen.codes, 0, std::as_bytes(std::span(codes)));
+  const std::vector<float> radiance = with_fourth(radiance_, 1.0f);
+  device.upload(*screen.radiance, 0, std::as_bytes(std::span(radiance)));
+  const std::size_t pixels = static_cast<std::size_t>(screen.width) * screen.height;
+  const bool has_depth = frame.depth && frame.depth->depth_m.data.size() == pixels;
+  const std::vector<float> none(has_depth ? 0 : pixels, 0.0f);
+  device.upload(*screen.depth, 0, std::as_bytes(std::span(has_depth ? frame.depth->depth_m.data : none)));
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,150 @@
+#include "relight/object_store.h"
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "relight/model_simplify.h"
+#include "relight/object_distance.h"
+#include "relight/object_field.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kFieldVoxels = 128;       // along a model's longest edge
+constexpr int kSimpleTriangles = 9000;  // the vertex stage of a software device is serial
+
+std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
+
+bool same(const std::optional<Material>& a, const std::optional<Material>& b) {
+  if (a.has_value() != b.has_value()) return false;
+  return !a || (a->base_color == b->base_color && a->metallic == b->metallic && a->roughness == b->roughness &&
+                a->specular == b->specular);
+}
+
+std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const Image<std::uint8_t>& picture) {
+  auto texture = device.create_texture(
+      {.name = "base colour", .width = picture.width, .height = picture.height, .format = gpu::Format::rgba8_unorm});
+  std::vector<std::uint8_t> texels;
+  texels.reserve(static_cast<std::size_t>(picture.width) * picture.height * 4);
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      for (int c = 0; c < 3; ++c) texels.push_back(picture.at(x, y, c));
+      texels.push_back(255);
+    }
+  }
+  device.upload(*texture, 0, std::as_bytes(std::span(texels)));
+  return texture;
+}
+
+}  // namespace
+
+std::vector<gpu::VertexAttribute> vertex_attributes() {
+  return {{0, gpu::VertexFormat::float3, 0},
+          {1, gpu::VertexFormat::float3, 12},
+          {2, gpu::VertexFormat::float2, 24},
+          {3, gpu::VertexFormat::float3, 32}};
+}
+
+bool PlacedObject::operator==(const PlacedObject& o) const {
+  return stored == o.stored && T_tag_model.matrix() == o.T_tag_model.matrix() && same(material, o.material);
+}
+
+ObjectStore::ObjectStore(gpu::Device& device) : device_(device) {
+  white_ = device.create_texture({.name = "white", .format = gpu::Format::rgba8_unorm});
+  const std::array<std::uint8_t, 4> texel{255, 255, 255, 255};
+  device.upload(*white_, 0, std::as_bytes(std::span(texel)));
+}
+ObjectStore::~ObjectStore() = default;
+
+const gpu::Texture& ObjectStore::white() const { return *white_; }
+
+StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
+  std::vector<float> vertices;
+  vertices.reserve(model.positions_m.size() * kVertexFloats);
+  for (std::size_t i = 0; i < model.positions_m.size(); ++i) {
+    const auto &p = model.positions_m[i], &n = model.normals[i], &c = model.colors[i];
+    const auto& t = model.texcoords[i];
+    vertices.insert(vertices.end(), {p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), t.x(), t.y(), c.x(), c.y(), c.z()});
+  }
+  StoredModel::Mesh mesh;
+  mesh.vertices = device_.create_buffer(vertices.size() * sizeof(float), "vertices");
+  device_.upload(*mesh.vertices, 0, std::as_bytes(std::span(vertices)));
+  for (const auto& part : model.parts) {
+    StoredModel::Mesh::Part& p = mesh.parts.emplace_back();
+    p.index_count = part.index_count;
+    p.material = part.material;
+    if (part.index_count == 0) continue;
+    p.indices = device_.create_buffer(part.index_count * sizeof(std::uint32_t), "indices");
+    device_.upload(*p.indices, 0, std::as_bytes(std::span(model.indices).subspan(part.first_index, part.index_count)));
+  }
+  return mesh;
+}
+
+const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model) {
+  auto& entry = models_[model.get()];
+  if (entry) return *entry;
+  entry = std::make_unique<StoredModel>();
+  entry->model = model;
+  entry->full = upload_mesh(*model);
+  entry->simple = upload_mesh(*simplify_model(*model, kSimpleTriangles));
+  std::map<const Image<std::uint8_t>*, const gpu::Texture*> textures;
+  for (std::size_t i = 0; i < model->parts.size(); ++i) {
+    const auto& picture = model->parts[i].base_color_texture;
+    if (!picture || picture->empty()) continue;
+    const gpu::Texture*& texture = textures[picture.get()];
+    if (!texture) {
+      entry->textures.push_back(upload_texture(device_, *picture));
+      texture = entry->textures.back().get();
+    }
+    entry->full.parts[i].texture = texture;
+    if (i < entry->simple.parts.size()) entry->simple.parts[i].texture = texture;
+  }
+  entry->sphere = bounding_sphere(model->positions_m);
+
+  const auto field = compute_object_field(*model, kFieldVoxels);
+  entry->grid_origin_m = field->origin_m;
+  entry->grid_voxel_m = field->voxel_m;
+  const gpu::TextureDesc desc{.name = "object distance",
+                              .width = field->size[0],
+                              .height = field->size[1],
+                              .depth = field->size[2],
+                              .volume = true,
+                              .format = gpu::Format::r32_float};
+  entry->distance = device_.create_texture(desc);
+  const std::vector<float> distances = full_distances(*field);
+  device_.upload(*entry->distance, 0, std::as_bytes(std::span(distances)));
+
+  gpu::TextureDesc colored = desc;
+  colored.name = "object colour";
+  colored.format = gpu::Format::rgba8_unorm;
+  entry->color = device_.create_texture(colored);
+  std::vector<std::uint8_t> texels(field->base_color.size() * 4, 255);
+  for (std::size_t i = 0; i < field->base_color.size(); ++i) {
+    for (int c = 0; c < 3; ++c) texels[4 * i + static_cast<std::size_t>(c)] = to_byte(field->base_color[i][c]);
+  }
+  device_.upload(*entry->color, 0, std::as_bytes(std::span(texels)));
+  return *entry;
+}
+
+std::vector<PlacedObject> ObjectStore::place(const Exhibit& exhibit, double time_s) {
+  std::vector<PlacedObject> placed;
+  std::set<const Model*> kept;
+  for (const VirtualObject& object : exhibit.objects) {
+    if (!object.model) continue;
+    kept.insert(object.model.get());
+    if (!object.visible) continue;
+    PlacedObject p;
+    p.stored = &stored(object.model);
+    p.T_tag_model = object.T_tag_model(time_s).cast<float>();
+    p.material = object.material;
+    const float scale = p.T_tag_model.linear().col(0).norm();
+    p.bounds.sphere = {p.T_tag_model * p.stored->sphere.centre_m, scale * p.stored->sphere.radius_m};
+    for (const auto& v : object.model->positions_m) p.bounds.box.extend(p.T_tag_model * v);
+    placed.push_back(std::move(p));
+  }
+  std::erase_if(models_, [&](const auto& entry) { return !kept.contains(entry.first); });
+  return placed;
+}
+
+}  // namespace lumigraft

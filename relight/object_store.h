@@ -1,0 +1,64 @@
+#pragma once
+// What the GPU holds of virtual models: triangles, textures, distance fields. Made once per model.
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "relight/exhibit.h"
+#include "relight/gpu/device.h"
+#include "relight/placement.h"
+
+namespace lumigraft {
+
+struct StoredModel {
+  struct Mesh {
+    std::unique_ptr<gpu::Buffer> vertices;  ///< position, normal, texcoord, colour: 11 floats
+    struct Part {
+      std::unique_ptr<gpu::Buffer> indices;
+      std::uint32_t index_count = 0;
+      Material material;
+      const gpu::Texture* texture = nullptr;  ///< null where it has none
+    };
+    std::vector<Part> parts;
+  };
+  std::shared_ptr<const Model> model;
+  Mesh full, simple;  ///< simple: for maps in which no one sees the silhouette
+  std::vector<std::unique_ptr<gpu::Texture>> textures;
+  std::unique_ptr<gpu::Texture> distance, color;
+  Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
+  float grid_voxel_m = 0;
+  BoundingSphere sphere;  ///< in the model's frame
+};
+
+/// One object of a frame.
+struct PlacedObject {
+  const StoredModel* stored = nullptr;
+  Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
+  std::optional<Material> material;  ///< replaces colour, texture and the rest of the model's own
+  PlacedBounds bounds;
+
+  bool operator==(const PlacedObject& o) const;
+};
+
+class ObjectStore {
+ public:
+  explicit ObjectStore(gpu::Device& device);
+  ~ObjectStore();
+  /// The visible objects at a time. Models that no object uses any more are let go.
+  std::vector<PlacedObject> place(const Exhibit& exhibit, double time_s);
+  /// Triangles alone, without textures, for surfaces that are not virtual.
+  StoredModel::Mesh upload_mesh(const Model& model);
+  const gpu::Texture& white() const;  ///< where a shader wants a texture and there is none
+
+ private:
+  const StoredModel& stored(const std::shared_ptr<const Model>& model);
+
+  gpu::Device& device_;
+  std::unique_ptr<gpu::Texture> white_;
+  std::map<const Model*, std::unique_ptr<StoredModel>> models_;
+};
+
+constexpr int kVertexFloats = 11;
+std::vector<gpu::VertexAttribute> vertex_attributes();
+
+}  // namespace lumigraft

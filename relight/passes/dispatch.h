@@ -1,0 +1,27 @@
+#pragma once
+// One thread per texel, in the local sizes that every pass's shaders use.
+#include "relight/gpu/device.h"
+#include "relight/shaders/interop.h"
+
+namespace lumigraft {
+
+/// 8 × 8 threads a group.
+inline void dispatch_2d(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
+                        const std::vector<gpu::Binding>& bindings, const shader::FrameParams& params, int width,
+                        int height) {
+  list.dispatch(pipeline, bindings, gpu::bytes_of(params), (width + 7) / 8, (height + 7) / 8);
+}
+
+/// 8 × 4 × 2 threads a group.
+inline void dispatch_3d(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
+                        const std::vector<gpu::Binding>& bindings, const shader::FrameParams& params, int x, int y,
+                        int z) {
+  list.dispatch(pipeline, bindings, gpu::bytes_of(params), (x + 7) / 8, (y + 3) / 4, (z + 1) / 2);
+}
+
+inline std::vector<gpu::Binding> joined(std::vector<gpu::Binding> a, const std::vector<gpu::Binding>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,18 @@
+#pragma once
+// The hierarchy of a colour volume, level by level. In: level 0, premultiplied by its weight. Out: the levels above
+// it.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/volumes.h"
+
+namespace lumigraft {
+
+class Filter {
+ public:
+  explicit Filter(gpu::Device& device);
+  void record(gpu::CommandList& list, const gpu::Texture& volume) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,26 @@
+#pragma once
+// Pairs of reflective shadow maps and split-inject (thesis §5.4.1). For every lamp the objects are drawn as the lamp
+// sees them (R_rho); the real surface behind each texel (R_mu) is found by tracing the distance field. In: objects,
+// real_distance, real_albedo. Out: virtual_flux, real_flux.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/object_draw.h"
+#include "relight/passes/volumes.h"
+
+namespace lumigraft {
+
+class Inject {
+ public:
+  Inject(gpu::Device& device, int map_edge);
+  /// Chooses the fixed-point unit so that no voxel can overflow, and writes it to params.field.
+  void choose_unit(shader::FrameParams& params) const;
+  void record(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,
+              const gpu::Texture& white, const Volumes& volumes) const;
+
+ private:
+  int edge_;
+  std::unique_ptr<gpu::RasterPipeline> raster_;
+  std::unique_ptr<gpu::ComputePipeline> inject_;
+  std::unique_ptr<gpu::Texture> position_, albedo_, z_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,19 @@
+#pragma once
+// The real surface in every pixel. In: rays, depth, camera radiance, known materials, the bricks. Out: real_position,
+// real_normal with the footprint, real_albedo.
+#include "relight/brick_pool.h"
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen.h"
+
+namespace lumigraft {
+
+class RealView {
+ public:
+  explicit RealView(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const BrickPool& bricks, const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,18 @@
+#pragma once
+// Flux and gathered light become radiance. In: virtual_flux, real_flux (Inject), gathered_* (Bounce), real_radiance
+// level 0 (RealFill), virtual_distance (VirtualFill). Out: level 0 of virtual_radiance and real_change.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/volumes.h"
+
+namespace lumigraft {
+
+class Resolve {
+ public:
+  explicit Resolve(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

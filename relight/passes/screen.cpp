@@ -1,0 +1,49 @@
+#include "relight/passes/screen.h"
+
+namespace lumigraft {
+
+Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int samples)
+    : width(width_px), height(height_px), scale(trace_scale), supersampling(samples) {
+  using gpu::Format;
+  const auto make = [&](const char* name, Format format, int w, int h, bool attachment = false) {
+    return device.create_texture({.name = name, .width = w, .height = h, .format = format, .attachment = attachment});
+  };
+  const auto full = [&](const char* name, Format format) { return make(name, format, width, height); };
+  rays = full("rays", Format::rg32_float);
+  codes = full("camera codes", Format::rgba8_unorm);
+  radiance = full("camera radiance", Format::rgba32_float);
+  depth = full("depth", Format::r32_float);
+
+  const auto target = [&](const char* name, Format format, int s) {
+    return make(name, format, s * width, s * height, true);
+  };
+  sample_normal = target("object normals", Format::rgba16_float, supersampling);
+  sample_base = target("object base colours", Format::rgba16_float, supersampling);
+  sample_depth = target("object depths", Format::rg32_float, supersampling);
+  sample_z = target("object z buffer", Format::depth32_float, supersampling);
+  known_normal = target("known normals", Format::rgba16_float, 1);
+  known_base = target("known base colours", Format::rgba16_float, 1);
+  known_depth = target("known depths", Format::rg32_float, 1);
+  known_z = target("known z buffer", Format::depth32_float, 1);
+
+  object_normal = full("object normal", Format::rgba16_float);
+  object_base = full("object base", Format::rgba16_float);
+  object_surface = full("object surface", Format::rgba32_float);
+  object_radiance = full("object radiance", Format::rgba16_float);
+  real_position = full("real position", Format::rgba32_float);
+  real_normal = full("real normal", Format::rgba16_float);
+  real_albedo = full("real albedo", Format::rgba16_float);
+  direct_lost = full("direct lost", Format::rgba16_float);
+  mirror_lost = full("mirror lost", Format::rgba16_float);
+  mirror_all = full("mirror all", Format::rgba16_float);
+  traced = make("traced", Format::rgba16_float, (width + scale - 1) / scale, (height + scale - 1) / scale);
+  indirect = full("indirect", Format::rgba16_float);
+  mirror_gained = full("mirror gained", Format::rgba16_float);
+  mirror_share = full("mirror share", Format::rgba16_float);
+  mirror_gained_smooth = full("mirror gained, smooth", Format::rgba16_float);
+  mirror_share_smooth = full("mirror share, smooth", Format::rgba16_float);
+  picture = full("picture", Format::rgba8_unorm);
+  delta = full("delta", Format::rgba16_float);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,40 @@
+#pragma once
+// The pictures that passes hand to one another. Linear radiance, W/sr/m², unless said otherwise.
+#include <memory>
+
+#include "relight/gpu/device.h"
+
+namespace lumigraft {
+
+struct Screen {
+  int width = 0, height = 0, scale = 0, supersampling = 0;
+  // What the camera gave.
+  std::unique_ptr<gpu::Texture> rays;   ///< x/z and y/z of every pixel
+  std::unique_ptr<gpu::Texture> codes;  ///< 8-bit code values
+  std::unique_ptr<gpu::Texture> radiance;
+  std::unique_ptr<gpu::Texture> depth;  ///< metres along z, 0: none
+  // Virtual surfaces.
+  std::unique_ptr<gpu::Texture> sample_normal, sample_base, sample_depth, sample_z;  ///< supersampled
+  std::unique_ptr<gpu::Texture> object_normal;                                       ///< tag frame; roughness
+  std::unique_ptr<gpu::Texture> object_base;                                         ///< base colour; metallic
+  std::unique_ptr<gpu::Texture> object_surface;                                      ///< z, coverage, specular
+  std::unique_ptr<gpu::Texture> object_radiance;
+  // Known materials of real surfaces, as seen by the camera.
+  std::unique_ptr<gpu::Texture> known_normal, known_base, known_depth, known_z;
+  // Real surfaces.
+  std::unique_ptr<gpu::Texture> real_position;  ///< tag frame; z, 0: unknown
+  std::unique_ptr<gpu::Texture> real_normal;    ///< tag frame; 1 inside the delta's footprint
+  std::unique_ptr<gpu::Texture> real_albedo;    ///< diffuse; number + 1 of a known surface, 0: solved, -1: unknown
+  std::unique_ptr<gpu::Texture> direct_lost;    ///< irradiance that lamps no longer bring
+  std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< off known glossy surfaces, by lamps
+  std::unique_ptr<gpu::Texture> traced;                   ///< change of irradiance at 1/scale
+  std::unique_ptr<gpu::Texture> indirect;                 ///< the same, filtered, full size
+  std::unique_ptr<gpu::Texture> mirror_gained, mirror_share, mirror_gained_smooth, mirror_share_smooth;
+  // What leaves.
+  std::unique_ptr<gpu::Texture> picture;  ///< sRGB codes
+  std::unique_ptr<gpu::Texture> delta;    ///< change of radiance of real pixels; coverage
+
+  Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int samples);
+};
+
+}  // namespace lumigraft

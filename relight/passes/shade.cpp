@@ -1,0 +1,17 @@
+#include "relight/passes/shade.h"
+
+namespace lumigraft {
+
+Shade::Shade(gpu::Device& device) : pipeline_(device.create_compute("shade.comp")) {}
+
+void Shade::record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes,
+                   const Screen& screen) const {
+  dispatch_2d(
+      list, *pipeline_,
+      joined(volumes.bindings(), {gpu::sampled(12, *screen.object_normal), gpu::sampled(13, *screen.object_base),
+                                  gpu::sampled(14, *screen.object_surface), gpu::sampled(15, *screen.rays),
+                                  gpu::image(16, *screen.object_radiance)}),
+      params, screen.width, screen.height);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,19 @@
+#pragma once
+// Radiance of virtual surfaces (thesis eq. 5.23-5.25). In: every volume, object_normal, object_base, object_surface,
+// rays. Out: object_radiance.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen.h"
+#include "relight/passes/volumes.h"
+
+namespace lumigraft {
+
+class Shade {
+ public:
+  explicit Shade(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,19 @@
+#pragma once
+// Direct change of real surfaces (thesis eq. 5.20). In: the distance volumes, real_position, real_normal, real_albedo,
+// object_surface. Out: direct_lost, mirror_lost, mirror_all.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen.h"
+#include "relight/passes/volumes.h"
+
+namespace lumigraft {
+
+class Shadow {
+ public:
+  explicit Shadow(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,66 @@
+#include "relight/passes/volumes.h"
+
+#include "relight/light_set.h"
+
+namespace lumigraft {
+namespace {
+
+gpu::TextureDesc volume(const char* name, int x, int y, int z, gpu::Format format, int mips = 1) {
+  return {.name = name, .width = x, .height = y, .depth = z, .volume = true, .mips = mips, .format = format};
+}
+
+}  // namespace
+
+Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
+  for (int n = edge; n >= 4; n /= 2) ++mips;  // coarser than 4³ nothing is asked for
+  const auto make = [&](const char* name, gpu::Format format, int levels) {
+    return device.create_texture(volume(name, edge, edge, edge, format, levels));
+  };
+  const std::size_t voxels = static_cast<std::size_t>(edge) * edge * edge;
+  for (Cascade& c : cascade) {
+    c.real_distance = make("real distance", gpu::Format::r16_float, 1);
+    c.real_albedo = make("real albedo", gpu::Format::rgba16_float, 1);
+    c.real_normal = make("real normal", gpu::Format::rgba16_float, 1);
+    c.real_radiance = make("real radiance", gpu::Format::rgba16_float, mips);
+    c.virtual_radiance = make("virtual radiance", gpu::Format::rgba16_float, mips);
+    c.real_change = make("real change", gpu::Format::rgba16_float, mips);
+    c.gathered_virtual = make("gathered by virtual", gpu::Format::rgba16_float, 1);
+    c.gathered_real = make("gathered by real", gpu::Format::rgba16_float, 1);
+    // Surfaces fill a small part of a cube; two thousand voxels are room enough for the smallest.
+    c.listed = device.create_buffer(4 * (voxels / 8 + 2048), "listed voxels");
+  }
+  virtual_flux = device.create_buffer(voxels * 3 * sizeof(int) * shader::kCascades, "virtual flux");
+  real_flux = device.create_buffer(voxels * 3 * sizeof(int) * shader::kCascades, "real flux");
+  environment = device.create_texture({.name = "environment",
+                                       .width = kEnvironmentEdge,
+                                       .height = kEnvironmentEdge,
+                                       .mips = kEnvironmentMips,
+                                       .format = gpu::Format::rgba16_float});
+}
+
+void Volumes::fit_virtual(gpu::Device& device, const Eigen::Vector3i& size) {
+  if (virtual_distance && virtual_distance->desc().width == size.x() && virtual_distance->desc().height == size.y() &&
+      virtual_distance->desc().depth == size.z()) {
+    return;
+  }
+  virtual_distance =
+      device.create_texture(volume("virtual distance", size.x(), size.y(), size.z(), gpu::Format::r16_float));
+  virtual_color =
+      device.create_texture(volume("virtual colour", size.x(), size.y(), size.z(), gpu::Format::rgba8_unorm));
+}
+
+std::vector<gpu::Binding> Volumes::bindings() const {
+  using gpu::Filter;
+  return {gpu::sampled(1, *virtual_distance, Filter::linear),
+          gpu::sampled(2, *cascade[0].real_distance, Filter::linear),
+          gpu::sampled(3, *cascade[1].real_distance, Filter::linear),
+          gpu::sampled(4, *cascade[0].real_radiance, Filter::linear_mip_linear),
+          gpu::sampled(5, *cascade[1].real_radiance, Filter::linear_mip_linear),
+          gpu::sampled(6, *cascade[0].virtual_radiance, Filter::linear_mip_linear),
+          gpu::sampled(7, *cascade[1].virtual_radiance, Filter::linear_mip_linear),
+          gpu::sampled(8, *cascade[0].real_change, Filter::linear_mip_linear),
+          gpu::sampled(9, *cascade[1].real_change, Filter::linear_mip_linear),
+          gpu::sampled(10, *environment, Filter::linear_mip_linear)};
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,340 @@
+#include "relight/relighter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "capture/radiance.h"
+#include "relight/brick_pool.h"
+#include "relight/camera_upload.h"
+#include "relight/light_set.h"
+#include "relight/object_store.h"
+#include "relight/passes/bounce.h"
+#include "relight/passes/compose.h"
+#include "relight/passes/filter.h"
+#include "relight/passes/inject.h"
+#include "relight/passes/object_view.h"
+#include "relight/passes/real_fill.h"
+#include "relight/passes/real_view.h"
+#include "relight/passes/reflect.h"
+#include "relight/passes/resolve.h"
+#include "relight/passes/shade.h"
+#include "relight/passes/shadow.h"
+#include "relight/passes/trace.h"
+#include "relight/passes/upsample.h"
+#include "relight/passes/virtual_fill.h"
+#include "relight/placement.h"
+#include "relight/quality.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr float kNearPlane_m = 0.02f;
+
+/// Everything that the light volumes depend on besides the field.
+struct LightKey {
+  std::vector<PlacedObject> objects;
+  Placement placement;
+  std::shared_ptr<const Illumination> illumination;
+  int max_lights = 0, bounces = 0;
+
+  bool operator==(const LightKey& o) const {
+    return objects == o.objects && placement == o.placement && illumination == o.illumination &&
+           max_lights == o.max_lights && bounces == o.bounces;
+  }
+};
+
+Image<float> read_floats(gpu::Device& device, const gpu::Texture& texture, int first, int channels) {
+  const std::vector<std::byte> bytes = device.download(texture);
+  const bool halves = texture.desc().format == gpu::Format::rgba16_float;
+  Image<float> image(texture.desc().width, texture.desc().height, channels);
+  const std::size_t pixels = static_cast<std::size_t>(image.width) * image.height;
+  const auto* half = reinterpret_cast<const Eigen::half*>(bytes.data());
+  const auto* full = reinterpret_cast<const float*>(bytes.data());
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (int c = 0; c < channels; ++c) {
+      const std::size_t at = 4 * i + static_cast<std::size_t>(first + c);
+      image.data[i * channels + c] = halves ? static_cast<float>(half[at]) : full[at];
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+struct Relighter::State {
+  std::shared_ptr<gpu::Device> device;
+  Session session;
+  CameraUpload camera;
+  ObjectStore store;
+  BrickPool bricks;
+  std::vector<StoredModel::Mesh> known_surfaces;
+
+  // Passes, in the order in which they run.
+  RealFill real_fill;
+  VirtualFill virtual_fill;
+  std::unique_ptr<Inject> inject;
+  Resolve resolve;
+  Filter filter;
+  Bounce bounce;
+  ObjectView object_view;
+  RealView real_view;
+  Shadow shadow;
+  Trace trace;
+  Upsample upsample;
+  Reflect reflect;
+  Shade shade;
+  Compose compose;
+
+  // What is kept from frame to frame.
+  Plan made_for;
+  std::unique_ptr<Volumes> volumes;
+  std::unique_ptr<Screen> screen;
+  std::optional<LightKey> lit;  ///< empty: volumes are not filled yet
+  std::shared_ptr<const Illumination> illumination;
+  int illumination_lights = -1;
+  LightSet lights;
+
+  State(std::shared_ptr<gpu::Device> d, const Session& s)
+      : device(std::move(d)),
+        session(s),
+        camera(session.color),
+        store(*device),
+        bricks(*device),
+        real_fill(*device),
+        virtual_fill(*device),
+        resolve(*device),
+        filter(*device),
+        bounce(*device),
+        object_view(*device),
+        real_view(*device),
+        shadow(*device),
+        trace(*device),
+        upsample(*device),
+        reflect(*device),
+        shade(*device),
+        compose(*device) {
+    for (const RealSurface& surface : session.real_surfaces) {
+      if (known_surfaces.size() == shader::kMaxSurfaces) break;
+      known_surfaces.push_back(store.upload_mesh(*load_model(surface.mesh, 'z')));
+    }
+  }
+
+  void fit(const Plan& plan) {
+    const Quality quality = quality_of(plan);
+    if (!volumes || made_for.volume != plan.volume) {
+      volumes = std::make_unique<Volumes>(*device, plan.volume);
+      illumination.reset();
+      lit.reset();
+    }
+    if (!inject || made_for.rsm != plan.rsm) {
+      inject = std::make_unique<Inject>(*device, plan.rsm);
+      lit.reset();
+    }
+    const CameraModel& model = session.color.model;
+    if (!screen || screen->scale != plan.trace_scale || screen->supersampling != quality.supersampling) {
+      screen = std::make_unique<Screen>(*device, model.width, model.height, plan.trace_scale, quality.supersampling);
+      camera.upload_rays(*device, *screen);
+    }
+    made_for = plan;
+  }
+
+  shader::FrameParams frame_params(const Scene& scene, const Placement& placement, const Plan& plan) const {
+    const Quality quality = quality_of(plan);
+    const CameraModel& model = session.color.model;
+    shader::FrameParams p{};
+    p.T_tag_camera = scene.pose->T_tag_camera.matrix().cast<float>();
+    p.T_camera_tag = scene.pose->T_tag_camera.inverse().matrix().cast<float>();
+    p.pinhole << Eigen::Vector4d(model.fx, model.fy, model.cx, model.cy).cast<float>();
+    const auto& k = model.distortion;
+    p.distortion << Eigen::Vector4d(k[0], k[1], k[2], k[3]).cast<float>();
+    p.camera << static_cast<float>(k[4]), camera.exposure(), camera.codes_are_srgb() ? 1 : 0, kNearPlane_m;
+    p.picture << model.width, model.height, plan.trace_scale, quality.supersampling;
+    p.cascade[0] = placement.cascade[0];
+    p.cascade[1] = placement.cascade[1];
+    p.virtual_grid = placement.virtual_grid;
+    p.grid << plan.volume, placement.virtual_size;
+    bricks.describe(p);
+    p.sphere << placement.sphere.centre_m, placement.sphere.radius_m;
+    p.counts << static_cast<int>(lights.lamps.size()), quality.delta_cones, quality.hemisphere_cones,
+        quality.shadow_cones;
+    p.counts2 << quality.glossy_cones, kEnvironmentMips, static_cast<int>(known_surfaces.size()), volumes->mips;
+    std::copy(lights.lamps.begin(), lights.lamps.end(), p.lamps);
+    for (std::size_t i = 0; i < known_surfaces.size(); ++i) {
+      const RealSurface& s = session.real_surfaces[i];
+      p.surfaces[i].base_color_roughness << s.base_color, s.roughness;
+      p.surfaces[i].metallic_specular << s.metallic, s.specular, 0, 0;
+    }
+    inject->choose_unit(p);
+    return p;
+  }
+
+  void take_lights(const std::shared_ptr<const Illumination>& now, int max_lights) {
+    if (illumination == now && illumination_lights == max_lights) return;
+    illumination = now;
+    illumination_lights = max_lights;
+    lights = make_light_set(*now, max_lights);
+    for (int mip = 0; mip < kEnvironmentMips; ++mip) {
+      const Image<float>& level = lights.environment[static_cast<std::size_t>(mip)];
+      std::vector<Eigen::half> halves(level.data.size());
+      std::transform(level.data.begin(), level.data.end(), halves.begin(),
+                     [](float x) { return Eigen::half(std::min(x, 65504.0f)); });
+      device->upload(*volumes->environment, mip, std::as_bytes(std::span(halves)));
+    }
+  }
+
+  void filter_all(gpu::CommandList& list, std::unique_ptr<gpu::Texture> Volumes::Cascade::*which) const {
+    for (const auto& cascade : volumes->cascade) filter.record(list, *(cascade.*which));
+  }
+
+  /// The volumes, as far as what they hold has changed.
+  void light_volumes(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key, bool new_field) {
+    const bool moved = !lit || !(lit->placement == key.placement);
+    if (!new_field && lit && *lit == key) return;
+    if (new_field || moved) {
+      list.begin_pass("real volume");
+      real_fill.record(list, params, bricks, *volumes);
+      filter_all(list, &Volumes::Cascade::real_radiance);
+    }
+    if (moved || !(lit->objects == key.objects)) {
+      list.begin_pass("virtual volume");
+      virtual_fill.record(*device, list, params, key.objects, *volumes);
+    }
+    list.begin_pass("inject");
+    for (const auto& cascade : volumes->cascade) {
+      list.clear(*cascade.gathered_virtual, {});
+      list.clear(*cascade.gathered_real, {});
+    }
+    inject->record(list, params, key.objects, store.white(), *volumes);
+    resolve_all(list, params);
+    if (key.bounces > 1) {
+      list.begin_pass("bounce");
+      bounce.list(list, params, kLeastShare, *volumes);
+      shader::FrameParams coarse = params;
+      coarse.counts.y() = coarse.counts.z() = quality_of(made_for).voxel_cones;
+      for (int i = 1; i < key.bounces; ++i) {
+        bounce.gather(list, coarse, *volumes);
+        resolve_all(list, params);
+      }
+    }
+    lit = key;
+  }
+
+  void resolve_all(gpu::CommandList& list, const shader::FrameParams& params) const {
+    resolve.record(list, params, *volumes);
+    filter_all(list, &Volumes::Cascade::virtual_radiance);
+    filter_all(list, &Volumes::Cascade::real_change);
+  }
+
+  void draw_picture(gpu::CommandList& list, const shader::FrameParams& params, const std::vector<PlacedObject>& objects,
+                    const Plan& plan) const {
+    const Quality quality = quality_of(plan);
+    list.begin_pass("views");
+    object_view.draw(list, params, objects, quality.simple_models, store.white(), *screen);
+    if (!known_surfaces.empty()) object_view.draw_known(list, params, known_surfaces, store.white(), *screen);
+    real_view.record(list, params, bricks, *screen);
+    object_view.resolve(list, params, *screen);
+    list.begin_pass("shadow");
+    shadow.record(list, params, *volumes, *screen);
+    list.begin_pass("trace");
+    trace.record(list, params, *volumes, *screen);
+    list.begin_pass("upsample");
+    upsample.record(list, params, *screen, *screen->traced, *screen->indirect, plan.trace_scale, quality.window);
+    if (!known_surfaces.empty()) {
+      list.begin_pass("reflect");
+      reflect.record(list, params, *volumes, *screen);
+      upsample.record(list, params, *screen, *screen->mirror_gained, *screen->mirror_gained_smooth, 1, 2);
+      upsample.record(list, params, *screen, *screen->mirror_share, *screen->mirror_share_smooth, 1, 2);
+    }
+    list.begin_pass("shade");
+    shade.record(list, params, *volumes, *screen);
+    list.begin_pass("compose");
+    compose.record(list, params, *screen);
+  }
+
+  std::shared_ptr<RelightMaps> read_maps() const {
+    auto maps = std::make_shared<RelightMaps>();
+    maps->albedo = read_floats(*device, *screen->real_albedo, 0, 3);
+    maps->normals = read_floats(*device, *screen->real_normal, 0, 3);
+    maps->depth_m = read_floats(*device, *screen->real_position, 3, 1);
+    maps->delta = read_floats(*device, *screen->delta, 0, 3);
+    maps->mask = read_floats(*device, *screen->delta, 3, 1);
+    // Where an object shows, the maps say what it is.
+    const Image<float> base = read_floats(*device, *screen->object_base, 0, 3);
+    const Image<float> normal = read_floats(*device, *screen->object_normal, 0, 3);
+    const Image<float> z = read_floats(*device, *screen->object_surface, 0, 1);
+    for (std::size_t i = 0; i < maps->mask.data.size(); ++i) {
+      if (maps->mask.data[i] < 0.5f) continue;
+      maps->depth_m.data[i] = z.data[i];
+      for (std::size_t c = 0; c < 3; ++c) {
+        maps->albedo.data[3 * i + c] = base.data[3 * i + c];
+        maps->normals.data[3 * i + c] = normal.data[3 * i + c];
+      }
+    }
+    return maps;
+  }
+
+  Image<std::uint8_t> read_picture() const {
+    const std::vector<std::byte> bytes = device->download(*screen->picture);
+    Image<std::uint8_t> picture(screen->width, screen->height, 3);
+    for (std::size_t i = 0; i < bytes.size() / 4; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(bytes[4 * i + c]);
+    }
+    return picture;
+  }
+};
+
+Relighter::Relighter(std::shared_ptr<gpu::Device> device, const Session& session)
+    : state_(std::make_unique<State>(std::move(device), session)) {}
+Relighter::~Relighter() = default;
+
+RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
+                                bool with_maps) {
+  State& s = *state_;
+  RelitPicture result;
+  result.plan = plan;
+  s.camera.take(*frame.color);
+
+  std::string missing;
+  const bool visible = std::any_of(exhibit.objects.begin(), exhibit.objects.end(),
+                                   [](const VirtualObject& o) { return o.visible && o.model; });
+  if (!visible)
+    missing = "no visible object";
+  else if (!scene.pose)
+    missing = "no pose";
+  else if (!scene.illumination)
+    missing = "no light is known yet";
+  else if (!scene.field)
+    missing = "no geometry is known yet";
+  if (!missing.empty()) {
+    result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
+    result.srgb = s.camera.coded();
+    return result;
+  }
+
+  s.fit(plan);
+  const std::vector<PlacedObject> objects = s.store.place(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
+  std::vector<PlacedBounds> bounds;
+  for (const auto& object : objects) bounds.push_back(object.bounds);
+  const Placement placement = place_volumes(bounds, plan.volume);
+  s.volumes->fit_virtual(*s.device, placement.virtual_size);
+  s.take_lights(scene.illumination, plan.max_lights);
+
+  // Bricks around what cones can reach, and half as far again for the pixels from which they start.
+  const float edge = static_cast<float>(plan.volume) * placement.cascade[1].w();
+  const Eigen::Vector3f reach = Eigen::Vector3f::Constant(0.75f * edge);
+  const bool new_field = s.bricks.update(scene.field, scene.albedo,
+                                         {placement.sphere.centre_m - reach, placement.sphere.centre_m + reach});
+  const shader::FrameParams params = s.frame_params(scene, placement, plan);
+  s.camera.upload(*s.device, frame, *s.screen);
+
+  const auto list = s.device->begin();
+  s.light_volumes(*list, params, {objects, placement, scene.illumination, plan.max_lights, plan.bounces}, new_field);
+  s.draw_picture(*list, params, objects, plan);
+  result.passes = s.device->submit(*list);
+  result.srgb = s.read_picture();
+  if (with_maps) result.maps = s.read_maps();
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,71 @@
+// The one uniform block of every pass, shared by C++ and GLSL (std140). Only 16-byte members, so both agree.
+//
+// Lengths are metres in the tag frame, radiance W/sr/m² per channel. "Virtual" is what the exhibit adds, "real" what
+// the camera saw.
+#ifndef LUMIGRAFT_INTEROP_H
+#define LUMIGRAFT_INTEROP_H
+
+#ifdef __cplusplus
+#include <Eigen/Core>
+namespace lumigraft::shader {
+using vec4 = Eigen::Vector4f;
+using ivec4 = Eigen::Vector4i;
+using mat4 = Eigen::Matrix4f;
+#endif
+
+const int kMaxLamps = 8;
+const int kMaxSurfaces = 8;
+const int kCascades = 2;
+const int kBrickCells = 8;  // voxels along a brick of the real distance field
+
+// A lamp as a sphere of even radiance. A lamp without a known distance stands very far away.
+struct Lamp {
+  vec4 position_radius;  // m, m
+  vec4 intensity;        // W/sr
+};
+
+// A known material of a real surface ([[real_surface]] of the session).
+struct Surface {
+  vec4 base_color_roughness;
+  vec4 metallic_specular;  // x metallic, y specular
+};
+
+struct FrameParams {
+  mat4 T_camera_tag;
+  mat4 T_tag_camera;
+  vec4 pinhole;       // fx fy cx cy
+  vec4 distortion;    // k1 k2 p1 p2
+  vec4 camera;        // k3, exposure, 1 when pictures are sRGB-coded, near plane in metres
+  ivec4 picture;      // width, height, trace scale, supersampling of the object
+  vec4 cascade[2];    // centre of voxel (0, 0, 0), voxel size
+  vec4 virtual_grid;  // the same for the virtual distance volume
+  ivec4 grid;         // cascade voxels along the edge; virtual volume's voxels along x, y, z
+  ivec4 bricks_low;   // first brick of the field's index
+  ivec4 bricks_size;  // bricks along x, y, z; w: 1 when there is a field
+  vec4 field;         // voxel and truncation of the real distance field, m; factor of the flux accumulators; 1/it
+  vec4 sphere;        // around every virtual object
+  ivec4 counts;       // lamps, cones to the object, cones over the hemisphere, shadow cones per lamp
+  ivec4 counts2;      // cones of a glossy lobe, mips of the environment, surfaces, voxel mips
+  Lamp lamps[8];
+  Surface surfaces[8];
+  vec4 sh[9];         // remainder of the fish-eye picture, radiance
+  ivec4 pass_i;       // what one pass alone needs
+  vec4 pass_f;
+};
+
+struct DrawParams {
+  mat4 T_tag_model;
+  mat4 T_view_tag;     // camera or lamp
+  vec4 projection;     // pinhole: fx fy cx cy in the target's pixels; lamp: 1 / tan of the half angle in x
+  vec4 distortion;     // k1 k2 p1 p2
+  vec4 more;           // k3, near plane, target width, target height
+  vec4 base_color;     // rgb; a: 1 when there is a texture
+  vec4 tint;           // x: share of the vertex colours
+  vec4 material;       // roughness, metallic, specular, object's number + 1
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(FrameParams) <= 4096 && sizeof(FrameParams) % 16 == 0);
+}  // namespace lumigraft::shader
+#endif
+#endif

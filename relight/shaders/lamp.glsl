@@ -1,0 +1,30 @@
+// Lamps as discs of points, each with its own share of the lamp's solid angle.
+#ifndef LAMP_GLSL
+#define LAMP_GLSL
+#include "frame.glsl"
+
+struct LampSample {
+  vec3 w;          // unit, to the lamp
+  float distance;  // m
+  float tan_half;  // aperture of this share
+  vec3 irradiance; // W/m² on a plane that faces it
+};
+
+// Share i of n of a lamp seen from p: the lamp's disc facing p, cut by a sunflower spiral (Vogel 1979).
+LampSample lamp_share(Lamp lamp, vec3 p, int i, int n) {
+  vec3 to = lamp.position_radius.xyz - p;
+  float far = length(to);
+  vec3 axis = to / far, x, y;
+  basis(axis, x, y);
+  float radius = min(lamp.position_radius.w, 0.9 * far);
+  float r = n == 1 ? 0.0 : radius * sqrt((float(i) + 0.5) / float(n));
+  float phi = float(i) * 2.39996323;
+  vec3 at = to + r * (cos(phi) * x + sin(phi) * y);
+  LampSample s;
+  s.distance = length(at);
+  s.w = at / s.distance;
+  s.tan_half = radius / (sqrt(float(n)) * far);
+  s.irradiance = lamp.intensity.rgb / (float(n) * s.distance * s.distance);
+  return s;
+}
+#endif

@@ -1,0 +1,58 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Change of the mirror part on real surfaces whose material is known (thesis eq. 5.22, §5.4.2): what virtual surfaces
+// show in it, and which share of what was there they hide. Most of what a camera sees in a real mirror was never
+// reconstructed, so the share is taken off the camera picture itself.
+#include "cone.glsl"
+#include "brdf.glsl"
+#include "half.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 12) uniform sampler2D real_position;
+layout(binding = 13) uniform sampler2D real_normal;
+layout(binding = 14) uniform sampler2D real_albedo;
+layout(binding = 15) uniform sampler2D object_surface;
+layout(binding = 25) uniform sampler2D mirror_lost;
+layout(binding = 17) uniform sampler2D mirror_all;
+layout(binding = 26) uniform sampler2D radiance;
+layout(binding = 18, rgba16f) uniform writeonly image2D out_gained;  // radiance; a: 1 where traced
+layout(binding = 19, rgba16f) uniform writeonly image2D out_share;   // share of the camera picture that is hidden; a: as above
+
+void main() {
+  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  vec4 out_g = vec4(0), out_s = vec4(0);
+  vec4 normal = texelFetch(real_normal, at, 0);
+  int known = int(texelFetch(real_albedo, at, 0).a);
+  if (known > 0 && normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) {
+    Surface s = frame.surfaces[known - 1];
+    Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    vec3 p = texelFetch(real_position, at, 0).xyz, n = normalize(normal.xyz);
+    vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
+    int count = frame.counts2.x;
+    float turn = pixel_turn(at);
+    vec3 gained = vec3(0), lost = texelFetch(mirror_lost, at, 0).rgb, all = texelFetch(mirror_all, at, 0).rgb;
+    Cone k;
+    k.from_virtual = p;
+    k.from_real = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+    k.tan_half = clamp(0.7 * look.alpha / sqrt(float(count)), 0.01, 0.5);
+    for (int i = 0; i < count; ++i) {
+      vec3 weight;
+      k.w = ggx_sample(look, n, v, vec2(fract(float(i) * 0.61803399 + turn), (float(i) + 0.5) / float(count)), weight);
+      if (dot(weight, weight) == 0.0) continue;
+      weight /= float(count);
+      vec3 g, l;
+      float hidden;
+      delta_cone(k, g, l, hidden);
+      gained += weight * (g + change_cone(k));
+      lost += weight * l;
+      all += weight * mu_cone(k);
+    }
+    out_g = vec4(gained, 1.0);
+    vec3 share = clamp(lost / max(all, vec3(1e-6)), vec3(0), vec3(1));
+    // A metal shows its mirror part alone; of another surface's picture the mirror part is what was modelled.
+    vec3 mirror_part = clamp(all / max(texelFetch(radiance, at, 0).rgb, vec3(1e-6)), vec3(0), vec3(1));
+    out_s = vec4(share * mix(mirror_part, vec3(1), s.metallic_specular.x), 1.0);
+  }
+  imageStore(out_gained, at, to_half(out_g));
+  imageStore(out_share, at, to_half(out_s));
+}

@@ -1,0 +1,15 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "surface_color.glsl"
+layout(location = 0) in vec3 world;
+layout(location = 1) in vec2 uv;
+layout(location = 2) in vec3 tint;
+layout(location = 0) out vec4 out_position;  // a: 1 where an object is
+layout(location = 1) out vec4 out_albedo;
+
+void main() {
+  out_position = vec4(world, 1.0);
+  // What a lobe scatters counts as scattered evenly: metals keep their colour in the volumes.
+  vec3 base = surface_color(uv, tint);
+  out_albedo = vec4(min(mix(base + 0.04 * draw.material.z, base, draw.material.y), vec3(1)), 1.0);
+}

@@ -1,0 +1,60 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Direct change T_delta_1 (thesis eq. 5.20): what lamps no longer bring to a real surface. Every lamp is a handful of
+// narrow shadow cones; light that a real surface blocks already is not taken twice.
+#include "cone.glsl"
+#include "lamp.glsl"
+#include "brdf.glsl"
+#include "half.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 12) uniform sampler2D real_position;
+layout(binding = 13) uniform sampler2D real_normal;
+layout(binding = 14) uniform sampler2D real_albedo;
+layout(binding = 15) uniform sampler2D object_surface;
+layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irradiance
+layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance off known glossy surfaces
+layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // what lamps send there without objects
+
+void main() {
+  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  vec3 lost = vec3(0), mirror_lost = vec3(0), mirror_all = vec3(0);
+  vec4 normal = texelFetch(real_normal, at, 0);
+  if (normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) {
+    vec3 p = texelFetch(real_position, at, 0).xyz, n = normalize(normal.xyz);
+    vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
+    int known = int(texelFetch(real_albedo, at, 0).a);
+    bool glossy = known > 0;
+    Look look;
+    if (glossy) {
+      Surface s = frame.surfaces[known - 1];
+      look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    }
+    Cone k;
+    k.from_virtual = p;
+    k.from_real = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+    for (int l = 0; l < frame.counts.x; ++l) {
+      for (int i = 0; i < frame.counts.w; ++i) {
+        LampSample s = lamp_share(frame.lamps[l], p, i, frame.counts.w);
+        float cosine = dot(n, s.w);
+        if (cosine <= 0.0) continue;
+        k.w = s.w;
+        k.tan_half = s.tan_half;
+        vec2 reach = virtual_stretch(k);
+        bool shaded = reach.x < reach.y && reach.y > 0.0 && reach.x < s.distance;
+        if (!shaded && !glossy) continue;
+        vec2 open = shadow_cone(k, s.distance);
+        float gone = open.x * (1.0 - open.y);
+        lost += s.irradiance * (cosine * gone);
+        if (glossy) {
+          vec3 f = s.irradiance * cosine * ggx_wide(look, n, v, s.w, s.tan_half);
+          mirror_lost += gone * f;
+          mirror_all += open.x * f;
+        }
+      }
+    }
+  }
+  imageStore(out_lost, at, to_half(vec4(lost, 0.0)));
+  imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
+  imageStore(out_mirror_all, at, to_half(vec4(mirror_all, 0.0)));
+}
