@@ -63,12 +63,13 @@ VkDescriptorSet VulkanCommandList::bind(const PipelineObjects& pipeline, std::sp
     return one;
   };
 
-  if (!params.empty()) {
+  if (pipeline.interface.params_used) {
     buffers.back() = recording_->copy_params(params, (params.size() + 15) / 16 * 16);
     write(0, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER).pBufferInfo = &buffers.back();
   }
   for (std::size_t i = 0; i < bindings.size(); ++i) {
     const Binding& binding = bindings[i];
+    if (!pipeline.interface.slots.at(binding.slot).used) continue;  // not in the layout
     VkWriteDescriptorSet& one = write(binding.slot, descriptor_type(binding.kind));
     if (binding.kind == Binding::Kind::storage_buffer) {
       buffers[i] = {own(*binding.buffer, *context_).handle(), 0, VK_WHOLE_SIZE};

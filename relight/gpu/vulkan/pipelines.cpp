@@ -70,8 +70,9 @@ PipelineObjects::~PipelineObjects() {
 
 void PipelineObjects::create_layout(VkShaderStageFlags stages) {
   std::vector<VkDescriptorSetLayoutBinding> bindings;
-  if (interface.params_bytes > 0) bindings.push_back({0, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, stages, nullptr});
+  if (interface.params_used) bindings.push_back({0, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, stages, nullptr});
   for (const auto& [number, slot] : interface.slots) {
+    if (!slot.used) continue;
     bindings.push_back({static_cast<std::uint32_t>(number), descriptor_type(slot.kind), 1, stages, nullptr});
   }
   const VkDescriptorSetLayoutCreateInfo set{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,

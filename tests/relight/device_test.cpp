@@ -1,0 +1,161 @@
+// Buffers, parameters, atomics, lists and times of a device.
+#include "relight/gpu/device.h"
+
+#include "device_fixture.h"
+
+namespace lumigraft::gpu {
+namespace {
+
+/// As in device_params.comp.
+struct alignas(16) Params {
+  std::array<float, 16> matrix;
+  std::array<float, 3> position;
+  float scale;
+  std::array<std::int32_t, 4> counts;
+  std::array<float, 8> colors;
+  std::uint32_t seed;
+};
+
+TEST_F(DeviceTest, ParametersArriveAsStd140) {
+  Params params{};
+  for (std::size_t i = 0; i < 16; ++i) params.matrix[i] = 0.5f + static_cast<float>(i);
+  params.position = {100, 101, 102};
+  params.scale = 103;
+  params.counts = {-7, 8, 9, 10};
+  for (std::size_t i = 0; i < 8; ++i) params.colors[i] = 200 + static_cast<float>(i);
+  params.seed = 65536;
+
+  const auto pipeline = device_->create_compute("device_params.comp");
+  const auto result = device_->create_buffer(40 * sizeof(float), "result");
+  const auto list = device_->begin();
+  const Binding bindings[] = {storage(1, *result)};
+  list->dispatch(*pipeline, bindings, bytes_of(params), 5);
+  params = {};  // copied when it was recorded
+  device_->submit(*list);
+
+  const auto values = values_of<float>(device_->download(*result));
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(values[i], 0.5f + static_cast<float>(i));
+  EXPECT_EQ(std::vector<float>(values.begin() + 16, values.begin() + 24),
+            (std::vector<float>{100, 101, 102, 103, -7, 8, 9, 10}));
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(values[24 + i], 200 + static_cast<float>(i));
+  EXPECT_EQ(values[32], 65536.0f);
+  EXPECT_EQ(values[33], 0.0f);
+}
+
+TEST_F(DeviceTest, EachDispatchOfAListHasItsOwnParameters) {
+  const auto pipeline = device_->create_compute("device_params.comp");
+  const auto list = device_->begin();
+  std::vector<std::unique_ptr<Buffer>> results;
+  const int count = 1500;  // more than one pool of descriptors and one chunk of parameters hold
+  for (int i = 0; i < count; ++i) {
+    if (i % 100 == 0) results.push_back(device_->create_buffer(40 * sizeof(float), "result"));
+    Params params{};
+    params.scale = static_cast<float>(i);
+    const Binding bindings[] = {storage(1, *results.back())};
+    list->dispatch(*pipeline, bindings, bytes_of(params), 5);
+  }
+  device_->submit(*list);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    EXPECT_EQ(values_of<float>(device_->download(*results[i]))[19], static_cast<float>(100 * i + 99));
+  }
+}
+
+TEST_F(DeviceTest, IntegerAtomicsAddUpAndAreTheSameEachTime) {
+  const auto pipeline = device_->create_compute("device_atomics.comp");
+  std::vector<std::byte> first_bins, first_cells;
+  for (int run = 0; run < 2; ++run) {
+    const auto bins = device_->create_buffer(16 * 4, "bins");
+    const auto cells =
+        device_->create_texture({.name = "cells", .width = 2, .height = 2, .depth = 2, .format = Format::r32_uint});
+    const auto list = device_->begin();
+    const Binding bindings[] = {storage(1, *bins), image(2, *cells)};
+    list->dispatch(*pipeline, bindings, {}, 64);
+    list->dispatch(*pipeline, bindings, {}, 64);
+    device_->submit(*list);
+
+    const auto sums = values_of<std::uint32_t>(device_->download(*bins));
+    // Of 4096 numbers, those that are b modulo 16: 16 (0 + … + 255) + 256 b, and twice.
+    for (std::uint32_t b = 0; b < 16; ++b) EXPECT_EQ(sums[b], 2 * (16 * 255 * 256 / 2 + 256 * b));
+    EXPECT_EQ(values_of<std::uint32_t>(device_->download(*cells)), std::vector<std::uint32_t>(8, 1024));
+    if (run == 0) {
+      first_bins = device_->download(*bins);
+      first_cells = device_->download(*cells);
+    } else {
+      EXPECT_EQ(first_bins, device_->download(*bins));
+      EXPECT_EQ(first_cells, device_->download(*cells));
+    }
+  }
+}
+
+TEST_F(DeviceTest, BuffersBeginAsZerosAndAreFilledAndUploadedInParts) {
+  const auto buffer = device_->create_buffer(10, "ten bytes");
+  EXPECT_EQ(device_->download(*buffer), std::vector<std::byte>(10));
+  const auto list = device_->begin();
+  list->fill(*buffer, 0x04030201);
+  device_->submit(*list);
+  const std::byte two[] = {std::byte{0xaa}, std::byte{0xbb}};
+  device_->upload(*buffer, 3, two);
+  const auto bytes = device_->download(*buffer);
+  const std::vector<int> expected{1, 2, 3, 0xaa, 0xbb, 2, 3, 4, 1, 2};
+  for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(std::to_integer<int>(bytes[i]), expected[i]);
+}
+
+TEST_F(DeviceTest, TwoListsRunInTheOrderTheyAreSubmitted) {
+  const auto buffer = device_->create_buffer(4, "word");
+  const auto first = device_->begin(), second = device_->begin();
+  first->fill(*buffer, 1);
+  second->fill(*buffer, 2);
+  device_->submit(*second);
+  EXPECT_EQ(values_of<std::uint32_t>(device_->download(*buffer))[0], 2u);
+  device_->submit(*first);
+  EXPECT_EQ(values_of<std::uint32_t>(device_->download(*buffer))[0], 1u);
+}
+
+TEST_F(DeviceTest, EveryPassHasATime) {
+  const auto pipeline = device_->create_compute("device_atomics.comp");
+  const auto bins = device_->create_buffer(16 * 4, "bins");
+  const auto cells =
+      device_->create_texture({.name = "cells", .width = 2, .height = 2, .depth = 2, .format = Format::r32_uint});
+  const Binding bindings[] = {storage(1, *bins), image(2, *cells)};
+  const auto list = device_->begin();
+  for (int pass = 0; pass < 70; ++pass) {  // more than one pool of timestamps
+    list->begin_pass("pass " + std::to_string(pass));
+    list->dispatch(*pipeline, bindings, {}, pass == 69 ? 4096 : 1);
+  }
+  const auto times = device_->submit(*list);
+  ASSERT_EQ(times.size(), 70u);
+  for (const PassTime& time : times) EXPECT_GE(time.gpu_ms, 0.0);
+  EXPECT_EQ(times[69].name, "pass 69");
+  EXPECT_GT(times[69].gpu_ms, 0.1);  // a quarter of a million atomics on eight cells
+  EXPECT_LT(times[69].gpu_ms, 60e3);
+  EXPECT_TRUE(device_->submit(*device_->begin()).empty());
+}
+
+TEST(DeviceLife, DestructionOrderIsFree) {
+  testing::internal::CaptureStderr();
+  {
+    auto device = create_vulkan_device({.validation = true, .more_shaders = device_test_shaders()});
+    auto pipeline = device->create_compute("device_params.comp");
+    auto buffer = device->create_buffer(64, "buffer");
+    auto texture = device->create_texture({.name = "texture", .width = 4, .height = 4});
+    auto list = device->begin();
+    list->fill(*buffer, 1);
+    device.reset();
+    buffer.reset();
+    list.reset();
+    pipeline.reset();
+    texture.reset();
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");  // where the layer names objects that were left
+}
+
+TEST(DeviceLife, AnUnknownDeviceIsNamedWithTheReason) {
+  setenv("LUMIGRAFT_VULKAN_DEVICE", "no such device", 1);
+  const std::string text = error_of<GpuError>([] { create_vulkan_device({}); });
+  unsetenv("LUMIGRAFT_VULKAN_DEVICE");
+  EXPECT_NE(text.find("no usable Vulkan device; "), std::string::npos) << text;
+  EXPECT_NE(text.find("LUMIGRAFT_VULKAN_DEVICE asks for \"no such device\""), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace lumigraft::gpu

@@ -1,0 +1,3 @@
+#version 450
+// Depth alone.
+void main() {}
