@@ -1,0 +1,109 @@
+#include "server/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <limits>
+
+#include "capture/error.h"
+#include "server/version.h"
+
+namespace lumigraft {
+namespace {
+
+bool asks_for_keys(const std::vector<std::string>& overrides) {
+  return std::find(overrides.begin(), overrides.end(), "help") != overrides.end();
+}
+
+void check_overrides(const std::vector<std::string>& overrides) {
+  for (const std::string& line : overrides) {
+    if (const std::size_t equals = line.find('='); equals == std::string::npos || equals == 0) {
+      throw InputError("--set: found \"" + line + "\", allowed: KEY=VALUE, or help to list the keys");
+    }
+  }
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+CommandLine parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("lumigraft grafts virtual objects into a live camera picture, light included.", "lumigraft");
+  app.set_version_flag("--version", version_line());
+  app.require_subcommand(0, 1);
+
+  ServeCommand serve;
+  ReplayCommand replay;
+  std::string oracle, backend = "vulkan";
+  const auto add_set = [](CLI::App& command, std::vector<std::string>& overrides) {
+    command.add_option("--set", overrides, "KEY=VALUE over any key of the session or configuration; help lists them")
+        ->expected(1)
+        ->take_all();
+  };
+
+  CLI::App& serve_app = *app.add_subcommand("serve", "Stream relit pictures to browsers");
+  auto* config = serve_app.add_option("--config", serve.files.config, "Configuration of a kiosk (TOML)");
+  serve_app.add_option("--session", serve.files.session, "A recorded session's folder, played in a loop")
+      ->excludes(config);
+  serve_app.add_option("--exhibit", serve.files.exhibit, "Virtual objects, in place of the session's own exhibit.toml");
+  serve_app.add_option("--listen", serve.listen,
+                       "ADDRESS:PORT; 127.0.0.1:8080 unless the configuration says otherwise");
+  add_set(serve_app, serve.files.overrides);
+
+  CLI::App& replay_app = *app.add_subcommand("replay", "Turn a recorded session into pictures, frame by frame");
+  replay_app.add_option("SESSION", replay.files.session, "The session's folder");
+  replay_app.add_option("--out", replay.out, "Folder for frame_000000.png ... and frames.jsonl");
+  replay_app.add_option("--exhibit", replay.files.exhibit,
+                        "Virtual objects, in place of the session's own exhibit.toml");
+  replay_app.add_option("--frames", replay.frames, "Only the first N colour frames")
+      ->check(CLI::Range(1, std::numeric_limits<int>::max()));
+  replay_app.add_option("--backend", backend, "GPU interface")->check(CLI::IsMember({"vulkan"}));
+  replay_app.add_option("--oracle", oracle, "Parts taken from the session's truth/: pose,geometry,light,albedo");
+  replay_app.add_flag("--dump", replay.dump, "Also write albedo, normals, depth, delta and mask as EXR");
+  add_set(replay_app, replay.files.overrides);
+
+  CLI::App& doctor_app = *app.add_subcommand("doctor", "Say what this machine offers and what is in the way");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    return PrintCommand{app.help("", CLI::AppFormatMode::Normal)};
+  } catch (const CLI::CallForVersion&) {
+    return PrintCommand{version_line() + "\n"};
+  } catch (const CLI::ParseError& e) {
+    throw InputError(one_line(e.what()) + " (lumigraft --help)");
+  }
+
+  if (doctor_app.parsed()) {
+    return DoctorCommand{};
+  }
+  if (serve_app.parsed()) {
+    if (asks_for_keys(serve.files.overrides)) {
+      return PrintCommand{settable_keys()};
+    }
+    check_overrides(serve.files.overrides);
+    if (serve.files.config.empty() && serve.files.session.empty()) {
+      throw InputError("serve: --config FILE or --session DIR must be there (lumigraft serve --help)");
+    }
+    return serve;
+  }
+  if (replay_app.parsed()) {
+    if (asks_for_keys(replay.files.overrides)) {
+      return PrintCommand{settable_keys()};
+    }
+    check_overrides(replay.files.overrides);
+    if (replay.files.session.empty() || replay.out.empty()) {
+      throw InputError("replay: SESSION and --out DIR must be there (lumigraft replay --help)");
+    }
+    replay.oracle = parse_oracle_parts(oracle);
+    return replay;
+  }
+  if (argc > 1) {
+    throw InputError("found no command (lumigraft --help)");
+  }
+  return PrintCommand{app.help("", CLI::AppFormatMode::Normal)};
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,27 @@
+#pragma once
+// The command line as a value; main() decides nothing but which function to call.
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "server/replay.h"
+#include "server/service_config.h"
+
+namespace lumigraft {
+
+struct ServeCommand {
+  ServiceFiles files;
+  std::string listen;  ///< empty: the configuration's
+};
+struct DoctorCommand {};
+struct PrintCommand {  ///< --help, --version, --set help: text for stdout
+  std::string text;
+};
+using CommandLine = std::variant<ServeCommand, ReplayCommand, DoctorCommand, PrintCommand>;
+
+/// Throws InputError with one line.
+CommandLine parse_command_line(int argc, const char* const* argv);
+
+}  // namespace lumigraft

@@ -1,0 +1,51 @@
+#include "server/doctor.h"
+
+#include <Eigen/Core>
+#include <thread>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+}
+
+#include "relight/gpu/device.h"
+#include "server/encode_h264.h"
+#include "server/encode_jpeg.h"
+#include "server/version.h"
+
+namespace lumigraft {
+namespace {
+
+/// One line: what was tried, and "ok" with a detail or the reason why not.
+template <typename Function>
+bool check(std::ostream& out, const char* what, Function function) {
+  try {
+    out << "  " << what << ": ok, " << function() << '\n';
+    return true;
+  } catch (const std::exception& e) {
+    out << "  " << what << ": cannot be used: " << e.what() << '\n';
+    return false;
+  }
+}
+
+}  // namespace
+
+bool write_doctor_report(std::ostream& out) {
+  out << version_line() << ", " << std::thread::hardware_concurrency() << " cores, "
+      << Eigen::SimdInstructionSetsInUse() << '\n';
+  bool good = check(out, "Vulkan", [] { return gpu::create_vulkan_device(gpu::DeviceOptions{})->name(); });
+  const Image<std::uint8_t> grey(64, 64, 3, 128);
+  good &= check(out, "H.264", [&] {
+    H264Encoder encoder(grey.width, grey.height);
+    encoder.encode(grey, 0, true);
+    const unsigned v = avcodec_version();
+    return encoder.codec_string() + ", libavcodec " + std::to_string(AV_VERSION_MAJOR(v)) + '.' +
+           std::to_string(AV_VERSION_MINOR(v)) + '.' + std::to_string(AV_VERSION_MICRO(v)) + " with libx264";
+  });
+  good &= check(out, "JPEG",
+                [&] { return std::to_string(JpegEncoder(85).encode(grey).size()) + " bytes for a grey tile"; });
+  out << (good ? "  everything that serve and replay need is here\n"
+               : "  something that serve and replay need is missing\n");
+  return good;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,23 @@
+#pragma once
+// RGB pictures as JPEG files, through TurboJPEG.
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "capture/image.h"
+
+namespace lumigraft {
+
+class JpegEncoder {
+ public:
+  explicit JpegEncoder(int quality);
+  ~JpegEncoder();
+  /// 4:2:0. Throws std::runtime_error where the library refuses.
+  std::vector<std::uint8_t> encode(const Image<std::uint8_t>& srgb);
+
+ private:
+  int quality_;
+  void* handle_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,19 @@
+#pragma once
+// A frame's record as one line of frames.jsonl.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "capture/frame.h"
+#include "server/lock_step.h"
+
+namespace lumigraft {
+
+/// Without a line break. Keys: index, time_s, T_tag_camera (4x4 rows or null), lights, sh (9x3 or null), plan, stage_ms
+/// and stage_cpu_ms by stage, pass_ms by GPU pass, warnings.
+std::string frame_record_line(const FrameSet& frame, const FrameRecord& record);
+
+/// A colour picture that could not be had: the same keys, "skipped": true, and no picture beside it.
+std::string skipped_frame_line(std::uint64_t index, const std::vector<std::string>& warnings);
+
+}  // namespace lumigraft

@@ -1,0 +1,53 @@
+#include "server/live_relighter.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/camera_picture.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr std::chrono::seconds kLongestPause{30};
+
+}  // namespace
+
+LiveRelighter::LiveRelighter(const Session& session, MakeDevice make_device)
+    : session_(session), make_device_(std::move(make_device)) {
+  make();
+}
+
+void LiveRelighter::make() { relighter_ = std::make_unique<Relighter>(make_device_(), session_); }
+
+LiveRelighter::Result LiveRelighter::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
+                                             const Plan& plan) {
+  Result result;
+  try {
+    if (!relighter_ && std::chrono::steady_clock::now() >= next_try_) {
+      make();
+    }
+    if (relighter_) {
+      result.picture = relighter_->relight(frame, scene, exhibit, plan);
+      pause_ = std::chrono::seconds(1);
+      failure_.clear();
+    }
+  } catch (const gpu::GpuError& e) {
+    relighter_.reset();  // frees the device before the next one is made
+    next_try_ = std::chrono::steady_clock::now() + pause_;
+    pause_ = std::min(2 * pause_, kLongestPause);
+    failure_ = std::string("the GPU failed and is made again: ") + e.what();
+  } catch (const std::exception& e) {
+    failure_ = std::string("relight: ") + e.what();
+  }
+  if (!failure_.empty()) {
+    result.picture.warnings.push_back(failure_);
+  }
+  if (result.picture.srgb.empty()) {
+    result.picture.srgb = camera_picture(*frame.color);
+    result.picture.plan = plan;
+  }
+  result.passed_through = result.picture.passes.empty();
+  return result;
+}
+
+}  // namespace lumigraft

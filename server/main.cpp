@@ -1,0 +1,51 @@
+// lumigraft: the command line to functions, and what they throw to exit codes.
+//   0 done, 1 failed while running, 2 the input or the command line is wrong
+#include <atomic>
+#include <csignal>
+#include <exception>
+#include <iostream>
+
+#include "capture/error.h"
+#include "server/command_line.h"
+#include "server/doctor.h"
+#include "server/serve.h"
+
+namespace {
+
+std::atomic<bool> interrupted = false;
+
+int run(int argc, char** argv) {
+  const lumigraft::CommandLine command = lumigraft::parse_command_line(argc, argv);
+  if (const auto* print = std::get_if<lumigraft::PrintCommand>(&command)) {
+    std::cout << print->text;
+    return 0;
+  }
+  if (std::holds_alternative<lumigraft::DoctorCommand>(command)) {
+    return lumigraft::write_doctor_report(std::cout) ? 0 : 1;
+  }
+  if (const auto* serve = std::get_if<lumigraft::ServeCommand>(&command)) {
+    lumigraft::run_serve(serve->files, serve->listen);
+    return 0;
+  }
+  std::signal(SIGINT, [](int) { interrupted = true; });
+  std::signal(SIGTERM, [](int) { interrupted = true; });
+  if (!lumigraft::run_replay(std::get<lumigraft::ReplayCommand>(command), interrupted)) {
+    std::cerr << "lumigraft: interrupted, nothing was written\n";
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const lumigraft::InputError& e) {
+    std::cerr << "lumigraft: " << e.what() << '\n';
+    return 2;
+  } catch (const std::exception& e) {
+    std::cerr << "lumigraft: " << e.what() << '\n';
+    return 1;
+  }
+}

@@ -1,0 +1,83 @@
+#pragma once
+// What the service counts about itself: for /metrics, for `stats` once a second, and for the log. Any thread may call
+// anything.
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace lumigraft {
+
+/// Times of one stage over the last interval, milliseconds.
+struct StageSummary {
+  double mean_ms = 0, p95_ms = 0, max_ms = 0;
+  std::uint64_t count = 0;
+};
+
+class Metrics {
+ public:
+  /// Upper ends of the histogram's buckets, seconds; one more bucket holds the rest.
+  static constexpr std::array<double, 12> kBuckets_s{0.001, 0.002, 0.005, 0.01, 0.02, 0.05,
+                                                     0.1,   0.2,   0.5,   1.0,  2.0,  5.0};
+
+  void time(const std::string& stage, double seconds);
+  void drop(const std::string& slow_stage, std::uint64_t count = 1);
+  void frame_made();               ///< a picture left the relight stage
+  void warn(std::uint64_t count);  ///< warnings frames carried
+  void encoded(const std::string& codec, std::size_t bytes);
+  void viewers(int count) { viewers_ = count; }
+  int viewers() const { return viewers_; }
+  void refused_connection();
+
+  std::uint64_t frames() const;
+  double age_of_last_frame_s() const;  ///< negative before the first
+  std::map<std::string, std::uint64_t> drops() const;
+
+  struct Interval {
+    double seconds = 0;
+    std::uint64_t frames = 0;
+    std::map<std::string, StageSummary> stages;
+  };
+  /// What happened since this was last called.
+  Interval take_interval();
+
+  std::string prometheus() const;  ///< text format 0.0.4
+
+ private:
+  struct Stage {
+    std::array<std::uint64_t, kBuckets_s.size() + 1> buckets{};
+    double sum_s = 0;
+    std::vector<float> interval_ms;
+  };
+  using Clock = std::chrono::steady_clock;
+
+  mutable std::mutex mutex_;
+  std::map<std::string, Stage> stages_;
+  std::map<std::string, std::uint64_t> drops_;
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> encoded_;  ///< pictures, bytes
+  std::uint64_t frames_ = 0, warnings_ = 0, refused_ = 0;
+  std::uint64_t interval_frames_ = 0;
+  Clock::time_point last_frame_{}, interval_start_ = Clock::now();
+  std::atomic<int> viewers_ = 0;
+};
+
+/// Times the stage from its making to its end.
+class StageTimer {
+ public:
+  StageTimer(Metrics& metrics, std::string stage) : metrics_(metrics), stage_(std::move(stage)) {}
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+  ~StageTimer() { metrics_.time(stage_, elapsed_s()); }
+  double elapsed_s() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  Metrics& metrics_;
+  std::string stage_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,234 @@
+#include "server/oracle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+#include <utility>
+
+#include "capture/error.h"
+#include "capture/picture_file.h"
+#include "reconstruct/light.h"
+#include "server/truth.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr float kSurfaceBand_voxels = 2.0f;  // as far from the surface as albedo is looked up
+constexpr float kSameSurface_voxels = 3.0f;  // a pixel shows the voxel when its depth is as near
+constexpr float kSameLamp_rad = 0.087f;      // 5°: the split's centroid against the lamp's centre
+constexpr float kTruthSigma = 0.01f;         // of albedo: what an 8-bit texture leaves open
+
+Image<float> read_true_picture(const std::filesystem::path& path) {
+  try {
+    return read_radiance(path);
+  } catch (const InputError& e) {
+    throw InputError(path.string() + ": " + e.what());
+  }
+}
+
+PointLight true_light(const TrueLamp& lamp, const Eigen::Vector3d& probe_m) {
+  PointLight light;
+  const Eigen::Vector3d to_lamp = lamp.centre_m - probe_m;
+  const double distance_m = to_lamp.norm();
+  light.direction = (to_lamp / distance_m).cast<float>();
+  light.irradiance = (lamp.radiance * (lamp.seen_area_m2(probe_m) / (distance_m * distance_m))).cast<float>();
+  light.distance_known = true;
+  light.position_m = lamp.centre_m.cast<float>();
+  // Towards the tag, around which the exhibit stands.
+  light.intensity = (lamp.radiance * lamp.seen_area_m2(Eigen::Vector3d::Zero())).cast<float>();
+  light.radius_m = static_cast<float>(lamp.radius_m);
+  light.angular_radius_rad = static_cast<float>(std::atan(lamp.radius_m / distance_m));
+  return light;
+}
+
+}  // namespace
+
+OracleParts parse_oracle_parts(const std::string& list) {
+  OracleParts parts;
+  std::istringstream names(list);
+  for (std::string name; std::getline(names, name, ',');) {
+    if (name == "pose") {
+      parts.pose = true;
+    } else if (name == "geometry") {
+      parts.geometry = true;
+    } else if (name == "light") {
+      parts.light = true;
+    } else if (name == "albedo") {
+      parts.albedo = true;
+    } else {
+      throw InputError("--oracle: found \"" + name + "\", allowed: pose, geometry, light, albedo, with commas between");
+    }
+  }
+  return parts;
+}
+
+Illumination with_true_lamps(const Illumination& split, const std::vector<TrueLamp>& lamps,
+                             const FisheyeCamera& fisheye) {
+  Illumination result = split;
+  const Eigen::Vector3d probe_m = split.probe_position_m.cast<double>();
+  int next_id = 0;
+  for (const PointLight& light : split.lights) {
+    next_id = std::max(next_id, light.id + 1);
+  }
+  for (const TrueLamp& lamp : lamps) {
+    PointLight light = true_light(lamp, probe_m);
+    const auto shows_it = [&](const PointLight& found) {
+      const float angle_rad = std::acos(std::clamp(found.direction.dot(light.direction), -1.0f, 1.0f));
+      return !found.distance_known && angle_rad < light.angular_radius_rad + kSameLamp_rad;
+    };
+    const auto found = std::find_if(result.lights.begin(), result.lights.end(), shows_it);
+    if (found != result.lights.end()) {
+      light.id = found->id;
+      result.lights.erase(std::remove_if(result.lights.begin(), result.lights.end(), shows_it), result.lights.end());
+      result.lights.push_back(light);
+      continue;
+    }
+    const Eigen::Vector3d seen_along = fisheye.T_tag_fisheye.rotation().transpose() * light.direction.cast<double>();
+    const std::optional<Eigen::Vector2d> pixel = fisheye.model.project(seen_along);
+    if (!pixel || !fisheye.model.inside(*pixel)) {
+      light.id = next_id++;
+      result.lights.push_back(light);
+    }
+  }
+  std::stable_sort(result.lights.begin(), result.lights.end(),
+                   [](const PointLight& a, const PointLight& b) { return a.irradiance.sum() > b.irradiance.sum(); });
+  return result;
+}
+
+struct Oracle::State {
+  Session session;
+  OracleParts parts;
+  LightStage light;
+  std::shared_ptr<AlbedoField> albedo;
+
+  State(const Session& the_session, const OracleParts& the_parts)
+      : session(the_session), parts(the_parts), light(the_session, LightSettings{}) {}
+
+  std::filesystem::path file(std::uint64_t index, const char* name) const {
+    return truth_folder(session.folder, index) / name;
+  }
+};
+
+Oracle::Oracle(const Session& session, const OracleParts& parts) : state_(std::make_unique<State>(session, parts)) {
+  if (parts.pose) {
+    read_true_pose(state_->file(0, "pose.json"));
+  }
+  if (parts.geometry) {
+    read_true_depth(state_->file(0, "depth.exr"));
+  }
+  if (parts.light) {
+    read_true_lamps(state_->file(0, "lights.json"));
+    if (!session.fisheye) {
+      throw InputError("--oracle light: " + session.name + " has no [fisheye], allowed: a session with one");
+    }
+  }
+  if (parts.albedo) {
+    read_true_picture(state_->file(0, "albedo.exr"));
+    read_true_depth(state_->file(0, "depth.exr"));
+  }
+}
+
+Oracle::~Oracle() = default;
+
+const OracleParts& Oracle::parts() const { return state_->parts; }
+
+Pose Oracle::pose(const FrameSet& frame) const {
+  Pose pose;
+  pose.T_tag_camera = read_true_pose(state_->file(frame.index, "pose.json"));
+  pose.T_tag_camera_raw = pose.T_tag_camera;
+  pose.time_ns = frame.time_ns;
+  return pose;
+}
+
+FrameSet Oracle::with_true_depth(const FrameSet& frame) const {
+  FrameSet with = frame;
+  const std::filesystem::path file = state_->file(frame.index, "depth.exr");
+  if (!std::filesystem::exists(file)) {
+    with.depth = nullptr;
+    return with;
+  }
+  auto depth = std::make_shared<DepthPicture>();
+  depth->stamp = frame.depth ? frame.depth->stamp : frame.color->stamp;
+  depth->depth_m = read_true_depth(file);
+  const CameraModel& camera = state_->session.color.model;
+  if (depth->depth_m.width != camera.width || depth->depth_m.height != camera.height) {
+    throw InputError(file.string() + ": not of the colour picture's size");
+  }
+  with.depth = std::move(depth);
+  return with;
+}
+
+std::shared_ptr<const Illumination> Oracle::illumination(const FrameSet& frame) {
+  State& s = *state_;
+  FrameSet lit = frame;
+  for (const std::uint64_t index : {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may be there once
+    const std::filesystem::path file = s.file(index, "fisheye.exr");
+    if (std::filesystem::exists(file)) {
+      auto picture = std::make_shared<Picture>();
+      picture->stamp.time_ns = frame.time_ns;
+      picture->stream = Stream::fisheye;
+      picture->radiance = read_true_picture(file);
+      lit.fisheye = {picture};
+      break;
+    }
+  }
+  const std::shared_ptr<const Illumination> split = s.light.extract(lit).illumination;
+  if (!split) {
+    return nullptr;
+  }
+  return std::make_shared<const Illumination>(
+      with_true_lamps(*split, read_true_lamps(s.file(frame.index, "lights.json")), *s.session.fisheye));
+}
+
+std::shared_ptr<const AlbedoField> Oracle::albedo(const FrameSet& frame, const Pose& pose, const DistanceField& field) {
+  State& s = *state_;
+  auto next = s.albedo ? std::make_shared<AlbedoField>(*s.albedo) : std::make_shared<AlbedoField>();
+  const std::filesystem::path file = s.file(frame.index, "albedo.exr");
+  if (s.albedo && !std::filesystem::exists(file)) {
+    return s.albedo;
+  }
+  const Image<float> albedo = read_true_picture(file);
+  const Image<float> depth_m = read_true_depth(s.file(frame.index, "depth.exr"));
+  const CameraModel& camera = s.session.color.model;
+  const Eigen::Isometry3d T_camera_tag = pose.T_tag_camera.inverse();
+  next->voxel_m = field.voxel_m;
+  ++next->version;
+  for (const auto& [key, brick] : field.bricks) {
+    std::shared_ptr<AlbedoBrick> seen;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      if (brick->weight[i] <= 0 || std::abs(brick->distance_m[i]) > kSurfaceBand_voxels * field.voxel_m) {
+        continue;
+      }
+      const Eigen::Vector3d voxel(kBrickEdge * key[0] + i % kBrickEdge,
+                                  kBrickEdge * key[1] + i / kBrickEdge % kBrickEdge,
+                                  kBrickEdge * key[2] + i / (kBrickEdge * kBrickEdge));
+      const Eigen::Vector3d p = T_camera_tag * (field.voxel_m * voxel);
+      const std::optional<Eigen::Vector2d> pixel = p.z() > 0 ? camera.project(p) : std::nullopt;
+      if (!pixel || !camera.inside(*pixel)) {
+        continue;
+      }
+      const int u = static_cast<int>(std::lround(pixel->x())), v = static_cast<int>(std::lround(pixel->y()));
+      if (std::abs(depth_m.at(u, v) - p.z()) > kSameSurface_voxels * field.voxel_m) {
+        continue;
+      }
+      if (!seen) {
+        const auto before = next->bricks.find(key);
+        seen = before != next->bricks.end() ? std::make_shared<AlbedoBrick>(*before->second)
+                                            : std::make_shared<AlbedoBrick>();
+        if (before == next->bricks.end()) {
+          seen->sigma.fill(-1.0f);
+        }
+      }
+      seen->albedo[i] = Eigen::Vector3f(albedo.at(u, v, 0), albedo.at(u, v, 1), albedo.at(u, v, 2));
+      seen->sigma[i] = kTruthSigma;
+    }
+    if (seen) {
+      next->bricks[key] = std::move(seen);
+    }
+  }
+  s.albedo = next;
+  return next;
+}
+
+}  // namespace lumigraft

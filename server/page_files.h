@@ -1,0 +1,14 @@
+#pragma once
+// What embed_page.cmake writes from server/web.
+#include <cstddef>
+
+namespace lumigraft {
+
+struct EmbeddedFile {
+  const char* name;
+  const unsigned char* bytes;
+  std::size_t size;
+};
+extern const EmbeddedFile embedded_page_files[];  ///< ends with a null name
+
+}  // namespace lumigraft

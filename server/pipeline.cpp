@@ -1,0 +1,306 @@
+#include "server/pipeline.h"
+
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <utility>
+
+#include "reconstruct/fusion.h"
+#include "reconstruct/light.h"
+#include "reconstruct/pose.h"
+#include "server/albedo_schedule.h"
+#include "server/mailbox.h"
+#include "server/played_frames.h"
+#include "server/scene_board.h"
+
+namespace lumigraft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kTick{100};
+constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kAlbedoEvery{1000};
+constexpr int kBehindThePicture = 10;  // niceness of geometry, light and albedo
+
+/// A stage that runs behind rests at least twice as long as it worked (a third of a core), and keeps to its rate.
+class Rest {
+ public:
+  explicit Rest(Clock::duration every) : every_(every) {}
+  bool over() const { return Clock::now().time_since_epoch().count() >= until_; }
+  void after(Clock::duration worked) {
+    until_ = (Clock::now() + std::max(every_ - worked, 2 * worked)).time_since_epoch().count();
+  }
+
+ private:
+  const Clock::duration every_;
+  std::atomic<Clock::rep> until_ = 0;
+};
+
+struct PosedFrame {
+  std::shared_ptr<const FrameSet> frame;
+  Pose pose;
+};
+
+void step_behind() { setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kBehindThePicture); }
+
+}  // namespace
+
+struct Pipeline::State {
+  const Session session;
+  const Plan plan;
+  ExhibitBoard exhibit;
+  OpenFrames open_again;
+  PlayedFrames frames;
+  Demand& demand;
+  Metrics& metrics;
+  Publish publish;
+
+  PoseStage pose;
+  FusionStage fusion;
+  LightStage light;
+  AlbedoStage albedo;
+  LiveRelighter relighter;
+  EncodeStage encode;
+
+  SceneBoard board;
+  Mailbox<PlayedFrame> to_picture{"relight"};
+  Mailbox<PosedFrame> to_geometry{"fuse"};
+  Mailbox<std::shared_ptr<const FrameSet>> to_light{"light"};
+  Mailbox<ShownPicture> to_encode{"encode"};
+  Rest geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery};
+
+  mutable std::mutex newest_mutex;
+  ShownPicture newest;
+  Record newest_record;
+
+  std::stop_source stopping;
+  std::mutex running_mutex;
+  std::condition_variable none_running;
+  int running = 0;
+  std::vector<std::jthread> threads;
+
+  State(ServiceInput input, std::unique_ptr<FrameReader> reader, OpenFrames the_open_again,
+        LiveRelighter::MakeDevice make_device, Demand& the_demand, Metrics& the_metrics, Publish the_publish)
+      : session(input.session),
+        plan(input.plan),
+        exhibit(std::move(input.exhibit)),
+        open_again(std::move(the_open_again)),
+        frames(std::move(reader)),
+        demand(the_demand),
+        metrics(the_metrics),
+        publish(std::move(the_publish)),
+        pose(session.tag, session.color.model),
+        fusion(session, FusionSettings{}),
+        light(session, LightSettings{}),
+        albedo(session),
+        relighter(session, std::move(make_device)),
+        encode(input.server.jpeg_quality, demand, metrics) {}
+
+  template <typename T>
+  void put(Mailbox<T>& box, T item) {
+    if (box.put(std::move(item))) {
+      metrics.drop(box.reader());
+    }
+  }
+
+  /// Repeats `turn` on a thread of its own until told to stop. What it throws becomes a warning of the frames.
+  void run(const std::string& stage, bool behind, std::function<void()> turn) {
+    {
+      std::lock_guard lock(running_mutex);
+      ++running;
+    }
+    threads.emplace_back([this, stage, behind, turn = std::move(turn)] {
+      if (behind) {
+        step_behind();
+      }
+      while (!stopping.stop_requested()) {
+        try {
+          turn();
+        } catch (const std::exception& e) {
+          board.publish_warnings(stage + " stage", {stage + ": " + e.what()});
+          std::this_thread::sleep_for(kTick);
+        }
+      }
+      std::lock_guard lock(running_mutex);
+      --running;
+      none_running.notify_all();
+    });
+  }
+
+  void capture_turn();
+  void picture_turn(std::uint64_t& round);
+  void geometry_turn();
+  void light_turn();
+  void albedo_turn(AlbedoSchedule& schedule);
+  void encode_turn();
+};
+
+void Pipeline::State::capture_turn() {
+  const std::optional<PlayedFrame> played = frames.next(stopping.get_token());
+  if (!played) {
+    if (frames.gone() && !stopping.stop_requested()) {
+      board.publish_warnings("camera", {"the camera is gone and is opened again every second"});
+      std::this_thread::sleep_for(5 * kTick);
+      frames = PlayedFrames(open_again());
+    }
+    return;
+  }
+  board.publish_warnings("camera", {});
+  put(to_picture, *played);
+  if (light_rest.over()) {
+    put(to_light, played->frame);
+  }
+}
+
+void Pipeline::State::picture_turn(std::uint64_t& round) {
+  const std::optional<PlayedFrame> played = to_picture.take(kTick);
+  if (!played) {
+    return;
+  }
+  const FrameSet& frame = *played->frame;
+  if (played->round != round) {
+    round = played->round;
+    pose.reset();  // time went back; the room is the same, so field, light and albedo stay
+  }
+  std::vector<std::string> warnings = frame.warnings;
+  PoseStage::Result located;
+  {
+    const StageTimer timer(metrics, "pose");
+    try {
+      located = pose.locate(frame);
+    } catch (const std::exception& e) {
+      located.warnings.push_back(std::string("pose: ") + e.what());
+    }
+  }
+  append_warnings(warnings, located.warnings);
+  if (located.pose && located.pose->age_ns == 0 && frame.depth && geometry_rest.over()) {
+    put(to_geometry, PosedFrame{played->frame, *located.pose});
+  }
+  Scene scene = board.newest();
+  scene.pose = located.pose;
+  append_warnings(warnings, scene.warnings);
+  LiveRelighter::Result relit;
+  {
+    const StageTimer timer(metrics, "relight");
+    relit = relighter.relight(frame, scene, *exhibit.newest(), plan);
+  }
+  for (const gpu::PassTime& pass : relit.picture.passes) {
+    metrics.time("relight/" + pass.name, 1e-3 * pass.gpu_ms);
+  }
+  append_warnings(warnings, relit.picture.warnings);
+  metrics.frame_made();
+  metrics.warn(warnings.size());
+
+  ShownPicture shown;
+  shown.srgb = std::make_shared<const Image<std::uint8_t>>(std::move(relit.picture.srgb));
+  shown.passed_through = relit.passed_through;
+  shown.captured = played->captured;
+  {
+    std::lock_guard lock(newest_mutex);
+    shown.sequence = newest.sequence + 1;
+    newest = shown;
+    newest_record.warnings = std::move(warnings);
+    newest_record.plan = relit.picture.plan;
+    newest_record.T_tag_camera.reset();
+    if (located.pose) {
+      newest_record.T_tag_camera = located.pose->T_tag_camera;
+    }
+  }
+  put(to_encode, std::move(shown));
+}
+
+void Pipeline::State::geometry_turn() {
+  if (const std::optional<PosedFrame> posed = to_geometry.take(kTick)) {
+    const StageTimer timer(metrics, "fuse");
+    board.publish_field(fusion.fuse(*posed->frame, posed->pose));
+    board.publish_warnings("geometry stage", {});
+    geometry_rest.after(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timer.elapsed_s())));
+  }
+}
+
+void Pipeline::State::light_turn() {
+  if (const auto frame = to_light.take(kTick)) {
+    const StageTimer timer(metrics, "light");
+    LightStage::Result result = light.extract(**frame);
+    board.publish_light(result.illumination);
+    board.publish_warnings("light", std::move(result.warnings));
+    board.publish_warnings("light stage", {});
+    light_rest.after(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timer.elapsed_s())));
+  }
+}
+
+void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
+  const std::shared_ptr<const DistanceField> field = board.newest().field;
+  const std::shared_ptr<const Illumination> measured = board.measured_light();
+  if (!field || !measured || !albedo_rest.over() || !schedule.changed(*field, *measured)) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any().wait_for(lock, stopping.get_token(), kTick / 2, [] { return false; });
+    return;
+  }
+  const StageTimer timer(metrics, "albedo");
+  schedule.solved(*field, *measured);
+  board.publish_solution(albedo.solve(*field, *measured), measured->version);
+  board.publish_warnings("albedo stage", {});
+  albedo_rest.after(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timer.elapsed_s())));
+}
+
+void Pipeline::State::encode_turn() {
+  if (const std::optional<ShownPicture> picture = to_encode.take(kTick)) {
+    for (auto& message : encode.encode(*picture)) {
+      publish(std::move(message));
+    }
+    metrics.time("capture_to_send", std::chrono::duration<double>(Clock::now() - picture->captured).count());
+    board.publish_warnings("encode stage", {});
+  }
+}
+
+Pipeline::Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, OpenFrames open_again,
+                   LiveRelighter::MakeDevice make_device, Demand& demand, Metrics& metrics, Publish publish)
+    : state_(std::make_unique<State>(std::move(input), std::move(frames), std::move(open_again), std::move(make_device),
+                                     demand, metrics, std::move(publish))) {}
+
+Pipeline::~Pipeline() {
+  stop(std::chrono::milliseconds(0));
+  state_->threads.clear();  // joins: what they use is freed only after
+}
+
+void Pipeline::start() {
+  State& s = *state_;
+  s.run("encode", false, [&s] { s.encode_turn(); });
+  s.run("picture", false, [&s, round = std::uint64_t{0}]() mutable { s.picture_turn(round); });
+  s.run("light", true, [&s] { s.light_turn(); });
+  s.run("geometry", true, [&s] { s.geometry_turn(); });
+  s.run("albedo", true, [&s, schedule = AlbedoSchedule()]() mutable { s.albedo_turn(schedule); });
+  s.run("capture", false, [&s] { s.capture_turn(); });
+}
+
+bool Pipeline::stop(std::chrono::milliseconds patience) {
+  State& s = *state_;
+  s.stopping.request_stop();
+  s.to_picture.close();
+  s.to_geometry.close();
+  s.to_light.close();
+  s.to_encode.close();
+  std::unique_lock lock(s.running_mutex);
+  return s.none_running.wait_for(lock, patience, [&s] { return s.running == 0; });
+}
+
+ExhibitBoard& Pipeline::exhibit() { return state_->exhibit; }
+
+ShownPicture Pipeline::newest() const {
+  std::lock_guard lock(state_->newest_mutex);
+  return state_->newest;
+}
+
+Pipeline::Record Pipeline::newest_record() const {
+  std::lock_guard lock(state_->newest_mutex);
+  return state_->newest_record;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,61 @@
+#pragma once
+// The live clock: the only place with threads. Stages are functions; here each gets a thread, and mailboxes of one item
+// join them, so the picture never waits for what is slower than it.
+//
+//   capture ──> picture: pose, relight ──> encode ──> publish
+//      │           └─> geometry: fuse ──┐     (what picture, geometry and albedo know meets on the SceneBoard)
+//      └──> light ──────────────────────┴─> albedo
+//
+// Pose is found on the picture's thread, in the very frame that is relit: 5 ms there cost less than a frame that waits.
+// Geometry, light and albedo run behind, with lower priority and rests, so that on two cores the picture comes first.
+#include <Eigen/Geometry>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/source.h"
+#include "server/demand.h"
+#include "server/encode_stage.h"
+#include "server/exhibit_board.h"
+#include "server/live_relighter.h"
+#include "server/metrics.h"
+#include "server/service_config.h"
+
+namespace lumigraft {
+
+class Pipeline {
+ public:
+  using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
+  using Publish = std::function<void(std::shared_ptr<const StreamMessage>)>;
+
+  /// Makes every stage and the GPU device; throws what they throw. `publish` is called on the encode thread.
+  /// `open_again` is called when a live device is gone; the first reader is `frames`.
+  Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, OpenFrames open_again,
+           LiveRelighter::MakeDevice make_device, Demand& demand, Metrics& metrics, Publish publish);
+  /// Waits for every thread, however long a stage takes.
+  ~Pipeline();
+
+  void start();
+  /// Tells every thread to stop and waits. False: some stage is still at work when `patience` is over.
+  bool stop(std::chrono::milliseconds patience);
+
+  ExhibitBoard& exhibit();
+  /// The newest picture; its srgb is null before the first.
+  ShownPicture newest() const;
+  /// What belongs to the newest picture.
+  struct Record {
+    std::vector<std::string> warnings;
+    std::optional<Eigen::Isometry3d> T_tag_camera;
+    Plan plan;
+  };
+  Record newest_record() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,12 @@
+#include "server/plan_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace lumigraft {
+
+nlohmann::ordered_json plan_json(const Plan& plan) {
+  return {{"method", plan.method}, {"volume", plan.volume},         {"trace_scale", plan.trace_scale},
+          {"rsm", plan.rsm},       {"max_lights", plan.max_lights}, {"bounces", plan.bounces}};
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,78 @@
+#pragma once
+// The stream's messages, as protocol.md describes them: pure functions between bytes and values.
+#include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "relight/exhibit.h"
+
+namespace lumigraft {
+
+constexpr int kProtocolVersion = 1;
+constexpr std::size_t kStreamHeaderBytes = 32;
+
+enum class StreamKind : std::uint8_t { config = 1, h264_key = 2, h264_delta = 3, jpeg = 4 };
+
+struct StreamHeader {
+  static constexpr std::uint16_t kPassedThrough = 1;
+
+  StreamKind kind = StreamKind::jpeg;
+  std::uint16_t flags = 0;
+  std::uint32_t sequence = 0;
+  std::uint16_t width = 0, height = 0;
+  std::int64_t capture_time_ns = 0;  ///< since 1970 UTC
+  std::int64_t send_time_ns = 0;     ///< since 1970 UTC
+};
+
+/// One binary message, shared by all viewers that get it.
+struct StreamMessage {
+  StreamHeader header;
+  std::vector<std::uint8_t> bytes;  ///< header and payload
+};
+std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& header,
+                                                         std::span<const std::uint8_t> payload);
+/// Empty where the bytes are no such message.
+std::optional<StreamHeader> parse_stream_header(std::span<const std::uint8_t> bytes);
+
+enum class Codec { none, h264, jpeg };
+
+struct MaterialChange {
+  bool models_own = false;  ///< drop the override
+  std::optional<Eigen::Vector3f> base_color;
+  std::optional<float> metallic, roughness, specular;
+};
+
+struct WantCommand {
+  Codec codec = Codec::none;
+};
+struct KeyCommand {};
+struct AckCommand {
+  std::uint32_t sequence = 0;
+};
+struct ObjectCommand {
+  std::variant<std::size_t, std::string> object;  ///< index or name
+  std::optional<Eigen::Vector3d> position_m;
+  std::optional<Eigen::Quaterniond> rotation;  ///< unit
+  std::optional<double> yaw_degrees;
+  std::optional<bool> visible;
+  std::optional<MaterialChange> material;
+};
+struct BadCommand {
+  std::string error;  ///< what was wrong and what is allowed
+};
+using Command = std::variant<WantCommand, KeyCommand, AckCommand, ObjectCommand, BadCommand>;
+
+/// A text message of a client, every value checked. Never throws.
+Command parse_command(std::string_view text);
+
+std::string error_message(std::string_view error);
+
+}  // namespace lumigraft

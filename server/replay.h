@@ -1,0 +1,28 @@
+#pragma once
+// `lumigraft replay`: a recorded session in lock step, one picture per colour frame.
+//
+// All or nothing: everything is written into OUT/.lumigraft-partial and moved up when the last frame is done, in place
+// of the pictures of an earlier replay. A replay that fails or is interrupted leaves OUT as it was. Other files in OUT
+// are never touched.
+#include <atomic>
+#include <filesystem>
+#include <limits>
+
+#include "server/oracle.h"
+#include "server/service_config.h"
+
+namespace lumigraft {
+
+struct ReplayCommand {
+  ServiceFiles files;
+  std::filesystem::path out;
+  int frames = std::numeric_limits<int>::max();
+  OracleParts oracle;
+  bool dump = false;
+};
+
+/// Throws InputError for bad input, std::exception for what fails while running. `interrupted` is looked at between
+/// frames. True when done, false when interrupted.
+bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupted);
+
+}  // namespace lumigraft

@@ -1,0 +1,48 @@
+#pragma once
+// Where stages publish what they know of the room, each part at its own rate, and from where relight takes the newest
+// of everything. Any thread; what is published is immutable.
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "reconstruct/scene.h"
+
+namespace lumigraft {
+
+class SceneBoard {
+ public:
+  void publish_field(std::shared_ptr<const DistanceField> field);
+  void publish_light(std::shared_ptr<const Illumination> light);
+  /// What albedo found for the light it was given: its lamps' distances hold for later light too, by lamp.
+  void publish_solution(AlbedoStage::Result solution, std::uint64_t light_version);
+  /// Replaces the albedo alone.
+  void publish_albedo(std::shared_ptr<const AlbedoField> albedo);
+  /// What a stage complains about, until its next word. Shown with every frame.
+  void publish_warnings(const std::string& stage, std::vector<std::string> warnings);
+
+  /// The newest of everything but the pose, which belongs to a frame.
+  Scene newest() const;
+  /// As the light stage gave it, without distances found since.
+  std::shared_ptr<const Illumination> measured_light() const;
+
+ private:
+  void combine();
+
+  mutable std::mutex mutex_;
+  Scene scene_;
+  std::shared_ptr<const Illumination> light_, solved_light_;
+  std::uint64_t solved_from_version_ = 0;
+  std::map<std::string, std::vector<std::string>> warnings_;
+};
+
+/// `newest` with the distances that solving found for the lamps of `solved`, by id: light is seen ten times a second,
+/// distances are solved once. Energy at the probe stays the newest picture's.
+std::shared_ptr<const Illumination> carry_lamp_distances(const Illumination& newest, const Illumination& solved);
+
+/// Appends the lines that are not there yet.
+void append_warnings(std::vector<std::string>& to, const std::vector<std::string>& from);
+
+}  // namespace lumigraft

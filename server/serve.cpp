@@ -1,0 +1,116 @@
+#include "server/serve.h"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+
+#include "capture/source.h"
+#include "server/page.h"
+#include "server/pipeline.h"
+#include "server/serve_log.h"
+#include "server/serve_texts.h"
+#include "server/web_server.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr std::chrono::milliseconds kGrace{500};  // for stages in a call, after viewers were told
+
+/// The signals that end the service, kept from every thread made after this and taken by wait_for_signal alone.
+sigset_t take_signals() {
+  std::signal(SIGPIPE, SIG_IGN);
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  return set;
+}
+
+bool signal_within_a_second(const sigset_t& set) {
+  const timespec second{1, 0};
+  return sigtimedwait(&set, nullptr, &second) > 0;
+}
+
+WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
+  const ShownPicture newest = pipeline.newest();
+  if (!newest.srgb) {
+    return {503, "text/plain; charset=utf-8", "no picture yet\n"};
+  }
+  const std::vector<std::uint8_t> file = encoder.encode(*newest.srgb);
+  return {200, "image/jpeg", std::string(file.begin(), file.end())};
+}
+
+WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& metrics, JpegEncoder& encoder) {
+  if (path == "/healthz") {
+    const Health h = health(metrics);
+    return {h.ok ? 200u : 503u, "application/json", h.json};
+  }
+  if (path == "/metrics") {
+    return {200, "text/plain; version=0.0.4; charset=utf-8", metrics.prometheus()};
+  }
+  if (path == "/snapshot.jpg") {
+    return snapshot(pipeline, encoder);
+  }
+  if (const std::optional<PageFile> file = find_page_file(path)) {
+    return {200, std::string(file->type), std::string(file->bytes)};
+  }
+  return {404, "text/plain; charset=utf-8", "no such page\n"};
+}
+
+}  // namespace
+
+void run_serve(const ServiceFiles& files, const std::string& listen) {
+  const sigset_t signals = take_signals();
+  ServiceInput input = read_service(files, interactive_plan());
+  if (!listen.empty()) {
+    read_listen(listen, "--listen", input.server);
+  }
+  const Session session = input.session;
+  const ServerSettings server = input.server;
+  std::unique_ptr<FrameReader> frames = open_frames(session);
+
+  Demand demand;
+  Metrics metrics;
+  JpegEncoder snapshots(server.jpeg_quality);
+  WebServer* web_pointer = nullptr;
+  Pipeline pipeline(
+      std::move(input), std::move(frames), [session] { return open_frames(session); },
+      [] { return gpu::create_vulkan_device(gpu::DeviceOptions{}); }, demand, metrics,
+      [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); });
+
+  WebSettings settings;
+  settings.address = server.address;
+  settings.port = server.port;
+  settings.max_viewers = server.max_viewers;
+  settings.max_connections = 4 * server.max_viewers;
+  WebHandlers handlers;
+  handlers.get = [&](std::string_view path) { return get(path, pipeline, metrics, snapshots); };
+  handlers.hello = [&] { return hello_text(session, pipeline.exhibit()); };
+  handlers.state = [&] { return state_text(pipeline.exhibit()); };
+  handlers.change_object = [&](const ObjectCommand& command) { return pipeline.exhibit().apply(command); };
+  WebServer web(settings, std::move(handlers), demand, metrics);
+  web_pointer = &web;
+  pipeline.start();
+  web.start();
+  const bool v6 = server.address.find(':') != std::string::npos;
+  std::fprintf(stderr, "lumigraft: serving http://%s%s%s:%u/  (session %s)\n", v6 ? "[" : "", server.address.c_str(),
+               v6 ? "]" : "", web.port(), session.name.c_str());
+
+  ServeLog log;
+  while (!signal_within_a_second(signals)) {
+    const Pipeline::Record record = pipeline.newest_record();
+    web.publish_text("stats", stats_text(record, metrics, metrics.take_interval()));
+    log.tick(record.warnings, metrics.drops());
+  }
+  web.stop();
+  if (!pipeline.stop(kGrace)) {
+    // A solver or a software GPU is in the middle of a long call that cannot be cut short; nothing of it is needed.
+    std::fflush(nullptr);
+    _exit(0);
+  }
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,36 @@
+#pragma once
+// What the service writes to stderr while it runs: little, and in batches.
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace lumigraft {
+
+class ServeLog {
+ public:
+  static constexpr std::chrono::seconds kWarningAgain{60};  ///< the same warning is repeated no sooner
+  static constexpr std::chrono::seconds kDropsEvery{30};
+
+  using Clock = std::chrono::steady_clock;
+  /// About once a second: the newest picture's warnings, and drops since the start by the stage that was too slow.
+  void tick(const std::vector<std::string>& warnings, const std::map<std::string, std::uint64_t>& drops) {
+    for (const std::string& line : lines(warnings, drops, Clock::now())) {
+      write(line);
+    }
+  }
+
+  /// The lines due at `now`.
+  std::vector<std::string> lines(const std::vector<std::string>& warnings,
+                                 const std::map<std::string, std::uint64_t>& drops, Clock::time_point now);
+
+ private:
+  static void write(const std::string& line);
+
+  std::map<std::string, Clock::time_point> said_;
+  std::map<std::string, std::uint64_t> drops_said_;
+  Clock::time_point drops_time_ = Clock::now();
+};
+
+}  // namespace lumigraft

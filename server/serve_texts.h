@@ -1,0 +1,24 @@
+#pragma once
+// What the service says about itself, as text: for viewers, monitors and the log.
+#include <string>
+#include <vector>
+
+#include "capture/session.h"
+#include "server/exhibit_board.h"
+#include "server/metrics.h"
+#include "server/pipeline.h"
+
+namespace lumigraft {
+
+std::string hello_text(const Session& session, const ExhibitBoard& exhibit);
+std::string state_text(const ExhibitBoard& exhibit);
+std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval);
+
+/// `ok` is false where no picture was made for 5 s.
+struct Health {
+  bool ok = false;
+  std::string json;
+};
+Health health(const Metrics& metrics);
+
+}  // namespace lumigraft

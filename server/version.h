@@ -1,0 +1,8 @@
+#pragma once
+#include <string>
+
+namespace lumigraft {
+
+std::string version_line();  ///< "lumigraft 0.1.0"
+
+}  // namespace lumigraft

@@ -1,0 +1,452 @@
+#include "server/web_server.h"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <deque>
+#include <list>
+#include <set>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "server/request_guard.h"
+#include "server/viewer_queue.h"
+
+namespace lumigraft {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::uint32_t kLongestHeader = 8 * 1024;
+constexpr std::size_t kLongestBody = 1024;
+constexpr int kSendBuffer_bytes = 256 * 1024;  // what the kernel holds for a slow viewer: a quarter second of stream
+constexpr std::chrono::milliseconds kStatesApart{50};
+constexpr std::chrono::milliseconds kGoodbye{200};
+constexpr std::size_t kRememberedPictures = 256;
+
+class Connection;
+
+}  // namespace
+
+struct WebServer::State {
+  const WebSettings settings;
+  const WebHandlers handlers;
+  Demand& demand;
+  Metrics& metrics;
+  asio::io_context io{1};
+  tcp::acceptor acceptor{io};
+  asio::steady_timer state_timer{io}, accept_timer{io}, stop_timer{io};
+  bool state_waits = false;
+  bool loopback = true;
+  std::list<std::shared_ptr<Connection>> connections;  ///< oldest first
+  std::set<std::shared_ptr<Connection>> viewers;
+  std::shared_ptr<const StreamMessage> config;                          ///< the newest
+  std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns;  ///< of recent pictures, by sequence
+  std::thread thread;
+
+  State(const WebSettings& the_settings, WebHandlers the_handlers, Demand& the_demand, Metrics& the_metrics)
+      : settings(the_settings), handlers(std::move(the_handlers)), demand(the_demand), metrics(the_metrics) {}
+
+  void accept();
+  void admit(tcp::socket socket);
+  void forget(const std::shared_ptr<Connection>& connection);
+  void objects_changed();
+  void count_demand();
+  void acknowledged(std::uint32_t sequence);
+};
+
+namespace {
+
+/// One socket: requests, and after an upgrade a viewer.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(WebServer::State& server, tcp::socket socket)
+      : server_(server), stream_(std::move(socket)), write_timer_(server.io) {}
+
+  void read_request() {
+    parser_.emplace();
+    parser_->header_limit(kLongestHeader);
+    parser_->body_limit(kLongestBody);
+    stream_.expires_after(server_.settings.request_timeout);
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+      error ? self->close() : self->answer();
+    });
+  }
+
+  bool is_viewer() const { return websocket_.has_value(); }
+  Codec codec() const { return queue_.codec(); }
+
+  void offer(const std::shared_ptr<const StreamMessage>& message) {
+    if (queue_.offer(message)) {
+      server_.metrics.drop("viewer");
+    }
+    write_next();
+  }
+
+  void offer_text(const std::string& kind, const std::string& text) {
+    queue_.offer_text(kind, text);
+    write_next();
+  }
+
+  void close() {
+    if (closed_) {
+      return;
+    }
+    closed_ = true;
+    write_timer_.cancel();
+    error_code ignored;
+    socket().shutdown(tcp::socket::shutdown_both, ignored);
+    socket().close(ignored);
+    server_.forget(shared_from_this());
+  }
+
+  /// Ends a websocket with a reason; the peer has the silence timeout's handshake to agree, then the socket goes.
+  void say_goodbye(websocket::close_code code) {
+    if (closed_ || !open_ || leaving_) {
+      return;
+    }
+    leaving_ = code;
+    write_next();
+  }
+
+ private:
+  tcp::socket& socket() { return websocket_ ? beast::get_lowest_layer(*websocket_).socket() : stream_.socket(); }
+
+  void answer() {
+    const auto& request = parser_->get();
+    const bool upgrade = websocket::is_upgrade(request) && request.target() == "/ws";
+    const auto text = [](beast::string_view v) { return std::string_view(v.data(), v.size()); };
+    if (!request_allowed(text(request[http::field::host]), text(request[http::field::origin]), server_.loopback)) {
+      return reply({403, "text/plain; charset=utf-8", "this host or origin is not served here\n"}, false);
+    }
+    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+      return reply({405, "text/plain; charset=utf-8", "GET or HEAD\n"}, false);
+    }
+    if (upgrade) {
+      if (static_cast<int>(server_.viewers.size()) >= server_.settings.max_viewers) {
+        server_.metrics.refused_connection();
+        return reply({503, "text/plain; charset=utf-8", "enough viewers\n"}, false);
+      }
+      return become_viewer();
+    }
+    std::string_view path = text(request.target());
+    path = path.substr(0, path.find('?'));
+    reply(path == "/ws" ? WebReply{426, "text/plain; charset=utf-8", "a websocket\n"} : server_.handlers.get(path),
+          request.keep_alive());
+  }
+
+  void reply(WebReply content, bool keep_alive) {
+    auto response = std::make_shared<http::response<http::string_body>>();
+    response->result(content.status);
+    response->version(parser_->get().version());
+    response->keep_alive(keep_alive);
+    response->set(http::field::content_type, content.type);
+    response->set(http::field::cache_control, "no-store");
+    response->set("X-Content-Type-Options", "nosniff");
+    response->set("Content-Security-Policy", "default-src 'self'; img-src 'self' blob: data:");
+    response->content_length(content.body.size());
+    if (parser_->get().method() != http::verb::head) {
+      response->body() = std::move(content.body);
+    }
+    stream_.expires_after(server_.settings.write_timeout);
+    http::async_write(stream_, *response,
+                      [self = shared_from_this(), response, keep_alive](error_code error, std::size_t) {
+                        error || !keep_alive ? self->close() : self->read_request();
+                      });
+  }
+
+  void become_viewer() {
+    stream_.expires_never();
+    websocket_.emplace(std::move(stream_));
+    server_.viewers.insert(shared_from_this());
+    server_.metrics.viewers(static_cast<int>(server_.viewers.size()));
+    websocket::stream_base::timeout timeout{};
+    timeout.handshake_timeout = server_.settings.request_timeout;
+    timeout.idle_timeout = server_.settings.silence_timeout;
+    timeout.keep_alive_pings = true;
+    websocket_->set_option(timeout);
+    websocket_->read_message_max(server_.settings.max_message_bytes);
+    error_code ignored;
+    socket().set_option(tcp::no_delay(true), ignored);
+    socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
+    websocket_->async_accept(parser_->get(), [self = shared_from_this()](error_code error) {
+      if (error) {
+        return self->close();
+      }
+      self->open_ = true;
+      self->buffer_.consume(self->buffer_.size());
+      self->queue_.offer_text("hello", self->server_.handlers.hello());
+      if (self->server_.config) {
+        self->queue_.offer(self->server_.config);
+      }
+      self->write_next();
+      self->read_message();
+    });
+  }
+
+  void read_message() {
+    websocket_->async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) {
+        if (error == websocket::error::message_too_big) {
+          self->server_.metrics.refused_connection();
+        }
+        return self->close();
+      }
+      const std::string text = beast::buffers_to_string(self->buffer_.data());
+      self->buffer_.consume(self->buffer_.size());
+      self->obey(self->websocket_->got_text() ? parse_command(text) : BadCommand{"messages are JSON text"});
+      if (!self->leaving_) {
+        self->read_message();
+      }
+    });
+  }
+
+  void obey(const Command& command) {
+    std::optional<std::string> wrong;
+    if (const auto* want = std::get_if<WantCommand>(&command)) {
+      queue_.want(want->codec);
+      server_.count_demand();
+      server_.demand.key = server_.demand.key || want->codec == Codec::h264;
+    } else if (std::holds_alternative<KeyCommand>(command)) {
+      server_.demand.key = true;
+    } else if (const auto* ack = std::get_if<AckCommand>(&command)) {
+      if (queue_.acknowledge(ack->sequence)) {
+        server_.acknowledged(ack->sequence);
+      }
+      write_next();
+    } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
+      wrong = server_.handlers.change_object(*object);
+      if (!wrong) {
+        server_.objects_changed();
+      }
+    } else {
+      wrong = std::get<BadCommand>(command).error;
+    }
+    if (wrong) {
+      queue_.offer_text("error", error_message(*wrong));
+      if (++bad_messages_ > 1) {
+        return say_goodbye(websocket::close_code::policy_error);
+      }
+      write_next();
+    }
+  }
+
+  void write_next() {
+    if (closed_ || !open_ || writing_) {
+      return;
+    }
+    std::optional<ViewerQueue::Outgoing> next = leaving_ ? queue_.next_text() : queue_.next();
+    if (!next) {
+      if (leaving_) {
+        send_close();
+      }
+      return;
+    }
+    writing_ = std::move(*next);
+    watch_write();
+    const auto* text = std::get_if<std::string>(&*writing_);
+    websocket_->text(text != nullptr);
+    const asio::const_buffer bytes =
+        text != nullptr ? asio::buffer(*text)
+                        : asio::buffer(std::get<std::shared_ptr<const StreamMessage>>(*writing_)->bytes);
+    websocket_->async_write(bytes, [self = shared_from_this()](error_code error, std::size_t) {
+      self->writing_.reset();
+      self->write_timer_.cancel();
+      error ? self->close() : self->write_next();
+    });
+  }
+
+  void send_close() {
+    if (std::exchange(close_sent_, true)) {
+      return;
+    }
+    watch_write();
+    websocket_->async_close(*leaving_, [self = shared_from_this()](error_code) { self->close(); });
+  }
+
+  /// A write that does not end within its time ends the connection: the reader does not read.
+  void watch_write() {
+    write_timer_.expires_after(server_.settings.write_timeout);
+    write_timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (!error && !self->closed_) {
+        self->server_.metrics.refused_connection();
+        self->close();
+      }
+    });
+  }
+
+  WebServer::State& server_;
+  beast::tcp_stream stream_;
+  std::optional<websocket::stream<beast::tcp_stream>> websocket_;
+  beast::flat_buffer buffer_{kLongestHeader + 64 * 1024};
+  std::optional<http::request_parser<http::string_body>> parser_;
+  ViewerQueue queue_;
+  std::optional<ViewerQueue::Outgoing> writing_;
+  asio::steady_timer write_timer_;
+  std::optional<websocket::close_code> leaving_;
+  int bad_messages_ = 0;
+  bool open_ = false, closed_ = false, close_sent_ = false;
+};
+
+}  // namespace
+
+void WebServer::State::accept() {
+  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted) {
+      return;
+    }
+    if (error) {  // no descriptors left: wait for some to come free
+      accept_timer.expires_after(std::chrono::milliseconds(100));
+      accept_timer.async_wait([this](error_code stopped) {
+        if (!stopped) {
+          accept();
+        }
+      });
+      return;
+    }
+    admit(std::move(socket));
+    accept();
+  });
+}
+
+void WebServer::State::admit(tcp::socket socket) {
+  if (static_cast<int>(connections.size()) >= settings.max_connections) {
+    for (const std::shared_ptr<Connection>& oldest : connections) {
+      if (!oldest->is_viewer()) {
+        metrics.refused_connection();
+        oldest->close();
+        break;
+      }
+    }
+    if (static_cast<int>(connections.size()) >= settings.max_connections) {
+      metrics.refused_connection();
+      return;
+    }
+  }
+  connections.push_back(std::make_shared<Connection>(*this, std::move(socket)));
+  connections.back()->read_request();
+}
+
+void WebServer::State::forget(const std::shared_ptr<Connection>& connection) {
+  const std::shared_ptr<Connection> alive = connection;
+  connections.remove(alive);
+  if (viewers.erase(alive) > 0) {
+    metrics.viewers(static_cast<int>(viewers.size()));
+    count_demand();
+  }
+}
+
+void WebServer::State::objects_changed() {
+  if (std::exchange(state_waits, true)) {
+    return;
+  }
+  state_timer.expires_after(kStatesApart);
+  state_timer.async_wait([this](error_code error) {
+    state_waits = false;
+    if (!error) {
+      const std::string text = handlers.state();
+      for (const auto& viewer : std::set(viewers)) {
+        viewer->offer_text("state", text);
+      }
+    }
+  });
+}
+
+void WebServer::State::count_demand() {
+  int h264 = 0, jpeg = 0;
+  for (const auto& viewer : viewers) {
+    h264 += viewer->codec() == Codec::h264 ? 1 : 0;
+    jpeg += viewer->codec() == Codec::jpeg ? 1 : 0;
+  }
+  demand.h264 = h264;
+  demand.jpeg = jpeg;
+}
+
+void WebServer::State::acknowledged(std::uint32_t sequence) {
+  for (const auto& [known, capture_time_ns] : capture_times_ns) {
+    if (known == sequence) {
+      const auto now = std::chrono::system_clock::now().time_since_epoch();
+      const auto now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+      metrics.time("capture_to_ack", 1e-9 * static_cast<double>(now_ns - capture_time_ns));
+      return;
+    }
+  }
+}
+
+WebServer::WebServer(const WebSettings& settings, WebHandlers handlers, Demand& demand, Metrics& metrics)
+    : state_(std::make_unique<State>(settings, std::move(handlers), demand, metrics)) {
+  State& s = *state_;
+  try {
+    const tcp::endpoint endpoint(asio::ip::make_address(settings.address), settings.port);
+    s.loopback = endpoint.address().is_loopback();
+    s.acceptor.open(endpoint.protocol());
+    s.acceptor.set_option(asio::socket_base::reuse_address(true));
+    s.acceptor.bind(endpoint);
+    s.acceptor.listen(1024);
+  } catch (const boost::system::system_error& e) {
+    throw std::runtime_error("cannot listen on " + settings.address + " port " + std::to_string(settings.port) + ": " +
+                             e.code().message());
+  }
+}
+
+WebServer::~WebServer() { stop(); }
+
+std::uint16_t WebServer::port() const { return state_->acceptor.local_endpoint().port(); }
+
+void WebServer::start() {
+  state_->accept();
+  state_->thread = std::thread([this] { state_->io.run(); });
+}
+
+void WebServer::publish(std::shared_ptr<const StreamMessage> message) {
+  asio::post(state_->io, [&s = *state_, message = std::move(message)] {
+    if (message->header.kind == StreamKind::config) {
+      s.config = message;
+    } else {
+      s.capture_times_ns.emplace_back(message->header.sequence, message->header.capture_time_ns);
+      if (s.capture_times_ns.size() > kRememberedPictures) {
+        s.capture_times_ns.pop_front();
+      }
+    }
+    for (const auto& viewer : std::set(s.viewers)) {
+      viewer->offer(message);
+    }
+  });
+}
+
+void WebServer::publish_text(const std::string& kind, std::string text) {
+  asio::post(state_->io, [&s = *state_, kind, text = std::move(text)] {
+    for (const auto& viewer : std::set(s.viewers)) {
+      viewer->offer_text(kind, text);
+    }
+  });
+}
+
+void WebServer::stop() {
+  State& s = *state_;
+  if (!s.thread.joinable()) {
+    return;
+  }
+  asio::post(s.io, [&s] {
+    error_code ignored;
+    s.acceptor.close(ignored);
+    for (const auto& viewer : std::set(s.viewers)) {
+      viewer->say_goodbye(websocket::close_code::going_away);
+    }
+    s.stop_timer.expires_after(s.viewers.empty() ? std::chrono::milliseconds(0) : kGoodbye);
+    s.stop_timer.async_wait([&s](error_code) { s.io.stop(); });
+  });
+  s.thread.join();
+}
+
+}  // namespace lumigraft
