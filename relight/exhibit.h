@@ -31,7 +31,7 @@ struct Model {
   };
   std::vector<Eigen::Vector3f> positions_m;
   std::vector<Eigen::Vector3f> normals;    ///< unit
-  std::vector<Eigen::Vector2f> texcoords;  ///< zero where the model has none
+  std::vector<Eigen::Vector2f> texcoords;  ///< zero where the model has none; v runs down
   std::vector<Eigen::Vector3f> colors;     ///< linear vertex colours, one where the model has none
   std::vector<std::uint32_t> indices;      ///< three per triangle
   std::vector<Part> parts;

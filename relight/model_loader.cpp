@@ -7,14 +7,14 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cctype>
-#include <fstream>
+#include <cmath>
 #include <map>
-#include <sstream>
 
 #include "capture/error.h"
 #include "capture/response.h"
 #include "relight/model_corners.h"
 #include "relight/model_materials.h"
+#include "relight/model_ply.h"
 
 namespace lumigraft {
 namespace {
@@ -37,22 +37,6 @@ Eigen::Matrix3f up_to_z(char up) {
   if (up == 'x') rotation << 0, 1, 0, 0, 0, 1, 1, 0, 0;
   if (up == 'y') rotation << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   return rotation;
-}
-
-// Vertex colours of 8 bits are sRGB in practice, those in floating point are linear. assimp gives both as floats, so
-// the header is asked.
-bool ply_colors_are_8_bit(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string line;
-  while (std::getline(in, line) && line.compare(0, 10, "end_header") != 0) {
-    std::istringstream words(line);
-    std::string property, type, name;
-    words >> property >> type >> name;
-    if (property == "property" && (name == "red" || name == "r" || name == "diffuse_red")) {
-      return type == "uchar" || type == "uint8";
-    }
-  }
-  return false;
 }
 
 Eigen::Affine3f to_eigen(const aiMatrix4x4& m) {
@@ -81,11 +65,8 @@ bool usable(const Corner* c) {
 
 class Loader {
  public:
-  Loader(const aiScene& scene, const fs::path& file, ModelFormat format, char up)
-      : scene_(scene),
-        up_(up_to_z(up)),
-        srgb_colors_(format == ModelFormat::ply && ply_colors_are_8_bit(file)),
-        materials_(scene, file, format) {}
+  Loader(const aiScene& scene, const fs::path& file, ModelFormat format, char up, bool srgb_colors)
+      : scene_(scene), up_(up_to_z(up)), srgb_colors_(srgb_colors), materials_(scene, file, format) {}
 
   std::shared_ptr<const Model> load() {
     if (scene_.mRootNode) add_node(*scene_.mRootNode, Eigen::Affine3f(up_));
@@ -207,6 +188,7 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
   }
   const ModelFormat format = format_of(path);
   if (!fs::is_regular_file(path)) throw InputError(path.string() + ": no such file");
+  const bool srgb_colors = format == ModelFormat::ply && check_ply(path).colors_are_8_bit;
 
   Assimp::Importer importer;
   const aiScene* scene = nullptr;
@@ -224,7 +206,7 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
         reason.begin(), reason.end(), [](unsigned char c) { return std::iscntrl(c); }, ' ');
     throw InputError(path.string() + ": not a model that can be read: " + reason.substr(0, 200));
   }
-  std::shared_ptr<const Model> model = Loader(*scene, path, format, up).load();
+  std::shared_ptr<const Model> model = Loader(*scene, path, format, up, srgb_colors).load();
   if (model->indices.empty())
     throw InputError(path.string() + ": found no triangles with an area, allowed: at least one");
   return model;

@@ -2,8 +2,9 @@
 // The signed distance field of a rigid virtual object, in the model's frame, computed once when the model is loaded.
 //
 // Voxel (i, j, k) has its centre at origin_m + voxel_m · (i, j, k); index i + nx (j + ny k). distance_m is exact within
-// ± 3 voxels of the surface and clamped beyond; negative inside closed parts. Open or thinner-than-voxel parts are
-// shells: their distance is made negative within half a voxel of the surface, so nothing is too thin to be hit.
+// ± 3 voxels of the surface and clamped beyond; negative inside closed parts (holes as small as a scan's count as
+// closed). Open parts are shells: a hair more than half a voxel is taken off their distance, so they are a voxel thick.
+// Closed parts thinner than that are thickened to it. So nothing is too thin to be hit.
 #include <Eigen/Core>
 #include <array>
 #include <memory>

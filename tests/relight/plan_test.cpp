@@ -1,0 +1,79 @@
+#include "relight/plan.h"
+
+#include <gtest/gtest.h>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+Plan plan_of(const std::string& toml, const Plan& defaults = {}) {
+  const ConfigTable root = ConfigTable::parse(toml, "session.toml");
+  const Plan plan = read_plan(root, defaults);
+  root.finish();
+  return plan;
+}
+
+std::string error_of(const std::string& toml) {
+  try {
+    plan_of(toml);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Plan, ReadsWhatIsGivenOverTheDefaults) {
+  Plan defaults;
+  defaults.volume = 64;
+  defaults.bounces = 1;
+  const Plan plan =
+      plan_of("[plan]\nmethod = \"dvct\"\ntrace_scale = 4\nrsm = 512\nmax_lights = 0\nbounces = 3\n", defaults);
+  EXPECT_EQ(plan.method, "dvct");
+  EXPECT_EQ(plan.volume, 64);
+  EXPECT_EQ(plan.trace_scale, 4);
+  EXPECT_EQ(plan.rsm, 512);
+  EXPECT_EQ(plan.max_lights, 0);
+  EXPECT_EQ(plan.bounces, 3);
+  EXPECT_EQ(plan_of("", defaults).volume, 64);
+}
+
+TEST(Plan, OverridesFromTheCommandLine) {
+  const ConfigTable root = ConfigTable::parse("", "session.toml", {"plan.volume=32", "plan.method=dvct"});
+  EXPECT_EQ(read_plan(root, {}).volume, 32);
+  root.finish();
+}
+
+TEST(Plan, RefusesWhatIsNotAllowed) {
+  struct Case {
+    const char *toml, *where, *allowed;
+  };
+  for (const Case& c : {
+           Case{"[plan]\nmethod = \"dlpv\"", "session.toml:2: plan.method: ", "\"dvct\""},
+           Case{"[plan]\nvolume = 48", "session.toml:2: plan.volume: found 48", "32, 64, 128 or 256"},
+           Case{"[plan]\nvolume = 512", "session.toml:2: plan.volume: found 512", "32"},
+           Case{"[plan]\ntrace_scale = 3", "session.toml:2: plan.trace_scale: found 3", "1, 2 or 4"},
+           Case{"[plan]\nrsm = 300", "session.toml:2: plan.rsm: found 300", "64, 128, 256, 512 or 1024"},
+           Case{"[plan]\nmax_lights = 17", "session.toml:2: plan.max_lights: found 17", "0 to 16"},
+           Case{"[plan]\nbounces = 0", "session.toml:2: plan.bounces: found 0", "1 to 4"},
+           Case{"[plan]\nbounces = 1.5", "session.toml:2: plan.bounces: found 1.5", "1 to 4"},
+           Case{"[plan]\nvolumes = 64", "session.toml:2: plan.volumes: ", "volume"},
+           Case{"plan = 3", "session.toml:1: plan: found 3", "table"},
+       }) {
+    const std::string message = error_of(c.toml);
+    EXPECT_TRUE(message.starts_with(c.where)) << c.toml << " -> " << message;
+    EXPECT_NE(message.find(c.allowed), std::string::npos) << message;
+  }
+}
+
+TEST(Plan, HelpNamesEveryKeyOnce) {
+  const std::vector<PlanKey> keys = plan_keys();
+  ASSERT_EQ(keys.size(), 6u);
+  EXPECT_EQ(keys[0].key, "plan.method");
+  EXPECT_EQ(keys[1].key, "plan.volume");
+  EXPECT_EQ(keys[1].allowed, "32, 64, 128 or 256");
+  for (const PlanKey& key : keys) EXPECT_FALSE(key.meaning.empty()) << key.key;
+}
+
+}  // namespace
+}  // namespace lumigraft
