@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/frame.h"
+#include "capture/response.h"
 #include "capture/session.h"
 
 namespace lumigraft {
@@ -15,17 +16,23 @@ namespace lumigraft {
 struct Pose {
   Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();      ///< smoothed over time; what pictures use
   Eigen::Isometry3d T_tag_camera_raw = Eigen::Isometry3d::Identity();  ///< this measurement alone
-  double reprojection_error_px = 0;  ///< RMS over the four corners
-  std::int64_t time_ns = 0;          ///< device time of the measurement
-  std::int64_t age_ns = 0;           ///< 0 when the tag was seen in this very frame
+  double reprojection_error_px = 0;                                    ///< RMS over the four corners
+  std::int64_t time_ns = 0;                                            ///< device time of the measurement
+  std::int64_t age_ns = 0;                                             ///< 0 when the tag was seen in this very frame
 };
 
-/// Finds the tag, considers both poses that explain it (Schweighofer & Pinz 2006), chooses by reprojection error,
-/// nearness to the last pose, and the plane that depth shows where the tag lies. Smooths; keeps the raw pose.
+/// Finds the tag, considers both poses that explain it (Schweighofer & Pinz 2006), refines each on the whole print,
+/// chooses by how well corners and print fit, nearness to the last pose, and the plane that depth shows where the tag
+/// lies. Smooths; keeps the raw pose. Depth only chooses, it never moves the pose: depth cameras err by more at the
+/// tag's distance than the print does.
 class PoseStage {
  public:
-  PoseStage(const Tag& tag, const CameraModel& color);
+  /// `response` linearises encoded pictures. Throws InputError for a tag that does not exist.
+  PoseStage(const Tag& tag, const CameraModel& color, const Response& response = Response::srgb());
   ~PoseStage();
+
+  /// How long a pose may be used after the tag was last seen.
+  static constexpr std::int64_t kAgeLimitNs = 500'000'000;
 
   struct Result {
     std::optional<Pose> pose;  ///< empty: no tag now, and the last pose is older than its age limit

@@ -1,0 +1,41 @@
+#pragma once
+// The printed tag: what it looks like, and where its corners are in a picture (libapriltag).
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "capture/image.h"
+#include "capture/session.h"
+
+namespace lumigraft {
+
+/// The tag as printed, in square cells, quiet border included. Row 0 is the tag's top.
+struct TagPattern {
+  int cells = 0;                    ///< across the whole print
+  int square_cells = 0;             ///< across the black square, whose edge is the tag's size
+  std::vector<std::uint8_t> white;  ///< cells × cells; 1 = paper, 0 = ink
+
+  bool white_at(int column, int row) const;  ///< beyond the print, the nearest cell
+};
+
+/// Corners of the black square in pixels: bottom left, bottom right, top right, top left of the upright tag.
+using TagCorners = std::array<Eigen::Vector2d, 4>;
+
+class TagFinder {
+ public:
+  /// Throws InputError for a family or number that does not exist.
+  explicit TagFinder(const Tag& tag);
+  ~TagFinder();
+
+  const TagPattern& pattern() const { return pattern_; }
+  /// Every sighting of this very tag, the surest first.
+  std::vector<TagCorners> find(const Image<std::uint8_t>& grey);
+
+ private:
+  struct Detector;
+  std::unique_ptr<Detector> detector_;
+  TagPattern pattern_;
+};
+
+}  // namespace lumigraft

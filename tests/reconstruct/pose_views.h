@@ -1,0 +1,119 @@
+#pragma once
+// Pictures of a tag on a table, rendered from the print itself with many samples per pixel: the truth for pose tests.
+#include <Eigen/Geometry>
+#include <random>
+
+#include "capture/camera_model.h"
+#include "capture/frame.h"
+#include "capture/response.h"
+#include "reconstruct/pose_tag.h"
+
+namespace lumigraft::test {
+
+inline CameraModel small_camera() {
+  CameraModel camera;
+  camera.width = 320;
+  camera.height = 240;
+  camera.fx = camera.fy = 262.5;
+  camera.cx = 159.5;
+  camera.cy = 119.5;
+  return camera;
+}
+
+/// A camera `distance_m` from the tag's centre that looks at `aim_m`, its line of sight `tilt_rad` from the tag's
+/// normal, turned by `azimuth_rad` around it.
+inline Eigen::Isometry3d looking_at_tag(double distance_m, double tilt_rad, double azimuth_rad,
+                                        const Eigen::Vector3d& aim_m = Eigen::Vector3d::Zero()) {
+  const Eigen::Vector3d from(distance_m * std::sin(tilt_rad) * std::cos(azimuth_rad),
+                             distance_m * std::sin(tilt_rad) * std::sin(azimuth_rad), distance_m * std::cos(tilt_rad));
+  const Eigen::Vector3d z = (aim_m - from).normalized();
+  const Eigen::Vector3d up = std::abs(z.z()) > 0.99 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d x = z.cross(up).normalized();
+  Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();
+  T_tag_camera.linear() << x, z.cross(x), z;
+  T_tag_camera.translation() = from;
+  return T_tag_camera;
+}
+
+struct ViewNoise {
+  double code_sigma = 0;  ///< added to every 8-bit value
+  unsigned seed = 1;
+};
+
+inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern, double size_m,
+                           const Eigen::Isometry3d& T_tag_camera, const ViewNoise& noise = {}) {
+  constexpr int kSamples = 6;
+  constexpr double kInk = 0.03, kPaper = 0.7, kTable = 0.25;
+  const double cell_m = size_m / pattern.square_cells;
+  Picture picture;
+  picture.encoded = Image<std::uint8_t>(camera.width, camera.height, 3);
+  std::mt19937 random(noise.seed);
+  std::normal_distribution<double> gauss(0, 1);
+  const auto on_table = [&](const Eigen::Vector2d& pixel) -> std::optional<Eigen::Vector3d> {
+    const auto ray = camera.unproject(pixel);
+    if (!ray) return std::nullopt;
+    const Eigen::Vector3d d = T_tag_camera.linear() * *ray;
+    if (!(d.z() < 0)) return std::nullopt;
+    return T_tag_camera.translation() - T_tag_camera.translation().z() / d.z() * d;
+  };
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) {
+      // Away from the print there are no edges.
+      const auto centre = on_table({static_cast<double>(u), static_cast<double>(v)});
+      const int samples = centre && centre->cwiseAbs().maxCoeff() < pattern.cells * cell_m ? kSamples : 1;
+      double light = 0;
+      for (int s = 0; s < samples * samples; ++s) {
+        const Eigen::Vector2d pixel(u - 0.5 + (s % samples + 0.5) / samples, v - 0.5 + (s / samples + 0.5) / samples);
+        const auto point = on_table(pixel);
+        if (!point) continue;
+        const Eigen::Vector3d& p = *point;
+        const double column = p.x() / cell_m + pattern.cells / 2.0, row = pattern.cells / 2.0 - p.y() / cell_m;
+        const bool on_print = column >= 0 && row >= 0 && column < pattern.cells && row < pattern.cells;
+        const double albedo = !on_print ? kTable : pattern.white_at(column, row) ? kPaper : kInk;
+        light += albedo * (1 + 0.5 * p.x()) / (samples * samples);  // a lamp to the right
+      }
+      for (int c = 0; c < 3; ++c) {
+        const double code = 255 * linear_to_srgb(static_cast<float>(light)) + noise.code_sigma * gauss(random);
+        picture.encoded.at(u, v, c) = static_cast<std::uint8_t>(std::clamp(std::lround(code), 0l, 255l));
+      }
+    }
+  return picture;
+}
+
+/// Depth of the table z = 0, with noise that grows with depth as a Kinect's.
+inline DepthPicture depth_of_table(const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera, unsigned seed,
+                                   double noise_scale) {
+  DepthPicture depth;
+  depth.depth_m = Image<float>(camera.width, camera.height, 1);
+  std::mt19937 random(seed);
+  std::normal_distribution<double> gauss(0, 1);
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) {
+      const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      if (!ray) continue;
+      const Eigen::Vector3d d = T_tag_camera.linear() * *ray;
+      const double z = -T_tag_camera.translation().z() / d.z() * ray->z();
+      if (z > 0 && z < 8)
+        depth.depth_m.at(u, v) =
+            static_cast<float>(z + noise_scale * (0.0012 + 0.0019 * (z - 0.4) * (z - 0.4)) * gauss(random));
+    }
+  return depth;
+}
+
+inline FrameSet frame_of(Picture picture, std::uint64_t index, std::int64_t time_ns) {
+  FrameSet frame;
+  frame.index = index;
+  frame.time_ns = time_ns;
+  picture.stamp.time_ns = time_ns;
+  frame.color = std::make_shared<Picture>(std::move(picture));
+  return frame;
+}
+
+inline double millimetres_apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return 1e3 * (a.translation() - b.translation()).norm();
+}
+inline double degrees_apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle() * 180 / M_PI;
+}
+
+}  // namespace lumigraft::test
