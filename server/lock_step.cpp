@@ -54,7 +54,7 @@ struct LockStep::State {
       : exhibit(std::move(the_exhibit)),
         plan(the_plan),
         oracle(std::move(the_oracle)),
-        pose(session.tag, session.color.model),
+        pose(session.tag, session.color.model, session.color.response),
         fusion(session, FusionSettings{}),
         light(session, LightSettings{}),
         albedo(session),

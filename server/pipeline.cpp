@@ -94,7 +94,7 @@ struct Pipeline::State {
         demand(the_demand),
         metrics(the_metrics),
         publish(std::move(the_publish)),
-        pose(session.tag, session.color.model),
+        pose(session.tag, session.color.model, session.color.response),
         fusion(session, FusionSettings{}),
         light(session, LightSettings{}),
         albedo(session),

@@ -1,0 +1,69 @@
+#include "server/command_line.h"
+
+#include <gtest/gtest.h>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+CommandLine parse(std::vector<const char*> words) {
+  words.insert(words.begin(), "lumigraft");
+  return parse_command_line(static_cast<int>(words.size()), words.data());
+}
+
+TEST(CommandLine, Serve) {
+  const auto serve = std::get<ServeCommand>(
+      parse({"serve", "--session", "s", "--listen", ":0", "--set", "plan.volume=32", "--set", "tag.id=7"}));
+  EXPECT_EQ(serve.files.session, "s");
+  EXPECT_EQ(serve.listen, ":0");
+  EXPECT_EQ(serve.files.overrides, (std::vector<std::string>{"plan.volume=32", "tag.id=7"}));
+}
+
+TEST(CommandLine, Replay) {
+  const auto replay = std::get<ReplayCommand>(parse({"replay", "--set", "plan.volume=32", "s", "--out", "o", "--frames",
+                                                     "3", "--oracle", "pose,light", "--dump", "--backend", "vulkan"}));
+  EXPECT_EQ(replay.files.session, "s");
+  EXPECT_EQ(replay.out, "o");
+  EXPECT_EQ(replay.frames, 3);
+  EXPECT_TRUE(replay.oracle.pose && replay.oracle.light && !replay.oracle.albedo);
+  EXPECT_TRUE(replay.dump);
+  EXPECT_EQ(replay.files.overrides, std::vector<std::string>{"plan.volume=32"});
+}
+
+TEST(CommandLine, Texts) {
+  EXPECT_NE(std::get<PrintCommand>(parse({"--version"})).text.find("lumigraft 0."), std::string::npos);
+  EXPECT_NE(std::get<PrintCommand>(parse({"--help"})).text.find("replay"), std::string::npos);
+  EXPECT_NE(std::get<PrintCommand>(parse({"serve", "--help"})).text.find("--listen"), std::string::npos);
+  EXPECT_NE(std::get<PrintCommand>(parse({"replay", "--set", "help"})).text.find("volume"), std::string::npos);
+  EXPECT_NE(std::get<PrintCommand>(parse({"serve", "--set", "help"})).text.find("server.listen"), std::string::npos);
+  EXPECT_TRUE(std::holds_alternative<DoctorCommand>(parse({"doctor"})));
+}
+
+TEST(CommandLine, WhatIsWrongIsOneLine) {
+  for (const std::vector<const char*>& words :
+       std::vector<std::vector<const char*>>{{"launch"},
+                                             {"serve"},
+                                             {"serve", "--session", "a", "--config", "b"},
+                                             {"replay"},
+                                             {"replay", "s"},
+                                             {"replay", "s", "--out", "o", "--frames", "0"},
+                                             {"replay", "s", "--out", "o", "--frames", "x"},
+                                             {"replay", "s", "--out", "o", "--backend", "egl"},
+                                             {"replay", "s", "--out", "o", "--oracle", "luck"},
+                                             {"replay", "s", "--out", "o", "--set", "volume"},
+                                             {"replay", "s", "t", "--out", "o"},
+                                             {"record"},
+                                             {"serve", "--session"}}) {
+    try {
+      parse(words);
+      FAIL() << words[0];
+    } catch (const InputError& e) {
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+      EXPECT_FALSE(std::string(e.what()).empty());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,63 @@
+#include "server/exhibit_board.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace lumigraft {
+namespace {
+
+Exhibit two_objects() {
+  Exhibit exhibit;
+  VirtualObject statue;
+  statue.name = "statue";
+  statue.rotation = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX());
+  statue.motion = {{0, {0, 0, 0}, Eigen::Quaterniond::Identity()}, {1, {1, 0, 0}, Eigen::Quaterniond::Identity()}};
+  auto model = std::make_shared<Model>();
+  model->parts.push_back({});
+  model->parts[0].material.metallic = 0.75f;
+  statue.model = model;
+  exhibit.objects = {statue, {}};
+  exhibit.objects[1].name = "box";
+  return exhibit;
+}
+
+std::optional<std::string> apply(ExhibitBoard& board, const char* text) {
+  return board.apply(std::get<ObjectCommand>(parse_command(text)));
+}
+
+TEST(ExhibitBoard, CommandsChangeACopy) {
+  ExhibitBoard board(two_objects());
+  const std::shared_ptr<const Exhibit> before = board.newest();
+  EXPECT_EQ(apply(board, R"({"type":"object","name":"box","position_m":[1,2,3],"visible":false})"), std::nullopt);
+  EXPECT_TRUE(before->objects[1].visible) << "a frame in the making keeps what it has";
+  EXPECT_FALSE(board.newest()->objects[1].visible);
+  EXPECT_EQ(board.newest()->objects[1].position_m, Eigen::Vector3d(1, 2, 3));
+  EXPECT_NE(apply(board, R"({"type":"object","name":"ghost","visible":false})"), std::nullopt);
+  EXPECT_NE(apply(board, R"({"type":"object","index":2,"visible":false})"), std::nullopt);
+}
+
+TEST(ExhibitBoard, YawTurnsFromRestAboutTheTagsNormal) {
+  ExhibitBoard board(two_objects());
+  apply(board, R"({"type":"object","index":0,"yaw_degrees":50})");
+  apply(board, R"({"type":"object","index":0,"yaw_degrees":90})");
+  const Eigen::Quaterniond expected =
+      Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX());
+  EXPECT_TRUE(board.newest()->objects[0].rotation.isApprox(expected, 1e-9));
+  EXPECT_TRUE(board.newest()->objects[0].motion.empty()) << "taken in hand, it leaves its key frames";
+  EXPECT_EQ(nlohmann::json::parse(board.objects_json())[0]["yaw_degrees"], 90.0);
+}
+
+TEST(ExhibitBoard, MaterialsAreLaidOverTheModelsOwn) {
+  ExhibitBoard board(two_objects());
+  apply(board, R"({"type":"object","index":0,"material":{"roughness":0.5}})");
+  EXPECT_FLOAT_EQ(board.newest()->objects[0].material->metallic, 0.75f);
+  apply(board, R"({"type":"object","index":0,"material":{"specular":0.25}})");
+  EXPECT_FLOAT_EQ(board.newest()->objects[0].material->roughness, 0.5f);
+  EXPECT_EQ(nlohmann::json::parse(board.objects_json())[0]["material"]["specular"], 0.25);
+  apply(board, R"({"type":"object","index":0,"material":null})");
+  EXPECT_FALSE(board.newest()->objects[0].material);
+}
+
+}  // namespace
+}  // namespace lumigraft

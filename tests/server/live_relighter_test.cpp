@@ -1,0 +1,127 @@
+#include "server/live_relighter.h"
+
+#include <gtest/gtest.h>
+
+namespace lumigraft {
+namespace {
+
+/// A device that is broken from its first use on.
+class BrokenDevice : public gpu::Device {
+ public:
+  std::string name() const override { return "broken"; }
+  std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc&) override { fail(); }
+  std::unique_ptr<gpu::Buffer> create_buffer(std::size_t, std::string_view) override { fail(); }
+  std::unique_ptr<gpu::ComputePipeline> create_compute(std::string_view) override { fail(); }
+  std::unique_ptr<gpu::RasterPipeline> create_raster(const gpu::RasterDesc&) override { fail(); }
+  void upload(const gpu::Texture&, int, std::span<const std::byte>) override { fail(); }
+  void upload(const gpu::Buffer&, std::size_t, std::span<const std::byte>) override { fail(); }
+  std::vector<std::byte> download(const gpu::Texture&, int) override { fail(); }
+  std::vector<std::byte> download(const gpu::Buffer&) override { fail(); }
+  std::unique_ptr<gpu::CommandList> begin() override { fail(); }
+  std::vector<gpu::PassTime> submit(gpu::CommandList&) override { fail(); }
+
+ private:
+  [[noreturn]] static void fail() { throw gpu::GpuError("device lost"); }
+};
+
+/// Works until told otherwise, by a switch that all its copies share.
+class FailingDevice : public gpu::Device {
+ public:
+  FailingDevice(std::unique_ptr<gpu::Device> real, std::shared_ptr<bool> broken)
+      : real_(std::move(real)), broken_(std::move(broken)) {}
+  std::string name() const override { return real_->name(); }
+  std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc& d) override { return ok().create_texture(d); }
+  std::unique_ptr<gpu::Buffer> create_buffer(std::size_t s, std::string_view n) override {
+    return ok().create_buffer(s, n);
+  }
+  std::unique_ptr<gpu::ComputePipeline> create_compute(std::string_view s) override { return ok().create_compute(s); }
+  std::unique_ptr<gpu::RasterPipeline> create_raster(const gpu::RasterDesc& d) override {
+    return ok().create_raster(d);
+  }
+  void upload(const gpu::Texture& t, int m, std::span<const std::byte> b) override { ok().upload(t, m, b); }
+  void upload(const gpu::Buffer& t, std::size_t o, std::span<const std::byte> b) override { ok().upload(t, o, b); }
+  std::vector<std::byte> download(const gpu::Texture& t, int m) override { return ok().download(t, m); }
+  std::vector<std::byte> download(const gpu::Buffer& b) override { return ok().download(b); }
+  std::unique_ptr<gpu::CommandList> begin() override { return ok().begin(); }
+  std::vector<gpu::PassTime> submit(gpu::CommandList& list) override { return ok().submit(list); }
+
+ private:
+  gpu::Device& ok() {
+    if (*broken_) {
+      throw gpu::GpuError("device lost");
+    }
+    return *real_;
+  }
+  std::unique_ptr<gpu::Device> real_;
+  std::shared_ptr<bool> broken_;
+};
+
+Session small_camera() {
+  Session session;
+  session.color.model.width = 64;
+  session.color.model.height = 48;
+  session.color.model.fx = session.color.model.fy = 50;
+  session.color.model.cx = 31.5;
+  session.color.model.cy = 23.5;
+  return session;
+}
+
+FrameSet grey_frame() {
+  auto color = std::make_shared<Picture>();
+  color->encoded = Image<std::uint8_t>(64, 48, 3, 99);
+  FrameSet frame;
+  frame.color = color;
+  return frame;
+}
+
+Plan small_plan() {
+  Plan plan;
+  plan.volume = 32;
+  return plan;
+}
+
+TEST(LiveRelighter, ADeviceThatCannotBeMadeIsAnErrorAtTheStart) {
+  EXPECT_THROW(LiveRelighter(small_camera(), []() -> std::shared_ptr<gpu::Device> { throw gpu::GpuError("none"); }),
+               gpu::GpuError);
+  EXPECT_THROW(LiveRelighter(small_camera(), [] { return std::make_shared<BrokenDevice>(); }), gpu::GpuError);
+}
+
+TEST(LiveRelighter, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
+  const auto broken = std::make_shared<bool>(false);
+  int made = 0;
+  LiveRelighter relighter(small_camera(), [&]() -> std::shared_ptr<gpu::Device> {
+    ++made;
+    if (made == 2) {
+      throw gpu::GpuError("still gone");
+    }
+    return std::make_shared<FailingDevice>(gpu::create_vulkan_device({}), broken);
+  });
+  Scene scene;
+  scene.pose.emplace();
+  scene.pose->T_tag_camera.translation().z() = 1;
+  scene.pose->T_tag_camera.linear() = Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  scene.illumination = std::make_shared<Illumination>();
+  scene.field = std::make_shared<DistanceField>();
+  *broken = true;
+  const auto failed = relighter.relight(grey_frame(), scene, Exhibit{}, small_plan());
+  ASSERT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
+  if (failed.picture.warnings.empty() || failed.picture.warnings.back().find("device lost") == std::string::npos) {
+    GTEST_SKIP() << "this scene is passed through without the device";
+  }
+  EXPECT_TRUE(failed.passed_through);
+  *broken = false;
+  const auto begin = std::chrono::steady_clock::now();
+  bool well = false;
+  while (!well && std::chrono::steady_clock::now() - begin < std::chrono::seconds(10)) {
+    const auto result = relighter.relight(grey_frame(), scene, Exhibit{}, small_plan());
+    ASSERT_EQ(result.picture.srgb.width, 64) << "there is a picture at all times";
+    well = made == 3;
+    for (const std::string& warning : result.picture.warnings) {
+      EXPECT_FALSE(well && warning.find("GPU failed") != std::string::npos) << warning;
+    }
+  }
+  EXPECT_TRUE(well);
+}
+
+}  // namespace
+}  // namespace lumigraft

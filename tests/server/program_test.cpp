@@ -1,0 +1,203 @@
+// The program itself: exit codes, one line on stderr, nothing half-written, and a prompt end.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tiny_session.h"
+#include "websocket_client.h"
+
+namespace lumigraft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class Program {
+ public:
+  Program(const std::filesystem::path& scratch, std::vector<std::string> words) : log_(scratch / "stderr.txt") {
+    words.insert(words.begin(), LUMIGRAFT_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& word : words) {
+      argv.push_back(word.data());
+    }
+    argv.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ == 0) {
+      const int log = open(log_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+      dup2(log, 2);
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+  }
+  ~Program() {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  int wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+  void signal(int number) const { kill(pid_, number); }
+  std::string stderr_text() const {
+    std::ifstream in(log_);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  /// The port of the line "serving http://127.0.0.1:PORT/"; 0 where it does not come.
+  std::uint16_t port() const {
+    const Clock::time_point deadline = Clock::now() + std::chrono::seconds(60);
+    while (Clock::now() < deadline) {
+      const std::string text = stderr_text();
+      const std::size_t at = text.find("http://127.0.0.1:");
+      if (at != std::string::npos && text.find('/', at + 17) != std::string::npos) {
+        return static_cast<std::uint16_t>(std::stoi(text.substr(at + 17)));
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return 0;
+  }
+
+ private:
+  std::filesystem::path log_;
+  pid_t pid_;
+};
+
+std::vector<std::string> small(std::vector<std::string> words) {
+  words.insert(words.end(), {"--set", "plan.volume=32", "--set", "plan.trace_scale=4", "--set", "plan.rsm=64"});
+  return words;
+}
+
+void expect_refused(const TinySession& tiny, const std::vector<std::string>& words, const std::string& says) {
+  Program program(tiny.folder, words);
+  EXPECT_EQ(program.wait(), 2) << says;
+  const std::string text = program.stderr_text();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+  EXPECT_NE(text.find(says), std::string::npos) << text;
+  EXPECT_FALSE(std::filesystem::exists(tiny.folder / "out"));
+}
+
+TEST(Program, BadInputIsOneLineExitCode2AndNothingWritten) {
+  const TinySession tiny("bad-input");
+  const std::string s = tiny.folder, out = tiny.folder / "out";
+  expect_refused(tiny, {"replay", s + "/none", "--out", out}, "no such folder");
+  expect_refused(tiny, {"replay", s, "--out", out, "--set", "color.fy=nan"}, "color.fy");
+  expect_refused(tiny, {"replay", s, "--out", out, "--exhibit", s + "/none.toml"}, "none.toml");
+  expect_refused(tiny, {"replay", s, "--out", out, "--oracle", "pose"}, "pose.json");
+  expect_refused(tiny, {"replay", s, "--out", s + "/session.toml"}, "--out");
+  expect_refused(tiny, {"serve", "--session", s, "--listen", "here"}, "--listen");
+  tiny.edit("pyramid.obj", "f ", "# ");
+  tiny.edit("pyramid.obj", "f ", "# ");
+  tiny.edit("pyramid.obj", "f ", "# ");
+  tiny.edit("pyramid.obj", "f ", "# ");
+  expect_refused(tiny, {"replay", s, "--out", out}, "pyramid.obj");
+  tiny.write("color.txt", "");
+  expect_refused(tiny, {"replay", s, "--out", out, "--set", "plan.volume=32"}, "color.txt");
+}
+
+TEST(Program, ReplayWritesEveryFrameAndReplacesAnEarlierReplay) {
+  const TinySession tiny("replay");
+  const std::filesystem::path out = tiny.folder / "out";
+  std::filesystem::create_directories(out);
+  std::ofstream(out / "frame_000099.png") << "of an earlier replay";
+  std::ofstream(out / "notes.txt") << "somebody's";
+  tiny.write("color/000001.png", "this was a picture once");
+  Program program(tiny.folder, small({"replay", tiny.folder, "--out", out}));
+  EXPECT_EQ(program.wait(), 0) << program.stderr_text();
+  EXPECT_TRUE(std::filesystem::exists(out / "frame_000000.png"));
+  EXPECT_FALSE(std::filesystem::exists(out / "frame_000001.png")) << "lost in the middle: skipped";
+  EXPECT_TRUE(std::filesystem::exists(out / "frame_000002.png"));
+  EXPECT_FALSE(std::filesystem::exists(out / "frame_000099.png"));
+  EXPECT_TRUE(std::filesystem::exists(out / "notes.txt"));
+  EXPECT_FALSE(std::filesystem::exists(out / ".lumigraft-partial"));
+  std::ifstream lines(out / "frames.jsonl");
+  std::vector<nlohmann::json> records;
+  for (std::string line; std::getline(lines, line);) {
+    records.push_back(nlohmann::json::parse(line));
+  }
+  ASSERT_EQ(records.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(records[i]["index"], i);
+    EXPECT_FALSE(records[i]["warnings"].empty()) << "no tag, or lost";
+    EXPECT_TRUE(records[i]["T_tag_camera"].is_null());
+    EXPECT_EQ(records[i].contains("skipped"), i == 1);
+  }
+  EXPECT_EQ(records[2]["time_s"], 0.2);
+  EXPECT_EQ(records[2]["plan"]["volume"], 32);
+  EXPECT_GT(records[2]["stage_ms"]["pose"], 0.0);
+}
+
+TEST(Program, AnInterruptedReplayLeavesNothing) {
+  const TinySession tiny("interrupted");
+  const std::filesystem::path out = tiny.folder / "out";
+  Program program(tiny.folder, {"replay", tiny.folder, "--out", out});
+  while (!std::filesystem::exists(out)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  program.signal(SIGINT);
+  if (program.wait() == 1) {
+    EXPECT_FALSE(std::filesystem::exists(out));
+  }
+}
+
+TEST(Program, ServesAndEndsWithinASecond) {
+  const TinySession tiny("serve");
+  for (const int number : {SIGINT, SIGTERM}) {
+    Program program(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));
+    const std::uint16_t port = program.port();
+    ASSERT_NE(port, 0) << program.stderr_text();
+    WebsocketClient viewer(port);
+    const auto hello = viewer.receive_text("hello");
+    ASSERT_TRUE(hello);
+    const auto said = nlohmann::json::parse(*hello);
+    EXPECT_EQ(said["session"], "tiny");
+    EXPECT_EQ(said["width"], 64);
+    EXPECT_EQ(said["objects"][0]["name"], "pyramid");
+    viewer.send_text(R"({"type":"want","codec":"h264"})");
+    viewer.send_text(R"({"type":"object","name":"pyramid","position_m":[0.5,0,0]})");
+    const auto state = viewer.receive_text("\"state\"");
+    ASSERT_TRUE(state);
+    EXPECT_EQ(nlohmann::json::parse(*state)["objects"][0]["position_m"][0], 0.5);
+    int pictures = 0;
+    while (pictures < 5) {
+      const auto message = viewer.receive(std::chrono::seconds(60));
+      ASSERT_TRUE(message);
+      pictures += message->opcode == 2 ? 1 : 0;
+    }
+    const auto stats = viewer.receive_text("\"stats\"");
+    ASSERT_TRUE(stats);
+    EXPECT_EQ(nlohmann::json::parse(*stats)["clients"], 1);
+    EXPECT_NE(http_get(port, "/healthz").find("\"ok\":true"), std::string::npos);
+    EXPECT_NE(http_get(port, "/metrics").find("lumigraft_stage_seconds_bucket{stage=\"pose\""), std::string::npos);
+    EXPECT_NE(http_get(port, "/snapshot.jpg").find("\xff\xd8\xff"), std::string::npos);
+    EXPECT_NE(http_get(port, "/").find("<!doctype html>"), std::string::npos);
+    const Clock::time_point begin = Clock::now();
+    program.signal(number);
+    EXPECT_EQ(program.wait(), 0);
+    EXPECT_LT(Clock::now() - begin, std::chrono::seconds(1));
+  }
+}
+
+TEST(Program, AnAddressInUseIsExitCode1) {
+  const TinySession tiny("in-use");
+  Program first(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));
+  const std::string address = "127.0.0.1:" + std::to_string(first.port());
+  const TinySession other("in-use-too");
+  Program second(other.folder, small({"serve", "--session", other.folder, "--listen", address}));
+  EXPECT_EQ(second.wait(), 1);
+  EXPECT_NE(second.stderr_text().find("cannot listen"), std::string::npos) << second.stderr_text();
+}
+
+}  // namespace
+}  // namespace lumigraft

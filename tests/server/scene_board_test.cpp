@@ -1,0 +1,90 @@
+#include "server/scene_board.h"
+
+#include <gtest/gtest.h>
+
+#include "server/albedo_schedule.h"
+
+namespace lumigraft {
+namespace {
+
+Illumination one_lamp(std::uint64_t version, float irradiance) {
+  Illumination light;
+  light.version = version;
+  light.probe_position_m = Eigen::Vector3f(0, 0, 1);
+  PointLight lamp;
+  lamp.id = 4;
+  lamp.direction = Eigen::Vector3f::UnitX();
+  lamp.irradiance = Eigen::Vector3f::Constant(irradiance);
+  lamp.angular_radius_rad = 0.1f;
+  light.lights.push_back(lamp);
+  return light;
+}
+
+Illumination at_two_metres(Illumination light) {
+  PointLight& lamp = light.lights[0];
+  lamp.distance_known = true;
+  lamp.position_m = light.probe_position_m + 2 * lamp.direction;
+  lamp.intensity = 4 * lamp.irradiance;
+  return light;
+}
+
+TEST(SceneBoard, SolvedDistancesHoldForLaterLight) {
+  SceneBoard board;
+  board.publish_light(std::make_shared<const Illumination>(one_lamp(1, 10)));
+  const auto solved = std::make_shared<const Illumination>(at_two_metres(one_lamp(1, 10)));
+  board.publish_solution({std::make_shared<AlbedoField>(), solved, {"dim"}}, 1);
+  EXPECT_EQ(board.newest().illumination, solved) << "the very light that was solved";
+  EXPECT_EQ(board.newest().warnings, std::vector<std::string>{"dim"});
+
+  board.publish_light(std::make_shared<const Illumination>(one_lamp(2, 30)));
+  const Scene later = board.newest();
+  const PointLight& lamp = later.illumination->lights[0];
+  ASSERT_TRUE(lamp.distance_known);
+  EXPECT_TRUE(lamp.position_m.isApprox(Eigen::Vector3f(2, 0, 1)));
+  EXPECT_FLOAT_EQ(lamp.intensity.x(), 120);  // 30 W/m² at 2 m
+  EXPECT_FLOAT_EQ(lamp.irradiance.x(), 30);
+  EXPECT_NEAR(lamp.radius_m, 2 * std::tan(0.1), 1e-6);
+  EXPECT_EQ(board.newest().illumination, later.illumination) << "made once, so that caches hold";
+  EXPECT_FALSE(board.measured_light()->lights[0].distance_known);
+}
+
+TEST(SceneBoard, AnUnknownLampStaysInfinitelyFar) {
+  Illumination other = one_lamp(2, 5);
+  other.lights[0].id = 9;
+  EXPECT_FALSE(carry_lamp_distances(other, at_two_metres(one_lamp(1, 10)))->lights[0].distance_known);
+}
+
+TEST(AlbedoSchedule, OnTheFirstFrameThenEveryEighthOrWhenMuchChanged) {
+  DistanceField field;
+  field.bricks[{0, 0, 0}] = std::make_shared<FieldBrick>();
+  AlbedoSchedule schedule;
+  std::string when;
+  for (int frame = 0; frame < 20; ++frame) {
+    ++field.version;
+    if (schedule.due(field, one_lamp(1, 10))) {
+      schedule.solved(field, one_lamp(1, 10));
+      when += std::to_string(frame) + " ";
+    }
+  }
+  EXPECT_EQ(when, "0 8 16 ");
+  EXPECT_FALSE(schedule.due(field, one_lamp(2, 11)));
+  EXPECT_TRUE(schedule.due(field, one_lamp(2, 13))) << "a third more light";
+  Illumination turned = one_lamp(2, 10);
+  turned.lights[0].direction = Eigen::Vector3f::UnitY();
+  EXPECT_TRUE(schedule.due(field, turned)) << "from elsewhere";
+  field.bricks[{1, 0, 0}] = std::make_shared<FieldBrick>();
+  EXPECT_TRUE(schedule.due(field, one_lamp(2, 10))) << "twice the room";
+}
+
+TEST(AlbedoSchedule, NothingNewIsNotSolvedAgain) {
+  const DistanceField field;
+  AlbedoSchedule schedule;
+  EXPECT_TRUE(schedule.due(field, one_lamp(1, 1)));
+  schedule.solved(field, one_lamp(1, 1));
+  for (int frame = 0; frame < 30; ++frame) {
+    EXPECT_FALSE(schedule.due(field, one_lamp(1, 1)));
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,119 @@
+#include "server/viewer_queue.h"
+
+#include <gtest/gtest.h>
+
+namespace lumigraft {
+namespace {
+
+std::shared_ptr<const StreamMessage> picture(StreamKind kind, std::uint32_t sequence) {
+  StreamHeader header;
+  header.kind = kind;
+  header.sequence = sequence;
+  return make_stream_message(header, {});
+}
+
+/// "k3 d4": kinds and sequences of everything the queue gives now.
+std::string drain(ViewerQueue& queue) {
+  std::string out;
+  while (const auto next = queue.next()) {
+    if (const auto* text = std::get_if<std::string>(&*next)) {
+      out += *text + " ";
+      continue;
+    }
+    const StreamHeader& h = std::get<std::shared_ptr<const StreamMessage>>(*next)->header;
+    out += std::string(1, " ckdj"[static_cast<int>(h.kind)]) + std::to_string(h.sequence) + " ";
+  }
+  return out;
+}
+
+TEST(ViewerQueue, GivesNothingThatWasNotWanted) {
+  ViewerQueue queue;
+  queue.offer(picture(StreamKind::jpeg, 1));
+  queue.offer(picture(StreamKind::h264_key, 1));
+  EXPECT_EQ(drain(queue), "");
+  queue.want(Codec::jpeg);
+  queue.offer(picture(StreamKind::h264_key, 2));
+  queue.offer(picture(StreamKind::jpeg, 2));
+  EXPECT_EQ(drain(queue), "j2 ");
+}
+
+TEST(ViewerQueue, TheNewestJpegWins) {
+  ViewerQueue queue;
+  queue.want(Codec::jpeg);
+  EXPECT_FALSE(queue.offer(picture(StreamKind::jpeg, 1)));
+  EXPECT_TRUE(queue.offer(picture(StreamKind::jpeg, 2)));
+  EXPECT_EQ(drain(queue), "j2 ");
+}
+
+TEST(ViewerQueue, H264BeginsWithConfigAndKey) {
+  ViewerQueue queue;
+  queue.offer(picture(StreamKind::config, 0));
+  queue.want(Codec::h264);
+  EXPECT_TRUE(queue.offer(picture(StreamKind::h264_delta, 1)));
+  EXPECT_EQ(drain(queue), "");
+  queue.offer(picture(StreamKind::h264_key, 2));
+  queue.offer(picture(StreamKind::h264_delta, 3));
+  EXPECT_EQ(drain(queue), "c0 k2 d3 ");
+  queue.offer(picture(StreamKind::h264_key, 4));
+  EXPECT_EQ(drain(queue), "k4 ") << "the config is sent once";
+}
+
+TEST(ViewerQueue, ASlowViewerSkipsToTheNextKeyPicture) {
+  ViewerQueue queue;
+  queue.want(Codec::h264);
+  queue.offer(picture(StreamKind::h264_key, 0));
+  for (std::uint32_t i = 1; i <= ViewerQueue::kLongestRun; ++i) {
+    queue.offer(picture(StreamKind::h264_delta, i));
+  }
+  EXPECT_EQ(drain(queue), "") << "a broken run is never sent";
+  EXPECT_TRUE(queue.offer(picture(StreamKind::h264_delta, 20)));
+  queue.offer(picture(StreamKind::h264_key, 21));
+  queue.offer(picture(StreamKind::h264_delta, 22));
+  EXPECT_EQ(drain(queue), "k21 d22 ");
+}
+
+TEST(ViewerQueue, WhoAcknowledgesIsHeldBackUntilItDoesAgain) {
+  ViewerQueue queue;
+  queue.want(Codec::jpeg);
+  queue.offer(picture(StreamKind::jpeg, 0));
+  EXPECT_EQ(drain(queue), "j0 ");
+  EXPECT_TRUE(queue.acknowledge(0));
+  EXPECT_FALSE(queue.acknowledge(0)) << "said before";
+  EXPECT_FALSE(queue.acknowledge(999)) << "never sent";
+  std::uint32_t sent = 0;
+  for (std::uint32_t i = 1; i <= ViewerQueue::kMostUnderWay + 3; ++i) {
+    queue.offer(picture(StreamKind::jpeg, i));
+    sent += drain(queue).empty() ? 0 : 1;
+  }
+  EXPECT_EQ(sent, ViewerQueue::kMostUnderWay);
+  EXPECT_TRUE(queue.acknowledge(ViewerQueue::kMostUnderWay));
+  EXPECT_NE(drain(queue), "");
+}
+
+TEST(ViewerQueue, LostAcknowledgementsDoNotHoldBackForEver) {
+  ViewerQueue queue;
+  queue.want(Codec::jpeg);
+  queue.offer(picture(StreamKind::jpeg, 0));
+  drain(queue);
+  queue.acknowledge(0);
+  std::uint32_t sent = 0;
+  for (std::uint32_t i = 1; i <= 200; ++i) {
+    queue.offer(picture(StreamKind::jpeg, i));
+    sent += drain(queue).empty() ? 0 : 1;
+  }
+  EXPECT_GT(sent, 90u);
+  EXPECT_LT(sent, 120u);
+}
+
+TEST(ViewerQueue, TextGoesFirstAndTheNewestOfAKindWins) {
+  ViewerQueue queue;
+  queue.want(Codec::jpeg);
+  queue.offer(picture(StreamKind::jpeg, 1));
+  queue.offer_text("stats", "s1");
+  queue.offer_text("hello", "h");
+  queue.offer_text("stats", "s2");
+  EXPECT_EQ(drain(queue), "h s2 j1 ");
+}
+
+}  // namespace
+}  // namespace lumigraft
