@@ -39,8 +39,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   std::string oracle, backend = "vulkan";
   const auto add_set = [](CLI::App& command, std::vector<std::string>& overrides) {
     command.add_option("--set", overrides, "KEY=VALUE over any key of the session or configuration; help lists them")
-        ->expected(1)
-        ->take_all();
+        ->allow_extra_args(false);
   };
 
   CLI::App& serve_app = *app.add_subcommand("serve", "Stream relit pictures to browsers");

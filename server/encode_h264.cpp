@@ -76,6 +76,7 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   s.codec->gop_size = 600;       // key pictures are made by time, in encode()
   s.codec->max_b_frames = 0;
   s.codec->thread_count = 1;
+  s.codec->log_level_offset = AV_LOG_INFO - AV_LOG_ERROR;  // of x264's talk only errors reach stderr
   s.codec->color_range = AVCOL_RANGE_MPEG;
   s.codec->colorspace = AVCOL_SPC_BT709;
   s.codec->color_primaries = AVCOL_PRI_BT709;
@@ -85,7 +86,7 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   av_opt_set(s.codec->priv_data, "profile", "baseline", 0);
   av_opt_set(s.codec->priv_data, "crf", "21", 0);
   av_opt_set(s.codec->priv_data, "forced-idr", "1", 0);
-  av_opt_set(s.codec->priv_data, "x264-params", "sliced-threads=0:repeat-headers=1:annexb=1:log-level=none", 0);
+  av_opt_set(s.codec->priv_data, "x264-params", "sliced-threads=0:repeat-headers=1:annexb=1", 0);
   if (const int code = avcodec_open2(s.codec, x264, nullptr); code < 0) {
     throw failure("does not open", code);
   }
