@@ -33,6 +33,7 @@ PointLight point_light(const Lamp& lamp) {
   const double cosine = 1 - lamp.solid_angle_sr / (2 * std::numbers::pi);
   light.angular_radius_rad = static_cast<float>(std::acos(std::clamp(cosine, -1.0, 1.0)));
   light.clipped = lamp.clipped;
+  light.squareness = lamp.squareness;
   return light;
 }
 
@@ -48,6 +49,10 @@ std::string clipped_warning(const Illumination& illumination) {
 }
 
 }  // namespace
+
+float PointLight::emission(const Eigen::Vector3f& towards) const {
+  return flat ? std::max(0.0f, normal.dot(towards)) / -normal.dot(direction) : 1.0f;
+}
 
 struct LightStage::State {
   LightSettings settings;

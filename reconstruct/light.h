@@ -16,15 +16,22 @@ namespace lumigraft {
 /// A lamp. The fish-eye gives direction, size and irradiance at its place; shading of the room gives the distance.
 /// While `distance_known` is false the lamp counts as infinitely far.
 struct PointLight {
-  int id = 0;                                                ///< stable over time
-  Eigen::Vector3f direction = Eigen::Vector3f::UnitZ();      ///< unit, tag frame, from the probe to the lamp
-  Eigen::Vector3f irradiance = Eigen::Vector3f::Zero();      ///< W/m² per channel at the probe, facing the lamp
-  float angular_radius_rad = 0;                              ///< of the disk with the same solid angle, at the probe
+  int id = 0;                                            ///< stable over time
+  Eigen::Vector3f direction = Eigen::Vector3f::UnitZ();  ///< unit, tag frame, from the probe to the lamp
+  Eigen::Vector3f irradiance = Eigen::Vector3f::Zero();  ///< W/m² per channel at the probe, facing the lamp
+  float angular_radius_rad = 0;                          ///< of the disk with the same solid angle, at the probe
   bool distance_known = false;
-  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();      ///< tag frame; where distance_known
-  Eigen::Vector3f intensity = Eigen::Vector3f::Zero();       ///< radiant intensity, W/sr per channel; where distance_known
-  float radius_m = 0;                                        ///< where distance_known
-  bool clipped = false;                                      ///< its power is a lower bound
+  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< tag frame; where distance_known
+  Eigen::Vector3f intensity = Eigen::Vector3f::Zero();   ///< radiant intensity, W/sr per channel; where distance_known
+  float radius_m = 0;                                    ///< where distance_known
+  bool clipped = false;                                  ///< its power is a lower bound
+  float squareness = 0;                                  ///< of its outline: 0 a disk, 0.43 a quadrilateral
+  bool flat = false;                                     ///< emits as a plane does, with the cosine; else evenly
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();      ///< unit, tag frame; where flat (and distance_known)
+
+  /// Radiant intensity towards a unit direction (from the lamp on), over `intensity`, which is that towards the probe:
+  /// 1 where not flat, else max(0, n·ω) / (n·ω_probe).
+  float emission(const Eigen::Vector3f& towards) const;
 };
 
 /// Radiance as a latitude-longitude picture: column u is azimuth φ = 2π (u + 0.5)/width - π (φ = atan2(y, x)), row v is
@@ -37,10 +44,10 @@ struct EnvironmentPicture {
 
 struct Illumination {
   Eigen::Vector3f probe_position_m = Eigen::Vector3f::Zero();  ///< where the fish-eye stands, tag frame
-  std::vector<PointLight> lights;    ///< strongest first
-  EnvironmentPicture remainder;      ///< everything but the lamps
-  Sh9 remainder_sh{};                ///< the same, projected
-  double clipped_fraction = 0;       ///< share of the fish-eye's pixels that are clipped
+  std::vector<PointLight> lights;                              ///< strongest first
+  EnvironmentPicture remainder;                                ///< everything but the lamps
+  Sh9 remainder_sh{};                                          ///< the same, projected
+  double clipped_fraction = 0;                                 ///< share of the fish-eye's pixels that are clipped
   std::uint64_t version = 0;
 };
 
@@ -53,7 +60,8 @@ class LightStage {
   LightStage(const Session& session, const LightSettings& settings);
   ~LightStage();
   struct Result {
-    std::shared_ptr<const Illumination> illumination;  ///< the last one again where the frame has no fish-eye; may be null
+    std::shared_ptr<const Illumination>
+        illumination;  ///< the last one again where the frame has no fish-eye; may be null
     std::vector<std::string> warnings;
   };
   Result extract(const FrameSet& frame);

@@ -10,10 +10,10 @@ namespace lumigraft {
 
 using Pixels = std::vector<std::uint32_t>;
 
-/// The connected region around `peak` whose outline hardly depends on the threshold (after the maximally stable extremal
-/// regions of Matas et al. 2002): grown from the peak by falling level up to the first threshold below which its solid
-/// angle stays over one octave, and on from there while it stays. Empty where no threshold above `floor` gives a stable
-/// outline: a soft glow.
+/// The connected region around `peak` whose outline hardly depends on the threshold (after the maximally stable
+/// extremal regions of Matas et al. 2002): grown from the peak by falling level up to the first threshold below which
+/// its solid angle stays over one octave, and on from there while it stays. Empty where no threshold above `floor`
+/// gives a stable outline: a soft glow.
 Pixels stable_region(const std::vector<float>& level, const FisheyeView& view, std::uint32_t peak, float floor);
 
 /// The connected region of pixels that `mask` marks, around `seed`.

@@ -1,9 +1,11 @@
 #include "reconstruct/light_split.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
-#include <optional>
 
 #include "reconstruct/light_cut.h"
 #include "reconstruct/light_region.h"
@@ -254,7 +256,35 @@ class Splitter {
     // (∫L)² / ∫L²: the solid angle of a uniform lamp, and where the border is blurred that of its outline.
     result.solid_angle_sr = static_cast<float>(energy * energy / std::max(energy_squared, 1e-30));
     result.clipped = source.clipped;
+    result.squareness = squareness(source, result.direction);
     return result;
+  }
+
+  float squareness(const Source& source, const Eigen::Vector3f& centre) const {
+    const Eigen::Vector3f x = centre.unitOrthogonal(), y = centre.cross(x);
+    std::vector<Eigen::Vector2d> places;
+    std::vector<double> weights;
+    double total = 0;
+    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+    for (const PixelEnergy& p : source.pixels) {
+      const Eigen::Vector3f& d = view_.direction[p.pixel];
+      places.emplace_back(d.dot(x) / d.dot(centre), d.dot(y) / d.dot(centre));
+      weights.push_back(p.energy.mean());
+      spread += weights.back() * places.back() * places.back().transpose();
+      total += weights.back();
+    }
+    spread /= std::max(total, 1e-30);
+    if (!(spread.determinant() > 1e-20)) return 0;
+    const Eigen::Matrix2d whiten = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).operatorInverseSqrt();
+    std::complex<double> fourth = 0;
+    double length = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Eigen::Vector2d w = whiten * places[i];
+      const std::complex<double> z(w.x(), w.y());
+      fourth += weights[i] * z * z * z * z;
+      length += weights[i] * std::norm(z) * std::norm(z);
+    }
+    return static_cast<float>(std::abs(fourth) / length);
   }
 
   const Image<std::uint8_t>& clipped_;

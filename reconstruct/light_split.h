@@ -14,6 +14,8 @@ struct Lamp {
   Eigen::Vector3f irradiance;  ///< Σ L dω over the lamp, above what surrounds it, per channel
   float solid_angle_sr = 0;
   bool clipped = false;
+  float squareness = 0;  ///< |E z⁴| / E|z|⁴ of the outline, spread made equal in both directions: 0 for an
+                         ///< ellipse, 0.43 for a parallelogram
 };
 
 struct LightSplit {

@@ -1,0 +1,97 @@
+#include "reconstruct/albedo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "reconstruct/albedo_bricks.h"
+#include "reconstruct/albedo_irradiance.h"
+#include "reconstruct/albedo_lamps.h"
+#include "reconstruct/albedo_points.h"
+#include "reconstruct/albedo_rays.h"
+#include "reconstruct/albedo_samples.h"
+#include "reconstruct/albedo_solve.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kSamples = 2500;
+constexpr int kGatherRays = 64;
+constexpr float kKnownSigma = 0.25f;      ///< of log distance; beyond it the distance counts as unknown
+constexpr float kFarthestKnown_m = 7.5f;  ///< the search ends at 8 m: there a lamp is as good as infinitely far
+
+std::vector<PointLight> placed(const Illumination& illumination, const std::vector<LampEstimate>& estimates) {
+  std::vector<PointLight> lights = illumination.lights;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const LampEstimate& estimate = estimates[i];
+    PointLight& light = lights[i];
+    light.distance_known = estimate.log_sigma < kKnownSigma && estimate.distance_m < kFarthestKnown_m;
+    if (!light.distance_known) continue;
+    light.position_m = illumination.probe_position_m + estimate.distance_m * light.direction;
+    light.intensity = light.irradiance * estimate.distance_m * estimate.distance_m;
+    light.radius_m = estimate.distance_m * std::tan(light.angular_radius_rad);
+    light.flat = estimate.flat;
+    light.normal = estimate.normal;
+  }
+  return lights;
+}
+
+std::string distance_warning(const std::vector<PointLight>& lights) {
+  const auto unknown =
+      std::count_if(lights.begin(), lights.end(), [](const PointLight& l) { return !l.distance_known; });
+  if (unknown == 0) return "";
+  return std::to_string(unknown) + (unknown == 1 ? " lamp is" : " lamps are") +
+         " taken as infinitely far: the room's shading does not tell the distance";
+}
+
+}  // namespace
+
+struct AlbedoStage::State {
+  explicit State(const Session& session) : metal(session) {}
+
+  MetalSurfaces metal;
+  std::uint64_t version = 0;
+  bool solved = false;
+  std::uint64_t field_version = 0, illumination_version = 0;
+  Result last;
+};
+
+AlbedoStage::AlbedoStage(const Session& session) : state_(std::make_unique<State>(session)) {}
+AlbedoStage::~AlbedoStage() = default;
+
+void AlbedoStage::reset() {
+  state_->solved = false;
+  state_->last = {};
+}
+
+AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumination& illumination) {
+  State& s = *state_;
+  if (s.solved && s.field_version == field.version && s.illumination_version == illumination.version) return s.last;
+
+  const FieldRays rays(field);
+  const Surface surface = find_surface(field, rays, s.metal, kSamples);
+  const RoomLight room(field, rays, illumination);
+  std::vector<Eigen::Vector3f> gathered;
+  for (const SurfaceSample& sample : surface.samples) {
+    gathered.push_back(room.gather(sample.position, sample.normal, kGatherRays));
+  }
+  auto lit = std::make_shared<Illumination>(illumination);
+  lit->lights = placed(illumination, locate_lamps(room, illumination, surface.samples, gathered));
+
+  const LitSurface points(surface, room, *lit, gathered);
+  const std::vector<SampleAlbedo> albedo =
+      solve_albedo(surface.samples, points.sample_light(), points.neighbours(), points.dark());
+  auto result = std::make_shared<AlbedoField>();
+  result->voxel_m = field.voxel_m;
+  result->version = ++s.version;
+  result->bricks = albedo_bricks(surface.points, points.albedo(albedo));
+
+  s.last = {result, lit, {}};
+  if (const std::string warning = distance_warning(lit->lights); !warning.empty()) s.last.warnings.push_back(warning);
+  s.solved = true;
+  s.field_version = field.version;
+  s.illumination_version = illumination.version;
+  return s.last;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,22 @@
+#pragma once
+// Albedo of surface points into bricks.
+#include <Eigen/Core>
+#include <vector>
+
+#include "reconstruct/albedo.h"
+#include "reconstruct/albedo_samples.h"
+
+namespace lumigraft {
+
+struct PointAlbedo {
+  Eigen::Vector3f albedo = Eigen::Vector3f::Zero();
+  float sigma = -1;
+};
+
+/// Every voxel within kAlbedoReach steps of a surface point takes the nearest point's albedo, so that sampling between
+/// voxels works; all others are unknown.
+BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, const std::vector<PointAlbedo>& albedo);
+
+constexpr int kAlbedoReach = 3;
+
+}  // namespace lumigraft

@@ -1,0 +1,42 @@
+#pragma once
+// Irradiance on surfaces of the room: lamps through the field, and everything else as it was measured.
+#include <Eigen/Core>
+#include <vector>
+
+#include "reconstruct/albedo_materials.h"
+#include "reconstruct/albedo_rays.h"
+#include "reconstruct/distance_field.h"
+#include "reconstruct/light.h"
+
+namespace lumigraft {
+
+constexpr float kInfinitelyFar = 0;  ///< as a lamp's distance
+
+class RoomLight {
+ public:
+  RoomLight(const DistanceField& field, const FieldRays& rays, const Illumination& illumination);
+
+  /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
+  /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; any other returns
+  /// the far remainder, which has no lamps in it.
+  Eigen::Vector3f gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal, int directions) const;
+
+  /// How much of the lamp's disk a point sees, were the lamp `distance_m` from the probe: mean over `rays` points of
+  /// it.
+  float visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,
+                   const Eigen::Vector3f& normal, int rays) const;
+
+  /// Where the probe's own ray to the lamp meets the field; empty where it does not.
+  std::optional<Eigen::Vector3f> in_front_of(const PointLight& light) const;
+
+ private:
+  Eigen::Vector3f far_radiance(const Eigen::Vector3f& direction) const { return far_.sample(direction); }
+
+  const DistanceField& field_;
+  const FieldRays& rays_;
+  Eigen::Vector3f probe_;
+  float lift_m_;            ///< rays start so far above the surface
+  EnvironmentPicture far_;  ///< the remainder without what stands between the probe and the distance
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,31 @@
+#pragma once
+// Where lamps stand and how they emit, from how the room is shaded.
+//
+// The fish-eye gives a lamp's direction and its irradiance at the probe; the lamp then stands at probe + d · direction
+// with intensity irradiance · d². Surfaces of equal albedo must shade alike: for a pair of samples the difference of
+// log B - log E must vanish. d, and for a lamp that is a panel its normal, minimise the robust (Cauchy) sum of these
+// differences over many pairs: shading falls off with distance, shadows move with it.
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "reconstruct/albedo_irradiance.h"
+#include "reconstruct/albedo_pairs.h"
+#include "reconstruct/albedo_samples.h"
+#include "reconstruct/light.h"
+
+namespace lumigraft {
+
+struct LampEstimate {
+  float distance_m = kInfinitelyFar;
+  float log_sigma = 0;  ///< 1σ of log distance; large where the shading says nothing
+  bool flat = false;
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< where flat
+};
+
+/// `gathered` is RoomLight::gather of each sample. One estimate per lamp of the illumination.
+std::vector<LampEstimate> locate_lamps(const RoomLight& room, const Illumination& illumination,
+                                       const std::vector<SurfaceSample>& samples,
+                                       const std::vector<Eigen::Vector3f>& gathered);
+
+}  // namespace lumigraft

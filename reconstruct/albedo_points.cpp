@@ -1,0 +1,131 @@
+#include "reconstruct/albedo_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lumigraft {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+constexpr int kSampleRays = 8, kPointRays = 4;
+constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
+constexpr float kModelShare = 0.05f;     ///< 1σ of modelled irradiance over itself, away from shadows
+constexpr float kEdgeShare = 0.35f;      ///< of a lamp's light where visibility varies around a sample
+constexpr float kDarkShare = 0.02f;      ///< of the mean radiance
+constexpr float kMetalSigma = 0.02f;     ///< said by an operator
+
+float mean_radiance(const std::vector<SurfaceSample>& samples) {
+  double sum = 0;
+  for (const SurfaceSample& sample : samples) sum += sample.radiance.mean();
+  return samples.empty() ? 1.0f : static_cast<float>(sum / samples.size());
+}
+
+}  // namespace
+
+LitSurface::LitSurface(const Surface& surface, const RoomLight& room, const Illumination& illumination,
+                       const std::vector<Eigen::Vector3f>& gathered)
+    : surface_(surface),
+      room_(room),
+      illumination_(illumination),
+      gathered_(gathered),
+      dark_(std::max(1e-6f, kDarkShare * mean_radiance(surface.samples))),
+      neighbours_(lumigraft::neighbours(surface.samples, kNeighbourReach * surface.sample_m)) {
+  const std::vector<SurfaceSample>& samples = surface.samples;
+  for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
+  std::vector<Eigen::Vector3f> doubt(samples.size(), Eigen::Vector3f::Zero());
+  for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
+    const PointLight& light = illumination.lights[lamp];
+    std::vector<float> visible(samples.size()), contrast(samples.size(), 0.0f);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const float distance =
+          light.distance_known ? (light.position_m - illumination.probe_position_m).norm() : kInfinitelyFar;
+      visible[i] = room.visibility(light, distance, samples[i].position, samples[i].normal, kSampleRays);
+    }
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      contrast[i] = std::min(visible[i], 1 - visible[i]);
+      for (const int j : neighbours_[i]) {
+        contrast[i] = std::max(contrast[i], std::abs(visible[i] - visible[static_cast<std::size_t>(j)]));
+      }
+      const SurfaceSample& sample = samples[i];
+      sample_light_[i].irradiance += lamp_irradiance(lamp, sample.position, sample.normal, visible[i]);
+      doubt[i] += kEdgeShare * contrast[i] * lamp_irradiance(lamp, sample.position, sample.normal, 1);
+    }
+    visible_.push_back(std::move(visible));
+    contrast_.push_back(std::move(contrast));
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const float edge = doubt[i].mean() / std::max(sample_light_[i].irradiance.mean(), 1e-9f);
+    sample_light_[i].sigma_share = std::hypot(kModelShare, edge);
+  }
+}
+
+Eigen::Vector3f LitSurface::lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
+                                            const Eigen::Vector3f& normal, float visible) const {
+  const PointLight& light = illumination_.lights[lamp];
+  if (!light.distance_known) return visible * std::max(0.0f, normal.dot(light.direction)) * light.irradiance;
+  const Eigen::Vector3f way = light.position_m - position;
+  const float squared = way.squaredNorm(), length = std::sqrt(squared);
+  return visible * light.emission(-way / length) * std::max(0.0f, normal.dot(way) / length) / squared * light.intensity;
+}
+
+float LitSurface::visibility(std::size_t lamp, const SurfacePoint& point) const {
+  const auto sample = static_cast<std::size_t>(point.sample);
+  if (contrast_[lamp][sample] == 0) return visible_[lamp][sample];
+  const PointLight& light = illumination_.lights[lamp];
+  const float distance =
+      light.distance_known ? (light.position_m - illumination_.probe_position_m).norm() : kInfinitelyFar;
+  return room_.visibility(light, distance, point.position, point.normal, kPointRays);
+}
+
+std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& samples) const {
+  std::vector<PointAlbedo> result(surface_.points.size());
+  for (std::size_t i = 0; i < surface_.points.size(); ++i) {
+    const SurfacePoint& point = surface_.points[i];
+    if (point.metal) {
+      result[i].sigma = kMetalSigma;
+      continue;
+    }
+    const auto own = static_cast<std::size_t>(point.sample);
+    Eigen::Vector3f gathered = Eigen::Vector3f::Zero(), around = Eigen::Vector3f::Zero();
+    float weights = 0, known_weights = 0, sigma = 0, spread = 0;
+    const auto add = [&](std::size_t j) {
+      const SurfaceSample& sample = surface_.samples[j];
+      const float facing = std::max(0.0f, point.normal.dot(sample.normal));
+      const float squared = (point.position - sample.position).squaredNorm() / (surface_.sample_m * surface_.sample_m);
+      const float w = facing * facing * facing * facing / (0.05f + squared) + 1e-6f;
+      gathered += w * gathered_[j];
+      weights += w;
+      if (samples[j].sigma < 0) return;
+      around += w * samples[j].albedo;
+      sigma += w * samples[j].sigma;
+      spread += w * sample.spread;
+      known_weights += w;
+    };
+    add(own);
+    for (const int j : neighbours_[own]) add(static_cast<std::size_t>(j));
+
+    Eigen::Vector3f irradiance = gathered / weights;
+    float doubt = 0;
+    for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
+      irradiance += lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point));
+      doubt += kEdgeShare * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
+    }
+    const Eigen::Array3f direct =
+        (kPi * (point.radiance.array() + dark_) / (irradiance.array() + kPi * dark_)).min(1.0f);
+    const float share = std::hypot(kModelShare, doubt / std::max(irradiance.mean(), 1e-9f));
+    const float direct_sigma =
+        std::hypot(share * direct.mean(), 0.5f * kPi * dark_ / std::max(irradiance.mean(), 1e-9f));
+    if (!(known_weights > 0)) continue;
+    around /= known_weights;
+    // A texture makes its surroundings say less about a point.
+    const float around_sigma = std::hypot(sigma / known_weights, spread / known_weights * around.mean());
+    const float w_direct = 1 / (direct_sigma * direct_sigma + 1e-8f);
+    const float w_around = 1 / (around_sigma * around_sigma + 1e-8f);
+    result[i].albedo = ((w_direct * direct + w_around * around.array()) / (w_direct + w_around)).matrix();
+    result[i].sigma = 1 / std::sqrt(w_direct + w_around);
+  }
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,44 @@
+#pragma once
+// Light on every surface point, and from it and the samples' albedo the point's own.
+#include <Eigen/Core>
+#include <vector>
+
+#include "reconstruct/albedo_bricks.h"
+#include "reconstruct/albedo_irradiance.h"
+#include "reconstruct/albedo_samples.h"
+#include "reconstruct/albedo_solve.h"
+
+namespace lumigraft {
+
+class LitSurface {
+ public:
+  /// `gathered` is RoomLight::gather of each sample; points take it from the samples around them. Visibility is cast
+  /// for samples, and for points where samples next to each other differ.
+  LitSurface(const Surface& surface, const RoomLight& room, const Illumination& illumination,
+             const std::vector<Eigen::Vector3f>& gathered);
+
+  const std::vector<SampleLight>& sample_light() const { return sample_light_; }
+  const std::vector<std::vector<int>>& neighbours() const { return neighbours_; }
+  float dark() const { return dark_; }
+
+  /// Each point's own π B / E, and the samples' albedo around it, by their uncertainties.
+  std::vector<PointAlbedo> albedo(const std::vector<SampleAlbedo>& samples) const;
+
+ private:
+  Eigen::Vector3f lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
+                                  float visible) const;
+  /// Visibility of a lamp at a point: the samples' around it where they agree.
+  float visibility(std::size_t lamp, const SurfacePoint& point) const;
+
+  const Surface& surface_;
+  const RoomLight& room_;
+  const Illumination& illumination_;
+  const std::vector<Eigen::Vector3f>& gathered_;
+  float dark_;
+  std::vector<std::vector<int>> neighbours_;
+  std::vector<std::vector<float>> visible_;   ///< per lamp, per sample
+  std::vector<std::vector<float>> contrast_;  ///< per lamp, per sample: how much visibility varies around it
+  std::vector<SampleLight> sample_light_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,146 @@
+#include "reconstruct/albedo_rays.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+constexpr float kSteepest = 4;  // change of distance over way, of a surface whose distances are somewhat wrong
+
+}  // namespace
+
+FieldRays::FieldRays(const DistanceField& field) : voxel_m_(field.voxel_m) {
+  if (field.bricks.empty()) return;
+  Eigen::Vector3i high = Eigen::Vector3i::Zero();
+  bool first = true;
+  for (const auto& [key, brick] : field.bricks) {
+    const Eigen::Vector3i at(key[0], key[1], key[2]);
+    low_ = first ? at : low_.cwiseMin(at).eval();
+    high = first ? at : high.cwiseMax(at).eval();
+    first = false;
+  }
+  size_ = high - low_ + Eigen::Vector3i::Ones();
+  table_.assign(static_cast<std::size_t>(size_.x()) * size_.y() * size_.z(), nullptr);
+  for (const auto& [key, brick] : field.bricks) {
+    const Eigen::Vector3i at = Eigen::Vector3i(key[0], key[1], key[2]) - low_;
+    table_[static_cast<std::size_t>(at.x()) + size_.x() * (at.y() + static_cast<std::size_t>(size_.y()) * at.z())] =
+        brick.get();
+  }
+}
+
+std::optional<float> FieldRays::distance_at(const Eigen::Vector3i& voxel) const {
+  const FieldBrick* b = brick(Eigen::Vector3i(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3));
+  if (!b) return std::nullopt;
+  const int index = (voxel.x() & 7) + kBrickEdge * ((voxel.y() & 7) + kBrickEdge * (voxel.z() & 7));
+  if (b->weight[index] <= 0) return std::nullopt;
+  return b->distance_m[index] / voxel_m_;
+}
+
+std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position) const {
+  const Eigen::Vector3f rounded = position.array().round();
+  const auto nearest = distance_at(rounded.cast<int>());
+  if (!nearest || std::abs(*nearest) > 2) return nearest;
+  const Eigen::Vector3f low = position.array().floor();
+  const Eigen::Vector3f f = position - low;
+  const Eigen::Vector3i base = low.cast<int>();
+  float sum = 0, weights = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int x = corner & 1, y = (corner >> 1) & 1, z = corner >> 2;
+    const auto distance = distance_at(base + Eigen::Vector3i(x, y, z));
+    if (!distance) continue;
+    const float w = (x ? f.x() : 1 - f.x()) * (y ? f.y() : 1 - f.y()) * (z ? f.z() : 1 - f.z());
+    sum += w * *distance;
+    weights += w;
+  }
+  return weights > 0 ? std::optional<float>(sum / weights) : nearest;
+}
+
+std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& from_m,
+                                                         const Eigen::Vector3f& direction, float far_m) const {
+  if (table_.empty()) return std::nullopt;
+  const Eigen::Vector3f origin = from_m / voxel_m_;
+  const float end = far_m / voxel_m_;
+  // Nothing lies outside the table: clip the ray to it.
+  float t = 0, leave_table = end;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float lowest = static_cast<float>(kBrickEdge * low_[axis]) - 0.5f;
+    const float highest = static_cast<float>(kBrickEdge * (low_[axis] + size_[axis])) - 0.5f;
+    if (direction[axis] == 0) {
+      if (origin[axis] < lowest || origin[axis] > highest) return std::nullopt;
+      continue;
+    }
+    const float a = (lowest - origin[axis]) / direction[axis], b = (highest - origin[axis]) / direction[axis];
+    t = std::max(t, std::min(a, b));
+    leave_table = std::min(leave_table, std::max(a, b));
+  }
+
+  enum class In { start, unknown, free, solid } state = In::start;
+  float last = 0;  // distance at the step before, where known
+  float last_t = t;
+  while (t <= leave_table) {
+    const Eigen::Vector3f p = origin + t * direction;
+    const Eigen::Vector3f rounded = p.array().round();
+    const Eigen::Vector3i voxel = rounded.cast<int>();
+    const Eigen::Vector3i key(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
+    if (!brick(key)) {
+      state = In::unknown;
+      float leave = end;
+      for (int axis = 0; axis < 3; ++axis) {
+        if (direction[axis] == 0) continue;
+        const float wall = static_cast<float>(kBrickEdge * (key[axis] + (direction[axis] > 0 ? 1 : 0))) - 0.5f;
+        leave = std::min(leave, (wall - p[axis]) / direction[axis]);
+      }
+      t += std::max(leave, 0.0f) + 1e-3f;
+      continue;
+    }
+    const auto distance = distance_near(p);
+    if (!distance) {
+      state = In::unknown;
+      t += 0.7f;
+      continue;
+    }
+    const bool solid = *distance < 0;
+    if ((state == In::free && solid) || (state == In::solid && !solid)) {
+      // A distance changes by at most the way gone. Where it jumps lies no surface but the rim of what the camera saw
+      // behind an edge.
+      if (std::abs(*distance - last) < kSteepest * (t - last_t)) {
+        return (origin + (last_t + last / (last - *distance) * (t - last_t)) * direction) * voxel_m_;
+      }
+      state = In::start;
+    }
+    if (state != In::start || !solid) state = solid ? In::solid : In::free;
+    last = *distance;
+    last_t = t;
+    t += std::max(0.7f, std::abs(*distance) - 1.0f);
+  }
+  return std::nullopt;
+}
+
+bool FieldRays::free(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m) const {
+  const Eigen::Vector3f way = to_m - from_m;
+  const float length = way.norm();
+  return length <= 0 || !first_crossing(from_m, way / length, length);
+}
+
+Eigen::Vector3f FieldRays::normal_at(const Eigen::Vector3i& voxel) const {
+  Eigen::Vector3f gradient = Eigen::Vector3f::Zero();
+  const auto here = distance_at(voxel);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3i step = Eigen::Vector3i::Unit(axis);
+    const auto ahead = distance_at(voxel + step), behind = distance_at(voxel - step);
+    if (ahead && behind) {
+      gradient[axis] = 0.5f * (*ahead - *behind);
+    } else if (here && ahead) {
+      gradient[axis] = *ahead - *here;
+    } else if (here && behind) {
+      gradient[axis] = *here - *behind;
+    } else {
+      return Eigen::Vector3f::Zero();
+    }
+  }
+  const float length = gradient.norm();
+  return length > 0 ? (gradient / length).eval() : gradient;
+}
+
+}  // namespace lumigraft

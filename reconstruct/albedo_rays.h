@@ -1,0 +1,42 @@
+#pragma once
+// Rays through the distance field for light transport. Unlike DistanceField::raycast, which finds the surface in front
+// of a ray, these also stop where a ray that entered a solid through its unseen back leaves it through its seen front:
+// light does not pass there either.
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "reconstruct/distance_field.h"
+
+namespace lumigraft {
+
+class FieldRays {
+ public:
+  explicit FieldRays(const DistanceField& field);
+
+  /// Place of the first crossing of the surface, in either sense, on from + t·direction, t in [0, far_m]. A start
+  /// inside a solid is forgiven: what lies before the first free or unknown space does not count.
+  std::optional<Eigen::Vector3f> first_crossing(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction,
+                                                float far_m) const;
+  bool free(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m) const;
+
+  /// Gradient by central differences at a voxel, normalised; one-sided where a neighbour is unknown; zero where both
+  /// are.
+  Eigen::Vector3f normal_at(const Eigen::Vector3i& voxel) const;
+
+ private:
+  const FieldBrick* brick(const Eigen::Vector3i& key) const {
+    const Eigen::Vector3i at = key - low_;
+    if ((at.array() < 0).any() || (at.array() >= size_.array()).any()) return nullptr;
+    return table_[static_cast<std::size_t>(at.x()) +
+                  size_.x() * (at.y() + static_cast<std::size_t>(size_.y()) * at.z())];
+  }
+  std::optional<float> distance_at(const Eigen::Vector3i& voxel) const;       ///< voxels; empty where unknown
+  std::optional<float> distance_near(const Eigen::Vector3f& position) const;  ///< voxels; trilinear near the surface
+
+  float voxel_m_;
+  Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();  ///< bricks
+  std::vector<const FieldBrick*> table_;                                            ///< dense: a look-up costs no hash
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,204 @@
+#include "reconstruct/albedo_refine.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <memory>
+
+namespace lumigraft {
+namespace {
+
+constexpr int kPerLamp = 3;  // log distance, tilt
+constexpr double kNearest_m = 0.15, kFarthest_m = 12;
+constexpr double kSteepest = 4;  // tilt: 76°
+constexpr double kStep = 1e-3;   // of numeric derivatives
+constexpr int kIterations = 20;
+constexpr double kPairsPerSample = 10;  // pairs share samples: so many are one independent observation
+
+/// Log albedo of all samples and its derivatives, computed once per step for all pairs.
+class Evaluation : public ceres::EvaluationCallback {
+ public:
+  Evaluation(const ShadingModel& model, std::vector<LampShape> shapes)
+      : model_(model), shapes_(std::move(shapes)), parameters_(kPerLamp * shapes_.size()), factors_(shapes_.size()) {
+    for (std::size_t lamp = 0; lamp < shapes_.size(); ++lamp) {
+      parameters_[kPerLamp * lamp] = shapes_[lamp].log_distance;
+      for (std::size_t i = 0; i < 2; ++i) parameters_[kPerLamp * lamp + 1 + i] = shapes_[lamp].tilt[i];
+    }
+  }
+
+  void PrepareForEvaluation(bool jacobians, bool new_point) override {
+    if (new_point) {
+      for (std::size_t lamp = 0; lamp < shapes_.size(); ++lamp) model_.factors(lamp, shape(lamp), factors_[lamp]);
+      model_.log_albedo(factors_, log_albedo);
+      derivatives_done_ = false;
+    }
+    if (jacobians && !derivatives_done_) differentiate();
+  }
+
+  LampShape shape(std::size_t lamp) const {
+    const double* p = &parameters_[kPerLamp * lamp];
+    return {p[0], shapes_[lamp].flat, {p[1], p[2]}};
+  }
+  bool flat(std::size_t lamp) const { return shapes_[lamp].flat; }
+  std::size_t lamps() const { return shapes_.size(); }
+  std::size_t parameters() const { return parameters_.size(); }
+  double* of_lamp(std::size_t lamp) { return &parameters_[kPerLamp * lamp]; }
+
+  std::vector<Eigen::Array3f> log_albedo;
+  std::vector<std::vector<Eigen::Array3f>> derivative;  ///< per parameter, per sample
+
+ private:
+  void differentiate() {
+    derivative.resize(parameters_.size());
+    std::vector<float> ahead, behind;
+    for (std::size_t p = 0; p < parameters_.size(); ++p) {
+      const std::size_t lamp = p / kPerLamp;
+      derivative[p].assign(log_albedo.size(), Eigen::Array3f::Zero());
+      if (p % kPerLamp > 0 && !shapes_[lamp].flat) continue;
+      const double value = parameters_[p];
+      parameters_[p] = value + kStep;
+      model_.factors(lamp, shape(lamp), ahead);
+      parameters_[p] = value - kStep;
+      model_.factors(lamp, shape(lamp), behind);
+      parameters_[p] = value;
+      for (std::size_t i = 0; i < ahead.size(); ++i) {
+        const float change = (ahead[i] - behind[i]) / static_cast<float>(2 * kStep);
+        if (change != 0) derivative[p][i] = change * model_.slope(lamp, i, factors_);
+      }
+    }
+    derivatives_done_ = true;
+  }
+
+  const ShadingModel& model_;
+  std::vector<LampShape> shapes_;
+  std::vector<double> parameters_;
+  std::vector<std::vector<float>> factors_;
+  bool derivatives_done_ = false;
+};
+
+const double kChannelScale = 1 / (kPairScale * std::sqrt(3.0));
+
+class PairCost : public ceres::CostFunction {
+ public:
+  PairCost(const Evaluation& evaluation, SamplePair pair) : evaluation_(evaluation), pair_(pair) {
+    set_num_residuals(3);
+    for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) mutable_parameter_block_sizes()->push_back(kPerLamp);
+  }
+
+  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
+    const auto a = static_cast<std::size_t>(pair_.a), b = static_cast<std::size_t>(pair_.b);
+    const Eigen::Array3f difference = evaluation_.log_albedo[a] - evaluation_.log_albedo[b];
+    for (int c = 0; c < 3; ++c) residuals[c] = kChannelScale * difference[c];
+    for (std::size_t p = 0; jacobians && p < evaluation_.parameters(); ++p) {
+      double* block = jacobians[p / kPerLamp];
+      if (!block) continue;
+      const Eigen::Array3f slope = evaluation_.derivative[p][a] - evaluation_.derivative[p][b];
+      for (int c = 0; c < 3; ++c) block[c * kPerLamp + static_cast<int>(p % kPerLamp)] = kChannelScale * slope[c];
+    }
+    return true;
+  }
+
+ private:
+  const Evaluation& evaluation_;
+  SamplePair pair_;
+};
+
+/// Holds what the pairs do not decide: a lamp in a room, a panel that faces the probe more or less.
+struct Prior {
+  double weight;
+  template <typename T>
+  bool operator()(const T* p, T* residuals) const {
+    residuals[0] = weight * 0.5 * (p[0] - std::log(1.5));
+    residuals[1] = weight * p[1];
+    residuals[2] = weight * p[2];
+    return true;
+  }
+};
+
+/// 1σ of log distances from the curvature of the robust cost (weights 1 / (1 + r²)).
+std::vector<double> uncertainty(const Evaluation& evaluation, const std::vector<SamplePair>& pairs, double prior) {
+  const auto size = static_cast<Eigen::Index>(evaluation.parameters());
+  Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd row(size);
+  double squares = 0, weights = 0;
+  for (const SamplePair& pair : pairs) {
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    const Eigen::Array3f r = static_cast<float>(kChannelScale) * (evaluation.log_albedo[a] - evaluation.log_albedo[b]);
+    const double weight = 1 / (1 + r.square().sum());
+    squares += weight * r.square().sum();
+    weights += 3 * weight;
+    for (int c = 0; c < 3; ++c) {
+      for (Eigen::Index p = 0; p < size; ++p) {
+        const auto& derivative = evaluation.derivative[static_cast<std::size_t>(p)];
+        row[p] = kChannelScale * (derivative[a][c] - derivative[b][c]);
+      }
+      curvature.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
+    }
+  }
+  curvature = curvature.selfadjointView<Eigen::Lower>();
+  const double variance = kPairsPerSample * squares / std::max(weights, 1e-9);
+  curvature /= std::max(variance, 1e-9);
+  for (Eigen::Index p = 0; p < size; ++p) curvature(p, p) += (p % kPerLamp == 0 ? 0.25 : 1) * prior;
+  const Eigen::MatrixXd covariance = curvature.inverse();
+  std::vector<double> result;
+  for (Eigen::Index p = 0; p < size; p += kPerLamp) result.push_back(std::sqrt(std::max(0.0, covariance(p, p))));
+  return result;
+}
+
+}  // namespace
+
+double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs) {
+  double sum = 0;
+  const float scale = static_cast<float>(kChannelScale * kChannelScale);
+  for (const SamplePair& pair : pairs) {
+    const Eigen::Array3f d =
+        log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)];
+    sum += std::log1p(scale * d.square().sum());
+  }
+  return sum;
+}
+
+Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs,
+                        const std::vector<LampShape>& start) {
+  Evaluation evaluation(model, start);
+  ceres::Problem::Options problem_options;
+  problem_options.evaluation_callback = &evaluation;
+  ceres::Problem problem(problem_options);
+  std::vector<double*> blocks;
+  for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) blocks.push_back(evaluation.of_lamp(lamp));
+  for (const SamplePair& pair : pairs) {
+    problem.AddResidualBlock(new PairCost(evaluation, pair), new ceres::CauchyLoss(1), blocks);
+  }
+  // As strong as a few samples' pairs.
+  const double prior = 3 * kPairsPerSample;
+  for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
+    double* p = evaluation.of_lamp(lamp);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, kPerLamp, kPerLamp>(new Prior{std::sqrt(prior)}),
+                             nullptr, p);
+    problem.SetParameterLowerBound(p, 0, std::log(kNearest_m));
+    problem.SetParameterUpperBound(p, 0, std::log(kFarthest_m));
+    for (int i = 1; i < kPerLamp; ++i) {
+      problem.SetParameterLowerBound(p, i, -kSteepest);
+      problem.SetParameterUpperBound(p, i, kSteepest);
+    }
+    if (!evaluation.flat(lamp)) problem.SetManifold(p, new ceres::SubsetManifold(kPerLamp, {1, 2}));
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = kIterations;
+  options.function_tolerance = 1e-5;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+
+  evaluation.PrepareForEvaluation(true, true);
+  Refinement result;
+  for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
+  result.cost = robust_cost(evaluation.log_albedo, pairs);
+  result.log_sigma = uncertainty(evaluation, pairs, prior / (3 * kPairsPerSample));
+  return result;
+}
+
+}  // namespace lumigraft

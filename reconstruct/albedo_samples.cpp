@@ -1,0 +1,104 @@
+#include "reconstruct/albedo_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace lumigraft {
+namespace {
+
+constexpr float kFinestCellVoxels = 2.0f;
+constexpr float kSmooth = 0.95f;  // length of a patch's mean normal
+
+std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays,
+                                         const MetalSurfaces& metal) {
+  std::vector<BrickKey> keys;
+  for (const auto& [key, brick] : field.bricks) keys.push_back(key);
+  std::sort(keys.begin(), keys.end());
+  std::vector<SurfacePoint> points;
+  for (const BrickKey& key : keys) {
+    const FieldBrick& brick = *field.brick(key);
+    for (int index = 0; index < kBrickVoxels; ++index) {
+      const float distance = brick.distance_m[index];
+      // Half a voxel either way: on a plane along the axes one layer of voxels.
+      if (brick.weight[index] <= 0 || brick.radiance_weight[index] <= 0 || distance > 0.5f * field.voxel_m ||
+          distance <= -0.5f * field.voxel_m) {
+        continue;
+      }
+      const Eigen::Vector3i voxel(key[0] * kBrickEdge + (index & 7), key[1] * kBrickEdge + ((index >> 3) & 7),
+                                  key[2] * kBrickEdge + (index >> 6));
+      SurfacePoint point;
+      point.normal = rays.normal_at(voxel);
+      if (point.normal.isZero()) continue;
+      point.brick = key;
+      point.index = index;
+      point.position = voxel.cast<float>() * field.voxel_m - distance * point.normal;
+      point.radiance = brick.radiance[index];
+      if (!point.radiance.allFinite() || point.radiance.minCoeff() < 0) continue;
+      point.metal = metal.contains(point.position);
+      points.push_back(point);
+    }
+  }
+  return points;
+}
+
+/// A cell in space and the axis that the normal is nearest to.
+using CellKey = std::tuple<int, int, int, int>;
+
+CellKey cell_of(const SurfacePoint& point, float edge_m) {
+  int axis = 0;
+  point.normal.cwiseAbs().maxCoeff(&axis);
+  const Eigen::Vector3f at = (point.position / edge_m).array().floor();
+  return {int(at.x()), int(at.y()), int(at.z()), 2 * axis + (point.normal[axis] > 0)};
+}
+
+SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<int>& members) {
+  SurfaceSample sample;
+  Eigen::Vector3f middle = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero(), radiance = middle;
+  double log_sum = 0, log_squares = 0;
+  for (const int i : members) {
+    middle += points[i].position;
+    normal += points[i].normal;
+    radiance += points[i].radiance;
+    const double l = std::log(std::max(points[i].radiance.mean(), 1e-6f));
+    log_sum += l;
+    log_squares += l * l;
+  }
+  const float count = static_cast<float>(members.size());
+  middle /= count;
+  sample.radiance = radiance / count;
+  sample.spread = static_cast<float>(std::sqrt(std::max(0.0, log_squares / count - std::pow(log_sum / count, 2))));
+  sample.usable = normal.norm() > kSmooth * count;
+  const int nearest = *std::min_element(members.begin(), members.end(), [&](int a, int b) {
+    return (points[a].position - middle).squaredNorm() < (points[b].position - middle).squaredNorm();
+  });
+  sample.position = points[nearest].position;
+  sample.normal = normal.norm() > 0 ? normal.normalized().eval() : points[nearest].normal;
+  return sample;
+}
+
+}  // namespace
+
+Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples) {
+  Surface surface;
+  surface.points = surface_points(field, rays, metal);
+  surface.sample_m = kFinestCellVoxels * field.voxel_m;
+  std::map<CellKey, std::vector<int>> cells;
+  for (;;) {
+    cells.clear();
+    for (std::size_t i = 0; i < surface.points.size(); ++i) {
+      if (!surface.points[i].metal) cells[cell_of(surface.points[i], surface.sample_m)].push_back(static_cast<int>(i));
+    }
+    if (static_cast<int>(cells.size()) <= most_samples) break;
+    // Cells on surfaces fall with the square of their edge.
+    surface.sample_m *= std::max(1.05f, std::sqrt(static_cast<float>(cells.size()) / most_samples));
+  }
+  for (const auto& [key, members] : cells) {
+    for (const int i : members) surface.points[i].sample = static_cast<int>(surface.samples.size());
+    surface.samples.push_back(patch(surface.points, members));
+  }
+  return surface;
+}
+
+}  // namespace lumigraft

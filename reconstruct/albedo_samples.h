@@ -1,0 +1,42 @@
+#pragma once
+// The coloured surface of the distance field as points, and a thinned set of them to solve on.
+#include <Eigen/Core>
+#include <vector>
+
+#include "reconstruct/albedo_materials.h"
+#include "reconstruct/albedo_rays.h"
+#include "reconstruct/distance_field.h"
+
+namespace lumigraft {
+
+/// One voxel next to the surface.
+struct SurfacePoint {
+  BrickKey brick;
+  int index = 0;             ///< in the brick
+  Eigen::Vector3f position;  ///< on the surface, metres
+  Eigen::Vector3f normal;    ///< towards free space
+  Eigen::Vector3f radiance;  ///< towards the cameras
+  bool metal = false;
+  int sample = -1;  ///< of the thinned set, the one that stands for it
+};
+
+/// A patch of surface.
+struct SurfaceSample {
+  Eigen::Vector3f position;  ///< of the point nearest to the patch's middle
+  Eigen::Vector3f normal;    ///< mean over the patch
+  Eigen::Vector3f radiance;  ///< mean over the patch
+  float spread = 0;          ///< standard deviation of log luminance over the patch: texture, or a shadow's edge
+  bool usable = true;        ///< one smooth piece of surface: not the rim of something
+};
+
+struct Surface {
+  std::vector<SurfacePoint> points;    ///< in a fixed order
+  std::vector<SurfaceSample> samples;  ///< of those that are not metal
+  float sample_m = 0;                  ///< edge of the cells that samples were taken from
+};
+
+/// Points where the field crosses zero and colour was seen; samples from cells as small as gives at most
+/// `most_samples`.
+Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples);
+
+}  // namespace lumigraft

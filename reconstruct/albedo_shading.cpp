@@ -1,0 +1,112 @@
+#include "reconstruct/albedo_shading.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lumigraft {
+namespace {
+
+/// Added to radiance before the logarithm: an 8-bit picture's darkest codes say little.
+constexpr float kDarkShare = 0.02f;
+
+float dark_level(const std::vector<SurfaceSample>& samples) {
+  double sum = 0;
+  for (const SurfaceSample& sample : samples) sum += sample.radiance.mean();
+  return samples.empty() ? 1e-6f : std::max(1e-6f, kDarkShare * static_cast<float>(sum / samples.size()));
+}
+
+}  // namespace
+
+ShadingModel::ShadingModel(const RoomLight& room, const Illumination& illumination,
+                           const std::vector<SurfaceSample>& samples, const std::vector<Eigen::Vector3f>& gathered)
+    : room_(room),
+      probe_(illumination.probe_position_m),
+      lights_(illumination.lights),
+      samples_(samples),
+      gathered_(gathered),
+      dark_(dark_level(samples)),
+      tables_(illumination.lights.size()) {
+  for (const PointLight& light : lights_) {
+    const Eigen::Vector3f first = light.direction.unitOrthogonal();
+    across_.push_back({first, light.direction.cross(first)});
+  }
+  for (const SurfaceSample& sample : samples) log_radiance_.push_back((sample.radiance.array() + dark_).log());
+}
+
+void ShadingModel::tabulate(std::size_t lamp, std::vector<double> log_distances, int rays) {
+  Table& table = tables_[lamp];
+  table.log_distances = std::move(log_distances);
+  table.visibility.assign(table.log_distances.size(), std::vector<float>(samples_.size(), 0.0f));
+  for (std::size_t k = 0; k < table.log_distances.size(); ++k) {
+    const float distance = static_cast<float>(std::exp(table.log_distances[k]));
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      if (!samples_[i].usable) continue;
+      table.visibility[k][i] =
+          room_.visibility(lights_[lamp], distance, samples_[i].position, samples_[i].normal, rays);
+    }
+  }
+}
+
+Eigen::Vector3f ShadingModel::normal(std::size_t lamp, const LampShape& shape) const {
+  return (-lights_[lamp].direction + static_cast<float>(shape.tilt[0]) * across_[lamp][0] +
+          static_cast<float>(shape.tilt[1]) * across_[lamp][1])
+      .normalized();
+}
+
+std::array<double, 2> ShadingModel::tilt_of(std::size_t lamp, const Eigen::Vector3f& normal) const {
+  const double along = -normal.dot(lights_[lamp].direction);
+  return {normal.dot(across_[lamp][0]) / along, normal.dot(across_[lamp][1]) / along};
+}
+
+void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector<float>& result) const {
+  const Table& table = tables_[lamp];
+  const auto above = std::lower_bound(table.log_distances.begin(), table.log_distances.end(), shape.log_distance);
+  const std::size_t last = table.log_distances.size() - 1;
+  const std::size_t high = std::min<std::size_t>(above - table.log_distances.begin(), last);
+  const std::size_t low = high == 0 ? 0 : high - 1;
+  const double span = table.log_distances[high] - table.log_distances[low];
+  const double place = span > 0 ? (shape.log_distance - table.log_distances[low]) / span : 0;
+  const float share = static_cast<float>(std::clamp(place, 0.0, 1.0));
+
+  const float distance = static_cast<float>(std::exp(shape.log_distance));
+  const Eigen::Vector3f position = probe_ + distance * lights_[lamp].direction;
+  const Eigen::Vector3f axis = -lights_[lamp].direction + static_cast<float>(shape.tilt[0]) * across_[lamp][0] +
+                               static_cast<float>(shape.tilt[1]) * across_[lamp][1];
+  result.assign(samples_.size(), 0.0f);
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const float visible = (1 - share) * table.visibility[low][i] + share * table.visibility[high][i];
+    if (!(visible > 0)) continue;
+    const Eigen::Vector3f way = position - samples_[i].position;
+    const float squared = way.squaredNorm(), length = std::sqrt(squared);
+    const float cosine = samples_[i].normal.dot(way) / length;
+    if (!(cosine > 0)) continue;
+    const float emission = shape.flat ? std::max(0.0f, -axis.dot(way) / length) : 1.0f;
+    result[i] = visible * emission * cosine * distance * distance / squared;
+  }
+}
+
+Eigen::Array3f ShadingModel::irradiance(std::size_t sample, const std::vector<std::vector<float>>& factors) const {
+  Eigen::Array3f sum = gathered_[sample].array();
+  for (std::size_t lamp = 0; lamp < lights_.size(); ++lamp) {
+    sum += lights_[lamp].irradiance.array() * factors[lamp][sample];
+  }
+  return sum;
+}
+
+void ShadingModel::log_albedo(const std::vector<std::vector<float>>& factors,
+                              std::vector<Eigen::Array3f>& result) const {
+  result.resize(samples_.size());
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    if (!samples_[i].usable) continue;
+    result[i] = log_radiance_[i] - (irradiance(i, factors) * std::numbers::inv_pi_v<float> + dark_).log();
+  }
+}
+
+Eigen::Array3f ShadingModel::slope(std::size_t lamp, std::size_t sample,
+                                   const std::vector<std::vector<float>>& factors) const {
+  return -lights_[lamp].irradiance.array() / (irradiance(sample, factors) + dark_ * std::numbers::pi_v<float>);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,63 @@
+#pragma once
+// The model that explains what pairs of samples show: lamps with a distance and a shape, visibility from tables.
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "reconstruct/albedo_irradiance.h"
+#include "reconstruct/albedo_pairs.h"
+#include "reconstruct/albedo_samples.h"
+#include "reconstruct/light.h"
+
+namespace lumigraft {
+
+/// A lamp's unknowns: log distance, and where it is flat its normal as ω + tilt₀ t₀ + tilt₁ t₁ (not unit), ω the
+/// direction from lamp to probe and t₀, t₁ across it.
+struct LampShape {
+  double log_distance = 0;
+  bool flat = false;
+  std::array<double, 2> tilt{};
+};
+
+class ShadingModel {
+ public:
+  ShadingModel(const RoomLight& room, const Illumination& illumination, const std::vector<SurfaceSample>& samples,
+               const std::vector<Eigen::Vector3f>& gathered);
+
+  std::size_t lamps() const { return lights_.size(); }
+  const PointLight& light(std::size_t lamp) const { return lights_[lamp]; }
+
+  /// Visibility of the lamp from every sample at each of these distances (rising), `rays` rays over the lamp's disk.
+  void tabulate(std::size_t lamp, std::vector<double> log_distances, int rays);
+  const std::vector<double>& tabulated(std::size_t lamp) const { return tables_[lamp].log_distances; }
+
+  Eigen::Vector3f normal(std::size_t lamp, const LampShape& shape) const;  ///< unit
+  std::array<double, 2> tilt_of(std::size_t lamp, const Eigen::Vector3f& normal) const;
+
+  /// Irradiance factor of every sample, visibility interpolated in log distance.
+  void factors(std::size_t lamp, const LampShape& shape, std::vector<float>& result) const;
+
+  /// log B - log E of every sample for these factors, per lamp.
+  void log_albedo(const std::vector<std::vector<float>>& factors, std::vector<Eigen::Array3f>& result) const;
+  /// ∂ log_albedo / ∂ factor of a lamp.
+  Eigen::Array3f slope(std::size_t lamp, std::size_t sample, const std::vector<std::vector<float>>& factors) const;
+
+ private:
+  struct Table {
+    std::vector<double> log_distances;
+    std::vector<std::vector<float>> visibility;  ///< per distance, per sample
+  };
+  Eigen::Array3f irradiance(std::size_t sample, const std::vector<std::vector<float>>& factors) const;
+
+  const RoomLight& room_;
+  Eigen::Vector3f probe_;
+  std::vector<PointLight> lights_;
+  std::vector<std::array<Eigen::Vector3f, 2>> across_;
+  const std::vector<SurfaceSample>& samples_;
+  const std::vector<Eigen::Vector3f>& gathered_;
+  float dark_;  ///< radiance that counts as black
+  std::vector<Eigen::Array3f> log_radiance_;
+  std::vector<Table> tables_;
+};
+
+}  // namespace lumigraft
