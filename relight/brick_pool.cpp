@@ -217,10 +217,16 @@ void BrickPool::describe(shader::FrameParams& params) const {
   params.field.y() = state_->truncation_m;
 }
 
-std::vector<gpu::Binding> BrickPool::bindings() const {
+std::vector<gpu::Binding> BrickPool::distance_bindings() const {
   return {gpu::storage(20, *state_->index_buffer), gpu::storage(21, *state_->clearance_buffer),
-          gpu::storage(22, *state_->distance_buffer), gpu::storage(23, *state_->radiance_buffer),
-          gpu::storage(24, *state_->albedo_buffer)};
+          gpu::storage(22, *state_->distance_buffer)};
+}
+
+std::vector<gpu::Binding> BrickPool::bindings() const {
+  std::vector<gpu::Binding> all = distance_bindings();
+  all.push_back(gpu::storage(23, *state_->radiance_buffer));
+  all.push_back(gpu::storage(24, *state_->albedo_buffer));
+  return all;
 }
 
 }  // namespace lumigraft

@@ -21,7 +21,8 @@ class BrickPool {
               const Eigen::AlignedBox3f& region);
 
   void describe(shader::FrameParams& params) const;  ///< bricks_low, bricks_size, field.xy
-  std::vector<gpu::Binding> bindings() const;        ///< as bricks.glsl declares them
+  std::vector<gpu::Binding> bindings() const;           ///< as bricks.glsl declares them
+  std::vector<gpu::Binding> distance_bindings() const;  ///< those that distances need
 
  private:
   struct State;

@@ -23,6 +23,7 @@
 #include "relight/passes/trace.h"
 #include "relight/passes/upsample.h"
 #include "relight/passes/virtual_fill.h"
+#include "relight/passes/voxel_list.h"
 #include "relight/placement.h"
 #include "relight/quality.h"
 
@@ -73,6 +74,7 @@ struct Relighter::State {
   // Passes, in the order in which they run.
   RealFill real_fill;
   VirtualFill virtual_fill;
+  VoxelList voxel_list;
   std::unique_ptr<Inject> inject;
   Resolve resolve;
   Filter filter;
@@ -103,6 +105,7 @@ struct Relighter::State {
         bricks(*device),
         real_fill(*device),
         virtual_fill(*device),
+        voxel_list(*device),
         resolve(*device),
         filter(*device),
         bounce(*device),
@@ -183,47 +186,39 @@ struct Relighter::State {
     }
   }
 
-  void filter_all(gpu::CommandList& list, std::unique_ptr<gpu::Texture> Volumes::Cascade::*which) const {
-    for (const auto& cascade : volumes->cascade) filter.record(list, *(cascade.*which));
-  }
-
   /// The volumes, as far as what they hold has changed.
   void light_volumes(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key, bool new_field) {
-    const bool moved = !lit || !(lit->placement == key.placement);
     if (!new_field && lit && *lit == key) return;
-    if (new_field || moved) {
-      list.begin_pass("real volume");
-      real_fill.record(list, params, bricks, *volumes);
-      filter_all(list, &Volumes::Cascade::real_radiance);
-    }
-    if (moved || !(lit->objects == key.objects)) {
-      list.begin_pass("virtual volume");
+    const bool replaced = new_field || !lit || !(lit->placement == key.placement);
+    list.begin_pass("volumes");
+    if (replaced) real_fill.distances(list, params, bricks, *volumes);
+    if (replaced || !(lit->objects == key.objects)) {
       virtual_fill.record(*device, list, params, key.objects, *volumes);
+      voxel_list.record(list, params, *volumes);
+      real_fill.surfaces(list, params, bricks, *volumes);
+      filter.record(list, *volumes->real_radiance);
+      for (const auto* texture :
+           {&volumes->gathered_virtual, &volumes->gathered_real, &volumes->virtual_radiance, &volumes->real_change}) {
+        list.clear(**texture, {});
+      }
     }
     list.begin_pass("inject");
-    for (const auto& cascade : volumes->cascade) {
-      list.clear(*cascade.gathered_virtual, {});
-      list.clear(*cascade.gathered_real, {});
-    }
     inject->record(list, params, key.objects, store.white(), *volumes);
     resolve_all(list, params);
-    if (key.bounces > 1) {
+    shader::FrameParams coarse = params;
+    coarse.counts.y() = coarse.counts.z() = quality_of(made_for).voxel_cones;
+    for (int i = 1; i < key.bounces; ++i) {
       list.begin_pass("bounce");
-      bounce.list(list, params, kLeastShare, *volumes);
-      shader::FrameParams coarse = params;
-      coarse.counts.y() = coarse.counts.z() = quality_of(made_for).voxel_cones;
-      for (int i = 1; i < key.bounces; ++i) {
-        bounce.gather(list, coarse, *volumes);
-        resolve_all(list, params);
-      }
+      bounce.record(list, coarse, kLeastShare, *volumes);
+      resolve_all(list, params);
     }
     lit = key;
   }
 
   void resolve_all(gpu::CommandList& list, const shader::FrameParams& params) const {
     resolve.record(list, params, *volumes);
-    filter_all(list, &Volumes::Cascade::virtual_radiance);
-    filter_all(list, &Volumes::Cascade::real_change);
+    filter.record(list, *volumes->virtual_radiance);
+    filter.record(list, *volumes->real_change);
   }
 
   void draw_picture(gpu::CommandList& list, const shader::FrameParams& params, const std::vector<PlacedObject>& objects,

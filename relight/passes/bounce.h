@@ -1,6 +1,6 @@
 #pragma once
-// Bounces beyond the first, gathered at surface voxels. list: which voxels; in: virtual_distance, real_radiance,
-// real_albedo; out: listed. gather: in: every volume; out: gathered_virtual, gathered_real.
+// Bounces beyond the first, gathered at the voxels near surfaces. In: listed, every volume. Out: gathered_virtual,
+// gathered_real.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volumes.h"
 
@@ -9,12 +9,11 @@ namespace lumigraft {
 class Bounce {
  public:
   explicit Bounce(gpu::Device& device);
-  /// `least_share` is how much of the hemisphere the objects must fill for a real voxel to be listed.
-  void list(gpu::CommandList& list, shader::FrameParams params, float least_share, const Volumes& volumes) const;
-  void gather(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const;
+  /// `least_share` is how much of the hemisphere the objects must fill for a real voxel to gather.
+  void record(gpu::CommandList& list, shader::FrameParams params, float least_share, const Volumes& volumes) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> list_, gather_;
+  std::unique_ptr<gpu::ComputePipeline> virtual_, real_;
 };
 
 }  // namespace lumigraft

@@ -81,8 +81,7 @@ void Inject::record(gpu::CommandList& list, shader::FrameParams params, const st
     dispatch_2d(
         list, *inject_,
         joined(volumes.bindings(), {gpu::sampled(12, *position_), gpu::sampled(13, *albedo_),
-                                    gpu::sampled(14, *volumes.cascade[0].real_albedo, gpu::Filter::linear),
-                                    gpu::sampled(15, *volumes.cascade[1].real_albedo, gpu::Filter::linear),
+                                    gpu::sampled(14, *volumes.real_albedo, gpu::Filter::linear),
                                     gpu::storage(16, *volumes.virtual_flux), gpu::storage(17, *volumes.real_flux)}),
         params, edge_, edge_);
   }

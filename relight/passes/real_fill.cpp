@@ -2,18 +2,25 @@
 
 namespace lumigraft {
 
-RealFill::RealFill(gpu::Device& device) : pipeline_(device.create_compute("real_fill.comp")) {}
+RealFill::RealFill(gpu::Device& device)
+    : distances_(device.create_compute("real_fill.comp")), surfaces_(device.create_compute("real_surface.comp")) {}
 
-void RealFill::record(gpu::CommandList& list, shader::FrameParams params, const BrickPool& bricks,
-                      const Volumes& volumes) const {
-  for (int c = 0; c < shader::kCascades; ++c) {
-    params.pass_i.x() = c;
-    const auto& out = volumes.cascade[static_cast<std::size_t>(c)];
-    dispatch_3d(list, *pipeline_,
-                joined(bricks.bindings(), {gpu::image(1, *out.real_distance), gpu::image(2, *out.real_radiance),
-                                           gpu::image(3, *out.real_albedo), gpu::image(4, *out.real_normal)}),
-                params, volumes.edge, volumes.edge, volumes.edge);
-  }
+void RealFill::distances(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+                         const Volumes& volumes) const {
+  dispatch_3d(list, *distances_, joined(bricks.distance_bindings(), {gpu::image(1, *volumes.real_distance)}), params,
+              volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+}
+
+void RealFill::surfaces(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+                        const Volumes& volumes) const {
+  list.clear(*volumes.real_radiance, {});
+  list.clear(*volumes.real_albedo, {});
+  list.clear(*volumes.real_normal, {});
+  list.dispatch(*surfaces_,
+                joined(bricks.bindings(), {gpu::storage(28, *volumes.listed), gpu::image(1, *volumes.real_distance),
+                                           gpu::image(2, *volumes.real_radiance), gpu::image(3, *volumes.real_albedo),
+                                           gpu::image(4, *volumes.real_normal)}),
+                gpu::bytes_of(params), kListGroups);
 }
 
 }  // namespace lumigraft

@@ -1,5 +1,6 @@
 #pragma once
-// The fused field resampled into both cascades. In: the bricks (BrickPool). Out: real_distance, real_radiance level 0,
+// The fused field resampled into both cascades. distances: in: the bricks (BrickPool); out: real_distance. surfaces:
+// in: the bricks, listed voxels; out: real_distance (made Euclidean near the surface), real_radiance level 0,
 // real_albedo, real_normal.
 #include "relight/brick_pool.h"
 #include "relight/passes/dispatch.h"
@@ -10,11 +11,13 @@ namespace lumigraft {
 class RealFill {
  public:
   explicit RealFill(gpu::Device& device);
-  void record(gpu::CommandList& list, shader::FrameParams params, const BrickPool& bricks,
-              const Volumes& volumes) const;
+  void distances(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+                 const Volumes& volumes) const;
+  void surfaces(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+                const Volumes& volumes) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+  std::unique_ptr<gpu::ComputePipeline> distances_, surfaces_;
 };
 
 }  // namespace lumigraft

@@ -1,6 +1,6 @@
 #pragma once
-// Flux and gathered light become radiance. In: virtual_flux, real_flux (Inject), gathered_* (Bounce), real_radiance
-// level 0 (RealFill), virtual_distance (VirtualFill). Out: level 0 of virtual_radiance and real_change.
+// Flux and gathered light become radiance. In: listed, virtual_flux, real_flux (Inject), gathered_* (Bounce),
+// real_radiance level 0 (RealFill), virtual_distance (VirtualFill). Out: level 0 of virtual_radiance and real_change.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volumes.h"
 
@@ -9,7 +9,7 @@ namespace lumigraft {
 class Resolve {
  public:
   explicit Resolve(gpu::Device& device);
-  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const;
+  void record(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> pipeline_;

@@ -14,23 +14,21 @@ gpu::TextureDesc volume(const char* name, int x, int y, int z, gpu::Format forma
 Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
   for (int n = edge; n >= 4; n /= 2) ++mips;  // coarser than 4³ nothing is asked for
   const auto make = [&](const char* name, gpu::Format format, int levels) {
-    return device.create_texture(volume(name, edge, edge, edge, format, levels));
+    return device.create_texture(volume(name, edge, edge, edge * shader::kCascades, format, levels));
   };
-  const std::size_t voxels = static_cast<std::size_t>(edge) * edge * edge;
-  for (Cascade& c : cascade) {
-    c.real_distance = make("real distance", gpu::Format::r16_float, 1);
-    c.real_albedo = make("real albedo", gpu::Format::rgba16_float, 1);
-    c.real_normal = make("real normal", gpu::Format::rgba16_float, 1);
-    c.real_radiance = make("real radiance", gpu::Format::rgba16_float, mips);
-    c.virtual_radiance = make("virtual radiance", gpu::Format::rgba16_float, mips);
-    c.real_change = make("real change", gpu::Format::rgba16_float, mips);
-    c.gathered_virtual = make("gathered by virtual", gpu::Format::rgba16_float, 1);
-    c.gathered_real = make("gathered by real", gpu::Format::rgba16_float, 1);
-    // Surfaces fill a small part of a cube; two thousand voxels are room enough for the smallest.
-    c.listed = device.create_buffer(4 * (voxels / 8 + 2048), "listed voxels");
-  }
-  virtual_flux = device.create_buffer(voxels * 3 * sizeof(int) * shader::kCascades, "virtual flux");
-  real_flux = device.create_buffer(voxels * 3 * sizeof(int) * shader::kCascades, "real flux");
+  real_distance = make("real distance", gpu::Format::r16_float, 1);
+  real_albedo = make("real albedo", gpu::Format::rgba16_float, 1);
+  real_normal = make("real normal", gpu::Format::rgba16_float, 1);
+  real_radiance = make("real radiance", gpu::Format::rgba16_float, mips);
+  virtual_radiance = make("virtual radiance", gpu::Format::rgba16_float, mips);
+  real_change = make("real change", gpu::Format::rgba16_float, mips);
+  gathered_virtual = make("gathered by virtual", gpu::Format::rgba16_float, 1);
+  gathered_real = make("gathered by real", gpu::Format::rgba16_float, 1);
+  const std::size_t voxels = static_cast<std::size_t>(edge) * edge * edge * shader::kCascades;
+  virtual_flux = device.create_buffer(voxels * 3 * sizeof(int), "virtual flux");
+  real_flux = device.create_buffer(voxels * 3 * sizeof(int), "real flux");
+  // Surfaces fill a small part of a cube; the constant is room enough for the smallest.
+  listed = device.create_buffer(4 * (voxels / 4 + 4096), "listed voxels");
   environment = device.create_texture({.name = "environment",
                                        .width = kEnvironmentEdge,
                                        .height = kEnvironmentEdge,
@@ -52,15 +50,11 @@ void Volumes::fit_virtual(gpu::Device& device, const Eigen::Vector3i& size) {
 std::vector<gpu::Binding> Volumes::bindings() const {
   using gpu::Filter;
   return {gpu::sampled(1, *virtual_distance, Filter::linear),
-          gpu::sampled(2, *cascade[0].real_distance, Filter::linear),
-          gpu::sampled(3, *cascade[1].real_distance, Filter::linear),
-          gpu::sampled(4, *cascade[0].real_radiance, Filter::linear_mip_linear),
-          gpu::sampled(5, *cascade[1].real_radiance, Filter::linear_mip_linear),
-          gpu::sampled(6, *cascade[0].virtual_radiance, Filter::linear_mip_linear),
-          gpu::sampled(7, *cascade[1].virtual_radiance, Filter::linear_mip_linear),
-          gpu::sampled(8, *cascade[0].real_change, Filter::linear_mip_linear),
-          gpu::sampled(9, *cascade[1].real_change, Filter::linear_mip_linear),
-          gpu::sampled(10, *environment, Filter::linear_mip_linear)};
+          gpu::sampled(2, *real_distance, Filter::linear),
+          gpu::sampled(3, *real_radiance, Filter::linear_mip_linear),
+          gpu::sampled(4, *virtual_radiance, Filter::linear_mip_linear),
+          gpu::sampled(5, *real_change, Filter::linear_mip_linear),
+          gpu::sampled(6, *environment, Filter::linear_mip_linear)};
 }
 
 }  // namespace lumigraft

@@ -1,7 +1,7 @@
 #pragma once
-// The volumes that passes hand to one another (see shaders/volume.glsl for what they hold).
+// The volumes that passes hand to one another (see shaders/volume.glsl for what they hold). Both cascades share each
+// texture, one above the other along z.
 #include <Eigen/Core>
-#include <array>
 #include <memory>
 
 #include "relight/gpu/device.h"
@@ -12,14 +12,11 @@ namespace lumigraft {
 struct Volumes {
   int edge = 0, mips = 0;
   std::unique_ptr<gpu::Texture> virtual_distance, virtual_color;  ///< of the virtual volume; made by fit_virtual
-  struct Cascade {
-    std::unique_ptr<gpu::Texture> real_distance, real_albedo, real_normal;       ///< level 0 alone
-    std::unique_ptr<gpu::Texture> real_radiance, virtual_radiance, real_change;  ///< with their hierarchy
-    std::unique_ptr<gpu::Texture> gathered_virtual, gathered_real;  ///< radiance by bounces beyond the first
-    std::unique_ptr<gpu::Buffer> listed;                            ///< voxels whose light is gathered
-  };
-  std::array<Cascade, shader::kCascades> cascade;
-  std::unique_ptr<gpu::Buffer> virtual_flux, real_flux;  ///< fixed point, both cascades
+  std::unique_ptr<gpu::Texture> real_distance, real_albedo, real_normal;       ///< level 0 alone
+  std::unique_ptr<gpu::Texture> real_radiance, virtual_radiance, real_change;  ///< with their hierarchy
+  std::unique_ptr<gpu::Texture> gathered_virtual, gathered_real;               ///< radiance by bounces beyond the first
+  std::unique_ptr<gpu::Buffer> virtual_flux, real_flux;                        ///< fixed point
+  std::unique_ptr<gpu::Buffer> listed;                                         ///< voxels near surfaces
   std::unique_ptr<gpu::Texture> environment;
 
   Volumes(gpu::Device& device, int edge_voxels);
@@ -28,5 +25,8 @@ struct Volumes {
   /// As volume.glsl declares them.
   std::vector<gpu::Binding> bindings() const;
 };
+
+/// Groups of 64 threads that walk the list of voxels together.
+constexpr int kListGroups = 256;
 
 }  // namespace lumigraft

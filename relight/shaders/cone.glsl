@@ -8,11 +8,14 @@
 // Hidden fraction at one place: the part of the cone's disk behind a straight edge at the signed distance d,
 // and along the way its greatest value, not the product of all: a silhouette that hides 30 % of the cone at every step
 // hides 30 % in all. A product would shut cones that only graze an edge.
+//
+// The march looks up distances alone; radiance is looked up once, at the step that hid most. (Software devices run every
+// branch of every step.)
 #ifndef CONE_GLSL
 #define CONE_GLSL
 #include "volume.glsl"
 
-const int kMaxSteps = 96;
+const int kMaxSteps = 64;
 
 // Part of a disk behind a straight edge at signed distance x radii from its centre: (acos x - x sqrt(1 - x²)) / π
 // within 0.02.
@@ -20,6 +23,9 @@ float hidden_fraction(float x) {
   x = clamp(x, -1.0, 1.0);
   return 0.5 - x * (0.75 - 0.25 * x * x);
 }
+
+// Shortest of useful steps: distances are centres', so most of one is free of all but the cone's rim.
+float next_step(float d, float r, float least) { return max(max(0.75 * d, r), least); }
 
 struct Cone {
   vec3 from_real;     // start for looking up real surfaces, moved off them against self-hits
@@ -38,140 +44,113 @@ vec2 virtual_stretch(Cone k) {
   return ray_sphere(k.from_virtual, k.w, frame.sphere.xyz, frame.sphere.w + k.tan_half * length(d));
 }
 
+// One kind of surface along a cone: how much it hides, with what weight it is seen, and where mostly.
+struct Layer {
+  float hidden, seen, most, at;
+};
+void meet(inout Layer layer, float h, float open, float t) {
+  float more = max(h - layer.hidden, 0.0), weight = open * more;
+  layer.hidden += more;
+  layer.seen += weight;
+  layer.at = weight > layer.most ? t : layer.at;
+  layer.most = max(layer.most, weight);
+}
+
+float reach_of(Cone k, float t, float least) { return max(t * k.tan_half, least); }
+
 // What the objects bring and take along a cone from a real surface: C_delta but for the real surfaces' own change.
 //   gained: radiance of virtual surfaces;  lost: L_mu that they hide;  hidden: the hidden fraction of the real view.
 void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
-  gained = lost = vec3(0);
-  hidden = 0.0;
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
-  if (virt.x > virt.y || virt.y <= 0.0) return;
-  float m_v = 0.0, m_r = 0.0;
-  float least = 0.5 * frame.virtual_grid.w;
-  float t = least;
+  Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
+  float least = 0.5 * frame.virtual_grid.w, t = least;
   for (int i = 0; i < kMaxSteps; ++i) {
-    if (m_v == 0.0 && t > virt.y) return;
-    if (t > known.y && t > virt.y) break;
-    float r = max(t * k.tan_half, least);
-    float dv = t < virt.y ? virtual_distance(k.from_virtual + t * k.w) : kFar;
-    vec3 pr = k.from_real + t * k.w;
-    float dr = t < known.y ? (t < known.x ? known.x - t + r : real_distance(pr)) : kFar;
-    if (dv < r) {
-      float h = hidden_fraction(dv / r);
-      if (h > m_v) {
-        gained += (1.0 - m_r) * (h - m_v) * virtual_radiance(k.from_virtual + t * k.w, r);
-        m_v = h;
-      }
-    }
-    if (dr < r) {
-      float h = hidden_fraction(dr / r);
-      if (h > m_r) {
-        if (m_v > 0.0) lost += m_v * (h - m_r) * real_radiance(pr, r);
-        m_r = h;
-      }
-      if (m_r > 0.995) break;
-    }
-    t += max(min(dv, dr) - r, max(0.6 * r, least));
+    // Nothing virtual ahead: if none was met the change is 0, else only what the real scene still hides counts.
+    if (virt.x > virt.y || (t > virt.y && (v.hidden == 0.0 || t > known.y)) || r.hidden > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(k.from_real + t * k.w);
+    dv = t > virt.y ? kFar : dv;
+    dr = t < known.x ? known.x - t + reach : dr;
+    meet(v, hidden_fraction(dv / reach), 1.0 - r.hidden, t);
+    meet(r, hidden_fraction(dr / reach), v.hidden, t);
+    t += next_step(min(dv, dr), reach, least);
   }
-  hidden = m_v;
-  if (m_v > 0.0 && m_r < 0.995) lost += m_v * (1.0 - m_r) * environment_radiance(k.w, k.tan_half);
+  gained = lost = vec3(0);
+  hidden = v.hidden;
+  if (v.hidden > 0.0) {
+    gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, reach_of(k, v.at, least));
+    lost = r.seen * real_radiance(k.from_real + r.at * k.w, reach_of(k, r.at, least)) +
+           v.hidden * (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
+  }
 }
 
 // The change that real surfaces' own change brings to another real surface: the rest of C_delta.
 vec3 change_cone(Cone k) {
-  vec3 c = vec3(0);
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
-  float m_v = 0.0, m_r = 0.0;
-  float least = 0.5 * frame.cascade[0].w;
-  float t = max(least, known.x);
-  for (int i = 0; i < kMaxSteps && t < known.y; ++i) {
-    float r = max(t * k.tan_half, least);
-    vec3 pr = k.from_real + t * k.w;
-    float dv = t > virt.x && t < virt.y ? virtual_distance(k.from_virtual + t * k.w) : (t < virt.x ? virt.x - t + r : kFar);
-    float dr = real_distance(pr);
-    if (dv < r) m_v = max(m_v, hidden_fraction(dv / r));
-    if (dr < r) {
-      float h = hidden_fraction(dr / r);
-      if (h > m_r) {
-        c += (1.0 - m_v) * (h - m_r) * real_change(pr, r);
-        m_r = h;
-      }
-    }
-    if (max(m_r, m_v) > 0.995) break;
-    t += max(min(dv, dr) - r, max(0.6 * r, least));
+  Layer r = Layer(0.0, 0.0, 0.0, 0.0);
+  float m_v = 0.0, least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (t >= known.y || max(r.hidden, m_v) > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(k.from_real + t * k.w);
+    dv = virt.x > virt.y || t > virt.y ? kFar : dv;
+    m_v = max(m_v, hidden_fraction(dv / reach));
+    meet(r, hidden_fraction(dr / reach), 1.0 - m_v, t);
+    t += next_step(min(dv, dr), reach, least);
   }
-  return c;
+  return r.seen * real_change(k.from_real + r.at * k.w, reach_of(k, r.at, least));
 }
 
 // C_rho: radiance of the changed scene along a cone.
 vec3 rho_cone(Cone k) {
-  vec3 c = vec3(0);
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
-  float m_v = 0.0, m_r = 0.0;
-  float least = 0.5 * frame.virtual_grid.w;
-  float t = least;
-  for (int i = 0; i < kMaxSteps && (t < known.y || t < virt.y); ++i) {
-    float r = max(t * k.tan_half, least);
-    vec3 pr = k.from_real + t * k.w, pv = k.from_virtual + t * k.w;
-    float dv = t < virt.y ? virtual_distance(pv) : kFar;
-    float dr = t < known.y ? real_distance(pr) : kFar;
-    if (dv < r) {
-      float h = hidden_fraction(dv / r);
-      if (h > m_v) {
-        c += (1.0 - m_r) * (h - m_v) * virtual_radiance(pv, r);
-        m_v = h;
-      }
-    }
-    if (dr < r) {
-      float h = hidden_fraction(dr / r);
-      if (h > m_r) {
-        c += (1.0 - m_v) * (h - m_r) * max(real_radiance(pr, r) + real_change(pr, r), vec3(0));
-        m_r = h;
-      }
-    }
-    if (max(m_r, m_v) > 0.995) return c;
-    t += max(min(dv, dr) - r, max(0.6 * r, least));
+  Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
+  float least = 0.5 * frame.virtual_grid.w, t = least;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if ((t > known.y && t > virt.y) || max(r.hidden, v.hidden) > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(k.from_real + t * k.w);
+    dv = t > virt.y ? kFar : dv;
+    meet(v, hidden_fraction(dv / reach), 1.0 - r.hidden, t);
+    meet(r, hidden_fraction(dr / reach), 1.0 - v.hidden, t);
+    t += next_step(min(dv, dr), reach, least);
   }
-  return c + (1.0 - m_v) * (1.0 - m_r) * environment_radiance(k.w, k.tan_half);
+  vec3 on_real = k.from_real + r.at * k.w;
+  float reach = reach_of(k, r.at, least);
+  return v.seen * virtual_radiance(k.from_virtual + v.at * k.w, reach_of(k, v.at, least)) +
+         r.seen * max(real_radiance(on_real, reach) + real_change(on_real, reach), vec3(0)) +
+         (1.0 - v.hidden) * (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
 }
 
 // C_mu: radiance of the real scene along a cone.
 vec3 mu_cone(Cone k) {
-  vec3 c = vec3(0);
   vec2 known = known_stretch(k);
-  float m_r = 0.0, least = 0.5 * frame.cascade[0].w;
-  float t = max(least, known.x);
-  for (int i = 0; i < kMaxSteps && t < known.y; ++i) {
-    float r = max(t * k.tan_half, least);
-    vec3 p = k.from_real + t * k.w;
-    float d = real_distance(p);
-    if (d < r) {
-      float h = hidden_fraction(d / r);
-      if (h > m_r) {
-        c += (h - m_r) * real_radiance(p, r);
-        m_r = h;
-      }
-      if (m_r > 0.995) return c;
-    }
-    t += max(d - r, max(0.6 * r, least));
+  Layer r = Layer(0.0, 0.0, 0.0, 0.0);
+  float least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (t >= known.y || r.hidden > 0.995) break;
+    float reach = reach_of(k, t, least), d = real_distance(k.from_real + t * k.w);
+    meet(r, hidden_fraction(d / reach), 1.0, t);
+    t += next_step(d, reach, least);
   }
-  return c + (1.0 - m_r) * environment_radiance(k.w, k.tan_half);
+  return r.seen * real_radiance(k.from_real + r.at * k.w, reach_of(k, r.at, least)) +
+         (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
 }
 
 // Shadow cone C_s (eq. 5.20): what is left of a narrow cone over a stretch, by real and by virtual surfaces.
 vec2 shadow_cone(Cone k, float t_far) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
-  float m_v = 0.0, m_r = 0.0;
-  float least = 0.5 * frame.virtual_grid.w;
-  float t = least;
+  float m_v = 0.0, m_r = 0.0, least = 0.5 * frame.virtual_grid.w, t = least;
   t_far = min(t_far, max(known.y, virt.y));
-  for (int i = 0; i < kMaxSteps && t < t_far; ++i) {
-    float r = max(t * k.tan_half, least);
-    float dv = t < virt.y ? virtual_distance(k.from_virtual + t * k.w) : kFar;
-    float dr = t < known.y ? (t < known.x ? known.x - t + r : real_distance(k.from_real + t * k.w)) : kFar;
-    m_v = max(m_v, hidden_fraction(dv / r));
-    m_r = max(m_r, hidden_fraction(dr / r));
-    if (m_r > 0.995) break;
-    t += max(min(dv, dr) - r, max(0.6 * r, least));
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (t >= t_far || m_r > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(k.from_real + t * k.w);
+    dv = t > virt.y ? kFar : dv;
+    dr = t < known.x ? known.x - t + reach : dr;
+    m_v = max(m_v, hidden_fraction(dv / reach));
+    m_r = max(m_r, hidden_fraction(dr / reach));
+    t += next_step(min(dv, dr), reach, least);
   }
   return 1.0 - vec2(m_r, m_v);
 }

@@ -8,8 +8,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D hit_position;
 layout(binding = 13) uniform sampler2D hit_albedo;
-layout(binding = 14) uniform sampler3D real_albedo_0;
-layout(binding = 15) uniform sampler3D real_albedo_1;
+layout(binding = 14) uniform sampler3D real_albedo;
 layout(std430, binding = 16) buffer VirtualFlux { int virtual_flux[]; };  // cascade, voxel, channel
 layout(std430, binding = 17) buffer RealFlux { int real_flux[]; };
 
@@ -71,9 +70,7 @@ void main() {
     vec3 p = from + t * w;
     float d = real_distance(p);
     if (d < 0.1 * least) {
-      int c = in_cascade(0, p, 1.0) ? 0 : 1;
-      vec3 uvw = cascade_uvw(c, p);
-      vec4 albedo = c == 0 ? textureLod(real_albedo_0, uvw, 0.0) : textureLod(real_albedo_1, uvw, 0.0);
+      vec4 albedo = textureLod(real_albedo, cascade_place(in_cascade(0, p, 1.0) ? 0 : 1, p, 0.5), 0.0);
       if (albedo.a > 0.05) inject_real(p, -flux * albedo.rgb / albedo.a);
       return;
     }

@@ -8,16 +8,14 @@
 #define VOLUME_GLSL
 #include "frame.glsl"
 
+// Both cascades lie in one texture, cascade 1 above cascade 0 along z. Software devices run both sides of every branch,
+// so one look-up at a chosen place is half the price of a choice between two.
 layout(binding = 1) uniform sampler3D virtual_distance_m;
-layout(binding = 2) uniform sampler3D real_distance_0;
-layout(binding = 3) uniform sampler3D real_distance_1;
-layout(binding = 4) uniform sampler3D real_radiance_0;  // L_mu
-layout(binding = 5) uniform sampler3D real_radiance_1;
-layout(binding = 6) uniform sampler3D virtual_radiance_0;  // L_rho of the virtual objects
-layout(binding = 7) uniform sampler3D virtual_radiance_1;
-layout(binding = 8) uniform sampler3D real_change_0;  // L_delta of real surfaces, with L_mu's weight
-layout(binding = 9) uniform sampler3D real_change_1;
-layout(binding = 10) uniform sampler2D environment;  // remainder of the fish-eye picture, equal-area octahedral
+layout(binding = 2) uniform sampler3D real_distance_m;
+layout(binding = 3) uniform sampler3D real_radiance_volume;     // L_mu
+layout(binding = 4) uniform sampler3D virtual_radiance_volume;  // L_rho of the virtual objects
+layout(binding = 5) uniform sampler3D real_change_volume;       // L_delta of real surfaces, with L_mu's weight
+layout(binding = 6) uniform sampler2D environment;  // remainder of the fish-eye picture, equal-area octahedral
 
 const float kFar = 1e3;
 
@@ -27,52 +25,42 @@ bool in_cascade(int c, vec3 p, float margin_voxels) {
   float m = margin_voxels * frame.cascade[c].w;
   return all(greaterThan(p, grid_low(frame.cascade[c]) + m)) && all(lessThan(p, cascade_high(c) - m));
 }
-vec3 cascade_uvw(int c, vec3 p) { return (p - grid_low(frame.cascade[c])) / (float(frame.grid.x) * frame.cascade[c].w); }
+// Where p is in the texture of both cascades; `margin_voxels` keeps filters from reaching from one into the other.
+vec3 cascade_place(int c, vec3 p, float margin_voxels) {
+  float n = float(frame.grid.x);
+  vec3 v = clamp((p - grid_low(frame.cascade[c])) / frame.cascade[c].w, vec3(margin_voxels), vec3(n - margin_voxels));
+  return (v + vec3(0.0, 0.0, float(c) * n)) / vec3(n, n, float(kCascades) * n);
+}
 
 // Signed distance to the virtual objects. Outside the volume a lower bound.
 float virtual_distance(vec3 p) {
   vec3 low = grid_low(frame.virtual_grid), size = vec3(frame.grid.yzw) * frame.virtual_grid.w;
   vec3 centre = low + 0.5 * size, half_size = 0.5 * size - 0.5 * frame.virtual_grid.w;
-  vec3 out_by = abs(p - centre) - half_size;
-  float beyond = length(max(out_by, 0.0));
-  if (beyond > 0.0) return beyond + 1.5 * frame.virtual_grid.w;  // the volume keeps that margin around the objects
-  return textureLod(virtual_distance_m, (p - low) / size, 0.0).r;
+  float beyond = length(max(abs(p - centre) - half_size, 0.0));
+  float d = textureLod(virtual_distance_m, (p - low) / size, 0.0).r;
+  return beyond > 0.0 ? beyond + 1.5 * frame.virtual_grid.w : d;  // the volume keeps that margin around the objects
 }
 
 // Signed distance to the real surfaces, as far as they are known; a lower bound far from them, kFar outside the volumes.
 float real_distance(vec3 p) {
-  if (in_cascade(0, p, 0.5)) return textureLod(real_distance_0, cascade_uvw(0, p), 0.0).r;
-  if (in_cascade(1, p, 0.5)) return textureLod(real_distance_1, cascade_uvw(1, p), 0.0).r;
-  return kFar;
+  int c = in_cascade(0, p, 0.5) ? 0 : 1;
+  float d = textureLod(real_distance_m, cascade_place(c, p, 0.5), 0.0).r;
+  return c == 0 || in_cascade(1, p, 0.5) ? d : kFar;
 }
 
-// Weighted mean over a footprint of the given radius; premultiplied.
-#define FOOTPRINT(name, tex0, tex1)                                                                     \
-  vec4 name(vec3 p, float radius, float up) {                                                           \
-    int c = in_cascade(0, p, 0.5) ? 0 : 1;                                                              \
-    float lod = max(log2(max(2.0 * radius, 1e-6) / frame.cascade[c].w), 0.0) + up;                      \
-    vec3 at = cascade_uvw(c, p);                                                                        \
-    return c == 0 ? textureLod(tex0, at, lod) : textureLod(tex1, at, lod);                              \
-  }
-FOOTPRINT(real_footprint, real_radiance_0, real_radiance_1)
-FOOTPRINT(virtual_footprint, virtual_radiance_0, virtual_radiance_1)
-FOOTPRINT(change_footprint, real_change_0, real_change_1)
+// Mean over a footprint of the given radius, times the surface weight; a: the weight.
+vec4 footprint(sampler3D volume, vec3 p, float radius) {
+  int c = in_cascade(0, p, max(1.0, 1.5 * radius / frame.cascade[0].w)) ? 0 : 1;
+  // Half a level up: trilinear filtering of the level itself would leave a footprint that is off the surface empty.
+  float lod = clamp(log2(2.0 * radius / frame.cascade[c].w) + 0.5, 0.0, float(frame.counts2.w - 1));
+  return textureLod(volume, cascade_place(c, p, 0.5 * exp2(ceil(lod))), lod);
+}
 
 const float kLeastWeight = 1e-3;
-vec3 real_radiance(vec3 p, float radius) {
-  vec4 s = real_footprint(p, radius, 0.0);
-  if (s.a < kLeastWeight) s = real_footprint(p, radius, 1.5);
-  return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a;
-}
-vec3 virtual_radiance(vec3 p, float radius) {
-  vec4 s = virtual_footprint(p, radius, 0.0);
-  if (s.a < kLeastWeight) s = virtual_footprint(p, radius, 1.5);
-  return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a;
-}
-vec3 real_change(vec3 p, float radius) {
-  vec4 s = change_footprint(p, radius, 0.0);
-  return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a;
-}
+vec3 mean_radiance(vec4 s) { return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a; }
+vec3 real_radiance(vec3 p, float radius) { return mean_radiance(footprint(real_radiance_volume, p, radius)); }
+vec3 virtual_radiance(vec3 p, float radius) { return mean_radiance(footprint(virtual_radiance_volume, p, radius)); }
+vec3 real_change(vec3 p, float radius) { return mean_radiance(footprint(real_change_volume, p, radius)); }
 
 // Equal-area octahedral map of the sphere (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere").
 vec2 octahedral(vec3 w) {

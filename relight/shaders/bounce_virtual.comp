@@ -1,0 +1,31 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One more bounce (thesis eq. 3.13): virtual surfaces in the listed voxels gather the changed scene and the environment
+// from the volumes as they are.
+#include "gather.glsl"
+#include "voxel_list.glsl"
+#include "half.glsl"
+layout(local_size_x = 64) in;
+layout(binding = 17) uniform sampler3D virtual_color;
+layout(binding = 18, rgba16f) uniform writeonly image3D gathered;
+
+vec3 virtual_normal(vec3 p) {
+  float h = frame.virtual_grid.w;
+  vec3 g = vec3(virtual_distance(p + vec3(h, 0, 0)) - virtual_distance(p - vec3(h, 0, 0)),
+                virtual_distance(p + vec3(0, h, 0)) - virtual_distance(p - vec3(0, h, 0)),
+                virtual_distance(p + vec3(0, 0, h)) - virtual_distance(p - vec3(0, 0, h)));
+  return g / max(length(g), 1e-9);
+}
+
+void main() {
+  for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
+    Voxel voxel = listed_voxel(i);
+    vec3 n = virtual_normal(voxel.position);
+    if (!voxel.is_virtual || dot(n, n) < 0.5) continue;
+    vec3 on = voxel.position - virtual_distance(voxel.position) * n;
+    vec3 uvw = (on - grid_low(frame.virtual_grid)) / (vec3(frame.grid.yzw) * frame.virtual_grid.w);
+    vec3 albedo = textureLod(virtual_color, uvw, 0.0).rgb;
+    vec3 e = gather_rho(on, on + 1.5 * frame.virtual_grid.w * n, n, frame.counts.z, voxel_turn(voxel));
+    imageStore(gathered, voxel.at, to_half(vec4(albedo * e / kPi, 1.0)));
+  }
+}

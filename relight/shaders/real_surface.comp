@@ -1,0 +1,31 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// What is known of the real surface in the listed voxels: measured radiance L_mu (which holds every bounce of the real
+// room), albedo, normal.
+#include "bricks.glsl"
+#include "voxel_list.glsl"
+#include "half.glsl"
+layout(local_size_x = 64) in;
+layout(binding = 1, r16f) uniform image3D distance_m;
+layout(binding = 2, rgba16f) uniform writeonly image3D out_radiance;  // rgb times weight, weight
+layout(binding = 3, rgba16f) uniform writeonly image3D out_albedo;    // rgb, known
+layout(binding = 4, rgba16f) uniform writeonly image3D out_normal;
+
+void main() {
+  for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
+    Voxel voxel = listed_voxel(i);
+    float d;
+    vec3 g;
+    if (!voxel.is_real || !field_distance(voxel.position, d) || !field_gradient(voxel.position, d, g)) continue;
+    float slope = length(g);
+    d /= clamp(slope, 0.25, 1.25);  // fused distances run along rays of view; near the surface this undoes it
+    imageStore(distance_m, voxel.at, vec4(to_half(d)));
+    imageStore(out_normal, voxel.at, to_half(vec4(g / slope, 0.0)));
+    float weight = max(0.0, 1.0 - abs(d) / voxel.edge);
+    if (weight == 0.0) continue;
+    vec3 on = voxel.position - d * g / slope;
+    vec4 radiance = field_radiance(on), albedo = field_albedo(on);
+    if (radiance.a > 0.0) imageStore(out_radiance, voxel.at, to_half(vec4(radiance.rgb * weight, weight)));
+    if (albedo.a > 0.0) imageStore(out_albedo, voxel.at, to_half(vec4(albedo.rgb, 1.0)));
+  }
+}
