@@ -7,6 +7,14 @@ namespace lumigraft {
 namespace {
 
 int brick_of(int voxel) { return voxel >> 3; }  // rounds down, negative indices too
+/// Without SSE 4.1, which plain x86-64 lacks, std::floor is a call.
+int rounded_down(float x) {
+  const int toward_zero = static_cast<int>(x);
+  return toward_zero - (x < static_cast<float>(toward_zero) ? 1 : 0);
+}
+Eigen::Vector3i rounded_down(const Eigen::Vector3f& p) {
+  return {rounded_down(p.x()), rounded_down(p.y()), rounded_down(p.z())};
+}
 int place_in_brick(int voxel) { return voxel & 7; }
 int index_in_brick(int x, int y, int z) { return x + kBrickEdge * (y + kBrickEdge * z); }
 
@@ -31,8 +39,7 @@ class Reader {
   /// False where the brick that holds the cell's lowest corner does not exist: then the cell is unknown. Other
   /// corners may still be null.
   bool find(const Eigen::Vector3f& position_voxels, Cell& cell) {
-    const Eigen::Vector3f low = position_voxels.array().floor();
-    const Eigen::Vector3i voxel = low.cast<int>();
+    const Eigen::Vector3i voxel = rounded_down(position_voxels);
     const BrickKey key{brick_of(voxel.x()), brick_of(voxel.y()), brick_of(voxel.z())};
     if (!here_ || key != key_) {
       key_ = key;
@@ -40,7 +47,7 @@ class Reader {
       known_.fill(false);
     }
     if (!neighbour(0)) return false;
-    cell.fraction = position_voxels - low;
+    cell.fraction = position_voxels - voxel.cast<float>();
     const int x = place_in_brick(voxel.x()), y = place_in_brick(voxel.y()), z = place_in_brick(voxel.z());
     for (int corner = 0; corner < 8; ++corner) {
       const int cx = x + (corner & 1), cy = y + ((corner >> 1) & 1), cz = z + (corner >> 2);
@@ -206,7 +213,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
       continue;
     }
     last_distance.reset();
-    const Eigen::Vector3i voxel = p.array().floor().cast<int>();
+    const Eigen::Vector3i voxel = rounded_down(p);
     const BrickKey key{brick_of(voxel.x()), brick_of(voxel.y()), brick_of(voxel.z())};
     if (brick(key)) {
       t += 0.5f;

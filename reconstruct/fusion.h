@@ -12,17 +12,20 @@ namespace lumigraft {
 struct FusionSettings {
   double voxel_m = 0.008;
   double truncation_voxels = 4.0;
-  double far_m = 5.0;       ///< depth beyond it is not fused
-  double weight_cap = 64;   ///< how long the past counts
+  double far_m = 5.0;      ///< depth beyond it is not fused
+  double weight_cap = 64;  ///< how long the past counts
 };
 
 /// Projective TSDF update with a sensor noise model: axial noise grows with depth² and with the angle of incidence
-/// (Nguyen, Izadi & Lovell 2012, eq. 3), weight = 1/σ². Carves free space. Colour is fused as radiance, weighted by
+/// (Nguyen, Izadi & Lovell 2012, eq. 3), weight = 1/σ². Distances are measured to the plane a pixel sees, not along
+/// its ray, so that they hold at grazing views too. Carves free space. Colour is fused as radiance, weighted by
 /// facing; clipped pixels do not count.
 class FusionStage {
  public:
   FusionStage(const Session& session, const FusionSettings& settings);
   ~FusionStage();
+  /// The field with this frame in it. Unchanged (the same pointer) where the frame has no depth, where its pose is
+  /// old, or where neither its pictures nor its pose differ from the last one fused. Null until a depth was fused.
   std::shared_ptr<const DistanceField> fuse(const FrameSet& frame, const Pose& pose);
   void reset();
 

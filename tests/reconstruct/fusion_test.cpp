@@ -1,0 +1,351 @@
+#include "reconstruct/fusion.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <random>
+
+#include "reconstruct/fusion_view.h"
+#include "tests/reconstruct/pose_views.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr double kDegree = M_PI / 180;
+
+/// Signed distance to the nearest surface, tag frame; rays are marched through it to make pictures.
+using Shape = std::function<double(const Vector3d&)>;
+
+double table(const Vector3d& p) { return p.z(); }
+const Vector3d kBall(0.1, 0.15, 0.12);
+constexpr double kBallRadius = 0.1;
+double ball(const Vector3d& p) { return (p - kBall).norm() - kBallRadius; }
+double ball_on_table(const Vector3d& p) { return std::min(table(p), ball(p)); }
+
+/// Where a ray meets the shape within 6 m.
+std::optional<double> march(const Shape& shape, const Vector3d& from, const Vector3d& direction) {
+  double along = 0;
+  for (int i = 0; i < 500 && along < 6; ++i) {
+    const double free = shape(from + along * direction);
+    if (free < 1e-7) break;
+    along += free;
+  }
+  if (along >= 6) return std::nullopt;
+  return along;
+}
+
+Vector3d normal_of(const Shape& shape, const Vector3d& p) {
+  Vector3d normal;
+  for (int i = 0; i < 3; ++i) normal[i] = shape(p + 1e-4 * Vector3d::Unit(i)) - shape(p - 1e-4 * Vector3d::Unit(i));
+  return normal.normalized();
+}
+
+Session session_with(const CameraModel& camera) {
+  Session session;
+  session.color.model = camera;
+  session.color.exposure = 2;
+  return session;
+}
+
+struct Noise {
+  double scale = 0;  ///< of the Kinect's noise model
+  unsigned seed = 1;
+};
+
+FrameSet frame_of(const Shape& shape, const CameraModel& camera, const Isometry3d& T_tag_camera,
+                  std::uint64_t index = 0, const Noise& noise = {},
+                  const std::function<double(const Vector3d&)>& radiance = nullptr) {
+  auto depth = std::make_shared<DepthPicture>();
+  depth->depth_m = Image<float>(camera.width, camera.height, 1);
+  auto color = std::make_shared<Picture>();
+  color->exposure = 2;
+  color->encoded = Image<std::uint8_t>(camera.width, camera.height, 3);
+  std::mt19937 random(noise.seed);
+  std::normal_distribution<double> gauss;
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) {
+      const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      if (!ray) continue;
+      const Vector3d direction = T_tag_camera.linear() * *ray;
+      const auto along = march(shape, T_tag_camera.translation(), direction);
+      if (!along) continue;
+      const double z = *along * ray->z();
+      depth->depth_m.at(u, v) = static_cast<float>(z + noise.scale * depth_sigma_m(z, 0) * gauss(random));
+      const double light = radiance ? radiance(T_tag_camera.translation() + *along * direction) : 0.25;
+      for (int c = 0; c < 3; ++c)
+        color->encoded.at(u, v, c) = static_cast<std::uint8_t>(std::lround(
+            255 * linear_to_srgb(std::min(1.0f, static_cast<float>(2 * light) / static_cast<float>(1 + c)))));
+    }
+  FrameSet frame;
+  frame.index = index;
+  frame.depth = depth;
+  frame.color = color;
+  return frame;
+}
+
+Pose pose_at(const Isometry3d& T_tag_camera) {
+  Pose pose;
+  pose.T_tag_camera = pose.T_tag_camera_raw = T_tag_camera;
+  return pose;
+}
+
+/// Mean and largest |distance| of the field's zero surface from the shape, by casting a ray through every third pixel;
+/// and the share of rays that met it.
+struct Agreement {
+  double mean_m = 0, largest_m = 0, share = 0, normal_deg = 0;
+};
+Agreement compare(const DistanceField& field, const Shape& shape, const CameraModel& camera,
+                  const Isometry3d& T_tag_camera, int margin = 8) {
+  Agreement result;
+  int rays = 0, hits = 0;
+  for (int v = margin; v < camera.height - margin; v += 3)
+    for (int u = margin; u < camera.width - margin; u += 3) {
+      const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      if (!ray) continue;
+      const Vector3d direction = T_tag_camera.linear() * *ray;
+      const auto truth = march(shape, T_tag_camera.translation(), direction);
+      // Beyond the far limit and at the most grazing views nothing is promised.
+      if (!truth || *truth * ray->z() > 4.8 ||
+          -direction.dot(normal_of(shape, T_tag_camera.translation() + *truth * direction)) < 0.2)
+        continue;
+      ++rays;
+      const auto hit = field.raycast(T_tag_camera.translation().cast<float>(), direction.cast<float>(), 0.05f, 6);
+      if (!hit) continue;
+      ++hits;
+      const Vector3d p = hit->position_m.cast<double>();
+      const double away = std::abs(shape(p));
+      result.mean_m += away;
+      result.largest_m = std::max(result.largest_m, away);
+      Vector3d normal;
+      for (int i = 0; i < 3; ++i) normal[i] = shape(p + 1e-4 * Vector3d::Unit(i)) - shape(p - 1e-4 * Vector3d::Unit(i));
+      const double cosine = std::min(1.0, normal.normalized().dot(hit->normal.cast<double>()));
+      result.normal_deg += std::acos(cosine) / kDegree;
+    }
+  result.mean_m /= hits;
+  result.normal_deg /= hits;
+  result.share = static_cast<double>(hits) / rays;
+  return result;
+}
+
+TEST(Fusion, NoiseModelOfNguyen) {
+  EXPECT_NEAR(depth_sigma_m(0.4, 0), 0.0012, 1e-12);
+  EXPECT_NEAR(depth_sigma_m(2.4, 0), 0.0012 + 0.0019 * 4, 1e-12);
+  const double angle = 60 * kDegree;
+  EXPECT_NEAR(depth_sigma_m(1, angle), 0.0012 + 0.0019 * 0.36 + 0.0001 * angle * angle / std::pow(M_PI / 2 - angle, 2),
+              1e-12);
+}
+
+TEST(Fusion, ATableFromOnePicture) {
+  const CameraModel camera = test::small_camera();
+  for (const double tilt : {0.0, 40.0, 65.0}) {
+    const Isometry3d T_tag_camera = test::looking_at_tag(0.85, tilt * kDegree, -1.3);
+    FusionStage stage(session_with(camera), {});
+    const auto field = stage.fuse(frame_of(table, camera, T_tag_camera), pose_at(T_tag_camera));
+    ASSERT_TRUE(field);
+    EXPECT_EQ(field->version, 1u);
+    const Agreement seen = compare(*field, table, camera, T_tag_camera, 16);
+    EXPECT_LT(seen.largest_m, 1e-4) << tilt;
+    EXPECT_LT(seen.normal_deg, 0.1) << tilt;
+    EXPECT_EQ(seen.share, 1) << tilt << ": no holes";
+    // Distances are to the plane, not along the ray.
+    for (float z = -0.015f; z <= 0.03f; z += 0.005f) {
+      const auto sample = field->sample(Vector3f(0.02f, -0.03f, z));
+      ASSERT_TRUE(sample) << z;
+      EXPECT_NEAR(sample->distance_m, std::min(z, 0.032f), 2e-3f) << tilt << " " << z;
+    }
+    EXPECT_FALSE(field->sample(Vector3f(0.02f, -0.03f, -0.05f))) << "beyond truncation nothing is known";
+  }
+}
+
+TEST(Fusion, ABallOnATable) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T_tag_camera = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  const auto field = stage.fuse(frame_of(ball_on_table, camera, T_tag_camera), pose_at(T_tag_camera));
+  ASSERT_TRUE(field);
+  const Agreement seen = compare(*field, ball_on_table, camera, T_tag_camera);
+  EXPECT_LT(seen.mean_m, 3e-4);
+  EXPECT_GT(seen.share, 0.98);
+  EXPECT_LT(seen.normal_deg, 2);
+
+  // Between ball and table, seen from the side, no skirt: points well away from both are not inside anything.
+  int inside = 0;
+  for (const auto& [key, brick] : field->bricks)
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const Vector3d p = 0.008 * Vector3d(8 * key[0] + i % 8, 8 * key[1] + i / 8 % 8, 8 * key[2] + i / 64);
+      inside += brick->weight[i] > 0 && brick->distance_m[i] < 0 && ball_on_table(p) > 0.012;
+    }
+  EXPECT_EQ(inside, 0);
+}
+
+TEST(Fusion, SeveralViewsCloseTheBall) {
+  const CameraModel camera = test::small_camera();
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> field;
+  for (int i = 0; i < 12; ++i) {
+    const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, i * 30 * kDegree, {0.1, 0.15, 0});
+    field = stage.fuse(frame_of(ball_on_table, camera, T, i), pose_at(T));
+  }
+  EXPECT_EQ(field->version, 12u);
+  double sum = 0;
+  int hits = 0, rays = 0;
+  for (double polar = 5; polar < 100; polar += 6)
+    for (double azimuth = 0; azimuth < 360; azimuth += 20) {
+      const Vector3f n(std::sin(polar * kDegree) * std::cos(azimuth * kDegree),
+                       std::sin(polar * kDegree) * std::sin(azimuth * kDegree), std::cos(polar * kDegree));
+      const auto hit = field->raycast(kBall.cast<float>() + 0.15f * n, -n, 0, 0.15f);
+      ++rays;
+      if (!hit) continue;
+      ++hits;
+      sum += std::abs(ball(hit->position_m.cast<double>()));
+    }
+  EXPECT_GT(hits, rays * 98 / 100);
+  EXPECT_LT(sum / hits, 1e-3);
+}
+
+TEST(Fusion, NoisyPicturesAverage) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(1.2, 45 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  double first = 0;
+  std::shared_ptr<const DistanceField> field;
+  for (unsigned i = 0; i < 16; ++i) {
+    field = stage.fuse(frame_of(table, camera, T, i, {1, i + 1}), pose_at(T));
+    if (i == 0) first = compare(*field, table, camera, T, 16).mean_m;
+  }
+  const Agreement last = compare(*field, table, camera, T, 16);
+  EXPECT_LT(first, 2e-3);
+  EXPECT_LT(last.mean_m, 0.45 * first);
+  EXPECT_LT(last.normal_deg, 4);
+  EXPECT_GT(last.share, 0.995);
+}
+
+TEST(Fusion, WhatIsTakenAwayIsCarved) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionSettings settings;
+  settings.weight_cap = 2;
+  FusionStage stage(session_with(camera), settings);
+  stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T));
+  std::shared_ptr<const DistanceField> field;
+  for (unsigned i = 1; i < 30; ++i) field = stage.fuse(frame_of(table, camera, T, i, {0.01, i}), pose_at(T));
+  EXPECT_LT(compare(*field, table, camera, T, 16).largest_m, 1e-3);
+}
+
+TEST(Fusion, NothingNewChangesNothing) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  const FrameSet frame = frame_of(ball_on_table, camera, T);
+  const auto field = stage.fuse(frame, pose_at(T));
+  EXPECT_EQ(stage.fuse(frame, pose_at(T)), field);
+  EXPECT_EQ(stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T)), field) << "the same content read again";
+
+  FrameSet without_depth = frame;
+  without_depth.depth = nullptr;
+  EXPECT_EQ(stage.fuse(without_depth, pose_at(T)), field);
+  Pose old = pose_at(test::looking_at_tag(0.85, 55 * kDegree, -1.3));
+  old.age_ns = 1;
+  EXPECT_EQ(stage.fuse(frame, old), field) << "a pose that was not measured in this frame";
+
+  stage.reset();
+  EXPECT_EQ(stage.fuse(without_depth, pose_at(T)), nullptr);
+}
+
+TEST(Fusion, APublishedFieldNeverChanges) {
+  const CameraModel camera = test::small_camera();
+  FusionStage stage(session_with(camera), {});
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  const auto field = stage.fuse(frame_of(table, camera, T), pose_at(T));
+  std::vector<std::pair<BrickKey, FieldBrick>> copy;
+  for (const auto& [key, brick] : field->bricks) copy.emplace_back(key, *brick);
+  const auto next = stage.fuse(frame_of(ball_on_table, camera, T, 1), pose_at(T));
+  EXPECT_GT(next->version, field->version);
+  EXPECT_EQ(copy.size(), field->bricks.size());
+  for (const auto& [key, brick] : copy) {
+    EXPECT_EQ(field->brick(key)->distance_m, brick.distance_m);
+    EXPECT_EQ(field->brick(key)->weight, brick.weight);
+  }
+}
+
+TEST(Fusion, TheSameFramesGiveTheSameField) {
+  const CameraModel camera = test::small_camera();
+  const auto run = [&] {
+    FusionStage stage(session_with(camera), {});
+    std::shared_ptr<const DistanceField> field;
+    for (unsigned i = 0; i < 3; ++i) {
+      const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3 + 0.1 * i);
+      field = stage.fuse(frame_of(ball_on_table, camera, T, i, {1, i}), pose_at(T));
+    }
+    return field;
+  };
+  const auto a = run(), b = run();
+  ASSERT_EQ(a->bricks.size(), b->bricks.size());
+  auto other = b->bricks.begin();
+  for (const auto& [key, brick] : a->bricks) {
+    EXPECT_EQ(other->first, key) << "even in the order of bricks";
+    EXPECT_EQ(other->second->distance_m, brick->distance_m);
+    EXPECT_EQ(other->second->radiance_weight, brick->radiance_weight);
+    ++other;
+  }
+}
+
+TEST(Fusion, ColourBecomesRadiance) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 40 * kDegree, -1.3);
+  const auto light = [](const Vector3d& p) { return 0.2 + 0.5 * p.x(); };
+  FusionStage stage(session_with(camera), {});
+  const auto field = stage.fuse(frame_of(table, camera, T, 0, {}, light), pose_at(T));
+  for (float x = -0.2f; x <= 0.2f; x += 0.031f) {
+    const auto radiance = field->radiance(Vector3f(x, 0.01f, 0));
+    ASSERT_TRUE(radiance);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR((*radiance)[c] * (1 + c), light(Vector3d(x, 0, 0)), 3e-3);
+  }
+  EXPECT_FALSE(field->radiance(Vector3f(0, 0, 0.025f))) << "colour belongs to surfaces";
+
+  // Clipped pixels say nothing.
+  FusionStage bright(session_with(camera), {});
+  const auto clipped = bright.fuse(
+      frame_of(table, camera, T, 0, {}, [](const Vector3d& p) { return p.x() > 0 ? 2.0 : 0.2; }), pose_at(T));
+  EXPECT_FALSE(clipped->radiance(Vector3f(0.1f, 0, 0)));
+  ASSERT_TRUE(clipped->radiance(Vector3f(-0.1f, 0, 0)));
+  EXPECT_TRUE(clipped->sample(Vector3f(0.1f, 0, 0)));
+}
+
+TEST(Fusion, ADistortedLens) {
+  CameraModel camera = test::small_camera();
+  camera.distortion = {-0.2, 0.05, 0.001, -0.001, 0};
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  const auto field = stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T));
+  const Agreement seen = compare(*field, ball_on_table, camera, T, 16);
+  EXPECT_LT(seen.mean_m, 5e-4);
+  EXPECT_GT(seen.share, 0.98);
+}
+
+TEST(Fusion, TimeOfOnePicture) {
+  CameraModel camera = test::small_camera();
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 525;
+  camera.cx = 319.5;
+  camera.cy = 239.5;
+  // A table before a wall 3 m away: many bricks.
+  const Shape room = [](const Vector3d& p) { return std::min(ball_on_table(p), 3.0 - p.y()); };
+  const Isometry3d first = test::looking_at_tag(0.85, 50 * kDegree, -M_PI / 2);
+  const FrameSet a = frame_of(room, camera, first), b = frame_of(room, camera, first, 1, {0.3, 2});
+  FusionStage stage(session_with(camera), {});
+  stage.fuse(a, pose_at(first));
+  const std::clock_t start = std::clock();
+  const auto field = stage.fuse(b, pose_at(first));
+  const double ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  std::printf("fusion: 640x480 into %zu bricks: %.1f ms of one core\n", field->bricks.size(), ms);
+}
+
+}  // namespace
+}  // namespace lumigraft
