@@ -4,6 +4,7 @@
 It looks at linear light: a blurred edge lies a quarter of a pixel towards the dark in sRGB values, which at every edge of
 the black square together makes this tag seem 5 mm farther away.
 """
+
 import json
 import sys
 import tomllib
@@ -28,8 +29,7 @@ def main():
     camera = [color["fx"], color["fy"], color["cx"] + 0.5, color["cy"] + 0.5]
     detector, worst = Detector(families=tag["family"], quad_decimate=1.0), (0.0, 0.0)
     for path in sorted((session / "color").glob("*.png")):
-        found = [d for d in detector.detect(linear_grey(path), True, camera, tag["size_m"])
-                 if d.tag_id == tag["id"]]
+        found = [d for d in detector.detect(linear_grey(path), True, camera, tag["size_m"]) if d.tag_id == tag["id"]]
         if len(found) != 1:
             sys.exit(f"check_tag.py: {path}: found {len(found)} tags with id {tag['id']}, expected one")
         # Its tag frame is ours turned by 180° about x.

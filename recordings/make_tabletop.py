@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
 """Remakes recordings/tabletop, a session with truth: python make_tabletop.py [--out FOLDER] [--side N]
 
-Needs requirements.txt and an LLVM library (Debian: libllvm15). About 20 minutes of processor time at full quality.
+Needs requirements.txt and an LLVM library (Debian: libllvm15). About 25 minutes of processor time at full quality.
 """
+
 import argparse
 import json
-import shutil
 import time
 from pathlib import Path
 
 import cv2
 import numpy as np
 import OpenEXR
+import oxipng
 
 import render
 import scene as world
@@ -19,7 +20,7 @@ import sensor_noise
 import statue
 
 EXPOSURE = 3.6
-TRUTH_DWA_LEVEL = 60.0
+TRUTH_DWA_LEVEL = 75.0
 
 SESSION = """\
 format = 1
@@ -81,7 +82,10 @@ specular = 0.0
 
 def write_exr(path, picture, lossy=False):
     """Half floats (depth: float32); DWA where a loss below the path tracer's noise is worth the bytes."""
-    header = {"compression": OpenEXR.DWAB_COMPRESSION if lossy else OpenEXR.PIZ_COMPRESSION, "type": OpenEXR.scanlineimage}
+    header = {
+        "compression": OpenEXR.DWAB_COMPRESSION if lossy else OpenEXR.PIZ_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+    }
     if lossy:
         header["dwaCompressionLevel"] = TRUTH_DWA_LEVEL
     name = "RGB" if picture.ndim == 3 else "Y"
@@ -89,11 +93,9 @@ def write_exr(path, picture, lossy=False):
 
 
 def write_png(path, picture):
-    """RGB or grey, as small as zlib's strategies make it: matches rarely pay in noise."""
+    """RGB or grey, as small as PNG goes without patience."""
     picture = picture[..., ::-1] if picture.ndim == 3 else picture
-    options = [[cv2.IMWRITE_PNG_COMPRESSION, 9, cv2.IMWRITE_PNG_STRATEGY, s]
-               for s in (cv2.IMWRITE_PNG_STRATEGY_FILTERED, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY)]
-    path.write_bytes(min((cv2.imencode(".png", picture, o)[1].tobytes() for o in options), key=len))
+    path.write_bytes(oxipng.optimize_from_memory(cv2.imencode(".png", picture)[1].tobytes(), level=2))
 
 
 def write_json(path, value):
@@ -136,21 +138,36 @@ def write_lists(out):
 
 def write_descriptions(out):
     turn = np.radians(world.STATUE_TURN_DEGREES) / 2
-    (out / "session.toml").write_text(SESSION.format(
-        width=world.WIDTH, height=world.HEIGHT, focal=world.FOCAL, cx=(world.WIDTH - 1) / 2, cy=(world.HEIGHT - 1) / 2,
-        exposure=EXPOSURE, fisheye=world.FISHEYE_SIZE, fisheye_focal=world.FISHEYE_FOCAL, fov=world.FISHEYE_FOV_DEGREES,
-        fisheye_centre=(world.FISHEYE_SIZE - 1) / 2, T_tag_fisheye=rounded(world.T_tag_fisheye()), tag=world.TAG_ID,
-        tag_size=world.TAG_SIZE_M))
-    (out / "exhibit.toml").write_text(EXHIBIT.format(
-        position=world.STATUE_POSITION_M.tolist(), rotation=[round(float(x), 9) for x in (np.cos(turn), 0, 0, np.sin(turn))],
-        color=world.STATUE_COLOR))
+    (out / "session.toml").write_text(
+        SESSION.format(
+            width=world.WIDTH,
+            height=world.HEIGHT,
+            focal=world.FOCAL,
+            cx=(world.WIDTH - 1) / 2,
+            cy=(world.HEIGHT - 1) / 2,
+            exposure=EXPOSURE,
+            fisheye=world.FISHEYE_SIZE,
+            fisheye_focal=world.FISHEYE_FOCAL,
+            fov=world.FISHEYE_FOV_DEGREES,
+            fisheye_centre=(world.FISHEYE_SIZE - 1) / 2,
+            T_tag_fisheye=rounded(world.T_tag_fisheye()),
+            tag=world.TAG_ID,
+            tag_size=world.TAG_SIZE_M,
+        )
+    )
+    (out / "exhibit.toml").write_text(
+        EXHIBIT.format(
+            position=world.STATUE_POSITION_M.tolist(),
+            rotation=[round(float(x), 9) for x in (np.cos(turn), 0, 0, np.sin(turn))],
+            color=world.STATUE_COLOR,
+        )
+    )
 
 
 def make_fisheye(out, real, side):
     halves = [render.render_fisheye(real, side, 900 + i) for i in (0, 1)]
     picture = ((halves[0] + halves[1]) / 2).astype(np.float16)
     write_exr(out / "fisheye/000000.exr", picture)
-    shutil.copy(out / "fisheye/000000.exr", out / "truth/000000/fisheye.exr")
     return noise_of(halves, side * side)
 
 
@@ -167,17 +184,30 @@ def make_frame(out, real, augmented, i, side, fisheye_noise):
     write_exr(truth / "background.exr", background.astype(np.float16), lossy=True)
     write_exr(truth / "augmented.exr", with_statue.astype(np.float16), lossy=True)
     write_png(truth / "object_mask.png", np.round(255 * mask).astype(np.uint8))
-    write_json(truth / "pose.json", {"T_tag_from_camera": rounded(T), "T_tag_from_fisheye": rounded(world.T_tag_fisheye())})
+    write_json(
+        truth / "pose.json", {"T_tag_from_camera": rounded(T), "T_tag_from_fisheye": rounded(world.T_tag_fisheye())}
+    )
     write_json(truth / "lights.json", world.lights())
-    affected = np.abs(sensor_noise.srgb(EXPOSURE * with_statue) - sensor_noise.srgb(EXPOSURE * background)).max(-1) > 2 / 255
+    affected = (
+        np.abs(sensor_noise.srgb(EXPOSURE * with_statue) - sensor_noise.srgb(EXPOSURE * background)).max(-1) > 2 / 255
+    )
     on_grey = noise_of([r - m + 0.25 / EXPOSURE for r, m in zip(rho, mu)], side * side)  # the change, shown on mid-grey
-    noise = {"background": noise_of(mu, side * side), "augmented": noise_of(rho, side * side),
-             "augmented_affected": noise_of(rho, side * side, affected), "delta": on_grey, "fisheye": fisheye_noise,
-             "affected_fraction": round(float(affected.mean()), 4), "object_fraction": round(float(mask.mean()), 4)}
+    noise = {
+        "background": noise_of(mu, side * side),
+        "augmented": noise_of(rho, side * side),
+        "augmented_affected": noise_of(rho, side * side, affected),
+        "delta": on_grey,
+        "fisheye": fisheye_noise,
+        "affected_fraction": round(float(affected.mean()), 4),
+        "object_fraction": round(float(mask.mean()), 4),
+    }
     write_json(truth / "noise.json", noise)
     if i == 0:
-        maps = {k: hits[k].reshape(3, world.HEIGHT, world.WIDTH).transpose(1, 2, 0).astype(np.float16) for k in ("normal", "albedo")}
-        z = np.round(hits["z"] * 2 ** 14) / 2 ** 14  # to 0.06 mm: a third of the bytes
+        maps = {
+            k: hits[k].reshape(3, world.HEIGHT, world.WIDTH).transpose(1, 2, 0).astype(np.float16)
+            for k in ("normal", "albedo")
+        }
+        z = np.round(hits["z"] * 2**14) / 2**14  # to 0.06 mm: a third of the bytes
         write_exr(truth / "depth.exr", z.reshape(world.HEIGHT, world.WIDTH).astype(np.float32))
         write_exr(truth / "normals.exr", maps["normal"])
         write_exr(truth / "albedo.exr", maps["albedo"], lossy=True)

@@ -1,4 +1,5 @@
 """Mitsuba 3: the parts of scene.py as a scene, path traced without a limit on bounces."""
+
 import os
 import glob
 
@@ -19,8 +20,14 @@ def choose_variant():
 def mesh(name, vertices, triangles, bsdf, normals=None, uv=None):
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(bsdf)
-    shape = mi.Mesh(name, len(vertices), len(triangles), has_vertex_normals=normals is not None,
-                    has_vertex_texcoords=uv is not None, props=properties)
+    shape = mi.Mesh(
+        name,
+        len(vertices),
+        len(triangles),
+        has_vertex_normals=normals is not None,
+        has_vertex_texcoords=uv is not None,
+        props=properties,
+    )
     values = mi.traverse(shape)
     values["vertex_positions"] = np.ravel(vertices).astype(np.float32)
     values["faces"] = np.ravel(triangles).astype(np.uint32)
@@ -42,8 +49,13 @@ def rgb(values):
 
 def texture(part):
     picture = mi.Bitmap(np.ascontiguousarray(part.texture[::-1] if part.nearest else part.texture))
-    return {"type": "bitmap", "bitmap": picture, "raw": True, "filter_type": "nearest" if part.nearest else "bilinear",
-            "wrap_mode": "clamp"}
+    return {
+        "type": "bitmap",
+        "bitmap": picture,
+        "raw": True,
+        "filter_type": "nearest" if part.nearest else "bilinear",
+        "wrap_mode": "clamp",
+    }
 
 
 def build(statue=None):
@@ -53,12 +65,23 @@ def build(statue=None):
     centre, normal = np.array(panel["centre"]), np.array(panel["normal"])
     stand = mi.ScalarTransform4f().look_at(origin=centre.tolist(), target=(centre + normal).tolist(), up=[0, 0, 1])
     out = {
-        "type": "scene", "integrator": {"type": "path", "max_depth": -1, "rr_depth": 5},
-        "bulb": {"type": "sphere", "center": bulb["centre"], "radius": bulb["radius"], "bsdf": black,
-                 "emitter": {"type": "area", "radiance": rgb(bulb["radiance"])}},
-        "panel": {"type": "rectangle", "to_world": stand @ mi.ScalarTransform4f().scale([s / 2 for s in panel["size"]] + [1]),
-                  "bsdf": black, "emitter": {"type": "area", "radiance": rgb(panel["radiance"])}},
-        "environment": {"type": "constant", "radiance": rgb(world.ENVIRONMENT), "sampling_weight": 0.03}}
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": -1, "rr_depth": 5},
+        "bulb": {
+            "type": "sphere",
+            "center": bulb["centre"],
+            "radius": bulb["radius"],
+            "bsdf": black,
+            "emitter": {"type": "area", "radiance": rgb(bulb["radiance"])},
+        },
+        "panel": {
+            "type": "rectangle",
+            "to_world": stand @ mi.ScalarTransform4f().scale([s / 2 for s in panel["size"]] + [1]),
+            "bsdf": black,
+            "emitter": {"type": "area", "radiance": rgb(panel["radiance"])},
+        },
+        "environment": {"type": "constant", "radiance": rgb(world.ENVIRONMENT), "sampling_weight": 0.03},
+    }
     for i, part in enumerate(world.real_parts()):
         albedo = rgb(part.albedo) if part.texture is None else texture(part)
         index = np.arange(3 * len(part.triangles)).reshape(-1, 3)
@@ -71,12 +94,25 @@ def build(statue=None):
 
 def sensor(T_tag_camera, samples):
     to_world = T_tag_camera @ np.diag([-1.0, -1.0, 1.0, 1.0])  # Mitsuba's camera has x to the left and y up
-    return mi.load_dict({
-        "type": "perspective", "fov_axis": "x", "fov": float(np.degrees(2 * np.arctan(world.WIDTH / 2 / world.FOCAL))),
-        "near_clip": 0.01, "far_clip": 100.0, "to_world": mi.ScalarTransform4f(to_world.tolist()),
-        "film": {"type": "hdrfilm", "width": world.WIDTH, "height": world.HEIGHT, "pixel_format": "rgb",
-                 "component_format": "float32", "rfilter": {"type": "box"}},
-        "sampler": {"type": "multijitter", "sample_count": samples}})
+    return mi.load_dict(
+        {
+            "type": "perspective",
+            "fov_axis": "x",
+            "fov": float(np.degrees(2 * np.arctan(world.WIDTH / 2 / world.FOCAL))),
+            "near_clip": 0.01,
+            "far_clip": 100.0,
+            "to_world": mi.ScalarTransform4f(to_world.tolist()),
+            "film": {
+                "type": "hdrfilm",
+                "width": world.WIDTH,
+                "height": world.HEIGHT,
+                "pixel_format": "rgb",
+                "component_format": "float32",
+                "rfilter": {"type": "box"},
+            },
+            "sampler": {"type": "multijitter", "sample_count": samples},
+        }
+    )
 
 
 def render_halves(built, T_tag_camera, side, seed):
@@ -107,7 +143,9 @@ def render_fisheye(built, side, seed):
 
 def camera_rays(T_tag_camera, u, v):
     """Origin and directions (unit z in the camera) through pixel coordinates, centres at integers."""
-    d = np.stack([(u - (world.WIDTH - 1) / 2) / world.FOCAL, (v - (world.HEIGHT - 1) / 2) / world.FOCAL, np.ones_like(u)])
+    d = np.stack(
+        [(u - (world.WIDTH - 1) / 2) / world.FOCAL, (v - (world.HEIGHT - 1) / 2) / world.FOCAL, np.ones_like(u)]
+    )
     return T_tag_camera[:3, 3], T_tag_camera[:3, :3] @ d.reshape(3, -1)
 
 
@@ -119,8 +157,12 @@ def trace(built, origin, directions):
     hit = built.ray_intersect(ray)
     valid, normal = np.array(hit.is_valid()), np.array(hit.n)
     normal *= np.where(np.sum(normal * unit, 0) > 0, -1, 1)
-    return {"z": np.where(valid, np.array(hit.t) / lengths, 0), "point": np.array(hit.p), "normal": normal,
-            "albedo": np.array(hit.bsdf().eval_diffuse_reflectance(hit, hit.is_valid()))}
+    return {
+        "z": np.where(valid, np.array(hit.t) / lengths, 0),
+        "point": np.array(hit.p),
+        "normal": normal,
+        "albedo": np.array(hit.bsdf().eval_diffuse_reflectance(hit, hit.is_valid())),
+    }
 
 
 def sees(built, points, eye):
@@ -134,7 +176,7 @@ def sees(built, points, eye):
 def coverage(built, T_tag_camera, grid=4):
     """What part of each pixel the statue covers, by grid x grid rays."""
     target = [s for s in built.shapes() if s.id() == "statue"]
-    v, u = np.mgrid[0:world.HEIGHT, 0:world.WIDTH].astype(float)
+    v, u = np.mgrid[0 : world.HEIGHT, 0 : world.WIDTH].astype(float)
     total = np.zeros((world.HEIGHT, world.WIDTH))
     for i in range(grid * grid):
         du, dv = (i % grid + 0.5) / grid - 0.5, (i // grid + 0.5) / grid - 0.5
@@ -142,4 +184,4 @@ def coverage(built, T_tag_camera, grid=4):
         ray = mi.Ray3f(mi.Point3f(*(float(c) for c in origin)), mi.Vector3f(d.astype(np.float32)))
         found = built.ray_intersect_preliminary(ray)
         total += np.array(found.is_valid() & (found.shape == mi.ShapePtr(target[0]))).reshape(total.shape)
-    return total / grid ** 2
+    return total / grid**2

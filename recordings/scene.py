@@ -1,4 +1,5 @@
 """The real scene of recordings/tabletop: geometry, textures, lamps, and where the cameras stand. Tag frame, metres."""
+
 from dataclasses import dataclass
 
 import cv2
@@ -16,8 +17,13 @@ STATUE_COLOR = [0.70, 0.66, 0.58]
 
 ENVIRONMENT = [0.052, 0.060, 0.072]
 BULB = {"name": "amber bulb", "centre": [-0.74, -0.20, 0.66], "radius": 0.045, "radiance": [92.0, 56.0, 26.0]}
-PANEL = {"name": "blue-white panel", "centre": [0.82, 0.05, 1.10], "normal": [-0.62, 0.13, -0.77],
-         "size": [0.36, 0.24], "radiance": [8.5, 12.5, 18.0]}
+PANEL = {
+    "name": "blue-white panel",
+    "centre": [0.82, 0.05, 1.10],
+    "normal": [-0.62, 0.13, -0.77],
+    "size": [0.36, 0.24],
+    "radiance": [8.5, 12.5, 18.0],
+}
 
 FLOOR_Z, WALL_Y, WALL_X = -0.74, 1.45, -1.70
 TABLE = {"x": (-0.66, 0.78), "y": (-0.42, 0.86), "thickness": 0.035}
@@ -27,6 +33,7 @@ PAPER_EDGE_M = 0.20  # ten modules of 2 cm: the black square is eight of them
 @dataclass
 class Part:
     """Flat-shaded triangles of one material: a colour, or a texture (linear, row 0 at v = 1) with its mean beside it."""
+
     name: str
     triangles: np.ndarray  # n x 3 x 3
     albedo: np.ndarray
@@ -49,9 +56,14 @@ def quads(corners):
 def box(low, high, turn_degrees=0.0, at=(0, 0, 0)):
     x, y, z = zip(low, high)
     p = lambda i, j, k: (x[i], y[j], z[k])  # noqa: E731
-    sides = [[p(0, 0, 1), p(1, 0, 1), p(1, 1, 1), p(0, 1, 1)], [p(0, 0, 0), p(0, 1, 0), p(1, 1, 0), p(1, 0, 0)],
-             [p(0, 0, 0), p(1, 0, 0), p(1, 0, 1), p(0, 0, 1)], [p(1, 1, 0), p(0, 1, 0), p(0, 1, 1), p(1, 1, 1)],
-             [p(0, 1, 0), p(0, 0, 0), p(0, 0, 1), p(0, 1, 1)], [p(1, 0, 0), p(1, 1, 0), p(1, 1, 1), p(1, 0, 1)]]
+    sides = [
+        [p(0, 0, 1), p(1, 0, 1), p(1, 1, 1), p(0, 1, 1)],
+        [p(0, 0, 0), p(0, 1, 0), p(1, 1, 0), p(1, 0, 0)],
+        [p(0, 0, 0), p(1, 0, 0), p(1, 0, 1), p(0, 0, 1)],
+        [p(1, 1, 0), p(0, 1, 0), p(0, 1, 1), p(1, 1, 1)],
+        [p(0, 1, 0), p(0, 0, 0), p(0, 0, 1), p(0, 1, 1)],
+        [p(1, 0, 0), p(1, 1, 0), p(1, 1, 1), p(1, 0, 1)],
+    ]
     return quads(sides) @ about_z(turn_degrees).T + np.asarray(at)
 
 
@@ -77,7 +89,7 @@ def wood_texture(size=1024, seed=11):
         rings = np.hypot(y - (i + 0.5) * high / planks - heart + wave, 0.04 + 0.05 * x * rng.uniform(-1, 1))
         band = (rings * rng.uniform(70, 110)) % 1.0
         band = np.where(band < 0.8, band / 0.8, (1 - band) / 0.2)
-        tone = np.clip(0.72 - 0.42 * band ** 2 + 0.09 * fibres + rng.uniform(-0.12, 0.12), 0, 1)[..., None]
+        tone = np.clip(0.72 - 0.42 * band**2 + 0.09 * fibres + rng.uniform(-0.12, 0.12), 0, 1)[..., None]
         out = np.where((plank == i)[..., None], dark + (light - dark) * tone, out)
     joint = np.minimum(across, 1 - across) * high / planks < 0.0012
     return np.where(joint[..., None], 0.45 * dark, out).astype(np.float32)
@@ -107,22 +119,51 @@ def real_parts():
     mean_wood = wood.mean((0, 1))
     sides = box((x0, y0, -t), (x1, y1, 0))
     sides = sides[~np.all(sides[:, :, 2] == 0, axis=1)]
-    legs = np.concatenate([box((x, y, FLOOR_Z), (x + 0.06, y + 0.06, -t))
-                           for x in (x0 + 0.04, x1 - 0.10) for y in (y0 + 0.04, y1 - 0.10)])
+    legs = np.concatenate(
+        [box((x, y, FLOOR_Z), (x + 0.06, y + 0.06, -t)) for x in (x0 + 0.04, x1 - 0.10) for y in (y0 + 0.04, y1 - 0.10)]
+    )
     far, near, ceiling = 3.6, -2.2, 1.75
     return [
         Part("table top", top, mean_wood, (top[..., :2] - [x0, y0]) / [x1 - x0, y1 - y0], wood),
         Part("paper", quads([paper]), sheet.mean((0, 1)), quads([paper])[..., :2] / PAPER_EDGE_M + 0.5, sheet, True),
         Part("table sides", sides, 0.8 * mean_wood),
         Part("table legs", legs, np.array([0.07, 0.05, 0.04])),
-        Part("blue box", box((-0.085, -0.065, 0), (0.085, 0.065, 0.21), 24, (-0.21, 0.36, 0)), np.array([0.06, 0.16, 0.48])),
-        Part("orange box", box((-0.11, -0.075, 0), (0.11, 0.075, 0.115), -17, (0.29, 0.35, 0)), np.array([0.72, 0.27, 0.04])),
-        Part("floor", quads([[[WALL_X, near, FLOOR_Z], [far, near, FLOOR_Z], [far, WALL_Y, FLOOR_Z], [WALL_X, WALL_Y, FLOOR_Z]]]),
-             np.array([0.20, 0.19, 0.18])),
-        Part("wall behind", quads([[[WALL_X, WALL_Y, FLOOR_Z], [far, WALL_Y, FLOOR_Z], [far, WALL_Y, ceiling], [WALL_X, WALL_Y, ceiling]]]),
-             np.array([0.50, 0.55, 0.52])),
-        Part("wall left", quads([[[WALL_X, near, FLOOR_Z], [WALL_X, WALL_Y, FLOOR_Z], [WALL_X, WALL_Y, ceiling], [WALL_X, near, ceiling]]]),
-             np.array([0.60, 0.50, 0.33])),
+        Part(
+            "blue box",
+            box((-0.085, -0.065, 0), (0.085, 0.065, 0.21), 24, (-0.21, 0.36, 0)),
+            np.array([0.06, 0.16, 0.48]),
+        ),
+        Part(
+            "orange box",
+            box((-0.11, -0.075, 0), (0.11, 0.075, 0.115), -17, (0.29, 0.35, 0)),
+            np.array([0.72, 0.27, 0.04]),
+        ),
+        Part(
+            "floor",
+            quads([[[WALL_X, near, FLOOR_Z], [far, near, FLOOR_Z], [far, WALL_Y, FLOOR_Z], [WALL_X, WALL_Y, FLOOR_Z]]]),
+            np.array([0.20, 0.19, 0.18]),
+        ),
+        Part(
+            "wall behind",
+            quads(
+                [[[WALL_X, WALL_Y, FLOOR_Z], [far, WALL_Y, FLOOR_Z], [far, WALL_Y, ceiling], [WALL_X, WALL_Y, ceiling]]]
+            ),
+            np.array([0.50, 0.55, 0.52]),
+        ),
+        Part(
+            "wall left",
+            quads(
+                [
+                    [
+                        [WALL_X, near, FLOOR_Z],
+                        [WALL_X, WALL_Y, FLOOR_Z],
+                        [WALL_X, WALL_Y, ceiling],
+                        [WALL_X, near, ceiling],
+                    ]
+                ]
+            ),
+            np.array([0.60, 0.50, 0.33]),
+        ),
     ]
 
 
@@ -133,8 +174,16 @@ def truth_mesh():
         triangles, color = part.triangles, np.broadcast_to(part.albedo, (len(part.triangles), 3))
         if part.name == "paper":
             edge = np.linspace(-PAPER_EDGE_M / 2, PAPER_EDGE_M / 2, 11)
-            cells = [[[edge[i], edge[j], 0], [edge[i + 1], edge[j], 0], [edge[i + 1], edge[j + 1], 0], [edge[i], edge[j + 1], 0]]
-                     for j in range(10) for i in range(10)]
+            cells = [
+                [
+                    [edge[i], edge[j], 0],
+                    [edge[i + 1], edge[j], 0],
+                    [edge[i + 1], edge[j + 1], 0],
+                    [edge[i], edge[j + 1], 0],
+                ]
+                for j in range(10)
+                for i in range(10)
+            ]
             triangles, color = quads(cells), np.tile(np.repeat(tag_modules()[::-1].reshape(-1, 1), 3, 1), (2, 1))
         rows.append(triangles)
         colors.append(color)
@@ -188,7 +237,17 @@ def lights():
     normal = np.array(PANEL["normal"]) / np.linalg.norm(PANEL["normal"])
     panel_area = PANEL["size"][0] * PANEL["size"][1]
     power = lambda a, lamp: [round(np.pi * a * c, 6) for c in lamp["radiance"]]  # noqa: E731
-    return {"lights": [{**BULB, "kind": "bulb", "area_m2": area, "power_W": power(area, BULB)},
-                       {**PANEL, "kind": "panel", "normal": normal.tolist(), "area_m2": panel_area, "power_W": power(panel_area, PANEL)}],
-            "environment": {"constant": ENVIRONMENT},
-            "note": "emitted radiance is constant over each lamp; lamps reflect nothing; the panel shines from one side"}
+    return {
+        "lights": [
+            {**BULB, "kind": "bulb", "area_m2": area, "power_W": power(area, BULB)},
+            {
+                **PANEL,
+                "kind": "panel",
+                "normal": normal.tolist(),
+                "area_m2": panel_area,
+                "power_W": power(panel_area, PANEL),
+            },
+        ],
+        "environment": {"constant": ENVIRONMENT},
+        "note": "emitted radiance is constant over each lamp; lamps reflect nothing; the panel shines from one side",
+    }

@@ -1,4 +1,5 @@
 """What sensors make of true pictures: a colour camera with blur, shot and read noise; a structured-light depth camera."""
+
 import cv2
 import numpy as np
 
@@ -20,13 +21,13 @@ def srgb(x):
 def color_picture(radiance, exposure, rng):
     """8-bit sRGB: blur by the lens, then noise of the sensor in linear light, then the curve and rounding."""
     x = np.clip(cv2.GaussianBlur(radiance.astype(np.float64), (5, 5), BLUR_SIGMA_PX) * exposure, 0, None)
-    x += rng.standard_normal(x.shape) * np.sqrt(x / FULL_WELL_ELECTRONS + READ_NOISE ** 2)
+    x += rng.standard_normal(x.shape) * np.sqrt(x / FULL_WELL_ELECTRONS + READ_NOISE**2)
     return np.round(255 * srgb(x)).astype(np.uint8)
 
 
 def axial_sigma_m(z, theta):
     """Nguyen, Izadi and Lovell 2012, eq. 3 to 5: Kinect's noise along z, for distance z and angle of incidence."""
-    steep = 0.0001 / np.sqrt(z) * theta ** 2 / (np.pi / 2 - theta) ** 2
+    steep = 0.0001 / np.sqrt(z) * theta**2 / (np.pi / 2 - theta) ** 2
     return 0.0012 + 0.0019 * (z - 0.4) ** 2 + np.where(theta > np.pi / 3, steep, 0)
 
 
@@ -38,7 +39,7 @@ def lateral_sigma_px(theta):
 def depth_picture(built, T_tag_camera, rng):
     """Millimetres along the camera's z, 0 where there is no measurement. Returns it and the true hits it came from."""
     shape = (world.HEIGHT, world.WIDTH)
-    v, u = np.mgrid[0:shape[0], 0:shape[1]].astype(float)
+    v, u = np.mgrid[0 : shape[0], 0 : shape[1]].astype(float)
     eye, directions = render.camera_rays(T_tag_camera, u, v)
     truth = render.trace(built, eye, directions)
     cosine = -np.sum(truth["normal"] * directions, 0) / np.linalg.norm(directions, axis=0)

@@ -2,6 +2,7 @@
 
 z is up and the owl looks along -y; metres; it stands on z = 0.
 """
+
 import json
 import struct
 
@@ -38,8 +39,11 @@ def capsule(x, y, z, a, b, radius_a, radius_b):
 
 
 def slab(x, y, z, half, z_low, z_high, rounding):
-    q = [np.abs(x) - half + rounding, np.abs(y) - half + rounding,
-         np.abs(z - (z_low + z_high) / 2) - (z_high - z_low) / 2 + rounding]
+    q = [
+        np.abs(x) - half + rounding,
+        np.abs(y) - half + rounding,
+        np.abs(z - (z_low + z_high) / 2) - (z_high - z_low) / 2 + rounding,
+    ]
     return length(*(np.maximum(c, 0) for c in q)) + np.minimum(np.maximum(np.maximum(q[0], q[1]), q[2]), 0) - rounding
 
 
@@ -80,8 +84,9 @@ def make_owl():
     vertices = (vertices + [a[0] for a in axes]).astype(np.float32)
     step = 5e-4
     p = vertices.astype(np.float64).T
-    normals = np.stack([owl_distance(*(p + step * e[:, None])) - owl_distance(*(p - step * e[:, None]))
-                        for e in np.eye(3)], -1)
+    normals = np.stack(
+        [owl_distance(*(p + step * e[:, None])) - owl_distance(*(p - step * e[:, None])) for e in np.eye(3)], -1
+    )
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     corners = vertices[triangles]
     face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -101,20 +106,42 @@ def write_glb(path, vertices, normals, triangles, base_color):
     binary += b"\0" * (-len(binary) % 4)
     document = {
         "asset": {"version": "2.0", "generator": "lumigraft recordings/make_tabletop.py"},
-        "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": "owl"}],
-        "meshes": [{"name": "owl", "primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0}]}],
-        "materials": [{"name": "stone", "pbrMetallicRoughness": {
-            "baseColorFactor": [*base_color, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0},
-            "extensions": {"KHR_materials_specular": {"specularFactor": 0.0}}}],
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "name": "owl"}],
+        "meshes": [
+            {"name": "owl", "primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0}]}
+        ],
+        "materials": [
+            {
+                "name": "stone",
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [*base_color, 1.0],
+                    "metallicFactor": 0.0,
+                    "roughnessFactor": 1.0,
+                },
+                "extensions": {"KHR_materials_specular": {"specularFactor": 0.0}},
+            }
+        ],
         "extensionsUsed": ["KHR_materials_specular"],
         "buffers": [{"byteLength": len(binary)}],
-        "bufferViews": [{"buffer": 0, "byteOffset": offsets[i], "byteLength": len(b), "target": 34963 if i == 2 else 34962}
-                        for i, b in enumerate(blobs)],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": offsets[i], "byteLength": len(b), "target": 34963 if i == 2 else 34962}
+            for i, b in enumerate(blobs)
+        ],
         "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": len(vertices), "type": "VEC3",
-             "min": positions.min(0).tolist(), "max": positions.max(0).tolist()},
+            {
+                "bufferView": 0,
+                "componentType": 5126,
+                "count": len(vertices),
+                "type": "VEC3",
+                "min": positions.min(0).tolist(),
+                "max": positions.max(0).tolist(),
+            },
             {"bufferView": 1, "componentType": 5126, "count": len(vertices), "type": "VEC3"},
-            {"bufferView": 2, "componentType": 5123, "count": triangles.size, "type": "SCALAR"}]}
+            {"bufferView": 2, "componentType": 5123, "count": triangles.size, "type": "SCALAR"},
+        ],
+    }
     text = json.dumps(document, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     with open(path, "wb") as f:
