@@ -1,68 +1,50 @@
 #include "capture/image_source.h"
 
-#include <algorithm>
-#include <set>
-
 #include "capture/error.h"
 #include "capture/picture_file.h"
 
 namespace lumigraft {
-namespace {
 
-std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
-
-std::int64_t steady_now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
-}  // namespace
-
-ImageSource::ImageSource(const std::filesystem::path& list, const StreamSpec& spec) : spec_(spec), list_(list) {
+ImageSource::ImageSource(const std::filesystem::path& list, const StreamSpec& spec) : spec_(spec) {
   const bool depth = spec.stream == Stream::depth;
   pictures_ = read_picture_list(list, {.exposures = !depth, .brackets = spec.stream == Stream::fisheye});
+  const auto naming_line = [&list](const ListedPicture& picture, const auto& action) {
+    try {
+      action();
+    } catch (const InputError& e) {
+      throw InputError(list.string() + ":" + std::to_string(picture.line) + ": " + picture.name + ": " + e.what());
+    }
+  };
+  const ListedPicture* before = nullptr;
+  std::map<std::filesystem::path, PictureHeader> headers;
   for (const ListedPicture& picture : pictures_) {
-    if (uses_[picture.path]++ == 0) {
-      check(picture);
-    }
+    naming_line(picture, [&] {
+      if (uses_[picture.path]++ == 0) {
+        headers[picture.path] = read_picture_header(picture.path);
+        require(headers[picture.path]);
+      }
+      const bool bracket = before != nullptr && before->time_ns == picture.time_ns;
+      if (bracket && (headers[picture.path].holds_radiance() || headers[before->path].holds_radiance())) {
+        throw InputError("found radiance in a bracket, allowed: 8-bit pictures at one timestamp");
+      }
+    });
+    before = &picture;
   }
-  for (std::size_t i = 1; i < pictures_.size(); ++i) {
-    const ListedPicture& one = pictures_[i - 1];
-    const ListedPicture& other = pictures_[i];
-    if (one.time_ns == other.time_ns &&
-        (read_picture_header(one.path).holds_radiance() || read_picture_header(other.path).holds_radiance())) {
-      throw InputError(list_.string() + ":" + std::to_string(other.line) +
-                       ": found a bracket with a picture of radiance, allowed: 8-bit pictures at one timestamp");
-    }
-  }
-  try {
-    decode(pictures_.front());
-  } catch (const InputError& e) {
-    throw InputError(list_.string() + ":" + std::to_string(pictures_.front().line) + ": " + pictures_.front().name +
-                     ": " + e.what());
-  }
+  naming_line(pictures_.front(), [this] { decode(pictures_.front()); });
 }
 
-void ImageSource::check(const ListedPicture& picture) const {
-  const std::string where = list_.string() + ":" + std::to_string(picture.line) + ": " + picture.name + ": ";
-  PictureHeader header;
-  try {
-    header = read_picture_header(picture.path);
-  } catch (const InputError& e) {
-    throw InputError(where + e.what());
-  }
+void ImageSource::require(const PictureHeader& header) const {
   if (header.width != spec_.width || header.height != spec_.height) {
-    throw InputError(where + "found " + size_text(header.width, header.height) +
-                     " pixels, allowed: " + size_text(spec_.width, spec_.height));
+    throw InputError("found " + size_text(header.width, header.height) +
+                     ", allowed: " + size_text(spec_.width, spec_.height));
   }
   if (spec_.stream == Stream::depth) {
     if (header.holds_radiance() || header.bits != 16 || !header.gray) {
-      throw InputError(where + "found " + std::to_string(header.bits) + " bits a channel" +
-                       (header.gray ? "" : " in colour") + ", allowed: 16-bit grey PNG for depth");
+      throw InputError("found " + std::to_string(header.bits) + " bits a channel" + (header.gray ? "" : " in colour") +
+                       ", allowed: 16-bit grey PNG for depth");
     }
   } else if (!header.holds_radiance() && header.bits != 8) {
-    throw InputError(where + "found " + std::to_string(header.bits) +
-                     " bits a channel, allowed: 8-bit PNG, EXR or HDR");
+    throw InputError("found " + std::to_string(header.bits) + " bits a channel, allowed: 8-bit PNG, EXR or HDR");
   }
 }
 
@@ -72,22 +54,16 @@ std::shared_ptr<const ImageSource::Decoded> ImageSource::decode(const ListedPict
       return decoded;
     }
   }
+  const PictureHeader header = read_picture_header(picture.path);  // the file may have changed since it was checked
+  require(header);
   auto decoded = std::make_shared<Decoded>();
   if (spec_.stream == Stream::depth) {
     *decoded = read_depth(picture.path);
-  } else if (read_picture_header(picture.path).holds_radiance()) {
+  } else if (header.holds_radiance()) {
     *decoded = read_radiance(picture.path);
   } else {
     *decoded = read_encoded(picture.path);
   }
-  std::visit(
-      [&](const auto& image) {
-        if (image.width != spec_.width || image.height != spec_.height) {
-          throw InputError("found " + size_text(image.width, image.height) +
-                           " pixels, allowed: " + size_text(spec_.width, spec_.height));
-        }
-      },
-      *decoded);
   constexpr std::size_t kMostCached = 8;  // a bracket or two
   if (uses_[picture.path] > 1) {
     if (cache_.size() == kMostCached) {

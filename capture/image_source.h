@@ -4,18 +4,12 @@
 #include <map>
 #include <variant>
 
+#include "capture/picture_file.h"
 #include "capture/picture_list.h"
 #include "capture/source.h"
+#include "capture/stream_spec.h"
 
 namespace lumigraft {
-
-/// What a source must deliver.
-struct StreamSpec {
-  Stream stream = Stream::color;
-  int width = 0;
-  int height = 0;
-  double exposure = 1.0;
-};
 
 class ImageSource : public Source {
  public:
@@ -30,11 +24,10 @@ class ImageSource : public Source {
  private:
   using Decoded = std::variant<Image<std::uint8_t>, Image<std::uint16_t>, Image<float>>;
 
-  void check(const ListedPicture& picture) const;
+  void require(const PictureHeader& header) const;
   std::shared_ptr<const Decoded> decode(const ListedPicture& picture);
 
   StreamSpec spec_;
-  std::filesystem::path list_;
   std::vector<ListedPicture> pictures_;
   std::size_t next_ = 0;
   std::map<std::filesystem::path, int> uses_;  ///< how often the list names each file

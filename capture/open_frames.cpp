@@ -1,49 +1,116 @@
 // Opens what a session's source URIs name. A new kind of camera is added here and in session.cpp's list of kinds.
+#include <set>
+
 #include "capture/depth_registration.h"
 #include "capture/error.h"
 #include "capture/image_source.h"
+#include "capture/mkv_source.h"
+#include "capture/openni_source.h"
 #include "capture/pairing_reader.h"
 
 namespace lumigraft {
 namespace {
 
-struct Uri {
+/// A stream that the session wants, and where from.
+struct Wanted {
+  std::string key;  ///< of the session file, for errors
   std::string kind;
   std::string rest;
+  StreamSpec spec;
+
+  bool openni() const { return kind == "oni" || kind == "openni2"; }
+  bool live() const { return kind == "openni2"; }
+  bool same_place(const Wanted& other) const { return kind == other.kind && rest == other.rest; }
 };
 
-Uri split(const std::string& uri) {
+Wanted wanted(const std::string& key, const std::string& uri, const StreamSpec& spec) {
   const std::size_t colon = uri.find(':');
-  return {uri.substr(0, colon), colon == std::string::npos ? "" : uri.substr(colon + 1)};
+  const std::string kind = uri.substr(0, colon);
+  if (colon == std::string::npos || (kind != "images" && kind != "mkv" && kind != "oni" && kind != "openni2")) {
+    throw InputError(key + ".source: found \"" + uri +
+                     "\", allowed in this build: images:LIST, mkv:FILE, oni:FILE, openni2:");
+  }
+  return {key, kind, uri.substr(colon + 1), spec};
 }
 
-std::shared_ptr<Source> open_source(const std::string& key, const std::string& uri, const std::filesystem::path& folder,
-                                    const StreamSpec& spec) {
-  const auto [kind, rest] = split(uri);
-  if (kind == "images") {
-    return std::make_shared<ImageSource>(folder / rest, spec);
+std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> specs,
+                                    const std::filesystem::path& folder) {
+  try {
+    if (w.kind == "images") {
+      return std::make_shared<ImageSource>(folder / w.rest, w.spec);
+    }
+    if (w.kind == "mkv") {
+      return std::make_shared<MkvSource>(folder / w.rest, w.spec);
+    }
+    if (w.kind == "oni") {
+      return std::make_shared<OpenNiSource>(OpenNiSource::Kind::recording, (folder / w.rest).string(),
+                                            std::move(specs));
+    }
+    return std::make_shared<OpenNiSource>(OpenNiSource::Kind::device, w.rest, std::move(specs));
+  } catch (const InputError& e) {
+    throw InputError(w.key + ".source: " + e.what());
   }
-  throw InputError(key + ".source: found \"" + uri + "\", allowed in this build: images:LIST");
+}
+
+void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) {
+  std::set<std::string> recordings;
+  for (const Wanted& w : all) {
+    if (w.live() != all.front().live()) {
+      throw InputError(
+          w.key + ".source: found a " + (w.live() ? "device" : "recording") + " beside a " +
+          (w.live() ? "recording" : "device") +
+          " for colour, allowed: all devices or all recordings, since their clocks have nothing in common");
+    }
+    const bool fisheye = w.spec.stream == Stream::fisheye;
+    if (fisheye && w.openni() && w.same_place(all.front())) {
+      throw InputError(w.key + ".source: found the colour camera again, allowed: a camera of its own");
+    }
+    if (w.kind == "oni" && recordings.insert(w.rest).second) {
+      check_oni_file((folder / w.rest).string());
+    }
+  }
 }
 
 }  // namespace
 
 std::unique_ptr<FrameReader> open_frames(const Session& session) {
   const ColorCamera& color = session.color;
-  PairedSources sources;
-  sources.color = open_source("color", color.source, session.folder,
-                              {Stream::color, color.model.width, color.model.height, color.exposure});
+  std::vector<Wanted> all = {wanted(
+      "color", color.source,
+      {.stream = Stream::color, .width = color.model.width, .height = color.model.height, .exposure = color.exposure})};
   PairingReader::Registration registration;
   if (session.depth) {
     const DepthCamera& depth = *session.depth;
-    sources.depth =
-        open_source("depth", depth.source, session.folder, {Stream::depth, depth.model.width, depth.model.height, 1.0});
+    all.push_back(wanted("depth", depth.source,
+                         {.stream = Stream::depth,
+                          .width = depth.model.width,
+                          .height = depth.model.height,
+                          .unit_m = depth.unit_m,
+                          .registered = depth.registered}));
     registration = DepthRegistration(depth, color.model);
   }
   if (session.fisheye) {
     const FisheyeCamera& fisheye = *session.fisheye;
-    sources.fisheye = open_source("fisheye", fisheye.source, session.folder,
-                                  {Stream::fisheye, fisheye.model.width, fisheye.model.height, fisheye.exposure});
+    all.push_back(wanted("fisheye", fisheye.source,
+                         {.stream = Stream::fisheye,
+                          .width = fisheye.model.width,
+                          .height = fisheye.model.height,
+                          .exposure = fisheye.exposure}));
+  }
+  check(all, session.folder);
+
+  const Wanted& color_wanted = all.front();
+  const bool one_device = session.depth && color_wanted.openni() && all[1].same_place(color_wanted);
+  PairedSources sources;
+  sources.live = color_wanted.live();
+  sources.color = open_source(color_wanted,
+                              one_device ? std::vector{color_wanted.spec, all[1].spec} : std::vector{color_wanted.spec},
+                              session.folder);
+  if (session.depth) {
+    sources.depth = one_device ? sources.color : open_source(all[1], {all[1].spec}, session.folder);
+  }
+  if (session.fisheye) {
+    sources.fisheye = open_source(all.back(), {all.back().spec}, session.folder);
   }
   return std::make_unique<PairingReader>(std::move(sources), std::move(registration));
 }

@@ -7,8 +7,9 @@ namespace lumigraft {
 namespace {
 
 constexpr std::int64_t kNsPerMs = 1'000'000;
-constexpr std::size_t kMostAhead = 16;    ///< colour pictures read ahead while another stream is behind
-constexpr std::size_t kPeriodsKept = 15;  ///< their median is the colour period
+constexpr std::size_t kMostAhead = 16;  ///< colour pictures read ahead while another stream is behind
+constexpr std::int64_t kLatest_ns = 4'000'000'000'000'000'000;  ///< the year 2096; sums with bounds cannot overflow
+constexpr std::size_t kPeriodsKept = 15;                        ///< their median is the colour period
 
 const Stamp& stamp_of(const SourceItem& item) {
   return std::visit([](const auto& i) -> const Stamp& { return i.stamp; }, item);
@@ -25,6 +26,10 @@ Stream stream_of(const SourceItem& item) {
 bool is_lost(const SourceItem& item) { return std::holds_alternative<LostPicture>(item); }
 
 std::int64_t time_of(const SourceItem& item) { return stamp_of(item).time_ns; }
+
+std::int64_t period_between(const Stamp& a, const Stamp& b) {
+  return (b.time_ns - a.time_ns) / static_cast<std::int64_t>(std::max<std::uint64_t>(b.sequence - a.sequence, 1));
+}
 
 const char* name_of(Stream stream) {
   return stream == Stream::color ? "colour" : stream == Stream::depth ? "depth" : "fish-eye";
@@ -56,32 +61,32 @@ PairingReader::Lane& PairingReader::lane_of(Stream stream) {
   return stream == Stream::color ? color_ : stream == Stream::depth ? depth_ : fisheye_;
 }
 
-/// Puts an item into its lane, or drops it with a warning where its time goes back.
+/// Puts an item into its lane, or drops it with a note where its time goes back.
 void PairingReader::accept(SourceItem item) {
   const Stream stream = stream_of(item);
   const Stamp stamp = stamp_of(item);
   Lane& lane = lane_of(stream);
   const std::string name = name_of(stream);
   if (stamp.sequence > lane.next_sequence) {
-    lane.warnings.push_back(std::to_string(stamp.sequence - lane.next_sequence) + " " + name +
-                            " pictures missing before picture " + std::to_string(stamp.sequence));
+    lane.notes.push_back(std::to_string(stamp.sequence - lane.next_sequence) + " " + name +
+                         " pictures missing before picture " + std::to_string(stamp.sequence));
   }
   lane.next_sequence = stamp.sequence + 1;
-  const bool bracket = stream == Stream::fisheye && stamp.time_ns == lane.last_time_ns;
-  if (stamp.time_ns <= lane.last_time_ns && !bracket) {
-    lane.warnings.push_back(name + " picture " + std::to_string(stamp.sequence) +
-                            " is not newer than the one before (" + ms_text(lane.last_time_ns - stamp.time_ns) +
-                            "): dropped");
+  if (std::abs(stamp.time_ns) > kLatest_ns) {
+    lane.notes.push_back(name + " picture " + std::to_string(stamp.sequence) + " has an impossible time: dropped");
     return;
   }
-  if (stream == Stream::color && lane.last_time_ns >= 0) {
-    periods_ns_.push_back(stamp.time_ns - lane.last_time_ns);
-    if (periods_ns_.size() > kPeriodsKept) {
-      periods_ns_.pop_front();
-    }
+  const bool bracket = stream == Stream::fisheye && stamp.time_ns == lane.last_time_ns;
+  if (stamp.time_ns <= lane.last_time_ns && !bracket) {
+    lane.notes.push_back(is_lost(item)
+                             ? lost_text(item)
+                             : name + " picture " + std::to_string(stamp.sequence) + " is " +
+                                   ms_text(lane.last_time_ns - stamp.time_ns) + " older than the one before: dropped");
+    return;
   }
   lane.last_time_ns = stamp.time_ns;
-  lane.queue.push_back(std::move(item));
+  lane.queue.push_back({std::move(item), std::move(lane.notes)});
+  lane.notes.clear();
 }
 
 bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
@@ -101,36 +106,47 @@ void PairingReader::pull_all_waiting() {
   }
 }
 
-std::int64_t PairingReader::period_ns() const {
-  constexpr std::int64_t kUsual = 33 * kNsPerMs;
-  if (periods_ns_.empty()) {
-    return kUsual;
+std::vector<const Stamp*> PairingReader::good_colors() const {
+  std::vector<const Stamp*> out;
+  for (const Entry& entry : color_.queue) {
+    if (!is_lost(entry.item)) {
+      out.push_back(&stamp_of(entry.item));
+    }
   }
-  std::vector<std::int64_t> sorted(periods_ns_.begin(), periods_ns_.end());
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  return sorted[sorted.size() / 2];
+  return out;
 }
 
-std::int64_t PairingReader::bound_ns() const { return std::max(period_ns() / 2, kNsPerMs); }
-
-bool PairingReader::color_waits() const {
-  return std::any_of(color_.queue.begin(), color_.queue.end(), [](const SourceItem& i) { return !is_lost(i); });
+/// Half the median period of the newest colour pictures, the first one waiting and its successor included and no later
+/// one, so that it does not depend on how far a source happens to have been read.
+std::int64_t PairingReader::bound_ns() const {
+  constexpr std::int64_t kUsualPeriod = 33 * kNsPerMs;
+  std::vector<std::int64_t> periods(periods_ns_.begin(), periods_ns_.end());
+  const std::vector<const Stamp*> good = good_colors();
+  if (last_color_ && !good.empty()) {
+    periods.push_back(period_between(*last_color_, *good[0]));
+  }
+  if (good.size() > 1) {
+    periods.push_back(period_between(*good[0], *good[1]));
+  }
+  if (periods.empty()) {
+    return kUsualPeriod / 2;
+  }
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  return std::max(*middle / 2, kNsPerMs);
 }
 
 /// The source to read before the first colour picture can be paired for certain; null when it can.
 Source* PairingReader::wanted() const {
-  const auto good =
-      std::count_if(color_.queue.begin(), color_.queue.end(), [](const SourceItem& i) { return !is_lost(i); });
-  const std::ptrdiff_t enough = sources_.live ? 1 : 2;  // the second tells the period
-  if (good < enough && !color_.source->finished() && (good == 0 || color_.queue.size() < kMostAhead)) {
+  const std::vector<const Stamp*> good = good_colors();
+  const std::size_t enough = sources_.live ? 1 : 2;  // the second tells the period
+  if (good.size() < enough && !color_.source->finished() && (good.empty() || color_.queue.size() < kMostAhead)) {
     return color_.source;
   }
-  if (good == 0) {
+  if (good.empty()) {
     return nullptr;
   }
-  const auto first =
-      std::find_if(color_.queue.begin(), color_.queue.end(), [](const SourceItem& i) { return !is_lost(i); });
-  const std::int64_t time_ns = time_of(*first);
+  const std::int64_t time_ns = good[0]->time_ns;
   const auto must_read = [&](const Lane& lane, std::int64_t until_ns) {
     const bool color_piles_up = lane.source == color_.source && color_.queue.size() >= kMostAhead;
     return lane.source != nullptr && !lane.source->finished() && lane.last_time_ns < until_ns && !color_piles_up;
@@ -154,129 +170,132 @@ std::optional<FrameSet> PairingReader::next(std::chrono::milliseconds timeout) {
         return std::nullopt;
       }
     }
-    return color_waits() ? std::optional<FrameSet>(emit()) : std::nullopt;
+    return good_colors().empty() ? std::nullopt : std::optional<FrameSet>(emit());
   }
   const Clock::time_point deadline = Clock::now() + timeout;
   std::optional<Clock::time_point> color_deadline;
   for (;;) {
     pull_all_waiting();
     Source* source = wanted();
+    const bool color_waits = !good_colors().empty();
     const Clock::time_point now = Clock::now();
-    if (color_waits() && !color_deadline) {
-      color_deadline = now + std::chrono::nanoseconds(period_ns());
+    if (color_waits && !color_deadline) {
+      color_deadline = now + std::chrono::nanoseconds(2 * bound_ns());
     }
-    if (color_waits() && (source == nullptr || now >= *color_deadline)) {
+    if (color_waits && (source == nullptr || now >= *color_deadline)) {
       return emit();
     }
     if (source == nullptr || now >= deadline) {
       return std::nullopt;
     }
     const Clock::time_point until = color_deadline ? std::min(deadline, *color_deadline) : deadline;
-    const auto wait = std::chrono::ceil<milliseconds>(std::max(until - now, Clock::duration::zero()));
-    pull(*source, std::min(wait, milliseconds(50)));
+    pull(*source, std::min(std::chrono::ceil<milliseconds>(until - now), milliseconds(50)));
   }
+}
+
+/// Takes the front of a lane; notes before it and the loss of it become warnings.
+SourceItem PairingReader::pop(Lane& lane, Warnings& warnings) {
+  Entry entry = std::move(lane.queue.front());
+  lane.queue.pop_front();
+  warnings.insert(warnings.end(), entry.notes.begin(), entry.notes.end());
+  if (is_lost(entry.item)) {
+    warnings.push_back(lost_text(entry.item));
+  }
+  return std::move(entry.item);
 }
 
 FrameSet PairingReader::emit() {
   FrameSet set;
-  set.color = take_color(set.warnings);
-  set.index = set.color->stamp.sequence;
-  set.time_ns = set.color->stamp.time_ns;
+  const std::int64_t bound = bound_ns();
+  SourceItem color = pop(color_, set.warnings);
+  while (is_lost(color)) {
+    color = pop(color_, set.warnings);
+  }
+  set.color = std::make_shared<const Picture>(std::move(std::get<Picture>(color)));
+  const Stamp& stamp = set.color->stamp;
+  set.index = stamp.sequence;
+  set.time_ns = stamp.time_ns;
+  if (last_color_) {
+    periods_ns_.push_back(period_between(*last_color_, stamp));
+    if (periods_ns_.size() > kPeriodsKept) {
+      periods_ns_.pop_front();
+    }
+  }
+  last_color_ = stamp;
   if (depth_.source != nullptr) {
-    set.depth = take_depth(set.time_ns, set.warnings);
+    set.depth = take_depth(set.time_ns, bound, set.warnings);
   }
   if (fisheye_.source != nullptr) {
-    set.fisheye = take_fisheye(set.time_ns, set.warnings);
+    set.fisheye = take_fisheye(set.time_ns, bound, set.warnings);
   }
-  // Colour pictures lost at the very end have no FrameSet of their own to be named in.
-  if (color_.source->finished() && !color_waits()) {
-    for (const SourceItem& item : color_.queue) {
-      set.warnings.push_back(lost_text(item));
+  if (finished()) {
+    // What is lost at the very end has no FrameSet of its own to be named in.
+    while (!color_.queue.empty()) {
+      pop(color_, set.warnings);
     }
-    color_.queue.clear();
-  }
-  for (Lane* lane : {&color_, &depth_, &fisheye_}) {
-    set.warnings.insert(set.warnings.end(), lane->warnings.begin(), lane->warnings.end());
-    lane->warnings.clear();
+    for (Lane* lane : {&color_, &depth_, &fisheye_}) {
+      set.warnings.insert(set.warnings.end(), lane->notes.begin(), lane->notes.end());
+      lane->notes.clear();
+    }
   }
   return set;
 }
 
-std::shared_ptr<const Picture> PairingReader::take_color(std::vector<std::string>& warnings) {
-  while (is_lost(color_.queue.front())) {
-    warnings.push_back(lost_text(color_.queue.front()));
-    color_.queue.pop_front();
+/// The time of the picture (or loss of one) in a lane that is nearest to `time_ns`, if one lies within the bound.
+std::optional<std::int64_t> PairingReader::nearest_ns(const Lane& lane, bool lost, std::int64_t time_ns,
+                                                      std::int64_t bound) {
+  std::optional<std::int64_t> best_ns;
+  for (const Entry& entry : lane.queue) {
+    const std::int64_t distance = std::abs(time_of(entry.item) - time_ns);
+    if (is_lost(entry.item) == lost && distance <= bound && (!best_ns || distance < std::abs(*best_ns - time_ns))) {
+      best_ns = time_of(entry.item);
+    }
   }
-  auto picture = std::make_shared<const Picture>(std::move(std::get<Picture>(color_.queue.front())));
-  color_.queue.pop_front();
-  return picture;
+  return best_ns;
 }
 
-std::shared_ptr<const DepthPicture> PairingReader::take_depth(std::int64_t time_ns,
-                                                              std::vector<std::string>& warnings) {
-  const std::int64_t bound = bound_ns();
-  std::deque<SourceItem>& queue = depth_.queue;
-  auto best = queue.end();
-  for (auto it = queue.begin(); it != queue.end(); ++it) {
-    const std::int64_t distance = std::abs(time_of(*it) - time_ns);
-    const bool nearer = best == queue.end() || distance < std::abs(time_of(*best) - time_ns);
-    if (!is_lost(*it) && distance <= bound && nearer) {
-      best = it;
-    }
-  }
-  std::shared_ptr<const DepthPicture> out;
-  std::int64_t drop_before = time_ns - bound;
-  if (best != queue.end()) {
-    const auto& raw = std::get<RawDepth>(*best);
-    auto depth = std::make_shared<DepthPicture>();
-    depth->stamp = raw.stamp;
-    depth->depth_m = registration_(raw.counts);
-    drop_before = raw.stamp.time_ns;
-    out = std::move(depth);
-  } else {
-    warnings.push_back("no depth picture within " + ms_text(bound) + " of colour picture at " + ms_text(time_ns));
-  }
+std::shared_ptr<const DepthPicture> PairingReader::take_depth(std::int64_t time_ns, std::int64_t bound,
+                                                              Warnings& warnings) {
+  const std::optional<std::int64_t> best_ns = nearest_ns(depth_, false, time_ns, bound);
+  const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(depth_, true, time_ns, bound);
+  std::shared_ptr<DepthPicture> out;
+  const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
   int alone = 0;
-  while (!queue.empty() && time_of(queue.front()) < drop_before) {
-    if (is_lost(queue.front())) {
-      warnings.push_back(lost_text(queue.front()));
-    } else {
+  while (!depth_.queue.empty() && time_of(depth_.queue.front().item) <= drop_to) {
+    const SourceItem item = pop(depth_, warnings);
+    const auto* raw = std::get_if<RawDepth>(&item);
+    if (raw != nullptr && raw->stamp.time_ns == best_ns) {
+      out = std::make_shared<DepthPicture>();
+      out->stamp = raw->stamp;
+      out->depth_m = registration_(raw->counts);
+    } else if (raw != nullptr) {
       ++alone;
     }
-    queue.pop_front();
-  }
-  if (out != nullptr) {
-    queue.pop_front();
   }
   if (alone > 0) {
     warnings.push_back(alone_text(Stream::depth, alone));
   }
+  if (!lost_ns) {
+    warnings.push_back("no depth picture within " + ms_text(bound) + " of the colour picture");
+  }
   return out;
 }
 
-std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int64_t time_ns,
-                                                                        std::vector<std::string>& warnings) {
-  const std::int64_t bound = bound_ns();
-  std::deque<SourceItem>& queue = fisheye_.queue;
-  std::optional<std::int64_t> best_ns;
-  for (const SourceItem& item : queue) {
-    const std::int64_t distance = std::abs(time_of(item) - time_ns);
-    if (!is_lost(item) && distance <= bound && (!best_ns || distance < std::abs(*best_ns - time_ns))) {
-      best_ns = time_of(item);
-    }
-  }
+std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int64_t time_ns, std::int64_t bound,
+                                                                        Warnings& warnings) {
+  const std::optional<std::int64_t> best_ns = nearest_ns(fisheye_, false, time_ns, bound);
+  const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(fisheye_, true, time_ns, bound);
   std::vector<std::shared_ptr<const Picture>> out;
-  const std::int64_t drop_to = best_ns ? *best_ns : time_ns - bound - 1;
+  const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
   int alone = 0;
-  while (!queue.empty() && time_of(queue.front()) <= drop_to) {
-    if (is_lost(queue.front())) {
-      warnings.push_back(lost_text(queue.front()));
-    } else if (best_ns && time_of(queue.front()) == *best_ns) {
-      out.push_back(std::make_shared<const Picture>(std::move(std::get<Picture>(queue.front()))));
-    } else {
+  while (!fisheye_.queue.empty() && time_of(fisheye_.queue.front().item) <= drop_to) {
+    SourceItem item = pop(fisheye_, warnings);
+    auto* picture = std::get_if<Picture>(&item);
+    if (picture != nullptr && picture->stamp.time_ns == best_ns) {
+      out.push_back(std::make_shared<const Picture>(std::move(*picture)));
+    } else if (picture != nullptr) {
       ++alone;
     }
-    queue.pop_front();
   }
   if (alone > 0) {
     warnings.push_back(alone_text(Stream::fisheye, alone));
@@ -284,18 +303,19 @@ std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int
   return out;
 }
 
-bool PairingReader::finished() const { return color_.source->finished() && !color_waits(); }
+bool PairingReader::finished() const { return color_.source->finished() && good_colors().empty(); }
 
 void PairingReader::rewind() {
   for (Lane* lane : {&color_, &depth_, &fisheye_}) {
     Source* source = lane->source;
-    const bool seen = lane == &depth_ && source == color_.source;
-    if (source != nullptr && !seen) {
+    const bool done = lane == &depth_ && source == color_.source;
+    if (source != nullptr && !done) {
       source->rewind();
     }
     *lane = Lane{};
     lane->source = source;
   }
+  last_color_.reset();
   periods_ns_.clear();
 }
 

@@ -9,7 +9,9 @@
 // picture waits for its depth one colour period at most.
 #include <deque>
 #include <functional>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,35 +39,44 @@ class PairingReader : public FrameReader {
   bool live() const override { return sources_.live; }
 
  private:
+  struct Entry {
+    SourceItem item;
+    std::vector<std::string> notes;  ///< warnings about what came before it
+  };
+
   /// One stream's pictures that wait to be paired.
   struct Lane {
     Source* source = nullptr;
-    std::deque<SourceItem> queue;
-    std::int64_t last_time_ns = -1;     ///< of the newest picture that arrived
-    std::uint64_t next_sequence = 0;    ///< what follows if nothing is lost
-    std::vector<std::string> warnings;  ///< for the next FrameSet
+    std::deque<Entry> queue;
+    std::int64_t last_time_ns = std::numeric_limits<std::int64_t>::min();  ///< of the newest picture that arrived
+    std::uint64_t next_sequence = 0;                                       ///< what follows if nothing is lost
+    std::vector<std::string> notes;                                        ///< for the next Entry
   };
+
+  using Warnings = std::vector<std::string>;
 
   Lane& lane_of(Stream stream);
   void accept(SourceItem item);
   bool pull(Source& source, std::chrono::milliseconds timeout);
   void pull_all_waiting();
-  Source* wanted() const;
-  bool color_waits() const;
-  std::int64_t period_ns() const;
+  std::vector<const Stamp*> good_colors() const;
   std::int64_t bound_ns() const;
+  Source* wanted() const;
 
   FrameSet emit();
-  std::shared_ptr<const Picture> take_color(std::vector<std::string>& warnings);
-  std::shared_ptr<const DepthPicture> take_depth(std::int64_t time_ns, std::vector<std::string>& warnings);
-  std::vector<std::shared_ptr<const Picture>> take_fisheye(std::int64_t time_ns, std::vector<std::string>& warnings);
+  static SourceItem pop(Lane& lane, Warnings& warnings);
+  static std::optional<std::int64_t> nearest_ns(const Lane& lane, bool lost, std::int64_t time_ns, std::int64_t bound);
+  std::shared_ptr<const DepthPicture> take_depth(std::int64_t time_ns, std::int64_t bound, Warnings& warnings);
+  std::vector<std::shared_ptr<const Picture>> take_fisheye(std::int64_t time_ns, std::int64_t bound,
+                                                           Warnings& warnings);
 
   PairedSources sources_;
   Registration registration_;
   Lane color_;
   Lane depth_;
   Lane fisheye_;
-  std::deque<std::int64_t> periods_ns_;  ///< the newest gaps between colour pictures
+  std::optional<Stamp> last_color_;      ///< of the newest FrameSet
+  std::deque<std::int64_t> periods_ns_;  ///< the newest gaps between colour pictures, up to last_color_
 };
 
 }  // namespace lumigraft

@@ -8,6 +8,8 @@
 
 namespace lumigraft {
 
+constexpr int kLargestSide = 16384;  ///< pixels
+
 struct PictureHeader {
   enum class Format { png, exr, hdr };
   Format format = Format::png;

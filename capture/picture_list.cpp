@@ -14,7 +14,7 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
   const std::string_view whole = text.substr(0, dot);
   std::string_view fraction = dot == std::string_view::npos ? std::string_view() : text.substr(dot + 1);
   std::int64_t time_ns = 0;
-  if (whole.empty() || whole.size() > 10) {  // 10 digits of seconds fit into 64 bits of nanoseconds up to 9.2e9
+  if (whole.empty() || whole.size() > 10) {
     return std::nullopt;
   }
   fraction = fraction.substr(0, fraction.find_first_not_of("0123456789") == std::string_view::npos ? 9 : 0);
@@ -27,7 +27,7 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
     }
     time_ns = time_ns * 10 + (c - '0');
   }
-  if (time_ns > 9'000'000'000) {
+  if (time_ns >= 4'000'000'000) {  // the year 2096
     return std::nullopt;
   }
   for (std::size_t i = 0; i < 9; ++i) {

@@ -1,0 +1,270 @@
+#include "capture/mkv_source.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/crc.h>
+#include <libavutil/intreadwrite.h>
+#include <libavutil/pixdesc.h>
+#include <libswscale/swscale.h>
+}
+
+#include <cstring>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+struct FreeFormat {
+  void operator()(AVFormatContext* p) const { avformat_close_input(&p); }
+};
+struct FreeCodec {
+  void operator()(AVCodecContext* p) const { avcodec_free_context(&p); }
+};
+struct FreeFrame {
+  void operator()(AVFrame* p) const { av_frame_free(&p); }
+};
+struct FreePacket {
+  void operator()(AVPacket* p) const { av_packet_free(&p); }
+};
+struct FreeScaler {
+  void operator()(SwsContext* p) const { sws_freeContext(p); }
+};
+
+/// Whether every slice of an FFV1 packet carries the right checksum (RFC 9043, 4.9: size, error status and CRC-32 close
+/// a slice). libav's decoder fills a damaged slice with the previous picture and says nothing, so this is done here.
+bool slices_intact(const AVPacket& packet) {
+  constexpr int kFooter = 3 + 1 + 4;
+  int end = packet.size;
+  while (end >= kFooter) {
+    const int size = static_cast<int>(AV_RB24(packet.data + end - kFooter)) + kFooter;
+    if (size > end || av_crc(av_crc_get_table(AV_CRC_32_IEEE), 0, packet.data + end - size, size) != 0) {
+      return false;
+    }
+    end -= size;
+  }
+  return end == 0;
+}
+
+}  // namespace
+
+/// One pass over the file. The constructor throws InputError with the reason alone.
+class MkvSource::Reader {
+ public:
+  Reader(const std::filesystem::path& file, const StreamSpec& spec) : spec_(spec) {
+    av_log_set_level(AV_LOG_QUIET);  // what libav has to say is said by our own errors and warnings
+    AVFormatContext* format = nullptr;
+    // "file:" keeps a name like http://... a file name; the demuxer is given, so no other one sees the bytes.
+    const std::string url = "file:" + file.string();
+    if (avformat_open_input(&format, url.c_str(), av_find_input_format("matroska"), nullptr) < 0) {
+      throw InputError("found no readable Matroska file");
+    }
+    format_.reset(format);
+    if (avformat_find_stream_info(format, nullptr) < 0) {
+      throw InputError("found a Matroska file whose streams cannot be read");
+    }
+    stream_ = av_find_best_stream(format, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+    if (stream_ < 0) {
+      throw InputError("found a Matroska file without video");
+    }
+    const AVCodecParameters* parameters = format->streams[stream_]->codecpar;
+    const bool depth = spec.stream == Stream::depth;
+    if (parameters->codec_id != AV_CODEC_ID_FFV1 && (depth || parameters->codec_id != AV_CODEC_ID_MJPEG)) {
+      throw InputError(std::string("found codec ") + avcodec_get_name(parameters->codec_id) +
+                       ", allowed: " + (depth ? "ffv1" : "ffv1, mjpeg"));
+    }
+    if (parameters->width != spec.width || parameters->height != spec.height) {
+      throw InputError("found " + size_text(parameters->width, parameters->height) +
+                       ", allowed: " + size_text(spec.width, spec.height));
+    }
+    const AVCodec* codec = avcodec_find_decoder(parameters->codec_id);
+    codec_.reset(avcodec_alloc_context3(codec));
+    if (codec_ == nullptr || avcodec_parameters_to_context(codec_.get(), parameters) < 0) {
+      throw InputError("found a stream that cannot be decoded");
+    }
+    codec_->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
+    if (avcodec_open2(codec_.get(), codec, nullptr) < 0) {
+      throw InputError("found a stream that cannot be decoded");
+    }
+    if (!frame_ || !packet_) {
+      throw std::bad_alloc();
+    }
+  }
+
+  /// The next picture or the loss of one. Empty at the end.
+  std::optional<SourceItem> next() {
+    for (;;) {
+      const int received = avcodec_receive_frame(codec_.get(), frame_.get());
+      if (received == 0) {
+        return convert();
+      }
+      if (received == AVERROR_EOF) {
+        return std::nullopt;
+      }
+      if (received != AVERROR(EAGAIN)) {
+        return lost("the picture cannot be decoded");
+      }
+      const int read = av_read_frame(format_.get(), packet_.get());
+      if (read < 0) {
+        avcodec_send_packet(codec_.get(), nullptr);  // end of the file, or its cut: hand out what is left
+        continue;
+      }
+      const bool ours = packet_->stream_index == stream_;
+      const bool damaged = ours && ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0 || !checksums_right());
+      packet_time_ = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
+      const int sent = ours && !damaged ? avcodec_send_packet(codec_.get(), packet_.get()) : 0;
+      av_packet_unref(packet_.get());
+      if (damaged || sent < 0) {
+        return lost("the picture is damaged");
+      }
+    }
+  }
+
+ private:
+  /// Streams without checksums (FFV1 before version 3, or written without) pass; the first packet tells which it is.
+  bool checksums_right() {
+    if (codec_->codec_id != AV_CODEC_ID_FFV1) {
+      return true;
+    }
+    const bool intact = slices_intact(*packet_);
+    has_checksums_ = has_checksums_.value_or(intact);
+    return intact || !*has_checksums_;
+  }
+
+  Stamp stamp(std::int64_t container_time) {
+    if (container_time != AV_NOPTS_VALUE) {
+      last_time_ns_ = av_rescale_q(container_time, format_->streams[stream_]->time_base, AVRational{1, 1'000'000'000});
+    }
+    return {last_time_ns_, steady_now_ns(), sequence_++};
+  }
+
+  SourceItem lost(const std::string& reason) { return LostPicture{stamp(packet_time_), spec_.stream, reason}; }
+
+  SourceItem convert() {
+    const AVFrame& frame = *frame_;
+    const Stamp at = stamp(frame.best_effort_timestamp);
+    const std::string reason = unusable(frame);
+    if (!reason.empty()) {
+      return LostPicture{at, spec_.stream, reason};
+    }
+    if (spec_.stream == Stream::depth) {
+      return RawDepth{at, to_counts(frame)};
+    }
+    Picture picture;
+    picture.stamp = at;
+    picture.stream = spec_.stream;
+    picture.exposure = spec_.exposure;
+    picture.encoded = to_rgb(frame);
+    return picture;
+  }
+
+  /// Why a decoded frame cannot be handed on; empty where it can.
+  std::string unusable(const AVFrame& frame) const {
+    if (frame.best_effort_timestamp == AV_NOPTS_VALUE) {
+      return "the picture has no timestamp";
+    }
+    if (frame.decode_error_flags != 0 || (frame.flags & AV_FRAME_FLAG_CORRUPT) != 0) {
+      return "the picture is damaged";
+    }
+    if (frame.width != spec_.width || frame.height != spec_.height) {
+      return "found " + size_text(frame.width, frame.height) + ", allowed: " + size_text(spec_.width, spec_.height);
+    }
+    const AVPixFmtDescriptor* format = av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
+    const bool depth = spec_.stream == Stream::depth;
+    const bool right = depth ? frame.format == AV_PIX_FMT_GRAY16LE || frame.format == AV_PIX_FMT_GRAY16BE
+                             : format != nullptr && format->comp[0].depth == 8;
+    if (!right) {
+      return std::string("found pixel format ") + (format != nullptr ? format->name : "none") +
+             (depth ? ", allowed: gray16" : ", allowed: 8 bits a channel");
+    }
+    return "";
+  }
+
+  static Image<std::uint16_t> to_counts(const AVFrame& frame) {
+    Image<std::uint16_t> counts(frame.width, frame.height, 1);
+    const bool big_endian = frame.format == AV_PIX_FMT_GRAY16BE;
+    for (int y = 0; y < frame.height; ++y) {
+      const std::uint8_t* row = frame.data[0] + static_cast<std::ptrdiff_t>(y) * frame.linesize[0];
+      for (int x = 0; x < frame.width; ++x) {
+        counts.at(x, y) = static_cast<std::uint16_t>(big_endian ? AV_RB16(row + 2 * x) : AV_RL16(row + 2 * x));
+      }
+    }
+    return counts;
+  }
+
+  Image<std::uint8_t> to_rgb(const AVFrame& frame) {
+    const auto format = static_cast<AVPixelFormat>(frame.format);
+    constexpr int kFlags = SWS_BILINEAR | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP | SWS_ACCURATE_RND | SWS_BITEXACT;
+    scaler_.reset(sws_getCachedContext(scaler_.release(), frame.width, frame.height, format, frame.width, frame.height,
+                                       AV_PIX_FMT_RGB24, kFlags, nullptr, nullptr, nullptr));
+    const bool full_range = frame.color_range == AVCOL_RANGE_JPEG || codec_->codec_id == AV_CODEC_ID_MJPEG;
+    const int* from = sws_getCoefficients(frame.colorspace == AVCOL_SPC_BT709 ? SWS_CS_ITU709 : SWS_CS_ITU601);
+    sws_setColorspaceDetails(scaler_.get(), from, full_range ? 1 : 0, sws_getCoefficients(SWS_CS_DEFAULT), 1, 0,
+                             1 << 16, 1 << 16);
+    // libswscale writes whole vectors: rows are padded here and copied out.
+    const int stride = (3 * frame.width + 63) / 64 * 64;
+    padded_.resize(static_cast<std::size_t>(stride) * frame.height + 64);
+    std::uint8_t* planes[4] = {padded_.data(), nullptr, nullptr, nullptr};
+    const int strides[4] = {stride, 0, 0, 0};
+    sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);
+    Image<std::uint8_t> rgb(frame.width, frame.height, 3);
+    for (int y = 0; y < frame.height; ++y) {
+      std::memcpy(&rgb.at(0, y), padded_.data() + static_cast<std::ptrdiff_t>(y) * stride, 3 * frame.width);
+    }
+    return rgb;
+  }
+
+  StreamSpec spec_;
+  std::unique_ptr<AVFormatContext, FreeFormat> format_;
+  std::unique_ptr<AVCodecContext, FreeCodec> codec_;
+  std::unique_ptr<AVFrame, FreeFrame> frame_{av_frame_alloc()};
+  std::unique_ptr<AVPacket, FreePacket> packet_{av_packet_alloc()};
+  std::unique_ptr<SwsContext, FreeScaler> scaler_;
+  std::vector<std::uint8_t> padded_;
+  int stream_ = -1;
+  std::optional<bool> has_checksums_;
+  std::int64_t packet_time_ = AV_NOPTS_VALUE;
+  std::int64_t last_time_ns_ = 0;
+  std::uint64_t sequence_ = 0;
+};
+
+MkvSource::MkvSource(const std::filesystem::path& file, const StreamSpec& spec) : file_(file), spec_(spec) {
+  try {
+    reader_ = std::make_unique<Reader>(file, spec);
+    ahead_ = reader_->next();
+    if (!ahead_) {
+      throw InputError("found a Matroska file without a picture");
+    }
+    if (const auto* lost = std::get_if<LostPicture>(&*ahead_)) {
+      throw InputError("first picture: " + lost->reason);
+    }
+  } catch (const InputError& e) {
+    throw InputError(file.string() + ": " + e.what());
+  }
+}
+
+MkvSource::~MkvSource() = default;
+
+std::optional<SourceItem> MkvSource::next(std::chrono::milliseconds /*timeout*/) {
+  if (!ahead_) {
+    return std::nullopt;
+  }
+  std::optional<SourceItem> item = std::move(ahead_);
+  ahead_ = reader_->next();
+  return item;
+}
+
+bool MkvSource::finished() const { return !ahead_; }
+
+void MkvSource::rewind() {
+  // Opened anew instead of sought: the decoder starts as it did the first time.
+  try {
+    reader_ = std::make_unique<Reader>(file_, spec_);
+    ahead_ = reader_->next();
+  } catch (const InputError&) {
+    ahead_.reset();  // the file has gone meanwhile: over, as a device that was unplugged
+  }
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,29 @@
+#pragma once
+// mkv:FILE - one video stream in Matroska: FFV1 gray16 for depth, MJPEG or 8-bit FFV1 for colour. Times are the
+// container's (rounded to 1 ms by Matroska). A file that was cut short plays up to the cut.
+#include <filesystem>
+
+#include "capture/source.h"
+#include "capture/stream_spec.h"
+
+namespace lumigraft {
+
+class MkvSource : public Source {
+ public:
+  /// Opens the file and decodes its first picture. Throws InputError. Damage found later becomes a LostPicture.
+  MkvSource(const std::filesystem::path& file, const StreamSpec& spec);
+  ~MkvSource() override;
+
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
+  bool finished() const override;
+  void rewind() override;
+
+ private:
+  class Reader;
+  std::filesystem::path file_;
+  StreamSpec spec_;
+  std::unique_ptr<Reader> reader_;
+  std::optional<SourceItem> ahead_;  ///< read before it is asked for, so that finished() is true after the last picture
+};
+
+}  // namespace lumigraft

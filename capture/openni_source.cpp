@@ -1,0 +1,379 @@
+#include "capture/openni_source.h"
+
+#include <OpenNI.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <thread>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+using namespace std::chrono_literals;
+
+const char* name_of(Stream stream) { return stream == Stream::depth ? "depth" : "colour"; }
+
+/// What OpenNI2 says about its last failure, on one line.
+std::string openni_error() {
+  std::string text = openni::OpenNI::getExtendedError();
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+  text.erase(text.find_last_not_of(' ') + 1);
+  return text.empty() ? "no reason given" : text;
+}
+
+/// The library counts initialize and shutdown.
+struct Library {
+  Library() {
+    if (openni::OpenNI::initialize() != openni::STATUS_OK) {
+      throw InputError("found no working OpenNI2: " + openni_error());
+    }
+  }
+  ~Library() { openni::OpenNI::shutdown(); }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+};
+
+/// Hears from OpenNI2's threads that a device has gone or a recording is over.
+class EndListener : public openni::OpenNI::DeviceStateChangedListener,
+                    public openni::OpenNI::DeviceDisconnectedListener {
+ public:
+  EndListener() {
+    openni::OpenNI::addDeviceStateChangedListener(this);
+    openni::OpenNI::addDeviceDisconnectedListener(this);
+  }
+  ~EndListener() override {
+    openni::OpenNI::removeDeviceStateChangedListener(this);
+    openni::OpenNI::removeDeviceDisconnectedListener(this);
+  }
+  EndListener(const EndListener&) = delete;
+  EndListener& operator=(const EndListener&) = delete;
+
+  void onDeviceStateChanged(const openni::DeviceInfo* info, openni::DeviceState state) override {
+    ended_ = ended_ || (static_cast<int>(state) == ONI_DEVICE_STATE_EOF && uri_ == info->getUri());
+  }
+  void onDeviceDisconnected(const openni::DeviceInfo* info) override { ended_ = ended_ || uri_ == info->getUri(); }
+
+  void listen_to(const std::string& uri) { uri_ = uri; }
+  bool ended() const { return ended_; }
+
+ private:
+  std::string uri_;  ///< set before the device starts, only read afterwards
+  std::atomic<bool> ended_{false};
+};
+
+openni::PixelFormat format_of(const StreamSpec& spec) {
+  if (spec.stream != Stream::depth) {
+    return openni::PIXEL_FORMAT_RGB888;
+  }
+  return std::abs(spec.unit_m - 0.0001) < 1e-9 ? openni::PIXEL_FORMAT_DEPTH_100_UM : openni::PIXEL_FORMAT_DEPTH_1_MM;
+}
+
+std::string mode_text(const StreamSpec& spec) {
+  return size_text(spec.width, spec.height) + " of " +
+         (spec.stream != Stream::depth                           ? "8-bit RGB"
+          : format_of(spec) == openni::PIXEL_FORMAT_DEPTH_100_UM ? "0.1 mm depth"
+                                                                 : "1 mm depth");
+}
+
+bool fits(const openni::VideoMode& mode, const StreamSpec& spec) {
+  return mode.getResolutionX() == spec.width && mode.getResolutionY() == spec.height &&
+         mode.getPixelFormat() == format_of(spec);
+}
+
+/// One stream of a device and how far it has been read.
+struct Lane {
+  StreamSpec spec;
+  openni::VideoStream stream;
+  int left = 0;  ///< pictures of a recording not yet read
+  std::optional<int> first_index;
+  std::uint64_t next_sequence = 0;
+  std::int64_t last_time_ns = 0;
+};
+
+/// An open device with its streams, and the order in which they must go.
+struct OpenDevice {
+  OpenDevice() = default;
+  OpenDevice(const OpenDevice&) = delete;
+  OpenDevice& operator=(const OpenDevice&) = delete;
+  ~OpenDevice() {
+    for (const auto& lane : lanes) {
+      lane->stream.stop();
+    }
+    if (device.isValid() && device.isFile()) {
+      // The player's thread walks its list of streams without a lock, all the time while one of them is started and
+      // every 10 ms otherwise. Destroying a stream while it walks crashes it, so it is let come to rest first.
+      std::this_thread::sleep_for(25ms);
+    }
+    lanes.clear();
+    device.close();
+  }
+
+  openni::Device device;
+  std::vector<std::unique_ptr<Lane>> lanes;
+};
+
+}  // namespace
+
+/// One run of a device or one pass over a recording. The constructor throws InputError with the reason alone.
+class OpenNiSource::Reader {
+ public:
+  Reader(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs) : kind_(kind) {
+    if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK) {
+      throw InputError("found nothing OpenNI2 can open: " + openni_error());
+    }
+    if (device_.isFile() != (kind == Kind::recording)) {
+      throw InputError(std::string("found a ") + (device_.isFile() ? "recording" : "device") +
+                       ", allowed: oni: for recordings, openni2: for devices");
+    }
+    listener_.listen_to(device_.getDeviceInfo().getUri());
+    for (const StreamSpec& spec : specs) {
+      lanes_.push_back(std::make_unique<Lane>());
+      lanes_.back()->spec = spec;
+      create(*lanes_.back());
+    }
+    if (kind == Kind::recording) {
+      openni::PlaybackControl* playback = device_.getPlaybackControl();
+      // -1: one picture per read, whatever its time.
+      if (playback == nullptr || playback->setSpeed(-1.0f) != openni::STATUS_OK ||
+          playback->setRepeatEnabled(false) != openni::STATUS_OK) {
+        throw InputError("found a recording that cannot be stepped: " + openni_error());
+      }
+      for (const auto& lane : lanes_) {
+        lane->left = playback->getNumberOfFrames(lane->stream);
+        if (lane->left <= 0) {
+          throw InputError(std::string("found no ") + name_of(lane->spec.stream) + " pictures in the recording");
+        }
+      }
+    } else {
+      prepare_device();
+    }
+    for (const auto& lane : lanes_) {
+      if (lane->stream.start() != openni::STATUS_OK) {
+        throw InputError(std::string("found a ") + name_of(lane->spec.stream) +
+                         " stream that does not start: " + openni_error());
+      }
+    }
+  }
+
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
+    // A recording answers as fast as it can be read. Its counts of pictures say when it is over; where they are wrong,
+    // silence does.
+    constexpr std::chrono::milliseconds kSilence = 5000ms;
+    constexpr std::chrono::milliseconds kSilenceAfterEnd = 1000ms;
+    if (finished_) {
+      return std::nullopt;
+    }
+    std::vector<openni::VideoStream*> streams;
+    for (const auto& lane : lanes_) {
+      streams.push_back(&lane->stream);
+    }
+    int ready = -1;
+    const auto wait = kind_ == Kind::device ? timeout : listener_.ended() ? kSilenceAfterEnd : kSilence;
+    const openni::Status status = openni::OpenNI::waitForAnyStream(streams.data(), static_cast<int>(streams.size()),
+                                                                   &ready, static_cast<int>(wait.count()));
+    if (status != openni::STATUS_OK || ready < 0 || ready >= static_cast<int>(lanes_.size())) {
+      finished_ = kind_ == Kind::recording || listener_.ended();
+      return std::nullopt;
+    }
+    SourceItem item = take(*lanes_[ready]);
+    if (kind_ == Kind::recording) {
+      --lanes_[ready]->left;
+      finished_ = std::all_of(lanes_.begin(), lanes_.end(), [](const auto& lane) { return lane->left <= 0; });
+    }
+    return item;
+  }
+
+  bool finished() const { return finished_; }
+
+ private:
+  void create(Lane& lane) {
+    const openni::SensorType sensor = lane.spec.stream == Stream::depth ? openni::SENSOR_DEPTH : openni::SENSOR_COLOR;
+    const std::string name = name_of(lane.spec.stream);
+    if (!device_.hasSensor(sensor) || lane.stream.create(device_, sensor) != openni::STATUS_OK) {
+      throw InputError("found no " + name + " stream");
+    }
+    if (kind_ == Kind::recording) {
+      if (!fits(lane.stream.getVideoMode(), lane.spec)) {
+        const openni::VideoMode mode = lane.stream.getVideoMode();
+        throw InputError("found a " + name + " stream of " + size_text(mode.getResolutionX(), mode.getResolutionY()) +
+                         " in pixel format " + std::to_string(mode.getPixelFormat()) +
+                         ", allowed: " + mode_text(lane.spec));
+      }
+      return;
+    }
+    const auto& modes = lane.stream.getSensorInfo().getSupportedVideoModes();
+    const openni::VideoMode* best = nullptr;
+    for (int i = 0; i < modes.getSize(); ++i) {
+      if (fits(modes[i], lane.spec) && (best == nullptr || modes[i].getFps() > best->getFps())) {
+        best = &modes[i];
+      }
+    }
+    if (best == nullptr || lane.stream.setVideoMode(*best) != openni::STATUS_OK) {
+      throw InputError("found no " + name + " mode for it, allowed by the session: " + mode_text(lane.spec));
+    }
+  }
+
+  void prepare_device() {
+    for (const auto& lane : lanes_) {
+      lane->stream.setMirroringEnabled(false);
+      if (lane->stream.getMirroringEnabled()) {
+        throw InputError("found a device that only gives mirrored pictures");
+      }
+      if (openni::CameraSettings* settings = lane->stream.getCameraSettings()) {
+        // Radiance = response / exposure holds for a fixed exposure alone; devices without these controls have one.
+        settings->setAutoExposureEnabled(false);
+        settings->setAutoWhiteBalanceEnabled(false);
+      }
+      if (lane->spec.stream == Stream::depth) {
+        const auto wanted =
+            lane->spec.registered ? openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR : openni::IMAGE_REGISTRATION_OFF;
+        const bool set = device_.isImageRegistrationModeSupported(wanted) &&
+                         device_.setImageRegistrationMode(wanted) == openni::STATUS_OK;
+        if (lane->spec.registered && !set) {
+          throw InputError("found a device that cannot register depth to colour, allowed: depth.registered = false");
+        }
+      }
+    }
+    device_.setDepthColorSyncEnabled(true);  // where it can; pairing by time copes without
+  }
+
+  SourceItem take(Lane& lane) {
+    openni::VideoFrameRef frame;
+    const bool read = lane.stream.readFrame(&frame) == openni::STATUS_OK && frame.isValid();
+    Stamp stamp{lane.last_time_ns, steady_now_ns(), lane.next_sequence};
+    if (read) {
+      if (!lane.first_index) {
+        lane.first_index = frame.getFrameIndex();
+      }
+      const auto index = static_cast<std::int64_t>(frame.getFrameIndex()) - *lane.first_index;
+      if (index > static_cast<std::int64_t>(stamp.sequence)) {
+        stamp.sequence = static_cast<std::uint64_t>(index);  // the device says that pictures are missing
+      }
+      stamp.time_ns = static_cast<std::int64_t>(std::min<std::uint64_t>(frame.getTimestamp(), INT64_MAX / 1000)) * 1000;
+    }
+    lane.next_sequence = stamp.sequence + 1;
+    lane.last_time_ns = stamp.time_ns;
+    const std::size_t pixel = lane.spec.stream == Stream::depth ? 2 : 3;
+    const std::size_t row = pixel * static_cast<std::size_t>(lane.spec.width);
+    if (!read || !fits(frame.getVideoMode(), lane.spec) || frame.getWidth() != lane.spec.width ||
+        frame.getHeight() != lane.spec.height || frame.getStrideInBytes() < static_cast<int>(row) ||
+        frame.getDataSize() < frame.getStrideInBytes() * (frame.getHeight() - 1) + static_cast<int>(row)) {
+      return LostPicture{stamp, lane.spec.stream, "the picture is damaged"};
+    }
+    const auto copy = [&](auto& image) {
+      const auto* data = static_cast<const std::uint8_t*>(frame.getData());
+      for (int y = 0; y < image.height; ++y) {
+        std::memcpy(&image.at(0, y), data + static_cast<std::ptrdiff_t>(y) * frame.getStrideInBytes(), row);
+      }
+    };
+    if (lane.spec.stream == Stream::depth) {
+      RawDepth depth{stamp, Image<std::uint16_t>(lane.spec.width, lane.spec.height, 1)};
+      copy(depth.counts);
+      return depth;
+    }
+    Picture picture;
+    picture.stamp = stamp;
+    picture.stream = lane.spec.stream;
+    picture.exposure = lane.spec.exposure;
+    picture.encoded = Image<std::uint8_t>(lane.spec.width, lane.spec.height, 3);
+    copy(picture.encoded);
+    return picture;
+  }
+
+  Kind kind_;
+  Library library_;
+  EndListener listener_;
+  OpenDevice open_;
+  openni::Device& device_ = open_.device;
+  std::vector<std::unique_ptr<Lane>>& lanes_ = open_.lanes;
+  bool finished_ = false;
+};
+
+OpenNiSource::OpenNiSource(Kind kind, const std::string& uri, std::vector<StreamSpec> specs)
+    : kind_(kind), uri_(uri), specs_(std::move(specs)) {
+  try {
+    reader_ = std::make_unique<Reader>(kind_, uri_, specs_);
+  } catch (const InputError& e) {
+    throw InputError((kind == Kind::device ? "openni2:" : "") + uri_ + ": " + e.what());
+  }
+}
+
+OpenNiSource::~OpenNiSource() = default;
+
+std::optional<SourceItem> OpenNiSource::next(std::chrono::milliseconds timeout) {
+  return reader_ == nullptr ? std::nullopt : reader_->next(timeout);
+}
+
+bool OpenNiSource::finished() const { return reader_ == nullptr || reader_->finished(); }
+
+void OpenNiSource::rewind() {
+  if (kind_ == Kind::device) {
+    return;
+  }
+  reader_.reset();
+  try {
+    reader_ = std::make_unique<Reader>(kind_, uri_, specs_);
+  } catch (const InputError&) {
+    // The file has gone meanwhile: finished() says so.
+  }
+}
+
+void check_oni_file(const std::string& file) {
+  const pid_t child = fork();
+  if (child < 0) {
+    throw InputError(file + ": found no process to check it in");
+  }
+  if (child == 0) {
+    const rlimit none{0, 0};
+    setrlimit(RLIMIT_CORE, &none);
+    if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr) {
+      _exit(1);
+    }
+    constexpr unsigned kLongestPause_s = 10;  // then SIGALRM ends it
+    std::signal(SIGALRM, SIG_DFL);
+    alarm(kLongestPause_s);
+    openni::OpenNI::initialize();
+    openni::Device device;
+    if (device.open(file.c_str()) != openni::STATUS_OK || device.getPlaybackControl() == nullptr) {
+      _exit(0);  // a clean refusal: opening it in earnest says why
+    }
+    device.getPlaybackControl()->setSpeed(-1.0f);
+    device.getPlaybackControl()->setRepeatEnabled(false);
+    openni::VideoStream streams[2];
+    std::vector<openni::VideoStream*> started;
+    for (const auto sensor : {openni::SENSOR_COLOR, openni::SENSOR_DEPTH}) {
+      openni::VideoStream& stream = streams[started.size()];
+      if (device.hasSensor(sensor) && stream.create(device, sensor) == openni::STATUS_OK &&
+          stream.start() == openni::STATUS_OK) {
+        started.push_back(&stream);
+      }
+    }
+    int ready = 0;
+    openni::VideoFrameRef frame;
+    while (!started.empty() && openni::OpenNI::waitForAnyStream(started.data(), static_cast<int>(started.size()),
+                                                                &ready, 500) == openni::STATUS_OK) {
+      started[ready]->readFrame(&frame);
+      alarm(kLongestPause_s);
+    }
+    _exit(0);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw InputError(file + ": found a damaged recording that crashes OpenNI2");
+  }
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,11 @@
+#pragma once
+// Writes OpenEXR files for tests: 32-bit float, channels R G B, or Y alone.
+#include <filesystem>
+
+#include "capture/image.h"
+
+namespace lumigraft::test {
+
+void write_exr(const std::filesystem::path& file, const Image<float>& image);
+
+}  // namespace lumigraft::test

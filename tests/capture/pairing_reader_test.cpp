@@ -1,0 +1,251 @@
+#include "capture/pairing_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace lumigraft {
+namespace {
+
+using namespace std::chrono_literals;
+using Items = std::vector<SourceItem>;
+
+constexpr std::int64_t kMs = 1'000'000;
+
+Picture picture(Stream stream, std::uint64_t sequence, std::int64_t time_ms) {
+  Picture p;
+  p.stamp = {time_ms * kMs, 0, sequence};
+  p.stream = stream;
+  return p;
+}
+Picture color(std::uint64_t sequence, std::int64_t time_ms) { return picture(Stream::color, sequence, time_ms); }
+Picture fisheye(std::uint64_t sequence, std::int64_t time_ms) { return picture(Stream::fisheye, sequence, time_ms); }
+RawDepth depth(std::uint64_t sequence, std::int64_t time_ms) {
+  return {{time_ms * kMs, 0, sequence}, Image<std::uint16_t>(1, 1, 1, static_cast<std::uint16_t>(sequence + 1))};
+}
+LostPicture lost(Stream stream, std::uint64_t sequence, std::int64_t time_ms) {
+  return {{time_ms * kMs, 0, sequence}, stream, "torn"};
+}
+
+class Script : public Source {
+ public:
+  explicit Script(Items items) : items_(std::move(items)) {}
+  std::optional<SourceItem> next(std::chrono::milliseconds) override {
+    return finished() ? std::nullopt : std::optional<SourceItem>(items_[next_++]);
+  }
+  bool finished() const override { return next_ == items_.size(); }
+  void rewind() override { next_ = 0; }
+
+ private:
+  Items items_;
+  std::size_t next_ = 0;
+};
+
+Image<float> to_m(const Image<std::uint16_t>& counts) { return Image<float>(1, 1, 1, counts.data[0]); }
+
+std::shared_ptr<Script> script(Items items) { return std::make_shared<Script>(std::move(items)); }
+
+/// "colour sequence / depth sequence / fish-eye sequences" for each frame, and its warnings after it.
+std::vector<std::string> play(FrameReader& reader) {
+  std::vector<std::string> out;
+  while (const auto set = reader.next(10ms)) {
+    EXPECT_EQ(set->index, set->color->stamp.sequence);
+    EXPECT_EQ(set->time_ns, set->color->stamp.time_ns);
+    std::string line = std::to_string(set->index) + "/";
+    if (set->depth != nullptr) {
+      line += std::to_string(set->depth->stamp.sequence);
+      EXPECT_EQ(set->depth->depth_m.data[0], static_cast<float>(set->depth->stamp.sequence + 1));
+    }
+    line += "/";
+    for (const auto& f : set->fisheye) {
+      line += std::to_string(f->stamp.sequence);
+    }
+    out.push_back(line);
+    out.insert(out.end(), set->warnings.begin(), set->warnings.end());
+  }
+  EXPECT_TRUE(reader.finished());
+  return out;
+}
+
+std::vector<std::string> play(Items colors, Items depths, Items fisheyes = {}) {
+  PairedSources sources;
+  sources.color = script(std::move(colors));
+  sources.depth = script(std::move(depths));
+  if (!fisheyes.empty()) {
+    sources.fisheye = script(std::move(fisheyes));
+  }
+  PairingReader reader(std::move(sources), to_m);
+  EXPECT_FALSE(reader.live());
+  const auto once = play(reader);
+  reader.rewind();
+  EXPECT_EQ(play(reader), once) << "rewound";
+  return once;
+}
+
+using Lines = std::vector<std::string>;
+
+TEST(PairingReader, EqualTimesPair) {
+  EXPECT_EQ(play({color(0, 0), color(1, 33), color(2, 67)}, {depth(0, 0), depth(1, 33), depth(2, 67)},
+                 {fisheye(0, 0), fisheye(1, 33), fisheye(2, 67)}),
+            (Lines{"0/0/0", "1/1/1", "2/2/2"}));
+}
+
+TEST(PairingReader, TheNearestWithinHalfAPeriodPairs) {
+  EXPECT_EQ(
+      play({color(0, 100), color(1, 133), color(2, 167)}, {depth(0, 90), depth(1, 112), depth(2, 130), depth(3, 175)}),
+      (Lines{"0/0/", "1/2/", "1 depth picture late or without a colour picture: dropped", "2/3/"}));
+}
+
+TEST(PairingReader, NothingPairsBeyondTheBound) {
+  EXPECT_EQ(play({color(0, 0), color(1, 40), color(2, 80)}, {depth(0, 0), depth(1, 61), depth(2, 101)}),
+            (Lines{"0/0/", "1//", "no depth picture within 20 ms of the colour picture", "2/1/"}));
+}
+
+TEST(PairingReader, ALostColorPictureKeepsItsIndex) {
+  EXPECT_EQ(play({color(0, 0), lost(Stream::color, 1, 33), color(2, 67)}, {depth(0, 0), depth(1, 33), depth(2, 67)}),
+            (Lines{"0/0/", "2/2/", "colour picture 1 lost: torn",
+                   "1 depth picture late or without a colour picture: dropped"}));
+}
+
+TEST(PairingReader, WhatIsLostAtTheEndsIsNamedToo) {
+  EXPECT_EQ(
+      play({lost(Stream::color, 0, 0), color(1, 33), lost(Stream::color, 2, 67), lost(Stream::color, 3, 100)},
+           {depth(0, 33)}),
+      (Lines{"1/0/", "colour picture 0 lost: torn", "colour picture 2 lost: torn", "colour picture 3 lost: torn"}));
+}
+
+TEST(PairingReader, ALostDepthPictureLeavesItsFrameWithout) {
+  EXPECT_EQ(play({color(0, 0), color(1, 34), color(2, 68)}, {depth(0, 0), lost(Stream::depth, 1, 34), depth(2, 68)}),
+            (Lines{"0/0/", "1//", "depth picture 1 lost: torn", "2/2/"}));
+}
+
+TEST(PairingReader, GapsInTheSequenceAreCounted) {
+  EXPECT_EQ(play({color(0, 0), color(3, 99)}, {depth(0, 0), depth(3, 99)}),
+            (Lines{"0/0/", "3/3/", "2 colour pictures missing before picture 3",
+                   "2 depth pictures missing before picture 3"}));
+}
+
+TEST(PairingReader, TimesThatGoBackAreDropped) {
+  EXPECT_EQ(play({color(0, 0), color(1, 33), color(2, 20), color(3, 67)},
+                 {depth(0, 0), depth(1, 33), depth(2, 33), depth(3, 67)}),
+            (Lines{"0/0/", "1/1/", "3/3/", "colour picture 2 is 13 ms older than the one before: dropped",
+                   "depth picture 2 is 0 ms older than the one before: dropped"}));
+}
+
+TEST(PairingReader, ABracketStaysTogether) {
+  EXPECT_EQ(
+      play({color(0, 0), color(1, 33), color(2, 67)}, {depth(0, 0), depth(1, 33), depth(2, 67)},
+           {fisheye(0, 2), fisheye(1, 2), fisheye(2, 2), fisheye(3, 68), lost(Stream::fisheye, 4, 68), fisheye(5, 68)}),
+      (Lines{"0/0/012", "1/1/", "2/2/35", "fish-eye picture 4 lost: torn"}));
+}
+
+TEST(PairingReader, ASlowFisheyeLeavesFramesWithoutOneAndSaysNothing) {
+  EXPECT_EQ(
+      play({color(0, 0), color(1, 33), color(2, 67), color(3, 100), color(4, 133)},
+           {depth(0, 0), depth(1, 33), depth(2, 67), depth(3, 100), depth(4, 133)}, {fisheye(0, 5), fisheye(1, 105)}),
+      (Lines{"0/0/0", "1/1/", "2/2/", "3/3/1", "4/4/"}));
+}
+
+TEST(PairingReader, ADepthStreamThatEndsEarlyStopsNothing) {
+  const Lines lines = play({color(0, 0), color(1, 33), color(2, 67)}, {depth(0, 0)});
+  EXPECT_EQ(lines, (Lines{"0/0/", "1//", "no depth picture within 17 ms of the colour picture", "2//",
+                          "no depth picture within 17 ms of the colour picture"}));
+}
+
+TEST(PairingReader, OneSourceForTwoStreamsPairsTheSameWhateverItsOrder) {
+  const auto run = [](bool depth_first) {
+    Items items;
+    for (std::uint64_t i = 0; i < 40; ++i) {
+      const auto time_ms = static_cast<std::int64_t>(33 * i + (i * i) % 5);
+      const bool first = depth_first == (i % 3 != 0);
+      if (i == 7) {
+        items.push_back(lost(Stream::depth, i, time_ms));
+        items.push_back(color(i, time_ms + 4));
+        continue;
+      }
+      items.push_back(first ? SourceItem(depth(i, time_ms)) : SourceItem(color(i, time_ms + 4)));
+      items.push_back(first ? SourceItem(color(i, time_ms + 4)) : SourceItem(depth(i, time_ms)));
+    }
+    PairedSources sources;
+    sources.color = sources.depth = script(items);
+    PairingReader reader(std::move(sources), to_m);
+    return play(reader);
+  };
+  EXPECT_EQ(run(true), run(false));
+  EXPECT_EQ(run(true).size(), 42u);
+}
+
+TEST(PairingReader, ASharedSourceWithoutDepthIsNotReadIntoMemoryWhole) {
+  Items items;
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    items.push_back(color(i, static_cast<std::int64_t>(33 * i)));
+  }
+  auto source = script(items);
+  PairedSources sources;
+  sources.color = sources.depth = source;
+  PairingReader reader(std::move(sources), to_m);
+  EXPECT_TRUE(reader.next(10ms));
+  int left = 0;
+  while (source->next(0ms)) {
+    ++left;
+  }
+  EXPECT_GT(left, 80);
+}
+
+/// A device: items come when a test gives them.
+class Device : public Source {
+ public:
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
+    if (items_.empty()) {
+      std::this_thread::sleep_for(timeout);
+      return std::nullopt;
+    }
+    SourceItem item = items_.front();
+    items_.pop_front();
+    return item;
+  }
+  bool finished() const override { return gone; }
+  void rewind() override {}
+  void give(SourceItem item) { items_.push_back(std::move(item)); }
+  bool gone = false;
+
+ private:
+  std::deque<SourceItem> items_;
+};
+
+TEST(PairingReader, LiveWaitsForDepthOnePeriodAndNoLonger) {
+  auto device = std::make_shared<Device>();
+  PairedSources sources{device, device, nullptr, true};
+  PairingReader reader(std::move(sources), to_m);
+  EXPECT_TRUE(reader.live());
+  EXPECT_FALSE(reader.next(5ms));
+  EXPECT_FALSE(reader.finished());
+
+  device->give(color(0, 1000));
+  device->give(depth(0, 1001));
+  const auto first = reader.next(1s);
+  ASSERT_TRUE(first);
+  EXPECT_TRUE(first->depth);
+
+  device->give(color(1, 1033));
+  const auto start = std::chrono::steady_clock::now();
+  const auto second = reader.next(5s);
+  ASSERT_TRUE(second);
+  EXPECT_FALSE(second->depth);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 2s);
+
+  device->give(depth(1, 1034));  // too late
+  device->give(color(2, 1067));
+  device->give(depth(2, 1068));
+  const auto third = reader.next(1s);
+  ASSERT_TRUE(third && third->depth);
+  EXPECT_EQ(third->depth->stamp.sequence, 2u);
+  EXPECT_EQ(third->warnings, Lines{"1 depth picture late or without a colour picture: dropped"});
+
+  device->gone = true;
+  EXPECT_FALSE(reader.next(1s));
+  EXPECT_TRUE(reader.finished());
+}
+
+}  // namespace
+}  // namespace lumigraft
