@@ -81,7 +81,7 @@ specular = 0.0
 
 
 def write_exr(path, picture, lossy=False):
-    """Half floats (depth: float32); DWA where a loss below the path tracer's noise is worth the bytes."""
+    """Half floats (depth: float32); DWA where what it loses is mostly noise."""
     header = {
         "compression": OpenEXR.DWAB_COMPRESSION if lossy else OpenEXR.PIZ_COMPRESSION,
         "type": OpenEXR.scanlineimage,
