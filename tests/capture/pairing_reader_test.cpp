@@ -163,8 +163,13 @@ TEST(PairingReader, OneSourceForTwoStreamsPairsTheSameWhateverItsOrder) {
         items.push_back(color(i, time_ms + 4));
         continue;
       }
-      items.push_back(first ? SourceItem(depth(i, time_ms)) : SourceItem(color(i, time_ms + 4)));
-      items.push_back(first ? SourceItem(color(i, time_ms + 4)) : SourceItem(depth(i, time_ms)));
+      if (first) {
+        items.emplace_back(depth(i, time_ms));
+        items.emplace_back(color(i, time_ms + 4));
+      } else {
+        items.emplace_back(color(i, time_ms + 4));
+        items.emplace_back(depth(i, time_ms));
+      }
     }
     PairedSources sources;
     sources.color = sources.depth = script(items);
@@ -172,7 +177,7 @@ TEST(PairingReader, OneSourceForTwoStreamsPairsTheSameWhateverItsOrder) {
     return play(reader);
   };
   EXPECT_EQ(run(true), run(false));
-  EXPECT_EQ(run(true).size(), 42u);
+  EXPECT_EQ(run(true).size(), 41u) << "40 frames and the word about one lost picture";
 }
 
 TEST(PairingReader, ASharedSourceWithoutDepthIsNotReadIntoMemoryWhole) {
