@@ -25,6 +25,7 @@ std::vector<PointLight> placed(const Illumination& illumination, const std::vect
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const LampEstimate& estimate = estimates[i];
     PointLight& light = lights[i];
+    light.irradiance = light.irradiance.cwiseProduct(estimate.gain);
     light.distance_known = estimate.log_sigma < kKnownSigma && estimate.distance_m < kFarthestKnown_m;
     if (!light.distance_known) continue;
     light.position_m = illumination.probe_position_m + estimate.distance_m * light.direction;
@@ -47,9 +48,10 @@ std::string distance_warning(const std::vector<PointLight>& lights) {
 }  // namespace
 
 struct AlbedoStage::State {
-  explicit State(const Session& session) : metal(session) {}
+  explicit State(const Session& session) : metal(session), tag_size_m(session.tag.size_m) {}
 
   MetalSurfaces metal;
+  double tag_size_m;
   std::uint64_t version = 0;
   bool solved = false;
   std::uint64_t field_version = 0, illumination_version = 0;
@@ -76,7 +78,8 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
     gathered.push_back(room.gather(sample.position, sample.normal, kGatherRays));
   }
   auto lit = std::make_shared<Illumination>(illumination);
-  lit->lights = placed(illumination, locate_lamps(room, illumination, surface.samples, gathered));
+  lit->lights = placed(illumination, locate_lamps(room, illumination, surface.samples, gathered,
+                                                  tag_paper(surface.points, s.tag_size_m)));
 
   const LitSurface points(surface, room, *lit, gathered);
   const std::vector<SampleAlbedo> albedo =

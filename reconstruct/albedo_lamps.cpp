@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "reconstruct/albedo_refine.h"
 #include "reconstruct/albedo_shading.h"
@@ -9,12 +10,15 @@
 namespace lumigraft {
 namespace {
 
-constexpr double kNearest_m = 0.3, kFarthest_m = 8.0;
+constexpr double kNearest_m = 0.4, kFarthest_m = 8.0, kUsual_m = 1.5;
 constexpr int kGridSteps = 16;
 constexpr int kFineSteps = 7;
 constexpr double kFineReach = 0.22;  ///< of log distance, either way
-constexpr int kRounds = 3;           ///< of coordinate descent
-constexpr int kShaped = 3;           ///< strongest lamps whose shape is looked into after the grid
+constexpr double kLargestGain = 4096;
+constexpr int kGainSteps = 13;  ///< powers of two
+constexpr int kPaperRays = 64;
+constexpr int kRounds = 3;  ///< of coordinate descent
+constexpr int kShaped = 3;  ///< strongest lamps whose shape is looked into after the grid
 constexpr float kQuadrilateral = 0.2f;
 /// An outline that speaks against a shape costs this share of the robust sum.
 constexpr double kOutlinePenalty = 0.1;
@@ -25,17 +29,28 @@ std::vector<double> spaced(double low, double high, int count) {
   return result;
 }
 
+std::vector<SamplePair> every_third(const std::vector<SamplePair>& pairs) {
+  std::vector<SamplePair> result;
+  for (std::size_t i = 0; i < pairs.size(); i += 3) result.push_back(pairs[i]);
+  return result;
+}
+
 double outline_penalty(const PointLight& light, bool flat) {
   return (light.squareness > kQuadrilateral) == flat ? 1 : 1 + kOutlinePenalty;
 }
 
 class LampSearch {
  public:
-  LampSearch(ShadingModel& model, const std::vector<SamplePair>& pairs, const Eigen::Vector3f& probe)
-      : model_(model), pairs_(pairs), shapes_(model.lamps()), factors_(model.lamps()) {
+  LampSearch(ShadingModel& model, const std::vector<SamplePair>& pairs, int paper, const Eigen::Vector3f& probe)
+      : model_(model),
+        pairs_(pairs),
+        some_pairs_(every_third(pairs)),
+        paper_(paper),
+        shapes_(model.lamps()),
+        powers_(model.lamps()),
+        factors_(model.lamps()) {
     for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
       model.tabulate(lamp, spaced(std::log(kNearest_m), std::log(kFarthest_m), kGridSteps), 1);
-      shapes_[lamp].log_distance = std::log(2.0);
       // A panel faces the probe, the floor, or the tag.
       const Eigen::Vector3f& direction = model.light(lamp).direction;
       std::vector<Eigen::Vector3f> normals{-direction};
@@ -43,11 +58,18 @@ class LampSearch {
       const Eigen::Vector3f to_tag = -(probe + 1.2f * direction).normalized();
       if (to_tag.dot(direction) < -0.3f) normals.push_back(to_tag);
       facing_.push_back(normals);
+      shapes_[lamp].log_distance = std::log(kUsual_m);
+      shapes_[lamp].flat = model.light(lamp).squareness > kQuadrilateral;
+      if (shapes_[lamp].flat) shapes_[lamp].tilt = model.tilt_of(lamp, normals.back());
       update(lamp);
     }
   }
 
   std::vector<LampEstimate> solve() {
+    if (any_clipped()) {
+      start_gains();
+      adopt(refine_lamps(model_, some_pairs_, paper_, shapes_));
+    }
     for (int round = 0; round < kRounds; ++round) {
       bool changed = false;
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) changed |= descend(lamp);
@@ -58,13 +80,16 @@ class LampSearch {
       const double at = shapes_[lamp].log_distance;
       model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), 5);
     }
-    const Refinement final = refine_lamps(model_, pairs_, shapes_);
+    const Refinement final = refine_lamps(model_, pairs_, paper_, shapes_);
     std::vector<LampEstimate> result;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       LampEstimate estimate;
       estimate.distance_m = static_cast<float>(std::exp(final.shapes[lamp].log_distance));
       estimate.log_sigma = static_cast<float>(final.log_sigma[lamp]);
       estimate.flat = final.shapes[lamp].flat;
+      for (int c = 0; c < 3; ++c) {
+        estimate.gain[c] = static_cast<float>(std::exp(final.shapes[lamp].log_gain[static_cast<std::size_t>(c)]));
+      }
       if (estimate.flat) estimate.normal = model_.normal(lamp, final.shapes[lamp]);
       result.push_back(estimate);
     }
@@ -72,7 +97,52 @@ class LampSearch {
   }
 
  private:
-  void update(std::size_t lamp) { model_.factors(lamp, shapes_[lamp], factors_[lamp]); }
+  void update(std::size_t lamp) {
+    model_.factors(lamp, shapes_[lamp], factors_[lamp]);
+    powers_[lamp] = model_.power(lamp, shapes_[lamp]);
+  }
+  bool clipped(std::size_t lamp) const { return model_.light(lamp).clipped; }
+  bool any_clipped() const {
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      if (clipped(lamp)) return true;
+    }
+    return false;
+  }
+
+  void set_gain(std::size_t lamp, double log_gain) {
+    shapes_[lamp].log_gain = {log_gain, log_gain, log_gain};
+    update(lamp);
+  }
+
+  void adopt(const Refinement& refinement) {
+    shapes_ = refinement.shapes;
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) update(lamp);
+  }
+
+  /// Gains of clipped lamps where they usually stand: first the best one for all, then one by one. Without them a
+  /// single lamp close to the probe would have to explain what all of them do.
+  void start_gains() {
+    std::vector<std::size_t> all;
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      if (clipped(lamp)) all.push_back(lamp);
+    }
+    scan_gain(all);
+    for (int round = 0; round < kRounds; ++round) {
+      for (const std::size_t lamp : all) scan_gain({lamp});
+    }
+  }
+
+  void scan_gain(const std::vector<std::size_t>& lamps) {
+    double least = std::numeric_limits<double>::infinity(), best = 0;
+    for (const double log_gain : spaced(0, std::log(kLargestGain), kGainSteps)) {
+      for (const std::size_t lamp : lamps) set_gain(lamp, log_gain);
+      const double here = cost();
+      if (here >= least) continue;
+      least = here;
+      best = log_gain;
+    }
+    for (const std::size_t lamp : lamps) set_gain(lamp, best);
+  }
 
   double penalty(const std::vector<LampShape>& shapes) const {
     double product = 1;
@@ -83,8 +153,11 @@ class LampSearch {
   }
 
   double cost() {
-    model_.log_albedo(factors_, log_albedo_);
-    return robust_cost(log_albedo_, pairs_) * penalty(shapes_);
+    model_.log_albedo(powers_, factors_, log_albedo_);
+    double sum = robust_cost(log_albedo_, some_pairs_) * static_cast<double>(pairs_.size()) /
+                 static_cast<double>(some_pairs_.size());
+    if (any_clipped() && paper_ >= 0) sum += paper_cost(log_albedo_[static_cast<std::size_t>(paper_)]);
+    return sum * penalty(shapes_);
   }
 
   /// The best of all distances and simple shapes of one lamp, the others held.
@@ -101,37 +174,48 @@ class LampSearch {
         best = shape;
       }
     };
-    for (const double log_distance : model_.tabulated(lamp)) {
-      consider({log_distance, false, {}});
-      for (const Eigen::Vector3f& normal : facing_[lamp]) {
-        consider({log_distance, true, model_.tilt_of(lamp, normal)});
+    const double octave = std::log(2.0);
+    const std::vector<double> gains = clipped(lamp) ? spaced(-2 * octave, 2 * octave, 5) : std::vector{0.0};
+    for (const double gain : gains) {
+      std::array<double, 3> log_gain = before.log_gain;
+      for (double& g : log_gain) g = std::max(0.0, g + gain);
+      for (const double log_distance : model_.tabulated(lamp)) {
+        consider({log_distance, false, {}, log_gain});
+        if (before.flat) consider({log_distance, true, before.tilt, log_gain});
+        for (const Eigen::Vector3f& normal : facing_[lamp]) {
+          consider({log_distance, true, model_.tilt_of(lamp, normal), log_gain});
+        }
       }
     }
     shapes_[lamp] = best;
     update(lamp);
-    return best.log_distance != before.log_distance || best.flat != before.flat || best.tilt != before.tilt;
+    return best.log_distance != before.log_distance || best.flat != before.flat || best.tilt != before.tilt ||
+           best.log_gain != before.log_gain;
   }
 
   /// Refines all lamps together, then looks whether one of the strongest would rather be of the other kind.
   void refine_shapes() {
-    Refinement best = refine_lamps(model_, pairs_, shapes_);
+    Refinement best = refine_lamps(model_, some_pairs_, paper_, shapes_);
     double least = best.cost * penalty(best.shapes);
     for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kShaped, model_.lamps()); ++lamp) {
       std::vector<LampShape> other = best.shapes;
       other[lamp].flat = !other[lamp].flat;
       other[lamp].tilt = {};
-      const Refinement tried = refine_lamps(model_, pairs_, other);
+      const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other);
       if (tried.cost * penalty(tried.shapes) < least) {
         best = tried;
         least = tried.cost * penalty(tried.shapes);
       }
     }
-    shapes_ = best.shapes;
+    adopt(best);
   }
 
   ShadingModel& model_;
   const std::vector<SamplePair>& pairs_;
+  std::vector<SamplePair> some_pairs_;  ///< enough to search with
+  int paper_;                           ///< a sample's index, or -1
   std::vector<LampShape> shapes_;
+  std::vector<Eigen::Array3f> powers_;
   std::vector<std::vector<Eigen::Vector3f>> facing_;
   std::vector<std::vector<float>> factors_;
   std::vector<Eigen::Array3f> log_albedo_;
@@ -140,12 +224,17 @@ class LampSearch {
 }  // namespace
 
 std::vector<LampEstimate> locate_lamps(const RoomLight& room, const Illumination& illumination,
-                                       const std::vector<SurfaceSample>& samples,
-                                       const std::vector<Eigen::Vector3f>& gathered) {
+                                       std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
+                                       const std::optional<SurfaceSample>& paper) {
   if (illumination.lights.empty()) return {};
   const std::vector<SamplePair> pairs = choose_pairs(samples);
+  if (paper) {
+    samples.push_back(*paper);
+    gathered.push_back(room.gather(paper->position, paper->normal, kPaperRays));
+  }
   ShadingModel model(room, illumination, samples, gathered);
-  return LampSearch(model, pairs, illumination.probe_position_m).solve();
+  const int paper_index = paper ? static_cast<int>(samples.size()) - 1 : -1;
+  return LampSearch(model, pairs, paper_index, illumination.probe_position_m).solve();
 }
 
 }  // namespace lumigraft

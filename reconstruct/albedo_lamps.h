@@ -6,7 +6,7 @@
 // log B - log E must vanish. d, and for a lamp that is a panel its normal, minimise the robust (Cauchy) sum of these
 // differences over many pairs: shading falls off with distance, shadows move with it.
 #include <Eigen/Core>
-#include <memory>
+#include <optional>
 #include <vector>
 
 #include "reconstruct/albedo_irradiance.h"
@@ -21,11 +21,16 @@ struct LampEstimate {
   float log_sigma = 0;  ///< 1σ of log distance; large where the shading says nothing
   bool flat = false;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< where flat
+  Eigen::Vector3f gain = Eigen::Vector3f::Ones();    ///< true over measured irradiance; 1 where not clipped
 };
 
 /// `gathered` is RoomLight::gather of each sample. One estimate per lamp of the illumination.
+///
+/// A clipped lamp's irradiance is a lower bound: its gain, per channel, is unknown too. It follows from the contrast
+/// between what the lamp lights and what it does not, against the rest of the light, which was measured; and from
+/// `paper`, a sample that is white paper of known albedo.
 std::vector<LampEstimate> locate_lamps(const RoomLight& room, const Illumination& illumination,
-                                       const std::vector<SurfaceSample>& samples,
-                                       const std::vector<Eigen::Vector3f>& gathered);
+                                       std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
+                                       const std::optional<SurfaceSample>& paper);
 
 }  // namespace lumigraft

@@ -30,7 +30,7 @@ LitSurface::LitSurface(const Surface& surface, const RoomLight& room, const Illu
       illumination_(illumination),
       gathered_(gathered),
       dark_(std::max(1e-6f, kDarkShare * mean_radiance(surface.samples))),
-      neighbours_(lumigraft::neighbours(surface.samples, kNeighbourReach * surface.sample_m)) {
+      neighbours_(lumigraft::neighbours(surface.samples, kNeighbourReach)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
   std::vector<Eigen::Vector3f> doubt(samples.size(), Eigen::Vector3f::Zero());
@@ -92,7 +92,7 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     const auto add = [&](std::size_t j) {
       const SurfaceSample& sample = surface_.samples[j];
       const float facing = std::max(0.0f, point.normal.dot(sample.normal));
-      const float squared = (point.position - sample.position).squaredNorm() / (surface_.sample_m * surface_.sample_m);
+      const float squared = (point.position - sample.position).squaredNorm() / (sample.size_m * sample.size_m);
       const float w = facing * facing * facing * facing / (0.05f + squared) + 1e-6f;
       gathered += w * gathered_[j];
       weights += w;

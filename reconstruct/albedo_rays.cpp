@@ -124,6 +124,19 @@ bool FieldRays::free(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m)
 }
 
 Eigen::Vector3f FieldRays::normal_at(const Eigen::Vector3i& voxel) const {
+  for (const int reach : {2, 1}) {
+    // Least squares plane through 27 distances: noise averages out where a difference of two would keep it.
+    Eigen::Vector3f gradient = Eigen::Vector3f::Zero();
+    bool known = true;
+    for (int i = 0; i < 27 && known; ++i) {
+      const Eigen::Vector3i offset(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      const auto distance = distance_at(voxel + reach * offset);
+      known = distance.has_value();
+      if (known) gradient += *distance * offset.cast<float>();
+    }
+    const float length = gradient.norm();
+    if (known && length > 0) return gradient / length;
+  }
   Eigen::Vector3f gradient = Eigen::Vector3f::Zero();
   const auto here = distance_at(voxel);
   for (int axis = 0; axis < 3; ++axis) {

@@ -20,8 +20,8 @@ class FieldRays {
                                                 float far_m) const;
   bool free(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m) const;
 
-  /// Gradient by central differences at a voxel, normalised; one-sided where a neighbour is unknown; zero where both
-  /// are.
+  /// Gradient at a voxel, normalised: over two voxels either way, one, or by single differences, as far as distances
+  /// are known; zero where they are not.
   Eigen::Vector3f normal_at(const Eigen::Vector3i& voxel) const;
 
  private:

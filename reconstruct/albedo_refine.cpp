@@ -3,16 +3,18 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
 namespace lumigraft {
 namespace {
 
-constexpr int kPerLamp = 3;  // log distance, tilt
-constexpr double kNearest_m = 0.15, kFarthest_m = 12;
+constexpr int kPerLamp = 6;  // log distance, tilt, log gain
+constexpr double kNearest_m = 0.3, kFarthest_m = 12;
 constexpr double kSteepest = 4;  // tilt: 76°
-constexpr double kStep = 1e-3;   // of numeric derivatives
+constexpr double kLargestGain = 1e4;
+constexpr double kStep = 1e-3;  // of numeric derivatives
 constexpr int kIterations = 20;
 constexpr double kPairsPerSample = 10;  // pairs share samples: so many are one independent observation
 
@@ -20,17 +22,25 @@ constexpr double kPairsPerSample = 10;  // pairs share samples: so many are one 
 class Evaluation : public ceres::EvaluationCallback {
  public:
   Evaluation(const ShadingModel& model, std::vector<LampShape> shapes)
-      : model_(model), shapes_(std::move(shapes)), parameters_(kPerLamp * shapes_.size()), factors_(shapes_.size()) {
+      : model_(model),
+        shapes_(std::move(shapes)),
+        parameters_(kPerLamp * shapes_.size()),
+        powers_(shapes_.size()),
+        factors_(shapes_.size()) {
     for (std::size_t lamp = 0; lamp < shapes_.size(); ++lamp) {
       parameters_[kPerLamp * lamp] = shapes_[lamp].log_distance;
       for (std::size_t i = 0; i < 2; ++i) parameters_[kPerLamp * lamp + 1 + i] = shapes_[lamp].tilt[i];
+      for (std::size_t i = 0; i < 3; ++i) parameters_[kPerLamp * lamp + 3 + i] = shapes_[lamp].log_gain[i];
     }
   }
 
   void PrepareForEvaluation(bool jacobians, bool new_point) override {
     if (new_point) {
-      for (std::size_t lamp = 0; lamp < shapes_.size(); ++lamp) model_.factors(lamp, shape(lamp), factors_[lamp]);
-      model_.log_albedo(factors_, log_albedo);
+      for (std::size_t lamp = 0; lamp < shapes_.size(); ++lamp) {
+        model_.factors(lamp, shape(lamp), factors_[lamp]);
+        powers_[lamp] = model_.power(lamp, shape(lamp));
+      }
+      model_.log_albedo(powers_, factors_, log_albedo);
       derivatives_done_ = false;
     }
     if (jacobians && !derivatives_done_) differentiate();
@@ -38,9 +48,15 @@ class Evaluation : public ceres::EvaluationCallback {
 
   LampShape shape(std::size_t lamp) const {
     const double* p = &parameters_[kPerLamp * lamp];
-    return {p[0], shapes_[lamp].flat, {p[1], p[2]}};
+    return {p[0], shapes_[lamp].flat, {p[1], p[2]}, {p[3], p[4], p[5]}};
   }
-  bool flat(std::size_t lamp) const { return shapes_[lamp].flat; }
+  /// Which of a lamp's parameters are known.
+  std::vector<int> fixed(std::size_t lamp) const {
+    std::vector<int> result;
+    if (!shapes_[lamp].flat) result = {1, 2};
+    if (!model_.light(lamp).clipped) result.insert(result.end(), {3, 4, 5});
+    return result;
+  }
   std::size_t lamps() const { return shapes_.size(); }
   std::size_t parameters() const { return parameters_.size(); }
   double* of_lamp(std::size_t lamp) { return &parameters_[kPerLamp * lamp]; }
@@ -50,12 +66,23 @@ class Evaluation : public ceres::EvaluationCallback {
 
  private:
   void differentiate() {
-    derivative.resize(parameters_.size());
+    derivative.assign(parameters_.size(), {});
+    std::vector<Eigen::Array3f> slope(log_albedo.size());
+    for (std::size_t i = 0; i < slope.size(); ++i) slope[i] = model_.slope(i, powers_, factors_);
     std::vector<float> ahead, behind;
     for (std::size_t p = 0; p < parameters_.size(); ++p) {
       const std::size_t lamp = p / kPerLamp;
+      const int place = static_cast<int>(p % kPerLamp);
+      const std::vector<int> known = fixed(lamp);
       derivative[p].assign(log_albedo.size(), Eigen::Array3f::Zero());
-      if (p % kPerLamp > 0 && !shapes_[lamp].flat) continue;
+      if (std::count(known.begin(), known.end(), place)) continue;
+      if (place >= 3) {
+        const int c = place - 3;
+        for (std::size_t i = 0; i < slope.size(); ++i) {
+          derivative[p][i][c] = powers_[lamp][c] * factors_[lamp][i] * slope[i][c];
+        }
+        continue;
+      }
       const double value = parameters_[p];
       parameters_[p] = value + kStep;
       model_.factors(lamp, shape(lamp), ahead);
@@ -64,7 +91,7 @@ class Evaluation : public ceres::EvaluationCallback {
       parameters_[p] = value;
       for (std::size_t i = 0; i < ahead.size(); ++i) {
         const float change = (ahead[i] - behind[i]) / static_cast<float>(2 * kStep);
-        if (change != 0) derivative[p][i] = change * model_.slope(lamp, i, factors_);
+        if (change != 0) derivative[p][i] = change * powers_[lamp] * slope[i];
       }
     }
     derivatives_done_ = true;
@@ -73,10 +100,12 @@ class Evaluation : public ceres::EvaluationCallback {
   const ShadingModel& model_;
   std::vector<LampShape> shapes_;
   std::vector<double> parameters_;
+  std::vector<Eigen::Array3f> powers_;
   std::vector<std::vector<float>> factors_;
   bool derivatives_done_ = false;
 };
 
+const double kPaperScale = std::sqrt(kPaperPairs) / kPaperSigma / std::sqrt(3.0);
 const double kChannelScale = 1 / (kPairScale * std::sqrt(3.0));
 
 class PairCost : public ceres::CostFunction {
@@ -104,7 +133,34 @@ class PairCost : public ceres::CostFunction {
   SamplePair pair_;
 };
 
-/// Holds what the pairs do not decide: a lamp in a room, a panel that faces the probe more or less.
+class PaperCost : public ceres::CostFunction {
+ public:
+  PaperCost(const Evaluation& evaluation, std::size_t paper) : evaluation_(evaluation), paper_(paper) {
+    set_num_residuals(3);
+    for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) mutable_parameter_block_sizes()->push_back(kPerLamp);
+  }
+
+  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
+    for (int c = 0; c < 3; ++c) {
+      residuals[c] = kPaperScale * (evaluation_.log_albedo[paper_][c] - std::log(kPaperAlbedo));
+    }
+    for (std::size_t p = 0; jacobians && p < evaluation_.parameters(); ++p) {
+      double* block = jacobians[p / kPerLamp];
+      if (!block) continue;
+      for (int c = 0; c < 3; ++c) {
+        block[c * kPerLamp + static_cast<int>(p % kPerLamp)] = kPaperScale * evaluation_.derivative[p][paper_][c];
+      }
+    }
+    return true;
+  }
+
+ private:
+  const Evaluation& evaluation_;
+  std::size_t paper_;
+};
+
+/// Holds what the pairs do not decide: a lamp in a room, a panel that faces the probe more or less, and a clipped lamp
+/// that is white more or less.
 struct Prior {
   double weight;
   template <typename T>
@@ -112,6 +168,8 @@ struct Prior {
     residuals[0] = weight * 0.5 * (p[0] - std::log(1.5));
     residuals[1] = weight * p[1];
     residuals[2] = weight * p[2];
+    const T mean = (p[3] + p[4] + p[5]) / 3.0;
+    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (p[3 + c] - mean);
     return true;
   }
 };
@@ -159,7 +217,11 @@ double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vec
   return sum;
 }
 
-Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs,
+double paper_cost(const Eigen::Array3f& log_albedo) {
+  return kPaperScale * kPaperScale * (log_albedo - static_cast<float>(std::log(kPaperAlbedo))).square().sum();
+}
+
+Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs, int paper,
                         const std::vector<LampShape>& start) {
   Evaluation evaluation(model, start);
   ceres::Problem::Options problem_options;
@@ -170,19 +232,30 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   for (const SamplePair& pair : pairs) {
     problem.AddResidualBlock(new PairCost(evaluation, pair), new ceres::CauchyLoss(1), blocks);
   }
+  bool clipped = false;
+  for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) clipped |= model.light(lamp).clipped;
+  if (clipped && paper >= 0) {
+    problem.AddResidualBlock(new PaperCost(evaluation, static_cast<std::size_t>(paper)), nullptr, blocks);
+  }
   // As strong as a few samples' pairs.
   const double prior = 3 * kPairsPerSample;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     double* p = evaluation.of_lamp(lamp);
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, kPerLamp, kPerLamp>(new Prior{std::sqrt(prior)}),
-                             nullptr, p);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 6, kPerLamp>(new Prior{std::sqrt(prior)}), nullptr,
+                             p);
     problem.SetParameterLowerBound(p, 0, std::log(kNearest_m));
     problem.SetParameterUpperBound(p, 0, std::log(kFarthest_m));
-    for (int i = 1; i < kPerLamp; ++i) {
+    for (int i = 1; i < 3; ++i) {
       problem.SetParameterLowerBound(p, i, -kSteepest);
       problem.SetParameterUpperBound(p, i, kSteepest);
     }
-    if (!evaluation.flat(lamp)) problem.SetManifold(p, new ceres::SubsetManifold(kPerLamp, {1, 2}));
+    for (int i = 3; i < kPerLamp; ++i) {
+      problem.SetParameterLowerBound(p, i, 0);
+      problem.SetParameterUpperBound(p, i, std::log(kLargestGain));
+    }
+    if (const std::vector<int> known = evaluation.fixed(lamp); !known.empty()) {
+      problem.SetManifold(p, new ceres::SubsetManifold(kPerLamp, known));
+    }
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
@@ -197,6 +270,7 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   Refinement result;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
   result.cost = robust_cost(evaluation.log_albedo, pairs);
+  if (clipped && paper >= 0) result.cost += paper_cost(evaluation.log_albedo[static_cast<std::size_t>(paper)]);
   result.log_sigma = uncertainty(evaluation, pairs, prior / (3 * kPairsPerSample));
   return result;
 }

@@ -43,15 +43,24 @@ std::vector<SurfacePoint> surface_points(const DistanceField& field, const Field
   return points;
 }
 
-/// A cell in space and the axis that the normal is nearest to.
-using CellKey = std::tuple<int, int, int, int>;
+/// A cell in space, how large it is, and the axis that the normal is nearest to.
+using CellKey = std::tuple<int, int, int, int, int>;
+
+/// Cells double at one and at two metres from the tag: what is far is seen coarsely, and matters less.
+int level_at(const Eigen::Vector3f& position) {
+  const float squared = position.squaredNorm();
+  return squared < 1 ? 0 : squared < 4 ? 1 : 2;
+}
 
 CellKey cell_of(const SurfacePoint& point, float edge_m) {
   int axis = 0;
   point.normal.cwiseAbs().maxCoeff(&axis);
-  const Eigen::Vector3f at = (point.position / edge_m).array().floor();
-  return {int(at.x()), int(at.y()), int(at.z()), 2 * axis + (point.normal[axis] > 0)};
+  const int level = level_at(point.position);
+  const Eigen::Vector3f at = (point.position / (edge_m * static_cast<float>(1 << level))).array().floor();
+  return {level, int(at.x()), int(at.y()), int(at.z()), 2 * axis + (point.normal[axis] > 0)};
 }
+
+float size_of(const CellKey& key, float edge_m) { return edge_m * static_cast<float>(1 << std::get<0>(key)); }
 
 SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<int>& members) {
   SurfaceSample sample;
@@ -80,6 +89,31 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
 
 }  // namespace
 
+std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double tag_size_m) {
+  const float reach = static_cast<float>(0.5 * tag_size_m * 10 / 8);  // with the white rim, one cell of eight wide
+  std::vector<int> on_tag;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f& p = points[i].position;
+    if (std::abs(p.x()) < reach && std::abs(p.y()) < reach && std::abs(p.z()) < 0.015f && points[i].normal.z() > 0.9f) {
+      on_tag.push_back(static_cast<int>(i));
+    }
+  }
+  if (on_tag.size() < 40) return std::nullopt;
+  // About half of it is white; blur makes most of that grey, and noise lifts the very brightest.
+  std::sort(on_tag.begin(), on_tag.end(), [&](int a, int b) {
+    const float la = points[static_cast<std::size_t>(a)].radiance.sum();
+    const float lb = points[static_cast<std::size_t>(b)].radiance.sum();
+    return la != lb ? la > lb : a < b;
+  });
+  const auto first = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() / 20);
+  const auto last = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() / 5);
+  SurfaceSample paper = patch(points, std::vector<int>(first, last));
+  paper.position = Eigen::Vector3f::Zero();
+  paper.normal = Eigen::Vector3f::UnitZ();
+  paper.usable = true;
+  return paper;
+}
+
 Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples) {
   Surface surface;
   surface.points = surface_points(field, rays, metal);
@@ -97,6 +131,7 @@ Surface find_surface(const DistanceField& field, const FieldRays& rays, const Me
   for (const auto& [key, members] : cells) {
     for (const int i : members) surface.points[i].sample = static_cast<int>(surface.samples.size());
     surface.samples.push_back(patch(surface.points, members));
+    surface.samples.back().size_m = size_of(key, surface.sample_m);
   }
   return surface;
 }

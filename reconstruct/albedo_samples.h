@@ -1,6 +1,7 @@
 #pragma once
 // The coloured surface of the distance field as points, and a thinned set of them to solve on.
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "reconstruct/albedo_materials.h"
@@ -25,6 +26,7 @@ struct SurfaceSample {
   Eigen::Vector3f position;  ///< of the point nearest to the patch's middle
   Eigen::Vector3f normal;    ///< mean over the patch
   Eigen::Vector3f radiance;  ///< mean over the patch
+  float size_m = 0;          ///< edge of its cell
   float spread = 0;          ///< standard deviation of log luminance over the patch: texture, or a shadow's edge
   bool usable = true;        ///< one smooth piece of surface: not the rim of something
 };
@@ -32,8 +34,12 @@ struct SurfaceSample {
 struct Surface {
   std::vector<SurfacePoint> points;    ///< in a fixed order
   std::vector<SurfaceSample> samples;  ///< of those that are not metal
-  float sample_m = 0;                  ///< edge of the cells that samples were taken from
+  float sample_m = 0;                  ///< edge of the smallest cells that samples were taken from
 };
+
+/// The white of the tag's paper, of which more is known than of any other surface; empty where too little of it was
+/// seen.
+std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double tag_size_m);
 
 /// Points where the field crosses zero and colour was seen; samples from cells as small as gives at most
 /// `most_samples`.

@@ -87,26 +87,31 @@ void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector
   }
 }
 
-Eigen::Array3f ShadingModel::irradiance(std::size_t sample, const std::vector<std::vector<float>>& factors) const {
+Eigen::Array3f ShadingModel::power(std::size_t lamp, const LampShape& shape) const {
+  Eigen::Array3f result = lights_[lamp].irradiance;
+  for (int c = 0; c < 3; ++c) result[c] *= static_cast<float>(std::exp(shape.log_gain[static_cast<std::size_t>(c)]));
+  return result;
+}
+
+Eigen::Array3f ShadingModel::irradiance(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+                                        const std::vector<std::vector<float>>& factors) const {
   Eigen::Array3f sum = gathered_[sample].array();
-  for (std::size_t lamp = 0; lamp < lights_.size(); ++lamp) {
-    sum += lights_[lamp].irradiance.array() * factors[lamp][sample];
-  }
+  for (std::size_t lamp = 0; lamp < lights_.size(); ++lamp) sum += powers[lamp] * factors[lamp][sample];
   return sum;
 }
 
-void ShadingModel::log_albedo(const std::vector<std::vector<float>>& factors,
+void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& powers, const std::vector<std::vector<float>>& factors,
                               std::vector<Eigen::Array3f>& result) const {
   result.resize(samples_.size());
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     if (!samples_[i].usable) continue;
-    result[i] = log_radiance_[i] - (irradiance(i, factors) * std::numbers::inv_pi_v<float> + dark_).log();
+    result[i] = log_radiance_[i] - (irradiance(i, powers, factors) * std::numbers::inv_pi_v<float> + dark_).log();
   }
 }
 
-Eigen::Array3f ShadingModel::slope(std::size_t lamp, std::size_t sample,
+Eigen::Array3f ShadingModel::slope(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
                                    const std::vector<std::vector<float>>& factors) const {
-  return -lights_[lamp].irradiance.array() / (irradiance(sample, factors) + dark_ * std::numbers::pi_v<float>);
+  return -1 / (irradiance(sample, powers, factors) + dark_ * std::numbers::pi_v<float>);
 }
 
 }  // namespace lumigraft

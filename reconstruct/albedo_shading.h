@@ -17,6 +17,7 @@ struct LampShape {
   double log_distance = 0;
   bool flat = false;
   std::array<double, 2> tilt{};
+  std::array<double, 3> log_gain{};  ///< of a clipped lamp: true over measured irradiance, per channel
 };
 
 class ShadingModel {
@@ -37,17 +38,22 @@ class ShadingModel {
   /// Irradiance factor of every sample, visibility interpolated in log distance.
   void factors(std::size_t lamp, const LampShape& shape, std::vector<float>& result) const;
 
-  /// log B - log E of every sample for these factors, per lamp.
-  void log_albedo(const std::vector<std::vector<float>>& factors, std::vector<Eigen::Array3f>& result) const;
-  /// ∂ log_albedo / ∂ factor of a lamp.
-  Eigen::Array3f slope(std::size_t lamp, std::size_t sample, const std::vector<std::vector<float>>& factors) const;
+  /// Irradiance of a lamp at the probe, with its gain.
+  Eigen::Array3f power(std::size_t lamp, const LampShape& shape) const;
+  /// log B - log E of every sample for these powers and factors, per lamp.
+  void log_albedo(const std::vector<Eigen::Array3f>& powers, const std::vector<std::vector<float>>& factors,
+                  std::vector<Eigen::Array3f>& result) const;
+  /// ∂ log_albedo / ∂ E of a sample.
+  Eigen::Array3f slope(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+                       const std::vector<std::vector<float>>& factors) const;
 
  private:
   struct Table {
     std::vector<double> log_distances;
     std::vector<std::vector<float>> visibility;  ///< per distance, per sample
   };
-  Eigen::Array3f irradiance(std::size_t sample, const std::vector<std::vector<float>>& factors) const;
+  Eigen::Array3f irradiance(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+                            const std::vector<std::vector<float>>& factors) const;
 
   const RoomLight& room_;
   Eigen::Vector3f probe_;

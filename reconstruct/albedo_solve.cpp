@@ -48,14 +48,15 @@ Eigen::Array3f data_sigma(const SurfaceSample& sample, const SampleLight& light,
 
 }  // namespace
 
-std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples, float reach_m) {
+std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples, float reach_cells) {
   std::vector<std::vector<int>> result(samples.size());
   std::vector<std::pair<float, int>> near;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     near.clear();
+    const float reach = reach_cells * samples[i].size_m;
     for (std::size_t j = 0; j < samples.size(); ++j) {
       const float squared = (samples[i].position - samples[j].position).squaredNorm();
-      if (i == j || squared > reach_m * reach_m) continue;
+      if (i == j || squared > reach * reach) continue;
       if (samples[i].normal.dot(samples[j].normal) < kSameOrientation) continue;
       near.emplace_back(squared, static_cast<int>(j));
     }

@@ -18,7 +18,7 @@ struct SampleAlbedo {
 };
 
 /// Neighbours of every sample: the nearest ones of similar orientation.
-std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples, float reach_m);
+std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples, float reach_cells);
 
 /// Minimises robust (π B - a E) / σ over all samples, a in [0, 1], plus smoothness between neighbours where the picture
 /// shows no edge. Gauge: none is needed, E and B are absolute. `dark` is the radiance below which a code says nothing.
