@@ -40,9 +40,16 @@ class Mailbox {
     if (closed_ || !item_) {
       return std::nullopt;
     }
-    std::optional<T> item = std::move(item_);
+    taken_.notify_all();
+    T item = std::move(*item_);
     item_.reset();
     return item;
+  }
+
+  /// Waits until nothing lies in the box: the reader is ready for something newer. False when the timeout is over.
+  bool wait_until_taken(std::chrono::milliseconds timeout) const {
+    std::unique_lock lock(mutex_);
+    return taken_.wait_for(lock, timeout, [this] { return !item_.has_value(); });
   }
 
   /// Wakes the reader for good; what lies in the box is forgotten.
@@ -53,6 +60,7 @@ class Mailbox {
       item_.reset();
     }
     ready_.notify_all();
+    taken_.notify_all();
   }
 
   const std::string& reader() const { return reader_; }
@@ -65,6 +73,7 @@ class Mailbox {
   const std::string reader_;
   mutable std::mutex mutex_;
   std::condition_variable ready_;
+  mutable std::condition_variable taken_;
   std::optional<T> item_;
   std::uint64_t dropped_ = 0;
   bool closed_ = false;

@@ -1,9 +1,11 @@
 // lumigraft: the command line to functions, and what they throw to exit codes.
 //   0 done, 1 failed while running, 2 the input or the command line is wrong
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <exception>
 #include <iostream>
+#include <string>
 
 #include "capture/error.h"
 #include "server/command_line.h"
@@ -13,6 +15,15 @@
 namespace {
 
 std::atomic<bool> interrupted = false;
+
+/// Libraries put line breaks into their reasons; an error here is one line.
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') {
+    text.pop_back();
+  }
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
 
 int run(int argc, char** argv) {
   const lumigraft::CommandLine command = lumigraft::parse_command_line(argc, argv);
@@ -42,10 +53,10 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const lumigraft::InputError& e) {
-    std::cerr << "lumigraft: " << e.what() << '\n';
+    std::cerr << "lumigraft: " << one_line(e.what()) << '\n';
     return 2;
   } catch (const std::exception& e) {
-    std::cerr << "lumigraft: " << e.what() << '\n';
+    std::cerr << "lumigraft: " << one_line(e.what()) << '\n';
     return 1;
   }
 }

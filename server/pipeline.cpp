@@ -41,9 +41,26 @@ class Rest {
   std::atomic<Clock::rep> until_ = 0;
 };
 
+/// When pose should begin, so that its frame is ready just as relight comes free, and not a whole picture older: after
+/// relight began, by its usual duration less that of pose.
+class JustInTime {
+ public:
+  void relight_begins() { began_ = Clock::now().time_since_epoch().count(); }
+  void relight_took(Clock::duration took) { relight_ = smoothed(relight_, took); }
+  void pose_took(Clock::duration took) { pose_ = smoothed(pose_, took); }
+  Clock::time_point pose_begins() const {
+    const Clock::duration pose = Clock::duration(pose_) + Clock::duration(pose_) / 4;  // rather early than late
+    return Clock::time_point(Clock::duration(began_)) + Clock::duration(relight_) - pose;
+  }
+
+ private:
+  static Clock::rep smoothed(Clock::rep before, Clock::duration now) { return (7 * before + now.count()) / 8; }
+  std::atomic<Clock::rep> began_ = 0, relight_ = 0, pose_ = 0;
+};
+
 struct PosedFrame {
-  std::shared_ptr<const FrameSet> frame;
-  Pose pose;
+  PlayedFrame played;
+  PoseStage::Result located;
 };
 
 void step_behind() { setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kBehindThePicture); }
@@ -68,8 +85,11 @@ struct Pipeline::State {
   EncodeStage encode;
 
   SceneBoard board;
-  Mailbox<PlayedFrame> to_picture{"relight"};
-  Mailbox<PosedFrame> to_geometry{"fuse"};
+  Mailbox<PlayedFrame> to_pose{"pose"};
+  Mailbox<std::shared_ptr<const PosedFrame>> to_relight{"relight"};
+  std::atomic<bool> pose_waits_for_relight = false;
+  JustInTime just_in_time;
+  Mailbox<std::shared_ptr<const PosedFrame>> to_geometry{"fuse"};
   Mailbox<std::shared_ptr<const FrameSet>> to_light{"light"};
   Mailbox<ShownPicture> to_encode{"encode"};
   Rest geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery};
@@ -123,7 +143,7 @@ struct Pipeline::State {
           turn();
         } catch (const std::exception& e) {
           board.publish_warnings(stage + " stage", {stage + ": " + e.what()});
-          std::this_thread::sleep_for(kTick);
+          sleep_until(Clock::now() + kTick);
         }
       }
       std::lock_guard lock(running_mutex);
@@ -132,8 +152,17 @@ struct Pipeline::State {
     });
   }
 
+  /// False when told to stop meanwhile.
+  bool sleep_until(Clock::time_point moment) const {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any().wait_until(lock, stopping.get_token(), moment, [] { return false; });
+    return !stopping.stop_requested();
+  }
+
   void capture_turn();
-  void picture_turn(std::uint64_t& round);
+  void pose_turn(std::uint64_t& round);
+  void relight_turn();
   void geometry_turn();
   void light_turn();
   void albedo_turn(AlbedoSchedule& schedule);
@@ -145,42 +174,63 @@ void Pipeline::State::capture_turn() {
   if (!played) {
     if (frames.gone() && !stopping.stop_requested()) {
       board.publish_warnings("camera", {"the camera is gone and is opened again every second"});
-      std::this_thread::sleep_for(5 * kTick);
+      sleep_until(Clock::now() + 10 * kTick);
       frames = PlayedFrames(open_again());
     }
     return;
   }
   board.publish_warnings("camera", {});
-  put(to_picture, *played);
+  if (to_pose.put(*played)) {
+    metrics.drop(pose_waits_for_relight ? "relight" : "pose");
+  }
   if (light_rest.over()) {
     put(to_light, played->frame);
   }
 }
 
-void Pipeline::State::picture_turn(std::uint64_t& round) {
-  const std::optional<PlayedFrame> played = to_picture.take(kTick);
+void Pipeline::State::pose_turn(std::uint64_t& round) {
+  pose_waits_for_relight = true;
+  if (!to_relight.wait_until_taken(kTick) || !sleep_until(just_in_time.pose_begins())) {
+    return;
+  }
+  pose_waits_for_relight = false;
+  const std::optional<PlayedFrame> played = to_pose.take(kTick);
   if (!played) {
     return;
   }
-  const FrameSet& frame = *played->frame;
   if (played->round != round) {
     round = played->round;
     pose.reset();  // time went back; the room is the same, so field, light and albedo stay
   }
-  std::vector<std::string> warnings = frame.warnings;
-  PoseStage::Result located;
+  const auto posed = std::make_shared<PosedFrame>(PosedFrame{*played, {}});
   {
     const StageTimer timer(metrics, "pose");
+    const Clock::time_point begin = Clock::now();
     try {
-      located = pose.locate(frame);
+      posed->located = pose.locate(*played->frame);
     } catch (const std::exception& e) {
-      located.warnings.push_back(std::string("pose: ") + e.what());
+      posed->located.warnings.push_back(std::string("pose: ") + e.what());
     }
+    just_in_time.pose_took(Clock::now() - begin);
   }
+  const std::optional<Pose>& where = posed->located.pose;
+  if (where && where->age_ns == 0 && played->frame->depth && geometry_rest.over()) {
+    put(to_geometry, std::shared_ptr<const PosedFrame>(posed));
+  }
+  put(to_relight, std::shared_ptr<const PosedFrame>(posed));
+}
+
+void Pipeline::State::relight_turn() {
+  const std::shared_ptr<const PosedFrame> posed = to_relight.take(kTick).value_or(nullptr);
+  if (!posed) {
+    return;
+  }
+  just_in_time.relight_begins();
+  const Clock::time_point begin = Clock::now();
+  const FrameSet& frame = *posed->played.frame;
+  const PoseStage::Result& located = posed->located;
+  std::vector<std::string> warnings = frame.warnings;
   append_warnings(warnings, located.warnings);
-  if (located.pose && located.pose->age_ns == 0 && frame.depth && geometry_rest.over()) {
-    put(to_geometry, PosedFrame{played->frame, *located.pose});
-  }
   Scene scene = board.newest();
   scene.pose = located.pose;
   append_warnings(warnings, scene.warnings);
@@ -199,7 +249,7 @@ void Pipeline::State::picture_turn(std::uint64_t& round) {
   ShownPicture shown;
   shown.srgb = std::make_shared<const Image<std::uint8_t>>(std::move(relit.picture.srgb));
   shown.passed_through = relit.passed_through;
-  shown.captured = played->captured;
+  shown.captured = posed->played.captured;
   {
     std::lock_guard lock(newest_mutex);
     shown.sequence = newest.sequence + 1;
@@ -212,12 +262,13 @@ void Pipeline::State::picture_turn(std::uint64_t& round) {
     }
   }
   put(to_encode, std::move(shown));
+  just_in_time.relight_took(Clock::now() - begin);
 }
 
 void Pipeline::State::geometry_turn() {
-  if (const std::optional<PosedFrame> posed = to_geometry.take(kTick)) {
+  if (const std::shared_ptr<const PosedFrame> posed = to_geometry.take(kTick).value_or(nullptr)) {
     const StageTimer timer(metrics, "fuse");
-    board.publish_field(fusion.fuse(*posed->frame, posed->pose));
+    board.publish_field(fusion.fuse(*posed->played.frame, *posed->located.pose));
     board.publish_warnings("geometry stage", {});
     geometry_rest.after(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timer.elapsed_s())));
   }
@@ -238,9 +289,7 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
   const std::shared_ptr<const DistanceField> field = board.newest().field;
   const std::shared_ptr<const Illumination> measured = board.measured_light();
   if (!field || !measured || !albedo_rest.over() || !schedule.changed(*field, *measured)) {
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
-    std::condition_variable_any().wait_for(lock, stopping.get_token(), kTick / 2, [] { return false; });
+    sleep_until(Clock::now() + kTick / 2);
     return;
   }
   const StageTimer timer(metrics, "albedo");
@@ -273,7 +322,8 @@ Pipeline::~Pipeline() {
 void Pipeline::start() {
   State& s = *state_;
   s.run("encode", false, [&s] { s.encode_turn(); });
-  s.run("picture", false, [&s, round = std::uint64_t{0}]() mutable { s.picture_turn(round); });
+  s.run("relight", false, [&s] { s.relight_turn(); });
+  s.run("pose", false, [&s, round = std::uint64_t{0}]() mutable { s.pose_turn(round); });
   s.run("light", true, [&s] { s.light_turn(); });
   s.run("geometry", true, [&s] { s.geometry_turn(); });
   s.run("albedo", true, [&s, schedule = AlbedoSchedule()]() mutable { s.albedo_turn(schedule); });
@@ -283,7 +333,8 @@ void Pipeline::start() {
 bool Pipeline::stop(std::chrono::milliseconds patience) {
   State& s = *state_;
   s.stopping.request_stop();
-  s.to_picture.close();
+  s.to_pose.close();
+  s.to_relight.close();
   s.to_geometry.close();
   s.to_light.close();
   s.to_encode.close();

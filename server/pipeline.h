@@ -2,11 +2,11 @@
 // The live clock: the only place with threads. Stages are functions; here each gets a thread, and mailboxes of one item
 // join them, so the picture never waits for what is slower than it.
 //
-//   capture ──> picture: pose, relight ──> encode ──> publish
-//      │           └─> geometry: fuse ──┐     (what picture, geometry and albedo know meets on the SceneBoard)
-//      └──> light ──────────────────────┴─> albedo
+//   capture ──> pose ──> relight ──> encode ──> publish
+//      │          └─> geometry: fuse ──┐    (what geometry, light and albedo know meets relight on the SceneBoard)
+//      └──> light ─────────────────────┴─> albedo
 //
-// Pose is found on the picture's thread, in the very frame that is relit: 5 ms there cost less than a frame that waits.
+// Pose takes the newest frame just in time for relight to come free: poses that nobody draws are not found.
 // Geometry, light and albedo run behind, with lower priority and rests, so that on two cores the picture comes first.
 #include <Eigen/Geometry>
 #include <chrono>

@@ -104,7 +104,10 @@ ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan) {
       (of_configuration(line) ? own : of_session).push_back(line);
     }
     const ConfigTable root = ConfigTable::load(files.config, own);
-    const std::filesystem::path folder = root.existing_file("session");
+    const std::filesystem::path folder = root.folder() / root.text("session");
+    if (!std::filesystem::exists(folder / "session.toml")) {
+      root.fail("session", "found \"" + root.text("session") + "\", allowed: a folder with a session.toml");
+    }
     root.text("name", "");
     root.text("about", "");
     read_own_keys(root);

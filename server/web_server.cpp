@@ -7,14 +7,13 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
-#include <deque>
 #include <list>
-#include <set>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include "server/request_guard.h"
+#include "server/viewer_hub.h"
 #include "server/viewer_queue.h"
 
 namespace lumigraft {
@@ -32,7 +31,6 @@ constexpr std::size_t kLongestBody = 1024;
 constexpr int kSendBuffer_bytes = 256 * 1024;  // what the kernel holds for a slow viewer: a quarter second of stream
 constexpr std::chrono::milliseconds kStatesApart{50};
 constexpr std::chrono::milliseconds kGoodbye{200};
-constexpr std::size_t kRememberedPictures = 256;
 
 class Connection;
 
@@ -43,15 +41,13 @@ struct WebServer::State {
   const WebHandlers handlers;
   Demand& demand;
   Metrics& metrics;
+  ViewerHub hub{demand, metrics};
   asio::io_context io{1};
   tcp::acceptor acceptor{io};
   asio::steady_timer state_timer{io}, accept_timer{io}, stop_timer{io};
   bool state_waits = false;
   bool loopback = true;
   std::list<std::shared_ptr<Connection>> connections;  ///< oldest first
-  std::set<std::shared_ptr<Connection>> viewers;
-  std::shared_ptr<const StreamMessage> config;                          ///< the newest
-  std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns;  ///< of recent pictures, by sequence
   std::thread thread;
 
   State(const WebSettings& the_settings, WebHandlers the_handlers, Demand& the_demand, Metrics& the_metrics)
@@ -61,14 +57,12 @@ struct WebServer::State {
   void admit(tcp::socket socket);
   void forget(const std::shared_ptr<Connection>& connection);
   void objects_changed();
-  void count_demand();
-  void acknowledged(std::uint32_t sequence);
 };
 
 namespace {
 
 /// One socket: requests, and after an upgrade a viewer.
-class Connection : public std::enable_shared_from_this<Connection> {
+class Connection : public Viewer, public std::enable_shared_from_this<Connection> {
  public:
   Connection(WebServer::State& server, tcp::socket socket)
       : server_(server), stream_(std::move(socket)), write_timer_(server.io) {}
@@ -84,16 +78,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   bool is_viewer() const { return websocket_.has_value(); }
-  Codec codec() const { return queue_.codec(); }
+  Codec codec() const override { return queue_.codec(); }
 
-  void offer(const std::shared_ptr<const StreamMessage>& message) {
+  void offer(const std::shared_ptr<const StreamMessage>& message) override {
     if (queue_.offer(message)) {
       server_.metrics.drop("viewer");
     }
     write_next();
   }
 
-  void offer_text(const std::string& kind, const std::string& text) {
+  void offer_text(const std::string& kind, const std::string& text) override {
     queue_.offer_text(kind, text);
     write_next();
   }
@@ -110,14 +104,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     server_.forget(shared_from_this());
   }
 
-  /// Ends a websocket with a reason; the peer has the silence timeout's handshake to agree, then the socket goes.
-  void say_goodbye(websocket::close_code code) {
-    if (closed_ || !open_ || leaving_) {
-      return;
-    }
-    leaving_ = code;
-    write_next();
-  }
+  void say_goodbye() override { leave(websocket::close_code::going_away); }
 
  private:
   tcp::socket& socket() { return websocket_ ? beast::get_lowest_layer(*websocket_).socket() : stream_.socket(); }
@@ -133,7 +120,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
       return reply({405, "text/plain; charset=utf-8", "GET or HEAD\n"}, false);
     }
     if (upgrade) {
-      if (static_cast<int>(server_.viewers.size()) >= server_.settings.max_viewers) {
+      if (static_cast<int>(server_.hub.count()) >= server_.settings.max_viewers) {
         server_.metrics.refused_connection();
         return reply({503, "text/plain; charset=utf-8", "enough viewers\n"}, false);
       }
@@ -168,14 +155,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void become_viewer() {
     stream_.expires_never();
     websocket_.emplace(std::move(stream_));
-    server_.viewers.insert(shared_from_this());
-    server_.metrics.viewers(static_cast<int>(server_.viewers.size()));
+    server_.hub.add(shared_from_this());
     websocket::stream_base::timeout timeout{};
     timeout.handshake_timeout = server_.settings.request_timeout;
     timeout.idle_timeout = server_.settings.silence_timeout;
     timeout.keep_alive_pings = true;
     websocket_->set_option(timeout);
     websocket_->read_message_max(server_.settings.max_message_bytes);
+    websocket_->auto_fragment(false);  // a picture is one frame
     error_code ignored;
     socket().set_option(tcp::no_delay(true), ignored);
     socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
@@ -186,8 +173,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
       self->open_ = true;
       self->buffer_.consume(self->buffer_.size());
       self->queue_.offer_text("hello", self->server_.handlers.hello());
-      if (self->server_.config) {
-        self->queue_.offer(self->server_.config);
+      if (self->server_.hub.config()) {
+        self->queue_.offer(self->server_.hub.config());
       }
       self->write_next();
       self->read_message();
@@ -215,13 +202,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::optional<std::string> wrong;
     if (const auto* want = std::get_if<WantCommand>(&command)) {
       queue_.want(want->codec);
-      server_.count_demand();
+      server_.hub.count_demand();
       server_.demand.key = server_.demand.key || want->codec == Codec::h264;
     } else if (std::holds_alternative<KeyCommand>(command)) {
       server_.demand.key = true;
     } else if (const auto* ack = std::get_if<AckCommand>(&command)) {
       if (queue_.acknowledge(ack->sequence)) {
-        server_.acknowledged(ack->sequence);
+        server_.hub.acknowledged(ack->sequence);
       }
       write_next();
     } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
@@ -235,7 +222,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (wrong) {
       queue_.offer_text("error", error_message(*wrong));
       if (++bad_messages_ > 1) {
-        return say_goodbye(websocket::close_code::policy_error);
+        return leave(websocket::close_code::policy_error);
       }
       write_next();
     }
@@ -272,6 +259,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     watch_write();
     websocket_->async_close(*leaving_, [self = shared_from_this()](error_code) { self->close(); });
+  }
+
+  /// Ends the websocket with a reason, after what is being written.
+  void leave(websocket::close_code code) {
+    if (closed_ || !open_ || leaving_) {
+      return;
+    }
+    leaving_ = code;
+    write_next();
   }
 
   /// A write that does not end within its time ends the connection: the reader does not read.
@@ -338,12 +334,8 @@ void WebServer::State::admit(tcp::socket socket) {
 }
 
 void WebServer::State::forget(const std::shared_ptr<Connection>& connection) {
-  const std::shared_ptr<Connection> alive = connection;
-  connections.remove(alive);
-  if (viewers.erase(alive) > 0) {
-    metrics.viewers(static_cast<int>(viewers.size()));
-    count_demand();
-  }
+  hub.remove(connection);
+  connections.remove(std::shared_ptr(connection));  // a copy: what is removed must not be the argument
 }
 
 void WebServer::State::objects_changed() {
@@ -354,33 +346,9 @@ void WebServer::State::objects_changed() {
   state_timer.async_wait([this](error_code error) {
     state_waits = false;
     if (!error) {
-      const std::string text = handlers.state();
-      for (const auto& viewer : std::set(viewers)) {
-        viewer->offer_text("state", text);
-      }
+      hub.publish_text("state", handlers.state());
     }
   });
-}
-
-void WebServer::State::count_demand() {
-  int h264 = 0, jpeg = 0;
-  for (const auto& viewer : viewers) {
-    h264 += viewer->codec() == Codec::h264 ? 1 : 0;
-    jpeg += viewer->codec() == Codec::jpeg ? 1 : 0;
-  }
-  demand.h264 = h264;
-  demand.jpeg = jpeg;
-}
-
-void WebServer::State::acknowledged(std::uint32_t sequence) {
-  for (const auto& [known, capture_time_ns] : capture_times_ns) {
-    if (known == sequence) {
-      const auto now = std::chrono::system_clock::now().time_since_epoch();
-      const auto now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
-      metrics.time("capture_to_ack", 1e-9 * static_cast<double>(now_ns - capture_time_ns));
-      return;
-    }
-  }
 }
 
 WebServer::WebServer(const WebSettings& settings, WebHandlers handlers, Demand& demand, Metrics& metrics)
@@ -409,27 +377,11 @@ void WebServer::start() {
 }
 
 void WebServer::publish(std::shared_ptr<const StreamMessage> message) {
-  asio::post(state_->io, [&s = *state_, message = std::move(message)] {
-    if (message->header.kind == StreamKind::config) {
-      s.config = message;
-    } else {
-      s.capture_times_ns.emplace_back(message->header.sequence, message->header.capture_time_ns);
-      if (s.capture_times_ns.size() > kRememberedPictures) {
-        s.capture_times_ns.pop_front();
-      }
-    }
-    for (const auto& viewer : std::set(s.viewers)) {
-      viewer->offer(message);
-    }
-  });
+  asio::post(state_->io, [&s = *state_, message = std::move(message)] { s.hub.publish(message); });
 }
 
 void WebServer::publish_text(const std::string& kind, std::string text) {
-  asio::post(state_->io, [&s = *state_, kind, text = std::move(text)] {
-    for (const auto& viewer : std::set(s.viewers)) {
-      viewer->offer_text(kind, text);
-    }
-  });
+  asio::post(state_->io, [&s = *state_, kind, text = std::move(text)] { s.hub.publish_text(kind, text); });
 }
 
 void WebServer::stop() {
@@ -440,10 +392,8 @@ void WebServer::stop() {
   asio::post(s.io, [&s] {
     error_code ignored;
     s.acceptor.close(ignored);
-    for (const auto& viewer : std::set(s.viewers)) {
-      viewer->say_goodbye(websocket::close_code::going_away);
-    }
-    s.stop_timer.expires_after(s.viewers.empty() ? std::chrono::milliseconds(0) : kGoodbye);
+    s.hub.say_goodbye();
+    s.stop_timer.expires_after(s.hub.count() == 0 ? std::chrono::milliseconds(0) : kGoodbye);
     s.stop_timer.async_wait([&s](error_code) { s.io.stop(); });
   });
   s.thread.join();

@@ -32,6 +32,16 @@ TEST(Mailbox, CloseWakesTheReaderAndForgets) {
   EXPECT_EQ(box.take(milliseconds(0)), std::nullopt);
 }
 
+TEST(Mailbox, AWriterCanWaitUntilTheReaderIsReady) {
+  Mailbox<int> box("reader");
+  EXPECT_TRUE(box.wait_until_taken(milliseconds(0)));
+  box.put(1);
+  EXPECT_FALSE(box.wait_until_taken(milliseconds(1)));
+  std::thread reader([&] { box.take(std::chrono::seconds(10)); });
+  EXPECT_TRUE(box.wait_until_taken(std::chrono::seconds(10)));
+  reader.join();
+}
+
 TEST(Mailbox, ASlowReaderSeesGrowingItemsAndNoneTwice) {
   Mailbox<int> box("reader");
   std::thread writer([&] {
