@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "capture/error.h"
+#include "tests/capture/scratch_folder.h"
 
 namespace lumigraft {
 namespace {
@@ -158,9 +159,10 @@ TEST(Config, RigidTransforms) {
   EXPECT_NE(refused("[[\"x\",0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").find("found \"x\""), std::string::npos);
 }
 
-TEST(Config, FilesMustExist) {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "lumigraft_config_test";
-  std::filesystem::create_directories(folder);
+class ConfigFile : public test::ScratchFolder {};
+
+TEST_F(ConfigFile, FilesMustExist) {
+  const std::filesystem::path& folder = folder_;
   std::ofstream(folder / "mesh.ply") << "ply\n";
   std::ofstream(folder / "s.toml") << "mesh = \"mesh.ply\"\nother = \"none.ply\"\nhere = \".\"\nodd = \"a\\u0000b\"\n";
   const ConfigTable root = ConfigTable::load(folder / "s.toml");
@@ -171,7 +173,6 @@ TEST(Config, FilesMustExist) {
   EXPECT_NE(error_of([&] { root.existing_file("odd"); }).find("which is no file"), std::string::npos);
   EXPECT_NE(error_of([&] { ConfigTable::load(folder / "none.toml"); }).find("no readable file"), std::string::npos);
   EXPECT_NE(error_of([&] { ConfigTable::load(folder); }).find("no readable file"), std::string::npos);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Config, BrokenTomlSaysTheLine) {

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
 
 #include "capture/error.h"
 #include "capture/picture_file.h"
 #include "tests/capture/exr_writer.h"
+#include "tests/capture/png_writer.h"
 #include "tests/capture/scratch_folder.h"
 
 namespace lumigraft {
@@ -23,19 +23,35 @@ constexpr StreamSpec kFisheye{.stream = Stream::fisheye, .width = kWidth, .heigh
 
 class ImageSourceTest : public test::ScratchFolder {
  protected:
-  void color(const std::string& name, int blue, int width = kWidth, int type = CV_8UC3) const {
-    cv::Mat picture(kHeight, width, type, cv::Scalar(blue, 20, 10));
-    picture.at<cv::Vec3b>(3, 5) = cv::Vec3b(1, 2, 3);  // B G R
-    cv::imwrite((folder_ / name).string(), picture);
-  }
-  void depth(const std::string& name, int first) const {
-    cv::Mat picture(kHeight, kWidth, CV_16UC1);
+  void color(const std::string& name, int blue, int width = kWidth) const {
+    Image<std::uint8_t> picture(width, kHeight, 3);
     for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        picture.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(first + 1000 * y + x);
+      for (int x = 0; x < width; ++x) {
+        picture.at(x, y, 0) = 10;
+        picture.at(x, y, 1) = static_cast<std::uint8_t>(20 + (x * y) % 7);  // not all alike, so that cutting hurts
+        picture.at(x, y, 2) = static_cast<std::uint8_t>(blue);
       }
     }
-    cv::imwrite((folder_ / name).string(), picture);
+    picture.at(5, 3, 0) = 3;
+    picture.at(5, 3, 2) = 1;
+    test::write_png(folder_ / name, picture);
+  }
+  void depth(const std::string& name, int first) const {
+    Image<std::uint16_t> picture(kWidth, kHeight, 1);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        picture.at(x, y) = static_cast<std::uint16_t>(first + 1000 * y + x);
+      }
+    }
+    test::write_png(folder_ / name, picture);
+  }
+  /// Rows of one pixel (R G B E), as they are.
+  void hdr(const std::string& name, const std::string& rgbe) const {
+    std::ofstream out(folder_ / name, std::ios::binary);
+    out << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " << kHeight << " +X " << kWidth << "\n";
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      out << rgbe;
+    }
   }
   void cut(const std::string& name, double keep) const {
     const auto size = std::filesystem::file_size(folder_ / name);
@@ -100,15 +116,14 @@ TEST_F(ImageSourceTest, RadianceFromExrAndHdr) {
   radiance.at(5, 3, 0) = 70000.0f;  // more than a half float holds
   radiance.at(5, 3, 2) = 1e-3f;
   test::write_exr(folder_ / "a.exr", radiance);
-  cv::Mat picture(kHeight, kWidth, CV_32FC3, cv::Scalar(0.25, 0.5, 8192.0));
-  cv::imwrite((folder_ / "b.hdr").string(), picture);
+  hdr("b.hdr", {static_cast<char>(200), 100, 7, static_cast<char>(140)});
   ImageSource source(list("0 a.exr\n0.5 b.hdr\n"), kFisheye);
   const auto a = std::get<Picture>(*source.next(0ms));
   EXPECT_TRUE(a.encoded.empty());
   EXPECT_EQ(a.radiance.data, radiance.data);
   const auto b = std::get<Picture>(*source.next(0ms));
-  EXPECT_NEAR(b.radiance.at(7, 7, 0), 8192.0f, 64.0f);  // RGBE: one exponent for three channels
-  EXPECT_NEAR(b.radiance.at(7, 7, 2), 0.25f, 64.0f);
+  EXPECT_EQ(b.radiance.at(7, 7, 0), 200.5f / 256.0f * 4096.0f);
+  EXPECT_EQ(b.radiance.at(7, 7, 2), 7.5f / 256.0f * 4096.0f);
 }
 
 /// All three ways of writing rows, and the exposure that the header says was applied.
@@ -140,8 +155,13 @@ TEST_F(ImageSourceTest, HdrRowsOfEveryKind) {
 }
 
 TEST_F(ImageSourceTest, GreyAndTransparentPngsBecomeRgb) {
-  cv::imwrite((folder_ / "grey.png").string(), cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(7)));
-  cv::imwrite((folder_ / "clear.png").string(), cv::Mat(kHeight, kWidth, CV_8UC4, cv::Scalar(1, 2, 3, 128)));
+  test::write_png(folder_ / "grey.png", Image<std::uint8_t>(kWidth, kHeight, 1, 7));
+  Image<std::uint8_t> half_clear(kWidth, kHeight, 4, 128);
+  for (std::size_t i = 0; i < half_clear.data.size(); i += 4) {
+    half_clear.data[i] = 3;
+    half_clear.data[i + 2] = 1;
+  }
+  test::write_png(folder_ / "clear.png", half_clear);
   ImageSource source(list("0 grey.png\n1 clear.png\n"), kColor);
   EXPECT_EQ(std::get<Picture>(*source.next(0ms)).encoded.at(4, 4, 2), 7);
   const auto clear = std::get<Picture>(*source.next(0ms));
@@ -214,8 +234,8 @@ TEST_F(ImageSourceTest, BadPicturesAreRefusedBeforeTheFirstFrame) {
   color("a.png", 100);
   color("wide.png", 100, 41);
   depth("d.png", 5);
-  cv::imwrite((folder_ / "deep.png").string(), cv::Mat(kHeight, kWidth, CV_16UC3, cv::Scalar(1, 2, 3)));
-  cv::imwrite((folder_ / "gray.png").string(), cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(7)));
+  test::write_png(folder_ / "deep.png", Image<std::uint16_t>(kWidth, kHeight, 3, 7));
+  test::write_png(folder_ / "gray.png", Image<std::uint8_t>(kWidth, kHeight, 1, 7));
   std::ofstream(folder_ / "text.png") << "no picture";
   std::ofstream(folder_ / "empty.png") << "";
   EXPECT_EQ(error("0 a.png\n1 none.png\n", kColor), ":2: none.png: found no readable file");
@@ -238,7 +258,7 @@ TEST_F(ImageSourceTest, BadRadianceIsRefused) {
   color("a.png", 100);
   test::write_exr(folder_ / "a.exr", Image<float>(kWidth, kHeight, 3, 1.0f));
   test::write_exr(folder_ / "y.exr", Image<float>(kWidth, kHeight, 1, 1.0f));
-  cv::imwrite((folder_ / "b.hdr").string(), cv::Mat(kHeight, kWidth, CV_32FC3, cv::Scalar(1, 2, 3)));
+  hdr("b.hdr", {9, 8, 7, 100});
   EXPECT_NE(error("0 a.exr\n0 a.png 0.5\n", kFisheye).find(":2: a.png: found radiance in a bracket"),
             std::string::npos);
   EXPECT_NE(error("0 y.exr\n", kFisheye).find("without full channels R, G and B"), std::string::npos);
@@ -256,7 +276,7 @@ TEST_F(ImageSourceTest, BadRadianceIsRefused) {
 TEST_F(ImageSourceTest, FlippedBitsNeverCrash) {
   color("a.png", 100);
   test::write_exr(folder_ / "a.exr", Image<float>(kWidth, kHeight, 3, 1.0f));
-  cv::imwrite((folder_ / "a.hdr").string(), cv::Mat(kHeight, kWidth, CV_32FC3, cv::Scalar(1, 2, 3)));
+  hdr("a.hdr", {9, 8, 7, 100});
   unsigned random = 7;
   for (const char* name : {"a.png", "a.exr", "a.hdr"}) {
     std::ifstream in(folder_ / name, std::ios::binary);

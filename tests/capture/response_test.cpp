@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "capture/error.h"
+#include "tests/capture/scratch_folder.h"
 
 namespace lumigraft {
 namespace {
@@ -28,9 +29,12 @@ TEST(Response, SrgbIsTheStandardCurve) {
   }
 }
 
-class ResponseFile : public testing::Test {
+class ResponseFile : public test::ScratchFolder {
  protected:
-  void TearDown() override { std::filesystem::remove(path_); }
+  void SetUp() override {
+    ScratchFolder::SetUp();
+    path_ = folder_ / "response.txt";
+  }
   void write(const std::function<std::string(int)>& line, int lines = 256) {
     std::ofstream out(path_);
     out << "# measured\n\n";
@@ -46,7 +50,7 @@ class ResponseFile : public testing::Test {
     }
     return "no error";
   }
-  std::filesystem::path path_ = std::filesystem::temp_directory_path() / "lumigraft_response.txt";
+  std::filesystem::path path_;
 };
 
 TEST_F(ResponseFile, OneOrThreeColumns) {

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "capture/error.h"
+#include "tests/capture/scratch_folder.h"
 
 namespace lumigraft {
 namespace {
@@ -55,14 +56,13 @@ base_color = [0.6, 0.5, 0.4]
 specular = 1.0
 )";
 
-class SessionFile : public testing::Test {
+class SessionFile : public test::ScratchFolder {
  protected:
   void SetUp() override {
-    std::filesystem::create_directories(folder_);
+    ScratchFolder::SetUp();
     std::ofstream(folder_ / "floor.ply") << "ply\n";
     std::ofstream(folder_ / "session.toml") << kWhole;
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   Session read(const std::vector<std::string>& overrides = {}) const {
     const ConfigTable root = ConfigTable::load(folder_ / "session.toml", overrides);
@@ -87,7 +87,6 @@ class SessionFile : public testing::Test {
     std::ofstream(folder_ / "session.toml") << text.replace(at, piece.size(), replacement);
     return error({});
   }
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / "lumigraft_session_test";
 };
 
 TEST_F(SessionFile, EveryKeyArrives) {

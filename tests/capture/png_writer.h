@@ -1,0 +1,13 @@
+#pragma once
+// Writes PNG files for tests: 8 or 16 bits a channel; 1 channel is grey, 3 are R G B, 4 are R G B A.
+#include <cstdint>
+#include <filesystem>
+
+#include "capture/image.h"
+
+namespace lumigraft::test {
+
+void write_png(const std::filesystem::path& file, const Image<std::uint8_t>& image);
+void write_png(const std::filesystem::path& file, const Image<std::uint16_t>& image);
+
+}  // namespace lumigraft::test
