@@ -41,13 +41,13 @@ struct WebServer::State {
   const WebHandlers handlers;
   Demand& demand;
   Metrics& metrics;
-  ViewerHub hub{demand, metrics};
-  asio::io_context io{1};
+  asio::io_context io{1};  // first: what follows holds sockets and timers of it
   tcp::acceptor acceptor{io};
   asio::steady_timer state_timer{io}, accept_timer{io}, stop_timer{io};
   bool state_waits = false;
   bool loopback = true;
   std::list<std::shared_ptr<Connection>> connections;  ///< oldest first
+  ViewerHub hub{demand, metrics};
   std::thread thread;
 
   State(const WebSettings& the_settings, WebHandlers the_handlers, Demand& the_demand, Metrics& the_metrics)
