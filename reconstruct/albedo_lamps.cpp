@@ -19,8 +19,9 @@ constexpr int kGainSteps = 13;  ///< powers of two
 constexpr int kPaperRays = 64;
 constexpr int kRounds = 3;  ///< of coordinate descent
 constexpr int kShaped = 3;  ///< strongest lamps whose shape is looked into after the grid
-constexpr float kQuadrilateral = 0.2f;
-/// An outline that speaks against a shape costs this share of the robust sum.
+/// Outlines (PointLight::squareness) that are surely round, and surely have four corners. A shape that they speak
+/// against costs this share of the robust sum.
+constexpr float kRound = 0.1f, kQuadrilateral = 0.3f;
 constexpr double kOutlinePenalty = 0.1;
 
 std::vector<double> spaced(double low, double high, int count) {
@@ -36,7 +37,7 @@ std::vector<SamplePair> every_third(const std::vector<SamplePair>& pairs) {
 }
 
 double outline_penalty(const PointLight& light, bool flat) {
-  return (light.squareness > kQuadrilateral) == flat ? 1 : 1 + kOutlinePenalty;
+  return (light.squareness > kQuadrilateral && !flat) || (light.squareness < kRound && flat) ? 1 + kOutlinePenalty : 1;
 }
 
 class LampSearch {
@@ -193,11 +194,14 @@ class LampSearch {
            best.log_gain != before.log_gain;
   }
 
-  /// Refines all lamps together, then looks whether one of the strongest would rather be of the other kind.
+  /// Refines all lamps together, then looks whether one of the strongest, of doubtful outline, would rather be of the
+  /// other kind.
   void refine_shapes() {
     Refinement best = refine_lamps(model_, some_pairs_, paper_, shapes_);
     double least = best.cost * penalty(best.shapes);
     for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kShaped, model_.lamps()); ++lamp) {
+      const float squareness = model_.light(lamp).squareness;
+      if (squareness < kRound || squareness > kQuadrilateral) continue;
       std::vector<LampShape> other = best.shapes;
       other[lamp].flat = !other[lamp].flat;
       other[lamp].tilt = {};

@@ -6,6 +6,15 @@
 namespace lumigraft {
 namespace {
 
+constexpr std::uint8_t kFarthestGap = 8;
+
+/// Nearest integers; positions lie within a few thousand voxels of the origin.
+Eigen::Vector3i nearest_voxel(const Eigen::Vector3f& p) {
+  constexpr int kShift = 1 << 13;
+  return {static_cast<int>(p.x() + (kShift + 0.5f)) - kShift, static_cast<int>(p.y() + (kShift + 0.5f)) - kShift,
+          static_cast<int>(p.z() + (kShift + 0.5f)) - kShift};
+}
+
 constexpr float kSteepest = 4;  // change of distance over way, of a surface whose distances are somewhat wrong
 
 }  // namespace
@@ -23,27 +32,50 @@ FieldRays::FieldRays(const DistanceField& field) : voxel_m_(field.voxel_m) {
   size_ = high - low_ + Eigen::Vector3i::Ones();
   table_.assign(static_cast<std::size_t>(size_.x()) * size_.y() * size_.z(), nullptr);
   for (const auto& [key, brick] : field.bricks) {
-    const Eigen::Vector3i at = Eigen::Vector3i(key[0], key[1], key[2]) - low_;
-    table_[static_cast<std::size_t>(at.x()) + size_.x() * (at.y() + static_cast<std::size_t>(size_.y()) * at.z())] =
-        brick.get();
+    table_[static_cast<std::size_t>(place(key[0], key[1], key[2]))] = brick.get();
+  }
+  measure_gaps();
+}
+
+void FieldRays::measure_gaps() {
+  gap_.assign(table_.size(), kFarthestGap);
+  for (std::size_t i = 0; i < table_.size(); ++i) {
+    if (table_[i]) gap_[i] = 0;
+  }
+  // Each round lets the smallest gaps spread by one brick along each axis in turn.
+  std::vector<std::uint8_t> spread = gap_, before;
+  for (int round = 1; round < kFarthestGap; ++round) {
+    int stride = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      before = spread;
+      for (int i = 0; i < static_cast<int>(before.size()); ++i) {
+        const int at = i / stride % size_[axis];
+        const auto k = static_cast<std::size_t>(i);
+        if (at > 0) spread[k] = std::min(spread[k], before[k - static_cast<std::size_t>(stride)]);
+        if (at + 1 < size_[axis]) spread[k] = std::min(spread[k], before[k + static_cast<std::size_t>(stride)]);
+      }
+      stride *= size_[axis];
+    }
+    for (std::size_t i = 0; i < gap_.size(); ++i) {
+      if (gap_[i] == kFarthestGap && spread[i] == 0) gap_[i] = static_cast<std::uint8_t>(round);
+    }
   }
 }
 
 std::optional<float> FieldRays::distance_at(const Eigen::Vector3i& voxel) const {
-  const FieldBrick* b = brick(Eigen::Vector3i(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3));
-  if (!b) return std::nullopt;
+  const int at = place(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
+  const FieldBrick* brick = at == kOutside ? nullptr : table_[static_cast<std::size_t>(at)];
+  if (!brick) return std::nullopt;
   const int index = (voxel.x() & 7) + kBrickEdge * ((voxel.y() & 7) + kBrickEdge * (voxel.z() & 7));
-  if (b->weight[index] <= 0) return std::nullopt;
-  return b->distance_m[index] / voxel_m_;
+  if (brick->weight[index] <= 0) return std::nullopt;
+  return brick->distance_m[index] / voxel_m_;
 }
 
 std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position) const {
-  const Eigen::Vector3f rounded = position.array().round();
-  const auto nearest = distance_at(rounded.cast<int>());
+  const auto nearest = distance_at(nearest_voxel(position));
   if (!nearest || std::abs(*nearest) > 2) return nearest;
-  const Eigen::Vector3f low = position.array().floor();
-  const Eigen::Vector3f f = position - low;
-  const Eigen::Vector3i base = low.cast<int>();
+  const Eigen::Vector3i base = nearest_voxel(position - Eigen::Vector3f::Constant(0.5f));
+  const Eigen::Vector3f f = position - base.cast<float>();
   float sum = 0, weights = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int x = corner & 1, y = (corner >> 1) & 1, z = corner >> 2;
@@ -80,15 +112,17 @@ std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& 
   float last_t = t;
   while (t <= leave_table) {
     const Eigen::Vector3f p = origin + t * direction;
-    const Eigen::Vector3f rounded = p.array().round();
-    const Eigen::Vector3i voxel = rounded.cast<int>();
+    const Eigen::Vector3i voxel = nearest_voxel(p);
     const Eigen::Vector3i key(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
-    if (!brick(key)) {
+    const int here = place(key.x(), key.y(), key.z());
+    const int gap = here == kOutside ? 1 : gap_[static_cast<std::size_t>(here)];
+    if (gap > 0) {
+      // Nothing in this brick nor in gap - 1 around it: on to where the ray leaves them.
       state = In::unknown;
       float leave = end;
       for (int axis = 0; axis < 3; ++axis) {
         if (direction[axis] == 0) continue;
-        const float wall = static_cast<float>(kBrickEdge * (key[axis] + (direction[axis] > 0 ? 1 : 0))) - 0.5f;
+        const float wall = static_cast<float>(kBrickEdge * (key[axis] + (direction[axis] > 0 ? gap : 1 - gap))) - 0.5f;
         leave = std::min(leave, (wall - p[axis]) / direction[axis]);
       }
       t += std::max(leave, 0.0f) + 1e-3f;

@@ -3,6 +3,7 @@
 // of a ray, these also stop where a ray that entered a solid through its unseen back leaves it through its seen front:
 // light does not pass there either.
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -25,18 +26,26 @@ class FieldRays {
   Eigen::Vector3f normal_at(const Eigen::Vector3i& voxel) const;
 
  private:
-  const FieldBrick* brick(const Eigen::Vector3i& key) const {
-    const Eigen::Vector3i at = key - low_;
-    if ((at.array() < 0).any() || (at.array() >= size_.array()).any()) return nullptr;
-    return table_[static_cast<std::size_t>(at.x()) +
-                  size_.x() * (at.y() + static_cast<std::size_t>(size_.y()) * at.z())];
+  static constexpr int kOutside = -1;
+  /// Place of a brick in the tables, or kOutside.
+  int place(int x, int y, int z) const {
+    x -= low_.x();
+    y -= low_.y();
+    z -= low_.z();
+    const bool inside = static_cast<unsigned>(x) < static_cast<unsigned>(size_.x()) &&
+                        static_cast<unsigned>(y) < static_cast<unsigned>(size_.y()) &&
+                        static_cast<unsigned>(z) < static_cast<unsigned>(size_.z());
+    return inside ? x + size_.x() * (y + size_.y() * z) : kOutside;
   }
+  void measure_gaps();
   std::optional<float> distance_at(const Eigen::Vector3i& voxel) const;       ///< voxels; empty where unknown
   std::optional<float> distance_near(const Eigen::Vector3f& position) const;  ///< voxels; trilinear near the surface
 
   float voxel_m_;
-  Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();  ///< bricks
-  std::vector<const FieldBrick*> table_;                                            ///< dense: a look-up costs no hash
+  /// The tables' lowest brick and size.
+  Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();
+  std::vector<const FieldBrick*> table_;  ///< dense: a look-up costs no hash
+  std::vector<std::uint8_t> gap_;         ///< bricks to the nearest that exists (chessboard), up to a limit
 };
 
 }  // namespace lumigraft
