@@ -44,17 +44,17 @@ void CameraUpload::take(const Picture& picture) {
   }
 }
 
-void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) const {
-  std::vector<float> rays;
-  rays.reserve(2 * static_cast<std::size_t>(screen.width) * screen.height);
+void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {
+  rays_.clear();
+  rays_.reserve(2 * static_cast<std::size_t>(screen.width) * screen.height);
   for (int v = 0; v < screen.height; ++v) {
     for (int u = 0; u < screen.width; ++u) {
       const auto ray = camera_.model.unproject({u, v});
-      rays.push_back(ray ? static_cast<float>(ray->x() / ray->z()) : 0.0f);
-      rays.push_back(ray ? static_cast<float>(ray->y() / ray->z()) : 0.0f);
+      rays_.push_back(ray ? static_cast<float>(ray->x() / ray->z()) : 0.0f);
+      rays_.push_back(ray ? static_cast<float>(ray->y() / ray->z()) : 0.0f);
     }
   }
-  device.upload(*screen.rays, 0, std::as_bytes(std::span(rays)));
+  device.upload(*screen.rays, 0, std::as_bytes(std::span(rays_)));
 }
 
 void CameraUpload::upload(gpu::Device& device, const FrameSet& frame, const Screen& screen) const {

@@ -12,11 +12,13 @@ class CameraUpload {
   explicit CameraUpload(const ColorCamera& camera);
 
   void take(const Picture& picture);  ///< keeps code values and radiance of this frame
-  void upload_rays(gpu::Device& device, const Screen& screen) const;
+  void upload_rays(gpu::Device& device, const Screen& screen);
   void upload(gpu::Device& device, const FrameSet& frame, const Screen& screen) const;
 
   float exposure() const { return exposure_; }
-  bool codes_are_srgb() const { return codes_are_srgb_; }      ///< unchanged pixels may keep their code values
+  bool codes_are_srgb() const { return codes_are_srgb_; }   ///< unchanged pixels may keep their code values
+  const std::vector<float>& rays() const { return rays_; }  ///< x/z and y/z of every pixel
+  const Image<float>& radiance() const { return radiance_; }
   const Image<std::uint8_t>& coded() const { return coded_; }  ///< the picture as sRGB codes
 
  private:
@@ -25,6 +27,7 @@ class CameraUpload {
   float exposure_ = 1;
   Image<std::uint8_t> coded_;
   Image<float> radiance_;
+  std::vector<float> rays_;
 };
 
 }  // namespace lumigraft

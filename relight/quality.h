@@ -5,9 +5,12 @@
 namespace lumigraft {
 
 struct Quality {
+  float least_codes;     ///< code values by which the objects must be able to change a pixel, at the most careful bound
   int delta_cones;       ///< aimed at the objects, per real pixel
+  int change_cones;      ///< over the hemisphere of real pixels, for the change of other real surfaces
   int hemisphere_cones;  ///< over the hemisphere of virtual surfaces
   int shadow_cones;      ///< per lamp
+  int shadow_scale;      ///< shadows on surfaces without known gloss are traced at 1/shadow_scale of the picture
   int glossy_cones;      ///< per mirror lobe
   int voxel_cones;       ///< per voxel and bounce
   int window;            ///< half the filter's window, in traced pixels
@@ -20,11 +23,11 @@ struct Quality {
 inline Quality quality_of(const Plan& plan) {
   switch (plan.trace_scale) {
     case 1:
-      return {40, 48, 16, 32, 16, 2, 4, false};
+      return {0.5f, 16, 9, 32, 16, 1, 24, 16, 2, 4, false};
     case 2:
-      return {20, 20, 6, 16, 12, 2, 2, false};
+      return {0.5f, 20, 9, 20, 6, 1, 16, 12, 2, 2, false};
     default:
-      return {12, 9, 3, 8, 9, 1, 2, true};
+      return {12.0f, 6, 4, 6, 1, 2, 4, 6, 1, 2, true};
   }
 }
 

@@ -31,6 +31,8 @@ namespace lumigraft {
 namespace {
 
 constexpr float kNearPlane_m = 0.02f;
+constexpr std::uint64_t kMostBehind = 8;       // publications of the field
+constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
 
 /// Everything that the light volumes depend on besides the field.
 struct LightKey {
@@ -93,6 +95,8 @@ struct Relighter::State {
   std::unique_ptr<Volumes> volumes;
   std::unique_ptr<Screen> screen;
   std::optional<LightKey> lit;  ///< empty: volumes are not filled yet
+  std::shared_ptr<const DistanceField> field;
+  std::shared_ptr<const AlbedoField> albedo;
   std::shared_ptr<const Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
@@ -136,7 +140,10 @@ struct Relighter::State {
     }
     const CameraModel& model = session.color.model;
     if (!screen || screen->scale != plan.trace_scale || screen->supersampling != quality.supersampling) {
-      screen = std::make_unique<Screen>(*device, model.width, model.height, plan.trace_scale, quality.supersampling);
+      // A highlight on gloss is sharp: it is not traced coarsely.
+      const int shadow_scale = known_surfaces.empty() ? quality.shadow_scale : 1;
+      screen = std::make_unique<Screen>(*device, model.width, model.height, plan.trace_scale, shadow_scale,
+                                        quality.supersampling);
       camera.upload_rays(*device, *screen);
     }
     made_for = plan;
@@ -168,6 +175,7 @@ struct Relighter::State {
       p.surfaces[i].base_color_roughness << s.base_color, s.roughness;
       p.surfaces[i].metallic_specular << s.metallic, s.specular, 0, 0;
     }
+    p.tag << static_cast<float>(0.5 * session.tag.size_m * kTagWithBorder), 0, 0, 0;
     inject->choose_unit(p);
     return p;
   }
@@ -184,6 +192,17 @@ struct Relighter::State {
                      [](float x) { return Eigen::half(std::min(x, 65504.0f)); });
       device->upload(*volumes->environment, mip, std::as_bytes(std::span(halves)));
     }
+  }
+
+  /// Every depth picture changes the field a little, ever less as it is looked at longer: the volumes follow at once in
+  /// the beginning and lag behind by a quarter of its age, kMostBehind publications at most, later.
+  void take_field(const Scene& scene) {
+    const std::uint64_t now = scene.field->version;
+    const bool due = !field || now < field->version ||
+                     now >= field->version + std::clamp<std::uint64_t>(field->version / 4, 1, kMostBehind);
+    if (!due && scene.albedo == albedo) return;
+    field = scene.field;
+    albedo = scene.albedo;
   }
 
   /// The volumes, as far as what they hold has changed.
@@ -224,15 +243,24 @@ struct Relighter::State {
   void draw_picture(gpu::CommandList& list, const shader::FrameParams& params, const std::vector<PlacedObject>& objects,
                     const Plan& plan) const {
     const Quality quality = quality_of(plan);
+    // Passes fill chosen blocks alone; nothing of the last frame may show in the others.
+    for (const gpu::Texture* stale : {screen->real_position.get(), screen->real_normal.get(),
+                                      screen->object_surface.get(), screen->shadowed.get(), screen->traced.get()}) {
+      list.clear(*stale, {});
+    }
     list.begin_pass("views");
     object_view.draw(list, params, objects, quality.simple_models, store.white(), *screen);
     if (!known_surfaces.empty()) object_view.draw_known(list, params, known_surfaces, store.white(), *screen);
-    real_view.record(list, params, bricks, *screen);
+    list.begin_pass("real view");
+    real_view.record(list, params, quality.least_codes, bricks, *screen);
+    list.begin_pass("object view");
     object_view.resolve(list, params, *screen);
     list.begin_pass("shadow");
     shadow.record(list, params, *volumes, *screen);
+    if (screen->shadow_scale > 1)
+      upsample.record(list, params, *screen, *screen->shadowed, *screen->direct_lost, screen->shadow_scale, 1);
     list.begin_pass("trace");
-    trace.record(list, params, *volumes, *screen);
+    trace.record(list, params, quality.change_cones, *volumes, *screen);
     list.begin_pass("upsample");
     upsample.record(list, params, *screen, *screen->traced, *screen->indirect, plan.trace_scale, quality.window);
     if (!known_surfaces.empty()) {
@@ -318,10 +346,15 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   // Bricks around what cones can reach, and half as far again for the pixels from which they start.
   const float edge = static_cast<float>(plan.volume) * placement.cascade[1].w();
   const Eigen::Vector3f reach = Eigen::Vector3f::Constant(0.75f * edge);
-  const bool new_field = s.bricks.update(scene.field, scene.albedo,
-                                         {placement.sphere.centre_m - reach, placement.sphere.centre_m + reach});
+  s.take_field(scene);
+  const bool new_field =
+      s.bricks.update(s.field, s.albedo, {placement.sphere.centre_m - reach, placement.sphere.centre_m + reach});
   const shader::FrameParams params = s.frame_params(scene, placement, plan);
   s.camera.upload(*s.device, frame, *s.screen);
+  const bool depth_fits = frame.depth && frame.depth->depth_m.data.size() * 2 == s.camera.rays().size();
+  s.screen->tiles->choose(*s.device, params, s.camera.rays(), depth_fits ? &frame.depth->depth_m : nullptr,
+                          s.camera.radiance(), objects, quality_of(plan).least_codes, !s.known_surfaces.empty(),
+                          with_maps);
 
   const auto list = s.device->begin();
   s.light_volumes(*list, params, {objects, placement, scene.illumination, plan.max_lights, plan.bounces}, new_field);

@@ -12,6 +12,21 @@ inline void dispatch_2d(gpu::CommandList& list, const gpu::ComputePipeline& pipe
   list.dispatch(pipeline, bindings, gpu::bytes_of(params), (width + 7) / 8, (height + 7) / 8);
 }
 
+/// Blocks of 8 × 8 texels, on the GPU as column | row << 16 (shaders/tiles.glsl).
+struct TileList {
+  std::unique_ptr<gpu::Buffer> buffer;
+  int count = 0;
+};
+
+/// 8 × 8 threads for every listed block.
+inline void dispatch_tiles(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
+                           std::vector<gpu::Binding> bindings, const shader::FrameParams& params,
+                           const TileList& tiles) {
+  if (tiles.count == 0) return;
+  bindings.push_back(gpu::storage(29, *tiles.buffer));
+  list.dispatch(pipeline, bindings, gpu::bytes_of(params), tiles.count);
+}
+
 /// 8 × 4 × 2 threads a group.
 inline void dispatch_3d(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
                         const std::vector<gpu::Binding>& bindings, const shader::FrameParams& params, int x, int y,

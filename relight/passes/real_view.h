@@ -10,7 +10,10 @@ namespace lumigraft {
 class RealView {
  public:
   explicit RealView(gpu::Device& device);
-  void record(gpu::CommandList& list, shader::FrameParams params, const BrickPool& bricks, const Screen& screen) const;
+  /// Pixels that the objects cannot change by more than `least_codes` code values, by a bound that is several times too
+  /// careful, are left out of the footprint.
+  void record(gpu::CommandList& list, shader::FrameParams params, float least_codes, const BrickPool& bricks,
+              const Screen& screen) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> pipeline_;

@@ -2,13 +2,14 @@
 
 namespace lumigraft {
 
-Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int samples)
-    : width(width_px), height(height_px), scale(trace_scale), supersampling(samples) {
+Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int samples)
+    : width(width_px), height(height_px), scale(trace_scale), shadow_scale(coarse_shadows), supersampling(samples) {
   using gpu::Format;
   const auto make = [&](const char* name, Format format, int w, int h, bool attachment = false) {
     return device.create_texture({.name = name, .width = w, .height = h, .format = format, .attachment = attachment});
   };
   const auto full = [&](const char* name, Format format) { return make(name, format, width, height); };
+  tiles = std::make_unique<Tiles>(device, width, height, shadow_scale, scale);
   rays = full("rays", Format::rg32_float);
   codes = full("camera codes", Format::rgba8_unorm);
   radiance = full("camera radiance", Format::rgba32_float);
@@ -33,6 +34,8 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   real_position = full("real position", Format::rgba32_float);
   real_normal = full("real normal", Format::rgba16_float);
   real_albedo = full("real albedo", Format::rgba16_float);
+  shadowed = make("shadowed", Format::rgba16_float, (width + shadow_scale - 1) / shadow_scale,
+                  (height + shadow_scale - 1) / shadow_scale);
   direct_lost = full("direct lost", Format::rgba16_float);
   mirror_lost = full("mirror lost", Format::rgba16_float);
   mirror_all = full("mirror all", Format::rgba16_float);

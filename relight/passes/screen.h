@@ -3,11 +3,13 @@
 #include <memory>
 
 #include "relight/gpu/device.h"
+#include "relight/tiles.h"
 
 namespace lumigraft {
 
 struct Screen {
-  int width = 0, height = 0, scale = 0, supersampling = 0;
+  int width = 0, height = 0, scale = 0, shadow_scale = 1, supersampling = 0;
+  std::unique_ptr<Tiles> tiles;  ///< the blocks that passes work on; what lies outside is cleared
   // What the camera gave.
   std::unique_ptr<gpu::Texture> rays;   ///< x/z and y/z of every pixel
   std::unique_ptr<gpu::Texture> codes;  ///< 8-bit code values
@@ -23,9 +25,10 @@ struct Screen {
   std::unique_ptr<gpu::Texture> known_normal, known_base, known_depth, known_z;
   // Real surfaces.
   std::unique_ptr<gpu::Texture> real_position;  ///< tag frame; z, 0: unknown
-  std::unique_ptr<gpu::Texture> real_normal;    ///< tag frame; 1 inside the delta's footprint
+  std::unique_ptr<gpu::Texture> real_normal;    ///< tag frame; how far inside the delta's footprint
   std::unique_ptr<gpu::Texture> real_albedo;    ///< diffuse; number + 1 of a known surface, 0: solved, -1: unknown
-  std::unique_ptr<gpu::Texture> direct_lost;    ///< irradiance that lamps no longer bring
+  std::unique_ptr<gpu::Texture> shadowed;       ///< irradiance that lamps no longer bring, at 1/shadow_scale
+  std::unique_ptr<gpu::Texture> direct_lost;    ///< the same, full size
   std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< off known glossy surfaces, by lamps
   std::unique_ptr<gpu::Texture> traced;                   ///< change of irradiance at 1/scale
   std::unique_ptr<gpu::Texture> indirect;                 ///< the same, filtered, full size
@@ -34,7 +37,7 @@ struct Screen {
   std::unique_ptr<gpu::Texture> picture;  ///< sRGB codes
   std::unique_ptr<gpu::Texture> delta;    ///< change of radiance of real pixels; coverage
 
-  Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int samples);
+  Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int samples);
 };
 
 }  // namespace lumigraft

@@ -6,12 +6,12 @@ Shade::Shade(gpu::Device& device) : pipeline_(device.create_compute("shade.comp"
 
 void Shade::record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes,
                    const Screen& screen) const {
-  dispatch_2d(
+  dispatch_tiles(
       list, *pipeline_,
       joined(volumes.bindings(), {gpu::sampled(12, *screen.object_normal), gpu::sampled(13, *screen.object_base),
                                   gpu::sampled(14, *screen.object_surface), gpu::sampled(15, *screen.rays),
                                   gpu::image(16, *screen.object_radiance)}),
-      params, screen.width, screen.height);
+      params, screen.tiles->objects());
 }
 
 }  // namespace lumigraft

@@ -6,12 +6,14 @@ Shadow::Shadow(gpu::Device& device) : pipeline_(device.create_compute("shadow.co
 
 void Shadow::record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes,
                     const Screen& screen) const {
-  dispatch_2d(list, *pipeline_,
-              joined(volumes.bindings(), {gpu::sampled(12, *screen.real_position),
-                                          gpu::sampled(13, *screen.real_normal), gpu::sampled(14, *screen.real_albedo),
-                                          gpu::sampled(15, *screen.object_surface), gpu::image(16, *screen.direct_lost),
-                                          gpu::image(17, *screen.mirror_lost), gpu::image(18, *screen.mirror_all)}),
-              params, screen.width, screen.height);
+  params.pass_i.x() = screen.shadow_scale;
+  dispatch_tiles(
+      list, *pipeline_,
+      joined(volumes.bindings(), {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal),
+                                  gpu::sampled(14, *screen.real_albedo), gpu::sampled(15, *screen.object_surface),
+                                  gpu::image(16, screen.shadow_scale > 1 ? *screen.shadowed : *screen.direct_lost),
+                                  gpu::image(17, *screen.mirror_lost), gpu::image(18, *screen.mirror_all)}),
+      params, screen.tiles->shadows());
 }
 
 }  // namespace lumigraft

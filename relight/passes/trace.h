@@ -10,7 +10,8 @@ namespace lumigraft {
 class Trace {
  public:
   explicit Trace(gpu::Device& device);
-  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
+  void record(gpu::CommandList& list, shader::FrameParams params, int change_cones, const Volumes& volumes,
+              const Screen& screen) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> pipeline_;

@@ -10,10 +10,10 @@ void Upsample::record(gpu::CommandList& list, shader::FrameParams params, const 
   params.pass_i.x() = window;
   params.pass_f.x() =
       0.7f * static_cast<float>(window) + 0.3f;  // the Gaussian has fallen to a tenth at the window's edge
-  dispatch_2d(list, *pipeline_,
-              {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal), gpu::sampled(14, traced),
-               gpu::image(16, smooth)},
-              params, screen.width, screen.height);
+  dispatch_tiles(list, *pipeline_,
+                 {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal),
+                  gpu::sampled(14, traced), gpu::image(16, smooth)},
+                 params, screen.tiles->changed());
 }
 
 }  // namespace lumigraft

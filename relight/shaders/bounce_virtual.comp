@@ -9,14 +9,6 @@ layout(local_size_x = 64) in;
 layout(binding = 17) uniform sampler3D virtual_color;
 layout(binding = 18, rgba16f) uniform writeonly image3D gathered;
 
-vec3 virtual_normal(vec3 p) {
-  float h = frame.virtual_grid.w;
-  vec3 g = vec3(virtual_distance(p + vec3(h, 0, 0)) - virtual_distance(p - vec3(h, 0, 0)),
-                virtual_distance(p + vec3(0, h, 0)) - virtual_distance(p - vec3(0, h, 0)),
-                virtual_distance(p + vec3(0, 0, h)) - virtual_distance(p - vec3(0, 0, h)));
-  return g / max(length(g), 1e-9);
-}
-
 void main() {
   for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
     Voxel voxel = listed_voxel(i);

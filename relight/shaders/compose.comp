@@ -27,10 +27,11 @@ void main() {
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   vec3 b = texelFetch(radiance, at, 0).rgb, delta = vec3(0);
   float coverage = texelFetch(object_surface, at, 0).y;
-  if (texelFetch(real_normal, at, 0).a > 0.0 && coverage < 0.999) {
+  float footprint = texelFetch(real_normal, at, 0).a;
+  if (footprint > 0.0 && coverage < 0.999) {
     vec4 albedo = texelFetch(real_albedo, at, 0);
     int known = int(albedo.a);
-    vec3 change = texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
+    vec3 change = footprint * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
     vec3 diffuse = albedo.rgb, mirror = vec3(0);
     if (known > 0) {
       Surface s = frame.surfaces[known - 1];

@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // Split-inject (thesis §5.4.1): one texel of the lamp's view of the objects makes a positive light on the virtual
 // surface and a negative one on the real surface that it hides from the lamp. Each is split over the 8 nearest voxels
-// of both cascades as reflected flux, in fixed point: integer sums do not depend on their order.
+// of both cascades as reflected flux, in fixed point: integer sums do not depend on their order. Virtual surfaces light the
+// voxels in front of them (see volume.glsl).
 // pass_i.x: the lamp; pass_f.x: 1 / tan of the half angle of its view.
 #include "volume.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -15,10 +16,10 @@ layout(std430, binding = 17) buffer RealFlux { int real_flux[]; };
 ivec3 fixed_point(vec3 flux) { return ivec3(round(flux * frame.field.z)); }
 
 #define INJECT(name, target)                                                     \
-  void name(vec3 p, vec3 flux) {                                                 \
+  void name(vec3 at_m, vec3 ahead, vec3 flux) {                                                 \
     int n = frame.grid.x;                                                        \
     for (int c = 0; c < kCascades; ++c) {                                        \
-      vec3 g = (p - frame.cascade[c].xyz) / frame.cascade[c].w;                  \
+      vec3 g = (at_m - frame.cascade[c].xyz) / frame.cascade[c].w + ahead;       \
       ivec3 base = ivec3(floor(g));                                              \
       if (any(lessThan(base, ivec3(0))) || any(greaterThanEqual(base, ivec3(n - 1)))) continue; \
       vec3 f = g - vec3(base);                                                   \
@@ -63,7 +64,8 @@ void main() {
   vec2 q = (2.0 * (vec2(at) + 0.5) / vec2(size) - 1.0) / frame.pass_f.x;
   float edge = 2.0 / (frame.pass_f.x * float(size.x)), slant = inversesqrt(1.0 + dot(q, q));
   vec3 flux = lamp.intensity.rgb * edge * edge * slant * slant * slant;
-  inject_virtual(hit.xyz, flux * texelFetch(hit_albedo, at, 0).rgb);
+  vec3 n = virtual_normal(hit.xyz);
+  inject_virtual(hit.xyz, kFront * (dot(n, w) > 0.0 ? -n : n), flux * texelFetch(hit_albedo, at, 0).rgb);
 
   t = far + least;
   for (int i = 0; i < 128 && t < known.y; ++i) {
@@ -71,7 +73,7 @@ void main() {
     float d = real_distance(p);
     if (d < 0.1 * least) {
       vec4 albedo = textureLod(real_albedo, cascade_place(in_cascade(0, p, 1.0) ? 0 : 1, p, 0.5), 0.0);
-      if (albedo.a > 0.05) inject_real(p, -flux * albedo.rgb / albedo.a);
+      if (albedo.a > 0.05) inject_real(p, vec3(0), -flux * albedo.rgb / albedo.a);
       return;
     }
     t += max(d, 0.5 * least);

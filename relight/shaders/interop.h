@@ -49,6 +49,7 @@ struct FrameParams {
   Lamp lamps[8];
   Surface surfaces[8];
   vec4 sh[9];         // remainder of the fish-eye picture, radiance
+  vec4 tag;           // x: half the edge of the printed tag with its white border
   ivec4 pass_i;       // what one pass alone needs
   vec4 pass_f;
 };

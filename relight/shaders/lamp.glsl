@@ -3,6 +3,9 @@
 #define LAMP_GLSL
 #include "frame.glsl"
 
+// A share's cone is narrower than its part of the disc: thin walls would not fill a wider one, and neighbours blend.
+const float kLampShare = 0.75;
+
 struct LampSample {
   vec3 w;          // unit, to the lamp
   float distance;  // m
@@ -23,7 +26,7 @@ LampSample lamp_share(Lamp lamp, vec3 p, int i, int n) {
   LampSample s;
   s.distance = length(at);
   s.w = at / s.distance;
-  s.tan_half = radius / (sqrt(float(n)) * far);
+  s.tan_half = min(kLampShare / sqrt(float(n)), 0.3) * radius / far;
   s.irradiance = lamp.intensity.rgb / (float(n) * s.distance * s.distance);
   return s;
 }

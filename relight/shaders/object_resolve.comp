@@ -3,6 +3,7 @@
 // The supersampled object buffer becomes one surface a pixel with its coverage; samples behind real surfaces don't count.
 #include "frame.glsl"
 #include "half.glsl"
+#include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) uniform sampler2D sample_normal;
 layout(binding = 2) uniform sampler2D sample_base;
@@ -13,7 +14,7 @@ layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: m
 layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular
 
 void main() {
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   int s = frame.picture.w;
   float real = texelFetch(real_position, at, 0).a;

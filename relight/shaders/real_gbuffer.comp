@@ -3,13 +3,14 @@
 // What real surface every pixel shows: where, how turned, how coloured, and whether the objects can change its light.
 #include "bricks.glsl"
 #include "half.glsl"
+#include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) uniform sampler2D rays;     // x/z, y/z of every pixel
 layout(binding = 2) uniform sampler2D depth;    // metres along z, 0: none
 layout(binding = 3) uniform sampler2D radiance; // the camera picture, linear
 layout(binding = 4) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
 layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, 0: unknown
-layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: 1 inside the delta's footprint
+layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: in the delta's footprint, up to 1
 layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a known surface
 
 vec3 camera_point(ivec2 at) {
@@ -39,23 +40,25 @@ vec3 depth_normal(ivec2 at) {
 }
 
 // Share of the light at p that the objects can change at most, by the solid angle of the sphere around them.
-bool in_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {
+// 0: none; up to 1 the indirect change fades in, so that the footprint has no edge.
+float in_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {
   vec3 to = frame.sphere.xyz - p;
   float far2 = dot(to, to), r2 = frame.sphere.w * frame.sphere.w;
-  if (far2 < 1.5 * r2) return true;
+  if (far2 < 1.5 * r2) return 1.0;
   float far = sqrt(far2), share = r2 / far2;
   float upmost = clamp(dot(n, to) / far + frame.sphere.w / far, 0.0, 1.0);
   // Coded pictures: the change of the code value, with the slope of the sRGB curve above its linear part.
   float level = clamp(frame.camera.y * max(max(b.x, b.y), b.z), 0.004, 1.0);
   float codes = 255.0 * 1.055 / 2.4 * pow(level, 1.0 / 2.4) * share * (glossy ? 4.0 : upmost);
-  if (codes > 0.5) return true;
+  if (codes > 2.0 * frame.pass_f.x) return 1.0;
+  float fade = clamp(codes / frame.pass_f.x - 1.0, 0.0, 1.0);
   for (int i = 0; i < frame.counts.x; ++i) {  // the shadow
     vec3 w = frame.lamps[i].position_radius.xyz - p;
     float l = length(w);
     vec2 hit = ray_sphere(p, w / l, frame.sphere.xyz, frame.sphere.w + far * frame.lamps[i].position_radius.w / l);
-    if (hit.x < hit.y && hit.y > 0.0 && hit.x < l) return true;
+    if (hit.x < hit.y && hit.y > 0.0 && hit.x < l) return max(fade, 1e-3);
   }
-  return false;
+  return fade;
 }
 
 // The field's surface along the ray where depth has a hole.
@@ -73,7 +76,7 @@ float trace_field(vec3 eye, vec3 w, float far) {
 }
 
 void main() {
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   vec3 ray = vec3(texelFetch(rays, at, 0).xy, 1.0), eye = frame.T_tag_camera[3].xyz;
   vec3 w = mat3(frame.T_tag_camera) * ray;  // per metre of z
@@ -83,7 +86,10 @@ void main() {
   vec3 p = eye + z * w, n = vec3(0), b = texelFetch(radiance, at, 0).rgb;
   vec4 albedo = vec4(0);
   float footprint = 0.0;
-  if (z > 0.0) {
+  // Seen from any side the objects fill this much of its light: pixels that stay below need no surface at all. Seen from
+  // a known glossy surface they fill more.
+  vec2 surface = texelFetch(surfaces, at, 0).xy;
+  if (z > 0.0 && in_footprint(p, normalize(frame.sphere.xyz - p), b, surface.y > 0.0) > 0.0) {
     float d;
     vec3 g;
     bool fused = field_distance(p, d) && abs(d) < 0.8 * frame.field.y && field_gradient(p, d, g);
@@ -100,10 +106,10 @@ void main() {
       n = depth_normal(at);
     }
     float known = 0.0;
-    vec2 surface = texelFetch(surfaces, at, 0).xy;
-    if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) known = surface.y;
-    if (dot(n, n) > 0.0 && in_footprint(p, n, b, known > 0.0)) {
-      footprint = 1.0;
+    bool on_tag = all(lessThan(abs(p.xyz), vec3(frame.tag.xx, 0.01)));  // paper, whatever it lies on
+    if (surface.y > 0.0 && !on_tag && abs(surface.x - z) < max(0.01, 0.01 * z)) known = floor(0.5 * surface.y);
+    if (dot(n, n) > 0.0) footprint = in_footprint(p, n, b, known > 0.0);
+    if (footprint > 0.0) {
       albedo = field_albedo(p);
       vec4 mean = field_radiance(p);
       if (albedo.a > 0.0 && mean.a > 0.0) {

@@ -6,6 +6,7 @@
 #include "cone.glsl"
 #include "brdf.glsl"
 #include "half.glsl"
+#include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
@@ -18,7 +19,7 @@ layout(binding = 18, rgba16f) uniform writeonly image2D out_gained;  // radiance
 layout(binding = 19, rgba16f) uniform writeonly image2D out_share;   // share of the camera picture that is hidden; a: as above
 
 void main() {
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   vec4 out_g = vec4(0), out_s = vec4(0);
   vec4 normal = texelFetch(real_normal, at, 0);

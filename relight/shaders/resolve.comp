@@ -16,13 +16,12 @@ layout(binding = 25, rgba16f) uniform readonly image3D weight_real;  // L_mu, it
 layout(binding = 26, rgba16f) uniform writeonly image3D out_virtual;
 layout(binding = 27, rgba16f) uniform writeonly image3D out_change;
 
-float hat(float d, float voxel) { return max(0.0, 1.0 - abs(d) / voxel); }
 
 void main() {
   int n = frame.grid.x;
   for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
     Voxel voxel = listed_voxel(i);
-    float w_virtual = hat(virtual_distance(voxel.position), voxel.edge);
+    float w_virtual = front_weight(virtual_distance(voxel.position), voxel.edge);
     vec4 mu = imageLoad(weight_real, voxel.at);
     vec3 flux_v = vec3(0), flux_r = vec3(0);
     float area_v = 0.0, area_r = 0.0;
@@ -33,7 +32,7 @@ void main() {
       int f = 3 * (v.x + n * (v.y + n * (v.z + n * voxel.cascade)));
       flux_v += k * vec3(virtual_flux[f], virtual_flux[f + 1], virtual_flux[f + 2]);
       flux_r += k * vec3(real_flux[f], real_flux[f + 1], real_flux[f + 2]);
-      area_v += k * hat(virtual_distance(voxel.position + voxel.edge * vec3(o)), voxel.edge);
+      area_v += k * front_weight(virtual_distance(voxel.position + voxel.edge * vec3(o)), voxel.edge);
       area_r += k * imageLoad(weight_real, voxel.at + o).a;
     }
     float unit = frame.field.w / (kPi * voxel.edge * voxel.edge);

@@ -6,6 +6,7 @@
 #include "lamp.glsl"
 #include "brdf.glsl"
 #include "half.glsl"
+#include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D object_normal;
 layout(binding = 13) uniform sampler2D object_base;
@@ -14,7 +15,7 @@ layout(binding = 15) uniform sampler2D rays;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_radiance;
 
 void main() {
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   vec4 surface = texelFetch(object_surface, at, 0);
   vec3 radiance = vec3(0);

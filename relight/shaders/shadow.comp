@@ -6,21 +6,28 @@
 #include "lamp.glsl"
 #include "brdf.glsl"
 #include "half.glsl"
+#include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 14) uniform sampler2D real_albedo;
 layout(binding = 15) uniform sampler2D object_surface;
-layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irradiance
+layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;  // irradiance; which pixel of the block it stands for, plus 1; 0: none
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance off known glossy surfaces
 layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // what lamps send there without objects
 
 void main() {
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  int scale = frame.pass_i.x, block = -1;
+  ivec2 cell = tile_texel(), at = cell;
+  if (any(greaterThanEqual(cell, imageSize(out_lost)))) return;
   vec3 lost = vec3(0), mirror_lost = vec3(0), mirror_all = vec3(0);
-  vec4 normal = texelFetch(real_normal, at, 0);
-  if (normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) {
+  vec4 normal = vec4(0);
+  for (int i = 0; i < scale * scale && block < 0; ++i) {  // the first pixel of the block that the objects can change
+    at = min(scale * cell + ivec2(i % scale, i / scale), frame.picture.xy - 1);
+    normal = texelFetch(real_normal, at, 0);
+    if (normal.a > 0.0 && texelFetch(object_surface, at, 0).y < 0.999) block = i;
+  }
+  if (block >= 0) {
     vec3 p = texelFetch(real_position, at, 0).xyz, n = normalize(normal.xyz);
     vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
     int known = int(texelFetch(real_albedo, at, 0).a);
@@ -54,7 +61,7 @@ void main() {
       }
     }
   }
-  imageStore(out_lost, at, to_half(vec4(lost, 0.0)));
+  imageStore(out_lost, cell, to_half(vec4(lost, float(block + 1))));
   imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
   imageStore(out_mirror_all, at, to_half(vec4(mirror_all, 0.0)));
 }

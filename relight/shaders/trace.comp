@@ -4,6 +4,7 @@
 // footprint. a: which pixel of the block it stands for, plus 1; 0: none.
 #include "gather.glsl"
 #include "half.glsl"
+#include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
@@ -12,7 +13,7 @@ layout(binding = 16, rgba16f) uniform writeonly image2D out_change;
 
 void main() {
   int scale = frame.picture.z;
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_change);
+  ivec2 at = tile_texel(), size = imageSize(out_change);
   if (any(greaterThanEqual(at, size))) return;
   vec4 result = vec4(0);
   // From the block's middle on, the first pixel that the objects can change.
@@ -26,7 +27,7 @@ void main() {
     float turn = pixel_turn(at);
     vec3 gained, lost;
     gather_delta(p, off, n, frame.counts.y, turn, gained, lost);
-    result = vec4(gained - lost + gather_change(off, p, n, 9, turn), float(j + 1));
+    result = vec4(gained - lost + gather_change(off, p, n, frame.pass_i.x, turn), float(j + 1));
     break;
   }
   imageStore(out_change, at, to_half(result));

@@ -5,6 +5,7 @@
 // pixels share, so the pattern does not show.
 #include "frame.glsl"
 #include "half.glsl"
+#include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
@@ -12,7 +13,7 @@ layout(binding = 14) uniform sampler2D traced;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_change;
 
 void main() {
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   int scale = frame.picture.z;
   vec4 normal = texelFetch(real_normal, at, 0);

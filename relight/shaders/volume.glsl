@@ -41,6 +41,14 @@ float virtual_distance(vec3 p) {
   return beyond > 0.0 ? beyond + 1.5 * frame.virtual_grid.w : d;  // the volume keeps that margin around the objects
 }
 
+vec3 virtual_normal(vec3 p) {
+  float h = frame.virtual_grid.w;
+  vec3 g = vec3(virtual_distance(p + vec3(h, 0, 0)) - virtual_distance(p - vec3(h, 0, 0)),
+                virtual_distance(p + vec3(0, h, 0)) - virtual_distance(p - vec3(0, h, 0)),
+                virtual_distance(p + vec3(0, 0, h)) - virtual_distance(p - vec3(0, 0, h)));
+  return g / max(length(g), 1e-9);
+}
+
 // Signed distance to the real surfaces, as far as they are known; a lower bound far from them, kFar outside the volumes.
 float real_distance(vec3 p) {
   int c = in_cascade(0, p, 0.5) ? 0 : 1;
@@ -56,10 +64,19 @@ vec4 footprint(sampler3D volume, vec3 p, float radius) {
   return textureLod(volume, cascade_place(c, p, 0.5 * exp2(ceil(lod))), lod);
 }
 
+// Virtual surfaces may be thin walls with a bright and a dark side. Their light is kept in the voxels in front of them,
+// not in those that they cross, so the two sides stay apart.
+const float kFront = 0.75;  // voxels
+float front_weight(float d, float voxel) { return max(0.0, 1.0 - abs(d / voxel - kFront)); }
+
 const float kLeastWeight = 1e-3;
 vec3 mean_radiance(vec4 s) { return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a; }
 vec3 real_radiance(vec3 p, float radius) { return mean_radiance(footprint(real_radiance_volume, p, radius)); }
-vec3 virtual_radiance(vec3 p, float radius) { return mean_radiance(footprint(virtual_radiance_volume, p, radius)); }
+// Seen along w.
+vec3 virtual_radiance(vec3 p, vec3 w, float radius) {
+  float voxel = frame.cascade[in_cascade(0, p, 1.0) ? 0 : 1].w;
+  return mean_radiance(footprint(virtual_radiance_volume, p - kFront * max(voxel, radius) * w, radius));
+}
 vec3 real_change(vec3 p, float radius) { return mean_radiance(footprint(real_change_volume, p, radius)); }
 
 // Equal-area octahedral map of the sphere (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere").

@@ -1,0 +1,148 @@
+#include "relight/tiles.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+// Every second pixel along each axis stands for its neighbours: what a block can change varies slowly.
+constexpr int kStep_px = 2;
+constexpr int kMargin_px = 3;  // around the objects' outline: supersampling and rounding
+
+/// Whether objects inside the sphere can change a pixel; the same bound as in_footprint() of real_gbuffer.comp, for a
+/// surface that faces them.
+class Bound {
+ public:
+  Bound(const shader::FrameParams& params, float least_codes, bool glossy)
+      : p_(params), least_codes_(least_codes), facing_(glossy ? 4.0f : 1.0f) {}
+
+  bool can_change(const Eigen::Vector3f& at, float brightest) const {
+    const Eigen::Vector3f centre = p_.sphere.head<3>();
+    const float r2 = p_.sphere.w() * p_.sphere.w(), far2 = (centre - at).squaredNorm();
+    if (far2 < 1.5f * r2) return true;
+    // Change of the code value, with the slope of the sRGB curve above its linear part.
+    const float level = std::clamp(p_.camera.y() * brightest, 0.004f, 1.0f);
+    if (255.0f * 1.055f / 2.4f * std::pow(level, 1.0f / 2.4f) * (r2 / far2) * facing_ > least_codes_) return true;
+    const float far = std::sqrt(far2);
+    for (int i = 0; i < p_.counts.x(); ++i) {  // the shadow
+      const Eigen::Vector3f to_lamp = p_.lamps[i].position_radius.head<3>() - at;
+      const float l = to_lamp.norm(), along = (centre - at).dot(to_lamp) / l;
+      const float reach = p_.sphere.w() + far * p_.lamps[i].position_radius.w() / l;
+      const float half = reach * reach - far2 + along * along;
+      if (half > 0 && along + std::sqrt(half) > 0 && along - std::sqrt(half) < l) return true;
+    }
+    return false;
+  }
+
+ private:
+  const shader::FrameParams& p_;
+  float least_codes_, facing_;
+};
+
+}  // namespace
+
+Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale)
+    : width_(width_px),
+      height_(height_px),
+      columns_((width_px + kTile_px - 1) / kTile_px),
+      rows_((height_px + kTile_px - 1) / kTile_px),
+      shadow_scale_(shadow_scale),
+      trace_scale_(trace_scale) {
+  const std::size_t bytes =
+      sizeof(std::uint32_t) * static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  for (TileList* list : {&views_, &changed_, &objects_, &shadows_, &traces_}) {
+    list->buffer = device.create_buffer(bytes, "tiles");
+  }
+}
+
+void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const std::vector<float>& rays,
+                   const Image<float>* depth_m, const Image<float>& radiance, const std::vector<PlacedObject>& objects,
+                   float least_codes, bool glossy, bool all) {
+  const auto tile_count = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  std::vector<char> changed(tile_count, all), covered(tile_count, all);
+  const auto mark = [&](std::vector<char>& tiles, int u, int v) -> char& {
+    return tiles[static_cast<std::size_t>(v / kTile_px) * static_cast<std::size_t>(columns_) +
+                 static_cast<std::size_t>(u / kTile_px)];
+  };
+
+  const Bound bound(params, least_codes, glossy);
+  const Eigen::Matrix3f turn = params.T_tag_camera.topLeftCorner<3, 3>();
+  const Eigen::Vector3f eye = params.T_tag_camera.topRightCorner<3, 1>();
+  for (int v = 0; v < height_ && !all; v += kStep_px) {
+    for (int u = 0; u < width_; u += kStep_px) {
+      char& tile = mark(changed, u, v);
+      if (tile) continue;
+      const std::size_t i =
+          static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
+      const float z = depth_m != nullptr ? depth_m->data[i] : 0.0f;
+      if (z <= 0) {
+        tile = 1;  // a hole: the field tells where the surface is, later
+        continue;
+      }
+      const Eigen::Vector3f at = eye + turn * Eigen::Vector3f(rays[2 * i] * z, rays[2 * i + 1] * z, z);
+      const float* b = &radiance.data[3 * i];
+      tile = bound.can_change(at, std::max({b[0], b[1], b[2]}));
+    }
+  }
+
+  for (const PlacedObject& object : objects) {
+    Eigen::AlignedBox2f outline;
+    bool in_front = true;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3f tag = object.bounds.box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner));
+      const Eigen::Vector3f p = (params.T_camera_tag * tag.homogeneous()).head<3>();
+      in_front &= p.z() > params.camera.w();
+      outline.extend(Eigen::Vector2f(params.pinhole.x() * p.x() / p.z() + params.pinhole.z(),
+                                     params.pinhole.y() * p.y() / p.z() + params.pinhole.w()));
+    }
+    // Behind the eye or through a distorting lens a box's corners bound nothing.
+    if (!in_front || params.distortion != Eigen::Vector4f::Zero() || params.camera.x() != 0) {
+      std::fill(covered.begin(), covered.end(), 1);
+      break;
+    }
+    const auto clamp_to = [](float x, int size) { return std::clamp(static_cast<int>(x), 0, size - 1); };
+    if (outline.max().x() < -kMargin_px || outline.max().y() < -kMargin_px ||
+        outline.min().x() > static_cast<float>(width_ + kMargin_px) ||
+        outline.min().y() > static_cast<float>(height_ + kMargin_px)) {
+      continue;
+    }
+    for (int v = clamp_to(outline.min().y() - kMargin_px, height_) / kTile_px;
+         v <= clamp_to(outline.max().y() + kMargin_px, height_) / kTile_px; ++v) {
+      for (int u = clamp_to(outline.min().x() - kMargin_px, width_) / kTile_px;
+           u <= clamp_to(outline.max().x() + kMargin_px, width_) / kTile_px; ++u) {
+        mark(covered, u * kTile_px, v * kTile_px) = 1;
+      }
+    }
+  }
+
+  std::vector<char> views(changed);
+  for (std::size_t i = 0; i < tile_count; ++i) views[i] |= covered[i];
+  send(device, views_, views, 1);
+  send(device, changed_, changed, 1);
+  send(device, objects_, covered, 1);
+  send(device, shadows_, changed, shadow_scale_);
+  send(device, traces_, changed, trace_scale_);
+}
+
+void Tiles::send(gpu::Device& device, TileList& list, const std::vector<char>& marked, int scale) const {
+  std::vector<std::uint32_t> places;
+  for (int row = 0; row < rows_; row += scale) {
+    for (int column = 0; column < columns_; column += scale) {
+      bool any = false;
+      for (int v = row; v < std::min(row + scale, rows_); ++v) {
+        for (int u = column; u < std::min(column + scale, columns_); ++u) {
+          any |=
+              marked[static_cast<std::size_t>(v) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(u)] !=
+              0;
+        }
+      }
+      if (any)
+        places.push_back(static_cast<std::uint32_t>(column / scale) | static_cast<std::uint32_t>(row / scale) << 16);
+    }
+  }
+  list.count = static_cast<int>(places.size());
+  if (!places.empty()) device.upload(*list.buffer, 0, std::as_bytes(std::span(places)));
+}
+
+}  // namespace lumigraft

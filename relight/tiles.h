@@ -1,0 +1,39 @@
+#pragma once
+// Which 8 × 8 blocks of pixels the objects can change or cover. Software devices run every branch of a shader, so work
+// that is not needed must not be dispatched.
+#include <memory>
+#include <vector>
+
+#include "capture/frame.h"
+#include "relight/gpu/device.h"
+#include "relight/object_store.h"
+#include "relight/passes/dispatch.h"
+#include "relight/shaders/interop.h"
+
+namespace lumigraft {
+
+constexpr int kTile_px = 8;
+
+class Tiles {
+ public:
+  Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale);
+
+  /// `rays` holds x/z and y/z of every pixel; `least_codes` as in quality.h; `all` takes every block.
+  void choose(gpu::Device& device, const shader::FrameParams& params, const std::vector<float>& rays,
+              const Image<float>* depth_m, const Image<float>& radiance, const std::vector<PlacedObject>& objects,
+              float least_codes, bool glossy, bool all);
+
+  const TileList& views() const { return views_; }  ///< changed or covered
+  const TileList& changed() const { return changed_; }
+  const TileList& objects() const { return objects_; }  ///< inside the objects' bounds
+  const TileList& shadows() const { return shadows_; }  ///< of the grid of shadow cells
+  const TileList& traces() const { return traces_; }    ///< of the grid of traced cells
+
+ private:
+  void send(gpu::Device& device, TileList& list, const std::vector<char>& marked, int scale) const;
+
+  int width_, height_, columns_, rows_, shadow_scale_, trace_scale_;
+  TileList views_, changed_, objects_, shadows_, traces_;
+};
+
+}  // namespace lumigraft
