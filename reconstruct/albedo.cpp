@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <map>
+#include <optional>
 
 #include "reconstruct/albedo_bricks.h"
 #include "reconstruct/albedo_irradiance.h"
 #include "reconstruct/albedo_lamps.h"
 #include "reconstruct/albedo_points.h"
 #include "reconstruct/albedo_rays.h"
+#include "reconstruct/albedo_reflections.h"
 #include "reconstruct/albedo_samples.h"
 #include "reconstruct/albedo_solve.h"
 
@@ -17,6 +19,8 @@ namespace {
 
 constexpr int kSamples = 2500;
 constexpr int kGatherRays = 64;
+constexpr float kMostMetal = 0.1f;        ///< share of what a sample sees that may be metal
+constexpr double kGrown = 1.25;           ///< when so much more surface is known, lamps are searched from nothing
 constexpr float kKnownSigma = 0.25f;      ///< of log distance; beyond it the distance counts as unknown
 constexpr float kFarthestKnown_m = 7.5f;  ///< the search ends at 8 m: there a lamp is as good as infinitely far
 
@@ -56,6 +60,8 @@ struct AlbedoStage::State {
   bool solved = false;
   std::uint64_t field_version = 0, illumination_version = 0;
   Result last;
+  std::map<int, LampEstimate> estimates;  ///< by the lamp's id
+  std::size_t searched_points = 0;        ///< how much surface was known when lamps were last searched from nothing
 };
 
 AlbedoStage::AlbedoStage(const Session& session) : state_(std::make_unique<State>(session)) {}
@@ -64,6 +70,7 @@ AlbedoStage::~AlbedoStage() = default;
 void AlbedoStage::reset() {
   state_->solved = false;
   state_->last = {};
+  state_->estimates.clear();
 }
 
 AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumination& illumination) {
@@ -71,15 +78,29 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   if (s.solved && s.field_version == field.version && s.illumination_version == illumination.version) return s.last;
 
   const FieldRays rays(field);
-  const Surface surface = find_surface(field, rays, s.metal, kSamples);
-  const RoomLight room(field, rays, illumination);
+  auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
+  Surface surface = find_surface(field, rays, s.metal, kSamples);
+  const RoomLight room(field, rays, s.metal, *lit);
   std::vector<Eigen::Vector3f> gathered;
-  for (const SurfaceSample& sample : surface.samples) {
-    gathered.push_back(room.gather(sample.position, sample.normal, kGatherRays));
+  for (SurfaceSample& sample : surface.samples) {
+    const RoomLight::Gathered light = room.gather(sample.position, sample.normal, kGatherRays);
+    gathered.push_back(light.irradiance);
+    sample.usable = sample.usable && light.metal_share < kMostMetal;
   }
-  auto lit = std::make_shared<Illumination>(illumination);
-  lit->lights = placed(illumination, locate_lamps(room, illumination, surface.samples, gathered,
-                                                  tag_paper(surface.points, s.tag_size_m)));
+  if (surface.points.size() > kGrown * s.searched_points) {
+    s.estimates.clear();
+    s.searched_points = surface.points.size();
+  }
+  std::vector<std::optional<LampEstimate>> before;
+  for (const PointLight& light : lit->lights) {
+    const auto known = s.estimates.find(light.id);
+    before.push_back(known == s.estimates.end() ? std::nullopt : std::optional(known->second));
+  }
+  const std::vector<LampEstimate> estimates =
+      locate_lamps(room, *lit, surface.samples, gathered, tag_paper(surface.points, s.tag_size_m), before);
+  s.estimates.clear();
+  for (std::size_t i = 0; i < estimates.size(); ++i) s.estimates[lit->lights[i].id] = estimates[i];
+  lit->lights = placed(*lit, estimates);
 
   const LitSurface points(surface, room, *lit, gathered);
   const std::vector<SampleAlbedo> albedo =

@@ -71,18 +71,21 @@ EnvironmentPicture without_near(const EnvironmentPicture& picture, const FieldRa
 
 }  // namespace
 
-RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const Illumination& illumination)
+RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+                     const Illumination& illumination)
     : field_(field),
       rays_(rays),
+      metal_(metal),
       probe_(illumination.probe_position_m),
       lift_m_(kLiftVoxels * field.voxel_m),
       far_(without_near(illumination.remainder, rays, illumination.probe_position_m)) {}
 
-Eigen::Vector3f RoomLight::gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal,
-                                  int directions) const {
+RoomLight::Gathered RoomLight::gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal,
+                                      int directions) const {
   const Frame frame = frame_around(normal);
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  int on_metal = 0;
   for (int i = 0; i < directions; ++i) {
     const float s = (i + 0.5f) / directions, phi = 2 * kPi * radical_inverse(static_cast<std::uint32_t>(i));
     const float r = std::sqrt(s);
@@ -91,8 +94,9 @@ Eigen::Vector3f RoomLight::gather(const Eigen::Vector3f& position_m, const Eigen
     const auto hit = rays_.first_crossing(from, direction, kRoom_m);
     const auto radiance = hit ? field_.radiance(*hit) : std::nullopt;
     sum += radiance ? *radiance : far_radiance(direction);
+    on_metal += hit && metal_.contains(*hit);
   }
-  return sum * (kPi / directions);
+  return {sum * (kPi / directions), static_cast<float>(on_metal) / directions};
 }
 
 float RoomLight::visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,

@@ -14,12 +14,17 @@ constexpr float kInfinitelyFar = 0;  ///< as a lamp's distance
 
 class RoomLight {
  public:
-  RoomLight(const DistanceField& field, const FieldRays& rays, const Illumination& illumination);
+  RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+            const Illumination& illumination);
 
   /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
   /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; any other returns
   /// the far remainder, which has no lamps in it.
-  Eigen::Vector3f gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal, int directions) const;
+  struct Gathered {
+    Eigen::Vector3f irradiance;
+    float metal_share = 0;  ///< of the rays: metal was measured towards the camera, not towards here
+  };
+  Gathered gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal, int directions) const;
 
   /// How much of the lamp's disk a point sees, were the lamp `distance_m` from the probe: mean over `rays` points of
   /// it.
@@ -34,6 +39,7 @@ class RoomLight {
 
   const DistanceField& field_;
   const FieldRays& rays_;
+  const MetalSurfaces& metal_;
   Eigen::Vector3f probe_;
   float lift_m_;            ///< rays start so far above the surface
   EnvironmentPicture far_;  ///< the remainder without what stands between the probe and the distance

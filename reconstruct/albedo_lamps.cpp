@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNearest_m = 0.4, kFarthest_m = 8.0, kUsual_m = 1.5;
 constexpr int kGridSteps = 16;
-constexpr int kFineSteps = 7;
+constexpr int kFineSteps = 7, kFineRays = 5;
 constexpr double kFineReach = 0.22;  ///< of log distance, either way
 constexpr double kLargestGain = 4096;
 constexpr int kGainSteps = 13;  ///< powers of two
@@ -42,31 +42,19 @@ double outline_penalty(const PointLight& light, bool flat) {
 
 class LampSearch {
  public:
-  LampSearch(ShadingModel& model, const std::vector<SamplePair>& pairs, int paper, const Eigen::Vector3f& probe)
+  LampSearch(ShadingModel& model, const std::vector<SamplePair>& pairs, int paper)
       : model_(model),
         pairs_(pairs),
         some_pairs_(every_third(pairs)),
         paper_(paper),
         shapes_(model.lamps()),
         powers_(model.lamps()),
-        factors_(model.lamps()) {
-    for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
-      model.tabulate(lamp, spaced(std::log(kNearest_m), std::log(kFarthest_m), kGridSteps), 1);
-      // A panel faces the probe, the floor, or the tag.
-      const Eigen::Vector3f& direction = model.light(lamp).direction;
-      std::vector<Eigen::Vector3f> normals{-direction};
-      if (direction.z() > 0.3f) normals.push_back(-Eigen::Vector3f::UnitZ());
-      const Eigen::Vector3f to_tag = -(probe + 1.2f * direction).normalized();
-      if (to_tag.dot(direction) < -0.3f) normals.push_back(to_tag);
-      facing_.push_back(normals);
-      shapes_[lamp].log_distance = std::log(kUsual_m);
-      shapes_[lamp].flat = model.light(lamp).squareness > kQuadrilateral;
-      if (shapes_[lamp].flat) shapes_[lamp].tilt = model.tilt_of(lamp, normals.back());
-      update(lamp);
-    }
-  }
+        facing_(model.lamps()),
+        factors_(model.lamps()) {}
 
-  std::vector<LampEstimate> solve() {
+  /// From nothing.
+  std::vector<LampEstimate> solve(const Eigen::Vector3f& probe) {
+    start(probe);
     if (any_clipped()) {
       start_gains();
       adopt(refine_lamps(model_, some_pairs_, paper_, shapes_));
@@ -77,27 +65,70 @@ class LampSearch {
       if (!changed) break;
     }
     refine_shapes();
+    return finish();
+  }
+
+  /// From earlier estimates; empty where a lamp left what was looked at around its estimate.
+  std::optional<std::vector<LampEstimate>> solve_near(const std::vector<std::optional<LampEstimate>>& before) {
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      LampShape& shape = shapes_[lamp];
+      shape.log_distance = std::log(before[lamp]->distance_m);
+      shape.flat = before[lamp]->flat;
+      if (shape.flat) shape.tilt = model_.tilt_of(lamp, before[lamp]->normal);
+      for (std::size_t c = 0; clipped(lamp) && c < 3; ++c) {
+        shape.log_gain[c] = std::log(before[lamp]->gain[static_cast<Eigen::Index>(c)]);
+      }
+    }
+    std::vector<LampEstimate> estimates = finish();
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      const double moved = std::log(estimates[lamp].distance_m / before[lamp]->distance_m);
+      if (std::abs(moved) > 0.7 * kFineReach) return std::nullopt;
+    }
+    return estimates;
+  }
+
+ private:
+  /// Lamps where they usually stand; a panel faces the probe, the floor, or the tag.
+  void start(const Eigen::Vector3f& probe) {
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      model_.tabulate(lamp, spaced(std::log(kNearest_m), std::log(kFarthest_m), kGridSteps), 1);
+      const Eigen::Vector3f& direction = model_.light(lamp).direction;
+      facing_[lamp] = {-direction};
+      if (direction.z() > 0.3f) facing_[lamp].push_back(-Eigen::Vector3f::UnitZ());
+      const Eigen::Vector3f to_tag = -(probe + static_cast<float>(kUsual_m) * direction).normalized();
+      if (to_tag.dot(direction) < -0.3f) facing_[lamp].push_back(to_tag);
+      LampShape& shape = shapes_[lamp];
+      shape = {};
+      shape.log_distance = std::log(kUsual_m);
+      shape.flat = model_.light(lamp).squareness > kQuadrilateral;
+      if (shape.flat) shape.tilt = model_.tilt_of(lamp, facing_[lamp].back());
+      update(lamp);
+    }
+  }
+
+  /// The last refinement, on all pairs and with finer visibility.
+  std::vector<LampEstimate> finish() {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       const double at = shapes_[lamp].log_distance;
-      model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), 5);
+      model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), kFineRays);
     }
-    const Refinement final = refine_lamps(model_, pairs_, paper_, shapes_);
+    const Refinement last = refine_lamps(model_, pairs_, paper_, shapes_);
     std::vector<LampEstimate> result;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      const LampShape& shape = last.shapes[lamp];
       LampEstimate estimate;
-      estimate.distance_m = static_cast<float>(std::exp(final.shapes[lamp].log_distance));
-      estimate.log_sigma = static_cast<float>(final.log_sigma[lamp]);
-      estimate.flat = final.shapes[lamp].flat;
-      for (int c = 0; c < 3; ++c) {
-        estimate.gain[c] = static_cast<float>(std::exp(final.shapes[lamp].log_gain[static_cast<std::size_t>(c)]));
+      estimate.distance_m = static_cast<float>(std::exp(shape.log_distance));
+      estimate.log_sigma = static_cast<float>(last.log_sigma[lamp]);
+      estimate.flat = shape.flat;
+      if (shape.flat) estimate.normal = model_.normal(lamp, shape);
+      for (std::size_t c = 0; c < 3; ++c) {
+        estimate.gain[static_cast<Eigen::Index>(c)] = static_cast<float>(std::exp(shape.log_gain[c]));
       }
-      if (estimate.flat) estimate.normal = model_.normal(lamp, final.shapes[lamp]);
       result.push_back(estimate);
     }
     return result;
   }
 
- private:
   void update(std::size_t lamp) {
     model_.factors(lamp, shapes_[lamp], factors_[lamp]);
     powers_[lamp] = model_.power(lamp, shapes_[lamp]);
@@ -229,16 +260,23 @@ class LampSearch {
 
 std::vector<LampEstimate> locate_lamps(const RoomLight& room, const Illumination& illumination,
                                        std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
-                                       const std::optional<SurfaceSample>& paper) {
+                                       const std::optional<SurfaceSample>& paper,
+                                       const std::vector<std::optional<LampEstimate>>& before) {
   if (illumination.lights.empty()) return {};
   const std::vector<SamplePair> pairs = choose_pairs(samples);
   if (paper) {
     samples.push_back(*paper);
-    gathered.push_back(room.gather(paper->position, paper->normal, kPaperRays));
+    gathered.push_back(room.gather(paper->position, paper->normal, kPaperRays).irradiance);
   }
   ShadingModel model(room, illumination, samples, gathered);
   const int paper_index = paper ? static_cast<int>(samples.size()) - 1 : -1;
-  return LampSearch(model, pairs, paper_index, illumination.probe_position_m).solve();
+  LampSearch search(model, pairs, paper_index);
+  const bool all_known = before.size() == illumination.lights.size() &&
+                         std::all_of(before.begin(), before.end(), [](const auto& lamp) { return lamp.has_value(); });
+  if (all_known) {
+    if (const auto estimates = search.solve_near(before)) return *estimates;
+  }
+  return search.solve(illumination.probe_position_m);
 }
 
 }  // namespace lumigraft

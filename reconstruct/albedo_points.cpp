@@ -10,7 +10,7 @@ namespace {
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kSampleRays = 8, kPointRays = 4;
 constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
-constexpr float kModelShare = 0.05f;     ///< 1σ of modelled irradiance over itself, away from shadows
+constexpr float kModelShare = 0.08f;     ///< 1σ of modelled irradiance over itself, away from shadows
 constexpr float kEdgeShare = 0.35f;      ///< of a lamp's light where visibility varies around a sample
 constexpr float kDarkShare = 0.02f;      ///< of the mean radiance
 constexpr float kMetalSigma = 0.02f;     ///< said by an operator

@@ -16,7 +16,11 @@ constexpr double kSteepest = 4;  // tilt: 76°
 constexpr double kLargestGain = 1e4;
 constexpr double kStep = 1e-3;  // of numeric derivatives
 constexpr int kIterations = 20;
-constexpr double kPairsPerSample = 10;  // pairs share samples: so many are one independent observation
+/// Errors of the model (of what is gathered, of normals) are alike over a whole surface: so many pairs are one
+/// independent observation. And no pair is known better than this share of the light.
+constexpr double kPairsPerObservation = 400;
+constexpr double kModelShare = 0.02;
+constexpr double kPriorPairs = 30;  // the priors are as strong as so many pairs
 
 /// Log albedo of all samples and its derivatives, computed once per step for all pairs.
 class Evaluation : public ceres::EvaluationCallback {
@@ -175,7 +179,7 @@ struct Prior {
 };
 
 /// 1σ of log distances from the curvature of the robust cost (weights 1 / (1 + r²)).
-std::vector<double> uncertainty(const Evaluation& evaluation, const std::vector<SamplePair>& pairs, double prior) {
+std::vector<double> uncertainty(const Evaluation& evaluation, const std::vector<SamplePair>& pairs) {
   const auto size = static_cast<Eigen::Index>(evaluation.parameters());
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd row(size);
@@ -195,9 +199,10 @@ std::vector<double> uncertainty(const Evaluation& evaluation, const std::vector<
     }
   }
   curvature = curvature.selfadjointView<Eigen::Lower>();
-  const double variance = kPairsPerSample * squares / std::max(weights, 1e-9);
+  const double least = std::pow(kModelShare / kPairScale, 2) / 3;
+  const double variance = kPairsPerObservation * std::max(least, squares / std::max(weights, 1e-9));
   curvature /= std::max(variance, 1e-9);
-  for (Eigen::Index p = 0; p < size; ++p) curvature(p, p) += (p % kPerLamp == 0 ? 0.25 : 1) * prior;
+  for (Eigen::Index p = 0; p < size; ++p) curvature(p, p) += p % kPerLamp == 0 ? 0.25 : 1;
   const Eigen::MatrixXd covariance = curvature.inverse();
   std::vector<double> result;
   for (Eigen::Index p = 0; p < size; p += kPerLamp) result.push_back(std::sqrt(std::max(0.0, covariance(p, p))));
@@ -237,12 +242,10 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   if (clipped && paper >= 0) {
     problem.AddResidualBlock(new PaperCost(evaluation, static_cast<std::size_t>(paper)), nullptr, blocks);
   }
-  // As strong as a few samples' pairs.
-  const double prior = 3 * kPairsPerSample;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     double* p = evaluation.of_lamp(lamp);
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 6, kPerLamp>(new Prior{std::sqrt(prior)}), nullptr,
-                             p);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 6, kPerLamp>(new Prior{std::sqrt(kPriorPairs)}),
+                             nullptr, p);
     problem.SetParameterLowerBound(p, 0, std::log(kNearest_m));
     problem.SetParameterUpperBound(p, 0, std::log(kFarthest_m));
     for (int i = 1; i < 3; ++i) {
@@ -271,7 +274,7 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
   result.cost = robust_cost(evaluation.log_albedo, pairs);
   if (clipped && paper >= 0) result.cost += paper_cost(evaluation.log_albedo[static_cast<std::size_t>(paper)]);
-  result.log_sigma = uncertainty(evaluation, pairs, prior / (3 * kPairsPerSample));
+  result.log_sigma = uncertainty(evaluation, pairs);
   return result;
 }
 

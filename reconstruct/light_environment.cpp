@@ -123,6 +123,25 @@ EnvironmentPicture EnvironmentResampler::resample(const Image<float>& radiance, 
   return result;
 }
 
+void add_disk(EnvironmentPicture& picture, const Eigen::Vector3f& direction, float radius_rad,
+              const Eigen::Vector3f& energy) {
+  Image<float>& radiance = picture.radiance;
+  std::vector<std::size_t> cells;
+  double covered = 0;
+  // A disk smaller than a cell still covers the cell that it lies in.
+  const float reach = std::cos(std::max(radius_rad, 1.5f * static_cast<float>(kPi) / radiance.height));
+  for (int v = 0; v < radiance.height; ++v) {
+    for (int u = 0; u < radiance.width; ++u) {
+      if (environment_direction(u, v, radiance.width, radiance.height).dot(direction) < reach) continue;
+      cells.push_back(radiance.index(u, v));
+      covered += environment_solid_angle_sr(v, radiance.width, radiance.height);
+    }
+  }
+  for (const std::size_t cell : cells) {
+    for (int c = 0; c < 3; ++c) radiance.data[cell + c] += static_cast<float>(energy[c] / covered);
+  }
+}
+
 Sh9 project_sh(const EnvironmentPicture& picture) {
   const Image<float>& radiance = picture.radiance;
   std::array<Eigen::Vector3d, 9> sum;

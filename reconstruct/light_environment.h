@@ -30,6 +30,9 @@ class EnvironmentResampler {
 
 Eigen::Vector3f environment_direction(int u, int v, int width, int height);  ///< of a cell's centre
 float environment_solid_angle_sr(int v, int width, int height);              ///< of a cell in row v
+/// Adds a disk of even radiance that integrates to `energy` (L dω per channel).
+void add_disk(EnvironmentPicture& picture, const Eigen::Vector3f& direction, float radius_rad,
+              const Eigen::Vector3f& energy);
 Sh9 project_sh(const EnvironmentPicture& picture);
 
 }  // namespace lumigraft

@@ -1,0 +1,156 @@
+#pragma once
+// A made-up room whose distances and radiance are known in closed form: what albedo tests are held against.
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+#include "reconstruct/distance_field.h"
+#include "reconstruct/light.h"
+
+namespace lumigraft {
+
+constexpr float kTestPi = std::numbers::pi_v<float>;
+
+struct TestBox {
+  Eigen::Vector3f low, high;
+
+  /// Positive outside (an upper bound past edges, exact at faces), negative inside.
+  float distance(const Eigen::Vector3f& p) const {
+    const Eigen::Vector3f centre = 0.5f * (low + high), half = 0.5f * (high - low);
+    const Eigen::Vector3f q = (p - centre).cwiseAbs() - half;
+    return q.cwiseMax(0.0f).norm() + std::min(q.maxCoeff(), 0.0f);
+  }
+  bool blocks(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const {
+    float enter = 0, leave = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float way = to[axis] - from[axis];
+      const float a = (low[axis] - from[axis]) / way, b = (high[axis] - from[axis]) / way;
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    return enter < leave;
+  }
+};
+
+struct TestLamp {
+  Eigen::Vector3f position, intensity;  ///< intensity: towards the normal where flat
+  float radius = 0.05f;
+  bool flat = false;
+  Eigen::Vector3f normal = -Eigen::Vector3f::UnitZ();
+
+  Eigen::Vector3f towards(const Eigen::Vector3f& point) const {
+    const Eigen::Vector3f way = (point - position).normalized();
+    return flat ? Eigen::Vector3f(std::max(0.0f, normal.dot(way)) * intensity) : intensity;
+  }
+};
+
+/// A floor z = 0 within a square, boxes on it, point lamps, and even light from everywhere that boxes do not block:
+/// boxes must be few and dark, or the ambient light small, for this to be nearly true.
+struct TestRoom {
+  float half_m = 0.6f;
+  std::vector<TestBox> boxes;
+  std::vector<TestLamp> lamps;
+  Eigen::Vector3f ambient = Eigen::Vector3f::Zero();  ///< radiance
+  Eigen::Vector3f probe{-0.2f, 0.05f, 0.03f};
+  std::function<Eigen::Vector3f(const Eigen::Vector3f&)> albedo = [](const Eigen::Vector3f&) {
+    return Eigen::Vector3f(0.5f, 0.4f, 0.3f);
+  };
+  std::function<bool(const Eigen::Vector3f&)> seen = [](const Eigen::Vector3f&) { return true; };
+
+  float distance(const Eigen::Vector3f& p) const {
+    float d = p.z();
+    for (const TestBox& box : boxes) d = std::min(d, box.distance(p));
+    return d;
+  }
+  Eigen::Vector3f normal(const Eigen::Vector3f& p) const {
+    constexpr float h = 1e-3f;
+    Eigen::Vector3f g;
+    for (int i = 0; i < 3; ++i) {
+      g[i] = distance(p + h * Eigen::Vector3f::Unit(i)) - distance(p - h * Eigen::Vector3f::Unit(i));
+    }
+    return g.normalized();
+  }
+  bool lit(const TestLamp& lamp, const Eigen::Vector3f& p, const Eigen::Vector3f& n) const {
+    return std::none_of(boxes.begin(), boxes.end(),
+                        [&](const TestBox& box) { return box.blocks(p + 1e-3f * n, lamp.position); });
+  }
+  Eigen::Vector3f irradiance(const Eigen::Vector3f& p, const Eigen::Vector3f& n) const {
+    Eigen::Vector3f sum = kTestPi * ambient;
+    for (const TestLamp& lamp : lamps) {
+      const Eigen::Vector3f way = lamp.position - p;
+      const float cosine = n.dot(way.normalized());
+      if (cosine > 0 && lit(lamp, p, n)) sum += cosine / way.squaredNorm() * lamp.towards(p);
+    }
+    return sum;
+  }
+
+  DistanceField field() const {
+    DistanceField field;
+    field.version = 1;
+    const int reach = static_cast<int>(std::ceil(half_m / (8 * field.voxel_m)));
+    for (int a = -reach; a < reach; ++a) {
+      for (int b = -reach; b < reach; ++b) {
+        for (int c = -1; c < 10; ++c) {
+          auto brick = std::make_shared<FieldBrick>();
+          bool any = false;
+          for (int i = 0; i < kBrickVoxels; ++i) {
+            const Eigen::Vector3f p =
+                field.voxel_m * Eigen::Vector3f(8.0f * a + (i & 7), 8.0f * b + ((i >> 3) & 7), 8.0f * c + (i >> 6));
+            const float d = distance(p);
+            brick->radiance[i].setZero();
+            if (std::abs(d) > field.truncation_m || !seen(p)) continue;
+            any = true;
+            brick->distance_m[i] = d;
+            brick->weight[i] = 1;
+            const Eigen::Vector3f n = normal(p), on = p - d * n;
+            brick->radiance[i] = albedo(on).cwiseProduct(irradiance(on, n)) / kTestPi;
+            brick->radiance_weight[i] = 1;
+          }
+          if (any) field.bricks[{a, b, c}] = brick;
+        }
+      }
+    }
+    return field;
+  }
+
+  /// What a perfect fish-eye at the probe says: lamps without distances.
+  Illumination illumination() const {
+    Illumination result;
+    result.version = 1;
+    result.probe_position_m = probe;
+    for (const TestLamp& lamp : lamps) {
+      PointLight light;
+      light.id = static_cast<int>(result.lights.size());
+      const Eigen::Vector3f way = lamp.position - probe;
+      light.direction = way.normalized();
+      light.irradiance = lamp.towards(probe) / way.squaredNorm();
+      light.angular_radius_rad = std::asin(lamp.radius / way.norm());
+      light.squareness = lamp.flat ? 0.43f : 0.0f;
+      result.lights.push_back(light);
+    }
+    result.remainder.radiance = Image<float>(128, 64, 3);
+    for (std::size_t i = 0; i < result.remainder.radiance.data.size(); ++i) {
+      result.remainder.radiance.data[i] = ambient[static_cast<Eigen::Index>(i % 3)];
+    }
+    result.remainder_sh.fill(Eigen::Vector3f::Zero());
+    result.remainder_sh[0] = ambient * std::sqrt(4 * kTestPi);
+    return result;
+  }
+};
+
+/// Albedo and sigma at a point's nearest voxel; sigma -1 where there is no brick.
+template <typename Field>
+std::pair<Eigen::Vector3f, float> albedo_at(const Field& field, const Eigen::Vector3f& position) {
+  const Eigen::Vector3f rounded = (position / field.voxel_m).array().round();
+  const Eigen::Vector3i v = rounded.template cast<int>();
+  const auto brick = field.bricks.find({v.x() >> 3, v.y() >> 3, v.z() >> 3});
+  if (brick == field.bricks.end()) return {Eigen::Vector3f::Zero(), -1.0f};
+  const int i = (v.x() & 7) + 8 * ((v.y() & 7) + 8 * (v.z() & 7));
+  return {brick->second->albedo[i], brick->second->sigma[i]};
+}
+
+}  // namespace lumigraft

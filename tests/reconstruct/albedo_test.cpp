@@ -1,0 +1,286 @@
+#include "reconstruct/albedo.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <fstream>
+
+#include "albedo_room.h"
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+TestLamp bulb() { return {{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}; }
+
+/// Mean over a grid of floor points of |albedo - truth|, and how many of them are unknown.
+struct FloorError {
+  double mean = 0;
+  int known = 0, unknown = 0;
+};
+template <typename Skip>
+FloorError floor_error(const TestRoom& room, const AlbedoField& field, Skip skip) {
+  FloorError error;
+  for (float x = -0.5f; x <= 0.5f; x += 0.04f) {
+    for (float y = -0.5f; y <= 0.5f; y += 0.04f) {
+      const Eigen::Vector3f p(x, y, 0);
+      if (skip(p)) continue;
+      const auto [albedo, sigma] = albedo_at(field, p);
+      if (sigma < 0) {
+        ++error.unknown;
+        continue;
+      }
+      error.mean += (albedo - room.albedo(p)).cwiseAbs().mean();
+      ++error.known;
+    }
+  }
+  error.mean /= std::max(error.known, 1);
+  return error;
+}
+const auto kNowhere = [](const Eigen::Vector3f&) { return false; };
+
+TEST(AlbedoStage, WhiteFurnaceIsExact) {
+  TestRoom room;
+  room.ambient = Eigen::Vector3f::Ones();
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  const FloorError error = floor_error(room, *result.albedo, kNowhere);
+  EXPECT_EQ(error.unknown, 0);
+  EXPECT_LT(error.mean, 0.01);
+  EXPECT_TRUE(result.warnings.empty());
+}
+
+TEST(AlbedoStage, OneLampOnAPlane) {
+  TestRoom room;
+  room.lamps = {bulb()};
+  room.ambient = Eigen::Vector3f::Constant(0.02f);
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  ASSERT_EQ(result.illumination->lights.size(), 1u);
+  const PointLight& light = result.illumination->lights[0];
+  EXPECT_TRUE(light.distance_known);
+  EXPECT_FALSE(light.flat);
+  EXPECT_LT((light.position_m - room.lamps[0].position).norm(), 0.05);
+  EXPECT_NEAR(light.intensity.y() / room.lamps[0].intensity.y(), 1, 0.08);
+  EXPECT_NEAR(light.radius_m, 0.04, 0.004);
+  const FloorError error = floor_error(room, *result.albedo, kNowhere);
+  EXPECT_EQ(error.unknown, 0);
+  EXPECT_LT(error.mean, 0.01);
+}
+
+TEST(AlbedoStage, LampBesideABox) {
+  TestRoom room;
+  room.lamps = {bulb()};
+  room.ambient = Eigen::Vector3f::Constant(0.01f);
+  room.boxes = {{{0.05f, -0.1f, 0.0f}, {0.15f, 0.05f, 0.15f}}};
+  room.albedo = [](const Eigen::Vector3f& p) {
+    // Planks: the floor is no even grey.
+    return Eigen::Vector3f((0.3f + 0.05f * std::sin(60 * p.x())) * Eigen::Vector3f(1, 0.8f, 0.6f));
+  };
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  const PointLight& light = result.illumination->lights[0];
+  EXPECT_TRUE(light.distance_known);
+  const float truth = (room.lamps[0].position - room.probe).norm();
+  EXPECT_NEAR((light.position_m - room.probe).norm() / truth, 1, 0.08);
+  const auto far_from_box = [&](const Eigen::Vector3f& p) {
+    return room.boxes[0].distance(p) < 0.06f || !room.lit(room.lamps[0], p, Eigen::Vector3f::UnitZ());
+  };
+  EXPECT_LT(floor_error(room, *result.albedo, far_from_box).mean, 0.025);
+}
+
+TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
+  TestRoom room;
+  room.half_m = 0.8f;
+  TestLamp panel{{0.3f, 0.4f, 0.8f}, {1, 1, 1}, 0.08f};
+  panel.flat = true;
+  panel.normal = Eigen::Vector3f(-0.5f, -0.2f, -0.8f).normalized();
+  room.lamps = {panel};
+  room.ambient = Eigen::Vector3f::Constant(0.02f);
+  room.boxes = {{{-0.1f, -0.3f, 0.0f}, {0.05f, -0.2f, 0.12f}}};
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  const PointLight& light = result.illumination->lights[0];
+  ASSERT_TRUE(light.distance_known);
+  ASSERT_TRUE(light.flat);
+  EXPECT_NEAR((light.position_m - room.probe).norm() / (panel.position - room.probe).norm(), 1, 0.1);
+  EXPECT_GT(light.normal.dot(panel.normal), std::cos(0.3f));
+  // Towards any point of the floor the two emit alike.
+  for (const Eigen::Vector3f& p : {Eigen::Vector3f(0.4f, -0.4f, 0), Eigen::Vector3f(-0.4f, 0.4f, 0)}) {
+    const float found = light.emission((p - light.position_m).normalized()) * light.intensity.y() /
+                        (p - light.position_m).squaredNorm();
+    EXPECT_NEAR(found / (panel.towards(p).y() / (p - panel.position).squaredNorm()), 1, 0.1);
+  }
+}
+
+TEST(AlbedoStage, TwoLampsAtOnce) {
+  TestRoom room;
+  room.half_m = 0.8f;
+  room.lamps = {{{0.5f, -0.6f, 0.7f}, {1.0f, 0.7f, 0.4f}, 0.04f}, {{-0.7f, 0.5f, 1.3f}, {0.8f, 1.2f, 1.8f}, 0.05f}};
+  room.ambient = Eigen::Vector3f::Constant(0.02f);
+  room.boxes = {{{0.05f, -0.1f, 0.0f}, {0.15f, 0.05f, 0.15f}}};
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  for (std::size_t i = 0; i < 2; ++i) {
+    const float truth = (room.lamps[i].position - room.probe).norm();
+    ASSERT_TRUE(result.illumination->lights[i].distance_known) << i;
+    EXPECT_NEAR((result.illumination->lights[i].position_m - room.probe).norm() / truth, 1, 0.1) << i;
+  }
+}
+
+TEST(AlbedoStage, ASmallPatchDoesNotTellTheDistance) {
+  TestRoom room;
+  room.half_m = 0.128f;
+  room.probe = {0, 0, 0.03f};
+  room.lamps = {{{1.5f, -1.0f, 5.0f}, {30, 30, 30}, 0.1f}};
+  room.ambient = Eigen::Vector3f::Constant(0.1f);
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  EXPECT_FALSE(result.illumination->lights[0].distance_known);
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("1 lamp is taken as infinitely far"), std::string::npos);
+  // The lamp then lights from its direction alone, which is right for so small a patch.
+  EXPECT_LT((albedo_at(*result.albedo, {0, 0, 0}).first - room.albedo({0, 0, 0})).cwiseAbs().mean(), 0.02);
+}
+
+TEST(AlbedoStage, WhatWasNeverSeenIsUnknown) {
+  TestRoom room;
+  room.ambient = Eigen::Vector3f::Ones();
+  room.seen = [](const Eigen::Vector3f& p) { return p.x() < 0.1f; };
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  EXPECT_GT(albedo_at(*result.albedo, {-0.2f, 0, 0}).second, 0);
+  EXPECT_LT(albedo_at(*result.albedo, {0.3f, 0, 0}).second, 0);
+  EXPECT_LT(albedo_at(*result.albedo, {-0.2f, 0, 0.3f}).second, 0);
+}
+
+TEST(AlbedoStage, DarknessIsUnknownNotGrey) {
+  TestRoom room;
+  room.lamps = {bulb()};
+  // A tall box throws a black shadow: no ambient light at all.
+  room.boxes = {{{-0.1f, -0.05f, 0.0f}, {0.1f, 0.15f, 0.4f}}};
+  room.albedo = [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.02f, 0.02f, 0.02f); };
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  int unknown = 0, all = 0;
+  for (float x = -0.4f; x < 0.4f; x += 0.02f) {
+    for (float y = -0.4f; y < 0.5f; y += 0.02f) {
+      const Eigen::Vector3f p(x, y, 0);
+      bool deep = room.boxes[0].distance(p) > 0.05f;
+      for (int k = 0; k < 4 && deep; ++k) {  // 12 cm inside the shadow all round
+        const Eigen::Vector3f q = p + 0.12f * Eigen::Vector3f(k == 0   ? 1
+                                                              : k == 1 ? -1
+                                                                       : 0,
+                                                              k == 2   ? 1
+                                                              : k == 3 ? -1
+                                                                       : 0,
+                                                              0);
+        deep = room.boxes[0].distance(q) > 0 && !room.lit(room.lamps[0], q, Eigen::Vector3f::UnitZ());
+      }
+      if (!deep) continue;
+      ++all;
+      unknown += albedo_at(*result.albedo, p).second < 0;
+    }
+  }
+  ASSERT_GT(all, 5);
+  EXPECT_GT(unknown, 0.9 * all);
+}
+
+TEST(AlbedoStage, PowerOfAClippedLampFromItsShadowAndTheTagsPaper) {
+  TestRoom room;
+  room.half_m = 0.7f;
+  room.lamps = {bulb()};
+  room.ambient = Eigen::Vector3f::Constant(0.06f);
+  room.boxes = {{{0.05f, 0.1f, 0.0f}, {0.15f, 0.25f, 0.15f}}};
+  Session session;
+  session.tag.size_m = 0.16;
+  room.albedo = [](const Eigen::Vector3f& p) {
+    const bool paper = std::abs(p.x()) < 0.1f && std::abs(p.y()) < 0.1f && p.z() < 0.01f;
+    const bool black = (static_cast<int>(std::floor(p.x() / 0.04f)) + static_cast<int>(std::floor(p.y() / 0.04f))) % 2;
+    return paper ? Eigen::Vector3f(Eigen::Vector3f::Constant(black ? 0.04f : 0.8f))
+                 : Eigen::Vector3f(0.3f, 0.25f, 0.2f);
+  };
+  Illumination seen = room.illumination();
+  const Eigen::Vector3f truth = seen.lights[0].irradiance;
+  seen.lights[0].irradiance = Eigen::Vector3f::Constant(0.004f);
+  seen.lights[0].clipped = true;
+  AlbedoStage stage{session};
+  const auto result = stage.solve(room.field(), seen);
+  const PointLight& light = result.illumination->lights[0];
+  EXPECT_TRUE(light.clipped);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(light.irradiance[c] / truth[c], 1, 0.2) << c;
+  EXPECT_LT((light.position_m - room.lamps[0].position).norm(), 0.12);
+}
+
+TEST(AlbedoStage, MetalHasNoAlbedo) {
+  const std::filesystem::path mesh = std::filesystem::path(testing::TempDir()) / "plate.obj";
+  std::ofstream(mesh) << "v -0.5 0.15 0\nv 0.5 0.15 0\nv 0.5 0.5 0\nv -0.5 0.5 0\nf 1 2 3 4\n";
+  Session session;
+  RealSurface plate;
+  plate.name = "plate";
+  plate.mesh = mesh;
+  plate.metallic = 1;
+  session.real_surfaces = {plate};
+  TestRoom room;
+  room.ambient = Eigen::Vector3f::Ones();
+  AlbedoStage stage{session};
+  const auto result = stage.solve(room.field(), room.illumination());
+  const auto [on_metal, metal_sigma] = albedo_at(*result.albedo, {0, 0.3f, 0});
+  EXPECT_EQ(on_metal.maxCoeff(), 0);
+  EXPECT_GT(metal_sigma, 0);
+  EXPECT_NEAR(albedo_at(*result.albedo, {0, -0.1f, 0}).first.x(), 0.5, 0.01);
+
+  session.real_surfaces[0].mesh = "nowhere.ply";
+  EXPECT_THROW(AlbedoStage{session}, InputError);
+}
+
+TEST(AlbedoStage, AReflectionIsNoLamp) {
+  TestRoom room;
+  room.half_m = 0.6f;
+  room.lamps = {bulb()};
+  room.ambient = Eigen::Vector3f::Constant(0.1f);
+  room.boxes = {{{0.1f, -0.1f, 0.0f}, {0.2f, 0.2f, 0.2f}}};
+  Illumination seen = room.illumination();
+  PointLight false_lamp;
+  false_lamp.id = 7;
+  false_lamp.direction = (Eigen::Vector3f(0.1f, 0.05f, 0.1f) - room.probe).normalized();  // the box's side
+  false_lamp.irradiance = Eigen::Vector3f::Constant(0.3f);
+  false_lamp.angular_radius_rad = 0.05f;
+  seen.lights.push_back(false_lamp);
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), seen);
+  ASSERT_EQ(result.illumination->lights.size(), 1u);
+  EXPECT_EQ(result.illumination->lights[0].id, 0);
+  // Its light is not lost.
+  const float band0 = std::sqrt(1 / (4 * kTestPi));
+  EXPECT_NEAR(result.illumination->remainder_sh[0].x() - seen.remainder_sh[0].x(), 0.3f * band0, 0.01f * band0);
+}
+
+TEST(AlbedoStage, NothingNewNothingDoneAndTheSameBytesEachTime) {
+  TestRoom room;
+  room.lamps = {bulb()};
+  room.ambient = Eigen::Vector3f::Constant(0.02f);
+  room.boxes = {{{0.05f, -0.1f, 0.0f}, {0.15f, 0.05f, 0.15f}}};
+  const DistanceField field = room.field();
+  const Illumination seen = room.illumination();
+  AlbedoStage first{Session()}, second{Session()};
+  const auto a = first.solve(field, seen), again = first.solve(field, seen), b = second.solve(field, seen);
+  EXPECT_EQ(a.albedo, again.albedo);
+  EXPECT_EQ(a.illumination, again.illumination);
+  EXPECT_EQ(a.illumination->lights[0].position_m, b.illumination->lights[0].position_m);
+  ASSERT_EQ(a.albedo->bricks.size(), b.albedo->bricks.size());
+  for (const auto& [key, brick] : a.albedo->bricks) {
+    ASSERT_TRUE(b.albedo->bricks.count(key));
+    EXPECT_EQ(brick->sigma, b.albedo->bricks.at(key)->sigma);
+    EXPECT_EQ(brick->albedo, b.albedo->bricks.at(key)->albedo);
+  }
+  // A new field version is solved again, near the last estimate.
+  DistanceField next = field;
+  next.version = 2;
+  const auto c = first.solve(next, seen);
+  EXPECT_GT(c.albedo->version, a.albedo->version);
+  EXPECT_LT((c.illumination->lights[0].position_m - a.illumination->lights[0].position_m).norm(), 0.01);
+}
+
+}  // namespace
+}  // namespace lumigraft
