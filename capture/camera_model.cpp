@@ -103,7 +103,7 @@ std::optional<Vector2d> undistort(const std::array<double, 5>& d, const Vector2d
   if (undistorted(d)) {
     return target;
   }
-  if (const auto p = newton(d, target, target)) {
+  if (auto p = newton(d, target, target)) {
     return p;
   }
   // Strong distortion: start from the solution of the radial part alone, found by bisection below the fold.

@@ -237,7 +237,7 @@ std::vector<double> ConfigTable::rigid_transform(std::string_view key) const {
 
 std::filesystem::path ConfigTable::existing_file(std::string_view key) const {
   const std::string value = text(key);
-  const std::filesystem::path path = folder() / value;
+  std::filesystem::path path = folder() / value;
   std::error_code error;
   const bool one_line = std::none_of(value.begin(), value.end(), [](unsigned char c) { return c < 0x20; });
   if (value.empty() || !one_line || !std::filesystem::is_regular_file(path, error)) {

@@ -186,8 +186,8 @@ class MkvSource::Reader {
     const bool big_endian = frame.format == AV_PIX_FMT_GRAY16BE;
     for (int y = 0; y < frame.height; ++y) {
       const std::uint8_t* row = frame.data[0] + static_cast<std::ptrdiff_t>(y) * frame.linesize[0];
-      for (int x = 0; x < frame.width; ++x) {
-        counts.at(x, y) = static_cast<std::uint16_t>(big_endian ? AV_RB16(row + 2 * x) : AV_RL16(row + 2 * x));
+      for (int x = 0; x < frame.width; ++x, row += 2) {
+        counts.at(x, y) = static_cast<std::uint16_t>(big_endian ? AV_RB16(row) : AV_RL16(row));
       }
     }
     return counts;
@@ -210,7 +210,8 @@ class MkvSource::Reader {
     sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);
     Image<std::uint8_t> rgb(frame.width, frame.height, 3);
     for (int y = 0; y < frame.height; ++y) {
-      std::memcpy(&rgb.at(0, y), padded_.data() + static_cast<std::ptrdiff_t>(y) * stride, 3 * frame.width);
+      std::memcpy(&rgb.at(0, y), padded_.data() + static_cast<std::ptrdiff_t>(y) * stride,
+                  3 * static_cast<std::size_t>(frame.width));
     }
     return rgb;
   }

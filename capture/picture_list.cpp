@@ -45,8 +45,11 @@ std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, 
   const std::string allowed = std::string(", allowed: \"timestamp_s path") + (rules.exposures ? " [exposure]\"" : "\"");
   std::vector<ListedPicture> pictures;
   int line_number = 0;
+  const auto refuse = [&](const std::string& found, const std::string& wanted) {
+    throw InputError(list.string() + ":" + std::to_string(line_number) + ": found " + found + wanted);
+  };
   for (std::string line; std::getline(in, line);) {
-    const std::string where = list.string() + ":" + std::to_string(++line_number) + ": found ";
+    ++line_number;
     std::istringstream fields(line);
     std::vector<std::string> words;
     for (std::string word; fields >> word;) {
@@ -56,11 +59,11 @@ std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, 
       continue;
     }
     if (words.size() < 2 || words.size() > (rules.exposures ? 3u : 2u)) {
-      throw InputError(where + std::to_string(words.size()) + " columns" + allowed);
+      refuse(std::to_string(words.size()) + " columns", allowed);
     }
     const std::optional<std::int64_t> time_ns = parse_seconds(words[0]);
     if (!time_ns) {
-      throw InputError(where + "a timestamp that is no plain number of seconds" + allowed);
+      refuse("a timestamp that is no plain number of seconds", allowed);
     }
     ListedPicture picture{*time_ns, list.parent_path() / words[1], words[1], std::nullopt, line_number};
     if (words.size() == 3) {
@@ -68,17 +71,17 @@ std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, 
       const char* end = words[2].data() + words[2].size();
       const auto [stop, code] = std::from_chars(words[2].data(), end, value);
       if (code != std::errc() || stop != end || !std::isfinite(value) || !(value > 0.0)) {
-        throw InputError(where + "an exposure that is no positive number" + allowed);
+        refuse("an exposure that is no positive number", allowed);
       }
       picture.exposure = value;
     }
     if (!pictures.empty() && picture.time_ns < pictures.back().time_ns) {
-      throw InputError(where + "a timestamp before that of line " + std::to_string(pictures.back().line) +
-                       ", allowed: timestamps that never go back");
+      refuse("a timestamp before that of line " + std::to_string(pictures.back().line),
+             ", allowed: timestamps that never go back");
     }
     if (!pictures.empty() && picture.time_ns == pictures.back().time_ns && !rules.brackets) {
-      throw InputError(where + "the timestamp of line " + std::to_string(pictures.back().line) +
-                       " again, allowed: timestamps that increase");
+      refuse("the timestamp of line " + std::to_string(pictures.back().line) + " again",
+             ", allowed: timestamps that increase");
     }
     pictures.push_back(std::move(picture));
   }

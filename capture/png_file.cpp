@@ -55,6 +55,7 @@ bool decode(png_structp png, png_infop info, Bytes* bytes, std::uint8_t** rows, 
 template <typename T>
 void decode_into(const std::vector<std::uint8_t>& file, Image<T>& image) {
   std::vector<std::uint8_t*> rows;
+  rows.reserve(static_cast<std::size_t>(image.height));
   for (int y = 0; y < image.height; ++y) {
     rows.push_back(reinterpret_cast<std::uint8_t*>(&image.at(0, y)));
   }

@@ -90,6 +90,7 @@ RadiancePicture merge_bracket(const std::vector<std::shared_ptr<const Picture>>&
                    [](const auto& a, const auto& b) { return a->exposure < b->exposure; });
 
   std::vector<std::array<std::array<double, 256>, 3>> weights;
+  weights.reserve(sorted.size());
   for (const auto& picture : sorted) {
     weights.push_back(weights_of(response, picture->exposure));
   }

@@ -50,8 +50,11 @@ Response Response::from_file(const std::filesystem::path& path) {
   Response response;
   int code = 0;
   int line_number = 0;
+  const auto refuse = [&](const std::string& found) {
+    throw InputError(path.string() + ":" + std::to_string(line_number) + ": found " + found + allowed);
+  };
   for (std::string line; std::getline(in, line);) {
-    const std::string where = path.string() + ":" + std::to_string(++line_number) + ": found ";
+    ++line_number;
     std::istringstream fields(line.substr(0, line.find('#')));
     std::vector<float> values;
     for (float value = 0; fields >> value;) {
@@ -60,19 +63,19 @@ Response Response::from_file(const std::filesystem::path& path) {
     fields.clear();
     std::string rest;
     if (fields >> rest) {
-      throw InputError(where + "text that is no number" + allowed);
+      refuse("text that is no number");
     }
     if (values.empty()) {
       continue;
     }
     if ((values.size() != 1 && values.size() != 3) || code == 256) {
-      throw InputError(where + (code == 256 ? "a 257th line" : std::to_string(values.size()) + " numbers") + allowed);
+      refuse(code == 256 ? "a 257th line" : std::to_string(values.size()) + " numbers");
     }
     for (int channel = 0; channel < 3; ++channel) {
       const float value = values[values.size() == 3 ? channel : 0];
       const bool in_range = value >= 0.0f && value <= 1.0f;  // false for NaN
       if (!in_range || (code > 0 && value < response.table_[channel][code - 1])) {
-        throw InputError(where + std::to_string(value) + (in_range ? ", which decreases" : "") + allowed);
+        refuse(std::to_string(value) + (in_range ? ", which decreases" : ""));
       }
       response.table_[channel][code] = value;
     }

@@ -13,7 +13,7 @@ constexpr double kLargestFocal = 1e6;
 
 /// A source URI of a kind this build can open. The file behind it is looked at when the session is opened.
 std::string source_uri(const ConfigTable& table) {
-  const std::string uri = table.text("source");
+  std::string uri = table.text("source");
   const std::size_t colon = uri.find(':');
   const std::string kind = uri.substr(0, colon);
   const bool needs_file = kind == "images" || kind == "mkv" || kind == "oni";

@@ -81,6 +81,7 @@ void write_color_mkv(const std::filesystem::path& file, const std::string& codec
                      const std::vector<TimedRgb>& pictures) {
   const AVPixelFormat format = codec == "mjpeg" ? AV_PIX_FMT_YUVJ444P : AV_PIX_FMT_BGR0;
   std::vector<std::int64_t> times;
+  times.reserve(pictures.size());
   for (const TimedRgb& picture : pictures) {
     times.push_back(picture.time_ms);
   }
@@ -100,6 +101,7 @@ void write_color_mkv(const std::filesystem::path& file, const std::string& codec
 
 void write_depth_mkv(const std::filesystem::path& file, const std::vector<TimedCounts>& pictures) {
   std::vector<std::int64_t> times;
+  times.reserve(pictures.size());
   for (const TimedCounts& picture : pictures) {
     times.push_back(picture.time_ms);
   }

@@ -160,8 +160,8 @@ TEST_F(OpenNi, ARecordingPlaysPictureByPictureAndRewinds) {
       const int stream = depth != nullptr ? 1 : 0;
       const Stamp& stamp = depth != nullptr ? depth->stamp : std::get<Picture>(*item).stamp;
       for (int first = 0; !shift_us[stream] && first < 100; ++first) {
-        if (shown(*item, -first * 33'333) >= 0) {
-          shift_us[stream] = -first * 33'333;
+        if (shown(*item, -first * std::int64_t{33'333}) >= 0) {
+          shift_us[stream] = -first * std::int64_t{33'333};
         }
       }
       ASSERT_TRUE(shift_us[stream]);

@@ -76,7 +76,7 @@ std::vector<std::string> play(Items colors, Items depths, Items fisheyes = {}) {
   }
   PairingReader reader(std::move(sources), to_m);
   EXPECT_FALSE(reader.live());
-  const auto once = play(reader);
+  auto once = play(reader);
   reader.rewind();
   EXPECT_EQ(play(reader), once) << "rewound";
   return once;

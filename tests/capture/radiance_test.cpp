@@ -25,6 +25,7 @@ std::shared_ptr<Picture> expose(const std::vector<double>& radiance, double expo
 
 std::vector<double> sweep(double low, double high, int count) {
   std::vector<double> out;
+  out.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     out.push_back(low * std::pow(high / low, i / (count - 1.0)));
   }
