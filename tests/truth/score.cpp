@@ -62,7 +62,8 @@ Score score_picture(const std::filesystem::path& picture_path, const std::filesy
         const double shown = linear_to_srgb(static_cast<float>(truth_linear[c]));
         difference_shown[c] = linear_to_srgb(static_cast<float>(result)) - shown;
         difference_unchanged[c] = linear_to_srgb(static_cast<float>(given)) - shown;
-        affected |= std::abs(linear_to_srgb(static_cast<float>(rho)) - linear_to_srgb(static_cast<float>(mu))) > 2.0 / 255.0;
+        affected |=
+            std::abs(linear_to_srgb(static_cast<float>(rho)) - linear_to_srgb(static_cast<float>(mu))) > 2.0 / 255.0;
       }
       for (int c = 0; c < 3; ++c) {
         all_squares += difference_shown[c] * difference_shown[c];
@@ -83,8 +84,8 @@ Score score_picture(const std::filesystem::path& picture_path, const std::filesy
       }
     }
   }
-  return {std::sqrt(relit_squares / relit_change), std::sqrt(object_squares / object_truth), psnr(all_squares, all_count),
-          psnr(affected_squares, affected_count), psnr(unchanged_squares, all_count)};
+  return {std::sqrt(relit_squares / relit_change), std::sqrt(object_squares / object_truth),
+          psnr(all_squares, all_count), psnr(affected_squares, affected_count), psnr(unchanged_squares, all_count)};
 }
 
 }  // namespace lumigraft
