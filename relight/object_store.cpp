@@ -12,6 +12,7 @@ namespace lumigraft {
 namespace {
 
 constexpr int kFieldVoxels = 128;       // along a model's longest edge
+constexpr int kSurfaceSamples = 60000;  // one is then smaller than a voxel of the finest usual volume
 constexpr int kSimpleTriangles = 9000;  // the vertex stage of a software device is serial
 
 std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
@@ -20,6 +21,40 @@ bool same(const std::optional<Material>& a, const std::optional<Material>& b) {
   if (a.has_value() != b.has_value()) return false;
   return !a || (a->base_color == b->base_color && a->metallic == b->metallic && a->roughness == b->roughness &&
                 a->specular == b->specular);
+}
+
+/// Points spread over all triangles, no more than `share_m2` of area to each.
+std::vector<float> surface_samples(const Model& model, double share_m2) {
+  std::vector<float> samples;
+  for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
+    const std::uint32_t* v = &model.indices[t];
+    const Eigen::Vector3f &a = model.positions_m[v[0]], &b = model.positions_m[v[1]], &c = model.positions_m[v[2]];
+    const float area = 0.5f * (b - a).cross(c - a).norm();
+    if (!(area > 0)) continue;
+    // A triangle cut into k² equal ones, each with its middle.
+    const int k = std::clamp(static_cast<int>(std::ceil(std::sqrt(area / share_m2))), 1, 256);
+    for (int i = 0; i < k; ++i) {
+      for (int j = 0; j < 2 * (k - i) - 1; ++j) {
+        const float u = (static_cast<float>(i) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
+        const float w = (static_cast<float>(j / 2) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
+        const Eigen::Vector3f p = a + u * (b - a) + w * (c - a);
+        const Eigen::Vector3f n =
+            (1 - u - w) * model.normals[v[0]] + u * model.normals[v[1]] + w * model.normals[v[2]];
+        samples.insert(samples.end(), {p.x(), p.y(), p.z(), area / static_cast<float>(k * k), n.x(), n.y(), n.z(), 0});
+      }
+    }
+  }
+  return samples;
+}
+
+double surface_area_m2(const Model& model) {
+  double sum = 0;
+  for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
+    const Eigen::Vector3f& a = model.positions_m[model.indices[t]];
+    const Eigen::Vector3f ab = model.positions_m[model.indices[t + 1]] - a, ac = model.positions_m[model.indices[t + 2]] - a;
+    sum += 0.5 * ab.cross(ac).norm();
+  }
+  return sum;
 }
 
 std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const Image<std::uint8_t>& picture) {
@@ -101,6 +136,11 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
     if (i < entry->simple.parts.size()) entry->simple.parts[i].texture = texture;
   }
   entry->sphere = bounding_sphere(model->positions_m);
+
+  const std::vector<float> samples = surface_samples(*model, surface_area_m2(*model) / kSurfaceSamples);
+  entry->sample_count = static_cast<int>(samples.size() / 8);
+  entry->samples = device_.create_buffer(samples.size() * sizeof(float), "surface samples");
+  device_.upload(*entry->samples, 0, std::as_bytes(std::span(samples)));
 
   const auto field = compute_object_field(*model, kFieldVoxels);
   entry->grid_origin_m = field->origin_m;

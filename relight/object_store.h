@@ -24,6 +24,8 @@ struct StoredModel {
   std::shared_ptr<const Model> model;
   Mesh full, simple;  ///< simple: for maps in which no one sees the silhouette
   std::vector<std::unique_ptr<gpu::Texture>> textures;
+  std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; model frame
+  int sample_count = 0;
   std::unique_ptr<gpu::Texture> distance, color;
   Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
   float grid_voxel_m = 0;

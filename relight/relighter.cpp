@@ -22,6 +22,7 @@
 #include "relight/passes/shadow.h"
 #include "relight/passes/trace.h"
 #include "relight/passes/upsample.h"
+#include "relight/passes/virtual_area.h"
 #include "relight/passes/virtual_fill.h"
 #include "relight/passes/voxel_list.h"
 #include "relight/placement.h"
@@ -76,6 +77,7 @@ struct Relighter::State {
   // Passes, in the order in which they run.
   RealFill real_fill;
   VirtualFill virtual_fill;
+  VirtualArea virtual_area;
   VoxelList voxel_list;
   std::unique_ptr<Inject> inject;
   Resolve resolve;
@@ -109,6 +111,7 @@ struct Relighter::State {
         bricks(*device),
         real_fill(*device),
         virtual_fill(*device),
+        virtual_area(*device),
         voxel_list(*device),
         resolve(*device),
         filter(*device),
@@ -213,6 +216,7 @@ struct Relighter::State {
     if (replaced) real_fill.distances(list, params, bricks, *volumes);
     if (replaced || !(lit->objects == key.objects)) {
       virtual_fill.record(*device, list, params, key.objects, *volumes);
+      virtual_area.record(list, params, key.objects, *volumes);
       voxel_list.record(list, params, *volumes);
       real_fill.surfaces(list, params, bricks, *volumes);
       filter.record(list, *volumes->real_radiance);

@@ -42,13 +42,14 @@ Inject::Inject(gpu::Device& device, int map_edge)
                                     .fragment_shader = "rsm.frag",
                                     .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
                                     .attributes = vertex_attributes(),
-                                    .color_formats = {gpu::Format::rgba32_float, gpu::Format::rgba16_float}})),
+                                    .color_formats = {gpu::Format::rgba32_float, gpu::Format::rgba16_float, gpu::Format::rgba16_float}})),
       inject_(device.create_compute("inject.comp")) {
   const auto make = [&](const char* name, gpu::Format format) {
     return device.create_texture({.name = name, .width = edge_, .height = edge_, .format = format, .attachment = true});
   };
   position_ = make("RSM position", gpu::Format::rgba32_float);
   albedo_ = make("RSM albedo", gpu::Format::rgba16_float);
+  normal_ = make("RSM normal", gpu::Format::rgba16_float);
   z_ = make("RSM z buffer", gpu::Format::depth32_float);
 }
 
@@ -72,7 +73,7 @@ void Inject::record(gpu::CommandList& list, shader::FrameParams params, const st
       draws.add(objects[i].stored->simple, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view.draw,
                 white);
     }
-    const std::array<gpu::Attachment, 2> colors{gpu::Attachment{position_.get()}, gpu::Attachment{albedo_.get()}};
+    const std::array<gpu::Attachment, 3> colors{gpu::Attachment{position_.get()}, gpu::Attachment{albedo_.get()}, gpu::Attachment{normal_.get()}};
     const gpu::Attachment depth{z_.get()};
     list.draw(*raster_, colors, &depth, draws.calls);
 
@@ -80,7 +81,7 @@ void Inject::record(gpu::CommandList& list, shader::FrameParams params, const st
     params.pass_f.x() = view.inverse_tan;
     dispatch_2d(
         list, *inject_,
-        joined(volumes.bindings(), {gpu::sampled(12, *position_), gpu::sampled(13, *albedo_),
+        joined(volumes.bindings(), {gpu::sampled(12, *position_), gpu::sampled(13, *albedo_), gpu::sampled(18, *normal_),
                                     gpu::sampled(14, *volumes.real_albedo, gpu::Filter::linear),
                                     gpu::storage(16, *volumes.virtual_flux), gpu::storage(17, *volumes.real_flux)}),
         params, edge_, edge_);

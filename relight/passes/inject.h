@@ -20,7 +20,7 @@ class Inject {
   int edge_;
   std::unique_ptr<gpu::RasterPipeline> raster_;
   std::unique_ptr<gpu::ComputePipeline> inject_;
-  std::unique_ptr<gpu::Texture> position_, albedo_, z_;
+  std::unique_ptr<gpu::Texture> position_, albedo_, normal_, z_;
 };
 
 }  // namespace lumigraft

@@ -9,7 +9,7 @@ namespace lumigraft {
 class Resolve {
  public:
   explicit Resolve(gpu::Device& device);
-  void record(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
+  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> pipeline_;

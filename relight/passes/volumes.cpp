@@ -27,6 +27,7 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
   const std::size_t voxels = static_cast<std::size_t>(edge) * edge * edge * shader::kCascades;
   virtual_flux = device.create_buffer(voxels * 3 * sizeof(int), "virtual flux");
   real_flux = device.create_buffer(voxels * 3 * sizeof(int), "real flux");
+  virtual_area = device.create_buffer(voxels * sizeof(int), "virtual area");
   // Surfaces fill a small part of a cube; the constant is room enough for the smallest.
   listed = device.create_buffer(4 * (voxels / 4 + 4096), "listed voxels");
   environment = device.create_texture({.name = "environment",

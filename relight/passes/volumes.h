@@ -16,6 +16,7 @@ struct Volumes {
   std::unique_ptr<gpu::Texture> real_radiance, virtual_radiance, real_change;  ///< with their hierarchy
   std::unique_ptr<gpu::Texture> gathered_virtual, gathered_real;               ///< radiance by bounces beyond the first
   std::unique_ptr<gpu::Buffer> virtual_flux, real_flux;                        ///< fixed point
+  std::unique_ptr<gpu::Buffer> virtual_area;  ///< fixed point, voxel faces
   std::unique_ptr<gpu::Buffer> listed;                                         ///< voxels near surfaces
   std::unique_ptr<gpu::Texture> environment;
 

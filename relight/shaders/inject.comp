@@ -2,40 +2,35 @@
 #extension GL_GOOGLE_include_directive : require
 // Split-inject (thesis §5.4.1): one texel of the lamp's view of the objects makes a positive light on the virtual
 // surface and a negative one on the real surface that it hides from the lamp. Each is split over the 8 nearest voxels
-// of both cascades as reflected flux, in fixed point: integer sums do not depend on their order. Virtual surfaces light the
-// voxels in front of them (see volume.glsl).
+// of both cascades as reflected flux. Virtual surfaces light the voxels in front of them (see volume.glsl).
 // pass_i.x: the lamp; pass_f.x: 1 / tan of the half angle of its view.
 #include "volume.glsl"
+#include "splat.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D hit_position;
 layout(binding = 13) uniform sampler2D hit_albedo;
+layout(binding = 18) uniform sampler2D hit_normal;
 layout(binding = 14) uniform sampler3D real_albedo;
 layout(std430, binding = 16) buffer VirtualFlux { int virtual_flux[]; };  // cascade, voxel, channel
 layout(std430, binding = 17) buffer RealFlux { int real_flux[]; };
 
 ivec3 fixed_point(vec3 flux) { return ivec3(round(flux * frame.field.z)); }
 
-#define INJECT(name, target)                                                     \
-  void name(vec3 at_m, vec3 ahead, vec3 flux) {                                                 \
-    int n = frame.grid.x;                                                        \
-    for (int c = 0; c < kCascades; ++c) {                                        \
-      vec3 g = (at_m - frame.cascade[c].xyz) / frame.cascade[c].w + ahead;       \
-      ivec3 base = ivec3(floor(g));                                              \
-      if (any(lessThan(base, ivec3(0))) || any(greaterThanEqual(base, ivec3(n - 1)))) continue; \
-      vec3 f = g - vec3(base);                                                   \
-      ivec3 left = fixed_point(flux);                                            \
-      for (int i = 0; i < 8; ++i) {                                              \
-        ivec3 o = ivec3(i & 1, (i >> 1) & 1, i >> 2);                            \
-        vec3 w = mix(1.0 - f, f, vec3(o));                                       \
-        ivec3 part = i == 7 ? left : fixed_point(flux * w.x * w.y * w.z);        \
-        left -= part;                                                            \
-        ivec3 v = base + o;                                                      \
-        int at = 3 * (v.x + n * (v.y + n * (v.z + n * c)));                      \
-        atomicAdd(target[at], part.x);                                           \
-        atomicAdd(target[at + 1], part.y);                                       \
-        atomicAdd(target[at + 2], part.z);                                       \
-      }                                                                          \
-    }                                                                            \
+#define INJECT(name, target)                                                        \
+  void name(vec3 p, vec3 ahead, vec3 flux) {                                       \
+    for (int c = 0; c < kCascades; ++c) {                                          \
+      Splat s = splat_at(c, p, ahead);                                             \
+      if (!s.inside) continue;                                                     \
+      ivec3 left = fixed_point(flux);                                              \
+      for (int i = 0; i < 8; ++i) { /* the last takes what rounding left over */   \
+        ivec3 part = i == 7 ? left : fixed_point(flux * splat_weight(s, i));       \
+        left -= part;                                                              \
+        int at = 3 * splat_voxel(s, i);                                            \
+        atomicAdd(target[at], part.x);                                             \
+        atomicAdd(target[at + 1], part.y);                                         \
+        atomicAdd(target[at + 2], part.z);                                         \
+      }                                                                            \
+    }                                                                              \
   }
 INJECT(inject_virtual, virtual_flux)
 INJECT(inject_real, real_flux)
@@ -64,7 +59,7 @@ void main() {
   vec2 q = (2.0 * (vec2(at) + 0.5) / vec2(size) - 1.0) / frame.pass_f.x;
   float edge = 2.0 / (frame.pass_f.x * float(size.x)), slant = inversesqrt(1.0 + dot(q, q));
   vec3 flux = lamp.intensity.rgb * edge * edge * slant * slant * slant;
-  vec3 n = virtual_normal(hit.xyz);
+  vec3 n = texelFetch(hit_normal, at, 0).xyz;
   inject_virtual(hit.xyz, kFront * (dot(n, w) > 0.0 ? -n : n), flux * texelFetch(hit_albedo, at, 0).rgb);
 
   t = far + least;

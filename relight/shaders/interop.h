@@ -52,6 +52,8 @@ struct FrameParams {
   vec4 tag;           // x: half the edge of the printed tag with its white border
   ivec4 pass_i;       // what one pass alone needs
   vec4 pass_f;
+  vec4 pass_g;
+  mat4 pass_m;
 };
 
 struct DrawParams {

@@ -1,21 +1,24 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Flux sums and gathered light become radiance in the listed voxels. Radiance of a Lambert surface is flux / (π area);
-// the area inside a voxel follows from the distance field by the coarea formula with a hat of one voxel to either side,
-// whose sum over the lattice is the surface's area. Flux and area are averaged alike over 3³ voxels, so sparse
-// shadow-map texels leave no holes.
+// Flux sums and gathered light become radiance in the listed voxels. Radiance of a Lambert surface is flux / (π area).
+// Virtual areas are split over voxels like the flux; real ones follow from the distance field by the coarea formula with
+// a hat of one voxel to either side, whose sum over the lattice is the surface's area. Flux and area are averaged alike
+// over 3³ voxels, so sparse shadow-map texels leave no holes.
 #include "volume.glsl"
 #include "voxel_list.glsl"
 #include "half.glsl"
 layout(local_size_x = 64) in;
 layout(std430, binding = 16) readonly buffer VirtualFlux { int virtual_flux[]; };  // cascade, voxel, channel
 layout(std430, binding = 17) readonly buffer RealFlux { int real_flux[]; };
+layout(std430, binding = 15) readonly buffer Area { int virtual_area[]; };
 layout(binding = 18, rgba16f) uniform readonly image3D gathered_virtual;  // radiance from bounces
 layout(binding = 19, rgba16f) uniform readonly image3D gathered_real;
 layout(binding = 25, rgba16f) uniform readonly image3D weight_real;  // L_mu, its a is the surface weight
 layout(binding = 26, rgba16f) uniform writeonly image3D out_virtual;
 layout(binding = 27, rgba16f) uniform writeonly image3D out_change;
 
+
+const float kLeastArea = 0.05;  // voxel faces: less is the fringe of a fringe
 
 void main() {
   int n = frame.grid.x;
@@ -32,13 +35,13 @@ void main() {
       int f = 3 * (v.x + n * (v.y + n * (v.z + n * voxel.cascade)));
       flux_v += k * vec3(virtual_flux[f], virtual_flux[f + 1], virtual_flux[f + 2]);
       flux_r += k * vec3(real_flux[f], real_flux[f + 1], real_flux[f + 2]);
-      area_v += k * front_weight(virtual_distance(voxel.position + voxel.edge * vec3(o)), voxel.edge);
+      area_v += k * float(virtual_area[f / 3]) * frame.pass_f.x;
       area_r += k * imageLoad(weight_real, voxel.at + o).a;
     }
     float unit = frame.field.w / (kPi * voxel.edge * voxel.edge);
     vec4 out_v = vec4(0), out_r = vec4(0);
     if (w_virtual > 0.0)
-      out_v = vec4(flux_v * unit / area_v + imageLoad(gathered_virtual, voxel.at).rgb, 1.0) * w_virtual;
+      out_v = vec4(flux_v * unit / max(area_v, kLeastArea) + imageLoad(gathered_virtual, voxel.at).rgb, 1.0) * w_virtual;
     if (mu.a > 0.0) {
       vec3 change = (flux_r * unit / area_r + imageLoad(gathered_real, voxel.at).rgb) * mu.a;
       out_r = vec4(max(change, -mu.rgb), mu.a);  // no surface sends out less than nothing
