@@ -38,8 +38,12 @@ int run(int argc, char** argv) {
     lumigraft::run_serve(serve->files, serve->listen);
     return 0;
   }
-  std::signal(SIGINT, [](int) { interrupted = true; });
-  std::signal(SIGTERM, [](int) { interrupted = true; });
+  const auto interrupt = [](int number) {
+    interrupted = true;
+    std::signal(number, SIG_DFL);  // a second one does not wait for the frame
+  };
+  std::signal(SIGINT, interrupt);
+  std::signal(SIGTERM, interrupt);
   if (!lumigraft::run_replay(std::get<lumigraft::ReplayCommand>(command), interrupted)) {
     std::cerr << "lumigraft: interrupted, nothing was written\n";
     return 1;

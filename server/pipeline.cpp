@@ -54,7 +54,7 @@ class JustInTime {
   }
 
  private:
-  static Clock::rep smoothed(Clock::rep before, Clock::duration now) { return (7 * before + now.count()) / 8; }
+  static Clock::rep smoothed(Clock::rep before, Clock::duration now) { return (before + now.count()) / 2; }
   std::atomic<Clock::rep> began_ = 0, relight_ = 0, pose_ = 0;
 };
 

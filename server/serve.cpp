@@ -2,37 +2,20 @@
 
 #include <unistd.h>
 
-#include <csignal>
 #include <cstdio>
-#include <ctime>
 
 #include "capture/source.h"
 #include "server/page.h"
 #include "server/pipeline.h"
 #include "server/serve_log.h"
 #include "server/serve_texts.h"
+#include "server/stop_signal.h"
 #include "server/web_server.h"
 
 namespace lumigraft {
 namespace {
 
 constexpr std::chrono::milliseconds kGrace{500};  // for stages in a call, after viewers were told
-
-/// The signals that end the service, kept from every thread made after this and taken by wait_for_signal alone.
-sigset_t take_signals() {
-  std::signal(SIGPIPE, SIG_IGN);
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  return set;
-}
-
-bool signal_within_a_second(const sigset_t& set) {
-  const timespec second{1, 0};
-  return sigtimedwait(&set, nullptr, &second) > 0;
-}
 
 WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
   const ShownPicture newest = pipeline.newest();
@@ -63,7 +46,7 @@ WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& met
 }  // namespace
 
 void run_serve(const ServiceFiles& files, const std::string& listen) {
-  const sigset_t signals = take_signals();
+  static StopSignal stop;  // its thread waits until the process ends
   ServiceInput input = read_service(files, interactive_plan());
   if (!listen.empty()) {
     read_listen(listen, "--listen", input.server);
@@ -93,6 +76,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   handlers.change_object = [&](const ObjectCommand& command) { return pipeline.exhibit().apply(command); };
   WebServer web(settings, std::move(handlers), demand, metrics);
   web_pointer = &web;
+  stop.arm();
   pipeline.start();
   web.start();
   const bool v6 = server.address.find(':') != std::string::npos;
@@ -100,7 +84,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
                v6 ? "]" : "", web.port(), session.name.c_str());
 
   ServeLog log;
-  while (!signal_within_a_second(signals)) {
+  while (!stop.wait(std::chrono::seconds(1))) {
     const Pipeline::Record record = pipeline.newest_record();
     web.publish_text("stats", stats_text(record, metrics, metrics.take_interval()));
     log.tick(record.warnings, metrics.drops());

@@ -191,6 +191,17 @@ TEST(Program, ServesAndEndsWithinASecond) {
   }
 }
 
+TEST(Program, ASignalWhileStartingEndsItToo) {
+  const TinySession tiny("starting");
+  Program program(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  const Clock::time_point begin = Clock::now();
+  program.signal(SIGTERM);
+  const int code = program.wait();
+  EXPECT_TRUE(code == 0 || code == -SIGTERM) << code;  // the latter before main began
+  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(1));
+}
+
 TEST(Program, AnAddressInUseIsExitCode1) {
   const TinySession tiny("in-use");
   Program first(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));

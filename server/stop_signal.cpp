@@ -1,0 +1,46 @@
+#include "server/stop_signal.h"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <thread>
+
+namespace lumigraft {
+
+StopSignal::StopSignal() {
+  std::signal(SIGPIPE, SIG_IGN);  // a viewer that leaves is an error code
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  std::thread([this, set] {
+    int number = 0;
+    while (sigwait(&set, &number) == 0) {
+      came();
+    }
+  }).detach();
+}
+
+void StopSignal::came() {
+  {
+    std::lock_guard lock(mutex_);
+    if (!armed_ || came_) {
+      _exit(0);  // a second signal does not wait either
+    }
+    came_ = true;
+  }
+  changed_.notify_all();
+}
+
+void StopSignal::arm() {
+  std::lock_guard lock(mutex_);
+  armed_ = true;
+}
+
+bool StopSignal::wait(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, timeout, [this] { return came_; });
+}
+
+}  // namespace lumigraft
