@@ -19,6 +19,7 @@ const decoder = new Decoder({
     }
     context.drawImage(source, 0, 0, message.width, message.height);
     canvas.dataset.sequence = message.sequence;
+    canvas.dataset.grafted = !message.passedThrough;
     canvas.dataset.pictures = Number(canvas.dataset.pictures ?? 0) + 1;
     canvas.dataset.codec = message.kind === KIND.jpeg ? "jpeg" : "h264";
     document.getElementById("codec-used").textContent = message.kind === KIND.jpeg ? "JPEG" : "H.264";
