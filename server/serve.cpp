@@ -15,7 +15,7 @@
 namespace lumigraft {
 namespace {
 
-constexpr std::chrono::milliseconds kGrace{500};  // for stages in a call, after viewers were told
+constexpr std::chrono::milliseconds kGrace{350};  // for stages in a call, after viewers were told
 
 WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
   const ShownPicture newest = pipeline.newest();
@@ -89,6 +89,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     web.publish_text("stats", stats_text(record, metrics, metrics.take_interval()));
     log.tick(record.warnings, metrics.drops());
   }
+  pipeline.stop(std::chrono::milliseconds(0));  // tells every stage, while viewers are told
   web.stop();
   if (!pipeline.stop(kGrace)) {
     // A solver or a software GPU is in the middle of a long call that cannot be cut short; nothing of it is needed.
