@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A real Chromium opens the page of a real `lumigraft serve`.
 
-  browser_test.py PROGRAM RECORDING
+  browser_test.py PROGRAM RECORDING [BrowserTest.test_NAME ...]
 
 Checks that pictures arrive and change, that the object is in them, that moving, hiding and repainting it does what it
 says, that JPEG works where H.264 is not wanted, and that the page comes back after the service was restarted.
@@ -234,4 +234,4 @@ class BrowserTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
