@@ -178,7 +178,7 @@ TEST(Fusion, ABallOnATable) {
   for (const auto& [key, brick] : field->bricks)
     for (int i = 0; i < kBrickVoxels; ++i) {
       const Vector3d p = 0.008 * Vector3d(8 * key[0] + i % 8, 8 * key[1] + i / 8 % 8, 8 * key[2] + i / 64);
-      inside += brick->weight[i] > 0 && brick->distance_m[i] < 0 && ball_on_table(p) > 0.016;
+      inside += brick->weight[i] > 0 && brick->distance_m[i] < 0 && ball_on_table(p) > 0.012;
     }
   EXPECT_EQ(inside, 0);
 }
