@@ -7,6 +7,7 @@
 
 #include "reconstruct/pose_alignment.h"
 #include "reconstruct/pose_filter.h"
+#include "reconstruct/pose_picture.h"
 #include "reconstruct/pose_plane.h"
 #include "reconstruct/pose_solver.h"
 #include "reconstruct/pose_tag.h"
@@ -19,41 +20,40 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
+constexpr double kCap = 100;  // each witness for a pose counts as squared deviations in σ, and for no more than this
 
-/// Linear light, one channel, and the same as 8 bits for the detector.
-struct Grey {
-  Image<float> linear;
-  Image<std::uint8_t> codes;
-};
-
-Grey grey_of(const Picture& picture, const Response& response) {
-  constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // Rec. 709 luminance
-  Grey grey;
-  if (!picture.encoded.empty()) {
-    const auto& in = picture.encoded;
-    grey.linear = Image<float>(in.width, in.height, 1);
-    grey.codes = Image<std::uint8_t>(in.width, in.height, 1);
-    for (std::size_t i = 0; i < grey.codes.data.size(); ++i) {
-      const std::uint8_t* rgb = &in.data[3 * i];
-      grey.codes.data[i] = static_cast<std::uint8_t>((54 * rgb[0] + 183 * rgb[1] + 19 * rgb[2]) >> 8);
-      grey.linear.data[i] = kRed * response.to_linear(rgb[0], 0) + kGreen * response.to_linear(rgb[1], 1) +
-                            kBlue * response.to_linear(rgb[2], 2);
+/// Where the print would be if the camera had hardly moved, and half its size around: what a hand moves it between two
+/// pictures. Empty where that would be most of the picture.
+std::optional<PixelRegion> region_of_tag(const Isometry3d& T_camera_tag, const TagPattern& pattern, double size_m,
+                                         const CameraModel& camera) {
+  const double half_m = size_m / 2 * pattern.cells / pattern.square_cells;
+  Vector2d low = Vector2d::Constant(std::numeric_limits<double>::max()), high = -low;
+  for (const double x : {-half_m, half_m})
+    for (const double y : {-half_m, half_m}) {
+      const auto pixel = camera.project(T_camera_tag * Vector3d(x, y, 0));
+      if (!pixel) return std::nullopt;
+      low = low.cwiseMin(*pixel);
+      high = high.cwiseMax(*pixel);
     }
-    return grey;
+  const Vector2d around = ((high - low) / 2).cwiseMax(16);
+  // The detector's tiles: a region on their grid shows it the same tiles as the whole picture.
+  constexpr int kGrid = 8;
+  const PixelRegion region = region_around(low - around, high + around, camera.width, camera.height, kGrid);
+  if (region.width < 4 * kGrid || region.height < 4 * kGrid ||
+      2 * region.width * region.height > camera.width * camera.height)
+    return std::nullopt;
+  return region;
+}
+
+/// Around the corners, by the paper that alignment reads and the neighbours that its pixels need.
+PixelRegion region_of_corners(const TagCorners& corners, const TagPattern& pattern, const CameraModel& camera) {
+  Vector2d low = corners[0], high = corners[0];
+  for (const Vector2d& corner : corners) {
+    low = low.cwiseMin(corner);
+    high = high.cwiseMax(corner);
   }
-  const auto& in = picture.radiance;
-  grey.linear = Image<float>(in.width, in.height, 1);
-  grey.codes = Image<std::uint8_t>(in.width, in.height, 1);
-  for (std::size_t i = 0; i < grey.linear.data.size(); ++i)
-    grey.linear.data[i] = kRed * in.data[3 * i] + kGreen * in.data[3 * i + 1] + kBlue * in.data[3 * i + 2];
-  std::vector<float> sorted = grey.linear.data;
-  const auto bright = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 95 / 100);
-  if (bright == sorted.end()) return grey;
-  std::nth_element(sorted.begin(), bright, sorted.end());
-  const float scale = *bright > 0 ? 0.9f / *bright : 1.0f;
-  for (std::size_t i = 0; i < grey.linear.data.size(); ++i)
-    grey.codes.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(scale * grey.linear.data[i])));
-  return grey;
+  const Vector2d around = (high - low) / pattern.square_cells + Vector2d::Constant(3);
+  return region_around(low - around, high + around, camera.width, camera.height);
 }
 
 struct Candidate {
@@ -80,7 +80,11 @@ struct PoseStage::State {
   State(const Tag& tag_in, const CameraModel& camera_in, const Response& response_in)
       : tag(tag_in), camera(camera_in), response(response_in), finder(tag_in) {}
 
-  std::vector<Candidate> candidates(const TagCorners& corners, const Grey& grey) const;
+  bool recent(const FrameSet& frame) const;
+  std::vector<TagCorners> find(const FrameSet& frame);
+  std::vector<Candidate> candidates(const TagCorners& corners, const FrameSet& frame) const;
+  void align(Candidate& candidate, const SquareCorners& rays, const std::vector<SeenPixel>& pixels) const;
+  std::vector<double> costs(const std::vector<Candidate>& poses, const FrameSet& frame) const;
   std::size_t choose(const std::vector<Candidate>& poses, const TagCorners& corners, const FrameSet& frame,
                      std::vector<std::string>& warnings) const;
   bool measure(const FrameSet& frame, std::vector<std::string>& warnings);
@@ -91,16 +95,53 @@ struct PoseStage::State {
   TagFinder finder;
   PoseFilter filter;
   std::optional<Pose> last;
+  float gain = 1;  ///< of the last search over a whole picture
 };
 
-std::vector<Candidate> PoseStage::State::candidates(const TagCorners& corners, const Grey& grey) const {
+bool PoseStage::State::recent(const FrameSet& frame) const {
+  return last && frame.time_ns > last->time_ns && frame.time_ns - last->time_ns <= kAgeLimitNs;
+}
+
+std::vector<TagCorners> PoseStage::State::find(const FrameSet& frame) {
+  const Picture& picture = *frame.color;
+  const Image<float>& radiance = picture.radiance;
+  const int width = std::max(picture.encoded.width, radiance.width);
+  const int height = std::max(picture.encoded.height, radiance.height);
+  if (width != camera.width || height != camera.height) return {};
+  if (recent(frame)) {
+    const auto region = region_of_tag(last->T_tag_camera_raw.inverse(), finder.pattern(), tag.size_m, camera);
+    if (region) {
+      std::vector<TagCorners> sightings = finder.find(detector_codes(picture, *region, gain));
+      for (TagCorners& corners : sightings)
+        for (Vector2d& corner : corners) corner += Vector2d(region->left, region->top);
+      if (!sightings.empty()) return sightings;
+    }
+  }
+  if (!radiance.empty()) gain = detector_gain(radiance);
+  return finder.find(detector_codes(picture, {0, 0, width, height}, gain));
+}
+
+void PoseStage::State::align(Candidate& candidate, const SquareCorners& rays,
+                             const std::vector<SeenPixel>& pixels) const {
+  const auto& before = candidate.alignment;
+  candidate.alignment = align_to_print(pixels, finder.pattern(), tag.size_m, candidate.T_camera_tag,
+                                       before ? std::optional(before->look) : std::nullopt);
+  if (!candidate.alignment) return;
+  candidate.T_camera_tag = candidate.alignment->T_camera_tag;
+  candidate.error_px = square_error(candidate.T_camera_tag, rays, tag.size_m) * (camera.fx + camera.fy) / 2;
+  // The residuals call noise independent from pixel to pixel; measured errors are three times as large.
+  candidate.position_sigma_m = std::max(3 * candidate.alignment->position_sigma_m, 1e-5);
+  candidate.angle_sigma_rad = std::max(3 * candidate.alignment->angle_sigma_rad, 1e-5);
+}
+
+std::vector<Candidate> PoseStage::State::candidates(const TagCorners& corners, const FrameSet& frame) const {
   SquareCorners rays;
   for (int i = 0; i < 4; ++i) {
     const auto direction = camera.unproject(corners[i]);
     if (!direction || direction->z() <= 0) return {};
     rays[i] = direction->head<2>() / direction->z();
   }
-  const double pixels = (camera.fx + camera.fy) / 2;
+  const double focal_px = (camera.fx + camera.fy) / 2;
   std::vector<SquarePose> starts = solve_square(rays, tag.size_m);
   const std::size_t minima = starts.size();
   if (minima == 1) {
@@ -108,46 +149,44 @@ std::vector<Candidate> PoseStage::State::candidates(const TagCorners& corners, c
     const Isometry3d other = mirrored(starts[0].T_camera_tag);
     starts.push_back({other, square_error(other, rays, tag.size_m)});
   }
+  const std::vector<SeenPixel> pixels =
+      seen_pixels(*frame.color, response, camera, region_of_corners(corners, finder.pattern(), camera));
+  const std::vector<SeenPixel> few = thinned(pixels);
   std::vector<Candidate> result;
   for (std::size_t i = 0; i < starts.size(); ++i) {
     const SquarePose& start = starts[i];
     // Four corners alone settle it where one pose misses them by pixels.
-    if (i > 0 && (start.error - starts[0].error) * pixels > 1.5) break;
+    if (i > 0 && (start.error - starts[0].error) * focal_px > 1.5) break;
     Candidate candidate;
     candidate.T_camera_tag = start.T_camera_tag;
-    candidate.error_px = start.error * pixels;
+    candidate.error_px = start.error * focal_px;
     // A corner is found to about a tenth of a pixel; its share in the pose grows with distance over size.
     const double distance_m = start.T_camera_tag.translation().norm();
-    candidate.angle_sigma_rad = 0.1 / pixels * distance_m / tag.size_m;
+    candidate.angle_sigma_rad = 0.1 / focal_px * distance_m / tag.size_m;
     candidate.position_sigma_m = candidate.angle_sigma_rad * distance_m;
-    candidate.alignment = align_to_print(grey.linear, camera, finder.pattern(), tag.size_m, start.T_camera_tag);
-    if (candidate.alignment) {
-      candidate.T_camera_tag = candidate.alignment->T_camera_tag;
-      candidate.error_px = square_error(candidate.T_camera_tag, rays, tag.size_m) * pixels;
-      // The residuals call noise independent from pixel to pixel; measured errors are three times as large.
-      candidate.position_sigma_m = std::max(3 * candidate.alignment->position_sigma_m, 1e-5);
-      candidate.angle_sigma_rad = std::max(3 * candidate.alignment->angle_sigma_rad, 1e-5);
-    } else if (i >= minima) {
-      break;  // a mirror image that is no minimum explains nothing
-    }
+    // A share of the pixels brings a pose near to where all of them would, and tells most wrong ones.
+    align(candidate, rays, few);
+    if (!candidate.alignment && few.size() < pixels.size()) align(candidate, rays, pixels);
+    if (!candidate.alignment && i >= minima) break;  // a mirror image that is no minimum explains nothing
     result.push_back(candidate);
   }
+  if (result.size() == 2) {
+    // What depth has to say is not worth asking for where the rest outvotes it.
+    const std::vector<double> cost = costs(result, frame);
+    if (std::abs(cost[0] - cost[1]) > kCap) result.erase(result.begin() + (cost[0] > cost[1] ? 0 : 1));
+  }
+  for (Candidate& candidate : result)
+    if (candidate.alignment) align(candidate, rays, pixels);
   if (result.size() == 2 && angle_between(result[0].T_camera_tag, result[1].T_camera_tag) < 0.1 * kDegree)
     result.pop_back();
   return result;
 }
 
-std::size_t PoseStage::State::choose(const std::vector<Candidate>& poses, const TagCorners& corners,
-                                     const FrameSet& frame, std::vector<std::string>& warnings) const {
-  if (poses.size() == 1) return 0;
-  const auto plane = frame.depth ? plane_inside(frame.depth->depth_m, camera, corners) : std::nullopt;
+std::vector<double> PoseStage::State::costs(const std::vector<Candidate>& poses, const FrameSet& frame) const {
   double best_contrast = std::numeric_limits<double>::max();
   for (const Candidate& pose : poses)
     if (pose.alignment) best_contrast = std::min(best_contrast, pose.alignment->contrast_error);
-
-  // Each term is a squared deviation in σ, capped so that no single witness outvotes the others for good.
-  constexpr double kCap = 100;
-  std::vector<double> costs;
+  std::vector<double> result;
   for (const Candidate& pose : poses) {
     double cost = std::min(kCap, std::pow(pose.error_px / 0.2, 2));
     if (best_contrast < std::numeric_limits<double>::max()) {
@@ -155,19 +194,27 @@ std::size_t PoseStage::State::choose(const std::vector<Candidate>& poses, const 
       const double independent = pose.alignment ? pose.alignment->pixels / 10.0 : 10;
       cost += std::min(kCap, independent * (ratio * ratio - 1));
     }
-    if (last && frame.time_ns > last->time_ns && frame.time_ns - last->time_ns <= kAgeLimitNs) {
+    if (recent(frame)) {
       const double passed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
       const double angle = angle_between(pose.T_camera_tag, last->T_tag_camera_raw.inverse());
       cost += std::min(kCap, std::pow(angle / ((2 + 60 * passed_s) * kDegree), 2));
     }
-    if (plane) {
-      const double cosine = std::clamp(plane->normal.dot(pose.T_camera_tag.linear().col(2)), -1.0, 1.0);
-      cost += std::min(kCap, std::pow(std::acos(cosine) / (2 * plane->angle_sigma_rad), 2));
-    }
-    costs.push_back(cost);
+    result.push_back(cost);
   }
-  const std::size_t best = costs[0] <= costs[1] ? 0 : 1;
-  if (std::abs(costs[0] - costs[1]) < 2)
+  return result;
+}
+
+std::size_t PoseStage::State::choose(const std::vector<Candidate>& poses, const TagCorners& corners,
+                                     const FrameSet& frame, std::vector<std::string>& warnings) const {
+  if (poses.size() == 1) return 0;
+  std::vector<double> cost = costs(poses, frame);
+  if (const auto plane = frame.depth ? plane_inside(frame.depth->depth_m, camera, corners) : std::nullopt)
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const double cosine = std::clamp(plane->normal.dot(poses[i].T_camera_tag.linear().col(2)), -1.0, 1.0);
+      cost[i] += std::min(kCap, std::pow(std::acos(cosine) / (2 * plane->angle_sigma_rad), 2));
+    }
+  const std::size_t best = cost[0] <= cost[1] ? 0 : 1;
+  if (std::abs(cost[0] - cost[1]) < 2)
     warnings.push_back(format("tag: two poses %.1f degrees apart explain it equally well",
                               angle_between(poses[0].T_camera_tag, poses[1].T_camera_tag) / kDegree));
   return best;
@@ -175,14 +222,12 @@ std::size_t PoseStage::State::choose(const std::vector<Candidate>& poses, const 
 
 bool PoseStage::State::measure(const FrameSet& frame, std::vector<std::string>& warnings) {
   if (!frame.color) return false;
-  const Grey grey = grey_of(*frame.color, response);
-  if (grey.codes.empty()) return false;
-  const std::vector<TagCorners> sightings = finder.find(grey.codes);
+  const std::vector<TagCorners> sightings = find(frame);
   if (sightings.empty()) return false;
   if (sightings.size() > 1)
     warnings.push_back(format("tag: seen %.0f times, the surest is used", static_cast<double>(sightings.size())));
   const TagCorners& corners = sightings.front();
-  const std::vector<Candidate> poses = candidates(corners, grey);
+  const std::vector<Candidate> poses = candidates(corners, frame);
   if (poses.empty()) return false;
   const Candidate& chosen = poses[choose(poses, corners, frame, warnings)];
   if (!chosen.alignment) warnings.push_back("tag: its print does not fit the picture, pose from its corners alone");

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace lumigraft {
@@ -29,15 +28,22 @@ class PrintIntegral {
 
   struct Mean {
     double white = 0;
-    Vector2d by_centre;
+    bool flat = false;  ///< one cell fills the box: all derivatives are 0
+    Vector2d by_centre = Vector2d::Zero();
     double by_scale = 0;  ///< by a common factor on width and height
   };
   /// Mean over the box. Cells; x right, y down, from the print's corner.
   Mean mean(double x, double y, double width, double height) const {
     const double x0 = x - width / 2, x1 = x + width / 2, y0 = y - height / 2, y1 = y + height / 2;
+    Mean mean;
+    const double column_of = std::floor(x0), row_of = std::floor(y0);
+    if (x1 < column_of + 1 && y1 < row_of + 1) {
+      mean.flat = true;
+      mean.white = pattern_.white_at(static_cast<int>(column_of), static_cast<int>(row_of)) ? 1 : 0;
+      return mean;
+    }
     const double area = width * height;
     const double left = column(x0, y0, y1), right = column(x1, y0, y1), top = row(y0, x0, x1), low = row(y1, x0, x1);
-    Mean mean;
     mean.white = (integral(x1, y1) - integral(x0, y1) - integral(x1, y0) + integral(x0, y0)) / area;
     mean.by_centre = {(right - left) / area, (low - top) / area};
     mean.by_scale = (width * (left + right) + height * (top + low)) / (2 * area) - 2 * mean.white;
@@ -71,43 +77,17 @@ class PrintIntegral {
   std::vector<double> sums_;
 };
 
-struct Pixel {
-  Vector3d ray;       ///< z = 1
-  Vector3d ray_by_u;  ///< change of ray per pixel
-  Vector3d ray_by_v;
-  double light = 0;
-};
-
 /// Pixels that see the tag, or the paper close around it.
-std::vector<Pixel> pixels_on_tag(const Image<float>& linear, const CameraModel& camera, double reach_m,
-                                 const Isometry3d& T_camera_tag) {
-  double low_u = std::numeric_limits<double>::max(), low_v = low_u, high_u = -low_u, high_v = -low_u;
-  for (const double x : {-reach_m, reach_m})
-    for (const double y : {-reach_m, reach_m}) {
-      const auto pixel = camera.project(T_camera_tag * Vector3d(x, y, 0));
-      if (!pixel) return {};
-      low_u = std::min(low_u, pixel->x());
-      high_u = std::max(high_u, pixel->x());
-      low_v = std::min(low_v, pixel->y());
-      high_v = std::max(high_v, pixel->y());
-    }
+std::vector<SeenPixel> pixels_on_tag(const std::vector<SeenPixel>& seen, double reach_m,
+                                     const Isometry3d& T_camera_tag) {
   const Isometry3d T_tag_camera = T_camera_tag.inverse();
-  const auto ray = [&](double u, double v) -> std::optional<Vector3d> {
-    const auto direction = camera.unproject({u, v});
-    if (!direction || direction->z() <= 0) return std::nullopt;
-    return *direction / direction->z();
-  };
-  std::vector<Pixel> pixels;
-  for (int v = std::max(0, static_cast<int>(low_v)); v <= std::min(linear.height - 1.0, high_v); ++v)
-    for (int u = std::max(0, static_cast<int>(low_u)); u <= std::min(linear.width - 1.0, high_u); ++u) {
-      const auto centre = ray(u, v), left = ray(u - 0.5, v), right = ray(u + 0.5, v), up = ray(u, v - 0.5),
-                 down = ray(u, v + 0.5);
-      if (!centre || !left || !right || !up || !down) continue;
-      const Vector3d direction = T_tag_camera.linear() * *centre;
-      const Vector3d on_tag = T_tag_camera.translation() - T_tag_camera.translation().z() / direction.z() * direction;
-      if (std::abs(on_tag.x()) > reach_m || std::abs(on_tag.y()) > reach_m) continue;
-      pixels.push_back({*centre, *right - *left, *down - *up, linear.at(u, v)});
-    }
+  std::vector<SeenPixel> pixels;
+  for (const SeenPixel& pixel : seen) {
+    const Vector3d direction = T_tag_camera.linear() * pixel.ray.homogeneous();
+    const double depth = -T_tag_camera.translation().z() / direction.z();
+    const Vector3d on_tag = T_tag_camera.translation() + depth * direction;
+    if (depth > 0 && std::abs(on_tag.x()) <= reach_m && std::abs(on_tag.y()) <= reach_m) pixels.push_back(pixel);
+  }
   return pixels;
 }
 
@@ -117,11 +97,6 @@ constexpr int kUnknowns = 11;
 using Row = Eigen::Matrix<double, kUnknowns, 1>;
 using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
-struct Look {
-  double ink = 0, paper = 0, slope_x = 0, slope_y = 0;
-  double blur = 1;
-};
-
 struct Fit {
   Square jtj = Square::Zero();
   Row jtr = Row::Zero();
@@ -130,7 +105,7 @@ struct Fit {
 
 class Problem {
  public:
-  Problem(const std::vector<Pixel>& pixels, const PrintIntegral& print, const TagPattern& pattern, double size_m)
+  Problem(const std::vector<SeenPixel>& pixels, const PrintIntegral& print, const TagPattern& pattern, double size_m)
       : pixels_(pixels),
         print_(print),
         cell_m_(size_m / pattern.square_cells),
@@ -138,80 +113,86 @@ class Problem {
         half_m_(size_m / 2) {}
 
   /// Huber's ρ with threshold `limit` on |residual|: a finger or a highlight on the tag must not move it.
-  Fit linearise(const Isometry3d& pose, const Look& look, double limit) const {
+  Fit linearise(const Isometry3d& pose, const PrintLook& look, double limit) const {
     Fit fit;
     const Eigen::Matrix3d to_tag = pose.linear().transpose();
     const Vector3d normal = pose.linear().col(2), centre = pose.translation();
-    for (const Pixel& pixel : pixels_) {
-      const double along = normal.dot(pixel.ray);
-      const double depth = normal.dot(centre) / along;
-      const Vector3d arm = depth * pixel.ray - centre;  // from the tag's centre to the point seen, camera frame
+    const double height_m = normal.dot(centre);
+    const double contrast_per_m = (look.paper - look.ink) / cell_m_;
+    for (const SeenPixel& pixel : pixels_) {
+      const Vector3d ray = pixel.ray.homogeneous();
+      const double along = normal.dot(ray);
+      const double depth = height_m / along;
+      const Vector3d arm = depth * ray - centre;  // from the tag's centre to the point seen, camera frame
       const Vector3d on_tag = to_tag * arm;
+      const Vector2d slant = (to_tag * ray).head<2>() / along;  // metres across the tag per metre towards it
 
       // The pixel's footprint, as the axis-parallel box with the same second moments.
-      const auto moved = [&](const Vector3d& by) -> Vector3d {
-        return to_tag * (depth * (by - normal.dot(by) / along * pixel.ray));
+      const auto moved = [&](const Vector2d& by) -> Vector2d {
+        return depth * (to_tag.topLeftCorner<2, 2>() * by - normal.head<2>().dot(by) * slant);
       };
-      const Vector3d by_u = moved(pixel.ray_by_u), by_v = moved(pixel.ray_by_v);
-      const double width = look.blur * std::hypot(by_u.x(), by_v.x()) / cell_m_;
-      const double height = look.blur * std::hypot(by_u.y(), by_v.y()) / cell_m_;
+      const Vector2d by_u = moved(pixel.ray_by_u), by_v = moved(pixel.ray_by_v);
+      const double width = look.blur * std::sqrt(by_u.x() * by_u.x() + by_v.x() * by_v.x()) / cell_m_;
+      const double height = look.blur * std::sqrt(by_u.y() * by_u.y() + by_v.y() * by_v.y()) / cell_m_;
 
       const auto mean =
           print_.mean(half_cells_ + on_tag.x() / cell_m_, half_cells_ - on_tag.y() / cell_m_, width, height);
       const double white = mean.white;
-      // Per metre, y to the tag's top.
-      const Vector2d gradient = Vector2d(mean.by_centre.x(), -mean.by_centre.y()) / cell_m_;
-
       const double x = on_tag.x() / half_m_, y = on_tag.y() / half_m_;
       const double paper = look.paper + look.slope_x * x + look.slope_y * y;
       const double residual = look.ink + (paper - look.ink) * white - pixel.light;
-
-      Row j;
-      const Vector3d lever = -normal.cross(arm);  // change of normal·(centre − point) by a turn
-      for (int axis = 0; axis < 3; ++axis) {
-        const Vector3d turn = Vector3d::Unit(axis);
-        const Vector3d by_turn = to_tag * (lever[axis] / along * pixel.ray - turn.cross(arm));
-        const Vector3d by_shift = to_tag * (normal[axis] / along * pixel.ray - turn);
-        j[axis] = (paper - look.ink) * gradient.dot(by_turn.head<2>());
-        j[3 + axis] = (paper - look.ink) * gradient.dot(by_shift.head<2>());
-      }
-      j[6] = 1 - white;
-      j[7] = white;
-      j[8] = white * x;
-      j[9] = white * y;
-      j[10] = (paper - look.ink) * mean.by_scale / look.blur;
-
       const double size = std::abs(residual);
       const double weight = size <= limit ? 1 : limit / size;
       fit.error += size <= limit ? residual * residual : limit * (2 * size - limit);
-      fit.jtj += weight * j * j.transpose();
+
+      Row j;
+      j.tail<5>() << 1 - white, white, white * x, white * y, 0;
+      if (mean.flat) {  // no edge in sight: the pixel says nothing about the pose
+        fit.jtj.block<4, 4>(6, 6) += weight * j.segment<4>(6) * j.segment<4>(6).transpose();
+        fit.jtr.segment<4>(6) += weight * residual * j.segment<4>(6);
+        continue;
+      }
+      // Per metre, y to the tag's top. A shift s of the tag moves the point seen by (n·s) slant - (s in the tag's
+      // frame) across the tag; a turn ω about its centre is the shift ω × arm.
+      const Vector2d gradient = contrast_per_m * Vector2d(mean.by_centre.x(), -mean.by_centre.y());
+      const Vector3d by_shift = gradient.dot(slant) * normal - pose.linear().leftCols<2>() * gradient;
+      j.head<3>() = arm.cross(by_shift);
+      j.segment<3>(3) = by_shift;
+      j[10] = (paper - look.ink) * mean.by_scale / look.blur;
+      fit.jtj.noalias() += (weight * j) * j.transpose();
       fit.jtr += weight * residual * j;
     }
     return fit;
   }
 
  private:
-  const std::vector<Pixel>& pixels_;
+  const std::vector<SeenPixel>& pixels_;
   const PrintIntegral& print_;
   double cell_m_, half_cells_, half_m_;
 };
 
 }  // namespace
 
-std::optional<Alignment> align_to_print(const Image<float>& linear, const CameraModel& camera,
-                                        const TagPattern& pattern, double size_m, const Isometry3d& T_camera_tag) {
+std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, const TagPattern& pattern, double size_m,
+                                        const Isometry3d& T_camera_tag, const std::optional<PrintLook>& first_look) {
   // Half a cell of paper around the square: its edges count, and the table beyond a narrow print does not.
   const double cell_m = size_m / pattern.square_cells;
   const double reach_m = std::min(size_m / 2 + 0.5 * cell_m, pattern.cells * cell_m / 2);
-  const std::vector<Pixel> pixels = pixels_on_tag(linear, camera, reach_m, T_camera_tag);
+  const std::vector<SeenPixel> pixels = pixels_on_tag(seen, reach_m, T_camera_tag);
   if (pixels.size() < 100) return std::nullopt;
 
-  std::vector<double> sorted;
-  for (const Pixel& pixel : pixels) sorted.push_back(pixel.light);
-  std::sort(sorted.begin(), sorted.end());
-  Look look;
-  look.ink = sorted[sorted.size() / 10];
-  look.paper = sorted[sorted.size() * 9 / 10];
+  PrintLook look;
+  if (first_look) {
+    look = *first_look;
+  } else {
+    std::vector<double> light;
+    for (const SeenPixel& pixel : pixels) light.push_back(pixel.light);
+    const auto tenth = static_cast<std::ptrdiff_t>(light.size() / 10);
+    std::nth_element(light.begin(), light.begin() + tenth, light.end());
+    look.ink = light[static_cast<std::size_t>(tenth)];
+    std::nth_element(light.begin(), light.end() - tenth, light.end());
+    look.paper = *(light.end() - tenth);
+  }
   const double contrast = look.paper - look.ink;
   if (!(contrast > 0)) return std::nullopt;
 
@@ -230,7 +211,7 @@ std::optional<Alignment> align_to_print(const Image<float>& linear, const Camera
     const Vector3d turn = step.head<3>();
     if (turn.norm() > 0) next.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * pose.linear();
     next.translation() += step.segment<3>(3);
-    Look next_look = look;
+    PrintLook next_look = look;
     next_look.ink += step[6];
     next_look.paper += step[7];
     next_look.slope_x += step[8];
@@ -252,6 +233,7 @@ std::optional<Alignment> align_to_print(const Image<float>& linear, const Camera
 
   Alignment result;
   result.pixels = static_cast<int>(pixels.size());
+  result.look = look;
   result.T_camera_tag = pose;
   result.T_camera_tag.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
   const double variance = fit.error / static_cast<double>(pixels.size() - kUnknowns);

@@ -6,25 +6,32 @@
 // 2004, forward additive). On linear light: an edge pixel mixes ink and paper by area there, and nowhere else.
 #include <Eigen/Geometry>
 #include <optional>
+#include <vector>
 
-#include "capture/camera_model.h"
-#include "capture/image.h"
+#include "reconstruct/pose_picture.h"
 #include "reconstruct/pose_tag.h"
 
 namespace lumigraft {
 
+/// How the print appears, found together with the pose.
+struct PrintLook {
+  double ink = 0, paper = 0, slope_x = 0, slope_y = 0;  ///< light; paper changes by the slopes across half the tag
+  double blur = 1;                                      ///< how much wider than a pixel the lens blurs
+};
+
 struct Alignment {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();
+  PrintLook look;
   int pixels = 0;               ///< that saw the tag
   double contrast_error = 0;    ///< RMS of picture minus print, as a share of paper minus ink
   double position_sigma_m = 0;  ///< 1σ of the translation's length, from the residuals
   double angle_sigma_rad = 0;   ///< 1σ of the turn
 };
 
-/// `linear` has one channel of linear light in any unit. Empty where the print does not match, or too little of it is
-/// in the picture.
-std::optional<Alignment> align_to_print(const Image<float>& linear, const CameraModel& camera,
-                                        const TagPattern& pattern, double size_m,
-                                        const Eigen::Isometry3d& T_camera_tag);
+/// Of `seen`, the pixels that see the tag count. Starts from a pose, and from a look where one is known. Empty where
+/// the print does not match, or too little of it is among the pixels.
+std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, const TagPattern& pattern, double size_m,
+                                        const Eigen::Isometry3d& T_camera_tag,
+                                        const std::optional<PrintLook>& look = std::nullopt);
 
 }  // namespace lumigraft

@@ -17,7 +17,9 @@ struct Noise {
   std::mt19937 random{7};
   std::normal_distribution<double> gauss;
   Isometry3d operator()(const Isometry3d& pose) {
-    const auto vector = [&] { return Vector3d(gauss(random), gauss(random), gauss(random)) / std::sqrt(3.0); };
+    const auto vector = [&]() -> Vector3d {
+      return Vector3d(gauss(random), gauss(random), gauss(random)) / std::sqrt(3.0);
+    };
     Isometry3d noisy = pose;
     noisy.translation() += kSigmaM * vector();
     const Vector3d turn = kSigmaRad * vector();

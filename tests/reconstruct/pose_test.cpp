@@ -80,33 +80,57 @@ TEST(Pose, PrintBeatsCorners) {
   const TagFinder finder(some_tag());
   const CameraModel camera = test::small_camera();
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
-  const Picture picture = test::view_of_tag(camera, finder.pattern(), 0.16, truth);
-  Image<float> linear(camera.width, camera.height, 1);
-  for (std::size_t i = 0; i < linear.data.size(); ++i)
-    linear.data[i] = srgb_to_linear(picture.encoded.data[3 * i] / 255.0f);
+  Picture picture = test::view_of_tag(camera, finder.pattern(), 0.16, truth);
+  const PixelRegion whole{0, 0, camera.width, camera.height};
+  const auto align = [&](const Isometry3d& start) {
+    return align_to_print(seen_pixels(picture, Response::srgb(), camera, whole), finder.pattern(), 0.16, start);
+  };
   Isometry3d off = truth.inverse();
   off.linear() = Eigen::AngleAxisd(1.0 * kDegree, Vector3d(1, 1, 0).normalized()) * off.linear();
   off.translation() += Vector3d(0.001, -0.001, 0.01);
-  const auto alignment = align_to_print(linear, camera, finder.pattern(), 0.16, off);
+  const auto alignment = align(off);
   ASSERT_TRUE(alignment);
   EXPECT_LT(alignment->contrast_error, 0.02);
   EXPECT_LT(test::millimetres_apart(alignment->T_camera_tag.inverse(), truth), 0.6);
 
+  // A fifth of the pixels comes near it.
+  const auto few = thinned(seen_pixels(picture, Response::srgb(), camera, whole));
+  const auto near = align_to_print(few, finder.pattern(), 0.16, off);
+  ASSERT_TRUE(near);
+  EXPECT_LT(near->pixels, 0.22 * alignment->pixels);
+  EXPECT_LT(test::millimetres_apart(near->T_camera_tag.inverse(), truth), 2);
+
   // A finger over a corner of the print: the rest still holds the pose.
-  Image<float> covered = linear;
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
       const Vector3d d = truth.linear() * *ray;
       const Vector3d p = truth.translation() - truth.translation().z() / d.z() * d;
-      if (p.x() > 0.05 && p.y() > 0.05) covered.at(u, v) = 0.3f;
+      if (p.x() > 0.05 && p.y() > 0.05) std::fill_n(&picture.encoded.at(u, v), 3, 150);
     }
-  const auto partly = align_to_print(covered, camera, finder.pattern(), 0.16, off);
+  const auto partly = align(off);
   ASSERT_TRUE(partly);
   EXPECT_LT(test::millimetres_apart(partly->T_camera_tag.inverse(), truth), 3);
 
   // A print that is not there.
-  EXPECT_FALSE(align_to_print(Image<float>(320, 240, 1, 0.5f), camera, finder.pattern(), 0.16, off));
+  picture.encoded = Image<std::uint8_t>(320, 240, 3, 150);
+  EXPECT_FALSE(align(off));
+}
+
+// While it is tracked the tag is looked for where it was; that must not change what is measured.
+TEST(Pose, TrackingMeasuresWhatSearchingDoes) {
+  PoseStage tracking(some_tag(), test::small_camera());
+  for (unsigned i = 0; i < 8; ++i) {
+    // From one picture to the next it moves by a fifth of its size and more, then leaps across the picture.
+    const Vector3d aim(0.03 * i, i < 6 ? 0.05 : -0.25, 0);
+    const FrameSet frame = seen_from(test::looking_at_tag(0.85, 50 * kDegree, -1.2 + 0.03 * i, aim), i, {6, i + 1});
+    PoseStage searching(some_tag(), test::small_camera());
+    const auto a = tracking.locate(frame), b = searching.locate(frame);
+    ASSERT_TRUE(a.pose && b.pose) << i;
+    EXPECT_TRUE(a.warnings.empty());
+    EXPECT_LT(test::millimetres_apart(a.pose->T_tag_camera_raw, b.pose->T_tag_camera_raw), 0.02) << i;
+    EXPECT_LT(test::degrees_apart(a.pose->T_tag_camera_raw, b.pose->T_tag_camera_raw), 0.002) << i;
+  }
 }
 
 TEST(Pose, LinearRadianceWorksAsWell) {
