@@ -1,6 +1,6 @@
 #pragma once
-// The whole of what passes may ask of a GPU. Vulkan implements it; anything with compute, 3D storage images and
-// integer atomics can.
+// The whole of what passes may ask of a GPU. Vulkan and OpenGL through EGL implement it; anything with compute, 3D
+// storage images and integer atomics can.
 //
 // Shaders are named; their SPIR-V is built into the program. Every shader uses descriptor set 0 with explicit
 // bindings. Binding 0 is always the uniform block of the pass (std140, at most 4096 bytes, one struct from
@@ -21,6 +21,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -174,13 +175,31 @@ struct ShaderCode {
 };
 
 struct DeviceOptions {
-  bool validation = false;  ///< what the validation layer says is thrown as GpuError; for tests, slow
+  bool validation = false;  ///< what the validation layer or debug output says is thrown as GpuError; for tests, slow
   std::span<const ShaderCode> more_shaders = {};  ///< beside the product's own
 };
 /// Picks a discrete GPU, else an integrated one, else a software one; where the environment variable
 /// LUMIGRAFT_VULKAN_DEVICE is set, among those whose name contains it. Throws GpuError with the reason of every device
 /// that cannot be used.
 std::unique_ptr<Device> create_vulkan_device(const DeviceOptions& options);
+/// The first hardware device of EGL, else a software one; where the environment variable LUMIGRAFT_EGL_DEVICE is set,
+/// among those whose name contains it. Throws GpuError with the reason of every device that cannot be used.
+std::unique_ptr<Device> create_egl_device(const DeviceOptions& options);
+
+/// best: a hardware GPU before software, then Vulkan before EGL.
+enum class Backend { best, vulkan, egl };
+std::string_view name_of(Backend backend);  ///< "best", "vulkan", "egl"
+std::optional<Backend> backend_named(std::string_view name);
+std::unique_ptr<Device> create_device(Backend backend, const DeviceOptions& options);
+
+struct DeviceListing {
+  Backend backend = Backend::best;
+  std::string name;
+  bool software = false;
+  std::string why_not = {};  ///< empty: it can be used
+};
+/// Every device of this machine, and a line for each backend that has none. Never throws.
+std::vector<DeviceListing> list_devices();
 
 /// The bytes of a uniform struct, for `params`.
 template <typename T>

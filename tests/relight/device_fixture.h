@@ -1,5 +1,6 @@
 #pragma once
-// One device for all tests of a program, with the validation layer on.
+// Every test of a device runs on both, one device of each kind for all tests of a suite, with the validation layer or
+// debug output on.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -11,10 +12,12 @@ namespace lumigraft::gpu {
 // Generated from tests/relight/shaders.
 std::span<const ShaderCode> device_test_shaders();
 
-class DeviceTest : public testing::Test {
+class DeviceTest : public testing::TestWithParam<Backend> {
  protected:
-  static void SetUpTestSuite() {
-    device_ = create_vulkan_device({.validation = true, .more_shaders = device_test_shaders()});
+  DeviceTest() {
+    if (backend_ != GetParam()) device_.reset();
+    if (!device_) device_ = create_device(GetParam(), {.validation = true, .more_shaders = device_test_shaders()});
+    backend_ = GetParam();
   }
   static void TearDownTestSuite() { device_.reset(); }
 
@@ -26,7 +29,16 @@ class DeviceTest : public testing::Test {
   }
 
   inline static std::unique_ptr<Device> device_;
+
+ private:
+  inline static Backend backend_ = Backend::best;
 };
+
+inline std::string backend_label(const testing::TestParamInfo<Backend>& info) {
+  return std::string(name_of(info.param));
+}
+#define ON_BOTH_DEVICES(suite) \
+  INSTANTIATE_TEST_SUITE_P(On, suite, testing::Values(Backend::vulkan, Backend::egl), backend_label)
 
 template <typename T>
 std::vector<T> values_of(const std::vector<std::byte>& bytes) {

@@ -42,7 +42,9 @@ class DeviceImageTest : public DeviceTest {
   }
 };
 
-TEST_F(DeviceImageTest, EveryFormatComesBackAsItWasSent) {
+ON_BOTH_DEVICES(DeviceImageTest);
+
+TEST_P(DeviceImageTest, EveryFormatComesBackAsItWasSent) {
   for (const Format format :
        {Format::r8_unorm, Format::rgba8_unorm, Format::r16_float, Format::rgba16_float, Format::r32_float,
         Format::rg32_float, Format::rgba32_float, Format::r32_uint, Format::depth32_float}) {
@@ -68,7 +70,7 @@ TEST_F(DeviceImageTest, EveryFormatComesBackAsItWasSent) {
   }
 }
 
-TEST_F(DeviceImageTest, ATrilinearTapOfALinearFieldIsExact) {
+TEST_P(DeviceImageTest, ATrilinearTapOfALinearFieldIsExact) {
   const std::array<float, 4> slope{2, -3, 5, 7};
   const auto volume = ramp(16, 1, slope);
   std::vector<std::array<float, 4>> places;
@@ -88,14 +90,14 @@ TEST_F(DeviceImageTest, ATrilinearTapOfALinearFieldIsExact) {
   EXPECT_EQ(nearest[0][3], 12.5f);
 }
 
-TEST_F(DeviceImageTest, EdgesAreClamped) {
+TEST_P(DeviceImageTest, EdgesAreClamped) {
   const auto volume = ramp(8, 1, {1, 0, 0, 0});
   const auto results = tap(*volume, {{-3, 0.5f, 0.5f, 0}, {4, 0.5f, 0.5f, 0}}, Filter::linear);
   EXPECT_EQ(results[0][0], 0.5f);
   EXPECT_EQ(results[1][0], 7.5f);
 }
 
-TEST_F(DeviceImageTest, MipsAreTheAveragesAndLevelsAreChosenByLod) {
+TEST_P(DeviceImageTest, MipsAreTheAveragesAndLevelsAreChosenByLod) {
   // The average of a linear field over a coarse cell is its value at the cell's centre, so all mips agree there.
   const auto volume = ramp(16, 5, {1, 10, 100, 0});
   for (int mip = 0; mip < 5; ++mip) {
@@ -127,7 +129,7 @@ TEST_F(DeviceImageTest, MipsAreTheAveragesAndLevelsAreChosenByLod) {
   EXPECT_EQ(from_second[1][1], 4.0f);
 }
 
-TEST_F(DeviceImageTest, ClearSetsAllMips) {
+TEST_P(DeviceImageTest, ClearSetsAllMips) {
   const auto color =
       device_->create_texture({.name = "color", .width = 8, .height = 8, .mips = 4, .format = Format::rgba32_float});
   const auto count = device_->create_texture(
@@ -148,7 +150,7 @@ TEST_F(DeviceImageTest, ClearSetsAllMips) {
   EXPECT_EQ(values_of<float>(device_->download(*depth)), std::vector<float>(16, 0.75f));
 }
 
-TEST_F(DeviceImageTest, TheSameWorkGivesTheSameBytes) {
+TEST_P(DeviceImageTest, TheSameWorkGivesTheSameBytes) {
   const auto first = ramp(16, 5, {0.1f, 0.2f, 0.3f, 0.4f}), second = ramp(16, 5, {0.1f, 0.2f, 0.3f, 0.4f});
   for (int mip = 0; mip < 5; ++mip) EXPECT_EQ(device_->download(*first, mip), device_->download(*second, mip));
 }

@@ -1,5 +1,6 @@
 // What a caller does wrong is said in the words of the shader.
 #include "device_fixture.h"
+#include "relight/gpu/egl/choose_device.h"
 
 namespace lumigraft::gpu {
 namespace {
@@ -25,7 +26,9 @@ class DeviceMisuseTest : public DeviceTest {
   std::unique_ptr<Buffer> places_;
 };
 
-TEST_F(DeviceMisuseTest, WrongBindingsAreNamed) {
+ON_BOTH_DEVICES(DeviceMisuseTest);
+
+TEST_P(DeviceMisuseTest, WrongBindingsAreNamed) {
   const Binding places = storage(2, *places_), results = storage(3, *places_);
   EXPECT_EQ(dispatch(*tap_, {sampled(1, *volume_), places}),
             "shader device_tap.comp: slot 3 \"Results\" has nothing bound");
@@ -57,7 +60,7 @@ TEST_F(DeviceMisuseTest, WrongBindingsAreNamed) {
             "shader device_ramp.comp: params has 4 bytes, its uniform block 16");
 }
 
-TEST_F(DeviceMisuseTest, WhatIsDeclaredButNotUsedNeedsNoBinding) {
+TEST_P(DeviceMisuseTest, WhatIsDeclaredButNotUsedNeedsNoBinding) {
   const auto unused = device_->create_compute("device_unused.comp");
   const auto result = device_->create_buffer(32, "result");
   const Binding bindings[] = {storage(1, *result)};
@@ -67,7 +70,7 @@ TEST_F(DeviceMisuseTest, WhatIsDeclaredButNotUsedNeedsNoBinding) {
   EXPECT_EQ(values_of<std::uint32_t>(device_->download(*result))[7], 7u);
 }
 
-TEST_F(DeviceMisuseTest, WrongTexturesBuffersAndTransfersAreNamed) {
+TEST_P(DeviceMisuseTest, WrongTexturesBuffersAndTransfersAreNamed) {
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->create_texture({.name = "t", .width = 8, .mips = 5}); }),
             "texture \"t\" (8x1 rgba16_float): 5 mips; allowed are 1 to 4");
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->create_texture({.name = "t", .width = 0}); }),
@@ -81,20 +84,20 @@ TEST_F(DeviceMisuseTest, WrongTexturesBuffersAndTransfersAreNamed) {
             "upload of 9 bytes to mip 1 of texture \"volume\" (4x4x4 rgba16_float), which has 64");
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->download(*volume_, 2); }),
             "there is no mip 2 of texture \"volume\" (4x4x4 rgba16_float)");
-  const auto other = create_vulkan_device({});
+  const auto other = create_device(GetParam(), {});
   const auto theirs = other->create_texture({.name = "theirs"});
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->download(*theirs); }),
             "texture \"theirs\" belongs to another device");
 }
 
-TEST_F(DeviceMisuseTest, AListIsSubmittedOnce) {
+TEST_P(DeviceMisuseTest, AListIsSubmittedOnce) {
   const auto list = device_->begin();
   device_->submit(*list);
   EXPECT_THROW(device_->submit(*list), std::logic_error);
   EXPECT_THROW(list->fill(*places_, 0), std::logic_error);
 }
 
-TEST_F(DeviceMisuseTest, WrongDrawsAreNamed) {
+TEST_P(DeviceMisuseTest, WrongDrawsAreNamed) {
   RasterDesc desc{.vertex_shader = "device_triangles.vert",
                   .fragment_shader = "device_triangles.frag",
                   .vertex_stride_bytes = 28,
@@ -134,10 +137,24 @@ TEST_F(DeviceMisuseTest, WrongDrawsAreNamed) {
   EXPECT_EQ(draw({{flat_.get()}, {facing.get()}}, nullptr, {call}), shaders + "a draw call without vertices");
 }
 
-TEST_F(DeviceMisuseTest, TheValidationLayerIsHeard) {
-  const std::string text = error_of<GpuError>([&] { device_->create_compute("device_doubles.comp"); });
+TEST(DeviceMessages, TheVulkanValidationLayerIsHeard) {
+  const auto device = create_vulkan_device({.validation = true, .more_shaders = device_test_shaders()});
+  const std::string text = error_of<GpuError>([&] { device->create_compute("device_doubles.comp"); });
   EXPECT_NE(text.find("Float64"), std::string::npos) << text;
-  device_->submit(*device_->begin());  // and only once
+  device->submit(*device->begin());  // and only once
+}
+
+TEST(DeviceMessages, OpenGlIsHeard) {
+  for (const bool validation : {false, true}) {
+    const auto context = std::make_shared<egl::Context>(egl::open_best(validation), validation);
+    const egl::Current current = context->enter();
+    context->check("nothing");
+    glUseProgram(12345);
+    const std::string text = error_of<GpuError>([&] { context->check("using a program that is not there"); });
+    EXPECT_EQ(text.find("using a program that is not there: GL_INVALID_VALUE"), 0u) << text;
+    EXPECT_EQ(text.find("OpenGL debug output:") != std::string::npos, validation) << text;
+    context->check("and only once");
+  }
 }
 
 }  // namespace

@@ -69,7 +69,9 @@ class DeviceRasterTest : public DeviceTest {
   std::unique_ptr<Texture> color_, facing_, depth_, weight_;
 };
 
-TEST_F(DeviceRasterTest, RowZeroIsClipMinusOneAndFrontIsCounterClockwise) {
+ON_BOTH_DEVICES(DeviceRasterTest);
+
+TEST_P(DeviceRasterTest, RowZeroIsClipMinusOneAndFrontIsCounterClockwise) {
   draw(top_left(0.25f, {1, 2, 4}), {0, 1, 2});
   EXPECT_EQ(color_at(0, 0), (std::array<float, 4>{1, 2, 2, 1}));
   EXPECT_EQ(color_at(15, 11), (std::array<float, 4>{9, 9, 9, 9}));
@@ -83,14 +85,14 @@ TEST_F(DeviceRasterTest, RowZeroIsClipMinusOneAndFrontIsCounterClockwise) {
   EXPECT_EQ(facing_at(0, 0), 2u) << "turned round";
 }
 
-TEST_F(DeviceRasterTest, BackFacesAreCulledOnRequest) {
+TEST_P(DeviceRasterTest, BackFacesAreCulledOnRequest) {
   draw(top_left(0.25f, {1, 1, 1}), {0, 2, 1}, true);
   EXPECT_EQ(facing_at(0, 0), 0u);
   draw(top_left(0.25f, {1, 1, 1}), {0, 1, 2}, true);
   EXPECT_EQ(facing_at(0, 0), 1u);
 }
 
-TEST_F(DeviceRasterTest, TheNearerWinsAndEqualDepthOverwrites) {
+TEST_P(DeviceRasterTest, TheNearerWinsAndEqualDepthOverwrites) {
   auto both = top_left(0.5f, {1, 0, 0});
   for (const Vertex& vertex : top_left(0.75f, {0, 1, 0})) both.push_back(vertex);
   draw(both, {0, 1, 2, 3, 4, 5});
@@ -104,7 +106,7 @@ TEST_F(DeviceRasterTest, TheNearerWinsAndEqualDepthOverwrites) {
   EXPECT_EQ(facing_at(0, 0), 0u) << "in front of the near plane";
 }
 
-TEST_F(DeviceRasterTest, AttributesAreInterpolatedInPerspective) {
+TEST_P(DeviceRasterTest, AttributesAreInterpolatedInPerspective) {
   // A floor that runs from w = 1 at the left to w = 4 at the right; red is a position along it, 0 to 1.
   std::vector<Vertex> floor;
   for (const auto& [x, y, w] : {std::array{-1.f, -1.f, 1.f}, {-1.f, 1.f, 1.f}, {1.f, -1.f, 4.f}, {1.f, 1.f, 4.f}}) {
@@ -117,7 +119,7 @@ TEST_F(DeviceRasterTest, AttributesAreInterpolatedInPerspective) {
   }
 }
 
-TEST_F(DeviceRasterTest, DepthAlone) {
+TEST_P(DeviceRasterTest, DepthAlone) {
   RasterDesc wanted = desc();
   wanted.fragment_shader = "device_depth.frag";
   wanted.color_formats.clear();
@@ -133,7 +135,7 @@ TEST_F(DeviceRasterTest, DepthAlone) {
   EXPECT_EQ(depth_at(15, 11), 1.0f);
 }
 
-TEST_F(DeviceRasterTest, TheSameDrawGivesTheSameBytes) {
+TEST_P(DeviceRasterTest, TheSameDrawGivesTheSameBytes) {
   draw(top_left(0.25f, {0.1f, 0.2f, 0.3f}), {0, 1, 2});
   const auto first = device_->download(*color_);
   draw(top_left(0.25f, {0.1f, 0.2f, 0.3f}), {0, 1, 2});

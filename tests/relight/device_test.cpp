@@ -1,6 +1,10 @@
 // Buffers, parameters, atomics, lists and times of a device.
 #include "relight/gpu/device.h"
 
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
 #include "device_fixture.h"
 
 namespace lumigraft::gpu {
@@ -16,7 +20,9 @@ struct alignas(16) Params {
   std::uint32_t seed;
 };
 
-TEST_F(DeviceTest, ParametersArriveAsStd140) {
+ON_BOTH_DEVICES(DeviceTest);
+
+TEST_P(DeviceTest, ParametersArriveAsStd140) {
   Params params{};
   for (std::size_t i = 0; i < 16; ++i) params.matrix[i] = 0.5f + static_cast<float>(i);
   params.position = {100, 101, 102};
@@ -42,7 +48,7 @@ TEST_F(DeviceTest, ParametersArriveAsStd140) {
   EXPECT_EQ(values[33], 0.0f);
 }
 
-TEST_F(DeviceTest, EachDispatchOfAListHasItsOwnParameters) {
+TEST_P(DeviceTest, EachDispatchOfAListHasItsOwnParameters) {
   const auto pipeline = device_->create_compute("device_params.comp");
   const auto list = device_->begin();
   std::vector<std::unique_ptr<Buffer>> results;
@@ -60,7 +66,7 @@ TEST_F(DeviceTest, EachDispatchOfAListHasItsOwnParameters) {
   }
 }
 
-TEST_F(DeviceTest, IntegerAtomicsAddUpAndAreTheSameEachTime) {
+TEST_P(DeviceTest, IntegerAtomicsAddUpAndAreTheSameEachTime) {
   const auto pipeline = device_->create_compute("device_atomics.comp");
   std::vector<std::byte> first_bins, first_cells;
   for (int run = 0; run < 2; ++run) {
@@ -87,7 +93,7 @@ TEST_F(DeviceTest, IntegerAtomicsAddUpAndAreTheSameEachTime) {
   }
 }
 
-TEST_F(DeviceTest, BuffersBeginAsZerosAndAreFilledAndUploadedInParts) {
+TEST_P(DeviceTest, BuffersBeginAsZerosAndAreFilledAndUploadedInParts) {
   const auto buffer = device_->create_buffer(10, "ten bytes");
   EXPECT_EQ(device_->download(*buffer), std::vector<std::byte>(10));
   const auto list = device_->begin();
@@ -100,7 +106,7 @@ TEST_F(DeviceTest, BuffersBeginAsZerosAndAreFilledAndUploadedInParts) {
   for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(std::to_integer<int>(bytes[i]), expected[i]);
 }
 
-TEST_F(DeviceTest, TwoListsRunInTheOrderTheyAreSubmitted) {
+TEST_P(DeviceTest, TwoListsRunInTheOrderTheyAreSubmitted) {
   const auto buffer = device_->create_buffer(4, "word");
   const auto first = device_->begin(), second = device_->begin();
   first->fill(*buffer, 1);
@@ -111,7 +117,7 @@ TEST_F(DeviceTest, TwoListsRunInTheOrderTheyAreSubmitted) {
   EXPECT_EQ(values_of<std::uint32_t>(device_->download(*buffer))[0], 1u);
 }
 
-TEST_F(DeviceTest, EveryPassHasATime) {
+TEST_P(DeviceTest, EveryPassHasATime) {
   const auto pipeline = device_->create_compute("device_atomics.comp");
   const auto bins = device_->create_buffer(16 * 4, "bins");
   const auto cells =
@@ -131,10 +137,13 @@ TEST_F(DeviceTest, EveryPassHasATime) {
   EXPECT_TRUE(device_->submit(*device_->begin()).empty());
 }
 
-TEST(DeviceLife, DestructionOrderIsFree) {
+class DeviceLife : public testing::TestWithParam<Backend> {};
+ON_BOTH_DEVICES(DeviceLife);
+
+TEST_P(DeviceLife, DestructionOrderIsFree) {
   testing::internal::CaptureStderr();
   {
-    auto device = create_vulkan_device({.validation = true, .more_shaders = device_test_shaders()});
+    auto device = create_device(GetParam(), {.validation = true, .more_shaders = device_test_shaders()});
     auto pipeline = device->create_compute("device_params.comp");
     auto buffer = device->create_buffer(64, "buffer");
     auto texture = device->create_texture({.name = "texture", .width = 4, .height = 4});
@@ -149,12 +158,81 @@ TEST(DeviceLife, DestructionOrderIsFree) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");  // where the layer names objects that were left
 }
 
-TEST(DeviceLife, AnUnknownDeviceIsNamedWithTheReason) {
-  setenv("LUMIGRAFT_VULKAN_DEVICE", "no such device", 1);
-  const std::string text = error_of<GpuError>([] { create_vulkan_device({}); });
-  unsetenv("LUMIGRAFT_VULKAN_DEVICE");
-  EXPECT_NE(text.find("no usable Vulkan device; "), std::string::npos) << text;
-  EXPECT_NE(text.find("LUMIGRAFT_VULKAN_DEVICE asks for \"no such device\""), std::string::npos) << text;
+TEST_P(DeviceLife, AnUnknownDeviceIsNamedWithTheReason) {
+  const bool vulkan = GetParam() == Backend::vulkan;
+  const std::string variable = vulkan ? "LUMIGRAFT_VULKAN_DEVICE" : "LUMIGRAFT_EGL_DEVICE";
+  setenv(variable.c_str(), "no such device", 1);
+  const std::string text = error_of<GpuError>([] { create_device(GetParam(), {}); });
+  unsetenv(variable.c_str());
+  EXPECT_NE(text.find(vulkan ? "no usable Vulkan device; " : "no usable EGL device; "), std::string::npos) << text;
+  EXPECT_NE(text.find(variable + " asks for \"no such device\""), std::string::npos) << text;
+}
+
+TEST_P(DeviceLife, AnotherThreadMayGoOn) {
+  const auto device = create_device(GetParam(), {.validation = true, .more_shaders = device_test_shaders()});
+  const auto buffer = device->create_buffer(4, "word");
+  const auto fill_with = [&](std::uint32_t value) {
+    const auto list = device->begin();
+    list->fill(*buffer, value);
+    device->submit(*list);
+  };
+  fill_with(1);
+  std::thread([&] {
+    EXPECT_EQ(values_of<std::uint32_t>(device->download(*buffer))[0], 1u);
+    fill_with(2);
+  }).join();
+  EXPECT_EQ(values_of<std::uint32_t>(device->download(*buffer))[0], 2u);
+}
+
+TEST_P(DeviceLife, OneThreadHoldsSeveralDevices) {
+  const auto first = create_device(GetParam(), {}), second = create_device(GetParam(), {});
+  const auto one = first->create_buffer(4, "one"), two = second->create_buffer(4, "two");
+  const auto list = first->begin(), other = second->begin();
+  list->fill(*one, 1);
+  other->fill(*two, 2);
+  first->submit(*list);
+  second->submit(*other);
+  EXPECT_EQ(values_of<std::uint32_t>(first->download(*one))[0], 1u);
+  EXPECT_EQ(values_of<std::uint32_t>(second->download(*two))[0], 2u);
+}
+
+TEST(DeviceChoice, NamesAreReadBack) {
+  for (const Backend backend : {Backend::best, Backend::vulkan, Backend::egl}) {
+    EXPECT_EQ(backend_named(name_of(backend)), backend);
+  }
+  EXPECT_EQ(backend_named("metal"), std::nullopt);
+}
+
+TEST(DeviceChoice, TheBestIsHardwareFirstThenVulkan) {
+  const std::vector<DeviceListing> listings = list_devices();
+  const auto first = [&](bool software) {
+    for (const DeviceListing& listing : listings) {
+      if (listing.why_not.empty() && listing.software == software) return listing.name;
+    }
+    return std::string();
+  };
+  EXPECT_EQ(create_device(Backend::best, {})->name(), first(false).empty() ? first(true) : first(false));
+}
+
+TEST(DeviceChoice, AnAbsentDriverIsListedWithTheReason) {
+  // Both loaders read these when they are first used, so a fresh process asks.
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        setenv("VK_ICD_FILENAMES", "/nonexistent.json", 1);
+        setenv("VK_DRIVER_FILES", "/nonexistent.json", 1);
+        setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json", 1);
+        std::string text;
+        for (const DeviceListing& listing : list_devices()) {
+          text += std::string(name_of(listing.backend)) + ": " + listing.why_not + "\n";
+        }
+        text += error_of<GpuError>([] { create_device(Backend::best, {}); });
+        std::fputs(text.c_str(), stderr);
+        std::exit(0);
+      },
+      testing::ExitedWithCode(0),
+      "vulkan: no Vulkan device: no driver is installed.*\negl: no EGL device: no driver.*\nno usable "
+      "GPU");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "relight/gpu/backends.h"
 #include "relight/gpu/formats.h"
 
 namespace lumigraft::gpu::vulkan {
@@ -60,25 +61,25 @@ std::optional<std::uint32_t> find_queue_family(VkPhysicalDevice device) {
 }
 
 /// What the device lacks; empty where it can be used.
-std::vector<std::string> missing(VkPhysicalDevice device, const VkPhysicalDeviceProperties& properties) {
-  std::vector<std::string> reasons;
-  if (properties.apiVersion < VK_API_VERSION_1_3) {
-    reasons.push_back("it has Vulkan " + std::to_string(VK_API_VERSION_MAJOR(properties.apiVersion)) + "." +
-                      std::to_string(VK_API_VERSION_MINOR(properties.apiVersion)) + ", not 1.3");
-    return reasons;  // the rest may not even be asked for
+std::string missing(VkPhysicalDevice device, const VkPhysicalDeviceProperties& properties) {
+  if (properties.apiVersion < VK_API_VERSION_1_3) {  // the rest may not even be asked for
+    return "it has Vulkan " + std::to_string(VK_API_VERSION_MAJOR(properties.apiVersion)) + "." +
+           std::to_string(VK_API_VERSION_MINOR(properties.apiVersion)) + ", not 1.3";
   }
-  if (!find_queue_family(device)) reasons.push_back("it has no queue for drawing, compute and timestamps");
+  std::string reasons;
+  const auto add = [&](const std::string& reason) { reasons += (reasons.empty() ? "" : ", ") + reason; };
+  if (!find_queue_family(device)) add("it has no queue for drawing, compute and timestamps");
 
   VkPhysicalDeviceFeatures features{};
   vkGetPhysicalDeviceFeatures(device, &features);
-  if (!features.shaderStorageImageExtendedFormats) reasons.push_back("it lacks shaderStorageImageExtendedFormats");
+  if (!features.shaderStorageImageExtendedFormats) add("it lacks shaderStorageImageExtendedFormats");
 
   for (const Format format : all_formats) {
     VkFormatProperties format_properties{};
     vkGetPhysicalDeviceFormatProperties(device, vk_format(format), &format_properties);
     const VkFormatFeatureFlags lacking = wanted_features(format) & ~format_properties.optimalTilingFeatures;
     for (const auto& [flag, name] : feature_names) {
-      if (lacking & flag) reasons.push_back(std::string(name_of(format)) + " lacks " + name);
+      if (lacking & flag) add(std::string(name_of(format)) + " lacks " + name);
     }
   }
   return reasons;
@@ -110,36 +111,52 @@ VkFormat vk_format(Format format) {
   throw std::logic_error("gpu: unknown format");
 }
 
-Choice choose_device(const Instance& instance) {
+std::vector<Candidate> find_candidates(const Instance& instance) {
   std::uint32_t count = 0;
   check(vkEnumeratePhysicalDevices(instance.handle, &count, nullptr), "listing the Vulkan devices");
   std::vector<VkPhysicalDevice> devices(count);
   check(vkEnumeratePhysicalDevices(instance.handle, &count, devices.data()), "listing the Vulkan devices");
   if (devices.empty()) throw GpuError("no Vulkan device: no driver is installed (for software, mesa-vulkan-drivers)");
-
-  const char* wanted_name = std::getenv("LUMIGRAFT_VULKAN_DEVICE");
-  std::string reasons;
-  std::optional<VkPhysicalDevice> best;
-  int best_rank = 0;
+  std::vector<Candidate> candidates;
   for (const VkPhysicalDevice device : devices) {
     VkPhysicalDeviceProperties properties{};
     vkGetPhysicalDeviceProperties(device, &properties);
-    std::vector<std::string> why_not = missing(device, properties);
-    if (wanted_name && std::string_view(properties.deviceName).find(wanted_name) == std::string_view::npos) {
-      why_not = {std::string("LUMIGRAFT_VULKAN_DEVICE asks for \"") + wanted_name + "\""};
-    }
-    if (why_not.empty()) {
-      if (!best || rank(properties.deviceType) < best_rank) {
-        best = device;
-        best_rank = rank(properties.deviceType);
-      }
-      continue;
-    }
-    reasons += std::string("; ") + properties.deviceName + ": ";
-    for (std::size_t i = 0; i < why_not.size(); ++i) reasons += (i ? ", " : "") + why_not[i];
+    candidates.push_back({.physical = device,
+                          .name = properties.deviceName,
+                          .type = properties.deviceType,
+                          .why_not = missing(device, properties)});
   }
-  if (!best) throw GpuError("no usable Vulkan device" + reasons);
-  return {*best, *find_queue_family(*best)};
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return rank(a.type) < rank(b.type); });
+  return candidates;
+}
+
+Choice choose_device(const Instance& instance) {
+  const char* wanted_name = std::getenv("LUMIGRAFT_VULKAN_DEVICE");
+  std::string reasons;
+  for (const Candidate& candidate : find_candidates(instance)) {
+    const bool wanted = !wanted_name || candidate.name.find(wanted_name) != std::string::npos;
+    if (wanted && candidate.why_not.empty()) return {candidate.physical, *find_queue_family(candidate.physical)};
+    reasons += "; " + candidate.name + ": ";
+    reasons += wanted ? candidate.why_not : std::string("LUMIGRAFT_VULKAN_DEVICE asks for \"") + wanted_name + "\"";
+  }
+  throw GpuError("no usable Vulkan device" + reasons);
+}
+
+std::vector<DeviceListing> list_devices() {
+  std::vector<DeviceListing> listings;
+  try {
+    const Instance instance(false);
+    for (Candidate& candidate : find_candidates(instance)) {
+      listings.push_back({.backend = Backend::vulkan,
+                          .name = std::move(candidate.name),
+                          .software = candidate.type == VK_PHYSICAL_DEVICE_TYPE_CPU,
+                          .why_not = std::move(candidate.why_not)});
+    }
+  } catch (const GpuError& e) {
+    listings.push_back({.backend = Backend::vulkan, .name = "Vulkan", .why_not = e.what()});
+  }
+  return listings;
 }
 
 }  // namespace lumigraft::gpu::vulkan

@@ -4,6 +4,15 @@
 
 namespace lumigraft::gpu::vulkan {
 
+struct Candidate {
+  VkPhysicalDevice physical = VK_NULL_HANDLE;
+  std::string name;
+  VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
+  std::string why_not;  ///< empty: it can be used
+};
+/// Discrete GPUs first, software last. Throws GpuError where there are none.
+std::vector<Candidate> find_candidates(const Instance& instance);
+
 struct Choice {
   VkPhysicalDevice physical = VK_NULL_HANDLE;
   std::uint32_t queue_family = 0;

@@ -1,7 +1,6 @@
 #include "relight/gpu/vulkan/command_list.h"
 
-#include <algorithm>
-
+#include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
 
 namespace lumigraft::gpu::vulkan {
@@ -90,14 +89,8 @@ void VulkanCommandList::dispatch(const ComputePipeline& pipeline, std::span<cons
                                  std::span<const std::byte> params, int groups_x, int groups_y, int groups_z) {
   begin_command();
   const PipelineObjects& objects = own_pipeline<VulkanCompute>(pipeline, *context_).objects();
-  const int groups[] = {groups_x, groups_y, groups_z};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::uint32_t most = context_->limits().maxComputeWorkGroupCount[i];
-    if (groups[i] < 0 || static_cast<std::uint32_t>(groups[i]) > most) {
-      throw std::logic_error("shader " + objects.name + ": " + std::to_string(groups[i]) +
-                             " groups; allowed are 0 to " + std::to_string(most));
-    }
-  }
+  const std::uint32_t* most = context_->limits().maxComputeWorkGroupCount;
+  check_groups(objects.name, {groups_x, groups_y, groups_z}, {most[0], most[1], most[2]});
   const VkDescriptorSet set = bind(objects, bindings, params);
   if (groups_x == 0 || groups_y == 0 || groups_z == 0) return;
   vkCmdBindPipeline(recording_->commands, VK_PIPELINE_BIND_POINT_COMPUTE, objects.handle);
@@ -106,60 +99,11 @@ void VulkanCommandList::dispatch(const ComputePipeline& pipeline, std::span<cons
                 static_cast<std::uint32_t>(groups_z));
 }
 
-void VulkanCommandList::check_draw(const VulkanRaster& pipeline, std::span<const Attachment> colors,
-                                   const Attachment* depth, std::span<const DrawCall> calls) const {
-  const RasterDesc& desc = pipeline.desc();
-  const auto refuse = [&](const std::string& why) {
-    throw std::logic_error("shader " + pipeline.objects().name + ": " + why);
-  };
-  if (colors.size() != desc.color_formats.size()) {
-    refuse(std::to_string(colors.size()) + " colour attachments; it has " + std::to_string(desc.color_formats.size()) +
-           " colour formats");
-  }
-  if (desc.depth_test != (depth != nullptr)) {
-    refuse(depth ? "a depth attachment without depth_test" : "depth_test without a depth attachment");
-  }
-
-  std::vector<const Texture*> targets;
-  const auto add_target = [&](const std::string& which, const Attachment& attachment, Format format) {
-    if (!attachment.texture) refuse(which + " has no texture");
-    const TextureDesc& target = attachment.texture->desc();
-    const std::string text = which + ", texture \"" + target.name + "\" (" + size_text(target) + "), ";
-    if (!target.attachment) refuse(text + "was not made as an attachment");
-    if (target.format != format) refuse(text + "is not " + std::string(name_of(format)));
-    if (!targets.empty() && (target.width != targets[0]->desc().width || target.height != targets[0]->desc().height)) {
-      refuse(text + "has another size than \"" + targets[0]->desc().name + "\"");
-    }
-    if (std::find(targets.begin(), targets.end(), attachment.texture) != targets.end()) {
-      refuse(text + "is drawn to twice");
-    }
-    targets.push_back(attachment.texture);
-  };
-  for (std::size_t i = 0; i < colors.size(); ++i) {
-    add_target("colour " + std::to_string(i), colors[i], desc.color_formats[i]);
-  }
-  if (depth) add_target("depth", *depth, Format::depth32_float);
-  if (targets.empty()) refuse("draws to nothing");
-
-  for (const DrawCall& call : calls) {
-    for (const Binding& binding : call.bindings) {
-      if (binding.texture && std::find(targets.begin(), targets.end(), binding.texture) != targets.end()) {
-        refuse("texture \"" + binding.texture->desc().name + "\" is bound while it is drawn to");
-      }
-    }
-    if (!desc.attributes.empty() && !call.vertices) refuse("a draw call without vertices");
-    if (call.indices && call.indices->size_bytes() / 4 < call.index_count) {
-      refuse(std::to_string(call.index_count) + " indices from a buffer of " +
-             std::to_string(call.indices->size_bytes() / 4));
-    }
-  }
-}
-
 void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Attachment> colors,
                              const Attachment* depth, std::span<const DrawCall> calls) {
   begin_command();
   const VulkanRaster& raster = own_pipeline<VulkanRaster>(pipeline, *context_);
-  check_draw(raster, colors, depth, calls);
+  check_draw(raster.objects().name, raster.desc(), colors, depth, calls);
 
   std::vector<VkDescriptorSet> sets;
   for (const DrawCall& call : calls) sets.push_back(bind(raster.objects(), call.bindings, call.params));

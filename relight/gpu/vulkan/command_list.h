@@ -27,8 +27,6 @@ class VulkanCommandList final : public CommandList {
   void begin_command();
   VkDescriptorSet bind(const PipelineObjects& pipeline, std::span<const Binding> bindings,
                        std::span<const std::byte> params);
-  void check_draw(const VulkanRaster& pipeline, std::span<const Attachment> colors, const Attachment* depth,
-                  std::span<const DrawCall> calls) const;
   void draw_one(const VulkanRaster& pipeline, const DrawCall& call, VkDescriptorSet set);
 
   std::shared_ptr<Context> context_;

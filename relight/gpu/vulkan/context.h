@@ -6,28 +6,16 @@
 #include <array>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "relight/gpu/device.h"
+#include "relight/gpu/messages.h"
 
 namespace lumigraft::gpu::vulkan {
 
 /// Throws GpuError with the name of `result` unless it is VK_SUCCESS.
 void check(VkResult result, const std::string& doing);
-
-/// What the validation layer said. It may speak from any thread.
-class Messages {
- public:
-  void add(std::string text);
-  void throw_if_any();  ///< GpuError with everything since the last call
-  ~Messages();          ///< what nobody could throw any more goes to stderr
-
- private:
-  std::mutex mutex_;
-  std::vector<std::string> texts_;
-};
 
 /// A Vulkan instance, with the validation layer where asked for.
 struct Instance {
@@ -36,7 +24,7 @@ struct Instance {
   Instance(const Instance&) = delete;
   Instance& operator=(const Instance&) = delete;
 
-  Messages messages;
+  Messages messages{"Vulkan validation"};
   bool validation;
   VkInstance handle = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
 #include "relight/gpu/vulkan/choose_device.h"
 #include "relight/gpu/vulkan/command_list.h"
@@ -33,13 +34,9 @@ class VulkanDevice final : public Device {
 
   void upload(const Texture& texture, int mip, std::span<const std::byte> texels) override {
     const VulkanTexture& target = own(texture, *context_);
-    const std::string what = text_of(texture, mip);
-    if (texels.size() != mip_bytes(texture.desc(), mip)) {
-      throw std::logic_error("upload of " + std::to_string(texels.size()) + " bytes to " + what + ", which has " +
-                             std::to_string(mip_bytes(texture.desc(), mip)));
-    }
+    check_upload(texture, mip, texels.size());
     const HostBuffer& staging = staged(texels);
-    context_->run_once("upload to " + what, [&](VkCommandBuffer commands) {
+    context_->run_once("upload to " + mip_text(texture, mip), [&](VkCommandBuffer commands) {
       const VkBufferImageCopy copy = target.copy_of(mip);
       vkCmdCopyBufferToImage(commands, staging.handle, target.image(), VK_IMAGE_LAYOUT_GENERAL, 1, &copy);
     });
@@ -47,10 +44,7 @@ class VulkanDevice final : public Device {
 
   void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
     const VulkanBuffer& target = own(buffer, *context_);
-    if (offset > buffer.size_bytes() || bytes.size() > buffer.size_bytes() - offset) {
-      throw std::logic_error("upload of " + std::to_string(bytes.size()) + " bytes at " + std::to_string(offset) +
-                             " to buffer \"" + target.name() + "\", which has " + std::to_string(buffer.size_bytes()));
-    }
+    check_upload(buffer, target.name(), offset, bytes.size());
     if (bytes.empty()) return;
     const HostBuffer& staging = staged(bytes);
     context_->run_once("upload to buffer \"" + target.name() + "\"", [&](VkCommandBuffer commands) {
@@ -61,7 +55,7 @@ class VulkanDevice final : public Device {
 
   std::vector<std::byte> download(const Texture& texture, int mip) override {
     const VulkanTexture& source = own(texture, *context_);
-    const std::string what = text_of(texture, mip);
+    const std::string what = mip_text(texture, mip);
     const std::size_t size = mip_bytes(texture.desc(), mip);
     const HostBuffer& staging = context_->staging(size, MemoryUse::from_device);
     context_->run_once("download of " + what, [&](VkCommandBuffer commands) {
@@ -101,14 +95,6 @@ class VulkanDevice final : public Device {
     const HostBuffer& staging = context_->staging(bytes.size(), MemoryUse::to_device);
     std::memcpy(staging.memory.mapped, bytes.data(), bytes.size());
     return staging;
-  }
-
-  static std::string text_of(const Texture& texture, int mip) {
-    const TextureDesc& desc = texture.desc();
-    const std::string text =
-        "mip " + std::to_string(mip) + " of texture \"" + desc.name + "\" (" + size_text(desc) + ")";
-    if (mip < 0 || mip >= desc.mips) throw std::logic_error("there is no " + text);
-    return text;
   }
 
   std::shared_ptr<Context> context_;

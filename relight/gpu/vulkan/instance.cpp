@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 
 #include "relight/gpu/vulkan/context.h"
@@ -47,24 +46,6 @@ std::string text_of(VkResult result) {
 
 void check(VkResult result, const std::string& doing) {
   if (result != VK_SUCCESS) throw GpuError(doing + ": " + text_of(result));
-}
-
-void Messages::add(std::string text) {
-  const std::lock_guard lock(mutex_);
-  texts_.push_back(std::move(text));
-}
-
-void Messages::throw_if_any() {
-  const std::lock_guard lock(mutex_);
-  if (texts_.empty()) return;
-  std::string all = "Vulkan validation:";
-  for (const std::string& text : texts_) all += "\n" + text;
-  texts_.clear();
-  throw GpuError(all);
-}
-
-Messages::~Messages() {
-  for (const std::string& text : texts_) std::fprintf(stderr, "Vulkan validation: %s\n", text.c_str());
 }
 
 Instance::Instance(bool with_validation) : validation(with_validation) {

@@ -1,6 +1,6 @@
 #include "relight/gpu/vulkan/pipelines.h"
 
-#include "relight/gpu/formats.h"
+#include "relight/gpu/check_commands.h"
 #include "relight/gpu/vulkan/choose_device.h"
 
 namespace lumigraft::gpu::vulkan {
@@ -106,31 +106,10 @@ VulkanRaster::VulkanRaster(std::shared_ptr<Context> context, const RasterDesc& d
     : objects_(context), desc_(desc) {
   objects_.name = std::string(vertex.name) + " + " + std::string(fragment.name);
   objects_.interface = join_stages(objects_.name, reflect_shader(vertex), reflect_shader(fragment));
-  check_desc();
+  check_raster_desc(objects_.name, objects_.interface, desc_);
   objects_.create_layout(VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT);
   const Module vertex_module(*context, vertex), fragment_module(*context, fragment);
   create(vertex_module.handle, fragment_module.handle);
-}
-
-void VulkanRaster::check_desc() const {
-  const auto refuse = [&](const std::string& why) { throw std::logic_error("shader " + objects_.name + ": " + why); };
-  for (const auto& [location, name] : objects_.interface.inputs) {
-    bool given = false;
-    for (const VertexAttribute& attribute : desc_.attributes) given = given || attribute.location == location;
-    if (!given) refuse("no attribute for location " + std::to_string(location) + " \"" + name + "\"");
-  }
-  for (const auto& [location, name] : objects_.interface.outputs) {
-    if (location >= static_cast<int>(desc_.color_formats.size())) {
-      refuse("no colour format for output " + std::to_string(location) + " \"" + name + "\"");
-    }
-  }
-  for (std::size_t i = 0; i < desc_.color_formats.size(); ++i) {
-    if (is_depth(desc_.color_formats[i])) refuse("depth32_float is not a colour format");
-    if (!objects_.interface.outputs.contains(static_cast<int>(i))) {
-      refuse("colour " + std::to_string(i) + " is never written");
-    }
-  }
-  if (!desc_.attributes.empty() && desc_.vertex_stride_bytes <= 0) refuse("attributes without a vertex stride");
 }
 
 void VulkanRaster::create(VkShaderModule vertex, VkShaderModule fragment) {

@@ -39,7 +39,6 @@ class VulkanRaster final : public RasterPipeline {
   const RasterDesc& desc() const { return desc_; }
 
  private:
-  void check_desc() const;
   void create(VkShaderModule vertex, VkShaderModule fragment);
 
   PipelineObjects objects_;

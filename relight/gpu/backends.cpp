@@ -1,0 +1,65 @@
+#include "relight/gpu/backends.h"
+
+#include <algorithm>
+
+namespace lumigraft::gpu {
+namespace {
+
+enum class Wanted { hardware, anything };
+
+bool any_usable(const std::vector<DeviceListing>& listings, Wanted wanted) {
+  return std::any_of(listings.begin(), listings.end(), [&](const DeviceListing& listing) {
+    return listing.why_not.empty() && (wanted == Wanted::anything || !listing.software);
+  });
+}
+
+/// Asks as few drivers as it can: opening one costs a tenth of a second.
+Backend best_backend() {
+  const std::vector<DeviceListing> vulkan_devices = vulkan::list_devices();
+  if (any_usable(vulkan_devices, Wanted::hardware)) return Backend::vulkan;
+  if (egl::may_have_hardware() && any_usable(egl::list_devices(), Wanted::hardware)) return Backend::egl;
+  if (any_usable(vulkan_devices, Wanted::anything)) return Backend::vulkan;
+  const std::vector<DeviceListing> egl_devices = egl::list_devices();
+  if (any_usable(egl_devices, Wanted::anything)) return Backend::egl;
+  std::string reasons;
+  for (const auto& listings : {vulkan_devices, egl_devices}) {
+    for (const DeviceListing& listing : listings) {
+      reasons += "; " + std::string(name_of(listing.backend)) + ": " + listing.name + ": " + listing.why_not;
+    }
+  }
+  throw GpuError("no usable GPU, nor software that stands in for one (mesa-vulkan-drivers)" + reasons);
+}
+
+}  // namespace
+
+std::string_view name_of(Backend backend) {
+  switch (backend) {
+    case Backend::best:
+      return "best";
+    case Backend::vulkan:
+      return "vulkan";
+    case Backend::egl:
+      return "egl";
+  }
+  throw std::logic_error("gpu: unknown backend");
+}
+
+std::optional<Backend> backend_named(std::string_view name) {
+  for (const Backend backend : {Backend::best, Backend::vulkan, Backend::egl}) {
+    if (name == name_of(backend)) return backend;
+  }
+  return std::nullopt;
+}
+
+std::unique_ptr<Device> create_device(Backend backend, const DeviceOptions& options) {
+  if (backend == Backend::best) backend = best_backend();
+  return backend == Backend::vulkan ? create_vulkan_device(options) : create_egl_device(options);
+}
+
+std::vector<DeviceListing> list_devices() {
+  std::vector<DeviceListing> all = vulkan::list_devices();
+  for (DeviceListing& listing : egl::list_devices()) all.push_back(std::move(listing));
+  return all;
+}
+
+}  // namespace lumigraft::gpu

@@ -1,0 +1,113 @@
+#include "relight/gpu/check_commands.h"
+
+#include <algorithm>
+
+#include "relight/gpu/formats.h"
+
+namespace lumigraft::gpu {
+namespace {
+
+[[noreturn]] void refuse(const std::string& shader, const std::string& why) {
+  throw std::logic_error("shader " + shader + ": " + why);
+}
+
+/// All targets of a draw, once each and of one size.
+std::vector<const Texture*> checked_targets(const std::string& shader, const RasterDesc& desc,
+                                            std::span<const Attachment> colors, const Attachment* depth) {
+  std::vector<const Texture*> targets;
+  const auto add = [&](const std::string& which, const Attachment& attachment, Format format) {
+    if (!attachment.texture) refuse(shader, which + " has no texture");
+    const TextureDesc& target = attachment.texture->desc();
+    const std::string text = which + ", texture \"" + target.name + "\" (" + size_text(target) + "), ";
+    if (!target.attachment) refuse(shader, text + "was not made as an attachment");
+    if (target.format != format) refuse(shader, text + "is not " + std::string(name_of(format)));
+    if (!targets.empty() && (target.width != targets[0]->desc().width || target.height != targets[0]->desc().height)) {
+      refuse(shader, text + "has another size than \"" + targets[0]->desc().name + "\"");
+    }
+    if (std::find(targets.begin(), targets.end(), attachment.texture) != targets.end()) {
+      refuse(shader, text + "is drawn to twice");
+    }
+    targets.push_back(attachment.texture);
+  };
+  for (std::size_t i = 0; i < colors.size(); ++i) add("colour " + std::to_string(i), colors[i], desc.color_formats[i]);
+  if (depth) add("depth", *depth, Format::depth32_float);
+  if (targets.empty()) refuse(shader, "draws to nothing");
+  return targets;
+}
+
+}  // namespace
+
+void check_raster_desc(const std::string& shader, const ShaderInterface& interface, const RasterDesc& desc) {
+  for (const auto& [location, name] : interface.inputs) {
+    bool given = false;
+    for (const VertexAttribute& attribute : desc.attributes) given = given || attribute.location == location;
+    if (!given) refuse(shader, "no attribute for location " + std::to_string(location) + " \"" + name + "\"");
+  }
+  for (const auto& [location, name] : interface.outputs) {
+    if (location >= static_cast<int>(desc.color_formats.size())) {
+      refuse(shader, "no colour format for output " + std::to_string(location) + " \"" + name + "\"");
+    }
+  }
+  for (std::size_t i = 0; i < desc.color_formats.size(); ++i) {
+    if (is_depth(desc.color_formats[i])) refuse(shader, "depth32_float is not a colour format");
+    if (!interface.outputs.contains(static_cast<int>(i))) {
+      refuse(shader, "colour " + std::to_string(i) + " is never written");
+    }
+  }
+  if (!desc.attributes.empty() && desc.vertex_stride_bytes <= 0) refuse(shader, "attributes without a vertex stride");
+}
+
+void check_groups(const std::string& shader, const std::array<int, 3>& groups,
+                  const std::array<std::uint32_t, 3>& most) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (groups[i] < 0 || static_cast<std::uint32_t>(groups[i]) > most[i]) {
+      refuse(shader, std::to_string(groups[i]) + " groups; allowed are 0 to " + std::to_string(most[i]));
+    }
+  }
+}
+
+void check_draw(const std::string& shader, const RasterDesc& desc, std::span<const Attachment> colors,
+                const Attachment* depth, std::span<const DrawCall> calls) {
+  if (colors.size() != desc.color_formats.size()) {
+    refuse(shader, std::to_string(colors.size()) + " colour attachments; it has " +
+                       std::to_string(desc.color_formats.size()) + " colour formats");
+  }
+  if (desc.depth_test != (depth != nullptr)) {
+    refuse(shader, depth ? "a depth attachment without depth_test" : "depth_test without a depth attachment");
+  }
+  const std::vector<const Texture*> targets = checked_targets(shader, desc, colors, depth);
+  for (const DrawCall& call : calls) {
+    for (const Binding& binding : call.bindings) {
+      if (binding.texture && std::find(targets.begin(), targets.end(), binding.texture) != targets.end()) {
+        refuse(shader, "texture \"" + binding.texture->desc().name + "\" is bound while it is drawn to");
+      }
+    }
+    if (!desc.attributes.empty() && !call.vertices) refuse(shader, "a draw call without vertices");
+    if (call.indices && call.indices->size_bytes() / 4 < call.index_count) {
+      refuse(shader, std::to_string(call.index_count) + " indices from a buffer of " +
+                         std::to_string(call.indices->size_bytes() / 4));
+    }
+  }
+}
+
+std::string mip_text(const Texture& texture, int mip) {
+  const TextureDesc& desc = texture.desc();
+  const std::string text = "mip " + std::to_string(mip) + " of texture \"" + desc.name + "\" (" + size_text(desc) + ")";
+  if (mip < 0 || mip >= desc.mips) throw std::logic_error("there is no " + text);
+  return text;
+}
+
+void check_upload(const Texture& texture, int mip, std::size_t bytes) {
+  const std::string what = mip_text(texture, mip);
+  if (bytes == mip_bytes(texture.desc(), mip)) return;
+  throw std::logic_error("upload of " + std::to_string(bytes) + " bytes to " + what + ", which has " +
+                         std::to_string(mip_bytes(texture.desc(), mip)));
+}
+
+void check_upload(const Buffer& buffer, const std::string& name, std::size_t offset, std::size_t bytes) {
+  if (offset <= buffer.size_bytes() && bytes <= buffer.size_bytes() - offset) return;
+  throw std::logic_error("upload of " + std::to_string(bytes) + " bytes at " + std::to_string(offset) +
+                         " to buffer \"" + name + "\", which has " + std::to_string(buffer.size_bytes()));
+}
+
+}  // namespace lumigraft::gpu

@@ -1,0 +1,56 @@
+#pragma once
+// Keeps what is asked for and does it when it is submitted, with a full memory barrier before each command.
+#include <functional>
+
+#include "relight/gpu/egl/pipelines.h"
+#include "relight/gpu/egl/resources.h"
+
+namespace lumigraft::gpu::egl {
+
+class EglCommandList final : public CommandList {
+ public:
+  explicit EglCommandList(std::shared_ptr<Context> context) : context_(std::move(context)) {}
+
+  void begin_pass(std::string_view name) override;
+  void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings, std::span<const std::byte> params,
+                int groups_x, int groups_y, int groups_z) override;
+  void draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
+            std::span<const DrawCall> calls) override;
+  void fill(const Buffer& buffer, std::uint32_t value) override;
+  void clear(const Texture& texture, std::array<float, 4> value) override;
+
+  /// Does what was recorded, waits, and returns the times of the passes.
+  std::vector<PassTime> run();
+  const Context* context() const { return context_.get(); }
+
+ private:
+  struct BoundUnit {
+    Binding::Kind kind;
+    GLuint unit, handle;
+    GLuint sampler;  ///< sampled
+    GLint level;     ///< storage_image, as are the next two
+    GLboolean is_volume;
+    GLenum internal_format;
+  };
+  struct BoundParams {
+    std::size_t offset = 0, bytes = 0;
+  };
+  struct Bound {
+    std::vector<BoundUnit> units;
+    BoundParams params;
+    void apply(const Context& context) const;
+  };
+
+  void record(std::function<void()> command);
+  Bound bind(const PipelineObjects& pipeline, std::span<const Binding> bindings, std::span<const std::byte> params);
+  std::function<void()> draw_of(const EglRaster& pipeline, const DrawCall& call);
+  void write_timestamp(std::size_t index);
+
+  std::shared_ptr<Context> context_;
+  std::vector<std::function<void()>> commands_;
+  std::vector<std::byte> params_;    ///< the uniform blocks of all commands
+  std::vector<std::string> passes_;  ///< one timestamp each, and one at the end
+  bool submitted_ = false;
+};
+
+}  // namespace lumigraft::gpu::egl

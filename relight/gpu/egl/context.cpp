@@ -1,0 +1,195 @@
+#include "relight/gpu/egl/context.h"
+
+#include <EGL/eglext.h>
+
+namespace lumigraft::gpu::egl {
+namespace {
+
+std::string text_of(GLenum error) {
+  switch (error) {
+    case GL_OUT_OF_MEMORY:
+      return "out of device memory";
+    case GL_CONTEXT_LOST:
+      return "the device was lost (it hung, crashed or was removed)";
+    case GL_INVALID_ENUM:
+      return "GL_INVALID_ENUM";
+    case GL_INVALID_VALUE:
+      return "GL_INVALID_VALUE";
+    case GL_INVALID_OPERATION:
+      return "GL_INVALID_OPERATION";
+    case GL_INVALID_FRAMEBUFFER_OPERATION:
+      return "GL_INVALID_FRAMEBUFFER_OPERATION";
+    default:
+      return "OpenGL error " + std::to_string(error);
+  }
+}
+
+/// Drivers also use the debug output to tell of their work (where a buffer lies, that a shader was compiled); what is
+/// wrong has one of these types.
+void APIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei length, const GLchar* text,
+                         const void* messages) {
+  const bool wrong = type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR ||
+                     type == GL_DEBUG_TYPE_DEPRECATED_BEHAVIOR || type == GL_DEBUG_TYPE_PORTABILITY;
+  if (!wrong || severity == GL_DEBUG_SEVERITY_NOTIFICATION) return;
+  const std::size_t size = length < 0 ? std::char_traits<char>::length(text) : static_cast<std::size_t>(length);
+  static_cast<Messages*>(const_cast<void*>(messages))->add(std::string(text, size));
+}
+
+GLint integer(GLenum what) {
+  GLint value = 0;
+  glGetIntegerv(what, &value);
+  return value;
+}
+
+}  // namespace
+
+std::string egl_error_text() {
+  const EGLint error = eglGetError();
+  switch (error) {
+    case EGL_BAD_ALLOC:
+      return "out of memory";
+    case EGL_BAD_MATCH:
+      return "the driver does not have it";
+    case EGL_BAD_ACCESS:
+      return "another thread is using it, or access is denied";
+    case EGL_NOT_INITIALIZED:
+      return "the driver could not start";
+    case EGL_CONTEXT_LOST:
+      return "the device was lost";
+    default:
+      return "EGL error " + std::to_string(error);
+  }
+}
+
+ContextHandle::ContextHandle(EGLDisplay of_display, bool debug) : display(of_display) {
+  eglBindAPI(EGL_OPENGL_API);
+  // A device that resets then says so, instead of going on with nothing.
+  for (const bool tells_reset : {true, false}) {
+    const EGLint attributes[] = {
+        EGL_CONTEXT_MAJOR_VERSION,
+        4,
+        EGL_CONTEXT_MINOR_VERSION,
+        5,
+        EGL_CONTEXT_OPENGL_PROFILE_MASK,
+        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+        EGL_CONTEXT_OPENGL_DEBUG,
+        debug ? EGL_TRUE : EGL_FALSE,
+        tells_reset ? EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY : EGL_NONE,
+        EGL_LOSE_CONTEXT_ON_RESET,
+        EGL_NONE,
+    };
+    context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+    if (context != EGL_NO_CONTEXT) return;
+  }
+  throw GpuError("no OpenGL 4.5 context: " + egl_error_text());
+}
+
+ContextHandle::~ContextHandle() { eglDestroyContext(display, context); }
+
+Current::Current(const ContextHandle& handle) : Current(handle, std::nothrow) {
+  if (!good_) throw GpuError("OpenGL cannot be entered: " + egl_error_text());
+}
+
+Current::Current(const ContextHandle& handle, std::nothrow_t) noexcept : display_(handle.display) {
+  eglBindAPI(EGL_OPENGL_API);
+  before_ = eglGetCurrentContext();
+  display_before_ = eglGetCurrentDisplay();
+  if (before_ == handle.context) return;
+  entered_ = good_ = eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, handle.context) == EGL_TRUE;
+}
+
+Current::~Current() {
+  if (!entered_) return;
+  const EGLDisplay display = before_ == EGL_NO_CONTEXT ? display_ : display_before_;
+  eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, before_);
+}
+
+Context::Context(std::unique_ptr<ContextHandle> handle, bool validation) : handle_(std::move(handle)) {
+  const Current current = enter();
+  name_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  if (validation) {
+    glEnable(GL_DEBUG_OUTPUT);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(on_message, &messages_);
+  }
+  read_limits();
+  create_objects();
+  // Row 0 of a texture is where clip-space y is -1 as long as OpenGL keeps its own origin: what it calls the lower left
+  // corner is the first texel in memory. Only depth, the order of triangles' corners and who provokes differ.
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  glFrontFace(GL_CW);  // OpenGL counts turns with y up, device.h with y down
+  glProvokingVertex(GL_FIRST_VERTEX_CONVENTION);
+  glDisable(GL_DITHER);
+  glDepthFunc(GL_LEQUAL);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  check("opening " + name_);
+}
+
+Context::~Context() {
+  const Current current(*handle_, std::nothrow);
+  if (!current.good()) return;  // what it holds goes with it
+  glDeleteQueries(static_cast<GLsizei>(timestamps_.size()), timestamps_.data());
+  glDeleteBuffers(1, &params_);
+  glDeleteFramebuffers(1, &framebuffer_);
+  glDeleteSamplers(static_cast<GLsizei>(samplers_.size()), samplers_.data());
+}
+
+void Context::read_limits() {
+  limits_.texture_edge = integer(GL_MAX_TEXTURE_SIZE);
+  limits_.volume_edge = integer(GL_MAX_3D_TEXTURE_SIZE);
+  GLint64 storage = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &storage);
+  limits_.storage_bytes = static_cast<std::size_t>(storage);
+  limits_.params_alignment = static_cast<std::size_t>(integer(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT));
+  for (GLuint i = 0; i < 3; ++i) {
+    GLint most = 0;
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, i, &most);
+    limits_.groups[i] = static_cast<std::uint32_t>(most);
+  }
+}
+
+void Context::create_objects() {
+  glCreateSamplers(static_cast<GLsizei>(samplers_.size()), samplers_.data());
+  constexpr std::pair<GLint, GLint> magnify_minify[] = {
+      {GL_NEAREST, GL_NEAREST_MIPMAP_NEAREST},
+      {GL_LINEAR, GL_LINEAR_MIPMAP_NEAREST},
+      {GL_LINEAR, GL_LINEAR_MIPMAP_LINEAR},
+  };
+  for (std::size_t i = 0; i < samplers_.size(); ++i) {
+    glSamplerParameteri(samplers_[i], GL_TEXTURE_MAG_FILTER, magnify_minify[i].first);
+    glSamplerParameteri(samplers_[i], GL_TEXTURE_MIN_FILTER, magnify_minify[i].second);
+    for (const GLenum edge : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
+      glSamplerParameteri(samplers_[i], edge, GL_CLAMP_TO_EDGE);
+    }
+    glSamplerParameterf(samplers_[i], GL_TEXTURE_MIN_LOD, 0);
+  }
+  glCreateFramebuffers(1, &framebuffer_);
+  glCreateBuffers(1, &params_);
+}
+
+GLuint Context::timestamp(std::size_t index) {
+  while (timestamps_.size() <= index) {
+    GLuint query = 0;
+    glCreateQueries(GL_TIMESTAMP, 1, &query);
+    timestamps_.push_back(query);
+  }
+  return timestamps_[index];
+}
+
+void Context::check(const std::string& doing) {
+  const GLenum error = glGetError();
+  if (error != GL_NO_ERROR) {
+    while (error != GL_CONTEXT_LOST && glGetError() != GL_NO_ERROR) {
+    }
+  }
+  const bool lost = error == GL_CONTEXT_LOST || glGetGraphicsResetStatus() != GL_NO_ERROR;
+  const std::string said = messages_.take();
+  if (!lost && error == GL_NO_ERROR && said.empty()) return;
+  std::string what = doing;
+  if (lost || error != GL_NO_ERROR) what += ": " + text_of(lost ? GL_CONTEXT_LOST : error);
+  if (!said.empty()) what += "\n" + said;
+  throw GpuError(what);
+}
+
+}  // namespace lumigraft::gpu::egl

@@ -1,0 +1,91 @@
+#pragma once
+// An OpenGL 4.5 context without a window, and what everything made from it shares. Textures, buffers, pipelines and
+// lists hold it by shared_ptr, so it goes last, whatever order they go in.
+//
+// OpenGL knows one current context per thread. Whoever calls OpenGL holds a Current for as long; it is made current on
+// entry and left on exit, so the device may be used from another thread next time.
+#include <EGL/egl.h>
+#define GL_GLEXT_PROTOTYPES
+#include <GL/glcorearb.h>
+
+#include <array>
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "relight/gpu/device.h"
+#include "relight/gpu/messages.h"
+
+namespace lumigraft::gpu::egl {
+
+/// Why the last EGL call of this thread failed.
+std::string egl_error_text();
+
+/// The EGL objects alone.
+struct ContextHandle {
+  ContextHandle(EGLDisplay of_display, bool debug);  ///< throws GpuError with the reason
+  ~ContextHandle();
+  ContextHandle(const ContextHandle&) = delete;
+  ContextHandle& operator=(const ContextHandle&) = delete;
+
+  EGLDisplay display = EGL_NO_DISPLAY;
+  EGLContext context = EGL_NO_CONTEXT;
+};
+
+/// The context is current in this thread while this lives.
+class Current {
+ public:
+  explicit Current(const ContextHandle& handle);                  ///< throws GpuError where it cannot be
+  Current(const ContextHandle& handle, std::nothrow_t) noexcept;  ///< for destructors, which ask good()
+  ~Current();
+  Current(const Current&) = delete;
+  Current& operator=(const Current&) = delete;
+  bool good() const { return good_; }
+
+ private:
+  EGLDisplay display_;
+  EGLContext before_;
+  EGLDisplay display_before_;
+  bool entered_ = false, good_ = true;
+};
+
+struct Limits {
+  int texture_edge = 0, volume_edge = 0;
+  std::size_t storage_bytes = 0, params_alignment = 0;
+  std::array<std::uint32_t, 3> groups{};
+};
+
+class Context {
+ public:
+  Context(std::unique_ptr<ContextHandle> handle, bool validation);
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  const ContextHandle& handle() const { return *handle_; }
+  const std::string& name() const { return name_; }
+  const Limits& limits() const { return limits_; }
+  GLuint sampler(Filter filter) const { return samplers_[static_cast<std::size_t>(filter)]; }
+  GLuint framebuffer() const { return framebuffer_; }  ///< the attachments of the draw that runs
+  GLuint params() const { return params_; }            ///< the uniform blocks of the list that runs
+  GLuint timestamp(std::size_t index);                 ///< a query, kept for the next list
+
+  Current enter() const { return Current(*handle_); }
+  /// Throws GpuError where OpenGL or its debug output has complained since the last call, or the device is lost.
+  void check(const std::string& doing);
+
+ private:
+  void read_limits();
+  void create_objects();
+
+  Messages messages_{"OpenGL debug output"};
+  std::unique_ptr<ContextHandle> handle_;
+  std::string name_;
+  Limits limits_;
+  std::array<GLuint, 3> samplers_{};
+  GLuint framebuffer_ = 0, params_ = 0;
+  std::vector<GLuint> timestamps_;
+};
+
+}  // namespace lumigraft::gpu::egl

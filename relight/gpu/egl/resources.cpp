@@ -1,0 +1,171 @@
+#include "relight/gpu/egl/resources.h"
+
+#include <algorithm>
+
+#include "relight/gpu/formats.h"
+
+namespace lumigraft::gpu::egl {
+namespace {
+
+std::string text_of(const TextureDesc& desc) { return "texture \"" + desc.name + "\" (" + size_text(desc) + ")"; }
+
+GLenum target_of(const TextureDesc& desc) { return is_volume(desc) ? GL_TEXTURE_3D : GL_TEXTURE_2D; }
+
+}  // namespace
+
+GlFormat gl_format(Format format) {
+  switch (format) {
+    case Format::r8_unorm:
+      return {GL_R8, GL_RED, GL_UNSIGNED_BYTE};
+    case Format::rgba8_unorm:
+      return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE};
+    case Format::r16_float:
+      return {GL_R16F, GL_RED, GL_HALF_FLOAT};
+    case Format::rgba16_float:
+      return {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT};
+    case Format::r32_float:
+      return {GL_R32F, GL_RED, GL_FLOAT};
+    case Format::rg32_float:
+      return {GL_RG32F, GL_RG, GL_FLOAT};
+    case Format::rgba32_float:
+      return {GL_RGBA32F, GL_RGBA, GL_FLOAT};
+    case Format::r32_uint:
+      return {GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT};
+    case Format::depth32_float:
+      return {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT};
+  }
+  throw std::logic_error("gpu: unknown format");
+}
+
+EglTexture::EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc)
+    : Texture(desc), context_(std::move(context)) {
+  check_texture_desc(desc_);
+  const Limits& limits = context_->limits();
+  const int most = is_volume(desc_) ? limits.volume_edge : limits.texture_edge;
+  if (std::max({desc_.width, desc_.height, desc_.depth}) > most) {
+    throw GpuError(text_of(desc_) + ": the longest edge of " + context_->name() + " is " + std::to_string(most));
+  }
+  const Current current = context_->enter();
+  try {
+    const GLenum internal = gl_format(desc_.format).internal;
+    glCreateTextures(target_of(desc_), 1, &handle_);
+    if (is_volume(desc_)) {
+      glTextureStorage3D(handle_, desc_.mips, internal, desc_.width, desc_.height, desc_.depth);
+    } else {
+      glTextureStorage2D(handle_, desc_.mips, internal, desc_.width, desc_.height);
+    }
+    context_->check("creating " + text_of(desc_));
+    views_.resize(static_cast<std::size_t>(desc_.mips));
+    clear({});
+    context_->check("clearing " + text_of(desc_));
+  } catch (...) {
+    destroy();
+    throw;
+  }
+}
+
+EglTexture::~EglTexture() { destroy(); }
+
+void EglTexture::destroy() {
+  const Current current(context_->handle(), std::nothrow);
+  if (!current.good()) return;
+  glDeleteTextures(static_cast<GLsizei>(views_.size()), views_.data());
+  glDeleteTextures(1, &handle_);
+}
+
+GLuint EglTexture::view_from(int mip) const {
+  if (mip == 0) return handle_;
+  GLuint& view = views_[static_cast<std::size_t>(mip)];
+  if (view == 0) {
+    glGenTextures(1, &view);
+    glTextureView(view, target_of(desc_), handle_, gl_format(desc_.format).internal, static_cast<GLuint>(mip),
+                  static_cast<GLuint>(desc_.mips - mip), 0, 1);
+  }
+  return view;
+}
+
+void EglTexture::clear(const std::array<float, 4>& value) const {
+  const GlFormat format = gl_format(desc_.format);
+  const std::array<GLuint, 4> integers = integer_value(value);
+  for (int mip = 0; mip < desc_.mips; ++mip) {
+    if (is_integer(desc_.format)) {
+      glClearTexImage(handle_, mip, format.layout, GL_UNSIGNED_INT, integers.data());
+    } else {
+      glClearTexImage(handle_, mip, is_depth(desc_.format) ? GL_DEPTH_COMPONENT : GL_RGBA, GL_FLOAT, value.data());
+    }
+  }
+}
+
+void EglTexture::upload(int mip, std::span<const std::byte> texels) const {
+  const GlFormat format = gl_format(desc_.format);
+  const int width = mip_edge(desc_.width, mip), height = mip_edge(desc_.height, mip);
+  if (is_volume(desc_)) {
+    glTextureSubImage3D(handle_, mip, 0, 0, 0, width, height, mip_edge(desc_.depth, mip), format.layout, format.type,
+                        texels.data());
+  } else {
+    glTextureSubImage2D(handle_, mip, 0, 0, width, height, format.layout, format.type, texels.data());
+  }
+}
+
+std::vector<std::byte> EglTexture::download(int mip) const {
+  const GlFormat format = gl_format(desc_.format);
+  std::vector<std::byte> texels(mip_bytes(desc_, mip));
+  glGetTextureSubImage(handle_, mip, 0, 0, 0, mip_edge(desc_.width, mip), mip_edge(desc_.height, mip),
+                       mip_edge(desc_.depth, mip), format.layout, format.type, static_cast<GLsizei>(texels.size()),
+                       texels.data());
+  return texels;
+}
+
+EglBuffer::EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)
+    : Buffer(size_bytes), context_(std::move(context)), name_(name) {
+  if (size_bytes == 0) throw std::logic_error("buffer \"" + name_ + "\" has no bytes");
+  if (size_bytes > context_->limits().storage_bytes) {
+    throw GpuError("buffer \"" + name_ + "\" has " + std::to_string(size_bytes) + " bytes; the most of " +
+                   context_->name() + " is " + std::to_string(context_->limits().storage_bytes));
+  }
+  const Current current = context_->enter();
+  try {
+    const std::size_t words = (size_bytes + 3) / 4 * 4;  // fills and shaders go by words
+    glCreateBuffers(1, &handle_);
+    glNamedBufferStorage(handle_, static_cast<GLsizeiptr>(words), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    context_->check("creating buffer \"" + name_ + "\"");
+    fill(0);
+    context_->check("clearing buffer \"" + name_ + "\"");
+  } catch (...) {
+    destroy();
+    throw;
+  }
+}
+
+EglBuffer::~EglBuffer() { destroy(); }
+
+void EglBuffer::destroy() {
+  const Current current(context_->handle(), std::nothrow);
+  if (current.good()) glDeleteBuffers(1, &handle_);
+}
+
+void EglBuffer::fill(std::uint32_t value) const {
+  glClearNamedBufferData(handle_, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
+}
+
+const EglTexture& own(const Texture& texture, const Context& context) {
+  const auto* mine = dynamic_cast<const EglTexture*>(&texture);
+  if (mine && mine->context() == &context) return *mine;
+  throw std::logic_error("texture \"" + texture.desc().name + "\" belongs to another device");
+}
+
+const EglBuffer& own(const Buffer& buffer, const Context& context) {
+  const auto* mine = dynamic_cast<const EglBuffer*>(&buffer);
+  if (mine && mine->context() == &context) return *mine;
+  throw std::logic_error("a buffer belongs to another device");
+}
+
+std::array<GLuint, 4> integer_value(const std::array<float, 4>& value) {
+  std::array<GLuint, 4> integers{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    integers[i] = static_cast<GLuint>(std::clamp(static_cast<double>(value[i]), 0.0, 4294967295.0));
+  }
+  return integers;
+}
+
+}  // namespace lumigraft::gpu::egl

@@ -1,0 +1,60 @@
+#pragma once
+// Textures and buffers of OpenGL.
+#include "relight/gpu/egl/context.h"
+
+namespace lumigraft::gpu::egl {
+
+/// How OpenGL names a format: as it is stored, and as texels travel to and from it.
+struct GlFormat {
+  GLenum internal, layout, type;
+};
+GlFormat gl_format(Format format);
+
+class EglTexture final : public Texture {
+ public:
+  EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc);
+  ~EglTexture() override;
+
+  const Context* context() const { return context_.get(); }
+  GLuint handle() const { return handle_; }
+  /// The levels from `mip` on as a texture of their own. Wants a Current.
+  GLuint view_from(int mip) const;
+
+  void clear(const std::array<float, 4>& value) const;
+  void upload(int mip, std::span<const std::byte> texels) const;
+  std::vector<std::byte> download(int mip) const;
+
+ private:
+  void destroy();
+
+  std::shared_ptr<Context> context_;
+  GLuint handle_ = 0;
+  mutable std::vector<GLuint> views_;  ///< by first level, made when first asked for
+};
+
+class EglBuffer final : public Buffer {
+ public:
+  EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name);
+  ~EglBuffer() override;
+
+  const Context* context() const { return context_.get(); }
+  GLuint handle() const { return handle_; }
+  const std::string& name() const { return name_; }
+  void fill(std::uint32_t value) const;
+
+ private:
+  void destroy();
+
+  std::shared_ptr<Context> context_;
+  std::string name_;
+  GLuint handle_ = 0;
+};
+
+/// The OpenGL object behind what a caller passed. Throws std::logic_error where it belongs to another device.
+const EglTexture& own(const Texture& texture, const Context& context);
+const EglBuffer& own(const Buffer& buffer, const Context& context);
+
+/// For a clear of an integer format: rounded down and clamped.
+std::array<GLuint, 4> integer_value(const std::array<float, 4>& value);
+
+}  // namespace lumigraft::gpu::egl
