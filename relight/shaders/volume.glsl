@@ -32,13 +32,14 @@ vec3 cascade_place(int c, vec3 p, float margin_voxels) {
   return (v + vec3(0.0, 0.0, float(c) * n)) / vec3(n, n, float(kCascades) * n);
 }
 
-// Signed distance to the virtual objects. Outside the volume a lower bound.
+// Signed distance to the virtual objects. Outside the volume a lower bound: objects inside a box are at least as far as
+// the legs of the right angle at its nearest point say. A bound that is much too low would hide light from wide cones.
 float virtual_distance(vec3 p) {
   vec3 low = grid_low(frame.virtual_grid), size = vec3(frame.grid.yzw) * frame.virtual_grid.w;
   vec3 centre = low + 0.5 * size, half_size = 0.5 * size - 0.5 * frame.virtual_grid.w;
   float beyond = length(max(abs(p - centre) - half_size, 0.0));
   float d = textureLod(virtual_distance_m, (p - low) / size, 0.0).r;
-  return beyond > 0.0 ? beyond + 1.5 * frame.virtual_grid.w : d;  // the volume keeps that margin around the objects
+  return beyond > 0.0 ? sqrt(beyond * beyond + d * d) : d;
 }
 
 vec3 virtual_normal(vec3 p) {
