@@ -280,7 +280,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
   if (!frame.depth || pose.age_ns != 0) return state.field;
   if (frame.depth->depth_m.width != state.camera.width || frame.depth->depth_m.height != state.camera.height)
     return state.field;
-  const bool same_pose = (pose.T_tag_camera.matrix() - state.last_pose.matrix()).cwiseAbs().maxCoeff() < 1e-9;
+  const bool same_pose = (pose.T_tag_camera.matrix() - state.last_pose.matrix()).cwiseAbs().maxCoeff() < 1e-5;
   if (state.field && same_pose && same_depth(frame.depth, state.last_depth) &&
       same_picture(frame.color, state.last_color))
     return state.field;

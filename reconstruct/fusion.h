@@ -25,7 +25,8 @@ class FusionStage {
   FusionStage(const Session& session, const FusionSettings& settings);
   ~FusionStage();
   /// The field with this frame in it. Unchanged (the same pointer) where the frame has no depth, where its pose is
-  /// old, or where neither its pictures nor its pose differ from the last one fused. Null until a depth was fused.
+  /// old, or where neither its pictures nor its pose differ (by more than 10 µm) from the last one fused. Null until a
+  /// depth was fused.
   std::shared_ptr<const DistanceField> fuse(const FrameSet& frame, const Pose& pose);
   void reset();
 

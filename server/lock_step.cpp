@@ -72,7 +72,7 @@ struct LockStep::State {
         if (parts().light) {
           solution.illumination = measured;
         }
-        board.publish_solution(std::move(solution), measured->version);
+        board.publish_solution(std::move(solution), field->version, measured->version);
       });
     }
     if (parts().albedo && where && field) {

@@ -85,6 +85,7 @@ struct Pipeline::State {
   EncodeStage encode;
 
   SceneBoard board;
+  std::atomic<bool> learning = true;
   Mailbox<PlayedFrame> to_pose{"pose"};
   Mailbox<std::shared_ptr<const PosedFrame>> to_relight{"relight"};
   std::atomic<bool> pose_waits_for_relight = false;
@@ -99,9 +100,6 @@ struct Pipeline::State {
   Record newest_record;
 
   std::stop_source stopping;
-  std::mutex running_mutex;
-  std::condition_variable none_running;
-  int running = 0;
   std::vector<std::jthread> threads;
 
   State(ServiceInput input, std::unique_ptr<FrameReader> reader, OpenFrames the_open_again,
@@ -130,11 +128,8 @@ struct Pipeline::State {
 
   /// Repeats `turn` on a thread of its own until told to stop. What it throws becomes a warning of the frames.
   void run(const std::string& stage, bool behind, std::function<void()> turn) {
-    {
-      std::lock_guard lock(running_mutex);
-      ++running;
-    }
     threads.emplace_back([this, stage, behind, turn = std::move(turn)] {
+      pthread_setname_np(pthread_self(), stage.c_str());  // for `top -H`
       if (behind) {
         step_behind();
       }
@@ -146,9 +141,6 @@ struct Pipeline::State {
           sleep_until(Clock::now() + kTick);
         }
       }
-      std::lock_guard lock(running_mutex);
-      --running;
-      none_running.notify_all();
     });
   }
 
@@ -233,6 +225,7 @@ void Pipeline::State::relight_turn() {
   append_warnings(warnings, located.warnings);
   Scene scene = board.newest();
   scene.pose = located.pose;
+  const bool settled = board.settled(scene);
   append_warnings(warnings, scene.warnings);
   LiveRelighter::Result relit;
   {
@@ -256,6 +249,11 @@ void Pipeline::State::relight_turn() {
     newest = shown;
     newest_record.warnings = std::move(warnings);
     newest_record.plan = relit.picture.plan;
+    newest_record.learning = learning;
+    newest_record.settled = settled;
+    newest_record.field_version = scene.field ? scene.field->version : 0;
+    newest_record.light_version = scene.illumination ? scene.illumination->version : 0;
+    newest_record.albedo_version = scene.albedo ? scene.albedo->version : 0;
     newest_record.T_tag_camera.reset();
     if (located.pose) {
       newest_record.T_tag_camera = located.pose->T_tag_camera;
@@ -288,13 +286,16 @@ void Pipeline::State::light_turn() {
 void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
   const std::shared_ptr<const DistanceField> field = board.newest().field;
   const std::shared_ptr<const Illumination> measured = board.measured_light();
+  if (field && measured) {
+    learning = schedule.changed_much(*field, *measured);
+  }
   if (!field || !measured || !albedo_rest.over() || !schedule.changed(*field, *measured)) {
     sleep_until(Clock::now() + kTick / 2);
     return;
   }
   const StageTimer timer(metrics, "albedo");
   schedule.solved(*field, *measured);
-  board.publish_solution(albedo.solve(*field, *measured), measured->version);
+  board.publish_solution(albedo.solve(*field, *measured), field->version, measured->version);
   board.publish_warnings("albedo stage", {});
   albedo_rest.after(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timer.elapsed_s())));
 }
@@ -315,8 +316,8 @@ Pipeline::Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, Open
                                      demand, metrics, std::move(publish))) {}
 
 Pipeline::~Pipeline() {
-  stop(std::chrono::milliseconds(0));
-  state_->threads.clear();  // joins: what they use is freed only after
+  stop();
+  join();
 }
 
 void Pipeline::start() {
@@ -330,7 +331,7 @@ void Pipeline::start() {
   s.run("capture", false, [&s] { s.capture_turn(); });
 }
 
-bool Pipeline::stop(std::chrono::milliseconds patience) {
+void Pipeline::stop() {
   State& s = *state_;
   s.stopping.request_stop();
   s.to_pose.close();
@@ -338,9 +339,9 @@ bool Pipeline::stop(std::chrono::milliseconds patience) {
   s.to_geometry.close();
   s.to_light.close();
   s.to_encode.close();
-  std::unique_lock lock(s.running_mutex);
-  return s.none_running.wait_for(lock, patience, [&s] { return s.running == 0; });
 }
+
+void Pipeline::join() { state_->threads.clear(); }
 
 ExhibitBoard& Pipeline::exhibit() { return state_->exhibit; }
 

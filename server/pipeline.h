@@ -35,12 +35,13 @@ class Pipeline {
   /// `open_again` is called when a live device is gone; the first reader is `frames`.
   Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, OpenFrames open_again,
            LiveRelighter::MakeDevice make_device, Demand& demand, Metrics& metrics, Publish publish);
-  /// Waits for every thread, however long a stage takes.
-  ~Pipeline();
+  ~Pipeline();  ///< stops and joins
 
   void start();
-  /// Tells every thread to stop and waits. False: some stage is still at work when `patience` is over.
-  bool stop(std::chrono::milliseconds patience);
+  /// Tells every thread to stop, and does not wait for it.
+  void stop();
+  /// Waits until every thread has stopped, however long a stage takes. After it nothing is published.
+  void join();
 
   ExhibitBoard& exhibit();
   /// The newest picture; its srgb is null before the first.
@@ -50,6 +51,9 @@ class Pipeline {
     std::vector<std::string> warnings;
     std::optional<Eigen::Isometry3d> T_tag_camera;
     Plan plan;
+    bool learning = true;  ///< albedo was not solved yet, or from far less of the room or other light than known now
+    bool settled = false;  ///< nothing is left to learn: see SceneBoard
+    std::uint64_t field_version = 0, light_version = 0, albedo_version = 0;  ///< 0: not known yet
   };
   Record newest_record() const;
 

@@ -8,22 +8,26 @@ namespace lumigraft {
 
 void SceneBoard::publish_field(std::shared_ptr<const DistanceField> field) {
   std::lock_guard lock(mutex_);
+  same_field_again_ = field && field == scene_.field;
   scene_.field = std::move(field);
 }
 
 void SceneBoard::publish_light(std::shared_ptr<const Illumination> light) {
   std::lock_guard lock(mutex_);
+  same_light_again_ = light && light == light_;
   if (light_ != light) {
     light_ = std::move(light);
     combine();
   }
 }
 
-void SceneBoard::publish_solution(AlbedoStage::Result solution, std::uint64_t light_version) {
+void SceneBoard::publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
+                                  std::uint64_t light_version) {
   std::lock_guard lock(mutex_);
   scene_.albedo = std::move(solution.albedo);
   solved_light_ = std::move(solution.illumination);
-  solved_from_version_ = light_version;
+  solved_field_version_ = field_version;
+  solved_light_version_ = light_version;
   warnings_["albedo"] = std::move(solution.warnings);
   combine();
 }
@@ -41,7 +45,7 @@ void SceneBoard::publish_warnings(const std::string& stage, std::vector<std::str
 void SceneBoard::combine() {
   if (!light_ || !solved_light_) {
     scene_.illumination = light_;
-  } else if (light_->version == solved_from_version_) {
+  } else if (light_->version == solved_light_version_) {
     scene_.illumination = solved_light_;
   } else {
     scene_.illumination = carry_lamp_distances(*light_, *solved_light_);
@@ -55,6 +59,13 @@ Scene SceneBoard::newest() const {
     append_warnings(scene.warnings, lines);
   }
   return scene;
+}
+
+bool SceneBoard::settled(const Scene& scene) const {
+  std::lock_guard lock(mutex_);
+  return same_field_again_ && same_light_again_ && scene_.albedo && scene_.field->version == solved_field_version_ &&
+         light_->version == solved_light_version_ && scene.field == scene_.field && scene.albedo == scene_.albedo &&
+         scene.illumination == scene_.illumination;
 }
 
 std::shared_ptr<const Illumination> SceneBoard::measured_light() const {

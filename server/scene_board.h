@@ -16,8 +16,9 @@ class SceneBoard {
  public:
   void publish_field(std::shared_ptr<const DistanceField> field);
   void publish_light(std::shared_ptr<const Illumination> light);
-  /// What albedo found for the light it was given: its lamps' distances hold for later light too, by lamp.
-  void publish_solution(AlbedoStage::Result solution, std::uint64_t light_version);
+  /// What albedo found for the field and the light it was given: its lamps' distances hold for later light too, by
+  /// lamp.
+  void publish_solution(AlbedoStage::Result solution, std::uint64_t field_version, std::uint64_t light_version);
   /// Replaces the albedo alone.
   void publish_albedo(std::shared_ptr<const AlbedoField> albedo);
   /// What a stage complains about, until its next word. Shown with every frame.
@@ -25,6 +26,9 @@ class SceneBoard {
 
   /// The newest of everything but the pose, which belongs to a frame.
   Scene newest() const;
+  /// Nothing is left to learn from what the camera shows: the last look of geometry and light changed nothing, albedo
+  /// was solved from what they know, and `scene` holds all of it.
+  bool settled(const Scene& scene) const;
   /// As the light stage gave it, without distances found since.
   std::shared_ptr<const Illumination> measured_light() const;
 
@@ -34,7 +38,8 @@ class SceneBoard {
   mutable std::mutex mutex_;
   Scene scene_;
   std::shared_ptr<const Illumination> light_, solved_light_;
-  std::uint64_t solved_from_version_ = 0;
+  std::uint64_t solved_field_version_ = 0, solved_light_version_ = 0;
+  bool same_field_again_ = false, same_light_again_ = false;
   std::map<std::string, std::vector<std::string>> warnings_;
 };
 

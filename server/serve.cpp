@@ -1,7 +1,5 @@
 #include "server/serve.h"
 
-#include <unistd.h>
-
 #include <cstdio>
 
 #include "capture/source.h"
@@ -14,8 +12,6 @@
 
 namespace lumigraft {
 namespace {
-
-constexpr std::chrono::milliseconds kGrace{350};  // for stages in a call, after viewers were told
 
 WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
   const ShownPicture newest = pipeline.newest();
@@ -89,13 +85,9 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     web.publish_text("stats", stats_text(record, metrics, metrics.take_interval()));
     log.tick(record.warnings, metrics.drops());
   }
-  pipeline.stop(std::chrono::milliseconds(0));  // tells every stage, while viewers are told
+  pipeline.stop();  // tells every stage, while viewers are told
   web.stop();
-  if (!pipeline.stop(kGrace)) {
-    // A solver or a software GPU is in the middle of a long call that cannot be cut short; nothing of it is needed.
-    std::fflush(nullptr);
-    _exit(0);
-  }
+  pipeline.join();  // or the stop signal's patience ends first
 }
 
 }  // namespace lumigraft

@@ -40,6 +40,12 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
             {"drops", Json::object()},
             {"plan", plan_json(record.plan)},
             {"T_tag_camera", Json()},
+            {"scene",
+             {{"learning", record.learning},
+              {"settled", record.settled},
+              {"field", record.field_version},
+              {"light", record.light_version},
+              {"albedo", record.albedo_version}}},
             {"warnings", record.warnings}};
   for (const auto& [stage, s] : interval.stages) {
     json["stage_ms"][stage] = {{"mean", s.mean_ms}, {"p95", s.p95_ms}, {"max", s.max_ms}};

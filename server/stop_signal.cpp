@@ -16,17 +16,21 @@ StopSignal::StopSignal() {
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   std::thread([this, set] {
     int number = 0;
-    while (sigwait(&set, &number) == 0) {
-      came();
-    }
+    sigwait(&set, &number);
+    came();
+    // A second signal does not wait; nor does the first for long: a solver or a software GPU may be in the middle of a
+    // call that cannot be cut short, and nothing of it is needed.
+    const timespec patience{0, std::chrono::nanoseconds(kPatience).count()};
+    sigtimedwait(&set, nullptr, &patience);
+    _exit(0);
   }).detach();
 }
 
 void StopSignal::came() {
   {
     std::lock_guard lock(mutex_);
-    if (!armed_ || came_) {
-      _exit(0);  // a second signal does not wait either
+    if (!armed_) {
+      _exit(0);
     }
     came_ = true;
   }

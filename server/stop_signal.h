@@ -8,9 +8,12 @@ namespace lumigraft {
 
 /// Make it before any other thread: they inherit that these signals are not theirs. Lives as long as the process.
 /// Until `armed`, a signal ends the process at once with exit code 0: at start-up nothing needs an orderly end, and
-/// compiling shaders or loading models cannot be cut short otherwise.
+/// compiling shaders or loading models cannot be cut short otherwise. After that a signal leaves `kPatience` for an
+/// orderly end and then ends the process with exit code 0 as well.
 class StopSignal {
  public:
+  static constexpr std::chrono::milliseconds kPatience{500};
+
   StopSignal();
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;

@@ -43,6 +43,8 @@ export class Panel {
     const drops = Object.entries(stats.drops ?? {}).filter(([, count]) => count > 0);
     $("drops").textContent = drops.length ? `dropped because slow: ${drops.map(([who, count]) => `${who} ${count}`).join(", ")}` : "";
     $("plan").textContent = `plan: ${Object.entries(stats.plan ?? {}).map(([key, value]) => `${key} ${value}`).join(", ")}`;
+    $("learning").hidden = !(stats.scene?.learning ?? false);
+    $("picture").dataset.settled = stats.scene?.settled ?? false;
     this.warnings(stats.warnings ?? []);
   }
 

@@ -28,7 +28,7 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.ui import Select
 
 PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
-WAIT_S = 90  # software rendering on two busy cores; shaders are compiled at first use
+WAIT_S = 300  # software rendering on two busy cores: nothing here is about time, so waits are long
 CHANGED = 12  # code values: above the codec's own noise
 
 
@@ -151,7 +151,8 @@ class BrowserTest(unittest.TestCase):
         return self.color["fx"] * p[0] / p[2] + self.color["cx"]
 
     def settle(self, grafted=True):
-        """The scene is learnt over the first frames; waits until the picture stands still, with an object or without."""
+        """Waits until the room is learnt and the picture stands still, with an object or without."""
+        self.page.wait(lambda: self.page.data("settled") == "true", "the service to say that the room is learnt")
         self.page.wait(lambda: self.page.data("grafted") == str(grafted).lower(), f"pictures with grafted = {grafted}")
         before = self.page.fresh()
         for _ in range(40):

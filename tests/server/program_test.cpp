@@ -202,6 +202,19 @@ TEST(Program, ASignalWhileStartingEndsItToo) {
   EXPECT_LT(Clock::now() - begin, std::chrono::seconds(1));
 }
 
+TEST(Program, ASignalEndsItAtAnyMoment) {
+  const TinySession tiny("any-moment");
+  for (const int after_ms : {0, 100, 300, 1000, 3000}) {
+    Program program(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));
+    ASSERT_NE(program.port(), 0) << program.stderr_text();
+    std::this_thread::sleep_for(std::chrono::milliseconds(after_ms));
+    const Clock::time_point begin = Clock::now();
+    program.signal(SIGINT);
+    EXPECT_EQ(program.wait(), 0);
+    EXPECT_LT(Clock::now() - begin, std::chrono::seconds(1)) << after_ms << " ms after it served";
+  }
+}
+
 TEST(Program, AnAddressInUseIsExitCode1) {
   const TinySession tiny("in-use");
   Program first(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));

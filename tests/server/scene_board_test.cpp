@@ -28,11 +28,46 @@ Illumination at_two_metres(Illumination light) {
   return light;
 }
 
+TEST(SceneBoard, SettlesWhenTheNewestPicturesTeachNothing) {
+  SceneBoard board;
+  auto field = std::make_shared<DistanceField>();
+  field->version = 3;
+  const auto light = std::make_shared<const Illumination>(one_lamp(2, 10));
+  const auto look = [&] {
+    board.publish_field(field);
+    board.publish_light(light);
+  };
+  const auto solve = [&](std::uint64_t field_version, std::uint64_t light_version) {
+    board.publish_solution({std::make_shared<AlbedoField>(), light, {}}, field_version, light_version);
+  };
+  EXPECT_FALSE(board.settled(board.newest()));
+  look();
+  look();
+  EXPECT_FALSE(board.settled(board.newest())) << "albedo is not solved";
+  solve(2, 2);
+  EXPECT_FALSE(board.settled(board.newest())) << "solved for an older field";
+  solve(3, 1);
+  EXPECT_FALSE(board.settled(board.newest())) << "solved for older light";
+  const Scene older = board.newest();
+  solve(3, 2);
+  EXPECT_TRUE(board.settled(board.newest()));
+  EXPECT_FALSE(board.settled(older)) << "a picture of an older scene";
+
+  field = std::make_shared<DistanceField>(*field);
+  field->version = 4;
+  look();
+  EXPECT_FALSE(board.settled(board.newest())) << "geometry learnt something";
+  solve(4, 2);
+  EXPECT_FALSE(board.settled(board.newest())) << "and may learn more";
+  look();
+  EXPECT_TRUE(board.settled(board.newest()));
+}
+
 TEST(SceneBoard, SolvedDistancesHoldForLaterLight) {
   SceneBoard board;
   board.publish_light(std::make_shared<const Illumination>(one_lamp(1, 10)));
   const auto solved = std::make_shared<const Illumination>(at_two_metres(one_lamp(1, 10)));
-  board.publish_solution({std::make_shared<AlbedoField>(), solved, {"dim"}}, 1);
+  board.publish_solution({std::make_shared<AlbedoField>(), solved, {"dim"}}, 0, 1);
   EXPECT_EQ(board.newest().illumination, solved) << "the very light that was solved";
   EXPECT_EQ(board.newest().warnings, std::vector<std::string>{"dim"});
 
