@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "relight/surface_lattice.h"
+
 namespace lumigraft {
 namespace {
 
@@ -13,13 +15,39 @@ std::uint32_t half2(float a, float b) {
   return static_cast<std::uint32_t>(Eigen::half(a).x) | static_cast<std::uint32_t>(Eigen::half(b).x) << 16;
 }
 
+constexpr int kHalf = kBrickEdge / 2;  // voxels along a cell of the lattice of distances
+constexpr float kMostClearance_m = 10;
+
 struct Slot {
   int number = 0;
   std::shared_ptr<const FieldBrick> field;
   std::shared_ptr<const AlbedoBrick> albedo;
-  bool has_surface = false;
+  std::vector<LatticePoint>
+      surface;  ///< where it passes through each eighth of the brick; cells count from the brick's
   bool used = false;
 };
+
+/// The middle of the surface in each eighth of a brick: voxels count by a hat of one voxel to either side.
+std::vector<LatticePoint> surface_points(const BrickKey& key, const FieldBrick& brick, float voxel_m) {
+  std::vector<LatticePoint> points;
+  for (int eighth = 0; eighth < 8; ++eighth) {
+    const Eigen::Vector3i cell(eighth & 1, eighth >> 1 & 1, eighth >> 2);
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    float weights = 0;
+    for (int i = 0; i < kHalf * kHalf * kHalf; ++i) {
+      const Eigen::Vector3i at = kHalf * cell + Eigen::Vector3i(i % kHalf, i / kHalf % kHalf, i / (kHalf * kHalf));
+      const auto k = static_cast<std::size_t>(at.x() + kBrickEdge * (at.y() + kBrickEdge * at.z()));
+      const float weight = brick.weight[k] > 0 ? 1 - std::abs(brick.distance_m[k]) / voxel_m : 0.0f;
+      if (weight <= 0) continue;
+      sum += weight * at.cast<float>();
+      weights += weight;
+    }
+    if (weights == 0) continue;
+    const Eigen::Vector3f corner = kBrickEdge * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>();
+    points.push_back({cell, voxel_m * (corner + sum / weights)});
+  }
+  return points;
+}
 
 struct Range {  // of slots that were packed again
   std::size_t low = SIZE_MAX, high = 0;
@@ -82,10 +110,7 @@ struct BrickPool::State {
       if (!slot.field) slot.number = -1;
       slot.field = brick;
       slot.albedo = colors;
-      slot.has_surface = false;
-      for (std::size_t i = 0; i < kVoxels && !slot.has_surface; ++i) {
-        slot.has_surface = brick->weight[i] > 0 && std::abs(brick->distance_m[i]) < 0.95f * truncation_m;
-      }
+      slot.surface = surface_points(key, *brick, voxel_m);
       packed.push_back(&slot);
     }
     for (auto it = slots.begin(); it != slots.end();) {
@@ -115,34 +140,15 @@ struct BrickPool::State {
     return range;
   }
 
-  /// Distance from a cell to the nearest cell with a surface, box to box: separable in max(|Δ| - 1, 0)².
-  std::vector<float> clearances(const std::vector<int>& index) const {
-    std::vector<float> squared(index.size(), 1e9f);
+  std::vector<float> clearances() const {
+    std::vector<LatticePoint> points;
     for (const auto& [key, slot] : slots) {
-      if (slot.has_surface) squared[cell(key)] = 0;
+      const Eigen::Vector3i first = 2 * (Eigen::Vector3i(key[0], key[1], key[2]) - low);
+      for (const LatticePoint& p : slot.surface) points.push_back({first + p.cell, p.position_m});
     }
-    const std::array<int, 3> stride{1, size.x(), size.x() * size.y()};
-    for (int axis = 0; axis < 3; ++axis) {
-      const int n = size[axis], u = size[(axis + 1) % 3], v = size[(axis + 2) % 3];
-      std::vector<float> line(static_cast<std::size_t>(n));
-      for (int b = 0; b < v; ++b) {
-        for (int a = 0; a < u; ++a) {
-          float* first = &squared[static_cast<std::size_t>(a * stride[(axis + 1) % 3] + b * stride[(axis + 2) % 3])];
-          for (int i = 0; i < n; ++i) line[i] = first[i * stride[axis]];
-          for (int i = 0; i < n; ++i) {
-            float least = 1e9f;
-            for (int j = 0; j < n; ++j) {
-              const float gap = static_cast<float>(std::max(std::abs(i - j) - 1, 0));
-              least = std::min(least, line[j] + gap * gap);
-            }
-            first[i * stride[axis]] = least;
-          }
-        }
-      }
-    }
-    const float brick_m = voxel_m * kBrickEdge;
-    for (float& s : squared) s = std::min(std::sqrt(s) * brick_m, 10.0f);
-    return squared;
+    // A voxel's place is its middle: the lowest cell begins half a voxel before it.
+    const Eigen::Vector3f corner_m = voxel_m * (kBrickEdge * low.cast<float>() - Eigen::Vector3f::Constant(0.5f));
+    return lattice_distances(points, 2 * size, corner_m, kHalf * voxel_m, kMostClearance_m);
   }
 
   std::size_t cell(const BrickKey& key) const {
@@ -166,7 +172,7 @@ struct BrickPool::State {
     std::vector<int> index(static_cast<std::size_t>(size.prod()), -1);
     for (const auto& [key, slot] : slots) index[cell(key)] = slot.number;
     send(index_buffer, index, 0, index.size(), "brick index");
-    const std::vector<float> clear = clearances(index);
+    const std::vector<float> clear = clearances();
     send(clearance_buffer, clear, 0, clear.size(), "brick clearance");
   }
 

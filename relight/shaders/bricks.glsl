@@ -4,7 +4,7 @@
 #include "frame.glsl"
 
 layout(std430, binding = 20) readonly buffer BrickIndex { int brick_slot[]; };          // -1: no brick
-layout(std430, binding = 21) readonly buffer BrickClearance { float brick_clearance_m[]; };  // no surface is nearer
+layout(std430, binding = 21) readonly buffer BrickClearance { float clearance_m[]; };  // of the middles of half bricks
 layout(std430, binding = 22) readonly buffer BrickDistance { uint brick_distance[]; };  // half2: metres, known
 layout(std430, binding = 23) readonly buffer BrickRadiance { uvec2 brick_radiance[]; }; // half4: rgb, known
 layout(std430, binding = 24) readonly buffer BrickAlbedo { uvec2 brick_albedo[]; };     // half4: rgb, known
@@ -24,10 +24,38 @@ int voxel_of(ivec3 voxel) {
   return slot < 0 ? -1 : slot * 512 + at.x + 8 * (at.y + 8 * at.z);
 }
 
-// Distance to the nearest brick with a surface, at least.
+// Distance from the middle of a cell of half a brick's edge to the nearest surface, for the cells within the index.
+const int kHalfBrick = kBrickCells / 2;
+float cell_clearance(ivec3 cell) {
+  ivec3 size = 2 * frame.bricks_size.xyz;
+  cell = clamp(cell - 2 * frame.bricks_low.xyz, ivec3(0), size - 1);
+  return clearance_m[cell.x + size.x * (cell.y + size.y * cell.z)];
+}
+bool in_index(vec3 p) {
+  return brick_cell(ivec3(floor(p / frame.field.x + 0.5)) >> 3) >= 0 && frame.bricks_size.w != 0;
+}
+
+// No surface is nearer: p and the surface may be half a cell's diagonal away from what the cell's distance stands for,
+// and the surface's own point once more.
 float field_clearance(vec3 p) {
-  int cell = brick_cell(ivec3(floor(p / frame.field.x + 0.5)) >> 3);
-  return cell < 0 || frame.bricks_size.w == 0 ? 0.0 : brick_clearance_m[cell];
+  if (!in_index(p)) return 0.0;
+  float d = cell_clearance(ivec3(floor(p / frame.field.x + 0.5)) >> 2);
+  return max(d - 1.5 * sqrt(3.0) * float(kHalfBrick) * frame.field.x, 0.0);
+}
+
+// About how far the nearest surface is, linear between the cells' middles.
+float far_distance(vec3 p) {
+  if (!in_index(p)) return 0.0;
+  vec3 g = (p / frame.field.x + 0.5) / float(kHalfBrick) - 0.5;
+  ivec3 base = ivec3(floor(g));
+  vec3 f = g - vec3(base);
+  float d = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    ivec3 o = ivec3(i & 1, (i >> 1) & 1, i >> 2);
+    vec3 w = mix(1.0 - f, f, vec3(o));
+    d += w.x * w.y * w.z * cell_clearance(base + o);
+  }
+  return d;
 }
 
 struct Corners {

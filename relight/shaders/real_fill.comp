@@ -14,6 +14,6 @@ void main() {
   vec3 p = frame.cascade[c].xyz + frame.cascade[c].w * vec3(at.xy, at.z - c * n);
   float d, truncation = frame.field.y;
   bool known = field_distance(p, d);
-  if (!known || d > 0.95 * truncation) d = max(field_clearance(p), truncation);
+  if (!known || d > 0.95 * truncation) d = max(far_distance(p), truncation);
   imageStore(out_distance, at, vec4(to_half(d)));
 }
