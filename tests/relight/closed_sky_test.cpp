@@ -81,9 +81,9 @@ TEST_F(ClosedSky, BlackBallTakesItsFormFactor) {
     }
     EXPECT_GT(relative.count, 800);
 
-    EXPECT_LT(std::abs(relative.mean()), 0.05);
-    EXPECT_LT(relative.most, 0.1);
-    EXPECT_LT(absolute.most, 0.02);
+    EXPECT_LT(std::abs(relative.mean()), 0.01);
+    EXPECT_LT(relative.most, 0.06);  // right below the ball, where a share of the sky is wide
+    EXPECT_LT(absolute.most, 0.015);
   }
 }
 
