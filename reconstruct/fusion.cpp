@@ -1,13 +1,16 @@
 #include "reconstruct/fusion.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "capture/radiance.h"
+#include "reconstruct/fusion_brick.h"
+#include "reconstruct/fusion_colour.h"
+#include "reconstruct/fusion_reading.h"
+#include "reconstruct/fusion_sight.h"
 #include "reconstruct/fusion_view.h"
 
 namespace lumigraft {
@@ -16,11 +19,15 @@ namespace {
 using Eigen::Isometry3f;
 using Eigen::Vector2f;
 using Eigen::Vector3f;
+using Row = Eigen::Array<float, kBrickEdge, 1>;
 
 constexpr float kNearestM = 0.05f;    // nothing is fused closer to the camera
-constexpr float kBehindSteep = 2.5f;  // how far along a grazing ray, in truncation distances, a surface is solid
 constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
-constexpr float kRimTrust = 0.25f;    // weight of a pixel next to a jump in depth
+/// A brick that so many pictures have told about learns little from one more: it looks at every kRest-th, until one
+/// shows so many voxels far from where they were.
+constexpr std::uint32_t kSettled = 12, kRest = 4, kLivelyLooks = 8;
+constexpr int kLivelyVoxels = 24;
+constexpr std::uint32_t kWait = 8;  ///< pictures, that slight changes are held back to be published together
 
 bool same_picture(const std::shared_ptr<const Picture>& a, const std::shared_ptr<const Picture>& b) {
   if (a == b) return true;
@@ -32,86 +39,11 @@ bool same_depth(const std::shared_ptr<const DepthPicture>& a, const std::shared_
   return a == b || (a && b && a->depth_m.data == b->depth_m.data);
 }
 
-/// What one measurement says about one voxel.
-struct Reading {
-  float distance_m = 0;
-  float weight = 0;  ///< 0 = nothing
-  float facing = 0;
-  bool rim = false;
-};
-
-/// One frame as voxels see it.
-struct Frame {
-  const DepthView& view;
-  const PixelMap& map;
-  float truncation_m;
-  float shell_m;
-
-  Reading read(const Vector3f& in_camera, const Vector2f& pixel) const;
-  Reading measure(const Vector3f& in_camera, float inverse_depth, const DepthView::Pixel& at) const;
-};
-
-Reading Frame::measure(const Vector3f& in_camera, float inverse_depth, const DepthView::Pixel& at) const {
-  Reading reading;
-  const float along = 1 / inverse_depth - in_camera.z();
-  reading.distance_m = std::min(along * at.plane, truncation_m);
-  if (reading.distance_m < -truncation_m || along < -kBehindSteep * truncation_m) return reading;
-  reading.weight = at.weight;
-  reading.facing = at.facing;
-  return reading;
-}
-
-Reading Frame::read(const Vector3f& in_camera, const Vector2f& pixel) const {
-  const int u = static_cast<int>(pixel.x()), v = static_cast<int>(pixel.y());
-  const std::size_t i = view.index(u, v);
-  const float s = pixel.x() - static_cast<float>(u), t = pixel.y() - static_cast<float>(v);
-  const std::size_t nearest = i + (s > 0.5f ? 1 : 0) + (t > 0.5f ? view.width : 0);
-  const float nearest_inverse = view.inverse_depth[nearest];
-  // Hidden for certain: neighbouring pixels of one surface differ by 2 % of depth at the most.
-  if (in_camera.z() * nearest_inverse > 1.02f + kBehindSteep * truncation_m * nearest_inverse) return {};
-  const DepthView::Pixel& at = view.pixels[nearest];
-  if (at.weight <= 0) return {};
-  if (view.smooth[i]) {
-    const float* q = &view.inverse_depth[i];
-    const float inverse_depth =
-        (1 - t) * ((1 - s) * q[0] + s * q[1]) + t * ((1 - s) * q[view.width] + s * q[view.width + 1]);
-    Reading reading = measure(in_camera, inverse_depth, at);
-    if (view.near_rim[nearest] && reading.distance_m < -shell_m) reading.weight = 0;
-    return reading;
-  }
-  // Depth jumps between these four pixels: only the nearest is believed, and free space only where none of them sees a
-  // surface there. Far behind the rim nothing is said, or every silhouette would grow a fin along the line of sight.
-  Reading reading = measure(in_camera, nearest_inverse, at);
-  reading.rim = true;
-  reading.weight *= kRimTrust;
-  if (reading.distance_m < -shell_m) reading.weight = 0;
-  if (reading.distance_m >= truncation_m) {
-    for (const std::size_t other : {i, i + 1, i + view.width, i + view.width + 1}) {
-      const float inverse_depth = view.inverse_depth[other];
-      if (inverse_depth > 0 && (1 / inverse_depth - in_camera.z()) * view.pixels[other].plane < truncation_m)
-        reading.weight = 0;
-    }
-  }
-  return reading;
-}
-
-/// Radiance at a sub-pixel place; false where any pixel it needs is clipped.
-bool colour_at(const RadiancePicture& picture, const Vector2f& pixel, bool rim, Vector3f& colour) {
-  const Image<float>& light = picture.radiance;
-  const auto read = [&](int u, int v) { return Eigen::Map<const Vector3f>(&light.data[light.index(u, v)]); };
-  if (rim) {
-    const int u = static_cast<int>(pixel.x() + 0.5f), v = static_cast<int>(pixel.y() + 0.5f);
-    if (picture.clipped.at(u, v)) return false;
-    colour = read(u, v);
-    return true;
-  }
-  const int u = static_cast<int>(pixel.x()), v = static_cast<int>(pixel.y());
-  const auto& clipped = picture.clipped;
-  if (clipped.at(u, v) || clipped.at(u + 1, v) || clipped.at(u, v + 1) || clipped.at(u + 1, v + 1)) return false;
-  const float s = pixel.x() - static_cast<float>(u), t = pixel.y() - static_cast<float>(v);
-  colour =
-      (1 - t) * ((1 - s) * read(u, v) + s * read(u + 1, v)) + t * ((1 - s) * read(u, v + 1) + s * read(u + 1, v + 1));
-  return true;
+/// Running mean; the past counts for `cap` at most.
+template <typename Value>
+void average(Value& mean, float& weight, const Value& value, float share, float cap) {
+  mean += (share / (weight + share)) * (value - mean);
+  weight = std::min(weight + share, cap);
 }
 
 }  // namespace
@@ -126,148 +58,114 @@ struct FusionStage::State {
         map(session.color.model),
         preparation(session.color.model, settings.voxel_m, settings.far_m) {}
 
-  std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const Isometry3f& T_tag_camera) const;
-  std::vector<BrickKey> bricks_in_sight(const DepthView& view, const Isometry3f& T_camera_tag) const;
-  std::shared_ptr<const FieldBrick> update(const BrickKey& key, const Frame& frame, const RadiancePicture* light,
-                                           const Isometry3f& T_camera_tag) const;
+  void allocate(const Isometry3f& T_tag_camera);
+  bool rests(const WorkingBrick& brick, std::size_t place) const;
+  bool update(WorkingBrick& brick, float hidden_m, const DepthReader& depth, const ColourReader& colour,
+              const Isometry3f& T_camera_tag) const;
+  bool clear(WorkingBrick& brick, const Isometry3f& T_camera_tag) const;
+  void publish();
 
   CameraModel camera;
   Response response;
   float voxel_m, truncation_m, weight_cap;
   PixelMap map;
   DepthPreparation preparation;
+  DepthView view;
 
+  std::uint32_t pictures = 0, last_publication = 0;
+  std::vector<WorkingBrick*> waiting;                 ///< to be published
+  bool plain = false;                                 ///< one of them at once
+  std::vector<std::unique_ptr<WorkingBrick>> bricks;  ///< in the order in which they came
+  std::unordered_map<BrickKey, std::size_t, BrickKeyHash> places;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const DepthPicture> last_depth;
   std::shared_ptr<const Picture> last_color;
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
 };
 
-/// Bricks that any depth pixel's truncation band touches, in order, each once.
-std::vector<BrickKey> FusionStage::State::bricks_on_surfaces(const DepthView& view,
-                                                             const Isometry3f& T_tag_camera) const {
-  std::vector<BrickKey> keys;
-  // Most points fall into a brick seen a moment ago: a small table of recent keys keeps the list short.
-  std::array<BrickKey, 4096> recent;
-  recent.fill({INT32_MAX, 0, 0});
-  const auto touch = [&](const BrickKey& key) {
-    BrickKey& slot = recent[BrickKeyHash{}(key) % recent.size()];
-    if (slot == key) return;
-    slot = key;
-    keys.push_back(key);
-  };
-  const auto brick_of = [](float voxel) {
-    const float brick = voxel * (1.0f / kBrickEdge);
-    const int toward_zero = static_cast<int>(brick);
-    return toward_zero - (brick < static_cast<float>(toward_zero) ? 1 : 0);
-  };
-  const float focal = static_cast<float>(camera.fx);
-  for (int v = 0; v < view.height; ++v)
-    for (int u = 0; u < view.width; ++u) {
-      const DepthView::Pixel& pixel = view.pixels[view.index(u, v)];
-      if (pixel.weight <= 0) continue;
-      // Pixels closer together on the surface than the three voxels each of them covers tell nothing new.
-      const float inverse_depth = view.inverse_depth[view.index(u, v)];
-      const float pixels_per_step = 3 * voxel_m * focal * inverse_depth * pixel.facing;
-      const int stride = pixels_per_step >= 8 ? 8 : pixels_per_step >= 4 ? 4 : pixels_per_step >= 2 ? 2 : 1;
-      if ((u | v) & (stride - 1)) continue;
-      const Vector3f ray = T_tag_camera.linear() * preparation.ray(u, v).homogeneous();
-      const float z = 1 / inverse_depth;
-      const Vector3f origin = T_tag_camera.translation() / voxel_m;
-      const Vector3f surface = origin + z / voxel_m * ray;
-      // Every cell around the surface needs all its voxels.
-      BrickKey low, high;
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = brick_of(surface[axis] - 1.5f);
-        high[axis] = brick_of(surface[axis] + 1.5f);
-      }
-      for (int c = low[2]; c <= high[2]; ++c)
-        for (int b = low[1]; b <= high[1]; ++b)
-          for (int a = low[0]; a <= high[0]; ++a) touch({a, b, c});
-      const float band = std::min(truncation_m / pixel.plane, kBehindSteep * truncation_m);
-      const int steps = static_cast<int>(std::ceil(band / (4 * voxel_m)));
-      for (int i = -steps; i <= steps; ++i) {
-        const Vector3f p = origin + (z + band * static_cast<float>(i) / static_cast<float>(steps)) / voxel_m * ray;
-        touch({brick_of(p.x()), brick_of(p.y()), brick_of(p.z())});
-      }
-    }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  return keys;
-}
-
-/// Bricks of the field that the camera may see, free space in front of surfaces included, in order.
-std::vector<BrickKey> FusionStage::State::bricks_in_sight(const DepthView& view, const Isometry3f& T_camera_tag) const {
-  std::vector<BrickKey> keys;
-  const float radius_m = voxel_m * 0.5f * std::sqrt(3.0f) * (kBrickEdge - 1);
-  for (const auto& [key, brick] : field->bricks) {
-    const Vector3f middle = Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>() * kBrickEdge +
-                            Vector3f::Constant(0.5f * (kBrickEdge - 1));
-    const Vector3f centre = T_camera_tag * (voxel_m * middle);
-    const float nearest = centre.z() - radius_m;
-    if (centre.z() + radius_m < kNearestM) continue;
-    float furthest = 0;
-    if (nearest > radius_m) {
-      const Vector2f pixel = map.pixel(centre.x() / centre.z(), centre.y() / centre.z());
-      const float reach = radius_m / nearest * static_cast<float>(std::max(camera.fx, camera.fy)) * 1.5f + 1;
-      const int tile = DepthView::kTile;
-      const int low_u = std::max(0, static_cast<int>(std::floor((pixel.x() - reach) / tile))),
-                high_u = std::min(view.tile_far_m.width - 1, static_cast<int>(std::floor((pixel.x() + reach) / tile))),
-                low_v = std::max(0, static_cast<int>(std::floor((pixel.y() - reach) / tile))),
-                high_v = std::min(view.tile_far_m.height - 1, static_cast<int>(std::floor((pixel.y() + reach) / tile)));
-      for (int y = low_v; y <= high_v; ++y)
-        for (int x = low_u; x <= high_u; ++x) furthest = std::max(furthest, view.tile_far_m.at(x, y));
-      if (nearest > furthest + kBehindSteep * truncation_m) continue;
-    }
-    keys.push_back(key);
+void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
+  for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera, voxel_m, truncation_m)) {
+    if (places.contains(key)) continue;
+    places.emplace(key, bricks.size());
+    bricks.push_back(std::make_unique<WorkingBrick>());
+    bricks.back()->key = key;
   }
-  std::sort(keys.begin(), keys.end());
-  return keys;
 }
 
-/// The brick with this frame in it; null where the frame says nothing about it. Bricks once published never change.
-std::shared_ptr<const FieldBrick> FusionStage::State::update(const BrickKey& key, const Frame& frame,
-                                                             const RadiancePicture* light,
-                                                             const Isometry3f& T_camera_tag) const {
-  std::shared_ptr<FieldBrick> brick;
-  const auto begin = [&] {
-    const FieldBrick* old = field->brick(key);
-    brick = old ? std::make_shared<FieldBrick>(*old) : std::make_shared<FieldBrick>();
-  };
+bool FusionStage::State::rests(const WorkingBrick& brick, std::size_t place) const {
+  return brick.looks >= kSettled && brick.looks >= brick.lively_until && (pictures + place) % kRest != 0;
+}
+
+/// Free space in front of everything. False where that was known.
+bool FusionStage::State::clear(WorkingBrick& brick, const Isometry3f& T_camera_tag) const {
+  if (brick.open) return false;
+  const Vector3f centre =
+      T_camera_tag * (voxel_m * (Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>() * kBrickEdge +
+                                 Vector3f::Constant(0.5f * (kBrickEdge - 1))));
+  const Vector2f pixel = map.pixel(centre.x() / centre.z(), centre.y() / centre.z());
+  const float weight = view.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
+  if (weight <= 0) return false;
+  float least = truncation_m;
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    average(brick.now.distance_m[i], brick.now.weight[i], truncation_m, weight, weight_cap);
+    least = std::min(least, brick.now.distance_m[i]);
+  }
+  brick.open = least > 0.99f * truncation_m;
+  return true;
+}
+
+/// False where the frame says nothing about the brick.
+bool FusionStage::State::update(WorkingBrick& brick, float hidden_m, const DepthReader& depth,
+                                const ColourReader& colour, const Isometry3f& T_camera_tag) const {
   const Vector3f corner =
-      T_camera_tag * (voxel_m * kBrickEdge * Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>());
+      T_camera_tag * (voxel_m * kBrickEdge * Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>());
   const Eigen::Matrix3f step = voxel_m * T_camera_tag.linear();
-  const float last_u = static_cast<float>(frame.view.width - 1), last_v = static_cast<float>(frame.view.height - 1);
+  const Row along = Row::LinSpaced(kBrickEdge, 0, kBrickEdge - 1);
+  const float shell_m = kShellVoxels * voxel_m;
+  bool told = false;
+  int moved = 0;
   for (int z = 0; z < kBrickEdge; ++z)
     for (int y = 0; y < kBrickEdge; ++y) {
       const Vector3f row = corner + static_cast<float>(y) * step.col(1) + static_cast<float>(z) * step.col(2);
+      if (std::min(row.z(), row.z() + kBrickEdge * step(2, 0)) > hidden_m) continue;
+      const Row px = row.x() + along * step(0, 0), py = row.y() + along * step(1, 0), pz = row.z() + along * step(2, 0);
+      const Row inverse_z = 1 / pz, x_over_z = px * inverse_z, y_over_z = py * inverse_z;
       for (int x = 0; x < kBrickEdge; ++x) {
-        const Vector3f p = row + static_cast<float>(x) * step.col(0);
-        if (p.z() < kNearestM) continue;
-        const float inverse_z = 1 / p.z();
-        const Vector2f pixel = map.pixel(p.x() * inverse_z, p.y() * inverse_z);
-        if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < last_u && pixel.y() < last_v)) continue;
-        const Reading reading = frame.read(p, pixel);
+        if (pz[x] < kNearestM) continue;
+        const Vector2f pixel = map.pixel(x_over_z[x], y_over_z[x]);
+        const Reading reading = depth.read({px[x], py[x], pz[x]}, pixel);
         if (reading.weight <= 0) continue;
-
-        if (!brick) begin();
+        told = true;
         const int i = x + kBrickEdge * (y + kBrickEdge * z);
-        float& weight = brick->weight[i];
-        float& distance_m = brick->distance_m[i];
-        distance_m = (distance_m * weight + reading.distance_m * reading.weight) / (weight + reading.weight);
-        weight = std::min(weight + reading.weight, weight_cap);
+        moved += std::abs(brick.now.distance_m[i] - reading.distance_m) > truncation_m && brick.now.weight[i] > 0;
+        average(brick.now.distance_m[i], brick.now.weight[i], reading.distance_m, reading.weight, weight_cap);
 
-        Vector3f colour;
-        if (!light || std::abs(reading.distance_m) > frame.shell_m || !colour_at(*light, pixel, reading.rim, colour))
-          continue;
-        const float share = reading.facing * (reading.rim ? kRimTrust : 1);
-        float& colour_weight = brick->radiance_weight[i];
-        Vector3f& radiance = brick->radiance[i];
-        radiance = (radiance * colour_weight + colour * share) / (colour_weight + share);
-        colour_weight = std::min(colour_weight + share, weight_cap);
+        if (std::abs(reading.distance_m) > shell_m || !colour || !reading.in_sight) continue;
+        Vector3f radiance;
+        if (colour.read(pixel, reading.edge, radiance))
+          average(brick.now.radiance[i], brick.now.radiance_weight[i], radiance,
+                  reading.facing * (reading.edge ? kEdgeTrust : 1), weight_cap);
       }
     }
-  return brick;
+  if (!told) return false;
+  brick.open = false;
+  if (moved > kLivelyVoxels) brick.lively_until = brick.looks + kLivelyLooks;
+  return true;
+}
+
+void FusionStage::State::publish() {
+  if (waiting.empty() || (!plain && pictures - last_publication < kWait)) return;
+  auto next = std::make_shared<DistanceField>(*field);
+  next->version += 1;
+  for (WorkingBrick* brick : waiting) {
+    brick->waiting = false;
+    brick->published = std::make_shared<FieldBrick>(brick->now);
+    next->bricks.insert_or_assign(brick->key, brick->published);
+  }
+  waiting.clear();
+  plain = false;
+  last_publication = pictures;
+  field = std::move(next);
 }
 
 FusionStage::FusionStage(const Session& session, const FusionSettings& settings)
@@ -276,56 +174,58 @@ FusionStage::FusionStage(const Session& session, const FusionSettings& settings)
 FusionStage::~FusionStage() = default;
 
 std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, const Pose& pose) {
-  State& state = *state_;
-  if (!frame.depth || pose.age_ns != 0) return state.field;
-  if (frame.depth->depth_m.width != state.camera.width || frame.depth->depth_m.height != state.camera.height)
-    return state.field;
-  const bool same_pose = (pose.T_tag_camera.matrix() - state.last_pose.matrix()).cwiseAbs().maxCoeff() < 1e-5;
-  if (state.field && same_pose && same_depth(frame.depth, state.last_depth) &&
-      same_picture(frame.color, state.last_color))
-    return state.field;
-
-  const DepthView view = state.preparation.prepare(frame.depth->depth_m);
-  const Isometry3f T_tag_camera = pose.T_tag_camera.cast<float>();
-  const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
-  RadiancePicture light;
-  if (frame.color) light = to_radiance(*frame.color, state.response);
-  const bool has_light = light.radiance.width == view.width && light.radiance.height == view.height;
-
-  if (!state.field) {
+  State& s = *state_;
+  if (!frame.depth || pose.age_ns != 0) return s.field;
+  if (frame.depth->depth_m.width != s.camera.width || frame.depth->depth_m.height != s.camera.height) return s.field;
+  const bool same_pose = (pose.T_tag_camera.matrix() - s.last_pose.matrix()).cwiseAbs().maxCoeff() < 1e-5;
+  if (s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_picture(frame.color, s.last_color))
+    return s.field;
+  if (!s.field) {
     auto empty = std::make_shared<DistanceField>();
-    empty->voxel_m = state.voxel_m;
-    empty->truncation_m = state.truncation_m;
-    state.field = empty;
+    empty->voxel_m = s.voxel_m;
+    empty->truncation_m = s.truncation_m;
+    s.field = empty;
   }
-  std::vector<BrickKey> keys = state.bricks_on_surfaces(view, T_tag_camera);
-  const std::vector<BrickKey> in_sight = state.bricks_in_sight(view, T_camera_tag);
-  const auto middle = keys.insert(keys.end(), in_sight.begin(), in_sight.end());
-  std::inplace_merge(keys.begin(), middle, keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 
-  const Frame seen{view, state.map, state.truncation_m, kShellVoxels * state.voxel_m};
-  std::vector<std::pair<BrickKey, std::shared_ptr<const FieldBrick>>> changed;
-  for (const BrickKey& key : keys)
-    if (auto brick = state.update(key, seen, has_light ? &light : nullptr, T_camera_tag))
-      changed.emplace_back(key, std::move(brick));
-
-  if (!changed.empty()) {
-    auto next = std::make_shared<DistanceField>(*state.field);
-    next->version += 1;
-    for (auto& [key, brick] : changed) next->bricks.insert_or_assign(key, std::move(brick));
-    state.field = std::move(next);
+  s.preparation.prepare(frame.depth->depth_m, s.view);
+  const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
+  s.allocate(pose.T_tag_camera.cast<float>());
+  const ColourReader colour(frame.color.get(), s.response, s.camera.width, s.camera.height);
+  const DepthReader depth(s.view, s.preparation, s.map, s.voxel_m, s.truncation_m, kShellVoxels * s.voxel_m);
+  const float focal = static_cast<float>(std::max(s.camera.fx, s.camera.fy));
+  for (std::size_t place = 0; place < s.bricks.size(); ++place) {
+    WorkingBrick& brick = *s.bricks[place];
+    if (s.rests(brick, place)) continue;
+    const Sight sight = sight_of(brick.key, s.view, s.map, focal, T_camera_tag, s.voxel_m, s.truncation_m);
+    if (sight.kind == Sight::Kind::hidden) continue;
+    const bool told = sight.kind == Sight::Kind::open ? s.clear(brick, T_camera_tag)
+                                                      : s.update(brick, sight.far_m, depth, colour, T_camera_tag);
+    if (!told) continue;
+    ++brick.looks;
+    const WorkingBrick::Drift drift = brick.drift(s.voxel_m);
+    s.plain |= drift == WorkingBrick::Drift::plain;
+    if (drift == WorkingBrick::Drift::none || brick.waiting) continue;
+    brick.waiting = true;
+    s.waiting.push_back(&brick);
   }
-  state.last_depth = frame.depth;
-  state.last_color = frame.color;
-  state.last_pose = pose.T_tag_camera;
-  return state.field;
+  s.publish();
+  ++s.pictures;
+  s.last_depth = frame.depth;
+  s.last_color = frame.color;
+  s.last_pose = pose.T_tag_camera;
+  return s.field;
 }
 
 void FusionStage::reset() {
-  state_->field.reset();
-  state_->last_depth.reset();
-  state_->last_color.reset();
+  State& s = *state_;
+  s.field.reset();
+  s.waiting.clear();
+  s.plain = false;
+  s.bricks.clear();
+  s.places.clear();
+  s.pictures = s.last_publication = 0;
+  s.last_depth.reset();
+  s.last_color.reset();
 }
 
 }  // namespace lumigraft

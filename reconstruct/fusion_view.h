@@ -1,6 +1,7 @@
 #pragma once
-// A depth picture made ready for fusion: what plane each pixel sees, how far to trust it, and where depth jumps.
+// A depth picture made ready for fusion: what plane is seen where, how far to trust it, and where depth jumps.
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -17,9 +18,14 @@ double depth_sigma_m(double depth_m, double incidence_rad);
 class PixelMap {
  public:
   explicit PixelMap(const CameraModel& camera);
-  Eigen::Vector2f pixel(float x_over_z, float y_over_z) const;
+  Eigen::Vector2f pixel(float x_over_z, float y_over_z) const {
+    const float u = fx_ * x_over_z + cx_, v = fy_ * y_over_z + cy_;
+    return table_.empty() ? Eigen::Vector2f(u, v) : distorted(u, v);
+  }
 
  private:
+  Eigen::Vector2f distorted(float u, float v) const;
+
   static constexpr int kMargin = 32;
   float fx_, fy_, cx_, cy_;
   int width_, height_;
@@ -27,39 +33,83 @@ class PixelMap {
 };
 
 struct DepthView {
-  struct Pixel {
-    float plane = 0;   ///< the seen plane's distance from the camera over depth: n · (x/z, y/z, 1)
-    float facing = 0;  ///< cosine of incidence
-    float weight = 0;  ///< (smallest σ / σ)², at most 1; 0 where no plane is seen
+  /// What a block of 2 × 2 pixels sees.
+  struct Block {
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, camera frame, away from the camera
+    float distance_m = 0;                              ///< of the plane: normal · p = distance_m
+    float weight = 0;                                  ///< (smallest σ / σ)², at most 1; 0 = no plane
+    float facing = 0;                                  ///< cosine of incidence
+    std::int32_t jump = -1;  ///< the closest jump in depth whose reach this is in; −1 = none
   };
-  int width = 0, height = 0;
-  std::vector<float> inverse_depth;  ///< 1/m; 0 = nothing measured
-  std::vector<Pixel> pixels;
-  std::vector<std::uint8_t> smooth;    ///< 1 where (u, v), (u+1, v), (u, v+1), (u+1, v+1) see one surface
-  std::vector<std::uint8_t> near_rim;  ///< 1 where this pixel's surface ends within about a voxel, before a farther one
-  Image<float> tile_far_m;             ///< largest depth in every tile of kTile² pixels
+  /// Between two neighbouring pixels one surface ends before a farther one, or before nothing.
+  struct Jump {
+    Eigen::Vector2f pixel;
+    std::int32_t near = 0, far = -1;  ///< pixels; far −1 = nothing measured there
+    float divide = 0;                 ///< inverse depth between the two surfaces
+    float voxel_pixels = 0;           ///< how large a voxel is there
+  };
+  /// Of kTile² pixels.
+  struct Tile {
+    float near_m = 0, far_m = 0;  ///< far_m 0 = nothing measured
+    bool whole = true;            ///< every pixel measured
+  };
   static constexpr int kTile = 16;
 
-  std::size_t index(int u, int v) const { return static_cast<std::size_t>(v) * width + u; }
+  int width = 0, height = 0, blocks_x = 0, blocks_y = 0, tiles_x = 0, tiles_y = 0;
+  std::vector<float> inverse_depth;  ///< per pixel, 1/m; 0 = nothing measured
+  std::vector<Block> blocks;
+  std::vector<Jump> jumps;
+  std::vector<Tile> tiles;
+  float noise_scale = 0;  ///< how noisy the picture is, over the sensor noise model
+
+  std::int32_t pixel_index(int u, int v) const { return v * width + u; }
+  const Block& block_of(int u, int v) const {
+    return blocks[static_cast<std::size_t>(std::min(v >> 1, blocks_y - 1) * blocks_x + std::min(u >> 1, blocks_x - 1))];
+  }
 };
+
+/// How far from a jump, in voxels, what lies behind a surface is looked at with care.
+constexpr float kJumpVoxels = 4;
+
+/// Noise of a surface faced squarely.
+float straight_sigma_m(float inverse_depth);
 
 /// Prepares depth pictures of one camera.
 class DepthPreparation {
  public:
   DepthPreparation(const CameraModel& camera, double voxel_m, double far_m);
-  DepthView prepare(const Image<float>& depth_m) const;
-  /// x/z, y/z of a pixel's centre.
-  const Eigen::Vector2f& ray(int u, int v) const { return rays_[static_cast<std::size_t>(v) * width_ + u]; }
+  /// `depth_m` has the camera's size. Buffers of `view` are used again.
+  void prepare(const Image<float>& depth_m, DepthView& view);
+  /// x/z, y/z of a pixel's centre; NaN where it sees nothing.
+  const Eigen::Vector2f& ray(std::int32_t pixel) const { return rays_[static_cast<std::size_t>(pixel)]; }
+  float focal() const { return focal_; }
 
  private:
-  void fit_planes(DepthView& view) const;
-  void find_rims(DepthView& view) const;
+  float steepest(float inverse_depth, float pixels) const;
+  void average_blocks(const DepthView& view);
+  float slope(const float* inverse_depth, std::ptrdiff_t step, int before, int after, float bend) const;
+  void invert(const Image<float>& depth_m, DepthView& view) const;
+  void find_jumps(DepthView& view);
+  void add_jump(DepthView& view, int u, int v);
+  void fit_planes(DepthView& view);
+  void spread_jumps(DepthView& view);
+  void measure_noise(DepthView& view) const;
+  void measure_tiles(DepthView& view) const;
 
-  int width_, height_;
+  int width_, height_, blocks_x_, blocks_y_;
   float focal_, voxel_m_, far_m_;
   static constexpr int kObliqueSteps = 256;
   std::array<float, kObliqueSteps + 1> oblique_{};  ///< angular part of the noise, by cosine of incidence
-  std::vector<Eigen::Vector2f> rays_;               ///< NaN where a pixel sees nothing
+  std::vector<Eigen::Vector2f> rays_;               ///< per pixel
+  struct BlockRay {
+    Eigen::Vector2f ray;       ///< of the block's middle
+    Eigen::Vector2f per_unit;  ///< pixels per unit of x/z and of y/z
+    float inverse_length;      ///< of (x/z, y/z, 1)
+  };
+  std::vector<BlockRay> block_rays_;
+  std::vector<float> block_inverse_;  ///< mean inverse depth of a block on one surface; 0 = on none
+  std::vector<std::uint8_t> rough_;   ///< per pixel: depth jumps between it and its neighbours to the right and below
+  std::vector<std::int32_t> block_jumps_;  ///< the jump in the block, later the closest
 };
 
 }  // namespace lumigraft

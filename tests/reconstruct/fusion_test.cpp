@@ -273,6 +273,35 @@ TEST(Fusion, APublishedFieldNeverChanges) {
   }
 }
 
+TEST(Fusion, AFieldThatHasConvergedStandsStill) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionSettings settings;
+  settings.weight_cap = 2;
+  FusionStage stage(session_with(camera), settings);
+  std::shared_ptr<const DistanceField> field;
+  const auto fuse = [&](const Shape& shape, unsigned i) {
+    field = stage.fuse(frame_of(shape, camera, T, i, {0.3, i + 1}), pose_at(T));
+  };
+  for (unsigned i = 0; i < 30; ++i) fuse(table, i);
+  std::size_t republished = 0;
+  for (unsigned i = 30; i < 50; ++i) {
+    const auto before = field;
+    fuse(table, i);
+    for (const auto& [key, brick] : field->bricks) republished += before->brick(key) != brick.get();
+  }
+  EXPECT_LT(republished, field->bricks.size()) << "less than one brick in twenty a picture";
+
+  // What moves slowly is not lost: a table that rises by 0.1 mm a picture.
+  for (unsigned i = 50; i < 140; ++i) {
+    const double rise = 1e-4 * std::min(i - 50, 50u);
+    fuse([&](const Vector3d& p) { return p.z() - rise; }, i);
+  }
+  const auto sample = field->sample(Vector3f(-0.05f, -0.03f, 0.005f));
+  ASSERT_TRUE(sample);
+  EXPECT_NEAR(sample->distance_m, 0, 2e-3f);
+}
+
 TEST(Fusion, TheSameFramesGiveTheSameField) {
   const CameraModel camera = test::small_camera();
   const auto run = [&] {

@@ -1,0 +1,27 @@
+#pragma once
+// Which bricks a depth picture tells about.
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "reconstruct/distance_field.h"
+#include "reconstruct/fusion_view.h"
+
+namespace lumigraft {
+
+/// Bricks that the truncation band of any seen surface touches, in order, each once.
+std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPreparation& preparation,
+                                         const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m);
+
+/// How a brick stands to what the camera sees.
+struct Sight {
+  enum class Kind {
+    hidden,   ///< behind everything seen there, behind the camera, or out of the picture
+    open,     ///< wholly in front, with nothing within the truncation distance
+    surface,  ///< neither
+  } kind;
+  float far_m = 0;  ///< depth behind which everything is hidden
+};
+Sight sight_of(const BrickKey& key, const DepthView& view, const PixelMap& map, float focal,
+               const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);
+
+}  // namespace lumigraft
