@@ -7,9 +7,10 @@ case "${1:-}" in
   test) wanted=$(sed '/^[[#]/d; /^$/d' "$list") ;;
   *) echo "usage: $0 run|test" >&2; exit 2 ;;
 esac
+installed=$(dpkg-query -W -f '${Package} ${Status}\n' $wanted 2>/dev/null | sed -n 's/ install ok installed$//p' || true)
 missing=()
 for package in $wanted; do
-  dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  [[ $'\n'$installed$'\n' == *$'\n'$package$'\n'* ]] || missing+=("$package")
 done
 [ ${#missing[@]} -eq 0 ] && exit 0
 as_root=()

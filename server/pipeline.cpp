@@ -16,6 +16,7 @@
 #include "reconstruct/pose.h"
 #include "server/albedo_schedule.h"
 #include "server/mailbox.h"
+#include "server/pacing.h"
 #include "server/played_frames.h"
 #include "server/scene_board.h"
 
@@ -26,37 +27,9 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{100};
 constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kAlbedoEvery{1000};
 constexpr int kBehindThePicture = 10;  // niceness of geometry, light and albedo
-
-/// A stage that runs behind rests at least twice as long as it worked (a third of a core), and keeps to its rate.
-class Rest {
- public:
-  explicit Rest(Clock::duration every) : every_(every) {}
-  bool over() const { return Clock::now().time_since_epoch().count() >= until_; }
-  void after(Clock::duration worked) {
-    until_ = (Clock::now() + std::max(every_ - worked, 2 * worked)).time_since_epoch().count();
-  }
-
- private:
-  const Clock::duration every_;
-  std::atomic<Clock::rep> until_ = 0;
-};
-
-/// When pose should begin, so that its frame is ready just as relight comes free, and not a whole picture older: after
-/// relight began, by its usual duration less that of pose.
-class JustInTime {
- public:
-  void relight_begins() { began_ = Clock::now().time_since_epoch().count(); }
-  void relight_took(Clock::duration took) { relight_ = smoothed(relight_, took); }
-  void pose_took(Clock::duration took) { pose_ = smoothed(pose_, took); }
-  Clock::time_point pose_begins() const {
-    const Clock::duration pose = Clock::duration(pose_) + Clock::duration(pose_) / 4;  // rather early than late
-    return Clock::time_point(Clock::duration(began_)) + Clock::duration(relight_) - pose;
-  }
-
- private:
-  static Clock::rep smoothed(Clock::rep before, Clock::duration now) { return (before + now.count()) / 2; }
-  std::atomic<Clock::rep> began_ = 0, relight_ = 0, pose_ = 0;
-};
+// How long these rest, in times of their work: a third of a core each while the room is unknown; after that a fifth for
+// geometry and a tenth for albedo, whose newest answers hardly differ from the ones before.
+constexpr int kRest = 2, kGeometryRestLater = 4, kAlbedoRestLater = 9;
 
 struct PosedFrame {
   PlayedFrame played;
@@ -175,7 +148,7 @@ void Pipeline::State::capture_turn() {
   if (to_pose.put(*played)) {
     metrics.drop(pose_waits_for_relight ? "relight" : "pose");
   }
-  if (light_rest.over()) {
+  if (light_rest.over(kRest)) {
     put(to_light, played->frame);
   }
 }
@@ -206,7 +179,8 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
     just_in_time.pose_took(Clock::now() - begin);
   }
   const std::optional<Pose>& where = posed->located.pose;
-  if (where && where->age_ns == 0 && played->frame->depth && geometry_rest.over()) {
+  if (where && where->age_ns == 0 && played->frame->depth &&
+      geometry_rest.over(learning ? kRest : kGeometryRestLater)) {
     put(to_geometry, std::shared_ptr<const PosedFrame>(posed));
   }
   put(to_relight, std::shared_ptr<const PosedFrame>(posed));
@@ -265,21 +239,21 @@ void Pipeline::State::relight_turn() {
 
 void Pipeline::State::geometry_turn() {
   if (const std::shared_ptr<const PosedFrame> posed = to_geometry.take(kTick).value_or(nullptr)) {
+    const AtWork work(geometry_rest);
     const StageTimer timer(metrics, "fuse");
     board.publish_field(fusion.fuse(*posed->played.frame, *posed->located.pose));
     board.publish_warnings("geometry stage", {});
-    geometry_rest.after(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timer.elapsed_s())));
   }
 }
 
 void Pipeline::State::light_turn() {
   if (const auto frame = to_light.take(kTick)) {
+    const AtWork work(light_rest);
     const StageTimer timer(metrics, "light");
     LightStage::Result result = light.extract(**frame);
     board.publish_light(result.illumination);
     board.publish_warnings("light", std::move(result.warnings));
     board.publish_warnings("light stage", {});
-    light_rest.after(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timer.elapsed_s())));
   }
 }
 
@@ -289,15 +263,16 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
   if (field && measured) {
     learning = schedule.changed_much(*field, *measured);
   }
-  if (!field || !measured || !albedo_rest.over() || !schedule.changed(*field, *measured)) {
+  if (!field || !measured || !albedo_rest.over(learning ? kRest : kAlbedoRestLater) ||
+      !schedule.changed(*field, *measured)) {
     sleep_until(Clock::now() + kTick / 2);
     return;
   }
+  const AtWork work(albedo_rest);
   const StageTimer timer(metrics, "albedo");
   schedule.solved(*field, *measured);
   board.publish_solution(albedo.solve(*field, *measured), field->version, measured->version);
   board.publish_warnings("albedo stage", {});
-  albedo_rest.after(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timer.elapsed_s())));
 }
 
 void Pipeline::State::encode_turn() {
