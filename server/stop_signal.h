@@ -12,7 +12,7 @@ namespace lumigraft {
 /// orderly end and then ends the process with exit code 0 as well.
 class StopSignal {
  public:
-  static constexpr std::chrono::milliseconds kPatience{400};
+  static constexpr std::chrono::milliseconds kPatience{250};
 
   StopSignal();
   StopSignal(const StopSignal&) = delete;

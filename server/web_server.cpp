@@ -30,7 +30,7 @@ constexpr std::uint32_t kLongestHeader = 8 * 1024;
 constexpr std::size_t kLongestBody = 1024;
 constexpr int kSendBuffer_bytes = 256 * 1024;  // what the kernel holds for a slow viewer: a quarter second of stream
 constexpr std::chrono::milliseconds kStatesApart{50};
-constexpr std::chrono::milliseconds kGoodbye{200};
+constexpr std::chrono::milliseconds kGoodbye{100};
 
 class Connection;
 
