@@ -36,10 +36,15 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
 
   ServeCommand serve;
   ReplayCommand replay;
-  std::string oracle, backend = "vulkan";
+  std::string oracle, backend;
   const auto add_set = [](CLI::App& command, std::vector<std::string>& overrides) {
     command.add_option("--set", overrides, "KEY=VALUE over any key of the session or configuration; help lists them")
         ->allow_extra_args(false);
+  };
+
+  const auto add_backend = [&backend](CLI::App& command) {
+    command.add_option("--backend", backend, "What draws; best: a hardware GPU before software, Vulkan before EGL")
+        ->check(CLI::IsMember({"best", "vulkan", "egl"}));
   };
 
   CLI::App& serve_app = *app.add_subcommand("serve", "Stream relit pictures to browsers");
@@ -49,6 +54,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   serve_app.add_option("--exhibit", serve.files.exhibit, "Virtual objects, in place of the session's own exhibit.toml");
   serve_app.add_option("--listen", serve.listen,
                        "ADDRESS:PORT; 127.0.0.1:8080 unless the configuration says otherwise");
+  add_backend(serve_app);
   add_set(serve_app, serve.files.overrides);
 
   CLI::App& replay_app = *app.add_subcommand("replay", "Turn a recorded session into pictures, frame by frame");
@@ -58,7 +64,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
                         "Virtual objects, in place of the session's own exhibit.toml");
   replay_app.add_option("--frames", replay.frames, "Only the first N colour frames")
       ->check(CLI::Range(1, std::numeric_limits<int>::max()));
-  replay_app.add_option("--backend", backend, "GPU interface")->check(CLI::IsMember({"vulkan"}));
+  add_backend(replay_app);
   replay_app.add_option("--oracle", oracle, "Parts taken from the session's truth/: pose,geometry,light,albedo");
   replay_app.add_flag("--dump", replay.dump, "Also write albedo, normals, depth, delta and mask as EXR");
   add_set(replay_app, replay.files.overrides);
@@ -77,6 +83,11 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
 
   if (doctor_app.parsed()) {
     return DoctorCommand{};
+  }
+  for (auto* overrides : {&serve.files.overrides, &replay.files.overrides}) {
+    if (!backend.empty()) {
+      overrides->push_back("server.backend=" + backend);
+    }
   }
   if (serve_app.parsed()) {
     if (asks_for_keys(serve.files.overrides)) {

@@ -27,12 +27,29 @@ bool check(std::ostream& out, const char* what, Function function) {
   }
 }
 
+/// Every device with its backend, or why it cannot be used. One good device is enough.
+void list_gpus(std::ostream& out) {
+  for (const gpu::DeviceListing& device : gpu::list_devices()) {
+    out << "  " << gpu::name_of(device.backend) << ": " << device.name;
+    if (!device.why_not.empty()) {
+      out << ": cannot be used: " << device.why_not << '\n';
+    } else {
+      out << ": ok, " << (device.software ? "software" : "hardware") << '\n';
+    }
+  }
+}
+
 }  // namespace
 
 bool write_doctor_report(std::ostream& out) {
   out << version_line() << ", " << std::thread::hardware_concurrency() << " cores, "
       << Eigen::SimdInstructionSetsInUse() << '\n';
-  bool good = check(out, "Vulkan", [] { return gpu::create_vulkan_device(gpu::DeviceOptions{})->name(); });
+  list_gpus(out);
+  bool good = check(out, "GPU", [] {
+    const gpu::Backend backend = gpu::best_backend();
+    return std::string(gpu::name_of(backend)) + " draws unless --backend says otherwise, on " +
+           gpu::create_device(backend, gpu::DeviceOptions{})->name();
+  });
   const Image<std::uint8_t> grey(64, 64, 3, 128);
   good &= check(out, "H.264", [&] {
     H264Encoder encoder(grey.width, grey.height);

@@ -111,7 +111,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   }
   PartialOutput output(command.out);
   LockStep pipeline(input.session, std::move(input.exhibit), input.plan,
-                    gpu::create_vulkan_device(gpu::DeviceOptions{}), std::move(oracle));
+                    gpu::create_device(input.server.backend, gpu::DeviceOptions{}), std::move(oracle));
 
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);
   const auto limit = static_cast<std::uint64_t>(command.frames);

@@ -57,7 +57,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   WebServer* web_pointer = nullptr;
   Pipeline pipeline(
       std::move(input), std::move(frames), [session] { return open_frames(session); },
-      [] { return gpu::create_vulkan_device(gpu::DeviceOptions{}); }, demand, metrics,
+      [backend = server.backend] { return gpu::create_device(backend, gpu::DeviceOptions{}); }, demand, metrics,
       [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); });
 
   WebSettings settings;

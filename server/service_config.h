@@ -8,6 +8,7 @@
 
 #include "capture/session.h"
 #include "relight/exhibit.h"
+#include "relight/gpu/device.h"
 #include "relight/plan.h"
 
 namespace lumigraft {
@@ -17,6 +18,7 @@ struct ServerSettings {
   std::uint16_t port = 8080;  ///< 0: any free one
   int max_viewers = 64;
   int jpeg_quality = 85;
+  gpu::Backend backend = gpu::Backend::best;  ///< of replay too
 };
 
 /// ADDRESS:PORT with a numeric address, [::1]:PORT, localhost:PORT, or :PORT alone. `where` begins the error's line.

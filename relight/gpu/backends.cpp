@@ -13,23 +13,6 @@ bool any_usable(const std::vector<DeviceListing>& listings, Wanted wanted) {
   });
 }
 
-/// Asks as few drivers as it can: opening one costs a tenth of a second.
-Backend best_backend() {
-  const std::vector<DeviceListing> vulkan_devices = vulkan::list_devices();
-  if (any_usable(vulkan_devices, Wanted::hardware)) return Backend::vulkan;
-  if (egl::may_have_hardware() && any_usable(egl::list_devices(), Wanted::hardware)) return Backend::egl;
-  if (any_usable(vulkan_devices, Wanted::anything)) return Backend::vulkan;
-  const std::vector<DeviceListing> egl_devices = egl::list_devices();
-  if (any_usable(egl_devices, Wanted::anything)) return Backend::egl;
-  std::string reasons;
-  for (const auto& listings : {vulkan_devices, egl_devices}) {
-    for (const DeviceListing& listing : listings) {
-      reasons += "; " + std::string(name_of(listing.backend)) + ": " + listing.name + ": " + listing.why_not;
-    }
-  }
-  throw GpuError("no usable GPU, nor software that stands in for one (mesa-vulkan-drivers)" + reasons);
-}
-
 }  // namespace
 
 std::string_view name_of(Backend backend) {
@@ -49,6 +32,23 @@ std::optional<Backend> backend_named(std::string_view name) {
     if (name == name_of(backend)) return backend;
   }
   return std::nullopt;
+}
+
+// Asks as few drivers as it can: opening one costs a tenth of a second.
+Backend best_backend() {
+  const std::vector<DeviceListing> vulkan_devices = vulkan::list_devices();
+  if (any_usable(vulkan_devices, Wanted::hardware)) return Backend::vulkan;
+  if (egl::may_have_hardware() && any_usable(egl::list_devices(), Wanted::hardware)) return Backend::egl;
+  if (any_usable(vulkan_devices, Wanted::anything)) return Backend::vulkan;
+  const std::vector<DeviceListing> egl_devices = egl::list_devices();
+  if (any_usable(egl_devices, Wanted::anything)) return Backend::egl;
+  std::string reasons;
+  for (const auto& listings : {vulkan_devices, egl_devices}) {
+    for (const DeviceListing& listing : listings) {
+      reasons += "; " + std::string(name_of(listing.backend)) + ": " + listing.name + ": " + listing.why_not;
+    }
+  }
+  throw GpuError("no usable GPU, nor software that stands in for one (mesa-vulkan-drivers)" + reasons);
 }
 
 std::unique_ptr<Device> create_device(Backend backend, const DeviceOptions& options) {

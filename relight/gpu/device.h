@@ -190,6 +190,7 @@ std::unique_ptr<Device> create_egl_device(const DeviceOptions& options);
 enum class Backend { best, vulkan, egl };
 std::string_view name_of(Backend backend);  ///< "best", "vulkan", "egl"
 std::optional<Backend> backend_named(std::string_view name);
+Backend best_backend();  ///< vulkan or egl; throws GpuError with the reason of every device that cannot be used
 std::unique_ptr<Device> create_device(Backend backend, const DeviceOptions& options);
 
 struct DeviceListing {

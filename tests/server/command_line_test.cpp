@@ -13,11 +13,11 @@ CommandLine parse(std::vector<const char*> words) {
 }
 
 TEST(CommandLine, Serve) {
-  const auto serve = std::get<ServeCommand>(
-      parse({"serve", "--session", "s", "--listen", ":0", "--set", "plan.volume=32", "--set", "tag.id=7"}));
+  const auto serve = std::get<ServeCommand>(parse({"serve", "--session", "s", "--listen", ":0", "--set",
+                                                   "plan.volume=32", "--set", "tag.id=7", "--backend", "egl"}));
   EXPECT_EQ(serve.files.session, "s");
   EXPECT_EQ(serve.listen, ":0");
-  EXPECT_EQ(serve.files.overrides, (std::vector<std::string>{"plan.volume=32", "tag.id=7"}));
+  EXPECT_EQ(serve.files.overrides, (std::vector<std::string>{"plan.volume=32", "tag.id=7", "server.backend=egl"}));
 }
 
 TEST(CommandLine, Replay) {
@@ -28,7 +28,7 @@ TEST(CommandLine, Replay) {
   EXPECT_EQ(replay.frames, 3);
   EXPECT_TRUE(replay.oracle.pose && replay.oracle.light && !replay.oracle.albedo);
   EXPECT_TRUE(replay.dump);
-  EXPECT_EQ(replay.files.overrides, std::vector<std::string>{"plan.volume=32"});
+  EXPECT_EQ(replay.files.overrides, (std::vector<std::string>{"plan.volume=32", "server.backend=vulkan"}));
 }
 
 TEST(CommandLine, Texts) {
@@ -49,7 +49,7 @@ TEST(CommandLine, WhatIsWrongIsOneLine) {
                                              {"replay", "s"},
                                              {"replay", "s", "--out", "o", "--frames", "0"},
                                              {"replay", "s", "--out", "o", "--frames", "x"},
-                                             {"replay", "s", "--out", "o", "--backend", "egl"},
+                                             {"replay", "s", "--out", "o", "--backend", "metal"},
                                              {"replay", "s", "--out", "o", "--oracle", "luck"},
                                              {"replay", "s", "--out", "o", "--set", "volume"},
                                              {"replay", "s", "t", "--out", "o"},

@@ -88,7 +88,11 @@ TEST(LiveRelighter, ADeviceThatCannotBeMadeIsAnErrorAtTheStart) {
   EXPECT_THROW(LiveRelighter(small_camera(), [] { return std::make_shared<BrokenDevice>(); }), gpu::GpuError);
 }
 
-TEST(LiveRelighter, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
+class LiveRelighterOn : public testing::TestWithParam<gpu::Backend> {};
+INSTANTIATE_TEST_SUITE_P(BothDevices, LiveRelighterOn, testing::Values(gpu::Backend::vulkan, gpu::Backend::egl),
+                         [](const auto& test) { return std::string(gpu::name_of(test.param)); });
+
+TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
   const auto broken = std::make_shared<bool>(false);
   int made = 0;
   LiveRelighter relighter(small_camera(), [&]() -> std::shared_ptr<gpu::Device> {
@@ -96,7 +100,7 @@ TEST(LiveRelighter, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
     if (made == 2) {
       throw gpu::GpuError("still gone");
     }
-    return std::make_shared<FailingDevice>(gpu::create_vulkan_device({}), broken);
+    return std::make_shared<FailingDevice>(gpu::create_device(GetParam(), {}), broken);
   });
   Scene scene;
   const TinySession tiny("live-relighter");

@@ -39,13 +39,14 @@ TEST(ServiceConfig, AConfigurationMayNameASession) {
              "session = \".\"\nexhibit = \"other.toml\"\n[server]\nmax_viewers = 3\n[plan]\nvolume = 64\n");
   ServiceFiles files;
   files.config = tiny.folder / "kiosk.toml";
-  files.overrides = {"tag.id=8", "server.jpeg_quality=50"};
+  files.overrides = {"tag.id=8", "server.jpeg_quality=50", "server.backend=egl"};
   const ServiceInput input = read_service(files, Plan{});
   EXPECT_EQ(input.session.name, "tiny");
   EXPECT_EQ(input.session.tag.id, 8) << "--set reaches the session's keys";
   EXPECT_TRUE(input.exhibit.objects.empty());
   EXPECT_EQ(input.server.max_viewers, 3);
   EXPECT_EQ(input.server.jpeg_quality, 50);
+  EXPECT_EQ(input.server.backend, gpu::Backend::egl);
   EXPECT_EQ(input.plan.volume, 64);
 }
 
@@ -74,9 +75,9 @@ TEST(ServiceConfig, ErrorsSayWhere) {
   files.session = tiny.folder / "none";
   EXPECT_NE(error_of(files).find("no such folder"), std::string::npos) << error_of(files);
   files.session = tiny.folder;
-  for (const char* wrong :
-       {"server.listen=8080", "server.listen=localhost:99999", "server.listen=kiosk:80", "server.listen=::1:80",
-        "server.max_viewers=0", "server.port=8080", "plan.volume=77", "color.wide=4", "nonsense=1"}) {
+  for (const char* wrong : {"server.listen=8080", "server.listen=localhost:99999", "server.listen=kiosk:80",
+                            "server.listen=::1:80", "server.max_viewers=0", "server.backend=metal", "server.port=8080",
+                            "plan.volume=77", "color.wide=4", "nonsense=1"}) {
     files.overrides = {wrong};
     const std::string error = error_of(files);
     EXPECT_NE(error.find(std::string(wrong).substr(0, std::string(wrong).find('='))), std::string::npos) << error;
