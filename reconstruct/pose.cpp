@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 #include "reconstruct/pose_alignment.h"
 #include "reconstruct/pose_filter.h"
@@ -22,23 +23,39 @@ using Eigen::Vector3d;
 constexpr double kDegree = M_PI / 180;
 constexpr double kCap = 100;  // each witness for a pose counts as squared deviations in σ, and for no more than this
 
-/// Where the print would be if the camera had hardly moved, and half its size around: what a hand moves it between two
-/// pictures. Empty where that would be most of the picture.
+std::pair<Vector2d, Vector2d> extent(const TagCorners& points) {
+  Vector2d low = points[0], high = points[0];
+  for (const Vector2d& point : points) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  return {low, high};
+}
+
+/// The detector's tiles: a region on their grid shows it the same tiles as the whole picture.
+constexpr int kGrid = 8;
+
+/// Full resolution while the tag may be small in the picture; half beyond, where corners are refined anyway.
+int finest(int width) { return width <= 640 ? 1 : 2; }
+
+/// The points, and half their extent around them: what a hand moves a tag between two pictures.
+PixelRegion tiles_around(const TagCorners& points, const CameraModel& camera) {
+  const auto [low, high] = extent(points);
+  const Vector2d around = ((high - low) / 2).cwiseMax(16);
+  return region_around(low - around, high + around, camera.width, camera.height, kGrid);
+}
+
+/// Where to look for the print if the camera hardly moved. Empty where that would be most of the picture.
 std::optional<PixelRegion> region_of_tag(const Isometry3d& T_camera_tag, const TagPattern& pattern, double size_m,
                                          const CameraModel& camera) {
   const double half_m = size_m / 2 * pattern.cells / pattern.square_cells;
-  Vector2d low = Vector2d::Constant(std::numeric_limits<double>::max()), high = -low;
-  for (const double x : {-half_m, half_m})
-    for (const double y : {-half_m, half_m}) {
-      const auto pixel = camera.project(T_camera_tag * Vector3d(x, y, 0));
-      if (!pixel) return std::nullopt;
-      low = low.cwiseMin(*pixel);
-      high = high.cwiseMax(*pixel);
-    }
-  const Vector2d around = ((high - low) / 2).cwiseMax(16);
-  // The detector's tiles: a region on their grid shows it the same tiles as the whole picture.
-  constexpr int kGrid = 8;
-  const PixelRegion region = region_around(low - around, high + around, camera.width, camera.height, kGrid);
+  TagCorners print;
+  for (int i = 0; i < 4; ++i) {
+    const auto pixel = camera.project(T_camera_tag * Vector3d(i % 2 ? half_m : -half_m, i / 2 ? half_m : -half_m, 0));
+    if (!pixel) return std::nullopt;
+    print[i] = *pixel;
+  }
+  const PixelRegion region = tiles_around(print, camera);
   if (region.width < 4 * kGrid || region.height < 4 * kGrid ||
       2 * region.width * region.height > camera.width * camera.height)
     return std::nullopt;
@@ -47,11 +64,7 @@ std::optional<PixelRegion> region_of_tag(const Isometry3d& T_camera_tag, const T
 
 /// Around the corners, by the paper that alignment reads and the neighbours that its pixels need.
 PixelRegion region_of_corners(const TagCorners& corners, const TagPattern& pattern, const CameraModel& camera) {
-  Vector2d low = corners[0], high = corners[0];
-  for (const Vector2d& corner : corners) {
-    low = low.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
+  const auto [low, high] = extent(corners);
   const Vector2d around = (high - low) / pattern.square_cells + Vector2d::Constant(3);
   return region_around(low - around, high + around, camera.width, camera.height);
 }
@@ -82,6 +95,7 @@ struct PoseStage::State {
 
   bool recent(const FrameSet& frame) const;
   std::vector<TagCorners> find(const FrameSet& frame);
+  std::vector<TagCorners> find_in(const Picture& picture, const PixelRegion& region);
   std::vector<Candidate> candidates(const TagCorners& corners, const FrameSet& frame) const;
   void align(Candidate& candidate, const SquareCorners& rays, const std::vector<SeenPixel>& pixels) const;
   std::vector<double> costs(const std::vector<Candidate>& poses, const FrameSet& frame) const;
@@ -102,6 +116,13 @@ bool PoseStage::State::recent(const FrameSet& frame) const {
   return last && frame.time_ns > last->time_ns && frame.time_ns - last->time_ns <= kAgeLimitNs;
 }
 
+std::vector<TagCorners> PoseStage::State::find_in(const Picture& picture, const PixelRegion& region) {
+  std::vector<TagCorners> sightings = finder.find(detector_codes(picture, region, gain), finest(region.width));
+  for (TagCorners& corners : sightings)
+    for (Vector2d& corner : corners) corner += Vector2d(region.left, region.top);
+  return sightings;
+}
+
 std::vector<TagCorners> PoseStage::State::find(const FrameSet& frame) {
   const Picture& picture = *frame.color;
   const Image<float>& radiance = picture.radiance;
@@ -111,14 +132,19 @@ std::vector<TagCorners> PoseStage::State::find(const FrameSet& frame) {
   if (recent(frame)) {
     const auto region = region_of_tag(last->T_tag_camera_raw.inverse(), finder.pattern(), tag.size_m, camera);
     if (region) {
-      std::vector<TagCorners> sightings = finder.find(detector_codes(picture, *region, gain));
-      for (TagCorners& corners : sightings)
-        for (Vector2d& corner : corners) corner += Vector2d(region->left, region->top);
+      std::vector<TagCorners> sightings = find_in(picture, *region);
       if (!sightings.empty()) return sightings;
     }
   }
   if (!radiance.empty()) gain = detector_gain(radiance);
-  return finder.find(detector_codes(picture, {0, 0, width, height}, gain));
+  const PixelRegion whole{0, 0, width, height};
+  const Image<std::uint8_t> codes = detector_codes(picture, whole, gain);
+  const std::vector<TagCorners> coarse = finder.find(codes, 2 * finest(width));
+  if (coarse.size() == 1) {
+    std::vector<TagCorners> sightings = find_in(picture, tiles_around(coarse.front(), camera));
+    if (!sightings.empty()) return sightings;
+  }
+  return finder.find(codes, finest(width));
 }
 
 void PoseStage::State::align(Candidate& candidate, const SquareCorners& rays,

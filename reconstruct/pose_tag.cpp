@@ -101,9 +101,8 @@ TagFinder::TagFinder(const Tag& tag)
 
 TagFinder::~TagFinder() = default;
 
-std::vector<TagCorners> TagFinder::find(const Image<std::uint8_t>& grey) {
-  // Full resolution while the tag may be small in the picture; half beyond, where corners are refined anyway.
-  detector_->detector->quad_decimate = grey.width <= 640 ? 1.0f : 2.0f;
+std::vector<TagCorners> TagFinder::find(const Image<std::uint8_t>& grey, int decimate) {
+  detector_->detector->quad_decimate = static_cast<float>(decimate);
   image_u8_t picture = {grey.width, grey.height, grey.width, const_cast<std::uint8_t*>(grey.data.data())};
   zarray_t* detections = apriltag_detector_detect(detector_->detector, &picture);
 
