@@ -168,6 +168,28 @@ TEST_P(DeviceLife, AnUnknownDeviceIsNamedWithTheReason) {
   EXPECT_NE(text.find(variable + " asks for \"no such device\""), std::string::npos) << text;
 }
 
+TEST_P(DeviceLife, WhatIsTooLargeIsRefusedAndTheDeviceGoesOn) {
+  const auto device = create_device(GetParam(), {});
+  const auto refused = [&](const TextureDesc& desc) {
+    return error_of<GpuError>([&] { device->create_texture(desc); });
+  };
+  const std::string flat = refused({.name = "flat", .width = 1 << 20, .height = 2});
+  EXPECT_EQ(flat.find("texture \"flat\" (1048576x2 rgba16_float): the longest edge of " + device->name() + " is "), 0u)
+      << flat;
+  const std::string deep = refused({.name = "deep", .width = 1 << 20, .height = 2, .depth = 2});
+  EXPECT_NE(deep.find("the longest edge"), std::string::npos) << deep;
+  if (GetParam() == Backend::egl) {  // asked of the driver before memory is touched; software Vulkan would touch it
+    const std::string much = refused(
+        {.name = "much", .width = 2048, .height = 2048, .depth = 2048, .mips = 12, .format = Format::rgba32_float});
+    EXPECT_EQ(much, "creating texture \"much\" (2048x2048x2048 rgba32_float): out of device memory");
+  }
+  const std::string buffer = error_of<GpuError>([&] { device->create_buffer(std::size_t{1} << 40, "tera"); });
+  EXPECT_EQ(buffer.find("buffer \"tera\" has 1099511627776 bytes; the most of "), 0u) << buffer;
+
+  const auto small = device->create_texture({.name = "small", .width = 4, .height = 4, .format = Format::r32_float});
+  EXPECT_EQ(values_of<float>(device->download(*small)), std::vector<float>(16, 0.0f));
+}
+
 TEST_P(DeviceLife, AnotherThreadMayGoOn) {
   const auto device = create_device(GetParam(), {.validation = true, .more_shaders = device_test_shaders()});
   const auto buffer = device->create_buffer(4, "word");
