@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "reconstruct/albedo_bricks.h"
+#include "reconstruct/albedo_gather.h"
 #include "reconstruct/albedo_irradiance.h"
 #include "reconstruct/albedo_lamps.h"
 #include "reconstruct/albedo_points.h"
@@ -20,7 +21,11 @@ namespace {
 constexpr int kSamples = 2500;
 constexpr int kGatherRays = 64;
 constexpr float kMostMetal = 0.1f;        ///< share of what a sample sees that may be metal
-constexpr double kGrown = 1.25;           ///< when so much more surface is known, lamps are searched from nothing
+constexpr double kGrown = 1.5;            ///< when so much more surface is known, lamps are searched from nothing
+constexpr double kMoreSurface = 1.1;      ///< when so much more is known, they are looked for around where they were
+constexpr float kLampTurn = 0.9999f;      ///< cosine (0.8°): so far a lamp turns, and
+constexpr float kLampShare = 0.05f;       ///< so much its irradiance changes, before it is looked for again
+constexpr int kSolvesKept = 8;            ///< solves after which it is, whatever happened
 constexpr float kKnownSigma = 0.25f;      ///< of log distance; beyond it the distance counts as unknown
 constexpr float kFarthestKnown_m = 7.5f;  ///< the search ends at 8 m: there a lamp is as good as infinitely far
 
@@ -41,6 +46,26 @@ std::vector<PointLight> placed(const Illumination& illumination, const std::vect
   return lights;
 }
 
+/// What lamps were when their places were found.
+struct Located {
+  std::size_t points = 0;
+  std::vector<PointLight> lights;
+  int solves = 0;
+
+  bool holds(const std::vector<PointLight>& now, std::size_t points_now) const {
+    if (solves >= kSolvesKept || static_cast<double>(points_now) > kMoreSurface * static_cast<double>(points) ||
+        now.size() != lights.size()) {
+      return false;
+    }
+    return std::all_of(now.begin(), now.end(), [&](const PointLight& light) {
+      const auto was =
+          std::find_if(lights.begin(), lights.end(), [&](const PointLight& other) { return other.id == light.id; });
+      return was != lights.end() && was->clipped == light.clipped && was->direction.dot(light.direction) > kLampTurn &&
+             (was->irradiance - light.irradiance).norm() < kLampShare * was->irradiance.norm();
+    });
+  }
+};
+
 std::string distance_warning(const std::vector<PointLight>& lights) {
   const auto unknown =
       std::count_if(lights.begin(), lights.end(), [](const PointLight& l) { return !l.distance_known; });
@@ -54,6 +79,9 @@ std::string distance_warning(const std::vector<PointLight>& lights) {
 struct AlbedoStage::State {
   explicit State(const Session& session) : metal(session), tag_size_m(session.tag.size_m) {}
 
+  std::vector<LampEstimate> locate(const RoomLight& room, const Illumination& illumination, const Surface& surface,
+                                   const std::vector<Eigen::Vector3f>& gathered);
+
   MetalSurfaces metal;
   double tag_size_m;
   std::uint64_t version = 0;
@@ -62,7 +90,36 @@ struct AlbedoStage::State {
   Result last;
   std::map<int, LampEstimate> estimates;  ///< by the lamp's id
   std::size_t searched_points = 0;        ///< how much surface was known when lamps were last searched from nothing
+  Located located;
+  float sample_m = 0;  ///< cells only grow, so that samples stay what they were
+  GatherMemory memory;
 };
+
+std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, const Illumination& illumination,
+                                                     const Surface& surface,
+                                                     const std::vector<Eigen::Vector3f>& gathered) {
+  const std::size_t points = surface.points.size();
+  std::vector<LampEstimate> result;
+  if (located.holds(illumination.lights, points)) {
+    ++located.solves;
+    for (const PointLight& light : illumination.lights) result.push_back(estimates.at(light.id));
+    return result;
+  }
+  if (static_cast<double>(points) > kGrown * static_cast<double>(searched_points)) {
+    estimates.clear();
+    searched_points = points;
+  }
+  std::vector<std::optional<LampEstimate>> before;
+  for (const PointLight& light : illumination.lights) {
+    const auto known = estimates.find(light.id);
+    before.push_back(known == estimates.end() ? std::nullopt : std::optional(known->second));
+  }
+  result = locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, tag_size_m), before);
+  estimates.clear();
+  for (std::size_t i = 0; i < result.size(); ++i) estimates[illumination.lights[i].id] = result[i];
+  located = {points, illumination.lights, 0};
+  return result;
+}
 
 AlbedoStage::AlbedoStage(const Session& session) : state_(std::make_unique<State>(session)) {}
 AlbedoStage::~AlbedoStage() = default;
@@ -71,6 +128,10 @@ void AlbedoStage::reset() {
   state_->solved = false;
   state_->last = {};
   state_->estimates.clear();
+  state_->searched_points = 0;
+  state_->sample_m = 0;
+  state_->located = {};
+  state_->memory.forget();
 }
 
 AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumination& illumination) {
@@ -79,28 +140,17 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
 
   const FieldRays rays(field);
   auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
-  Surface surface = find_surface(field, rays, s.metal, kSamples);
+  Surface surface = find_surface(field, rays, s.metal, kSamples, s.sample_m);
+  s.sample_m = surface.sample_m;
   const RoomLight room(field, rays, s.metal, *lit);
+  const std::vector<RoomLight::Gathered> light =
+      s.memory.gather(room, *lit, surface.samples, surface.points.size(), kGatherRays);
   std::vector<Eigen::Vector3f> gathered;
-  for (SurfaceSample& sample : surface.samples) {
-    const RoomLight::Gathered light = room.gather(sample.position, sample.normal, kGatherRays);
-    gathered.push_back(light.irradiance);
-    sample.usable = sample.usable && light.metal_share < kMostMetal;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    gathered.push_back(light[i].irradiance);
+    surface.samples[i].usable = surface.samples[i].usable && light[i].metal_share < kMostMetal;
   }
-  if (surface.points.size() > kGrown * s.searched_points) {
-    s.estimates.clear();
-    s.searched_points = surface.points.size();
-  }
-  std::vector<std::optional<LampEstimate>> before;
-  for (const PointLight& light : lit->lights) {
-    const auto known = s.estimates.find(light.id);
-    before.push_back(known == s.estimates.end() ? std::nullopt : std::optional(known->second));
-  }
-  const std::vector<LampEstimate> estimates =
-      locate_lamps(room, *lit, surface.samples, gathered, tag_paper(surface.points, s.tag_size_m), before);
-  s.estimates.clear();
-  for (std::size_t i = 0; i < estimates.size(); ++i) s.estimates[lit->lights[i].id] = estimates[i];
-  lit->lights = placed(*lit, estimates);
+  lit->lights = placed(*lit, s.locate(room, *lit, surface, gathered));
 
   const LitSurface points(surface, room, *lit, gathered);
   const std::vector<SampleAlbedo> albedo =
@@ -109,6 +159,7 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   result->voxel_m = field.voxel_m;
   result->version = ++s.version;
   result->bricks = albedo_bricks(surface.points, points.albedo(albedo));
+  if (s.last.albedo) keep_unchanged(result->bricks, s.last.albedo->bricks);
 
   s.last = {result, lit, {}};
   if (const std::string warning = distance_warning(lit->lights); !warning.empty()) s.last.warnings.push_back(warning);

@@ -44,6 +44,23 @@ class Writer {
   AlbedoBrick* brick_ = nullptr;
 };
 
+constexpr float kUnseen = 0.01f, kUnseenInOne = 0.04f;  // differences of albedo: mean square, and in one voxel
+
+/// Whether `old` can stand for `now`: it knows as much, and nobody would see the difference.
+bool alike(const AlbedoBrick& now, const AlbedoBrick& old) {
+  float sum = 0;
+  int known = 0;
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    if (now.sigma[i] < 0) continue;
+    if (old.sigma[i] < 0) return false;
+    const float squared = (now.albedo[i] - old.albedo[i]).squaredNorm() / 3;
+    if (squared > kUnseenInOne * kUnseenInOne) return false;
+    sum += squared;
+    ++known;
+  }
+  return sum <= kUnseen * kUnseen * static_cast<float>(known);
+}
+
 }  // namespace
 
 BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, const std::vector<PointAlbedo>& albedo) {
@@ -73,6 +90,13 @@ BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, con
     bricks.emplace(key, std::move(brick));
   }
   return bricks;
+}
+
+void keep_unchanged(BrickMap<AlbedoBrick>& bricks, const BrickMap<AlbedoBrick>& before) {
+  for (auto& [key, brick] : bricks) {
+    const auto old = before.find(key);
+    if (old != before.end() && alike(*brick, *old->second)) brick = old->second;
+  }
 }
 
 }  // namespace lumigraft

@@ -19,4 +19,8 @@ BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, con
 
 constexpr int kAlbedoReach = 3;
 
+/// Bricks that are as they were, but for differences that nobody would see (1 % of albedo), stay the same bricks: who
+/// draws from them has nothing to do again.
+void keep_unchanged(BrickMap<AlbedoBrick>& bricks, const BrickMap<AlbedoBrick>& before);
+
 }  // namespace lumigraft

@@ -114,10 +114,11 @@ std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, 
   return paper;
 }
 
-Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples) {
+Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples,
+                     float least_m) {
   Surface surface;
   surface.points = surface_points(field, rays, metal);
-  surface.sample_m = kFinestCellVoxels * field.voxel_m;
+  surface.sample_m = std::max(kFinestCellVoxels * field.voxel_m, least_m);
   std::map<CellKey, std::vector<int>> cells;
   for (;;) {
     cells.clear();

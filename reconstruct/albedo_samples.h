@@ -42,7 +42,8 @@ struct Surface {
 std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double tag_size_m);
 
 /// Points where the field crosses zero and colour was seen; samples from cells as small as gives at most
-/// `most_samples`.
-Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples);
+/// `most_samples`, and no smaller than `least_m`.
+Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples,
+                     float least_m = 0);
 
 }  // namespace lumigraft

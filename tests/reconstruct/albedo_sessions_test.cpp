@@ -189,7 +189,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"cornell", "", 1, 1.0f, 0.06f, 0.04}, Case{"cornell", kClipped, 1, 1.0f, 0.15f, 0.05},
                     Case{"box-with-inside", "", 1, 1.0f, 0.05f, 0.03},
                     Case{"box-with-inside", kClipped, 1, 1.0f, 0.15f, 0.04},
-                    Case{"brushed-metal", "", 1, 2.5f, 0.08f, 0.03},
+                    Case{"brushed-metal", "", 1, 3.5f, 0.08f, 0.03},
                     Case{"brushed-metal", kClipped, 1, 6.0f, 0.45f, 0.03},
                     Case{"tabletop-orbit", "", 12, 2.5f, 0.3f, 0.08}, Case{"recording", "", 12, 2.0f, 0.1f, 0.06}));
 
