@@ -36,7 +36,30 @@ struct PosedFrame {
   PoseStage::Result located;
 };
 
-void step_behind() { setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kBehindThePicture); }
+/// Threads that work behind the picture, with lower priority.
+class ThreadsBehind {
+ public:
+  /// The calling thread joins them.
+  void add() {
+    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
+    std::lock_guard lock(mutex_);
+    threads_.push_back(thread);
+    setpriority(PRIO_PROCESS, thread, kBehindThePicture);
+  }
+  /// Lifts them again where the system lets it. A process is gone only when its last thread is, and that one frees its
+  /// memory: on a busy machine a thread behind takes seconds for it.
+  void hurry() {
+    std::lock_guard lock(mutex_);
+    for (const id_t thread : threads_) {
+      setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, static_cast<id_t>(getpid())));
+    }
+    threads_.clear();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<id_t> threads_;
+};
 
 }  // namespace
 
@@ -73,6 +96,7 @@ struct Pipeline::State {
   Record newest_record;
 
   std::stop_source stopping;
+  ThreadsBehind threads_behind;
   std::vector<std::jthread> threads;
 
   State(ServiceInput input, std::unique_ptr<FrameReader> reader, OpenFrames the_open_again,
@@ -104,7 +128,7 @@ struct Pipeline::State {
     threads.emplace_back([this, stage, behind, turn = std::move(turn)] {
       pthread_setname_np(pthread_self(), stage.c_str());  // for `top -H`
       if (behind) {
-        step_behind();
+        threads_behind.add();
       }
       while (!stopping.stop_requested()) {
         try {
@@ -309,6 +333,7 @@ void Pipeline::start() {
 void Pipeline::stop() {
   State& s = *state_;
   s.stopping.request_stop();
+  s.threads_behind.hurry();
   s.to_pose.close();
   s.to_relight.close();
   s.to_geometry.close();
