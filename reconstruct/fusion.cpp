@@ -23,10 +23,14 @@ using Row = Eigen::Array<float, kBrickEdge, 1>;
 
 constexpr float kNearestM = 0.05f;    // nothing is fused closer to the camera
 constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
-/// A brick that so many pictures have told about learns little from one more: it looks at every kRest-th, until one
-/// shows so many voxels far from where they were.
-constexpr std::uint32_t kSettled = 12, kRest = 4, kLivelyLooks = 8;
+/// A brick that many pictures have told about learns little from one more. From kSettled on it looks at every second,
+/// and at half as many whenever it has seen twice as many, down to one in kLongestRest; but at every one for a while
+/// after a picture showed so many voxels far from where they were.
+constexpr std::uint32_t kSettled = 12, kLongestRest = 8, kLivelyLooks = 8;
 constexpr int kLivelyVoxels = 24;
+/// While the camera has moved less than this since all surfaces were looked through for new bricks, a share of them is.
+constexpr float kSteadyM = 0.01f, kSteadyRad = 0.01f;
+constexpr int kShares = 4;
 constexpr std::uint32_t kWait = 8;  ///< pictures, that slight changes are held back to be published together
 
 bool same_picture(const std::shared_ptr<const Picture>& a, const std::shared_ptr<const Picture>& b) {
@@ -73,6 +77,7 @@ struct FusionStage::State {
   DepthView view;
 
   std::uint32_t pictures = 0, last_publication = 0;
+  Isometry3f searched_from = Isometry3f::Identity();  ///< camera when all surfaces were last looked through
   std::vector<WorkingBrick*> waiting;                 ///< to be published
   bool plain = false;                                 ///< one of them at once
   std::vector<std::unique_ptr<WorkingBrick>> bricks;  ///< in the order in which they came
@@ -84,7 +89,12 @@ struct FusionStage::State {
 };
 
 void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
-  for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera, voxel_m, truncation_m)) {
+  const bool moved = pictures == 0 || (T_tag_camera.translation() - searched_from.translation()).norm() > kSteadyM ||
+                     Eigen::AngleAxisf(searched_from.linear().transpose() * T_tag_camera.linear()).angle() > kSteadyRad;
+  if (moved) searched_from = T_tag_camera;
+  const int shares = moved ? 1 : kShares;
+  for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera, voxel_m, truncation_m,
+                                                {shares, static_cast<int>(pictures) % shares})) {
     if (places.contains(key)) continue;
     places.emplace(key, bricks.size());
     bricks.push_back(std::make_unique<WorkingBrick>());
@@ -93,7 +103,10 @@ void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
 }
 
 bool FusionStage::State::rests(const WorkingBrick& brick, std::size_t place) const {
-  return brick.looks >= kSettled && brick.looks >= brick.lively_until && (pictures + place) % kRest != 0;
+  if (brick.looks < brick.lively_until) return false;
+  std::uint32_t rest = 1;
+  while (rest < kLongestRest && brick.looks >= kSettled * rest) rest *= 2;
+  return (pictures + place) % rest != 0;
 }
 
 /// Free space in front of everything. False where that was known.

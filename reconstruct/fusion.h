@@ -18,15 +18,18 @@ struct FusionSettings {
 
 /// Projective TSDF update with a sensor noise model: axial noise grows with depth² and with the angle of incidence
 /// (Nguyen, Izadi & Lovell 2012, eq. 3), weight = 1/σ². Distances are measured to the plane a pixel sees, not along
-/// its ray, so that they hold at grazing views too. Carves free space. Colour is fused as radiance, weighted by
-/// facing; clipped pixels do not count.
+/// its ray, so that they hold at grazing views too. Carves free space. Behind a rim only what stands where the camera
+/// sees it is solid. Colour is fused as radiance, weighted by facing; clipped pixels do not count.
+///
+/// Bricks are published when they have drifted from what was published by more than noise or 2 % of a voxel, or 1 % of
+/// radiance: a room that stands still is a field that stands still, brick by brick.
 class FusionStage {
  public:
   FusionStage(const Session& session, const FusionSettings& settings);
   ~FusionStage();
-  /// The field with this frame in it. Unchanged (the same pointer) where the frame has no depth, where its pose is
-  /// old, or where neither its pictures nor its pose differ (by more than 10 µm) from the last one fused. Null until a
-  /// depth was fused.
+  /// The field with this frame in it, as far as that makes a difference. Unchanged (the same pointer) where the frame
+  /// has no depth, where its pose is old, or where neither its pictures nor its pose differ (by more than 10 µm) from
+  /// the last one fused. Null until a depth was fused.
   std::shared_ptr<const DistanceField> fuse(const FrameSet& frame, const Pose& pose);
   void reset();
 

@@ -26,7 +26,8 @@ int brick_of(float voxel) {
 }  // namespace
 
 std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPreparation& preparation,
-                                         const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m) {
+                                         const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
+                                         const PictureShare& share) {
   std::vector<BrickKey> keys;
   // Most points fall into a brick seen a moment ago: a small table of recent keys keeps the list short.
   std::array<BrickKey, 4096> recent;
@@ -72,6 +73,7 @@ std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPrepa
   };
   for (int v = 0; v < view.blocks_y; v += kStride)
     for (int u = 0; u < view.blocks_x; u += kStride) {
+      if ((u + v) / kStride % share.of != share.which) continue;
       const DepthView::Block& first = block_at(u, v);
       if (first.weight > 0 && first.jump < 0 && stride_of(u, v, first) == kStride) {
         touch_around(u, v, first);

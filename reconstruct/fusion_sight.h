@@ -8,9 +8,15 @@
 
 namespace lumigraft {
 
-/// Bricks that the truncation band of any seen surface touches, in order, each once.
+/// One in `of` parts of the picture, spread over it evenly.
+struct PictureShare {
+  int of = 1, which = 0;
+};
+
+/// Bricks that the truncation band of any surface seen in this share touches, in order, each once.
 std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPreparation& preparation,
-                                         const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m);
+                                         const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
+                                         const PictureShare& share);
 
 /// How a brick stands to what the camera sees.
 struct Sight {
