@@ -36,6 +36,13 @@ struct Cone {
   float tan_half;
 };
 
+// Where real surfaces are looked up: the start's offset shrinks to nothing over eight times its length, or everything
+// would seem lower by it.
+vec3 real_place(Cone k, float t) {
+  vec3 off = k.from_real - k.from_virtual;
+  return k.from_virtual + max(1.0 - t / (8.0 * length(off) + 1e-6), 0.0) * off + t * k.w;
+}
+
 // The stretch of a ray that the volumes cover, and where it can meet anything virtual.
 vec2 known_stretch(Cone k) {
   vec2 box = ray_box(k.from_real, k.w, grid_low(frame.cascade[1]), cascade_high(1));
@@ -70,7 +77,7 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
     // Nothing virtual ahead: if none was met the change is 0, else only what the real scene still hides counts.
     if (virt.x > virt.y || (t > virt.y && (v.hidden == 0.0 || t > known.y)) || r.hidden > 0.995) break;
     float reach = reach_of(k, t, least);
-    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(k.from_real + t * k.w);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = t > virt.y ? kFar : dv;
     dr = t < known.x ? known.x - t + reach : dr;
     meet(v, hidden_fraction(dv / reach), 1.0 - r.hidden, t);
@@ -81,7 +88,7 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   hidden = v.hidden;
   if (v.hidden > 0.0) {
     gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least));
-    lost = r.seen * real_radiance(k.from_real + r.at * k.w, reach_of(k, r.at, least)) +
+    lost = r.seen * real_radiance(real_place(k, r.at), reach_of(k, r.at, least)) +
            v.hidden * (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
   }
 }
@@ -94,13 +101,13 @@ vec3 change_cone(Cone k) {
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= known.y || max(r.hidden, m_v) > 0.995) break;
     float reach = reach_of(k, t, least);
-    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(k.from_real + t * k.w);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = virt.x > virt.y || t > virt.y ? kFar : dv;
     m_v = max(m_v, hidden_fraction(dv / reach));
     meet(r, hidden_fraction(dr / reach), 1.0 - m_v, t);
     t += next_step(min(dv, dr), reach, least);
   }
-  return r.seen * real_change(k.from_real + r.at * k.w, reach_of(k, r.at, least));
+  return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, least));
 }
 
 // C_rho: radiance of the changed scene along a cone.
@@ -111,13 +118,13 @@ vec3 rho_cone(Cone k) {
   for (int i = 0; i < kMaxSteps; ++i) {
     if ((t > known.y && t > virt.y) || max(r.hidden, v.hidden) > 0.995) break;
     float reach = reach_of(k, t, least);
-    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(k.from_real + t * k.w);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = t > virt.y ? kFar : dv;
     meet(v, hidden_fraction(dv / reach), 1.0 - r.hidden, t);
     meet(r, hidden_fraction(dr / reach), 1.0 - v.hidden, t);
     t += next_step(min(dv, dr), reach, least);
   }
-  vec3 on_real = k.from_real + r.at * k.w;
+  vec3 on_real = real_place(k, r.at);
   float reach = reach_of(k, r.at, least);
   return v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least)) +
          r.seen * max(real_radiance(on_real, reach) + real_change(on_real, reach), vec3(0)) +
@@ -131,11 +138,11 @@ vec3 mu_cone(Cone k) {
   float least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= known.y || r.hidden > 0.995) break;
-    float reach = reach_of(k, t, least), d = real_distance(k.from_real + t * k.w);
+    float reach = reach_of(k, t, least), d = real_distance(real_place(k, t));
     meet(r, hidden_fraction(d / reach), 1.0, t);
     t += next_step(d, reach, least);
   }
-  return r.seen * real_radiance(k.from_real + r.at * k.w, reach_of(k, r.at, least)) +
+  return r.seen * real_radiance(real_place(k, r.at), reach_of(k, r.at, least)) +
          (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
 }
 
@@ -147,7 +154,7 @@ vec2 shadow_cone(Cone k, float t_far) {
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= t_far || m_r > 0.995) break;
     float reach = reach_of(k, t, least);
-    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(k.from_real + t * k.w);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = t > virt.y ? kFar : dv;
     dr = t < known.x ? known.x - t + reach : dr;
     m_v = max(m_v, hidden_fraction(dv / reach));

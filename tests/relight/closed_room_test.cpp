@@ -71,5 +71,39 @@ TEST_F(ClosedRoom, WallsReceiveWhatTheBallReflects) {
   EXPECT_NEAR(gained_W, ball * sent_W, 0.05 * sent_W);  // a wall sees the ball through a dozen cones
 }
 
+// A sealed room holds its own light: where its walls send out L everywhere, a white ball in it sends out L and no wall
+// changes, whatever shines outside. Fields know a wall a few voxels deep, cones are wider than that when they meet it,
+// and what is left of them sees the sky: of a sky 40 times as bright as the walls 1.4 % gets in, and may not be more.
+TEST_F(ClosedRoom, SealedRoomKeepsTheSkyOut) {
+  constexpr float radiance = 0.05f, sky = 2;
+  ClosedScene scene = cube_room(0.05f, 0.36f);
+  scene.focal_px = 60;
+  scene.albedo = 0.8f;
+  scene.sky = sky;
+  scene.radiance = [](const Eigen::Vector3f&) { return radiance; };
+  scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0}, 1)};
+  scene.eye_m = {0.3f, -0.33f, 0.2f};
+  scene.look_at_m = {0, 0, 0};
+  for (const int volume : {32, 64}) {
+    SCOPED_TRACE(volume);
+    const RelitPicture picture = relit(scene, careful_plan(volume, 2));
+    double most_on_ball = 0, most_on_walls = 0;
+    int ball = 0;
+    for (int v = 0; v < scene.height; ++v) {
+      for (int u = 0; u < scene.width; ++u) {
+        if (picture.maps->mask.at(u, v) == 1) {
+          ++ball;
+          most_on_ball = std::max(most_on_ball, std::abs(picture_radiance(picture, u, v) - double{radiance}));
+        } else {
+          most_on_walls = std::max(most_on_walls, std::abs(double{picture.maps->delta.at(u, v)}));
+        }
+      }
+    }
+    EXPECT_GT(ball, 200);
+    EXPECT_LT(most_on_ball, 0.016 * sky);
+    EXPECT_LT(most_on_walls, 0.002 * sky);
+  }
+}
+
 }  // namespace
 }  // namespace lumigraft::test
