@@ -31,7 +31,10 @@ inline Quality quality_of(const Plan& plan) {
   }
 }
 
-/// Real voxels whose hemisphere the objects fill by less do not gather: their change is below a code value.
+/// Over the hemisphere of real cells, for the change of other real surfaces.
+constexpr int kChangeCones = 9;
+
+/// Real cells whose hemisphere the objects fill by less do not gather: their change is below a code value.
 constexpr float kLeastShare = 0.004f;
 
 }  // namespace lumigraft

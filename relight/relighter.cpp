@@ -220,8 +220,9 @@ struct Relighter::State {
       voxel_list.record(list, params, *volumes);
       real_fill.surfaces(list, params, bricks, *volumes);
       filter.record(list, *volumes->real_radiance);
+      bounce.list_cells(list, params, kLeastShare, *volumes);
       for (const auto* texture :
-           {&volumes->gathered_virtual, &volumes->gathered_real, &volumes->virtual_radiance, &volumes->real_change}) {
+           {&volumes->gathered_virtual, &volumes->real_irradiance, &volumes->virtual_radiance, &volumes->real_change}) {
         list.clear(**texture, {});
       }
     }
@@ -232,7 +233,8 @@ struct Relighter::State {
     coarse.counts.y() = coarse.counts.z() = quality_of(made_for).voxel_cones;
     for (int i = 1; i < key.bounces; ++i) {
       list.begin_pass("bounce");
-      bounce.record(list, coarse, kLeastShare, *volumes);
+      bounce.gather_virtual(list, coarse, *volumes);
+      bounce.gather_real(list, coarse, kChangeCones, *volumes);
       resolve_all(list, params);
     }
     lit = key;

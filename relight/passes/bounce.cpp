@@ -3,20 +3,33 @@
 namespace lumigraft {
 
 Bounce::Bounce(gpu::Device& device)
-    : virtual_(device.create_compute("bounce_virtual.comp")), real_(device.create_compute("bounce_real.comp")) {}
+    : cells_(device.create_compute("cell_list.comp")),
+      virtual_(device.create_compute("bounce_virtual.comp")),
+      real_(device.create_compute("bounce_real.comp")) {}
 
-void Bounce::record(gpu::CommandList& list, shader::FrameParams params, float least_share,
-                    const Volumes& volumes) const {
+void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, float least_share,
+                        const Volumes& volumes) const {
+  params.pass_f.x() = least_share;
+  list.fill(*volumes.cells, 0);
+  dispatch_3d(list, *cells_, {gpu::storage(28, *volumes.cells), gpu::image(1, *volumes.real_radiance)}, params,
+              volumes.edge / 2, volumes.edge / 2, volumes.edge / 2 * shader::kCascades);
+}
+
+void Bounce::gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const {
   list.dispatch(*virtual_,
                 joined(volumes.bindings(), {gpu::storage(28, *volumes.listed),
                                             gpu::sampled(17, *volumes.virtual_color, gpu::Filter::linear),
                                             gpu::image(18, *volumes.gathered_virtual)}),
                 gpu::bytes_of(params), kListGroups);
-  params.pass_f.x() = least_share;
+}
+
+void Bounce::gather_real(gpu::CommandList& list, shader::FrameParams params, int change_cones,
+                         const Volumes& volumes) const {
+  params.pass_i.x() = change_cones;
   list.dispatch(
       *real_,
-      joined(volumes.bindings(), {gpu::storage(28, *volumes.listed), gpu::image(18, *volumes.gathered_real),
-                                  gpu::image(25, *volumes.real_albedo), gpu::image(26, *volumes.real_normal)}),
+      joined(volumes.bindings(), {gpu::storage(28, *volumes.cells), gpu::image(18, *volumes.real_irradiance),
+                                  gpu::image(25, *volumes.real_radiance), gpu::image(26, *volumes.real_normal)}),
       gpu::bytes_of(params), kListGroups);
 }
 

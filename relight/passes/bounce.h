@@ -1,6 +1,6 @@
 #pragma once
-// Bounces beyond the first, gathered at the voxels near surfaces. In: listed, every volume. Out: gathered_virtual,
-// gathered_real.
+// Bounces beyond the first. In: listed, cells, every volume. Out: gathered_virtual, at the voxels near surfaces;
+// real_irradiance, at the cells.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volumes.h"
 
@@ -9,11 +9,14 @@ namespace lumigraft {
 class Bounce {
  public:
   explicit Bounce(gpu::Device& device);
-  /// `least_share` is how much of the hemisphere the objects must fill for a real voxel to gather.
-  void record(gpu::CommandList& list, shader::FrameParams params, float least_share, const Volumes& volumes) const;
+  /// Fills `cells`, from real_radiance and the objects. `least_share` is how much of the hemisphere the objects must
+  /// fill for a real cell to gather.
+  void list_cells(gpu::CommandList& list, shader::FrameParams params, float least_share, const Volumes& volumes) const;
+  void gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
+  void gather_real(gpu::CommandList& list, shader::FrameParams params, int change_cones, const Volumes& volumes) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> virtual_, real_;
+  std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_;
 };
 
 }  // namespace lumigraft

@@ -38,11 +38,12 @@ LampView lamp_view(const shader::FrameParams& frame, const shader::Lamp& lamp) {
 
 Inject::Inject(gpu::Device& device, int map_edge)
     : edge_(map_edge),
-      raster_(device.create_raster({.vertex_shader = "rsm.vert",
-                                    .fragment_shader = "rsm.frag",
-                                    .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
-                                    .attributes = vertex_attributes(),
-                                    .color_formats = {gpu::Format::rgba32_float, gpu::Format::rgba16_float, gpu::Format::rgba16_float}})),
+      raster_(device.create_raster(
+          {.vertex_shader = "rsm.vert",
+           .fragment_shader = "rsm.frag",
+           .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
+           .attributes = vertex_attributes(),
+           .color_formats = {gpu::Format::rgba32_float, gpu::Format::rgba16_float, gpu::Format::rgba16_float}})),
       inject_(device.create_compute("inject.comp")) {
   const auto make = [&](const char* name, gpu::Format format) {
     return device.create_texture({.name = name, .width = edge_, .height = edge_, .format = format, .attachment = true});
@@ -73,18 +74,19 @@ void Inject::record(gpu::CommandList& list, shader::FrameParams params, const st
       draws.add(objects[i].stored->simple, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view.draw,
                 white);
     }
-    const std::array<gpu::Attachment, 3> colors{gpu::Attachment{position_.get()}, gpu::Attachment{albedo_.get()}, gpu::Attachment{normal_.get()}};
+    const std::array<gpu::Attachment, 3> colors{gpu::Attachment{position_.get()}, gpu::Attachment{albedo_.get()},
+                                                gpu::Attachment{normal_.get()}};
     const gpu::Attachment depth{z_.get()};
     list.draw(*raster_, colors, &depth, draws.calls);
 
     params.pass_i.x() = lamp;
     params.pass_f.x() = view.inverse_tan;
-    dispatch_2d(
-        list, *inject_,
-        joined(volumes.bindings(), {gpu::sampled(12, *position_), gpu::sampled(13, *albedo_), gpu::sampled(18, *normal_),
-                                    gpu::sampled(14, *volumes.real_albedo, gpu::Filter::linear),
-                                    gpu::storage(16, *volumes.virtual_flux), gpu::storage(17, *volumes.real_flux)}),
-        params, edge_, edge_);
+    dispatch_2d(list, *inject_,
+                joined(volumes.bindings(),
+                       {gpu::sampled(12, *position_), gpu::sampled(13, *albedo_), gpu::sampled(18, *normal_),
+                        gpu::sampled(14, *volumes.real_albedo, gpu::Filter::linear),
+                        gpu::storage(16, *volumes.virtual_flux), gpu::storage(17, *volumes.real_flux)}),
+                params, edge_, edge_);
   }
 }
 

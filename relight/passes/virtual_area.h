@@ -8,7 +8,8 @@ namespace lumigraft {
 
 class VirtualArea {
  public:
-  static constexpr float kUnitsPerFace = 65536.0f;  ///< fixed point; a voxel holds thousands of faces before it overflows
+  static constexpr float kUnitsPerFace =
+      65536.0f;  ///< fixed point; a voxel holds thousands of faces before it overflows
 
   explicit VirtualArea(gpu::Device& device);
   void record(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,

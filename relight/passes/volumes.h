@@ -14,10 +14,12 @@ struct Volumes {
   std::unique_ptr<gpu::Texture> virtual_distance, virtual_color;  ///< of the virtual volume; made by fit_virtual
   std::unique_ptr<gpu::Texture> real_distance, real_albedo, real_normal;       ///< level 0 alone
   std::unique_ptr<gpu::Texture> real_radiance, virtual_radiance, real_change;  ///< with their hierarchy
-  std::unique_ptr<gpu::Texture> gathered_virtual, gathered_real;               ///< radiance by bounces beyond the first
-  std::unique_ptr<gpu::Buffer> virtual_flux, real_flux;                        ///< fixed point
-  std::unique_ptr<gpu::Buffer> virtual_area;  ///< fixed point, voxel faces
-  std::unique_ptr<gpu::Buffer> listed;                                         ///< voxels near surfaces
+  std::unique_ptr<gpu::Texture> gathered_virtual;                              ///< radiance by bounces beyond the first
+  std::unique_ptr<gpu::Texture> real_irradiance;         ///< change of it by bounces, one texel a cell of 2³ voxels
+  std::unique_ptr<gpu::Buffer> virtual_flux, real_flux;  ///< fixed point
+  std::unique_ptr<gpu::Buffer> virtual_area;             ///< fixed point, voxel faces
+  std::unique_ptr<gpu::Buffer> listed;                   ///< voxels near surfaces
+  std::unique_ptr<gpu::Buffer> cells;                    ///< of 2³ voxels, with real surface near the objects
   std::unique_ptr<gpu::Texture> environment;
 
   Volumes(gpu::Device& device, int edge_voxels);

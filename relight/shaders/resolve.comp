@@ -12,7 +12,8 @@ layout(std430, binding = 16) readonly buffer VirtualFlux { int virtual_flux[]; }
 layout(std430, binding = 17) readonly buffer RealFlux { int real_flux[]; };
 layout(std430, binding = 15) readonly buffer Area { int virtual_area[]; };
 layout(binding = 18, rgba16f) uniform readonly image3D gathered_virtual;  // radiance from bounces
-layout(binding = 19, rgba16f) uniform readonly image3D gathered_real;
+layout(binding = 19) uniform sampler3D real_irradiance;  // change of it by bounces, times weight, weight
+layout(binding = 14, rgba16f) uniform readonly image3D albedo_real;
 layout(binding = 25, rgba16f) uniform readonly image3D weight_real;  // L_mu, its a is the surface weight
 layout(binding = 26, rgba16f) uniform writeonly image3D out_virtual;
 layout(binding = 27, rgba16f) uniform writeonly image3D out_change;
@@ -43,7 +44,9 @@ void main() {
     if (w_virtual > 0.0)
       out_v = vec4(flux_v * unit / max(area_v, kLeastArea) + imageLoad(gathered_virtual, voxel.at).rgb, 1.0) * w_virtual;
     if (mu.a > 0.0) {
-      vec3 change = (flux_r * unit / area_r + imageLoad(gathered_real, voxel.at).rgb) * mu.a;
+      vec4 e = textureLod(real_irradiance, cascade_place(voxel.cascade, voxel.position, 1.0), 0.0);
+      vec3 gathered = e.a > 1e-3 ? imageLoad(albedo_real, voxel.at).rgb * e.rgb / (kPi * e.a) : vec3(0);
+      vec3 change = (flux_r * unit / area_r + gathered) * mu.a;
       out_r = vec4(max(change, -mu.rgb), mu.a);  // no surface sends out less than nothing
     }
     imageStore(out_virtual, voxel.at, to_half(out_v));

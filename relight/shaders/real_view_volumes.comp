@@ -1,0 +1,124 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// What real surface every pixel shows: where, how turned, how coloured, and whether the objects can change its light.
+#include "volume.glsl"
+#include "half.glsl"
+#include "tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 25) uniform sampler2D rays;     // x/z, y/z of every pixel
+layout(binding = 26) uniform sampler2D depth;    // metres along z, 0: none
+layout(binding = 27) uniform sampler2D radiance; // the camera picture, linear
+layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
+layout(binding = 7) uniform sampler3D real_albedo_volume;
+layout(binding = 8) uniform sampler3D real_normal_volume;
+layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, 0: unknown
+layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: in the delta's footprint, up to 1
+layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a known surface
+
+vec3 camera_point(ivec2 at) {
+  vec2 ray = texelFetch(rays, at, 0).xy;
+  float z = texelFetch(depth, at, 0).x;
+  return vec3(ray * z, z);
+}
+vec3 to_tag(vec3 p) { return (frame.T_tag_camera * vec4(p, 1.0)).xyz; }
+
+// Plane through the depth a few pixels to either side, where that is one surface: for what the volumes don't reach.
+vec3 depth_normal(ivec2 at) {
+  const int kApart_px = 4;
+  ivec2 last = frame.picture.xy - 1;
+  vec3 p = camera_point(at), a = camera_point(clamp(at - ivec2(kApart_px, 0), ivec2(0), last)),
+       b = camera_point(clamp(at + ivec2(kApart_px, 0), ivec2(0), last)),
+       c = camera_point(clamp(at - ivec2(0, kApart_px), ivec2(0), last)),
+       d = camera_point(clamp(at + ivec2(0, kApart_px), ivec2(0), last));
+  vec4 apart = abs(vec4(a.z, b.z, c.z, d.z) - p.z);
+  vec3 n = cross(d - c, b - a);
+  float l = length(n);
+  bool one = max(max(apart.x, apart.y), max(apart.z, apart.w)) < 0.03 * p.z;
+  return one && l > 0.0 ? mat3(frame.T_tag_camera) * (n / l) : vec3(0);
+}
+
+// Share of the light at p that the objects can change at most, by the solid angle of the sphere around them.
+// 0: none; up to 1 the indirect change fades in, so that the footprint has no edge.
+float in_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {
+  vec3 to = frame.sphere.xyz - p;
+  float far2 = dot(to, to), r2 = frame.sphere.w * frame.sphere.w;
+  if (far2 < 1.5 * r2) return 1.0;
+  float far = sqrt(far2), share = r2 / far2;
+  float upmost = clamp(dot(n, to) / far + frame.sphere.w / far, 0.0, 1.0);
+  // Coded pictures: the change of the code value, with the slope of the sRGB curve above its linear part.
+  float level = clamp(frame.camera.y * max(max(b.x, b.y), b.z), 0.004, 1.0);
+  float codes = 255.0 * 1.055 / 2.4 * pow(level, 1.0 / 2.4) * share * (glossy ? 4.0 : upmost);
+  if (codes > 2.0 * frame.pass_f.x) return 1.0;
+  float fade = clamp(codes / frame.pass_f.x - 1.0, 0.0, 1.0);
+  for (int i = 0; i < frame.counts.x; ++i) {  // the shadow
+    vec3 w = frame.lamps[i].position_radius.xyz - p;
+    float l = length(w);
+    vec2 hit = ray_sphere(p, w / l, frame.sphere.xyz, frame.sphere.w + far * frame.lamps[i].position_radius.w / l);
+    if (hit.x < hit.y && hit.y > 0.0 && hit.x < l) return max(fade, 1e-3);
+  }
+  return fade;
+}
+
+// The surface along the ray where depth has a hole, inside the volumes; in units of |w|, 0: none.
+float trace_volume(vec3 eye, vec3 w) {
+  float l = length(w), least = 0.5 * frame.cascade[0].w;
+  vec3 u = w / l;
+  vec2 known = ray_box(eye, u, grid_low(frame.cascade[1]), cascade_high(1));
+  float t = max(known.x, 0.0);
+  for (int i = 0; i < 64 && t < known.y; ++i) {
+    float d = real_distance(eye + t * u);
+    if (d < 0.1 * least) return t / l;
+    t += max(d, least);
+  }
+  return 0.0;
+}
+
+void main() {
+  ivec2 at = tile_texel();
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  vec3 ray = vec3(texelFetch(rays, at, 0).xy, 1.0), eye = frame.T_tag_camera[3].xyz;
+  vec3 w = mat3(frame.T_tag_camera) * ray;  // per metre of z
+  float z = texelFetch(depth, at, 0).x;
+  bool measured = z > 0.0;
+  if (!measured) z = trace_volume(eye, w);
+  vec3 p = eye + z * w, n = vec3(0), b = texelFetch(radiance, at, 0).rgb;
+  vec4 albedo = vec4(0);
+  float footprint = 0.0;
+  if (z > 0.0) {
+    int c = in_cascade(0, p, 1.0) ? 0 : 1;
+    bool inside = in_cascade(1, p, 1.0);
+    n = textureLod(real_normal_volume, cascade_place(c, p, 0.5), 0.0).xyz;
+    float l = length(n);
+    if (inside && l > 0.5) {
+      n /= l;
+      // The fused surface is less noisy than one picture's depth: move along the ray on to it.
+      float d = textureLod(real_distance_m, cascade_place(c, p, 0.5), 0.0).r, slope = dot(n, w);
+      if (measured && slope < -0.2 * length(w)) {
+        float dz = clamp(-d / slope, -frame.field.x, frame.field.x);
+        z += dz;
+        p += dz * w;
+      }
+    } else {
+      n = measured ? depth_normal(at) : vec3(0);
+    }
+    vec2 surface = texelFetch(surfaces, at, 0).xy;
+    float known = 0.0;
+    bool on_tag = all(lessThan(abs(p.xyz), vec3(frame.tag.xx, 0.01)));  // paper, whatever it lies on
+    if (surface.y > 0.0 && !on_tag && abs(surface.x - z) < max(0.01, 0.01 * z)) known = floor(0.5 * surface.y);
+    if (dot(n, n) > 0.0) footprint = in_footprint(p, n, b, known > 0.0);
+    vec3 place = cascade_place(c, p, 0.5);
+    albedo = textureLod(real_albedo_volume, place, 0.0);
+    vec4 mean = textureLod(real_radiance_volume, place, 0.0);
+    if (inside && albedo.a > 1e-3 && mean.a > 1e-3) {
+      // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
+      vec3 detail = clamp(b / max(mean.rgb / mean.a, vec3(1e-5)), vec3(0.2), vec3(4.0));
+      albedo.rgb = min(albedo.rgb / albedo.a * detail, vec3(1));
+    } else {
+      albedo = vec4(0);
+    }
+    albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);
+  }
+  imageStore(out_position, at, vec4(p, z));
+  imageStore(out_normal, at, to_half(vec4(n, footprint)));
+  imageStore(out_albedo, at, to_half(albedo));
+}
