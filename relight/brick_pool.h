@@ -20,7 +20,7 @@ class BrickPool {
   bool update(const std::shared_ptr<const DistanceField>& field, const std::shared_ptr<const AlbedoField>& albedo,
               const Eigen::AlignedBox3f& region);
 
-  void describe(shader::FrameParams& params) const;  ///< bricks_low, bricks_size, field.xy
+  void describe(shader::FrameParams& params) const;     ///< bricks_low, bricks_size, field.xy
   std::vector<gpu::Binding> bindings() const;           ///< as bricks.glsl declares them
   std::vector<gpu::Binding> distance_bindings() const;  ///< those that distances need
 

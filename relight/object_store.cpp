@@ -38,8 +38,7 @@ std::vector<float> surface_samples(const Model& model, double share_m2) {
         const float u = (static_cast<float>(i) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
         const float w = (static_cast<float>(j / 2) + (j % 2 == 0 ? 1.0f : 2.0f) / 3) / static_cast<float>(k);
         const Eigen::Vector3f p = a + u * (b - a) + w * (c - a);
-        const Eigen::Vector3f n =
-            (1 - u - w) * model.normals[v[0]] + u * model.normals[v[1]] + w * model.normals[v[2]];
+        const Eigen::Vector3f n = (1 - u - w) * model.normals[v[0]] + u * model.normals[v[1]] + w * model.normals[v[2]];
         samples.insert(samples.end(), {p.x(), p.y(), p.z(), area / static_cast<float>(k * k), n.x(), n.y(), n.z(), 0});
       }
     }
@@ -51,7 +50,8 @@ double surface_area_m2(const Model& model) {
   double sum = 0;
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
     const Eigen::Vector3f& a = model.positions_m[model.indices[t]];
-    const Eigen::Vector3f ab = model.positions_m[model.indices[t + 1]] - a, ac = model.positions_m[model.indices[t + 2]] - a;
+    const Eigen::Vector3f ab = model.positions_m[model.indices[t + 1]] - a,
+                          ac = model.positions_m[model.indices[t + 2]] - a;
     sum += 0.5 * ab.cross(ac).norm();
   }
   return sum;

@@ -11,11 +11,13 @@ struct Quality {
   int hemisphere_cones;  ///< over the hemisphere of virtual surfaces
   int shadow_cones;      ///< per lamp
   int shadow_scale;      ///< shadows on surfaces without known gloss are traced at 1/shadow_scale of the picture
+  int ambient_scale;     ///< light on virtual surfaces but for the lamps is traced at 1/ambient_scale of the picture
   int glossy_cones;      ///< per mirror lobe
   int voxel_cones;       ///< per voxel and bounce
   int window;            ///< half the filter's window, in traced pixels
   int supersampling;     ///< of the object's silhouette, along each axis
   bool simple_models;    ///< draw simplified triangles to the camera too
+  bool cells;  ///< take the indirect change of real pixels from the cells of the volumes, not traced per pixel
 };
 
 /// Full resolution is the careful setting; coarser tracing goes with fewer cones. 9 is the least that covers a
@@ -23,11 +25,11 @@ struct Quality {
 inline Quality quality_of(const Plan& plan) {
   switch (plan.trace_scale) {
     case 1:
-      return {0.5f, 16, 9, 32, 16, 1, 24, 16, 2, 4, false};
+      return {0.5f, 16, 9, 32, 16, 1, 1, 24, 16, 2, 4, false, false};
     case 2:
-      return {0.5f, 20, 9, 20, 6, 1, 16, 12, 2, 2, false};
+      return {0.5f, 20, 9, 20, 6, 1, 1, 16, 12, 2, 2, false, false};
     default:
-      return {12.0f, 6, 4, 6, 1, 2, 4, 6, 1, 2, true};
+      return {3.0f, 6, 4, 6, 4, 2, 2, 4, 6, 1, 2, true, true};
   }
 }
 

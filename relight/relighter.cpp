@@ -9,6 +9,7 @@
 #include "relight/camera_upload.h"
 #include "relight/light_set.h"
 #include "relight/object_store.h"
+#include "relight/passes/ambient.h"
 #include "relight/passes/bounce.h"
 #include "relight/passes/compose.h"
 #include "relight/passes/filter.h"
@@ -89,6 +90,7 @@ struct Relighter::State {
   Trace trace;
   Upsample upsample;
   Reflect reflect;
+  Ambient ambient;
   Shade shade;
   Compose compose;
 
@@ -122,6 +124,7 @@ struct Relighter::State {
         trace(*device),
         upsample(*device),
         reflect(*device),
+        ambient(*device),
         shade(*device),
         compose(*device) {
     for (const RealSurface& surface : session.real_surfaces) {
@@ -146,7 +149,7 @@ struct Relighter::State {
       // A highlight on gloss is sharp: it is not traced coarsely.
       const int shadow_scale = known_surfaces.empty() ? quality.shadow_scale : 1;
       screen = std::make_unique<Screen>(*device, model.width, model.height, plan.trace_scale, shadow_scale,
-                                        quality.supersampling);
+                                        quality.ambient_scale, quality.supersampling);
       camera.upload_rays(*device, *screen);
     }
     made_for = plan;
@@ -232,10 +235,15 @@ struct Relighter::State {
     shader::FrameParams coarse = params;
     coarse.counts.y() = coarse.counts.z() = quality_of(made_for).voxel_cones;
     for (int i = 1; i < key.bounces; ++i) {
-      list.begin_pass("bounce");
+      list.begin_pass("bounce of virtual");
       bounce.gather_virtual(list, coarse, *volumes);
+      list.begin_pass("bounce of real");
       bounce.gather_real(list, coarse, kChangeCones, *volumes);
       resolve_all(list, params);
+    }
+    if (quality_of(made_for).cells) {
+      list.begin_pass("cells");
+      bounce.gather_real(list, coarse, kChangeCones, *volumes);
     }
     lit = key;
   }
@@ -250,31 +258,40 @@ struct Relighter::State {
                     const Plan& plan) const {
     const Quality quality = quality_of(plan);
     // Passes fill chosen blocks alone; nothing of the last frame may show in the others.
-    for (const gpu::Texture* stale : {screen->real_position.get(), screen->real_normal.get(),
-                                      screen->object_surface.get(), screen->shadowed.get(), screen->traced.get()}) {
+    for (const gpu::Texture* stale :
+         {screen->real_position.get(), screen->real_normal.get(), screen->object_surface.get(), screen->shadowed.get(),
+          screen->direct_lost.get(), screen->traced.get(), screen->indirect.get(), screen->object_irradiance.get()}) {
       list.clear(*stale, {});
     }
     list.begin_pass("views");
     object_view.draw(list, params, objects, quality.simple_models, store.white(), *screen);
     if (!known_surfaces.empty()) object_view.draw_known(list, params, known_surfaces, store.white(), *screen);
     list.begin_pass("real view");
-    real_view.record(list, params, quality.least_codes, bricks, *screen);
+    if (quality.cells) {
+      real_view.from_volumes(list, params, quality.least_codes, *volumes, *screen);
+    } else {
+      real_view.from_bricks(list, params, quality.least_codes, bricks, *screen);
+    }
     list.begin_pass("object view");
     object_view.resolve(list, params, *screen);
     list.begin_pass("shadow");
     shadow.record(list, params, *volumes, *screen);
     if (screen->shadow_scale > 1)
       upsample.record(list, params, *screen, *screen->shadowed, *screen->direct_lost, screen->shadow_scale, 1);
-    list.begin_pass("trace");
-    trace.record(list, params, quality.change_cones, *volumes, *screen);
-    list.begin_pass("upsample");
-    upsample.record(list, params, *screen, *screen->traced, *screen->indirect, plan.trace_scale, quality.window);
+    if (!quality.cells) {
+      list.begin_pass("trace");
+      trace.record(list, params, quality.change_cones, *volumes, *screen);
+      list.begin_pass("upsample");
+      upsample.record(list, params, *screen, *screen->traced, *screen->indirect, plan.trace_scale, quality.window);
+    }
     if (!known_surfaces.empty()) {
       list.begin_pass("reflect");
       reflect.record(list, params, *volumes, *screen);
       upsample.record(list, params, *screen, *screen->mirror_gained, *screen->mirror_gained_smooth, 1, 2);
       upsample.record(list, params, *screen, *screen->mirror_share, *screen->mirror_share_smooth, 1, 2);
     }
+    list.begin_pass("ambient");
+    ambient.record(list, params, *volumes, *screen);
     list.begin_pass("shade");
     shade.record(list, params, *volumes, *screen);
     list.begin_pass("compose");
@@ -303,11 +320,19 @@ struct Relighter::State {
     return maps;
   }
 
+  /// The camera's picture with the blocks that were composed.
   Image<std::uint8_t> read_picture() const {
     const std::vector<std::byte> bytes = device->download(*screen->picture);
-    Image<std::uint8_t> picture(screen->width, screen->height, 3);
-    for (std::size_t i = 0; i < bytes.size() / 4; ++i) {
-      for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(bytes[4 * i + c]);
+    Image<std::uint8_t> picture = camera.coded();
+    for (const std::uint32_t place : screen->tiles->view_places()) {
+      const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
+      for (int v = top; v < std::min(top + kTile_px, screen->height); ++v) {
+        for (int u = left; u < std::min(left + kTile_px, screen->width); ++u) {
+          const std::size_t i =
+              static_cast<std::size_t>(v) * static_cast<std::size_t>(screen->width) + static_cast<std::size_t>(u);
+          for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(bytes[4 * i + c]);
+        }
+      }
     }
     return picture;
   }

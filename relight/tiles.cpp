@@ -10,7 +10,7 @@ namespace {
 constexpr int kStep_px = 2;
 constexpr int kMargin_px = 3;  // around the objects' outline: supersampling and rounding
 
-/// Whether objects inside the sphere can change a pixel; the same bound as in_footprint() of real_gbuffer.comp, for a
+/// Whether objects inside the sphere can change a pixel; the same bound as in_footprint() of footprint.glsl, for a
 /// surface that faces them.
 class Bound {
  public:
@@ -18,13 +18,17 @@ class Bound {
       : p_(params), least_codes_(least_codes), facing_(glossy ? 4.0f : 1.0f) {}
 
   bool can_change(const Eigen::Vector3f& at, float brightest) const {
-    const Eigen::Vector3f centre = p_.sphere.head<3>();
-    const float r2 = p_.sphere.w() * p_.sphere.w(), far2 = (centre - at).squaredNorm();
+    const float r2 = p_.sphere.w() * p_.sphere.w(), far2 = (p_.sphere.head<3>() - at).squaredNorm();
     if (far2 < 1.5f * r2) return true;
     // Change of the code value, with the slope of the sRGB curve above its linear part.
     const float level = std::clamp(p_.camera.y() * brightest, 0.004f, 1.0f);
-    if (255.0f * 1.055f / 2.4f * std::pow(level, 1.0f / 2.4f) * (r2 / far2) * facing_ > least_codes_) return true;
-    const float far = std::sqrt(far2);
+    return 255.0f * 1.055f / 2.4f * std::pow(level, 1.0f / 2.4f) * (r2 / far2) * facing_ > least_codes_;
+  }
+
+  /// Whether they can stand between it and a lamp.
+  bool can_shade(const Eigen::Vector3f& at) const {
+    const Eigen::Vector3f centre = p_.sphere.head<3>();
+    const float far2 = (centre - at).squaredNorm(), far = std::sqrt(far2);
     for (int i = 0; i < p_.counts.x(); ++i) {  // the shadow
       const Eigen::Vector3f to_lamp = p_.lamps[i].position_radius.head<3>() - at;
       const float l = to_lamp.norm(), along = (centre - at).dot(to_lamp) / l;
@@ -42,16 +46,17 @@ class Bound {
 
 }  // namespace
 
-Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale)
+Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale, int ambient_scale)
     : width_(width_px),
       height_(height_px),
       columns_((width_px + kTile_px - 1) / kTile_px),
       rows_((height_px + kTile_px - 1) / kTile_px),
       shadow_scale_(shadow_scale),
-      trace_scale_(trace_scale) {
+      trace_scale_(trace_scale),
+      ambient_scale_(ambient_scale) {
   const std::size_t bytes =
       sizeof(std::uint32_t) * static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  for (TileList* list : {&views_, &changed_, &objects_, &shadows_, &traces_}) {
+  for (TileList* list : {&views_, &changed_, &objects_, &ambients_, &shadows_, &traces_}) {
     list->buffer = device.create_buffer(bytes, "tiles");
   }
 }
@@ -60,7 +65,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
                    const Image<float>* depth_m, const Image<float>& radiance, const std::vector<PlacedObject>& objects,
                    float least_codes, bool glossy, bool all) {
   const auto tile_count = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  std::vector<char> changed(tile_count, all), covered(tile_count, all);
+  std::vector<char> changed(tile_count, all), shaded(tile_count, all), covered(tile_count, all);
   const auto mark = [&](std::vector<char>& tiles, int u, int v) -> char& {
     return tiles[static_cast<std::size_t>(v / kTile_px) * static_cast<std::size_t>(columns_) +
                  static_cast<std::size_t>(u / kTile_px)];
@@ -71,18 +76,19 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
   const Eigen::Vector3f eye = params.T_tag_camera.topRightCorner<3, 1>();
   for (int v = 0; v < height_ && !all; v += kStep_px) {
     for (int u = 0; u < width_; u += kStep_px) {
-      char& tile = mark(changed, u, v);
-      if (tile) continue;
+      char &tile = mark(changed, u, v), &shade = mark(shaded, u, v);
+      if (tile && shade) continue;
       const std::size_t i =
           static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
       const float z = depth_m != nullptr ? depth_m->data[i] : 0.0f;
       if (z <= 0) {
-        tile = 1;  // a hole: the field tells where the surface is, later
+        tile = shade = 1;  // a hole: the field tells where the surface is, later
         continue;
       }
       const Eigen::Vector3f at = eye + turn * Eigen::Vector3f(rays[2 * i] * z, rays[2 * i + 1] * z, z);
       const float* b = &radiance.data[3 * i];
-      tile = bound.can_change(at, std::max({b[0], b[1], b[2]}));
+      shade = shade || bound.can_shade(at);
+      tile = tile || shade || bound.can_change(at, std::max({b[0], b[1], b[2]}));
     }
   }
 
@@ -118,14 +124,16 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
 
   std::vector<char> views(changed);
   for (std::size_t i = 0; i < tile_count; ++i) views[i] |= covered[i];
-  send(device, views_, views, 1);
+  view_places_ = send(device, views_, views, 1);
   send(device, changed_, changed, 1);
   send(device, objects_, covered, 1);
-  send(device, shadows_, changed, shadow_scale_);
+  send(device, ambients_, covered, ambient_scale_);
+  send(device, shadows_, glossy ? changed : shaded, shadow_scale_);
   send(device, traces_, changed, trace_scale_);
 }
 
-void Tiles::send(gpu::Device& device, TileList& list, const std::vector<char>& marked, int scale) const {
+std::vector<std::uint32_t> Tiles::send(gpu::Device& device, TileList& list, const std::vector<char>& marked,
+                                       int scale) const {
   std::vector<std::uint32_t> places;
   for (int row = 0; row < rows_; row += scale) {
     for (int column = 0; column < columns_; column += scale) {
@@ -143,6 +151,7 @@ void Tiles::send(gpu::Device& device, TileList& list, const std::vector<char>& m
   }
   list.count = static_cast<int>(places.size());
   if (!places.empty()) device.upload(*list.buffer, 0, std::as_bytes(std::span(places)));
+  return places;
 }
 
 }  // namespace lumigraft

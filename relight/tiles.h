@@ -16,7 +16,7 @@ constexpr int kTile_px = 8;
 
 class Tiles {
  public:
-  Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale);
+  Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale, int ambient_scale);
 
   /// `rays` holds x/z and y/z of every pixel; `least_codes` as in quality.h; `all` takes every block.
   void choose(gpu::Device& device, const shader::FrameParams& params, const std::vector<float>& rays,
@@ -24,16 +24,21 @@ class Tiles {
               float least_codes, bool glossy, bool all);
 
   const TileList& views() const { return views_; }  ///< changed or covered
+  /// The same as column | row << 16.
+  const std::vector<std::uint32_t>& view_places() const { return view_places_; }
   const TileList& changed() const { return changed_; }
-  const TileList& objects() const { return objects_; }  ///< inside the objects' bounds
-  const TileList& shadows() const { return shadows_; }  ///< of the grid of shadow cells
-  const TileList& traces() const { return traces_; }    ///< of the grid of traced cells
+  const TileList& objects() const { return objects_; }    ///< inside the objects' bounds
+  const TileList& ambients() const { return ambients_; }  ///< the same, of the grid of ambient cells
+  const TileList& shadows() const { return shadows_; }    ///< of the grid of shadow cells
+  const TileList& traces() const { return traces_; }      ///< of the grid of traced cells
 
  private:
-  void send(gpu::Device& device, TileList& list, const std::vector<char>& marked, int scale) const;
+  std::vector<std::uint32_t> send(gpu::Device& device, TileList& list, const std::vector<char>& marked,
+                                  int scale) const;
 
-  int width_, height_, columns_, rows_, shadow_scale_, trace_scale_;
-  TileList views_, changed_, objects_, shadows_, traces_;
+  int width_, height_, columns_, rows_, shadow_scale_, trace_scale_, ambient_scale_;
+  TileList views_, changed_, objects_, ambients_, shadows_, traces_;
+  std::vector<std::uint32_t> view_places_;
 };
 
 }  // namespace lumigraft

@@ -5,14 +5,14 @@ namespace lumigraft {
 Compose::Compose(gpu::Device& device) : pipeline_(device.create_compute("compose.comp")) {}
 
 void Compose::record(gpu::CommandList& list, shader::FrameParams params, const Screen& screen) const {
-  dispatch_2d(
+  dispatch_tiles(
       list, *pipeline_,
       {gpu::sampled(1, *screen.codes), gpu::sampled(2, *screen.radiance), gpu::sampled(3, *screen.real_normal),
        gpu::sampled(4, *screen.real_albedo), gpu::sampled(5, *screen.direct_lost), gpu::sampled(6, *screen.indirect),
        gpu::sampled(7, *screen.mirror_gained_smooth), gpu::sampled(8, *screen.mirror_share_smooth),
        gpu::sampled(9, *screen.object_radiance), gpu::sampled(10, *screen.object_surface),
        gpu::image(12, *screen.picture), gpu::image(13, *screen.delta)},
-      params, screen.width, screen.height);
+      params, screen.tiles->views());
 }
 
 }  // namespace lumigraft

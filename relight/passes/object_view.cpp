@@ -65,7 +65,7 @@ void ObjectView::resolve(gpu::CommandList& list, const shader::FrameParams& para
                   gpu::sampled(3, *screen.sample_depth), gpu::sampled(4, *screen.real_position),
                   gpu::image(12, *screen.object_normal), gpu::image(13, *screen.object_base),
                   gpu::image(14, *screen.object_surface)},
-                 params, screen.tiles->views());
+                 params, screen.tiles->objects());
 }
 
 }  // namespace lumigraft

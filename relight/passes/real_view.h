@@ -1,9 +1,10 @@
 #pragma once
-// The real surface in every pixel. In: rays, depth, camera radiance, known materials, the bricks. Out: real_position,
-// real_normal with the footprint, real_albedo.
+// The real surface in every pixel. In: rays, depth, camera radiance, known materials, and either the bricks or the
+// light volumes. Out: real_position, real_normal with the footprint, real_albedo; from volumes also indirect.
 #include "relight/brick_pool.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen.h"
+#include "relight/passes/volumes.h"
 
 namespace lumigraft {
 
@@ -12,11 +13,13 @@ class RealView {
   explicit RealView(gpu::Device& device);
   /// Pixels that the objects cannot change by more than `least_codes` code values, by a bound that is several times too
   /// careful, are left out of the footprint.
-  void record(gpu::CommandList& list, shader::FrameParams params, float least_codes, const BrickPool& bricks,
-              const Screen& screen) const;
+  void from_bricks(gpu::CommandList& list, shader::FrameParams params, float least_codes, const BrickPool& bricks,
+                   const Screen& screen) const;
+  void from_volumes(gpu::CommandList& list, shader::FrameParams params, float least_codes, const Volumes& volumes,
+                    const Screen& screen) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+  std::unique_ptr<gpu::ComputePipeline> bricks_, volumes_;
 };
 
 }  // namespace lumigraft

@@ -2,14 +2,23 @@
 
 namespace lumigraft {
 
-Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int samples)
-    : width(width_px), height(height_px), scale(trace_scale), shadow_scale(coarse_shadows), supersampling(samples) {
+Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows,
+               int coarse_ambient, int samples)
+    : width(width_px),
+      height(height_px),
+      scale(trace_scale),
+      shadow_scale(coarse_shadows),
+      ambient_scale(coarse_ambient),
+      supersampling(samples) {
   using gpu::Format;
   const auto make = [&](const char* name, Format format, int w, int h, bool attachment = false) {
     return device.create_texture({.name = name, .width = w, .height = h, .format = format, .attachment = attachment});
   };
   const auto full = [&](const char* name, Format format) { return make(name, format, width, height); };
-  tiles = std::make_unique<Tiles>(device, width, height, shadow_scale, scale);
+  const auto coarse = [&](const char* name, int s) {
+    return make(name, Format::rgba16_float, (width + s - 1) / s, (height + s - 1) / s);
+  };
+  tiles = std::make_unique<Tiles>(device, width, height, shadow_scale, scale, ambient_scale);
   rays = full("rays", Format::rg32_float);
   codes = full("camera codes", Format::rgba8_unorm);
   radiance = full("camera radiance", Format::rgba32_float);
@@ -30,16 +39,19 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   object_normal = full("object normal", Format::rgba16_float);
   object_base = full("object base", Format::rgba16_float);
   object_surface = full("object surface", Format::rgba32_float);
+  object_irradiance = coarse("object irradiance", ambient_scale);
+  object_mirrored = coarse("object mirrored", ambient_scale);
+  object_open = coarse("object open", ambient_scale);
+  object_open_more = coarse("object open, more", ambient_scale);
   object_radiance = full("object radiance", Format::rgba16_float);
   real_position = full("real position", Format::rgba32_float);
   real_normal = full("real normal", Format::rgba16_float);
   real_albedo = full("real albedo", Format::rgba16_float);
-  shadowed = make("shadowed", Format::rgba16_float, (width + shadow_scale - 1) / shadow_scale,
-                  (height + shadow_scale - 1) / shadow_scale);
+  shadowed = coarse("shadowed", shadow_scale);
   direct_lost = full("direct lost", Format::rgba16_float);
   mirror_lost = full("mirror lost", Format::rgba16_float);
   mirror_all = full("mirror all", Format::rgba16_float);
-  traced = make("traced", Format::rgba16_float, (width + scale - 1) / scale, (height + scale - 1) / scale);
+  traced = coarse("traced", scale);
   indirect = full("indirect", Format::rgba16_float);
   mirror_gained = full("mirror gained", Format::rgba16_float);
   mirror_share = full("mirror share", Format::rgba16_float);

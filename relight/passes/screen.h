@@ -8,7 +8,7 @@
 namespace lumigraft {
 
 struct Screen {
-  int width = 0, height = 0, scale = 0, shadow_scale = 1, supersampling = 0;
+  int width = 0, height = 0, scale = 0, shadow_scale = 1, ambient_scale = 1, supersampling = 0;
   std::unique_ptr<Tiles> tiles;  ///< the blocks that passes work on; what lies outside is cleared
   // What the camera gave.
   std::unique_ptr<gpu::Texture> rays;   ///< x/z and y/z of every pixel
@@ -20,6 +20,9 @@ struct Screen {
   std::unique_ptr<gpu::Texture> object_normal;                                       ///< tag frame; roughness
   std::unique_ptr<gpu::Texture> object_base;                                         ///< base colour; metallic
   std::unique_ptr<gpu::Texture> object_surface;                                      ///< z, coverage, specular
+  std::unique_ptr<gpu::Texture> object_irradiance;  ///< but for the lamps, at 1/ambient_scale
+  std::unique_ptr<gpu::Texture> object_mirrored;  ///< radiance of the mirror part but for the lamps, at 1/ambient_scale
+  std::unique_ptr<gpu::Texture> object_open, object_open_more;  ///< share of lamps 0-3, 4-7 that is seen
   std::unique_ptr<gpu::Texture> object_radiance;
   // Known materials of real surfaces, as seen by the camera.
   std::unique_ptr<gpu::Texture> known_normal, known_base, known_depth, known_z;
@@ -37,7 +40,8 @@ struct Screen {
   std::unique_ptr<gpu::Texture> picture;  ///< sRGB codes
   std::unique_ptr<gpu::Texture> delta;    ///< change of radiance of real pixels; coverage
 
-  Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int samples);
+  Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int coarse_ambient,
+         int samples);
 };
 
 }  // namespace lumigraft

@@ -6,11 +6,14 @@ Shade::Shade(gpu::Device& device) : pipeline_(device.create_compute("shade.comp"
 
 void Shade::record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes,
                    const Screen& screen) const {
+  params.pass_i.x() = screen.ambient_scale;
   dispatch_tiles(
       list, *pipeline_,
       joined(volumes.bindings(), {gpu::sampled(12, *screen.object_normal), gpu::sampled(13, *screen.object_base),
                                   gpu::sampled(14, *screen.object_surface), gpu::sampled(15, *screen.rays),
-                                  gpu::image(16, *screen.object_radiance)}),
+                                  gpu::sampled(17, *screen.object_irradiance),
+                                  gpu::sampled(18, *screen.object_mirrored), gpu::sampled(19, *screen.object_open),
+                                  gpu::sampled(25, *screen.object_open_more), gpu::image(16, *screen.object_radiance)}),
       params, screen.tiles->objects());
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // Radiance of virtual surfaces (thesis eq. 5.23-5.25). In: every volume, object_normal, object_base, object_surface,
-// rays. Out: object_radiance.
+// object_irradiance, object_mirrored, object_open, rays. Out: object_radiance.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen.h"
 #include "relight/passes/volumes.h"

@@ -3,6 +3,7 @@
 // The final picture (thesis §5.4.4): camera picture plus change where it shows the real room, virtual radiance where it
 // shows an object, mixed by coverage. Pixels that nothing changes keep their code values.
 #include "frame.glsl"
+#include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) uniform sampler2D picture;   // code values of the camera
 layout(binding = 2) uniform sampler2D radiance;  // the same, linear
@@ -23,7 +24,7 @@ vec3 srgb(vec3 x) {
 }
 
 void main() {
-  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   vec3 b = texelFetch(radiance, at, 0).rgb, delta = vec3(0);
   float coverage = texelFetch(object_surface, at, 0).y;

@@ -1,7 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What real surface every pixel shows: where, how turned, how coloured, and whether the objects can change its light.
+// The same as real_view_bricks.comp from the light volumes, and with the change of irradiance that their cells gathered:
+// one look-up each where the bricks take dozens. Coarser where the outer cascade is coarser than the field.
 #include "volume.glsl"
+#include "footprint.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -11,9 +13,11 @@ layout(binding = 27) uniform sampler2D radiance; // the camera picture, linear
 layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
 layout(binding = 7) uniform sampler3D real_albedo_volume;
 layout(binding = 8) uniform sampler3D real_normal_volume;
+layout(binding = 9) uniform sampler3D real_irradiance;  // times weight, weight
 layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, 0: unknown
 layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: in the delta's footprint, up to 1
 layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a known surface
+layout(binding = 15, rgba16f) uniform writeonly image2D out_indirect;
 
 vec3 camera_point(ivec2 at) {
   vec2 ray = texelFetch(rays, at, 0).xy;
@@ -35,28 +39,6 @@ vec3 depth_normal(ivec2 at) {
   float l = length(n);
   bool one = max(max(apart.x, apart.y), max(apart.z, apart.w)) < 0.03 * p.z;
   return one && l > 0.0 ? mat3(frame.T_tag_camera) * (n / l) : vec3(0);
-}
-
-// Share of the light at p that the objects can change at most, by the solid angle of the sphere around them.
-// 0: none; up to 1 the indirect change fades in, so that the footprint has no edge.
-float in_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {
-  vec3 to = frame.sphere.xyz - p;
-  float far2 = dot(to, to), r2 = frame.sphere.w * frame.sphere.w;
-  if (far2 < 1.5 * r2) return 1.0;
-  float far = sqrt(far2), share = r2 / far2;
-  float upmost = clamp(dot(n, to) / far + frame.sphere.w / far, 0.0, 1.0);
-  // Coded pictures: the change of the code value, with the slope of the sRGB curve above its linear part.
-  float level = clamp(frame.camera.y * max(max(b.x, b.y), b.z), 0.004, 1.0);
-  float codes = 255.0 * 1.055 / 2.4 * pow(level, 1.0 / 2.4) * share * (glossy ? 4.0 : upmost);
-  if (codes > 2.0 * frame.pass_f.x) return 1.0;
-  float fade = clamp(codes / frame.pass_f.x - 1.0, 0.0, 1.0);
-  for (int i = 0; i < frame.counts.x; ++i) {  // the shadow
-    vec3 w = frame.lamps[i].position_radius.xyz - p;
-    float l = length(w);
-    vec2 hit = ray_sphere(p, w / l, frame.sphere.xyz, frame.sphere.w + far * frame.lamps[i].position_radius.w / l);
-    if (hit.x < hit.y && hit.y > 0.0 && hit.x < l) return max(fade, 1e-3);
-  }
-  return fade;
 }
 
 // The surface along the ray where depth has a hole, inside the volumes; in units of |w|, 0: none.
@@ -84,6 +66,7 @@ void main() {
   vec3 p = eye + z * w, n = vec3(0), b = texelFetch(radiance, at, 0).rgb;
   vec4 albedo = vec4(0);
   float footprint = 0.0;
+  vec3 indirect = vec3(0);
   if (z > 0.0) {
     int c = in_cascade(0, p, 1.0) ? 0 : 1;
     bool inside = in_cascade(1, p, 1.0);
@@ -105,7 +88,8 @@ void main() {
     float known = 0.0;
     bool on_tag = all(lessThan(abs(p.xyz), vec3(frame.tag.xx, 0.01)));  // paper, whatever it lies on
     if (surface.y > 0.0 && !on_tag && abs(surface.x - z) < max(0.01, 0.01 * z)) known = floor(0.5 * surface.y);
-    if (dot(n, n) > 0.0) footprint = in_footprint(p, n, b, known > 0.0);
+    // Blocks that no shadow can reach were not dispatched to the shadow pass: no need to ask again here.
+    if (dot(n, n) > 0.0) footprint = max(indirect_footprint(p, n, b, known > 0.0), kShadowOnly);
     vec3 place = cascade_place(c, p, 0.5);
     albedo = textureLod(real_albedo_volume, place, 0.0);
     vec4 mean = textureLod(real_radiance_volume, place, 0.0);
@@ -116,9 +100,12 @@ void main() {
     } else {
       albedo = vec4(0);
     }
+    vec4 e = textureLod(real_irradiance, cascade_place(c, p, 1.0), 0.0);
+    if (inside && e.a > 1e-3) indirect = e.rgb / e.a;
     albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);
   }
   imageStore(out_position, at, vec4(p, z));
   imageStore(out_normal, at, to_half(vec4(n, footprint)));
   imageStore(out_albedo, at, to_half(albedo));
+  imageStore(out_indirect, at, to_half(vec4(indirect, 0.0)));
 }

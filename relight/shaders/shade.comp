@@ -1,18 +1,54 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Radiance of the virtual objects (thesis eq. 5.23-5.25): lamps with GGX over Lambert and shadow cones through real and
-// virtual surfaces, cones over the hemisphere for everything else, and cones along the lobe for the mirror part.
-#include "gather.glsl"
+// Radiance of the virtual objects (thesis eq. 5.23-5.25): lamps with GGX over Lambert, and what ambient.comp found,
+// upsampled between pixels of like depth and normal. pass_i.x: scale of that.
+#include "object_pixel.glsl"
 #include "lamp.glsl"
-#include "brdf.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 12) uniform sampler2D object_normal;
-layout(binding = 13) uniform sampler2D object_base;
-layout(binding = 14) uniform sampler2D object_surface;
-layout(binding = 15) uniform sampler2D rays;
+layout(binding = 17) uniform sampler2D irradiance;
+layout(binding = 18) uniform sampler2D mirrored_light;
+layout(binding = 19) uniform sampler2D open_lamps;
+layout(binding = 25) uniform sampler2D open_lamps_more;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_radiance;
+
+struct Arriving {
+  vec3 irradiance, mirrored;
+  vec4 open, open_more;
+};
+
+Arriving arriving(ivec2 cell) {
+  return Arriving(texelFetch(irradiance, cell, 0).rgb, texelFetch(mirrored_light, cell, 0).rgb,
+                  texelFetch(open_lamps, cell, 0), texelFetch(open_lamps_more, cell, 0));
+}
+
+// Joint bilateral upsampling (Kopf et al. 2007) over the 3 × 3 cells around.
+Arriving upsample(ivec2 at, ObjectPixel o, float z) {
+  int scale = frame.pass_i.x;
+  Arriving sum = Arriving(vec3(0), vec3(0), vec4(0), vec4(0));
+  float weights = 0.0;
+  ivec2 size = textureSize(irradiance, 0);
+  for (int i = 0; i < 9; ++i) {
+    ivec2 q = at / scale + ivec2(i % 3, i / 3) - 1;
+    if (any(lessThan(q, ivec2(0))) || any(greaterThanEqual(q, size))) continue;
+    int block = int(texelFetch(irradiance, q, 0).a) - 1;
+    if (block < 0) continue;
+    ivec2 from = min(scale * q + ivec2(block % scale, block / scale), frame.picture.xy - 1);
+    float off = (texelFetch(object_surface, from, 0).x - z) * frame.pinhole.x / (4.0 * z * float(scale));
+    vec2 apart = vec2(from - at) / float(scale);
+    float turn = max(dot(o.n, normalize(texelFetch(object_normal, from, 0).xyz)), 0.0);
+    float w = exp(-off * off - dot(apart, apart)) * pow(turn, 16.0) + 1e-8;
+    Arriving a = arriving(q);
+    sum.irradiance += w * a.irradiance;
+    sum.mirrored += w * a.mirrored;
+    sum.open += w * a.open;
+    sum.open_more += w * a.open_more;
+    weights += w;
+  }
+  float k = weights > 0.0 ? 1.0 / weights : 0.0;
+  return Arriving(k * sum.irradiance, k * sum.mirrored, k * sum.open, k * sum.open_more);
+}
 
 void main() {
   ivec2 at = tile_texel();
@@ -20,45 +56,28 @@ void main() {
   vec4 surface = texelFetch(object_surface, at, 0);
   vec3 radiance = vec3(0);
   if (surface.y > 0.0) {
-    vec4 normal = texelFetch(object_normal, at, 0), base = texelFetch(object_base, at, 0);
-    vec3 eye = frame.T_tag_camera[3].xyz;
-    vec3 p = eye + mat3(frame.T_tag_camera) * (surface.x * vec3(texelFetch(rays, at, 0).xy, 1.0));
-    vec3 v = normalize(eye - p), n = normalize(normal.xyz);
-    Look look = look_of(base.rgb, normal.a, base.a, surface.z);
-    bool mirror = look.f90 + base.a > 0.0;
-    float turn = pixel_turn(at);
-    Cone k;
-    k.from_real = p + 0.25 * frame.field.x * n;
-    k.from_virtual = p + 1.0 * frame.virtual_grid.w * n;
-
+    ObjectPixel o = object_pixel(at);
+    Arriving a;
+    if (frame.pass_i.x == 1) {
+      a = arriving(at);
+    } else {
+      a = upsample(at, o, surface.x);
+      if (o.mirror && o.look.alpha < kBroadLobe) a.mirrored = mirrored(o, pixel_turn(at));
+    }
     for (int l = 0; l < frame.counts.x; ++l) {
+      vec3 reflected = vec3(0);
       for (int i = 0; i < frame.counts.w; ++i) {
-        LampSample s = lamp_share(frame.lamps[l], p, i, frame.counts.w);
-        float cosine = dot(n, s.w);
+        LampSample s = lamp_share(frame.lamps[l], o.p, i, frame.counts.w);
+        float cosine = dot(o.n, s.w);
         if (cosine <= 0.0) continue;
-        k.w = s.w;
-        k.tan_half = s.tan_half;
-        vec2 open = shadow_cone(k, s.distance);
-        vec3 under = vec3(1) - (mirror ? fresnel(look, dot(v, normalize(v + s.w))) : vec3(0));
-        vec3 f = look.diffuse * under / kPi + (mirror ? ggx_wide(look, n, v, s.w, s.tan_half) : vec3(0));
-        radiance += s.irradiance * f * (cosine * open.x * open.y);
+        vec3 under = vec3(1) - (o.mirror ? fresnel(o.look, dot(o.v, normalize(o.v + s.w))) : vec3(0));
+        vec3 f = o.look.diffuse * under / kPi + (o.mirror ? ggx_wide(o.look, o.n, o.v, s.w, s.tan_half) : vec3(0));
+        reflected += s.irradiance * f * cosine;
       }
+      radiance += reflected * (l < 4 ? a.open[l] : a.open_more[l - 4]);
     }
-
-    vec3 under = vec3(1) - (mirror ? fresnel(look, dot(n, v)) : vec3(0));
-    if (base.a < 1.0)
-      radiance += look.diffuse * under / kPi * gather_rho(k.from_real, k.from_virtual, n, frame.counts.z, turn);
-    if (mirror) {
-      int count = frame.counts2.x;
-      k.tan_half = clamp(0.7 * look.alpha / sqrt(float(count)), 0.01, 0.5);
-      vec3 sum = vec3(0);
-      for (int i = 0; i < count; ++i) {
-        vec3 weight;
-        k.w = ggx_sample(look, n, v, vec2(fract(float(i) * 0.61803399 + turn), (float(i) + 0.5) / float(count)), weight);
-        if (dot(weight, weight) > 0.0) sum += weight * rho_cone(k);
-      }
-      radiance += sum / float(count);
-    }
+    vec3 under = vec3(1) - (o.mirror ? fresnel(o.look, dot(o.n, o.v)) : vec3(0));
+    radiance += o.look.diffuse * under / kPi * a.irradiance + a.mirrored;
   }
   imageStore(out_radiance, at, to_half(vec4(radiance, 1.0)));
 }

@@ -1,7 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Direct change T_delta_1 (thesis eq. 5.20): what lamps no longer bring to a real surface. Every lamp is a handful of
-// narrow shadow cones; light that a real surface blocks already is not taken twice.
+// narrow shadow cones; light that a real surface blocks already is not taken twice. Where cells stand for blocks of pixels
+// they take every second share of a lamp in turn, like the fields of a chessboard: the filter that upsamples them weighs
+// both alike.
 #include "cone.glsl"
 #include "lamp.glsl"
 #include "brdf.glsl"
@@ -40,8 +42,9 @@ void main() {
     Cone k;
     k.from_virtual = p;
     k.from_real = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+    int stride = scale > 1 && frame.counts.w > 1 ? 2 : 1;
     for (int l = 0; l < frame.counts.x; ++l) {
-      for (int i = 0; i < frame.counts.w; ++i) {
+      for (int i = (cell.x + cell.y) % stride; i < frame.counts.w; i += stride) {
         LampSample s = lamp_share(frame.lamps[l], p, i, frame.counts.w);
         float cosine = dot(n, s.w);
         if (cosine <= 0.0) continue;
@@ -50,13 +53,13 @@ void main() {
         vec2 reach = virtual_stretch(k);
         bool shaded = reach.x < reach.y && reach.y > 0.0 && reach.x < s.distance;
         if (!shaded && !glossy) continue;
-        vec2 open = shadow_cone(k, s.distance);
-        float gone = open.x * (1.0 - open.y);
-        lost += s.irradiance * (cosine * gone);
+        float m_v = virtual_shadow(k, s.distance);
+        float open = 1.0 - real_shadow(k, glossy || m_v > 0.0 ? s.distance : 0.0), gone = open * m_v;
+        lost += s.irradiance * (cosine * gone * float(stride));
         if (glossy) {
-          vec3 f = s.irradiance * cosine * ggx_wide(look, n, v, s.w, s.tan_half);
+          vec3 f = s.irradiance * (cosine * float(stride)) * ggx_wide(look, n, v, s.w, s.tan_half);
           mirror_lost += gone * f;
-          mirror_all += open.x * f;
+          mirror_all += open * f;
         }
       }
     }

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // What real surface every pixel shows: where, how turned, how coloured, and whether the objects can change its light.
 #include "bricks.glsl"
+#include "footprint.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -37,28 +38,6 @@ vec3 depth_normal(ivec2 at) {
   vec3 n = cross(dy, dx);
   float l = length(n);
   return l > 0.0 ? mat3(frame.T_tag_camera) * (n / l) : vec3(0);
-}
-
-// Share of the light at p that the objects can change at most, by the solid angle of the sphere around them.
-// 0: none; up to 1 the indirect change fades in, so that the footprint has no edge.
-float in_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {
-  vec3 to = frame.sphere.xyz - p;
-  float far2 = dot(to, to), r2 = frame.sphere.w * frame.sphere.w;
-  if (far2 < 1.5 * r2) return 1.0;
-  float far = sqrt(far2), share = r2 / far2;
-  float upmost = clamp(dot(n, to) / far + frame.sphere.w / far, 0.0, 1.0);
-  // Coded pictures: the change of the code value, with the slope of the sRGB curve above its linear part.
-  float level = clamp(frame.camera.y * max(max(b.x, b.y), b.z), 0.004, 1.0);
-  float codes = 255.0 * 1.055 / 2.4 * pow(level, 1.0 / 2.4) * share * (glossy ? 4.0 : upmost);
-  if (codes > 2.0 * frame.pass_f.x) return 1.0;
-  float fade = clamp(codes / frame.pass_f.x - 1.0, 0.0, 1.0);
-  for (int i = 0; i < frame.counts.x; ++i) {  // the shadow
-    vec3 w = frame.lamps[i].position_radius.xyz - p;
-    float l = length(w);
-    vec2 hit = ray_sphere(p, w / l, frame.sphere.xyz, frame.sphere.w + far * frame.lamps[i].position_radius.w / l);
-    if (hit.x < hit.y && hit.y > 0.0 && hit.x < l) return max(fade, 1e-3);
-  }
-  return fade;
 }
 
 // The field's surface along the ray where depth has a hole.
