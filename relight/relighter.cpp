@@ -33,7 +33,8 @@ namespace lumigraft {
 namespace {
 
 constexpr float kNearPlane_m = 0.02f;
-constexpr std::uint64_t kMostBehind = 8;       // publications of the field
+constexpr std::uint64_t kMostBehind = 8, kMostBehindCalm = 64;  // publications of the field
+constexpr double kCalmShare = 0.02;                             // of the field's bricks
 constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
 
 /// Everything that the light volumes depend on besides the field.
@@ -48,6 +49,15 @@ struct LightKey {
            max_lights == o.max_lights && bounces == o.bounces;
   }
 };
+
+/// Bricks are immutable, so one that is the same has not changed.
+double changed_share(const DistanceField& before, const DistanceField& now) {
+  const auto changed = std::count_if(now.bricks.begin(), now.bricks.end(), [&](const auto& entry) {
+    const auto found = before.bricks.find(entry.first);
+    return found == before.bricks.end() || found->second != entry.second;
+  });
+  return static_cast<double>(changed) / static_cast<double>(std::max<std::size_t>(now.bricks.size(), 1));
+}
 
 Image<float> read_floats(gpu::Device& device, const gpu::Texture& texture, int first, int channels) {
   const std::vector<std::byte> bytes = device.download(texture);
@@ -201,11 +211,16 @@ struct Relighter::State {
   }
 
   /// Every depth picture changes the field a little, ever less as it is looked at longer: the volumes follow at once in
-  /// the beginning and lag behind by a quarter of its age, kMostBehind publications at most, later.
+  /// the beginning and lag behind by a quarter of its age, kMostBehind publications at most, later; while hardly any
+  /// brick has changed they wait kMostBehindCalm.
   void take_field(const Scene& scene) {
     const std::uint64_t now = scene.field->version;
-    const bool due = !field || now < field->version ||
-                     now >= field->version + std::clamp<std::uint64_t>(field->version / 4, 1, kMostBehind);
+    if (field && now == field->version && scene.albedo == albedo) return;
+    const bool again = !field || now < field->version;
+    const std::uint64_t behind = again ? 0 : now - field->version;
+    const bool due = again || behind >= kMostBehindCalm ||
+                     (behind >= std::clamp<std::uint64_t>(field->version / 4, 1, kMostBehind) &&
+                      changed_share(*field, *scene.field) > kCalmShare);
     if (!due && scene.albedo == albedo) return;
     field = scene.field;
     albedo = scene.albedo;

@@ -146,6 +146,7 @@ Plan interactive_plan() {
   Plan plan;
   plan.volume = 64;
   plan.trace_scale = 4;
+  plan.rsm = 128;
   return plan;
 }
 

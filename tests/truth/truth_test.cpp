@@ -90,8 +90,8 @@ SessionScore replay_and_score(const fs::path& session) {
   return result;
 }
 
-/// Scores a session and holds it to its bound in bounds.toml: [session-name] relight_error = ..., psnr_db = ...
-void check(const fs::path& session) {
+/// Scores a session and holds it to its bound in bounds.toml: [group.session-name] relight_error = ..., psnr_db = ...
+void check(const fs::path& session, const std::string& group) {
   const std::string name = session.filename().string();
   const SessionScore score = replay_and_score(session);
   ASSERT_GT(score.frames, 0);
@@ -101,7 +101,7 @@ void check(const fs::path& session) {
       name.c_str(), score.frames, score.mean.relight_error, score.mean.object_error, score.mean.psnr_db,
       score.mean.psnr_affected_db, score.mean.psnr_unchanged_db);
   const ConfigTable bounds = ConfigTable::load(fs::path(LUMIGRAFT_SOURCE_DIR) / "tests/truth/bounds.toml");
-  if (const auto bound = bounds.optional_table(name)) {
+  if (const auto bound = bounds.table(group).optional_table(name)) {
     EXPECT_LE(score.mean.relight_error, bound->number("relight_error", 0, 10));
     EXPECT_GE(score.mean.psnr_db, bound->number("psnr_db", 0, 100));
   }
@@ -111,7 +111,7 @@ void check(const fs::path& session) {
 TEST(Truth, OwnRecordings) {
   for (const auto& entry : fs::directory_iterator(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings")) {
     if (fs::exists(entry.path() / "truth")) {
-      check(entry.path());
+      check(entry.path(), "recordings");
     }
   }
 }
@@ -129,7 +129,7 @@ TEST(Truth, ExtraSessions) {
   }
   std::sort(sessions.begin(), sessions.end());
   for (const fs::path& session : sessions) {
-    check(session);
+    check(session, "extra");
   }
 }
 
