@@ -292,18 +292,22 @@ struct Relighter::State {
     list.begin_pass("shadow");
     shadow.record(list, params, *volumes, *screen);
     if (screen->shadow_scale > 1)
-      upsample.record(list, params, *screen, *screen->shadowed, *screen->direct_lost, screen->shadow_scale, 1);
+      upsample.record(list, params, *screen, screen->tiles->shaded(), *screen->shadowed, *screen->direct_lost,
+                      screen->shadow_scale, 1);
     if (!quality.cells) {
       list.begin_pass("trace");
       trace.record(list, params, quality.change_cones, *volumes, *screen);
       list.begin_pass("upsample");
-      upsample.record(list, params, *screen, *screen->traced, *screen->indirect, plan.trace_scale, quality.window);
+      upsample.record(list, params, *screen, screen->tiles->changed(), *screen->traced, *screen->indirect,
+                      plan.trace_scale, quality.window);
     }
     if (!known_surfaces.empty()) {
       list.begin_pass("reflect");
       reflect.record(list, params, *volumes, *screen);
-      upsample.record(list, params, *screen, *screen->mirror_gained, *screen->mirror_gained_smooth, 1, 2);
-      upsample.record(list, params, *screen, *screen->mirror_share, *screen->mirror_share_smooth, 1, 2);
+      upsample.record(list, params, *screen, screen->tiles->changed(), *screen->mirror_gained,
+                      *screen->mirror_gained_smooth, 1, 2);
+      upsample.record(list, params, *screen, screen->tiles->changed(), *screen->mirror_share,
+                      *screen->mirror_share_smooth, 1, 2);
     }
     list.begin_pass("ambient");
     ambient.record(list, params, *volumes, *screen);

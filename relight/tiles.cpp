@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace lumigraft {
 namespace {
@@ -56,7 +57,7 @@ Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale,
       ambient_scale_(ambient_scale) {
   const std::size_t bytes =
       sizeof(std::uint32_t) * static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  for (TileList* list : {&views_, &changed_, &objects_, &ambients_, &shadows_, &traces_}) {
+  for (TileList* list : {&views_, &changed_, &objects_, &ambients_, &shaded_, &shadows_, &traces_}) {
     list->buffer = device.create_buffer(bytes, "tiles");
   }
 }
@@ -124,11 +125,15 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
 
   std::vector<char> views(changed);
   for (std::size_t i = 0; i < tile_count; ++i) views[i] |= covered[i];
+  fprintf(stderr, "tiles %d views %d changed %d objects %d shadows %d lamps %d\n", (int)tile_count, views_.count,
+          changed_.count, objects_.count, shadows_.count, params.counts.x());
   view_places_ = send(device, views_, views, 1);
   send(device, changed_, changed, 1);
   send(device, objects_, covered, 1);
   send(device, ambients_, covered, ambient_scale_);
-  send(device, shadows_, glossy ? changed : shaded, shadow_scale_);
+  if (glossy) shaded = changed;  // a lamp's highlight shows in any direction
+  send(device, shaded_, shaded, 1);
+  send(device, shadows_, shaded, shadow_scale_);
   send(device, traces_, changed, trace_scale_);
 }
 

@@ -29,7 +29,8 @@ class Tiles {
   const TileList& changed() const { return changed_; }
   const TileList& objects() const { return objects_; }    ///< inside the objects' bounds
   const TileList& ambients() const { return ambients_; }  ///< the same, of the grid of ambient cells
-  const TileList& shadows() const { return shadows_; }    ///< of the grid of shadow cells
+  const TileList& shaded() const { return shaded_; }      ///< where objects can stand before a lamp
+  const TileList& shadows() const { return shadows_; }    ///< the same, of the grid of shadow cells
   const TileList& traces() const { return traces_; }      ///< of the grid of traced cells
 
  private:
@@ -37,7 +38,7 @@ class Tiles {
                                   int scale) const;
 
   int width_, height_, columns_, rows_, shadow_scale_, trace_scale_, ambient_scale_;
-  TileList views_, changed_, objects_, ambients_, shadows_, traces_;
+  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_;
   std::vector<std::uint32_t> view_places_;
 };
 

@@ -4,7 +4,7 @@ namespace lumigraft {
 
 Upsample::Upsample(gpu::Device& device) : pipeline_(device.create_compute("upsample.comp")) {}
 
-void Upsample::record(gpu::CommandList& list, shader::FrameParams params, const Screen& screen,
+void Upsample::record(gpu::CommandList& list, shader::FrameParams params, const Screen& screen, const TileList& tiles,
                       const gpu::Texture& traced, const gpu::Texture& smooth, int scale, int window) const {
   params.picture.z() = scale;
   params.pass_i.x() = window;
@@ -13,7 +13,7 @@ void Upsample::record(gpu::CommandList& list, shader::FrameParams params, const 
   dispatch_tiles(list, *pipeline_,
                  {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal),
                   gpu::sampled(14, traced), gpu::image(16, smooth)},
-                 params, screen.tiles->changed());
+                 params, tiles);
 }
 
 }  // namespace lumigraft

@@ -9,8 +9,8 @@ namespace lumigraft {
 class Upsample {
  public:
   explicit Upsample(gpu::Device& device);
-  void record(gpu::CommandList& list, shader::FrameParams params, const Screen& screen, const gpu::Texture& traced,
-              const gpu::Texture& smooth, int scale, int window) const;
+  void record(gpu::CommandList& list, shader::FrameParams params, const Screen& screen, const TileList& tiles,
+              const gpu::Texture& traced, const gpu::Texture& smooth, int scale, int window) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> pipeline_;
