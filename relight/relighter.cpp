@@ -314,7 +314,7 @@ struct Relighter::State {
     list.begin_pass("shade");
     shade.record(list, params, *volumes, *screen);
     list.begin_pass("compose");
-    compose.record(list, params, *screen);
+    compose.record(list, params, quality.cells, *screen);
   }
 
   std::shared_ptr<RelightMaps> read_maps() const {

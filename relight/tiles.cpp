@@ -57,7 +57,8 @@ Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale,
       ambient_scale_(ambient_scale) {
   const std::size_t bytes =
       sizeof(std::uint32_t) * static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  for (TileList* list : {&views_, &changed_, &objects_, &ambients_, &shaded_, &shadows_, &traces_}) {
+  for (TileList* list :
+       {&views_, &changed_, &objects_, &fine_, &smooth_, &smooth_views_, &ambients_, &shaded_, &shadows_, &traces_}) {
     list->buffer = device.create_buffer(bytes, "tiles");
   }
 }
@@ -133,6 +134,14 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
   send(device, ambients_, covered, ambient_scale_);
   if (glossy) shaded = changed;  // a lamp's highlight shows in any direction
   send(device, shaded_, shaded, 1);
+  std::vector<char> fine(shaded), smooth(views);
+  for (std::size_t i = 0; i < tile_count; ++i) {
+    fine[i] |= covered[i];
+    smooth[i] = smooth[i] && !fine[i];
+  }
+  send(device, fine_, fine, 1);
+  send(device, smooth_, smooth, kSmoothStep);
+  send(device, smooth_views_, smooth, 1);
   send(device, shadows_, shaded, shadow_scale_);
   send(device, traces_, changed, trace_scale_);
 }

@@ -13,6 +13,7 @@
 namespace lumigraft {
 
 constexpr int kTile_px = 8;
+constexpr int kSmoothStep = 2;  ///< pixels along each axis that one stands for where all that changes is smooth
 
 class Tiles {
  public:
@@ -26,6 +27,12 @@ class Tiles {
   const TileList& views() const { return views_; }  ///< changed or covered
   /// The same as column | row << 16.
   const std::vector<std::uint32_t>& view_places() const { return view_places_; }
+  /// The views in two parts: every pixel where objects are seen or can stand before a lamp, and elsewhere one pixel of
+  /// 2 × 2, since what else changes is smooth. The second list is of the grid of such blocks, and reaches into the
+  /// first.
+  const TileList& fine() const { return fine_; }
+  const TileList& smooth() const { return smooth_; }
+  const TileList& smooth_views() const { return smooth_views_; }  ///< the same, of the grid of pixels
   const TileList& changed() const { return changed_; }
   const TileList& objects() const { return objects_; }    ///< inside the objects' bounds
   const TileList& ambients() const { return ambients_; }  ///< the same, of the grid of ambient cells
@@ -38,7 +45,7 @@ class Tiles {
                                   int scale) const;
 
   int width_, height_, columns_, rows_, shadow_scale_, trace_scale_, ambient_scale_;
-  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_;
+  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_, fine_, smooth_, smooth_views_;
   std::vector<std::uint32_t> view_places_;
 };
 

@@ -9,7 +9,8 @@ namespace lumigraft {
 class Compose {
  public:
   explicit Compose(gpu::Device& device);
-  void record(gpu::CommandList& list, shader::FrameParams params, const Screen& screen) const;
+  /// `smooth`: smooth tiles hold the real view of every kSmoothStep-th pixel alone (RealView::from_volumes).
+  void record(gpu::CommandList& list, shader::FrameParams params, bool smooth, const Screen& screen) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> pipeline_;

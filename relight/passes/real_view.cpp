@@ -28,14 +28,16 @@ void RealView::from_volumes(gpu::CommandList& list, shader::FrameParams params, 
                             const Volumes& volumes, const Screen& screen) const {
   using gpu::Filter;
   params.pass_f.x() = least_codes;
-  dispatch_tiles(list, *volumes_,
-                 joined(joined(volumes.bindings(), outputs(screen)),
-                        {gpu::sampled(7, *volumes.real_albedo, Filter::linear),
-                         gpu::sampled(8, *volumes.real_normal, Filter::linear),
-                         gpu::sampled(9, *volumes.real_irradiance, Filter::linear), gpu::sampled(25, *screen.rays),
-                         gpu::sampled(26, *screen.depth), gpu::sampled(27, *screen.radiance),
-                         gpu::sampled(28, *screen.known_depth), gpu::image(15, *screen.indirect)}),
-                 params, screen.tiles->views());
+  const std::vector<gpu::Binding> bindings = joined(
+      joined(volumes.bindings(), outputs(screen)),
+      {gpu::sampled(7, *volumes.real_albedo, Filter::linear), gpu::sampled(8, *volumes.real_normal, Filter::linear),
+       gpu::sampled(9, *volumes.real_irradiance, Filter::linear), gpu::sampled(25, *screen.rays),
+       gpu::sampled(26, *screen.depth), gpu::sampled(27, *screen.radiance), gpu::sampled(28, *screen.known_depth),
+       gpu::image(15, *screen.indirect)});
+  params.pass_i.x() = kSmoothStep;
+  dispatch_tiles(list, *volumes_, bindings, params, screen.tiles->smooth());
+  params.pass_i.x() = 1;
+  dispatch_tiles(list, *volumes_, bindings, params, screen.tiles->fine());
 }
 
 }  // namespace lumigraft

@@ -15,6 +15,7 @@ class RealView {
   /// careful, are left out of the footprint.
   void from_bricks(gpu::CommandList& list, shader::FrameParams params, float least_codes, const BrickPool& bricks,
                    const Screen& screen) const;
+  /// Fills every pixel of the fine tiles, and every kSmoothStep-th along each axis of the smooth ones.
   void from_volumes(gpu::CommandList& list, shader::FrameParams params, float least_codes, const Volumes& volumes,
                     const Screen& screen) const;
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // The same as real_view_bricks.comp from the light volumes, and with the change of irradiance that their cells gathered:
-// one look-up each where the bricks take dozens. Coarser where the outer cascade is coarser than the field.
+// one look-up each where the bricks take dozens, for every pass_i.x-th pixel along each axis. Coarser where the outer cascade is coarser than the field.
 #include "volume.glsl"
 #include "footprint.glsl"
 #include "half.glsl"
@@ -56,7 +56,7 @@ float trace_volume(vec3 eye, vec3 w) {
 }
 
 void main() {
-  ivec2 at = tile_texel();
+  ivec2 at = frame.pass_i.x * tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   vec3 ray = vec3(texelFetch(rays, at, 0).xy, 1.0), eye = frame.T_tag_camera[3].xyz;
   vec3 w = mat3(frame.T_tag_camera) * ray;  // per metre of z
