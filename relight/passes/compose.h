@@ -9,11 +9,11 @@ namespace lumigraft {
 class Compose {
  public:
   explicit Compose(gpu::Device& device);
-  /// `smooth`: smooth tiles hold the real view of every kSmoothStep-th pixel alone (RealView::from_volumes).
+  /// `smooth`: smooth tiles hold `gain` alone (RealView::from_volumes).
   void record(gpu::CommandList& list, shader::FrameParams params, bool smooth, const Screen& screen) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+  std::unique_ptr<gpu::ComputePipeline> pipeline_, smooth_;
 };
 
 }  // namespace lumigraft

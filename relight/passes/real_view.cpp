@@ -12,7 +12,8 @@ std::vector<gpu::Binding> outputs(const Screen& screen) {
 
 RealView::RealView(gpu::Device& device)
     : bricks_(device.create_compute("real_view_bricks.comp")),
-      volumes_(device.create_compute("real_view_volumes.comp")) {}
+      volumes_(device.create_compute("real_view_volumes.comp")),
+      gain_(device.create_compute("gain.comp")) {}
 
 void RealView::from_bricks(gpu::CommandList& list, shader::FrameParams params, float least_codes,
                            const BrickPool& bricks, const Screen& screen) const {
@@ -28,16 +29,15 @@ void RealView::from_volumes(gpu::CommandList& list, shader::FrameParams params, 
                             const Volumes& volumes, const Screen& screen) const {
   using gpu::Filter;
   params.pass_f.x() = least_codes;
-  const std::vector<gpu::Binding> bindings = joined(
-      joined(volumes.bindings(), outputs(screen)),
+  const std::vector<gpu::Binding> inputs = joined(
+      volumes.bindings(),
       {gpu::sampled(7, *volumes.real_albedo, Filter::linear), gpu::sampled(8, *volumes.real_normal, Filter::linear),
        gpu::sampled(9, *volumes.real_irradiance, Filter::linear), gpu::sampled(25, *screen.rays),
-       gpu::sampled(26, *screen.depth), gpu::sampled(27, *screen.radiance), gpu::sampled(28, *screen.known_depth),
-       gpu::image(15, *screen.indirect)});
+       gpu::sampled(26, *screen.depth), gpu::sampled(27, *screen.radiance), gpu::sampled(28, *screen.known_depth)});
+  dispatch_tiles(list, *volumes_, joined(joined(inputs, outputs(screen)), {gpu::image(15, *screen.indirect)}), params,
+                 screen.tiles->fine());
   params.pass_i.x() = kSmoothStep;
-  dispatch_tiles(list, *volumes_, bindings, params, screen.tiles->smooth());
-  params.pass_i.x() = 1;
-  dispatch_tiles(list, *volumes_, bindings, params, screen.tiles->fine());
+  dispatch_tiles(list, *gain_, joined(inputs, {gpu::image(12, *screen.gain)}), params, screen.tiles->smooth());
 }
 
 }  // namespace lumigraft

@@ -53,6 +53,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   mirror_all = full("mirror all", Format::rgba16_float);
   traced = coarse("traced", scale);
   indirect = full("indirect", Format::rgba16_float);
+  gain = coarse("gain", kSmoothStep);
   mirror_gained = full("mirror gained", Format::rgba16_float);
   mirror_share = full("mirror share", Format::rgba16_float);
   mirror_gained_smooth = full("mirror gained, smooth", Format::rgba16_float);

@@ -35,6 +35,7 @@ struct Screen {
   std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< off known glossy surfaces, by lamps
   std::unique_ptr<gpu::Texture> traced;                   ///< change of irradiance at 1/scale
   std::unique_ptr<gpu::Texture> indirect;                 ///< the same, filtered, full size
+  std::unique_ptr<gpu::Texture> gain;                     ///< factor of the radiance in smooth tiles, at 1/kSmoothStep
   std::unique_ptr<gpu::Texture> mirror_gained, mirror_share, mirror_gained_smooth, mirror_share_smooth;
   // What leaves.
   std::unique_ptr<gpu::Texture> picture;  ///< sRGB codes

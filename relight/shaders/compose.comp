@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // The final picture (thesis §5.4.4): camera picture plus change where it shows the real room, virtual radiance where it
 // shows an object, mixed by coverage. Pixels that nothing changes keep their code values.
-// pass_i.x: pixels along each axis that share the surface of the first; the picture's own detail tells them apart.
 #include "frame.glsl"
+#include "srgb.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) uniform sampler2D picture;   // code values of the camera
@@ -19,24 +19,16 @@ layout(binding = 10) uniform sampler2D object_surface;
 layout(binding = 12, rgba8) uniform writeonly image2D out_picture;
 layout(binding = 13, rgba16f) uniform writeonly image2D out_delta;
 
-vec3 srgb(vec3 x) {
-  x = clamp(x, vec3(0), vec3(1));
-  return mix(12.92 * x, 1.055 * pow(max(x, vec3(1e-12)), vec3(1.0 / 2.4)) - 0.055, greaterThan(x, vec3(0.0031308)));
-}
-
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   vec3 b = texelFetch(radiance, at, 0).rgb, delta = vec3(0);
   float coverage = texelFetch(object_surface, at, 0).y;
-  ivec2 from = at - at % frame.pass_i.x;
-  float footprint = texelFetch(real_normal, from, 0).a;
+  float footprint = texelFetch(real_normal, at, 0).a;
   if (footprint > 0.0 && coverage < 0.999) {
-    vec4 albedo = texelFetch(real_albedo, from, 0);
-    vec3 detail = clamp(b / max(texelFetch(radiance, from, 0).rgb, vec3(1e-5)), vec3(0.25), vec3(4.0));
-    if (from != at) albedo.rgb = min(albedo.rgb * detail, vec3(1));
+    vec4 albedo = texelFetch(real_albedo, at, 0);
     int known = int(albedo.a);
-    vec3 change = footprint * texelFetch(indirect, from, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
+    vec3 change = footprint * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
     vec3 diffuse = albedo.rgb, mirror = vec3(0);
     if (known > 0) {
       Surface s = frame.surfaces[known - 1];
