@@ -13,7 +13,7 @@
 namespace lumigraft {
 
 constexpr int kTile_px = 8;
-constexpr int kSmoothStep = 2;  ///< pixels along each axis that one stands for where all that changes is smooth
+constexpr int kSmoothStep = 4;  ///< pixels along each axis that one stands for where all that changes is smooth
 
 class Tiles {
  public:

@@ -13,13 +13,13 @@ layout(binding = 17, rgba16f) uniform writeonly image2D out_mirrored;    // radi
 layout(binding = 18, rgba16f) uniform writeonly image2D out_open;        // share of lamps 0 to 3 that is seen
 layout(binding = 19, rgba16f) uniform writeonly image2D out_open_more;   // of lamps 4 to 7
 
-// The share of a lamp's light that arrives.
-float lamp_open(ObjectPixel o, Lamp lamp) {
+// The share of a lamp's light that arrives; every stride-th of its parts from the first on is asked for.
+float lamp_open(ObjectPixel o, Lamp lamp, int first, int stride) {
   float open = 0.0, all = 0.0;
   Cone k;
   k.from_real = o.from_real;
   k.from_virtual = o.from_virtual;
-  for (int i = 0; i < frame.counts.w; ++i) {
+  for (int i = first; i < frame.counts.w; i += stride) {
     LampSample s = lamp_share(lamp, o.p, i, frame.counts.w);
     float cosine = dot(o.n, s.w);
     if (cosine <= 0.0) continue;
@@ -52,7 +52,8 @@ void main() {
   if (block >= 0) {
     ObjectPixel o = object_pixel(at);
     float turn = pixel_turn(cell);
-    for (int l = 0; l < frame.counts.x; ++l) open[l] = lamp_open(o, frame.lamps[l]);
+    int stride = scale > 1 && frame.counts.w > 1 ? 2 : 1;  // in turn, as in shadow.comp
+    for (int l = 0; l < frame.counts.x; ++l) open[l] = lamp_open(o, frame.lamps[l], (cell.x + cell.y) % stride, stride);
     if (o.metallic < 1.0) e = gather_rho(o.from_real, o.from_virtual, o.n, frame.counts.z, turn);
     if (o.mirror && (scale == 1 || o.look.alpha >= kBroadLobe)) m = mirrored(o, turn);
   }
