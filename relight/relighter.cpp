@@ -50,13 +50,17 @@ struct LightKey {
   }
 };
 
-/// Bricks are immutable, so one that is the same has not changed.
-double changed_share(const DistanceField& before, const DistanceField& now) {
-  const auto changed = std::count_if(now.bricks.begin(), now.bricks.end(), [&](const auto& entry) {
-    const auto found = before.bricks.find(entry.first);
-    return found == before.bricks.end() || found->second != entry.second;
+/// Share of the bricks of `now` that are not those of `before`. Bricks are immutable: one that is the same has not
+/// changed.
+template <typename Field>
+double changed_share(const std::shared_ptr<const Field>& before, const std::shared_ptr<const Field>& now) {
+  if (!now || before == now) return 0;
+  if (!before) return 1;
+  const auto changed = std::count_if(now->bricks.begin(), now->bricks.end(), [&](const auto& entry) {
+    const auto found = before->bricks.find(entry.first);
+    return found == before->bricks.end() || found->second != entry.second;
   });
-  return static_cast<double>(changed) / static_cast<double>(std::max<std::size_t>(now.bricks.size(), 1));
+  return static_cast<double>(changed) / static_cast<double>(std::max<std::size_t>(now->bricks.size(), 1));
 }
 
 Image<float> read_floats(gpu::Device& device, const gpu::Texture& texture, int first, int channels) {
@@ -211,17 +215,17 @@ struct Relighter::State {
   }
 
   /// Every depth picture changes the field a little, ever less as it is looked at longer: the volumes follow at once in
-  /// the beginning and lag behind by a quarter of its age, kMostBehind publications at most, later; while hardly any
-  /// brick has changed they wait kMostBehindCalm.
+  /// the beginning and lag behind by a quarter of its age, kMostBehind publications at most, later; while few bricks of
+  /// it and of the albedo have changed they wait kMostBehindCalm.
   void take_field(const Scene& scene) {
     const std::uint64_t now = scene.field->version;
-    if (field && now == field->version && scene.albedo == albedo) return;
     const bool again = !field || now < field->version;
     const std::uint64_t behind = again ? 0 : now - field->version;
     const bool due = again || behind >= kMostBehindCalm ||
                      (behind >= std::clamp<std::uint64_t>(field->version / 4, 1, kMostBehind) &&
-                      changed_share(*field, *scene.field) > kCalmShare);
-    if (!due && scene.albedo == albedo) return;
+                      changed_share(field, scene.field) > kCalmShare) ||
+                     changed_share(albedo, scene.albedo) > kCalmShare;
+    if (!due) return;
     field = scene.field;
     albedo = scene.albedo;
   }
