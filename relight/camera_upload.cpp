@@ -1,5 +1,6 @@
 #include "relight/camera_upload.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lumigraft {
@@ -17,11 +18,8 @@ bool is_srgb(const Response& response) {
 
 template <typename T>
 std::vector<T> with_fourth(const Image<T>& rgb, T fourth) {
-  std::vector<T> out;
-  out.reserve(rgb.data.size() / 3 * 4);
-  for (std::size_t i = 0; i + 2 < rgb.data.size(); i += 3) {
-    out.insert(out.end(), {rgb.data[i], rgb.data[i + 1], rgb.data[i + 2], fourth});
-  }
+  std::vector<T> out(rgb.data.size() / 3 * 4, fourth);
+  for (std::size_t i = 0; i < rgb.data.size() / 3; ++i) std::copy_n(&rgb.data[3 * i], 3, &out[4 * i]);
   return out;
 }
 

@@ -33,8 +33,8 @@ namespace lumigraft {
 namespace {
 
 constexpr float kNearPlane_m = 0.02f;
-constexpr std::uint64_t kMostBehind = 8, kMostBehindCalm = 64;  // publications of the field
-constexpr double kCalmShare = 0.02;                             // of the field's bricks
+constexpr std::uint64_t kMostBehind = 24, kMostBehindCalm = 64;  // publications of the field
+constexpr double kCalmShare = 0.1;                               // of bricks
 constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
 
 /// Everything that the light volumes depend on besides the field.
@@ -294,7 +294,7 @@ struct Relighter::State {
     list.begin_pass("object view");
     object_view.resolve(list, params, *screen);
     list.begin_pass("shadow");
-    shadow.record(list, params, *volumes, *screen);
+    shadow.record(list, params, !known_surfaces.empty(), *volumes, *screen);
     if (screen->shadow_scale > 1)
       upsample.record(list, params, *screen, screen->tiles->shaded(), *screen->shadowed, *screen->direct_lost,
                       screen->shadow_scale, 1);

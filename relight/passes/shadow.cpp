@@ -2,18 +2,21 @@
 
 namespace lumigraft {
 
-Shadow::Shadow(gpu::Device& device) : pipeline_(device.create_compute("shadow.comp")) {}
+Shadow::Shadow(gpu::Device& device)
+    : matt_(device.create_compute("shadow.comp")), glossy_(device.create_compute("shadow_glossy.comp")) {}
 
-void Shadow::record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes,
+void Shadow::record(gpu::CommandList& list, shader::FrameParams params, bool glossy, const Volumes& volumes,
                     const Screen& screen) const {
   params.pass_i.x() = screen.shadow_scale;
-  dispatch_tiles(
-      list, *pipeline_,
+  std::vector<gpu::Binding> bindings =
       joined(volumes.bindings(), {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal),
-                                  gpu::sampled(14, *screen.real_albedo), gpu::sampled(15, *screen.object_surface),
-                                  gpu::image(16, screen.shadow_scale > 1 ? *screen.shadowed : *screen.direct_lost),
-                                  gpu::image(17, *screen.mirror_lost), gpu::image(18, *screen.mirror_all)}),
-      params, screen.tiles->shadows());
+                                  gpu::sampled(15, *screen.object_surface),
+                                  gpu::image(16, screen.shadow_scale > 1 ? *screen.shadowed : *screen.direct_lost)});
+  if (glossy) {
+    bindings = joined(bindings, {gpu::sampled(14, *screen.real_albedo), gpu::image(17, *screen.mirror_lost),
+                                 gpu::image(18, *screen.mirror_all)});
+  }
+  dispatch_tiles(list, glossy ? *glossy_ : *matt_, bindings, params, screen.tiles->shadows());
 }
 
 }  // namespace lumigraft

@@ -10,10 +10,12 @@ namespace lumigraft {
 class Shadow {
  public:
   explicit Shadow(gpu::Device& device);
-  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
+  /// `glossy`: materials of real surfaces are known; then shadows are full size.
+  void record(gpu::CommandList& list, shader::FrameParams params, bool glossy, const Volumes& volumes,
+              const Screen& screen) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+  std::unique_ptr<gpu::ComputePipeline> matt_, glossy_;
 };
 
 }  // namespace lumigraft

@@ -1,0 +1,50 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The same as shadow.comp where the material of real surfaces is known: with the lamps' highlights on them, in every pixel.
+#include "shadow_cell.glsl"
+#include "brdf.glsl"
+#include "half.glsl"
+#include "tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 14) uniform sampler2D real_albedo;
+layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irradiance
+layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance off known glossy surfaces
+layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // what lamps send there without objects
+
+void main() {
+  ivec2 cell = tile_texel(), at;
+  if (any(greaterThanEqual(cell, imageSize(out_lost)))) return;
+  vec3 n, lost = vec3(0), mirror_lost = vec3(0), mirror_all = vec3(0);
+  if (shadow_pixel(cell, at, n) >= 0) {
+    vec3 p = texelFetch(real_position, at, 0).xyz, v = normalize(frame.T_tag_camera[3].xyz - p);
+    int known = int(texelFetch(real_albedo, at, 0).a);
+    bool glossy = known > 0;
+    Look look;
+    if (glossy) {
+      Surface s = frame.surfaces[known - 1];
+      look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    }
+    Cone k = shadow_cone(p, n);
+    for (int l = 0; l < frame.counts.x; ++l) {
+      for (int i = 0; i < frame.counts.w; ++i) {
+        LampSample s = lamp_share(frame.lamps[l], p, i, frame.counts.w);
+        float cosine = dot(n, s.w);
+        if (cosine <= 0.0) continue;
+        k.w = s.w;
+        k.tan_half = s.tan_half;
+        float hidden = virtual_shadow(k, s.distance);
+        if (hidden == 0.0 && !glossy) continue;
+        float open = 1.0 - real_shadow(k, s.distance), gone = open * hidden;
+        lost += s.irradiance * (cosine * gone);
+        if (glossy) {
+          vec3 f = s.irradiance * cosine * ggx_wide(look, n, v, s.w, s.tan_half);
+          mirror_lost += gone * f;
+          mirror_all += open * f;
+        }
+      }
+    }
+  }
+  imageStore(out_lost, cell, to_half(vec4(lost, 0.0)));
+  imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
+  imageStore(out_mirror_all, at, to_half(vec4(mirror_all, 0.0)));
+}
