@@ -7,8 +7,8 @@
 namespace lumigraft {
 namespace {
 
-// Every second pixel along each axis stands for its neighbours: what a block can change varies slowly.
-constexpr int kStep_px = 2;
+// Every fourth pixel along each axis stands for its neighbours: what a block can change varies slowly.
+constexpr int kStep_px = 4;
 constexpr int kMargin_px = 3;  // around the objects' outline: supersampling and rounding
 
 /// Whether objects inside the sphere can change a pixel; the same bound as in_footprint() of footprint.glsl, for a
