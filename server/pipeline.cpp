@@ -27,9 +27,9 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{100};
 constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kAlbedoEvery{1000};
 constexpr int kBehindThePicture = 10;  // niceness of geometry, light and albedo
-// How long these rest, in times of their work: a third of a core each while the room is unknown; after that a fifth for
-// geometry and a tenth for albedo, whose newest answers hardly differ from the ones before.
-constexpr int kRest = 2, kGeometryRestLater = 4, kAlbedoRestLater = 9;
+// How long these rest, in times of their work: a third of a core each while the room is unknown; after that a tenth for
+// geometry and a twentieth for albedo, whose newest answers hardly differ from the ones before.
+constexpr int kRest = 2, kGeometryRestLater = 9, kAlbedoRestLater = 19;
 
 struct PosedFrame {
   PlayedFrame played;
