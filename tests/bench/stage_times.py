@@ -5,10 +5,9 @@
                              [--out tests/bench/results/stage_times.md]
 
 Replays the session at its own size and at half of it (made in a temporary folder: colour averaged, depth and fish-eye
-taken as they are) with volumes of 64³ and 128³ voxels, for two settings: light traced for every pixel (trace_scale 1),
-and what `serve` uses (trace_scale 4, rsm 128). Every figure is the median over the frames in which the stage ran, after
-the first four. CPU milliseconds are user + system time of the whole process while the stage ran; wall milliseconds are
-what a clock shows.
+taken as they are) with volumes of 64³ and 128³ voxels, for both settings of the trace: full resolution, and a quarter
+with the edge-aware upsampling. Every figure is the median over the frames after the first four. CPU milliseconds are
+user + system time of the whole process while the stage ran; wall milliseconds are what a clock shows.
 """
 import argparse
 import json
@@ -90,26 +89,25 @@ def main():
         for size, session in sizes:
             for volume in (64, 128):
                 pictures = {}
-                for name, settings in (("careful", ["plan.trace_scale=1"]), ("live", ["plan.trace_scale=4", "plan.rsm=128"])):
-                    pictures[name] = os.path.join(folder, f"{size}-{volume}-{name}")
-                    records = replay(args.program, session, pictures[name], args.frames,
-                                     [f"plan.volume={volume}", *settings])[WARM_UP_FRAMES:]
-                    column = f"{size}, {volume}³, {name}"
+                for scale in (1, 4):
+                    out = os.path.join(folder, f"{size}-{volume}-{scale}")
+                    records = replay(args.program, session, out, args.frames,
+                                     [f"plan.volume={volume}", f"plan.trace_scale={scale}"])[WARM_UP_FRAMES:]
+                    pictures[scale] = out
+                    column = f"{size}, {volume}³, 1/{scale}"
                     columns.append(column)
-                    for stage in sorted({stage for r in records for stage in r["stage_ms"]}):
-                        ran = [r for r in records if stage in r["stage_ms"]]
-                        rows.setdefault(stage, {})[column] = tuple(
-                            statistics.median(r[key][stage] for r in ran) for key in ("stage_cpu_ms", "stage_ms"))
-                errors.append((size, volume, *difference(pictures["live"], pictures["careful"], args.frames)))
+                    for stage in records[-1]["stage_ms"]:
+                        median = lambda key, s=stage: statistics.median(r[key].get(s, 0.0) for r in records)  # noqa: E731
+                        rows.setdefault(stage, {})[column] = (median("stage_cpu_ms"), median("stage_ms"))
+                errors.append((size, volume, *difference(pictures[4], pictures[1], args.frames)))
     lines = ["# Time per stage", "",
              f"`tests/bench/stage_times.py` on {processor()}, {os.cpu_count()} cores, software Vulkan (lavapipe).",
-             "Median CPU ms / wall ms over the frames in which the stage ran. careful: light traced for every pixel; live: the",
-             "setting of `serve`. In a replay every frame is fused and lit anew, so relight holds the rebuilding of the light",
-             "volumes; `serve` rebuilds them once a tenth of the room's bricks has changed.", "",
+             "Median CPU ms / wall ms a frame; picture size, volume, and the fraction of the resolution that indirect light",
+             "is traced at.", "",
              "| stage | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
     for stage, cells in rows.items():
         lines.append(f"| {stage} | " + " | ".join("{:.1f} / {:.1f}".format(*cells[c]) if c in cells else "" for c in columns) + " |")
-    lines += ["", "# Live against careful", "",
+    lines += ["", "# Quarter resolution against full resolution", "",
               "Difference of the pictures in 8-bit code values.", "",
               "| picture | volume | RMS | 99.9th percentile |", "|---|---|---|---|"]
     lines += [f"| {size} | {volume}³ | {rms:.2f} | {worst:.1f} |" for size, volume, rms, worst in errors]
