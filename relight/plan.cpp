@@ -22,7 +22,10 @@ std::vector<int> from_to(int first, int last) {
 const std::vector<IntegerKey>& integer_keys() {
   static const std::vector<IntegerKey> keys = {
       {"volume", &Plan::volume, {32, 64, 128, 256}, "voxels along the edge of each cascade"},
-      {"trace_scale", &Plan::trace_scale, {1, 2, 4}, "indirect light is traced at 1/trace_scale of the picture"},
+      {"trace_scale",
+       &Plan::trace_scale,
+       {1, 2, 4},
+       "1, 2: light is traced at 1/trace_scale of the picture; 4: live, gathered once a still room"},
       {"rsm", &Plan::rsm, {64, 128, 256, 512, 1024}, "edge of the reflective shadow maps, pixels"},
       {"max_lights", &Plan::max_lights, from_to(0, 16), "strongest lamps that are drawn as lamps"},
       {"bounces", &Plan::bounces, from_to(1, 4), "indirect bounces of the change"},

@@ -10,7 +10,7 @@ namespace lumigraft {
 struct Plan {
   std::string method = "dvct";
   int volume = 64;      ///< voxels along the edge of each cascade: 32, 64, 128 or 256
-  int trace_scale = 2;  ///< indirect light is traced at 1/trace_scale of the picture: 1 or 2; 4: once for still rooms
+  int trace_scale = 2;  ///< 1, 2: light is traced at 1/trace_scale of the picture; 4: live, gathered once a still room
   int rsm = 256;        ///< edge of the reflective shadow maps, pixels
   int max_lights = 8;   ///< strongest lamps that are drawn as lamps
   int bounces = 2;      ///< indirect bounces of the change: 1 is the thesis
