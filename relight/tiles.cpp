@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace lumigraft {
 namespace {
@@ -126,8 +125,6 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
 
   std::vector<char> views(changed);
   for (std::size_t i = 0; i < tile_count; ++i) views[i] |= covered[i];
-  fprintf(stderr, "tiles %d views %d changed %d objects %d shadows %d lamps %d\n", (int)tile_count, views_.count,
-          changed_.count, objects_.count, shadows_.count, params.counts.x());
   view_places_ = send(device, views_, views, 1);
   send(device, changed_, changed, 1);
   send(device, objects_, covered, 1);
