@@ -6,15 +6,15 @@ namespace lumigraft {
 
 struct Quality {
   float least_codes;     ///< code values by which the objects must be able to change a pixel, at the most careful bound
-  int delta_cones;       ///< aimed at the objects, per real pixel
-  int change_cones;      ///< over the hemisphere of real pixels, for the change of other real surfaces
+  int delta_cones;       ///< aimed at the objects, per real pixel; unused with `cells`
+  int change_cones;      ///< over the hemisphere of real pixels, for the change of other real surfaces; likewise
   int hemisphere_cones;  ///< over the hemisphere of virtual surfaces
   int shadow_cones;      ///< per lamp
   int shadow_scale;      ///< shadows on surfaces without known gloss are traced at 1/shadow_scale of the picture
   int ambient_scale;     ///< light on virtual surfaces but for the lamps is traced at 1/ambient_scale of the picture
   int glossy_cones;      ///< per mirror lobe
   int voxel_cones;       ///< per voxel and bounce
-  int window;            ///< half the filter's window, in traced pixels
+  int window;            ///< half the window of the filter of traced light, in traced pixels; likewise
   int supersampling;     ///< of the object's silhouette, along each axis
   bool simple_models;    ///< draw simplified triangles to the camera too
   bool cells;  ///< take the indirect change of real pixels from the cells of the volumes, not traced per pixel
@@ -29,7 +29,7 @@ inline Quality quality_of(const Plan& plan) {
     case 2:
       return {0.5f, 20, 9, 20, 6, 1, 1, 16, 12, 2, 2, false, false};
     default:
-      return {3.0f, 6, 4, 6, 4, 2, 2, 4, 6, 1, 2, true, true};
+      return {3.0f, 0, 0, 6, 4, 2, 2, 4, 6, 0, 2, true, true};
   }
 }
 

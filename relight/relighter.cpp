@@ -42,11 +42,11 @@ struct LightKey {
   std::vector<PlacedObject> objects;
   Placement placement;
   std::shared_ptr<const Illumination> illumination;
-  int max_lights = 0, bounces = 0;
+  int max_lights = 0, bounces = 0, trace_scale = 0;
 
   bool operator==(const LightKey& o) const {
     return objects == o.objects && placement == o.placement && illumination == o.illumination &&
-           max_lights == o.max_lights && bounces == o.bounces;
+           max_lights == o.max_lights && bounces == o.bounces && trace_scale == o.trace_scale;
   }
 };
 
@@ -243,10 +243,11 @@ struct Relighter::State {
       real_fill.surfaces(list, params, bricks, *volumes);
       filter.record(list, *volumes->real_radiance);
       bounce.list_cells(list, params, kLeastShare, *volumes);
-      for (const auto* texture :
-           {&volumes->gathered_virtual, &volumes->real_irradiance, &volumes->virtual_radiance, &volumes->real_change}) {
-        list.clear(**texture, {});
-      }
+    }
+    // The first resolve must not see what bounced under other lamps.
+    for (const auto* texture :
+         {&volumes->gathered_virtual, &volumes->real_irradiance, &volumes->virtual_radiance, &volumes->real_change}) {
+      list.clear(**texture, {});
     }
     list.begin_pass("inject");
     inject->record(list, params, key.objects, store.white(), *volumes);
@@ -411,7 +412,8 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
                           with_maps);
 
   const auto list = s.device->begin();
-  s.light_volumes(*list, params, {objects, placement, scene.illumination, plan.max_lights, plan.bounces}, new_field);
+  s.light_volumes(*list, params,
+                  {objects, placement, scene.illumination, plan.max_lights, plan.bounces, plan.trace_scale}, new_field);
   s.draw_picture(*list, params, objects, plan);
   result.passes = s.device->submit(*list);
   result.srgb = s.read_picture();

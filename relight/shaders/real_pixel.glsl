@@ -18,7 +18,6 @@ vec3 camera_point(ivec2 at) {
   float z = texelFetch(depth, at, 0).x;
   return vec3(ray * z, z);
 }
-vec3 to_tag(vec3 p) { return (frame.T_tag_camera * vec4(p, 1.0)).xyz; }
 
 // Plane through the depth a few pixels to either side, where that is one surface: for what the volumes don't reach.
 vec3 depth_normal(ivec2 at) {

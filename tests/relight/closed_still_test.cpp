@@ -84,5 +84,31 @@ TEST_F(ClosedStill, TheSameInputGivesTheSameBytes) {
   }
 }
 
+// What bounced under one lamp, or was gathered for one plan, must not stay for the next: after a change the bytes are
+// those of a relighter that never saw anything else.
+TEST_F(ClosedStill, NothingStaysOfEarlierLightsAndPlans) {
+  ClosedScene scene = ball_under_lamp();
+  const FrameSet frame = coded_frame(scene);
+  const Scene before = scene.scene();
+  scene.lamps = {lamp_at({-0.3f, 0.2f, 0.7f}, 0.05f, 0.2f)};
+  scene.sky = 0.2f;
+  Scene after = before;  // the same field: only the light is another
+  after.illumination = scene.scene().illumination;
+  Plan live = careful_plan(32);
+  live.trace_scale = 4;
+  const auto expect_same = [&](const RelitPicture& a, const RelitPicture& b) {
+    EXPECT_EQ(a.srgb.data, b.srgb.data);
+    EXPECT_EQ(a.maps->delta.data, b.maps->delta.data);
+  };
+  for (const Plan& plan : {careful_plan(32), live}) {
+    Relighter fresh(device_, scene.session()), used(device_, scene.session()), other_plan(device_, scene.session());
+    const RelitPicture wanted = fresh.relight(frame, after, scene.exhibit, plan, true);
+    EXPECT_NE(used.relight(frame, before, scene.exhibit, plan, true).srgb.data, wanted.srgb.data);
+    expect_same(used.relight(frame, after, scene.exhibit, plan, true), wanted);
+    other_plan.relight(frame, after, scene.exhibit, plan.trace_scale == 4 ? careful_plan(32) : live, true);
+    expect_same(other_plan.relight(frame, after, scene.exhibit, plan, true), wanted);
+  }
+}
+
 }  // namespace
 }  // namespace lumigraft::test

@@ -13,6 +13,7 @@
 
 #include "capture/config.h"
 #include "capture/session.h"
+#include "server/service_config.h"
 #include "tests/truth/score.h"
 
 namespace lumigraft {
@@ -45,7 +46,7 @@ struct SessionScore {
 /// Replays the beginning of a session with the program itself and scores every frame of it that has truth. A session
 /// that stands still has truth for its first frame alone; then the last replayed frame is scored, when the scene is
 /// learnt.
-SessionScore replay_and_score(const fs::path& session) {
+SessionScore replay_and_score(const fs::path& session, const std::string& options) {
   const fs::path out = fs::temp_directory_path() / ("lumigraft-truth-" + session.filename().string());
   fs::remove_all(out);
   const ConfigTable root = ConfigTable::load(session / "session.toml");
@@ -60,7 +61,7 @@ SessionScore replay_and_score(const fs::path& session) {
   const bool still = truths.size() == 1;
   const int frames = std::min(static_cast<int>(colors.size()), still ? kStillFrames : kMovingFrames);
   const std::string command = std::string(LUMIGRAFT_PROGRAM) + " replay " + session.string() + " --out " +
-                              out.string() + " --frames " + std::to_string(frames) + " > /dev/null";
+                              out.string() + " --frames " + std::to_string(frames) + options + " > /dev/null";
   SessionScore result;
   if (std::system(command.c_str()) != 0) {
     ADD_FAILURE() << command;
@@ -91,14 +92,14 @@ SessionScore replay_and_score(const fs::path& session) {
 }
 
 /// Scores a session and holds it to its bound in bounds.toml: [group.session-name] relight_error = ..., psnr_db = ...
-void check(const fs::path& session, const std::string& group) {
+void check(const fs::path& session, const std::string& group, const std::string& options = "") {
   const std::string name = session.filename().string();
-  const SessionScore score = replay_and_score(session);
+  const SessionScore score = replay_and_score(session, options);
   ASSERT_GT(score.frames, 0);
   std::printf(
-      "TRUTH %-18s frames %2d  relight_error %.3f  object_error %.3f  psnr %.2f dB  affected %.2f dB  (unchanged %.2f "
-      "dB)\n",
-      name.c_str(), score.frames, score.mean.relight_error, score.mean.object_error, score.mean.psnr_db,
+      "TRUTH %-10s %-18s frames %2d  relight_error %.3f  object_error %.3f  psnr %.2f dB  affected %.2f dB  (unchanged "
+      "%.2f dB)\n",
+      group.c_str(), name.c_str(), score.frames, score.mean.relight_error, score.mean.object_error, score.mean.psnr_db,
       score.mean.psnr_affected_db, score.mean.psnr_unchanged_db);
   const ConfigTable bounds = ConfigTable::load(fs::path(LUMIGRAFT_SOURCE_DIR) / "tests/truth/bounds.toml");
   if (const auto bound = bounds.table(group).optional_table(name)) {
@@ -114,6 +115,13 @@ TEST(Truth, OwnRecordings) {
       check(entry.path(), "recordings");
     }
   }
+}
+
+// With the plan that serve starts from where nothing else is asked for.
+TEST(Truth, OwnRecordingLive) {
+  const Plan live = interactive_plan();
+  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "live",
+        " --set plan.trace_scale=" + std::to_string(live.trace_scale) + " --set plan.rsm=" + std::to_string(live.rsm));
 }
 
 TEST(Truth, ExtraSessions) {
