@@ -1,0 +1,15 @@
+#pragma once
+// LDR-FLIP: how much a viewer who flips between two pictures would see.
+// Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020, "FLIP: A Difference Evaluator for Alternating
+// Images".
+#include "capture/image.h"
+
+namespace lumigraft {
+
+/// 67 pixels a degree: a 0.7 m wide screen of 3840 pixels seen from 0.7 m.
+constexpr double kFlipPixelsPerDegree = 67.02;
+
+/// Mean over the picture, 0 (the same) to 1. Both R G B, displayed sRGB values in [0, 1], of the same size.
+double mean_flip(const Image<float>& reference, const Image<float>& test);
+
+}  // namespace lumigraft

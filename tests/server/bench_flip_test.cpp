@@ -1,0 +1,65 @@
+#include "server/bench_flip.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+constexpr int kWidth = 56, kHeight = 40;
+
+Image<float> plain(const std::array<float, 3>& colour) {
+  Image<float> picture(kWidth, kHeight, 3);
+  for (std::size_t i = 0; i < picture.data.size(); ++i) {
+    picture.data[i] = colour[i % 3];
+  }
+  return picture;
+}
+
+/// Slanted ramps that start again: edges, points and every colour.
+Image<float> ramps(int down, int colour, int from) {
+  Image<float> picture(kWidth, kHeight, 3);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        picture.at(x, y, c) = static_cast<float>((3 * x + down * y + colour * c + from) % 256) / 255.0f;
+      }
+    }
+  }
+  return picture;
+}
+
+TEST(BenchFlip, APictureEqualsItself) { EXPECT_EQ(mean_flip(ramps(5, 50, 0), ramps(5, 50, 0)), 0.0); }
+
+// Plain pictures have no features, so the colour alone decides. The scale ends at green against blue (sec. 4.1.3).
+TEST(BenchFlip, GreenAgainstBlueIsTheMost) { EXPECT_NEAR(mean_flip(plain({0, 1, 0}), plain({0, 0, 1})), 1.0, 1e-4); }
+
+// Black against white: 100^0.7 on the scale of eq. 9, which green against blue ends at 41.27 (eq. 6 and 7 by hand:
+// L*a*b* (87.735, -86.182, 83.180) and (32.297, 79.187, -107.860), chroma times 0.01 L*).
+TEST(BenchFlip, BlackAgainstWhiteByHand) {
+  const double a = -0.87735 * 86.182 - 0.32297 * 79.187, b = 0.87735 * 83.180 + 0.32297 * 107.860;
+  const double most = std::pow(87.735 - 32.297 + std::hypot(a, b), 0.7);
+  const double expected = 0.95 + (std::pow(100.0, 0.7) - 0.4 * most) / (0.6 * most) * 0.05;
+  EXPECT_NEAR(mean_flip(plain({0, 0, 0}), plain({1, 1, 1})), expected, 1e-4);
+}
+
+// What NVIDIA's own program (1.7) says of the same pictures.
+TEST(BenchFlip, AgreesWithTheAuthorsProgram) {
+  EXPECT_NEAR(mean_flip(plain({0, 0, 0}), plain({1, 1, 1})), 0.967395, 1e-4);
+  EXPECT_NEAR(mean_flip(plain({0.5f, 0.5f, 0.5f}), plain({0.6f, 0.5f, 0.4f})), 0.326071, 1e-4);
+  EXPECT_NEAR(mean_flip(ramps(5, 50, 0), ramps(4, 60, 12)), 0.482314, 1e-4);
+  Image<float> step = plain({0.2f, 0.2f, 0.2f});
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = kWidth / 2; x < kWidth; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        step.at(x, y, c) = 0.8f;
+      }
+    }
+  }
+  EXPECT_NEAR(mean_flip(plain({0.2f, 0.2f, 0.2f}), step), 0.510796, 1e-4);
+}
+
+}  // namespace
+}  // namespace lumigraft
