@@ -1,0 +1,109 @@
+#include "server/scene_learner.h"
+
+#include <utility>
+
+#include "reconstruct/fusion.h"
+#include "reconstruct/light.h"
+#include "reconstruct/pose.h"
+#include "server/albedo_schedule.h"
+#include "server/scene_board.h"
+
+namespace lumigraft {
+namespace {
+
+/// Runs one stage of a frame: its cost is noted, what it throws becomes a warning.
+template <typename Function>
+void run_stage(LearntFrame& learnt, const std::string& name, Function function) {
+  const CostClock clock;
+  try {
+    function();
+  } catch (const std::exception& e) {
+    append_warnings(learnt.warnings, {name + ": " + e.what()});
+  }
+  learnt.stages[name] = clock.elapsed();
+}
+
+}  // namespace
+
+struct SceneLearner::State {
+  std::unique_ptr<Oracle> oracle;
+  PoseStage pose;
+  FusionStage fusion;
+  LightStage light;
+  AlbedoStage albedo;
+  AlbedoSchedule schedule;
+  SceneBoard board;
+
+  State(const Session& session, std::unique_ptr<Oracle> the_oracle)
+      : oracle(std::move(the_oracle)),
+        pose(session.tag, session.color.model, session.color.response),
+        fusion(session, FusionSettings{}),
+        light(session, LightSettings{}),
+        albedo(session) {}
+
+  OracleParts parts() const { return oracle ? oracle->parts() : OracleParts{}; }
+
+  void solve_albedo(LearntFrame& learnt, const std::optional<Pose>& where) {
+    const std::shared_ptr<const DistanceField> field = board.newest().field;
+    const std::shared_ptr<const Illumination> measured = board.measured_light();
+    if (field && measured && schedule.due(*field, *measured)) {
+      schedule.solved(*field, *measured);
+      run_stage(learnt, "albedo", [&] {
+        AlbedoStage::Result solution = albedo.solve(*field, *measured);
+        if (parts().light) {
+          solution.illumination = measured;
+        }
+        board.publish_solution(std::move(solution), field->version, measured->version);
+      });
+    }
+    if (parts().albedo && where && field) {
+      run_stage(learnt, "true albedo", [&] { board.publish_albedo(oracle->albedo(learnt.frame, *where, *field)); });
+    }
+  }
+};
+
+SceneLearner::SceneLearner(const Session& session, std::unique_ptr<Oracle> oracle)
+    : state_(std::make_unique<State>(session, std::move(oracle))) {}
+
+SceneLearner::~SceneLearner() = default;
+
+LearntFrame SceneLearner::learn(const FrameSet& sensed) {
+  State& s = *state_;
+  const OracleParts truth = s.parts();
+  LearntFrame learnt;
+  std::optional<Pose> pose;
+  append_warnings(learnt.warnings, sensed.warnings);
+  learnt.frame = truth.geometry ? s.oracle->with_true_depth(sensed) : sensed;
+  const FrameSet& frame = learnt.frame;
+
+  run_stage(learnt, "pose", [&] {
+    if (truth.pose) {
+      pose = s.oracle->pose(frame);
+      return;
+    }
+    PoseStage::Result result = s.pose.locate(frame);
+    pose = result.pose;
+    append_warnings(learnt.warnings, result.warnings);
+  });
+  run_stage(learnt, "light", [&] {
+    if (truth.light) {
+      s.board.publish_light(s.oracle->illumination(frame));
+      return;
+    }
+    LightStage::Result result = s.light.extract(frame);
+    s.board.publish_light(result.illumination);
+    s.board.publish_warnings("light", result.warnings);
+  });
+  // Depth seen from a pose of the past would smear the field.
+  if (pose && pose->age_ns == 0 && frame.depth) {
+    run_stage(learnt, "fuse", [&] { s.board.publish_field(s.fusion.fuse(frame, *pose)); });
+  }
+  s.solve_albedo(learnt, pose);
+
+  learnt.scene = s.board.newest();
+  learnt.scene.pose = pose;
+  append_warnings(learnt.warnings, learnt.scene.warnings);
+  return learnt;
+}
+
+}  // namespace lumigraft
