@@ -76,4 +76,6 @@ std::vector<PlanKey> plan_keys() {
   return keys;
 }
 
+std::vector<std::string> plan_methods() { return methods(); }
+
 }  // namespace lumigraft

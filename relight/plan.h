@@ -22,6 +22,7 @@ Plan read_plan(const ConfigTable& root, const Plan& defaults);
 struct PlanKey {
   std::string key, allowed, meaning;
 };
-std::vector<PlanKey> plan_keys();  ///< for `--set help`
+std::vector<PlanKey> plan_keys();         ///< for `--set help`
+std::vector<std::string> plan_methods();  ///< what plan.method may be
 
 }  // namespace lumigraft

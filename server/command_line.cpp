@@ -36,6 +36,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
 
   ServeCommand serve;
   ReplayCommand replay;
+  BenchCommand bench;
   std::string oracle, backend;
   const auto add_set = [](CLI::App& command, std::vector<std::string>& overrides) {
     command.add_option("--set", overrides, "KEY=VALUE over any key of the session or configuration; help lists them")
@@ -68,6 +69,14 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   replay_app.add_option("--oracle", oracle, "Parts taken from the session's truth/: pose,geometry,light,albedo");
   replay_app.add_flag("--dump", replay.dump, "Also write albedo, normals, depth, delta and mask as EXR");
   add_set(replay_app, replay.files.overrides);
+
+  CLI::App& bench_app = *app.add_subcommand("bench", "Chart error against time, on sessions with truth");
+  bench_app.add_option("SESSION", bench.sessions, "The sessions' folders");
+  bench_app.add_option("--out", bench.out, "Folder for results.csv, results.json and charts");
+  bench_app.add_option("--oracle", oracle, "Parts taken from the sessions' truth/: pose,geometry,light,albedo");
+  bench_app.add_option("--methods", bench.methods, "Only these, as dvct; with commas between")->delimiter(',');
+  bench_app.add_option("--settings", bench.settings, "Only these, as live-64; with commas between")->delimiter(',');
+  add_backend(bench_app);
 
   CLI::App& doctor_app = *app.add_subcommand("doctor", "Say what this machine offers and what is in the way");
 
@@ -109,6 +118,14 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     }
     replay.oracle = parse_oracle_parts(oracle);
     return replay;
+  }
+  if (bench_app.parsed()) {
+    if (bench.sessions.empty() || bench.out.empty()) {
+      throw InputError("bench: SESSION... and --out DIR must be there (lumigraft bench --help)");
+    }
+    bench.oracle = parse_oracle_parts(oracle);
+    bench.backend = gpu::backend_named(backend).value_or(gpu::Backend::best);
+    return bench;
   }
   if (argc > 1) {
     throw InputError("found no command (lumigraft --help)");

@@ -44,6 +44,13 @@ int run(int argc, char** argv) {
   };
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
+  if (const auto* bench = std::get_if<lumigraft::BenchCommand>(&command)) {
+    if (!lumigraft::run_bench(*bench, interrupted)) {
+      std::cerr << "lumigraft: interrupted, what was measured is in " << bench->out.string() << '\n';
+      return 1;
+    }
+    return 0;
+  }
   if (!lumigraft::run_replay(std::get<lumigraft::ReplayCommand>(command), interrupted)) {
     std::cerr << "lumigraft: interrupted, nothing was written\n";
     return 1;

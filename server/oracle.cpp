@@ -63,6 +63,20 @@ OracleParts parse_oracle_parts(const std::string& list) {
   return parts;
 }
 
+std::string name_of(const OracleParts& parts) {
+  std::string name;
+  const auto add = [&](bool taken, const char* part) {
+    if (taken) {
+      name += (name.empty() ? "" : "+") + std::string(part);
+    }
+  };
+  add(parts.pose, "pose");
+  add(parts.geometry, "geometry");
+  add(parts.light, "light");
+  add(parts.albedo, "albedo");
+  return name.empty() ? "none" : name;
+}
+
 Illumination with_true_lamps(const Illumination& split, const std::vector<TrueLamp>& lamps,
                              const FisheyeCamera& fisheye) {
   Illumination result = split;

@@ -19,6 +19,8 @@ struct OracleParts {
 
 /// Comma-separated names. Throws InputError.
 OracleParts parse_oracle_parts(const std::string& list);
+/// "pose+geometry"; "none".
+std::string name_of(const OracleParts& parts);
 
 class Oracle {
  public:

@@ -31,6 +31,19 @@ TEST(CommandLine, Replay) {
   EXPECT_EQ(replay.files.overrides, (std::vector<std::string>{"plan.volume=32", "server.backend=vulkan"}));
 }
 
+TEST(CommandLine, Bench) {
+  const auto bench =
+      std::get<BenchCommand>(parse({"bench", "s", "t", "--out", "o", "--oracle", "pose,light", "--methods", "dvct",
+                                    "--settings", "live-32,live-64", "--backend", "egl"}));
+  EXPECT_EQ(bench.sessions, (std::vector<std::filesystem::path>{"s", "t"}));
+  EXPECT_EQ(bench.out, "o");
+  EXPECT_EQ(name_of(bench.oracle), "pose+light");
+  EXPECT_EQ(bench.methods, std::vector<std::string>{"dvct"});
+  EXPECT_EQ(bench.settings, (std::vector<std::string>{"live-32", "live-64"}));
+  EXPECT_EQ(bench.backend, gpu::Backend::egl);
+  EXPECT_EQ(name_of(std::get<BenchCommand>(parse({"bench", "s", "--out", "o"})).oracle), "none");
+}
+
 TEST(CommandLine, Texts) {
   EXPECT_NE(std::get<PrintCommand>(parse({"--version"})).text.find("lumigraft 0."), std::string::npos);
   EXPECT_NE(std::get<PrintCommand>(parse({"--help"})).text.find("replay"), std::string::npos);
@@ -53,6 +66,9 @@ TEST(CommandLine, WhatIsWrongIsOneLine) {
                                              {"replay", "s", "--out", "o", "--oracle", "luck"},
                                              {"replay", "s", "--out", "o", "--set", "volume"},
                                              {"replay", "s", "t", "--out", "o"},
+                                             {"bench"},
+                                             {"bench", "s"},
+                                             {"bench", "s", "--out", "o", "--oracle", "luck"},
                                              {"record"},
                                              {"serve", "--session"}}) {
     try {

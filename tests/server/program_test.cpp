@@ -97,6 +97,9 @@ TEST(Program, BadInputIsOneLineExitCode2AndNothingWritten) {
   expect_refused(tiny, {"replay", s, "--out", out, "--exhibit", s + "/none.toml"}, "none.toml");
   expect_refused(tiny, {"replay", s, "--out", out, "--oracle", "pose"}, "pose.json");
   expect_refused(tiny, {"replay", s, "--out", s + "/session.toml"}, "--out");
+  expect_refused(tiny, {"bench", s, "--out", out}, "truth");
+  expect_refused(tiny, {"bench", s, "--out", out, "--methods", "dvct,luck"}, "\"luck\", allowed: dvct");
+  expect_refused(tiny, {"bench", s, "--out", out, "--settings", "slow"}, "\"slow\", allowed: live-32");
   expect_refused(tiny, {"serve", "--session", s, "--listen", "here"}, "--listen");
   const std::string pyramid = tiny.read("pyramid.obj");
   tiny.write("pyramid.obj", pyramid.substr(0, pyramid.find("f ")));

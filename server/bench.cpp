@@ -1,0 +1,144 @@
+#include "server/bench.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <set>
+#include <utility>
+
+#include "capture/error.h"
+#include "server/bench_json.h"
+#include "server/bench_session.h"
+#include "server/bench_settings.h"
+#include "server/bench_tables.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Method {
+  std::string name;
+  std::vector<BenchSetting> settings;
+};
+
+struct NamedInput {
+  std::string name;  ///< the session's own, and a number where another has the same
+  ServiceInput input;
+};
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    text += (text.empty() ? "" : ", ") + word;
+  }
+  return text;
+}
+
+bool contains(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+void check_words(const char* option, const std::vector<std::string>& found, const std::vector<std::string>& allowed) {
+  for (const std::string& word : found) {
+    if (!contains(allowed, word)) {
+      throw InputError(std::string(option) + ": found \"" + word + "\", allowed: " + joined(allowed));
+    }
+  }
+}
+
+std::vector<Method> choose_methods(const BenchCommand& command) {
+  check_words("--methods", command.methods, plan_methods());
+  std::vector<Method> chosen;
+  std::vector<std::string> names;
+  for (const std::string& name : plan_methods()) {
+    if (!command.methods.empty() && !contains(command.methods, name)) {
+      continue;
+    }
+    Method method{name, {}};
+    for (BenchSetting& setting : bench_settings(name)) {
+      names.push_back(setting.name);
+      if (command.settings.empty() || contains(command.settings, setting.name)) {
+        method.settings.push_back(std::move(setting));
+      }
+    }
+    chosen.push_back(std::move(method));
+  }
+  check_words("--settings", command.settings, names);
+  return chosen;
+}
+
+std::vector<NamedInput> open_sessions(const BenchCommand& command) {
+  std::vector<NamedInput> sessions;
+  std::set<std::string> taken;
+  for (const fs::path& folder : command.sessions) {
+    ServiceInput input = open_bench_session(folder, command.oracle);
+    std::string name = input.session.name;
+    for (int n = 2; !taken.insert(name).second; ++n) {
+      name = input.session.name + "-" + std::to_string(n);
+    }
+    sessions.push_back({std::move(name), std::move(input)});
+  }
+  return sessions;
+}
+
+void make_folder(const fs::path& out) {
+  std::error_code error;
+  fs::create_directories(out, error);
+  if (error || !fs::is_directory(out)) {
+    throw InputError("--out: " + out.string() + " cannot be made, allowed: a folder, there or not");
+  }
+}
+
+void say(const BenchRow& row, std::size_t done, std::size_t all) {
+  char text[256];
+  std::snprintf(text, sizeof text, "relight_error %.3f, %.0f ms CPU, %.0f ms wall", row.run.measures.relight_error,
+                row.run.moving.host.cpu_ms, row.run.moving.host.wall_ms);
+  std::cerr << "lumigraft: " << done << '/' << all << ' ' << row.session << ", " << row.method << ' ' << row.setting
+            << ": " << text << '\n';
+  for (const std::string& warning : row.run.warnings) {
+    std::cerr << "lumigraft: " << row.session << ", " << row.method << ' ' << row.setting << ": " << warning << '\n';
+  }
+}
+
+}  // namespace
+
+bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted) {
+  const std::vector<Method> methods = choose_methods(command);
+  const std::vector<NamedInput> sessions = open_sessions(command);
+  make_folder(command.out);
+  CsvFile table(command.out / "results.csv", result_columns());
+  const std::shared_ptr<gpu::Device> device = gpu::create_device(command.backend, gpu::DeviceOptions{});
+  BenchResults results;
+  results.machine = describe_machine(*device);
+  results.oracle = name_of(command.oracle);
+  std::size_t all = 0;
+  for (const Method& method : methods) {
+    all += sessions.size() * method.settings.size();
+  }
+
+  for (const auto& [name, input] : sessions) {
+    const BenchScene scene = learn_bench_scene(input.session, command.oracle);
+    for (const std::string& warning : scene.warnings) {
+      std::cerr << "lumigraft: " << name << ": " << warning << '\n';
+    }
+    results.stages[name] = scene.stages;
+    Relighter relighter(device, input.session);
+    for (const Method& method : methods) {
+      for (const BenchSetting& setting : method.settings) {
+        if (interrupted) {
+          return false;
+        }
+        BenchRow row{name, method.name, setting.name, results.oracle, setting.plan, {}};
+        row.run = run_setting(relighter, scene, input.exhibit, setting.plan, results.machine.hardware);
+        table.add(result_cells(row));
+        results.rows.push_back(std::move(row));
+        say(results.rows.back(), results.rows.size(), all);
+      }
+    }
+    write_results_json(command.out / "results.json", results);
+  }
+  return true;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,28 @@
+#pragma once
+// `lumigraft bench`: sessions with truth × methods × settings, how near each picture is and what a frame costs.
+//
+// OUT gets results.csv (whole after every row: what fails midway leaves what was measured), results.json and charts.
+#include <atomic>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "relight/gpu/device.h"
+#include "server/oracle.h"
+
+namespace lumigraft {
+
+struct BenchCommand {
+  std::vector<std::filesystem::path> sessions;
+  std::filesystem::path out;
+  OracleParts oracle;                 ///< for the error against time; the error budget has its own
+  std::vector<std::string> methods;   ///< empty: all
+  std::vector<std::string> settings;  ///< empty: all
+  gpu::Backend backend = gpu::Backend::best;
+};
+
+/// Throws InputError for bad input, before anything is measured. `interrupted` is looked at between measurements. True
+/// when done, false when interrupted.
+bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted);
+
+}  // namespace lumigraft

@@ -1,0 +1,20 @@
+#pragma once
+// The machine on which the bench ran.
+#include <string>
+
+#include "relight/gpu/device.h"
+
+namespace lumigraft {
+
+struct BenchMachine {
+  std::string cpu;
+  unsigned cores = 0;
+  std::string device;
+  bool hardware = false;  ///< the device is a GPU
+  std::string program;    ///< "lumigraft 0.1.0"
+};
+
+/// This machine, with the device that draws.
+BenchMachine describe_machine(const gpu::Device& device);
+
+}  // namespace lumigraft

@@ -1,0 +1,36 @@
+#pragma once
+// One setting on one scene: how near its picture is, and what a frame costs.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "relight/relighter.h"
+#include "server/bench_measures.h"
+#include "server/bench_session.h"
+#include "server/stage_cost.h"
+
+namespace lumigraft {
+
+struct FrameCost {
+  StageCost host;                ///< relight alone
+  std::optional<double> gpu_ms;  ///< between the device's timestamps; of hardware alone
+};
+
+struct BenchRun {
+  Measures measures;
+  std::vector<std::string> warnings;  ///< of the picture that is measured
+  FrameCost moving;                   ///< every object turns by 1° a frame
+  FrameCost still;                    ///< nothing changes from frame to frame: what may be kept is kept
+};
+
+/// Every object turned about its own vertical.
+Exhibit turned(const Exhibit& exhibit, double angle_rad);
+
+/// Median over a few frames, after one that is not counted; slow ones are measured once.
+FrameCost cost_of_turning(Relighter& relighter, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
+                          const Plan& plan, bool hardware);
+
+BenchRun run_setting(Relighter& relighter, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
+                     bool hardware);
+
+}  // namespace lumigraft

@@ -1,0 +1,40 @@
+#include "server/bench_settings.h"
+
+#include "server/service_config.h"
+
+namespace lumigraft {
+namespace {
+
+struct Traced {
+  const char* name;
+  int trace_scale, rsm;
+};
+constexpr Traced kLive{"live", 4, 128}, kHalf{"half", 2, 256}, kCareful{"careful", 1, 256};
+
+BenchSetting setting(const std::string& method, const Traced& traced, int volume) {
+  Plan plan = replay_plan();
+  plan.method = method;
+  plan.trace_scale = traced.trace_scale;
+  plan.rsm = traced.rsm;
+  plan.volume = volume;
+  return {std::string(traced.name) + "-" + std::to_string(volume), plan};
+}
+
+BenchSetting with_bounces(BenchSetting setting, int bounces) {
+  setting.name += "-" + std::to_string(bounces) + (bounces == 1 ? "-bounce" : "-bounces");
+  setting.plan.bounces = bounces;
+  return setting;
+}
+
+}  // namespace
+
+std::vector<BenchSetting> bench_settings(const std::string& method) {
+  const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
+  return {of(kLive, 32),    with_bounces(of(kLive, 64), 1),
+          of(kLive, 64),    of(kLive, 128),
+          of(kHalf, 32),    with_bounces(of(kHalf, 64), 1),
+          of(kHalf, 64),    of(kHalf, 128),
+          of(kCareful, 64), of(kCareful, 128)};
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,18 @@
+#pragma once
+// Which settings the bench tries of each method.
+#include <string>
+#include <vector>
+
+#include "relight/plan.h"
+
+namespace lumigraft {
+
+struct BenchSetting {
+  std::string name;  ///< as "half-64": what trace_scale is called, the volume's edge, then what else is unusual
+  Plan plan;
+};
+
+/// From the quickest to the most careful.
+std::vector<BenchSetting> bench_settings(const std::string& method);
+
+}  // namespace lumigraft

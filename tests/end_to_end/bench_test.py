@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""`lumigraft bench` on a recording with truth, one quick setting of it.
+
+  bench_test.py PROGRAM RECORDING
+
+The tables are complete and agree with each other, and the picture is nearer the truth than the camera's own.
+"""
+import csv
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
+COLUMNS = ["session", "method", "setting", "oracle", "relight_error", "object_error", "psnr", "psnr_affected", "flip",
+           "cpu_ms", "wall_ms", "gpu_ms"]
+TRUE = "pose,geometry,light,albedo"
+
+
+class BenchTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="lumigraft-bench-")
+        cls.out = os.path.join(cls.folder.name, "out")
+        subprocess.run([PROGRAM, "bench", RECORDING, "--out", cls.out, "--methods", "dvct", "--settings", "live-32",
+                        "--oracle", TRUE], check=True)
+        with open(os.path.join(cls.out, "results.csv"), encoding="utf-8") as f:
+            cls.rows = list(csv.DictReader(f))
+        with open(os.path.join(cls.out, "results.json"), encoding="utf-8") as f:
+            cls.json = json.load(f)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_table(self):
+        self.assertEqual(len(self.rows), 1)
+        row = self.rows[0]
+        for column in COLUMNS:
+            self.assertIn(column, row)
+        self.assertEqual((row["session"], row["method"], row["setting"]), ("tabletop", "dvct", "live-32"))
+        self.assertEqual(row["oracle"], TRUE.replace(",", "+"))
+        self.assertLess(float(row["relight_error"]), 0.7)
+        self.assertGreater(float(row["psnr"]), 30)
+        self.assertLess(float(row["flip"]), 0.1)
+        for cost in ("cpu_ms", "wall_ms"):
+            self.assertGreater(float(row[cost]), 0)
+
+    def test_json_agrees(self):
+        self.assertEqual(len(self.json["results"]), 1)
+        row = self.json["results"][0]
+        for column in COLUMNS:
+            if column != "gpu_ms" and isinstance(row[column], float):
+                self.assertAlmostEqual(row[column], float(self.rows[0][column]), delta=0.06, msg=column)
+        self.assertEqual(row["plan"]["volume"], 32)
+        for key in ("cpu", "cores", "device", "program"):
+            self.assertTrue(self.json["machine"][key], key)
+        for stage in ("pose", "light", "fuse", "albedo"):
+            self.assertIn(stage, self.json["stages"]["tabletop"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -1,0 +1,36 @@
+#include "server/bench_run.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace lumigraft {
+namespace {
+
+TEST(BenchRun, ObjectsTurnAboutTheirOwnVertical) {
+  Exhibit exhibit;
+  exhibit.objects.resize(2);
+  exhibit.objects[0].position_m = {0.3, 0.1, 0.2};
+  exhibit.objects[0].rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitX());
+  exhibit.objects[1].motion = {{1.0, {0.1, 0, 0}, Eigen::Quaterniond::Identity()},
+                               {2.0, {0.2, 0, 0}, Eigen::Quaterniond::Identity()}};
+  const Exhibit quarter = turned(exhibit, std::numbers::pi / 2);
+  const Eigen::Affine3d before = exhibit.objects[0].T_tag_model(0), after = quarter.objects[0].T_tag_model(0);
+  EXPECT_TRUE(after.translation().isApprox(before.translation()));
+  const Eigen::Vector3d x = before.linear() * Eigen::Vector3d::UnitX();
+  EXPECT_TRUE((after.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d(-x.y(), x.x(), x.z())));
+  const Eigen::Affine3d moving = quarter.objects[1].T_tag_model(1.5);
+  EXPECT_TRUE(moving.translation().isApprox(Eigen::Vector3d(0.15, 0, 0)));
+  EXPECT_TRUE((moving.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
+}
+
+// A turn by nothing must be nothing, or what is kept for still objects would be made again.
+TEST(BenchRun, NoTurnIsExactlyNone) {
+  Exhibit exhibit;
+  exhibit.objects.resize(1);
+  exhibit.objects[0].rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
+  EXPECT_EQ(turned(exhibit, 0).objects[0].rotation.coeffs(), exhibit.objects[0].rotation.coeffs());
+}
+
+}  // namespace
+}  // namespace lumigraft

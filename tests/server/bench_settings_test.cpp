@@ -1,0 +1,45 @@
+#include "server/bench_settings.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "server/service_config.h"
+
+namespace lumigraft {
+namespace {
+
+TEST(BenchSettings, EveryMethodHasSomeUnderNamesOfTheirOwn) {
+  ASSERT_FALSE(plan_methods().empty());
+  for (const std::string& method : plan_methods()) {
+    std::set<std::string> names;
+    for (const BenchSetting& setting : bench_settings(method)) {
+      EXPECT_EQ(setting.plan.method, method);
+      EXPECT_TRUE(names.insert(setting.name).second) << setting.name;
+    }
+    EXPECT_FALSE(names.empty()) << method;
+  }
+}
+
+TEST(BenchSettings, WhatReplayAndServeDoIsAmongThem) {
+  const auto trial = [](const std::string& name) {
+    for (const BenchSetting& setting : bench_settings("dvct")) {
+      if (setting.name == name) {
+        return setting.plan;
+      }
+    }
+    return Plan{.method = "none"};
+  };
+  const auto expect_same = [](const Plan& a, const Plan& b) {
+    EXPECT_EQ(a.volume, b.volume);
+    EXPECT_EQ(a.trace_scale, b.trace_scale);
+    EXPECT_EQ(a.rsm, b.rsm);
+    EXPECT_EQ(a.bounces, b.bounces);
+  };
+  expect_same(trial("half-64"), replay_plan());
+  expect_same(trial("live-64"), interactive_plan());
+}
+
+}  // namespace
+}  // namespace lumigraft
