@@ -10,6 +10,8 @@ struct Quality {
   int change_cones;      ///< over the hemisphere of real pixels, for the change of other real surfaces; likewise
   int hemisphere_cones;  ///< over the hemisphere of virtual surfaces
   int shadow_cones;      ///< per lamp
+  int lamp_maps;         ///< points of all lamps together from which shadows are drawn
+  int lamp_map_edge;     ///< texels along the edge of such a map
   int shadow_scale;      ///< shadows on surfaces without known gloss are traced at 1/shadow_scale of the picture
   int ambient_scale;     ///< light on virtual surfaces but for the lamps is traced at 1/ambient_scale of the picture
   int glossy_cones;      ///< per mirror lobe
@@ -25,11 +27,11 @@ struct Quality {
 inline Quality quality_of(const Plan& plan) {
   switch (plan.trace_scale) {
     case 1:
-      return {0.5f, 16, 9, 32, 16, 1, 1, 24, 16, 2, 4, false, false};
+      return {0.5f, 16, 9, 32, 16, 64, 256, 1, 1, 24, 16, 2, 4, false, false};
     case 2:
-      return {0.5f, 20, 9, 20, 6, 1, 1, 16, 12, 2, 2, false, false};
+      return {0.5f, 20, 9, 20, 6, 32, 256, 1, 1, 16, 12, 2, 2, false, false};
     default:
-      return {3.0f, 0, 0, 6, 4, 2, 2, 4, 6, 0, 2, true, true};
+      return {3.0f, 0, 0, 6, 4, 12, 128, 2, 2, 4, 6, 0, 2, true, true};
   }
 }
 

@@ -14,6 +14,7 @@
 #include "relight/passes/compose.h"
 #include "relight/passes/filter.h"
 #include "relight/passes/inject.h"
+#include "relight/passes/lamp_maps.h"
 #include "relight/passes/object_view.h"
 #include "relight/passes/real_fill.h"
 #include "relight/passes/real_view.h"
@@ -95,6 +96,7 @@ struct Relighter::State {
   VirtualArea virtual_area;
   VoxelList voxel_list;
   std::unique_ptr<Inject> inject;
+  std::unique_ptr<LampMaps> lamp_maps;
   Resolve resolve;
   Filter filter;
   Bounce bounce;
@@ -158,6 +160,11 @@ struct Relighter::State {
       inject = std::make_unique<Inject>(*device, plan.rsm);
       lit.reset();
     }
+    const Quality before = quality_of(made_for);
+    if (!lamp_maps || before.lamp_maps != quality.lamp_maps || before.lamp_map_edge != quality.lamp_map_edge) {
+      lamp_maps = std::make_unique<LampMaps>(*device, quality.lamp_map_edge, quality.lamp_maps);
+      lit.reset();
+    }
     const CameraModel& model = session.color.model;
     if (!screen || screen->scale != plan.trace_scale || screen->supersampling != quality.supersampling) {
       // A highlight on gloss is sharp: it is not traced coarsely.
@@ -169,7 +176,7 @@ struct Relighter::State {
     made_for = plan;
   }
 
-  shader::FrameParams frame_params(const Scene& scene, const Placement& placement, const Plan& plan) const {
+  shader::FrameParams frame_params(const Scene& scene, const Placement& placement, const Plan& plan) {
     const Quality quality = quality_of(plan);
     const CameraModel& model = session.color.model;
     shader::FrameParams p{};
@@ -197,6 +204,7 @@ struct Relighter::State {
     }
     p.tag << static_cast<float>(0.5 * session.tag.size_m * kTagWithBorder), 0, 0, 0;
     inject->choose_unit(p);
+    lamp_maps->choose(*device, p);
     return p;
   }
 
@@ -249,6 +257,8 @@ struct Relighter::State {
          {&volumes->gathered_virtual, &volumes->real_irradiance, &volumes->virtual_radiance, &volumes->real_change}) {
       list.clear(**texture, {});
     }
+    list.begin_pass("lamp maps");
+    lamp_maps->record(list, key.objects, store.white());
     list.begin_pass("inject");
     inject->record(list, params, key.objects, store.white(), *volumes);
     resolve_all(list, params);
@@ -295,7 +305,7 @@ struct Relighter::State {
     list.begin_pass("object view");
     object_view.resolve(list, params, *screen);
     list.begin_pass("shadow");
-    shadow.record(list, params, !known_surfaces.empty(), *volumes, *screen);
+    shadow.record(list, params, !known_surfaces.empty(), *lamp_maps, *volumes, *screen);
     if (screen->shadow_scale > 1)
       upsample.record(list, params, *screen, screen->tiles->shaded(), *screen->shadowed, *screen->direct_lost,
                       screen->shadow_scale, 1);
@@ -317,7 +327,7 @@ struct Relighter::State {
     list.begin_pass("ambient");
     ambient.record(list, params, *volumes, *screen);
     list.begin_pass("shade");
-    shade.record(list, params, *volumes, *screen);
+    shade.record(list, params, *lamp_maps, *volumes, *screen);
     list.begin_pass("compose");
     compose.record(list, params, quality.cells, *screen);
   }

@@ -2,6 +2,7 @@
 // Radiance of virtual surfaces (thesis eq. 5.23-5.25). In: every volume, object_normal, object_base, object_surface,
 // object_irradiance, object_mirrored, object_open, rays. Out: object_radiance.
 #include "relight/passes/dispatch.h"
+#include "relight/passes/lamp_maps.h"
 #include "relight/passes/screen.h"
 #include "relight/passes/volumes.h"
 
@@ -10,7 +11,8 @@ namespace lumigraft {
 class Shade {
  public:
   explicit Shade(gpu::Device& device);
-  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
+  void record(gpu::CommandList& list, shader::FrameParams params, const LampMaps& maps, const Volumes& volumes,
+              const Screen& screen) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> pipeline_;

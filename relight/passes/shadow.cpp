@@ -5,13 +5,14 @@ namespace lumigraft {
 Shadow::Shadow(gpu::Device& device)
     : matt_(device.create_compute("shadow.comp")), glossy_(device.create_compute("shadow_glossy.comp")) {}
 
-void Shadow::record(gpu::CommandList& list, shader::FrameParams params, bool glossy, const Volumes& volumes,
-                    const Screen& screen) const {
+void Shadow::record(gpu::CommandList& list, shader::FrameParams params, bool glossy, const LampMaps& maps,
+                    const Volumes& volumes, const Screen& screen) const {
   params.pass_i.x() = screen.shadow_scale;
   std::vector<gpu::Binding> bindings =
-      joined(volumes.bindings(), {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal),
-                                  gpu::sampled(15, *screen.object_surface),
-                                  gpu::image(16, screen.shadow_scale > 1 ? *screen.shadowed : *screen.direct_lost)});
+      joined(joined(volumes.bindings(), maps.bindings()),
+             {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal),
+              gpu::sampled(15, *screen.object_surface),
+              gpu::image(16, screen.shadow_scale > 1 ? *screen.shadowed : *screen.direct_lost)});
   if (glossy) {
     bindings = joined(bindings, {gpu::sampled(14, *screen.real_albedo), gpu::image(17, *screen.mirror_lost),
                                  gpu::image(18, *screen.mirror_all)});

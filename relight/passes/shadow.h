@@ -2,6 +2,7 @@
 // Direct change of real surfaces (thesis eq. 5.20). In: the distance volumes, real_position, real_normal, real_albedo,
 // object_surface. Out: direct_lost, mirror_lost, mirror_all.
 #include "relight/passes/dispatch.h"
+#include "relight/passes/lamp_maps.h"
 #include "relight/passes/screen.h"
 #include "relight/passes/volumes.h"
 
@@ -11,8 +12,8 @@ class Shadow {
  public:
   explicit Shadow(gpu::Device& device);
   /// `glossy`: materials of real surfaces are known; then shadows are full size.
-  void record(gpu::CommandList& list, shader::FrameParams params, bool glossy, const Volumes& volumes,
-              const Screen& screen) const;
+  void record(gpu::CommandList& list, shader::FrameParams params, bool glossy, const LampMaps& maps,
+              const Volumes& volumes, const Screen& screen) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> matt_, glossy_;

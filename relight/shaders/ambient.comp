@@ -13,7 +13,7 @@ layout(binding = 17, rgba16f) uniform writeonly image2D out_mirrored;    // radi
 layout(binding = 18, rgba16f) uniform writeonly image2D out_open;        // share of lamps 0 to 3 that is seen
 layout(binding = 19, rgba16f) uniform writeonly image2D out_open_more;   // of lamps 4 to 7
 
-// The share of a lamp's light that arrives; every stride-th of its parts from the first on is asked for.
+// The share of a lamp's light that arrives, past real surfaces alone where maps say what passes the objects; every stride-th of its parts from the first on is asked for.
 float lamp_open(ObjectPixel o, Lamp lamp, int first, int stride) {
   float open = 0.0, all = 0.0;
   Cone k;
@@ -25,7 +25,7 @@ float lamp_open(ObjectPixel o, Lamp lamp, int first, int stride) {
     if (cosine <= 0.0) continue;
     k.w = s.w;
     k.tan_half = s.tan_half;
-    float passed = 1.0 - virtual_shadow(k, s.distance);
+    float passed = lamp.intensity.a > 0.0 ? 1.0 : 1.0 - virtual_shadow(k, s.distance);
     passed *= 1.0 - real_shadow(k, passed > 0.005 ? s.distance : 0.0);
     open += cosine * passed;
     all += cosine;

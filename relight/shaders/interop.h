@@ -21,7 +21,15 @@ const int kBrickCells = 8;  // voxels along a brick of the real distance field
 // A lamp as a sphere of even radiance. A lamp without a known distance stands very far away.
 struct Lamp {
   vec4 position_radius;  // m, m
-  vec4 intensity;        // W/sr
+  vec4 intensity;        // W/sr; a: how many maps it has (LampMap), the lamps' maps following each other
+};
+
+// The view of a point of a lamp over the objects.
+struct LampMap {
+  vec4 from;     // that point
+  vec4 x, y, z;  // axes; x and y times 1 / tan of the half angle
+  vec4 place;    // first texel; a, b: depth is a - b / z
+  vec4 more;     // texels along the edge; width of one where the objects are, m
 };
 
 // A known material of a real surface ([[real_surface]] of the session).

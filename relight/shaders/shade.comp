@@ -3,7 +3,7 @@
 // Radiance of the virtual objects (thesis eq. 5.23-5.25): lamps with GGX over Lambert, and what ambient.comp found,
 // upsampled between pixels of like depth and normal. pass_i.x: scale of that.
 #include "object_pixel.glsl"
-#include "lamp.glsl"
+#include "lamp_maps.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -64,7 +64,7 @@ void main() {
       a = upsample(at, o, surface.x);
       if (o.mirror && o.look.alpha < kBroadLobe) a.mirrored = mirrored(o, pixel_turn(at));
     }
-    for (int l = 0; l < frame.counts.x; ++l) {
+    for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       vec3 reflected = vec3(0);
       for (int i = 0; i < frame.counts.w; ++i) {
         LampSample s = lamp_share(frame.lamps[l], o.p, i, frame.counts.w);
@@ -74,7 +74,11 @@ void main() {
         vec3 f = o.look.diffuse * under / kPi + (o.mirror ? ggx_wide(o.look, o.n, o.v, s.w, s.tan_half) : vec3(0));
         reflected += s.irradiance * f * cosine;
       }
-      radiance += reflected * (l < 4 ? a.open[l] : a.open_more[l - 4]);
+      float open = l < 4 ? a.open[l] : a.open_more[l - 4];
+      int maps = int(frame.lamps[l].intensity.a);
+      if (maps > 0) open *= map_open(frame.lamps[l], map, maps, o.p, o.n);
+      radiance += reflected * open;
+      map += maps;
     }
     vec3 under = vec3(1) - (o.mirror ? fresnel(o.look, dot(o.n, o.v)) : vec3(0));
     radiance += o.look.diffuse * under / kPi * a.irradiance + a.mirrored;

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // The same as shadow.comp where the material of real surfaces is known: with the lamps' highlights on them, in every pixel.
 #include "shadow_cell.glsl"
+#include "lamp_maps.glsl"
 #include "brdf.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
@@ -25,14 +26,16 @@ void main() {
       look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
     }
     Cone k = shadow_cone(p, n);
-    for (int l = 0; l < frame.counts.x; ++l) {
-      for (int i = 0; i < frame.counts.w; ++i) {
-        LampSample s = lamp_share(frame.lamps[l], p, i, frame.counts.w);
+    for (int l = 0, map = 0; l < frame.counts.x; ++l) {
+      Lamp lamp = frame.lamps[l];
+      int maps = int(lamp.intensity.a), count = maps > 0 ? maps : frame.counts.w;
+      for (int i = 0; i < count; ++i) {
+        LampSample s = maps > 0 ? map_share(lamp, lamp_views[map + i], p, count) : lamp_share(lamp, p, i, count);
         float cosine = dot(n, s.w);
         if (cosine <= 0.0) continue;
         k.w = s.w;
         k.tan_half = s.tan_half;
-        float hidden = virtual_shadow(k, s.distance);
+        float hidden = maps > 0 ? map_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
         if (hidden == 0.0 && !glossy) continue;
         float open = 1.0 - real_shadow(k, s.distance), gone = open * hidden;
         lost += s.irradiance * (cosine * gone);
@@ -42,6 +45,7 @@ void main() {
           mirror_all += open * f;
         }
       }
+      map += maps;
     }
   }
   imageStore(out_lost, cell, to_half(vec4(lost, 0.0)));

@@ -127,5 +127,41 @@ TEST_F(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
   }
 }
 
+// A sheet a tenth as thick as a voxel, which voxels cannot hold: it takes the whole light of a lamp all the same, and
+// its penumbra is as wide as the lamp seen through its edge.
+TEST_F(ClosedLamp, SheetThinnerThanAVoxelCastsAWholeShadow) {
+  const PointLight lamp = lamp_at({0, 0.3f, 0.9f}, 0.04f, 1);
+  constexpr float half_m = 0.2f, height_m = 0.35f;
+  ClosedScene scene = plane_under(lamp);
+  scene.exhibit.objects = {box_object({-half_m, -half_m, height_m}, {half_m, half_m, height_m + 4e-4f}, 0)};
+  scene.eye_m = {0, -0.8f, 0.3f};
+  scene.look_at_m = {0, -0.15f, 0};
+  for (const int trace_scale : {1, 2, 4}) {
+    Plan plan = careful_plan(64, 1);
+    plan.trace_scale = trace_scale;
+    const RelitPicture picture = relit(scene, plan);
+    int in_shadow = 0, in_light = 0;
+    for_each_plane_pixel(scene, picture, [&](int u, int v, const Eigen::Vector3f& p, float area_m2, bool object) {
+      if (object) return;
+      // Where the line to the lamp's centre meets the sheet's plane, and how far off it the lamp's rim does.
+      const Eigen::Vector3f on_sheet = p + (lamp.position_m - p) * (height_m / lamp.position_m.z());
+      const float inside_m = half_m - on_sheet.head<2>().cwiseAbs().maxCoeff();
+      const float rim_m = lamp.radius_m * height_m / lamp.position_m.z();
+      const float before = scene.radiance(p), delta = picture.maps->delta.at(u, v);
+      // Light is traced for one pixel of 2 × 2 at the coarsest, and a pixel is longer than wide here.
+      const float texel_m = 0.005f + 3 * std::sqrt(area_m2);
+      if (inside_m > rim_m + texel_m) {
+        ++in_shadow;
+        EXPECT_NEAR(delta, -before, 0.02f * before) << u << ' ' << v << " at 1/" << trace_scale;
+      } else if (inside_m < -rim_m - texel_m) {
+        ++in_light;
+        EXPECT_NEAR(delta, 0, 0.02f * before) << u << ' ' << v << " at 1/" << trace_scale;
+      }
+    });
+    EXPECT_GT(in_shadow, 100);
+    EXPECT_GT(in_light, 1000);
+  }
+}
+
 }  // namespace
 }  // namespace lumigraft::test

@@ -1,0 +1,31 @@
+#pragma once
+// What lamps see of the objects: depth from several points of each lamp, so that their mean is the penumbra (Heckbert &
+// Herf 1997). Surfaces thinner than any voxel cast a whole shadow. In: objects, lamps. Out: depths(), views(), and in
+// the lamps of the frame's parameters how many maps each has.
+#include "relight/object_store.h"
+#include "relight/passes/dispatch.h"
+
+namespace lumigraft {
+
+class LampMaps {
+ public:
+  /// At most `most` maps of edge × edge texels, for all lamps together; no lamp has less than one.
+  LampMaps(gpu::Device& device, int edge, int most);
+
+  /// Shares the maps out among the lamps and says so in `params`. A lamp within the sphere around the objects gets
+  /// none: no map can hold all that it sees.
+  void choose(gpu::Device& device, shader::FrameParams& params);
+  void record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, const gpu::Texture& white) const;
+
+  /// For passes that include lamp_maps.glsl.
+  std::vector<gpu::Binding> bindings() const;
+
+ private:
+  int edge_, most_;
+  std::unique_ptr<gpu::RasterPipeline> raster_;
+  std::unique_ptr<gpu::Texture> depths_;  ///< the maps side by side
+  std::unique_ptr<gpu::Buffer> views_;
+  std::vector<shader::DrawParams> draws_;
+};
+
+}  // namespace lumigraft
