@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "capture/error.h"
+#include "server/bench_error_time.h"
 #include "server/bench_json.h"
 #include "server/bench_session.h"
 #include "server/bench_settings.h"
@@ -101,22 +102,15 @@ void say(const BenchRow& row, std::size_t done, std::size_t all) {
   }
 }
 
-}  // namespace
-
-bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted) {
-  const std::vector<Method> methods = choose_methods(command);
-  const std::vector<NamedInput> sessions = open_sessions(command);
-  make_folder(command.out);
+/// Every session with every setting; what is done is in `results` and on the disk after each. False when interrupted.
+bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>& sessions,
+                      const std::vector<Method>& methods, const std::shared_ptr<gpu::Device>& device,
+                      const std::atomic<bool>& interrupted, BenchResults& results) {
   CsvFile table(command.out / "results.csv", result_columns());
-  const std::shared_ptr<gpu::Device> device = gpu::create_device(command.backend, gpu::DeviceOptions{});
-  BenchResults results;
-  results.machine = describe_machine(*device);
-  results.oracle = name_of(command.oracle);
   std::size_t all = 0;
   for (const Method& method : methods) {
     all += sessions.size() * method.settings.size();
   }
-
   for (const auto& [name, input] : sessions) {
     const BenchScene scene = learn_bench_scene(input.session, command.oracle);
     for (const std::string& warning : scene.warnings) {
@@ -136,9 +130,31 @@ bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted
         say(results.rows.back(), results.rows.size(), all);
       }
     }
-    write_results_json(command.out / "results.json", results);
   }
   return true;
+}
+
+void write_down(const fs::path& out, const BenchResults& results) {
+  write_results_json(out / "results.json", results);
+  draw_error_time(results, CostKind::cpu, out / "error_time");
+  if (results.machine.hardware) {
+    draw_error_time(results, CostKind::gpu, out / "error_gpu_time");
+  }
+}
+
+}  // namespace
+
+bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted) {
+  const std::vector<Method> methods = choose_methods(command);
+  const std::vector<NamedInput> sessions = open_sessions(command);
+  make_folder(command.out);
+  const std::shared_ptr<gpu::Device> device = gpu::create_device(command.backend, gpu::DeviceOptions{});
+  BenchResults results;
+  results.machine = describe_machine(*device);
+  results.oracle = name_of(command.oracle);
+  const bool done = measure_settings(command, sessions, methods, device, interrupted, results);
+  write_down(command.out, results);
+  return done;
 }
 
 }  // namespace lumigraft

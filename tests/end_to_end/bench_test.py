@@ -13,6 +13,8 @@ import sys
 import tempfile
 import unittest
 
+import cv2
+
 PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
 COLUMNS = ["session", "method", "setting", "oracle", "relight_error", "object_error", "psnr", "psnr_affected", "flip",
            "cpu_ms", "wall_ms", "gpu_ms"]
@@ -59,6 +61,14 @@ class BenchTest(unittest.TestCase):
             self.assertTrue(self.json["machine"][key], key)
         for stage in ("pose", "light", "fuse", "albedo"):
             self.assertIn(stage, self.json["stages"]["tabletop"])
+
+    def test_chart(self):
+        with open(os.path.join(self.out, "error_time.svg"), encoding="utf-8") as f:
+            self.assertIn("<svg", f.read())
+        picture = cv2.imread(os.path.join(self.out, "error_time.png"))
+        self.assertGreater(picture.shape[1], picture.shape[0])
+        self.assertEqual(picture[0, 0].tolist(), [255, 255, 255])
+        self.assertLess(picture.min(), 100)
 
 
 if __name__ == "__main__":
