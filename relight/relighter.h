@@ -1,44 +1,21 @@
 #pragma once
 // Scene + exhibit + camera picture become the composited picture.
 #include <memory>
-#include <string>
-#include <vector>
 
-#include "capture/frame.h"
 #include "capture/session.h"
-#include "reconstruct/scene.h"
-#include "relight/exhibit.h"
-#include "relight/gpu/device.h"
-#include "relight/plan.h"
+#include "relight/renderer.h"
 
 namespace lumigraft {
-
-/// Intermediate maps, filled on request; all at the picture's size. Linear radiance unless said otherwise.
-struct RelightMaps {
-  Image<float> albedo;   ///< 3 channels, of what is visible
-  Image<float> normals;  ///< 3 channels, tag frame
-  Image<float> depth_m;  ///< 1 channel, along the camera's z
-  Image<float> delta;    ///< 3 channels, signed change of real pixels, W/sr/m²
-  Image<float> mask;     ///< 1 channel, coverage by virtual objects
-};
-
-struct RelitPicture {
-  Image<std::uint8_t> srgb;  ///< R G B, the colour camera's size and response (sRGB)
-  Plan plan;
-  std::vector<gpu::PassTime> passes;
-  std::vector<std::string> warnings;
-  std::shared_ptr<const RelightMaps> maps;  ///< null unless asked for
-};
 
 /// One verb. Holds caches of what depends only on still geometry, still light or a rigid object. Not thread safe.
 /// Never throws for what a frame holds: where the scene lacks something (no pose, no light) the camera picture passes
 /// through and a warning says why. Throws gpu::GpuError where the device fails.
-class Relighter {
+class Relighter : public Renderer {
  public:
   Relighter(std::shared_ptr<gpu::Device> device, const Session& session);
-  ~Relighter();
+  ~Relighter() override;
   RelitPicture relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
-                       bool with_maps = false);
+                       bool with_maps = false) override;
 
  private:
   struct State;

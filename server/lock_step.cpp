@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/camera_picture.h"
+#include "server/make_renderer.h"
 #include "server/scene_board.h"
 
 namespace lumigraft {
@@ -12,7 +13,7 @@ LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, st
     : exhibit_(std::move(exhibit)),
       plan_(plan),
       learner_(session, std::move(oracle)),
-      relighter_(std::move(device), session) {}
+      renderer_(make_renderer(session, plan, std::move(device))) {}
 
 FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
   LearntFrame learnt = learner_.learn(sensed);
@@ -22,7 +23,7 @@ FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
                      .warnings = std::move(learnt.warnings)};
   const CostClock clock;
   try {
-    record.picture = relighter_.relight(learnt.frame, record.scene, exhibit_, plan_, with_maps);
+    record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, plan_, with_maps);
   } catch (const gpu::GpuError&) {
     throw;
   } catch (const std::exception& e) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "relight/relighter.h"
+#include "relight/renderer.h"
 #include "server/scene_learner.h"
 
 namespace lumigraft {
@@ -20,7 +20,7 @@ struct FrameRecord {
 
 class LockStep {
  public:
-  /// `oracle` may be null.
+  /// `oracle` may be null; `device` too, where the plan's method needs none.
   LockStep(const Session& session, Exhibit exhibit, const Plan& plan, std::shared_ptr<gpu::Device> device,
            std::unique_ptr<Oracle> oracle);
 
@@ -31,7 +31,7 @@ class LockStep {
   Exhibit exhibit_;
   Plan plan_;
   SceneLearner learner_;
-  Relighter relighter_;
+  std::unique_ptr<Renderer> renderer_;
 };
 
 }  // namespace lumigraft

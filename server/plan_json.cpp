@@ -5,8 +5,9 @@
 namespace lumigraft {
 
 nlohmann::ordered_json plan_json(const Plan& plan) {
-  return {{"method", plan.method}, {"volume", plan.volume},         {"trace_scale", plan.trace_scale},
-          {"rsm", plan.rsm},       {"max_lights", plan.max_lights}, {"bounces", plan.bounces}};
+  return {{"method", plan.method},  {"volume", plan.volume},         {"trace_scale", plan.trace_scale},
+          {"rsm", plan.rsm},        {"max_lights", plan.max_lights}, {"bounces", plan.bounces},
+          {"samples", plan.samples}};
 }
 
 }  // namespace lumigraft

@@ -8,6 +8,7 @@
 #include "capture/source.h"
 #include "server/frame_record.h"
 #include "server/lock_step.h"
+#include "server/make_renderer.h"
 #include "server/write_picture.h"
 
 namespace lumigraft {
@@ -111,7 +112,8 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   }
   PartialOutput output(command.out);
   LockStep pipeline(input.session, std::move(input.exhibit), input.plan,
-                    gpu::create_device(input.server.backend, gpu::DeviceOptions{}), std::move(oracle));
+                    needs_gpu(input.plan) ? gpu::create_device(input.server.backend, gpu::DeviceOptions{}) : nullptr,
+                    std::move(oracle));
 
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);
   const auto limit = static_cast<std::uint64_t>(command.frames);

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "capture/error.h"
 #include "capture/source.h"
 #include "server/page.h"
 #include "server/pipeline.h"
@@ -46,6 +47,9 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   ServiceInput input = read_service(files, interactive_plan());
   if (!listen.empty()) {
     read_listen(listen, "--listen", input.server);
+  }
+  if (input.plan.method == "reference") {
+    throw InputError("plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
   }
   const Session session = input.session;
   const ServerSettings server = input.server;

@@ -57,6 +57,7 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
            Case{"[plan]\nmax_lights = 17", "session.toml:2: plan.max_lights: found 17", "0 to 16"},
            Case{"[plan]\nbounces = 0", "session.toml:2: plan.bounces: found 0", "1 to 4"},
            Case{"[plan]\nbounces = 1.5", "session.toml:2: plan.bounces: found 1.5", "1 to 4"},
+           Case{"[plan]\nsamples = 0", "session.toml:2: plan.samples: found 0", "1 to 65536"},
            Case{"[plan]\nvolumes = 64", "session.toml:2: plan.volumes: ", "volume"},
            Case{"plan = 3", "session.toml:1: plan: found 3", "table"},
        }) {
@@ -68,7 +69,7 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
 
 TEST(Plan, HelpNamesEveryKeyOnce) {
   const std::vector<PlanKey> keys = plan_keys();
-  ASSERT_EQ(keys.size(), 6u);
+  ASSERT_EQ(keys.size(), 7u);
   EXPECT_EQ(keys[0].key, "plan.method");
   EXPECT_EQ(keys[1].key, "plan.volume");
   EXPECT_EQ(keys[1].allowed, "32, 64, 128 or 256");

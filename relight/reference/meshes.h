@@ -1,0 +1,45 @@
+#pragma once
+// Rays and triangles, through Embree; and what the surface is like where they meet.
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "relight/reference/bsdf.h"
+
+namespace lumigraft::reference {
+
+struct MeshHit {
+  float t_m = 0;
+  std::uint32_t mesh = 0, triangle = 0;
+  float u = 0, v = 0;  ///< weights of the triangle's second and third vertex
+};
+
+struct Surface {
+  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();
+  Eigen::Vector3f face = Eigen::Vector3f::UnitZ();    ///< unit normal of the triangle, on the side that is looked at
+  Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, smooth, on the same side
+  Look look;
+};
+
+class Meshes {
+ public:
+  /// Keeps references to what the meshes and `seen` point to.
+  Meshes(const std::vector<ReferenceMesh>& meshes, const SeenMaterials* seen);
+  ~Meshes();
+
+  bool empty() const;
+  /// The first triangle along a unit direction, nearer than `limit_m`.
+  std::optional<MeshHit> hit(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
+  bool blocked(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
+  Surface surface(const MeshHit& hit, const Eigen::Vector3f& w) const;
+
+  /// A sphere around each mesh: x, y, z, radius.
+  const std::vector<Eigen::Vector4f>& spheres() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumigraft::reference

@@ -1,0 +1,71 @@
+#pragma once
+// The paths of one sample of a pixel. See delta_path_tracer.h for the estimator.
+#include <vector>
+
+#include "relight/reference/meshes.h"
+#include "relight/reference/sky.h"
+
+namespace lumigraft::reference {
+
+/// A scene ready for rays. Immutable, shared by threads.
+struct World {
+  explicit World(std::shared_ptr<const ReferenceScene> the_scene)
+      : scene(std::move(the_scene)),
+        real(scene->real, scene->seen.get()),
+        objects(scene->objects, nullptr),
+        sky(*scene) {}
+
+  std::shared_ptr<const ReferenceScene> scene;
+  Meshes real, objects;
+  Sky sky;
+};
+
+struct Ray {
+  Eigen::Vector3f from_m, w;  ///< w unit
+};
+
+struct CameraSample {
+  bool on_object = false;
+  Rgb light = Rgb::Zero();  ///< L_ρ on an object, else L_Δ
+};
+
+class Paths {
+ public:
+  Paths(const World& world, Sampler& sampler) : world_(world), sampler_(sampler) {}
+
+  CameraSample change(const Ray& ray);
+  Rgb radiance(const Ray& ray, bool with_objects) { return followed(ray, {}, with_objects); }
+
+ private:
+  /// How a path has come to where it is.
+  struct Past {
+    Rgb throughput = Rgb::Ones();
+    float pdf = 0;  ///< of the last direction, 1/sr; 0: from the camera, which no lamp sample can know
+    int bounces = 0;
+  };
+  /// What a ray meets first.
+  struct Arrival {
+    enum class At { sky, lamp, real, object } at = At::sky;
+    float t_m = 0;
+    std::size_t lamp = 0;
+    MeshHit hit;
+  };
+  struct Vertex;
+
+  Arrival arrival(const Ray& ray, bool with_objects) const;
+  /// Light that reaches the ray's start along it from a lamp or the sky, weighted against sampling these.
+  Rgb emitted(const Ray& ray, const Arrival& arrival, float pdf) const;
+  Rgb followed(Ray ray, Past past, bool with_objects);
+  Rgb changed(Ray ray, Arrival arrival, Past past);
+  /// What lamps and sky bring to the vertex at first hand, of those that `counts(w, limit, lamp)`.
+  template <typename Counts>
+  Rgb direct(const Vertex& vertex, Counts counts);
+  bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
+  /// Goes on in a new direction. False where the path ends.
+  bool turn(const Vertex& vertex, Past& past, Ray& ray);
+
+  const World& world_;
+  Sampler& sampler_;
+};
+
+}  // namespace lumigraft::reference

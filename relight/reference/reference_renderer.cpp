@@ -1,0 +1,136 @@
+#include "relight/reference/reference_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/response.h"
+#include "relight/camera_upload.h"
+#include "relight/reference/delta_path_tracer.h"
+#include "relight/reference/scene_of.h"
+
+namespace lumigraft {
+namespace {
+
+bool same(const std::optional<Material>& a, const std::optional<Material>& b) {
+  return a.has_value() == b.has_value() && (!a || (a->base_color == b->base_color && a->metallic == b->metallic &&
+                                                   a->roughness == b->roughness && a->specular == b->specular));
+}
+
+bool same(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ReferenceMesh& x, const ReferenceMesh& y) {
+    return x.model == y.model && x.T_tag_model.matrix() == y.T_tag_model.matrix() && same(x.material, y.material);
+  });
+}
+
+/// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
+Image<std::uint8_t> composed(const CameraUpload& camera, const ReferencePicture& traced) {
+  Image<std::uint8_t> picture = camera.coded();
+  for (std::size_t i = 0; i < traced.coverage.data.size(); ++i) {
+    for (std::size_t at = 3 * i; at < 3 * i + 3; ++at) {
+      const float coverage = traced.coverage.data[i], change = traced.change.data[at];
+      if (coverage == 0 && change == 0 && camera.codes_are_srgb()) continue;
+      const float light = (1 - coverage) * camera.radiance().data[at] + change + traced.object.data[at];
+      picture.data[at] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(camera.exposure() * light)));
+    }
+  }
+  return picture;
+}
+
+std::shared_ptr<const RelightMaps> maps_of(const ReferencePicture& traced) {
+  auto maps = std::make_shared<RelightMaps>();
+  maps->mask = traced.coverage;
+  maps->delta = traced.change;
+  for (std::size_t i = 0; i < maps->delta.data.size(); ++i) {
+    const float shown = 1 - traced.coverage.data[i / 3];
+    if (shown > 0) maps->delta.data[i] /= shown;
+  }
+  return maps;
+}
+
+}  // namespace
+
+struct ReferenceRenderer::State {
+  Session session;
+  Room room;
+  std::vector<KnownSurface> known;
+  CameraUpload camera;
+
+  // What is kept from frame to frame.
+  std::shared_ptr<const DistanceField> field;
+  std::shared_ptr<const AlbedoField> albedo;
+  std::shared_ptr<const Illumination> illumination;
+  std::shared_ptr<const ReferenceScene> reconstructed;
+  struct Traced {
+    std::shared_ptr<const ReferenceScene> room;
+    std::vector<ReferenceMesh> objects;
+    Eigen::Matrix4f T_tag_camera;
+    int samples = 0;
+    ReferencePicture picture;
+  };
+  std::optional<Traced> last;
+
+  State(const Session& s, Room r)
+      : session(s), room(std::move(r)), known(known_surfaces(s.real_surfaces)), camera(s.color) {}
+
+  std::shared_ptr<const ReferenceScene> room_of(const FrameSet& frame, const Scene& scene) {
+    if (room) return room(frame);
+    if (!reconstructed || field != scene.field || albedo != scene.albedo || illumination != scene.illumination) {
+      reconstructed = std::make_shared<const ReferenceScene>(reference_room_of(scene, known));
+      field = scene.field;
+      albedo = scene.albedo;
+      illumination = scene.illumination;
+    }
+    return reconstructed;
+  }
+
+  const ReferencePicture& traced(const FrameSet& frame, const Scene& scene, std::vector<ReferenceMesh> objects,
+                                 int samples) {
+    const std::shared_ptr<const ReferenceScene> now = room_of(frame, scene);
+    const Eigen::Isometry3f T_tag_camera = scene.pose->T_tag_camera.cast<float>();
+    if (!last || last->room != now || last->T_tag_camera != T_tag_camera.matrix() || last->samples != samples ||
+        !same(last->objects, objects)) {
+      auto with_objects = std::make_shared<ReferenceScene>(*now);
+      with_objects->objects = objects;
+      const DeltaPathTracer tracer(with_objects);
+      ReferenceSamples how;
+      how.per_pixel = samples;
+      last = Traced{now, std::move(objects), T_tag_camera.matrix(), samples,
+                    tracer.change({session.color.model, T_tag_camera}, how)};
+    }
+    return last->picture;
+  }
+};
+
+ReferenceRenderer::ReferenceRenderer(const Session& session, Room room)
+    : state_(std::make_unique<State>(session, std::move(room))) {}
+ReferenceRenderer::~ReferenceRenderer() = default;
+
+RelitPicture ReferenceRenderer::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
+                                        const Plan& plan, bool with_maps) {
+  State& s = *state_;
+  RelitPicture result;
+  result.plan = plan;
+  s.camera.take(*frame.color);
+  std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
+
+  std::string missing;
+  if (objects.empty())
+    missing = "no visible object";
+  else if (!scene.pose)
+    missing = "no pose";
+  else if (!s.room && !scene.illumination)
+    missing = "no light is known yet";
+  else if (!s.room && !scene.field)
+    missing = "no geometry is known yet";
+  if (!missing.empty()) {
+    result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
+    result.srgb = s.camera.coded();
+    return result;
+  }
+  const ReferencePicture& traced = s.traced(frame, scene, std::move(objects), plan.samples);
+  result.srgb = composed(s.camera, traced);
+  if (with_maps) result.maps = maps_of(traced);
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,69 @@
+#pragma once
+// Numbers for the samples of a pixel, from counters alone: the same pixel, sample and draw give the same number on
+// every run and every thread.
+//
+// Each pair of draws is a two-dimensional Sobol' sequence over the samples, scrambled and shuffled by hashes of pixel
+// and draw (Owen 1995; Burley 2020, "Practical Hash-based Owen Scrambling"): every number is uniform in [0, 1), and
+// the samples of a pixel lie evenly in each pair.
+#include <Eigen/Core>
+#include <cstdint>
+
+namespace lumigraft::reference {
+
+class Sampler {
+ public:
+  Sampler(std::uint32_t seed, std::uint32_t pixel, std::uint32_t sample)
+      : key_(hashed((std::uint64_t{seed} << 32) | pixel)), sample_(sample) {}
+
+  Eigen::Vector2f two() {
+    const std::uint64_t pair = hashed(key_ + ++draw_);
+    const std::uint32_t index = scrambled(sample_, static_cast<std::uint32_t>(pair));
+    const std::uint64_t digits = hashed(pair);
+    return {unit(scrambled(reversed(index), static_cast<std::uint32_t>(digits))),
+            unit(scrambled(second_dimension(index), static_cast<std::uint32_t>(digits >> 32)))};
+  }
+  float one() { return two().x(); }
+
+ private:
+  static float unit(std::uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
+
+  /// Steele, Lea & Flood 2014, "Fast Splittable Pseudorandom Number Generators".
+  static std::uint64_t hashed(std::uint64_t x) {
+    x += 0x9e3779b97f4a7c15u;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    return x ^ (x >> 31);
+  }
+
+  static std::uint32_t reversed(std::uint32_t x) {
+    x = (x << 16) | (x >> 16);
+    x = ((x & 0x00ff00ffu) << 8) | ((x & 0xff00ff00u) >> 8);
+    x = ((x & 0x0f0f0f0fu) << 4) | ((x & 0xf0f0f0f0u) >> 4);
+    x = ((x & 0x33333333u) << 2) | ((x & 0xccccccccu) >> 2);
+    return ((x & 0x55555555u) << 1) | ((x & 0xaaaaaaaau) >> 1);
+  }
+
+  /// Owen scrambling: each bit is flipped depending on those above it (Laine & Karras 2011, on reversed bits).
+  static std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) {
+    x = reversed(x) + seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return reversed(x);
+  }
+
+  static std::uint32_t second_dimension(std::uint32_t index) {
+    std::uint32_t x = 0;
+    for (std::uint32_t direction = 0x80000000u; index != 0; index >>= 1, direction ^= direction >> 1) {
+      if (index & 1) x ^= direction;
+    }
+    return x;
+  }
+
+  std::uint64_t key_;
+  std::uint32_t sample_;
+  std::uint64_t draw_ = 0;
+};
+
+}  // namespace lumigraft::reference

@@ -1,0 +1,16 @@
+#pragma once
+// The renderer that a plan's method asks for.
+#include <memory>
+
+#include "capture/session.h"
+#include "relight/renderer.h"
+
+namespace lumigraft {
+
+/// False for methods that run on the processor alone.
+bool needs_gpu(const Plan& plan);
+
+/// `device` may be null where none is needed. Throws InputError, gpu::GpuError.
+std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, std::shared_ptr<gpu::Device> device);
+
+}  // namespace lumigraft
