@@ -12,8 +12,8 @@ LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, st
                    std::unique_ptr<Oracle> oracle)
     : exhibit_(std::move(exhibit)),
       plan_(plan),
-      learner_(session, std::move(oracle)),
-      renderer_(make_renderer(session, plan, std::move(device))) {}
+      renderer_(make_renderer(session, plan, oracle ? oracle->parts() : OracleParts{}, std::move(device))),
+      learner_(session, std::move(oracle)) {}
 
 FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
   LearntFrame learnt = learner_.learn(sensed);

@@ -30,8 +30,8 @@ class LockStep {
  private:
   Exhibit exhibit_;
   Plan plan_;
-  SceneLearner learner_;
   std::unique_ptr<Renderer> renderer_;
+  SceneLearner learner_;
 };
 
 }  // namespace lumigraft

@@ -4,12 +4,18 @@
 
 #include "relight/reference/reference_renderer.h"
 #include "relight/relighter.h"
+#include "server/reference_truth.h"
 
 namespace lumigraft {
 
 bool needs_gpu(const Plan& plan) { return plan.method != "reference"; }
 
-std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, std::shared_ptr<gpu::Device> device) {
+std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, const OracleParts& truth,
+                                        std::shared_ptr<gpu::Device> device) {
+  if (!needs_gpu(plan) && truth.all()) {
+    const auto room = std::make_shared<TrueRoom>(session);
+    return std::make_unique<ReferenceRenderer>(session, [room](const FrameSet& frame) { return room->at(frame); });
+  }
   if (!needs_gpu(plan)) {
     return std::make_unique<ReferenceRenderer>(session);
   }

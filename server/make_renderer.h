@@ -4,13 +4,16 @@
 
 #include "capture/session.h"
 #include "relight/renderer.h"
+#include "server/oracle.h"
 
 namespace lumigraft {
 
 /// False for methods that run on the processor alone.
 bool needs_gpu(const Plan& plan);
 
-/// `device` may be null where none is needed. Throws InputError, gpu::GpuError.
-std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, std::shared_ptr<gpu::Device> device);
+/// Where all parts of the scene are to be true, the reference takes the true room itself (reference_truth.h) in place
+/// of what reconstruct makes of it. `device` may be null where none is needed. Throws InputError, gpu::GpuError.
+std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, const OracleParts& truth,
+                                        std::shared_ptr<gpu::Device> device);
 
 }  // namespace lumigraft

@@ -15,6 +15,7 @@ namespace lumigraft {
 struct OracleParts {
   bool pose = false, geometry = false, light = false, albedo = false;
   bool any() const { return pose || geometry || light || albedo; }
+  bool all() const { return pose && geometry && light && albedo; }
 };
 
 /// Comma-separated names. Throws InputError.

@@ -76,6 +76,9 @@ std::vector<TrueLamp> read_true_lamps(const std::filesystem::path& lights_json) 
       if (entry.contains("normal")) {
         lamp.normal = vector(entry["normal"]).normalized();
         lamp.radius_m = std::sqrt(lamp.area_m2 / std::numbers::pi);
+        if (entry.contains("size")) {
+          lamp.size_m = {entry["size"].at(0).get<double>(), entry["size"].at(1).get<double>()};
+        }
       } else {
         lamp.radius_m = entry.at("radius").get<double>();
       }
@@ -85,6 +88,24 @@ std::vector<TrueLamp> read_true_lamps(const std::filesystem::path& lights_json) 
     throw InputError(lights_json.string() + ": " + e.what());
   }
   return lamps;
+}
+
+TrueSky read_true_sky(const std::filesystem::path& lights_json) {
+  const nlohmann::json json = read_json(lights_json);
+  TrueSky sky;
+  const auto entry = json.find("environment");
+  if (entry == json.end() || entry->is_null()) {
+    return sky;
+  }
+  try {
+    sky.is_picture = !entry->contains("constant");
+    if (!sky.is_picture) {
+      sky.constant = vector(entry->at("constant"));
+    }
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(lights_json.string() + ": " + e.what());
+  }
+  return sky;
 }
 
 Image<float> read_true_depth(const std::filesystem::path& exr) {

@@ -16,10 +16,17 @@ struct TrueLamp {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit, of a flat lamp's lit side; zero for a bulb
   Eigen::Vector3d radiance = Eigen::Vector3d::Zero();  ///< W/sr/m² per channel
   double area_m2 = 0;                                  ///< lit
-  double radius_m = 0;                                 ///< of a bulb
+  double radius_m = 0;                                 ///< of a bulb; of a disc as large, for a flat lamp
+  Eigen::Vector2d size_m = Eigen::Vector2d::Zero();    ///< of a rectangle; zero for others
 
   /// Area seen from a point: a bulb's disk, a flat lamp's area times its cosine.
   double seen_area_m2(const Eigen::Vector3d& from_m) const;
+};
+
+/// Light from far away: the same from everywhere, or truth/environment.exr, laid out as EnvironmentPicture is.
+struct TrueSky {
+  Eigen::Vector3d constant = Eigen::Vector3d::Zero();
+  bool is_picture = false;
 };
 
 /// truth/000007 for a frame of that index, or truth/000000 where the session stands still and has no other.
@@ -28,6 +35,7 @@ std::filesystem::path truth_folder(const std::filesystem::path& session, std::ui
 // All throw InputError.
 Eigen::Isometry3d read_true_pose(const std::filesystem::path& pose_json);
 std::vector<TrueLamp> read_true_lamps(const std::filesystem::path& lights_json);
+TrueSky read_true_sky(const std::filesystem::path& lights_json);
 Image<float> read_true_depth(const std::filesystem::path& exr);  ///< 1 channel, metres along the camera's z
 
 }  // namespace lumigraft

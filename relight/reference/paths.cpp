@@ -14,7 +14,7 @@ constexpr float kLift = 3e-5f;        // off a surface, of a metre at 1 m from t
 constexpr float kShort = 1e-4f;       // shadow rays end this much before the lamp
 constexpr int kSureBounces = 3;       // before Russian roulette
 constexpr float kMostToLive = 0.95f;  // of Russian roulette
-constexpr float kAimed = 0.5f;        // of the directions that look for objects
+constexpr float kSureShare = 0.1f;    // paths that split off with less throughput take part in Russian roulette
 constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
 
 /// Veach & Guibas 1995, balance heuristic.
@@ -56,26 +56,21 @@ struct Paths::Vertex {
     return above(w) && local.z() > 0 ? (reflected(surface.look, v, local) * local.z()).eval() : Rgb::Zero().eval();
   }
 
-  Vector3f sample(Sampler& sampler) const {
-    if (!cones.empty()) {
-      const float choice = sampler.one();
-      if (choice < kAimed) {
-        const auto i = static_cast<std::size_t>(choice / kAimed * static_cast<float>(cones.size()));
-        const Cone& cone = cones[std::min(i, cones.size() - 1)];
-        return in_cone(cone.axis, cone.one_minus_cos, sampler.two());
-      }
-    }
-    return (frame * sample_direction(surface.look, v, sampler)).normalized();
+  Vector3f sample(Sampler& sampler) const { return (frame * sample_direction(surface.look, v, sampler)).normalized(); }
+  float pdf(const Vector3f& w) const { return direction_pdf(surface.look, v, frame.transpose() * w); }
+
+  /// Into one of the cones.
+  Vector3f aim(Sampler& sampler) const {
+    const auto i = static_cast<std::size_t>(sampler.one() * static_cast<float>(cones.size()));
+    return in_cone(cones[i].axis, cones[i].one_minus_cos, sampler.two());
   }
-  float pdf(const Vector3f& w) const {
-    const float own = direction_pdf(surface.look, v, frame.transpose() * w);
-    if (cones.empty()) return own;
-    float aimed = 0;
+  float aim_pdf(const Vector3f& w) const {
+    float sum = 0;
     for (const Cone& cone : cones) {
       // 1 - cos from the chord: no cancellation for narrow cones.
-      if (0.5f * (w - cone.axis).squaredNorm() <= cone.one_minus_cos) aimed += 1 / (2 * kPi * cone.one_minus_cos);
+      if (0.5f * (w - cone.axis).squaredNorm() <= cone.one_minus_cos) sum += 1 / (2 * kPi * cone.one_minus_cos);
     }
-    return (1 - kAimed) * own + kAimed * aimed / static_cast<float>(cones.size());
+    return cones.empty() ? 0 : sum / static_cast<float>(cones.size());
   }
 
   Vector3f leave(const Vector3f& w) const {
@@ -133,28 +128,35 @@ Rgb Paths::direct(const Vertex& vertex, Counts counts) {
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
     const Rgb f = vertex.reflected_times_cosine(s.w);
     if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kShort, lamp)) return;
-    sum += f * s.radiance * (weight(s.pdf, vertex.pdf(s.w)) / s.pdf);
+    sum += f * s.radiance * (weight(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
   };
   // Lamps are seen from the very point from which rays leave, so that both ways to find them agree on densities.
   const Vector3f from_m = vertex.leave(vertex.surface.face);
   for (std::size_t i = 0; i < world_.scene->lamps.size(); ++i) {
     add(sample_lamp(world_.scene->lamps[i], from_m, sampler_.two()), from_m, i);
   }
-  if (!world_.sky.dark()) add(world_.sky.sample(sampler_.two()), from_m, kNoLamp);
+  if (world_.sky.is_picture()) add(world_.sky.sample(sampler_.two()), from_m, kNoLamp);
   return sum;
 }
 
+float Paths::Past::chance_to_go_on() const {
+  return bounces < kSureBounces ? 1 : std::min(throughput.maxCoeff(), kMostToLive);
+}
+
+bool Paths::lives(Past& past, float chance) {
+  if (chance >= 1) return true;
+  if (!(sampler_.one() < chance)) return false;
+  past.throughput /= chance;
+  return true;
+}
+
 bool Paths::turn(const Vertex& vertex, Past& past, Ray& ray) {
-  if (++past.bounces > kSureBounces) {
-    const float live = std::min(past.throughput.maxCoeff(), kMostToLive);
-    if (!(sampler_.one() < live)) return false;
-    past.throughput /= live;
-  }
   ray.w = vertex.sample(sampler_);
   past.pdf = vertex.pdf(ray.w);
   if (!(past.pdf > 0)) return false;
   past.throughput *= vertex.reflected_times_cosine(ray.w) / past.pdf;
   ray.from_m = vertex.leave(ray.w);
+  ++past.bounces;
   return past.throughput.maxCoeff() > 0 && past.throughput.allFinite();
 }
 
@@ -171,8 +173,17 @@ Rgb Paths::followed(Ray ray, Past past, bool with_objects) {
         past.throughput * direct(vertex, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
           return !blocked_by_room(from, w, limit, lamp) && !(with_objects && world_.objects.blocked(from, w, limit));
         });
-    if (!turn(vertex, past, ray)) return sum;
+    if (!lives(past, past.chance_to_go_on()) || !turn(vertex, past, ray)) return sum;
   }
+}
+
+Rgb Paths::split(const Vertex& vertex, const Ray& ray, Past past) {
+  // Both ways to look for objects, by material and by cone, may have found this direction: their densities sum up.
+  past.pdf = vertex.pdf(ray.w) + vertex.aim_pdf(ray.w);
+  past.throughput *= vertex.reflected_times_cosine(ray.w) / past.pdf;
+  ++past.bounces;
+  if (!lives(past, past.throughput.maxCoeff() / kSureShare)) return Rgb::Zero();
+  return followed(ray, past, true) - followed(ray, past, false);
 }
 
 Rgb Paths::changed(Ray ray, Arrival a, Past past) {
@@ -184,11 +195,16 @@ Rgb Paths::changed(Ray ray, Arrival a, Past past) {
         past.throughput * direct(vertex, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
           return world_.objects.blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
         });
+    if (!lives(past, past.chance_to_go_on())) return sum;
+    if (!vertex.cones.empty()) {
+      const Vector3f w = vertex.aim(sampler_);
+      const Ray aimed{vertex.leave(w), w};
+      if (vertex.above(w) && arrival(aimed, true).at == Arrival::At::object) sum += split(vertex, aimed, past);
+    }
+    const Past before = past;
     if (!turn(vertex, past, ray)) return sum;
     a = arrival(ray, true);
-    if (a.at == Arrival::At::object) {
-      return sum + followed(ray, past, true) - followed(ray, past, false);
-    }
+    if (a.at == Arrival::At::object) return sum + split(vertex, ray, before);
   }
   return sum;  // a lamp or the sky, the same in both worlds
 }

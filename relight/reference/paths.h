@@ -42,6 +42,8 @@ class Paths {
     Rgb throughput = Rgb::Ones();
     float pdf = 0;  ///< of the last direction, 1/sr; 0: from the camera, which no lamp sample can know
     int bounces = 0;
+
+    float chance_to_go_on() const;
   };
   /// What a ray meets first.
   struct Arrival {
@@ -56,11 +58,16 @@ class Paths {
   /// Light that reaches the ray's start along it from a lamp or the sky, weighted against sampling these.
   Rgb emitted(const Ray& ray, const Arrival& arrival, float pdf) const;
   Rgb followed(Ray ray, Past past, bool with_objects);
+  /// The change of light from a virtual surface that the ray meets first: what comes from there, less what came from
+  /// behind it before.
+  Rgb split(const Vertex& vertex, const Ray& ray, Past past);
   Rgb changed(Ray ray, Arrival arrival, Past past);
   /// What lamps and sky bring to the vertex at first hand, of those that `counts(w, limit, lamp)`.
   template <typename Counts>
   Rgb direct(const Vertex& vertex, Counts counts);
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
+  /// Russian roulette.
+  bool lives(Past& past, float chance);
   /// Goes on in a new direction. False where the path ends.
   bool turn(const Vertex& vertex, Past& past, Ray& ray);
 

@@ -24,13 +24,11 @@ std::size_t pick(const double* sums, std::size_t count, float u, float& within) 
 
 Sky::Sky(const ReferenceScene& scene) : scene_(scene) {
   const Image<float>& picture = scene.environment.radiance;
-  if (!picture.empty()) {
-    width_ = picture.width;
-    height_ = picture.height;
-  }
+  if (picture.empty()) return;
+  width_ = picture.width;
+  height_ = picture.height;
   // Radiance is bilinear between texels: what a texel can reach is the most of those around it.
   const auto luminance_of = [&](int x, int y) {
-    if (picture.empty()) return luminance(scene.background);
     float most = 0;
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
@@ -76,7 +74,7 @@ LightSample Sky::sample(const Eigen::Vector2f& u) const {
 }
 
 float Sky::pdf(const Eigen::Vector3f& w) const {
-  if (dark()) return 0;
+  if (!is_picture()) return 0;
   const float across = (std::atan2(w.y(), w.x()) + kPi) / (2 * kPi) * static_cast<float>(width_);
   const float down = std::acos(std::clamp(w.z(), -1.0f, 1.0f)) / kPi * static_cast<float>(height_);
   const int x = std::clamp(static_cast<int>(across), 0, width_ - 1);

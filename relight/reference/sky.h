@@ -10,10 +10,11 @@ class Sky {
  public:
   explicit Sky(const ReferenceScene& scene);  ///< keeps a reference
 
-  bool dark() const { return total_ <= 0; }
+  /// Worth samples of its own. An even sky is found best by following the material.
+  bool is_picture() const { return !scene_.environment.radiance.empty() && total_ > 0; }
   Rgb radiance(const Eigen::Vector3f& w) const;
   LightSample sample(const Eigen::Vector2f& u) const;
-  float pdf(const Eigen::Vector3f& w) const;  ///< 1/sr
+  float pdf(const Eigen::Vector3f& w) const;  ///< 1/sr; 0 where there are no samples
 
  private:
   float weight(int x, int y) const { return weights_[static_cast<std::size_t>(y) * width_ + x]; }
