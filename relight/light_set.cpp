@@ -8,12 +8,19 @@ namespace lumigraft {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float kLeastSlant = 0.1f;
 
 shader::Lamp make_lamp(const PointLight& light, const Eigen::Vector3f& probe_m) {
-  shader::Lamp lamp;
+  shader::Lamp lamp{};
   if (light.distance_known) {
     lamp.position_radius << light.position_m, light.radius_m;
     lamp.intensity << light.intensity, 0;
+    if (light.flat) {
+      // A panel that the probe sees at a slant sends more straight ahead than was seen of it: kLeastSlant bounds how
+      // much.
+      const float slant = light.normal.dot(-light.direction);
+      lamp.facing << light.normal, 1 / std::max(slant, kLeastSlant);
+    }
   } else {
     const float d = kUnknownLampDistance_m;
     lamp.position_radius << probe_m + d * light.direction, d * std::tan(std::min(light.angular_radius_rad, 1.0f));

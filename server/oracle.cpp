@@ -35,9 +35,12 @@ PointLight true_light(const TrueLamp& lamp, const Eigen::Vector3d& probe_m) {
   light.irradiance = (lamp.radiance * (lamp.seen_area_m2(probe_m) / (distance_m * distance_m))).cast<float>();
   light.distance_known = true;
   light.position_m = lamp.centre_m.cast<float>();
-  // Towards the tag, around which the exhibit stands.
-  light.intensity = (lamp.radiance * lamp.seen_area_m2(Eigen::Vector3d::Zero())).cast<float>();
+  light.intensity = (lamp.radiance * lamp.seen_area_m2(probe_m)).cast<float>();
   light.radius_m = static_cast<float>(lamp.radius_m);
+  light.flat = !lamp.normal.isZero() && light.intensity.maxCoeff() > 0;
+  if (light.flat) {
+    light.normal = lamp.normal.cast<float>();
+  }
   light.angular_radius_rad = static_cast<float>(std::atan(lamp.radius_m / distance_m));
   return light;
 }

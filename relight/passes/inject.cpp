@@ -57,7 +57,9 @@ Inject::Inject(gpu::Device& device, int map_edge)
 void Inject::choose_unit(shader::FrameParams& params) const {
   double most = 1e-6;  // W: everything that all lamps send towards the objects, in the strongest channel
   for (int i = 0; i < params.counts.x(); ++i) {
-    most += params.lamps[i].intensity.head<3>().maxCoeff() * lamp_view(params, params.lamps[i]).solid_angle_sr * 2.0;
+    const shader::Lamp& lamp = params.lamps[i];
+    most += lamp.intensity.head<3>().maxCoeff() * std::max(lamp.facing.w(), 1.0f) *
+            lamp_view(params, lamp).solid_angle_sr * 2.0;
   }
   params.field.z() = static_cast<float>(1e9 / most);
   params.field.w() = 1.0f / params.field.z();

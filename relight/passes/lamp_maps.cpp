@@ -64,8 +64,9 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
     shader::Lamp& lamp = params.lamps[l];
     const int count = counts[static_cast<std::size_t>(l)];
     lamp.intensity.w() = static_cast<float>(count);
-    const Eigen::Vector3f axis = (centre - lamp.position_radius.head<3>()).normalized(), x = axis.unitOrthogonal(),
-                          y = axis.cross(x);
+    const Eigen::Vector3f axis = lamp.facing.w() > 0 ? Eigen::Vector3f(lamp.facing.head<3>())
+                                                     : (centre - lamp.position_radius.head<3>()).normalized(),
+                          x = axis.unitOrthogonal(), y = axis.cross(x);
     for (int i = 0; i < count; ++i) {
       // The lamp's disc, cut by a sunflower spiral (Vogel 1979).
       const float r = count == 1 ? 0.0f : lamp.position_radius.w() * std::sqrt((i + 0.5f) / static_cast<float>(count));

@@ -6,6 +6,7 @@
 // pass_i.x: the lamp; pass_f.x: 1 / tan of the half angle of its view.
 #include "volume.glsl"
 #include "splat.glsl"
+#include "lamp.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D hit_position;
 layout(binding = 13) uniform sampler2D hit_albedo;
@@ -58,7 +59,7 @@ void main() {
   // The texel's solid angle: a square of edge 2 tan / size at distance 1, seen at a slant.
   vec2 q = (2.0 * (vec2(at) + 0.5) / vec2(size) - 1.0) / frame.pass_f.x;
   float edge = 2.0 / (frame.pass_f.x * float(size.x)), slant = inversesqrt(1.0 + dot(q, q));
-  vec3 flux = lamp.intensity.rgb * edge * edge * slant * slant * slant;
+  vec3 flux = lamp.intensity.rgb * emission(lamp, w) * edge * edge * slant * slant * slant;
   vec3 n = texelFetch(hit_normal, at, 0).xyz;
   inject_virtual(hit.xyz, kFront * (dot(n, w) > 0.0 ? -n : n), flux * texelFetch(hit_albedo, at, 0).rgb);
 

@@ -18,9 +18,10 @@ const int kMaxSurfaces = 8;
 const int kCascades = 2;
 const int kBrickCells = 8;  // voxels along a brick of the real distance field
 
-// A lamp as a sphere of even radiance. A lamp without a known distance stands very far away.
+// A lamp as a sphere or a flat disc of even radiance. A lamp without a known distance stands very far away.
 struct Lamp {
   vec4 position_radius;  // m, m
+  vec4 facing;           // normal of a flat lamp; a: what its intensity is over n·ω; 0: not flat
   vec4 intensity;        // W/sr; a: how many maps it has (LampMap), the lamps' maps following each other
 };
 

@@ -13,12 +13,17 @@ struct LampSample {
   vec3 irradiance; // W/m² on a plane that faces it
 };
 
-// Share i of n of a lamp seen from p: the lamp's disc facing p, cut by a sunflower spiral (Vogel 1979).
+// Radiant intensity along w, from the lamp on, over the lamp's `intensity`: a flat lamp is a Lambert emitter.
+float emission(Lamp lamp, vec3 w) {
+  return lamp.facing.a > 0.0 ? lamp.facing.a * max(dot(lamp.facing.xyz, w), 0.0) : 1.0;
+}
+
+// Share i of n of a lamp seen from p: its disc, which faces p unless it is flat, cut by a sunflower spiral (Vogel 1979).
 LampSample lamp_share(Lamp lamp, vec3 p, int i, int n) {
   vec3 to = lamp.position_radius.xyz - p;
   float far = length(to);
   vec3 axis = to / far, x, y;
-  basis(axis, x, y);
+  basis(lamp.facing.a > 0.0 ? lamp.facing.xyz : axis, x, y);
   float radius = min(lamp.position_radius.w, 0.9 * far);
   float r = n == 1 ? 0.0 : radius * sqrt((float(i) + 0.5) / float(n));
   float phi = float(i) * 2.39996323;
@@ -27,7 +32,7 @@ LampSample lamp_share(Lamp lamp, vec3 p, int i, int n) {
   s.distance = length(at);
   s.w = at / s.distance;
   s.tan_half = min(kLampShare / sqrt(float(n)), 0.3) * radius / far;
-  s.irradiance = lamp.intensity.rgb / (float(n) * s.distance * s.distance);
+  s.irradiance = lamp.intensity.rgb * emission(lamp, -s.w) / (float(n) * s.distance * s.distance);
   return s;
 }
 #endif

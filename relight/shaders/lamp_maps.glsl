@@ -16,7 +16,7 @@ LampSample map_share(Lamp lamp, LampMap m, vec3 p, int n) {
   s.distance = length(to);
   s.w = to / s.distance;
   s.tan_half = min(kLampShare * inversesqrt(float(n)) * lamp.position_radius.w / s.distance, 0.3);
-  s.irradiance = lamp.intensity.rgb / (float(n) * s.distance * s.distance);
+  s.irradiance = lamp.intensity.rgb * emission(lamp, -s.w) / (float(n) * s.distance * s.distance);
   return s;
 }
 

@@ -127,6 +127,29 @@ TEST_F(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
   }
 }
 
+// A panel is a Lambert emitter: what a ball takes of it goes with the cosine at the panel too.
+TEST_F(ClosedLamp, PanelShinesWithItsCosine) {
+  PointLight lamp = lamp_at({0.5f, 0.3f, 0.8f}, 0.01f, 1);
+  lamp.direction = (lamp.position_m - Eigen::Vector3f(0, 0, 0.3f)).normalized();  // from the probe
+  lamp.flat = true;
+  lamp.normal = Eigen::Vector3f(-0.9f, 0.3f, -0.4f).normalized();
+  const Eigen::Vector3f centre(0, 0, 0.25f);
+  constexpr float radius = 0.1f;
+  ClosedScene scene = plane_under(lamp);
+  scene.exhibit.objects = {sphere_object(radius, centre, 0)};
+  scene.eye_m = {0.2f, -0.9f, 0.9f};
+  const RelitPicture picture = relit(scene, careful_plan(64, 1));
+  int in_shadow = 0;
+  for_each_plane_pixel(scene, picture, [&](int u, int v, const Eigen::Vector3f& p, float, bool object) {
+    const float past_m = (centre - p).cross((lamp.position_m - p).normalized()).norm() - radius;
+    if (object || past_m > -0.02f) return;
+    ++in_shadow;
+    const float before = scene.radiance(p);
+    EXPECT_NEAR(picture.maps->delta.at(u, v), -before, 0.02f * before) << u << ' ' << v;
+  });
+  EXPECT_GT(in_shadow, 100);
+}
+
 // A sheet a tenth as thick as a voxel, which voxels cannot hold: it takes the whole light of a lamp all the same, and
 // its penumbra is as wide as the lamp seen through its edge.
 TEST_F(ClosedLamp, SheetThinnerThanAVoxelCastsAWholeShadow) {

@@ -151,7 +151,7 @@ PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float inte
 float irradiance(const PointLight& lamp, const Eigen::Vector3f& at_m, const Eigen::Vector3f& normal) {
   const Eigen::Vector3f to = lamp.position_m - at_m;
   const float d2 = to.squaredNorm();
-  return lamp.intensity.x() * std::max(normal.dot(to), 0.0f) / (d2 * std::sqrt(d2));
+  return lamp.emission(-to.normalized()) * lamp.intensity.x() * std::max(normal.dot(to), 0.0f) / (d2 * std::sqrt(d2));
 }
 
 VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo) {

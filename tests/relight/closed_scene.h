@@ -40,7 +40,7 @@ Plan careful_plan(int volume = 64, int bounces = 2);
 
 /// A lamp at a known place.
 PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity);
-/// What it brings to a surface: E = I cos θ / d².
+/// What it brings to a surface: E = I cos θ / d², times what a flat lamp sends that way.
 float irradiance(const PointLight& lamp, const Eigen::Vector3f& at_m, const Eigen::Vector3f& normal);
 
 /// A sphere of 40 × 80 facets with smooth normals, Lambert.
