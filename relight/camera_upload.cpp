@@ -27,20 +27,23 @@ std::vector<T> with_fourth(const Image<T>& rgb, T fourth) {
 
 CameraUpload::CameraUpload(const ColorCamera& camera) : camera_(camera), response_is_srgb_(is_srgb(camera.response)) {}
 
-void CameraUpload::take(const Picture& picture) {
-  radiance_ = to_radiance(picture, camera_.response).radiance;
-  const bool encoded = !picture.encoded.empty();
+void CameraUpload::take(const std::shared_ptr<const Picture>& picture) {
+  picture_ = picture;
+  const bool encoded = !picture->encoded.empty();
   codes_are_srgb_ = encoded && response_is_srgb_;
-  exposure_ = static_cast<float>(encoded ? picture.exposure : camera_.exposure);
+  exposure_ = static_cast<float>(encoded ? picture->exposure : camera_.exposure);
   if (codes_are_srgb_) {
-    coded_ = picture.encoded;
+    coded_ = picture->encoded;
     return;
   }
-  coded_ = Image<std::uint8_t>(radiance_.width, radiance_.height, 3);
+  const Image<float> linear = radiance();
+  coded_ = Image<std::uint8_t>(linear.width, linear.height, 3);
   for (std::size_t i = 0; i < coded_.data.size(); ++i) {
-    coded_.data[i] = static_cast<std::uint8_t>(linear_to_srgb(exposure_ * radiance_.data[i]) * 255.0f + 0.5f);
+    coded_.data[i] = static_cast<std::uint8_t>(linear_to_srgb(exposure_ * linear.data[i]) * 255.0f + 0.5f);
   }
 }
+
+Image<float> CameraUpload::radiance() const { return to_radiance(*picture_, camera_.response).radiance; }
 
 void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {
   rays_.clear();
@@ -55,11 +58,13 @@ void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {
   device.upload(*screen.rays, 0, std::as_bytes(std::span(rays_)));
 }
 
-void CameraUpload::upload(gpu::Device& device, const FrameSet& frame, const Screen& screen) const {
+void CameraUpload::upload(gpu::Device& device, const FrameSet& frame, bool with_radiance, const Screen& screen) const {
   const std::vector<std::uint8_t> codes = with_fourth<std::uint8_t>(coded_, 255);
   device.upload(*screen.codes, 0, std::as_bytes(std::span(codes)));
-  const std::vector<float> radiance = with_fourth(radiance_, 1.0f);
-  device.upload(*screen.radiance, 0, std::as_bytes(std::span(radiance)));
+  if (with_radiance) {
+    const std::vector<float> linear = with_fourth(radiance(), 1.0f);
+    device.upload(*screen.radiance, 0, std::as_bytes(std::span(linear)));
+  }
   const std::size_t pixels = static_cast<std::size_t>(screen.width) * screen.height;
   const bool has_depth = frame.depth && frame.depth->depth_m.data.size() == pixels;
   const std::vector<float> none(has_depth ? 0 : pixels, 0.0f);

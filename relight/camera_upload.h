@@ -1,5 +1,7 @@
 #pragma once
 // The camera picture on its way to the GPU.
+#include <memory>
+
 #include "capture/frame.h"
 #include "capture/radiance.h"
 #include "capture/session.h"
@@ -11,14 +13,15 @@ class CameraUpload {
  public:
   explicit CameraUpload(const ColorCamera& camera);
 
-  void take(const Picture& picture);  ///< keeps code values and radiance of this frame
+  void take(const std::shared_ptr<const Picture>& picture);  ///< keeps code values of this frame
   void upload_rays(gpu::Device& device, const Screen& screen);
-  void upload(gpu::Device& device, const FrameSet& frame, const Screen& screen) const;
+  /// Codes and depth, and radiance on request.
+  void upload(gpu::Device& device, const FrameSet& frame, bool with_radiance, const Screen& screen) const;
 
   float exposure() const { return exposure_; }
-  bool codes_are_srgb() const { return codes_are_srgb_; }   ///< unchanged pixels may keep their code values
-  const std::vector<float>& rays() const { return rays_; }  ///< x/z and y/z of every pixel
-  const Image<float>& radiance() const { return radiance_; }
+  bool codes_are_srgb() const { return codes_are_srgb_; }      ///< unchanged pixels may keep their code values
+  Image<float> radiance() const;                               ///< computed anew
+  const std::vector<float>& rays() const { return rays_; }     ///< x/z and y/z of every pixel
   const Image<std::uint8_t>& coded() const { return coded_; }  ///< the picture as sRGB codes
 
  private:
@@ -26,7 +29,7 @@ class CameraUpload {
   bool response_is_srgb_ = false, codes_are_srgb_ = false;
   float exposure_ = 1;
   Image<std::uint8_t> coded_;
-  Image<float> radiance_;
+  std::shared_ptr<const Picture> picture_;
   std::vector<float> rays_;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <set>
 
+#include "relight/model_refine.h"
 #include "relight/model_simplify.h"
 #include "relight/object_distance.h"
 #include "relight/object_field.h"
@@ -14,6 +15,8 @@ namespace {
 constexpr int kFieldVoxels = 128;       // along a model's longest edge
 constexpr int kSurfaceSamples = 60000;  // one is then smaller than a voxel of the finest usual volume
 constexpr int kSimpleTriangles = 9000;  // the vertex stage of a software device is serial
+constexpr int kEvenTriangles =
+    6000;  // edges are no longer than those of as many equal triangles: light is kept by vertex
 
 std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
 
@@ -55,6 +58,15 @@ double surface_area_m2(const Model& model) {
     sum += 0.5 * ab.cross(ac).norm();
   }
   return sum;
+}
+
+/// No edge is longer than those of kEvenTriangles equal triangles of the same area in all.
+std::shared_ptr<const Model> evenly_divided(const Model& model) {
+  Eigen::AlignedBox3f box;
+  for (const auto& p : model.positions_m) box.extend(p);
+  const double edge_m = std::sqrt(surface_area_m2(model) / (kEvenTriangles * std::sqrt(3.0) / 4));
+  return refine_model(model,
+                      std::max(static_cast<float>(edge_m), box.diagonal().norm() / 200));  // needles have no area
 }
 
 std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const Image<std::uint8_t>& picture) {
@@ -103,6 +115,7 @@ StoredModel::Mesh ObjectStore::upload_mesh(const Model& model) {
     vertices.insert(vertices.end(), {p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), t.x(), t.y(), c.x(), c.y(), c.z()});
   }
   StoredModel::Mesh mesh;
+  mesh.vertex_count = static_cast<int>(model.positions_m.size());
   mesh.vertices = device_.create_buffer(vertices.size() * sizeof(float), "vertices");
   device_.upload(*mesh.vertices, 0, std::as_bytes(std::span(vertices)));
   for (const auto& part : model.parts) {
@@ -122,7 +135,9 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
   entry = std::make_unique<StoredModel>();
   entry->model = model;
   entry->full = upload_mesh(*model);
-  entry->simple = upload_mesh(*simplify_model(*model, kSimpleTriangles));
+  const std::shared_ptr<const Model> simple = evenly_divided(*simplify_model(*model, kSimpleTriangles));
+  entry->simple = upload_mesh(*simple);
+  entry->simple.closed = is_closed(*simple);
   std::map<const Image<std::uint8_t>*, const gpu::Texture*> textures;
   for (std::size_t i = 0; i < model->parts.size(); ++i) {
     const auto& picture = model->parts[i].base_color_texture;

@@ -13,6 +13,8 @@ namespace lumigraft {
 struct StoredModel {
   struct Mesh {
     std::unique_ptr<gpu::Buffer> vertices;  ///< position, normal, texcoord, colour: 11 floats
+    int vertex_count = 0;
+    bool closed = false;  ///< of `simple`: every edge joins two triangles that run it in opposite ways
     struct Part {
       std::unique_ptr<gpu::Buffer> indices;
       std::uint32_t index_count = 0;
@@ -22,7 +24,7 @@ struct StoredModel {
     std::vector<Part> parts;
   };
   std::shared_ptr<const Model> model;
-  Mesh full, simple;  ///< simple: for maps in which no one sees the silhouette
+  Mesh full, simple;  ///< simple: fewer triangles where there are many, more where there are few large ones
   std::vector<std::unique_ptr<gpu::Texture>> textures;
   std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; model frame
   int sample_count = 0;

@@ -15,6 +15,7 @@
 #include "relight/passes/filter.h"
 #include "relight/passes/inject.h"
 #include "relight/passes/lamp_maps.h"
+#include "relight/passes/live_view.h"
 #include "relight/passes/object_view.h"
 #include "relight/passes/real_fill.h"
 #include "relight/passes/real_view.h"
@@ -34,6 +35,7 @@ namespace lumigraft {
 namespace {
 
 constexpr float kNearPlane_m = 0.02f;
+constexpr int kVertexCones = 9;                                  // over the hemisphere of a vertex of an object, once
 constexpr std::uint64_t kMostBehind = 24, kMostBehindCalm = 64;  // publications of the field
 constexpr double kCalmShare = 0.1;                               // of bricks
 constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
@@ -109,6 +111,9 @@ struct Relighter::State {
   Ambient ambient;
   Shade shade;
   Compose compose;
+  std::unique_ptr<LampShadows> lamp_shadows;
+  ObjectLight object_light;
+  LiveView live_view;
 
   // What is kept from frame to frame.
   Plan made_for;
@@ -142,7 +147,9 @@ struct Relighter::State {
         reflect(*device),
         ambient(*device),
         shade(*device),
-        compose(*device) {
+        compose(*device),
+        object_light(*device),
+        live_view(*device) {
     for (const RealSurface& surface : session.real_surfaces) {
       if (known_surfaces.size() == shader::kMaxSurfaces) break;
       known_surfaces.push_back(store.upload_mesh(*load_model(surface.mesh, 'z')));
@@ -158,6 +165,7 @@ struct Relighter::State {
     }
     if (!inject || made_for.rsm != plan.rsm) {
       inject = std::make_unique<Inject>(*device, plan.rsm);
+      lamp_shadows = std::make_unique<LampShadows>(*device, plan.rsm);
       lit.reset();
     }
     const Quality before = quality_of(made_for);
@@ -203,8 +211,10 @@ struct Relighter::State {
       p.surfaces[i].metallic_specular << s.metallic, s.specular, 0, 0;
     }
     p.tag << static_cast<float>(0.5 * session.tag.size_m * kTagWithBorder), 0, 0, 0;
+    p.pass_f.x() = quality.least_codes;
     inject->choose_unit(p);
     lamp_maps->choose(*device, p);
+    LampShadows::choose_views(p);
     return p;
   }
 
@@ -238,9 +248,14 @@ struct Relighter::State {
     albedo = scene.albedo;
   }
 
-  /// The volumes, as far as what they hold has changed.
-  void light_volumes(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key, bool new_field) {
-    if (!new_field && lit && *lit == key) return;
+  /// Whether a frame only looks up what was gathered once; known glossy surfaces want more.
+  bool is_live(const shader::FrameParams& params) const {
+    return quality_of(made_for).cells && known_surfaces.empty() && LampShadows::possible(params);
+  }
+
+  /// The volumes and what is gathered from them once, as far as what they hold has changed. False: nothing has.
+  bool light_volumes(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key, bool new_field) {
+    if (!new_field && lit && *lit == key) return false;
     const bool replaced = new_field || !lit || !(lit->placement == key.placement);
     list.begin_pass("volumes");
     if (replaced) real_fill.distances(list, params, bricks, *volumes);
@@ -275,7 +290,16 @@ struct Relighter::State {
       list.begin_pass("cells");
       bounce.gather_real(list, coarse, kChangeCones, *volumes);
     }
+    if (is_live(params)) {
+      list.begin_pass("lamp shadows");
+      lamp_shadows->record(list, params, *lamp_maps, *volumes);
+      if (ObjectLight::enough_for(key.objects)) {
+        list.begin_pass("object light");
+        object_light.record(*device, list, params, kVertexCones, key.objects, *lamp_maps, *volumes);
+      }
+    }
     lit = key;
+    return true;
   }
 
   void resolve_all(gpu::CommandList& list, const shader::FrameParams& params) const {
@@ -324,12 +348,33 @@ struct Relighter::State {
       upsample.record(list, params, *screen, screen->tiles->changed(), *screen->mirror_share,
                       *screen->mirror_share_smooth, 1, 2);
     }
+    light_objects(list, params);
+    list.begin_pass("compose");
+    compose.record(list, params, *screen);
+  }
+
+  void draw_live(gpu::CommandList& list, const shader::FrameParams& params, const std::vector<PlacedObject>& objects,
+                 const Plan& plan) const {
+    const bool matt = ObjectLight::enough_for(objects);
+    list.begin_pass("views");
+    if (matt) {
+      live_view.draw_objects(list, params, objects, object_light, store.white(), *screen);
+    } else {
+      object_view.draw(list, params, objects, quality_of(plan).simple_models, store.white(), *screen);
+      list.begin_pass("object view");
+      live_view.place(list, params, *volumes, *screen);
+      object_view.resolve(list, params, *screen);
+      light_objects(list, params);
+    }
+    list.begin_pass("compose");
+    live_view.compose(list, params, *lamp_shadows, matt, *volumes, *screen);
+  }
+
+  void light_objects(gpu::CommandList& list, const shader::FrameParams& params) const {
     list.begin_pass("ambient");
     ambient.record(list, params, *volumes, *screen);
     list.begin_pass("shade");
     shade.record(list, params, *lamp_maps, *volumes, *screen);
-    list.begin_pass("compose");
-    compose.record(list, params, quality.cells, *screen);
   }
 
   std::shared_ptr<RelightMaps> read_maps() const {
@@ -355,10 +400,10 @@ struct Relighter::State {
   }
 
   /// The camera's picture with the blocks that were composed.
-  Image<std::uint8_t> read_picture() const {
+  Image<std::uint8_t> read_picture(bool live) const {
     const std::vector<std::byte> bytes = device->download(*screen->picture);
     Image<std::uint8_t> picture = camera.coded();
-    for (const std::uint32_t place : screen->tiles->view_places()) {
+    for (const std::uint32_t place : live ? screen->tiles->fine_places() : screen->tiles->view_places()) {
       const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
       for (int v = top; v < std::min(top + kTile_px, screen->height); ++v) {
         for (int u = left; u < std::min(left + kTile_px, screen->width); ++u) {
@@ -368,6 +413,7 @@ struct Relighter::State {
         }
       }
     }
+    if (live) LiveView::apply_gain(*device, *screen, &picture);
     return picture;
   }
 };
@@ -381,7 +427,7 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   State& s = *state_;
   RelitPicture result;
   result.plan = plan;
-  s.camera.take(*frame.color);
+  s.camera.take(frame.color);
 
   std::string missing;
   const bool visible = std::any_of(exhibit.objects.begin(), exhibit.objects.end(),
@@ -415,18 +461,27 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   const bool new_field =
       s.bricks.update(s.field, s.albedo, {placement.sphere.centre_m - reach, placement.sphere.centre_m + reach});
   const shader::FrameParams params = s.frame_params(scene, placement, plan);
-  s.camera.upload(*s.device, frame, *s.screen);
-  const bool depth_fits = frame.depth && frame.depth->depth_m.data.size() * 2 == s.camera.rays().size();
-  s.screen->tiles->choose(*s.device, params, s.camera.rays(), depth_fits ? &frame.depth->depth_m : nullptr,
-                          s.camera.radiance(), objects, quality_of(plan).least_codes, !s.known_surfaces.empty(),
-                          with_maps);
+  const bool live = s.is_live(params), full = !live || with_maps;  // maps are those of the full view
+  s.camera.upload(*s.device, frame, full, *s.screen);
 
-  const auto list = s.device->begin();
-  s.light_volumes(*list, params,
-                  {objects, placement, scene.illumination, plan.max_lights, plan.bounces, plan.trace_scale}, new_field);
-  s.draw_picture(*list, params, objects, plan);
-  result.passes = s.device->submit(*list);
-  result.srgb = s.read_picture();
+  auto list = s.device->begin();
+  const bool lit_anew = s.light_volumes(
+      *list, params, {objects, placement, scene.illumination, plan.max_lights, plan.bounces, plan.trace_scale},
+      new_field);
+  if (lit_anew && live) {  // which blocks are in shadow depends on it
+    result.passes = s.device->submit(*list);
+    s.lamp_shadows->read(*s.device, params);
+    list = s.device->begin();
+  }
+  const bool depth_fits = frame.depth && frame.depth->depth_m.data.size() * 2 == s.camera.rays().size();
+  s.screen->tiles->choose(
+      *s.device, params, {s.camera.rays(), depth_fits ? &frame.depth->depth_m : nullptr, s.camera.coded()}, objects,
+      {quality_of(plan).least_codes, !s.known_surfaces.empty(), live ? s.lamp_shadows.get() : nullptr, with_maps});
+  if (full) s.draw_picture(*list, params, objects, plan);
+  if (live) s.draw_live(*list, params, objects, plan);
+  const std::vector<gpu::PassTime> passes = s.device->submit(*list);
+  result.passes.insert(result.passes.end(), passes.begin(), passes.end());
+  result.srgb = s.read_picture(live);
   if (with_maps) result.maps = s.read_maps();
   return result;
 }

@@ -14,19 +14,24 @@ constexpr int kMargin_px = 3;  // around the objects' outline: supersampling and
 /// surface that faces them.
 class Bound {
  public:
-  Bound(const shader::FrameParams& params, float least_codes, bool glossy)
-      : p_(params), least_codes_(least_codes), facing_(glossy ? 4.0f : 1.0f) {}
+  Bound(const shader::FrameParams& params, const Tiles::Choice& choice)
+      : p_(params),
+        lamp_shadows_(choice.lamp_shadows),
+        least_codes_(choice.least_codes),
+        facing_(choice.glossy ? 4.0f : 1.0f) {}
 
-  bool can_change(const Eigen::Vector3f& at, float brightest) const {
+  /// `code`: of the brightest channel.
+  bool can_change(const Eigen::Vector3f& at, std::uint8_t code) const {
     const float r2 = p_.sphere.w() * p_.sphere.w(), far2 = (p_.sphere.head<3>() - at).squaredNorm();
     if (far2 < 1.5f * r2) return true;
     // Change of the code value, with the slope of the sRGB curve above its linear part.
-    const float level = std::clamp(p_.camera.y() * brightest, 0.004f, 1.0f);
-    return 255.0f * 1.055f / 2.4f * std::pow(level, 1.0f / 2.4f) * (r2 / far2) * facing_ > least_codes_;
+    const float root = std::max((static_cast<float>(code) / 255 + 0.055f) / 1.055f, 0.1f);
+    return 255.0f * 1.055f / 2.4f * root * r2 * facing_ > least_codes_ * far2;
   }
 
   /// Whether they can stand between it and a lamp.
   bool can_shade(const Eigen::Vector3f& at) const {
+    if (lamp_shadows_) return lamp_shadows_->shades(at);
     const Eigen::Vector3f centre = p_.sphere.head<3>();
     const float far2 = (centre - at).squaredNorm(), far = std::sqrt(far2);
     for (int i = 0; i < p_.counts.x(); ++i) {  // the shadow
@@ -41,6 +46,7 @@ class Bound {
 
  private:
   const shader::FrameParams& p_;
+  const LampShadows* lamp_shadows_;
   float least_codes_, facing_;
 };
 
@@ -57,42 +63,65 @@ Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale,
   const std::size_t bytes =
       sizeof(std::uint32_t) * static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   for (TileList* list :
-       {&views_, &changed_, &objects_, &fine_, &smooth_, &smooth_views_, &ambients_, &shaded_, &shadows_, &traces_}) {
+       {&views_, &changed_, &objects_, &shaded_alone_, &smooth_, &ambients_, &shaded_, &shadows_, &traces_}) {
     list->buffer = device.create_buffer(bytes, "tiles");
   }
 }
 
-void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const std::vector<float>& rays,
-                   const Image<float>* depth_m, const Image<float>& radiance, const std::vector<PlacedObject>& objects,
-                   float least_codes, bool glossy, bool all) {
+void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const Picture& picture,
+                   const std::vector<PlacedObject>& objects, const Choice& choice) {
   const auto tile_count = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  std::vector<char> changed(tile_count, all), shaded(tile_count, all), covered(tile_count, all);
-  const auto mark = [&](std::vector<char>& tiles, int u, int v) -> char& {
-    return tiles[static_cast<std::size_t>(v / kTile_px) * static_cast<std::size_t>(columns_) +
-                 static_cast<std::size_t>(u / kTile_px)];
-  };
+  std::vector<char> changed(tile_count, choice.all), shaded(changed), covered(changed);
 
-  const Bound bound(params, least_codes, glossy);
+  const Bound bound(params, choice);
   const Eigen::Matrix3f turn = params.T_tag_camera.topLeftCorner<3, 3>();
   const Eigen::Vector3f eye = params.T_tag_camera.topRightCorner<3, 1>();
-  for (int v = 0; v < height_ && !all; v += kStep_px) {
+  for (int v = 0; v < height_ && !choice.all; v += kStep_px) {
     for (int u = 0; u < width_; u += kStep_px) {
-      char &tile = mark(changed, u, v), &shade = mark(shaded, u, v);
+      const std::size_t place = tile_of(u, v);
+      char &tile = changed[place], &shade = shaded[place];
       if (tile && shade) continue;
       const std::size_t i =
           static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
-      const float z = depth_m != nullptr ? depth_m->data[i] : 0.0f;
+      const float z = picture.depth_m != nullptr ? picture.depth_m->data[i] : 0.0f;
       if (z <= 0) {
         tile = shade = 1;  // a hole: the field tells where the surface is, later
         continue;
       }
-      const Eigen::Vector3f at = eye + turn * Eigen::Vector3f(rays[2 * i] * z, rays[2 * i + 1] * z, z);
-      const float* b = &radiance.data[3 * i];
+      const Eigen::Vector3f at = eye + turn * Eigen::Vector3f(picture.rays[2 * i] * z, picture.rays[2 * i + 1] * z, z);
+      const std::uint8_t* code = &picture.codes.data[3 * i];
       shade = shade || bound.can_shade(at);
-      tile = tile || shade || bound.can_change(at, std::max({b[0], b[1], b[2]}));
+      tile = tile || shade || bound.can_change(at, std::max({code[0], code[1], code[2]}));
     }
   }
 
+  cover(params, objects, &covered);
+
+  std::vector<char> views(changed);
+  for (std::size_t i = 0; i < tile_count; ++i) views[i] |= covered[i];
+  view_places_ = send(device, views_, views, 1);
+  send(device, changed_, changed, 1);
+  send(device, objects_, covered, 1);
+  send(device, ambients_, covered, ambient_scale_);
+  if (choice.glossy) shaded = changed;  // a lamp's highlight shows in any direction
+  send(device, shaded_, shaded, 1);
+  std::vector<char> fine(shaded), shaded_alone(shaded), smooth(views);
+  for (std::size_t i = 0; i < tile_count; ++i) {
+    fine[i] |= covered[i];
+    shaded_alone[i] = shaded[i] && !covered[i];
+    smooth[i] = smooth[i] && !fine[i];
+  }
+  send(device, shaded_alone_, shaded_alone, 1);
+  send(device, smooth_, smooth, kSmoothStep);
+  smooth_places_ = places(smooth, 1);
+  fine_places_ = places(fine, 1);
+  send(device, shadows_, shaded, shadow_scale_);
+  send(device, traces_, changed, trace_scale_);
+}
+
+/// The outline of every object's box.
+void Tiles::cover(const shader::FrameParams& params, const std::vector<PlacedObject>& objects,
+                  std::vector<char>* covered) {
   for (const PlacedObject& object : objects) {
     Eigen::AlignedBox2f outline;
     bool in_front = true;
@@ -105,7 +134,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
     }
     // Behind the eye or through a distorting lens a box's corners bound nothing.
     if (!in_front || params.distortion != Eigen::Vector4f::Zero() || params.camera.x() != 0) {
-      std::fill(covered.begin(), covered.end(), 1);
+      std::fill(covered->begin(), covered->end(), 1);
       break;
     }
     const auto clamp_to = [](float x, int size) { return std::clamp(static_cast<int>(x), 0, size - 1); };
@@ -118,33 +147,19 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
          v <= clamp_to(outline.max().y() + kMargin_px, height_) / kTile_px; ++v) {
       for (int u = clamp_to(outline.min().x() - kMargin_px, width_) / kTile_px;
            u <= clamp_to(outline.max().x() + kMargin_px, width_) / kTile_px; ++u) {
-        mark(covered, u * kTile_px, v * kTile_px) = 1;
+        (*covered)[tile_of(u * kTile_px, v * kTile_px)] = 1;
       }
     }
   }
-
-  std::vector<char> views(changed);
-  for (std::size_t i = 0; i < tile_count; ++i) views[i] |= covered[i];
-  view_places_ = send(device, views_, views, 1);
-  send(device, changed_, changed, 1);
-  send(device, objects_, covered, 1);
-  send(device, ambients_, covered, ambient_scale_);
-  if (glossy) shaded = changed;  // a lamp's highlight shows in any direction
-  send(device, shaded_, shaded, 1);
-  std::vector<char> fine(shaded), smooth(views);
-  for (std::size_t i = 0; i < tile_count; ++i) {
-    fine[i] |= covered[i];
-    smooth[i] = smooth[i] && !fine[i];
+  covered_.setEmpty();
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      if ((*covered)[tile_of(column * kTile_px, row * kTile_px)]) covered_.extend(Eigen::Vector2i(column, row));
+    }
   }
-  send(device, fine_, fine, 1);
-  send(device, smooth_, smooth, kSmoothStep);
-  send(device, smooth_views_, smooth, 1);
-  send(device, shadows_, shaded, shadow_scale_);
-  send(device, traces_, changed, trace_scale_);
 }
 
-std::vector<std::uint32_t> Tiles::send(gpu::Device& device, TileList& list, const std::vector<char>& marked,
-                                       int scale) const {
+std::vector<std::uint32_t> Tiles::places(const std::vector<char>& marked, int scale) const {
   std::vector<std::uint32_t> places;
   for (int row = 0; row < rows_; row += scale) {
     for (int column = 0; column < columns_; column += scale) {
@@ -160,9 +175,15 @@ std::vector<std::uint32_t> Tiles::send(gpu::Device& device, TileList& list, cons
         places.push_back(static_cast<std::uint32_t>(column / scale) | static_cast<std::uint32_t>(row / scale) << 16);
     }
   }
-  list.count = static_cast<int>(places.size());
-  if (!places.empty()) device.upload(*list.buffer, 0, std::as_bytes(std::span(places)));
   return places;
+}
+
+std::vector<std::uint32_t> Tiles::send(gpu::Device& device, TileList& list, const std::vector<char>& marked,
+                                       int scale) const {
+  std::vector<std::uint32_t> chosen = places(marked, scale);
+  list.count = static_cast<int>(chosen.size());
+  if (!chosen.empty()) device.upload(*list.buffer, 0, std::as_bytes(std::span(chosen)));
+  return chosen;
 }
 
 }  // namespace lumigraft

@@ -1,6 +1,7 @@
 #pragma once
 // Which 8 × 8 blocks of pixels the objects can change or cover. Software devices run every branch of a shader, so work
 // that is not needed must not be dispatched.
+#include <Eigen/Geometry>
 #include <memory>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "relight/gpu/device.h"
 #include "relight/object_store.h"
 #include "relight/passes/dispatch.h"
+#include "relight/passes/lamp_shadows.h"
 #include "relight/shaders/interop.h"
 
 namespace lumigraft {
@@ -19,20 +21,30 @@ class Tiles {
  public:
   Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale, int ambient_scale);
 
-  /// `rays` holds x/z and y/z of every pixel; `least_codes` as in quality.h; `all` takes every block.
-  void choose(gpu::Device& device, const shader::FrameParams& params, const std::vector<float>& rays,
-              const Image<float>* depth_m, const Image<float>& radiance, const std::vector<PlacedObject>& objects,
-              float least_codes, bool glossy, bool all);
+  struct Picture {
+    const std::vector<float>& rays;  ///< x/z and y/z of every pixel
+    const Image<float>* depth_m;     ///< null: none
+    const Image<std::uint8_t>& codes;
+  };
+  struct Choice {
+    float least_codes = 0;                      ///< as in quality.h
+    bool glossy = false;                        ///< known glossy surfaces are there
+    const LampShadows* lamp_shadows = nullptr;  ///< null: shadows of the sphere around the objects
+    bool all = false;                           ///< take every block
+  };
+  void choose(gpu::Device& device, const shader::FrameParams& params, const Picture& picture,
+              const std::vector<PlacedObject>& objects, const Choice& choice);
 
   const TileList& views() const { return views_; }  ///< changed or covered
   /// The same as column | row << 16.
   const std::vector<std::uint32_t>& view_places() const { return view_places_; }
-  /// The views in two parts: every pixel where objects are seen or can stand before a lamp, and elsewhere one pixel of
-  /// 2 × 2, since what else changes is smooth. The second list is of the grid of such blocks, and reaches into the
-  /// first.
-  const TileList& fine() const { return fine_; }
+  /// The views in three parts: objects(), shaded_alone(), and smooth(), of the grid of one pixel of kSmoothStep along
+  /// each axis, since what else changes is smooth; that list reaches into the others.
+  const TileList& shaded_alone() const { return shaded_alone_; }
   const TileList& smooth() const { return smooth_; }
-  const TileList& smooth_views() const { return smooth_views_; }  ///< the same, of the grid of pixels
+  const std::vector<std::uint32_t>& smooth_places() const { return smooth_places_; }  ///< of the grid of pixels
+  const std::vector<std::uint32_t>& fine_places() const { return fine_places_; }      ///< of the other two
+  const Eigen::AlignedBox2i& covered() const { return covered_; }                     ///< around objects(), in blocks
   const TileList& changed() const { return changed_; }
   const TileList& objects() const { return objects_; }    ///< inside the objects' bounds
   const TileList& ambients() const { return ambients_; }  ///< the same, of the grid of ambient cells
@@ -41,12 +53,19 @@ class Tiles {
   const TileList& traces() const { return traces_; }      ///< of the grid of traced cells
 
  private:
+  std::size_t tile_of(int u, int v) const {
+    return static_cast<std::size_t>(v / kTile_px) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(u / kTile_px);
+  }
+  std::vector<std::uint32_t> places(const std::vector<char>& marked, int scale) const;
   std::vector<std::uint32_t> send(gpu::Device& device, TileList& list, const std::vector<char>& marked,
                                   int scale) const;
+  void cover(const shader::FrameParams& params, const std::vector<PlacedObject>& objects, std::vector<char>* covered);
 
   int width_, height_, columns_, rows_, shadow_scale_, trace_scale_, ambient_scale_;
-  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_, fine_, smooth_, smooth_views_;
-  std::vector<std::uint32_t> view_places_;
+  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_, shaded_alone_, smooth_;
+  std::vector<std::uint32_t> view_places_, smooth_places_, fine_places_;
+  Eigen::AlignedBox2i covered_;
 };
 
 }  // namespace lumigraft

@@ -67,7 +67,7 @@ void check_groups(const std::string& shader, const std::array<int, 3>& groups,
 }
 
 void check_draw(const std::string& shader, const RasterDesc& desc, std::span<const Attachment> colors,
-                const Attachment* depth, std::span<const DrawCall> calls) {
+                const Attachment* depth, std::span<const DrawCall> calls, const Area* area) {
   if (colors.size() != desc.color_formats.size()) {
     refuse(shader, std::to_string(colors.size()) + " colour attachments; it has " +
                        std::to_string(desc.color_formats.size()) + " colour formats");
@@ -76,6 +76,12 @@ void check_draw(const std::string& shader, const RasterDesc& desc, std::span<con
     refuse(shader, depth ? "a depth attachment without depth_test" : "depth_test without a depth attachment");
   }
   const std::vector<const Texture*> targets = checked_targets(shader, desc, colors, depth);
+  if (area) {
+    const TextureDesc& target = targets[0]->desc();
+    const bool inside = area->x >= 0 && area->y >= 0 && area->width > 0 && area->height > 0 &&
+                        area->x + area->width <= target.width && area->y + area->height <= target.height;
+    if (!inside) refuse(shader, "draws outside texture \"" + target.name + "\" (" + size_text(target) + ")");
+  }
   for (const DrawCall& call : calls) {
     for (const Binding& binding : call.bindings) {
       if (binding.texture && std::find(targets.begin(), targets.end(), binding.texture) != targets.end()) {

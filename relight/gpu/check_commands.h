@@ -12,7 +12,7 @@ void check_groups(const std::string& shader, const std::array<int, 3>& groups,
                   const std::array<std::uint32_t, 3>& most);
 
 void check_draw(const std::string& shader, const RasterDesc& desc, std::span<const Attachment> colors,
-                const Attachment* depth, std::span<const DrawCall> calls);
+                const Attachment* depth, std::span<const DrawCall> calls, const Area* area);
 
 /// "mip 1 of texture "albedo" (64x64 rgba8_unorm)".
 std::string mip_text(const Texture& texture, int mip);

@@ -124,6 +124,11 @@ struct Attachment {
   std::array<float, 4> clear_color{0, 0, 0, 0};  ///< depth is cleared to 1, the far plane
 };
 
+/// Part of a target, in texels.
+struct Area {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
 struct DrawCall {
   std::vector<Binding> bindings;
   std::span<const std::byte> params;  ///< copied at record time
@@ -144,8 +149,9 @@ class CommandList {
   virtual void begin_pass(std::string_view name) = 0;
   virtual void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings,
                         std::span<const std::byte> params, int groups_x, int groups_y = 1, int groups_z = 1) = 0;
+  /// `area`: what is cleared and drawn to; null: the whole targets.
   virtual void draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
-                    std::span<const DrawCall> calls) = 0;
+                    std::span<const DrawCall> calls, const Area* area = nullptr) = 0;
   virtual void fill(const Buffer& buffer, std::uint32_t value) = 0;
   virtual void clear(const Texture& texture, std::array<float, 4> value) = 0;  ///< all mips; r32_uint: rounded down
 };

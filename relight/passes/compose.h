@@ -9,11 +9,10 @@ namespace lumigraft {
 class Compose {
  public:
   explicit Compose(gpu::Device& device);
-  /// `smooth`: smooth tiles hold `gain` alone (RealView::from_volumes).
-  void record(gpu::CommandList& list, shader::FrameParams params, bool smooth, const Screen& screen) const;
+  void record(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> pipeline_, smooth_;
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
 };
 
 }  // namespace lumigraft

@@ -3,8 +3,6 @@
 #include <array>
 
 namespace lumigraft {
-namespace {
-
 shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
   shader::DrawParams view{};
   const float s = static_cast<float>(samples), shift = 0.5f * (s - 1);  // pixel centres stay where they are
@@ -16,8 +14,6 @@ shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
       s * static_cast<float>(frame.picture.y());
   return view;
 }
-
-}  // namespace
 
 ObjectView::ObjectView(gpu::Device& device)
     : raster_(device.create_raster(

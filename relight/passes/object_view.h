@@ -8,6 +8,9 @@
 
 namespace lumigraft {
 
+/// What all draw calls share that show the camera's picture, with so many samples along each axis of a pixel.
+shader::DrawParams camera_view(const shader::FrameParams& frame, int samples);
+
 class ObjectView {
  public:
   explicit ObjectView(gpu::Device& device);

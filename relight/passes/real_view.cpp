@@ -12,8 +12,7 @@ std::vector<gpu::Binding> outputs(const Screen& screen) {
 
 RealView::RealView(gpu::Device& device)
     : bricks_(device.create_compute("real_view_bricks.comp")),
-      volumes_(device.create_compute("real_view_volumes.comp")),
-      gain_(device.create_compute("gain.comp")) {}
+      volumes_(device.create_compute("real_view_volumes.comp")) {}
 
 void RealView::from_bricks(gpu::CommandList& list, shader::FrameParams params, float least_codes,
                            const BrickPool& bricks, const Screen& screen) const {
@@ -35,9 +34,7 @@ void RealView::from_volumes(gpu::CommandList& list, shader::FrameParams params, 
        gpu::sampled(9, *volumes.real_irradiance, Filter::linear), gpu::sampled(25, *screen.rays),
        gpu::sampled(26, *screen.depth), gpu::sampled(27, *screen.radiance), gpu::sampled(28, *screen.known_depth)});
   dispatch_tiles(list, *volumes_, joined(joined(inputs, outputs(screen)), {gpu::image(15, *screen.indirect)}), params,
-                 screen.tiles->fine());
-  params.pass_i.x() = kSmoothStep;
-  dispatch_tiles(list, *gain_, joined(inputs, {gpu::image(12, *screen.gain)}), params, screen.tiles->smooth());
+                 screen.tiles->views());
 }
 
 }  // namespace lumigraft

@@ -1,6 +1,6 @@
 #pragma once
 // The real surface in every pixel. In: rays, depth, camera radiance, known materials, and either the bricks or the
-// light volumes. Out: real_position, real_normal with the footprint, real_albedo; from volumes also indirect, and gain.
+// light volumes. Out: real_position, real_normal with the footprint, real_albedo; from volumes also indirect.
 #include "relight/brick_pool.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen.h"
@@ -15,12 +15,11 @@ class RealView {
   /// careful, are left out of the footprint.
   void from_bricks(gpu::CommandList& list, shader::FrameParams params, float least_codes, const BrickPool& bricks,
                    const Screen& screen) const;
-  /// Fills the fine tiles, and `gain` of the smooth ones.
   void from_volumes(gpu::CommandList& list, shader::FrameParams params, float least_codes, const Volumes& volumes,
                     const Screen& screen) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> bricks_, volumes_, gain_;
+  std::unique_ptr<gpu::ComputePipeline> bricks_, volumes_;
 };
 
 }  // namespace lumigraft

@@ -30,6 +30,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   sample_normal = target("object normals", Format::rgba16_float, supersampling);
   sample_base = target("object base colours", Format::rgba16_float, supersampling);
   sample_depth = target("object depths", Format::rg32_float, supersampling);
+  lit_samples = target("lit objects", Format::rgba16_float, supersampling);
   sample_z = target("object z buffer", Format::depth32_float, supersampling);
   known_normal = target("known normals", Format::rgba16_float, 1);
   known_base = target("known base colours", Format::rgba16_float, 1);
@@ -60,6 +61,15 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   mirror_share_smooth = full("mirror share, smooth", Format::rgba16_float);
   picture = full("picture", Format::rgba8_unorm);
   delta = full("delta", Format::rgba16_float);
+}
+
+std::optional<gpu::Area> Screen::object_area() const {
+  const Eigen::AlignedBox2i covered = tiles->covered();
+  if (covered.isEmpty()) return std::nullopt;
+  const Eigen::Vector2i low = kTile_px * covered.min();
+  const Eigen::Vector2i high = (kTile_px * (covered.max().array() + 1)).min(Eigen::Array2i(width, height));
+  return gpu::Area{supersampling * low.x(), supersampling * low.y(), supersampling * (high - low).x(),
+                   supersampling * (high - low).y()};
 }
 
 }  // namespace lumigraft

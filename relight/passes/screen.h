@@ -1,6 +1,7 @@
 #pragma once
 // The pictures that passes hand to one another. Linear radiance, W/sr/m², unless said otherwise.
 #include <memory>
+#include <optional>
 
 #include "relight/gpu/device.h"
 #include "relight/tiles.h"
@@ -17,6 +18,7 @@ struct Screen {
   std::unique_ptr<gpu::Texture> depth;  ///< metres along z, 0: none
   // Virtual surfaces.
   std::unique_ptr<gpu::Texture> sample_normal, sample_base, sample_depth, sample_z;  ///< supersampled
+  std::unique_ptr<gpu::Texture> lit_samples;                                         ///< radiance; z in the camera
   std::unique_ptr<gpu::Texture> object_normal;                                       ///< tag frame; roughness
   std::unique_ptr<gpu::Texture> object_base;                                         ///< base colour; metallic
   std::unique_ptr<gpu::Texture> object_surface;                                      ///< z, coverage, specular
@@ -40,6 +42,9 @@ struct Screen {
   // What leaves.
   std::unique_ptr<gpu::Texture> picture;  ///< sRGB codes
   std::unique_ptr<gpu::Texture> delta;    ///< change of radiance of real pixels; coverage
+
+  /// The part of the supersampled targets that the objects' tiles cover; empty where there are none.
+  std::optional<gpu::Area> object_area() const;
 
   Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int coarse_ambient,
          int samples);

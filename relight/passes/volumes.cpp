@@ -19,6 +19,7 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
   real_distance = make("real distance", gpu::Format::r16_float, 1);
   real_albedo = make("real albedo", gpu::Format::rgba16_float, 1);
   real_normal = make("real normal", gpu::Format::rgba16_float, 1);
+  real_response = make("real response", gpu::Format::rgba16_float, 1);
   real_radiance = make("real radiance", gpu::Format::rgba16_float, mips);
   virtual_radiance = make("virtual radiance", gpu::Format::rgba16_float, mips);
   real_change = make("real change", gpu::Format::rgba16_float, mips);

@@ -12,7 +12,8 @@ namespace lumigraft {
 struct Volumes {
   int edge = 0, mips = 0;
   std::unique_ptr<gpu::Texture> virtual_distance, virtual_color;  ///< of the virtual volume; made by fit_virtual
-  std::unique_ptr<gpu::Texture> real_distance, real_albedo, real_normal;       ///< level 0 alone
+  std::unique_ptr<gpu::Texture> real_distance, real_albedo, real_normal;  ///< level 0 alone
+  std::unique_ptr<gpu::Texture> real_response;  ///< of the measured radiance to irradiance, relative (live_real.glsl)
   std::unique_ptr<gpu::Texture> real_radiance, virtual_radiance, real_change;  ///< with their hierarchy
   std::unique_ptr<gpu::Texture> gathered_virtual;                              ///< radiance by bounces beyond the first
   std::unique_ptr<gpu::Texture> real_irradiance;         ///< change of it by bounces, one texel a cell of 2³ voxels

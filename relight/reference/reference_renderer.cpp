@@ -25,11 +25,12 @@ bool same(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>&
 /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
 Image<std::uint8_t> composed(const CameraUpload& camera, const ReferencePicture& traced) {
   Image<std::uint8_t> picture = camera.coded();
+  const Image<float> radiance = camera.radiance();
   for (std::size_t i = 0; i < traced.coverage.data.size(); ++i) {
     for (std::size_t at = 3 * i; at < 3 * i + 3; ++at) {
       const float coverage = traced.coverage.data[i], change = traced.change.data[at];
       if (coverage == 0 && change == 0 && camera.codes_are_srgb()) continue;
-      const float light = (1 - coverage) * camera.radiance().data[at] + change + traced.object.data[at];
+      const float light = (1 - coverage) * radiance.data[at] + change + traced.object.data[at];
       picture.data[at] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(camera.exposure() * light)));
     }
   }
@@ -110,7 +111,7 @@ RelitPicture ReferenceRenderer::relight(const FrameSet& frame, const Scene& scen
   State& s = *state_;
   RelitPicture result;
   result.plan = plan;
-  s.camera.take(*frame.color);
+  s.camera.take(frame.color);
   std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
 
   std::string missing;

@@ -4,7 +4,7 @@
 // by shadow cones through real and virtual surfaces, and everything but the lamps (thesis eq. 5.23-5.24), by cones over the
 // hemisphere, and along the lobe where it is broad. pass_i.x: scale.
 #include "object_pixel.glsl"
-#include "lamp.glsl"
+#include "lamp_open.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -12,26 +12,6 @@ layout(binding = 16, rgba16f) uniform writeonly image2D out_irradiance;  // a: w
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirrored;    // radiance
 layout(binding = 18, rgba16f) uniform writeonly image2D out_open;        // share of lamps 0 to 3 that is seen
 layout(binding = 19, rgba16f) uniform writeonly image2D out_open_more;   // of lamps 4 to 7
-
-// The share of a lamp's light that arrives, past real surfaces alone where maps say what passes the objects; every stride-th of its parts from the first on is asked for.
-float lamp_open(ObjectPixel o, Lamp lamp, int first, int stride) {
-  float open = 0.0, all = 0.0;
-  Cone k;
-  k.from_real = o.from_real;
-  k.from_virtual = o.from_virtual;
-  for (int i = first; i < frame.counts.w; i += stride) {
-    LampSample s = lamp_share(lamp, o.p, i, frame.counts.w);
-    float cosine = dot(o.n, s.w);
-    if (cosine <= 0.0) continue;
-    k.w = s.w;
-    k.tan_half = s.tan_half;
-    float passed = lamp.intensity.a > 0.0 ? 1.0 : 1.0 - virtual_shadow(k, s.distance);
-    passed *= 1.0 - real_shadow(k, passed > 0.005 ? s.distance : 0.0);
-    open += cosine * passed;
-    all += cosine;
-  }
-  return all > 0.0 ? open / all : 0.0;
-}
 
 void main() {
   int scale = frame.pass_i.x, block = -1;
@@ -53,7 +33,7 @@ void main() {
     ObjectPixel o = object_pixel(at);
     float turn = pixel_turn(cell);
     int stride = scale > 1 && frame.counts.w > 1 ? 2 : 1;  // in turn, as in shadow.comp
-    for (int l = 0; l < frame.counts.x; ++l) open[l] = lamp_open(o, frame.lamps[l], (cell.x + cell.y) % stride, stride);
+    for (int l = 0; l < frame.counts.x; ++l) open[l] = lamp_open(o.p, o.n, o.from_real, o.from_virtual, frame.lamps[l], (cell.x + cell.y) % stride, stride).y;
     if (o.metallic < 1.0) e = gather_rho(o.from_real, o.from_virtual, o.n, frame.counts.z, turn);
     if (o.mirror && (scale == 1 || o.look.alpha >= kBroadLobe)) m = mirrored(o, turn);
   }

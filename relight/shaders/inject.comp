@@ -49,7 +49,7 @@ void main() {
   // Real surfaces between the lamp and the object: then nothing changes along this ray.
   vec2 known = ray_box(from, w, grid_low(frame.cascade[1]), cascade_high(1));
   float least = 0.5 * frame.cascade[0].w;
-  float t = max(known.x, 0.0), end = min(known.y, far - 1.5 * frame.cascade[0].w);
+  float t = max(known.x + frame.cascade[1].w, 0.0), end = min(known.y, far - 1.5 * frame.cascade[0].w);
   for (int i = 0; i < 128 && t < end; ++i) {
     float d = real_distance(from + t * w);
     if (d < 0.0) return;

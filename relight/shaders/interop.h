@@ -39,6 +39,13 @@ struct Surface {
   vec4 metallic_specular;  // x metallic, y specular
 };
 
+// What a lamp sees of the objects: a square picture of the sphere around them, and of the penumbra beside it.
+struct ShadowView {
+  vec4 x_scale;  // axes in the tag frame; 1 / tan of the half angle
+  vec4 y;
+  vec4 z_far;    // towards the middle of the sphere; how far away that is, m
+};
+
 struct FrameParams {
   mat4 T_camera_tag;
   mat4 T_tag_camera;
@@ -56,6 +63,7 @@ struct FrameParams {
   ivec4 counts;       // lamps, cones to the object, cones over the hemisphere, shadow cones per lamp
   ivec4 counts2;      // cones of a glossy lobe, mips of the environment, surfaces, voxel mips
   Lamp lamps[8];
+  ShadowView shadow_views[8];
   Surface surfaces[8];
   vec4 sh[9];         // remainder of the fish-eye picture, radiance
   vec4 tag;           // x: half the edge of the printed tag with its white border

@@ -9,7 +9,8 @@ layout(local_size_x = 64) in;
 layout(binding = 1, r16f) uniform image3D distance_m;
 layout(binding = 2, rgba16f) uniform writeonly image3D out_radiance;  // rgb times weight, weight
 layout(binding = 3, rgba16f) uniform writeonly image3D out_albedo;    // rgb, known
-layout(binding = 4, rgba16f) uniform writeonly image3D out_normal;
+layout(binding = 4, rgba16f) uniform writeonly image3D out_normal;    // and distance
+layout(binding = 5, rgba16f) uniform writeonly image3D out_response;  // ρ/π over radiance; times weight, weight
 
 void main() {
   for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
@@ -20,12 +21,16 @@ void main() {
     float slope = length(g);
     d /= clamp(slope, 0.25, 1.25);  // fused distances run along rays of view; near the surface this undoes it
     imageStore(distance_m, voxel.at, vec4(to_half(d)));
-    imageStore(out_normal, voxel.at, to_half(vec4(g / slope, 0.0)));
+    imageStore(out_normal, voxel.at, to_half(vec4(g / slope, d)));
     float weight = max(0.0, 1.0 - abs(d) / voxel.edge);
     if (weight == 0.0) continue;
     vec3 on = voxel.position - d * g / slope;
     vec4 radiance = field_radiance(on), albedo = field_albedo(on);
     if (radiance.a > 0.0) imageStore(out_radiance, voxel.at, to_half(vec4(radiance.rgb * weight, weight)));
     if (albedo.a > 0.0) imageStore(out_albedo, voxel.at, to_half(vec4(albedo.rgb, 1.0)));
+    if (radiance.a > 0.0 && albedo.a > 0.0) {
+      vec3 response = albedo.rgb / kPi / max(radiance.rgb, vec3(1e-4));
+      imageStore(out_response, voxel.at, to_half(vec4(response * weight, weight)));
+    }
   }
 }

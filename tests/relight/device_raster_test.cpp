@@ -33,7 +33,7 @@ class DeviceRasterTest : public DeviceTest {
   }
 
   void draw(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& indices, bool cull_back = false,
-            bool clear = true) {
+            bool clear = true, const Area* area = nullptr) {
     RasterDesc wanted = desc();
     wanted.cull_back = cull_back;
     const auto pipeline = device_->create_raster(wanted);
@@ -48,7 +48,7 @@ class DeviceRasterTest : public DeviceTest {
     const Attachment colors[] = {{color_.get(), clear, {9, 9, 9, 9}}, {facing_.get(), clear, {}}};
     const Attachment depth{depth_.get(), clear};
     const auto list = device_->begin();
-    list->draw(*pipeline, colors, &depth, {&call, 1});
+    list->draw(*pipeline, colors, &depth, {&call, 1}, area);
     device_->submit(*list);
   }
 
@@ -117,6 +117,21 @@ TEST_P(DeviceRasterTest, AttributesAreInterpolatedInPerspective) {
     const float t = (static_cast<float>(x) + 0.5f) / 16;  // 1/w is linear on the screen, and so is red/w
     EXPECT_NEAR(color_at(x, 3)[0], (t / 4) / (1 - t + t / 4), 1e-5f);
   }
+}
+
+TEST_P(DeviceRasterTest, AnAreaIsClearedAndDrawnToAlone) {
+  draw(top_left(0.25f, {1, 2, 4}), {0, 1, 2});
+  const Area area{2, 1, 3, 4};
+  draw(top_left(0.5f, {4, 4, 4}), {0, 1, 2}, false, true, &area);
+  for (std::size_t y = 0; y < 6; ++y) {
+    for (std::size_t x = 0; x < 8; ++x) {
+      const bool inside = x >= 2 && x < 5 && y >= 1 && y < 5;
+      EXPECT_EQ(color_at(x, y)[0], inside ? 4.0f : 1.0f) << x << ", " << y;
+      EXPECT_EQ(depth_at(x, y), inside ? 0.5f : 0.25f) << x << ", " << y;
+    }
+  }
+  const Area outside{14, 0, 3, 4};
+  EXPECT_THROW(draw(top_left(0.5f, {4, 4, 4}), {0, 1, 2}, false, true, &outside), std::logic_error);
 }
 
 TEST_P(DeviceRasterTest, DepthAlone) {

@@ -25,6 +25,7 @@ struct Targets {
   Target depth{};
   bool has_depth = false;
   int width = 0, height = 0;
+  Area area;
 
   void attach(GLuint framebuffer) const {
     std::vector<GLenum> points;
@@ -36,6 +37,8 @@ struct Targets {
     glNamedFramebufferDrawBuffers(framebuffer, static_cast<GLsizei>(points.size()), points.data());
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, width, height);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(area.x, area.y, area.width, area.height);
   }
 
   void clear(GLuint framebuffer) const {
@@ -57,6 +60,7 @@ struct Targets {
 
   /// So that the framebuffer keeps no texture alive.
   void detach(GLuint framebuffer) const {
+    glDisable(GL_SCISSOR_TEST);
     for (const Target& color : colors) glNamedFramebufferTexture(framebuffer, color.point, 0, 0);
     if (has_depth) glNamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, 0, 0);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -169,9 +173,9 @@ std::function<void()> EglCommandList::draw_of(const EglRaster& pipeline, const D
 }
 
 void EglCommandList::draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
-                          std::span<const DrawCall> calls) {
+                          std::span<const DrawCall> calls, const Area* area) {
   const EglRaster& raster = own_pipeline<EglRaster>(pipeline, *context_);
-  check_draw(raster.objects().name, raster.desc(), colors, depth, calls);
+  check_draw(raster.objects().name, raster.desc(), colors, depth, calls, area);
   const Current current = context_->enter();
 
   Targets targets;
@@ -187,6 +191,7 @@ void EglCommandList::draw(const RasterPipeline& pipeline, std::span<const Attach
   }
   targets.has_depth = depth != nullptr;
   if (depth) targets.depth = target_of(*depth, GL_DEPTH_ATTACHMENT);
+  targets.area = area ? *area : Area{0, 0, targets.width, targets.height};
   std::vector<std::function<void()>> draws;
   for (const DrawCall& call : calls) draws.push_back(draw_of(raster, call));
 

@@ -100,10 +100,10 @@ void VulkanCommandList::dispatch(const ComputePipeline& pipeline, std::span<cons
 }
 
 void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Attachment> colors,
-                             const Attachment* depth, std::span<const DrawCall> calls) {
+                             const Attachment* depth, std::span<const DrawCall> calls, const Area* area) {
   begin_command();
   const VulkanRaster& raster = own_pipeline<VulkanRaster>(pipeline, *context_);
-  check_draw(raster.objects().name, raster.desc(), colors, depth, calls);
+  check_draw(raster.objects().name, raster.desc(), colors, depth, calls, area);
 
   std::vector<VkDescriptorSet> sets;
   for (const DrawCall& call : calls) sets.push_back(bind(raster.objects(), call.bindings, call.params));
@@ -115,7 +115,9 @@ void VulkanCommandList::draw(const RasterPipeline& pipeline, std::span<const Att
   const TextureDesc& target = (depth ? *depth : colors[0]).texture->desc();
   VkRenderingInfo rendering{};
   rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
-  rendering.renderArea.extent = {static_cast<std::uint32_t>(target.width), static_cast<std::uint32_t>(target.height)};
+  const Area whole{0, 0, target.width, target.height}, part = area ? *area : whole;
+  rendering.renderArea = {{part.x, part.y},
+                          {static_cast<std::uint32_t>(part.width), static_cast<std::uint32_t>(part.height)}};
   rendering.layerCount = 1;
   rendering.colorAttachmentCount = static_cast<std::uint32_t>(color_infos.size());
   rendering.pColorAttachments = color_infos.data();

@@ -1,0 +1,36 @@
+#pragma once
+// The picture of a live service: all that does not depend on the camera was gathered once (lamp shadows, light on
+// vertices, the volumes' cells), so a frame looks it up. For rooms without known glossy surfaces. In: the volumes, the
+// lamp maps, rays, depth, codes. Out: picture, where objects can be seen or throw shadows; gain elsewhere.
+#include "relight/passes/lamp_shadows.h"
+#include "relight/passes/object_light.h"
+#include "relight/passes/object_view.h"
+#include "relight/passes/screen.h"
+#include "relight/passes/volumes.h"
+
+namespace lumigraft {
+
+class LiveView {
+ public:
+  explicit LiveView(gpu::Device& device);
+
+  /// Matt objects with their light, into `lit_samples`.
+  void draw_objects(gpu::CommandList& list, const shader::FrameParams& params, const std::vector<PlacedObject>& objects,
+                    const ObjectLight& light, const gpu::Texture& white, const Screen& screen) const;
+  /// real_position of the tiles that objects may cover.
+  void place(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
+             const Screen& screen) const;
+  /// The picture; `samples`: objects come from lit_samples, else from object_radiance and object_surface. Indirect
+  /// light counts where params.pass_f.x code values or more can change by it.
+  void compose(gpu::CommandList& list, shader::FrameParams params, const LampShadows& shadows, bool samples,
+               const Volumes& volumes, const Screen& screen) const;
+
+  /// Multiplies the blocks of a coded picture in which indirect light alone changes by the gain.
+  static void apply_gain(gpu::Device& device, const Screen& screen, Image<std::uint8_t>* picture);
+
+ private:
+  std::unique_ptr<gpu::RasterPipeline> raster_;
+  std::unique_ptr<gpu::ComputePipeline> place_, gain_, shadow_, object_, blend_;
+};
+
+}  // namespace lumigraft

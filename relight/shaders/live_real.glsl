@@ -1,0 +1,55 @@
+// The real surface that a pixel shows and how its light changes, where all that the change needs was gathered once for
+// the room. A Lambert surface sends out what it receives times ρ/π; `response` is ρ/π over the radiance that was measured
+// there, so the camera picture times 1 + response · change is the changed picture, with its own detail.
+#ifndef LIVE_REAL_GLSL
+#define LIVE_REAL_GLSL
+#include "real_depth.glsl"
+#include "footprint.glsl"
+layout(binding = 27) uniform sampler2D codes;    // of the camera, sRGB
+layout(binding = 7) uniform sampler3D real_response;    // times weight, weight
+layout(binding = 8) uniform sampler3D real_normal;      // and distance
+layout(binding = 9) uniform sampler3D real_irradiance;  // change of it, times weight, weight
+
+struct LiveReal {
+  vec3 p, n;      // tag frame; n 0: unknown
+  float z;        // in the camera, 0: unknown
+  float slack;    // how exactly its place is known, m
+  vec3 response;  // 0: unknown
+  vec3 indirect;  // change of irradiance, fading out at the edge of the footprint
+};
+
+LiveReal live_real(ivec2 at, vec3 code) {
+  vec3 eye = frame.T_tag_camera[3].xyz;
+  vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);  // per metre of z
+  float z = texelFetch(depth, at, 0).x;
+  bool measured = z > 0.0;
+  if (!measured) z = trace_volume(eye, w);
+  vec3 p = eye + z * w;
+  int c = in_cascade(0, p, 1.0) ? 0 : 1;
+  bool inside = z > 0.0 && in_cascade(1, p, 1.0);
+  vec4 surface = textureLod(real_normal, cascade_place(c, p, 0.5), 0.0);
+  float l = length(surface.xyz);
+  vec3 n = surface.xyz / max(l, 1e-6);
+  if (inside && l > 0.5) {
+    // The fused surface is less noisy than one picture's depth: move along the ray on to it.
+    float slope = dot(n, w);
+    if (measured && slope < -0.2 * length(w)) {
+      float dz = clamp(-surface.a / slope, -frame.field.x, frame.field.x);
+      z += dz;
+      p += dz * w;
+    }
+  } else {
+    n = z > 0.0 && measured ? depth_normal(at) : vec3(0);
+  }
+  vec4 k = textureLod(real_response, cascade_place(c, p, 0.5), 0.0);
+  vec4 e = textureLod(real_irradiance, cascade_place(c, p, 1.0), 0.0);
+  bool known = inside && k.a > 1e-3 && dot(n, n) > 0.0;
+  float root = (max(max(code.x, code.y), code.z) + 0.055) / 1.055;
+  float footprint = indirect_footprint_of(p, n, root, false);
+  return LiveReal(p, n, z, 2.0 * frame.cascade[c].w, known ? k.rgb / k.a : vec3(0),
+                  e.a > 1e-3 ? footprint / e.a * e.rgb : vec3(0));
+}
+
+// Factor of the radiance.
+vec3 bounded_gain(vec3 gain) { return any(isnan(gain)) || any(isinf(gain)) ? vec3(1) : max(gain, vec3(0)); }
+#endif

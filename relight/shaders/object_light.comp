@@ -1,0 +1,36 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Irradiance at the vertices of a virtual object (thesis eq. 5.23-5.24): lamps by shadow cones, everything else by cones
+// over the hemisphere. It depends on the room, the lamps and the objects alone, not on the camera. pass_m: T_tag_model;
+// pass_i: number of vertices, cones over the hemisphere, 1: surfaces have two sides.
+#include "gather.glsl"
+#include "lamp_maps.glsl"
+#include "lamp_open.glsl"
+layout(local_size_x = 64) in;
+layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };  // 11 floats: position, normal, ...
+layout(std430, binding = 17) writeonly buffer Light { vec4 light[]; };        // of the front, then of the back
+
+vec3 arriving(vec3 p, vec3 n) {
+  vec3 from_real = p + 0.25 * frame.field.x * n, from_virtual = p + frame.virtual_grid.w * n, e = vec3(0);
+  for (int l = 0, map = 0; l < frame.counts.x; ++l) {
+    Lamp lamp = frame.lamps[l];
+    int maps = int(lamp.intensity.a);
+    float open = lamp_open(p, n, from_real, from_virtual, lamp, 0, 1).x;
+    if (maps > 0) open *= map_open(lamp, map, maps, p, n);
+    e += lamp.intensity.rgb * open;
+    map += maps;
+  }
+  return e + gather_rho(from_real, from_virtual, n, frame.pass_i.y, 0.0);
+}
+
+void main() {
+  uint i = gl_GlobalInvocationID.x;
+  if (i >= uint(frame.pass_i.x)) return;
+  vec3 p = (frame.pass_m * vec4(vertices[11u * i], vertices[11u * i + 1u], vertices[11u * i + 2u], 1.0)).xyz;
+  vec3 n = mat3(frame.pass_m) * vec3(vertices[11u * i + 3u], vertices[11u * i + 4u], vertices[11u * i + 5u]);
+  n /= max(length(n), 1e-9);
+  vec3 front = arriving(p, n), back = front;
+  for (int side = 0; side < frame.pass_i.z; ++side) back = arriving(p, -n);
+  light[2u * i] = vec4(front, 0.0);
+  light[2u * i + 1u] = vec4(back, 0.0);
+}
