@@ -1,17 +1,20 @@
 #include "server/bench.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <set>
 #include <utility>
 
 #include "capture/error.h"
+#include "server/bench_budget.h"
 #include "server/bench_error_time.h"
 #include "server/bench_json.h"
 #include "server/bench_session.h"
 #include "server/bench_settings.h"
 #include "server/bench_tables.h"
+#include "server/bench_work.h"
 
 namespace lumigraft {
 namespace {
@@ -35,6 +38,8 @@ std::string joined(const std::vector<std::string>& words) {
   }
   return text;
 }
+
+const std::string kErrorTime = "error-time", kCostWork = "cost-work", kErrorBudget = "error-budget";
 
 bool contains(const std::vector<std::string>& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
@@ -69,11 +74,16 @@ std::vector<Method> choose_methods(const BenchCommand& command) {
   return chosen;
 }
 
+bool wants(const BenchCommand& command, const std::string& chart) {
+  return command.charts.empty() || contains(command.charts, chart);
+}
+
 std::vector<NamedInput> open_sessions(const BenchCommand& command) {
   std::vector<NamedInput> sessions;
   std::set<std::string> taken;
   for (const fs::path& folder : command.sessions) {
-    ServiceInput input = open_bench_session(folder, command.oracle);
+    ServiceInput input =
+        open_bench_session(folder, wants(command, kErrorBudget) ? budget_cases().front().oracle : command.oracle);
     std::string name = input.session.name;
     for (int n = 2; !taken.insert(name).second; ++n) {
       name = input.session.name + "-" + std::to_string(n);
@@ -112,7 +122,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
     all += sessions.size() * method.settings.size();
   }
   for (const auto& [name, input] : sessions) {
-    const BenchScene scene = learn_bench_scene(input.session, command.oracle);
+    const BenchScene scene = learn_bench_scene(input.session, command.oracle, command.oracle);
     for (const std::string& warning : scene.warnings) {
       std::cerr << "lumigraft: " << name << ": " << warning << '\n';
     }
@@ -134,17 +144,68 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
   return true;
 }
 
+/// The first session, with what serve draws: there every millisecond counts.
+bool measure_work(const BenchCommand& command, const NamedInput& session, const std::shared_ptr<gpu::Device>& device,
+                  const std::atomic<bool>& interrupted, BenchResults& results) {
+  CsvFile table(command.out / "cost_work.csv", work_columns());
+  const BenchScene scene = learn_bench_scene(session.input.session, command.oracle, command.oracle);
+  results.work_session = session.name;
+  results.work_setting = "the plan of serve";
+  for (const WorkCase& work : work_cases(session.input.session, scene, session.input.exhibit, interactive_plan())) {
+    if (interrupted) {
+      return false;
+    }
+    const auto same =
+        std::find_if(results.work.begin(), results.work.end(), [](const WorkRow& row) { return row.base; });
+    FrameCost cost;
+    if (work.base && same != results.work.end()) {
+      cost = same->cost;
+    } else {
+      Relighter relighter(device, work.session);
+      cost = cost_of_turning(relighter, work.frame, work.scene, work.exhibit, work.plan, results.machine.hardware);
+    }
+    results.work.push_back({work.work, work.amount, work.base, cost});
+    table.add(work_cells(results.work.back()));
+    std::cerr << "lumigraft: cost of " << std::llround(work.amount) << ' ' << work.work << ": "
+              << std::llround(cost.host.cpu_ms) << " ms CPU\n";
+  }
+  return true;
+}
+
+bool measure_budgets(const BenchCommand& command, const std::vector<NamedInput>& sessions,
+                     const std::shared_ptr<gpu::Device>& device, const std::atomic<bool>& interrupted,
+                     BenchResults& results) {
+  CsvFile table(command.out / "error_budget.csv", budget_columns());
+  results.budget_setting = "the plan of replay";
+  for (const auto& [name, input] : sessions) {
+    for (const BudgetCase& budget : budget_cases()) {
+      if (interrupted) {
+        return false;
+      }
+      results.budget.push_back(measure_budget(device, name, input.session, input.exhibit, replay_plan(), budget));
+      const BudgetRow& row = results.budget.back();
+      table.add(budget_cells(row));
+      std::cerr << "lumigraft: " << name << ", estimated: " << row.estimated << ": relight_error " << row.relight_error
+                << '\n';
+    }
+  }
+  return true;
+}
+
 void write_down(const fs::path& out, const BenchResults& results) {
   write_results_json(out / "results.json", results);
   draw_error_time(results, CostKind::cpu, out / "error_time");
   if (results.machine.hardware) {
     draw_error_time(results, CostKind::gpu, out / "error_gpu_time");
   }
+  draw_cost_work(results, out / "cost_work");
+  draw_error_budget(results, out / "error_budget");
 }
 
 }  // namespace
 
 bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted) {
+  check_words("--charts", command.charts, {kErrorTime, kCostWork, kErrorBudget});
   const std::vector<Method> methods = choose_methods(command);
   const std::vector<NamedInput> sessions = open_sessions(command);
   make_folder(command.out);
@@ -152,7 +213,10 @@ bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted
   BenchResults results;
   results.machine = describe_machine(*device);
   results.oracle = name_of(command.oracle);
-  const bool done = measure_settings(command, sessions, methods, device, interrupted, results);
+  const bool done =
+      (!wants(command, kErrorTime) || measure_settings(command, sessions, methods, device, interrupted, results)) &&
+      (!wants(command, kErrorBudget) || measure_budgets(command, sessions, device, interrupted, results)) &&
+      (!wants(command, kCostWork) || measure_work(command, sessions.front(), device, interrupted, results));
   write_down(command.out, results);
   return done;
 }

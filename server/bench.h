@@ -1,7 +1,8 @@
 #pragma once
 // `lumigraft bench`: sessions with truth × methods × settings, how near each picture is and what a frame costs.
 //
-// OUT gets results.csv (whole after every row: what fails midway leaves what was measured), results.json and charts.
+// OUT gets results.csv, cost_work.csv and error_budget.csv (whole after every row: what fails midway leaves what was
+// measured), results.json, and each chart as SVG and PNG.
 #include <atomic>
 #include <filesystem>
 #include <string>
@@ -18,6 +19,7 @@ struct BenchCommand {
   OracleParts oracle;                 ///< for the error against time; the error budget has its own
   std::vector<std::string> methods;   ///< empty: all
   std::vector<std::string> settings;  ///< empty: all
+  std::vector<std::string> charts;    ///< error-time, cost-work, error-budget; empty: all
   gpu::Backend backend = gpu::Backend::best;
 };
 

@@ -74,7 +74,7 @@ void write_results_json(const std::filesystem::path& path, const BenchResults& r
     Json& budget = json["error_budget"] = {{"setting", results.budget_setting}, {"rows", Json::array()}};
     for (const BudgetRow& row : results.budget) {
       budget["rows"].push_back({{"session", row.session},
-                                {"estimated", row.estimated.empty() ? "nothing" : row.estimated},
+                                {"estimated", row.estimated},
                                 {"relight_error", number(row.relight_error)},
                                 {"object_error", number(row.object_error)}});
     }

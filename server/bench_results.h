@@ -25,7 +25,7 @@ struct WorkRow {
 
 /// The error with some of the scene estimated and the rest true.
 struct BudgetRow {
-  std::string session, estimated;  ///< "pose" ...; "" none, "all" all of it
+  std::string session, estimated;  ///< "nothing", "pose" ... "everything"
   double relight_error = 0, object_error = 0;
 };
 

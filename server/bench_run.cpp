@@ -11,7 +11,6 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kMostFrames = 5;
 constexpr double kEnough_ms = 2000;  ///< of measuring one cost
-constexpr double kSlow_ms = 10000;   ///< a first picture that takes as long is a measurement already
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -74,17 +73,11 @@ BenchRun run_setting(Relighter& relighter, const BenchScene& scene, const Exhibi
     const Exhibit now = turned(exhibit, turns * kDegree);
     return relighter.relight(scene.frame, scene.scene, now, plan);
   };
-  const CostClock clock;
   const RelitPicture first = render(0);  // makes what it needs: shaders, volumes, shadow maps
-  const StageCost first_cost = clock.elapsed();
   BenchRun run;
   run.warnings = first.warnings;
   run.measures = measure_picture(first.srgb, scene.camera, scene.truth);
-  if (first_cost.wall_ms > kSlow_ms) {
-    run.still = {first_cost, hardware ? std::optional(gpu_ms_of(first)) : std::nullopt};
-  } else {
-    run.still = measure_cost(hardware, [&](int) { return render(0); });
-  }
+  run.still = measure_cost(hardware, [&](int) { return render(0); });
   run.moving = measure_cost(hardware, [&](int i) { return render(i + 1); });
   return run;
 }

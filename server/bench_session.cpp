@@ -18,11 +18,20 @@ std::unique_ptr<Oracle> make_oracle(const Session& session, const OracleParts& p
   return parts.any() ? std::make_unique<Oracle>(session, parts) : nullptr;
 }
 
-/// Whether a frame can be scored, and the oracle has all of it.
-bool has_truth(const fs::path& truth, const OracleParts& oracle) {
-  return fs::exists(truth / "augmented.exr") && (!oracle.pose || fs::exists(truth / "pose.json")) &&
-         (!oracle.geometry || fs::exists(truth / "depth.exr")) &&
-         (!oracle.light || fs::exists(truth / "lights.json")) && (!oracle.albedo || fs::exists(truth / "albedo.exr"));
+/// Whether a frame can be scored, and truth/ has these parts of it.
+bool has_truth(const fs::path& truth, const OracleParts& needed) {
+  return fs::exists(truth / "augmented.exr") && (!needed.pose || fs::exists(truth / "pose.json")) &&
+         (!needed.geometry || fs::exists(truth / "depth.exr")) &&
+         (!needed.light || fs::exists(truth / "lights.json")) && (!needed.albedo || fs::exists(truth / "albedo.exr"));
+}
+
+/// The last frame of those that the bench looks at.
+std::uint64_t last_with_truth(const fs::path& session, const OracleParts& needed) {
+  std::uint64_t last = 0;
+  for (std::uint64_t i = 0; i < kBenchFrames; ++i) {
+    last = has_truth(truth_folder(session, i), needed) ? i : last;
+  }
+  return last;
 }
 
 double median(std::vector<double> values) {
@@ -59,15 +68,15 @@ ServiceInput open_bench_session(const fs::path& folder, const OracleParts& oracl
   return input;
 }
 
-BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle) {
+BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, const OracleParts& needed) {
   const std::unique_ptr<FrameReader> frames = open_frames(session);
   SceneLearner learner(session, make_oracle(session, oracle));
   BenchScene result;
   fs::path truth;
   std::map<std::string, std::vector<StageCost>> runs;
-  for (int i = 0; i < kBenchFrames; ++i) {
-    const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10));
-    if (!frame) {
+  const std::uint64_t last = last_with_truth(session.folder, needed);
+  while (const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10))) {
+    if (frame->index > last) {
       break;
     }
     LearntFrame learnt = learner.learn(*frame);
@@ -75,7 +84,7 @@ BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle) 
     for (const auto& [name, cost] : learnt.stages) {
       runs[name].push_back(cost);
     }
-    if (const fs::path folder = truth_folder(session.folder, frame->index); has_truth(folder, oracle)) {
+    if (const fs::path folder = truth_folder(session.folder, frame->index); has_truth(folder, needed)) {
       truth = folder;
       result.frame = std::move(learnt.frame);
       result.scene = std::move(learnt.scene);

@@ -18,7 +18,7 @@ constexpr int kBenchFrames = 24;
 ServiceInput open_bench_session(const std::filesystem::path& folder, const OracleParts& oracle);
 
 struct BenchScene {
-  FrameSet frame;  ///< the last one that has truth, and all that the oracle takes of it
+  FrameSet frame;  ///< the last one that has the truth asked for
   Scene scene;     ///< as known then
   Image<std::uint8_t> camera;
   TruePictures truth;
@@ -26,7 +26,8 @@ struct BenchScene {
   std::vector<std::string> warnings;
 };
 
-/// Throws InputError where no frame with truth can be read.
-BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle);
+/// Scores a frame whose truth has all that `needed` names: a superset of `oracle`. Throws InputError where no such
+/// frame can be read.
+BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, const OracleParts& needed);
 
 }  // namespace lumigraft

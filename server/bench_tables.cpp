@@ -94,8 +94,7 @@ std::vector<std::string> work_cells(const WorkRow& row) {
 std::vector<std::string> budget_columns() { return {"session", "estimated", "relight_error", "object_error"}; }
 
 std::vector<std::string> budget_cells(const BudgetRow& row) {
-  return {row.session, row.estimated.empty() ? "nothing" : row.estimated, cell(row.relight_error, 4),
-          cell(row.object_error, 4)};
+  return {row.session, row.estimated, cell(row.relight_error, 4), cell(row.object_error, 4)};
 }
 
 }  // namespace lumigraft

@@ -76,6 +76,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   bench_app.add_option("--oracle", oracle, "Parts taken from the sessions' truth/: pose,geometry,light,albedo");
   bench_app.add_option("--methods", bench.methods, "Only these, as dvct; with commas between")->delimiter(',');
   bench_app.add_option("--settings", bench.settings, "Only these, as live-64; with commas between")->delimiter(',');
+  bench_app.add_option("--charts", bench.charts, "Only these: error-time, cost-work, error-budget")->delimiter(',');
   add_backend(bench_app);
 
   CLI::App& doctor_app = *app.add_subcommand("doctor", "Say what this machine offers and what is in the way");

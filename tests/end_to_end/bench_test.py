@@ -27,7 +27,7 @@ class BenchTest(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory(prefix="lumigraft-bench-")
         cls.out = os.path.join(cls.folder.name, "out")
         subprocess.run([PROGRAM, "bench", RECORDING, "--out", cls.out, "--methods", "dvct", "--settings", "live-32",
-                        "--oracle", TRUE], check=True)
+                        "--oracle", TRUE, "--charts", "error-time"], check=True)
         with open(os.path.join(cls.out, "results.csv"), encoding="utf-8") as f:
             cls.rows = list(csv.DictReader(f))
         with open(os.path.join(cls.out, "results.json"), encoding="utf-8") as f:

@@ -34,11 +34,12 @@ TEST(CommandLine, Replay) {
 TEST(CommandLine, Bench) {
   const auto bench =
       std::get<BenchCommand>(parse({"bench", "s", "t", "--out", "o", "--oracle", "pose,light", "--methods", "dvct",
-                                    "--settings", "live-32,live-64", "--backend", "egl"}));
+                                    "--settings", "live-32,live-64", "--charts", "cost-work", "--backend", "egl"}));
   EXPECT_EQ(bench.sessions, (std::vector<std::filesystem::path>{"s", "t"}));
   EXPECT_EQ(bench.out, "o");
   EXPECT_EQ(name_of(bench.oracle), "pose+light");
   EXPECT_EQ(bench.methods, std::vector<std::string>{"dvct"});
+  EXPECT_EQ(bench.charts, std::vector<std::string>{"cost-work"});
   EXPECT_EQ(bench.settings, (std::vector<std::string>{"live-32", "live-64"}));
   EXPECT_EQ(bench.backend, gpu::Backend::egl);
   EXPECT_EQ(name_of(std::get<BenchCommand>(parse({"bench", "s", "--out", "o"})).oracle), "none");

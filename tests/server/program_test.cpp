@@ -99,6 +99,7 @@ TEST(Program, BadInputIsOneLineExitCode2AndNothingWritten) {
   expect_refused(tiny, {"replay", s, "--out", s + "/session.toml"}, "--out");
   expect_refused(tiny, {"bench", s, "--out", out}, "truth");
   expect_refused(tiny, {"bench", s, "--out", out, "--methods", "dvct,luck"}, "\"luck\", allowed: dvct");
+  expect_refused(tiny, {"bench", s, "--out", out, "--charts", "pie"}, "\"pie\", allowed: error-time");
   expect_refused(tiny, {"bench", s, "--out", out, "--settings", "slow"}, "\"slow\", allowed: live-32");
   expect_refused(tiny, {"serve", "--session", s, "--listen", "here"}, "--listen");
   const std::string pyramid = tiny.read("pyramid.obj");
