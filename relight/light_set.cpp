@@ -11,7 +11,8 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kLeastSlant = 0.1f;
 
 shader::Lamp make_lamp(const PointLight& light, const Eigen::Vector3f& probe_m) {
-  shader::Lamp lamp{};
+  shader::Lamp lamp;  // Eigen leaves what it makes unset
+  lamp.facing.setZero();
   if (light.distance_known) {
     lamp.position_radius << light.position_m, light.radius_m;
     lamp.intensity << light.intensity, 0;
