@@ -15,6 +15,7 @@
 #include "server/bench_settings.h"
 #include "server/bench_tables.h"
 #include "server/bench_work.h"
+#include "server/make_renderer.h"
 
 namespace lumigraft {
 namespace {
@@ -127,14 +128,18 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
       std::cerr << "lumigraft: " << name << ": " << warning << '\n';
     }
     results.stages[name] = scene.stages;
-    Relighter relighter(device, input.session);
     for (const Method& method : methods) {
+      std::unique_ptr<Renderer> renderer;  // shared by all settings of a method
       for (const BenchSetting& setting : method.settings) {
         if (interrupted) {
           return false;
         }
+        if (!renderer) {
+          renderer = make_renderer(input.session, setting.plan, command.oracle, device);
+        }
         BenchRow row{name, method.name, setting.name, results.oracle, setting.plan, {}};
-        row.run = run_setting(relighter, scene, input.exhibit, setting.plan, results.machine.hardware);
+        row.run = run_setting(*renderer, scene, input.exhibit, setting.plan,
+                              results.machine.hardware && needs_gpu(setting.plan));
         table.add(result_cells(row));
         results.rows.push_back(std::move(row));
         say(results.rows.back(), results.rows.size(), all);
@@ -161,8 +166,8 @@ bool measure_work(const BenchCommand& command, const NamedInput& session, const 
     if (work.base && same != results.work.end()) {
       cost = same->cost;
     } else {
-      Relighter relighter(device, work.session);
-      cost = cost_of_turning(relighter, work.frame, work.scene, work.exhibit, work.plan, results.machine.hardware);
+      const std::unique_ptr<Renderer> renderer = make_renderer(work.session, work.plan, command.oracle, device);
+      cost = cost_of_turning(*renderer, work.frame, work.scene, work.exhibit, work.plan, results.machine.hardware);
     }
     results.work.push_back({work.work, work.amount, work.base, cost});
     table.add(work_cells(results.work.back()));

@@ -6,6 +6,7 @@
 
 #include "server/bench_session.h"
 #include "server/chart.h"
+#include "server/make_renderer.h"
 
 namespace lumigraft {
 namespace {
@@ -38,8 +39,8 @@ std::vector<BudgetCase> budget_cases() {
 BudgetRow measure_budget(const std::shared_ptr<gpu::Device>& device, const std::string& name, const Session& session,
                          const Exhibit& exhibit, const Plan& plan, const BudgetCase& budget) {
   const BenchScene scene = learn_bench_scene(session, budget.oracle, kAllTrue);
-  Relighter relighter(device, session);
-  const RelitPicture picture = relighter.relight(scene.frame, scene.scene, exhibit, plan);
+  const std::unique_ptr<Renderer> renderer = make_renderer(session, plan, budget.oracle, device);
+  const RelitPicture picture = renderer->relight(scene.frame, scene.scene, exhibit, plan);
   const Measures measures = measure_picture(picture.srgb, scene.camera, scene.truth);
   return {name, budget.estimated, measures.relight_error, measures.object_error};
 }

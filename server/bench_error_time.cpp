@@ -88,13 +88,15 @@ std::vector<Point> front_line(const std::vector<SettingMean>& means, const Axis&
 }
 
 void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMean>& means, CostKind kind) {
-  double low = 1e30, high = 0, worst = 0;
+  double low = 1e30, lowest = 1e30, high = 0, worst = 0;
   for (const SettingMean& mean : means) {
-    low = std::min({low, mean.cost_ms, mean.still_cost_ms});
+    low = std::min(low, mean.cost_ms);
+    lowest = std::min(lowest, mean.still_cost_ms);
     high = std::max(high, mean.cost_ms);
     worst = std::max(worst, mean.relight_error);
   }
-  low = round_down_125(0.9 * low), high = round_up_125(1.1 * high), worst = round_up(1.05 * worst, 6);
+  low = round_down_125(0.9 * std::clamp(lowest, low / 20, low)), high = round_up_125(1.1 * high),
+  worst = round_up(1.05 * worst, 6);
   const Axis x(Axis::Scale::logarithmic, low, high, frame.left, frame.right);
   const Axis y(Axis::Scale::linear, 0, worst, frame.bottom, frame.top);
   draw_frame(drawing, frame, x, time_ticks(low, high), y, round_ticks(worst, 6), kText);
@@ -109,10 +111,12 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
   drawing.line(lines.front(), {kInk.faded(0.5), 2});
   for (const SettingMean& mean : means) {
     const Colour colour = colour_of(index_of_method(mean.method)).faded(0.35);
-    const double at = y.at(mean.relight_error), still = x.at(mean.still_cost_ms);
+    const double at = y.at(mean.relight_error), still = x.at(std::max(low, mean.still_cost_ms));
     lines.push_back({{still, at}, {x.at(mean.cost_ms), at}});
     drawing.line(lines.back(), {colour, 1.2});
-    drawing.line({{still, at - 4}, {still, at + 4}}, {colour, 1.2});
+    if (mean.still_cost_ms > low) {
+      drawing.line({{still, at - 4}, {still, at + 4}}, {colour, 1.2});
+    }
   }
   std::vector<Box> taken;
   std::vector<Label> labels;

@@ -60,18 +60,18 @@ Exhibit turned(const Exhibit& exhibit, double angle_rad) {
   return result;
 }
 
-FrameCost cost_of_turning(Relighter& relighter, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
+FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
                           const Plan& plan, bool hardware) {
-  const auto render = [&](int i) { return relighter.relight(frame, scene, turned(exhibit, i * kDegree), plan); };
+  const auto render = [&](int i) { return renderer.relight(frame, scene, turned(exhibit, i * kDegree), plan); };
   render(0);
   return measure_cost(hardware, [&](int i) { return render(i + 1); });
 }
 
-BenchRun run_setting(Relighter& relighter, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
+BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
                      bool hardware) {
   const auto render = [&](int turns) {
     const Exhibit now = turned(exhibit, turns * kDegree);
-    return relighter.relight(scene.frame, scene.scene, now, plan);
+    return renderer.relight(scene.frame, scene.scene, now, plan);
   };
   const RelitPicture first = render(0);  // makes what it needs: shaders, volumes, shadow maps
   BenchRun run;

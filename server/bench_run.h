@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "relight/relighter.h"
+#include "relight/renderer.h"
 #include "server/bench_measures.h"
 #include "server/bench_session.h"
 #include "server/stage_cost.h"
@@ -27,10 +27,10 @@ struct BenchRun {
 Exhibit turned(const Exhibit& exhibit, double angle_rad);
 
 /// Median over a few frames, after one that is not counted; slow ones are measured once.
-FrameCost cost_of_turning(Relighter& relighter, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
+FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
                           const Plan& plan, bool hardware);
 
-BenchRun run_setting(Relighter& relighter, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
+BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
                      bool hardware);
 
 }  // namespace lumigraft

@@ -26,9 +26,19 @@ BenchSetting with_bounces(BenchSetting setting, int bounces) {
   return setting;
 }
 
+BenchSetting paths(const std::string& method, int samples) {
+  Plan plan = replay_plan();
+  plan.method = method;
+  plan.samples = samples;
+  return {std::to_string(samples) + "-paths", plan};
+}
+
 }  // namespace
 
 std::vector<BenchSetting> bench_settings(const std::string& method) {
+  if (method == "reference") {
+    return {paths(method, 4), paths(method, 16), paths(method, 64)};
+  }
   const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
   return {of(kLive, 32),    with_bounces(of(kLive, 64), 1),
           of(kLive, 64),    of(kLive, 128),
