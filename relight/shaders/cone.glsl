@@ -29,6 +29,28 @@ float hidden_fraction(float x) {
 // the deepest place of a wall as thin as the cone.
 float next_step(float d, float r, float least) { return max(max(0.75 * abs(d), 0.35 * r), least); }
 
+// The march past virtual surfaces. They may be sheets thinner than the cone is wide, whose inside says nothing about how
+// far their edge is: so an axis that meets one is blocked, whatever is left of the disk, and before it the disk closes
+// over a shorter way, that edges hide little more than their due. Sheets thinner than a voxel have no inside at all: a
+// wide cone whose axis runs at a surface (falls by more than half of what it goes) has met it within the skin of it, the
+// most that is left of the distance to a sheet between two voxels. A narrow cone would see thin limbs thicker by that.
+const float kClosing = 2.0;
+const float kSkin = 0.55, kNarrowSkin = 0.3;  // voxels
+struct Past {
+  float d, t, fall;  // at the last place
+};
+float virtual_hidden(inout Past past, float d, float t, float reach) {
+  float fall = (past.d - d) / max(t - past.t, 1e-6);
+  past = Past(d, t, fall);
+  float voxel = frame.virtual_grid.w, skin = voxel * clamp(kSkin * reach / voxel, kNarrowSkin, kSkin);
+  bool met = d < 0.0 || (d < skin && fall > 0.5);
+  return met ? 1.0 : hidden_fraction(kClosing * d / reach);
+}
+// An axis that runs at a virtual surface goes on slowly, or it would come out behind a sheet without having been in it.
+float careful_step(Past past, float d, float r, float least) {
+  return max(max(0.75 * abs(d), (past.fall > 0.3 && past.d < r ? 0.12 : 0.35) * r), least);
+}
+
 struct Cone {
   vec3 from_real;     // start for looking up real surfaces, moved off them against self-hits
   vec3 from_virtual;  // the same for virtual ones
@@ -73,6 +95,7 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
   float least = 0.5 * frame.virtual_grid.w, t = least;
+  Past past = Past(0.0, 0.0, 0.0);
   for (int i = 0; i < kMaxSteps; ++i) {
     // Nothing virtual ahead: if none was met the change is 0, else only what the real scene still hides counts.
     if (virt.x > virt.y || (t > virt.y && (v.hidden == 0.0 || t > known.y)) || r.hidden > 0.995) break;
@@ -80,9 +103,9 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
     float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = t > virt.y ? kFar : dv;
     dr = t < known.x ? known.x - t + reach : dr;
-    meet(v, hidden_fraction(dv / reach), 1.0 - r.hidden, t);
+    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
     meet(r, hidden_fraction(dr / reach), v.hidden, t);
-    t += next_step(min(dv, dr), reach, least);
+    t += careful_step(past, min(dv, dr), reach, least);
   }
   gained = lost = vec3(0);
   hidden = v.hidden;
@@ -98,14 +121,15 @@ vec3 change_cone(Cone k) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer r = Layer(0.0, 0.0, 0.0, 0.0);
   float m_v = 0.0, least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  Past past = Past(0.0, 0.0, 0.0);
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= known.y || max(r.hidden, m_v) > 0.995) break;
     float reach = reach_of(k, t, least);
     float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = virt.x > virt.y || t > virt.y ? kFar : dv;
-    m_v = max(m_v, hidden_fraction(dv / reach));
+    m_v = max(m_v, virtual_hidden(past, dv, t, reach));
     meet(r, hidden_fraction(dr / reach), 1.0 - m_v, t);
-    t += next_step(min(dv, dr), reach, least);
+    t += careful_step(past, min(dv, dr), reach, least);
   }
   return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, least));
 }
@@ -115,14 +139,15 @@ vec3 rho_cone(Cone k) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
   float least = 0.5 * frame.virtual_grid.w, t = least;
+  Past past = Past(0.0, 0.0, 0.0);
   for (int i = 0; i < kMaxSteps; ++i) {
     if ((t > known.y && t > virt.y) || max(r.hidden, v.hidden) > 0.995) break;
     float reach = reach_of(k, t, least);
     float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = t > virt.y ? kFar : dv;
-    meet(v, hidden_fraction(dv / reach), 1.0 - r.hidden, t);
+    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
     meet(r, hidden_fraction(dr / reach), 1.0 - v.hidden, t);
-    t += next_step(min(dv, dr), reach, least);
+    t += careful_step(past, min(dv, dr), reach, least);
   }
   vec3 on_real = real_place(k, r.at);
   float reach = reach_of(k, r.at, least);
@@ -151,12 +176,13 @@ vec3 mu_cone(Cone k) {
 float virtual_shadow(Cone k, float t_far) {
   vec2 virt = virtual_stretch(k);
   float m = 0.0, least = 0.5 * frame.virtual_grid.w, t = max(least, virt.x);
+  Past past = Past(0.0, 0.0, 0.0);
   t_far = virt.x < virt.y ? min(t_far, virt.y) : 0.0;
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= t_far || m > 0.995) break;
     float reach = reach_of(k, t, least), d = virtual_distance(k.from_virtual + t * k.w);
-    m = max(m, hidden_fraction(d / reach));
-    t += next_step(d, reach, least);
+    m = max(m, virtual_hidden(past, d, t, reach));
+    t += careful_step(past, d, reach, least);
   }
   return m;
 }

@@ -28,11 +28,6 @@ vec3 gather_rho(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn
   return e * (kPi / float(count));
 }
 
-// Cones are blunt: across a straight edge their hidden fraction is short of the whole by 3/32 of a radius in all before
-// the edge, and beyond it makes up for that up to kRim radii: the integral of hidden_fraction() from 0 to kRim is 3/32.
-// So the aimed cones reach that much beyond the sphere, and an object that fills it is seen at its true size.
-const float kRim = 0.225;
-
 // Change of irradiance at a real surface by virtual surfaces: cones aimed at the sphere around them, where alone they
 // can bring or take light. Closer than the sphere's edge the cap opens on to the whole sphere.
 void gather_delta(vec3 p, vec3 from_real, vec3 n, int most, float turn, out vec3 gained, out vec3 lost) {
@@ -43,10 +38,6 @@ void gather_delta(vec3 p, vec3 from_real, vec3 n, int most, float turn, out vec3
   float cos_max = q < 1.0 ? sqrt(1.0 - q * q) : -clamp(1.0 - 1.0 / q, 0.0, 1.0);
   float cap = 1.0 - cos_max;  // solid angle / 2π
   int count = clamp(int(float(most) * sqrt(cap) + 0.5), min(most, 6), 2 * most);
-  if (q < 1.0) {
-    float rim = kRim * kConeShare * sqrt(2.0 * cap / float(count));
-    cap = 1.0 - (cos_max - q * rim) * inversesqrt(1.0 + rim * rim);  // 1 - cos(asin q + atan rim)
-  }
   basis(axis, x, y);
   float tan_share = kConeShare * sqrt(2.0 * cap / float(count));
   for (int i = 0; i < count; ++i) {

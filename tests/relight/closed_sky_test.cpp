@@ -1,5 +1,7 @@
 // Under an even sky: what a surface sees has the same radiance everywhere, so form factors are all there is.
 #include <cmath>
+#include <numbers>
+#include <string>
 
 #include "closed_scene.h"
 
@@ -9,6 +11,8 @@ namespace {
 class ClosedSky : public ClosedTest {};
 
 /// Mean and largest magnitude over pixels of a picture.
+constexpr float kPi = std::numbers::pi_v<float>;
+
 struct Spread {
   double sum = 0, most = 0;
   int count = 0;
@@ -84,6 +88,49 @@ TEST_F(ClosedSky, BlackBallTakesItsFormFactor) {
     EXPECT_LT(std::abs(relative.mean()), 0.01);
     EXPECT_LT(relative.most, 0.06);  // right below the ball, where a share of the sky is wide
     EXPECT_LT(absolute.most, 0.015);
+  }
+}
+
+/// From a point to a rectangle parallel to its surface at a height, one corner right above it (Howell, Siegel & Mengüç
+/// 2010, B-3). Odd in both edges, so that four of them make any rectangle.
+float corner_form_factor(float x_m, float y_m, float height_m) {
+  const float x = x_m / height_m, y = y_m / height_m, kx = std::sqrt(1 + x * x), ky = std::sqrt(1 + y * y);
+  return (x / kx * std::atan(y / kx) + y / ky * std::atan(x / ky)) / (2 * kPi);
+}
+
+// A sheet a ninth as thick as a voxel hides what it covers, however wide the cones are that meet it. What is short are
+// cones that start under its edge.
+TEST_F(ClosedSky, ThinBlackSheetTakesItsFormFactor) {
+  constexpr float albedo = 0.5f, sky = 1.0f, half_m = 0.16f, height_m = 0.22f;
+  ClosedScene scene;
+  scene.albedo = albedo;
+  scene.sky = sky;
+  scene.radiance = [](const Eigen::Vector3f&) { return albedo * sky; };
+  scene.exhibit.objects = {box_object({-half_m, -half_m, height_m}, {half_m, half_m, height_m + 6e-4f}, 0)};
+  scene.eye_m = {0, -0.8f, 0.2f};
+  scene.look_at_m = {0, 0, 0.03f};
+  for (const int scale : {1, 2, 4}) {
+    SCOPED_TRACE(scale);
+    Plan plan = careful_plan(64, 1);
+    plan.trace_scale = scale;
+    const RelitPicture picture = relit(scene, plan);
+    Spread relative;
+    for (int v = 0; v < scene.height; ++v) {
+      for (int u = 0; u < scene.width; ++u) {
+        if (picture.maps->mask.at(u, v) > 0 || picture.maps->depth_m.at(u, v) <= 0) continue;
+        const Eigen::Vector3f p = scene.on_plane(u, v);
+        if (p.head<2>().cwiseAbs().maxCoeff() > 2 * half_m) continue;
+        const auto strip = [&](float y) {
+          return corner_form_factor(half_m - p.x(), y, height_m) + corner_form_factor(half_m + p.x(), y, height_m);
+        };
+        const float want = -albedo * sky * (strip(half_m - p.y()) + strip(half_m + p.y()));
+        relative.add(picture.maps->delta.at(u, v) / want - 1);
+      }
+    }
+    EXPECT_GT(relative.count, 300);
+    EXPECT_LT(std::abs(relative.mean()), scale == 4 ? 0.11 : 0.06);
+    RecordProperty("mean at 1/" + std::to_string(scale), std::to_string(relative.mean()));
+    RecordProperty("most at 1/" + std::to_string(scale), std::to_string(relative.most));
   }
 }
 
