@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kMostFrames = 5;
-constexpr double kEnough_ms = 2000;  ///< of measuring one cost
+constexpr double kEnough_ms = 1000;  ///< of measuring one cost
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

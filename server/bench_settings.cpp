@@ -40,11 +40,12 @@ std::vector<BenchSetting> bench_settings(const std::string& method) {
     return {paths(method, 4), paths(method, 16), paths(method, 64)};
   }
   const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
-  return {of(kLive, 32),    with_bounces(of(kLive, 64), 1),
-          of(kLive, 64),    of(kLive, 128),
-          of(kHalf, 32),    with_bounces(of(kHalf, 64), 1),
-          of(kHalf, 64),    of(kHalf, 128),
-          of(kCareful, 64), of(kCareful, 128)};
+  std::vector<BenchSetting> settings{of(kLive, 32), of(kLive, 64), with_bounces(of(kHalf, 64), 1), of(kHalf, 64)};
+  if (method == "dvct") {
+    settings.push_back(of(kHalf, 128));
+    settings.push_back(of(kCareful, 64));
+  }
+  return settings;
 }
 
 }  // namespace lumigraft
