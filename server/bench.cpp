@@ -117,7 +117,7 @@ void say(const BenchRow& row, std::size_t done, std::size_t all) {
 bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>& sessions,
                       const std::vector<Method>& methods, const std::shared_ptr<gpu::Device>& device,
                       const std::atomic<bool>& interrupted, BenchResults& results) {
-  CsvFile table(command.out / "results.csv", result_columns());
+  CsvFile table(command.out / "results.csv", result_columns()), stages(command.out / "stages.csv", stage_columns());
   std::size_t all = 0;
   for (const Method& method : methods) {
     all += sessions.size() * method.settings.size();
@@ -128,6 +128,9 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
       std::cerr << "lumigraft: " << name << ": " << warning << '\n';
     }
     results.stages[name] = scene.stages;
+    for (const auto& [stage, cost] : scene.stages) {
+      stages.add(stage_cells(name, stage, cost));
+    }
     for (const Method& method : methods) {
       std::unique_ptr<Renderer> renderer;  // shared by all settings of a method
       for (const BenchSetting& setting : method.settings) {

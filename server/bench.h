@@ -1,8 +1,8 @@
 #pragma once
 // `lumigraft bench`: sessions with truth × methods × settings, how near each picture is and what a frame costs.
 //
-// OUT gets results.csv, cost_work.csv and error_budget.csv (whole after every row: what fails midway leaves what was
-// measured), results.json, and each chart as SVG and PNG.
+// OUT gets results.csv, stages.csv, cost_work.csv and error_budget.csv (whole after every row: what fails midway leaves
+// what was measured), results.json, and each chart as SVG and PNG.
 #include <atomic>
 #include <filesystem>
 #include <string>

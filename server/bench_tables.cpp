@@ -97,4 +97,10 @@ std::vector<std::string> budget_cells(const BudgetRow& row) {
   return {row.session, row.estimated, cell(row.relight_error, 4), cell(row.object_error, 4)};
 }
 
+std::vector<std::string> stage_columns() { return {"session", "stage", "cpu_ms", "wall_ms"}; }
+
+std::vector<std::string> stage_cells(const std::string& session, const std::string& stage, const StageCost& cost) {
+  return {session, stage, cell(cost.cpu_ms, 1), cell(cost.wall_ms, 1)};
+}
+
 }  // namespace lumigraft

@@ -27,5 +27,7 @@ std::vector<std::string> work_columns();
 std::vector<std::string> work_cells(const WorkRow& row);
 std::vector<std::string> budget_columns();
 std::vector<std::string> budget_cells(const BudgetRow& row);
+std::vector<std::string> stage_columns();
+std::vector<std::string> stage_cells(const std::string& session, const std::string& stage, const StageCost& cost);
 
 }  // namespace lumigraft

@@ -48,6 +48,8 @@ TEST(BenchTables, WhatIsNotThereIsEmpty) {
   EXPECT_EQ(cell("gpu_ms"), "");
   EXPECT_EQ(cell("still_gpu_ms"), "0.500");
   EXPECT_EQ(work_columns().size(), work_cells({"pixels", 76800, true, {}}).size());
+  EXPECT_EQ(stage_cells("tabletop", "pose", {.wall_ms = 7, .cpu_ms = 6.25}),
+            (std::vector<std::string>{"tabletop", "pose", "6.2", "7.0"}));
   EXPECT_EQ(budget_columns().size(), budget_cells({"tabletop", "pose", 0.1, 0.2}).size());
 }
 
