@@ -29,13 +29,14 @@ const std::vector<IntegerKey>& integer_keys() {
       {"rsm", &Plan::rsm, {64, 128, 256, 512, 1024}, "edge of the reflective shadow maps, pixels"},
       {"max_lights", &Plan::max_lights, from_to(0, 16), "strongest lamps that are drawn as lamps"},
       {"bounces", &Plan::bounces, from_to(1, 4), "indirect bounces of the change"},
+      {"lpv_steps", &Plan::lpv_steps, from_to(4, 128), "dlpv: steps of propagation"},
       {"samples", &Plan::samples, from_to(1, 65536), "camera paths a pixel; of method reference alone"},
   };
   return keys;
 }
 
 const std::vector<std::string>& methods() {
-  static const std::vector<std::string> words = {"dvct", "reference"};
+  static const std::vector<std::string> words = {"dvct", "dlpv", "reference"};
   return words;
 }
 

@@ -8,12 +8,15 @@
 namespace lumigraft {
 
 struct Plan {
-  std::string method = "dvct";  ///< "reference": path tracing, which reads `samples` and nothing else of the plan
-  int volume = 64;              ///< voxels along the edge of each cascade: 32, 64, 128 or 256
+  /// How the change of light reaches real surfaces: "dvct", by cones; "dlpv", from cell to cell. "reference": path
+  /// tracing, which reads `samples` and nothing else of the plan.
+  std::string method = "dvct";
+  int volume = 64;      ///< voxels along the edge of each cascade: 32, 64, 128 or 256
   int trace_scale = 2;  ///< 1, 2: light is traced at 1/trace_scale of the picture; 4: live, gathered once a still room
   int rsm = 256;        ///< edge of the reflective shadow maps, pixels
   int max_lights = 8;   ///< strongest lamps that are drawn as lamps
   int bounces = 2;      ///< indirect bounces of the change: 1 is the thesis
+  int lpv_steps = 32;   ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
   int samples = 64;     ///< camera paths a pixel; of the reference alone
 };
 

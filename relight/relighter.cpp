@@ -16,6 +16,7 @@
 #include "relight/passes/inject.h"
 #include "relight/passes/lamp_maps.h"
 #include "relight/passes/live_view.h"
+#include "relight/passes/lpv.h"
 #include "relight/passes/object_view.h"
 #include "relight/passes/real_fill.h"
 #include "relight/passes/real_view.h"
@@ -45,11 +46,13 @@ struct LightKey {
   std::vector<PlacedObject> objects;
   Placement placement;
   std::shared_ptr<const Illumination> illumination;
-  int max_lights = 0, bounces = 0, trace_scale = 0;
+  int max_lights = 0, bounces = 0, trace_scale = 0, lpv_steps = 0;
+  std::string method;
 
   bool operator==(const LightKey& o) const {
     return objects == o.objects && placement == o.placement && illumination == o.illumination &&
-           max_lights == o.max_lights && bounces == o.bounces && trace_scale == o.trace_scale;
+           max_lights == o.max_lights && bounces == o.bounces && trace_scale == o.trace_scale &&
+           lpv_steps == o.lpv_steps && method == o.method;
   }
 };
 
@@ -102,6 +105,7 @@ struct Relighter::State {
   Resolve resolve;
   Filter filter;
   Bounce bounce;
+  std::unique_ptr<Lpv> lpv;  ///< null where cones carry the change
   ObjectView object_view;
   RealView real_view;
   Shadow shadow;
@@ -125,6 +129,7 @@ struct Relighter::State {
   std::shared_ptr<const Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
+  float brightest = 0;  ///< of the environment and of what the camera can tell, W/sr/m²
 
   State(std::shared_ptr<gpu::Device> d, const Session& s)
       : device(std::move(d)),
@@ -172,6 +177,12 @@ struct Relighter::State {
     if (!lamp_maps || before.lamp_maps != quality.lamp_maps || before.lamp_map_edge != quality.lamp_map_edge) {
       lamp_maps = std::make_unique<LampMaps>(*device, quality.lamp_map_edge, quality.lamp_maps);
       lit.reset();
+    }
+    if (plan.method == "dlpv") {
+      if (!lpv) lpv = std::make_unique<Lpv>(*device);
+      lpv->fit(*device, plan.volume, plan.lpv_steps);
+    } else {
+      lpv.reset();
     }
     const CameraModel& model = session.color.model;
     if (!screen || screen->scale != plan.trace_scale || screen->supersampling != quality.supersampling) {
@@ -223,6 +234,8 @@ struct Relighter::State {
     illumination = now;
     illumination_lights = max_lights;
     lights = make_light_set(*now, max_lights);
+    const Image<float>& sky = lights.environment.front();
+    brightest = std::max(*std::max_element(sky.data.begin(), sky.data.end()), 1 / camera.exposure());
     for (int mip = 0; mip < kEnvironmentMips; ++mip) {
       const Image<float>& level = lights.environment[static_cast<std::size_t>(mip)];
       std::vector<Eigen::half> halves(level.data.size());
@@ -283,12 +296,12 @@ struct Relighter::State {
       list.begin_pass("bounce of virtual");
       bounce.gather_virtual(list, coarse, *volumes);
       list.begin_pass("bounce of real");
-      bounce.gather_real(list, coarse, kChangeCones, *volumes);
+      gather_real(list, coarse, i > 1);
       resolve_all(list, params);
     }
-    if (quality_of(made_for).cells) {
+    if (quality_of(made_for).cells || lpv) {
       list.begin_pass("cells");
-      bounce.gather_real(list, coarse, kChangeCones, *volumes);
+      gather_real(list, coarse, key.bounces > 1);
     }
     if (is_live(params)) {
       list.begin_pass("lamp shadows");
@@ -300,6 +313,16 @@ struct Relighter::State {
     }
     lit = key;
     return true;
+  }
+
+  /// `again`: nothing but the reflected light has changed since it was last done.
+  void gather_real(gpu::CommandList& list, const shader::FrameParams& params, bool again) {
+    if (lpv) {
+      if (!again) resolve.record(list, params, *volumes);  // with what virtual surfaces gathered
+      lpv->gather_real(list, params, brightest, again, *volumes);
+    } else {
+      bounce.gather_real(list, params, kChangeCones, *volumes);
+    }
   }
 
   void resolve_all(gpu::CommandList& list, const shader::FrameParams& params) const {
@@ -333,7 +356,10 @@ struct Relighter::State {
     if (screen->shadow_scale > 1)
       upsample.record(list, params, *screen, screen->tiles->shaded(), *screen->shadowed, *screen->direct_lost,
                       screen->shadow_scale, 1);
-    if (!quality.cells) {
+    if (!quality.cells && lpv) {
+      list.begin_pass("look up");
+      lpv->look_up(list, params, *volumes, *screen);
+    } else if (!quality.cells) {
       list.begin_pass("trace");
       trace.record(list, params, quality.change_cones, *volumes, *screen);
       list.begin_pass("upsample");
@@ -465,9 +491,10 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   s.camera.upload(*s.device, frame, full, *s.screen);
 
   auto list = s.device->begin();
-  const bool lit_anew = s.light_volumes(
-      *list, params, {objects, placement, scene.illumination, plan.max_lights, plan.bounces, plan.trace_scale},
-      new_field);
+  const bool lit_anew = s.light_volumes(*list, params,
+                                        {objects, placement, scene.illumination, plan.max_lights, plan.bounces,
+                                         plan.trace_scale, plan.lpv_steps, plan.method},
+                                        new_field);
   if (lit_anew && live) {  // which blocks are in shadow depends on it
     result.passes = s.device->submit(*list);
     s.lamp_shadows->read(*s.device, params);

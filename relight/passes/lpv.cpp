@@ -1,0 +1,35 @@
+#include "relight/passes/lpv.h"
+
+namespace lumigraft {
+
+Lpv::Lpv(gpu::Device& device) : inject_(device), propagate_(device), query_(device) {}
+
+void Lpv::fit(gpu::Device& device, int edge_voxels, int steps) {
+  steps_ = steps;
+  if (!grid_ || grid_->edge != lpv_edge(edge_voxels)) grid_ = std::make_unique<LpvGrid>(device, lpv_edge(edge_voxels));
+}
+
+void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params, float brightest, bool again,
+                      const Volumes& volumes) {
+  if (!again) {
+    list.begin_pass("blocking");
+    inject_.choose_unit(params, brightest);
+    inject_.block(list, params, volumes, *grid_);
+    list.begin_pass("antiradiance");
+    inject_.through(list, params, volumes, *grid_);
+  }
+  list.begin_pass("inject into cells");
+  inject_.reflect(list, params, volumes, *grid_);
+  list.begin_pass("propagate");
+  // What changed since is a bounce weaker: half the steps bring it as near.
+  propagate_.record(list, params, again ? steps_ / 2 : steps_, again, *grid_);
+  list.begin_pass("look up");
+  query_.cells(list, params, *grid_, volumes);
+}
+
+void Lpv::look_up(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
+                  const Screen& screen) const {
+  query_.pixels(list, params, *grid_, volumes, screen);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,22 @@
+#pragma once
+// Change of irradiance on real surfaces. cells: in: light, cells, real_radiance, real_normal; out: real_irradiance.
+// pixels: in: light, real_position, real_normal; out: indirect.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/lpv_grid.h"
+#include "relight/passes/screen.h"
+#include "relight/passes/volumes.h"
+
+namespace lumigraft {
+
+class LpvQuery {
+ public:
+  explicit LpvQuery(gpu::Device& device);
+  void cells(gpu::CommandList& list, shader::FrameParams params, const LpvGrid& grid, const Volumes& volumes) const;
+  void pixels(gpu::CommandList& list, shader::FrameParams params, const LpvGrid& grid, const Volumes& volumes,
+              const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> cells_, pixels_;
+};
+
+}  // namespace lumigraft

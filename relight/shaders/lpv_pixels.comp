@@ -1,0 +1,19 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Change of the irradiance on the real surface of every pixel in the delta's footprint.
+#include "lpv_query.glsl"
+#include "half.glsl"
+#include "tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 12) uniform sampler2D real_position;
+layout(binding = 13) uniform sampler2D real_normal;
+layout(binding = 16, rgba16f) uniform writeonly image2D out_change;
+
+void main() {
+  ivec2 at = tile_texel();
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  vec4 normal = texelFetch(real_normal, at, 0);
+  vec3 e = vec3(0);
+  if (normal.a > 0.0) e = lpv_irradiance(texelFetch(real_position, at, 0).xyz, normalize(normal.xyz));
+  imageStore(out_change, at, to_half(vec4(e, 0.0)));
+}
