@@ -16,7 +16,7 @@ struct Plan {
   int rsm = 256;        ///< edge of the reflective shadow maps, pixels
   int max_lights = 8;   ///< strongest lamps that are drawn as lamps
   int bounces = 2;      ///< indirect bounces of the change: 1 is the thesis
-  int lpv_steps = 32;   ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
+  int lpv_steps = 16;   ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
   int samples = 64;     ///< camera paths a pixel; of the reference alone
 };
 

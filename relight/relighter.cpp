@@ -296,12 +296,12 @@ struct Relighter::State {
       list.begin_pass("bounce of virtual");
       bounce.gather_virtual(list, coarse, *volumes);
       list.begin_pass("bounce of real");
-      gather_real(list, coarse, i > 1);
+      gather_real(list, coarse, i - 1, key.bounces);
       resolve_all(list, params);
     }
     if (quality_of(made_for).cells || lpv) {
       list.begin_pass("cells");
-      gather_real(list, coarse, key.bounces > 1);
+      gather_real(list, coarse, key.bounces - 1, key.bounces);
     }
     if (is_live(params)) {
       list.begin_pass("lamp shadows");
@@ -315,11 +315,10 @@ struct Relighter::State {
     return true;
   }
 
-  /// `again`: nothing but the reflected light has changed since it was last done.
-  void gather_real(gpu::CommandList& list, const shader::FrameParams& params, bool again) {
+  void gather_real(gpu::CommandList& list, const shader::FrameParams& params, int round, int rounds) {
     if (lpv) {
-      if (!again) resolve.record(list, params, *volumes);  // with what virtual surfaces gathered
-      lpv->gather_real(list, params, brightest, again, *volumes);
+      if (rounds > 1 && round == 0) resolve.record(list, params, *volumes);  // with what virtual surfaces gathered
+      lpv->gather_real(list, params, brightest, round, rounds, *volumes);
     } else {
       bounce.gather_real(list, params, kChangeCones, *volumes);
     }

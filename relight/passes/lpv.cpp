@@ -9,9 +9,9 @@ void Lpv::fit(gpu::Device& device, int edge_voxels, int steps) {
   if (!grid_ || grid_->edge != lpv_edge(edge_voxels)) grid_ = std::make_unique<LpvGrid>(device, lpv_edge(edge_voxels));
 }
 
-void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params, float brightest, bool again,
+void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params, float brightest, int round, int rounds,
                       const Volumes& volumes) {
-  if (!again) {
+  if (round == 0) {
     list.begin_pass("blocking");
     inject_.choose_unit(params, brightest);
     inject_.block(list, params, volumes, *grid_);
@@ -21,8 +21,9 @@ void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params,
   list.begin_pass("inject into cells");
   inject_.reflect(list, params, volumes, *grid_);
   list.begin_pass("propagate");
-  // What changed since is a bounce weaker: half the steps bring it as near.
-  propagate_.record(list, params, again ? steps_ / 2 : steps_, again, *grid_);
+  // Every round goes on with what the one before left, and what changed since is a bounce weaker.
+  const int sweeps = (steps_ + 1) / 2, share = round == 0 && rounds > 1 ? (2 * sweeps + 2) / 3 : sweeps;
+  propagate_.record(list, params, round == 0 ? share : (share + 1) / 2, round > 0, *grid_);
   list.begin_pass("look up");
   query_.cells(list, params, *grid_, volumes);
 }

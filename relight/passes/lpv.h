@@ -12,9 +12,9 @@ class Lpv {
  public:
   explicit Lpv(gpu::Device& device);
   void fit(gpu::Device& device, int edge_voxels, int steps);
-  /// The change of irradiance on real surfaces by all light in the volumes, as Bounce::gather_real finds it. `again`:
-  /// only reflected light has changed since the last time.
-  void gather_real(gpu::CommandList& list, const shader::FrameParams& params, float brightest, bool again,
+  /// The change of irradiance on real surfaces by all light in the volumes, as Bounce::gather_real finds it. In the
+  /// rounds after the first nothing but the reflected light may have changed.
+  void gather_real(gpu::CommandList& list, const shader::FrameParams& params, float brightest, int round, int rounds,
                    const Volumes& volumes);
   /// The same in every pixel, from the light that gather_real left.
   void look_up(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,

@@ -20,9 +20,9 @@ LpvGrid::LpvGrid(gpu::Device& device, int edge_cells) : edge(edge_cells) {
   for (std::size_t i = 0; i < 3; ++i) {
     source[i] = make("propagation's source", gpu::Format::rgba32_float);
     light[i] = make("propagated light", gpu::Format::rgba32_float);
-    other[i] = make("propagated light by turns", gpu::Format::rgba32_float);
   }
-  const std::size_t sums = 12 * sizeof(int) * shader::kCascades * static_cast<std::size_t>(edge) * edge * edge;
+  const std::size_t cells = shader::kCascades * static_cast<std::size_t>(edge) * edge * edge;
+  const std::size_t sums = 12 * sizeof(int) * cells;
   through = device.create_buffer(sums, "antiradiance through objects");
   reflected = device.create_buffer(sums, "reflected change");
 }

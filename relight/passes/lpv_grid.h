@@ -14,7 +14,7 @@ struct LpvGrid {
   int edge = 0;                                       ///< cells along the edge of a cascade
   std::unique_ptr<gpu::Texture> from_low, from_high;  ///< share of the neighbours' light that gets in; open volume
   std::unique_ptr<gpu::Buffer> through, reflected;  ///< sources in fixed point: antiradiance, and what surfaces reflect
-  Light source, light, other;                       ///< `other` is what steps write by turns with `light`
+  Light source, light;
 
   LpvGrid(gpu::Device& device, int edge_cells);
 };

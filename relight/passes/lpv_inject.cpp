@@ -1,5 +1,6 @@
 #include "relight/passes/lpv_inject.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include "relight/passes/virtual_area.h"
@@ -37,12 +38,15 @@ void LpvInject::block(gpu::CommandList& list, shader::FrameParams params, const 
 
 void LpvInject::through(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
                         const LpvGrid& grid) const {
+  shader::FrameParams own = with_units(params, grid);
+  own.pass_i.y() =
+      std::max(params.counts.z() / 2, 3);  // of several voxels, each turned its own way, a cell takes the mean
   list.fill(*grid.through, 0);
   list.dispatch(*through_,
                 joined(volumes.bindings(), {gpu::storage(28, *volumes.listed), gpu::storage(15, *volumes.virtual_area),
                                             gpu::image(25, *volumes.virtual_radiance), gpu::storage(16, *grid.through),
                                             gpu::image(17, *grid.from_low)}),
-                gpu::bytes_of(with_units(params, grid)), kListGroups);
+                gpu::bytes_of(own), kListGroups);
 }
 
 void LpvInject::reflect(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,

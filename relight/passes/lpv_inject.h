@@ -1,7 +1,7 @@
 #pragma once
-// What propagation starts from. block: in: real_distance, virtual_distance; out: from_low, from_high. through: in:
-// listed, real_distance, real_radiance, the environment; out: through. reflect: in: listed, virtual_radiance,
-// real_change (level 0); out: reflected, source.
+// What propagation starts from. block: in: real_distance, virtual_distance; out: from_low, from_high.
+// through: in: listed, real_distance, real_radiance, the environment; out: through. reflect: in: listed,
+// virtual_radiance, real_change (level 0); out: reflected, source.
 #include "relight/light_set.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lpv_grid.h"

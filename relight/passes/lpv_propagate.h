@@ -8,8 +8,8 @@ namespace lumigraft {
 class LpvPropagate {
  public:
   explicit LpvPropagate(gpu::Device& device);
-  /// `steps` from the source alone, or on from what `light` holds.
-  void record(gpu::CommandList& list, shader::FrameParams params, int steps, bool go_on, LpvGrid& grid) const;
+  /// Sweeps over all cells, of two steps each, from nothing or on from what `light` holds.
+  void record(gpu::CommandList& list, shader::FrameParams params, int sweeps, bool go_on, const LpvGrid& grid) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> step_;

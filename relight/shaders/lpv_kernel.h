@@ -11,8 +11,7 @@
 // four come out of the projection: clamped cosines behind each face as published lose two thirds of their direction
 // every step, so that light creeps like heat; upwind fluxes ∫ Y Y max(ω·a, 0) / |ω|₁ keep all of it, and ring. These lie
 // between the two: they and the two of the irradiance are the least squares fit to what a Lambert ball sends to the plane
-// and to the wall beside it, B (r/d)² cos θ, and a Lambert patch to where it is seen (lpv_falloff_test.cpp holds them to
-// that).
+// and to the wall beside it, B (r/d)² cos θ, and a Lambert patch to where it is seen (closed_lpv_test.cpp and lpv_propagate_test.cpp hold them to it).
 #ifndef LUMIGRAFT_LPV_KERNEL_H
 #define LUMIGRAFT_LPV_KERNEL_H
 
@@ -25,6 +24,8 @@ const float kLpvAhead = 0.2923f;
 const float kLpvLift = 0.0565f;
 const float kLpvAlong = 0.2643f;
 const float kLpvAcross = 0.1119f;
+
+const float kLpvOver = 1.3f;  // over-relaxation; beyond 1.4 it no longer converges
 
 // Irradiance of a surface with the normal n that is half a cell away: (even Φ - directed J·n) / cell².
 const float kLpvEven = 0.1241f;

@@ -9,7 +9,7 @@ layout(binding = 9) uniform sampler3D light_blue;
 layout(binding = 10) uniform sampler3D openness;  // a: open part of the volume
 
 // Cells from the border of a cascade inwards over which it gives way to the next, the last one to nothing.
-const float kLpvFade = 3.0;
+const float kLpvFade = 2.0;
 float lpv_inside(int c, vec3 p) {
   vec3 g = lpv_place(c, p), from_border = min(g, float(frame.pass_i.x) - g);
   return clamp((min(min(from_border.x, from_border.y), from_border.z) - 0.5) / kLpvFade, 0.0, 1.0);
@@ -27,7 +27,9 @@ vec3 lpv_irradiance(int c, vec3 p, vec3 n) {
 }
 
 vec3 lpv_irradiance(vec3 p, vec3 n) {
-  float inner = lpv_inside(0, p);
-  return mix(lpv_inside(1, p) * lpv_irradiance(1, p, n), lpv_irradiance(0, p, n), inner);
+  float inner = lpv_inside(0, p), outer = (1.0 - inner) * lpv_inside(1, p);
+  vec3 e = vec3(0);
+  for (int c = inner > 0.0 ? 0 : 1; c < (outer > 0.0 ? 2 : 1); ++c) e += (c == 0 ? inner : outer) * lpv_irradiance(c, p, n);
+  return e;
 }
 #endif

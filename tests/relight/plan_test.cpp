@@ -49,7 +49,8 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
     const char *toml, *where, *allowed;
   };
   for (const Case& c : {
-           Case{"[plan]\nmethod = \"dlpv\"", "session.toml:2: plan.method: ", "\"dvct\""},
+           Case{"[plan]\nmethod = \"vct\"", "session.toml:2: plan.method: ", "\"dvct\""},
+           Case{"[plan]\nlpv_steps = 3", "session.toml:2: plan.lpv_steps: found 3", "4 to 128"},
            Case{"[plan]\nvolume = 48", "session.toml:2: plan.volume: found 48", "32, 64, 128 or 256"},
            Case{"[plan]\nvolume = 512", "session.toml:2: plan.volume: found 512", "32"},
            Case{"[plan]\ntrace_scale = 3", "session.toml:2: plan.trace_scale: found 3", "1, 2 or 4"},
