@@ -13,7 +13,7 @@
 namespace lumigraft {
 namespace {
 
-constexpr float kSameSurface_m = 1e-3f;
+constexpr float kSameSurface_m = 5e-5f;  // paper on a surface lies higher
 
 Image<float> read_true_colors(const std::filesystem::path& path) {
   try {

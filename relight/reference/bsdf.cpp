@@ -67,7 +67,8 @@ Rgb reflected(const Look& look, const Vector3f& seen_from, const Vector3f& w) {
   const Vector3f v = lifted(seen_from), h = (v + w).normalized();
   const Rgb f = fresnel(look, v.dot(h));
   const float masking = 1 / (1 + smith_lambda(look.alpha, v.z()) + smith_lambda(look.alpha, w.z()));
-  return look.diffuse * (1 - f) / kPi + f * (normals_density(look.alpha, h) * masking / (4 * v.z() * w.z()));
+  const Rgb under = (1 - fresnel(look, v.z())) * (1 - fresnel(look, w.z()));
+  return look.diffuse * under / kPi + f * (normals_density(look.alpha, h) * masking / (4 * v.z() * w.z()));
 }
 
 Vector3f sample_direction(const Look& look, const Vector3f& seen_from, Sampler& sampler) {

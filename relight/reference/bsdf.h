@@ -1,6 +1,8 @@
 #pragma once
-// glTF 2.0 metallic-roughness with KHR_materials_specular, the same functions as shaders/brdf.glsl: Lambert under GGX
-// (Walter et al. 2007), height-correlated Smith masking (Heitz 2014, eq. 99), Schlick's Fresnel.
+// glTF 2.0 metallic-roughness with KHR_materials_specular: Lambert under GGX (Walter et al. 2007), height-correlated
+// Smith masking (Heitz 2014, eq. 99), Schlick's Fresnel, all as in shaders/brdf.glsl. What the Lambert part sends back
+// went through the surface twice: diffuse / π · (1 - F(n·l)) (1 - F(n·v)); what the inside of the surface throws back
+// into the body is counted as lost. (1 - F(v·h)), which glTF suggests, is brighter at grazing angles than a layer is.
 //
 // All directions are in the shading frame: unit, away from the surface, z along the normal; v towards where light goes.
 #include <Eigen/Core>

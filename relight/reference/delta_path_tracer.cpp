@@ -1,8 +1,8 @@
 #include "relight/reference/delta_path_tracer.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
+#include <cmath>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -45,23 +45,66 @@ std::optional<Ray> camera_ray(const ReferenceCamera& camera, int u, int v, Sampl
   return Ray{camera.T_tag_camera.translation(), (camera.T_tag_camera.linear() * w->cast<float>()).normalized()};
 }
 
-/// The mean over the samples of `sample(ray, paths)`, a list of numbers.
-template <std::size_t N, typename Sample>
-std::array<float, N> mean_over_pixel(const reference::World& world, const ReferenceCamera& camera,
-                                     const ReferenceSamples& samples, int u, int v, Sample sample) {
-  std::array<double, N> sum{};
-  for (int i = 0; i < samples.per_pixel; ++i) {
-    Sampler sampler(samples.seed, static_cast<std::uint32_t>(v * camera.model.width + u),
-                    static_cast<std::uint32_t>(i));
+/// Calls `sample(ray, paths)` for samples of a pixel.
+template <typename Sample>
+void for_each_sample(const reference::World& world, const ReferenceCamera& camera, std::uint32_t seed, int count, int u,
+                     int v, Sample sample) {
+  for (int i = 0; i < count; ++i) {
+    Sampler sampler(seed, static_cast<std::uint32_t>(v * camera.model.width + u), static_cast<std::uint32_t>(i));
     const std::optional<Ray> ray = camera_ray(camera, u, v, sampler);
     if (!ray) continue;
     Paths paths(world, sampler);
-    const std::array<float, N> values = sample(*ray, paths);
-    for (std::size_t n = 0; n < N; ++n) sum[n] += values[n];
+    sample(*ray, paths);
   }
-  std::array<float, N> mean{};
-  for (std::size_t n = 0; n < N; ++n) mean[n] = static_cast<float>(sum[n] / samples.per_pixel);
-  return mean;
+}
+
+constexpr int kPilotShare = 8;          // one sample of as many
+constexpr int kLeastPilot = 4;          // samples
+constexpr int kLeastShare = 8;          // a pixel has at least the mean count over this
+constexpr float kMostShare = 32;        // and at most this times the mean
+constexpr double kObjectWeight = 0.25;  // of an object's noise, which is seen against the object's own light
+constexpr int kAround_px = 4;           // over which noise is averaged: few samples tell little of one pixel
+
+/// How many samples each pixel takes, so that the picture's error is least for `per_pixel` on average: in proportion to
+/// the standard deviation of one sample around there, which other samples tell. Those are not used again, so that
+/// counts and values are independent and nothing is biased.
+std::vector<int> sample_counts(const reference::World& world, const ReferenceCamera& camera,
+                               const ReferenceSamples& samples) {
+  const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kPilotShare;
+  std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);
+  if (pilot < kLeastPilot) return counts;
+  Image<double> variance(width, height, 1);
+  for_each_pixel(width, height, samples.threads, [&](int u, int v) {
+    double sum = 0, sum2 = 0;
+    for_each_sample(world, camera, ~samples.seed, pilot, u, v, [&](const Ray& ray, Paths& paths) {
+      const reference::CameraSample s = paths.change(ray);
+      const double light = (s.on_object ? kObjectWeight : 1) * reference::luminance(s.light);
+      sum += light;
+      sum2 += light * light;
+    });
+    variance.at(u, v) = std::max(sum2 - sum * sum / pilot, 0.0);
+  });
+  std::vector<double> deviation(counts.size());
+  double total = 0;
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      double sum = 0;
+      int pixels = 0;
+      for (int y = std::max(v - kAround_px, 0); y <= std::min(v + kAround_px, height - 1); ++y) {
+        for (int x = std::max(u - kAround_px, 0); x <= std::min(u + kAround_px, width - 1); ++x, ++pixels) {
+          sum += variance.at(x, y);
+        }
+      }
+      total += deviation[variance.index(u, v)] = std::sqrt(sum / pixels);
+    }
+  }
+  const double mean = total / static_cast<double>(counts.size());
+  if (!(mean > 0)) return counts;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double share = std::clamp<double>(deviation[i] / mean, 1.0 / kLeastShare, kMostShare);
+    counts[i] = std::max(static_cast<int>(std::lround(share * samples.per_pixel)), 1);
+  }
+  return counts;
 }
 
 }  // namespace
@@ -78,17 +121,21 @@ ReferencePicture DeltaPathTracer::change(const ReferenceCamera& camera, const Re
   const int width = camera.model.width, height = camera.model.height;
   ReferencePicture picture{Image<float>(width, height, 3), Image<float>(width, height, 3),
                            Image<float>(width, height, 1)};
+  const std::vector<int> counts = sample_counts(state_->world, camera, samples);
   for_each_pixel(width, height, samples.threads, [&](int u, int v) {
-    const auto mean = mean_over_pixel<7>(state_->world, camera, samples, u, v, [](const Ray& ray, Paths& paths) {
+    const int count = counts[picture.coverage.index(u, v)];
+    Eigen::Array3d change = Eigen::Array3d::Zero(), object = change;
+    int covered = 0;
+    for_each_sample(state_->world, camera, samples.seed, count, u, v, [&](const Ray& ray, Paths& paths) {
       const reference::CameraSample s = paths.change(ray);
-      std::array<float, 7> values{};
-      std::copy_n(s.light.data(), 3, values.begin() + (s.on_object ? 3 : 0));
-      values[6] = s.on_object ? 1.0f : 0.0f;
-      return values;
+      (s.on_object ? object : change) += s.light.cast<double>();
+      covered += s.on_object ? 1 : 0;
     });
-    std::copy_n(mean.begin(), 3, &picture.change.at(u, v, 0));
-    std::copy_n(mean.begin() + 3, 3, &picture.object.at(u, v, 0));
-    picture.coverage.at(u, v) = mean[6];
+    for (int c = 0; c < 3; ++c) {
+      picture.change.at(u, v, c) = static_cast<float>(change[c] / count);
+      picture.object.at(u, v, c) = static_cast<float>(object[c] / count);
+    }
+    picture.coverage.at(u, v) = static_cast<float>(covered) / static_cast<float>(count);
   });
   return picture;
 }
@@ -97,12 +144,10 @@ Image<float> DeltaPathTracer::radiance(const ReferenceCamera& camera, const Refe
                                        bool with_objects) const {
   Image<float> picture(camera.model.width, camera.model.height, 3);
   for_each_pixel(picture.width, picture.height, samples.threads, [&](int u, int v) {
-    const auto mean =
-        mean_over_pixel<3>(state_->world, camera, samples, u, v, [with_objects](const Ray& ray, Paths& paths) {
-          const Rgb light = paths.radiance(ray, with_objects);
-          return std::array<float, 3>{light[0], light[1], light[2]};
-        });
-    std::copy_n(mean.begin(), 3, &picture.at(u, v, 0));
+    Eigen::Array3d sum = Eigen::Array3d::Zero();
+    for_each_sample(state_->world, camera, samples.seed, samples.per_pixel, u, v,
+                    [&](const Ray& ray, Paths& paths) { sum += paths.radiance(ray, with_objects).cast<double>(); });
+    for (int c = 0; c < 3; ++c) picture.at(u, v, c) = static_cast<float>(sum[c] / samples.per_pixel);
   });
   return picture;
 }

@@ -9,7 +9,9 @@
 //     A = -L_μ (eq. 3.14) that goes on behind it through real surfaces alone, as if it weren't there;
 //   - the same real point in both worlds: its own change, by the same rule.
 // So a path is one for both worlds until it first meets a virtual interface, and two from there on; and what never
-// meets one costs no noise. Nothing is left out: the mean is L_ρ - L_μ.
+// meets one costs no noise. Nothing is left out: the mean is L_ρ - L_μ. The first surfaces of a path also look for
+// where light changes: towards the objects and their shadows. Lamps and environment pictures are sampled too; every
+// direction is weighted by all the ways in which it may have been found (Veach & Guibas 1995).
 #include <cstdint>
 #include <memory>
 
@@ -23,7 +25,7 @@ struct ReferenceCamera {
 };
 
 struct ReferenceSamples {
-  int per_pixel = 16;      ///< evenly spread where a power of two
+  int per_pixel = 16;      ///< on average; `change` takes more of them where there is more noise
   std::uint32_t seed = 0;  ///< another seed, an independent picture
   int threads = 0;         ///< 0: as many as the machine has; never changes a picture
 };

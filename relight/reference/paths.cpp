@@ -10,74 +10,18 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kLift = 3e-5f;        // off a surface, of a metre at 1 m from the origin
 constexpr float kShort = 1e-4f;       // shadow rays end this much before the lamp
 constexpr int kSureBounces = 3;       // before Russian roulette
 constexpr float kMostToLive = 0.95f;  // of Russian roulette
-constexpr float kSureShare = 0.1f;    // paths that split off with less throughput take part in Russian roulette
+constexpr int kLookingBounces = 2;    // that look for where light changes
+constexpr float kSureOn = 0.5f;       // a branch of less throughput takes part in Russian roulette,
+constexpr float kSureSplit = 0.05f;   // and one that has met an object, where what there is to see begins, of less yet
 constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
 
 /// Veach & Guibas 1995, balance heuristic.
 float weight(float own_pdf, float other_pdf) { return own_pdf / (own_pdf + other_pdf); }
 
 }  // namespace
-
-/// A surface that a path has come to, with its shading frame and, while looking for objects, the cones they fill.
-struct Paths::Vertex {
-  Surface surface;
-  Eigen::Matrix3f frame;  // columns x, y, normal
-  Vector3f v;             // in the frame, to where the light goes
-  struct Cone {
-    Vector3f axis;
-    float one_minus_cos;
-  };
-  std::vector<Cone> cones;
-
-  Vertex(const Surface& s, const Vector3f& w) : surface(s) {
-    Vector3f x, y;
-    basis(s.normal, x, y);
-    frame << x, y, s.normal;
-    v = frame.transpose() * -w;
-  }
-
-  void look_for(const std::vector<Eigen::Vector4f>& spheres) {
-    for (const Eigen::Vector4f& sphere : spheres) {
-      const Vector3f to = sphere.head<3>() - surface.position_m;
-      const float distance = to.norm();
-      if (distance > 1.02f * sphere.w() && sphere.w() > 0) {
-        cones.push_back({to / distance, cone_of_sphere(sphere.w(), distance)});
-      }
-    }
-  }
-
-  bool above(const Vector3f& w) const { return surface.face.dot(w) > 0; }
-  Rgb reflected_times_cosine(const Vector3f& w) const {
-    const Vector3f local = frame.transpose() * w;
-    return above(w) && local.z() > 0 ? (reflected(surface.look, v, local) * local.z()).eval() : Rgb::Zero().eval();
-  }
-
-  Vector3f sample(Sampler& sampler) const { return (frame * sample_direction(surface.look, v, sampler)).normalized(); }
-  float pdf(const Vector3f& w) const { return direction_pdf(surface.look, v, frame.transpose() * w); }
-
-  /// Into one of the cones.
-  Vector3f aim(Sampler& sampler) const {
-    const auto i = static_cast<std::size_t>(sampler.one() * static_cast<float>(cones.size()));
-    return in_cone(cones[i].axis, cones[i].one_minus_cos, sampler.two());
-  }
-  float aim_pdf(const Vector3f& w) const {
-    float sum = 0;
-    for (const Cone& cone : cones) {
-      // 1 - cos from the chord: no cancellation for narrow cones.
-      if (0.5f * (w - cone.axis).squaredNorm() <= cone.one_minus_cos) sum += 1 / (2 * kPi * cone.one_minus_cos);
-    }
-    return cones.empty() ? 0 : sum / static_cast<float>(cones.size());
-  }
-
-  Vector3f leave(const Vector3f& w) const {
-    const float lift = kLift * (1 + surface.position_m.cwiseAbs().maxCoeff());
-    return surface.position_m + std::copysign(lift, surface.face.dot(w)) * surface.face;
-  }
-};
 
 Paths::Arrival Paths::arrival(const Ray& ray, bool with_objects) const {
   Arrival a;
@@ -126,12 +70,12 @@ Rgb Paths::direct(const Vertex& vertex, Counts counts) {
   Rgb sum = Rgb::Zero();
   const auto add = [&](const LightSample& s, const Vector3f& from_m, std::size_t lamp) {
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
-    const Rgb f = vertex.reflected_times_cosine(s.w);
+    const Rgb f = vertex.response(s.w);
     if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kShort, lamp)) return;
     sum += f * s.radiance * (weight(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
   };
   // Lamps are seen from the very point from which rays leave, so that both ways to find them agree on densities.
-  const Vector3f from_m = vertex.leave(vertex.surface.face);
+  const Vector3f from_m = vertex.leave();
   for (std::size_t i = 0; i < world_.scene->lamps.size(); ++i) {
     add(sample_lamp(world_.scene->lamps[i], from_m, sampler_.two()), from_m, i);
   }
@@ -150,16 +94,6 @@ bool Paths::lives(Past& past, float chance) {
   return true;
 }
 
-bool Paths::turn(const Vertex& vertex, Past& past, Ray& ray) {
-  ray.w = vertex.sample(sampler_);
-  past.pdf = vertex.pdf(ray.w);
-  if (!(past.pdf > 0)) return false;
-  past.throughput *= vertex.reflected_times_cosine(ray.w) / past.pdf;
-  ray.from_m = vertex.leave(ray.w);
-  ++past.bounces;
-  return past.throughput.maxCoeff() > 0 && past.throughput.allFinite();
-}
-
 Rgb Paths::followed(Ray ray, Past past, bool with_objects) {
   Rgb sum = Rgb::Zero();
   while (true) {
@@ -169,44 +103,49 @@ Rgb Paths::followed(Ray ray, Past past, bool with_objects) {
     }
     const Meshes& meshes = a.at == Arrival::At::object ? world_.objects : world_.real;
     const Vertex vertex(meshes.surface(a.hit, ray.w), ray.w);
-    sum +=
-        past.throughput * direct(vertex, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
-          return !blocked_by_room(from, w, limit, lamp) && !(with_objects && world_.objects.blocked(from, w, limit));
-        });
-    if (!lives(past, past.chance_to_go_on()) || !turn(vertex, past, ray)) return sum;
-  }
-}
-
-Rgb Paths::split(const Vertex& vertex, const Ray& ray, Past past) {
-  // Both ways to look for objects, by material and by cone, may have found this direction: their densities sum up.
-  past.pdf = vertex.pdf(ray.w) + vertex.aim_pdf(ray.w);
-  past.throughput *= vertex.reflected_times_cosine(ray.w) / past.pdf;
-  ++past.bounces;
-  if (!lives(past, past.throughput.maxCoeff() / kSureShare)) return Rgb::Zero();
-  return followed(ray, past, true) - followed(ray, past, false);
-}
-
-Rgb Paths::changed(Ray ray, Arrival a, Past past) {
-  Rgb sum = Rgb::Zero();
-  while (a.at == Arrival::At::real) {
-    Vertex vertex(world_.real.surface(a.hit, ray.w), ray.w);
-    vertex.look_for(world_.objects.spheres());
-    sum -=
-        past.throughput * direct(vertex, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
-          return world_.objects.blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
-        });
+    const auto open = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
+      return !blocked_by_room(from, w, limit, lamp) && !(with_objects && world_.objects.blocked(from, w, limit));
+    };
+    sum += past.throughput * direct(vertex, open);
     if (!lives(past, past.chance_to_go_on())) return sum;
-    if (!vertex.cones.empty()) {
-      const Vector3f w = vertex.aim(sampler_);
-      const Ray aimed{vertex.leave(w), w};
-      if (vertex.above(w) && arrival(aimed, true).at == Arrival::At::object) sum += split(vertex, aimed, past);
-    }
-    const Past before = past;
-    if (!turn(vertex, past, ray)) return sum;
-    a = arrival(ray, true);
-    if (a.at == Arrival::At::object) return sum + split(vertex, ray, before);
+    ray.w = vertex.sample(sampler_);
+    ray.from_m = vertex.leave(ray.w);
+    past.pdf = vertex.pdf(ray.w);
+    past.throughput *= vertex.response(ray.w) / std::max(past.pdf, std::numeric_limits<float>::min());
+    ++past.bounces;
+    if (!(past.throughput.maxCoeff() > 0 && past.throughput.allFinite())) return sum;
   }
-  return sum;  // a lamp or the sky, the same in both worlds
+}
+
+Rgb Paths::changed(const Ray& ray, const Arrival& a, Past past) {
+  if (a.at == Arrival::At::object) return followed(ray, past, true) - followed(ray, past, false);
+  if (a.at != Arrival::At::real) return Rgb::Zero();  // a lamp or the sky, the same in both worlds
+  Vertex vertex(world_.real.surface(a.hit, ray.w), ray.w);
+  if (past.bounces < kLookingBounces) vertex.look_for(world_.places);
+  const auto lost = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
+    return world_.objects.blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
+  };
+  Rgb sum = -past.throughput * direct(vertex, lost);
+  if (!lives(past, past.chance_to_go_on())) return sum;
+  if (vertex.looks()) sum += changed_towards(vertex, vertex.aim(sampler_), past);
+  return sum + changed_towards(vertex, vertex.sample(sampler_), past);
+}
+
+Rgb Paths::changed_towards(const Vertex& vertex, const Vector3f& w, Past past) {
+  // Each vertex that looks sends out one ray by each of its two ways to choose; either may have found this direction,
+  // so their densities sum up (Veach & Guibas 1995, eq. 11).
+  past.pdf = vertex.pdf(w) + vertex.aim_pdf(w);
+  past.throughput *= vertex.response(w) / std::max(past.pdf, std::numeric_limits<float>::min());
+  ++past.bounces;
+  if (!(past.throughput.maxCoeff() > 0 && past.throughput.allFinite())) return Rgb::Zero();
+  const Ray ray{vertex.leave(w), w};
+  const Arrival a = arrival(ray, true);
+  if (a.at == Arrival::At::object) {
+    if (!lives(past, past.throughput.maxCoeff() / kSureSplit)) return Rgb::Zero();
+  } else if (vertex.looks()) {
+    if (!lives(past, past.throughput.maxCoeff() / kSureOn)) return Rgb::Zero();
+  }
+  return changed(ray, a, past);
 }
 
 CameraSample Paths::change(const Ray& ray) {

@@ -1,24 +1,8 @@
 #pragma once
 // The paths of one sample of a pixel. See delta_path_tracer.h for the estimator.
-#include <vector>
-
-#include "relight/reference/meshes.h"
-#include "relight/reference/sky.h"
+#include "relight/reference/vertex.h"
 
 namespace lumigraft::reference {
-
-/// A scene ready for rays. Immutable, shared by threads.
-struct World {
-  explicit World(std::shared_ptr<const ReferenceScene> the_scene)
-      : scene(std::move(the_scene)),
-        real(scene->real, scene->seen.get()),
-        objects(scene->objects, nullptr),
-        sky(*scene) {}
-
-  std::shared_ptr<const ReferenceScene> scene;
-  Meshes real, objects;
-  Sky sky;
-};
 
 struct Ray {
   Eigen::Vector3f from_m, w;  ///< w unit
@@ -52,24 +36,21 @@ class Paths {
     std::size_t lamp = 0;
     MeshHit hit;
   };
-  struct Vertex;
 
   Arrival arrival(const Ray& ray, bool with_objects) const;
   /// Light that reaches the ray's start along it from a lamp or the sky, weighted against sampling these.
   Rgb emitted(const Ray& ray, const Arrival& arrival, float pdf) const;
   Rgb followed(Ray ray, Past past, bool with_objects);
-  /// The change of light from a virtual surface that the ray meets first: what comes from there, less what came from
-  /// behind it before.
-  Rgb split(const Vertex& vertex, const Ray& ray, Past past);
-  Rgb changed(Ray ray, Arrival arrival, Past past);
+  /// The change of what comes along a ray that meets `arrival` in the world with both.
+  Rgb changed(const Ray& ray, const Arrival& arrival, Past past);
+  /// The same in a direction that the vertex has chosen, one way or the other.
+  Rgb changed_towards(const Vertex& vertex, const Eigen::Vector3f& w, Past past);
   /// What lamps and sky bring to the vertex at first hand, of those that `counts(w, limit, lamp)`.
   template <typename Counts>
   Rgb direct(const Vertex& vertex, Counts counts);
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
   /// Russian roulette.
   bool lives(Past& past, float chance);
-  /// Goes on in a new direction. False where the path ends.
-  bool turn(const Vertex& vertex, Past& past, Ray& ray);
 
   const World& world_;
   Sampler& sampler_;

@@ -91,16 +91,17 @@ TEST(ReferenceBsdf, SamplesHaveTheDensityTheyClaim) {
   EXPECT_NEAR(sampled_moment, first_moment, 0.003 * albedo);
 }
 
-TEST(ReferenceBsdf, IsTheShaders) {
-  // brdf.glsl by hand: roughness 0.5, v and w at 45° on either side, h = n.
+TEST(ReferenceBsdf, ByHand) {
+  // Roughness 0.5, v and w at 45° on either side, h = n: the mirror part of brdf.glsl, and light through the surface
+  // twice.
   const Material plastic{{0.5f, 0.3f, 0.1f}, 0, 0.5f, 0.8f};
   const Look look = reference::look_of(Rgb(0.5f, 0.3f, 0.1f), plastic);
   const float s = std::sqrt(0.5f), a2 = 0.0625f;
   const float lambda = 0.5f * (std::sqrt(1 + a2) - 1), d = 1 / (kPi * a2);
-  const float f = 0.032f + (0.8f - 0.032f) * std::pow(1 - s, 5.0f);
+  const float f = 0.032f + (0.8f - 0.032f) * std::pow(1 - s, 5.0f), mirror = f * d / (1 + 2 * lambda) / (4 * s * s);
   const Rgb value = reference::reflected(look, {s, 0, s}, {-s, 0, s});
-  EXPECT_NEAR(value[0], 0.5f * (1 - f) / kPi + f * d / (1 + 2 * lambda) / (4 * s * s), 1e-5f);
-  EXPECT_NEAR(value[2], 0.1f * (1 - f) / kPi + f * d / (1 + 2 * lambda) / (4 * s * s), 1e-5f);
+  EXPECT_NEAR(value[0], 0.5f * (1 - f) * (1 - f) / kPi + mirror, 1e-5f);
+  EXPECT_NEAR(value[2], 0.1f * (1 - f) * (1 - f) / kPi + mirror, 1e-5f);
 }
 
 TEST(ReferenceSky, SamplesThePictureByItsLight) {
