@@ -164,6 +164,35 @@ TEST(ReferenceChange, ObjectsLookAsInTheOrdinaryPicture) {
   EXPECT_NEAR(object, ordinary, 0.01 * ordinary);
 }
 
+TEST(ReferenceChange, StrangeScenesStayFinite) {
+  const auto all_finite = [](const ReferenceScene& scene) {
+    const ReferencePicture picture = tracer_of(scene).change(from_above(), samples_of(32));
+    for (const Image<float>* image : {&picture.change, &picture.object, &picture.coverage}) {
+      for (const float value : image->data) {
+        if (!std::isfinite(value)) return false;
+      }
+    }
+    return true;
+  };
+  ReferenceScene scene = cases()[0].scene;
+  scene.objects.push_back(ball(3, {0, 0, 0}, lambert(1)));
+  EXPECT_TRUE(all_finite(scene)) << "an object around the camera";
+  scene = cases()[0].scene;
+  scene.objects.push_back(ball(0.2f, scene.lamps[0].centre_m, lambert(0.5f)));
+  EXPECT_TRUE(all_finite(scene)) << "a lamp inside an object";
+  scene = corner(metal(1, 0), metal(1, 0));
+  scene.lamps = {bulb({0.4f, -0.3f, 1.1f}, 1e-4f, 1e6f)};
+  EXPECT_TRUE(all_finite(scene)) << "mirrors and nearly a point";
+  scene = cases()[0].scene;
+  scene.objects.push_back(mesh_of({{0, 0, 0.5f}, {0, 0, 0.5f}, {0.1f, 0, 0.5f}}, lambert(0.5f)));
+  EXPECT_TRUE(all_finite(scene)) << "a triangle of no area";
+  scene.real.clear();
+  scene.lamps.clear();
+  EXPECT_TRUE(all_finite(scene)) << "nothing real";
+  scene.objects.clear();
+  EXPECT_TRUE(all_finite(scene)) << "nothing at all";
+}
+
 TEST(ReferenceChange, SameBytesEachTimeOnAnyNumberOfThreads) {
   const DeltaPathTracer tracer = tracer_of(cases()[3].scene);
   ReferenceSamples samples = samples_of(8);
