@@ -317,7 +317,6 @@ struct Relighter::State {
 
   void gather_real(gpu::CommandList& list, const shader::FrameParams& params, int round, int rounds) {
     if (lpv) {
-      if (rounds > 1 && round == 0) resolve.record(list, params, *volumes);  // with what virtual surfaces gathered
       lpv->gather_real(list, params, brightest, round, rounds, *volumes);
     } else {
       bounce.gather_real(list, params, kChangeCones, *volumes);

@@ -15,11 +15,14 @@ void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params,
     list.begin_pass("blocking");
     inject_.choose_unit(params, brightest);
     inject_.block(list, params, volumes, *grid_);
-    list.begin_pass("antiradiance");
-    inject_.through(list, params, volumes, *grid_);
   }
   list.begin_pass("inject into cells");
-  inject_.reflect(list, params, volumes, *grid_);
+  // With two rounds virtual surfaces have gathered once, before the first; with more they gather again.
+  if (round == 0 || (rounds > 2 && round == rounds - 1)) {
+    inject_.at_virtual(list, params, round == 0, volumes, *grid_);
+  }
+  inject_.at_real(list, params, volumes, *grid_);
+  inject_.sum(list, params, *grid_);
   list.begin_pass("propagate");
   // Every round goes on with what the one before left, and what changed since is a bounce weaker.
   const int sweeps = (steps_ + 1) / 2, share = round == 0 && rounds > 1 ? (2 * sweeps + 2) / 3 : sweeps;

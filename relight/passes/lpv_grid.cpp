@@ -23,8 +23,8 @@ LpvGrid::LpvGrid(gpu::Device& device, int edge_cells) : edge(edge_cells) {
   }
   const std::size_t cells = shader::kCascades * static_cast<std::size_t>(edge) * edge * edge;
   const std::size_t sums = 12 * sizeof(int) * cells;
-  through = device.create_buffer(sums, "antiradiance through objects");
-  reflected = device.create_buffer(sums, "reflected change");
+  of_virtual = device.create_buffer(sums, "change at virtual surfaces");
+  of_real = device.create_buffer(sums, "change at real surfaces");
 }
 
 int lpv_edge(int edge_voxels) { return std::min(edge_voxels / 2, 64); }

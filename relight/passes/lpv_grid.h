@@ -13,7 +13,7 @@ struct LpvGrid {
 
   int edge = 0;                                       ///< cells along the edge of a cascade
   std::unique_ptr<gpu::Texture> from_low, from_high;  ///< share of the neighbours' light that gets in; open volume
-  std::unique_ptr<gpu::Buffer> through, reflected;  ///< sources in fixed point: antiradiance, and what surfaces reflect
+  std::unique_ptr<gpu::Buffer> of_virtual, of_real;   ///< sources at either kind of surface, fixed point
   Light source, light;
 
   LpvGrid(gpu::Device& device, int edge_cells);

@@ -9,9 +9,9 @@ namespace lumigraft {
 
 LpvInject::LpvInject(gpu::Device& device)
     : block_(device.create_compute("lpv_blocking.comp")),
-      through_(device.create_compute("lpv_through.comp")),
-      inject_(device.create_compute("lpv_inject.comp")),
-      source_(device.create_compute("lpv_source.comp")) {}
+      virtual_(device.create_compute("lpv_virtual.comp")),
+      real_(device.create_compute("lpv_real.comp")),
+      sum_(device.create_compute("lpv_source.comp")) {}
 
 void LpvInject::choose_unit(const shader::FrameParams& params, float brightest) {
   // The lamps' part is that of the flux volumes (Inject::choose_unit). Objects as convex as their sphere at most: as
@@ -36,33 +36,36 @@ void LpvInject::block(gpu::CommandList& list, shader::FrameParams params, const 
               grid.edge, grid.edge, grid.edge * shader::kCascades);
 }
 
-void LpvInject::through(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
-                        const LpvGrid& grid) const {
+void LpvInject::at_virtual(gpu::CommandList& list, const shader::FrameParams& params, bool add_gathered,
+                           const Volumes& volumes, const LpvGrid& grid) const {
   shader::FrameParams own = with_units(params, grid);
   own.pass_i.y() =
-      std::max(params.counts.z() / 2, 3);  // of several voxels, each turned its own way, a cell takes the mean
-  list.fill(*grid.through, 0);
-  list.dispatch(*through_,
-                joined(volumes.bindings(), {gpu::storage(28, *volumes.listed), gpu::storage(15, *volumes.virtual_area),
-                                            gpu::image(25, *volumes.virtual_radiance), gpu::storage(16, *grid.through),
-                                            gpu::image(17, *grid.from_low)}),
-                gpu::bytes_of(own), kListGroups);
+      std::max(params.counts.z() / 2, 3);  // each voxel turns them its own way, a cell holds the mean of several
+  own.pass_i.z() = add_gathered ? 1 : 0;
+  list.fill(*grid.of_virtual, 0);
+  list.dispatch(
+      *virtual_,
+      joined(volumes.bindings(), {gpu::storage(28, *volumes.listed), gpu::storage(15, *volumes.virtual_area),
+                                  gpu::image(25, *volumes.virtual_radiance), gpu::image(26, *volumes.gathered_virtual),
+                                  gpu::storage(16, *grid.of_virtual), gpu::image(17, *grid.from_low)}),
+      gpu::bytes_of(own), kListGroups);
 }
 
-void LpvInject::reflect(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
+void LpvInject::at_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
                         const LpvGrid& grid) const {
-  const shader::FrameParams own = with_units(params, grid);
-  list.fill(*grid.reflected, 0);
-  list.dispatch(*inject_,
-                joined(volumes.bindings(), {gpu::storage(28, *volumes.listed), gpu::storage(15, *volumes.virtual_area),
-                                            gpu::image(25, *volumes.virtual_radiance),
-                                            gpu::image(26, *volumes.real_change), gpu::image(27, *volumes.real_normal),
-                                            gpu::storage(16, *grid.reflected), gpu::image(17, *grid.from_low)}),
-                gpu::bytes_of(own), kListGroups);
-  dispatch_3d(list, *source_,
-              {gpu::storage(15, *grid.through), gpu::storage(16, *grid.reflected), gpu::image(12, *grid.source[0]),
+  list.fill(*grid.of_real, 0);
+  list.dispatch(*real_,
+                joined(volumes.bindings(), {gpu::storage(28, *volumes.listed), gpu::image(26, *volumes.real_change),
+                                            gpu::image(27, *volumes.real_normal), gpu::storage(16, *grid.of_real),
+                                            gpu::image(17, *grid.from_low)}),
+                gpu::bytes_of(with_units(params, grid)), kListGroups);
+}
+
+void LpvInject::sum(gpu::CommandList& list, const shader::FrameParams& params, const LpvGrid& grid) const {
+  dispatch_3d(list, *sum_,
+              {gpu::storage(15, *grid.of_virtual), gpu::storage(16, *grid.of_real), gpu::image(12, *grid.source[0]),
                gpu::image(13, *grid.source[1]), gpu::image(14, *grid.source[2])},
-              own, grid.edge, grid.edge, grid.edge * shader::kCascades);
+              with_units(params, grid), grid.edge, grid.edge, grid.edge * shader::kCascades);
 }
 
 }  // namespace lumigraft

@@ -1,7 +1,8 @@
 #pragma once
-// What propagation starts from. block: in: real_distance, virtual_distance; out: from_low, from_high.
-// through: in: listed, real_distance, real_radiance, the environment; out: through. reflect: in: listed,
-// virtual_radiance, real_change (level 0); out: reflected, source.
+// What propagation starts from. block: in: real_distance, virtual_distance; out: from_low, from_high. at_virtual: in:
+// listed, virtual_radiance (level 0), gathered_virtual, virtual_area, real_distance, real_radiance, the environment;
+// out: of_virtual. at_real: in: listed, real_change (level 0), real_normal; out: of_real. sum: of_virtual, of_real to
+// source.
 #include "relight/light_set.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lpv_grid.h"
@@ -16,15 +17,17 @@ class LpvInject {
   /// `brightest` from everywhere.
   void choose_unit(const shader::FrameParams& params, float brightest);
   void block(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const LpvGrid& grid) const;
-  void through(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
+  /// `add_gathered`: virtual_radiance does not hold gathered_virtual yet.
+  void at_virtual(gpu::CommandList& list, const shader::FrameParams& params, bool add_gathered, const Volumes& volumes,
+                  const LpvGrid& grid) const;
+  void at_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
                const LpvGrid& grid) const;
-  void reflect(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
-               const LpvGrid& grid) const;
+  void sum(gpu::CommandList& list, const shader::FrameParams& params, const LpvGrid& grid) const;
 
  private:
   shader::FrameParams with_units(shader::FrameParams params, const LpvGrid& grid) const;
 
-  std::unique_ptr<gpu::ComputePipeline> block_, through_, inject_, source_;
+  std::unique_ptr<gpu::ComputePipeline> block_, virtual_, real_, sum_;
   float unit_ = 1;  ///< of the sums, a watt
 };
 

@@ -3,15 +3,15 @@
 // Fixed-point sums become the source volumes. pass_f.y: value of a unit.
 #include "lpv.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;
-layout(std430, binding = 15) readonly buffer Through { int through[]; };
-layout(std430, binding = 16) readonly buffer Reflected { int reflected[]; };
+layout(std430, binding = 15) readonly buffer OfVirtual { int of_virtual[]; };
+layout(std430, binding = 16) readonly buffer OfReal { int of_real[]; };
 layout(binding = 12, rgba32f) uniform writeonly image3D out_red;  // Φ, J
 layout(binding = 13, rgba32f) uniform writeonly image3D out_green;
 layout(binding = 14, rgba32f) uniform writeonly image3D out_blue;
 
 vec4 sum_at(int i) {
-  return frame.pass_f.y * vec4(ivec4(through[i], through[i + 1], through[i + 2], through[i + 3]) +
-                               ivec4(reflected[i], reflected[i + 1], reflected[i + 2], reflected[i + 3]));
+  return frame.pass_f.y * vec4(ivec4(of_virtual[i], of_virtual[i + 1], of_virtual[i + 2], of_virtual[i + 3]) +
+                               ivec4(of_real[i], of_real[i + 1], of_real[i + 2], of_real[i + 3]));
 }
 
 void main() {
