@@ -15,6 +15,8 @@ void Compose::record(gpu::CommandList& list, const shader::FrameParams& params, 
                                            gpu::sampled(8, *screen.mirror_share_smooth),
                                            gpu::sampled(9, *screen.object_radiance),
                                            gpu::sampled(10, *screen.object_surface),
+                                           gpu::sampled(14, *screen.object_normal),
+                                           gpu::sampled(15, *screen.object_other),
                                            gpu::image(12, *screen.picture),
                                            gpu::image(13, *screen.delta)};
   dispatch_tiles(list, *pipeline_, bindings, params, screen.tiles->views());

@@ -60,7 +60,7 @@ void ObjectView::resolve(gpu::CommandList& list, const shader::FrameParams& para
                  {gpu::sampled(1, *screen.sample_normal), gpu::sampled(2, *screen.sample_base),
                   gpu::sampled(3, *screen.sample_depth), gpu::sampled(4, *screen.real_position),
                   gpu::image(12, *screen.object_normal), gpu::image(13, *screen.object_base),
-                  gpu::image(14, *screen.object_surface)},
+                  gpu::image(14, *screen.object_surface), gpu::image(15, *screen.object_other)},
                  params, screen.tiles->objects());
 }
 

@@ -40,6 +40,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   object_normal = full("object normal", Format::rgba16_float);
   object_base = full("object base", Format::rgba16_float);
   object_surface = full("object surface", Format::rgba32_float);
+  object_other = full("other object surface", Format::rgba16_float);
   object_irradiance = coarse("object irradiance", ambient_scale);
   object_mirrored = coarse("object mirrored", ambient_scale);
   object_open = coarse("object open", ambient_scale);

@@ -21,7 +21,8 @@ struct Screen {
   std::unique_ptr<gpu::Texture> lit_samples;                                         ///< radiance; z in the camera
   std::unique_ptr<gpu::Texture> object_normal;                                       ///< tag frame; roughness
   std::unique_ptr<gpu::Texture> object_base;                                         ///< base colour; metallic
-  std::unique_ptr<gpu::Texture> object_surface;                                      ///< z, coverage, specular
+  std::unique_ptr<gpu::Texture> object_surface;     ///< z, coverage, specular, share of it that shows another surface
+  std::unique_ptr<gpu::Texture> object_other;       ///< that surface: normal, tag frame; z
   std::unique_ptr<gpu::Texture> object_irradiance;  ///< but for the lamps, at 1/ambient_scale
   std::unique_ptr<gpu::Texture> object_mirrored;  ///< radiance of the mirror part but for the lamps, at 1/ambient_scale
   std::unique_ptr<gpu::Texture> object_open, object_open_more;  ///< share of lamps 0-3, 4-7 that is seen

@@ -63,5 +63,38 @@ TEST_F(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
   }
 }
 
+// Where the lit top of a box meets its dark front, a pixel on the edge shows both, each as bright as beside the edge:
+// not a surface between them that is nowhere.
+TEST_F(ClosedEdge, EdgeOfAnObjectMixesItsTwoFaces) {
+  ClosedScene scene;
+  scene.sky = 0.1f;
+  scene.radiance = [](const Eigen::Vector3f&) { return 0.05f; };
+  scene.lamps = {lamp_at({0.1f, 0.3f, 0.9f}, 0.02f, 1)};  // behind the front
+  scene.exhibit.objects = {box_object({-0.2f, -0.1f, 0.01f}, {0.2f, 0.15f, 0.17f}, 0.6f)};
+  scene.exhibit.objects.front().rotation = Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ());
+  Plan plan = careful_plan(64, 1);
+  plan.trace_scale = 2;
+  const RelitPicture picture = relit(scene, plan);
+  int edges = 0, mixed = 0;
+  for (int u = scene.width / 3; u < 2 * scene.width / 3; ++u) {
+    for (int v = 3; v + 4 < scene.height; ++v) {
+      const auto up = [&](int row) { return picture.maps->normals.at(u, row, 2); };
+      if (!(up(v) > 0.9f && up(v + 1) < 0.5f && picture.maps->mask.at(u, v + 1) == 1)) continue;
+      ++edges;
+      const int top = picture.srgb.at(u, v - 2, 0), front = picture.srgb.at(u, v + 3, 0);
+      EXPECT_GT(top, front + 40);
+      for (int row = v - 1; row <= v + 2; ++row) {
+        const int code = picture.srgb.at(u, row, 0);
+        EXPECT_LE(code, top + 3) << u << ' ' << row;
+        EXPECT_GE(code, front - 3) << u << ' ' << row;
+        mixed += code < top - 10 && code > front + 10;
+      }
+    }
+  }
+  EXPECT_GT(edges, 20);
+  EXPECT_GT(mixed, edges / 4);
+  EXPECT_LE(mixed, edges);
+}
+
 }  // namespace
 }  // namespace lumigraft::test
