@@ -37,7 +37,7 @@ BenchSetting paths(const std::string& method, int samples) {
 
 std::vector<BenchSetting> bench_settings(const std::string& method) {
   if (method == "reference") {
-    return {paths(method, 4), paths(method, 16), paths(method, 64)};
+    return {paths(method, 16), paths(method, 64)};
   }
   const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
   std::vector<BenchSetting> settings{of(kLive, 32), of(kLive, 64), with_bounces(of(kHalf, 64), 1), of(kHalf, 64)};
