@@ -15,8 +15,8 @@ namespace {
 constexpr int kFieldVoxels = 128;       // along a model's longest edge
 constexpr int kSurfaceSamples = 60000;  // one is then smaller than a voxel of the finest usual volume
 constexpr int kSimpleTriangles = 9000;  // the vertex stage of a software device is serial
-constexpr int kEvenTriangles =
-    6000;  // edges are no longer than those of as many equal triangles: light is kept by vertex
+// Light is kept by vertex: no edge is longer than those of as many equal triangles.
+constexpr int kEvenTriangles = 1500;
 
 std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
 

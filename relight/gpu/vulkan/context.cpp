@@ -117,7 +117,8 @@ Memory Context::allocate(const VkMemoryRequirements& needs, MemoryUse use, const
                                   .memoryTypeIndex = *best};
   check(vkAllocateMemory(device_, &info, nullptr, &memory.handle),
         "allocating " + std::to_string(needs.size) + " bytes for " + what);
-  if (use != MemoryUse::device) {
+  // Software devices, and others whose memory the host can write, need no staging.
+  if ((memory_properties_.memoryTypes[*best].propertyFlags & host) == host) {
     void* mapped = nullptr;
     const VkResult result = vkMapMemory(device_, memory.handle, 0, VK_WHOLE_SIZE, 0, &mapped);
     if (result != VK_SUCCESS) vkFreeMemory(device_, memory.handle, nullptr);

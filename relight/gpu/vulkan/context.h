@@ -32,7 +32,7 @@ struct Instance {
 
 struct Memory {
   VkDeviceMemory handle = VK_NULL_HANDLE;
-  std::byte* mapped = nullptr;  ///< host memory only
+  std::byte* mapped = nullptr;  ///< where the host can write it
 };
 enum class MemoryUse { device, to_device, from_device };
 

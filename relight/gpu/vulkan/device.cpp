@@ -46,6 +46,10 @@ class VulkanDevice final : public Device {
     const VulkanBuffer& target = own(buffer, *context_);
     check_upload(buffer, target.name(), offset, bytes.size());
     if (bytes.empty()) return;
+    if (target.mapped()) {  // nothing runs meanwhile: submit() waits
+      std::memcpy(target.mapped() + offset, bytes.data(), bytes.size());
+      return;
+    }
     const HostBuffer& staging = staged(bytes);
     context_->run_once("upload to buffer \"" + target.name() + "\"", [&](VkCommandBuffer commands) {
       const VkBufferCopy copy{0, offset, bytes.size()};
