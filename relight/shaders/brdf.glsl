@@ -22,6 +22,11 @@ Look look_of(vec3 base, float roughness, float metallic, float specular) {
 
 vec3 fresnel(Look l, float cos_half) { return l.f0 + (l.f90 - l.f0) * pow(1.0 - clamp(cos_half, 0.0, 1.0), 5.0); }
 
+// Light reaches the Lambert part through the layer and leaves through it again (Ashikhmin & Shirley 2000): what each way
+// lets pass, and the mean over light that comes evenly from the hemisphere.
+vec3 through(Look l, float cosine) { return 1.0 - fresnel(l, cosine); }
+vec3 through_evenly(Look l) { return 1.0 - l.f0 - (l.f90 - l.f0) / 21.0; }
+
 float smith_lambda(float alpha, float cosine) {
   float c2 = cosine * cosine;
   return 0.5 * (sqrt(1.0 + alpha * alpha * (1.0 - c2) / c2) - 1.0);

@@ -64,13 +64,14 @@ void main() {
       a = upsample(at, o, surface.x);
       if (o.mirror && o.look.alpha < kBroadLobe) a.mirrored = mirrored(o, pixel_turn(at));
     }
+    vec3 out_again = through(o.look, dot(o.n, o.v));
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       vec3 reflected = vec3(0);
       for (int i = 0; i < frame.counts.w; ++i) {
         LampSample s = lamp_share(frame.lamps[l], o.p, i, frame.counts.w);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0) continue;
-        vec3 under = vec3(1) - (o.mirror ? fresnel(o.look, dot(o.v, normalize(o.v + s.w))) : vec3(0));
+        vec3 under = o.mirror ? through(o.look, cosine) * out_again : vec3(1);
         vec3 f = o.look.diffuse * under / kPi + (o.mirror ? ggx_wide(o.look, o.n, o.v, s.w, s.tan_half) : vec3(0));
         reflected += s.irradiance * f * cosine;
       }
@@ -80,7 +81,7 @@ void main() {
       radiance += reflected * open;
       map += maps;
     }
-    vec3 under = vec3(1) - (o.mirror ? fresnel(o.look, dot(o.n, o.v)) : vec3(0));
+    vec3 under = o.mirror ? through_evenly(o.look) * out_again : vec3(1);
     radiance += o.look.diffuse * under / kPi * a.irradiance + a.mirrored;
   }
   imageStore(out_radiance, at, to_half(vec4(radiance, 1.0)));
