@@ -7,6 +7,7 @@
 #include "capture/radiance.h"
 #include "relight/brick_pool.h"
 #include "relight/camera_upload.h"
+#include "relight/known_room.h"
 #include "relight/light_set.h"
 #include "relight/object_store.h"
 #include "relight/passes/ambient.h"
@@ -31,14 +32,13 @@
 #include "relight/passes/voxel_list.h"
 #include "relight/placement.h"
 #include "relight/quality.h"
+#include "relight/read_back.h"
 
 namespace lumigraft {
 namespace {
 
 constexpr float kNearPlane_m = 0.02f;
-constexpr int kVertexCones = 9;                                  // over the hemisphere of a vertex of an object, once
-constexpr std::uint64_t kMostBehind = 24, kMostBehindCalm = 64;  // publications of the field
-constexpr double kCalmShare = 0.1;                               // of bricks
+constexpr int kVertexCones = 9;                // over the hemisphere of a vertex of an object, once
 constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
 
 /// Everything that the light volumes depend on besides the field.
@@ -55,35 +55,6 @@ struct LightKey {
            lpv_steps == o.lpv_steps && method == o.method;
   }
 };
-
-/// Share of the bricks of `now` that are not those of `before`. Bricks are immutable: one that is the same has not
-/// changed.
-template <typename Field>
-double changed_share(const std::shared_ptr<const Field>& before, const std::shared_ptr<const Field>& now) {
-  if (!now || before == now) return 0;
-  if (!before) return 1;
-  const auto changed = std::count_if(now->bricks.begin(), now->bricks.end(), [&](const auto& entry) {
-    const auto found = before->bricks.find(entry.first);
-    return found == before->bricks.end() || found->second != entry.second;
-  });
-  return static_cast<double>(changed) / static_cast<double>(std::max<std::size_t>(now->bricks.size(), 1));
-}
-
-Image<float> read_floats(gpu::Device& device, const gpu::Texture& texture, int first, int channels) {
-  const std::vector<std::byte> bytes = device.download(texture);
-  const bool halves = texture.desc().format == gpu::Format::rgba16_float;
-  Image<float> image(texture.desc().width, texture.desc().height, channels);
-  const std::size_t pixels = static_cast<std::size_t>(image.width) * image.height;
-  const auto* half = reinterpret_cast<const Eigen::half*>(bytes.data());
-  const auto* full = reinterpret_cast<const float*>(bytes.data());
-  for (std::size_t i = 0; i < pixels; ++i) {
-    for (int c = 0; c < channels; ++c) {
-      const std::size_t at = 4 * i + static_cast<std::size_t>(first + c);
-      image.data[i * channels + c] = halves ? static_cast<float>(half[at]) : full[at];
-    }
-  }
-  return image;
-}
 
 }  // namespace
 
@@ -124,8 +95,7 @@ struct Relighter::State {
   std::unique_ptr<Volumes> volumes;
   std::unique_ptr<Screen> screen;
   std::optional<LightKey> lit;  ///< empty: volumes are not filled yet
-  std::shared_ptr<const DistanceField> field;
-  std::shared_ptr<const AlbedoField> albedo;
+  KnownRoom room;
   std::shared_ptr<const Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
@@ -243,22 +213,6 @@ struct Relighter::State {
                      [](float x) { return Eigen::half(std::min(x, 65504.0f)); });
       device->upload(*volumes->environment, mip, std::as_bytes(std::span(halves)));
     }
-  }
-
-  /// Every depth picture changes the field a little, ever less as it is looked at longer: the volumes follow at once in
-  /// the beginning and lag behind by a quarter of its age, kMostBehind publications at most, later; while few bricks of
-  /// it and of the albedo have changed they wait kMostBehindCalm.
-  void take_field(const Scene& scene) {
-    const std::uint64_t now = scene.field->version;
-    const bool again = !field || now < field->version;
-    const std::uint64_t behind = again ? 0 : now - field->version;
-    const bool due = again || behind >= kMostBehindCalm ||
-                     (behind >= std::clamp<std::uint64_t>(field->version / 4, 1, kMostBehind) &&
-                      changed_share(field, scene.field) > kCalmShare) ||
-                     changed_share(albedo, scene.albedo) > kCalmShare;
-    if (!due) return;
-    field = scene.field;
-    albedo = scene.albedo;
   }
 
   /// Whether a frame only looks up what was gathered once; known glossy surfaces want more.
@@ -400,46 +354,6 @@ struct Relighter::State {
     list.begin_pass("shade");
     shade.record(list, params, *lamp_maps, *volumes, *screen);
   }
-
-  std::shared_ptr<RelightMaps> read_maps() const {
-    auto maps = std::make_shared<RelightMaps>();
-    maps->albedo = read_floats(*device, *screen->real_albedo, 0, 3);
-    maps->normals = read_floats(*device, *screen->real_normal, 0, 3);
-    maps->depth_m = read_floats(*device, *screen->real_position, 3, 1);
-    maps->delta = read_floats(*device, *screen->delta, 0, 3);
-    maps->mask = read_floats(*device, *screen->delta, 3, 1);
-    // Where an object shows, the maps say what it is.
-    const Image<float> base = read_floats(*device, *screen->object_base, 0, 3);
-    const Image<float> normal = read_floats(*device, *screen->object_normal, 0, 3);
-    const Image<float> z = read_floats(*device, *screen->object_surface, 0, 1);
-    for (std::size_t i = 0; i < maps->mask.data.size(); ++i) {
-      if (maps->mask.data[i] < 0.5f) continue;
-      maps->depth_m.data[i] = z.data[i];
-      for (std::size_t c = 0; c < 3; ++c) {
-        maps->albedo.data[3 * i + c] = base.data[3 * i + c];
-        maps->normals.data[3 * i + c] = normal.data[3 * i + c];
-      }
-    }
-    return maps;
-  }
-
-  /// The camera's picture with the blocks that were composed.
-  Image<std::uint8_t> read_picture(bool live) const {
-    const std::vector<std::byte> bytes = device->download(*screen->picture);
-    Image<std::uint8_t> picture = camera.coded();
-    for (const std::uint32_t place : live ? screen->tiles->fine_places() : screen->tiles->view_places()) {
-      const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
-      for (int v = top; v < std::min(top + kTile_px, screen->height); ++v) {
-        for (int u = left; u < std::min(left + kTile_px, screen->width); ++u) {
-          const std::size_t i =
-              static_cast<std::size_t>(v) * static_cast<std::size_t>(screen->width) + static_cast<std::size_t>(u);
-          for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(bytes[4 * i + c]);
-        }
-      }
-    }
-    if (live) LiveView::apply_gain(*device, *screen, &picture);
-    return picture;
-  }
 };
 
 Relighter::Relighter(std::shared_ptr<gpu::Device> device, const Session& session)
@@ -481,9 +395,9 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   // Bricks around what cones can reach, and half as far again for the pixels from which they start.
   const float edge = static_cast<float>(plan.volume) * placement.cascade[1].w();
   const Eigen::Vector3f reach = Eigen::Vector3f::Constant(0.75f * edge);
-  s.take_field(scene);
-  const bool new_field =
-      s.bricks.update(s.field, s.albedo, {placement.sphere.centre_m - reach, placement.sphere.centre_m + reach});
+  s.room.follow(scene);
+  const bool new_field = s.bricks.update(s.room.field(), s.room.albedo(),
+                                         {placement.sphere.centre_m - reach, placement.sphere.centre_m + reach});
   const shader::FrameParams params = s.frame_params(scene, placement, plan);
   const bool live = s.is_live(params), full = !live || with_maps;  // maps are those of the full view
   s.camera.upload(*s.device, frame, full, *s.screen);
@@ -506,8 +420,8 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   if (live) s.draw_live(*list, params, objects, plan);
   const std::vector<gpu::PassTime> passes = s.device->submit(*list);
   result.passes.insert(result.passes.end(), passes.begin(), passes.end());
-  result.srgb = s.read_picture(live);
-  if (with_maps) result.maps = s.read_maps();
+  result.srgb = read_picture(*s.device, *s.screen, s.camera.coded(), live);
+  if (with_maps) result.maps = read_maps(*s.device, *s.screen);
   return result;
 }
 

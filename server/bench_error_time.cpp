@@ -286,10 +286,7 @@ void draw_error_time(const BenchResults& results, CostKind kind, const std::file
     drawing.text({right.left, 94}, "○ Franke 2015, fig. 5.19, on GPUs of its time", {.size = kSmall, .colour = kQuiet});
     draw_published(drawing, right, like_published, kind);
   }
-  drawing.text({20, kHeight - 12},
-               results.machine.cpu + ", " + std::to_string(results.machine.cores) + " cores; " +
-                   results.machine.device + "; " + results.machine.program,
-               {.size = kSmall, .colour = kQuiet});
+  drawing.text({20, kHeight - 12}, line_of(results.machine), {.size = kSmall, .colour = kQuiet});
   write(drawing, stem);
 }
 

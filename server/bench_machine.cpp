@@ -28,4 +28,8 @@ BenchMachine describe_machine(const gpu::Device& device) {
   return machine;
 }
 
+std::string line_of(const BenchMachine& machine) {
+  return machine.cpu + ", " + std::to_string(machine.cores) + " cores; " + machine.device + "; " + machine.program;
+}
+
 }  // namespace lumigraft

@@ -16,5 +16,6 @@ struct BenchMachine {
 
 /// This machine, with the device that draws.
 BenchMachine describe_machine(const gpu::Device& device);
+std::string line_of(const BenchMachine& machine);  ///< for a chart's foot
 
 }  // namespace lumigraft

@@ -107,10 +107,7 @@ void draw_cost_work(const BenchResults& results, const std::filesystem::path& st
     const Axis y(Axis::Scale::logarithmic, low, high, frame.bottom, frame.top);
     draw_kind(drawing, frame, kinds[i], rows, base_ms, y, y_ticks);
   }
-  drawing.text({20, kHeight - 12},
-               results.machine.cpu + ", " + std::to_string(results.machine.cores) + " cores; " +
-                   results.machine.device + "; " + results.machine.program,
-               {.size = kSmall, .colour = kQuiet});
+  drawing.text({20, kHeight - 12}, line_of(results.machine), {.size = kSmall, .colour = kQuiet});
   write(drawing, stem);
 }
 

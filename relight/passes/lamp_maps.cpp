@@ -15,7 +15,8 @@ constexpr float kNearest = 1.1f;  // distance of a lamp with maps, in radii of t
 
 int rows_of(int maps) { return (maps + kColumns - 1) / kColumns; }
 
-/// Maps by the error that one more takes off: irradiance times the width of the penumbra, over the square of the count.
+/// Counts for which the errors' sum is least, where each lamp's is its irradiance times the width of its penumbra, over
+/// the square of the count.
 std::array<int, shader::kMaxLamps> shares(const shader::FrameParams& params, int most) {
   std::array<float, shader::kMaxLamps> weights{};
   float sum = 1e-12f;

@@ -1,7 +1,7 @@
 #pragma once
 // What lamps see of the objects: depth from several points of each lamp, so that their mean is the penumbra (Heckbert &
-// Herf 1997). Surfaces thinner than any voxel cast a whole shadow. In: objects, lamps. Out: depths(), views(), and in
-// the lamps of the frame's parameters how many maps each has.
+// Herf 1997). Surfaces thinner than any voxel cast a whole shadow. In: objects, lamps. Out: bindings(), and in the
+// lamps of the frame's parameters how many maps each has.
 #include "relight/object_store.h"
 #include "relight/passes/dispatch.h"
 
@@ -9,7 +9,7 @@ namespace lumigraft {
 
 class LampMaps {
  public:
-  /// At most `most` maps of edge × edge texels, for all lamps together; no lamp has less than one.
+  /// About `most` maps of edge × edge texels for all lamps together, of which each has one at least.
   LampMaps(gpu::Device& device, int edge, int most);
 
   /// Shares the maps out among the lamps and says so in `params`. A lamp within the sphere around the objects gets

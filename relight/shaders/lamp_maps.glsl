@@ -39,7 +39,7 @@ float map_hidden(LampMap m, vec3 p, float before_m) {
 
 // The share of a lamp's light that reaches a virtual surface past the objects. It starts so far off the surface that the
 // texels in which maps hold it, and the simpler triangles that they are drawn from, do not hide it from itself.
-float map_open(Lamp lamp, int first, int count, vec3 p, vec3 n) {
+float map_open(int first, int count, vec3 p, vec3 n) {
   vec3 off = p + (kClear_m + kClearTexels * lamp_views[first].more.y) * n;
   float open = 0.0, all = 1e-6;
   for (int i = first; i < first + count; ++i) {

@@ -16,7 +16,7 @@ vec3 arriving(vec3 p, vec3 n) {
     Lamp lamp = frame.lamps[l];
     int maps = int(lamp.intensity.a);
     float open = lamp_open(p, n, from_real, from_virtual, lamp, 0, 1).x;
-    if (maps > 0) open *= map_open(lamp, map, maps, p, n);
+    if (maps > 0) open *= map_open(map, maps, p, n);
     e += lamp.intensity.rgb * open;
     map += maps;
   }

@@ -77,7 +77,7 @@ void main() {
       }
       float open = l < 4 ? a.open[l] : a.open_more[l - 4];
       int maps = int(frame.lamps[l].intensity.a);
-      if (maps > 0) open *= map_open(frame.lamps[l], map, maps, o.p, o.n);
+      if (maps > 0) open *= map_open(map, maps, o.p, o.n);
       radiance += reflected * open;
       map += maps;
     }

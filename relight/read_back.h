@@ -1,0 +1,16 @@
+#pragma once
+// What the passes left on the device, as pictures of the program.
+#include <memory>
+
+#include "relight/passes/screen.h"
+#include "relight/renderer.h"
+
+namespace lumigraft {
+
+/// The camera's code values with the blocks that were composed; `live`: by LiveView.
+Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, const Image<std::uint8_t>& coded,
+                                 bool live);
+/// Where an object shows, the maps say what it is.
+std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& screen);
+
+}  // namespace lumigraft
