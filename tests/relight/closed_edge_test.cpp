@@ -13,13 +13,14 @@ bool meets(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& from, const Ei
 }
 
 class ClosedEdge : public ClosedTest {};
+ON_BOTH_DEVICES(ClosedEdge);
 
 // A black slab stands on a floor behind a kerb. It takes the sky's light from where the floor sees it over the kerb:
 // E = L ∫ cos θ dω over the directions that meet the slab and not the kerb, here by 4096 rays. Cones that graze the
 // kerb must stay open above it; an operator that multiplied what every step hides would close them. What is missing:
 // near the kerb a cone is as wide as the kerb is high, and its start is lifted by a voxel, so 12 % too much gets over
 // it.
-TEST_F(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
+TEST_P(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
   constexpr float albedo = 0.5f, sky = 1.0f;
   const Eigen::AlignedBox3f kerb(Eigen::Vector3f(-0.3f, -0.04f, -0.1f), Eigen::Vector3f(0.3f, 0.04f, 0.05f));
   const Eigen::AlignedBox3f slab(Eigen::Vector3f(-0.12f, 0.1f, 0), Eigen::Vector3f(0.12f, 0.16f, 0.24f));
@@ -65,7 +66,7 @@ TEST_F(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
 
 // Where the lit top of a box meets its dark front, a pixel on the edge shows both, each as bright as beside the edge:
 // not a surface between them that is nowhere.
-TEST_F(ClosedEdge, EdgeOfAnObjectMixesItsTwoFaces) {
+TEST_P(ClosedEdge, EdgeOfAnObjectMixesItsTwoFaces) {
   ClosedScene scene;
   scene.sky = 0.1f;
   scene.radiance = [](const Eigen::Vector3f&) { return 0.05f; };

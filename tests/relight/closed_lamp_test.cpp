@@ -38,10 +38,11 @@ void for_each_plane_pixel(const ClosedScene& scene, const RelitPicture& picture,
 }
 
 class ClosedLamp : public ClosedTest {};
+ON_BOTH_DEVICES(ClosedLamp);
 
 // A black ball takes the lamp's whole light where the way to the lamp meets it, and nothing elsewhere. Together it
 // takes what the lamp sends into the ball's cone: Φ = 2π I (1 - cos α), sin α = r / d.
-TEST_F(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
+TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
   const PointLight lamp = lamp_at({0.1f, 0.5f, 1.0f}, 0.002f, 1);
   const Eigen::Vector3f centre(0, 0, 0.2f);
   const float radius = 0.1f;
@@ -99,7 +100,7 @@ float free_share(const PointLight& lamp, const Eigen::Vector3f& p, const std::ve
 
 // A wide lamp past a column on a plate: the box around the two is mostly air, through which light must pass whatever
 // the volumes' size. The reference is the lamp's visible share by rays.
-TEST_F(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
+TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
   const PointLight lamp = lamp_at({-0.15f, -0.05f, 1.1f}, 0.13f, 1);
   const std::vector<Eigen::AlignedBox3f> boxes{
       {Eigen::Vector3f(-0.16f, -0.16f, 0), Eigen::Vector3f(0.16f, 0.16f, 0.04f)},
@@ -128,7 +129,7 @@ TEST_F(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
 }
 
 // A panel is a Lambert emitter: what a ball takes of it goes with the cosine at the panel too.
-TEST_F(ClosedLamp, PanelShinesWithItsCosine) {
+TEST_P(ClosedLamp, PanelShinesWithItsCosine) {
   PointLight lamp = lamp_at({0.5f, 0.3f, 0.8f}, 0.01f, 1);
   lamp.direction = (lamp.position_m - Eigen::Vector3f(0, 0, 0.3f)).normalized();  // from the probe
   lamp.flat = true;
@@ -152,7 +153,7 @@ TEST_F(ClosedLamp, PanelShinesWithItsCosine) {
 
 // A sheet a tenth as thick as a voxel, which voxels cannot hold: it takes the whole light of a lamp all the same, and
 // its penumbra is as wide as the lamp seen through its edge.
-TEST_F(ClosedLamp, SheetThinnerThanAVoxelCastsAWholeShadow) {
+TEST_P(ClosedLamp, SheetThinnerThanAVoxelCastsAWholeShadow) {
   const PointLight lamp = lamp_at({0, 0.3f, 0.9f}, 0.04f, 1);
   constexpr float half_m = 0.2f, height_m = 0.35f;
   ClosedScene scene = plane_under(lamp);

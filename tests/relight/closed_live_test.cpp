@@ -47,14 +47,15 @@ Difference difference(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b
 
 class ClosedLive : public ClosedTest {
  protected:
-  static Image<std::uint8_t> camera_picture(ClosedScene scene) {
+  Image<std::uint8_t> camera_picture(ClosedScene scene) const {
     scene.exhibit.objects.clear();
     return relit(scene, live_plan()).srgb;
   }
 };
+ON_BOTH_DEVICES(ClosedLive);
 
 // Without maps, light that changes smoothly is worked out for one pixel of 4 × 4; with maps, for each.
-TEST_F(ClosedLive, OnePixelOfSixteenStandsForTheSmoothOnes) {
+TEST_P(ClosedLive, OnePixelOfSixteenStandsForTheSmoothOnes) {
   const ClosedScene scene = bright_ball();
   Relighter relighter(device_, scene.session());
   const auto every = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan(), true).srgb;
@@ -68,7 +69,7 @@ TEST_F(ClosedLive, OnePixelOfSixteenStandsForTheSmoothOnes) {
 
 // A ball's shadow on the floor, from the lamp's map of it, beside the lamp's light that the ball hides there: a disk by
 // a disk, as seen from the floor (both small, so flat).
-TEST_F(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
+TEST_P(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
   ClosedScene scene = bright_ball();
   const float radius = 0.1f;
   const Eigen::Vector3f centre(-0.1f, 0, 0.25f);
@@ -110,7 +111,7 @@ TEST_F(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
 }
 
 // Gathered once a cell of 2³ voxels, and traced for each pixel with several times the cones.
-TEST_F(ClosedLive, CellsStandForTracedPixels) {
+TEST_P(ClosedLive, CellsStandForTracedPixels) {
   const ClosedScene scene = bright_ball();
   Relighter relighter(device_, scene.session());
   const auto live = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan()).srgb;

@@ -32,9 +32,10 @@ struct Floor {
 };
 
 class ClosedLpv : public ClosedTest {};
+ON_BOTH_DEVICES(ClosedLpv);
 
 // A black ball hides its form factor of an even sky: E = -π L cos θ (r/d)². Nothing else changes.
-TEST_F(ClosedLpv, BlackBallTakesItsFormFactor) {
+TEST_P(ClosedLpv, BlackBallTakesItsFormFactor) {
   constexpr float albedo = 0.5f, radius = 0.1f;
   for (const float height : {0.102f, 0.15f}) {
     SCOPED_TRACE(height);
@@ -60,7 +61,7 @@ TEST_F(ClosedLpv, BlackBallTakesItsFormFactor) {
 }
 
 // Where sky and floor send out L and nothing absorbs, what an object sends out is what it hides, and nothing changes.
-TEST_F(ClosedLpv, FurnaceStaysEven) {
+TEST_P(ClosedLpv, FurnaceStaysEven) {
   ClosedScene scene;
   scene.albedo = 1;
   scene.sky = 0.5f;
@@ -77,7 +78,7 @@ TEST_F(ClosedLpv, FurnaceStaysEven) {
 }
 
 // Nearly black walls receive from a ball under a lamp what the ball reflects (ρ Φ, Φ what the lamp sends to it).
-TEST_F(ClosedLpv, WallsReceiveWhatTheBallReflects) {
+TEST_P(ClosedLpv, WallsReceiveWhatTheBallReflects) {
   constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f, half_m = 0.3f;
   const PointLight lamp = lamp_at({0.12f, -0.15f, 0.2f}, 0.002f, 30);
   ClosedScene scene;
@@ -118,7 +119,7 @@ TEST_F(ClosedLpv, WallsReceiveWhatTheBallReflects) {
 }
 
 // A wall between: what stands behind it does not change.
-TEST_F(ClosedLpv, NothingGetsThroughAWall) {
+TEST_P(ClosedLpv, NothingGetsThroughAWall) {
   const Eigen::AlignedBox3f wall(Eigen::Vector3f(-0.5f, -0.14f, -0.1f), Eigen::Vector3f(0.5f, -0.1f, 0.45f));
   ClosedScene scene;
   scene.distance = [wall](const Eigen::Vector3f& p) { return std::min(p.z(), box_distance(wall, p)); };
@@ -142,7 +143,7 @@ TEST_F(ClosedLpv, NothingGetsThroughAWall) {
 }
 
 // All light doubled, all change doubled; and all of it comes out of volumes that are filled once.
-TEST_F(ClosedLpv, IsLinearInLightAndComputedOnce) {
+TEST_P(ClosedLpv, IsLinearInLightAndComputedOnce) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
   std::vector<RelitPicture> pictures;
@@ -172,30 +173,48 @@ TEST_F(ClosedLpv, IsLinearInLightAndComputedOnce) {
   EXPECT_LT(most, 0.002 * largest);
 }
 
-TEST_F(ClosedLpv, TheSameInputGivesTheSameBytesOnBothDevices) {
+ClosedScene ball_under_lamp() {
   ClosedScene scene;
   scene.lamps = {lamp_at({0.2f, 0.1f, 0.9f}, 0.05f, 1)};
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
+  return scene;
+}
+
+Plan lpv_plan_at(int trace_scale) {
+  Plan plan = lpv_plan(32);
+  plan.trace_scale = trace_scale;
+  return plan;
+}
+
+TEST_P(ClosedLpv, TheSameInputGivesTheSameBytes) {
   for (const int scale : {1, 4}) {
     SCOPED_TRACE(scale);
-    Plan plan = lpv_plan(32);
-    plan.trace_scale = scale;
-    const RelitPicture first = relit(scene, plan), again = relit(scene, plan);
+    const RelitPicture first = relit(ball_under_lamp(), lpv_plan_at(scale));
+    const RelitPicture again = relit(ball_under_lamp(), lpv_plan_at(scale));
     EXPECT_EQ(first.srgb.data, again.srgb.data);
     EXPECT_EQ(first.maps->delta.data, again.maps->delta.data);
-    const std::shared_ptr<gpu::Device> egl = gpu::create_egl_device({.validation = true});
-    Relighter other(egl, scene.session());
-    const RelitPicture picture = scene.relit(other, plan);
-    int apart = 0;
-    for (std::size_t i = 0; i < picture.srgb.data.size(); ++i) {
-      apart += std::abs(picture.srgb.data[i] - first.srgb.data[i]) > 1;
+  }
+}
+
+TEST(ClosedLpvPictures, BothDevicesDrawTheSamePicture) {
+  const ClosedScene scene = ball_under_lamp();
+  for (const int scale : {1, 4}) {
+    SCOPED_TRACE(scale);
+    std::vector<RelitPicture> pictures;
+    for (const gpu::Backend backend : {gpu::Backend::vulkan, gpu::Backend::egl}) {
+      Relighter relighter(gpu::create_device(backend, {.validation = true}), scene.session());
+      pictures.push_back(scene.relit(relighter, lpv_plan_at(scale)));
     }
-    EXPECT_LE(apart, static_cast<int>(picture.srgb.data.size() / 1000));
+    std::size_t apart = 0;
+    for (std::size_t i = 0; i < pictures[0].srgb.data.size(); ++i) {
+      apart += std::abs(pictures[0].srgb.data[i] - pictures[1].srgb.data[i]) > 1;
+    }
+    EXPECT_LE(apart, pictures[0].srgb.data.size() / 1000);
   }
 }
 
 // An object that nothing comes from and nothing goes through in reach changes no bit, as with cones.
-TEST_F(ClosedLpv, AnObjectOutOfReachChangesNoBit) {
+TEST_P(ClosedLpv, AnObjectOutOfReachChangesNoBit) {
   ClosedScene scene;
   scene.lamps = {lamp_at({0.2f, 0.1f, 0.9f}, 0.05f, 1)};
   scene.exhibit.objects = {sphere_object(0.1f, {0, -20, 0.12f}, 0.7f)};

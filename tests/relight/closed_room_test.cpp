@@ -34,11 +34,12 @@ void look_along(ClosedScene& scene, int wall, float from_m) {
 }
 
 class ClosedRoom : public ClosedTest {};
+ON_BOTH_DEVICES(ClosedRoom);
 
 // Energy of injection: nearly black walls receive from a ball under a lamp what the ball reflects, and no longer what
 // it blocks: over all walls the irradiance grows by ρ Φ and shrinks by Φ = 2π I (1 - cos α), sin α = r/d, what the lamp
 // sends to the ball. A convex body lights nothing of itself.
-TEST_F(ClosedRoom, WallsReceiveWhatTheBallReflects) {
+TEST_P(ClosedRoom, WallsReceiveWhatTheBallReflects) {
   constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f;
   const PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
   ClosedScene scene = cube_room(0.05f, 1.05f * radius);
@@ -74,7 +75,7 @@ TEST_F(ClosedRoom, WallsReceiveWhatTheBallReflects) {
 // A sealed room holds its own light: where its walls send out L everywhere, a white ball in it sends out L and no wall
 // changes, whatever shines outside. Fields know a wall a few voxels deep, cones are wider than that when they meet it,
 // and what is left of them sees the sky: of a sky 40 times as bright as the walls 1.4 % gets in, and may not be more.
-TEST_F(ClosedRoom, SealedRoomKeepsTheSkyOut) {
+TEST_P(ClosedRoom, SealedRoomKeepsTheSkyOut) {
   constexpr float radiance = 0.05f, sky = 2;
   ClosedScene scene = cube_room(0.05f, 0.36f);
   scene.focal_px = 60;

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <map>
 #include <memory>
 
+#include "device_fixture.h"
 #include "reconstruct/scene.h"
 #include "relight/relighter.h"
 
@@ -53,16 +55,22 @@ float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m);
 /// Radiance of channel 0 of the picture, W/sr/m², to half a code value.
 float picture_radiance(const RelitPicture& picture, int u, int v);
 
-/// One device for all tests of a suite, with the validation layer on.
-class ClosedTest : public testing::Test {
+/// Tests of a suite run on both devices, one of each kind for all of them, with the validation layer or debug output
+/// on. A suite says ON_BOTH_DEVICES (device_fixture.h) and its tests are TEST_P.
+class ClosedTest : public testing::TestWithParam<gpu::Backend> {
  protected:
-  static void SetUpTestSuite() { device_ = gpu::create_vulkan_device({.validation = true}); }
-  static void TearDownTestSuite() { device_.reset(); }
-  static RelitPicture relit(const ClosedScene& scene, const Plan& plan) {
+  ClosedTest() : device_(devices_[GetParam()]) {
+    if (!device_) device_ = gpu::create_device(GetParam(), {.validation = true});
+  }
+  static void TearDownTestSuite() { devices_.clear(); }
+  RelitPicture relit(const ClosedScene& scene, const Plan& plan) const {
     Relighter relighter(device_, scene.session());
     return scene.relit(relighter, plan);
   }
-  inline static std::shared_ptr<gpu::Device> device_;
+  std::shared_ptr<gpu::Device>& device_;
+
+ private:
+  inline static std::map<gpu::Backend, std::shared_ptr<gpu::Device>> devices_;
 };
 
 }  // namespace lumigraft::test

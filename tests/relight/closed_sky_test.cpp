@@ -9,6 +9,7 @@ namespace lumigraft::test {
 namespace {
 
 class ClosedSky : public ClosedTest {};
+ON_BOTH_DEVICES(ClosedSky);
 
 /// Mean and largest magnitude over pixels of a picture.
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -29,7 +30,7 @@ struct Spread {
 // floor, so that with two the object misses what the floor misses of it, with three the floor what the object did. Each
 // round the rest shrinks by the form factor between the two, F = (r/h)² = 0.44 right below the ball and 0.1 on the
 // mean.
-TEST_F(ClosedSky, FurnaceStaysEven) {
+TEST_P(ClosedSky, FurnaceStaysEven) {
   constexpr float radiance = 0.5f;
   ClosedScene scene;
   scene.albedo = 1;
@@ -57,7 +58,7 @@ TEST_F(ClosedSky, FurnaceStaysEven) {
 
 // A black ball hides its form factor of the sky from the floor: E = π L F with F = cos θ (r/d)², as long as it lies
 // above the floor's horizon (Nusselt 1928: the cap's projection on the unit circle). Nothing else changes.
-TEST_F(ClosedSky, BlackBallTakesItsFormFactor) {
+TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
   constexpr float albedo = 0.5f, sky = 1.0f, radius = 0.1f, height = 0.15f;
   ClosedScene scene;
   scene.albedo = albedo;
@@ -100,7 +101,7 @@ float corner_form_factor(float x_m, float y_m, float height_m) {
 
 // A sheet a ninth as thick as a voxel hides what it covers, however wide the cones are that meet it. What is short are
 // cones that start under its edge.
-TEST_F(ClosedSky, ThinBlackSheetTakesItsFormFactor) {
+TEST_P(ClosedSky, ThinBlackSheetTakesItsFormFactor) {
   constexpr float albedo = 0.5f, sky = 1.0f, half_m = 0.16f, height_m = 0.22f;
   ClosedScene scene;
   scene.albedo = albedo;

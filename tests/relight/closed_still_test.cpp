@@ -27,8 +27,9 @@ ClosedScene ball_under_lamp() {
 }
 
 class ClosedStill : public ClosedTest {};
+ON_BOTH_DEVICES(ClosedStill);
 
-TEST_F(ClosedStill, WithoutAnObjectThePictureIsTheCameras) {
+TEST_P(ClosedStill, WithoutAnObjectThePictureIsTheCameras) {
   ClosedScene scene = ball_under_lamp();
   const FrameSet frame = coded_frame(scene);
   Relighter relighter(device_, scene.session());
@@ -43,7 +44,7 @@ TEST_F(ClosedStill, WithoutAnObjectThePictureIsTheCameras) {
 
 // The whole path runs, but the object is a speck 20 m behind the camera: (r/d)² of the light is far below a code value,
 // and the change of no pixel is anything but zero.
-TEST_F(ClosedStill, AnObjectOutOfReachChangesNoBit) {
+TEST_P(ClosedStill, AnObjectOutOfReachChangesNoBit) {
   ClosedScene scene = ball_under_lamp();
   scene.exhibit.objects.front().position_m = {0, -20, 0.12};
   const FrameSet frame = coded_frame(scene);
@@ -61,7 +62,7 @@ TEST_F(ClosedStill, AnObjectOutOfReachChangesNoBit) {
 
 // Sums are integers and no two threads write one place: another relighter, and the same with its caches full, must give
 // the same bytes. So must a relighter that showed something else in between.
-TEST_F(ClosedStill, TheSameInputGivesTheSameBytes) {
+TEST_P(ClosedStill, TheSameInputGivesTheSameBytes) {
   ClosedScene scene = ball_under_lamp();
   const FrameSet frame = coded_frame(scene);
   const Scene still = scene.scene();
@@ -86,7 +87,7 @@ TEST_F(ClosedStill, TheSameInputGivesTheSameBytes) {
 
 // What bounced under one lamp, or was gathered for one plan, must not stay for the next: after a change the bytes are
 // those of a relighter that never saw anything else.
-TEST_F(ClosedStill, NothingStaysOfEarlierLightsAndPlans) {
+TEST_P(ClosedStill, NothingStaysOfEarlierLightsAndPlans) {
   ClosedScene scene = ball_under_lamp();
   const FrameSet frame = coded_frame(scene);
   const Scene before = scene.scene();

@@ -37,8 +37,10 @@ class DeviceTest : public testing::TestWithParam<Backend> {
 inline std::string backend_label(const testing::TestParamInfo<Backend>& info) {
   return std::string(name_of(info.param));
 }
-#define ON_BOTH_DEVICES(suite) \
-  INSTANTIATE_TEST_SUITE_P(On, suite, testing::Values(Backend::vulkan, Backend::egl), backend_label)
+#define ON_BOTH_DEVICES(suite)                                                                                 \
+  INSTANTIATE_TEST_SUITE_P(On, suite,                                                                          \
+                           testing::Values(::lumigraft::gpu::Backend::vulkan, ::lumigraft::gpu::Backend::egl), \
+                           ::lumigraft::gpu::backend_label)
 
 template <typename T>
 std::vector<T> values_of(const std::vector<std::byte>& bytes) {
