@@ -195,8 +195,14 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
   std::string reason;
   try {
     // Texture coordinates come with v up; glTF's convention, which is ours, is v down.
-    scene = importer.ReadFile(path.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate |
-                                                 aiProcess_FlipUVs | aiProcess_TransformUVCoords);
+    constexpr unsigned steps =
+        aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_FlipUVs | aiProcess_TransformUVCoords;
+    if (format == ModelFormat::ply) {
+      const std::string bytes = read_ply(path);
+      scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, "ply");
+    } else {
+      scene = importer.ReadFile(path.string(), steps);
+    }
     if (!scene) reason = importer.GetErrorString();
   } catch (const std::exception& error) {
     reason = error.what();

@@ -1,8 +1,10 @@
 #include "relight/model_ply.h"
 
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "capture/error.h"
 
@@ -38,6 +40,16 @@ PlyFacts check_ply(const std::filesystem::path& file) {
                      std::to_string(elements) + " of its header");
   }
   return facts;
+}
+
+std::string read_ply(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::size_t end = bytes.find("end_header"), data = bytes.find('\n', end) + 1;
+  const std::size_t ascii = bytes.find("format ascii");
+  if (end == std::string::npos || data == 0 || data >= bytes.size() || ascii < end) return bytes;
+  if (std::string_view(" \t\r\n\f").find(bytes[data]) != std::string_view::npos) ++bytes[data];
+  return bytes;
 }
 
 }  // namespace lumigraft

@@ -201,18 +201,24 @@ TEST(LoadModel, PlyColorsOf8BitsAreSrgbAndFloatsLinear) {
   EXPECT_TRUE(near(plain->parts[0].material.base_color, {0.8f, 0.8f, 0.8f}));
 }
 
-TEST(LoadModel, BinaryPly) {
+// -0.04f begins with the byte of a line end.
+TEST(LoadModel, BinaryPlyWhateverItsFirstByte) {
   TemporaryFolder folder;
-  std::string bytes =
+  const std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
       "property float z\nproperty float nx\nproperty float ny\nproperty float nz\nelement face 1\n"
       "property list uchar int vertex_indices\nend_header\n";
-  bytes += test::bytes_of(std::vector<float>{0, 0, 0, 0, 0, 2, 1, 0, 0, 0, 0, 2, 0, 1, 0, 0, 3, 4});
-  bytes += '\3' + test::bytes_of(std::vector<std::int32_t>{0, 1, 2});
-  const auto model = load_model(folder.write("a.ply", bytes), 'z');
-  expect_sound(*model);
-  EXPECT_TRUE(near(model->normals[vertex_at(*model, {1, 0, 0})], {0, 0, 1}));
-  EXPECT_TRUE(near(model->normals[vertex_at(*model, {0, 1, 0})], {0, 0.6f, 0.8f}));
+  for (const float x : {0.0f, -0.04f}) {
+    SCOPED_TRACE(x);
+    std::string bytes =
+        header + test::bytes_of(std::vector<float>{x, 0, 0, 0, 0, 2, 1, 0, 0, 0, 0, 2, 0, 1, 0, 0, 3, 4});
+    bytes += '\3' + test::bytes_of(std::vector<std::int32_t>{0, 1, 2});
+    const auto model = load_model(folder.write("a.ply", bytes), 'z');
+    expect_sound(*model);
+    EXPECT_TRUE(near(model->normals[vertex_at(*model, {x, 0, 0})], {0, 0, 1}));
+    EXPECT_TRUE(near(model->normals[vertex_at(*model, {1, 0, 0})], {0, 0, 1}));
+    EXPECT_TRUE(near(model->normals[vertex_at(*model, {0, 1, 0})], {0, 0.6f, 0.8f}));
+  }
 }
 
 TEST(LoadModel, ObjMaterialsAndTexture) {
