@@ -9,6 +9,7 @@
 #include "relight/camera_upload.h"
 #include "relight/known_room.h"
 #include "relight/light_set.h"
+#include "relight/mirrors.h"
 #include "relight/object_store.h"
 #include "relight/passes/ambient.h"
 #include "relight/passes/bounce.h"
@@ -65,6 +66,7 @@ struct Relighter::State {
   ObjectStore store;
   BrickPool bricks;
   std::vector<StoredModel::Mesh> known_surfaces;
+  Mirrors mirrors;
 
   // Passes, in the order in which they run.
   RealFill real_fill;
@@ -107,6 +109,7 @@ struct Relighter::State {
         camera(session.color),
         store(*device),
         bricks(*device),
+        mirrors(*device),
         real_fill(*device),
         virtual_fill(*device),
         virtual_area(*device),
@@ -127,7 +130,9 @@ struct Relighter::State {
         live_view(*device) {
     for (const RealSurface& surface : session.real_surfaces) {
       if (known_surfaces.size() == shader::kMaxSurfaces) break;
-      known_surfaces.push_back(store.upload_mesh(*load_model(surface.mesh, 'z')));
+      const std::shared_ptr<const Model> model = load_model(surface.mesh, 'z');
+      mirrors.add(*device, *model, surface, static_cast<int>(known_surfaces.size()));
+      known_surfaces.push_back(store.upload_mesh(*model));
     }
   }
 
@@ -135,6 +140,7 @@ struct Relighter::State {
     const Quality quality = quality_of(plan);
     if (!volumes || made_for.volume != plan.volume) {
       volumes = std::make_unique<Volumes>(*device, plan.volume);
+      volumes->mirror_outlines = &mirrors.outlines();
       illumination.reset();
       lit.reset();
     }
@@ -195,6 +201,7 @@ struct Relighter::State {
     p.pass_f.x() = quality.least_codes;
     inject->choose_unit(p);
     lamp_maps->choose(*device, p);
+    mirrors.describe(p);
     LampShadows::choose_views(p);
     return p;
   }
@@ -248,7 +255,7 @@ struct Relighter::State {
     coarse.counts.y() = coarse.counts.z() = quality_of(made_for).voxel_cones;
     for (int i = 1; i < key.bounces; ++i) {
       list.begin_pass("bounce of virtual");
-      bounce.gather_virtual(list, coarse, *volumes);
+      bounce.gather_virtual(list, coarse, *lamp_maps, *volumes);
       list.begin_pass("bounce of real");
       gather_real(list, coarse, i - 1, key.bounces);
       resolve_all(list, params);
@@ -273,7 +280,7 @@ struct Relighter::State {
     if (lpv) {
       lpv->gather_real(list, params, brightest, round, rounds, *volumes);
     } else {
-      bounce.gather_real(list, params, kChangeCones, *volumes);
+      bounce.gather_real(list, params, kChangeCones, round + 1 < rounds, *lamp_maps, *volumes);
     }
   }
 

@@ -58,7 +58,8 @@ std::vector<gpu::Binding> Volumes::bindings() const {
           gpu::sampled(3, *real_radiance, Filter::linear_mip_linear),
           gpu::sampled(4, *virtual_radiance, Filter::linear_mip_linear),
           gpu::sampled(5, *real_change, Filter::linear_mip_linear),
-          gpu::sampled(6, *environment, Filter::linear_mip_linear)};
+          gpu::sampled(6, *environment, Filter::linear_mip_linear),
+          gpu::sampled(30, *mirror_outlines, Filter::linear)};
 }
 
 }  // namespace lumigraft

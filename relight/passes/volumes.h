@@ -22,6 +22,7 @@ struct Volumes {
   std::unique_ptr<gpu::Buffer> listed;                   ///< voxels near surfaces
   std::unique_ptr<gpu::Buffer> cells;                    ///< of 2³ voxels, with real surface near the objects
   std::unique_ptr<gpu::Texture> environment;
+  const gpu::Texture* mirror_outlines = nullptr;  ///< of known surfaces; not the volumes' own
 
   Volumes(gpu::Device& device, int edge_voxels);
   void fit_virtual(gpu::Device& device, const Eigen::Vector3i& size);

@@ -4,6 +4,7 @@
 // listed cell. It does not depend on the view, and varies over a cell as little as the voxels that it is gathered from.
 #include "gather.glsl"
 #include "cells.glsl"
+#include "mirror_lamp.glsl"
 #include "half.glsl"
 layout(local_size_x = 64) in;
 layout(binding = 18, rgba16f) uniform writeonly image3D irradiance;  // times weight, weight
@@ -34,6 +35,11 @@ void main() {
     vec3 gained, lost;
     gather_delta(on, off, n, frame.counts.y, cell_turn(at), gained, lost);
     vec3 e = gained - lost + gather_change(off, on, n, frame.pass_i.x, cell_turn(at));
+    // What lamps no longer bring by way of mirrors, as long as it is other surfaces that want to know.
+    Cone k;
+    k.from_virtual = on;
+    k.from_real = off;
+    e -= mirrored_lost(on, n, k, frame.pass_i.y, cell_turn(at));
     float known = min(weight, 1.0);
     imageStore(irradiance, at, to_half(vec4(e * known, known)));
   }

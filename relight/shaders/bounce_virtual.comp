@@ -3,6 +3,7 @@
 // One more bounce (thesis eq. 3.13): virtual surfaces in the listed voxels gather the changed scene and the environment
 // from the volumes as they are.
 #include "gather.glsl"
+#include "mirror_lamp.glsl"
 #include "voxel_list.glsl"
 #include "half.glsl"
 layout(local_size_x = 64) in;
@@ -17,7 +18,11 @@ void main() {
     vec3 on = voxel.position - virtual_distance(voxel.position) * n;
     vec3 uvw = (on - grid_low(frame.virtual_grid)) / (vec3(frame.grid.yzw) * frame.virtual_grid.w);
     vec3 albedo = textureLod(virtual_color, uvw, 0.0).rgb;
-    vec3 e = gather_rho(on, on + 1.5 * frame.virtual_grid.w * n, n, frame.counts.z, voxel_turn(voxel));
+    Cone k;
+    k.from_real = on;
+    k.from_virtual = on + 1.5 * frame.virtual_grid.w * n;
+    vec3 e = gather_rho(k.from_real, k.from_virtual, n, frame.counts.z, voxel_turn(voxel)) +
+             mirrored_irradiance(on, n, k, frame.counts.w, voxel_turn(voxel));
     imageStore(gathered, voxel.at, to_half(vec4(albedo * e / kPi, 1.0)));
   }
 }

@@ -5,6 +5,7 @@
 #include "frame.glsl"
 #include "srgb.glsl"
 #include "tiles.glsl"
+#include "known_share.glsl"
 
 const float kUnlike = 0.5;  // of surfaces: a turn by 60°, or 2.5 % of the distance
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -49,6 +50,17 @@ vec3 virtual_color(ivec2 at) {
   return mixed;
 }
 
+// What the known surface itself sends out, where paper shares the pixel: what it does around there.
+vec3 without_paper(ivec2 at, vec3 own, float packed) {
+  vec4 sum = vec4(0);
+  for (int i = 0; i < (paper_share(packed) > 0.0 ? 25 : 0); ++i) {
+    ivec2 q = clamp(at + ivec2(i % 5, i / 5) - 2, ivec2(0), frame.picture.xy - 1);
+    bool whole = texelFetch(real_albedo, q, 0).a == floor(packed);
+    sum += whole ? vec4(texelFetch(radiance, q, 0).rgb, 1.0) : vec4(0);
+  }
+  return sum.a > 0.0 ? sum.rgb / sum.a : own;
+}
+
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
@@ -62,8 +74,10 @@ void main() {
     vec3 diffuse = albedo.rgb, mirror = vec3(0);
     if (known > 0) {
       Surface s = frame.surfaces[known - 1];
-      diffuse = s.base_color_roughness.rgb * (1.0 - s.metallic_specular.x);
-      mirror = texelFetch(mirror_gained, at, 0).rgb - b * texelFetch(mirror_share, at, 0).rgb;
+      float paper = paper_share(albedo.a);
+      diffuse = mix(s.base_color_roughness.rgb * (1.0 - s.metallic_specular.x), albedo.rgb, paper);
+      mirror = (1.0 - paper) * (texelFetch(mirror_gained, at, 0).rgb -
+                                without_paper(at, b, albedo.a) * texelFetch(mirror_share, at, 0).rgb);
     }
     delta = max(diffuse / kPi * change + mirror, -b);
     if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);

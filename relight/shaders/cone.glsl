@@ -14,6 +14,7 @@
 #ifndef CONE_GLSL
 #define CONE_GLSL
 #include "volume.glsl"
+#include "mirror.glsl"
 
 const int kMaxSteps = 64;
 
@@ -89,6 +90,43 @@ void meet(inout Layer layer, float h, float open, float t) {
 
 float reach_of(Cone k, float t, float least) { return max(t * k.tan_half, least); }
 
+// L_mu of what a cone shows at t. What the camera saw of a metal was not meant for the cone: that shows what the metal
+// mirrors its way, which far from it is the environment, and lamps, which are counted by themselves (mirror_lamp.glsl).
+vec3 real_seen(Cone k, float t, float reach) {
+  vec3 p = real_place(k, t), seen = real_radiance(p, reach);
+  int mirror = mirror_at(p, k.w, reach + 2.0 * frame.cascade[0].w);
+  if (mirror < 0) return seen;
+  Bend bend = bend_at(mirror, k.w, k.tan_half);
+  return mix(seen, bend.factor * environment_radiance(bend.w, bend.tan_half), bend.metallic);
+}
+
+// The same of the changed scene, in which the metal mirrors virtual surfaces too.
+vec3 changed_seen(Cone k, float t, float reach) {
+  vec3 p = real_place(k, t), seen = max(real_radiance(p, reach) + real_change(p, reach), vec3(0));
+  int mirror = mirror_at(p, k.w, reach + 2.0 * frame.cascade[0].w);
+  if (mirror < 0) return seen;
+  Bend bend = bend_at(mirror, k.w, k.tan_half);
+  vec3 n = frame.mirrors[mirror].plane.xyz;
+  Cone on;
+  on.from_virtual = on.from_real = p - (dot(n, p) - frame.mirrors[mirror].plane.w) * n;
+  on.w = bend.w;
+  on.tan_half = min(bend.tan_half, 1.0);
+  vec2 virt = virtual_stretch(on);
+  Layer v = Layer(0.0, 0.0, 0.0, 0.0);
+  float least = 0.5 * frame.virtual_grid.w, at = max(least, virt.x);
+  Past past = Past(0.0, 0.0, 0.0);
+  float end = virt.x < virt.y ? virt.y : 0.0;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (at >= end || v.hidden > 0.995) break;
+    float wide = reach_of(on, at, least), d = virtual_distance(on.from_virtual + at * on.w);
+    meet(v, virtual_hidden(past, d, at, wide), 1.0, at);
+    at += careful_step(past, d, wide, least);
+  }
+  vec3 mirrored = (1.0 - v.hidden) * environment_radiance(bend.w, bend.tan_half) +
+                  v.seen * virtual_radiance(on.from_virtual + v.at * on.w, on.w, reach_of(on, v.at, least));
+  return mix(seen, bend.factor * mirrored, bend.metallic);
+}
+
 // What the objects bring and take along a cone from a real surface: C_delta but for the real surfaces' own change.
 //   gained: radiance of virtual surfaces;  lost: L_mu that they hide;  hidden: the hidden fraction of the real view.
 void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
@@ -111,7 +149,7 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   hidden = v.hidden;
   if (v.hidden > 0.0) {
     gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least));
-    lost = r.seen * real_radiance(real_place(k, r.at), reach_of(k, r.at, least)) +
+    lost = r.seen * real_seen(k, r.at, reach_of(k, r.at, least)) +
            v.hidden * (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
   }
 }
@@ -149,10 +187,9 @@ vec3 rho_cone(Cone k) {
     meet(r, hidden_fraction(dr / reach), 1.0 - v.hidden, t);
     t += careful_step(past, min(dv, dr), reach, least);
   }
-  vec3 on_real = real_place(k, r.at);
   float reach = reach_of(k, r.at, least);
   return v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least)) +
-         r.seen * max(real_radiance(on_real, reach) + real_change(on_real, reach), vec3(0)) +
+         r.seen * changed_seen(k, r.at, reach) +
          (1.0 - v.hidden) * (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
 }
 
@@ -167,7 +204,7 @@ vec3 mu_cone(Cone k) {
     meet(r, hidden_fraction(d / reach), 1.0, t);
     t += next_step(d, reach, least);
   }
-  return r.seen * real_radiance(real_place(k, r.at), reach_of(k, r.at, least)) +
+  return r.seen * real_seen(k, r.at, reach_of(k, r.at, least)) +
          (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
 }
 

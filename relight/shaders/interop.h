@@ -15,6 +15,9 @@ using mat4 = Eigen::Matrix4f;
 
 const int kMaxLamps = 8;
 const int kMaxSurfaces = 8;
+const int kMaxMirrors = 8;
+const int kMaxImages = 8;
+const int kOutline = 64;    // texels along an edge of the picture of a mirror's outline
 const int kCascades = 2;
 const int kBrickCells = 8;  // voxels along a brick of the real distance field
 
@@ -37,6 +40,14 @@ struct LampMap {
 struct Surface {
   vec4 base_color_roughness;
   vec4 metallic_specular;  // x metallic, y specular
+};
+
+// A flat piece of a known surface.
+struct Mirror {
+  vec4 plane;    // unit normal n of the side that mirrors; n·p on the plane
+  vec4 centre;   // of the rectangle around it; number of its surface
+  vec4 along;    // axes of the rectangle, over half its edges: from -1 to 1 inside
+  vec4 across;
 };
 
 // What a lamp sees of the objects: a square picture of the sphere around them, and of the penumbra beside it.
@@ -65,6 +76,9 @@ struct FrameParams {
   Lamp lamps[8];
   ShadowView shadow_views[8];
   Surface surfaces[8];
+  Mirror mirrors[8];
+  ivec4 mirror_counts;  // mirrors, images of lamps in them
+  ivec4 images[2];      // lamp + 8 × mirror, strongest first
   vec4 sh[9];         // remainder of the fish-eye picture, radiance
   vec4 tag;           // x: half the edge of the printed tag with its white border
   ivec4 pass_i;       // what one pass alone needs

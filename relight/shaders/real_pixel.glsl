@@ -5,6 +5,7 @@
 #define REAL_PIXEL_GLSL
 #include "real_depth.glsl"
 #include "footprint.glsl"
+#include "known_share.glsl"
 layout(binding = 27) uniform sampler2D radiance; // the camera picture, linear
 layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
 layout(binding = 7) uniform sampler3D real_albedo_volume;
@@ -48,8 +49,14 @@ RealPixel real_pixel(ivec2 at) {
     }
     vec2 surface = texelFetch(surfaces, at, 0).xy;
     float known = 0.0;
-    bool on_tag = all(lessThan(abs(p.xyz), vec3(frame.tag.xx, 0.01)));  // paper, whatever it lies on
-    if (surface.y > 0.0 && !on_tag && abs(surface.x - z) < max(0.01, 0.01 * z)) known = floor(0.5 * surface.y);
+    if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
+      mat3 turn = mat3(frame.T_tag_camera);
+      ivec2 last = frame.picture.xy - 1;
+      vec2 right = texelFetch(rays, min(at + ivec2(1, 0), last), 0).xy - ray.xy,
+           down = texelFetch(rays, min(at + ivec2(0, 1), last), 0).xy - ray.xy;
+      float paper = paper_in_pixel(p, w, turn * vec3(right, 0.0), turn * vec3(down, 0.0));
+      if (paper < 1.0) known = pack_known(floor(0.5 * surface.y), paper);
+    }
     // Blocks that no shadow can reach were not dispatched to the shadow pass: no need to ask again here.
     if (dot(n, n) > 0.0) footprint = max(indirect_footprint(p, n, b, known > 0.0), kShadowOnly);
     vec3 place = cascade_place(c, p, 0.5);

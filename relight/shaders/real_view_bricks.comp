@@ -3,6 +3,7 @@
 // What real surface every pixel shows: where, how turned, how coloured, and whether the objects can change its light.
 #include "bricks.glsl"
 #include "footprint.glsl"
+#include "known_share.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -84,8 +85,14 @@ void main() {
       n = depth_normal(at);
     }
     float known = 0.0;
-    bool on_tag = all(lessThan(abs(p.xyz), vec3(frame.tag.xx, 0.01)));  // paper, whatever it lies on
-    if (surface.y > 0.0 && !on_tag && abs(surface.x - z) < max(0.01, 0.01 * z)) known = floor(0.5 * surface.y);
+    if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
+      mat3 turn = mat3(frame.T_tag_camera);
+      ivec2 last = frame.picture.xy - 1;
+      vec2 right = texelFetch(rays, min(at + ivec2(1, 0), last), 0).xy - ray.xy,
+           down = texelFetch(rays, min(at + ivec2(0, 1), last), 0).xy - ray.xy;
+      float paper = paper_in_pixel(p, w, turn * vec3(right, 0.0), turn * vec3(down, 0.0));
+      if (paper < 1.0) known = pack_known(floor(0.5 * surface.y), paper);
+    }
     if (dot(n, n) > 0.0) footprint = in_footprint(p, n, b, known > 0.0);
     if (footprint > 0.0) {
       albedo = field_albedo(p);

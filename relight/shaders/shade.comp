@@ -3,7 +3,7 @@
 // Radiance of the virtual objects (thesis eq. 5.23-5.25): lamps with GGX over Lambert, and what ambient.comp found,
 // upsampled between pixels of like depth and normal. pass_i.x: scale of that.
 #include "object_pixel.glsl"
-#include "lamp_maps.glsl"
+#include "mirror_lamp.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -80,6 +80,22 @@ void main() {
       if (maps > 0) open *= map_open(map, maps, o.p, o.n);
       radiance += reflected * open;
       map += maps;
+    }
+    Cone k;
+    k.from_real = o.from_real;
+    k.from_virtual = o.from_virtual;
+    for (int j = 0; j < frame.mirror_counts.y; ++j) {
+      ivec3 image = image_of(j);
+      for (int i = 0; i < frame.counts.w; ++i) {
+        MirrorShare s = mirror_share(image.x, image.y, image.z, o.p, i, frame.counts.w, pixel_turn(at));
+        float cosine = dot(o.n, s.w);
+        if (cosine <= 0.0 || s.irradiance == vec3(0)) continue;
+        vec3 under = o.mirror ? through(o.look, cosine) * out_again : vec3(1);
+        vec3 f = o.look.diffuse * under / kPi + (o.mirror ? ggx_wide(o.look, o.n, o.v, s.w, s.tan_half) : vec3(0));
+        MirrorWays ways = mirror_ways(image.x, s, k);
+        float passed = 1.0 - mirror_hidden(s, ways);
+        radiance += s.irradiance * f * (cosine * passed * mirror_open(ways, passed > 0.005));
+      }
     }
     vec3 under = o.mirror ? through_evenly(o.look) * out_again : vec3(1);
     radiance += o.look.diffuse * under / kPi * a.irradiance + a.mirrored;

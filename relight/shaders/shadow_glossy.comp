@@ -2,8 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // The same as shadow.comp where the material of real surfaces is known: with the lamps' highlights on them, in every pixel.
 #include "shadow_cell.glsl"
-#include "lamp_maps.glsl"
-#include "brdf.glsl"
+#include "mirror_lamp.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -47,6 +46,7 @@ void main() {
       }
       map += maps;
     }
+    lost += mirrored_lost(p, n, k, frame.counts.w, 0.0);
   }
   imageStore(out_lost, cell, to_half(vec4(lost, 0.0)));
   imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
