@@ -27,7 +27,7 @@ std::vector<Triangle> triangles_of(const Model& model) {
   std::vector<Triangle> triangles;
   for (std::size_t i = 0; i + 2 < model.indices.size(); i += 3) {
     Triangle t;
-    const std::uint32_t *v = &model.indices[i];
+    const std::uint32_t* v = &model.indices[i];
     t.a = model.positions_m[v[0]];
     t.b = model.positions_m[v[1]];
     t.c = model.positions_m[v[2]];
@@ -58,7 +58,8 @@ void fit_rectangle(const std::vector<Triangle>& members, FlatPiece& piece) {
   float least = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < std::min(members.size(), kTried); ++i) {
     const Triangle& tried = members[i];
-    for (const Vector3f& edge : {Vector3f(tried.b - tried.a), Vector3f(tried.c - tried.b), Vector3f(tried.a - tried.c)}) {
+    for (const Vector3f& edge :
+         {Vector3f(tried.b - tried.a), Vector3f(tried.c - tried.b), Vector3f(tried.a - tried.c)}) {
       const Vector3f u = (edge - piece.normal.dot(edge) * piece.normal).normalized(), v = piece.normal.cross(u);
       Eigen::AlignedBox2f box;
       for (const Triangle& t : members) {

@@ -88,8 +88,9 @@ void Mirrors::describe(shader::FrameParams& params) const {
       const float to_lamp = (from - at).norm(), to_object = (middle - at).norm();
       const float wide = 2 * pieces_[i].alpha / (1 / to_lamp + 1 / std::max(to_object, 0.1f * radius)) + radius;
       const Vector3f off = at - flat.centre_m;
-      const float beyond = std::hypot(std::max(std::abs(off.dot(flat.half_along_m.normalized())) - flat.half_along_m.norm(), 0.0f),
-                                      std::max(std::abs(off.dot(flat.half_across_m.normalized())) - flat.half_across_m.norm(), 0.0f));
+      const float beyond =
+          std::hypot(std::max(std::abs(off.dot(flat.half_along_m.normalized())) - flat.half_along_m.norm(), 0.0f),
+                     std::max(std::abs(off.dot(flat.half_across_m.normalized())) - flat.half_across_m.norm(), 0.0f));
       const float flank = std::pow(1 + (beyond / wide) * (beyond / wide), -2.0f);
       const Vector3f f = pieces_[i].f0 + (pieces_[i].f90 - pieces_[i].f0) * std::pow(1 - cosine, 5.0f);
       const float brings = f.cwiseProduct(lamp.intensity.head<3>()).maxCoeff() *

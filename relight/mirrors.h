@@ -15,7 +15,8 @@ class Mirrors {
  public:
   explicit Mirrors(gpu::Device& device);
 
-  /// The flat pieces of one more surface; the largest kMaxMirrors of all are kept. `number` as in FrameParams::surfaces.
+  /// The flat pieces of one more surface; the largest kMaxMirrors of all are kept. `number` as in
+  /// FrameParams::surfaces.
   void add(gpu::Device& device, const Model& model, const RealSurface& surface, int number);
 
   /// Fills params.mirrors, mirror_counts and images for the lamps and the sphere around the objects that are there.

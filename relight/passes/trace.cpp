@@ -10,7 +10,8 @@ void Trace::record(gpu::CommandList& list, shader::FrameParams params, int chang
   dispatch_tiles(
       list, *pipeline_,
       joined(volumes.bindings(), {gpu::sampled(12, *screen.real_position), gpu::sampled(13, *screen.real_normal),
-                                  gpu::sampled(14, *screen.object_surface), gpu::image(16, *screen.traced)}),
+                                  gpu::sampled(14, *screen.object_surface), gpu::sampled(15, *screen.real_albedo),
+                                  gpu::image(16, *screen.traced)}),
       params, screen.tiles->traces());
 }
 

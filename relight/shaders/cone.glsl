@@ -154,6 +154,35 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   }
 }
 
+// What a mirror's cone shows of the change, all of C_delta, and of the room as it was: for mirrors, which want both.
+//   gained: radiance of virtual surfaces, and the change of real ones;  lost: L_mu that virtual ones hide;  all: C_mu.
+void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
+  vec2 known = known_stretch(k), virt = virtual_stretch(k);
+  Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
+  float behind = 0.0;  // share of what is seen of real surfaces that is behind virtual ones
+  bool meets = virt.x < virt.y;
+  float least = 0.5 * min(frame.cascade[0].w, meets ? frame.virtual_grid.w : kFar), t = max(least, meets ? 0.0 : known.x);
+  Past past = Past(0.0, 0.0, 0.0);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if ((t > known.y && (t > virt.y || !meets)) || r.hidden > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
+    dv = t > virt.y || !meets ? kFar : dv;
+    dr = t < known.x ? known.x - t + reach : dr;
+    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
+    float before = r.seen;
+    meet(r, hidden_fraction(dr / reach), 1.0, t);
+    behind += (r.seen - before) * v.hidden;
+    t += careful_step(past, min(dv, dr), reach, least);
+  }
+  float reach = reach_of(k, r.at, least), open = 1.0 - r.hidden;
+  vec3 seen = real_seen(k, r.at, reach), sky = open * environment_radiance(k.w, k.tan_half);
+  all = r.seen * seen + sky;
+  lost = behind * seen + v.hidden * sky;
+  gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least)) +
+           (r.seen - behind) * real_change(real_place(k, r.at), reach);
+}
+
 // The change that real surfaces' own change brings to another real surface: the rest of C_delta.
 vec3 change_cone(Cone k) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);

@@ -17,7 +17,7 @@ const int kMaxLamps = 8;
 const int kMaxSurfaces = 8;
 const int kMaxMirrors = 8;
 const int kMaxImages = 8;
-const int kOutline = 64;    // texels along an edge of the picture of a mirror's outline
+const int kOutline = 64;  // texels along an edge of the picture of a mirror's outline
 const int kCascades = 2;
 const int kBrickCells = 8;  // voxels along a brick of the real distance field
 
@@ -44,9 +44,9 @@ struct Surface {
 
 // A flat piece of a known surface.
 struct Mirror {
-  vec4 plane;    // unit normal n of the side that mirrors; n·p on the plane
-  vec4 centre;   // of the rectangle around it; number of its surface
-  vec4 along;    // axes of the rectangle, over half its edges: from -1 to 1 inside
+  vec4 plane;   // unit normal n of the side that mirrors; n·p on the plane
+  vec4 centre;  // of the rectangle around it; number of its surface
+  vec4 along;   // axes of the rectangle, over half its edges: from -1 to 1 inside
   vec4 across;
 };
 
@@ -54,7 +54,7 @@ struct Mirror {
 struct ShadowView {
   vec4 x_scale;  // axes in the tag frame; 1 / tan of the half angle
   vec4 y;
-  vec4 z_far;    // towards the middle of the sphere; how far away that is, m
+  vec4 z_far;  // towards the middle of the sphere; how far away that is, m
 };
 
 struct FrameParams {
@@ -79,9 +79,9 @@ struct FrameParams {
   Mirror mirrors[8];
   ivec4 mirror_counts;  // mirrors, images of lamps in them
   ivec4 images[2];      // lamp + 8 × mirror, strongest first
-  vec4 sh[9];         // remainder of the fish-eye picture, radiance
-  vec4 tag;           // x: half the edge of the printed tag with its white border
-  ivec4 pass_i;       // what one pass alone needs
+  vec4 sh[9];           // remainder of the fish-eye picture, radiance
+  vec4 tag;             // x: half the edge of the printed tag with its white border
+  ivec4 pass_i;         // what one pass alone needs
   vec4 pass_f;
   vec4 pass_g;
   mat4 pass_m;
@@ -89,13 +89,13 @@ struct FrameParams {
 
 struct DrawParams {
   mat4 T_tag_model;
-  mat4 T_view_tag;     // camera or lamp
-  vec4 projection;     // pinhole: fx fy cx cy in the target's pixels; lamp: 1 / tan of the half angle in x
-  vec4 distortion;     // k1 k2 p1 p2
-  vec4 more;           // k3, near plane, target width, target height
-  vec4 base_color;     // rgb; a: 1 when there is a texture
-  vec4 tint;           // x: share of the vertex colours
-  vec4 material;       // roughness, metallic, specular, object's number + 1
+  mat4 T_view_tag;  // camera or lamp
+  vec4 projection;  // pinhole: fx fy cx cy in the target's pixels; lamp: 1 / tan of the half angle in x
+  vec4 distortion;  // k1 k2 p1 p2
+  vec4 more;        // k3, near plane, target width, target height
+  vec4 base_color;  // rgb; a: 1 when there is a texture
+  vec4 tint;        // x: share of the vertex colours
+  vec4 material;    // roughness, metallic, specular, object's number + 1
 };
 
 #ifdef __cplusplus

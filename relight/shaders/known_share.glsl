@@ -9,6 +9,12 @@ const float kMostPaper = 0.9;
 float pack_known(float number, float paper) { return number + kMostPaper * paper; }
 float paper_share(float packed) { return packed > 0.0 ? fract(packed) / kMostPaper : 0.0; }
 
+// Metal and nothing else: what light falls on it evenly is all the same.
+bool is_metal(float packed) {
+  int known = int(packed);
+  return known > 0 && paper_share(packed) == 0.0 && frame.surfaces[known - 1].metallic_specular.x == 1.0;
+}
+
 // The paper's share of a pixel, by 4 × 4 rays through it: w is the pixel's per metre of z, and how much further the next
 // pixels' point.
 float paper_in_pixel(vec3 p, vec3 w, vec3 right, vec3 down) {

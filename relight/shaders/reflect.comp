@@ -18,6 +18,14 @@ layout(binding = 26) uniform sampler2D radiance;
 layout(binding = 18, rgba16f) uniform writeonly image2D out_gained;  // radiance; a: 1 where traced
 layout(binding = 19, rgba16f) uniform writeonly image2D out_share;   // share of the camera picture that is hidden; a: as above
 
+// Rows of pixels that one stands for, where the lobe blurs what it shows of the objects over many: the filter that
+// follows reaches over two rows. (Half rows would save nothing: software devices run eight pixels of a row together.)
+int rows_alike(Look look, vec3 p) {
+  float near = max(virtual_distance(p), 0.0), far = length(frame.T_tag_camera[3].xyz - p);
+  float blur_px = 2.0 * look.alpha * near * frame.pinhole.x / (near + far);
+  return blur_px > 12.0 ? 4 : blur_px > 6.0 ? 2 : 1;
+}
+
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
@@ -28,8 +36,9 @@ void main() {
     Surface s = frame.surfaces[known - 1];
     Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
     vec3 p = texelFetch(real_position, at, 0).xyz, n = normalize(normal.xyz);
+    bool traced = at.y % rows_alike(look, p) == 0;
     vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
-    int count = frame.counts2.x;
+    int count = traced ? frame.counts2.x : 0;
     float turn = pixel_turn(at);
     vec3 gained = vec3(0), lost = texelFetch(mirror_lost, at, 0).rgb, all = texelFetch(mirror_all, at, 0).rgb;
     Cone k;
@@ -41,18 +50,17 @@ void main() {
       k.w = ggx_sample(look, n, v, vec2(fract(float(i) * 0.61803399 + turn), (float(i) + 0.5) / float(count)), weight);
       if (dot(weight, weight) == 0.0) continue;
       weight /= float(count);
-      vec3 g, l;
-      float hidden;
-      delta_cone(k, g, l, hidden);
-      gained += weight * (g + change_cone(k));
+      vec3 g, l, mu;
+      mirror_cone(k, g, l, mu);
+      gained += weight * g;
       lost += weight * l;
-      all += weight * mu_cone(k);
+      all += weight * mu;
     }
-    out_g = vec4(gained, 1.0);
+    out_g = vec4(gained, traced ? 1.0 : 0.0);
     vec3 share = clamp(lost / max(all, vec3(1e-6)), vec3(0), vec3(1));
     // A metal shows its mirror part alone; of another surface's picture the mirror part is what was modelled.
     vec3 mirror_part = clamp(all / max(texelFetch(radiance, at, 0).rgb, vec3(1e-6)), vec3(0), vec3(1));
-    out_s = vec4(share * mix(mirror_part, vec3(1), s.metallic_specular.x), 1.0);
+    out_s = vec4(share * mix(mirror_part, vec3(1), s.metallic_specular.x), out_g.a);
   }
   imageStore(out_gained, at, to_half(out_g));
   imageStore(out_share, at, to_half(out_s));

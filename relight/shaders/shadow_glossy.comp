@@ -4,6 +4,7 @@
 #include "shadow_cell.glsl"
 #include "mirror_lamp.glsl"
 #include "half.glsl"
+#include "known_share.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 14) uniform sampler2D real_albedo;
@@ -28,6 +29,7 @@ void main() {
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       Lamp lamp = frame.lamps[l];
       int maps = int(lamp.intensity.a), count = maps > 0 ? maps : frame.counts.w;
+      vec3 gone = vec3(0), mirror_gone = vec3(0), mirror_sent = vec3(0);
       for (int i = 0; i < count; ++i) {
         LampSample s = maps > 0 ? map_share(lamp, lamp_views[map + i], p, count) : lamp_share(lamp, p, i, count);
         float cosine = dot(n, s.w);
@@ -36,17 +38,26 @@ void main() {
         k.tan_half = s.tan_half;
         float hidden = maps > 0 ? map_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
         if (hidden == 0.0 && !glossy) continue;
-        float open = 1.0 - real_shadow(k, s.distance), gone = open * hidden;
-        lost += s.irradiance * (cosine * gone);
+        gone += s.irradiance * (cosine * hidden);
         if (glossy) {
           vec3 f = s.irradiance * cosine * ggx_wide(look, n, v, s.w, s.tan_half);
-          mirror_lost += gone * f;
-          mirror_all += open * f;
+          mirror_gone += hidden * f;
+          mirror_sent += f;
         }
       }
+      // What real surfaces hide of the whole lamp is hidden of each share.
+      vec3 to = lamp.position_radius.xyz - p;
+      float far = length(to);
+      k.w = to / far;
+      k.tan_half = lamp.position_radius.w / far;
+      bool asked = gone != vec3(0) || mirror_sent != vec3(0);
+      float open = 1.0 - real_shadow(k, asked ? far : 0.0);
+      lost += open * gone;
+      mirror_lost += open * mirror_gone;
+      mirror_all += open * mirror_sent;
       map += maps;
     }
-    lost += mirrored_lost(p, n, k, frame.counts.w, 0.0);
+    lost += mirrored_lost(p, n, k, is_metal(texelFetch(real_albedo, at, 0).a) ? 0 : frame.counts.w, 0.0);
   }
   imageStore(out_lost, cell, to_half(vec4(lost, 0.0)));
   imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));

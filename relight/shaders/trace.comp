@@ -5,10 +5,12 @@
 #include "gather.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
+#include "known_share.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 14) uniform sampler2D object_surface;
+layout(binding = 15) uniform sampler2D real_albedo;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_change;
 
 void main() {
@@ -22,6 +24,7 @@ void main() {
     ivec2 q = min(scale * at + ivec2(j % scale, j / scale), frame.picture.xy - 1);
     vec4 normal = texelFetch(real_normal, q, 0);
     if (normal.a == 0.0 || texelFetch(object_surface, q, 0).y > 0.999) continue;
+    if (is_metal(texelFetch(real_albedo, q, 0).a)) continue;
     vec3 p = texelFetch(real_position, q, 0).xyz, n = normalize(normal.xyz);
     vec3 off = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
     float turn = pixel_turn(at);
