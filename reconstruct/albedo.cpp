@@ -14,6 +14,7 @@
 #include "reconstruct/albedo_reflections.h"
 #include "reconstruct/albedo_samples.h"
 #include "reconstruct/albedo_solve.h"
+#include "reconstruct/light_pieces.h"
 
 namespace lumigraft {
 namespace {
@@ -150,7 +151,10 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
     gathered.push_back(light[i].irradiance);
     surface.samples[i].usable = surface.samples[i].usable && light[i].metal_share < kMostMetal;
   }
-  lit->lights = placed(*lit, s.locate(room, *lit, surface, gathered));
+  Illumination whole = *lit;
+  whole.lights = join_pieces(lit->lights);
+  lit->lights =
+      place_pieces(lit->lights, placed(whole, s.locate(room, whole, surface, gathered)), lit->probe_position_m);
 
   const LitSurface points(surface, room, *lit, gathered);
   const std::vector<SampleAlbedo> albedo =

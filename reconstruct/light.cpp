@@ -34,6 +34,7 @@ PointLight point_light(const Lamp& lamp) {
   light.angular_radius_rad = static_cast<float>(std::acos(std::clamp(cosine, -1.0, 1.0)));
   light.clipped = lamp.clipped;
   light.squareness = lamp.squareness;
+  light.region = lamp.region;
   return light;
 }
 

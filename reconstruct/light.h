@@ -26,6 +26,7 @@ struct PointLight {
   float radius_m = 0;                                    ///< where distance_known
   bool clipped = false;                                  ///< its power is a lower bound
   float squareness = 0;                                  ///< of its outline: 0 a disk, 0.43 a quadrilateral
+  int region = -1;                                       ///< the same for pieces of one wide lamp; -1: no piece
   bool flat = false;                                     ///< emits as a plane does, with the cosine; else evenly
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();      ///< unit, tag frame; where flat (and distance_known)
 

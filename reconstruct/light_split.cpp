@@ -27,6 +27,7 @@ constexpr std::size_t kLeastClippedPx = 5;
 struct Source {
   std::vector<PixelEnergy> pixels;
   bool clipped = false;
+  int region = -1;
 
   Eigen::Vector3f energy() const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -108,11 +109,11 @@ class Splitter {
       for (const std::uint32_t pixel : region) search[pixel] = 0;
     }
     std::vector<Source> parts;
-    for (Source& source : sources) {
-      const float extent = extent_rad(source.pixels);
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      const float extent = extent_rad(sources[i].pixels);
       const int count = extent > kWideRad ? static_cast<int>(std::ceil(std::pow(extent / kWideRad, 2.0f))) : 1;
-      for (auto& pixels : variance_cut(std::move(source.pixels), view_, std::min(count, max_lamps_))) {
-        parts.push_back({std::move(pixels), source.clipped});
+      for (auto& pixels : variance_cut(std::move(sources[i].pixels), view_, std::min(count, max_lamps_))) {
+        parts.push_back({std::move(pixels), sources[i].clipped, count > 1 ? static_cast<int>(i) : -1});
       }
     }
     return parts;
@@ -212,7 +213,7 @@ class Splitter {
     if (glow_flux < 0.2 * flux_ || left <= 0) return;
     for (const PixelEnergy& p : glow) give(p, -1);
     const int parts = std::min(left, 1 + static_cast<int>(std::pow(extent_rad(glow) / kWideRad, 2.0f)));
-    for (auto& pixels : variance_cut(std::move(glow), view_, parts)) sources.push_back({std::move(pixels), false});
+    for (auto& pixels : variance_cut(std::move(glow), view_, parts)) sources.push_back({std::move(pixels), false, -1});
   }
 
   void give(const PixelEnergy& p, float sign) {
@@ -257,6 +258,7 @@ class Splitter {
     result.solid_angle_sr = static_cast<float>(energy * energy / std::max(energy_squared, 1e-30));
     result.clipped = source.clipped;
     result.squareness = squareness(source, result.direction);
+    result.region = source.region;
     return result;
   }
 

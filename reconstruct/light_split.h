@@ -16,6 +16,7 @@ struct Lamp {
   bool clipped = false;
   float squareness = 0;  ///< |E z⁴| / E|z|⁴ of the outline, spread made equal in both directions: 0 for an
                          ///< ellipse, 0.43 for a parallelogram
+  int region = -1;       ///< the same for what was cut from one region; -1 where nothing was cut
 };
 
 struct LightSplit {

@@ -113,6 +113,40 @@ TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
   }
 }
 
+// A window is cut into pieces that are drawn one by one, but they are one pane: what lights a chequered floor tells its
+// place, where each piece alone would leave it open which of them does what.
+TEST(AlbedoStage, PiecesOfAWindowStandInItsPlane) {
+  TestRoom room;
+  room.half_m = 0.8f;
+  for (const float y : {-0.25f, 0.05f}) {
+    TestLamp piece{{-0.7f, y, 0.75f}, {1, 1, 1}, 0.17f};
+    piece.flat = true;
+    piece.normal = Eigen::Vector3f::UnitX();
+    room.lamps.push_back(piece);
+  }
+  room.ambient = Eigen::Vector3f::Constant(0.02f);
+  room.boxes = {{{0.1f, -0.3f, 0.0f}, {0.25f, -0.2f, 0.12f}}};
+  room.albedo = [](const Eigen::Vector3f& p) {
+    const bool dark = static_cast<int>(std::floor(p.x() / 0.15f) + std::floor(p.y() / 0.15f)) % 2;
+    return Eigen::Vector3f(Eigen::Vector3f::Constant(dark ? 0.25f : 0.6f));
+  };
+  Illumination seen = room.illumination();
+  for (PointLight& light : seen.lights) light.region = 0;
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), seen);
+  ASSERT_EQ(result.illumination->lights.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const PointLight& light = result.illumination->lights[i];
+    ASSERT_TRUE(light.distance_known);
+    ASSERT_TRUE(light.flat);
+    EXPECT_GT(light.normal.x(), std::cos(0.3f));
+    EXPECT_LT((light.position_m - room.lamps[i].position).norm(), 0.1f);
+    EXPECT_EQ(light.irradiance, seen.lights[i].irradiance);
+  }
+  const Eigen::Vector3f apart = result.illumination->lights[1].position_m - result.illumination->lights[0].position_m;
+  EXPECT_LT(std::abs(apart.dot(result.illumination->lights[0].normal)), 0.001f);
+}
+
 TEST(AlbedoStage, TwoLampsAtOnce) {
   TestRoom room;
   room.half_m = 0.8f;

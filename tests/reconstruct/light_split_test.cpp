@@ -156,7 +156,9 @@ TEST(LightSplit, AWindowBecomesSeveralLamps) {
   for (const Lamp& lamp : split.lamps) {
     sum += lamp.irradiance;
     centre += lamp.irradiance.y() * lamp.direction;
+    EXPECT_EQ(lamp.region, split.lamps.front().region);
   }
+  EXPECT_GE(split.lamps.front().region, 0);
   EXPECT_NEAR(sum.y() / ((6 - kRoom.y()) * disk_sr(radius)), 1, 0.01);
   EXPECT_LT(angle_degrees(centre, window), 0.1);
 }

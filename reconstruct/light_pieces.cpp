@@ -1,0 +1,76 @@
+#include "reconstruct/light_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+constexpr float kMostApart = 2;  ///< of a flat piece's distance, over the whole's, either way: beyond it is no plane
+
+bool same_lamp(const PointLight& piece, const PointLight& joined) {
+  return piece.region < 0 ? piece.id == joined.id : piece.region == joined.region;
+}
+
+/// 1 - cos of the half angle, which is the solid angle over 2π.
+float cap(float half_angle_rad) { return 1 - std::cos(half_angle_rad); }
+
+PointLight join(const PointLight& a, const PointLight& b) {
+  PointLight both = a;
+  const float wa = a.irradiance.mean(), wb = b.irradiance.mean(), all = std::max(wa + wb, 1e-12f);
+  both.direction = (wa * a.direction + wb * b.direction).normalized();
+  both.irradiance = a.irradiance + b.irradiance;
+  both.angular_radius_rad =
+      std::acos(std::clamp(1 - cap(a.angular_radius_rad) - cap(b.angular_radius_rad), -1.0f, 1.0f));
+  both.clipped = a.clipped || b.clipped;
+  both.squareness = (wa * a.squareness + wb * b.squareness) / all;
+  return both;
+}
+
+float distance_of(const PointLight& piece, const PointLight& joined, const Eigen::Vector3f& probe_m) {
+  const Eigen::Vector3f to = joined.position_m - probe_m;
+  const float whole_m = to.norm();
+  if (!joined.flat) return whole_m;
+  const float plane_m = joined.normal.dot(to) / joined.normal.dot(piece.direction);
+  return plane_m > whole_m / kMostApart && plane_m < whole_m * kMostApart ? plane_m : whole_m;
+}
+
+}  // namespace
+
+std::vector<PointLight> join_pieces(const std::vector<PointLight>& pieces) {
+  std::vector<PointLight> joined;
+  for (const PointLight& piece : pieces) {
+    const auto whole =
+        std::find_if(joined.begin(), joined.end(), [&](const PointLight& light) { return same_lamp(piece, light); });
+    if (whole == joined.end()) {
+      joined.push_back(piece);
+    } else {
+      *whole = join(*whole, piece);
+    }
+  }
+  return joined;
+}
+
+std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, const std::vector<PointLight>& joined,
+                                     const Eigen::Vector3f& probe_m) {
+  const std::vector<PointLight> unplaced = join_pieces(pieces);
+  std::vector<PointLight> result = pieces;
+  for (PointLight& piece : result) {
+    const auto whole =
+        std::find_if(joined.begin(), joined.end(), [&](const PointLight& light) { return same_lamp(piece, light); });
+    const PointLight& before = unplaced[static_cast<std::size_t>(whole - joined.begin())];
+    piece.irradiance =
+        piece.irradiance.cwiseProduct(whole->irradiance.cwiseQuotient(before.irradiance.cwiseMax(1e-12f)));
+    piece.distance_known = whole->distance_known;
+    if (!piece.distance_known) continue;
+    const float distance_m = distance_of(piece, *whole, probe_m);
+    piece.position_m = probe_m + distance_m * piece.direction;
+    piece.intensity = piece.irradiance * distance_m * distance_m;
+    piece.radius_m = distance_m * std::tan(piece.angular_radius_rad);
+    piece.flat = whole->flat;
+    piece.normal = whole->normal;
+  }
+  return result;
+}
+
+}  // namespace lumigraft

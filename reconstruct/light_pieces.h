@@ -1,0 +1,18 @@
+#pragma once
+// A lamp too wide to be drawn as one is several in the illumination, but it stands in one place: joined before its
+// place is looked for, cut again once it is known.
+#include <vector>
+
+#include "reconstruct/light.h"
+
+namespace lumigraft {
+
+/// Lamps in their order, those of one region (PointLight::region) as one, where the first of them is, with its id.
+std::vector<PointLight> join_pieces(const std::vector<PointLight>& pieces);
+
+/// The pieces where `joined`, which join_pieces made of them and a search then placed, says that they are: on one plane
+/// where it is flat, else at one distance. Their share of its irradiance stays.
+std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, const std::vector<PointLight>& joined,
+                                     const Eigen::Vector3f& probe_m);
+
+}  // namespace lumigraft
