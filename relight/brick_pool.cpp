@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
+#include <utility>
 
 #include "relight/surface_lattice.h"
 
@@ -17,6 +19,7 @@ std::uint32_t half2(float a, float b) {
 
 constexpr int kHalf = kBrickEdge / 2;  // voxels along a cell of the lattice of distances
 constexpr float kMostClearance_m = 10;
+constexpr double kMostBricks = 2e6;  // of the dense index: 72 MB with its clearances
 
 struct Slot {
   int number = 0;
@@ -49,6 +52,30 @@ std::vector<LatticePoint> surface_points(const BrickKey& key, const FieldBrick& 
   return points;
 }
 
+/// First brick and count of a region, with one more to either side.
+std::pair<Eigen::Vector3i, Eigen::Vector3i> bricks_of(const Eigen::AlignedBox3f& region, float brick_m) {
+  const Eigen::Vector3i low = (region.min() / brick_m).array().floor().matrix().cast<int>() - Eigen::Vector3i::Ones();
+  return {low, (region.max() / brick_m).array().floor().matrix().cast<int>() - low + Eigen::Vector3i::Constant(2)};
+}
+
+/// Where objects are large or far apart, they ask for more than a dense index can hold: then what is known of the field
+/// within, and of that the middle.
+Eigen::AlignedBox3f held_of(Eigen::AlignedBox3f region, const DistanceField& field, float brick_m) {
+  const auto fits = [&] { return bricks_of(region, brick_m).second.cast<double>().prod() <= kMostBricks; };
+  if (fits()) return region;
+  Eigen::AlignedBox3f known;
+  for (const auto& [key, brick] : field.bricks) {
+    const Eigen::Vector3f corner = brick_m * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>();
+    known.extend(corner);
+    known.extend(corner + Eigen::Vector3f::Constant(brick_m));
+  }
+  const Eigen::Vector3f middle = region.center();
+  const Eigen::AlignedBox3f within = region.intersection(known);
+  region = within.isEmpty() ? Eigen::AlignedBox3f(middle, middle) : within;
+  while (!fits()) region = {region.center() - 0.4f * region.sizes(), region.center() + 0.4f * region.sizes()};
+  return region;
+}
+
 struct Range {  // of slots that were packed again
   std::size_t low = SIZE_MAX, high = 0;
   void add(std::size_t i) {
@@ -63,8 +90,8 @@ struct BrickPool::State {
   gpu::Device& device;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const AlbedoField> albedo;
-  Eigen::AlignedBox3f region;
-  std::map<BrickKey, Slot> slots;  // ordered: what is uploaded doesn't depend on hashing
+  Eigen::AlignedBox3f asked, region;  ///< region: what of it fits a dense index
+  std::map<BrickKey, Slot> slots;     // ordered: what is uploaded doesn't depend on hashing
   std::vector<int> free_slots;
   std::vector<std::uint32_t> distance, radiance, albedo_words;  // as in bricks.glsl
   Eigen::Vector3i low = Eigen::Vector3i::Zero(), size = Eigen::Vector3i::Ones();
@@ -193,7 +220,7 @@ BrickPool::~BrickPool() = default;
 bool BrickPool::update(const std::shared_ptr<const DistanceField>& field,
                        const std::shared_ptr<const AlbedoField>& albedo, const Eigen::AlignedBox3f& region) {
   State& s = *state_;
-  if (s.field == field && s.albedo == albedo && s.region.isApprox(region, 1e-6f)) return false;
+  if (s.field == field && s.albedo == albedo && s.asked.isApprox(region, 1e-6f)) return false;
   if (s.voxel_m != field->voxel_m) {  // another grid: nothing can be kept
     s.slots.clear();
     s.free_slots.clear();
@@ -203,14 +230,14 @@ bool BrickPool::update(const std::shared_ptr<const DistanceField>& field,
   }
   s.field = field;
   s.albedo = albedo;
-  s.region = region;
+  s.asked = region;
+  s.region = held_of(region, *field, field->voxel_m * kBrickEdge);
   s.voxel_m = field->voxel_m;
   s.truncation_m = field->truncation_m;
   const Range range = s.fill_slots();
   s.any = !s.slots.empty();
   const float brick_m = s.voxel_m * kBrickEdge;
-  s.low = (region.min() / brick_m).array().floor().matrix().cast<int>() - Eigen::Vector3i::Ones();
-  s.size = (region.max() / brick_m).array().floor().matrix().cast<int>() - s.low + Eigen::Vector3i::Constant(2);
+  std::tie(s.low, s.size) = bricks_of(s.region, brick_m);
   s.send_index();
   s.send_bricks(range);
   return true;

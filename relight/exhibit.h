@@ -35,10 +35,11 @@ struct Model {
   std::vector<Eigen::Vector3f> colors;     ///< linear vertex colours, one where the model has none
   std::vector<std::uint32_t> indices;      ///< three per triangle
   std::vector<Part> parts;
+  std::size_t unusable_triangles = 0;  ///< that the file has and this model has not
 };
 
 /// glTF 2.0 (.gltf, .glb), PLY or OBJ. `up` is the model's up axis: "x", "y" or "z". Triangles without area and with
-/// NaN are dropped; a model with none left throws InputError.
+/// NaN are dropped and counted; a model with none left throws InputError.
 std::shared_ptr<const Model> load_model(const std::filesystem::path& path, char up);
 
 struct KeyFrame {

@@ -83,6 +83,7 @@ class Loader {
       corners.insert(corners.end(), batch.corners.begin(), batch.corners.end());
     }
     join(corners, model.get());
+    model->unusable_triangles = unusable_triangles_;
     return model;
   }
 
@@ -127,7 +128,11 @@ class Loader {
         in_range = vertex < mesh.mNumVertices;
         if (in_range) triangle[k] = corner(mesh, vertex, batch.material.texcoord_channel, T_model_node, normal_matrix);
       }
-      if (in_range && usable(triangle)) batch.corners.insert(batch.corners.end(), triangle, triangle + 3);
+      if (in_range && usable(triangle)) {
+        batch.corners.insert(batch.corners.end(), triangle, triangle + 3);
+      } else {
+        ++unusable_triangles_;
+      }
     }
     fill_missing_normals(std::span(batch.corners).subspan(before));
   }
@@ -178,6 +183,7 @@ class Loader {
   bool srgb_colors_;
   ModelMaterials materials_;
   std::map<unsigned, Batch> batches_;  // by material
+  std::size_t unusable_triangles_ = 0;
 };
 
 }  // namespace

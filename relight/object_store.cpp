@@ -134,9 +134,16 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
   if (entry) return *entry;
   entry = std::make_unique<StoredModel>();
   entry->model = model;
-  entry->full = upload_mesh(*model);
   const std::shared_ptr<const Model> simple = evenly_divided(*simplify_model(*model, kSimpleTriangles));
   entry->simple = upload_mesh(*simple);
+  try {
+    entry->full = upload_mesh(*model);
+  } catch (const gpu::DeviceLost&) {
+    throw;
+  } catch (const gpu::GpuError& e) {
+    entry->full = upload_mesh(*simple);
+    entry->why_simple = e.what();
+  }
   entry->simple.closed = is_closed(*simple);
   std::map<const Image<std::uint8_t>*, const gpu::Texture*> textures;
   for (std::size_t i = 0; i < model->parts.size(); ++i) {
@@ -147,7 +154,7 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
       entry->textures.push_back(upload_texture(device_, *picture));
       texture = entry->textures.back().get();
     }
-    entry->full.parts[i].texture = texture;
+    if (i < entry->full.parts.size()) entry->full.parts[i].texture = texture;
     if (i < entry->simple.parts.size()) entry->simple.parts[i].texture = texture;
   }
   entry->sphere = bounding_sphere(model->positions_m);

@@ -2,6 +2,7 @@
 // What the GPU holds of virtual models: triangles, textures, distance fields. Made once per model.
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "relight/exhibit.h"
@@ -24,7 +25,8 @@ struct StoredModel {
     std::vector<Part> parts;
   };
   std::shared_ptr<const Model> model;
-  Mesh full, simple;  ///< simple: fewer triangles where there are many, more where there are few large ones
+  Mesh full, simple;       ///< simple: fewer triangles where there are many, more where there are few large ones
+  std::string why_simple;  ///< not empty: the device has no room for all triangles, `full` is the simple mesh too
   std::vector<std::unique_ptr<gpu::Texture>> textures;
   std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; model frame
   int sample_count = 0;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "capture/radiance.h"
+#include "relight/approximations.h"
 #include "relight/brick_pool.h"
 #include "relight/camera_upload.h"
 #include "relight/known_room.h"
@@ -38,6 +39,7 @@
 namespace lumigraft {
 namespace {
 
+constexpr int kLeastVolume = 32;
 constexpr float kNearPlane_m = 0.02f;
 constexpr int kVertexCones = 9;                // over the hemisphere of a vertex of an object, once
 constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
@@ -94,6 +96,8 @@ struct Relighter::State {
 
   // What is kept from frame to frame.
   Plan made_for;
+  int most_voxels = 1 << 30;  ///< along the edge of volumes: with more the device had no room for them
+  std::string why_not_more;
   std::unique_ptr<Volumes> volumes;
   std::unique_ptr<Screen> screen;
   std::optional<LightKey> lit;  ///< empty: volumes are not filled yet
@@ -139,6 +143,7 @@ struct Relighter::State {
   void fit(const Plan& plan) {
     const Quality quality = quality_of(plan);
     if (!volumes || made_for.volume != plan.volume) {
+      volumes.reset();  // there may be no room for both
       volumes = std::make_unique<Volumes>(*device, plan.volume);
       volumes->mirror_outlines = &mirrors.outlines();
       illumination.reset();
@@ -169,6 +174,29 @@ struct Relighter::State {
       camera.upload_rays(*device, *screen);
     }
     made_for = plan;
+  }
+
+  /// The plan with as large volumes as the device has room for. Throws gpu::GpuError where it has none for anything.
+  Plan fit_what_there_is_room_for(Plan plan, std::vector<std::string>* warnings) {
+    const int wanted = plan.volume;
+    plan.volume = std::min(plan.volume, most_voxels);
+    for (;;) {
+      try {
+        fit(plan);
+        break;
+      } catch (const gpu::DeviceLost&) {
+        throw;
+      } catch (const gpu::GpuError& e) {
+        if (plan.volume <= kLeastVolume || volumes) throw;
+        most_voxels = plan.volume /= 2;
+        why_not_more = e.what();
+      }
+    }
+    if (plan.volume < wanted) {
+      warnings->push_back("relight: plan.volume " + std::to_string(wanted) + " is too much (" + why_not_more + "), " +
+                          std::to_string(plan.volume) + " is taken");
+    }
+    return plan;
   }
 
   shader::FrameParams frame_params(const Scene& scene, const Placement& placement, const Plan& plan) {
@@ -367,11 +395,11 @@ Relighter::Relighter(std::shared_ptr<gpu::Device> device, const Session& session
     : state_(std::make_unique<State>(std::move(device), session)) {}
 Relighter::~Relighter() = default;
 
-RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
+RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& asked,
                                 bool with_maps) {
   State& s = *state_;
   RelitPicture result;
-  result.plan = plan;
+  result.plan = asked;
   s.camera.take(frame.color);
 
   std::string missing;
@@ -385,17 +413,29 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
     missing = "no light is known yet";
   else if (!scene.field)
     missing = "no geometry is known yet";
+  if (missing.empty()) {
+    try {
+      result.plan = s.fit_what_there_is_room_for(asked, &result.warnings);
+    } catch (const gpu::DeviceLost&) {
+      throw;
+    } catch (const gpu::GpuError& e) {
+      missing = e.what();
+    }
+  }
   if (!missing.empty()) {
     result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
     result.srgb = s.camera.coded();
     return result;
   }
 
-  s.fit(plan);
+  const Plan& plan = result.plan;
   const std::vector<PlacedObject> objects = s.store.place(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
   std::vector<PlacedBounds> bounds;
   for (const auto& object : objects) bounds.push_back(object.bounds);
   const Placement placement = place_volumes(bounds, plan.volume);
+  for (const std::string& line : approximations(exhibit, objects, placement, scene)) {
+    result.warnings.push_back("relight: " + line);
+  }
   s.volumes->fit_virtual(*s.device, placement.virtual_size);
   s.take_lights(scene.illumination, plan.max_lights);
 

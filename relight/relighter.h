@@ -9,7 +9,7 @@ namespace lumigraft {
 
 /// One verb. Holds caches of what depends only on still geometry, still light or a rigid object. Not thread safe.
 /// Never throws for what a frame holds: where the scene lacks something (no pose, no light) the camera picture passes
-/// through and a warning says why. Throws gpu::GpuError where the device fails.
+/// through and a warning says why. Throws gpu::GpuError where the device fails, gpu::DeviceLost where it is gone.
 class Relighter : public Renderer {
  public:
   Relighter(std::shared_ptr<gpu::Device> device, const Session& session);

@@ -19,7 +19,8 @@ namespace {
 template <typename Function>
 bool check(std::ostream& out, const char* what, Function function) {
   try {
-    out << "  " << what << ": ok, " << function() << '\n';
+    const std::string detail = function();
+    out << "  " << what << ": ok, " << detail << '\n';
     return true;
   } catch (const std::exception& e) {
     out << "  " << what << ": cannot be used: " << e.what() << '\n';

@@ -8,7 +8,7 @@
 namespace lumigraft {
 namespace {
 
-constexpr std::chrono::seconds kLongestPause{30};
+constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first try comes with the next frame
 
 }  // namespace
 
@@ -28,13 +28,13 @@ LiveRelighter::Result LiveRelighter::relight(const FrameSet& frame, const Scene&
     }
     if (relighter_) {
       result.picture = relighter_->relight(frame, scene, exhibit, plan);
-      pause_ = std::chrono::seconds(1);
+      pause_ = std::chrono::seconds(0);
       failure_.clear();
     }
   } catch (const gpu::GpuError& e) {
     relighter_.reset();  // frees the device before the next one is made
     next_try_ = std::chrono::steady_clock::now() + pause_;
-    pause_ = std::min(2 * pause_, kLongestPause);
+    pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
     failure_ = std::string("the GPU failed and is made again: ") + e.what();
   } catch (const std::exception& e) {
     failure_ = std::string("relight: ") + e.what();

@@ -31,7 +31,7 @@ class LiveRelighter {
   std::unique_ptr<Relighter> relighter_;
   std::string failure_;
   std::chrono::steady_clock::time_point next_try_{};
-  std::chrono::seconds pause_{1};
+  std::chrono::seconds pause_{0};
 };
 
 }  // namespace lumigraft

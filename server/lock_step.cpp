@@ -8,12 +8,20 @@
 
 namespace lumigraft {
 
-LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, std::shared_ptr<gpu::Device> device,
+LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
                    std::unique_ptr<Oracle> oracle)
-    : exhibit_(std::move(exhibit)),
+    : session_(session),
+      exhibit_(std::move(exhibit)),
       plan_(plan),
-      renderer_(make_renderer(session, plan, oracle ? oracle->parts() : OracleParts{}, std::move(device))),
-      learner_(session, std::move(oracle)) {}
+      make_device_(std::move(make_device)),
+      truth_(oracle ? oracle->parts() : OracleParts{}),
+      learner_(session, std::move(oracle)) {
+  make();
+}
+
+void LockStep::make() {
+  renderer_ = make_renderer(session_, plan_, truth_, needs_gpu(plan_) ? make_device_() : nullptr);
+}
 
 FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
   LearntFrame learnt = learner_.learn(sensed);
@@ -23,7 +31,14 @@ FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
                      .warnings = std::move(learnt.warnings)};
   const CostClock clock;
   try {
-    record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, plan_, with_maps);
+    try {
+      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, plan_, with_maps);
+    } catch (const gpu::DeviceLost& e) {
+      append_warnings(record.warnings, {std::string("the GPU was lost, another one draws the frame: ") + e.what()});
+      renderer_.reset();  // frees the device before the next one is made
+      make();
+      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, plan_, with_maps);
+    }
   } catch (const gpu::GpuError&) {
     throw;
   } catch (const std::exception& e) {

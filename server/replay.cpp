@@ -111,9 +111,8 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
     oracle = std::make_unique<Oracle>(input.session, command.oracle);
   }
   PartialOutput output(command.out);
-  LockStep pipeline(input.session, std::move(input.exhibit), input.plan,
-                    needs_gpu(input.plan) ? gpu::create_device(input.server.backend, gpu::DeviceOptions{}) : nullptr,
-                    std::move(oracle));
+  const auto make_device = [backend = input.server.backend] { return gpu::create_device(backend, {}); };
+  LockStep pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle));
 
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);
   const auto limit = static_cast<std::uint64_t>(command.frames);

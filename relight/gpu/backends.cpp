@@ -1,6 +1,7 @@
 #include "relight/gpu/backends.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace lumigraft::gpu {
 namespace {
@@ -14,6 +15,14 @@ bool any_usable(const std::vector<DeviceListing>& listings, Wanted wanted) {
 }
 
 }  // namespace
+
+std::string settings_text(std::initializer_list<const char*> variables) {
+  std::string text;
+  for (const char* variable : variables) {
+    if (const char* value = std::getenv(variable)) text += std::string("; ") + variable + " is " + value;
+  }
+  return text;
+}
 
 std::string_view name_of(Backend backend) {
   switch (backend) {

@@ -1,8 +1,13 @@
 #pragma once
 // What each way to a GPU tells of its devices. Nothing here throws: what fails is listed with the reason.
+#include <initializer_list>
+
 #include "relight/gpu/device.h"
 
 namespace lumigraft::gpu {
+
+/// "; NAME is VALUE" for each of these environment variables that is set: they can hide a driver.
+std::string settings_text(std::initializer_list<const char*> variables);
 
 namespace vulkan {
 std::vector<DeviceListing> list_devices();

@@ -15,7 +15,8 @@
 // z forward needs no flip), gl_FragCoord.y = 0.5, texture coordinate v = 0. Clip-space depth runs from 0 (near) to w
 // (far). Front faces are counter-clockwise as seen in that picture. Texels come x fastest, then y, then z.
 //
-// Errors: device failures throw GpuError; misuse throws std::logic_error that names the shader and the slot.
+// Errors: device failures throw GpuError, DeviceLost where nothing but another device helps; misuse throws
+// std::logic_error that names the shader and the slot. What a lost device made may and must still be destroyed.
 // A device and what it made belong to one thread at a time.
 #include <array>
 #include <cstddef>
@@ -33,6 +34,12 @@ namespace lumigraft::gpu {
 class GpuError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// The device hung, crashed or was removed, and everything that it held is gone.
+class DeviceLost : public GpuError {
+ public:
+  using GpuError::GpuError;
 };
 
 enum class Format {

@@ -13,6 +13,15 @@ gpu::TextureDesc volume(const char* name, int x, int y, int z, gpu::Format forma
 
 Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
   for (int n = edge; n >= 4; n /= 2) ++mips;  // coarser than 4³ nothing is asked for
+  // Buffers first: some devices hold textures of a size for which they have no buffer.
+  const std::size_t voxels = static_cast<std::size_t>(edge) * edge * edge * shader::kCascades;
+  virtual_flux = device.create_buffer(voxels * 3 * sizeof(int), "virtual flux");
+  real_flux = device.create_buffer(voxels * 3 * sizeof(int), "real flux");
+  virtual_area = device.create_buffer(voxels * sizeof(int), "virtual area");
+  // Surfaces fill a small part of a cube; the constant is room enough for the smallest.
+  listed = device.create_buffer(4 * (voxels / 4 + 4096), "listed voxels");
+  cells = device.create_buffer(4 * (voxels / 16 + 1024), "listed cells");
+
   const auto make = [&](const char* name, gpu::Format format, int levels) {
     return device.create_texture(volume(name, edge, edge, edge * shader::kCascades, format, levels));
   };
@@ -26,13 +35,6 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
   gathered_virtual = make("gathered by virtual", gpu::Format::rgba16_float, 1);
   real_irradiance = device.create_texture(
       volume("irradiance of real", edge / 2, edge / 2, edge / 2 * shader::kCascades, gpu::Format::rgba16_float));
-  const std::size_t voxels = static_cast<std::size_t>(edge) * edge * edge * shader::kCascades;
-  virtual_flux = device.create_buffer(voxels * 3 * sizeof(int), "virtual flux");
-  real_flux = device.create_buffer(voxels * 3 * sizeof(int), "real flux");
-  virtual_area = device.create_buffer(voxels * sizeof(int), "virtual area");
-  // Surfaces fill a small part of a cube; the constant is room enough for the smallest.
-  listed = device.create_buffer(4 * (voxels / 4 + 4096), "listed voxels");
-  cells = device.create_buffer(4 * (voxels / 16 + 1024), "listed cells");
   environment = device.create_texture({.name = "environment",
                                        .width = kEnvironmentEdge,
                                        .height = kEnvironmentEdge,

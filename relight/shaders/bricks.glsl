@@ -43,10 +43,13 @@ float field_clearance(vec3 p) {
   return max(d - 1.5 * sqrt(3.0) * float(kHalfBrick) * frame.field.x, 0.0);
 }
 
-// About how far the nearest surface is, linear between the cells' middles.
+// About how far the nearest surface is, linear between the cells' middles. Beyond the index as the legs of the right angle
+// at its nearest point say.
 float far_distance(vec3 p) {
-  if (!in_index(p)) return 0.0;
-  vec3 g = (p / frame.field.x + 0.5) / float(kHalfBrick) - 0.5;
+  if (frame.bricks_size.w == 0) return 0.0;
+  vec3 low = (vec3(frame.bricks_low.xyz * kBrickCells) - 0.5) * frame.field.x;
+  vec3 q = clamp(p, low, low + vec3(frame.bricks_size.xyz * kBrickCells) * frame.field.x);
+  vec3 g = (q / frame.field.x + 0.5) / float(kHalfBrick) - 0.5;
   ivec3 base = ivec3(floor(g));
   vec3 f = g - vec3(base);
   float d = 0.0;
@@ -55,7 +58,7 @@ float far_distance(vec3 p) {
     vec3 w = mix(1.0 - f, f, vec3(o));
     d += w.x * w.y * w.z * cell_clearance(base + o);
   }
-  return d;
+  return q == p ? d : length(vec2(d, distance(p, q)));
 }
 
 struct Corners {

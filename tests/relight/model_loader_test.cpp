@@ -277,6 +277,7 @@ TEST(LoadModel, TrianglesWithoutAreaAndWithNanAreDropped) {
   expect_sound(*model);
   EXPECT_EQ(model->indices.size(), 3u);
   EXPECT_EQ(model->positions_m.size(), 3u);
+  EXPECT_EQ(model->unusable_triangles, 3u);
 }
 
 std::string error_of(const std::filesystem::path& path) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <sstream>
+#include <utility>
 
 #include "relight/gpu/device.h"
 
@@ -19,6 +21,40 @@ TEST(Doctor, EveryDeviceHasALineAndOneDraws) {
   }
   const std::string draws = "  GPU: ok, " + std::string(gpu::name_of(gpu::best_backend())) + " draws unless";
   EXPECT_NE(out.str().find(draws), std::string::npos) << out.str();
+}
+
+/// What the program says with these environment variables, and whether it says that all is there.
+std::pair<std::string, bool> doctor_with(const std::string& variables) {
+  FILE* const pipe = popen(("env " + variables + " " LUMIGRAFT_PROGRAM " doctor 2>&1").c_str(), "r");
+  std::string text;
+  for (int c = fgetc(pipe); c != EOF; c = fgetc(pipe)) text += static_cast<char>(c);
+  return {text, pclose(pipe) == 0};
+}
+
+// Drivers that cannot be found: the variables hide them from the loaders, as if they were not installed.
+TEST(Doctor, SaysWhatIsMissingAndWhy) {
+  const std::string no_vulkan = "VK_ICD_FILENAMES=/nowhere.json", no_egl = "__EGL_VENDOR_LIBRARY_FILENAMES=/nowhere";
+  const std::string vulkan_line = "vulkan: Vulkan: cannot be used: no Vulkan device: no driver is installed",
+                    egl_line = "egl: EGL: cannot be used: no EGL device";
+  {
+    const auto [text, good] = doctor_with(no_vulkan);
+    EXPECT_TRUE(good) << text;
+    EXPECT_NE(text.find(vulkan_line), std::string::npos) << text;
+    EXPECT_NE(text.find("; VK_ICD_FILENAMES is /nowhere.json\n"), std::string::npos) << text;
+    EXPECT_NE(text.find("GPU: ok, egl draws"), std::string::npos) << text;
+  }
+  {
+    const auto [text, good] = doctor_with(no_egl);
+    EXPECT_TRUE(good) << text;
+    EXPECT_NE(text.find(egl_line), std::string::npos) << text;
+    EXPECT_NE(text.find("GPU: ok, vulkan draws"), std::string::npos) << text;
+  }
+  const auto [text, good] = doctor_with(no_vulkan + " " + no_egl);
+  EXPECT_FALSE(good) << text;
+  EXPECT_NE(text.find(vulkan_line), std::string::npos) << text;
+  EXPECT_NE(text.find(egl_line), std::string::npos) << text;
+  EXPECT_NE(text.find("\n  GPU: cannot be used: no usable GPU"), std::string::npos) << text;
+  EXPECT_EQ(text.find("GPU: ok"), std::string::npos) << text;
 }
 
 }  // namespace

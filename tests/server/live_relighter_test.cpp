@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "lost_device/lose.h"
 #include "tiny_session.h"
 
 namespace lumigraft {
@@ -50,7 +51,7 @@ class FailingDevice : public gpu::Device {
  private:
   gpu::Device& ok() {
     if (*broken_) {
-      throw gpu::GpuError("device lost");
+      throw gpu::DeviceLost("device lost");
     }
     return *real_;
   }
@@ -82,6 +83,24 @@ Plan small_plan() {
   return plan;
 }
 
+Scene empty_room() {
+  Scene scene;
+  scene.pose.emplace();
+  scene.pose->T_tag_camera.translation().z() = 1;
+  scene.pose->T_tag_camera.linear() = Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  scene.illumination = std::make_shared<Illumination>();
+  scene.field = std::make_shared<DistanceField>();
+  return scene;
+}
+
+Exhibit pyramid() {
+  const TinySession tiny("live-relighter");
+  Exhibit exhibit;
+  exhibit.objects.emplace_back();
+  exhibit.objects[0].model = load_model(tiny.folder / "pyramid.obj", 'z');
+  return exhibit;
+}
+
 TEST(LiveRelighter, ADeviceThatCannotBeMadeIsAnErrorAtTheStart) {
   EXPECT_THROW(LiveRelighter(small_camera(), []() -> std::shared_ptr<gpu::Device> { throw gpu::GpuError("none"); }),
                gpu::GpuError);
@@ -102,16 +121,8 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
     }
     return std::make_shared<FailingDevice>(gpu::create_device(GetParam(), {}), broken);
   });
-  Scene scene;
-  const TinySession tiny("live-relighter");
-  Exhibit exhibit;
-  exhibit.objects.emplace_back();
-  exhibit.objects[0].model = load_model(tiny.folder / "pyramid.obj", 'z');
-  scene.pose.emplace();
-  scene.pose->T_tag_camera.translation().z() = 1;
-  scene.pose->T_tag_camera.linear() = Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  scene.illumination = std::make_shared<Illumination>();
-  scene.field = std::make_shared<DistanceField>();
+  const Scene scene = empty_room();
+  const Exhibit exhibit = pyramid();
   *broken = true;
   const auto failed = relighter.relight(grey_frame(), scene, exhibit, small_plan());
   ASSERT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
@@ -130,6 +141,29 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
     }
   }
   EXPECT_TRUE(well);
+}
+
+TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
+  const gpu::LosableDevices losable(GetParam());
+  LiveRelighter relighter(small_camera(), [] { return gpu::create_device(GetParam(), {}); });
+  const Scene scene = empty_room();
+  const Exhibit exhibit = pyramid();
+  const auto before = relighter.relight(grey_frame(), scene, exhibit, small_plan());
+  ASSERT_FALSE(before.passed_through);
+  EXPECT_NE(before.picture.srgb.data, grey_frame().color->encoded.data);
+
+  losable.lose();
+  const auto failed = relighter.relight(grey_frame(), scene, exhibit, small_plan());
+  EXPECT_TRUE(failed.passed_through);
+  EXPECT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
+  ASSERT_EQ(failed.picture.warnings.size(), 1u);
+  EXPECT_NE(failed.picture.warnings[0].find("the GPU failed and is made again: "), std::string::npos)
+      << failed.picture.warnings[0];
+
+  const auto after = relighter.relight(grey_frame(), scene, exhibit, small_plan());
+  EXPECT_FALSE(after.passed_through);
+  EXPECT_EQ(after.picture.srgb.data, before.picture.srgb.data);
+  EXPECT_EQ(after.picture.warnings, before.picture.warnings);
 }
 
 }  // namespace

@@ -71,7 +71,8 @@ std::vector<Candidate> find_candidates() {
     const EGLDisplay display = eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
     return {{.name = "Mesa without a surface", .display = display, .software = false}};
   }
-  throw GpuError("no EGL device: no driver that draws without a window is installed (for software, libegl-mesa0)");
+  throw GpuError("no EGL device: no driver that draws without a window is installed (for software, libegl-mesa0)" +
+                 settings_text({"__EGL_VENDOR_LIBRARY_FILENAMES", "__EGL_VENDOR_LIBRARY_DIRS"}));
 }
 
 std::unique_ptr<ContextHandle> open(const Candidate& candidate, bool validation) {

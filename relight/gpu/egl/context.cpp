@@ -49,11 +49,14 @@ std::string egl_error_text() {
     case EGL_BAD_ALLOC:
       return "out of memory";
     case EGL_BAD_MATCH:
+    case EGL_BAD_ATTRIBUTE:
+    case EGL_BAD_CONFIG:
       return "the driver does not have it";
     case EGL_BAD_ACCESS:
       return "another thread is using it, or access is denied";
     case EGL_NOT_INITIALIZED:
-      return "the driver could not start";
+      return "the driver could not start, or was shut down";
+    case EGL_BAD_CONTEXT:
     case EGL_CONTEXT_LOST:
       return "the device was lost";
     default:
@@ -87,7 +90,7 @@ ContextHandle::ContextHandle(EGLDisplay of_display, bool debug) : display(of_dis
 ContextHandle::~ContextHandle() { eglDestroyContext(display, context); }
 
 Current::Current(const ContextHandle& handle) : Current(handle, std::nothrow) {
-  if (!good_) throw GpuError("OpenGL cannot be entered: " + egl_error_text());
+  if (!good_) throw DeviceLost("OpenGL cannot be entered any more: " + egl_error_text());
 }
 
 Current::Current(const ContextHandle& handle, std::nothrow_t) noexcept : display_(handle.display) {
@@ -180,8 +183,7 @@ GLuint Context::timestamp(std::size_t index) {
 void Context::check(const std::string& doing) {
   const GLenum error = glGetError();
   if (error != GL_NO_ERROR) {
-    while (error != GL_CONTEXT_LOST && glGetError() != GL_NO_ERROR) {
-    }
+    for (GLenum more = error; more != GL_NO_ERROR && more != GL_CONTEXT_LOST;) more = glGetError();
   }
   const bool lost = error == GL_CONTEXT_LOST || glGetGraphicsResetStatus() != GL_NO_ERROR;
   const std::string said = messages_.take();
@@ -189,6 +191,7 @@ void Context::check(const std::string& doing) {
   std::string what = doing;
   if (lost || error != GL_NO_ERROR) what += ": " + text_of(lost ? GL_CONTEXT_LOST : error);
   if (!said.empty()) what += "\n" + said;
+  if (lost) throw DeviceLost(what);
   throw GpuError(what);
 }
 

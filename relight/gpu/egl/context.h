@@ -36,7 +36,7 @@ struct ContextHandle {
 /// The context is current in this thread while this lives.
 class Current {
  public:
-  explicit Current(const ContextHandle& handle);                  ///< throws GpuError where it cannot be
+  explicit Current(const ContextHandle& handle);                  ///< throws DeviceLost where it cannot be
   Current(const ContextHandle& handle, std::nothrow_t) noexcept;  ///< for destructors, which ask good()
   ~Current();
   Current(const Current&) = delete;
@@ -72,7 +72,7 @@ class Context {
   GLuint timestamp(std::size_t index);                 ///< a query, kept for the next list
 
   Current enter() const { return Current(*handle_); }
-  /// Throws GpuError where OpenGL or its debug output has complained since the last call, or the device is lost.
+  /// Throws GpuError where OpenGL or its debug output has complained since the last call, DeviceLost where it is gone.
   void check(const std::string& doing);
 
  private:

@@ -116,7 +116,7 @@ std::vector<Candidate> find_candidates(const Instance& instance) {
   check(vkEnumeratePhysicalDevices(instance.handle, &count, nullptr), "listing the Vulkan devices");
   std::vector<VkPhysicalDevice> devices(count);
   check(vkEnumeratePhysicalDevices(instance.handle, &count, devices.data()), "listing the Vulkan devices");
-  if (devices.empty()) throw GpuError("no Vulkan device: no driver is installed (for software, mesa-vulkan-drivers)");
+  if (devices.empty()) throw GpuError(no_driver_text());
   std::vector<Candidate> candidates;
   for (const VkPhysicalDevice device : devices) {
     VkPhysicalDeviceProperties properties{};

@@ -14,8 +14,10 @@
 
 namespace lumigraft::gpu::vulkan {
 
-/// Throws GpuError with the name of `result` unless it is VK_SUCCESS.
+/// Throws GpuError or DeviceLost with the name of `result` unless it is VK_SUCCESS.
 void check(VkResult result, const std::string& doing);
+
+std::string no_driver_text();
 
 /// A Vulkan instance, with the validation layer where asked for.
 struct Instance {

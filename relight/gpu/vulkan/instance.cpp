@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "relight/gpu/backends.h"
 #include "relight/gpu/vulkan/context.h"
 
 namespace lumigraft::gpu::vulkan {
@@ -44,7 +45,13 @@ std::string text_of(VkResult result) {
 
 }  // namespace
 
+std::string no_driver_text() {
+  return "no Vulkan device: no driver is installed (for software, mesa-vulkan-drivers)" +
+         settings_text({"VK_DRIVER_FILES", "VK_ICD_FILENAMES"});
+}
+
 void check(VkResult result, const std::string& doing) {
+  if (result == VK_ERROR_DEVICE_LOST) throw DeviceLost(doing + ": " + text_of(result));
   if (result != VK_SUCCESS) throw GpuError(doing + ": " + text_of(result));
 }
 
@@ -86,7 +93,7 @@ Instance::Instance(bool with_validation) : validation(with_validation) {
                                   .ppEnabledExtensionNames = &extension};
   const VkResult result = vkCreateInstance(&info, nullptr, &handle);
   if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
-    throw GpuError("no Vulkan device: no driver is installed (for software, mesa-vulkan-drivers)");
+    throw GpuError(no_driver_text());
   }
   check(result, "starting Vulkan");
   if (!validation) return;

@@ -1,0 +1,61 @@
+#include "server/lock_step.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "capture/source.h"
+#include "lost_device/lose.h"
+#include "server/service_config.h"
+
+namespace lumigraft {
+namespace {
+
+class LockStepOn : public testing::TestWithParam<gpu::Backend> {};
+INSTANTIATE_TEST_SUITE_P(BothDevices, LockStepOn, testing::Values(gpu::Backend::vulkan, gpu::Backend::egl),
+                         [](const auto& test) { return std::string(gpu::name_of(test.param)); });
+
+constexpr std::size_t kFrames = 3;
+
+std::vector<FrameRecord> replayed(const std::function<void(std::size_t)>& before_frame) {
+  Plan plan;
+  plan.volume = 32;
+  plan.rsm = 64;
+  plan.trace_scale = 4;
+  ServiceFiles files;
+  files.session = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
+  ServiceInput input = read_service(files, plan);
+  const std::unique_ptr<FrameReader> frames = open_frames(input.session);
+  LockStep pipeline(
+      input.session, std::move(input.exhibit), input.plan,
+      [] { return gpu::create_device(LockStepOn::GetParam(), {}); }, nullptr);
+  std::vector<FrameRecord> records;
+  while (records.size() < kFrames) {
+    const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10));
+    if (!frame) break;
+    before_frame(records.size());
+    records.push_back(pipeline.step(*frame, false));
+  }
+  return records;
+}
+
+// The pictures of a replay don't tell that a device was lost; its records do.
+TEST_P(LockStepOn, ALostDeviceCostsNoPicture) {
+  const gpu::LosableDevices losable(GetParam());
+  const std::vector<FrameRecord> wanted = replayed([](std::size_t) {});
+  const std::vector<FrameRecord> got = replayed([&](std::size_t i) {
+    if (i == 1) losable.lose();
+  });
+  ASSERT_EQ(wanted.size(), kFrames);
+  ASSERT_EQ(got.size(), kFrames);
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    EXPECT_FALSE(got[i].picture.passes.empty()) << "nothing was drawn";
+    EXPECT_EQ(got[i].picture.srgb.data, wanted[i].picture.srgb.data) << i;
+    const bool told = std::any_of(got[i].warnings.begin(), got[i].warnings.end(),
+                                  [](const std::string& w) { return w.find("the GPU was lost") == 0; });
+    EXPECT_EQ(told, i == 1) << i;
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft
