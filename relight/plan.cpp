@@ -36,7 +36,7 @@ const std::vector<IntegerKey>& integer_keys() {
 }
 
 const std::vector<std::string>& methods() {
-  static const std::vector<std::string> words = {"dvct", "dlpv", "reference"};
+  static const std::vector<std::string> words = {"dvct", "dlpv", "reference", "dvct-thesis"};
   return words;
 }
 

@@ -9,7 +9,8 @@ namespace lumigraft {
 
 struct Plan {
   /// How the change of light reaches real surfaces: "dvct", by cones; "dlpv", from cell to cell. "reference": path
-  /// tracing, which reads `samples` and nothing else of the plan.
+  /// tracing, which reads `samples` and nothing else of the plan. "dvct-thesis": dvct with the cones of the thesis, nine
+  /// of a hemisphere, one of a mirror and one to every lamp, at trace_scale 1; to be measured against.
   std::string method = "dvct";
   int volume = 64;      ///< voxels along the edge of each cascade: 32, 64, 128 or 256
   int trace_scale = 2;  ///< 1, 2: light is traced at 1/trace_scale of the picture; 4: live, gathered once a still room

@@ -25,6 +25,9 @@ struct Quality {
 /// Full resolution is the careful setting; coarser tracing goes with fewer cones. 9 is the least that covers a
 /// hemisphere evenly (Crassin et al. 2011 use 5 to 9).
 inline Quality quality_of(const Plan& plan) {
+  if (plan.method == "dvct-thesis") {  // Franke 2015, section 5.4: for every pixel, and nothing is filtered
+    return {0.5f, 9, 9, 9, 1, 0, 256, 1, 1, 1, 9, 0, 4, false, false};
+  }
   switch (plan.trace_scale) {
     case 1:
       return {0.5f, 16, 9, 32, 16, 64, 256, 1, 1, 24, 16, 2, 4, false, false};

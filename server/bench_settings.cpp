@@ -9,7 +9,7 @@ struct Traced {
   const char* name;
   int trace_scale, rsm;
 };
-constexpr Traced kLive{"live", 4, 128}, kHalf{"half", 2, 256}, kCareful{"careful", 1, 256};
+constexpr Traced kLive{"live", 4, 128}, kHalf{"half", 2, 256}, kCareful{"careful", 1, 256}, kThesis{"thesis", 1, 1024};
 
 BenchSetting setting(const std::string& method, const Traced& traced, int volume) {
   Plan plan = replay_plan();
@@ -38,6 +38,9 @@ BenchSetting paths(const std::string& method, int samples) {
 std::vector<BenchSetting> bench_settings(const std::string& method) {
   if (method == "reference") {
     return {paths(method, 16), paths(method, 64)};
+  }
+  if (method == "dvct-thesis") {  // tables 5.6 and 5.7, but for 256³ voxels, which software devices can't hold
+    return {with_bounces(setting(method, kThesis, 64), 1), with_bounces(setting(method, kThesis, 128), 1)};
   }
   const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
   std::vector<BenchSetting> settings{of(kLive, 32), of(kLive, 64), with_bounces(of(kHalf, 64), 1), of(kHalf, 64)};

@@ -28,6 +28,7 @@ std::array<int, shader::kMaxLamps> shares(const shader::FrameParams& params, int
     sum += weights[i];
   }
   std::array<int, shader::kMaxLamps> counts{};
+  if (most == 0) return counts;
   for (int i = 0; i < params.counts.x(); ++i) {
     if (weights[i] == 0) continue;
     const bool point = params.lamps[i].position_radius.w() <= 0;

@@ -9,7 +9,7 @@ namespace lumigraft {
 
 class LampMaps {
  public:
-  /// About `most` maps of edge × edge texels for all lamps together, of which each has one at least.
+  /// About `most` maps of edge × edge texels for all lamps together, of which each has one at least; 0: none.
   LampMaps(gpu::Device& device, int edge, int most);
 
   /// Shares the maps out among the lamps and says so in `params`. A lamp within the sphere around the objects gets
