@@ -1,0 +1,216 @@
+#include "comparators/contenders.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+#include <utility>
+
+#include "comparators/composition.h"
+#include "comparators/instant_radiosity.h"
+#include "comparators/room_model.h"
+#include "comparators/vct_difference.h"
+#include "relight/placement.h"
+#include "relight/reference/scene_of.h"
+#include "relight/relighter.h"
+#include "server/reference_truth.h"
+
+namespace lumigraft::comparators {
+namespace {
+
+constexpr OracleParts kTrue{true, true, true, true};
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr float kLongestEdge_m = 0.02f;  // of the room's triangles: albedo is by vertex
+constexpr std::array<int, 2> kLightPaths{256, 1024};
+
+double time_s(const Contest& contest) { return static_cast<double>(contest.scene.frame.time_ns) * 1e-9; }
+
+ReferenceCamera camera_of(const Contest& contest) {
+  return {contest.input.session.color.model, contest.scene.scene.pose->T_tag_camera.cast<float>()};
+}
+
+std::shared_ptr<const ReferenceScene> scene_with(const Contest& contest, const Exhibit& exhibit) {
+  auto scene = std::make_shared<ReferenceScene>(*contest.room);
+  scene->objects = reference_objects_of(exhibit, time_s(contest));
+  return scene;
+}
+
+Image<std::uint8_t> shown(const Contest& contest, const Image<float>& added, const Image<float>& coverage) {
+  return composed(contest.scene.camera, added, coverage, static_cast<float>(contest.input.session.color.exposure));
+}
+
+/// What dvct's outer volume covers.
+Eigen::AlignedBox3f reach_of(const Contest& contest, const Plan& plan) {
+  std::vector<PlacedBounds> bounds;
+  for (const ReferenceMesh& object : reference_objects_of(contest.input.exhibit, time_s(contest))) {
+    std::vector<Eigen::Vector3f> points_m;
+    PlacedBounds& placed = bounds.emplace_back();
+    for (const Eigen::Vector3f& p : object.model->positions_m) {
+      points_m.push_back(object.T_tag_model * p);
+      placed.box.extend(points_m.back());
+    }
+    placed.sphere = bounding_sphere(points_m);
+  }
+  const shader::vec4 outer = place_volumes(bounds, plan.volume).cascade[1];
+  const Eigen::Vector3f low = outer.head<3>() - Eigen::Vector3f::Constant(0.5f * outer.w());
+  return {low, low + Eigen::Vector3f::Constant(static_cast<float>(plan.volume) * outer.w())};
+}
+
+StageCost median(const std::vector<StageCost>& costs) {
+  const auto middle = [&](double StageCost::*part) {
+    std::vector<double> values;
+    for (const StageCost& cost : costs) values.push_back(cost.*part);
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  return {middle(&StageCost::wall_ms), middle(&StageCost::cpu_ms)};
+}
+
+StageCost less(const StageCost& a, const StageCost& b) { return {a.wall_ms - b.wall_ms, a.cpu_ms - b.cpu_ms}; }
+
+/// Camera picture with the difference of two pictures.
+Drawn with_difference(const Contest& contest, const std::shared_ptr<const ReferenceScene>& scene,
+                      const Image<float>& with, const Image<float>& without, const StageCost& of_room) {
+  const CostClock clock;
+  const Image<float> coverage = object_coverage(reference::World(scene), camera_of(contest));
+  const StageCost of_mask = clock.elapsed();
+  return {shown(contest, difference(with, without, coverage), coverage), of_room, of_mask};
+}
+
+Contender ours(const Contest& contest, Plan plan, const std::string& method, const std::string& setting) {
+  plan.method = method;
+  const auto relighter = std::make_shared<Relighter>(contest.device, contest.input.session);
+  return {method, setting, plan, true, false, [&contest, plan, relighter](const Exhibit& exhibit) {
+            return Drawn{relighter->relight(contest.scene.frame, contest.scene.scene, exhibit, plan).srgb, {}, {}};
+          }};
+}
+
+Contender vct_difference(const Contest& contest, Plan plan, const std::string& setting) {
+  plan.method = "dvct";
+  const auto room = room_model(reference::World(contest.room), reach_of(contest, plan), kLongestEdge_m);
+  const auto solutions = std::make_shared<VctDifference>(contest.device, contest.input.session, room);
+  return {"vct-difference", setting, plan, true, true, [&contest, plan, solutions](const Exhibit& exhibit) {
+            const BenchScene& s = contest.scene;
+            solutions->forget_without();
+            const CostClock clock;
+            const Image<float> without = solutions->without(s.frame, s.scene, plan);
+            const StageCost of_room = clock.elapsed();
+            const Image<float> with = solutions->with(s.frame, s.scene, exhibit, plan);
+            return with_difference(contest, scene_with(contest, exhibit), with, without, of_room);
+          }};
+}
+
+}  // namespace
+
+Contest open_contest(const std::filesystem::path& session, const std::shared_ptr<gpu::Device>& device) {
+  Contest contest{device, open_bench_session(session, kTrue), {}, nullptr};
+  contest.scene = learn_bench_scene(contest.input.session, kTrue, kTrue);
+  contest.room = TrueRoom(contest.input.session).at(contest.scene.frame);
+  return contest;
+}
+
+std::vector<Contender> cone_contenders(const Contest& contest, const Plan& plan, const std::string& setting) {
+  return {ours(contest, plan, "dvct", setting), ours(contest, plan, "dlpv", setting),
+          vct_difference(contest, plan, setting)};
+}
+
+std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms) {
+  std::vector<Contender> contenders;
+  for (const int paths : kLightPaths) {
+    contenders.push_back({"instant-radiosity",
+                          std::to_string(paths) + "-light-paths",
+                          {},
+                          false,
+                          false,
+                          [&contest, paths](const Exhibit& exhibit) {
+                            InstantRadiosityOptions options;
+                            options.light_paths = paths;
+                            const ReferencePicture picture =
+                                instant_radiosity(scene_with(contest, exhibit), camera_of(contest), options);
+                            Image<float> added = picture.change;
+                            for (std::size_t i = 0; i < added.data.size(); ++i) added.data[i] += picture.object.data[i];
+                            return Drawn{shown(contest, added, picture.coverage), {}, {}};
+                          }});
+  }
+  // Both pictures of the difference take the same paths as long as they meet no object, so most noise cancels.
+  const auto two_pictures = [&contest](const Exhibit& exhibit, int samples) {
+    const auto scene = scene_with(contest, exhibit);
+    const DeltaPathTracer tracer(scene);
+    const ReferenceSamples how{.per_pixel = samples};
+    const Image<float> with = tracer.radiance(camera_of(contest), how, true);
+    const Image<float> without = tracer.radiance(camera_of(contest), how, false);
+    return with_difference(contest, scene, with, without, {});
+  };
+  const auto change = [&contest](const Exhibit& exhibit, int samples) {
+    const DeltaPathTracer tracer(scene_with(contest, exhibit));
+    ReferencePicture picture = tracer.change(camera_of(contest), {.per_pixel = samples});
+    for (std::size_t i = 0; i < picture.change.data.size(); ++i) picture.change.data[i] += picture.object.data[i];
+    return Drawn{shown(contest, picture.change, picture.coverage), {}, {}};
+  };
+  const auto at_equal_time = [&](const char* method, auto draw) {
+    const auto cost_ms = [&](int samples) {
+      const CostClock clock;
+      const Drawn drawn = draw(contest.input.exhibit, samples);
+      return less(clock.elapsed(), drawn.not_counted).cpu_ms;
+    };
+    // What does not grow with the samples is in both.
+    const double one_ms = cost_ms(1), each_ms = std::max((cost_ms(3) - one_ms) / 2, 0.1 * one_ms);
+    const int samples = std::max(1 + static_cast<int>(std::lround((budget_ms - one_ms) / each_ms)), 1);
+    contenders.push_back(
+        {method, "equal-time", {.samples = samples}, false, false, [draw, samples](const Exhibit& exhibit) {
+           return draw(exhibit, samples);
+         }});
+  };
+  at_equal_time("path-difference", two_pictures);
+  at_equal_time("path-change", change);
+  return contenders;
+}
+
+std::vector<BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders, int rounds) {
+  struct Costs {
+    std::vector<StageCost> moving, kept;
+    StageCost still, still_kept;
+  };
+  std::vector<Costs> costs(contenders.size());
+  std::vector<BenchRow> rows;
+  const auto timed = [&](const Contender& contender, const Exhibit& exhibit, Image<std::uint8_t>* picture) {
+    const CostClock clock;
+    Drawn drawn = contender.draw(exhibit);
+    const StageCost all = less(clock.elapsed(), drawn.not_counted);
+    if (picture) *picture = std::move(drawn.srgb);
+    return std::pair(all, less(all, drawn.of_room));
+  };
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    const Contender& contender = contenders[i];
+    Image<std::uint8_t> picture;
+    std::tie(costs[i].still, costs[i].still_kept) = timed(contender, contest.input.exhibit, &picture);
+    BenchRow& row = rows.emplace_back(
+        BenchRow{contest.input.session.name, contender.method, contender.setting, name_of(kTrue), contender.plan, {}});
+    row.run.measures = measure_picture(picture, contest.scene.camera, contest.scene.truth);
+    if (contender.keeps)
+      std::tie(costs[i].still, costs[i].still_kept) = timed(contender, contest.input.exhibit, nullptr);
+  }
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      const auto [all, kept] = timed(contenders[i], turned(contest.input.exhibit, (round + 1) * kDegree), nullptr);
+      costs[i].moving.push_back(all);
+      costs[i].kept.push_back(kept);
+    }
+  }
+  std::vector<BenchRow> result;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].run.still.host = costs[i].still;
+    rows[i].run.moving.host = median(costs[i].moving);
+    result.push_back(rows[i]);
+    if (!contenders[i].two_ways) continue;
+    rows[i].setting += "-room-kept";
+    rows[i].run.still.host = costs[i].still_kept;
+    rows[i].run.moving.host = median(costs[i].kept);
+    result.push_back(rows[i]);
+  }
+  return result;
+}
+
+}  // namespace lumigraft::comparators

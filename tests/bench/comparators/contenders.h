@@ -1,0 +1,48 @@
+#pragma once
+// What is compared on one session: our settings, and what is to be beaten.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "relight/gpu/device.h"
+#include "relight/reference/reference_scene.h"
+#include "server/bench_results.h"
+#include "server/bench_session.h"
+#include "server/service_config.h"
+
+namespace lumigraft::comparators {
+
+struct Drawn {
+  Image<std::uint8_t> srgb;
+  StageCost of_room;      ///< falls away where the room's own picture may be kept from frame to frame
+  StageCost not_counted;  ///< of the mask of the objects, by rays: a rasteriser has it for next to nothing
+};
+
+struct Contender {
+  std::string method, setting;
+  Plan plan;
+  bool keeps = false;     ///< something from frame to frame: costs less where nothing moves
+  bool two_ways = false;  ///< gives a second row, "...-room-kept", without `of_room`
+  std::function<Drawn(const Exhibit&)> draw;
+};
+
+/// A session whose room is known as truth/ has it.
+struct Contest {
+  std::shared_ptr<gpu::Device> device;
+  ServiceInput input;
+  BenchScene scene;
+  std::shared_ptr<const ReferenceScene> room;
+};
+Contest open_contest(const std::filesystem::path& session, const std::shared_ptr<gpu::Device>& device);
+
+/// dvct and dlpv by one setting, and the difference of two voxel cone tracing solutions by the same plan.
+std::vector<Contender> cone_contenders(const Contest& contest, const Plan& plan, const std::string& setting);
+/// Differential instant radiosity; and path tracing with as many samples as take `budget_ms` of processor time, once
+/// the difference of two pictures and once the change alone.
+std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms);
+
+/// Draws each once for its error, then `rounds` frames of each in turn while every object turns by 1° a frame; medians.
+std::vector<BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders, int rounds);
+
+}  // namespace lumigraft::comparators

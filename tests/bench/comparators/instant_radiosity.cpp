@@ -1,0 +1,193 @@
+#include "comparators/instant_radiosity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "comparators/composition.h"
+#include "comparators/imperfect_shadow_map.h"
+#include "relight/reference/vertex.h"
+
+namespace lumigraft::comparators {
+namespace {
+
+using Eigen::Vector3f;
+using reference::LightSample;
+using reference::Sampler;
+using reference::Vertex;
+using reference::World;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kShort_m = 1e-4f;  // rays end before the lamp
+constexpr float kBound = 4;        // of squared distances, in shares of the lights' own mean square one
+constexpr int kSpread = 8;         // times as many points as a map takes
+
+/// A virtual light with its maps.
+struct Lit {
+  LightPair pair;
+  ImperfectShadowMap without, with;
+  bool same = false;  ///< in both scenes
+};
+
+class Renderer {
+ public:
+  Renderer(const World& world, const InstantRadiosityOptions& options) : world_(world), options_(options) {
+    for (int i = 0; i < options.sky_rays; ++i) {
+      Sampler sampler(options.seed, 2, static_cast<std::uint32_t>(i));
+      LightSample s;
+      if (world.sky.is_picture()) {
+        s = world.sky.sample(sampler.two());
+      } else {
+        s.w = reference::in_cone(Vector3f::UnitZ(), 2, sampler.two());
+        s.radiance = world.sky.radiance(s.w);
+        s.pdf = 1 / (4 * reference::kPi);
+      }
+      s.distance_m = kInfinity;
+      if (s.pdf > 0 && s.radiance.maxCoeff() > 0) sky_.push_back(s);
+    }
+    make_lights();
+  }
+
+  struct Light {
+    bool on_object = false, seen = false;
+    Rgb light = Rgb::Zero();
+  };
+  Light pixel(const Vector3f& from_m, const Vector3f& w, std::uint32_t number) const {
+    float limit_m = kInfinity;
+    for (const ReferenceLamp& lamp : world_.scene->lamps) {
+      if (const auto t = reference::lamp_hit(lamp, from_m, w)) limit_m = std::min(limit_m, *t);
+    }
+    const auto real = world_.real.hit(from_m, w, limit_m);
+    if (real) limit_m = real->t_m;
+    if (const auto object = world_.objects.hit(from_m, w, limit_m)) {
+      const Vertex vertex(world_.objects.surface(*object, w), w);
+      return {true, true, direct(vertex, number, true) + indirect(vertex, true)};
+    }
+    if (!real) return {};
+    const Vertex vertex(world_.real.surface(*real, w), w);
+    return {false, true, direct(vertex, number, false) + indirect(vertex, false)};
+  }
+
+ private:
+  void make_lights() {
+    const auto per_map = static_cast<std::size_t>(options_.real_points);
+    const auto per_object_map = static_cast<std::size_t>(options_.object_points);
+    const ScenePoints real = scatter_points(world_.scene->real, kSpread * options_.real_points, options_.seed);
+    const ScenePoints objects = scatter_points(world_.scene->objects, kSpread * options_.object_points, options_.seed);
+    Vector3f mean = Vector3f::Zero();
+    float mean_square = 0, count = 0;
+    for (LightPair& pair : trace_virtual_lights(world_, options_.light_paths, options_.bounces, options_.seed)) {
+      Lit& lit = lights_.emplace_back(
+          Lit{std::move(pair), ImperfectShadowMap(options_.map_edge), ImperfectShadowMap(options_.map_edge)});
+      const std::size_t n = lights_.size();
+      const auto& [without, with] = lit.pair;
+      lit.same = without && with && *without == *with;
+      if (without) {
+        lit.without.clear(*without);
+        lit.without.draw(real, n * per_map, per_map);
+        if (lit.same) lit.with = lit.without;
+        lit.without.fill_holes();
+        mean += without->position_m;
+        mean_square += without->position_m.squaredNorm();
+        ++count;
+      }
+      if (with) {
+        if (!lit.same) {
+          lit.with.clear(*with);
+          lit.with.draw(real, n * per_map, per_map);
+        }
+        lit.with.draw(objects, n * per_object_map, per_object_map);
+        lit.with.fill_holes();
+      }
+    }
+    if (count > 0) least_m2_ = kBound * (mean_square / count - (mean / count).squaredNorm()) / count;
+  }
+
+  Rgb direct(const Vertex& vertex, std::uint32_t number, bool on_object) const {
+    Rgb sum = Rgb::Zero();
+    const Vector3f from_m = vertex.leave();
+    // On an object: what arrives. On the room: less what no longer does.
+    const auto add = [&](const LightSample& s, float rays) {
+      if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
+      const Rgb f = vertex.response(s.w);
+      if (f.maxCoeff() <= 0) return;
+      const float limit_m = s.distance_m - kShort_m;
+      if (world_.objects.blocked(from_m, s.w, limit_m) == on_object || world_.real.blocked(from_m, s.w, limit_m))
+        return;
+      const Rgb light = f * s.radiance / (s.pdf * rays);
+      sum += on_object ? light : (-light).eval();
+    };
+    for (int i = 0; i < options_.lamp_rays; ++i) {
+      Sampler sampler(options_.seed, number, static_cast<std::uint32_t>(i));
+      for (const ReferenceLamp& lamp : world_.scene->lamps) {
+        add(reference::sample_lamp(lamp, from_m, sampler.two()), static_cast<float>(options_.lamp_rays));
+      }
+    }
+    for (const LightSample& s : sky_) add(s, static_cast<float>(options_.sky_rays));
+    return sum;
+  }
+
+  Rgb indirect(const Vertex& vertex, bool on_object) const {
+    Rgb sum = Rgb::Zero();
+    const Vector3f from_m = vertex.leave();
+    for (const Lit& lit : lights_) {
+      const auto& [without, with] = lit.pair;
+      if (on_object) {
+        if (with) sum += brought(vertex, from_m, *with, [&] { return lit.with.open(from_m) ? 1.0f : 0.0f; });
+      } else if (lit.same) {
+        sum += brought(vertex, from_m, *with, [&] {
+          return (lit.with.open(from_m) ? 1.0f : 0.0f) - (lit.without.open(from_m) ? 1.0f : 0.0f);
+        });
+      } else {
+        if (with) sum += brought(vertex, from_m, *with, [&] { return lit.with.open(from_m) ? 1.0f : 0.0f; });
+        if (without) sum -= brought(vertex, from_m, *without, [&] { return lit.without.open(from_m) ? 1.0f : 0.0f; });
+      }
+    }
+    return sum;
+  }
+
+  /// Times `share`, which is looked up where there is any light.
+  template <typename Share>
+  Rgb brought(const Vertex& vertex, const Vector3f& from_m, const VirtualLight& light, Share share) const {
+    const Vector3f to = light.position_m - from_m;
+    const float square = to.squaredNorm();
+    const Vector3f w = to / std::sqrt(std::max(square, 1e-12f));
+    const float cosine = -light.normal.dot(w);
+    if (!(cosine > 0)) return Rgb::Zero();
+    const float part = share();
+    if (part == 0) return Rgb::Zero();
+    return light.intensity * vertex.response(w) * (part * cosine / std::max(square, least_m2_));
+  }
+
+  const World& world_;
+  InstantRadiosityOptions options_;
+  std::vector<LightSample> sky_;
+  std::vector<Lit> lights_;
+  float least_m2_ = 0;  ///< of a distance's square: the area, over π, for which a virtual light stands
+};
+
+}  // namespace
+
+ReferencePicture instant_radiosity(const std::shared_ptr<const ReferenceScene>& scene, const ReferenceCamera& camera,
+                                   const InstantRadiosityOptions& options) {
+  const World world(scene);
+  const Renderer renderer(world, options);
+  const int width = camera.model.width, height = camera.model.height;
+  ReferencePicture picture{Image<float>(width, height, 3), Image<float>(width, height, 3),
+                           Image<float>(width, height, 1)};
+  const Vector3f from_m = camera.T_tag_camera.translation();
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const auto w = ray_through(camera, u, v);
+      if (!w) continue;
+      const auto [on_object, seen, light] = renderer.pixel(from_m, *w, 3 + static_cast<std::uint32_t>(v * width + u));
+      if (!seen) continue;
+      picture.coverage.at(u, v) = on_object ? 1.0f : 0.0f;
+      for (int c = 0; c < 3; ++c) (on_object ? picture.object : picture.change).at(u, v, c) = light[c];
+    }
+  }
+  return picture;
+}
+
+}  // namespace lumigraft::comparators

@@ -1,0 +1,100 @@
+#include "comparators/room_model.h"
+
+#include <optional>
+
+#include "relight/model_refine.h"
+
+namespace lumigraft::comparators {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kApart_m = 1e-5f;  // between triangles of different planes
+constexpr float kNear_m = 2e-4f;   // within which a vertex lies on its own surface
+
+struct Corner {
+  Vector3f position_m, normal, color;
+};
+using Polygon = std::vector<Corner>;
+
+Corner between(const Corner& a, const Corner& b, float t) {
+  return {a.position_m + t * (b.position_m - a.position_m), a.normal + t * (b.normal - a.normal),
+          a.color + t * (b.color - a.color)};
+}
+
+/// Sutherland & Hodgman 1974: what lies where sign · x[axis] <= sign · bound.
+Polygon cut(const Polygon& polygon, int axis, float sign, float bound) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const float da = sign * (a.position_m[axis] - bound), db = sign * (b.position_m[axis] - bound);
+    if (da <= 0) kept.push_back(a);
+    if ((da < 0 && db > 0) || (da > 0 && db < 0)) kept.push_back(between(a, b, da / (da - db)));
+  }
+  return kept;
+}
+
+Polygon clipped(Polygon polygon, const Eigen::AlignedBox3f& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    polygon = cut(cut(polygon, axis, 1, box.max()[axis]), axis, -1, box.min()[axis]);
+  }
+  return polygon;
+}
+
+void add(Model& model, const Corner& corner) {
+  model.indices.push_back(static_cast<std::uint32_t>(model.positions_m.size()));
+  model.positions_m.push_back(corner.position_m);
+  model.normals.push_back(corner.normal.normalized());
+  model.texcoords.push_back(Eigen::Vector2f::Zero());
+  model.colors.push_back(corner.color);
+}
+
+/// Albedo of the Lambert part, by a short ray that meets the surface there.
+std::optional<Vector3f> shown_albedo(const reference::World& world, const Vector3f& p_m, const Vector3f& normal) {
+  const auto hit = world.real.hit(p_m + kNear_m * normal, -normal, 2 * kNear_m);
+  if (!hit) return std::nullopt;
+  return world.real.surface(*hit, -normal).look.diffuse.matrix();
+}
+
+}  // namespace
+
+std::shared_ptr<const Model> room_model(const reference::World& world, const Eigen::AlignedBox3f& box,
+                                        float longest_m) {
+  Model model;
+  for (const ReferenceMesh& mesh : world.scene->real) {
+    const Model& whole = *mesh.model;
+    Model::Part part;
+    part.material = mesh.material.value_or(Material{Vector3f::Ones(), 0, 1, 0});
+    part.first_index = static_cast<std::uint32_t>(model.indices.size());
+    for (std::size_t i = 0; i + 2 < whole.indices.size(); i += 3) {
+      Polygon polygon;
+      for (std::size_t k = i; k < i + 3; ++k) {
+        const std::uint32_t v = whole.indices[k];
+        polygon.push_back({mesh.T_tag_model * whole.positions_m[v], mesh.T_tag_model.linear() * whole.normals[v],
+                           mesh.material ? Vector3f::Ones() : whole.colors[v]});
+      }
+      const Vector3f face =
+          (polygon[1].position_m - polygon[0].position_m).cross(polygon[2].position_m - polygon[0].position_m);
+      polygon = clipped(std::move(polygon), box);
+      for (Corner& corner : polygon) corner.position_m += kApart_m * face.stableNormalized();
+      for (std::size_t k = 2; k < polygon.size(); ++k) {
+        for (const std::size_t corner : {std::size_t{0}, k - 1, k}) add(model, polygon[corner]);
+      }
+    }
+    part.index_count = static_cast<std::uint32_t>(model.indices.size()) - part.first_index;
+    if (part.index_count > 0) model.parts.push_back(part);
+  }
+  auto refined = std::make_shared<Model>(*refine_model(model, longest_m));
+  for (const Model::Part& part : refined->parts) {
+    if (part.material.metallic > 0 || part.material.specular > 0) continue;  // a known surface: its colour is even
+    for (std::size_t i = part.first_index; i < part.first_index + part.index_count; ++i) {
+      const std::uint32_t v = refined->indices[i];
+      if (const auto albedo = shown_albedo(world, refined->positions_m[v], refined->normals[v])) {
+        refined->colors[v] = *albedo;
+      }
+    }
+  }
+  return refined;
+}
+
+}  // namespace lumigraft::comparators
