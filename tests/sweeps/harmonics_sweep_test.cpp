@@ -1,0 +1,87 @@
+// One strong light in nine spherical harmonics.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numbers>
+
+#include "reconstruct/spherical_harmonics.h"
+#include "sweep.h"
+
+namespace lumigraft::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Directions spread evenly over the sphere (Swinbank & Purser 2006).
+Eigen::Vector3f direction(int i, int count) {
+  const double z = 1 - (2 * i + 1.0) / count, s = std::sqrt(1 - z * z), phi = 2.399963229728653 * i;
+  return Eigen::Vector3d(s * std::cos(phi), s * std::sin(phi), z).cast<float>();
+}
+
+Sh9 project(const std::function<double(const Eigen::Vector3f&)>& radiance) {
+  constexpr int count = 20000;
+  Sh9 sum;
+  sum.fill(Eigen::Vector3f::Zero());
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3f w = direction(i, count);
+    const auto basis = sh_basis(w);
+    const double light = radiance(w) * 4 * kPi / count;
+    for (std::size_t k = 0; k < 9; ++k) sum[k] += Eigen::Vector3f::Constant(static_cast<float>(light * basis[k]));
+  }
+  return sum;
+}
+
+// An even sky of 1 and a lamp that brings ten times as much, of growing size. Nine coefficients of both together ring:
+// on the far side the sky turns negative, and planes there receive the wrong light. With the lamp taken out first, as
+// the light stage does, nothing rings. The answer is the irradiance by quadrature, over planes of all directions.
+TEST(HarmonicsSweep, OneStrongLight) {
+  Sweep sweep{.stem = "harmonics-ringing",
+              .title = "An even sky and one strong lamp in nine harmonics",
+              .x_label = "angular radius of the lamp, degrees",
+              .y_label = "of the largest irradiance",
+              .x = {2, 5, 10, 20, 40, 60},
+              .curves = {{"worst plane, all in one"}, {"worst plane, lamp apart"}, {"least radiance, all in one"}}};
+  constexpr int planes = 400, rays = 4000;
+  for (const double degrees : sweep.x) {
+    const Eigen::Vector3f at = Eigen::Vector3f(0.3f, -0.5f, 0.7f).normalized();
+    const double cosine = std::cos(degrees * kPi / 180), sr = 2 * kPi * (1 - cosine), lamp = 10 * kPi / sr;
+    const auto sky = [](const Eigen::Vector3f&) { return 1.0; };
+    // A lamp narrower than the quadrature's rays is its centre alone, with all its light.
+    Sh9 together = project(sky);
+    const Sh9 apart = together;
+    const auto disc = [&](int i) {
+      const double z = 1 - (1 - cosine) * (i + 0.5) / rays, s = std::sqrt(1 - z * z), phi = 2.399963229728653 * i;
+      const Eigen::Vector3f x = at.unitOrthogonal(), y = at.cross(x);
+      return Eigen::Vector3f(static_cast<float>(s * std::cos(phi)) * x + static_cast<float>(s * std::sin(phi)) * y +
+                             static_cast<float>(z) * at);
+    };
+    for (int i = 0; i < rays; ++i) {
+      const auto basis = sh_basis(disc(i));
+      for (std::size_t k = 0; k < 9; ++k) {
+        together[k] += Eigen::Vector3f::Constant(static_cast<float>(lamp * sr / rays * basis[k]));
+      }
+    }
+    double worst = 0, worst_apart = 0, least = 0, largest = 0;
+    for (int p = 0; p < planes; ++p) {
+      const Eigen::Vector3f n = direction(p, planes);
+      double by_lamp = 0;
+      for (int i = 0; i < rays; ++i) by_lamp += lamp * sr / rays * std::max(n.dot(disc(i)), 0.0f);
+      const double want = kPi + by_lamp;
+      largest = std::max(largest, want);
+      worst = std::max(worst, std::abs(sh_irradiance(together, n).x() - want));
+      worst_apart = std::max(worst_apart, std::abs(sh_irradiance(apart, n).x() + by_lamp - want));
+      least = std::min(least, double{sh_radiance(together, n).x()});
+    }
+    sweep.curves[0].y.push_back(worst / largest);
+    sweep.curves[1].y.push_back(worst_apart / largest);
+    sweep.curves[2].y.push_back(least / largest);
+  }
+  write_sweep(sweep);
+  for (std::size_t i = 0; i < sweep.x.size(); ++i) {
+    EXPECT_LT(sweep.curves[0].y[i], 0.08) << "nine coefficients hold irradiance to a few per cent of its largest";
+    EXPECT_LT(sweep.curves[1].y[i], 0.001);
+  }
+  EXPECT_LT(*std::min_element(sweep.curves[2].y.begin(), sweep.curves[2].y.end()), -0.05) << "it rings";
+}
+
+}  // namespace
+}  // namespace lumigraft::test

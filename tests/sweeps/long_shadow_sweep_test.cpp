@@ -1,0 +1,76 @@
+// A shadow that is longer than the volumes reach.
+#include <numbers>
+
+#include "sweep.h"
+
+namespace lumigraft::test {
+namespace {
+
+class LongShadowSweep : public SweepTest {};
+ON_BOTH_DEVICES(LongShadowSweep);
+
+constexpr float kElevation = 10 * std::numbers::pi_v<float> / 180;
+constexpr float kHalf_m = 0.03f, kHeight_m = 0.12f;
+
+PointLight sun() {
+  PointLight light;
+  light.direction = {std::cos(kElevation), 0, std::sin(kElevation)};
+  light.irradiance.setConstant(3);
+  light.angular_radius_rad = 0.0047f;
+  return light;
+}
+
+// A column in a sun of 10°: its shadow is 0.68 m long and leaves the volumes, which end 0.3 m from the column's middle.
+// Along its axis all of the sun's light is taken, as far as each setting goes: live settings to the volumes' edge,
+// those that trace for pixels half as far again, where the bricks that they hold of the field end. There it stops at
+// once.
+TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
+  Sweep sweep{.stem = "long-shadow",
+              .title = "Shadow of a column 12 cm high in a sun of 10°",
+              .x_label = "distance from the column, m",
+              .y_label = "share of the sun's light that is taken",
+              .x = {},
+              .least = 0.94,
+              .most = 1.03};
+  const int bins = 13;
+  for (int i = 0; i < bins; ++i) sweep.x.push_back(0.04 + 0.04 * i);
+  ClosedScene scene;
+  scene.extent = {Eigen::Vector3f(-1.2f, -0.6f, -0.1f), Eigen::Vector3f(0.6f, 0.6f, 0.1f)};
+  scene.width = 120;
+  scene.height = 40;
+  scene.focal_px = 130;
+  scene.eye_m = {-0.3f, -0.25f, 0.85f};
+  scene.look_at_m = {-0.3f, 0, 0};
+  scene.sky = 0;
+  scene.lamps = {sun()};
+  const float lit = 0.5f / std::numbers::pi_v<float> * 3 * std::sin(kElevation);
+  scene.radiance = [lit](const Eigen::Vector3f&) { return lit; };
+  scene.exhibit.objects = {box_object({-kHalf_m, -kHalf_m, 0}, {kHalf_m, kHalf_m, kHeight_m}, 0)};
+  for (const Method& method : methods(64, 1)) {
+    std::vector<double> sums(bins, 0.0);
+    std::vector<int> counts(bins, 0);
+    const RelitPicture picture = relit(scene, method.plan);
+    for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float) {
+      const int i = static_cast<int>(std::lround((-p.x() - kHalf_m) / 0.04f)) - 1;
+      if (std::abs(p.y()) > 0.5f * kHalf_m || i < 0 || i >= bins) return;
+      sums[static_cast<std::size_t>(i)] -= delta.x() / lit;
+      ++counts[static_cast<std::size_t>(i)];
+    });
+    Curve& curve = sweep.curves.emplace_back(Curve{method.name});
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      EXPECT_GT(counts[i], 5) << i;
+      curve.y.push_back(sums[i] / counts[i]);
+    }
+  }
+  write(sweep);
+  for (const Curve& curve : sweep.curves) {
+    const double reach_m = curve.name == "cones, live" ? 0.26 : 0.42;
+    for (std::size_t i = 0; i < sweep.x.size() && sweep.x[i] < reach_m; ++i) {
+      EXPECT_GE(curve.y[i], sweep.least) << curve.name << ", " << sweep.x[i] << " m";
+      EXPECT_LE(curve.y[i], sweep.most) << curve.name << ", " << sweep.x[i] << " m";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft::test

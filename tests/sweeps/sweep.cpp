@@ -1,0 +1,128 @@
+#include "sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "server/chart.h"
+
+namespace lumigraft::test {
+namespace {
+
+constexpr double kWidth = 720, kHeight = 400, kText = 12;
+constexpr Box kFrame{70, 44, 540, 344};
+
+void write_table(const Sweep& sweep, const std::filesystem::path& path) {
+  std::ofstream out(path);
+  out << sweep.x_label;
+  for (const Curve& curve : sweep.curves) out << ',' << curve.name;
+  out << '\n';
+  for (std::size_t i = 0; i < sweep.x.size(); ++i) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", sweep.x[i]);
+    out << text;
+    for (const Curve& curve : sweep.curves) {
+      std::snprintf(text, sizeof text, "%.5g", curve.y.at(i));
+      out << ',' << text;
+    }
+    out << '\n';
+  }
+}
+
+std::vector<chart::Tick> ticks_of(const Sweep& sweep) {
+  std::vector<chart::Tick> ticks;
+  const std::size_t step = sweep.x.size() > 12 ? 2 : 1;
+  for (std::size_t i = 0; i < sweep.x.size(); i += step) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", sweep.x[i]);
+    ticks.push_back({sweep.x[i], text});
+  }
+  return ticks;
+}
+
+/// Round steps from the lowest value to the highest; 0 is one of them.
+std::vector<chart::Tick> ticks_between(double low, double high) {
+  const std::vector<chart::Tick> up = chart::round_ticks(std::max(high, -low), 6);
+  std::vector<chart::Tick> ticks;
+  for (const chart::Tick& tick : up) {
+    if (tick.value <= high * (1 + 1e-9)) ticks.push_back(tick);
+    if (tick.value > 0 && -tick.value >= low * (1 + 1e-9)) ticks.push_back({-tick.value, "-" + tick.label});
+  }
+  return ticks;
+}
+
+void draw(const Sweep& sweep, const std::filesystem::path& stem) {
+  double low = 0, high = 1e-9;
+  const auto take = [&](double y) {
+    if (!std::isfinite(y)) return;
+    low = std::min(low, y);
+    high = std::max(high, y);
+  };
+  for (const Curve& curve : sweep.curves) std::for_each(curve.y.begin(), curve.y.end(), take);
+  take(sweep.least);
+  take(sweep.most);
+  high = chart::round_up(high, 6);
+  low = low < 0 ? -chart::round_up(-low, 6) : 0;
+
+  const auto scale = sweep.logarithmic ? chart::Axis::Scale::logarithmic : chart::Axis::Scale::linear;
+  const chart::Axis x(scale, sweep.x.front(), sweep.x.back(), kFrame.left + 8, kFrame.right - 8);
+  const chart::Axis y(chart::Axis::Scale::linear, low, high, kFrame.bottom, kFrame.top);
+  Drawing drawing(kWidth, kHeight);
+  drawing.text({kFrame.left, 24}, sweep.title, {.size = 14, .bold = true});
+  chart::draw_frame(drawing, kFrame, x, ticks_of(sweep), y, ticks_between(low, high), kText);
+  drawing.text({0.5 * (kFrame.left + kFrame.right), kFrame.bottom + 38}, sweep.x_label, {.size = kText, .across = 0.5});
+  drawing.text({18, 0.5 * (kFrame.top + kFrame.bottom)}, sweep.y_label,
+               {.size = kText, .across = 0.5, .turn_degrees = -90});
+  for (const double bound : {sweep.least, sweep.most}) {
+    if (!std::isfinite(bound)) continue;
+    const double at = y.at(bound);
+    drawing.line({{kFrame.left, at}, {kFrame.right, at}}, {chart::kQuiet, 1.2, 2});
+  }
+  double row = kFrame.top + 8;
+  const auto legend = [&](const std::string& name, const Stroke& stroke) {
+    drawing.line({{kFrame.right + 16, row - 4}, {kFrame.right + 40, row - 4}}, stroke);
+    drawing.text({kFrame.right + 46, row}, name, {.size = kText, .colour = chart::kInk});
+    row += 20;
+  };
+  std::size_t index = 0;
+  for (const Curve& curve : sweep.curves) {
+    const Colour colour = chart::colour_of(index);
+    const Stroke stroke{colour, 2};
+    std::vector<Point> points;
+    for (std::size_t i = 0; i < sweep.x.size(); ++i) points.push_back({x.at(sweep.x[i]), y.at(curve.y.at(i))});
+    drawing.line(points, stroke);
+    for (const Point& point : points) {
+      drawing.mark(chart::mark_of(index), point, 3.5, colour);
+    }
+    legend(curve.name, stroke);
+    ++index;
+  }
+  if (std::isfinite(sweep.least) || std::isfinite(sweep.most)) legend("bound of the test", {chart::kQuiet, 1.2, 2});
+  chart::write(drawing, stem);
+}
+
+}  // namespace
+
+std::vector<Method> methods(int volume, int bounces) {
+  std::vector<Method> all{{"cones, careful", careful_plan(volume, bounces)},
+                          {"cones, live", careful_plan(volume, bounces)},
+                          {"propagation", careful_plan(volume, bounces)}};
+  all[1].plan.trace_scale = 4;
+  all[2].plan.method = "dlpv";
+  all[2].plan.lpv_steps = 32;
+  return all;
+}
+
+void write_sweep(const Sweep& sweep) {
+  const char* const folder = std::getenv("LUMIGRAFT_SWEEPS");
+  if (!folder) return;
+  std::filesystem::create_directories(folder);
+  const std::filesystem::path stem = std::filesystem::path(folder) / sweep.stem;
+  write_table(sweep, stem.string() + ".csv");
+  draw(sweep, stem);
+}
+
+}  // namespace lumigraft::test

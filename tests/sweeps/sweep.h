@@ -1,0 +1,63 @@
+#pragma once
+// A quantity measured over what makes a method fail, beside the answer.
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "closed_scene.h"
+
+namespace lumigraft::test {
+
+struct Curve {
+  std::string name;
+  std::vector<double> y = {};  ///< one for each x
+};
+
+struct Sweep {
+  std::string stem;  ///< of its files
+  std::string title, x_label, y_label;
+  std::vector<double> x;
+  std::vector<Curve> curves = {};
+  bool logarithmic = false;  ///< x
+  /// What the measured curves may reach, drawn as lines across; NaN: none.
+  double least = std::numeric_limits<double>::quiet_NaN(), most = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// How the renderer is asked to work: what the plan calls careful (1) and live (4), and propagation.
+struct Method {
+  std::string name;
+  Plan plan;
+};
+std::vector<Method> methods(int volume, int bounces);
+
+/// Points of the plane z = 0 that the picture shows, with the change of their radiance and the plane's area that a
+/// pixel covers: visit(p, delta (RGB), area_m2).
+template <typename Visit>
+void for_each_floor_pixel(const ClosedScene& scene, const RelitPicture& picture, const Visit& visit) {
+  const RelightMaps& maps = *picture.maps;
+  const Eigen::Vector3f forward = (scene.look_at_m - scene.eye_m).normalized();
+  for (int v = 0; v < scene.height; ++v) {
+    for (int u = 0; u < scene.width; ++u) {
+      if (maps.mask.at(u, v) > 0) continue;
+      const Eigen::Vector3f p = scene.on_plane(u, v), to = p - scene.eye_m;
+      if ((to.z() > 0) == (scene.eye_m.z() > 0) || !scene.extent.contains(p)) continue;
+      const float z = forward.dot(to), f = static_cast<float>(scene.focal_px);
+      const Eigen::Vector3f delta(maps.delta.at(u, v, 0), maps.delta.at(u, v, 1), maps.delta.at(u, v, 2));
+      visit(p, delta, z * z * z / (f * f * std::abs(to.z())));
+    }
+  }
+}
+
+/// STEM.csv and a chart, STEM.svg and STEM.png, in the folder that LUMIGRAFT_SWEEPS names; nothing without it.
+void write_sweep(const Sweep& sweep);
+
+/// Sweeps run on both devices, with the same bounds. What is written is Vulkan's.
+class SweepTest : public ClosedTest {
+ protected:
+  void write(const Sweep& sweep) const {
+    if (GetParam() == gpu::Backend::vulkan) write_sweep(sweep);
+  }
+};
+
+}  // namespace lumigraft::test
