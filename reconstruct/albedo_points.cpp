@@ -10,7 +10,8 @@ namespace {
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kSampleRays = 8, kPointRays = 4;
 constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
-constexpr float kModelShare = 0.08f;     ///< 1σ of modelled irradiance over itself, away from shadows
+constexpr float kModelShare = 0.08f;     ///< 1σ of modelled irradiance over itself, away from shadows,
+constexpr float kPointShare = 0.01f;     ///< and of how much of that differs from point to point
 constexpr float kEdgeShare = 0.35f;      ///< of a lamp's light where visibility varies around a sample
 constexpr float kDarkShare = 0.02f;      ///< of the mean radiance
 constexpr float kMetalSigma = 0.02f;     ///< said by an operator
@@ -113,7 +114,7 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     }
     const Eigen::Array3f direct =
         (kPi * (point.radiance.array() + dark_) / (irradiance.array() + kPi * dark_)).min(1.0f);
-    const float share = std::hypot(kModelShare, doubt / std::max(irradiance.mean(), 1e-9f));
+    const float share = std::hypot(kPointShare, doubt / std::max(irradiance.mean(), 1e-9f));
     const float direct_sigma =
         std::hypot(share * direct.mean(), 0.5f * kPi * dark_ / std::max(irradiance.mean(), 1e-9f));
     if (!(known_weights > 0)) continue;
@@ -123,7 +124,8 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     const float w_direct = 1 / (direct_sigma * direct_sigma + 1e-8f);
     const float w_around = 1 / (around_sigma * around_sigma + 1e-8f);
     result[i].albedo = ((w_direct * direct + w_around * around.array()) / (w_direct + w_around)).matrix();
-    result[i].sigma = 1 / std::sqrt(w_direct + w_around);
+    // What the model has wrong it has wrong for the surroundings too: they are no better for it.
+    result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), kModelShare * result[i].albedo.mean());
   }
   return result;
 }
