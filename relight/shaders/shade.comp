@@ -87,7 +87,7 @@ void main() {
     for (int j = 0; j < frame.mirror_counts.y; ++j) {
       ivec3 image = image_of(j);
       for (int i = 0; i < frame.counts.w; ++i) {
-        MirrorShare s = mirror_share(image.x, image.y, image.z, o.p, i, frame.counts.w, pixel_turn(at));
+        MirrorShare s = mirror_share(image.x, image.y, image.z, o.p, i, frame.counts.w, 0.0);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0 || s.irradiance == vec3(0)) continue;
         vec3 under = o.mirror ? through(o.look, cosine) * out_again : vec3(1);
