@@ -356,10 +356,6 @@ struct Relighter::State {
     if (!known_surfaces.empty()) {
       list.begin_pass("reflect");
       reflect.record(list, params, *volumes, *screen);
-      upsample.record(list, params, *screen, screen->tiles->changed(), *screen->mirror_gained,
-                      *screen->mirror_gained_smooth, 1, 2);
-      upsample.record(list, params, *screen, screen->tiles->changed(), *screen->mirror_share,
-                      *screen->mirror_share_smooth, 1, 2);
     }
     light_objects(list, params);
     list.begin_pass("compose");

@@ -1,6 +1,6 @@
 #pragma once
 // Change of the mirror part of real surfaces whose material is known (thesis eq. 5.22). In: every volume, the real
-// view, mirror_lost and mirror_all (Shadow), camera radiance. Out: mirror_gained, mirror_share.
+// view, mirror_lost and mirror_all (Shadow), camera radiance. Out: mirror_gained, mirror_share, and both smooth.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen.h"
 #include "relight/passes/volumes.h"
@@ -13,7 +13,7 @@ class Reflect {
   void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+  std::unique_ptr<gpu::ComputePipeline> trace_, smooth_;
 };
 
 }  // namespace lumigraft

@@ -3,6 +3,7 @@
 // The final picture (thesis §5.4.4): camera picture plus change where it shows the real room, virtual radiance where it
 // shows an object, mixed by coverage. Pixels that nothing changes keep their code values.
 #include "frame.glsl"
+#include "brdf.glsl"
 #include "srgb.glsl"
 #include "tiles.glsl"
 #include "known_share.glsl"
@@ -70,15 +71,18 @@ void main() {
   if (footprint > 0.0 && coverage < 0.999) {
     vec4 albedo = texelFetch(real_albedo, at, 0);
     int known = int(albedo.a);
-    vec3 change = footprint * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
-    vec3 diffuse = albedo.rgb, mirror = vec3(0);
+    vec3 diffuse = albedo.rgb, under = vec3(1), mirror = vec3(0);
     if (known > 0) {
       Surface s = frame.surfaces[known - 1];
       float paper = paper_share(albedo.a);
-      diffuse = mix(s.base_color_roughness.rgb * (1.0 - s.metallic_specular.x), albedo.rgb, paper);
+      Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+      diffuse = mix(look.diffuse, albedo.rgb, paper);
+      under = mix(through_evenly(look) * through_evenly(look), vec3(1), paper);
       mirror = (1.0 - paper) * (texelFetch(mirror_gained, at, 0).rgb -
                                 without_paper(at, b, albedo.a) * texelFetch(mirror_share, at, 0).rgb);
     }
+    // What lamps no longer bring has passed the layer above already.
+    vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
     delta = max(diffuse / kPi * change + mirror, -b);
     if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);
   }

@@ -4,7 +4,7 @@
 // show in it, and which share of what was there they hide. Most of what a camera sees in a real mirror was never
 // reconstructed, so the share is taken off the camera picture itself.
 #include "cone.glsl"
-#include "brdf.glsl"
+#include "mirror_blur.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -20,11 +20,7 @@ layout(binding = 19, rgba16f) uniform writeonly image2D out_share;   // share of
 
 // Rows of pixels that one stands for, where the lobe blurs what it shows of the objects over many: the filter that
 // follows reaches over two rows. (Half rows would save nothing: software devices run eight pixels of a row together.)
-int rows_alike(Look look, vec3 p) {
-  float near = max(virtual_distance(p), 0.0), far = length(frame.T_tag_camera[3].xyz - p);
-  float blur_px = 2.0 * look.alpha * near * frame.pinhole.x / (near + far);
-  return blur_px > 12.0 ? 4 : blur_px > 6.0 ? 2 : 1;
-}
+int rows_alike(float blur_px) { return blur_px > 6.0 ? 2 : 1; }
 
 void main() {
   ivec2 at = tile_texel();
@@ -36,7 +32,7 @@ void main() {
     Surface s = frame.surfaces[known - 1];
     Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
     vec3 p = texelFetch(real_position, at, 0).xyz, n = normalize(normal.xyz);
-    bool traced = at.y % rows_alike(look, p) == 0;
+    bool traced = at.y % rows_alike(mirror_blur_px(look.alpha, p)) == 0;
     vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
     int count = traced ? frame.counts2.x : 0;
     float turn = pixel_turn(at);

@@ -12,6 +12,9 @@ layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irr
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance off known glossy surfaces
 layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // what lamps send there without objects
 
+// A shadow seen by way of a mirror lies on the room as single shadows of as many shares; of few they would be seen.
+const int kMoreShares = 5;
+
 void main() {
   ivec2 cell = tile_texel(), at;
   if (any(greaterThanEqual(cell, imageSize(out_lost)))) return;
@@ -38,7 +41,9 @@ void main() {
         k.tan_half = s.tan_half;
         float hidden = maps > 0 ? map_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
         if (hidden == 0.0 && !glossy) continue;
-        gone += s.irradiance * (cosine * hidden);
+        // Light reaches the body through its layer, and leaves through it again.
+        vec3 under = glossy ? through(look, cosine) * through(look, dot(n, v)) : vec3(1);
+        gone += s.irradiance * under * (cosine * hidden);
         if (glossy) {
           vec3 f = s.irradiance * cosine * ggx_wide(look, n, v, s.w, s.tan_half);
           mirror_gone += hidden * f;
@@ -57,7 +62,7 @@ void main() {
       mirror_all += open * mirror_sent;
       map += maps;
     }
-    lost += mirrored_lost(p, n, k, is_metal(texelFetch(real_albedo, at, 0).a) ? 0 : frame.counts.w, 0.0);
+    lost += mirrored_lost(p, n, k, is_metal(texelFetch(real_albedo, at, 0).a) ? 0 : kMoreShares * frame.counts.w, 0.0);
   }
   imageStore(out_lost, cell, to_half(vec4(lost, 0.0)));
   imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
