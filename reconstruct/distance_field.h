@@ -6,7 +6,7 @@
 // holds voxels 8a..8a+7, 8b..8b+7, 8c..8c+7; inside a brick the index is x + 8 (y + 8 z).
 // distance_m is positive in front of surfaces (in free space), negative behind, clamped to ± truncation_m.
 // A voxel with weight 0 was never seen: unknown, neither free nor solid.
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -20,9 +20,9 @@ constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
 
 struct FieldBrick {
   std::array<float, kBrickVoxels> distance_m{};
-  std::array<float, kBrickVoxels> weight{};            ///< sum of measurement weights, capped; 0 = unknown
+  std::array<float, kBrickVoxels> weight{};              ///< sum of measurement weights, capped; 0 = unknown
   std::array<Eigen::Vector3f, kBrickVoxels> radiance{};  ///< mean radiance towards the cameras, W/sr/m², near surfaces
-  std::array<float, kBrickVoxels> radiance_weight{};   ///< 0 = no colour seen
+  std::array<float, kBrickVoxels> radiance_weight{};     ///< 0 = no colour seen
 };
 
 struct BrickKeyHash {
@@ -49,7 +49,8 @@ struct RayHit {
 struct DistanceField {
   float voxel_m = 0.008f;
   float truncation_m = 0.032f;
-  std::uint64_t version = 0;  ///< grows with every publication that changed something
+  std::uint64_t version = 0;        ///< grows with every publication that changed something
+  Eigen::AlignedBox3f seen_from_m;  ///< holds every place from where a camera looked; tag frame
   BrickMap<FieldBrick> bricks;
 
   const FieldBrick* brick(const BrickKey& key) const;

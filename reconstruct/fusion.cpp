@@ -85,6 +85,7 @@ struct FusionStage::State {
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const DepthPicture> last_depth;
   std::shared_ptr<const Picture> last_color;
+  Eigen::AlignedBox3f seen_from_m;
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
 };
 
@@ -170,6 +171,7 @@ void FusionStage::State::publish() {
   if (waiting.empty() || (!plain && pictures - last_publication < kWait)) return;
   auto next = std::make_shared<DistanceField>(*field);
   next->version += 1;
+  next->seen_from_m = seen_from_m;
   for (WorkingBrick* brick : waiting) {
     brick->waiting = false;
     brick->published = std::make_shared<FieldBrick>(brick->now);
@@ -202,6 +204,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
 
   s.preparation.prepare(frame.depth->depth_m, s.view);
   const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
+  s.seen_from_m.extend(pose.T_tag_camera.translation().cast<float>());
   s.allocate(pose.T_tag_camera.cast<float>());
   const ColourReader colour(frame.color.get(), s.response, s.camera.width, s.camera.height);
   const DepthReader depth(s.view, s.preparation, s.map, s.voxel_m, s.truncation_m, kShellVoxels * s.voxel_m);
@@ -239,6 +242,7 @@ void FusionStage::reset() {
   s.pictures = s.last_publication = 0;
   s.last_depth.reset();
   s.last_color.reset();
+  s.seen_from_m.setEmpty();
 }
 
 }  // namespace lumigraft

@@ -8,16 +8,18 @@
 #include "capture/session.h"
 #include "reconstruct/albedo.h"
 #include "reconstruct/distance_field.h"
+#include "reconstruct/enclosure.h"
 #include "reconstruct/light.h"
 #include "reconstruct/pose.h"
 
 namespace lumigraft {
 
 struct Scene {
-  std::optional<Pose> pose;                              ///< empty: the tag is not in the picture
-  std::shared_ptr<const DistanceField> field;            ///< null until a depth picture was fused
-  std::shared_ptr<const Illumination> illumination;      ///< null until a fish-eye picture was seen
-  std::shared_ptr<const AlbedoField> albedo;             ///< null until solved
+  std::optional<Pose> pose;                          ///< empty: the tag is not in the picture
+  std::shared_ptr<const DistanceField> field;        ///< null until a depth picture was fused
+  std::shared_ptr<const Illumination> illumination;  ///< null until a fish-eye picture was seen
+  std::shared_ptr<const AlbedoField> albedo;         ///< null until solved
+  std::shared_ptr<const Enclosure> enclosure;        ///< null where nothing closes what no camera saw
   std::vector<std::string> warnings;
 };
 

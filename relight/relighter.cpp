@@ -15,6 +15,7 @@
 #include "relight/passes/ambient.h"
 #include "relight/passes/bounce.h"
 #include "relight/passes/compose.h"
+#include "relight/passes/enclosure.h"
 #include "relight/passes/filter.h"
 #include "relight/passes/inject.h"
 #include "relight/passes/lamp_maps.h"
@@ -40,6 +41,7 @@ namespace lumigraft {
 namespace {
 
 constexpr int kLeastVolume = 32;
+static_assert(kMostSides == shader::kMaxSides);
 constexpr float kNearPlane_m = 0.02f;
 constexpr int kVertexCones = 9;                // over the hemisphere of a vertex of an object, once
 constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
@@ -49,13 +51,14 @@ struct LightKey {
   std::vector<PlacedObject> objects;
   Placement placement;
   std::shared_ptr<const Illumination> illumination;
+  std::shared_ptr<const Enclosure> enclosure;
   int max_lights = 0, bounces = 0, trace_scale = 0, lpv_steps = 0;
   std::string method;
 
   bool operator==(const LightKey& o) const {
     return objects == o.objects && placement == o.placement && illumination == o.illumination &&
-           max_lights == o.max_lights && bounces == o.bounces && trace_scale == o.trace_scale &&
-           lpv_steps == o.lpv_steps && method == o.method;
+           enclosure == o.enclosure && max_lights == o.max_lights && bounces == o.bounces &&
+           trace_scale == o.trace_scale && lpv_steps == o.lpv_steps && method == o.method;
   }
 };
 
@@ -80,6 +83,7 @@ struct Relighter::State {
   Resolve resolve;
   Filter filter;
   Bounce bounce;
+  EnclosureLight enclosure;
   std::unique_ptr<Lpv> lpv;  ///< null where cones carry the change
   ObjectView object_view;
   RealView real_view;
@@ -121,6 +125,7 @@ struct Relighter::State {
         resolve(*device),
         filter(*device),
         bounce(*device),
+        enclosure(*device),
         object_view(*device),
         real_view(*device),
         shadow(*device),
@@ -225,6 +230,17 @@ struct Relighter::State {
       p.surfaces[i].base_color_roughness << s.base_color, s.roughness;
       p.surfaces[i].metallic_specular << s.metallic, s.specular, 0, 0;
     }
+    p.probe << scene.illumination->probe_position_m, 0;
+    p.enclosure.setZero();
+    if (scene.enclosure) {
+      const std::vector<Enclosure::Side>& sides = scene.enclosure->sides;
+      p.probe.w() = static_cast<float>(sides.size());
+      p.enclosure << scene.enclosure->middle_m, 0;
+      for (std::size_t i = 0; i < sides.size(); ++i) {
+        p.sides[i] << sides[i].normal, sides[i].offset_m;
+        p.enclosure.w() += sides[i].measured ? 1.0f : 0.0f;
+      }
+    }
     p.tag << static_cast<float>(0.5 * session.tag.size_m * kTagWithBorder), 0, 0, 0;
     p.pass_f.x() = quality.least_codes;
     inject->choose_unit(p);
@@ -270,8 +286,8 @@ struct Relighter::State {
       bounce.list_cells(list, params, kLeastShare, *volumes);
     }
     // The first resolve must not see what bounced under other lamps.
-    for (const auto* texture :
-         {&volumes->gathered_virtual, &volumes->real_irradiance, &volumes->virtual_radiance, &volumes->real_change}) {
+    for (const auto* texture : {&volumes->gathered_virtual, &volumes->real_irradiance, &volumes->virtual_radiance,
+                                &volumes->real_change, &volumes->enclosure_change, &volumes->enclosure_change_before}) {
       list.clear(**texture, {});
     }
     list.begin_pass("lamp maps");
@@ -281,12 +297,25 @@ struct Relighter::State {
     resolve_all(list, params);
     shader::FrameParams coarse = params;
     coarse.counts.y() = coarse.counts.z() = quality_of(made_for).voxel_cones;
+    if (key.enclosure) {
+      list.begin_pass("enclosure");
+      enclosure.light(list, coarse, *volumes);
+    }
     for (int i = 1; i < key.bounces; ++i) {
       list.begin_pass("bounce of virtual");
       bounce.gather_virtual(list, coarse, *lamp_maps, *volumes);
+      if (key.enclosure) {
+        resolve_all(list, params);
+        list.begin_pass("enclosure");
+        enclosure.change(list, coarse, *volumes);
+      }
       list.begin_pass("bounce of real");
       gather_real(list, coarse, i - 1, key.bounces);
       resolve_all(list, params);
+    }
+    if (key.enclosure) {
+      list.begin_pass("enclosure");
+      enclosure.change(list, coarse, *volumes);
     }
     if (quality_of(made_for).cells || lpv) {
       list.begin_pass("cells");
@@ -447,8 +476,8 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
 
   auto list = s.device->begin();
   const bool lit_anew = s.light_volumes(*list, params,
-                                        {objects, placement, scene.illumination, plan.max_lights, plan.bounces,
-                                         plan.trace_scale, plan.lpv_steps, plan.method},
+                                        {objects, placement, scene.illumination, scene.enclosure, plan.max_lights,
+                                         plan.bounces, plan.trace_scale, plan.lpv_steps, plan.method},
                                         new_field);
   if (lit_anew && live) {  // which blocks are in shadow depends on it
     result.passes = s.device->submit(*list);

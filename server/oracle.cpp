@@ -9,6 +9,7 @@
 #include "capture/error.h"
 #include "capture/picture_file.h"
 #include "reconstruct/light.h"
+#include "server/true_room_points.h"
 #include "server/truth.h"
 
 namespace lumigraft {
@@ -118,6 +119,7 @@ struct Oracle::State {
   OracleParts parts;
   LightStage light;
   std::shared_ptr<AlbedoField> albedo;
+  std::vector<RoomPoint> surface;  ///< of the whole true room
 
   State(const Session& the_session, const OracleParts& the_parts)
       : session(the_session), parts(the_parts), light(the_session, LightSettings{}) {}
@@ -133,6 +135,10 @@ Oracle::Oracle(const Session& session, const OracleParts& parts) : state_(std::m
   }
   if (parts.geometry) {
     read_true_depth(state_->file(0, "depth.exr"));
+    const std::filesystem::path room = session.folder / "truth" / "real_scene.ply";
+    if (std::filesystem::exists(room)) {
+      state_->surface = true_room_points(room);
+    }
   }
   if (parts.light) {
     read_true_lamps(state_->file(0, "lights.json"));
@@ -196,6 +202,14 @@ std::shared_ptr<const Illumination> Oracle::illumination(const FrameSet& frame) 
   }
   return std::make_shared<const Illumination>(
       with_true_lamps(*split, read_true_lamps(s.file(frame.index, "lights.json")), *s.session.fisheye));
+}
+
+std::shared_ptr<const Enclosure> Oracle::enclosure(const Illumination& light) const {
+  if (state_->surface.empty()) {
+    return nullptr;
+  }
+  const std::optional<Enclosure> room = close_room(state_->surface, light, {});
+  return room ? std::make_shared<const Enclosure>(*room) : nullptr;
 }
 
 std::shared_ptr<const AlbedoField> Oracle::albedo(const FrameSet& frame, const Pose& pose, const DistanceField& field) {

@@ -38,6 +38,8 @@ class Oracle {
   /// a true lamp's picture gives way to that true lamp. A true lamp that the fish-eye does not see is added; one that
   /// it sees and the split left in the remainder stays there, so that no light counts twice.
   std::shared_ptr<const Illumination> illumination(const FrameSet& frame);
+  /// Around the whole true room. Null where truth/ has no real_scene.ply.
+  std::shared_ptr<const Enclosure> enclosure(const Illumination& light) const;
   /// The true albedo picture projected onto the surface voxels of `field` that this frame sees, over what earlier
   /// frames saw.
   std::shared_ptr<const AlbedoField> albedo(const FrameSet& frame, const Pose& pose, const DistanceField& field);

@@ -77,6 +77,7 @@ struct Pipeline::State {
   FusionStage fusion;
   LightStage light;
   AlbedoStage albedo;
+  EnclosureStage enclosure;
   LiveRelighter relighter;
   EncodeStage encode;
 
@@ -295,7 +296,11 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
   const AtWork work(albedo_rest);
   const StageTimer timer(metrics, "albedo");
   schedule.solved(*field, *measured);
-  board.publish_solution(albedo.solve(*field, *measured), field->version, measured->version);
+  AlbedoStage::Result solution = albedo.solve(*field, *measured);
+  if (solution.illumination) {
+    board.publish_enclosure(enclosure.close(*field, *solution.illumination));
+  }
+  board.publish_solution(std::move(solution), field->version, measured->version);
   board.publish_warnings("albedo stage", {});
 }
 

@@ -37,6 +37,11 @@ void SceneBoard::publish_albedo(std::shared_ptr<const AlbedoField> albedo) {
   scene_.albedo = std::move(albedo);
 }
 
+void SceneBoard::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
+  std::lock_guard lock(mutex_);
+  scene_.enclosure = std::move(enclosure);
+}
+
 void SceneBoard::publish_warnings(const std::string& stage, std::vector<std::string> warnings) {
   std::lock_guard lock(mutex_);
   warnings_[stage] = std::move(warnings);

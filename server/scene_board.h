@@ -21,6 +21,7 @@ class SceneBoard {
   void publish_solution(AlbedoStage::Result solution, std::uint64_t field_version, std::uint64_t light_version);
   /// Replaces the albedo alone.
   void publish_albedo(std::shared_ptr<const AlbedoField> albedo);
+  void publish_enclosure(std::shared_ptr<const Enclosure> enclosure);
   /// What a stage complains about, until its next word. Shown with every frame.
   void publish_warnings(const std::string& stage, std::vector<std::string> warnings);
 

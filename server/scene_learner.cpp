@@ -31,6 +31,7 @@ struct SceneLearner::State {
   FusionStage fusion;
   LightStage light;
   AlbedoStage albedo;
+  EnclosureStage enclosure;
   AlbedoSchedule schedule;
   SceneBoard board;
 
@@ -52,6 +53,11 @@ struct SceneLearner::State {
         AlbedoStage::Result solution = albedo.solve(*field, *measured);
         if (parts().light) {
           solution.illumination = measured;
+        }
+        if (solution.illumination) {
+          const std::shared_ptr<const Enclosure> truth =
+              parts().geometry ? oracle->enclosure(*solution.illumination) : nullptr;
+          board.publish_enclosure(truth ? truth : enclosure.close(*field, *solution.illumination));
         }
         board.publish_solution(std::move(solution), field->version, measured->version);
       });

@@ -40,6 +40,10 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
                                        .height = kEnvironmentEdge,
                                        .mips = kEnvironmentMips,
                                        .format = gpu::Format::rgba16_float});
+  for (auto* texture : {&enclosure_response, &enclosure_lost, &enclosure_change, &enclosure_change_before}) {
+    *texture = device.create_texture(
+        {.name = "enclosure", .width = kEnclosureEdge, .height = kEnclosureEdge, .format = gpu::Format::rgba16_float});
+  }
 }
 
 void Volumes::fit_virtual(gpu::Device& device, const Eigen::Vector3i& size) {
@@ -61,7 +65,8 @@ std::vector<gpu::Binding> Volumes::bindings() const {
           gpu::sampled(4, *virtual_radiance, Filter::linear_mip_linear),
           gpu::sampled(5, *real_change, Filter::linear_mip_linear),
           gpu::sampled(6, *environment, Filter::linear_mip_linear),
-          gpu::sampled(30, *mirror_outlines, Filter::linear)};
+          gpu::sampled(30, *mirror_outlines, Filter::linear),
+          gpu::sampled(31, *enclosure_change, Filter::linear)};
 }
 
 }  // namespace lumigraft

@@ -23,6 +23,9 @@ struct Volumes {
   std::unique_ptr<gpu::Buffer> cells;                    ///< of 2³ voxels, with real surface near the objects
   std::unique_ptr<gpu::Texture> environment;
   const gpu::Texture* mirror_outlines = nullptr;  ///< of known surfaces; not the volumes' own
+  // Octahedral maps of what surrounds the known room.
+  std::unique_ptr<gpu::Texture> enclosure_response, enclosure_lost;         ///< radiance over irradiance; lamps' loss
+  std::unique_ptr<gpu::Texture> enclosure_change, enclosure_change_before;  ///< radiance, of the last two rounds
 
   Volumes(gpu::Device& device, int edge_voxels);
   void fit_virtual(gpu::Device& device, const Eigen::Vector3i& size);
@@ -30,6 +33,9 @@ struct Volumes {
   /// As volume.glsl declares them.
   std::vector<gpu::Binding> bindings() const;
 };
+
+/// Texels along the edge of the octahedral map of the enclosure.
+constexpr int kEnclosureEdge = 24;
 
 /// Groups of 64 threads that walk the list of voxels together.
 constexpr int kListGroups = 256;

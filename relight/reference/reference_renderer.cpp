@@ -59,6 +59,7 @@ struct ReferenceRenderer::State {
   // What is kept from frame to frame.
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const AlbedoField> albedo;
+  std::shared_ptr<const Enclosure> enclosure;
   std::shared_ptr<const Illumination> illumination;
   std::shared_ptr<const ReferenceScene> reconstructed;
   struct Traced {
@@ -75,10 +76,12 @@ struct ReferenceRenderer::State {
 
   std::shared_ptr<const ReferenceScene> room_of(const FrameSet& frame, const Scene& scene) {
     if (room) return room(frame);
-    if (!reconstructed || field != scene.field || albedo != scene.albedo || illumination != scene.illumination) {
+    if (!reconstructed || field != scene.field || albedo != scene.albedo || enclosure != scene.enclosure ||
+        illumination != scene.illumination) {
       reconstructed = std::make_shared<const ReferenceScene>(reference_room_of(scene, known));
       field = scene.field;
       albedo = scene.albedo;
+      enclosure = scene.enclosure;
       illumination = scene.illumination;
     }
     return reconstructed;

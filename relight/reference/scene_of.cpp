@@ -7,6 +7,7 @@
 #include "relight/light_set.h"
 #include "relight/object_surface.h"
 #include "relight/reference/bsdf.h"
+#include "relight/reference/enclosure_mesh.h"
 
 namespace lumigraft {
 namespace {
@@ -121,6 +122,7 @@ ReferenceScene reference_room_of(const Scene& scene, const std::vector<KnownSurf
   for (const KnownSurface& surface : known) {
     room.real.push_back({surface.model, Eigen::Affine3f::Identity(), surface.material, false});
   }
+  if (auto unseen = enclosure_mesh(scene, room.real)) room.real.push_back(std::move(*unseen));
   const Illumination& light = *scene.illumination;
   for (const PointLight& lamp : light.lights) room.lamps.push_back(lamp_of(lamp, light.probe_position_m));
   room.environment = light.remainder.radiance.empty() ? picture_of(light.remainder_sh) : light.remainder;

@@ -19,7 +19,8 @@ std::vector<KnownSurface> known_surfaces(const std::vector<RealSurface>& surface
 /// The room without objects. The field's zero surface, where a known surface lies replaced by that surface itself; a
 /// vertex without known albedo is black, so that nothing is claimed of it. Each lamp is a sphere, or a disc where it is
 /// known to be flat; one without a known distance stands so far away that its parallax across a room is below a degree.
-/// Light from unknown places is the remainder of the fish-eye picture. Needs scene.field and scene.illumination.
+/// What no camera saw is what scene.enclosure says, as far as it reflects (enclosure_mesh.h); light from elsewhere is
+/// the remainder of the fish-eye picture. Needs scene.field and scene.illumination.
 ReferenceScene reference_room_of(const Scene& scene, const std::vector<KnownSurface>& known);
 
 /// The visible objects at a time.

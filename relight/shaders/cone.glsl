@@ -90,6 +90,9 @@ void meet(inout Layer layer, float h, float open, float t) {
 
 float reach_of(Cone k, float t, float least) { return max(t * k.tan_half, least); }
 
+// Objects are seen whole from real surfaces, and one side at a time from each other (virtual_radiance()).
+const float kFocusFar = 0.25, kFocusNear = 0.5;
+
 // L_mu of what a cone shows at t. What the camera saw of a metal was not meant for the cone: that shows what the metal
 // mirrors its way, which far from it is the environment, and lamps, which are counted by themselves (mirror_lamp.glsl).
 vec3 real_seen(Cone k, float t, float reach) {
@@ -123,7 +126,7 @@ vec3 changed_seen(Cone k, float t, float reach) {
     at += careful_step(past, d, wide, least);
   }
   vec3 mirrored = (1.0 - v.hidden) * environment_radiance(bend.w, bend.tan_half) +
-                  v.seen * virtual_radiance(on.from_virtual + v.at * on.w, on.w, reach_of(on, v.at, least));
+                  v.seen * virtual_radiance(on.from_virtual + v.at * on.w, on.w, reach_of(on, v.at, least), kFocusNear);
   return mix(seen, bend.factor * mirrored, bend.metallic);
 }
 
@@ -148,9 +151,9 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   gained = lost = vec3(0);
   hidden = v.hidden;
   if (v.hidden > 0.0) {
-    gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least));
+    gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusFar);
     lost = r.seen * real_seen(k, r.at, reach_of(k, r.at, least)) +
-           v.hidden * (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
+           v.hidden * (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half);
   }
 }
 
@@ -176,11 +179,12 @@ void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
     t += careful_step(past, min(dv, dr), reach, least);
   }
   float reach = reach_of(k, r.at, least), open = 1.0 - r.hidden;
-  vec3 seen = real_seen(k, r.at, reach), sky = open * environment_radiance(k.w, k.tan_half);
+  vec3 seen = real_seen(k, r.at, reach), sky = open * beyond_radiance(k.from_virtual, k.w, k.tan_half);
   all = r.seen * seen + sky;
   lost = behind * seen + v.hidden * sky;
-  gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least)) +
-           (r.seen - behind) * real_change(real_place(k, r.at), reach);
+  gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusFar) +
+           (r.seen - behind) * real_change(real_place(k, r.at), reach) +
+           open * (1.0 - v.hidden) * beyond_change(k.from_virtual, k.w);
 }
 
 // The change that real surfaces' own change brings to another real surface: the rest of C_delta.
@@ -198,7 +202,8 @@ vec3 change_cone(Cone k) {
     meet(r, hidden_fraction(dr / reach), 1.0 - m_v, t);
     t += careful_step(past, min(dv, dr), reach, least);
   }
-  return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, least));
+  return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, least)) +
+         (1.0 - m_v) * (1.0 - r.hidden) * beyond_change(k.from_virtual, k.w);
 }
 
 // C_rho: radiance of the changed scene along a cone.
@@ -217,9 +222,10 @@ vec3 rho_cone(Cone k) {
     t += careful_step(past, min(dv, dr), reach, least);
   }
   float reach = reach_of(k, r.at, least);
-  return v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least)) +
+  return v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusNear) +
          r.seen * changed_seen(k, r.at, reach) +
-         (1.0 - v.hidden) * (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
+         (1.0 - v.hidden) * (1.0 - r.hidden) *
+             max(beyond_radiance(k.from_virtual, k.w, k.tan_half) + beyond_change(k.from_virtual, k.w), vec3(0));
 }
 
 // C_mu: radiance of the real scene along a cone.
@@ -234,7 +240,7 @@ vec3 mu_cone(Cone k) {
     t += next_step(d, reach, least);
   }
   return r.seen * real_seen(k, r.at, reach_of(k, r.at, least)) +
-         (1.0 - r.hidden) * environment_radiance(k.w, k.tan_half);
+         (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half);
 }
 
 // Shadow cones C_s (eq. 5.20): what virtual, and what real surfaces hide of a narrow cone up to t_far. Two marches, since

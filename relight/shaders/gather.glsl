@@ -28,6 +28,19 @@ vec3 gather_rho(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn
   return e * (kPi / float(count));
 }
 
+// Irradiance of the real scene.
+vec3 gather_mu(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn) {
+  vec3 e = vec3(0);
+  for (int i = 0; i < count; ++i) {
+    Cone k;
+    k.from_real = from_real;
+    k.from_virtual = from_virtual;
+    hemisphere_cone(n, i, count, turn, k.w, k.tan_half);
+    e += mu_cone(k);
+  }
+  return e * (kPi / float(count));
+}
+
 // Change of irradiance at a real surface by virtual surfaces: cones aimed at the sphere around them, where alone they
 // can bring or take light. Closer than the sphere's edge the cap opens on to the whole sphere.
 void gather_delta(vec3 p, vec3 from_real, vec3 n, int most, float turn, out vec3 gained, out vec3 lost) {

@@ -19,6 +19,7 @@ const int kMaxMirrors = 8;
 const int kMaxImages = 8;
 const int kOutline = 64;  // texels along an edge of the picture of a mirror's outline
 const int kCascades = 2;
+const int kMaxSides = 12;     // of the enclosure
 const int kBrickCells = 8;  // voxels along a brick of the real distance field
 
 // A lamp as a sphere or a flat disc of even radiance. A lamp without a known distance stands very far away.
@@ -80,6 +81,9 @@ struct FrameParams {
   ivec4 mirror_counts;  // mirrors, images of lamps in them
   ivec4 images[2];      // lamp + 8 × mirror, strongest first
   vec4 sh[9];           // remainder of the fish-eye picture, radiance
+  vec4 probe;           // where the environment was seen from; a: how many sides the enclosure has, 0: it is unknown
+  vec4 enclosure;       // a point well inside of it, around which its change is laid out; a: how many sides were measured
+  vec4 sides[12];       // normals to the inside; offset: n·p + a > 0 inside
   vec4 tag;             // x: half the edge of the printed tag with its white border
   ivec4 pass_i;         // what one pass alone needs
   vec4 pass_f;

@@ -18,6 +18,8 @@ layout(binding = 5) uniform sampler3D real_change_volume;       // L_delta of re
 layout(binding = 6) uniform sampler2D environment;  // remainder of the fish-eye picture, equal-area octahedral
 layout(binding = 30) uniform sampler2D mirror_outlines;  // of flat pieces of known surfaces, one above the other
 
+layout(binding = 31) uniform sampler2D enclosure_change;  // L_delta of the enclosure, octahedral around its middle
+
 const float kFar = 1e3;
 
 vec3 grid_low(vec4 g) { return g.xyz - 0.5 * g.w; }
@@ -74,10 +76,11 @@ float front_weight(float d, float voxel) { return max(0.0, 1.0 - abs(d / voxel -
 const float kLeastWeight = 1e-3;
 vec3 mean_radiance(vec4 s) { return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a; }
 vec3 real_radiance(vec3 p, float radius) { return mean_radiance(footprint(real_radiance_volume, p, radius)); }
-// Seen along w.
-vec3 virtual_radiance(vec3 p, vec3 w, float radius) {
+// Seen along w. Coarse levels hold both sides of an object, its bright and its dark one; `focus`, below 1, looks into
+// finer ones.
+vec3 virtual_radiance(vec3 p, vec3 w, float radius, float focus) {
   float voxel = frame.cascade[in_cascade(0, p, 1.0) ? 0 : 1].w;
-  return mean_radiance(footprint(virtual_radiance_volume, p - kFront * max(voxel, radius) * w, radius));
+  return mean_radiance(footprint(virtual_radiance_volume, p - kFront * max(voxel, radius) * w, focus * radius));
 }
 vec3 real_change(vec3 p, float radius) { return mean_radiance(footprint(real_change_volume, p, radius)); }
 
@@ -91,6 +94,19 @@ vec2 octahedral(vec3 w) {
   return 0.5 + 0.5 * uv * vec2(w.x < 0.0 ? -1.0 : 1.0, w.y < 0.0 ? -1.0 : 1.0);
 }
 
+// Where a ray from within leaves the enclosure; `side`: through which. kFar where it has none.
+float leave(vec3 p, vec3 w, out int side) {
+  float t = kFar;
+  side = -1;
+  for (int i = 0; i < int(frame.probe.a); ++i) {
+    float fall = -dot(frame.sides[i].xyz, w), d = max(dot(frame.sides[i].xyz, p) + frame.sides[i].w, 0.0);
+    bool nearer = fall > 1e-4 && d < t * fall;
+    t = nearer ? d / fall : t;
+    side = nearer ? i : side;
+  }
+  return t;
+}
+
 // Radiance from beyond everything known, mean over a cone.
 vec3 environment_radiance(vec3 w, float tan_half) {
   // A cone of half angle a covers 2π(1 - cos a); a texel of level 0 covers 4π / size².
@@ -98,5 +114,19 @@ vec3 environment_radiance(vec3 w, float tan_half) {
   float c = inversesqrt(1.0 + tan_half * tan_half);
   float lod = 0.5 * log2(max(0.5 * (1.0 - c), 1e-9) * size * size);
   return textureLod(environment, octahedral(w), clamp(lod, 0.0, float(frame.counts2.y - 1))).rgb;
+}
+
+// The same seen from p: what a measured side of the enclosure shows is moved by its parallax.
+vec3 beyond_radiance(vec3 p, vec3 w, float tan_half) {
+  int side;
+  float t = leave(p, w, side);
+  bool measured = side >= 0 && side < int(frame.enclosure.a);
+  return environment_radiance(measured ? normalize(p + t * w - frame.probe.xyz) : w, tan_half);
+}
+// Its change, by the enclosure alone.
+vec3 beyond_change(vec3 p, vec3 w) {
+  int side;
+  float t = leave(p, w, side);
+  return side < 0 ? vec3(0) : textureLod(enclosure_change, octahedral(normalize(p + t * w - frame.enclosure.xyz)), 0.0).rgb;
 }
 #endif

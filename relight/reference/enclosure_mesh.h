@@ -1,0 +1,18 @@
+#pragma once
+// What no camera saw of a room (Enclosure), as triangles with an albedo for the path-traced reference.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "reconstruct/scene.h"
+#include "relight/reference/reference_scene.h"
+
+namespace lumigraft {
+
+/// The sides of scene.enclosure, cut into cells. The fish-eye saw radiance L towards a cell; lamps, known surfaces (of
+/// `known`, with the radiance that cameras saw there) and the other sides light it with E: albedo = π L / E. Where that
+/// is more than surfaces have there is no triangle: something shines there by itself, and goes on doing so. The sides
+/// are moved outwards by three voxels, behind what was seen of them. Empty where the scene has no enclosure.
+std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vector<ReferenceMesh>& known);
+
+}  // namespace lumigraft
