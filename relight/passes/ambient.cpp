@@ -12,7 +12,7 @@ void Ambient::record(gpu::CommandList& list, shader::FrameParams params, const V
       joined(volumes.bindings(), {gpu::sampled(12, *screen.object_normal), gpu::sampled(13, *screen.object_base),
                                   gpu::sampled(14, *screen.object_surface), gpu::sampled(15, *screen.rays),
                                   gpu::image(16, *screen.object_irradiance), gpu::image(17, *screen.object_mirrored),
-                                  gpu::image(18, *screen.object_open), gpu::image(19, *screen.object_open_more)}),
+                                  gpu::image(18, *screen.object_open)}),
       params, screen.tiles->ambients());
 }
 

@@ -15,8 +15,8 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
     return device.create_texture({.name = name, .width = w, .height = h, .format = format, .attachment = attachment});
   };
   const auto full = [&](const char* name, Format format) { return make(name, format, width, height); };
-  const auto coarse = [&](const char* name, int s) {
-    return make(name, Format::rgba16_float, (width + s - 1) / s, (height + s - 1) / s);
+  const auto coarse = [&](const char* name, int s, int layers = 1) {
+    return make(name, Format::rgba16_float, (width + s - 1) / s, layers * ((height + s - 1) / s));
   };
   tiles = std::make_unique<Tiles>(device, width, height, shadow_scale, scale, ambient_scale);
   rays = full("rays", Format::rg32_float);
@@ -43,8 +43,7 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   object_other = full("other object surface", Format::rgba16_float);
   object_irradiance = coarse("object irradiance", ambient_scale);
   object_mirrored = coarse("object mirrored", ambient_scale);
-  object_open = coarse("object open", ambient_scale);
-  object_open_more = coarse("object open, more", ambient_scale);
+  object_open = coarse("object open", ambient_scale, 2);
   object_radiance = full("object radiance", Format::rgba16_float);
   real_position = full("real position", Format::rgba32_float);
   real_normal = full("real normal", Format::rgba16_float);

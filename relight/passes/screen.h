@@ -25,7 +25,7 @@ struct Screen {
   std::unique_ptr<gpu::Texture> object_other;       ///< that surface: normal, tag frame; z
   std::unique_ptr<gpu::Texture> object_irradiance;  ///< but for the lamps, at 1/ambient_scale
   std::unique_ptr<gpu::Texture> object_mirrored;  ///< radiance of the mirror part but for the lamps, at 1/ambient_scale
-  std::unique_ptr<gpu::Texture> object_open, object_open_more;  ///< share of lamps 0-3, 4-7 that is seen
+  std::unique_ptr<gpu::Texture> object_open;      ///< share of lamps 0-3 that is seen; below it that of lamps 4-7
   std::unique_ptr<gpu::Texture> object_radiance;
   // Known materials of real surfaces, as seen by the camera.
   std::unique_ptr<gpu::Texture> known_normal, known_base, known_depth, known_z;

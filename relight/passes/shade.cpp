@@ -12,8 +12,7 @@ void Shade::record(gpu::CommandList& list, shader::FrameParams params, const Lam
                         {gpu::sampled(12, *screen.object_normal), gpu::sampled(13, *screen.object_base),
                          gpu::sampled(14, *screen.object_surface), gpu::sampled(15, *screen.rays),
                          gpu::sampled(17, *screen.object_irradiance), gpu::sampled(18, *screen.object_mirrored),
-                         gpu::sampled(19, *screen.object_open), gpu::sampled(25, *screen.object_open_more),
-                         gpu::image(16, *screen.object_radiance)}),
+                         gpu::sampled(19, *screen.object_open), gpu::image(16, *screen.object_radiance)}),
                  params, screen.tiles->objects());
 }
 

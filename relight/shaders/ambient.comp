@@ -10,8 +10,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_irradiance;  // a: which pixel of the block, plus 1; 0: none
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirrored;    // radiance
-layout(binding = 18, rgba16f) uniform writeonly image2D out_open;        // share of lamps 0 to 3 that is seen
-layout(binding = 19, rgba16f) uniform writeonly image2D out_open_more;   // of lamps 4 to 7
+layout(binding = 18, rgba16f) uniform writeonly image2D out_open;        // share of lamps that is seen, 4 to 7 below
 
 void main() {
   int scale = frame.pass_i.x, block = -1;
@@ -40,5 +39,5 @@ void main() {
   imageStore(out_irradiance, cell, to_half(vec4(e, float(block + 1))));
   imageStore(out_mirrored, cell, to_half(vec4(m, 0.0)));
   imageStore(out_open, cell, to_half(vec4(open[0], open[1], open[2], open[3])));
-  imageStore(out_open_more, cell, to_half(vec4(open[4], open[5], open[6], open[7])));
+  imageStore(out_open, cell + ivec2(0, imageSize(out_irradiance).y), to_half(vec4(open[4], open[5], open[6], open[7])));
 }

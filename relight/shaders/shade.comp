@@ -10,7 +10,6 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 17) uniform sampler2D irradiance;
 layout(binding = 18) uniform sampler2D mirrored_light;
 layout(binding = 19) uniform sampler2D open_lamps;
-layout(binding = 25) uniform sampler2D open_lamps_more;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_radiance;
 
 struct Arriving {
@@ -20,7 +19,8 @@ struct Arriving {
 
 Arriving arriving(ivec2 cell) {
   return Arriving(texelFetch(irradiance, cell, 0).rgb, texelFetch(mirrored_light, cell, 0).rgb,
-                  texelFetch(open_lamps, cell, 0), texelFetch(open_lamps_more, cell, 0));
+                  texelFetch(open_lamps, cell, 0),
+                  texelFetch(open_lamps, cell + ivec2(0, textureSize(irradiance, 0).y), 0));
 }
 
 // Joint bilateral upsampling (Kopf et al. 2007) over the 3 × 3 cells around.

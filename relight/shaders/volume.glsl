@@ -79,8 +79,11 @@ vec3 real_radiance(vec3 p, float radius) { return mean_radiance(footprint(real_r
 // Seen along w. Coarse levels hold both sides of an object, its bright and its dark one; `focus`, below 1, looks into
 // finer ones.
 vec3 virtual_radiance(vec3 p, vec3 w, float radius, float focus) {
-  float voxel = frame.cascade[in_cascade(0, p, 1.0) ? 0 : 1].w;
-  return mean_radiance(footprint(virtual_radiance_volume, p - kFront * max(voxel, radius) * w, focus * radius));
+  float voxel = frame.cascade[in_cascade(0, p, 1.0) ? 0 : 1].w, fine = focus * radius;
+  vec4 seen = footprint(virtual_radiance_volume, p - kFront * max(voxel, fine) * w, fine);
+  // Past an object's edge they hold nothing of it.
+  if (seen.a < kLeastWeight) seen = footprint(virtual_radiance_volume, p - kFront * max(voxel, radius) * w, radius);
+  return mean_radiance(seen);
 }
 vec3 real_change(vec3 p, float radius) { return mean_radiance(footprint(real_change_volume, p, radius)); }
 
