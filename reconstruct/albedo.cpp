@@ -153,8 +153,8 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   }
   Illumination whole = *lit;
   whole.lights = join_pieces(lit->lights);
-  lit->lights =
-      place_pieces(lit->lights, placed(whole, s.locate(room, whole, surface, gathered)), lit->probe_position_m);
+  lit->lights = place_pieces(lit->lights, whole.lights, placed(whole, s.locate(room, whole, surface, gathered)),
+                             lit->probe_position_m);
 
   const LitSurface points(surface, room, *lit, gathered);
   const std::vector<SampleAlbedo> albedo =

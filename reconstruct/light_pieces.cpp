@@ -52,23 +52,22 @@ std::vector<PointLight> join_pieces(const std::vector<PointLight>& pieces) {
 }
 
 std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, const std::vector<PointLight>& joined,
-                                     const Eigen::Vector3f& probe_m) {
-  const std::vector<PointLight> unplaced = join_pieces(pieces);
+                                     const std::vector<PointLight>& placed, const Eigen::Vector3f& probe_m) {
   std::vector<PointLight> result = pieces;
   for (PointLight& piece : result) {
-    const auto whole =
+    const auto before =
         std::find_if(joined.begin(), joined.end(), [&](const PointLight& light) { return same_lamp(piece, light); });
-    const PointLight& before = unplaced[static_cast<std::size_t>(whole - joined.begin())];
+    const PointLight& whole = placed[static_cast<std::size_t>(before - joined.begin())];
     piece.irradiance =
-        piece.irradiance.cwiseProduct(whole->irradiance.cwiseQuotient(before.irradiance.cwiseMax(1e-12f)));
-    piece.distance_known = whole->distance_known;
+        piece.irradiance.cwiseProduct(whole.irradiance.cwiseQuotient(before->irradiance.cwiseMax(1e-12f)));
+    piece.distance_known = whole.distance_known;
     if (!piece.distance_known) continue;
-    const float distance_m = distance_of(piece, *whole, probe_m);
+    const float distance_m = distance_of(piece, whole, probe_m);
     piece.position_m = probe_m + distance_m * piece.direction;
     piece.intensity = piece.irradiance * distance_m * distance_m;
     piece.radius_m = distance_m * std::tan(piece.angular_radius_rad);
-    piece.flat = whole->flat;
-    piece.normal = whole->normal;
+    piece.flat = whole.flat;
+    piece.normal = whole.normal;
   }
   return result;
 }

@@ -10,9 +10,9 @@ namespace lumigraft {
 /// Lamps in their order, those of one region (PointLight::region) as one, where the first of them is, with its id.
 std::vector<PointLight> join_pieces(const std::vector<PointLight>& pieces);
 
-/// The pieces where `joined`, which join_pieces made of them and a search then placed, says that they are: on one plane
-/// where it is flat, else at one distance. Their share of its irradiance stays.
+/// The pieces where `placed` says that they are: what join_pieces made of them (`joined`, in the same order) after a
+/// search. On one plane where it is flat, else at one distance. Their share of its irradiance stays.
 std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, const std::vector<PointLight>& joined,
-                                     const Eigen::Vector3f& probe_m);
+                                     const std::vector<PointLight>& placed, const Eigen::Vector3f& probe_m);
 
 }  // namespace lumigraft

@@ -89,6 +89,32 @@ TEST(AlbedoStage, LampBesideABox) {
   EXPECT_LT(floor_error(room, *result.albedo, far_from_box).mean, 0.025);
 }
 
+// What is left of a surface's light in a shadow is its texture only where albedo holds the texture whole.
+TEST(AlbedoStage, ATextureKeepsItsContrast) {
+  TestRoom room;
+  room.lamps = {bulb()};
+  room.ambient = Eigen::Vector3f::Constant(0.02f);
+  const auto wave = [](const Eigen::Vector3f& p) { return std::sin(100 * p.x()) * std::sin(100 * p.y()); };  // 9 voxels
+  room.albedo = [&](const Eigen::Vector3f& p) {
+    return Eigen::Vector3f(Eigen::Vector3f::Constant(0.3f + 0.03f * wave(p)));
+  };
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  double found = 0, whole = 0, found_mean = 0, whole_mean = 0;
+  for (int x = -50; x <= 50; ++x) {
+    for (int y = -50; y <= 50; ++y) {
+      const Eigen::Vector3f p = 0.008f * Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), 0);
+      const auto [albedo, sigma] = albedo_at(*result.albedo, p);
+      ASSERT_GE(sigma, 0);
+      found += albedo.y() * wave(p);
+      whole += room.albedo(p).y() * wave(p);
+      found_mean += albedo.y();
+      whole_mean += room.albedo(p).y();
+    }
+  }
+  EXPECT_NEAR(found / found_mean / (whole / whole_mean), 1, 0.08);
+}
+
 TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
   TestRoom room;
   room.half_m = 0.8f;

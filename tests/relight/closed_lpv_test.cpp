@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "closed_scene.h"
+#include "cube_room.h"
 
 namespace lumigraft::test {
 namespace {
@@ -79,42 +79,16 @@ TEST_P(ClosedLpv, FurnaceStaysEven) {
 
 // Nearly black walls receive from a ball under a lamp what the ball reflects (ρ Φ, Φ what the lamp sends to it).
 TEST_P(ClosedLpv, WallsReceiveWhatTheBallReflects) {
-  constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f, half_m = 0.3f;
+  constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f;
   const PointLight lamp = lamp_at({0.12f, -0.15f, 0.2f}, 0.002f, 30);
-  ClosedScene scene;
-  scene.width = scene.height = 40;
-  scene.focal_px = 0.5 * scene.width * (half_m - 1.05f * radius) / half_m;  // a wall fills the picture to its border
-  scene.distance = [](const Eigen::Vector3f& p) {
-    return std::abs(box_distance({Eigen::Vector3f::Constant(-0.325f), Eigen::Vector3f::Constant(0.325f)}, p)) - 0.025f;
-  };
-  scene.extent = {Eigen::Vector3f::Constant(-0.39f), Eigen::Vector3f::Constant(0.39f)};
-  scene.albedo = walls;
-  scene.sky = 0;
-  scene.lamps = {lamp};
-  scene.radiance = [lamp](const Eigen::Vector3f& p) {
-    int axis = 0;
-    p.cwiseAbs().maxCoeff(&axis);
-    Eigen::Vector3f n = Eigen::Vector3f::Zero(), on = p;
-    n[axis] = p[axis] > 0 ? -1.0f : 1.0f;
-    on[axis] = -half_m * n[axis];
-    return walls / kPi * irradiance(lamp, on, n);
-  };
-  scene.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
+  CubeRoom room(0.3f, 1.05f * radius);
+  room.light_walls(walls, lamp);
+  room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
   const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
-  const float pixel_m = 2 * half_m / static_cast<float>(scene.width);
-  Relighter relighter(device_, scene.session());
+  Relighter relighter(device_, room.session());
   double change_W = 0;
-  for (int wall = 0; wall < 6; ++wall) {
-    Eigen::Vector3f axis = Eigen::Vector3f::Zero();
-    axis[wall / 2] = wall % 2 ? -1.0f : 1.0f;
-    scene.eye_m = 1.05f * radius * axis;
-    scene.look_at_m = axis;
-    const RelitPicture picture = scene.relit(relighter, lpv_plan(64, 1));
-    for (std::size_t i = 0; i < picture.maps->delta.data.size(); i += 3) {
-      change_W += kPi / walls * picture.maps->delta.data[i] * pixel_m * pixel_m;
-    }
-  }
+  room.change_on_walls(relighter, lpv_plan(64, 1), [&](float W) { change_W += W; });
   EXPECT_NEAR(change_W + sent_W, ball * sent_W, 0.15 * sent_W);  // the shadow takes all that is sent
 }
 
