@@ -91,7 +91,9 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
       view.z << turn.row(2).transpose(), 0;
       view.place << static_cast<float>(column * edge_), static_cast<float>(row * edge_), last / (last - first),
           last * first / (last - first);
-      view.more << static_cast<float>(edge_), 2 * far / (inverse_tan * static_cast<float>(edge_)), 0, 0;
+      const float texels = 0.5f * inverse_tan * static_cast<float>(edge_);  // per unit of x / z
+      view.more << static_cast<float>(edge_), far / texels,
+          lamp.position_radius.w() / std::sqrt(static_cast<float>(count)) * texels, phi;
 
       shader::DrawParams& draw = draws_.emplace_back();
       draw.T_view_tag.setIdentity();

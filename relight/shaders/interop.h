@@ -34,7 +34,8 @@ struct LampMap {
   vec4 from;     // that point
   vec4 x, y, z;  // axes; x and y times 1 / tan of the half angle
   vec4 place;    // first texel; a, b: depth is a - b / z
-  vec4 more;     // texels along the edge; width of one where the objects are, m
+  vec4 more;     // texels along the edge; width of one where the objects are, m; radius of its share of the lamp, m times
+                 // texels per unit of x / z; turn of the taps over that
 };
 
 // A known material of a real surface ([[real_surface]] of the session).

@@ -31,7 +31,7 @@ vec3 lost_by_maps(Cone k, Lamp lamp, int first, int count, vec3 n) {
   vec3 lost = vec3(0), p = k.from_virtual;
   for (int i = first; i < first + count; ++i) {
     LampSample s = map_share(lamp, lamp_views[i], p, count);
-    lost += s.irradiance * (max(dot(n, s.w), 0.0) * map_hidden(lamp_views[i], p, kBefore_m));
+    lost += s.irradiance * (max(dot(n, s.w), 0.0) * share_hidden(lamp_views[i], p, kBefore_m));
   }
   if (lost == vec3(0)) return lost;
   vec3 to = lamp.position_radius.xyz - p;

@@ -39,7 +39,7 @@ void main() {
         if (cosine <= 0.0) continue;
         k.w = s.w;
         k.tan_half = s.tan_half;
-        float hidden = maps > 0 ? map_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
+        float hidden = maps > 0 ? share_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
         if (hidden == 0.0 && !glossy) continue;
         // Light reaches the body through its layer, and leaves through it again.
         vec3 under = glossy ? through(look, cosine) * through(look, dot(n, v)) : vec3(1);
