@@ -6,38 +6,37 @@
 // Cone i of count, spread by the cosine (golden-angle spiral); as wide as its share of the hemisphere but for a factor
 // that keeps thin things from looking solid, and never below the horizon.
 const float kConeShare = 0.6;
-void hemisphere_cone(vec3 n, int i, int count, float turn, out vec3 w, out float tan_half) {
+Cone hemisphere_cone(vec3 from_real, vec3 from_virtual, vec3 n, int i, int count, float turn) {
   vec3 x, y;
   basis(n, x, y);
   float s2 = (float(i) + 0.5) / float(count), s = sqrt(s2), c = sqrt(1.0 - s2);
   float phi = 2.39996323 * float(i) + 2.0 * kPi * turn;
-  w = s * (cos(phi) * x + sin(phi) * y) + c * n;
-  tan_half = min(kConeShare * sqrt(2.0 / float(count)), 0.8 * c);
+  Cone k;
+  k.from_real = from_real;
+  k.from_virtual = from_virtual;
+  k.w = s * (cos(phi) * x + sin(phi) * y) + c * n;
+  k.tan_half = min(kConeShare * sqrt(2.0 / float(count)), 0.8 * c);
+  return k;
 }
 
 // Irradiance of the changed scene.
 vec3 gather_rho(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn) {
   vec3 e = vec3(0);
-  for (int i = 0; i < count; ++i) {
-    Cone k;
-    k.from_real = from_real;
-    k.from_virtual = from_virtual;
-    hemisphere_cone(n, i, count, turn, k.w, k.tan_half);
-    e += rho_cone(k);
-  }
+  for (int i = 0; i < count; ++i) e += rho_cone(hemisphere_cone(from_real, from_virtual, n, i, count, turn));
   return e * (kPi / float(count));
 }
 
 // Irradiance of the real scene.
 vec3 gather_mu(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn) {
   vec3 e = vec3(0);
-  for (int i = 0; i < count; ++i) {
-    Cone k;
-    k.from_real = from_real;
-    k.from_virtual = from_virtual;
-    hemisphere_cone(n, i, count, turn, k.w, k.tan_half);
-    e += mu_cone(k);
-  }
+  for (int i = 0; i < count; ++i) e += mu_cone(hemisphere_cone(from_real, from_virtual, n, i, count, turn));
+  return e * (kPi / float(count));
+}
+
+// Change of irradiance at a real surface by the change of other real surfaces.
+vec3 gather_change(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn) {
+  vec3 e = vec3(0);
+  for (int i = 0; i < count; ++i) e += change_cone(hemisphere_cone(from_real, from_virtual, n, i, count, turn));
   return e * (kPi / float(count));
 }
 
@@ -72,18 +71,5 @@ void gather_delta(vec3 p, vec3 from_real, vec3 n, int most, float turn, out vec3
   float each = 2.0 * kPi * cap / float(count);
   gained *= each;
   lost *= each;
-}
-
-// Change of irradiance at a real surface by the change of other real surfaces.
-vec3 gather_change(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn) {
-  vec3 e = vec3(0);
-  for (int i = 0; i < count; ++i) {
-    Cone k;
-    k.from_real = from_real;
-    k.from_virtual = from_virtual;
-    hemisphere_cone(n, i, count, turn, k.w, k.tan_half);
-    e += change_cone(k);
-  }
-  return e * (kPi / float(count));
 }
 #endif

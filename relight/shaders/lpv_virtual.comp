@@ -38,17 +38,16 @@ void main() {
       if (frame.pass_i.z == 1) l += imageLoad(gathered, voxel.at).rgb;
       vec4 lambert = vec4(1.0, kLpvLambert * n);
       mat3x4 light = mat3x4(l.r * lambert, l.g * lambert, l.b * lambert);
-      Cone k;
-      k.from_virtual = voxel.position - virtual_distance(voxel.position) * n;
-      k.from_real = k.from_virtual - max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+      vec3 from_virtual = voxel.position - virtual_distance(voxel.position) * n;
+      vec3 from_real = from_virtual - max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
       for (int j = 0; j < frame.pass_i.y; ++j) {
-        hemisphere_cone(-n, j, frame.pass_i.y, voxel_turn(voxel), k.w, k.tan_half);
+        Cone k = hemisphere_cone(from_real, from_virtual, -n, j, frame.pass_i.y, voxel_turn(voxel));
         vec3 hidden = mu_cone(k) / float(frame.pass_i.y);
         vec4 beam = vec4(1.0, -k.w);
         light -= mat3x4(hidden.r * beam, hidden.g * beam, hidden.b * beam);
       }
       float area = dot(n, n) > 0.5 ? area_of(voxel, lit.a) : 0.0;
-      lpv_splat(voxel.cascade, k.from_virtual, n, kPi * area * frame.pass_f.x * light);
+      lpv_splat(voxel.cascade, from_virtual, n, kPi * area * frame.pass_f.x * light);
     }
   }
 }

@@ -21,8 +21,6 @@ struct MirrorShare {
 
 const float kLeastSlant = 0.05;  // below it the lobe is no wider on the piece
 const float kLeastHeight_m = 1e-4;
-const float kWidestCone = 0.25;  // over the objects' sphere as seen from where it starts
-const float kMostShare = 2.0;
 
 MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int i, int n, float turn) {
   Mirror m = frame.mirrors[mirror];
@@ -69,10 +67,9 @@ MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int
   float tan2 = dot(flat_h, flat_h) / (nh * nh), cos2 = 1.0 / (1.0 + tan2);
   float d_over_slopes = (1.0 / (cos2 * cos2)) * pow((a2 + slope * slope) / (a2 + tan2), 2.0);
   float g = 1.0 / (1.0 + smith_lambda(look.alpha, nv) + smith_lambda(look.alpha, nl));
-  // Over what a looking glass would bring at the whole way a + b. Slopes that are far from in proportion (a grazing view
-  // of rough metal) would make single shares bright that stand for little.
+  // Over what a looking glass would bring at the whole way a + b.
   float along_ways = a * b / (lamp_far * far);
-  float rough = min(d_over_slopes * g * along_ways * along_ways, kMostShare);
+  float rough = d_over_slopes * g * along_ways * along_ways;
   s.irradiance = lamp.intensity.rgb * fresnel(look, dot(v, normalize(h))) *
                  (emission(lamp, -l) * rough / ((a + b) * (a + b) * float(n)));
   return s;
@@ -90,10 +87,7 @@ MirrorWays mirror_ways(int mirror, MirrorShare s, Cone from_p) {
   MirrorWays ways;
   ways.down = from_p;
   ways.down.w = s.w;
-  // A cone wider than the objects would be closed by what hides a small part of it.
-  float widest = kWidestCone * frame.sphere.w;
-  ways.down.tan_half = min(s.tan_half, widest / max(length(frame.sphere.xyz - from_p.from_virtual), frame.sphere.w));
-  ways.up.tan_half = min(s.tan_half, widest / max(length(frame.sphere.xyz - s.q), frame.sphere.w));
+  ways.down.tan_half = ways.up.tan_half = s.tan_half;
   ways.room_end = s.far - (lift + s.tan_half * s.far) / falls;
   ways.lamp_far = length(to);
   ways.up.from_virtual = s.q;
