@@ -130,6 +130,19 @@ Tag read_tag(const ConfigTable& table) {
   const int largest = tag.family == "tag36h11" ? 586 : tag.family == "tag25h9" ? 34 : 29;
   tag.id = table.integer("id", 0, largest);
   tag.size_m = table.number("size_m", 0.001, 10.0);
+  for (const ConfigTable& also : table.tables("also")) {
+    FurtherTag& further = tag.also.emplace_back();
+    further.id = also.integer("id", 0, largest);
+    const bool taken = further.id == tag.id || std::any_of(tag.also.begin(), tag.also.end() - 1,
+                                                           [&](const FurtherTag& t) { return t.id == further.id; });
+    if (taken) {
+      also.fail("id", "found " + std::to_string(further.id) + " twice, allowed: each tag once");
+    }
+    further.size_m = also.number("size_m", 0.001, 10.0, tag.size_m);
+    if (also.has("T_tag_also")) {
+      further.T_tag_also = read_transform(also, "T_tag_also");
+    }
+  }
   return tag;
 }
 

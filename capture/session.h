@@ -35,10 +35,18 @@ struct FisheyeCamera {
   Eigen::Isometry3d T_tag_fisheye = Eigen::Isometry3d::Identity();
 };
 
+/// A further tag of the same family, fixed in the room.
+struct FurtherTag {
+  int id = 0;
+  double size_m = 0.16;
+  std::optional<Eigen::Isometry3d> T_tag_also;  ///< its own frame in the tag's; empty: found while both are seen
+};
+
 struct Tag {
   std::string family = "tag36h11";
   int id = 0;
   double size_m = 0.16;  ///< edge of the black square
+  std::vector<FurtherTag> also = {};
 };
 
 /// A real surface whose material an operator knows and no camera can tell. GGX alpha = roughness².

@@ -89,22 +89,23 @@ class Reader {
   std::array<const FieldBrick*, 8> bricks_{};
 };
 
-/// Gradient of the trilinear interpolant inside one cell; known wherever the sample is.
-std::optional<Eigen::Vector3f> cell_gradient(Reader& reader, const Eigen::Vector3f& position_voxels) {
+/// The trilinear interpolant with its gradient, in metres per voxel; known wherever the sample is.
+std::optional<FieldSlope> cell_slope(Reader& reader, const Eigen::Vector3f& position_voxels) {
   Cell cell;
   if (!reader.find(position_voxels, cell)) return std::nullopt;
-  Eigen::Vector3f gradient = Eigen::Vector3f::Zero();
+  FieldSlope slope{0, Eigen::Vector3f::Zero()};
   for (int corner = 0; corner < 8; ++corner) {
     if (!cell.bricks[corner] || cell.bricks[corner]->weight[cell.index[corner]] <= 0) return std::nullopt;
     const float distance = cell.bricks[corner]->distance_m[cell.index[corner]];
     const Eigen::Vector3f share((corner & 1) ? cell.fraction.x() : 1 - cell.fraction.x(),
                                 (corner & 2) ? cell.fraction.y() : 1 - cell.fraction.y(),
                                 (corner & 4) ? cell.fraction.z() : 1 - cell.fraction.z());
-    gradient.x() += ((corner & 1) ? distance : -distance) * share.y() * share.z();
-    gradient.y() += ((corner & 2) ? distance : -distance) * share.x() * share.z();
-    gradient.z() += ((corner & 4) ? distance : -distance) * share.x() * share.y();
+    slope.distance_m += share.x() * share.y() * share.z() * distance;
+    slope.gradient.x() += ((corner & 1) ? distance : -distance) * share.y() * share.z();
+    slope.gradient.y() += ((corner & 2) ? distance : -distance) * share.x() * share.z();
+    slope.gradient.z() += ((corner & 4) ? distance : -distance) * share.x() * share.y();
   }
-  return gradient;
+  return slope;
 }
 
 std::optional<Eigen::Vector3f> unit(const Eigen::Vector3f& v) {
@@ -140,6 +141,13 @@ std::optional<FieldSample> DistanceField::sample(const Eigen::Vector3f& position
 std::optional<Eigen::Vector3f> DistanceField::normal(const Eigen::Vector3f& position_m) const {
   Reader reader(*this);
   return normal_at(reader, position_m / voxel_m);
+}
+
+std::optional<FieldSlope> DistanceField::slope(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  auto result = cell_slope(reader, position_m / voxel_m);
+  if (result) result->gradient /= voxel_m;
+  return result;
 }
 
 std::optional<Eigen::Vector3f> DistanceField::radiance(const Eigen::Vector3f& position_m) const {
@@ -201,7 +209,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
         hit.distance_m = crossing * voxel_m;
         auto normal = normal_at(reader, at);
         if (!normal) {
-          if (const auto gradient = cell_gradient(reader, at)) normal = unit(*gradient);
+          if (const auto slope = cell_slope(reader, at)) normal = unit(slope->gradient);
         }
         hit.normal = normal.value_or(-direction);
         return hit;

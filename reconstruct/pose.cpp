@@ -3,83 +3,37 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <utility>
 
-#include "reconstruct/pose_alignment.h"
+#include "reconstruct/pose_carry.h"
 #include "reconstruct/pose_filter.h"
 #include "reconstruct/pose_picture.h"
+#include "reconstruct/pose_place.h"
 #include "reconstruct/pose_plane.h"
-#include "reconstruct/pose_solver.h"
+#include "reconstruct/pose_reader.h"
+#include "reconstruct/pose_size.h"
 #include "reconstruct/pose_tag.h"
+#include "reconstruct/pose_tags.h"
 
 namespace lumigraft {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
-constexpr double kCap = 100;  // each witness for a pose counts as squared deviations in σ, and for no more than this
-
-std::pair<Vector2d, Vector2d> extent(const TagCorners& points) {
-  Vector2d low = points[0], high = points[0];
-  for (const Vector2d& point : points) {
-    low = low.cwiseMin(point);
-    high = high.cwiseMax(point);
-  }
-  return {low, high};
-}
-
-/// The detector's tiles: a region on their grid shows it the same tiles as the whole picture.
-constexpr int kGrid = 8;
+/// What depth errs by from frame to frame, as a share of all it errs by.
+constexpr double kSurfaceJitter = 1.0 / 3;
+/// While tags are tracked the whole picture is looked at once a second, for those that nobody expects; more often
+/// while one has no place yet, or is hidden.
+constexpr std::int64_t kLookAroundNs = 1'000'000'000, kLookOftenNs = 250'000'000;
+constexpr int kFirstSizeChecks = 8, kSizeCheckEvery = 8;  // frames
+constexpr double kDoubt = 2;                              // squared σ, below which two explanations are as good
 
 /// Full resolution while the tag may be small in the picture; half beyond, where corners are refined anyway.
 int finest(int width) { return width <= 640 ? 1 : 2; }
 
-/// The points, and half their extent around them: what a hand moves a tag between two pictures.
-PixelRegion tiles_around(const TagCorners& points, const CameraModel& camera) {
-  const auto [low, high] = extent(points);
-  const Vector2d around = ((high - low) / 2).cwiseMax(16);
-  return region_around(low - around, high + around, camera.width, camera.height, kGrid);
-}
-
-/// Where to look for the print if the camera hardly moved. Empty where that would be most of the picture.
-std::optional<PixelRegion> region_of_tag(const Isometry3d& T_camera_tag, const TagPattern& pattern, double size_m,
-                                         const CameraModel& camera) {
-  const double half_m = size_m / 2 * pattern.cells / pattern.square_cells;
-  TagCorners print;
-  for (int i = 0; i < 4; ++i) {
-    const auto pixel = camera.project(T_camera_tag * Vector3d(i % 2 ? half_m : -half_m, i / 2 ? half_m : -half_m, 0));
-    if (!pixel) return std::nullopt;
-    print[i] = *pixel;
-  }
-  const PixelRegion region = tiles_around(print, camera);
-  if (region.width < 4 * kGrid || region.height < 4 * kGrid ||
-      2 * region.width * region.height > camera.width * camera.height)
-    return std::nullopt;
-  return region;
-}
-
-/// Around the corners, by the paper that alignment reads and the neighbours that its pixels need.
-PixelRegion region_of_corners(const TagCorners& corners, const TagPattern& pattern, const CameraModel& camera) {
-  const auto [low, high] = extent(corners);
-  const Vector2d around = (high - low) / pattern.square_cells + Vector2d::Constant(3);
-  return region_around(low - around, high + around, camera.width, camera.height);
-}
-
-struct Candidate {
-  Isometry3d T_camera_tag = Isometry3d::Identity();
-  double error_px = 0;
-  double position_sigma_m = 0;
-  double angle_sigma_rad = 0;
-  std::optional<Alignment> alignment;
-};
-
-double angle_between(const Isometry3d& a, const Isometry3d& b) {
-  return Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle();
-}
+Vector2d centre_of(const TagCorners& corners) { return (corners[0] + corners[1] + corners[2] + corners[3]) / 4; }
 
 std::string format(const char* pattern, double value) {
   char text[200];
@@ -87,183 +41,263 @@ std::string format(const char* pattern, double value) {
   return text;
 }
 
+/// One of the tags that are looked for.
+struct KnownTag {
+  int id;
+  TagReader reader;
+  TagSizeCheck size_check;
+  std::optional<PrintLook> look{};  ///< when it was last seen
+  std::size_t at_once = 1;          ///< how many of it were seen when the whole picture was last looked at
+};
+
 }  // namespace
 
 struct PoseStage::State {
-  State(const Tag& tag_in, const CameraModel& camera_in, const Response& response_in)
-      : tag(tag_in), camera(camera_in), response(response_in), finder(tag_in) {}
+  State(const Tag& tag, const CameraModel& camera_in, const Response& response)
+      : camera(camera_in), finder(tag), carry(camera_in) {
+    places.emplace_back();
+    tags.push_back({tag.id, TagReader(finder.pattern(), tag.size_m, camera, response), {tag.id, tag.size_m}});
+    for (const FurtherTag& also : tag.also) {
+      places.emplace_back(also.T_tag_also);
+      tags.push_back(
+          {also.id, TagReader(finder.pattern(tags.size()), also.size_m, camera, response), {also.id, also.size_m}});
+    }
+  }
 
   bool recent(const FrameSet& frame) const;
-  std::vector<TagCorners> find(const FrameSet& frame);
-  std::vector<TagCorners> find_in(const Picture& picture, const PixelRegion& region);
-  std::vector<Candidate> candidates(const TagCorners& corners, const FrameSet& frame) const;
-  void align(Candidate& candidate, const SquareCorners& rays, const std::vector<SeenPixel>& pixels) const;
-  std::vector<double> costs(const std::vector<Candidate>& poses, const FrameSet& frame) const;
-  std::size_t choose(const std::vector<Candidate>& poses, const TagCorners& corners, const FrameSet& frame,
-                     std::vector<std::string>& warnings) const;
-  bool measure(const FrameSet& frame, std::vector<std::string>& warnings);
+  bool homeless() const;
+  std::optional<Isometry3d> expected(std::size_t tag) const;
+  std::vector<TagSighting> find(const FrameSet& frame);
+  std::vector<TagSighting> find_in(const Picture& picture, const PixelRegion& region);
+  std::vector<TagSighting> find_expected(const FrameSet& frame);
+  std::vector<TagSighting> look_around(const FrameSet& frame);
+  std::vector<TagReading> read(const FrameSet& frame);
+  void check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate,
+                  const std::vector<TagSighting>& sightings);
+  void learn_places(const std::vector<TagReading>& readings, const TagsPose& pose);
+  bool measure(const FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
+  bool carry_on(const FrameSet& frame, const DistanceField& field);
+  void warn_of_tags(std::vector<std::string>& warnings) const;
 
-  Tag tag;
   CameraModel camera;
-  Response response;
   TagFinder finder;
+  std::vector<KnownTag> tags;          ///< the first is the world
+  std::vector<TagPlace> places;        ///< of each
+  std::vector<TagSighting> sightings;  ///< of this frame
   PoseFilter filter;
+  PoseCarry carry;
   std::optional<Pose> last;
-  float gain = 1;  ///< of the last search over a whole picture
+  std::int64_t seen_ns = 0;  ///< when a tag was last seen
+  std::optional<std::int64_t> looked_around_ns;
+  int measured = 0;  ///< frames with a tag
+  float gain = 1;    ///< of the last search over a whole picture
 };
 
 bool PoseStage::State::recent(const FrameSet& frame) const {
   return last && frame.time_ns > last->time_ns && frame.time_ns - last->time_ns <= kAgeLimitNs;
 }
 
-std::vector<TagCorners> PoseStage::State::find_in(const Picture& picture, const PixelRegion& region) {
-  std::vector<TagCorners> sightings = finder.find(detector_codes(picture, region, gain), finest(region.width));
-  for (TagCorners& corners : sightings)
-    for (Vector2d& corner : corners) corner += Vector2d(region.left, region.top);
-  return sightings;
+/// Whether some tag has no place yet.
+bool PoseStage::State::homeless() const {
+  return std::any_of(places.begin(), places.end(), [](const TagPlace& place) { return !place.T_world_tag(); });
 }
 
-std::vector<TagCorners> PoseStage::State::find(const FrameSet& frame) {
+/// Where the camera that hardly moved sees a tag.
+std::optional<Isometry3d> PoseStage::State::expected(std::size_t tag) const {
+  const auto& T_world_tag = places[tag].T_world_tag();
+  if (!last || !T_world_tag) return std::nullopt;
+  return last->T_tag_camera_raw.inverse() * *T_world_tag;
+}
+
+std::vector<TagSighting> PoseStage::State::find_in(const Picture& picture, const PixelRegion& region) {
+  std::vector<TagSighting> found = finder.find(detector_codes(picture, region, gain), finest(region.width));
+  for (TagSighting& sighting : found)
+    for (Vector2d& corner : sighting.corners) corner += Vector2d(region.left, region.top);
+  return found;
+}
+
+/// Each tag where it was.
+std::vector<TagSighting> PoseStage::State::find_expected(const FrameSet& frame) {
+  std::vector<TagSighting> found;
+  for (std::size_t t = 0; t < tags.size(); ++t) {
+    const auto T_camera_tag = expected(t);
+    const auto region = T_camera_tag ? tags[t].reader.region(*T_camera_tag) : std::nullopt;
+    if (!region) continue;
+    for (const TagSighting& sighting : find_in(*frame.color, *region))
+      if (sighting.id == tags[t].id) found.push_back(sighting);
+  }
+  return found;
+}
+
+/// The whole picture, first at half the resolution.
+std::vector<TagSighting> PoseStage::State::look_around(const FrameSet& frame) {
   const Picture& picture = *frame.color;
-  const Image<float>& radiance = picture.radiance;
-  const int width = std::max(picture.encoded.width, radiance.width);
-  const int height = std::max(picture.encoded.height, radiance.height);
+  looked_around_ns = frame.time_ns;
+  if (!picture.radiance.empty()) gain = detector_gain(picture.radiance);
+  const Image<std::uint8_t> codes = detector_codes(picture, {0, 0, camera.width, camera.height}, gain);
+  const bool tracked = recent(frame) && last->from == Pose::From::tag;
+  std::vector<TagSighting> coarse;
+  if (!tracked || !homeless()) coarse = finder.find(codes, 2 * finest(camera.width));
+  if (coarse.empty() && (!tracked || homeless())) coarse = finder.find(codes, finest(camera.width));
+  std::vector<TagSighting> found;
+  for (const TagSighting& sighting : coarse) {
+    // Corners as the region around it shows them: what tracking measures, too.
+    std::optional<TagSighting> nearest;
+    for (const TagSighting& again : find_in(picture, tiles_around(sighting.corners, camera)))
+      if (again.id == sighting.id &&
+          (!nearest || (centre_of(again.corners) - centre_of(sighting.corners)).norm() <
+                           (centre_of(nearest->corners) - centre_of(sighting.corners)).norm()))
+        nearest = again;
+    found.push_back(nearest.value_or(sighting));
+  }
+  for (KnownTag& tag : tags)
+    tag.at_once = static_cast<std::size_t>(
+        std::count_if(found.begin(), found.end(), [&](const TagSighting& s) { return s.id == tag.id; }));
+  return found;
+}
+
+std::vector<TagSighting> PoseStage::State::find(const FrameSet& frame) {
+  const Picture& picture = *frame.color;
+  const int width = std::max(picture.encoded.width, picture.radiance.width);
+  const int height = std::max(picture.encoded.height, picture.radiance.height);
   if (width != camera.width || height != camera.height) return {};
-  if (recent(frame)) {
-    const auto region = region_of_tag(last->T_tag_camera_raw.inverse(), finder.pattern(), tag.size_m, camera);
-    if (region) {
-      std::vector<TagCorners> sightings = find_in(picture, *region);
-      if (!sightings.empty()) return sightings;
+  if (!recent(frame) || !looked_around_ns || frame.time_ns < *looked_around_ns) return look_around(frame);
+
+  std::vector<TagSighting> found = find_expected(frame);
+  const bool carried = last->from == Pose::From::surface;
+  std::int64_t rest_ns = kLookAroundNs;
+  if (homeless() || found.empty()) rest_ns = kLookOftenNs;
+  if (found.empty() && !carried) rest_ns = 0;
+  if (frame.time_ns - *looked_around_ns < rest_ns) return found;
+  for (const TagSighting& sighting : look_around(frame)) {
+    const bool known = std::any_of(found.begin(), found.end(), [&](const TagSighting& s) {
+      return s.id == sighting.id && (centre_of(s.corners) - centre_of(sighting.corners)).norm() < 8;
+    });
+    if (!known) found.push_back(sighting);
+  }
+  return found;
+}
+
+/// What each tag in the picture says. Of two with one number, that which is nearest to where it was.
+std::vector<TagReading> PoseStage::State::read(const FrameSet& frame) {
+  sightings = find(frame);
+  const bool tracked = recent(frame);
+  std::vector<TagReading> readings;
+  for (std::size_t t = 0; t < tags.size(); ++t) {
+    PoseHints hints;
+    if (tracked) hints.T_camera_tag_before = expected(t);
+    if (tracked) hints.passed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
+    if (frame.depth) hints.depth_m = &frame.depth->depth_m;
+    std::optional<Vector2d> where;
+    if (hints.T_camera_tag_before) where = camera.project(hints.T_camera_tag_before->translation());
+    const TagSighting* nearest = nullptr;
+    for (const TagSighting& sighting : sightings) {
+      if (sighting.id != tags[t].id) continue;
+      if (!nearest ||
+          (where && (centre_of(sighting.corners) - *where).norm() < (centre_of(nearest->corners) - *where).norm()))
+        nearest = &sighting;
     }
+    if (!nearest) continue;
+    TagReading reading{t, tags[t].reader.explain(nearest->corners, *frame.color, hints)};
+    if (!reading.candidates.empty()) readings.push_back(std::move(reading));
   }
-  if (!radiance.empty()) gain = detector_gain(radiance);
-  const PixelRegion whole{0, 0, width, height};
-  const Image<std::uint8_t> codes = detector_codes(picture, whole, gain);
-  const std::vector<TagCorners> coarse = finder.find(codes, 2 * finest(width));
-  if (coarse.size() == 1) {
-    std::vector<TagCorners> sightings = find_in(picture, tiles_around(coarse.front(), camera));
-    if (!sightings.empty()) return sightings;
+  if (!readings.empty() || !tracked) return readings;
+  // No square is whole: a hand on its rim, or a blur. What shows of a print may still be enough.
+  for (std::size_t t = 0; t < tags.size(); ++t) {
+    const auto T_camera_tag = expected(t);
+    if (!T_camera_tag || !tags[t].look) continue;
+    if (auto candidate = tags[t].reader.follow(*frame.color, *T_camera_tag, *tags[t].look))
+      readings.push_back({t, {std::move(*candidate)}});
   }
-  return finder.find(codes, finest(width));
+  return readings;
 }
 
-void PoseStage::State::align(Candidate& candidate, const SquareCorners& rays,
-                             const std::vector<SeenPixel>& pixels) const {
-  const auto& before = candidate.alignment;
-  candidate.alignment = align_to_print(pixels, finder.pattern(), tag.size_m, candidate.T_camera_tag,
-                                       before ? std::optional(before->look) : std::nullopt);
-  if (!candidate.alignment) return;
-  candidate.T_camera_tag = candidate.alignment->T_camera_tag;
-  candidate.error_px = square_error(candidate.T_camera_tag, rays, tag.size_m) * (camera.fx + camera.fy) / 2;
-  // The residuals call noise independent from pixel to pixel; measured errors are three times as large.
-  candidate.position_sigma_m = std::max(3 * candidate.alignment->position_sigma_m, 1e-5);
-  candidate.angle_sigma_rad = std::max(3 * candidate.alignment->angle_sigma_rad, 1e-5);
+/// Now and then, for it costs as much as all the tag's pixels.
+void PoseStage::State::check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate,
+                                  const std::vector<TagSighting>& seen) {
+  if (!frame.depth || (measured > kFirstSizeChecks && measured % kSizeCheckEvery != 0)) return;
+  for (const TagSighting& sighting : seen) {
+    if (sighting.id != tags[reading.tag].id) continue;
+    if (const auto plane = plane_inside(frame.depth->depth_m, camera, sighting.corners))
+      tags[reading.tag].size_check.see(*plane, candidate.T_camera_tag);
+    return;
+  }
 }
 
-std::vector<Candidate> PoseStage::State::candidates(const TagCorners& corners, const FrameSet& frame) const {
-  SquareCorners rays;
-  for (int i = 0; i < 4; ++i) {
-    const auto direction = camera.unproject(corners[i]);
-    if (!direction || direction->z() <= 0) return {};
-    rays[i] = direction->head<2>() / direction->z();
+/// Tags beside the first get their places from pictures that show both.
+void PoseStage::State::learn_places(const std::vector<TagReading>& readings, const TagsPose& pose) {
+  if (readings.empty() || readings.front().tag != 0) return;
+  const Isometry3d T_world_camera = readings.front().candidates[pose.choice.front()].T_camera_tag.inverse();
+  for (std::size_t r = 1; r < readings.size(); ++r) {
+    const std::vector<PoseCandidate>& candidates = readings[r].candidates;
+    TagPlace& place = places[readings[r].tag];
+    // One without a place has nothing to choose by but itself.
+    if (!place.T_world_tag() && candidates.size() > 1 && std::abs(candidates[0].cost - candidates[1].cost) < 20)
+      continue;
+    const bool second = !place.T_world_tag() && candidates.size() > 1 && candidates[1].cost < candidates[0].cost;
+    place.see(T_world_camera * candidates[second ? 1 : pose.choice[r]].T_camera_tag);
   }
-  const double focal_px = (camera.fx + camera.fy) / 2;
-  std::vector<SquarePose> starts = solve_square(rays, tag.size_m);
-  const std::size_t minima = starts.size();
-  if (minima == 1) {
-    // Noise can merge both minima of four corners; the whole print may still have two.
-    const Isometry3d other = mirrored(starts[0].T_camera_tag);
-    starts.push_back({other, square_error(other, rays, tag.size_m)});
-  }
-  const std::vector<SeenPixel> pixels =
-      seen_pixels(*frame.color, response, camera, region_of_corners(corners, finder.pattern(), camera));
-  const std::vector<SeenPixel> few = thinned(pixels);
-  std::vector<Candidate> result;
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    const SquarePose& start = starts[i];
-    // Four corners alone settle it where one pose misses them by pixels.
-    if (i > 0 && (start.error - starts[0].error) * focal_px > 1.5) break;
-    Candidate candidate;
-    candidate.T_camera_tag = start.T_camera_tag;
-    candidate.error_px = start.error * focal_px;
-    // A corner is found to about a tenth of a pixel; its share in the pose grows with distance over size.
-    const double distance_m = start.T_camera_tag.translation().norm();
-    candidate.angle_sigma_rad = 0.1 / focal_px * distance_m / tag.size_m;
-    candidate.position_sigma_m = candidate.angle_sigma_rad * distance_m;
-    // A share of the pixels brings a pose near to where all of them would, and tells most wrong ones.
-    align(candidate, rays, few);
-    if (!candidate.alignment && few.size() < pixels.size()) align(candidate, rays, pixels);
-    if (!candidate.alignment && i >= minima) break;  // a mirror image that is no minimum explains nothing
-    result.push_back(candidate);
-  }
-  if (result.size() == 2) {
-    // What depth has to say is not worth asking for where the rest outvotes it.
-    const std::vector<double> cost = costs(result, frame);
-    if (std::abs(cost[0] - cost[1]) > kCap) result.erase(result.begin() + (cost[0] > cost[1] ? 0 : 1));
-  }
-  for (Candidate& candidate : result)
-    if (candidate.alignment) align(candidate, rays, pixels);
-  if (result.size() == 2 && angle_between(result[0].T_camera_tag, result[1].T_camera_tag) < 0.1 * kDegree)
-    result.pop_back();
-  return result;
 }
 
-std::vector<double> PoseStage::State::costs(const std::vector<Candidate>& poses, const FrameSet& frame) const {
-  double best_contrast = std::numeric_limits<double>::max();
-  for (const Candidate& pose : poses)
-    if (pose.alignment) best_contrast = std::min(best_contrast, pose.alignment->contrast_error);
-  std::vector<double> result;
-  for (const Candidate& pose : poses) {
-    double cost = std::min(kCap, std::pow(pose.error_px / 0.2, 2));
-    if (best_contrast < std::numeric_limits<double>::max()) {
-      const double ratio = pose.alignment ? pose.alignment->contrast_error / best_contrast : 10;
-      const double independent = pose.alignment ? pose.alignment->pixels / 10.0 : 10;
-      cost += std::min(kCap, independent * (ratio * ratio - 1));
-    }
-    if (recent(frame)) {
-      const double passed_s = 1e-9 * static_cast<double>(frame.time_ns - last->time_ns);
-      const double angle = angle_between(pose.T_camera_tag, last->T_tag_camera_raw.inverse());
-      cost += std::min(kCap, std::pow(angle / ((2 + 60 * passed_s) * kDegree), 2));
-    }
-    result.push_back(cost);
+void PoseStage::State::warn_of_tags(std::vector<std::string>& warnings) const {
+  for (std::size_t t = 0; t < tags.size(); ++t) {
+    if (tags[t].at_once > 1)
+      warnings.push_back("tag " + std::to_string(tags[t].id) + ": seen " + std::to_string(tags[t].at_once) +
+                         " times at once, one of them is used");
+    for (std::string text : {tags[t].size_check.warning(), places[t].warning(tags[t].id)})
+      if (!text.empty()) warnings.push_back(std::move(text));
   }
-  return result;
 }
 
-std::size_t PoseStage::State::choose(const std::vector<Candidate>& poses, const TagCorners& corners,
-                                     const FrameSet& frame, std::vector<std::string>& warnings) const {
-  if (poses.size() == 1) return 0;
-  std::vector<double> cost = costs(poses, frame);
-  if (const auto plane = frame.depth ? plane_inside(frame.depth->depth_m, camera, corners) : std::nullopt)
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      const double cosine = std::clamp(plane->normal.dot(poses[i].T_camera_tag.linear().col(2)), -1.0, 1.0);
-      cost[i] += std::min(kCap, std::pow(std::acos(cosine) / (2 * plane->angle_sigma_rad), 2));
-    }
-  const std::size_t best = cost[0] <= cost[1] ? 0 : 1;
-  if (std::abs(cost[0] - cost[1]) < 2)
-    warnings.push_back(format("tag: two poses %.1f degrees apart explain it equally well",
-                              angle_between(poses[0].T_camera_tag, poses[1].T_camera_tag) / kDegree));
-  return best;
-}
-
-bool PoseStage::State::measure(const FrameSet& frame, std::vector<std::string>& warnings) {
+bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings) {
   if (!frame.color) return false;
-  const std::vector<TagCorners> sightings = find(frame);
-  if (sightings.empty()) return false;
-  if (sightings.size() > 1)
-    warnings.push_back(format("tag: seen %.0f times, the surest is used", static_cast<double>(sightings.size())));
-  const TagCorners& corners = sightings.front();
-  const std::vector<Candidate> poses = candidates(corners, frame);
-  if (poses.empty()) return false;
-  const Candidate& chosen = poses[choose(poses, corners, frame, warnings)];
-  if (!chosen.alignment) warnings.push_back("tag: its print does not fit the picture, pose from its corners alone");
+  const std::vector<TagReading> readings = read(frame);
+  const auto chosen = pose_of_tags(readings, places);
+  if (!chosen) return false;
+  if (last && !recent(frame)) {
+    filter.reset();
+    carry.reset();
+  }
+  ++measured;
+  for (std::size_t r = 0; r < readings.size(); ++r) {
+    const PoseCandidate& candidate = readings[r].candidates[chosen->choice[r]];
+    if (candidate.alignment) tags[readings[r].tag].look = candidate.alignment->look;
+    check_size(frame, readings[r], candidate, sightings);
+  }
+  learn_places(readings, *chosen);
+  if (chosen->rival < kDoubt)
+    warnings.push_back(
+        format("tag: two poses %.1f degrees apart explain it equally well", chosen->rival_angle_rad / kDegree));
+  if (!chosen->printed) warnings.push_back("tag: its print does not fit the picture, pose from its corners alone");
+  for (const std::size_t tag : chosen->apart)
+    warnings.push_back("tag " + std::to_string(tags[tag].id) + ": contradicts the others, left out");
 
-  if (last && (frame.time_ns < last->time_ns || frame.time_ns - last->time_ns > kAgeLimitNs)) filter.reset();
   Pose pose;
-  pose.T_tag_camera_raw = chosen.T_camera_tag.inverse();
-  pose.T_tag_camera = filter.update(chosen.T_camera_tag, chosen.position_sigma_m, chosen.angle_sigma_rad).inverse();
-  pose.reprojection_error_px = chosen.error_px;
+  pose.T_tag_camera_raw = chosen->T_tag_camera;
+  const Isometry3d used = carry.seen(frame, {chosen->T_tag_camera, chosen->noise + chosen->bias}, field);
+  pose.T_tag_camera = filter.update(used.inverse(), chosen->position_sigma_m, chosen->angle_sigma_rad).inverse();
+  carry.shown(pose.T_tag_camera);
+  pose.covariance = chosen->noise / filter.count() + chosen->bias;
+  pose.reprojection_error_px = chosen->error_px;
+  pose.time_ns = seen_ns = frame.time_ns;
+  last = pose;
+  return true;
+}
+
+/// No tag shows; the room's surface does.
+bool PoseStage::State::carry_on(const FrameSet& frame, const DistanceField& field) {
+  if (!recent(frame)) return false;
+  const auto carried = carry.hidden(frame, field);
+  if (!carried) return false;
+  const double position_m = kSurfaceJitter * position_sigma_m(carried->covariance);
+  const double angle_rad = kSurfaceJitter * angle_sigma_rad(carried->covariance);
+  Pose pose;
+  pose.from = Pose::From::surface;
+  pose.T_tag_camera_raw = carried->T_tag_camera;
+  pose.T_tag_camera = filter.update(carried->T_tag_camera.inverse(), position_m, angle_rad).inverse();
+  pose.covariance = carried->covariance;
   pose.time_ns = frame.time_ns;
+  pose.age_ns = frame.time_ns - seen_ns;
   last = pose;
   return true;
 }
@@ -273,32 +307,46 @@ PoseStage::PoseStage(const Tag& tag, const CameraModel& color, const Response& r
 
 PoseStage::~PoseStage() = default;
 
-PoseStage::Result PoseStage::locate(const FrameSet& frame) {
+PoseStage::Result PoseStage::locate(const FrameSet& frame, const DistanceField* field) {
   Result result;
-  if (state_->measure(frame, result.warnings)) {
-    result.pose = state_->last;
+  const bool measured = state_->measure(frame, field, result.warnings);
+  state_->warn_of_tags(result.warnings);
+  const auto& last = state_->last;
+  if (measured) {
+    result.pose = last;
     return result;
   }
-  const auto& last = state_->last;
   if (!last || frame.time_ns < last->time_ns) {
     result.warnings.push_back("tag: not in the picture");
+    return result;
+  }
+  const std::int64_t unseen_ns = frame.time_ns - state_->seen_ns;
+  const double unseen_ms = 1e-6 * static_cast<double>(unseen_ns);
+  if (field && state_->carry_on(frame, *field)) {
+    result.pose = last;
+    result.warnings.push_back(format("tag: not in the picture for %.0f ms, surfaces carry the pose to ", unseen_ms) +
+                              format("%.1f mm", 1e3 * position_sigma_m(last->covariance)));
     return result;
   }
   const std::int64_t age_ns = frame.time_ns - last->time_ns;
   const double age_ms = 1e-6 * static_cast<double>(age_ns);
   if (age_ns > kAgeLimitNs) {
-    result.warnings.push_back(format("tag: not in the picture for %.0f ms, beyond the age limit of a pose", age_ms));
+    result.warnings.push_back(format("tag: not in the picture for %.0f ms, beyond the age limit of a pose", unseen_ms));
     return result;
   }
   result.warnings.push_back(format("tag: not in the picture, pose is %.0f ms old", age_ms));
   result.pose = last;
-  result.pose->age_ns = age_ns;
+  result.pose->from = Pose::From::past;
+  result.pose->covariance = PoseCarry::after(last->covariance, 1e-9 * static_cast<double>(age_ns));
+  result.pose->age_ns = unseen_ns;
   return result;
 }
 
 void PoseStage::reset() {
   state_->filter.reset();
+  state_->carry.reset();
   state_->last.reset();
+  state_->looked_around_ns.reset();
 }
 
 }  // namespace lumigraft

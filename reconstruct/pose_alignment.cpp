@@ -243,6 +243,7 @@ std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, cons
   const Square covariance = variance * fit.jtj.ldlt().solve(Square::Identity());
   result.angle_sigma_rad = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
   result.position_sigma_m = std::sqrt(covariance.block<3, 3>(3, 3).trace());
+  result.covariance = camera_covariance(covariance.topLeftCorner<6, 6>(), result.T_camera_tag);
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "reconstruct/pose_covariance.h"
 #include "reconstruct/pose_picture.h"
 #include "reconstruct/pose_tag.h"
 
@@ -22,10 +23,11 @@ struct PrintLook {
 struct Alignment {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();
   PrintLook look;
-  int pixels = 0;               ///< that saw the tag
-  double contrast_error = 0;    ///< RMS of picture minus print, as a share of paper minus ink
-  double position_sigma_m = 0;  ///< 1σ of the translation's length, from the residuals
-  double angle_sigma_rad = 0;   ///< 1σ of the turn
+  int pixels = 0;                                      ///< that saw the tag
+  double contrast_error = 0;                           ///< RMS of picture minus print, as a share of paper minus ink
+  double position_sigma_m = 0;                         ///< 1σ of the translation's length, from the residuals
+  double angle_sigma_rad = 0;                          ///< 1σ of the turn
+  PoseCovariance covariance = PoseCovariance::Zero();  ///< the same, of the camera in the tag's frame
 };
 
 /// Of `seen`, the pixels that see the tag count. Starts from a pose, and from a look where one is known. Empty where

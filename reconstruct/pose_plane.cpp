@@ -69,6 +69,7 @@ std::optional<DepthPlane> plane_inside(const Image<float>& depth_m, const Camera
   }
   DepthPlane result;
   result.normal = -plane.normalized();
+  result.inverse_depth = plane;
   // Neighbouring pixels of depth cameras err together: count one in nine. A degree for the camera's own distortion.
   const double tilt = 3 * sigma * std::sqrt(covariance.topLeftCorner<2, 2>().trace()) / plane.norm();
   result.angle_sigma_rad = std::hypot(tilt, M_PI / 180);

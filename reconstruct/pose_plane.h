@@ -12,6 +12,7 @@ namespace lumigraft {
 struct DepthPlane {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, camera frame, towards the camera
   double angle_sigma_rad = 0;
+  Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< 1/z at (x/z, y/z, 1) is the product with it
 };
 
 /// Empty where depth has too many holes there, or is no plane.

@@ -54,6 +54,18 @@ std::optional<Isometry3d> pose_of_homography(const SquareCorners& corners, doubl
   return pose;
 }
 
+/// How a corner's x/z, y/z change by a turn about the tag's centre and a shift, in the camera's frame.
+Eigen::Matrix<double, 2, 6> corner_by_pose(const Isometry3d& pose, const Vector3d& corner) {
+  const Vector3d turned = pose.linear() * corner;
+  const Vector3d p = turned + pose.translation();
+  Eigen::Matrix<double, 2, 3> by_point;
+  by_point << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
+  Eigen::Matrix<double, 3, 6> by_pose;
+  by_pose << 0, turned.z(), -turned.y(), 1, 0, 0, -turned.z(), 0, turned.x(), 0, 1, 0, turned.y(), -turned.x(), 0, 0, 0,
+      1;
+  return by_point * by_pose;
+}
+
 /// Levenberg-Marquardt on the reprojection error; increments turn about the tag's centre, in the camera's frame.
 SquarePose refine(Isometry3d pose, const SquareCorners& corners, double size_m) {
   const auto tag = tag_corners(size_m);
@@ -63,14 +75,8 @@ SquarePose refine(Isometry3d pose, const SquareCorners& corners, double size_m) 
     Eigen::Matrix<double, 6, 6> jtj = Eigen::Matrix<double, 6, 6>::Zero();
     Eigen::Matrix<double, 6, 1> jtr = Eigen::Matrix<double, 6, 1>::Zero();
     for (int i = 0; i < 4; ++i) {
-      const Vector3d turned = pose.linear() * tag[i];
-      const Vector3d p = turned + pose.translation();
-      Eigen::Matrix<double, 2, 3> by_point;
-      by_point << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
-      Eigen::Matrix<double, 3, 6> by_pose;
-      by_pose << 0, turned.z(), -turned.y(), 1, 0, 0, -turned.z(), 0, turned.x(), 0, 1, 0, turned.y(), -turned.x(), 0,
-          0, 0, 1;
-      const Eigen::Matrix<double, 2, 6> j = by_point * by_pose;
+      const Vector3d p = pose * tag[i];
+      const Eigen::Matrix<double, 2, 6> j = corner_by_pose(pose, tag[i]);
       const Vector2d r = p.head<2>() / p.z() - corners[i];
       jtj += j.transpose() * j;
       jtr += j.transpose() * r;
@@ -100,6 +106,15 @@ SquarePose refine(Isometry3d pose, const SquareCorners& corners, double size_m) 
 }
 
 }  // namespace
+
+PoseCovariance square_covariance(const Isometry3d& T_camera_tag, double size_m, double corner_sigma) {
+  PoseCovariance information = PoseCovariance::Zero();
+  for (const Vector3d& corner : tag_corners(size_m)) {
+    const Eigen::Matrix<double, 2, 6> j = corner_by_pose(T_camera_tag, corner);
+    information += j.transpose() * j / (corner_sigma * corner_sigma);
+  }
+  return camera_covariance(information.ldlt().solve(PoseCovariance::Identity()), T_camera_tag);
+}
 
 Isometry3d mirrored(const Isometry3d& pose) {
   const Vector3d sight = pose.translation().normalized();

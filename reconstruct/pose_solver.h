@@ -4,6 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "reconstruct/pose_covariance.h"
+
 namespace lumigraft {
 
 /// Corners as x/z, y/z in front of the camera, order as TagCorners.
@@ -18,6 +20,9 @@ struct SquarePose {
 /// same when mirrored along the line of sight), the better first. One where they coincide; none where the corners are
 /// no square in front of the camera.
 std::vector<SquarePose> solve_square(const SquareCorners& corners, double size_m);
+
+/// How sure a pose is whose corners are off by `corner_sigma` (1σ of x/z and y/z each).
+PoseCovariance square_covariance(const Eigen::Isometry3d& T_camera_tag, double size_m, double corner_sigma);
 
 /// The tag's plane mirrored along the line of sight to its centre: where the other explanation lies, to first order.
 Eigen::Isometry3d mirrored(const Eigen::Isometry3d& T_camera_tag);

@@ -70,9 +70,11 @@ bool TagPattern::white_at(int column, int row) const {
 }
 
 struct TagFinder::Detector {
-  explicit Detector(const Tag& tag) : family_functions(family_named(tag.family)), id(tag.id) {
+  explicit Detector(const Tag& tag) : family_functions(family_named(tag.family)), ids{tag.id} {
+    for (const FurtherTag& also : tag.also) ids.push_back(also.id);
     family = family_functions.create();
-    if (id < 0 || id >= static_cast<int>(family->ncodes)) {
+    for (const int id : ids) {
+      if (id >= 0 && id < static_cast<int>(family->ncodes)) continue;
       const auto count = family->ncodes;
       family_functions.destroy(family);
       throw InputError("tag.id: found " + std::to_string(id) + ", allowed: 0 to " + std::to_string(count - 1) + " in " +
@@ -91,43 +93,44 @@ struct TagFinder::Detector {
   }
 
   const Family& family_functions;
-  int id;
+  std::vector<int> ids;
   apriltag_family_t* family = nullptr;
   apriltag_detector_t* detector = nullptr;
 };
 
-TagFinder::TagFinder(const Tag& tag)
-    : detector_(std::make_unique<Detector>(tag)), pattern_(pattern_of(detector_->family, tag.id)) {}
+TagFinder::TagFinder(const Tag& tag) : detector_(std::make_unique<Detector>(tag)) {
+  for (const int id : detector_->ids) patterns_.push_back(pattern_of(detector_->family, id));
+}
 
 TagFinder::~TagFinder() = default;
 
-std::vector<TagCorners> TagFinder::find(const Image<std::uint8_t>& grey, int decimate) {
+std::vector<TagSighting> TagFinder::find(const Image<std::uint8_t>& grey, int decimate) {
   detector_->detector->quad_decimate = static_cast<float>(decimate);
   image_u8_t picture = {grey.width, grey.height, grey.width, const_cast<std::uint8_t*>(grey.data.data())};
   zarray_t* detections = apriltag_detector_detect(detector_->detector, &picture);
 
-  struct Sighting {
-    TagCorners corners;
+  struct Sure {
+    TagSighting sighting;
     float margin;
   };
-  std::vector<Sighting> sightings;
+  std::vector<Sure> seen;
   for (int i = 0; i < zarray_size(detections); ++i) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(detections, i, &detection);
-    if (detection->id != detector_->id) continue;
+    const std::vector<int>& ids = detector_->ids;
+    if (std::find(ids.begin(), ids.end(), detection->id) == ids.end()) continue;
     // The library's pixel (0, 0) spans [0, 1]; ours is centred at 0. Its corners start bottom left and run
     // counter-clockwise around the tag.
-    Sighting sighting;
-    for (int c = 0; c < 4; ++c) sighting.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
-    sighting.margin = detection->decision_margin;
-    sightings.push_back(sighting);
+    Sure& sure = seen.emplace_back();
+    sure.sighting.id = detection->id;
+    for (int c = 0; c < 4; ++c) sure.sighting.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
+    sure.margin = detection->decision_margin;
   }
   apriltag_detections_destroy(detections);
 
-  std::stable_sort(sightings.begin(), sightings.end(),
-                   [](const Sighting& a, const Sighting& b) { return a.margin > b.margin; });
-  std::vector<TagCorners> result;
-  for (const Sighting& sighting : sightings) result.push_back(sighting.corners);
+  std::stable_sort(seen.begin(), seen.end(), [](const Sure& a, const Sure& b) { return a.margin > b.margin; });
+  std::vector<TagSighting> result;
+  for (const Sure& sure : seen) result.push_back(sure.sighting);
   return result;
 }
 

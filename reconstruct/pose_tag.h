@@ -22,21 +22,27 @@ struct TagPattern {
 /// Corners of the black square in pixels: bottom left, bottom right, top right, top left of the upright tag.
 using TagCorners = std::array<Eigen::Vector2d, 4>;
 
+struct TagSighting {
+  int id = 0;
+  TagCorners corners;
+};
+
 class TagFinder {
  public:
-  /// Throws InputError for a family or number that does not exist.
+  /// Finds this tag and those beside it. Throws InputError for a family or number that does not exist.
   explicit TagFinder(const Tag& tag);
   ~TagFinder();
 
-  const TagPattern& pattern() const { return pattern_; }
-  /// Every sighting of this very tag, the surest first. `decimate`: looks for squares in a picture as many times
+  const TagPattern& pattern() const { return patterns_.front(); }                  ///< of the tag itself
+  const TagPattern& pattern(std::size_t index) const { return patterns_[index]; }  ///< 0: the tag, then those beside it
+  /// Every sighting of these very tags, the surest first. `decimate`: looks for squares in a picture as many times
   /// smaller, which misses small ones and takes less time by its square.
-  std::vector<TagCorners> find(const Image<std::uint8_t>& grey, int decimate);
+  std::vector<TagSighting> find(const Image<std::uint8_t>& grey, int decimate);
 
  private:
   struct Detector;
   std::unique_ptr<Detector> detector_;
-  TagPattern pattern_;
+  std::vector<TagPattern> patterns_;
 };
 
 }  // namespace lumigraft

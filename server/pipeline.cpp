@@ -197,7 +197,7 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
     const StageTimer timer(metrics, "pose");
     const Clock::time_point begin = Clock::now();
     try {
-      posed->located = pose.locate(*played->frame);
+      posed->located = pose.locate(*played->frame, board.newest().field.get());
     } catch (const std::exception& e) {
       posed->located.warnings.push_back(std::string("pose: ") + e.what());
     }

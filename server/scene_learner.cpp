@@ -87,7 +87,7 @@ LearntFrame SceneLearner::learn(const FrameSet& sensed) {
       pose = s.oracle->pose(frame);
       return;
     }
-    PoseStage::Result result = s.pose.locate(frame);
+    PoseStage::Result result = s.pose.locate(frame, s.board.newest().field.get());
     pose = result.pose;
     append_warnings(learnt.warnings, result.warnings);
   });
