@@ -49,7 +49,7 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
   for (const Method& method : methods(64, 1)) {
     std::vector<double> sums(bins, 0.0);
     std::vector<int> counts(bins, 0);
-    const RelitPicture picture = relit(scene, method.plan);
+    const RelitPicture picture = served(scene, method.plan);
     for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float) {
       const int i = static_cast<int>(std::lround((-p.x() - kHalf_m) / 0.04f)) - 1;
       if (std::abs(p.y()) > 0.5f * kHalf_m || i < 0 || i >= bins) return;

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "capture/response.h"
+#include "relight/reference/reference_renderer.h"
 #include "server/chart.h"
 
 namespace lumigraft::test {
@@ -89,16 +91,16 @@ void draw(const Sweep& sweep, const std::filesystem::path& stem) {
   };
   std::size_t index = 0;
   for (const Curve& curve : sweep.curves) {
-    const Colour colour = chart::colour_of(index);
-    const Stroke stroke{colour, 2};
+    const Colour colour = curve.answer ? chart::kInk : chart::colour_of(index);
+    const Stroke stroke{colour, 2, curve.answer ? 6.0 : 0.0};
     std::vector<Point> points;
     for (std::size_t i = 0; i < sweep.x.size(); ++i) points.push_back({x.at(sweep.x[i]), y.at(curve.y.at(i))});
     drawing.line(points, stroke);
     for (const Point& point : points) {
-      drawing.mark(chart::mark_of(index), point, 3.5, colour);
+      if (!curve.answer) drawing.mark(chart::mark_of(index), point, 3.5, colour);
     }
     legend(curve.name, stroke);
-    ++index;
+    if (!curve.answer) ++index;
   }
   if (std::isfinite(sweep.least) || std::isfinite(sweep.most)) legend("bound of the test", {chart::kQuiet, 1.2, 2});
   chart::write(drawing, stem);
@@ -116,6 +118,14 @@ std::vector<Method> methods(int volume, int bounces) {
   return all;
 }
 
+RelitPicture reference(const ClosedScene& scene, int samples) {
+  Plan plan;
+  plan.method = "reference";
+  plan.samples = samples;
+  ReferenceRenderer renderer(scene.session());
+  return renderer.relight(scene.frame(), scene.scene(), scene.exhibit, plan, true);
+}
+
 void write_sweep(const Sweep& sweep) {
   const char* const folder = std::getenv("LUMIGRAFT_SWEEPS");
   if (!folder) return;
@@ -123,6 +133,47 @@ void write_sweep(const Sweep& sweep) {
   const std::filesystem::path stem = std::filesystem::path(folder) / sweep.stem;
   write_table(sweep, stem.string() + ".csv");
   draw(sweep, stem);
+}
+
+RelitPicture SweepTest::relit(const ClosedScene& scene, const Plan& plan) {
+  const CameraModel model = scene.session().color.model;
+  if (!relighter_ || model.width != model_.width || model.height != model_.height || model.fx != model_.fx) {
+    relighter_ = std::make_unique<Relighter>(device_, scene.session());
+    model_ = model;
+  }
+  return scene.relit(*relighter_, plan);
+}
+
+RelitPicture SweepTest::served(const ClosedScene& scene, const Plan& plan) {
+  RelitPicture picture = relit(scene, plan);
+  if (plan.trace_scale != 4) return picture;
+  const FrameSet frame = scene.frame();
+  const RelitPicture served = relighter_->relight(frame, scene.scene(), scene.exhibit, plan);
+  auto maps = std::make_shared<RelightMaps>(*picture.maps);
+  for (std::size_t i = 0; i < served.srgb.data.size(); ++i) {
+    const float before = frame.color->radiance.data[i], code = served.srgb.data[i];
+    const bool same = code == std::round(255 * linear_to_srgb(before));
+    maps->delta.data[i] = same ? 0.0f : srgb_to_linear(code / 255) - before;
+  }
+  picture.maps = maps;
+  return picture;
+}
+
+void SweepTest::expect_within_bounds(const Sweep& sweep) const {
+  write(sweep);
+  for (const Curve& curve : sweep.curves) {
+    ASSERT_EQ(curve.y.size(), sweep.x.size()) << curve.name;
+    for (std::size_t i = 0; i < sweep.x.size() && !curve.answer; ++i) {
+      const std::string where = curve.name + " at " + std::to_string(sweep.x[i]) + " " + sweep.x_label;
+      EXPECT_TRUE(std::isfinite(curve.y[i])) << where;
+      if (!std::isnan(sweep.least)) {
+        EXPECT_GE(curve.y[i], sweep.least) << where;
+      }
+      if (!std::isnan(sweep.most)) {
+        EXPECT_LE(curve.y[i], sweep.most) << where;
+      }
+    }
+  }
 }
 
 }  // namespace lumigraft::test

@@ -12,6 +12,7 @@ namespace lumigraft::test {
 struct Curve {
   std::string name;
   std::vector<double> y = {};  ///< one for each x
+  bool answer = false;         ///< drawn dashed: a closed form or the reference
 };
 
 struct Sweep {
@@ -30,6 +31,9 @@ struct Method {
   Plan plan;
 };
 std::vector<Method> methods(int volume, int bounces);
+
+/// What the path tracer makes of the same scene, with its maps.
+RelitPicture reference(const ClosedScene& scene, int samples);
 
 /// Points of the plane z = 0 that the picture shows, with the change of their radiance and the plane's area that a
 /// pixel covers: visit(p, delta (RGB), area_m2).
@@ -55,9 +59,20 @@ void write_sweep(const Sweep& sweep);
 /// Sweeps run on both devices, with the same bounds. What is written is Vulkan's.
 class SweepTest : public ClosedTest {
  protected:
+  /// As ClosedTest's, by a relighter that is kept from picture to picture: to make one takes longer than a picture.
+  RelitPicture relit(const ClosedScene& scene, const Plan& plan);
+  /// The same, but of live settings the change is that of the picture as it is served, which is made without maps: its
+  /// lamps' shadows are others.
+  RelitPicture served(const ClosedScene& scene, const Plan& plan);
   void write(const Sweep& sweep) const {
     if (GetParam() == gpu::Backend::vulkan) write_sweep(sweep);
   }
+  /// Expects every value of the curves that are no answer within the sweep's bounds, and writes it.
+  void expect_within_bounds(const Sweep& sweep) const;
+
+ private:
+  std::unique_ptr<Relighter> relighter_;
+  CameraModel model_;  ///< its
 };
 
 }  // namespace lumigraft::test

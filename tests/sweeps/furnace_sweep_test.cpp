@@ -1,0 +1,87 @@
+// Energy: what a body sends out under an even sky, over its albedo.
+#include <numbers>
+
+#include "model_shapes.h"
+#include "sweep.h"
+
+namespace lumigraft::test {
+namespace {
+
+class FurnaceSweep : public SweepTest {};
+ON_BOTH_DEVICES(FurnaceSweep);
+
+constexpr float kRadius_m = 0.1f, kWall_m = 0.012f;
+
+/// Half a ball, hollow and open above: its inside, its outside and the rim between.
+Model bowl() {
+  constexpr int steps = 24;
+  return model_of(revolved(2 * steps + 1, 2 * steps, [](float t) {
+    const int n = static_cast<int>(std::lround(t * (2 * steps + 1)));
+    const float r = n <= steps ? kRadius_m + kWall_m : kRadius_m;
+    if (n == 0 || n == 2 * steps + 1) return Eigen::Vector2f(0, -r);
+    if (n == steps || n == steps + 1) return Eigen::Vector2f(r, 0);
+    const float polar =
+        0.5f * std::numbers::pi_v<float> * static_cast<float>(n < steps ? n : 2 * steps + 1 - n) / steps;
+    return Eigen::Vector2f(r * std::sin(polar), -r * std::cos(polar));
+  }));
+}
+
+/// Mean radiance of what the object covers wholly.
+double mean_of_object(const RelitPicture& picture) {
+  double sum = 0;
+  int count = 0;
+  for (int v = 0; v < picture.srgb.height; ++v) {
+    for (int u = 0; u < picture.srgb.width; ++u) {
+      if (picture.maps->mask.at(u, v) < 1) continue;
+      sum += picture_radiance(picture, u, v);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 100);
+  return sum / std::max(count, 1);
+}
+
+// A ball of albedo ρ, far from everything in even light of radiance L, sends out ρ L. Inside a ball of which a share a
+// of the surface is cut away, each point sees the hole under the form factor a and the rest under 1 - a, wherever it
+// lies (the form factor between any two pieces of a sphere is their share of its area: Siegel & Howell 1992, § 7.4), so
+// all of it sends out B with B = ρ (a L + (1 - a) B): B = ρ a L / (1 - ρ (1 - a)), half a ball ρ L / (2 - ρ). A floor
+// as bright as the sky takes the lower half's place. Factors of steps or weights that do not add up to one show here as
+// a slope.
+TEST_P(FurnaceSweep, BallAndBowlOverAlbedo) {
+  constexpr float sky = 0.8f;
+  Sweep sweep{.stem = "furnace-albedo",
+              .title = "Even light: radiance beside the closed form",
+              .x_label = "albedo",
+              .y_label = "radiance / closed form",
+              .x = {0.1, 0.5, 1},
+              .least = 0.9,
+              .most = 1.1};
+  ClosedScene scene;
+  scene.width = 40;
+  scene.height = 30;
+  scene.sky = sky;
+  scene.radiance = [](const Eigen::Vector3f&) { return sky; };
+  for (const bool open : {false, true}) {
+    scene.exhibit.objects = {sphere_object(kRadius_m, {0, 0, 0.6f}, 0)};
+    scene.eye_m = {0, -0.3f, 0.75f};
+    scene.look_at_m = {0, 0, 0.6f};
+    if (open) {  // from above, so near that nothing but the inside shows
+      scene.exhibit.objects[0].model = std::make_shared<const Model>(bowl());
+      scene.eye_m = {0, 0.01f, 0.9f};
+      scene.focal_px = 125;
+    }
+    for (const Method& method : methods(open ? 64 : 32, open ? 4 : 1)) {
+      if (method.plan.method == "dlpv") continue;  // light on objects is the same there
+      Curve& curve = sweep.curves.emplace_back(Curve{method.name + (open ? ", in a bowl" : ", ball")});
+      for (const double albedo : sweep.x) {
+        scene.exhibit.objects[0].material->base_color.setConstant(static_cast<float>(albedo));
+        const double want = open ? albedo * sky / (2 - albedo) : albedo * sky;
+        curve.y.push_back(mean_of_object(relit(scene, method.plan)) / want);
+      }
+    }
+  }
+  expect_within_bounds(sweep);
+}
+
+}  // namespace
+}  // namespace lumigraft::test

@@ -1,0 +1,83 @@
+// Light that a surface sends to another close by: where sums over point lights on it have a singularity.
+#include <numbers>
+
+#include "sweep.h"
+
+namespace lumigraft::test {
+namespace {
+
+class NearSurfaceSweep : public SweepTest {};
+ON_BOTH_DEVICES(NearSurfaceSweep);
+
+constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float kHalf_m = 0.15f, kHeight_m = 0.2f;  // of the lit face
+
+/// Share of a floor point's irradiance that a rectangle upright on the floor fills, seen from below one of its upright
+/// edges: the point is y before its plane (Siegel & Howell 1992, appendix C, differential element to a rectangle at
+/// right angles).
+double corner(double y, double width, double height) {
+  const double r = std::hypot(y, height);
+  return 1 / (2 * std::numbers::pi) * (std::atan(width / y) - y / r * std::atan(width / r));
+}
+
+// A sun at the horizon lights the upright face of a box, and nothing of the floor before it, evenly: the face sends out
+// B = ρ (E / π + L / 2), L that of the floor, and the floor's change is its albedo times B times the form factor, 0.5
+// at the face's foot. Point lights on the face would add up to 1/d² there, and a bound on that would take away light.
+TEST_P(NearSurfaceSweep, BeforeALitFace) {
+  Sweep sweep{.stem = "near-surface",
+              .title = "Floor before a lit face, over the distance from it",
+              .x_label = "distance from the face, mm",
+              .y_label = "change / closed form",
+              .x = {6, 12, 24, 48, 96, 192},
+              .logarithmic = true};
+  constexpr float irradiance = 4, rho = 0.8f, floor_radiance = 0.2f;
+  ClosedScene scene;
+  scene.width = 64;
+  scene.height = 48;
+  scene.focal_px = 53;
+  scene.albedo = 0.1f;
+  scene.sky = 0;
+  scene.radiance = [](const Eigen::Vector3f&) { return floor_radiance; };
+  PointLight sun;
+  sun.direction = {0, -1, 0};
+  sun.irradiance.setConstant(irradiance);
+  sun.angular_radius_rad = 0.0047f;
+  scene.lamps = {sun};
+  scene.exhibit.objects = {box_object({-kHalf_m, 0, 0.0005f}, {kHalf_m, 0.1f, kHeight_m}, rho)};
+  const double sent = rho * (irradiance / kPi + 0.5 * floor_radiance);
+  for (const Method& method : methods(64, 2)) {
+    std::vector<double> got(sweep.x.size(), 0.0), want(got);
+    std::vector<int> counts(sweep.x.size(), 0);
+    for (const bool close : {true, false}) {  // one picture has not enough pixels for all distances
+      scene.eye_m = close ? Eigen::Vector3f(0, -0.05f, 0.06f) : Eigen::Vector3f(0, -0.5f, 0.5f);
+      scene.look_at_m = {0, close ? -0.018f : -0.13f, 0};
+      for_each_floor_pixel(
+          scene, relit(scene, method.plan), [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float area_m2) {
+            const auto i = static_cast<std::size_t>(std::lround(std::log2(std::max(p.y() / -0.006f, 0.5f))));
+            if (std::abs(p.x()) > 0.05f || p.y() > -0.0043f || i >= got.size() || close != (i < 3)) return;
+            got[i] += delta.x() * area_m2;
+            want[i] += scene.albedo * sent * area_m2 *
+                       (corner(-p.y(), kHalf_m - p.x(), kHeight_m) + corner(-p.y(), kHalf_m + p.x(), kHeight_m));
+            ++counts[i];
+          });
+    }
+    Curve& curve = sweep.curves.emplace_back(Curve{method.name});
+    for (std::size_t i = 0; i < got.size(); ++i) {
+      EXPECT_GT(counts[i], 8) << i;
+      curve.y.push_back(got[i] / want[i]);
+    }
+  }
+  write(sweep);
+  for (const Curve& curve : sweep.curves) {
+    // What is sent is kept in voxels of 7.5 mm, and of twice that where it propagates: nearer, light may be missing.
+    const double voxel_mm = curve.name == "propagation" ? 15 : 7.5;
+    for (std::size_t i = 0; i < sweep.x.size(); ++i) {
+      const std::string where = curve.name + " at " + std::to_string(sweep.x[i]) + " mm";
+      EXPECT_GE(curve.y[i], sweep.x[i] < voxel_mm ? 0.5 : 0.75) << where;
+      EXPECT_LE(curve.y[i], 1.25) << where;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft::test
