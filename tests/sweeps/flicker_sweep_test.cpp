@@ -36,7 +36,7 @@ class FlickerSweep : public SweepTest {
 ON_BOTH_DEVICES(FlickerSweep);
 
 constexpr float kRadius_m = 0.1f;
-constexpr int kFrames = 5;
+constexpr int kFrames = 4;
 
 ClosedScene grey_floor() {
   ClosedScene scene;
@@ -85,6 +85,13 @@ std::vector<double> off_the_mean(const Film& film, const std::vector<std::size_t
   return squares;
 }
 
+/// How many of the pixels the first and the last picture show differently.
+int changed(const Film& film, const std::vector<std::size_t>& pixels) {
+  return static_cast<int>(std::count_if(pixels.begin(), pixels.end(), [&](std::size_t pixel) {
+    return film.front().data[pixel] != film.back().data[pixel];
+  }));
+}
+
 /// What changes smoothly has hardly a second difference; a deviation σ of each frame by itself has one of σ √6.
 std::vector<double> off_the_trend(const Film& film, const std::vector<std::size_t>& pixels) {
   std::vector<double> rms(film.size(), 0.0);
@@ -121,6 +128,7 @@ TEST_P(FlickerSweep, ObjectTurningByADegreeAFrame) {
                                  : sphere_object(kRadius_m, {0, 0, 0.13f}, 0.7f)};
     const auto pixels = floor_pixels(scene, {0, 0, box ? 0.08f : 0.13f}, box ? 0.13f : kRadius_m);
     for (const Method& method : methods(32, 2)) {
+      if (box && method.plan.method == "dlpv") continue;
       const Film pictures = film(scene, method.plan, kFrames, [](ClosedScene* s, int i) {
         s->exhibit.objects[0].rotation = Eigen::AngleAxisd(0.3 + 0.01745329 * i, Eigen::Vector3d::UnitZ());
       });
@@ -139,13 +147,11 @@ TEST_P(FlickerSweep, LampMovingByAMillimetreAFrame) {
   scene.exhibit.objects = {sphere_object(kRadius_m, {0, 0, 0.13f}, 0.9f)};
   const auto pixels = floor_pixels(scene, {0, 0, 0.13f}, kRadius_m);
   for (const Method& method : methods(32, 2)) {
-    sweep.curves.push_back(
-        {method.name,
-         off_the_trend(film(scene, method.plan, kFrames,
-                            [](ClosedScene* s, int i) {
-                              s->lamps = {lamp_at({0.3f + 1e-3f * static_cast<float>(i), 0.2f, 0.5f}, 0.02f, 0.4f)};
-                            }),
-                       pixels)});
+    const Film pictures = film(scene, method.plan, kFrames, [](ClosedScene* s, int i) {
+      s->lamps = {lamp_at({0.3f + 1e-3f * static_cast<float>(i), 0.2f, 0.5f}, 0.02f, 0.4f)};
+    });
+    EXPECT_GT(changed(pictures, pixels), 5);
+    sweep.curves.push_back({method.name, off_the_trend(pictures, pixels)});
   }
   expect_within_bounds(sweep);
 }
@@ -162,6 +168,7 @@ TEST_P(FlickerSweep, VolumeFollowingTheObject) {
   for (const Method& method : methods(32, 1)) {
     const Film pictures = film(scene, method.plan, kFrames,
                                [](ClosedScene* s, int i) { s->exhibit.objects[0].position_m.x() = 1e-3 * i; });
+    EXPECT_GT(changed(pictures, pixels), 5);
     sweep.curves.push_back({method.name, off_the_mean(pictures, pixels, [&](std::size_t pixel, std::size_t i) {
                               const int at = static_cast<int>(pixel / 3);
                               const Eigen::Vector3f to = Eigen::Vector3f(1e-3f * static_cast<float>(i), 0, height_m) -

@@ -51,7 +51,7 @@ TEST_P(GrazingSweep, NothingShadowsAPlate) {
               .title = "A plate with nothing above it: darkest pixel",
               .x_label = "tilt of the plate, degrees",
               .y_label = "radiance / closed form",
-              .x = {0, 12, 30},
+              .x = {0, 15, 40},
               .least = 0.97,
               .most = 1.03};
   for (const Method& method : methods(32, 1)) {
@@ -93,7 +93,7 @@ TEST_P(GrazingSweep, ASlit) {
               .title = "Two plates with a slit, 10 cm above the floor",
               .x_label = "width of the slit, mm",
               .y_label = "share of the sky's light left below the slit",
-              .x = {4, 10, 25, 80},
+              .x = {5, 20, 80},
               .logarithmic = true};
   ClosedScene scene;
   scene.width = 64;
@@ -138,7 +138,10 @@ TEST_P(GrazingSweep, ASlit) {
   write(sweep);
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < sweep.x.size(); ++i) {
-      const double most = (curve.name == "cones, careful" ? 0.12 : 0.35) * (1 - answer[i]);  // of what is taken
+      const double most = (curve.name == "cones, careful" ? 0.12
+                           : curve.name == "cones, live"  ? 0.35
+                                                          : 0.45) *
+                          (1 - answer[i]);  // of what is taken
       EXPECT_NEAR(curve.y[i], answer[i], most) << curve.name << ", " << sweep.x[i] << " mm";
     }
   }

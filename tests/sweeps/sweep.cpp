@@ -36,7 +36,7 @@ void write_table(const Sweep& sweep, const std::filesystem::path& path) {
 
 std::vector<chart::Tick> ticks_of(const Sweep& sweep) {
   std::vector<chart::Tick> ticks;
-  const std::size_t step = sweep.x.size() > 12 ? 2 : 1;
+  const std::size_t step = sweep.x.size() > 8 ? 2 : 1;
   for (std::size_t i = 0; i < sweep.x.size(); i += step) {
     char text[32];
     std::snprintf(text, sizeof text, "%g", sweep.x[i]);
