@@ -1,5 +1,6 @@
 #include "reconstruct/pose.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -28,7 +29,11 @@ constexpr double kSurfaceJitter = 1.0 / 3;
 /// while one has no place yet, or is hidden.
 constexpr std::int64_t kLookAroundNs = 1'000'000'000, kLookOftenNs = 250'000'000;
 constexpr int kFirstSizeChecks = 8, kSizeCheckEvery = 8;  // frames
-constexpr double kDoubt = 2;                              // squared σ, below which two explanations are as good
+/// A print that is this much less sure than it was is blurred or covered in part: for so long surfaces may be surer.
+constexpr double kUnsharp = 2;
+constexpr std::int64_t kUnsharpNs = 2'000'000'000;
+constexpr double kAgree = 25;  // squared σ in six directions, within which a tag and surfaces mean the same pose
+constexpr double kDoubt = 2;   // squared σ, below which two explanations are as good
 
 /// Full resolution while the tag may be small in the picture; half beyond, where corners are refined anyway.
 int finest(int width) { return width <= 640 ? 1 : 2; }
@@ -77,6 +82,8 @@ struct PoseStage::State {
   void learn_places(const std::vector<TagReading>& readings, const TagsPose& pose);
   bool measure(const FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
   bool carry_on(const FrameSet& frame, const DistanceField& field);
+  bool surer_by_surface(const FrameSet& frame, const DistanceField& field, const TagsPose& tag);
+  void follow_surface(const FrameSet& frame, const PoseEstimate& carried);
   void warn_of_tags(std::vector<std::string>& warnings) const;
 
   CameraModel camera;
@@ -89,8 +96,10 @@ struct PoseStage::State {
   std::optional<Pose> last;
   std::int64_t seen_ns = 0;  ///< when a tag was last seen
   std::optional<std::int64_t> looked_around_ns;
-  int measured = 0;  ///< frames with a tag
-  float gain = 1;    ///< of the last search over a whole picture
+  int measured = 0;           ///< frames with a tag
+  double sharp_sigma_m = 0;   ///< how sure the tag was of late while it was sharp
+  std::int64_t sharp_ns = 0;  ///< and until when
+  float gain = 1;             ///< of the last search over a whole picture
 };
 
 bool PoseStage::State::recent(const FrameSet& frame) const {
@@ -272,6 +281,15 @@ bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field
   for (const std::size_t tag : chosen->apart)
     warnings.push_back("tag " + std::to_string(tags[tag].id) + ": contradicts the others, left out");
 
+  seen_ns = frame.time_ns;
+  if (field && recent(frame) && surer_by_surface(frame, *field, *chosen)) {
+    warnings.push_back("tag: its print is unsharp or covered in part, surfaces carry the pose");
+    return true;
+  }
+  const double sigma_m = position_sigma_m(chosen->noise);
+  sharp_sigma_m = measured == 1 ? sigma_m : 0.8 * sharp_sigma_m + 0.2 * sigma_m;
+  sharp_ns = frame.time_ns;
+
   Pose pose;
   pose.T_tag_camera_raw = chosen->T_tag_camera;
   const Isometry3d used = carry.seen(frame, {chosen->T_tag_camera, chosen->noise + chosen->bias}, field);
@@ -279,8 +297,20 @@ bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field
   carry.shown(pose.T_tag_camera);
   pose.covariance = chosen->noise / filter.count() + chosen->bias;
   pose.reprojection_error_px = chosen->error_px;
-  pose.time_ns = seen_ns = frame.time_ns;
+  pose.time_ns = frame.time_ns;
   last = pose;
+  return true;
+}
+
+/// Follows the surface where that is surer than an unsharp tag, and does not contradict it.
+bool PoseStage::State::surer_by_surface(const FrameSet& frame, const DistanceField& field, const TagsPose& tag) {
+  if (position_sigma_m(tag.noise) < kUnsharp * sharp_sigma_m || frame.time_ns - sharp_ns > kUnsharpNs) return false;
+  const auto carried = carry.hidden(frame, field);
+  const PoseCovariance of_tag = tag.noise + tag.bias;
+  if (!carried || position_sigma_m(carried->covariance) > position_sigma_m(of_tag)) return false;
+  const Eigen::Matrix<double, 6, 1> apart = step_between(carried->T_tag_camera, tag.T_tag_camera);
+  if (apart.dot((of_tag + carried->covariance).ldlt().solve(apart)) > kAgree) return false;
+  follow_surface(frame, *carried);
   return true;
 }
 
@@ -288,18 +318,21 @@ bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field
 bool PoseStage::State::carry_on(const FrameSet& frame, const DistanceField& field) {
   if (!recent(frame)) return false;
   const auto carried = carry.hidden(frame, field);
-  if (!carried) return false;
-  const double position_m = kSurfaceJitter * position_sigma_m(carried->covariance);
-  const double angle_rad = kSurfaceJitter * angle_sigma_rad(carried->covariance);
+  if (carried) follow_surface(frame, *carried);
+  return carried.has_value();
+}
+
+void PoseStage::State::follow_surface(const FrameSet& frame, const PoseEstimate& carried) {
+  const double position_m = kSurfaceJitter * position_sigma_m(carried.covariance);
+  const double angle_rad = kSurfaceJitter * angle_sigma_rad(carried.covariance);
   Pose pose;
   pose.from = Pose::From::surface;
-  pose.T_tag_camera_raw = carried->T_tag_camera;
-  pose.T_tag_camera = filter.update(carried->T_tag_camera.inverse(), position_m, angle_rad).inverse();
-  pose.covariance = carried->covariance;
+  pose.T_tag_camera_raw = carried.T_tag_camera;
+  pose.T_tag_camera = filter.update(carried.T_tag_camera.inverse(), position_m, angle_rad).inverse();
+  pose.covariance = carried.covariance + carry.covariance_at_start();
   pose.time_ns = frame.time_ns;
   pose.age_ns = frame.time_ns - seen_ns;
   last = pose;
-  return true;
 }
 
 PoseStage::PoseStage(const Tag& tag, const CameraModel& color, const Response& response)

@@ -8,8 +8,10 @@ namespace {
 
 using Eigen::Isometry3d;
 
-constexpr double kFadeS = 0.15;                                 // time constant of the hand-back: a few frames
-constexpr double kLongestGapS = 0.5;                            // beyond it the pose is anywhere
+constexpr double kFadeS = 0.15;       // time constant of the hand-back: a few frames
+constexpr double kLongestGapS = 0.5;  // beyond it the pose is anywhere
+constexpr double kAnywhere = 100;     // of the variance: what the picture before shows counts more than a guess
+constexpr double kLeap = 6;           // σ
 constexpr double kLargestFadeM = 0.05, kLargestFadeRad = 0.07;  // a tag farther off is believed at once
 constexpr double kHeldM = 0.03, kHeldRad = 0.035;               // 1σ beyond which surfaces do not hold the pose
 
@@ -61,11 +63,20 @@ std::optional<PoseEstimate> PoseCarry::follow(const FrameSet& frame, const Dista
   if (!frame.depth || !(passed > 0) || passed > kLongestGapS) return std::nullopt;
   DepthGrid grid = sampler_.sample(frame.depth->depth_m);
   PoseEstimate expected{moved(last_->T_tag_camera, passed * speed_), after(last_->covariance, passed)};
+  const Isometry3d guess = expected.T_tag_camera;
   if (!grid_ && depth_) grid_ = sampler_.sample(depth_->depth_m);
   if (grid_ && !grid_->points.empty() && !grid.points.empty())
-    expected.T_tag_camera = align_to_picture(grid, *grid_, sampler_.camera(), last_->T_tag_camera, expected);
-  const auto fit = align_to_field(grid, field, expected);
-  if (!fit || position_sigma_m(fit->pose.covariance) > kHeldM || angle_sigma_rad(fit->pose.covariance) > kHeldRad)
+    expected.T_tag_camera = align_to_picture(grid, *grid_, sampler_.camera(), last_->T_tag_camera,
+                                             {expected.T_tag_camera, kAnywhere * expected.covariance});
+  auto fit = align_to_field(grid, field, expected);
+  if (!fit) return std::nullopt;
+  // After a leap that no hand makes, surfaces may have been taken for one another: the pose is as unsure as it was
+  // long.
+  const auto leap = step_between(guess, fit->pose.T_tag_camera);
+  if (leap.head<3>().norm() > kLeap * position_sigma_m(expected.covariance) ||
+      leap.tail<3>().norm() > kLeap * angle_sigma_rad(expected.covariance))
+    fit->pose.covariance += 0.1 * leap * leap.transpose();
+  if (position_sigma_m(fit->pose.covariance) > kHeldM || angle_sigma_rad(fit->pose.covariance) > kHeldRad)
     return std::nullopt;
   keep(frame, fit->pose);
   grid_ = std::move(grid);
@@ -83,7 +94,8 @@ std::optional<PoseEstimate> PoseCarry::hidden(const FrameSet& frame, const Dista
     if (!fit) return std::nullopt;
     apart_ = fit->pose.T_tag_camera.inverse() * shown_;
     if (!within(apart_, kLargestFadeM, kLargestFadeRad)) return std::nullopt;
-    last_->T_tag_camera = fit->pose.T_tag_camera;
+    start_ = last_->covariance;
+    *last_ = fit->pose;
     carrying_ = true;
   }
   auto pose = follow(frame, field);

@@ -24,6 +24,8 @@ class PoseCarry {
   void shown(const Eigen::Isometry3d& T_tag_camera) { shown_ = T_tag_camera; }
   /// The tag is hidden. Empty without depth, a field, or a pose to start from, or where surfaces do not hold the pose.
   std::optional<PoseEstimate> hidden(const FrameSet& frame, const DistanceField& field);
+  /// Of the tag's pose when it hid, which all that follows builds on.
+  const PoseCovariance& covariance_at_start() const { return start_; }
   /// How sure a pose is that long after, with nothing seen.
   static PoseCovariance after(const PoseCovariance& covariance, double passed_s);
   void reset();
@@ -41,6 +43,7 @@ class PoseCarry {
   Eigen::Matrix<double, 6, 1> speed_ = Eigen::Matrix<double, 6, 1>::Zero();  ///< steps a second
   bool carrying_ = false;
   Eigen::Isometry3d apart_ = Eigen::Isometry3d::Identity();  ///< from the camera that surfaces saw to the tag's, then
+  PoseCovariance start_ = PoseCovariance::Zero();
   Eigen::Isometry3d shown_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d fading_ = Eigen::Isometry3d::Identity();
 };

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
 constexpr double kCornerPx = 0.1;  // 1σ of a corner as the detector finds it
-constexpr double kBiasPx = 0.03;   // 1σ at the corners, by which lens and print are not what they are taken for
+constexpr double kBiasPx = 0.015;  // 1σ at the corners, by which lens and print are not what they are taken for
 constexpr int kTile = 8;           // pixels of the detector's tiles
 constexpr double kFollowM = 0.04, kFollowRad = 0.05;  // how far a print is followed that shows in part
 constexpr double kFollowContrast = 0.2;               // and how well what shows must fit

@@ -65,7 +65,7 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
   // First rounds on every fourth point, with everything in reach; the last ones on every second, and what is near
   // alone.
   bool coarse = true;
-  for (int round = 0; round < 8; ++round) {
+  for (int round = 0; round < 12; ++round) {
     const int row_stride = coarse ? 2 : 1;
     const Isometry3f T_tag_camera = pose.cast<float>();
     sums = Sums();
@@ -92,7 +92,7 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
     if (!step) return std::nullopt;
     pose = moved(pose, *step);
     if (!coarse && settled(*step)) break;
-    if (round == 2 || (coarse && nearly_settled(*step))) coarse = false;
+    if (round == 7 || (coarse && nearly_settled(*step))) coarse = false;
   }
   SurfaceFit fit;
   fit.shared = static_cast<double>(sums.points) / std::max(1, measured);

@@ -49,7 +49,7 @@ TEST_P(PoseSessions, AreNearTheTruth) {
   const Session session = read_session(ConfigTable::load(folder / "session.toml"));
   const auto frames = open_frames(session);
   PoseStage stage(session.tag, session.color.model, session.color.response);
-  std::vector<double> smooth_mm, smooth_deg, raw_mm, raw_deg;
+  std::vector<double> smooth_mm, smooth_deg, raw_mm, raw_deg, sigmas;
   while (const auto frame = frames->next(std::chrono::seconds(1))) {
     const auto result = stage.locate(*frame);
     ASSERT_TRUE(result.pose) << frame->index;
@@ -57,15 +57,18 @@ TEST_P(PoseSessions, AreNearTheTruth) {
     const Isometry3d truth = true_pose(folder, frame->index);
     smooth_mm.push_back(test::millimetres_apart(result.pose->T_tag_camera, truth));
     smooth_deg.push_back(test::degrees_apart(result.pose->T_tag_camera, truth));
+    sigmas.push_back(smooth_mm.back() / (1e3 * position_sigma_m(result.pose->covariance)));
     raw_mm.push_back(test::millimetres_apart(result.pose->T_tag_camera_raw, truth));
     raw_deg.push_back(test::degrees_apart(result.pose->T_tag_camera_raw, truth));
   }
   ASSERT_FALSE(smooth_mm.empty());
   std::printf(
-      "pose: %-16s %2zu frames  median / 95%%: %.2f / %.2f mm, %.3f / %.3f deg   raw %.2f / %.2f mm, %.3f / %.3f deg\n",
+      "pose: %-16s %2zu frames  median / 95%%: %.2f / %.2f mm, %.3f / %.3f deg   raw %.2f / %.2f mm, %.3f / %.3f deg  "
+      "median %.2f sigma\n",
       GetParam(), smooth_mm.size(), percentile(smooth_mm, 0.5), percentile(smooth_mm, 0.95),
       percentile(smooth_deg, 0.5), percentile(smooth_deg, 0.95), percentile(raw_mm, 0.5), percentile(raw_mm, 0.95),
-      percentile(raw_deg, 0.5), percentile(raw_deg, 0.95));
+      percentile(raw_deg, 0.5), percentile(raw_deg, 0.95), percentile(sigmas, 0.5));
+  EXPECT_LT(percentile(sigmas, 0.95), 3);
   EXPECT_LT(percentile(smooth_mm, 0.5), 1);
   EXPECT_LT(percentile(smooth_mm, 0.95), 2.5);
   EXPECT_LT(percentile(smooth_deg, 0.5), 0.1);
