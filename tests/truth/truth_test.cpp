@@ -1,5 +1,6 @@
 // Composited pictures against path-traced truth: a table, kept from getting worse by recorded bounds.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -48,8 +49,9 @@ struct SessionScore {
 /// Replays the beginning of a session with the program itself and scores every frame of it that has truth. A session
 /// that stands still has truth for its first frame alone; then the last replayed frame is scored, when the scene is
 /// learnt.
-SessionScore replay_and_score(const fs::path& session, const std::string& options) {
-  const fs::path out = fs::temp_directory_path() / ("lumigraft-truth-" + session.filename().string());
+SessionScore replay_and_score(const fs::path& session, const std::string& group, const std::string& options) {
+  const std::string name = group + "-" + session.filename().string() + "-" + std::to_string(getpid());
+  const fs::path out = fs::temp_directory_path() / ("lumigraft-truth-" + name);
   fs::remove_all(out);
   const ConfigTable root = ConfigTable::load(session / "session.toml");
   const double exposure = read_session(root).color.exposure;
@@ -74,11 +76,11 @@ SessionScore replay_and_score(const fs::path& session, const std::string& option
     if (frame >= frames) {
       continue;
     }
-    char name[32];
-    std::snprintf(name, sizeof name, "frame_%06d.png", frame);
+    char file[32];
+    std::snprintf(file, sizeof file, "frame_%06d.png", frame);
     const TruePictures wanted = read_true_pictures(truth, exposure);
     const Image<std::uint8_t> camera = read_encoded(session / colors[frame]);
-    const Measures measures = measure_picture(read_encoded(out / name), camera, wanted);
+    const Measures measures = measure_picture(read_encoded(out / file), camera, wanted);
     result.mean.relight_error += measures.relight_error;
     result.mean.object_error += measures.object_error;
     result.mean.psnr_db += measures.psnr_db;
@@ -98,7 +100,7 @@ SessionScore replay_and_score(const fs::path& session, const std::string& option
 /// Scores a session and holds it to its bound in bounds.toml: [group.session-name] relight_error = ..., psnr_db = ...
 void check(const fs::path& session, const std::string& group, const std::string& options = "") {
   const std::string name = session.filename().string();
-  const SessionScore score = replay_and_score(session, options);
+  const SessionScore score = replay_and_score(session, group, options);
   ASSERT_GT(score.frames, 0);
   std::printf(
       "TRUTH %-10s %-18s frames %2d  relight_error %.3f  object_error %.3f  psnr %.2f dB  affected %.2f dB  flip %.4f  "
