@@ -57,17 +57,6 @@ Eigen::AlignedBox3f reach_of(const Contest& contest, const Plan& plan) {
   return {low, low + Eigen::Vector3f::Constant(static_cast<float>(plan.volume) * outer.w())};
 }
 
-StageCost median(const std::vector<StageCost>& costs) {
-  const auto middle = [&](double StageCost::*part) {
-    std::vector<double> values;
-    for (const StageCost& cost : costs) values.push_back(cost.*part);
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-  };
-  return {middle(&StageCost::wall_ms), middle(&StageCost::cpu_ms)};
-}
-
 StageCost less(const StageCost& a, const StageCost& b) { return {a.wall_ms - b.wall_ms, a.cpu_ms - b.cpu_ms}; }
 
 /// Camera picture with the difference of two pictures.
@@ -168,10 +157,9 @@ std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms) 
   return contenders;
 }
 
-std::vector<BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders, int rounds) {
+std::vector<BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders) {
   struct Costs {
-    std::vector<StageCost> moving, kept;
-    StageCost still, still_kept;
+    StageCost moving, moving_kept, still, still_kept;
   };
   std::vector<Costs> costs(contenders.size());
   std::vector<BenchRow> rows;
@@ -192,22 +180,19 @@ std::vector<BenchRow> measured(const Contest& contest, const std::vector<Contend
     if (contender.keeps)
       std::tie(costs[i].still, costs[i].still_kept) = timed(contender, contest.input.exhibit, nullptr);
   }
-  for (int round = 0; round < rounds; ++round) {
-    for (std::size_t i = 0; i < contenders.size(); ++i) {
-      const auto [all, kept] = timed(contenders[i], turned(contest.input.exhibit, (round + 1) * kDegree), nullptr);
-      costs[i].moving.push_back(all);
-      costs[i].kept.push_back(kept);
-    }
+  const Exhibit after = turned(contest.input.exhibit, kDegree);
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    std::tie(costs[i].moving, costs[i].moving_kept) = timed(contenders[i], after, nullptr);
   }
   std::vector<BenchRow> result;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].run.still.host = costs[i].still;
-    rows[i].run.moving.host = median(costs[i].moving);
+    rows[i].run.moving.host = costs[i].moving;
     result.push_back(rows[i]);
     if (!contenders[i].two_ways) continue;
     rows[i].setting += "-room-kept";
     rows[i].run.still.host = costs[i].still_kept;
-    rows[i].run.moving.host = median(costs[i].kept);
+    rows[i].run.moving.host = costs[i].moving_kept;
     result.push_back(rows[i]);
   }
   return result;

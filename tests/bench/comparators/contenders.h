@@ -42,7 +42,7 @@ std::vector<Contender> cone_contenders(const Contest& contest, const Plan& plan,
 /// the difference of two pictures and once the change alone.
 std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms);
 
-/// Draws each once for its error, then `rounds` frames of each in turn while every object turns by 1° a frame; medians.
-std::vector<BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders, int rounds);
+/// Draws each once for its error, then a frame of each with every object turned by 1°.
+std::vector<BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders);
 
 }  // namespace lumigraft::comparators

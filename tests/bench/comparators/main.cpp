@@ -16,8 +16,6 @@ namespace {
 
 using namespace lumigraft;
 
-constexpr int kRounds = 1;
-
 struct Command {
   std::vector<std::filesystem::path> sessions;
   std::filesystem::path out;
@@ -52,9 +50,9 @@ void run(const Command& command) {
   for (const std::filesystem::path& session : command.sessions) {
     const comparators::Contest contest = comparators::open_contest(session, device);
     std::vector<BenchRow> rows =
-        comparators::measured(contest, comparators::cone_contenders(contest, replay_plan(), "half-64"), kRounds);
+        comparators::measured(contest, comparators::cone_contenders(contest, replay_plan(), "half-64"));
     const double budget_ms = rows.front().run.moving.host.cpu_ms;  // of dvct
-    for (BenchRow& row : comparators::measured(contest, comparators::ray_contenders(contest, budget_ms), 1)) {
+    for (BenchRow& row : comparators::measured(contest, comparators::ray_contenders(contest, budget_ms))) {
       rows.push_back(std::move(row));
     }
     for (BenchRow& row : rows) {

@@ -17,7 +17,8 @@ class VctDifference {
  public:
   VctDifference(const std::shared_ptr<gpu::Device>& device, const Session& session, std::shared_ptr<const Model> room);
 
-  /// W/sr/m² of the whole picture. Volumes are kept where nothing has changed since the last call.
+  /// W/sr/m² of the whole picture, as the codes of the relighter's 8-bit picture tell it: a difference of two is good
+  /// to one code. Volumes are kept where nothing has changed since the last call.
   Image<float> with(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan);
   Image<float> without(const FrameSet& frame, const Scene& scene, const Plan& plan);
   /// Moves the room by a micrometre to and fro, so that nothing of `without` is kept.
