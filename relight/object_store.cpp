@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kFieldVoxels = 128;       // along a model's longest edge
 constexpr int kSurfaceSamples = 60000;  // one is then smaller than a voxel of the finest usual volume
+constexpr int kRoughTriangles = 2000;
 constexpr int kSimpleTriangles = 9000;  // the vertex stage of a software device is serial
 // Light is kept by vertex: no edge is longer than those of as many equal triangles.
 constexpr int kEvenTriangles = 1500;
@@ -145,6 +146,7 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
     entry->why_simple = e.what();
   }
   entry->simple.closed = is_closed(*simple);
+  entry->rough = upload_mesh(*simplify_model(*model, kRoughTriangles));
   std::map<const Image<std::uint8_t>*, const gpu::Texture*> textures;
   for (std::size_t i = 0; i < model->parts.size(); ++i) {
     const auto& picture = model->parts[i].base_color_texture;
@@ -200,7 +202,7 @@ std::vector<PlacedObject> ObjectStore::place(const Exhibit& exhibit, double time
     p.stored = &stored(object.model);
     p.T_tag_model = object.T_tag_model(time_s).cast<float>();
     p.material = object.material;
-    const float scale = p.T_tag_model.linear().col(0).norm();
+    const auto scale = static_cast<float>(object.scale);  // exact: the volumes' size must not tremble as it turns
     p.bounds.sphere = {p.T_tag_model * p.stored->sphere.centre_m, scale * p.stored->sphere.radius_m};
     for (const auto& v : object.model->positions_m) p.bounds.box.extend(p.T_tag_model * v);
     placed.push_back(std::move(p));

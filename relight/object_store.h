@@ -27,6 +27,7 @@ struct StoredModel {
   std::shared_ptr<const Model> model;
   Mesh full, simple;       ///< simple: fewer triangles where there are many, more where there are few large ones
   std::string why_simple;  ///< not empty: the device has no room for all triangles, `full` is the simple mesh too
+  Mesh rough;              ///< as few as a small shadow map needs; positions alone count
   std::vector<std::unique_ptr<gpu::Texture>> textures;
   std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; model frame
   int sample_count = 0;

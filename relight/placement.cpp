@@ -13,7 +13,8 @@ shader::vec4 centred(const Eigen::Vector3f& centre_m, float edge_m, int voxels) 
   const float voxel = edge_m / static_cast<float>(voxels);
   const Eigen::Vector3f low = centre_m - Eigen::Vector3f::Constant(0.5f * edge_m);
   shader::vec4 grid;
-  grid << (low / voxel).array().floor().matrix() * voxel, voxel;
+  // A voxel's edge may lie in the middle of the objects; rounding must not choose between the two beside it.
+  grid << ((low / voxel).array() + 1e-3f).floor().matrix() * voxel, voxel;
   return grid;
 }
 

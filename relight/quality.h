@@ -18,7 +18,7 @@ struct Quality {
   int voxel_cones;       ///< per voxel and bounce
   int window;            ///< half the window of the filter of traced light, in traced pixels; likewise
   int supersampling;     ///< of the object's silhouette, along each axis
-  bool simple_models;    ///< draw simplified triangles to the camera too
+  bool simple_models;    ///< draw simplified triangles to the camera too, and still simpler ones to lamps
   bool cells;  ///< take the indirect change of real pixels from the cells of the volumes, not traced per pixel
 };
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "relight/passes/live_view.h"
-
 namespace lumigraft {
 namespace {
 
@@ -47,11 +45,10 @@ std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& 
   return maps;
 }
 
-Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, const Image<std::uint8_t>& coded,
-                                 bool live) {
+Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, const Image<std::uint8_t>& coded) {
   const std::vector<std::byte> bytes = device.download(*screen.picture);
   Image<std::uint8_t> picture = coded;
-  for (const std::uint32_t place : live ? screen.tiles->fine_places() : screen.tiles->view_places()) {
+  for (const std::uint32_t place : screen.tiles->view_places()) {
     const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
     for (int v = top; v < std::min(top + kTile_px, screen.height); ++v) {
       for (int u = left; u < std::min(left + kTile_px, screen.width); ++u) {
@@ -61,7 +58,6 @@ Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, cons
       }
     }
   }
-  if (live) LiveView::apply_gain(device, screen, &picture);
   return picture;
 }
 

@@ -7,9 +7,8 @@
 
 namespace lumigraft {
 
-/// The camera's code values with the blocks that were composed; `live`: by LiveView.
-Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, const Image<std::uint8_t>& coded,
-                                 bool live);
+/// The camera's code values with the blocks that were composed.
+Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, const Image<std::uint8_t>& coded);
 /// Where an object shows, the maps say what it is.
 std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& screen);
 

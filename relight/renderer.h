@@ -25,7 +25,8 @@ struct RelightMaps {
 struct RelitPicture {
   Image<std::uint8_t> srgb;  ///< R G B, the colour camera's size and response (sRGB)
   Plan plan;
-  std::vector<gpu::PassTime> passes;
+  std::vector<gpu::PassTime> passes;  ///< none where nothing had to be worked out anew
+  bool passed_through = false;        ///< the camera picture as it is: a warning says why
   std::vector<std::string> warnings;
   std::shared_ptr<const RelightMaps> maps;  ///< null unless asked for
 };

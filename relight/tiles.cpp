@@ -52,18 +52,19 @@ class Bound {
 
 }  // namespace
 
-Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale, int ambient_scale)
+Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale, int ambient_scale,
+             int fine_step)
     : width_(width_px),
       height_(height_px),
       columns_((width_px + kTile_px - 1) / kTile_px),
       rows_((height_px + kTile_px - 1) / kTile_px),
       shadow_scale_(shadow_scale),
       trace_scale_(trace_scale),
-      ambient_scale_(ambient_scale) {
+      ambient_scale_(ambient_scale),
+      fine_step_(fine_step) {
   const std::size_t bytes =
       sizeof(std::uint32_t) * static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  for (TileList* list :
-       {&views_, &changed_, &objects_, &shaded_alone_, &smooth_, &ambients_, &shaded_, &shadows_, &traces_}) {
+  for (TileList* list : {&views_, &changed_, &objects_, &fine_, &smooth_, &ambients_, &shaded_, &shadows_, &traces_}) {
     list->buffer = device.create_buffer(bytes, "tiles");
   }
 }
@@ -72,6 +73,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
                    const std::vector<PlacedObject>& objects, const Choice& choice) {
   const auto tile_count = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   std::vector<char> changed(tile_count, choice.all), shaded(changed), covered(changed);
+  const auto considered = [&](std::size_t tile) { return choice.only == nullptr || (*choice.only)[tile]; };
 
   const Bound bound(params, choice);
   const Eigen::Matrix3f turn = params.T_tag_camera.topLeftCorner<3, 3>();
@@ -80,7 +82,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
     for (int u = 0; u < width_; u += kStep_px) {
       const std::size_t place = tile_of(u, v);
       char &tile = changed[place], &shade = shaded[place];
-      if (tile && shade) continue;
+      if ((tile && shade) || !considered(place)) continue;
       const std::size_t i =
           static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
       const float z = picture.depth_m != nullptr ? picture.depth_m->data[i] : 0.0f;
@@ -96,25 +98,26 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
   }
 
   cover(params, objects, &covered);
+  for (std::size_t i = 0; i < tile_count; ++i) covered[i] = covered[i] && considered(i);
 
   std::vector<char> views(changed);
   for (std::size_t i = 0; i < tile_count; ++i) views[i] |= covered[i];
   view_places_ = send(device, views_, views, 1);
   send(device, changed_, changed, 1);
-  send(device, objects_, covered, 1);
+  object_places_ = send(device, objects_, covered, 1);
   send(device, ambients_, covered, ambient_scale_);
   if (choice.glossy) shaded = changed;  // a lamp's highlight shows in any direction
   send(device, shaded_, shaded, 1);
   std::vector<char> fine(shaded), shaded_alone(shaded), smooth(views);
   for (std::size_t i = 0; i < tile_count; ++i) {
-    fine[i] |= covered[i];
+    fine[i] = shaded[i] || covered[i];
     shaded_alone[i] = shaded[i] && !covered[i];
-    smooth[i] = smooth[i] && !fine[i];
+    smooth[i] = smooth[i] && !shaded[i] && !covered[i];
   }
-  send(device, shaded_alone_, shaded_alone, 1);
+  send(device, fine_, fine, fine_step_);
+  shaded_alone_places_ = places(shaded_alone, 1);
   send(device, smooth_, smooth, kSmoothStep);
   smooth_places_ = places(smooth, 1);
-  fine_places_ = places(fine, 1);
   send(device, shadows_, shaded, shadow_scale_);
   send(device, traces_, changed, trace_scale_);
 }

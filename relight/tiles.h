@@ -14,12 +14,12 @@
 
 namespace lumigraft {
 
-constexpr int kTile_px = 8;
 constexpr int kSmoothStep = 4;  ///< pixels along each axis that one stands for where all that changes is smooth
 
 class Tiles {
  public:
-  Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale, int ambient_scale);
+  Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale, int ambient_scale,
+        int fine_step);
 
   struct Picture {
     const std::vector<float>& rays;  ///< x/z and y/z of every pixel
@@ -31,6 +31,7 @@ class Tiles {
     bool glossy = false;                        ///< known glossy surfaces are there
     const LampShadows* lamp_shadows = nullptr;  ///< null: shadows of the sphere around the objects
     bool all = false;                           ///< take every block
+    const std::vector<char>* only = nullptr;    ///< null: choose among all blocks, else among those that are not 0
   };
   void choose(gpu::Device& device, const shader::FrameParams& params, const Picture& picture,
               const std::vector<PlacedObject>& objects, const Choice& choice);
@@ -38,13 +39,16 @@ class Tiles {
   const TileList& views() const { return views_; }  ///< changed or covered
   /// The same as column | row << 16.
   const std::vector<std::uint32_t>& view_places() const { return view_places_; }
-  /// The views in three parts: objects(), shaded_alone(), and smooth(), of the grid of one pixel of kSmoothStep along
-  /// each axis, since what else changes is smooth; that list reaches into the others.
-  const TileList& shaded_alone() const { return shaded_alone_; }
+  /// The views in two parts: objects and shadows, of the grid of one pixel of `fine_step` along each axis, and what
+  /// else changes, of that of kSmoothStep; the lists reach into one another.
+  const TileList& fine() const { return fine_; }
   const TileList& smooth() const { return smooth_; }
-  const std::vector<std::uint32_t>& smooth_places() const { return smooth_places_; }  ///< of the grid of pixels
-  const std::vector<std::uint32_t>& fine_places() const { return fine_places_; }      ///< of the other two
-  const Eigen::AlignedBox2i& covered() const { return covered_; }                     ///< around objects(), in blocks
+  /// Those inside the objects' bounds, of the other ones those with shadows, and the rest, as column | row << 16 of the
+  /// grid of pixels.
+  const std::vector<std::uint32_t>& object_places() const { return object_places_; }
+  const std::vector<std::uint32_t>& shaded_alone_places() const { return shaded_alone_places_; }
+  const std::vector<std::uint32_t>& smooth_places() const { return smooth_places_; }
+  const Eigen::AlignedBox2i& covered() const { return covered_; }  ///< around objects(), in blocks
   const TileList& changed() const { return changed_; }
   const TileList& objects() const { return objects_; }    ///< inside the objects' bounds
   const TileList& ambients() const { return ambients_; }  ///< the same, of the grid of ambient cells
@@ -62,9 +66,9 @@ class Tiles {
                                   int scale) const;
   void cover(const shader::FrameParams& params, const std::vector<PlacedObject>& objects, std::vector<char>* covered);
 
-  int width_, height_, columns_, rows_, shadow_scale_, trace_scale_, ambient_scale_;
-  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_, shaded_alone_, smooth_;
-  std::vector<std::uint32_t> view_places_, smooth_places_, fine_places_;
+  int width_, height_, columns_, rows_, shadow_scale_, trace_scale_, ambient_scale_, fine_step_;
+  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_, fine_, smooth_;
+  std::vector<std::uint32_t> view_places_, object_places_, shaded_alone_places_, smooth_places_;
   Eigen::AlignedBox2i covered_;
 };
 

@@ -45,8 +45,9 @@ LiveRelighter::Result LiveRelighter::relight(const FrameSet& frame, const Scene&
   if (result.picture.srgb.empty()) {
     result.picture.srgb = camera_picture(*frame.color);
     result.picture.plan = plan;
+    result.picture.passed_through = true;
   }
-  result.passed_through = result.picture.passes.empty();
+  result.passed_through = result.picture.passed_through;
   return result;
 }
 

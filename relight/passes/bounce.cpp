@@ -15,25 +15,25 @@ void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, floa
               volumes.edge / 2, volumes.edge / 2, volumes.edge / 2 * shader::kCascades);
 }
 
-void Bounce::gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps,
-                            const Volumes& volumes) const {
-  list.dispatch(
-      *virtual_,
+void Bounce::gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, Slice slice,
+                            const LampMaps& maps, const Volumes& volumes) const {
+  dispatch_slice(
+      list, *virtual_,
       joined(joined(volumes.bindings(), maps.bindings()),
-             {gpu::storage(28, *volumes.listed), gpu::sampled(17, *volumes.virtual_color, gpu::Filter::linear),
+             {gpu::storage(28, *volumes.listed_virtual), gpu::sampled(17, *volumes.virtual_color, gpu::Filter::linear),
               gpu::image(18, *volumes.gathered_virtual)}),
-      gpu::bytes_of(params), kListGroups);
+      params, slice);
 }
 
 void Bounce::gather_real(gpu::CommandList& list, shader::FrameParams params, int change_cones, bool mirrored_lamps,
-                         const LampMaps& maps, const Volumes& volumes) const {
+                         Slice slice, const LampMaps& maps, const Volumes& volumes) const {
   params.pass_i.x() = change_cones;
   params.pass_i.y() = mirrored_lamps ? params.counts.w() : 0;
-  list.dispatch(*real_,
-                joined(joined(volumes.bindings(), maps.bindings()),
-                       {gpu::storage(28, *volumes.cells), gpu::image(18, *volumes.real_irradiance),
-                        gpu::image(25, *volumes.real_radiance), gpu::image(26, *volumes.real_normal)}),
-                gpu::bytes_of(params), kListGroups);
+  dispatch_slice(list, *real_,
+                 joined(joined(volumes.bindings(), maps.bindings()),
+                        {gpu::storage(28, *volumes.cells), gpu::image(18, *volumes.real_irradiance),
+                         gpu::image(25, *volumes.real_radiance), gpu::image(26, *volumes.real_normal)}),
+                 params, slice);
 }
 
 }  // namespace lumigraft

@@ -1,6 +1,6 @@
 #pragma once
-// Bounces beyond the first. In: listed, cells, every volume. Out: gathered_virtual, at the voxels near surfaces;
-// real_irradiance, at the cells.
+// Bounces beyond the first. In: listed_virtual, cells, every volume. Out: gathered_virtual, at the voxels near
+// surfaces; real_irradiance, at the cells.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamp_maps.h"
 #include "relight/passes/volumes.h"
@@ -13,11 +13,11 @@ class Bounce {
   /// Fills `cells`, from real_radiance and the objects. `least_share` is how much of the hemisphere the objects must
   /// fill for a real cell to gather.
   void list_cells(gpu::CommandList& list, shader::FrameParams params, float least_share, const Volumes& volumes) const;
-  void gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps,
+  void gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, Slice slice, const LampMaps& maps,
                       const Volumes& volumes) const;
   /// `mirrored_lamps`: with what lamps no longer bring by way of mirrors, which the shadow pass finds for pixels.
   void gather_real(gpu::CommandList& list, shader::FrameParams params, int change_cones, bool mirrored_lamps,
-                   const LampMaps& maps, const Volumes& volumes) const;
+                   Slice slice, const LampMaps& maps, const Volumes& volumes) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_;

@@ -12,6 +12,8 @@ inline void dispatch_2d(gpu::CommandList& list, const gpu::ComputePipeline& pipe
   list.dispatch(pipeline, bindings, gpu::bytes_of(params), (width + 7) / 8, (height + 7) / 8);
 }
 
+constexpr int kTile_px = 8;
+
 /// Blocks of 8 × 8 texels, on the GPU as column | row << 16 (shaders/tiles.glsl).
 struct TileList {
   std::unique_ptr<gpu::Buffer> buffer;
@@ -25,6 +27,20 @@ inline void dispatch_tiles(gpu::CommandList& list, const gpu::ComputePipeline& p
   if (tiles.count == 0) return;
   bindings.push_back(gpu::storage(29, *tiles.buffer));
   list.dispatch(pipeline, bindings, gpu::bytes_of(params), tiles.count);
+}
+
+/// Part of the work on a list (shaders/slice.glsl).
+struct Slice {
+  int number = 0, of = 1;
+};
+
+/// Groups of 64 threads walk the list together.
+inline void dispatch_slice(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
+                           const std::vector<gpu::Binding>& bindings, shader::FrameParams params, Slice slice) {
+  constexpr int groups = 256;
+  params.pass_i.z() = slice.number;
+  params.pass_i.w() = slice.of;
+  list.dispatch(pipeline, bindings, gpu::bytes_of(params), (groups + slice.of - 1) / slice.of);
 }
 
 /// 8 × 4 × 2 threads a group.

@@ -65,31 +65,32 @@ void Inject::choose_unit(shader::FrameParams& params) const {
   params.field.w() = 1.0f / params.field.z();
 }
 
-void Inject::record(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,
-                    const gpu::Texture& white, const Volumes& volumes) const {
+void Inject::clear(gpu::CommandList& list, const Volumes& volumes) {
   list.fill(*volumes.virtual_flux, 0);
   list.fill(*volumes.real_flux, 0);
-  for (int lamp = 0; lamp < params.counts.x(); ++lamp) {
-    const LampView view = lamp_view(params, params.lamps[lamp]);
-    ObjectDraws draws;
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-      draws.add(objects[i].stored->simple, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view.draw,
-                white);
-    }
-    const std::array<gpu::Attachment, 3> colors{gpu::Attachment{position_.get()}, gpu::Attachment{albedo_.get()},
-                                                gpu::Attachment{normal_.get()}};
-    const gpu::Attachment depth{z_.get()};
-    list.draw(*raster_, colors, &depth, draws.calls);
+}
 
-    params.pass_i.x() = lamp;
-    params.pass_f.x() = view.inverse_tan;
-    dispatch_2d(list, *inject_,
-                joined(volumes.bindings(),
-                       {gpu::sampled(12, *position_), gpu::sampled(13, *albedo_), gpu::sampled(18, *normal_),
-                        gpu::sampled(14, *volumes.real_albedo, gpu::Filter::linear),
-                        gpu::storage(16, *volumes.virtual_flux), gpu::storage(17, *volumes.real_flux)}),
-                params, edge_, edge_);
+void Inject::record(gpu::CommandList& list, shader::FrameParams params, int lamp,
+                    const std::vector<PlacedObject>& objects, const gpu::Texture& white, const Volumes& volumes) const {
+  const LampView view = lamp_view(params, params.lamps[lamp]);
+  ObjectDraws draws;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    draws.add(objects[i].stored->simple, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view.draw,
+              white);
   }
+  const std::array<gpu::Attachment, 3> colors{gpu::Attachment{position_.get()}, gpu::Attachment{albedo_.get()},
+                                              gpu::Attachment{normal_.get()}};
+  const gpu::Attachment depth{z_.get()};
+  list.draw(*raster_, colors, &depth, draws.calls);
+
+  params.pass_i.x() = lamp;
+  params.pass_f.x() = view.inverse_tan;
+  dispatch_2d(
+      list, *inject_,
+      joined(volumes.bindings(), {gpu::sampled(12, *position_), gpu::sampled(13, *albedo_), gpu::sampled(18, *normal_),
+                                  gpu::sampled(14, *volumes.real_albedo, gpu::Filter::linear),
+                                  gpu::storage(16, *volumes.virtual_flux), gpu::storage(17, *volumes.real_flux)}),
+      params, edge_, edge_);
 }
 
 }  // namespace lumigraft

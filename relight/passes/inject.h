@@ -13,7 +13,8 @@ class Inject {
   Inject(gpu::Device& device, int map_edge);
   /// Chooses the fixed-point unit so that no voxel can overflow, and writes it to params.field.
   void choose_unit(shader::FrameParams& params) const;
-  void record(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,
+  static void clear(gpu::CommandList& list, const Volumes& volumes);
+  void record(gpu::CommandList& list, shader::FrameParams params, int lamp, const std::vector<PlacedObject>& objects,
               const gpu::Texture& white, const Volumes& volumes) const;
 
  private:

@@ -108,12 +108,13 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
   if (!views.empty()) device.upload(*views_, 0, std::as_bytes(std::span(views)));
 }
 
-void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& objects,
+void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, bool rough,
                       const gpu::Texture& white) const {
   ObjectDraws draws;
   for (const shader::DrawParams& view : draws_) {
     for (const PlacedObject& object : objects) {
-      draws.add(object.stored->simple, object.T_tag_model, object.material, 0, view, white);
+      draws.add(rough ? object.stored->rough : object.stored->simple, object.T_tag_model, object.material, 0, view,
+                white);
     }
   }
   for (gpu::DrawCall& call : draws.calls) call.bindings.clear();

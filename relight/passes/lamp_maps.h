@@ -15,7 +15,9 @@ class LampMaps {
   /// Shares the maps out among the lamps and says so in `params`. A lamp within the sphere around the objects gets
   /// none: no map can hold all that it sees.
   void choose(gpu::Device& device, shader::FrameParams& params);
-  void record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, const gpu::Texture& white) const;
+  /// `rough`: of the objects' roughest triangles.
+  void record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, bool rough,
+              const gpu::Texture& white) const;
 
   /// For passes that include lamp_maps.glsl.
   std::vector<gpu::Binding> bindings() const;

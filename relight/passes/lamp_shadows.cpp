@@ -9,25 +9,42 @@ namespace {
 
 constexpr int kBlock_px = 8;
 constexpr float kLeastShare = 0.004f;  // of a lamp's light: less is below a code value
+constexpr float kSteadyStep = 0.125f;  // radii
 constexpr float kWidest_rad = 1.2f;    // half angle of a flat picture
+
+/// A sphere that holds the sphere around the objects, and stays while these turn or tremble.
+Eigen::Vector4f steady(const Eigen::Vector4f& sphere) {
+  // Whole sixteenths of a power of two; the third of a step keeps round numbers off the border between two.
+  const float radius = std::exp2((std::ceil(16 * std::log2(sphere.w()) - 1.0f / 3) + 1.0f / 3) / 16);
+  const float step = kSteadyStep * radius;
+  Eigen::Vector4f result;
+  result << (sphere.head<3>() / step).array().round().matrix() * step, radius * (1 + 0.87f * kSteadyStep);
+  return result;
+}
 
 /// Of the sphere around the objects, and of the penumbra beside it as far as the volumes reach.
 float half_angle_rad(const shader::FrameParams& frame, const shader::Lamp& lamp) {
-  const float far = (frame.sphere.head<3>() - lamp.position_radius.head<3>()).norm();
-  if (far < 1.02f * frame.sphere.w()) return 3;
+  const Eigen::Vector4f sphere = steady(frame.sphere);
+  const float far = (sphere.head<3>() - lamp.position_radius.head<3>()).norm();
+  if (far < 1.02f * sphere.w()) return 3;
   const float beyond = 0.5f * static_cast<float>(frame.grid.x()) * frame.cascade[1].w();
   const float penumbra = lamp.position_radius.w() * beyond / (far * (far + beyond));
-  return std::asin(frame.sphere.w() / far) + std::atan(penumbra);
+  return std::asin(sphere.w() / far) + std::atan(penumbra);
 }
 
 }  // namespace
 
 LampShadows::LampShadows(gpu::Device& device, int edge_px)
-    : edge_(edge_px), blocks_(edge_px / kBlock_px), pipeline_(device.create_compute("lamp_shadow.comp")) {
-  shadows_ = device.create_texture({.name = "lamp shadows",
-                                    .width = edge_,
-                                    .height = edge_ * shader::kMaxLamps,
-                                    .format = gpu::Format::rgba16_float});
+    : edge_(edge_px),
+      blocks_(edge_px / kBlock_px),
+      ground_(device.create_compute("lamp_ground.comp")),
+      shadow_(device.create_compute("lamp_shadow.comp")) {
+  const auto make = [&](const char* name, gpu::Format format) {
+    return device.create_texture({.name = name, .width = edge_, .height = edge_ * shader::kMaxLamps, .format = format});
+  };
+  ground_place_ = make("where lamps' light ends", gpu::Format::rgba32_float);
+  ground_normal_ = make("normals there", gpu::Format::rgba16_float);
+  shadows_ = make("lamp shadows", gpu::Format::rgba16_float);
 }
 
 bool LampShadows::possible(const shader::FrameParams& params) {
@@ -38,7 +55,7 @@ bool LampShadows::possible(const shader::FrameParams& params) {
 void LampShadows::choose_views(shader::FrameParams& params) {
   for (int i = 0; i < params.counts.x(); ++i) {
     const shader::Lamp& lamp = params.lamps[i];
-    const Eigen::Vector3f to = params.sphere.head<3>() - lamp.position_radius.head<3>();
+    const Eigen::Vector3f to = steady(params.sphere).head<3>() - lamp.position_radius.head<3>();
     const Eigen::Vector3f z = to.normalized(), x = z.unitOrthogonal(), y = z.cross(x);
     const float tan_half = std::tan(std::min(half_angle_rad(params, lamp), kWidest_rad));
     shader::ShadowView& view = params.shadow_views[i];
@@ -49,14 +66,28 @@ void LampShadows::choose_views(shader::FrameParams& params) {
 }
 
 void LampShadows::record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps,
-                         const Volumes& volumes) const {
+                         const LitRoom& room) {
   if (params.counts.x() == 0) return;
-  dispatch_2d(
-      list, *pipeline_,
-      joined(maps.bindings(), {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
-                               gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear),
-                               gpu::sampled(9, *volumes.real_normal, gpu::Filter::linear), gpu::image(16, *shadows_)}),
-      params, edge_, edge_ * params.counts.x());
+  const Volumes& volumes = room.volumes;
+  const std::vector<gpu::Binding> distances{gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
+                                            gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear)};
+  std::vector<Eigen::Vector4f> views;
+  for (int i = 0; i < params.counts.x(); ++i) {
+    const shader::ShadowView& view = params.shadow_views[i];
+    views.insert(views.end(), {view.x_scale, view.y, view.z_far, params.lamps[i].position_radius});
+  }
+  if (!ground_of_ || !(*ground_of_ == *room.real) || ground_views_ != views) {
+    dispatch_2d(list, *ground_,
+                joined(distances, {gpu::sampled(9, *volumes.real_normal, gpu::Filter::linear),
+                                   gpu::image(16, *ground_place_), gpu::image(17, *ground_normal_)}),
+                params, edge_, edge_ * params.counts.x());
+    ground_of_ = room.real;
+    ground_views_ = std::move(views);
+  }
+  dispatch_2d(list, *shadow_,
+              joined(joined(maps.bindings(), distances),
+                     {gpu::sampled(9, *ground_place_), gpu::sampled(10, *ground_normal_), gpu::image(16, *shadows_)}),
+              params, edge_, edge_ * params.counts.x());
 }
 
 void LampShadows::read(gpu::Device& device, const shader::FrameParams& params) {

@@ -1,7 +1,9 @@
 #pragma once
 // Shadows of the objects on real surfaces as the lamps see them: soft shadow maps (thesis eq. 5.20) that are made once
-// for a room, its lamps and the objects. In: the lamp maps, the distance volumes, real_normal. Out: a picture for every
+// for a room, its lamps and the objects. What depends on the room and the lamps alone is kept while
+// the objects turn. In: the lamp maps, the distance volumes, real_normal. Out: a picture for every
 // lamp, one above the other.
+#include "relight/lit_room.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamp_maps.h"
 #include "relight/passes/volumes.h"
@@ -17,8 +19,7 @@ class LampShadows {
   /// Fills params.shadow_views.
   static void choose_views(shader::FrameParams& params);
 
-  void record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps,
-              const Volumes& volumes) const;
+  void record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps, const LitRoom& room);
   /// Takes the pictures from the device, for shades().
   void read(gpu::Device& device, const shader::FrameParams& params);
 
@@ -30,8 +31,10 @@ class LampShadows {
 
  private:
   int edge_, blocks_;
-  std::unique_ptr<gpu::ComputePipeline> pipeline_;
-  std::unique_ptr<gpu::Texture> shadows_;
+  std::unique_ptr<gpu::ComputePipeline> ground_, shadow_;
+  std::unique_ptr<gpu::Texture> ground_place_, ground_normal_, shadows_;
+  std::optional<RealKey> ground_of_;           ///< the room in which the ground was looked for
+  std::vector<Eigen::Vector4f> ground_views_;  ///< and the lamps
   // As read.
   std::vector<shader::ShadowView> views_;
   std::vector<Eigen::Vector3f> lamps_m_;

@@ -1,7 +1,8 @@
 #pragma once
 // The picture of a live service: all that does not depend on the camera was gathered once (lamp shadows, light on
 // vertices, the volumes' cells), so a frame looks it up. For rooms without known glossy surfaces. In: the volumes, the
-// lamp maps, rays, depth, codes. Out: picture, where objects can be seen or throw shadows; gain elsewhere.
+// lamp maps, rays, depth, codes. Out: live_gain, and live_object, where objects can be seen or throw shadows; gain
+// elsewhere.
 #include "relight/passes/lamp_shadows.h"
 #include "relight/passes/object_light.h"
 #include "relight/passes/object_view.h"
@@ -20,13 +21,11 @@ class LiveView {
   /// real_position of the tiles that objects may cover.
   void place(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
              const Screen& screen) const;
-  /// The picture; `samples`: objects come from lit_samples, else from object_radiance and object_surface. Indirect
-  /// light counts where params.pass_f.x code values or more can change by it.
+  /// gain and live_gain; `samples`: objects come from lit_samples, else from object_radiance and object_surface.
+  /// `irradiance`: change of it in the cells of the volumes; it counts where params.pass_f.x code values or more can
+  /// change by it.
   void compose(gpu::CommandList& list, shader::FrameParams params, const LampShadows& shadows, bool samples,
-               const Volumes& volumes, const Screen& screen) const;
-
-  /// Multiplies the blocks of a coded picture in which indirect light alone changes by the gain.
-  static void apply_gain(gpu::Device& device, const Screen& screen, Image<std::uint8_t>* picture);
+               const Volumes& volumes, const gpu::Texture& irradiance, const Screen& screen) const;
 
  private:
   std::unique_ptr<gpu::RasterPipeline> raster_;

@@ -45,7 +45,7 @@ void LpvInject::at_virtual(gpu::CommandList& list, const shader::FrameParams& pa
   list.fill(*grid.of_virtual, 0);
   list.dispatch(
       *virtual_,
-      joined(volumes.bindings(), {gpu::storage(28, *volumes.listed), gpu::storage(15, *volumes.virtual_area),
+      joined(volumes.bindings(), {gpu::storage(28, *volumes.listed_virtual), gpu::storage(15, *volumes.virtual_area),
                                   gpu::image(25, *volumes.virtual_radiance), gpu::image(26, *volumes.gathered_virtual),
                                   gpu::storage(16, *grid.of_virtual), gpu::image(17, *grid.from_low)}),
       gpu::bytes_of(own), kListGroups);
@@ -55,9 +55,9 @@ void LpvInject::at_real(gpu::CommandList& list, const shader::FrameParams& param
                         const LpvGrid& grid) const {
   list.fill(*grid.of_real, 0);
   list.dispatch(*real_,
-                joined(volumes.bindings(), {gpu::storage(28, *volumes.listed), gpu::image(26, *volumes.real_change),
-                                            gpu::image(27, *volumes.real_normal), gpu::storage(16, *grid.of_real),
-                                            gpu::image(17, *grid.from_low)}),
+                joined(volumes.bindings(), {gpu::storage(28, *volumes.listed_real),
+                                            gpu::image(26, *volumes.real_change), gpu::image(27, *volumes.real_normal),
+                                            gpu::storage(16, *grid.of_real), gpu::image(17, *grid.from_low)}),
                 gpu::bytes_of(with_units(params, grid)), kListGroups);
 }
 

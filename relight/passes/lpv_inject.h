@@ -1,8 +1,8 @@
 #pragma once
 // What propagation starts from. block: in: real_distance, virtual_distance; out: from_low, from_high. at_virtual: in:
-// listed, virtual_radiance (level 0), gathered_virtual, virtual_area, real_distance, real_radiance, the environment;
-// out: of_virtual. at_real: in: listed, real_change (level 0), real_normal; out: of_real. sum: of_virtual, of_real to
-// source.
+// listed_virtual, virtual_radiance (level 0), gathered_virtual, virtual_area, real_distance, real_radiance, the
+// environment; out: of_virtual. at_real: in: listed_real, real_change (level 0), real_normal; out: of_real. sum:
+// of_virtual, of_real to source.
 #include "relight/light_set.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lpv_grid.h"

@@ -1,6 +1,6 @@
 #pragma once
 // The fused field resampled into both cascades. distances: in: the bricks (BrickPool); out: real_distance. surfaces:
-// in: the bricks, listed voxels; out: real_distance (made Euclidean near the surface), real_radiance level 0,
+// in: the bricks, listed_real; out: real_distance (made Euclidean near the surface), real_radiance level 0,
 // real_albedo, real_normal, real_response.
 #include "relight/brick_pool.h"
 #include "relight/passes/dispatch.h"

@@ -1,6 +1,11 @@
 #include "relight/passes/screen.h"
 
 namespace lumigraft {
+namespace {
+
+constexpr int kFinePicture_px = 480;  // across, from which on shadows need not be drawn for every pixel
+
+}  // namespace
 
 Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows,
                int coarse_ambient, int samples)
@@ -18,7 +23,8 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   const auto coarse = [&](const char* name, int s, int layers = 1) {
     return make(name, Format::rgba16_float, (width + s - 1) / s, layers * ((height + s - 1) / s));
   };
-  tiles = std::make_unique<Tiles>(device, width, height, shadow_scale, scale, ambient_scale);
+  fine_step = width >= kFinePicture_px ? 2 : 1;
+  tiles = std::make_unique<Tiles>(device, width, height, shadow_scale, scale, ambient_scale, fine_step);
   rays = full("rays", Format::rg32_float);
   codes = full("camera codes", Format::rgba8_unorm);
   radiance = full("camera radiance", Format::rgba32_float);
@@ -55,6 +61,8 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   traced = coarse("traced", scale);
   indirect = full("indirect", Format::rgba16_float);
   gain = coarse("gain", kSmoothStep);
+  live_gain = coarse("fine gain", fine_step);
+  live_object = full("objects", Format::rgba16_float);
   mirror_gained = full("mirror gained", Format::rgba16_float);
   mirror_share = full("mirror share", Format::rgba16_float);
   mirror_gained_smooth = full("mirror gained, smooth", Format::rgba16_float);

@@ -10,6 +10,9 @@ namespace lumigraft {
 
 struct Screen {
   int width = 0, height = 0, scale = 0, shadow_scale = 1, ambient_scale = 1, supersampling = 0;
+  /// Pixels along each axis that one stands for where lamps' shadows change it: pictures of shadows are no finer, and
+  /// where pixels are small neighbours differ by less.
+  int fine_step = 1;
   std::unique_ptr<Tiles> tiles;  ///< the blocks that passes work on; what lies outside is cleared
   // What the camera gave.
   std::unique_ptr<gpu::Texture> rays;   ///< x/z and y/z of every pixel
@@ -39,6 +42,8 @@ struct Screen {
   std::unique_ptr<gpu::Texture> traced;                   ///< change of irradiance at 1/scale
   std::unique_ptr<gpu::Texture> indirect;                 ///< the same, filtered, full size
   std::unique_ptr<gpu::Texture> gain;                     ///< factor of the radiance in smooth tiles, at 1/kSmoothStep
+  std::unique_ptr<gpu::Texture> live_gain;                ///< the same in the other tiles, at 1/fine_step
+  std::unique_ptr<gpu::Texture> live_object;              ///< radiance of objects times coverage, coverage
   std::unique_ptr<gpu::Texture> mirror_gained, mirror_share, mirror_gained_smooth, mirror_share_smooth;
   // What leaves.
   std::unique_ptr<gpu::Texture> picture;  ///< sRGB codes

@@ -19,7 +19,8 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
   real_flux = device.create_buffer(voxels * 3 * sizeof(int), "real flux");
   virtual_area = device.create_buffer(voxels * sizeof(int), "virtual area");
   // Surfaces fill a small part of a cube; the constant is room enough for the smallest.
-  listed = device.create_buffer(4 * (voxels / 4 + 4096), "listed voxels");
+  listed_virtual = device.create_buffer(4 * (voxels / 6 + 4096), "listed virtual voxels");
+  listed_real = device.create_buffer(4 * (voxels / 4 + 4096), "listed real voxels");
   cells = device.create_buffer(4 * (voxels / 16 + 1024), "listed cells");
 
   const auto make = [&](const char* name, gpu::Format format, int levels) {

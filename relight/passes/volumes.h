@@ -19,7 +19,8 @@ struct Volumes {
   std::unique_ptr<gpu::Texture> real_irradiance;         ///< change of it by bounces, one texel a cell of 2³ voxels
   std::unique_ptr<gpu::Buffer> virtual_flux, real_flux;  ///< fixed point
   std::unique_ptr<gpu::Buffer> virtual_area;             ///< fixed point, voxel faces
-  std::unique_ptr<gpu::Buffer> listed;                   ///< voxels near surfaces
+  std::unique_ptr<gpu::Buffer> listed_virtual;           ///< voxels near virtual surfaces
+  std::unique_ptr<gpu::Buffer> listed_real;              ///< the same of real ones; a voxel may be in both
   std::unique_ptr<gpu::Buffer> cells;                    ///< of 2³ voxels, with real surface near the objects
   std::unique_ptr<gpu::Texture> environment;
   const gpu::Texture* mirror_outlines = nullptr;  ///< of known surfaces; not the volumes' own

@@ -2,14 +2,22 @@
 
 namespace lumigraft {
 
-VoxelList::VoxelList(gpu::Device& device) : pipeline_(device.create_compute("voxel_list.comp")) {}
+VoxelList::VoxelList(gpu::Device& device)
+    : real_(device.create_compute("voxel_list_real.comp")),
+      virtual_(device.create_compute("voxel_list_virtual.comp")) {}
 
-void VoxelList::record(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const {
-  list.fill(*volumes.listed, 0);
-  dispatch_3d(list, *pipeline_,
-              {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear), gpu::storage(28, *volumes.listed),
-               gpu::image(12, *volumes.real_distance)},
-              params, volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+void VoxelList::near_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const {
+  list.fill(*volumes.listed_real, 0);
+  dispatch_3d(list, *real_, {gpu::storage(28, *volumes.listed_real), gpu::image(12, *volumes.real_distance)}, params,
+              volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+}
+
+void VoxelList::near_virtual(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const {
+  list.fill(*volumes.listed_virtual, 0);
+  dispatch_3d(
+      list, *virtual_,
+      {gpu::storage(28, *volumes.listed_virtual), gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear)},
+      params, volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
 }
 
 }  // namespace lumigraft

@@ -1,5 +1,6 @@
 #pragma once
-// Which voxels lie near surfaces. In: real_distance, virtual_distance. Out: listed.
+// Which voxels lie near surfaces, so that costly passes run over them alone. near_real: in: real_distance as RealFill
+// resampled it; out: listed_real. near_virtual: in: virtual_distance; out: listed_virtual.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volumes.h"
 
@@ -8,10 +9,11 @@ namespace lumigraft {
 class VoxelList {
  public:
   explicit VoxelList(gpu::Device& device);
-  void record(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
+  void near_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
+  void near_virtual(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+  std::unique_ptr<gpu::ComputePipeline> real_, virtual_;
 };
 
 }  // namespace lumigraft

@@ -128,6 +128,7 @@ RelitPicture ReferenceRenderer::relight(const FrameSet& frame, const Scene& scen
     missing = "no geometry is known yet";
   if (!missing.empty()) {
     result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
+    result.passed_through = true;
     result.srgb = s.camera.coded();
     return result;
   }

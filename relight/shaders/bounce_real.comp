@@ -5,6 +5,7 @@
 #include "gather.glsl"
 #include "cells.glsl"
 #include "mirror_lamp.glsl"
+#include "slice.glsl"
 #include "half.glsl"
 layout(local_size_x = 64) in;
 layout(binding = 18, rgba16f) uniform writeonly image3D irradiance;  // times weight, weight
@@ -16,7 +17,7 @@ float cell_turn(ivec3 at) { return fract(dot(vec3(at), vec3(0.8191725, 0.6710436
 
 void main() {
   int m = frame.grid.x / 2;
-  for (uint i = gl_GlobalInvocationID.x; i < cells_listed(); i += gl_NumWorkGroups.x * 64u) {
+  for (uint i = slice_first(); i < cells_listed(); i += slice_stride()) {
     ivec3 at = listed_cell(i);
     vec4 cascade = frame.cascade[at.z / m];
     vec3 low = cascade.xyz + cascade.w * 2.0 * vec3(at.xy, at.z % m), p = vec3(0), n = vec3(0);

@@ -5,16 +5,17 @@
 #include "gather.glsl"
 #include "mirror_lamp.glsl"
 #include "voxel_list.glsl"
+#include "slice.glsl"
 #include "half.glsl"
 layout(local_size_x = 64) in;
 layout(binding = 17) uniform sampler3D virtual_color;
 layout(binding = 18, rgba16f) uniform writeonly image3D gathered;
 
 void main() {
-  for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
+  for (uint i = slice_first(); i < voxels_listed(); i += slice_stride()) {
     Voxel voxel = listed_voxel(i);
     vec3 n = virtual_normal(voxel.position);
-    if (!voxel.is_virtual || dot(n, n) < 0.5) continue;
+    if (dot(n, n) < 0.5) continue;
     vec3 on = voxel.position - virtual_distance(voxel.position) * n;
     vec3 uvw = (on - grid_low(frame.virtual_grid)) / (vec3(frame.grid.yzw) * frame.virtual_grid.w);
     vec3 albedo = textureLod(virtual_color, uvw, 0.0).rgb;

@@ -9,6 +9,6 @@ layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z i
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
-  LiveReal r = live_real(at, texelFetch(codes, at, 0).rgb);
-  imageStore(out_position, at, vec4(r.p, r.z));
+  LivePlace real = live_place(at);
+  imageStore(out_position, at, vec4(real.p, real.z));
 }

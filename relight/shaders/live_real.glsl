@@ -10,15 +10,14 @@ layout(binding = 7) uniform sampler3D real_response;    // times weight, weight
 layout(binding = 8) uniform sampler3D real_normal;      // and distance
 layout(binding = 9) uniform sampler3D real_irradiance;  // change of it, times weight, weight
 
-struct LiveReal {
-  vec3 p, n;      // tag frame; n 0: unknown
-  float z;        // in the camera, 0: unknown
-  float slack;    // how exactly its place is known, m
-  vec3 response;  // 0: unknown
-  vec3 indirect;  // change of irradiance, fading out at the edge of the footprint
+struct LivePlace {
+  vec3 p, n;    // tag frame; n 0: unknown
+  float z;      // in the camera, 0: unknown
+  int cascade;
+  bool inside;  // of the volumes
 };
 
-LiveReal live_real(ivec2 at, vec3 code) {
+LivePlace live_place(ivec2 at) {
   vec3 eye = frame.T_tag_camera[3].xyz;
   vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);  // per metre of z
   float z = texelFetch(depth, at, 0).x;
@@ -41,12 +40,24 @@ LiveReal live_real(ivec2 at, vec3 code) {
   } else {
     n = z > 0.0 && measured ? depth_normal(at) : vec3(0);
   }
-  vec4 k = textureLod(real_response, cascade_place(c, p, 0.5), 0.0);
-  vec4 e = textureLod(real_irradiance, cascade_place(c, p, 1.0), 0.0);
-  bool known = inside && k.a > 1e-3 && dot(n, n) > 0.0;
+  return LivePlace(p, n, z, c, inside);
+}
+
+struct LiveReal {
+  vec3 p, n;      // tag frame; n 0: unknown
+  float slack;    // how exactly its place is known, m
+  vec3 response;  // 0: unknown
+  vec3 indirect;  // change of irradiance, fading out at the edge of the footprint
+};
+
+LiveReal live_real(ivec2 at, vec3 code) {
+  LivePlace q = live_place(at);
+  vec4 k = textureLod(real_response, cascade_place(q.cascade, q.p, 0.5), 0.0);
+  vec4 e = textureLod(real_irradiance, cascade_place(q.cascade, q.p, 1.0), 0.0);
+  bool known = q.inside && k.a > 1e-3 && dot(q.n, q.n) > 0.0;
   float root = (max(max(code.x, code.y), code.z) + 0.055) / 1.055;
-  float footprint = indirect_footprint_of(p, n, root, false);
-  return LiveReal(p, n, z, 2.0 * frame.cascade[c].w, known ? k.rgb / k.a : vec3(0),
+  float footprint = indirect_footprint_of(q.p, q.n, root, false);
+  return LiveReal(q.p, q.n, 2.0 * frame.cascade[q.cascade].w, known ? k.rgb / k.a : vec3(0),
                   e.a > 1e-3 ? footprint / e.a * e.rgb : vec3(0));
 }
 

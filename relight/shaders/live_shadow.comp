@@ -1,16 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The final picture of real surfaces that no object covers, where objects can stand before a lamp. Pixels that nothing
-// changes keep their code values.
-#include "live_change.glsl"
+// The factor by which light changes on real surfaces where objects can stand before a lamp: for one pixel of every
+// pass_i.x along each axis.
+#include "live_real.glsl"
+#include "lamp_shadow.glsl"
+#include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 12, rgba8) uniform writeonly image2D out_picture;
+layout(binding = 12, rgba16f) uniform writeonly image2D out_gain;
 
 void main() {
-  ivec2 at = tile_texel();
+  ivec2 cell = tile_texel(), at = frame.pass_i.x * cell;
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
-  vec3 code = texelFetch(codes, at, 0).rgb, gain = live_gain(live_real(at, code));
-  if (gain != vec3(1)) code = srgb(gain * srgb_linear(code));
-  imageStore(out_picture, at, vec4(round(code * 255.0) / 255.0, 1.0));
+  LiveReal r = live_real(at, texelFetch(codes, at, 0).rgb);
+  vec3 gain = bounded_gain(1.0 + r.response * (r.indirect - lamps_lost(r.p, r.n, r.slack)));
+  imageStore(out_gain, cell, to_half(vec4(gain, 1.0)));
 }

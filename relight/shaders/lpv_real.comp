@@ -14,7 +14,7 @@ void main() {
   for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
     Voxel voxel = listed_voxel(i);
     vec4 change = imageLoad(change_real, voxel.at);
-    for (int once = 0; once < (voxel.is_real && change.rgb != vec3(0) ? 1 : 0); ++once) {
+    for (int once = 0; once < (change.rgb != vec3(0) ? 1 : 0); ++once) {
       vec3 n = imageLoad(normal_real, voxel.at).xyz, flux = kPi * voxel.edge * voxel.edge * frame.pass_f.x * change.rgb;
       vec4 lambert = vec4(1.0, kLpvLambert * n);
       lpv_splat(voxel.cascade, voxel.position - real_distance(voxel.position) * n, n,

@@ -33,7 +33,7 @@ void main() {
     Voxel voxel = listed_voxel(i);
     vec4 lit = imageLoad(virtual_light, voxel.at);
     // A loop that isn't entered costs nothing on software devices, unlike a branch.
-    for (int once = 0; once < (voxel.is_virtual && lit.a > 0.0 ? 1 : 0); ++once) {
+    for (int once = 0; once < (lit.a > 0.0 ? 1 : 0); ++once) {
       vec3 n = virtual_normal(voxel.position), l = lit.rgb / lit.a;
       if (frame.pass_i.z == 1) l += imageLoad(gathered, voxel.at).rgb;
       vec4 lambert = vec4(1.0, kLpvLambert * n);

@@ -1,16 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Irradiance at the vertices of a virtual object (thesis eq. 5.23-5.24): lamps by shadow cones, everything else by cones
-// over the hemisphere. It depends on the room, the lamps and the objects alone, not on the camera. pass_m: T_tag_model;
-// pass_i: number of vertices, cones over the hemisphere, 1: surfaces have two sides.
-#include "gather.glsl"
+// Irradiance at the vertices of a virtual object: of lamps by their maps and by shadow cones, and what object_gather.comp
+// found, on the way from one round of it to the next. pass_m: T_tag_model; pass_i: number of vertices, 0, 1: surfaces have
+// two sides; pass_f.x: share of the newer round.
+#include "cone.glsl"
 #include "lamp_maps.glsl"
 #include "lamp_open.glsl"
 layout(local_size_x = 64) in;
 layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };  // 11 floats: position, normal, ...
 layout(std430, binding = 17) writeonly buffer Light { vec4 light[]; };        // of the front, then of the back
+layout(std430, binding = 18) readonly buffer Older { vec4 older[]; };
+layout(std430, binding = 19) readonly buffer Newer { vec4 newer[]; };
 
-vec3 arriving(vec3 p, vec3 n) {
+vec3 of_lamps(vec3 p, vec3 n) {
   vec3 from_real = p + 0.25 * frame.field.x * n, from_virtual = p + frame.virtual_grid.w * n, e = vec3(0);
   for (int l = 0, map = 0; l < frame.counts.x; ++l) {
     Lamp lamp = frame.lamps[l];
@@ -20,7 +22,7 @@ vec3 arriving(vec3 p, vec3 n) {
     e += lamp.intensity.rgb * open;
     map += maps;
   }
-  return e + gather_rho(from_real, from_virtual, n, frame.pass_i.y, 0.0);
+  return e;
 }
 
 void main() {
@@ -29,8 +31,8 @@ void main() {
   vec3 p = (frame.pass_m * vec4(vertices[11u * i], vertices[11u * i + 1u], vertices[11u * i + 2u], 1.0)).xyz;
   vec3 n = mat3(frame.pass_m) * vec3(vertices[11u * i + 3u], vertices[11u * i + 4u], vertices[11u * i + 5u]);
   n /= max(length(n), 1e-9);
-  vec3 front = arriving(p, n), back = front;
-  for (int side = 0; side < frame.pass_i.z; ++side) back = arriving(p, -n);
-  light[2u * i] = vec4(front, 0.0);
-  light[2u * i + 1u] = vec4(back, 0.0);
+  vec3 front = of_lamps(p, n), back = front;
+  for (int side = 0; side < frame.pass_i.z; ++side) back = of_lamps(p, -n);
+  light[2u * i] = vec4(front + mix(older[2u * i].rgb, newer[2u * i].rgb, frame.pass_f.x), 0.0);
+  light[2u * i + 1u] = vec4(back + mix(older[2u * i + 1u].rgb, newer[2u * i + 1u].rgb, frame.pass_f.x), 0.0);
 }

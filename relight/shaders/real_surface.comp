@@ -17,7 +17,7 @@ void main() {
     Voxel voxel = listed_voxel(i);
     float d;
     vec3 g;
-    if (!voxel.is_real || !field_distance(voxel.position, d) || !field_gradient(voxel.position, d, g)) continue;
+    if (!field_distance(voxel.position, d) || !field_gradient(voxel.position, d, g)) continue;
     float slope = length(g);
     d /= clamp(slope, 0.25, 1.25);  // fused distances run along rays of view; near the surface this undoes it
     imageStore(distance_m, voxel.at, vec4(to_half(d)));

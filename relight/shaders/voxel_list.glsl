@@ -6,7 +6,7 @@
 
 layout(std430, binding = 28) buffer List {
   uint voxel_count;
-  uint voxels[];  // 9 bits each of x and y, 10 of z in the texture of both cascades; then virtual, real
+  uint voxels[];  // 9 bits each of x and y, 10 of z in the texture of both cascades
 };
 
 struct Voxel {
@@ -15,7 +15,6 @@ struct Voxel {
   int cascade;
   vec3 position;
   float edge;
-  bool is_virtual, is_real;
 };
 uint voxels_listed() { return min(voxel_count, uint(voxels.length())); }
 Voxel listed_voxel(uint i) {
@@ -26,15 +25,12 @@ Voxel listed_voxel(uint i) {
   v.place = v.at - ivec3(0, 0, v.cascade * frame.grid.x);
   v.edge = frame.cascade[v.cascade].w;
   v.position = frame.cascade[v.cascade].xyz + v.edge * vec3(v.place);
-  v.is_virtual = (packed & 1u << 28) != 0u;
-  v.is_real = (packed & 1u << 29) != 0u;
   return v;
 }
 // Rotation of a voxel's sampling pattern: R3 sequence (Roberts 2018).
 float voxel_turn(Voxel v) { return fract(dot(vec3(v.place), vec3(0.8191725, 0.6710436, 0.5497005))); }
-void list_voxel(ivec3 at, bool is_virtual, bool is_real) {
+void list_voxel(ivec3 at) {
   uint slot = atomicAdd(voxel_count, 1u);
-  if (slot < uint(voxels.length()))
-    voxels[slot] = uint(at.x) | uint(at.y) << 9 | uint(at.z) << 18 | uint(is_virtual) << 28 | uint(is_real) << 29;
+  if (slot < uint(voxels.length())) voxels[slot] = uint(at.x) | uint(at.y) << 9 | uint(at.z) << 18;
 }
 #endif

@@ -7,40 +7,19 @@
 
 #include "capture/error.h"
 #include "closed_scene.h"
+#include "limited_device.h"
 #include "model_shapes.h"
 
 namespace lumigraft::test {
 namespace {
 
-/// A device that holds light volumes of up to 32 voxels an edge and pictures of up to 3000 pixels, and is a real one in
-/// all else.
-class SmallDevice : public gpu::Device {
- public:
-  explicit SmallDevice(std::shared_ptr<gpu::Device> real) : real_(std::move(real)) {}
-  std::string name() const override { return real_->name(); }
-  std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc& d) override {
+/// Holds light volumes of up to 32 voxels an edge and pictures of up to 3000 pixels.
+std::shared_ptr<gpu::Device> small_device(std::shared_ptr<gpu::Device> real) {
+  return std::make_shared<LimitedDevice>(std::move(real), [](const gpu::TextureDesc& d) {
     const bool of_an_object = d.name.find("object ") == 0;
-    if ((d.depth > 64 && !of_an_object) || d.width > 3000)
-      throw gpu::GpuError("texture \"" + d.name + "\": out of device memory");
-    return real_->create_texture(d);
-  }
-  std::unique_ptr<gpu::Buffer> create_buffer(std::size_t s, std::string_view n) override {
-    return real_->create_buffer(s, n);
-  }
-  std::unique_ptr<gpu::ComputePipeline> create_compute(std::string_view s) override { return real_->create_compute(s); }
-  std::unique_ptr<gpu::RasterPipeline> create_raster(const gpu::RasterDesc& d) override {
-    return real_->create_raster(d);
-  }
-  void upload(const gpu::Texture& t, int m, std::span<const std::byte> b) override { real_->upload(t, m, b); }
-  void upload(const gpu::Buffer& t, std::size_t o, std::span<const std::byte> b) override { real_->upload(t, o, b); }
-  std::vector<std::byte> download(const gpu::Texture& t, int m) override { return real_->download(t, m); }
-  std::vector<std::byte> download(const gpu::Buffer& b) override { return real_->download(b); }
-  std::unique_ptr<gpu::CommandList> begin() override { return real_->begin(); }
-  std::vector<gpu::PassTime> submit(gpu::CommandList& list) override { return real_->submit(list); }
-
- private:
-  std::shared_ptr<gpu::Device> real_;
-};
+    return (d.depth <= 64 || of_an_object) && d.width <= 3000;
+  });
+}
 
 bool all_finite(const RelitPicture& picture) {
   const RelightMaps& maps = *picture.maps;
@@ -116,7 +95,7 @@ ON_BOTH_DEVICES(BadInput);
 TEST_P(BadInput, AVolumeThatTheDeviceCannotHoldIsASmallerOne) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.3f)};
-  Relighter small(std::make_shared<SmallDevice>(device_), scene.session());
+  Relighter small(small_device(device_), scene.session());
   for (int turn = 0; turn < 2; ++turn) {
     const RelitPicture picture = scene.relit(small, careful_plan(256));
     EXPECT_EQ(picture.plan.volume, 32);
@@ -130,7 +109,7 @@ TEST_P(BadInput, APictureThatTheDeviceCannotHoldPassesThrough) {
   scene.width = 3200;
   scene.height = 2;
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.3f)};
-  Relighter small(std::make_shared<SmallDevice>(device_), scene.session());
+  Relighter small(small_device(device_), scene.session());
   const RelitPicture picture = small.relight(scene.frame(), scene.scene(), scene.exhibit, careful_plan(32));
   ASSERT_EQ(picture.srgb.width, 3200);
   EXPECT_NEAR(picture_radiance(picture, 600, 1), 0.5f, 0.01f);

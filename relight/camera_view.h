@@ -1,0 +1,95 @@
+#pragma once
+// What depends on the camera: draws the picture from what the light volumes hold, and shows again what still holds of
+// the last one.
+#include <vector>
+
+#include "relight/brick_pool.h"
+#include "relight/camera_upload.h"
+#include "relight/light_rounds.h"
+#include "relight/live_picture.h"
+#include "relight/passes/ambient.h"
+#include "relight/passes/compose.h"
+#include "relight/passes/lamp_shadows.h"
+#include "relight/passes/live_view.h"
+#include "relight/passes/object_view.h"
+#include "relight/passes/real_view.h"
+#include "relight/passes/reflect.h"
+#include "relight/passes/shade.h"
+#include "relight/passes/shadow.h"
+#include "relight/passes/trace.h"
+#include "relight/passes/upsample.h"
+#include "relight/quality.h"
+#include "relight/renderer.h"
+#include "relight/still_view.h"
+
+namespace lumigraft {
+
+class CameraView {
+ public:
+  CameraView(gpu::Device& device, const ColorCamera& camera);
+
+  /// `glossy`: known real surfaces are there.
+  void fit(const Plan& plan, bool glossy);
+  CameraUpload& camera() { return camera_; }
+  const CameraUpload& camera() const { return camera_; }
+  /// The pose to draw with; see StillView.
+  const Eigen::Isometry3d& hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved) {
+    return still_.hold(T_tag_camera, nearest_m, moved);
+  }
+
+  struct View {
+    const shader::FrameParams& params;
+    const std::vector<PlacedObject>& objects;
+    const std::vector<StoredModel::Mesh>& known_surfaces;
+    const gpu::Texture& white;
+    const Plan& plan;
+    bool anew;       ///< the camera, the light or the objects are not as they were
+    bool with_maps;  ///< those of the full view
+  };
+  struct Light {
+    const LightRounds& rounds;
+    const LampMaps& maps;
+    const BrickPool& bricks;
+  };
+  /// Draws only blocks that are not as they were; the rest is multiplied as before.
+  void show_live(const FrameSet& frame, const View& view, const Light& light, const LampShadows& shadows,
+                 RelitPicture* result);
+  /// Draws everything, or composes alone where only the camera's code values are new, or nothing where not even these.
+  /// What is recorded comes after what the list holds.
+  void show_full(const FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
+                 RelitPicture* result);
+
+ private:
+  void draw_full(gpu::CommandList& list, const View& view, const Light& light) const;
+  void draw_live(gpu::CommandList& list, const View& view, const Light& light, const LampShadows& shadows,
+                 bool objects_anew) const;
+  void light_objects(gpu::CommandList& list, const shader::FrameParams& params, const Light& light) const;
+  const Image<float>* depth_of(const FrameSet& frame) const;
+  void submit(gpu::CommandList& list, RelitPicture* result);
+  void read_maps(RelitPicture* result);
+
+  gpu::Device& device_;
+  CameraUpload camera_;
+  CameraModel model_;
+  std::unique_ptr<Screen> screen_;
+  // Passes, in the order in which they run.
+  ObjectView object_view_;
+  RealView real_view_;
+  Shadow shadow_;
+  Trace trace_;
+  Upsample upsample_;
+  Reflect reflect_;
+  Ambient ambient_;
+  Shade shade_;
+  Compose compose_;
+  LiveView live_view_;
+  // What is kept from frame to frame.
+  StillView still_;
+  enum class Shown { nothing, live, full };
+  Shown shown_ = Shown::nothing;  ///< what the screen holds of the last frame that a next one may show again
+  LivePicture live_picture_;
+  Image<std::uint8_t> full_codes_, full_picture_;  ///< of the camera, and what became of it
+  float full_exposure_ = 0;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,145 @@
+#include "relight/room_light.h"
+
+#include "relight/quality.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kVertexCones = 9;  // over the hemisphere of a vertex of an object
+
+}  // namespace
+
+RoomLight::RoomLight(gpu::Device& device)
+    : device_(device),
+      real_fill_(device),
+      virtual_fill_(device),
+      virtual_area_(device),
+      voxel_list_(device),
+      resolve_(device),
+      filter_(device),
+      bounce_(device),
+      enclosure_(device),
+      object_light_(device) {}
+
+void RoomLight::fit(const Plan& plan) {
+  if (rsm_ != plan.rsm) inject_ = std::make_unique<Inject>(device_, plan.rsm);
+  rsm_ = plan.rsm;
+  if (plan.method == "dlpv") {
+    if (!lpv_) lpv_ = std::make_unique<Lpv>(device_);
+    lpv_->fit(device_, plan.volume, plan.lpv_steps);
+  } else {
+    lpv_.reset();
+  }
+}
+
+std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white,
+                                        LitRoom& room) {
+  std::vector<LightStep> steps;
+  Volumes& volumes = room.volumes;
+  const Quality quality = quality_of(work.key.plan);
+  if (!room.real || !(*room.real == work.key.real())) add_surfaces(work, bricks, room, &steps);
+  steps.push_back({"volumes", 40, [this, work, &volumes](gpu::CommandList& list) {
+                     virtual_fill_.record(device_, list, work.params, work.key.objects, volumes);
+                     virtual_area_.record(list, work.params, work.key.objects, volumes);
+                     voxel_list_.near_virtual(list, work.params, volumes);
+                     bounce_.list_cells(list, work.params, kLeastShare, volumes);
+                   }});
+  steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
+                     // The first resolve must not see what bounced under other lamps.
+                     for (const auto* texture :
+                          {&volumes.gathered_virtual, &volumes.real_irradiance, &volumes.virtual_radiance,
+                           &volumes.real_change, &volumes.enclosure_change, &volumes.enclosure_change_before}) {
+                       list.clear(**texture, {});
+                     }
+                     Inject::clear(list, volumes);
+                   }});
+  for (int lamp = 0; lamp < work.params.counts.x(); ++lamp) {
+    steps.push_back({"inject", 40, [this, work, lamp, &white, &volumes](gpu::CommandList& list) {
+                       inject_->record(list, work.params, lamp, work.key.objects, white, volumes);
+                     }});
+  }
+  add_resolve(work, room, &steps);
+  Work coarse = work;
+  coarse.params.counts.y() = coarse.params.counts.z() = quality.voxel_cones;
+  if (work.key.enclosure) {
+    steps.push_back({"enclosure", 40, [this, coarse, &volumes](gpu::CommandList& list) {
+                       enclosure_.light(list, coarse.params, volumes);
+                     }});
+  }
+  for (int i = 1; i < work.key.plan.bounces; ++i) {
+    for (int slice = 0; slice < work.slices; ++slice) {
+      steps.push_back({"bounce of virtual", 90.0f / static_cast<float>(work.slices),
+                       [this, coarse, slice, &volumes](gpu::CommandList& list) {
+                         bounce_.gather_virtual(list, coarse.params, {slice, coarse.slices}, *coarse.maps, volumes);
+                       }});
+    }
+    if (work.key.enclosure) {
+      add_resolve(work, room, &steps);
+      add_enclosure_change(coarse, room, &steps);
+    }
+    add_real_gather(coarse, room, "bounce of real", i - 1, &steps);
+    add_resolve(work, room, &steps);
+  }
+  if (work.key.enclosure) add_enclosure_change(coarse, room, &steps);
+  if (quality.cells || lpv_) add_real_gather(coarse, room, "cells", work.key.plan.bounces - 1, &steps);
+  if (work.on_vertices) {
+    ObjectLight::fit(device_, work.key.objects, &room.gathered);
+    for (int slice = 0; slice < work.slices; ++slice) {
+      steps.push_back(
+          {"object light", 90.0f / static_cast<float>(work.slices), [this, work, slice, &room](gpu::CommandList& list) {
+             object_light_.gather(list, work.params, kVertexCones, {slice, work.slices}, work.key.objects, room.volumes,
+                                  room.gathered);
+           }});
+    }
+  }
+  return steps;
+}
+
+void RoomLight::add_surfaces(const Work& work, const BrickPool& bricks, LitRoom& room, std::vector<LightStep>* steps) {
+  const Volumes& volumes = room.volumes;
+  steps->push_back({"volumes", 60, [this, work, &bricks, &volumes](gpu::CommandList& list) {
+                      real_fill_.distances(list, work.params, bricks, volumes);
+                      voxel_list_.near_real(list, work.params, volumes);
+                    }});
+  steps->push_back({"volumes", 80, [this, work, &bricks, &volumes](gpu::CommandList& list) {
+                      real_fill_.surfaces(list, work.params, bricks, volumes);
+                    }});
+  steps->push_back(
+      {"volumes", 20, [this, &volumes](gpu::CommandList& list) { filter_.record(list, *volumes.real_radiance); }});
+}
+
+void RoomLight::add_resolve(const Work& work, const LitRoom& room, std::vector<LightStep>* steps) {
+  const Volumes& volumes = room.volumes;
+  steps->push_back(
+      {"resolve", 20, [this, work, &volumes](gpu::CommandList& list) { resolve_.record(list, work.params, volumes); }});
+  steps->push_back({"resolve", 20, [this, &volumes](gpu::CommandList& list) {
+                      filter_.record(list, *volumes.virtual_radiance);
+                      filter_.record(list, *volumes.real_change);
+                    }});
+}
+
+void RoomLight::add_enclosure_change(const Work& work, LitRoom& room, std::vector<LightStep>* steps) {
+  steps->push_back({"enclosure", 40, [this, work, &room](gpu::CommandList& list) {
+                      enclosure_.change(list, work.params, room.volumes);
+                    }});
+}
+
+void RoomLight::add_real_gather(const Work& work, const LitRoom& room, const char* pass, int round,
+                                std::vector<LightStep>* steps) {
+  const Volumes& volumes = room.volumes;
+  if (lpv_) {
+    steps->push_back({pass, 200, [this, work, round, &volumes](gpu::CommandList& list) {
+                        lpv_->gather_real(list, work.params, work.brightest, round, work.key.plan.bounces, volumes);
+                      }});
+    return;
+  }
+  for (int slice = 0; slice < work.slices; ++slice) {
+    steps->push_back(
+        {pass, 110.0f / static_cast<float>(work.slices), [this, work, round, slice, &volumes](gpu::CommandList& list) {
+           bounce_.gather_real(list, work.params, kChangeCones, round + 1 < work.key.plan.bounces, {slice, work.slices},
+                               *work.maps, volumes);
+         }});
+  }
+}
+
+}  // namespace lumigraft
