@@ -153,7 +153,11 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   EXPECT_NE(before.picture.srgb.data, grey_frame().color->encoded.data);
 
   losable.lose();
-  const auto failed = relighter.relight(grey_frame(), scene, exhibit, small_plan());
+  // What stands still needs no device.
+  EXPECT_EQ(relighter.relight(grey_frame(), scene, exhibit, small_plan()).picture.srgb.data, before.picture.srgb.data);
+  Exhibit moved = exhibit;
+  moved.objects.front().position_m.x() += 0.05;
+  const auto failed = relighter.relight(grey_frame(), scene, moved, small_plan());
   EXPECT_TRUE(failed.passed_through);
   EXPECT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
   ASSERT_EQ(failed.picture.warnings.size(), 1u);
