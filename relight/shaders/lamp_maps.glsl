@@ -36,11 +36,10 @@ float map_depth(LampMap m, ivec2 q) {
 // Which part of a texel's width around a place is nearer than depth: 2 × 2 comparisons, weighed by their share (Reeves
 // et al. 1987).
 float map_nearer(LampMap m, vec2 at, float depth) {
-  ivec2 low = ivec2(floor(at));
-  vec2 f = at - vec2(low);
-  vec4 nearer;
-  for (int i = 0; i < 4; ++i) nearer[i] = map_depth(m, low + ivec2(i & 1, i >> 1)) < depth ? 1.0 : 0.0;
-  return mix(mix(nearer.x, nearer.y, f.x), mix(nearer.z, nearer.w, f.x), f.y);
+  vec2 low = clamp(floor(at), vec2(0.0), vec2(m.more.x - 2.0)), f = clamp(at - low, 0.0, 1.0);
+  vec2 middle = (m.place.xy + low + 1.0) / vec2(textureSize(lamp_depths, 0));
+  vec4 nearer = vec4(lessThan(textureGather(lamp_depths, middle), vec4(depth)));
+  return mix(mix(nearer.w, nearer.z, f.x), mix(nearer.x, nearer.y, f.x), f.y);
 }
 
 // Whether the objects hide p from a map's point. before_m: how far in front of p they must be.
