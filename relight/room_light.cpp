@@ -73,7 +73,7 @@ std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& brick
                          bounce_.gather_virtual(list, coarse.params, {slice, coarse.slices}, *coarse.maps, volumes);
                        }});
     }
-    if (work.key.enclosure) {
+    if (work.key.enclosure && !quality.cells) {
       add_resolve(work, room, &steps);
       add_enclosure_change(coarse, room, &steps);
     }
