@@ -139,6 +139,9 @@ struct Relighter::State {
       p.surfaces[i].base_color_roughness << s.base_color, s.roughness;
       p.surfaces[i].metallic_specular << s.metallic, s.specular, 0, 0;
     }
+    for (std::size_t i = 0; i < scene.illumination->remainder_sh.size(); ++i) {
+      p.sh[i] << scene.illumination->remainder_sh[i], 0;
+    }
     p.probe << scene.illumination->probe_position_m, 0;
     p.enclosure.setZero();
     if (scene.enclosure) {

@@ -24,6 +24,9 @@ int voxel_of(ivec3 voxel) {
   return slot < 0 ? -1 : slot * 512 + at.x + 8 * (at.y + 8 * at.z);
 }
 
+// Whether anything of the field is, at the voxel nearest to p.
+bool held(vec3 p) { return voxel_of(ivec3(floor(p / frame.field.x + 0.5))) >= 0; }
+
 // Distance from the middle of a cell of half a brick's edge to the nearest surface, for the cells within the index.
 const int kHalfBrick = kBrickCells / 2;
 float cell_clearance(ivec3 cell) {

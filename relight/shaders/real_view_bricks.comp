@@ -4,6 +4,7 @@
 #include "bricks.glsl"
 #include "footprint.glsl"
 #include "known_share.glsl"
+#include "open_light.glsl"
 #include "half.glsl"
 #include "tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -101,6 +102,8 @@ void main() {
         // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
         vec3 detail = clamp(b / max(mean.rgb, vec3(1e-5)), vec3(0.2), vec3(4.0));
         albedo.rgb = min(albedo.rgb * detail, vec3(1));
+      } else if (!held(p)) {  // shadows are longer than what is held of the field
+        albedo = vec4(albedo_by_light(p, n, b), 1.0);
       }
     }
     albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "capture/response.h"
 #include "model_shapes.h"
@@ -121,6 +122,8 @@ Scene ClosedScene::scene() const {
   auto light = std::make_shared<Illumination>();
   light->probe_position_m = {0, 0, 0.3f};
   light->remainder.radiance = Image<float>(32, 16, 3, sky);
+  light->remainder_sh.fill(Eigen::Vector3f::Zero());
+  light->remainder_sh[0].setConstant(sky * 2 * std::sqrt(std::numbers::pi_v<float>));
   light->lights = lamps;
   light->version = 1;
   scene.illumination = light;
