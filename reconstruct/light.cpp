@@ -15,6 +15,9 @@
 namespace lumigraft {
 namespace {
 
+// A panel that the probe sees at a slant sends more straight ahead than was seen of it: this cosine bounds how much. As
+// relight has it.
+constexpr float kLeastSlant = 0.1f;
 constexpr int kEnvironmentWidth = 128, kEnvironmentHeight = 64;
 
 using Pictures = std::vector<std::shared_ptr<const Picture>>;
@@ -52,7 +55,7 @@ std::string clipped_warning(const Illumination& illumination) {
 }  // namespace
 
 float PointLight::emission(const Eigen::Vector3f& towards) const {
-  return flat ? std::max(0.0f, normal.dot(towards)) / -normal.dot(direction) : 1.0f;
+  return flat ? std::max(0.0f, normal.dot(towards)) / std::max(-normal.dot(direction), kLeastSlant) : 1.0f;
 }
 
 struct LightStage::State {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace lumigraft {
 namespace {
@@ -17,6 +18,7 @@ float cap(float half_angle_rad) { return 1 - std::cos(half_angle_rad); }
 
 PointLight join(const PointLight& a, const PointLight& b) {
   PointLight both = a;
+  both.id = std::min(a.id, b.id);
   const float wa = a.irradiance.mean(), wb = b.irradiance.mean(), all = std::max(wa + wb, 1e-12f);
   both.direction = (wa * a.direction + wb * b.direction).normalized();
   both.irradiance = a.irradiance + b.irradiance;
@@ -27,12 +29,12 @@ PointLight join(const PointLight& a, const PointLight& b) {
   return both;
 }
 
-float distance_of(const PointLight& piece, const PointLight& joined, const Eigen::Vector3f& probe_m) {
-  const Eigen::Vector3f to = joined.position_m - probe_m;
-  const float whole_m = to.norm();
-  if (!joined.flat) return whole_m;
-  const float plane_m = joined.normal.dot(to) / joined.normal.dot(piece.direction);
-  return plane_m > whole_m / kMostApart && plane_m < whole_m * kMostApart ? plane_m : whole_m;
+/// Along the piece's direction to the whole's plane; empty where that is no plane, or not one the piece can lie on.
+std::optional<float> on_plane(const PointLight& piece, const PointLight& whole, const Eigen::Vector3f& probe_m) {
+  if (!whole.flat) return std::nullopt;
+  const Eigen::Vector3f to = whole.position_m - probe_m;
+  const float whole_m = to.norm(), plane_m = whole.normal.dot(to) / whole.normal.dot(piece.direction);
+  return plane_m > whole_m / kMostApart && plane_m < whole_m * kMostApart ? std::optional(plane_m) : std::nullopt;
 }
 
 }  // namespace
@@ -62,11 +64,12 @@ std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, cons
         piece.irradiance.cwiseProduct(whole.irradiance.cwiseQuotient(before->irradiance.cwiseMax(1e-12f)));
     piece.distance_known = whole.distance_known;
     if (!piece.distance_known) continue;
-    const float distance_m = distance_of(piece, whole, probe_m);
+    const std::optional<float> plane_m = on_plane(piece, whole, probe_m);
+    const float distance_m = plane_m.value_or((whole.position_m - probe_m).norm());
     piece.position_m = probe_m + distance_m * piece.direction;
     piece.intensity = piece.irradiance * distance_m * distance_m;
     piece.radius_m = distance_m * std::tan(piece.angular_radius_rad);
-    piece.flat = whole.flat;
+    piece.flat = plane_m.has_value();
     piece.normal = whole.normal;
   }
   return result;

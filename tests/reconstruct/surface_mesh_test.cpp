@@ -1,6 +1,7 @@
 #include "reconstruct/surface_mesh.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -93,7 +94,8 @@ TEST(SurfaceMesh, UnknownSpaceHasNoSurface) {
 
 TEST(SurfaceMesh, PlyHoldsEveryVertexAndTriangle) {
   const SurfaceMesh mesh = extract_surface(field_of(sphere, 3, 0.03f));
-  const auto path = std::filesystem::temp_directory_path() / "lumigraft_surface_mesh_test.ply";
+  const auto path =
+      std::filesystem::temp_directory_path() / ("lumigraft_surface_mesh_test_" + std::to_string(getpid()) + ".ply");
   write_ply(mesh, path);
   std::ifstream in(path, std::ios::binary);
   std::string line, header;
