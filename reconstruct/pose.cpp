@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "reconstruct/pose_carry.h"
@@ -22,7 +21,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 
-constexpr double kDegree = M_PI / 180;
 /// What depth errs by from frame to frame, as a share of all it errs by.
 constexpr double kSurfaceJitter = 1.0 / 3;
 /// While tags are tracked the whole picture is looked at once a second, for those that nobody expects; more often
@@ -39,12 +37,6 @@ constexpr double kDoubt = 2;   // squared σ, below which two explanations are a
 int finest(int width) { return width <= 640 ? 1 : 2; }
 
 Vector2d centre_of(const TagCorners& corners) { return (corners[0] + corners[1] + corners[2] + corners[3]) / 4; }
-
-std::string format(const char* pattern, double value) {
-  char text[200];
-  std::snprintf(text, sizeof(text), pattern, value);
-  return text;
-}
 
 /// One of the tags that are looked for.
 struct KnownTag {
@@ -77,8 +69,7 @@ struct PoseStage::State {
   std::vector<TagSighting> find_expected(const FrameSet& frame);
   std::vector<TagSighting> look_around(const FrameSet& frame);
   std::vector<TagReading> read(const FrameSet& frame);
-  void check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate,
-                  const std::vector<TagSighting>& sightings);
+  void check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate);
   void learn_places(const std::vector<TagReading>& readings, const TagsPose& pose);
   bool measure(const FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
   bool carry_on(const FrameSet& frame, const DistanceField& field);
@@ -88,9 +79,8 @@ struct PoseStage::State {
 
   CameraModel camera;
   TagFinder finder;
-  std::vector<KnownTag> tags;          ///< the first is the world
-  std::vector<TagPlace> places;        ///< of each
-  std::vector<TagSighting> sightings;  ///< of this frame
+  std::vector<KnownTag> tags;    ///< the first is the world
+  std::vector<TagPlace> places;  ///< of each
   PoseFilter filter;
   PoseCarry carry;
   std::optional<Pose> last;
@@ -189,7 +179,7 @@ std::vector<TagSighting> PoseStage::State::find(const FrameSet& frame) {
 
 /// What each tag in the picture says. Of two with one number, that which is nearest to where it was.
 std::vector<TagReading> PoseStage::State::read(const FrameSet& frame) {
-  sightings = find(frame);
+  const std::vector<TagSighting> sightings = find(frame);
   const bool tracked = recent(frame);
   std::vector<TagReading> readings;
   for (std::size_t t = 0; t < tags.size(); ++t) {
@@ -207,7 +197,7 @@ std::vector<TagReading> PoseStage::State::read(const FrameSet& frame) {
         nearest = &sighting;
     }
     if (!nearest) continue;
-    TagReading reading{t, tags[t].reader.explain(nearest->corners, *frame.color, hints)};
+    TagReading reading{t, tags[t].reader.explain(nearest->corners, *frame.color, hints), nearest->corners};
     if (!reading.candidates.empty()) readings.push_back(std::move(reading));
   }
   if (!readings.empty() || !tracked) return readings;
@@ -222,15 +212,10 @@ std::vector<TagReading> PoseStage::State::read(const FrameSet& frame) {
 }
 
 /// Now and then, for it costs as much as all the tag's pixels.
-void PoseStage::State::check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate,
-                                  const std::vector<TagSighting>& seen) {
-  if (!frame.depth || (measured > kFirstSizeChecks && measured % kSizeCheckEvery != 0)) return;
-  for (const TagSighting& sighting : seen) {
-    if (sighting.id != tags[reading.tag].id) continue;
-    if (const auto plane = plane_inside(frame.depth->depth_m, camera, sighting.corners))
-      tags[reading.tag].size_check.see(*plane, candidate.T_camera_tag);
-    return;
-  }
+void PoseStage::State::check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate) {
+  if (!frame.depth || !reading.corners || (measured > kFirstSizeChecks && measured % kSizeCheckEvery != 0)) return;
+  if (const auto plane = plane_inside(frame.depth->depth_m, camera, *reading.corners))
+    tags[reading.tag].size_check.see(*plane, candidate.T_camera_tag);
 }
 
 /// Tags beside the first get their places from pictures that show both.
@@ -271,12 +256,10 @@ bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field
   for (std::size_t r = 0; r < readings.size(); ++r) {
     const PoseCandidate& candidate = readings[r].candidates[chosen->choice[r]];
     if (candidate.alignment) tags[readings[r].tag].look = candidate.alignment->look;
-    check_size(frame, readings[r], candidate, sightings);
+    check_size(frame, readings[r], candidate);
   }
   learn_places(readings, *chosen);
-  if (chosen->rival < kDoubt)
-    warnings.push_back(
-        format("tag: two poses %.1f degrees apart explain it equally well", chosen->rival_angle_rad / kDegree));
+  if (chosen->rival < kDoubt) warnings.push_back("tag: two poses explain it equally well");
   if (!chosen->printed) warnings.push_back("tag: its print does not fit the picture, pose from its corners alone");
   for (const std::size_t tag : chosen->apart)
     warnings.push_back("tag " + std::to_string(tags[tag].id) + ": contradicts the others, left out");
@@ -354,20 +337,17 @@ PoseStage::Result PoseStage::locate(const FrameSet& frame, const DistanceField* 
     return result;
   }
   const std::int64_t unseen_ns = frame.time_ns - state_->seen_ns;
-  const double unseen_ms = 1e-6 * static_cast<double>(unseen_ns);
   if (field && state_->carry_on(frame, *field)) {
     result.pose = last;
-    result.warnings.push_back(format("tag: not in the picture for %.0f ms, surfaces carry the pose to ", unseen_ms) +
-                              format("%.1f mm", 1e3 * position_sigma_m(last->covariance)));
+    result.warnings.push_back("tag: not in the picture, surfaces carry the pose");
     return result;
   }
   const std::int64_t age_ns = frame.time_ns - last->time_ns;
-  const double age_ms = 1e-6 * static_cast<double>(age_ns);
   if (age_ns > kAgeLimitNs) {
-    result.warnings.push_back(format("tag: not in the picture for %.0f ms, beyond the age limit of a pose", unseen_ms));
+    result.warnings.push_back("tag: not in the picture, its pose is too old to use");
     return result;
   }
-  result.warnings.push_back(format("tag: not in the picture, pose is %.0f ms old", age_ms));
+  result.warnings.push_back("tag: not in the picture, the pose is an old one");
   result.pose = last;
   result.pose->from = Pose::From::past;
   result.pose->covariance = PoseCarry::after(last->covariance, 1e-9 * static_cast<double>(age_ns));

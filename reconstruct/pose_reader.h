@@ -47,8 +47,6 @@ class TagReader {
   /// Where to look for the print if the camera hardly moved. Empty where that would be most of the picture.
   std::optional<PixelRegion> region(const Eigen::Isometry3d& T_camera_tag) const;
 
-  double size_m() const { return size_m_; }
-
  private:
   void align(PoseCandidate& candidate, const std::vector<SeenPixel>& pixels) const;
   void weigh(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const;

@@ -15,7 +15,6 @@ class TagSizeCheck {
   void see(const DepthPlane& plane, const Eigen::Isometry3d& T_camera_tag);
   /// Empty while depth agrees, or has said too little.
   std::string warning() const;
-  void reset() { count_ = 0; }
 
  private:
   int id_;

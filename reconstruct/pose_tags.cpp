@@ -109,9 +109,6 @@ std::optional<TagsPose> pose_of_tags(const std::vector<TagReading>& readings, co
         cost += std::min(kWitnessCap, apart(other, agreed)) - std::min(kWitnessCap, apart(chosen, agreed));
       }
     result.rival = cost;
-    result.rival_angle_rad =
-        Eigen::AngleAxisd(Eigen::Matrix3d(chosen.T_world_camera.linear().transpose() * other.T_world_camera.linear()))
-            .angle();
   }
   result.T_tag_camera = chosen.T_world_camera;
   result.noise = chosen.noise;

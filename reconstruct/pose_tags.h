@@ -2,7 +2,6 @@
 // One pose from all tags in a picture.
 #include <Eigen/Geometry>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "reconstruct/pose_place.h"
@@ -14,6 +13,7 @@ namespace lumigraft {
 struct TagReading {
   std::size_t tag = 0;  ///< 0: the first, whose frame is the world
   std::vector<PoseCandidate> candidates;
+  std::optional<TagCorners> corners{};  ///< empty where no square was whole
 };
 
 struct TagsPose {
@@ -25,7 +25,6 @@ struct TagsPose {
   std::vector<std::size_t> choice;  ///< of each reading, the candidate that agrees with the pose
   std::vector<std::size_t> apart;   ///< tags that contradict it
   double rival = 0;                 ///< by how much the next best explanation is worse, in squared σ
-  double rival_angle_rad = 0;       ///< and how far it lies
 };
 
 /// Chooses among what explains each tag so that all agree, and takes their mean by how sure each is. The first tag is

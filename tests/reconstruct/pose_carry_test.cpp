@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
 #include <vector>
 
 #include "reconstruct/pose.h"
@@ -71,7 +72,10 @@ TEST_F(PoseCarryOn, SurfacesCarryThePoseOnAndHandItBack) {
       EXPECT_EQ(pose.from, hidden ? Pose::From::surface : Pose::From::tag) << i;
       EXPECT_EQ(pose.time_ns, static_cast<std::int64_t>(i) * kFrameNs);
       EXPECT_EQ(pose.age_ns, hidden ? static_cast<std::int64_t>(i - kHides + 1) * kFrameNs : 0);
-      EXPECT_EQ(result.warnings.size(), hidden ? 1u : 0u) << i << result.warnings[0];
+      // The same words each time, or a log would repeat them with every frame.
+      std::vector<std::string> wanted;
+      if (hidden) wanted = {"tag: not in the picture, surfaces carry the pose"};
+      EXPECT_EQ(result.warnings, wanted) << i;
       // What pictures see of an error is how it changes from one to the next.
       const Isometry3d error = truth.inverse() * pose.T_tag_camera;
       const double step = i > 0 ? test::millimetres_apart(error, last_error) : 0;
@@ -132,12 +136,13 @@ TEST_F(PoseCarryOn, ABareFloorIsGivenUp) {
     seen.depth = std::make_shared<DepthPicture>(test::depth_of_room(bare, camera, above, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(seen, &floor);
     if (!result.pose) break;
-    carried += result.pose->from == Pose::From::surface;
+    if (result.pose->from != Pose::From::surface) continue;
+    ++carried;
     most_mm = std::max(most_mm, 1e3 * position_sigma_m(result.pose->covariance));
   }
   EXPECT_GT(carried, 2);
   EXPECT_LT(carried, 40);
-  EXPECT_LT(most_mm, 800);
+  EXPECT_LT(most_mm, 30);
 }
 
 TEST(PoseCarry, TimeMakesAPoseUnsure) {

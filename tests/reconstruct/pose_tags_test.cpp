@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "reconstruct/pose.h"
-#include "reconstruct/pose_size.h"
 #include "tests/reconstruct/pose_views.h"
 
 namespace lumigraft {
@@ -34,6 +33,14 @@ struct Table {
   int second_id = 5;
   Isometry3d T_tag_second = kBeside;
 
+  /// Whichever is nearer owns the pixel.
+  bool is_of_second(const CameraModel& camera, const Isometry3d& T_tag_camera, int u, int v) const {
+    const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+    const Vector3d d = T_tag_camera.linear() * *ray, from = T_tag_camera.translation();
+    const Vector3d p = from - from.z() / d.z() * d;
+    return (p - T_tag_second.translation()).norm() < p.norm();
+  }
+
   FrameSet seen_from(const Isometry3d& T_tag_camera, std::uint64_t index, double code_sigma = 1) const {
     const TagFinder finder(Tag{"tag36h11", 2, 0.16, {{5, 0.16, std::nullopt}}});
     const CameraModel camera = test::small_camera();
@@ -43,11 +50,7 @@ struct Table {
                                             T_tag_second.inverse() * T_tag_camera, noise);
     for (int v = 0; v < camera.height; ++v)
       for (int u = 0; u < camera.width; ++u) {
-        // Whichever is nearer owns the pixel.
-        const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
-        const Vector3d d = T_tag_camera.linear() * *ray, from = T_tag_camera.translation();
-        const Vector3d p = from - from.z() / d.z() * d;
-        const bool to_second = (p - T_tag_second.translation()).norm() < p.norm();
+        const bool to_second = is_of_second(camera, T_tag_camera, u, v);
         if (to_second && second) std::copy_n(&other.encoded.at(u, v), 3, &picture.encoded.at(u, v));
         if ((to_second && !second) || (!to_second && !first)) std::fill_n(&picture.encoded.at(u, v), 3, 130);
       }
@@ -174,6 +177,32 @@ TEST(PoseTags, AnotherSizeIsToldByDepth) {
   EXPECT_EQ(large[0].substr(0, 36), "tag 2: by depth its square is 175 mm") << large[0];
   ASSERT_EQ(unit.size(), 1u);
   EXPECT_NE(unit[0].find("in another unit"), std::string::npos) << unit[0];
+}
+
+// Depth says that another of the same number is larger. Nobody asked for that one. The camera is jerked to and fro, so
+// that both are found anew in each picture.
+TEST(PoseTags, TheSizeIsThatOfTheTagInUse) {
+  const CameraModel camera = test::small_camera();
+  for (const double side : {-1, 1}) {
+    PoseStage stage({"tag36h11", 2, 0.16}, camera);
+    Table table;
+    table.second_id = 2;
+    table.T_tag_second = lying_at({0.24 * side, 0, 0}, 0);
+    for (unsigned i = 0; i < 16; ++i) {
+      table.second = i > 0;
+      const Isometry3d T = test::looking_at_tag(0.9, 40 * kDegree, -M_PI / 2, {0.12 * side, i % 2 ? -0.14 : 0.16, 0});
+      FrameSet frame = table.seen_from(T, i);
+      DepthPicture depth = test::depth_of_table(camera, T, i, 1);
+      for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+          if (table.is_of_second(camera, T, u, v)) depth.depth_m.at(u, v) *= 1.2f;
+      frame.depth = std::make_shared<DepthPicture>(std::move(depth));
+      const auto result = stage.locate(frame);
+      ASSERT_TRUE(result.pose);
+      EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, T), 5) << i;
+      EXPECT_EQ(all_warnings(result, "by depth").size(), 0u) << testing::PrintToString(result.warnings);
+    }
+  }
 }
 
 // A hand lies on the tag's corner: no square is whole, but most of its print shows.
