@@ -300,7 +300,7 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
   if (solution.illumination) {
     board.publish_enclosure(enclosure.close(*field, *solution.illumination));
   }
-  board.publish_solution(std::move(solution), field->version, measured->version);
+  board.publish_solution(std::move(solution), field->version, measured);
   board.publish_warnings("albedo stage", {});
 }
 

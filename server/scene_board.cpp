@@ -4,7 +4,18 @@
 #include <cmath>
 #include <utility>
 
+#include "reconstruct/light_environment.h"
+
 namespace lumigraft {
+namespace {
+
+const PointLight* lamp_of(const Illumination& light, int id) {
+  const auto found =
+      std::find_if(light.lights.begin(), light.lights.end(), [&](const PointLight& l) { return l.id == id; });
+  return found == light.lights.end() ? nullptr : &*found;
+}
+
+}  // namespace
 
 void SceneBoard::publish_field(std::shared_ptr<const DistanceField> field) {
   std::lock_guard lock(mutex_);
@@ -22,12 +33,12 @@ void SceneBoard::publish_light(std::shared_ptr<const Illumination> light) {
 }
 
 void SceneBoard::publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
-                                  std::uint64_t light_version) {
+                                  std::shared_ptr<const Illumination> measured) {
   std::lock_guard lock(mutex_);
   scene_.albedo = std::move(solution.albedo);
   solved_light_ = std::move(solution.illumination);
   solved_field_version_ = field_version;
-  solved_light_version_ = light_version;
+  solved_from_ = std::move(measured);
   warnings_["albedo"] = std::move(solution.warnings);
   combine();
 }
@@ -50,10 +61,10 @@ void SceneBoard::publish_warnings(const std::string& stage, std::vector<std::str
 void SceneBoard::combine() {
   if (!light_ || !solved_light_) {
     scene_.illumination = light_;
-  } else if (light_->version == solved_light_version_) {
+  } else if (light_->version == solved_from_->version) {
     scene_.illumination = solved_light_;
   } else {
-    scene_.illumination = carry_lamp_distances(*light_, *solved_light_);
+    scene_.illumination = carry_lamps(*light_, *solved_from_, *solved_light_);
   }
 }
 
@@ -68,9 +79,9 @@ Scene SceneBoard::newest() const {
 
 bool SceneBoard::settled(const Scene& scene) const {
   std::lock_guard lock(mutex_);
-  return same_field_again_ && same_light_again_ && scene_.albedo && scene_.field->version == solved_field_version_ &&
-         light_->version == solved_light_version_ && scene.field == scene_.field && scene.albedo == scene_.albedo &&
-         scene.illumination == scene_.illumination;
+  return same_field_again_ && same_light_again_ && scene_.albedo && solved_from_ &&
+         scene_.field->version == solved_field_version_ && light_->version == solved_from_->version &&
+         scene.field == scene_.field && scene.albedo == scene_.albedo && scene.illumination == scene_.illumination;
 }
 
 std::shared_ptr<const Illumination> SceneBoard::measured_light() const {
@@ -78,19 +89,34 @@ std::shared_ptr<const Illumination> SceneBoard::measured_light() const {
   return light_;
 }
 
-std::shared_ptr<const Illumination> carry_lamp_distances(const Illumination& newest, const Illumination& solved) {
+std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,
+                                                const Illumination& solved) {
   auto carried = std::make_shared<Illumination>(newest);
-  for (PointLight& lamp : carried->lights) {
-    const auto known = std::find_if(solved.lights.begin(), solved.lights.end(),
-                                    [&](const PointLight& l) { return l.id == lamp.id && l.distance_known; });
-    if (lamp.distance_known || known == solved.lights.end()) {
+  carried->lights.clear();
+  for (PointLight lamp : newest.lights) {
+    const PointLight* before = lamp_of(measured, lamp.id);
+    const PointLight* known = lamp_of(solved, lamp.id);
+    if (before && !known) {
+      add_disk(carried->remainder, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);
       continue;
     }
-    const float distance_m = (known->position_m - solved.probe_position_m).norm();
-    lamp.distance_known = true;
-    lamp.position_m = carried->probe_position_m + distance_m * lamp.direction;
-    lamp.intensity = lamp.irradiance * (distance_m * distance_m);  // E = I / d² at the probe, facing the lamp
-    lamp.radius_m = distance_m * std::tan(lamp.angular_radius_rad);
+    if (before && lamp.clipped && before->clipped) {
+      lamp.irradiance =
+          lamp.irradiance.cwiseProduct(known->irradiance.cwiseQuotient(before->irradiance.cwiseMax(1e-12f)));
+    }
+    if (known && known->distance_known && !lamp.distance_known) {
+      const float distance_m = (known->position_m - solved.probe_position_m).norm();
+      lamp.distance_known = true;
+      lamp.position_m = carried->probe_position_m + distance_m * lamp.direction;
+      lamp.radius_m = distance_m * std::tan(lamp.angular_radius_rad);
+      lamp.flat = known->flat;
+      lamp.normal = known->normal;
+      lamp.intensity = lamp.irradiance * (distance_m * distance_m);  // E = I / d² at the probe, facing the lamp
+    }
+    carried->lights.push_back(lamp);
+  }
+  if (carried->lights.size() != newest.lights.size()) {
+    carried->remainder_sh = project_sh(carried->remainder);
   }
   return carried;
 }

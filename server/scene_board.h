@@ -16,9 +16,9 @@ class SceneBoard {
  public:
   void publish_field(std::shared_ptr<const DistanceField> field);
   void publish_light(std::shared_ptr<const Illumination> light);
-  /// What albedo found for the field and the light it was given: its lamps' distances hold for later light too, by
-  /// lamp.
-  void publish_solution(AlbedoStage::Result solution, std::uint64_t field_version, std::uint64_t light_version);
+  /// What albedo found for a field and the light that was measured: it holds for the lamps of later light too.
+  void publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
+                        std::shared_ptr<const Illumination> measured);
   /// Replaces the albedo alone.
   void publish_albedo(std::shared_ptr<const AlbedoField> albedo);
   void publish_enclosure(std::shared_ptr<const Enclosure> enclosure);
@@ -39,14 +39,17 @@ class SceneBoard {
   mutable std::mutex mutex_;
   Scene scene_;
   std::shared_ptr<const Illumination> light_, solved_light_;
-  std::uint64_t solved_field_version_ = 0, solved_light_version_ = 0;
+  std::shared_ptr<const Illumination> solved_from_;  ///< what solved_light_ was when it was measured
+  std::uint64_t solved_field_version_ = 0;
   bool same_field_again_ = false, same_light_again_ = false;
   std::map<std::string, std::vector<std::string>> warnings_;
 };
 
-/// `newest` with the distances that solving found for the lamps of `solved`, by id: light is seen ten times a second,
-/// distances are solved once. Energy at the probe stays the newest picture's.
-std::shared_ptr<const Illumination> carry_lamp_distances(const Illumination& newest, const Illumination& solved);
+/// `newest` with what solving made of the lamps of `measured`, by id: light is seen ten times a second, solved once.
+/// Distance and plane hold; a clipped lamp stays as much stronger than its lower bound as it was found; what was a
+/// reflection belongs to the remainder. Other energy at the probe stays the newest picture's.
+std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,
+                                                const Illumination& solved);
 
 /// Appends the lines that are not there yet.
 void append_warnings(std::vector<std::string>& to, const std::vector<std::string>& from);

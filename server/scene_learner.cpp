@@ -59,7 +59,7 @@ struct SceneLearner::State {
               parts().geometry ? oracle->enclosure(*solution.illumination) : nullptr;
           board.publish_enclosure(truth ? truth : enclosure.close(*field, *solution.illumination));
         }
-        board.publish_solution(std::move(solution), field->version, measured->version);
+        board.publish_solution(std::move(solution), field->version, measured);
       });
     }
     if (parts().albedo && where && field) {

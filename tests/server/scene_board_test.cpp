@@ -25,6 +25,8 @@ Illumination at_two_metres(Illumination light) {
   lamp.distance_known = true;
   lamp.position_m = light.probe_position_m + 2 * lamp.direction;
   lamp.intensity = 4 * lamp.irradiance;
+  lamp.flat = true;
+  lamp.normal = {-0.8f, 0, -0.6f};
   return light;
 }
 
@@ -38,7 +40,8 @@ TEST(SceneBoard, SettlesWhenTheNewestPicturesTeachNothing) {
     board.publish_light(light);
   };
   const auto solve = [&](std::uint64_t field_version, std::uint64_t light_version) {
-    board.publish_solution({std::make_shared<AlbedoField>(), light, {}}, field_version, light_version);
+    const auto measured = std::make_shared<const Illumination>(one_lamp(light_version, 10));
+    board.publish_solution({std::make_shared<AlbedoField>(), light, {}}, field_version, measured);
   };
   EXPECT_FALSE(board.settled(board.newest()));
   look();
@@ -65,9 +68,10 @@ TEST(SceneBoard, SettlesWhenTheNewestPicturesTeachNothing) {
 
 TEST(SceneBoard, SolvedDistancesHoldForLaterLight) {
   SceneBoard board;
-  board.publish_light(std::make_shared<const Illumination>(one_lamp(1, 10)));
+  const auto measured = std::make_shared<const Illumination>(one_lamp(1, 10));
+  board.publish_light(measured);
   const auto solved = std::make_shared<const Illumination>(at_two_metres(one_lamp(1, 10)));
-  board.publish_solution({std::make_shared<AlbedoField>(), solved, {"dim"}}, 0, 1);
+  board.publish_solution({std::make_shared<AlbedoField>(), solved, {"dim"}}, 0, measured);
   EXPECT_EQ(board.newest().illumination, solved) << "the very light that was solved";
   EXPECT_EQ(board.newest().warnings, std::vector<std::string>{"dim"});
 
@@ -79,6 +83,8 @@ TEST(SceneBoard, SolvedDistancesHoldForLaterLight) {
   EXPECT_FLOAT_EQ(lamp.intensity.x(), 120);  // 30 W/m² at 2 m
   EXPECT_FLOAT_EQ(lamp.irradiance.x(), 30);
   EXPECT_NEAR(lamp.radius_m, 2 * std::tan(0.1), 1e-6);
+  EXPECT_TRUE(lamp.flat) << "a window stays one";
+  EXPECT_EQ(lamp.normal, Eigen::Vector3f(-0.8f, 0, -0.6f));
   EXPECT_EQ(board.newest().illumination, later.illumination) << "made once, so that caches hold";
   EXPECT_FALSE(board.measured_light()->lights[0].distance_known);
 }
@@ -86,7 +92,33 @@ TEST(SceneBoard, SolvedDistancesHoldForLaterLight) {
 TEST(SceneBoard, AnUnknownLampStaysInfinitelyFar) {
   Illumination other = one_lamp(2, 5);
   other.lights[0].id = 9;
-  EXPECT_FALSE(carry_lamp_distances(other, at_two_metres(one_lamp(1, 10)))->lights[0].distance_known);
+  const auto carried = carry_lamps(other, one_lamp(1, 10), at_two_metres(one_lamp(1, 10)));
+  EXPECT_FALSE(carried->lights.at(0).distance_known);
+  EXPECT_EQ(carried->lights.at(0).irradiance.x(), 5);
+}
+
+// The picture tells a clipped lamp's least power. Solving found 3 times that; it is as much later.
+TEST(SceneBoard, AClippedLampKeepsItsGain) {
+  Illumination measured = one_lamp(1, 10), newest = one_lamp(2, 11);
+  Illumination solved = at_two_metres(one_lamp(1, 30));
+  measured.lights[0].clipped = newest.lights[0].clipped = solved.lights[0].clipped = true;
+  const PointLight near = carry_lamps(newest, measured, solved)->lights.at(0);
+  EXPECT_FLOAT_EQ(near.irradiance.x(), 33);
+  EXPECT_FLOAT_EQ(near.intensity.x(), 4 * 33);
+  solved.lights[0].distance_known = false;
+  EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 33);
+  newest.lights[0].clipped = false;
+  EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 11) << "now it is measured";
+}
+
+TEST(SceneBoard, AReflectionStaysOne) {
+  Illumination newest = one_lamp(2, 7), solved = one_lamp(1, 10);
+  newest.remainder.radiance = Image<float>(64, 32, 3);
+  solved.lights.clear();
+  const auto carried = carry_lamps(newest, one_lamp(1, 10), solved);
+  EXPECT_TRUE(carried->lights.empty());
+  EXPECT_GT(carried->remainder.sample(Eigen::Vector3f::UnitX()).x(), 100) << "7 W/m² in a disk of 0.1 rad";
+  EXPECT_GT(carried->remainder_sh[0].x(), 1);
 }
 
 TEST(AlbedoSchedule, OnTheFirstFrameThenEveryEighthOrWhenMuchChanged) {
