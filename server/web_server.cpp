@@ -1,5 +1,6 @@
 #include "server/web_server.h"
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
@@ -44,8 +45,7 @@ struct WebServer::State {
   asio::io_context io{1};  // first: what follows holds sockets and timers of it
   tcp::acceptor acceptor{io};
   asio::steady_timer state_timer{io}, accept_timer{io}, stop_timer{io};
-  bool state_waits = false;
-  bool loopback = true;
+  bool state_waits = false, loopback = true;
   std::list<std::shared_ptr<Connection>> connections;  ///< oldest first
   ViewerHub hub{demand, metrics};
   std::thread thread;
@@ -316,18 +316,16 @@ void WebServer::State::accept() {
 }
 
 void WebServer::State::admit(tcp::socket socket) {
-  if (static_cast<int>(connections.size()) >= settings.max_connections) {
-    for (const std::shared_ptr<Connection>& oldest : connections) {
-      if (!oldest->is_viewer()) {
-        metrics.refused_connection();
-        oldest->close();
-        break;
-      }
-    }
-    if (static_cast<int>(connections.size()) >= settings.max_connections) {
-      metrics.refused_connection();
-      return;
-    }
+  const auto full = [&] { return static_cast<int>(connections.size()) >= settings.max_connections; };
+  const auto oldest =
+      std::find_if(connections.begin(), connections.end(), [](const auto& other) { return !other->is_viewer(); });
+  if (full() && oldest != connections.end()) {
+    metrics.refused_connection();
+    (*oldest)->close();
+  }
+  if (full()) {
+    metrics.refused_connection();
+    return;
   }
   connections.push_back(std::make_shared<Connection>(*this, std::move(socket)));
   connections.back()->read_request();
