@@ -143,7 +143,7 @@ TEST(Enclosure, RoundThingsAreNotARoom) {
   EXPECT_FALSE(close_room(points, light_with({}), {}));
 }
 
-// A fused field tells the same: a floor on its voxels, with two centimetres of noise of place from brick to brick.
+// A fused field tells the same: a floor between two layers of its voxels.
 TEST(Enclosure, PointsOfAFieldLieOnItsSurface) {
   DistanceField field;
   for (int x = 0; x < 4; ++x) {
