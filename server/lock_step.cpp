@@ -31,6 +31,7 @@ FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
                      .warnings = std::move(learnt.warnings)};
   const CostClock clock;
   try {
+    if (!renderer_) make();  // the frame before lost its device, and there was no other
     try {
       record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, plan_, with_maps);
     } catch (const gpu::DeviceLost& e) {

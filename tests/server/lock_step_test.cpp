@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
+#include <stdexcept>
+#include <string>
 
 #include "capture/source.h"
 #include "lost_device/lose.h"
@@ -17,7 +20,9 @@ INSTANTIATE_TEST_SUITE_P(BothDevices, LockStepOn, testing::Values(gpu::Backend::
 
 constexpr std::size_t kFrames = 3;
 
-std::vector<FrameRecord> replayed(const std::function<void(std::size_t)>& before_frame) {
+/// `make` comes before a device is made, with how many there were.
+std::vector<FrameRecord> replayed(
+    const std::function<void(std::size_t)>& before_frame, const std::function<void(int)>& make = [](int) {}) {
   Plan plan;
   plan.volume = 32;
   plan.rsm = 64;
@@ -28,7 +33,11 @@ std::vector<FrameRecord> replayed(const std::function<void(std::size_t)>& before
   const std::unique_ptr<FrameReader> frames = open_frames(input.session);
   LockStep pipeline(
       input.session, std::move(input.exhibit), input.plan,
-      [] { return gpu::create_device(LockStepOn::GetParam(), {}); }, nullptr);
+      [&, made = 0]() mutable {
+        make(made++);
+        return gpu::create_device(LockStepOn::GetParam(), {});
+      },
+      nullptr);
   std::vector<FrameRecord> records;
   while (records.size() < kFrames) {
     const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10));
@@ -55,6 +64,22 @@ TEST_P(LockStepOn, ALostDeviceCostsNoPicture) {
                                   [](const std::string& w) { return w.find("the GPU was lost") == 0; });
     EXPECT_EQ(told, i == 1) << i;
   }
+}
+
+TEST_P(LockStepOn, WithoutAnotherDeviceTheNextFrameAsksAgain) {
+  const gpu::LosableDevices losable(GetParam());
+  const std::vector<FrameRecord> got = replayed(
+      [&](std::size_t i) {
+        if (i == 1) losable.lose();
+      },
+      [](int made) {
+        if (made == 1) throw std::runtime_error("no room");
+      });
+  ASSERT_EQ(got.size(), kFrames);
+  EXPECT_TRUE(got[1].picture.passes.empty());
+  EXPECT_FALSE(got[1].picture.srgb.empty()) << "the camera's own picture";
+  EXPECT_EQ(std::count(got[1].warnings.begin(), got[1].warnings.end(), "relight: no room"), 1);
+  EXPECT_FALSE(got[2].picture.passes.empty());
 }
 
 }  // namespace
