@@ -6,8 +6,9 @@
 #include "lamp.glsl"
 #include "half.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
+const float kNowhere = 1e4;  // depth where a lamp's light does not end
 layout(binding = 9) uniform sampler3D real_normal_volume;
-layout(binding = 16, rgba32f) uniform writeonly image2D out_place;   // tag frame; depth beyond the sphere's middle
+layout(binding = 16, rgba32f) uniform writeonly image2D out_place;   // tag frame; depth beyond the sphere's middle, or kNowhere
 layout(binding = 17, rgba16f) uniform writeonly image2D out_normal;  // share that passes
 
 void main() {
@@ -41,6 +42,6 @@ void main() {
   k.from_real = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
   k.w = to / far;
   k.tan_half = source.position_radius.w / far;
-  imageStore(out_place, at, vec4(p, dot(p - from, view.z_far.xyz) - view.z_far.w));
+  imageStore(out_place, at, vec4(p, hit ? dot(p - from, view.z_far.xyz) - view.z_far.w : kNowhere));
   imageStore(out_normal, at, to_half(vec4(n, 1.0 - real_shadow(k, far))));
 }

@@ -26,7 +26,7 @@ void main() {
     LampSample s = map_share(source, lamp_views[i], p, maps);
     float weight = emission(source, -s.w) * max(dot(n, s.w), 0.0) / (s.distance * s.distance);
     all += weight;
-    lost += weight * map_hidden(lamp_views[i], p, kBefore_m);
+    lost += weight * share_hidden(lamp_views[i], p, kBefore_m);
   }
   lost *= ground.a;
   Cone k;

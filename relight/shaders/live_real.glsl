@@ -5,6 +5,7 @@
 #define LIVE_REAL_GLSL
 #include "real_depth.glsl"
 #include "footprint.glsl"
+#include "open_light.glsl"
 layout(binding = 27) uniform sampler2D codes;    // of the camera, sRGB
 layout(binding = 7) uniform sampler3D real_response;    // times weight, weight
 layout(binding = 8) uniform sampler3D real_normal;      // and distance
@@ -54,10 +55,13 @@ LiveReal live_real(ivec2 at, vec3 code) {
   LivePlace q = live_place(at);
   vec4 k = textureLod(real_response, cascade_place(q.cascade, q.p, 0.5), 0.0);
   vec4 e = textureLod(real_irradiance, cascade_place(q.cascade, q.p, 1.0), 0.0);
-  bool known = q.inside && k.a > 1e-3 && dot(q.n, q.n) > 0.0;
+  // Beyond the volumes the light tells the response, from 1 / E there to what is known within.
+  float within = edge_fade(q.p);
+  vec3 response = k.a > 1e-3 ? within / k.a * k.rgb : vec3(0);
+  if (within < 1.0) response += (1.0 - within) / max(open_irradiance(q.p, q.n), vec3(1e-6));
   float root = (max(max(code.x, code.y), code.z) + 0.055) / 1.055;
   float footprint = indirect_footprint_of(q.p, q.n, root, false);
-  return LiveReal(q.p, q.n, 2.0 * frame.cascade[q.cascade].w, known ? k.rgb / k.a : vec3(0),
+  return LiveReal(q.p, q.n, 2.0 * frame.cascade[q.cascade].w, dot(q.n, q.n) > 0.0 ? response : vec3(0),
                   e.a > 1e-3 ? footprint / e.a * e.rgb : vec3(0));
 }
 

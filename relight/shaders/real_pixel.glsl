@@ -5,6 +5,7 @@
 #define REAL_PIXEL_GLSL
 #include "real_depth.glsl"
 #include "footprint.glsl"
+#include "open_light.glsl"
 #include "known_share.glsl"
 layout(binding = 27) uniform sampler2D radiance; // the camera picture, linear
 layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
@@ -68,6 +69,11 @@ RealPixel real_pixel(ivec2 at) {
       albedo.rgb = min(albedo.rgb / albedo.a * detail, vec3(1));
     } else {
       albedo = vec4(0);
+    }
+    // Beyond the volumes the light tells it.
+    float within = z > 0.0 ? edge_fade(p) : 1.0;
+    if (within < 1.0 && dot(n, n) > 0.0) {
+      albedo = vec4(mix(albedo_by_light(p, n, b), albedo.rgb, albedo.a > 0.0 ? within : 0.0), 1.0);
     }
     vec4 e = textureLod(real_irradiance, cascade_place(c, p, 1.0), 0.0);
     if (inside && e.a > 1e-3) indirect = e.rgb / e.a;

@@ -28,6 +28,12 @@ bool in_cascade(int c, vec3 p, float margin_voxels) {
   float m = margin_voxels * frame.cascade[c].w;
   return all(greaterThan(p, grid_low(frame.cascade[c]) + m)) && all(lessThan(p, cascade_high(c) - m));
 }
+// Real surfaces are known within the volumes: 1, falling to 0 over the last part before their edge.
+float edge_fade(vec3 p) {
+  vec3 inside = min(p - grid_low(frame.cascade[1]), cascade_high(1) - p);
+  float voxels = min(min(inside.x, inside.y), inside.z) / frame.cascade[1].w - 1.0;
+  return clamp(8.0 * voxels / float(frame.grid.x), 0.0, 1.0);
+}
 // Where p is in the texture of both cascades; `margin_voxels` keeps filters from reaching from one into the other.
 vec3 cascade_place(int c, vec3 p, float margin_voxels) {
   float n = float(frame.grid.x);
