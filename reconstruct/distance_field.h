@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <vector>
 
 namespace lumigraft {
 
@@ -54,8 +55,8 @@ struct RayHit {
 struct DistanceField {
   float voxel_m = 0.008f;
   float truncation_m = 0.032f;
-  std::uint64_t version = 0;        ///< grows with every publication that changed something
-  Eigen::AlignedBox3f seen_from_m;  ///< holds every place from where a camera looked; tag frame
+  std::uint64_t version = 0;                 ///< grows with every publication that changed something
+  std::vector<Eigen::Vector3f> seen_from_m;  ///< places a camera looked from, some way apart; not too many; tag frame
   BrickMap<FieldBrick> bricks;
 
   const FieldBrick* brick(const BrickKey& key) const;

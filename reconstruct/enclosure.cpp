@@ -199,9 +199,7 @@ std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const 
 }
 
 std::shared_ptr<const Enclosure> EnclosureStage::close(const DistanceField& field, const Illumination& light) {
-  std::vector<Vector3f> eyes_m;
-  if (!field.seen_from_m.isEmpty()) eyes_m = {field.seen_from_m.min(), field.seen_from_m.max()};
-  const std::optional<Enclosure> now = close_room(room_points(field), light, eyes_m);
+  const std::optional<Enclosure> now = close_room(room_points(field), light, field.seen_from_m);
   const auto stays = [&](const Enclosure::Side& a, const Enclosure::Side& b) {
     const float half_m = b.normal.dot(last_->middle_m) + b.offset_m;
     return a.measured == b.measured && a.normal.dot(b.normal) > kSameCosine &&

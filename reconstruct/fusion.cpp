@@ -32,6 +32,8 @@ constexpr int kLivelyVoxels = 24;
 constexpr float kSteadyM = 0.01f, kSteadyRad = 0.01f;
 constexpr int kShares = 4;
 constexpr std::uint32_t kWait = 8;  ///< pictures, that slight changes are held back to be published together
+constexpr float kPlaceM = 0.25f;    // apart, as places from where the camera looked
+constexpr std::size_t kMostPlaces = 64;
 
 bool same_picture(const std::shared_ptr<const Picture>& a, const std::shared_ptr<const Picture>& b) {
   if (a == b) return true;
@@ -62,6 +64,7 @@ struct FusionStage::State {
         map(session.color.model),
         preparation(session.color.model, settings.voxel_m, settings.far_m) {}
 
+  void look_from(const Vector3f& camera_m);
   void allocate(const Isometry3f& T_tag_camera);
   bool rests(const WorkingBrick& brick, std::size_t place) const;
   bool update(WorkingBrick& brick, float hidden_m, const DepthReader& depth, const ColourReader& colour,
@@ -85,9 +88,21 @@ struct FusionStage::State {
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const DepthPicture> last_depth;
   std::shared_ptr<const Picture> last_color;
-  Eigen::AlignedBox3f seen_from_m;
+  std::vector<Vector3f> seen_from_m;  ///< the one that was left longest ago first
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
 };
+
+/// Remembers the place. While the camera moves on, places of wrong poses are forgotten in time.
+void FusionStage::State::look_from(const Vector3f& camera_m) {
+  const auto place = std::find_if(seen_from_m.begin(), seen_from_m.end(),
+                                  [&](const Vector3f& p) { return (p - camera_m).norm() < kPlaceM; });
+  if (place != seen_from_m.end()) {
+    std::rotate(place, place + 1, seen_from_m.end());
+    return;
+  }
+  if (seen_from_m.size() == kMostPlaces) seen_from_m.erase(seen_from_m.begin());
+  seen_from_m.push_back(camera_m);
+}
 
 void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
   const bool moved = pictures == 0 || (T_tag_camera.translation() - searched_from.translation()).norm() > kSteadyM ||
@@ -204,7 +219,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
 
   s.preparation.prepare(frame.depth->depth_m, s.view);
   const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
-  s.seen_from_m.extend(pose.T_tag_camera.translation().cast<float>());
+  s.look_from(pose.T_tag_camera.translation().cast<float>());
   s.allocate(pose.T_tag_camera.cast<float>());
   const ColourReader colour(frame.color.get(), s.response, s.camera.width, s.camera.height);
   const DepthReader depth(s.view, s.preparation, s.map, s.voxel_m, s.truncation_m, kShellVoxels * s.voxel_m);
@@ -242,7 +257,7 @@ void FusionStage::reset() {
   s.pictures = s.last_publication = 0;
   s.last_depth.reset();
   s.last_color.reset();
-  s.seen_from_m.setEmpty();
+  s.seen_from_m.clear();
 }
 
 }  // namespace lumigraft

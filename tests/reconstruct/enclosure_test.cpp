@@ -180,11 +180,42 @@ TEST(Enclosure, TheSameRoomIsTheSamePointer) {
   const auto first = stage.close(field, light_with({}));
   ASSERT_TRUE(first);
   EXPECT_EQ(stage.close(field, light_with({})), first);
-  field.seen_from_m.extend(Vector3f(0, 0, 2));
+  field.seen_from_m.push_back(Vector3f(0, 0, 2));
   const auto higher = stage.close(field, light_with({}));
   ASSERT_TRUE(higher);
   EXPECT_NE(higher, first);
   EXPECT_GT(side_towards(*higher, {0, 0, 1})->offset_m, 2);
+}
+
+// Cameras to both sides of a wall that stands askew: the box around them reaches through it, none of them does.
+TEST(Enclosure, AWallMayStandBetweenTheCamerasAxes) {
+  DistanceField field;
+  const auto in_front_m = [](const Vector3f& p) { return (p.x() + p.y() - 1.5f) * std::sqrt(0.5f); };
+  const float edge_m = field.voxel_m * kBrickEdge;
+  for (int x = 0; x < 24; ++x) {
+    for (int y = 0; y < 24; ++y) {
+      if (std::abs(in_front_m({edge_m * (x + 0.5f), edge_m * (y + 0.5f), 0})) > edge_m) continue;
+      for (int z = 0; z < 10; ++z) {
+        auto brick = std::make_shared<FieldBrick>();
+        for (int i = 0; i < kBrickVoxels; ++i) {
+          const auto k = static_cast<std::size_t>(i);
+          const Vector3f p = edge_m * Vector3f(x, y, z) + field.voxel_m * Vector3f(i % 8, i / 8 % 8, i / 64);
+          brick->distance_m[k] = in_front_m(p);
+          brick->weight[k] = 1;
+        }
+        field.bricks[{x, y, z}] = brick;
+      }
+    }
+  }
+  field.seen_from_m = {{0, 2, 1}, {2, 0, 1}};
+  Illumination light;
+  light.probe_position_m = {1.5f, 1.5f, 0.1f};
+  const auto room = EnclosureStage().close(field, light);
+  ASSERT_TRUE(room);
+  const Enclosure::Side* wall = side_towards(*room, Vector3f(-1, -1, 0).normalized());
+  ASSERT_NE(wall, nullptr);
+  EXPECT_TRUE(wall->measured);
+  EXPECT_NEAR(wall->offset_m, -1.5f * std::sqrt(0.5f), 0.01f);
 }
 
 }  // namespace
