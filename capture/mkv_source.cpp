@@ -9,9 +9,12 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
+#include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "capture/error.h"
+#include "capture/matroska_file.h"
 
 namespace lumigraft {
 namespace {
@@ -70,9 +73,10 @@ class MkvSource::Reader {
     }
     const AVCodecParameters* parameters = format->streams[stream_]->codecpar;
     const bool depth = spec.stream == Stream::depth;
-    if (parameters->codec_id != AV_CODEC_ID_FFV1 && (depth || parameters->codec_id != AV_CODEC_ID_MJPEG)) {
+    const bool of_a_camera = parameters->codec_id == AV_CODEC_ID_MJPEG || parameters->codec_id == AV_CODEC_ID_RAWVIDEO;
+    if (parameters->codec_id != AV_CODEC_ID_FFV1 && (depth || !of_a_camera)) {
       throw InputError(std::string("found codec ") + avcodec_get_name(parameters->codec_id) +
-                       ", allowed: " + (depth ? "ffv1" : "ffv1, mjpeg"));
+                       ", allowed: " + (depth ? "ffv1" : "ffv1, mjpeg, rawvideo"));
     }
     if (parameters->width != spec.width || parameters->height != spec.height) {
       throw InputError("found " + size_text(parameters->width, parameters->height) +
@@ -113,6 +117,7 @@ class MkvSource::Reader {
       const bool ours = packet_->stream_index == stream_;
       const bool damaged = ours && ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0 || !checksums_right());
       packet_time_ = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
+      packet_exposure_ = own_exposure();
       const int sent = ours && !damaged ? avcodec_send_packet(codec_.get(), packet_.get()) : 0;
       av_packet_unref(packet_.get());
       if (damaged || sent < 0) {
@@ -130,6 +135,17 @@ class MkvSource::Reader {
     const bool intact = slices_intact(*packet_);
     has_checksums_ = has_checksums_.value_or(intact);
     return intact || !*has_checksums_;
+  }
+
+  /// What stands beside the packet where a picture has not the exposure of its camera.
+  std::optional<double> own_exposure() const {
+    std::size_t size = 0;
+    const std::uint8_t* data = av_packet_get_side_data(packet_.get(), AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL, &size);
+    if (data == nullptr || size != 16 || AV_RB64(data) != MatroskaFile::kExposureId) {
+      return std::nullopt;
+    }
+    const auto exposure = std::bit_cast<double>(static_cast<std::uint64_t>(AV_RB64(data + 8)));
+    return exposure > 0.0 && std::isfinite(exposure) ? std::optional(exposure) : std::nullopt;
   }
 
   Stamp stamp(std::int64_t container_time) {
@@ -154,7 +170,7 @@ class MkvSource::Reader {
     Picture picture;
     picture.stamp = at;
     picture.stream = spec_.stream;
-    picture.exposure = spec_.exposure;
+    picture.exposure = packet_exposure_.value_or(spec_.exposure);
     picture.encoded = to_rgb(frame);
     return picture;
   }
@@ -226,6 +242,7 @@ class MkvSource::Reader {
   int stream_ = -1;
   std::optional<bool> has_checksums_;
   std::int64_t packet_time_ = AV_NOPTS_VALUE;
+  std::optional<double> packet_exposure_;  ///< no decoder here holds pictures back, so it is that of the next one
   std::int64_t last_time_ns_ = 0;
   std::uint64_t sequence_ = 0;
 };

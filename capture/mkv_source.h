@@ -1,6 +1,7 @@
 #pragma once
-// mkv:FILE - one video stream in Matroska: FFV1 gray16 for depth, MJPEG or 8-bit FFV1 for colour. Times are the
-// container's (rounded to 1 ms by Matroska). A file that was cut short plays up to the cut.
+// mkv:FILE - one video stream in Matroska: FFV1 gray16 for depth; for colour what the camera gave (MJPEG or
+// uncompressed) or 8-bit FFV1. Times are the container's: exact in what `lumigraft record` wrote, rounded to 1 ms by
+// most other programs. A file that was cut short plays up to the cut.
 #include <filesystem>
 
 #include "capture/source.h"

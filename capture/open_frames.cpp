@@ -73,12 +73,11 @@ void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) 
 
 }  // namespace
 
-std::unique_ptr<FrameReader> open_frames(const Session& session) {
+PairedSources open_sources(const Session& session) {
   const ColorCamera& color = session.color;
   std::vector<Wanted> all = {wanted(
       "color", color.source,
       {.stream = Stream::color, .width = color.model.width, .height = color.model.height, .exposure = color.exposure})};
-  PairingReader::Registration registration;
   if (session.depth) {
     const DepthCamera& depth = *session.depth;
     all.push_back(wanted("depth", depth.source,
@@ -87,7 +86,6 @@ std::unique_ptr<FrameReader> open_frames(const Session& session) {
                           .height = depth.model.height,
                           .unit_m = depth.unit_m,
                           .registered = depth.registered}));
-    registration = DepthRegistration(depth, color.model);
   }
   if (session.fisheye) {
     const FisheyeCamera& fisheye = *session.fisheye;
@@ -112,7 +110,15 @@ std::unique_ptr<FrameReader> open_frames(const Session& session) {
   if (session.fisheye) {
     sources.fisheye = open_source(all.back(), {all.back().spec}, session.folder);
   }
-  return std::make_unique<PairingReader>(std::move(sources), std::move(registration));
+  return sources;
+}
+
+std::unique_ptr<FrameReader> open_frames(const Session& session) {
+  PairingReader::Registration registration;
+  if (session.depth) {
+    registration = DepthRegistration(*session.depth, session.color.model);
+  }
+  return std::make_unique<PairingReader>(open_sources(session), std::move(registration));
 }
 
 }  // namespace lumigraft

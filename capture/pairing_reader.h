@@ -27,6 +27,9 @@ struct PairedSources {
   bool live = false;
 };
 
+/// What a session's cameras give, before it is paired. Throws as open_frames.
+PairedSources open_sources(const Session& session);
+
 class PairingReader : public FrameReader {
  public:
   using Registration = std::function<Image<float>(const Image<std::uint16_t>&)>;

@@ -36,6 +36,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
 
   ServeCommand serve;
   ReplayCommand replay;
+  RecordCommand record;
   BenchCommand bench;
   std::string oracle, backend;
   const auto add_set = [](CLI::App& command, std::vector<std::string>& overrides) {
@@ -69,6 +70,15 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   replay_app.add_option("--oracle", oracle, "Parts taken from the session's truth/: pose,geometry,light,albedo");
   replay_app.add_flag("--dump", replay.dump, "Also write albedo, normals, depth, delta and mask as EXR");
   add_set(replay_app, replay.files.overrides);
+
+  CLI::App& record_app = *app.add_subcommand("record", "Write what the cameras give as a session that replays");
+  auto* record_config = record_app.add_option("--config", record.files.config, "Configuration of a kiosk (TOML)");
+  record_app.add_option("SESSION", record.files.session, "A folder whose session.toml names the cameras")
+      ->excludes(record_config);
+  record_app.add_option("--out", record.out, "Folder for the session, new or empty");
+  record_app.add_option("--seconds", record.seconds, "How long; until interrupted or the end where not given")
+      ->check(CLI::PositiveNumber);
+  add_set(record_app, record.files.overrides);
 
   CLI::App& bench_app = *app.add_subcommand("bench", "Chart error against time, on sessions with truth");
   bench_app.add_option("SESSION", bench.sessions, "The sessions' folders");
@@ -119,6 +129,16 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     }
     replay.oracle = parse_oracle_parts(oracle);
     return replay;
+  }
+  if (record_app.parsed()) {
+    if (asks_for_keys(record.files.overrides)) {
+      return PrintCommand{settable_keys()};
+    }
+    check_overrides(record.files.overrides);
+    if ((record.files.session.empty() && record.files.config.empty()) || record.out.empty()) {
+      throw InputError("record: SESSION or --config FILE, and --out DIR must be there (lumigraft record --help)");
+    }
+    return record;
   }
   if (bench_app.parsed()) {
     if (bench.sessions.empty() || bench.out.empty()) {

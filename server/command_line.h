@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/bench.h"
+#include "server/record.h"
 #include "server/replay.h"
 #include "server/service_config.h"
 
@@ -20,7 +21,7 @@ struct DoctorCommand {};
 struct PrintCommand {  ///< --help, --version, --set help: text for stdout
   std::string text;
 };
-using CommandLine = std::variant<ServeCommand, ReplayCommand, BenchCommand, DoctorCommand, PrintCommand>;
+using CommandLine = std::variant<ServeCommand, ReplayCommand, RecordCommand, BenchCommand, DoctorCommand, PrintCommand>;
 
 /// Throws InputError with one line.
 CommandLine parse_command_line(int argc, const char* const* argv);

@@ -51,6 +51,10 @@ int run(int argc, char** argv) {
     }
     return 0;
   }
+  if (const auto* record = std::get_if<lumigraft::RecordCommand>(&command)) {
+    lumigraft::run_record(*record, interrupted, std::cout);
+    return 0;
+  }
   if (!lumigraft::run_replay(std::get<lumigraft::ReplayCommand>(command), interrupted)) {
     std::cerr << "lumigraft: interrupted, nothing was written\n";
     return 1;

@@ -86,6 +86,7 @@ ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan) {
                                 bool with_own_keys) {
     const ConfigTable root = ConfigTable::load(file, overrides);
     input.session = read_session(root);
+    input.session_text = {file, overrides};
     if (with_own_keys) {
       read_own_keys(root);
     }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/session.h"
+#include "capture/session_text.h"
 #include "relight/exhibit.h"
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
@@ -34,6 +35,7 @@ struct ServiceFiles {
 
 struct ServiceInput {
   Session session;
+  SessionText session_text;  ///< what `session` was read from
   Exhibit exhibit;
   Plan plan;
   ServerSettings server;

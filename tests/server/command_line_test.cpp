@@ -31,6 +31,17 @@ TEST(CommandLine, Replay) {
   EXPECT_EQ(replay.files.overrides, (std::vector<std::string>{"plan.volume=32", "server.backend=vulkan"}));
 }
 
+TEST(CommandLine, Record) {
+  const auto record = std::get<RecordCommand>(parse({"record", "s", "--out", "o", "--seconds", "2.5"}));
+  EXPECT_EQ(record.files.session, "s");
+  EXPECT_EQ(record.out, "o");
+  EXPECT_EQ(record.seconds, 2.5);
+  EXPECT_EQ(std::get<RecordCommand>(parse({"record", "--config", "k", "--out", "o"})).files.config, "k");
+  EXPECT_THROW(parse({"record", "--out", "o"}), InputError);
+  EXPECT_THROW(parse({"record", "s"}), InputError);
+  EXPECT_THROW(parse({"record", "s", "--out", "o", "--seconds", "0"}), InputError);
+}
+
 TEST(CommandLine, Bench) {
   const auto bench =
       std::get<BenchCommand>(parse({"bench", "s", "t", "--out", "o", "--oracle", "pose,light", "--methods", "dvct",

@@ -1,0 +1,132 @@
+#include "capture/session_recorder.h"
+
+#include <fstream>
+#include <stdexcept>
+
+#include "capture/config_override.h"
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
+constexpr std::array kTables = {"color", "depth", "fisheye"};
+
+std::size_t at(Stream stream) { return static_cast<std::size_t>(stream); }
+
+StreamSpec spec_of(Stream stream, const Session& session) {
+  const CameraModel& model = stream == Stream::color   ? session.color.model
+                             : stream == Stream::depth ? session.depth->model
+                                                       : session.fisheye->model;
+  StreamSpec spec{.stream = stream, .width = model.width, .height = model.height};
+  if (stream != Stream::depth) {
+    spec.exposure = stream == Stream::color ? session.color.exposure : session.fisheye->exposure;
+  }
+  return spec;
+}
+
+toml::table parse(const SessionText& text) {
+  try {
+    toml::table root = toml::parse_file(text.file.string());
+    std::set<std::string> overridden;
+    for (const std::string& line : text.overrides) {
+      config_detail::apply_override(root, line, overridden);
+    }
+    return root;
+  } catch (const toml::parse_error& e) {
+    throw InputError(text.file.string() + ": " + std::string(e.description()));
+  }
+}
+
+/// Copies the file that `key` of `table` names, and lets the key name the copy.
+void take_along(toml::table& table, std::string_view key, const std::string& new_stem, const fs::path& from,
+                const fs::path& to) {
+  const auto named = table[key].value<std::string>();
+  if (!named || !fs::is_regular_file(from / *named)) {
+    return;  // a word as "srgb"
+  }
+  const std::string name = new_stem + fs::path(*named).extension().string();
+  fs::copy_file(from / *named, to / name, fs::copy_options::overwrite_existing);
+  table.insert_or_assign(key, name);
+}
+
+}  // namespace
+
+SessionRecorder::SessionRecorder(const SessionText& text, const Session& session, fs::path folder)
+    : text_(text), name_(session.name), folder_(std::move(folder)) {
+  std::error_code error;
+  if (fs::exists(folder_) && (!fs::is_directory(folder_) || !fs::is_empty(folder_, error))) {
+    throw InputError("--out: found " + folder_.string() + " in use, allowed: a folder that is new or empty");
+  }
+  fs::create_directories(folder_, error);
+  if (error) {
+    throw InputError("--out: " + folder_.string() + ": " + error.message());
+  }
+  for (const Stream stream : kStreams) {
+    if (stream == Stream::color ||
+        (stream == Stream::depth ? session.depth.has_value() : session.fisheye.has_value())) {
+      const std::string file = std::string(kTables[at(stream)]) + ".mkv";
+      streams_[at(stream)] = std::make_unique<StreamRecorder>(folder_ / file, spec_of(stream, session));
+    }
+  }
+}
+
+bool SessionRecorder::write(Stream stream, const SourceItem& item) {
+  const bool kept = streams_[at(stream)]->write(item);
+  if (kept && streams_[at(stream)]->pictures() == 1) {
+    const std::lock_guard lock(mutex_);
+    seen_[at(stream)] = true;
+    if (seen_[at(Stream::color)]) {
+      write_session_text();
+    }
+  }
+  return kept;
+}
+
+std::uint64_t SessionRecorder::pictures(Stream stream) const {
+  return streams_[at(stream)] ? streams_[at(stream)]->pictures() : 0;
+}
+
+/// Names the streams that have a picture, so that each of them opens. Replaces an earlier text in one step.
+void SessionRecorder::write_session_text() {
+  toml::table root = parse(text_);
+  toml::table out{{"format", 1}, {"name", name_}};
+  if (const auto about = root["about"].value<std::string>()) {
+    out.insert("about", *about);
+  }
+  for (const Stream stream : kStreams) {
+    const char* name = kTables[at(stream)];
+    toml::table* table = root[name].as_table();
+    if (table == nullptr || !seen_[at(stream)]) {
+      continue;
+    }
+    table->insert_or_assign("source", "mkv:" + std::string(name) + ".mkv");
+    take_along(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);
+    out.insert(name, *table);
+  }
+  if (const toml::table* tag = root["tag"].as_table()) {
+    out.insert("tag", *tag);
+  }
+  if (toml::array* surfaces = root["real_surface"].as_array()) {
+    int number = 0;
+    for (toml::node& surface : *surfaces) {
+      take_along(*surface.as_table(), "mesh", "real-surface-" + std::to_string(number++), text_.file.parent_path(),
+                 folder_);
+    }
+    out.insert("real_surface", *surfaces);
+  }
+  const fs::path partial = folder_ / "session.toml.partial";
+  {
+    std::ofstream file(partial);
+    file << toml::toml_formatter(out, toml::toml_formatter::default_flags & ~toml::format_flags::indentation) << '\n';
+    file.close();
+    if (!file) {
+      throw std::runtime_error(partial.string() + ": cannot be written, the disk may be full");
+    }
+  }
+  fs::rename(partial, folder_ / "session.toml");
+}
+
+}  // namespace lumigraft

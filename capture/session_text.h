@@ -1,0 +1,14 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace lumigraft {
+
+/// Where a session's cameras were read from: its text is kept, so that no number is rounded on the way.
+struct SessionText {
+  std::filesystem::path file;
+  std::vector<std::string> overrides;  ///< KEY=VALUE laid over it
+};
+
+}  // namespace lumigraft

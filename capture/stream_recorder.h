@@ -1,0 +1,41 @@
+#pragma once
+// One stream of a session into one Matroska file, without loss: depth as FFV1, pictures as the camera gave them.
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "capture/frame.h"
+#include "capture/source.h"
+#include "capture/stream_spec.h"
+
+namespace lumigraft {
+
+class MatroskaFile;
+
+class StreamRecorder {
+ public:
+  /// Throws InputError where `file` is there already.
+  StreamRecorder(std::filesystem::path file, const StreamSpec& spec);
+  ~StreamRecorder();
+
+  /// False where the item holds nothing that can be kept: a lost picture, or one whose time goes back, which no replay
+  /// would show. Throws InputError for radiance pictures, std::runtime_error where the disk takes no more.
+  bool write(const SourceItem& item);
+
+  std::uint64_t pictures() const { return pictures_; }
+
+ private:
+  class DepthEncoder;
+
+  bool in_order(std::int64_t time_ns);
+
+  std::filesystem::path file_;
+  StreamSpec spec_;
+  std::unique_ptr<DepthEncoder> encoder_;
+  std::unique_ptr<MatroskaFile> out_;  ///< made with the first picture
+  std::int64_t last_time_ns_ = -1;
+  std::uint64_t pictures_ = 0;
+};
+
+}  // namespace lumigraft
