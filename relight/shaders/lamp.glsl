@@ -18,16 +18,24 @@ float emission(Lamp lamp, vec3 w) {
   return lamp.facing.a > 0.0 ? lamp.facing.a * max(dot(lamp.facing.xyz, w), 0.0) : 1.0;
 }
 
-// Share i of n of a lamp seen from p: its disc, which faces p unless it is flat, cut by a sunflower spiral (Vogel 1979).
+// Point i of n of a disc of radius 1, by a sunflower spiral (Vogel 1979) of pairs that face each other across the middle:
+// their mean is the middle, which light at a grazing angle is proportional to. As in lamp_maps.cpp.
+vec2 disc_point(int i, int n) {
+  int odd = n & 1, pair = (i - odd) / 2;
+  if (i < odd) return vec2(0);
+  float r = sqrt(float(2 * pair + 1 + odd) / float(n)), phi = 2.39996323 * float(pair) + kPi * float((i - odd) & 1);
+  return r * vec2(cos(phi), sin(phi));
+}
+
+// Share i of n of a lamp seen from p: its disc, which faces p unless it is flat.
 LampSample lamp_share(Lamp lamp, vec3 p, int i, int n) {
   vec3 to = lamp.position_radius.xyz - p;
   float far = length(to);
   vec3 axis = to / far, x, y;
   basis(lamp.facing.a > 0.0 ? lamp.facing.xyz : axis, x, y);
   float radius = min(lamp.position_radius.w, 0.9 * far);
-  float r = n == 1 ? 0.0 : radius * sqrt((float(i) + 0.5) / float(n));
-  float phi = float(i) * 2.39996323;
-  vec3 at = to + r * (cos(phi) * x + sin(phi) * y);
+  vec2 q = radius * disc_point(i, n);
+  vec3 at = to + q.x * x + q.y * y;
   LampSample s;
   s.distance = length(at);
   s.w = at / s.distance;
