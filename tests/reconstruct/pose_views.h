@@ -80,9 +80,11 @@ inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern,
   return picture;
 }
 
-/// Depth of the table z = 0, with noise that grows with depth as a Kinect's.
-inline DepthPicture depth_of_table(const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera, unsigned seed,
-                                   double noise_scale) {
+/// Depth z of what `along(from, d)` finds on the ray from + along · d of the tag's frame (m; none: not finite), with
+/// noise that grows with depth as a Kinect's (Nguyen, Izadi & Lovell 2012, eq. 3), `noise_scale` times.
+template <typename Along>
+DepthPicture depth_picture(const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera, unsigned seed,
+                           double noise_scale, const Along& along) {
   DepthPicture depth;
   depth.depth_m = Image<float>(camera.width, camera.height, 1);
   std::mt19937 random(seed);
@@ -91,13 +93,19 @@ inline DepthPicture depth_of_table(const CameraModel& camera, const Eigen::Isome
     for (int u = 0; u < camera.width; ++u) {
       const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
       if (!ray) continue;
-      const Eigen::Vector3d d = T_tag_camera.linear() * *ray;
-      const double z = -T_tag_camera.translation().z() / d.z() * ray->z();
+      const double z = along(T_tag_camera.translation(), Eigen::Vector3d(T_tag_camera.linear() * *ray)) * ray->z();
       if (z > 0 && z < 8)
         depth.depth_m.at(u, v) =
             static_cast<float>(z + noise_scale * (0.0012 + 0.0019 * (z - 0.4) * (z - 0.4)) * gauss(random));
     }
   return depth;
+}
+
+/// Depth of the table z = 0.
+inline DepthPicture depth_of_table(const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera, unsigned seed,
+                                   double noise_scale) {
+  return depth_picture(camera, T_tag_camera, seed, noise_scale,
+                       [](const Eigen::Vector3d& from, const Eigen::Vector3d& d) { return -from.z() / d.z(); });
 }
 
 inline FrameSet frame_of(Picture picture, std::uint64_t index, std::int64_t time_ns) {

@@ -20,6 +20,18 @@ PointLight sun() {
   return light;
 }
 
+/// A column on a floor that is fused and lit by the sun; the camera looks at its shadow, `ahead_m` from the column.
+ClosedScene column(float ahead_m) {
+  ClosedScene scene;
+  scene.extent = {Eigen::Vector3f(-1.2f, -0.6f, -0.1f), Eigen::Vector3f(0.6f, 0.6f, 0.1f)};
+  scene.focal_px = 130;
+  scene.eye_m = {-ahead_m, -0.25f, 0.85f};
+  scene.look_at_m = {-ahead_m, 0, 0};
+  scene.lamps = {sun()};
+  scene.exhibit.objects = {box_object({-kHalf_m, -kHalf_m, 0}, {kHalf_m, kHalf_m, kHeight_m}, 0)};
+  return scene;
+}
+
 // A column in a sun of 10°: its shadow is 0.68 m long and leaves the volumes, which end 0.3 m from the column's middle.
 // Along its axis all of the sun's light is taken, to its end: beyond what is held of the field, in live settings the
 // volumes, the camera's picture and the light tell the albedo.
@@ -33,18 +45,12 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
               .most = 1.03};
   const int bins = 16;
   for (int i = 0; i < bins; ++i) sweep.x.push_back(0.04 + 0.04 * i);
-  ClosedScene scene;
-  scene.extent = {Eigen::Vector3f(-1.2f, -0.6f, -0.1f), Eigen::Vector3f(0.6f, 0.6f, 0.1f)};
+  ClosedScene scene = column(0.3f);
   scene.width = 120;
   scene.height = 40;
-  scene.focal_px = 130;
-  scene.eye_m = {-0.3f, -0.25f, 0.85f};
-  scene.look_at_m = {-0.3f, 0, 0};
   scene.sky = 0;
-  scene.lamps = {sun()};
   const float lit = 0.5f / std::numbers::pi_v<float> * 3 * std::sin(kElevation);
   scene.radiance = [lit](const Eigen::Vector3f&) { return lit; };
-  scene.exhibit.objects = {box_object({-kHalf_m, -kHalf_m, 0}, {kHalf_m, kHalf_m, kHeight_m}, 0)};
   for (const Method& method : methods(64, 1)) {
     std::vector<double> sums(bins, 0.0);
     std::vector<int> counts(bins, 0);
@@ -75,19 +81,13 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
 // metre.
 TEST_P(LongShadowSweep, LightTellsTheAlbedoBeyondTheField) {
   constexpr float albedo = 0.3f, sky = 0.2f;
-  ClosedScene scene;
-  scene.extent = {Eigen::Vector3f(-1.2f, -0.6f, -0.1f), Eigen::Vector3f(0.6f, 0.6f, 0.1f)};
+  ClosedScene scene = column(0.6f);
   scene.width = 60;
   scene.height = 20;
-  scene.focal_px = 130;
-  scene.eye_m = {-0.6f, -0.25f, 0.85f};
-  scene.look_at_m = {-0.6f, 0, 0};
   scene.albedo = albedo;
   scene.sky = sky;
-  scene.lamps = {sun()};
   const float lost = albedo / std::numbers::pi_v<float> * 3 * std::sin(kElevation);
   scene.radiance = [lost](const Eigen::Vector3f&) { return albedo * sky + lost; };
-  scene.exhibit.objects = {box_object({-kHalf_m, -kHalf_m, 0}, {kHalf_m, kHalf_m, kHeight_m}, 0)};
   double sum = 0;
   int count = 0;
   for_each_floor_pixel(scene, relit(scene, careful_plan(64, 1)),
