@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "capture/radiance.h"
+#include "reconstruct/light_cover.h"
 #include "reconstruct/light_environment.h"
 #include "reconstruct/light_split.h"
 #include "reconstruct/light_tracking.h"
@@ -41,6 +42,23 @@ PointLight point_light(const Lamp& lamp) {
   return light;
 }
 
+double flux_of(const Image<float>& radiance, const FisheyeView& view) {
+  double sum = 0;
+  for (std::size_t i = 0; i < view.solid_angle_sr.size(); ++i) {
+    const float* const rgb = &radiance.data[3 * i];
+    if (view.sees(i)) sum += double(rgb[0] + rgb[1] + rgb[2]) / 3 * view.solid_angle_sr[i];
+  }
+  return sum;
+}
+
+std::string hidden_warning(const Illumination& illumination) {
+  const auto count = std::count_if(illumination.lights.begin(), illumination.lights.end(),
+                                   [](const PointLight& light) { return light.hidden > 0; });
+  if (count == 0) return "";
+  return std::to_string(count) + (count == 1 ? " lamp is" : " lamps are") +
+         " no longer seen: held for a moment, then faded out";
+}
+
 std::string clipped_warning(const Illumination& illumination) {
   const auto count = std::count_if(illumination.lights.begin(), illumination.lights.end(),
                                    [](const PointLight& light) { return light.clipped; });
@@ -59,8 +77,16 @@ float PointLight::emission(const Eigen::Vector3f& towards) const {
 }
 
 struct LightStage::State {
+  explicit State(const LightSettings& the_settings)
+      : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)) {}
+
   LightSettings settings;
+  Illumination illuminate(const RadiancePicture& picture) const;
+
   std::optional<FisheyeCamera> camera;
+  Response color_response = Response::srgb();
+  CoverWatch watch;
+  std::string level_warning;  ///< of the last picture that was not covered
   FisheyeView view;
   std::optional<EnvironmentResampler> resampler;
   LightTracker tracker;
@@ -69,9 +95,10 @@ struct LightStage::State {
   std::uint64_t version = 0;
 };
 
-LightStage::LightStage(const Session& session, const LightSettings& settings) : state_(std::make_unique<State>()) {
-  state_->settings = settings;
+LightStage::LightStage(const Session& session, const LightSettings& settings)
+    : state_(std::make_unique<State>(settings)) {
   state_->camera = session.fisheye;
+  state_->color_response = session.color.response;
   if (!session.fisheye) return;
   state_->view = fisheye_view(*session.fisheye);
   state_->resampler.emplace(*session.fisheye, state_->view, kEnvironmentWidth, kEnvironmentHeight);
@@ -79,23 +106,38 @@ LightStage::LightStage(const Session& session, const LightSettings& settings) : 
 
 LightStage::~LightStage() = default;
 
+Illumination LightStage::State::illuminate(const RadiancePicture& picture) const {
+  const LightSplit split = split_lamps(picture.radiance, picture.clipped, view, settings.max_lights);
+  Illumination now;
+  now.probe_position_m = camera->T_tag_fisheye.translation().cast<float>();
+  for (const Lamp& lamp : split.lamps) now.lights.push_back(point_light(lamp));
+  now.remainder = resampler->resample(split.rest, view);
+  now.remainder_sh = project_sh(now.remainder);
+  now.clipped_fraction = picture.clipped_fraction;
+  return now;
+}
+
 LightStage::Result LightStage::extract(const FrameSet& frame) {
   State& s = *state_;
   Result result;
-  if (s.camera && !frame.fisheye.empty() && !(s.last && same_content(frame.fisheye, s.last_pictures))) {
+  const bool at_rest = s.last && std::none_of(s.last->lights.begin(), s.last->lights.end(),
+                                              [](const PointLight& light) { return light.hidden > 0; });
+  if (s.camera && !frame.fisheye.empty() && !(at_rest && same_content(frame.fisheye, s.last_pictures))) {
     const RadiancePicture picture = merge_bracket(frame.fisheye, s.camera->response);
     if (picture.radiance.width == s.view.width && picture.radiance.height == s.view.height) {
-      const LightSplit split = split_lamps(picture.radiance, picture.clipped, s.view, s.settings.max_lights);
-      auto now = std::make_shared<Illumination>();
-      now->probe_position_m = s.camera->T_tag_fisheye.translation().cast<float>();
-      for (const Lamp& lamp : split.lamps) now->lights.push_back(point_light(lamp));
-      now->remainder = s.resampler->resample(split.rest, s.view);
-      now->remainder_sh = project_sh(now->remainder);
-      now->clipped_fraction = picture.clipped_fraction;
-      s.tracker.update(s.last.get(), *now);
-      now->version = ++s.version;
-      s.last = std::move(now);
-      s.last_pictures = frame.fisheye;
+      const CoverWatch::Finding finding =
+          s.watch.look(flux_of(picture.radiance, s.view), room_level(frame.color.get(), s.color_response),
+                       picture.clipped_fraction > 0);
+      if (finding.covered) {
+        result.warnings.push_back(finding.warning);
+      } else {
+        s.level_warning = finding.warning;
+        auto now = std::make_shared<Illumination>(s.illuminate(picture));
+        s.tracker.update(s.last.get(), *now);
+        now->version = ++s.version;
+        s.last = std::move(now);
+        s.last_pictures = frame.fisheye;
+      }
     } else {
       result.warnings.push_back("the fish-eye picture is not of the size of its camera: skipped");
     }
@@ -103,14 +145,19 @@ LightStage::Result LightStage::extract(const FrameSet& frame) {
   result.illumination = s.last;
   if (!s.last) {
     result.warnings.push_back("no fish-eye picture: where light comes from is unknown");
-  } else if (const std::string warning = clipped_warning(*s.last); !warning.empty()) {
-    result.warnings.push_back(warning);
+    return result;
+  }
+  const std::string level_warning = result.warnings.empty() ? s.level_warning : "";
+  for (const std::string& warning : {level_warning, hidden_warning(*s.last), clipped_warning(*s.last)}) {
+    if (!warning.empty()) result.warnings.push_back(warning);
   }
   return result;
 }
 
 void LightStage::reset() {
   state_->tracker.reset();
+  state_->watch.reset();
+  state_->level_warning.clear();
   state_->last_pictures.clear();
   state_->last.reset();
 }

@@ -29,6 +29,7 @@ struct PointLight {
   int region = -1;                                       ///< the same for pieces of one wide lamp; -1: no piece
   bool flat = false;                                     ///< emits as a plane does, with the cosine; else evenly
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();      ///< unit, tag frame; where flat (and distance_known)
+  int hidden = 0;  ///< pictures since it was last seen: it is held, then faded out; 0 where the newest shows it
 
   /// Radiant intensity towards a unit direction (from the lamp on), over `intensity`, which is that towards the probe:
   /// 1 where not flat, else max(0, n·ω) / (n·ω_probe).

@@ -4,13 +4,17 @@
 #include <cmath>
 #include <vector>
 
+#include "reconstruct/light_environment.h"
+
 namespace lumigraft {
 namespace {
 
-constexpr float kSameLampRad = 0.1f;  // between two pictures
-constexpr float kStillRad = 0.009f;   // about a pixel and a half of a 512-pixel fish-eye
-constexpr float kStillShare = 0.1f;   // of a lamp's irradiance
-constexpr int kLongestMean = 10;      // pictures
+constexpr float kSameLampRad = 0.1f;     // between two pictures
+constexpr float kStillRad = 0.009f;      // about a pixel and a half of a 512-pixel fish-eye
+constexpr float kStillShare = 0.1f;      // of a lamp's irradiance
+constexpr int kLongestMean = 10;         // pictures
+constexpr int kOfAnotherPicture = 1000;  // a hidden lamp's region is none of the newest picture's
+constexpr double kGone = 0.5;            // of a lamp's energy must be missing in the picture for it to be hidden
 
 struct Match {
   float angle;
@@ -46,9 +50,42 @@ bool still(const PointLight& now, const PointLight& last) {
          (now.irradiance - last.irradiance).norm() < kStillShare * last.irradiance.norm();
 }
 
+/// ∫ L dω, mean of channels.
+double energy(const Illumination& light) {
+  double sum = 0;
+  for (const PointLight& lamp : light.lights) sum += lamp.irradiance.mean();
+  const Image<float>& rest = light.remainder.radiance;
+  for (int v = 0; v < rest.height; ++v) {
+    double row = 0;
+    for (int u = 0; u < rest.width; ++u) row += (rest.at(u, v, 0) + rest.at(u, v, 1) + rest.at(u, v, 2)) / 3;
+    sum += row * environment_solid_angle_sr(v, rest.width, rest.height);
+  }
+  return sum;
+}
+
 }  // namespace
 
-void LightTracker::reset() { *this = LightTracker(); }
+void LightTracker::keep_hidden(const Illumination& last, const std::vector<int>& found, Illumination& now) const {
+  std::vector<bool> seen(last.lights.size(), false);
+  for (const int j : found) {
+    if (j >= 0) seen[static_cast<std::size_t>(j)] = true;
+  }
+  double missing = energy(last) - energy(now);
+  for (std::size_t j = 0; j < last.lights.size(); ++j) {
+    PointLight lamp = last.lights[j];
+    const double share = lamp.irradiance.mean();
+    if (seen[j] || missing < kGone * share || lamp.hidden >= kHeld + kFaded - 1) continue;
+    if (now.lights.size() >= most_) break;
+    missing -= share;
+    if (lamp.region >= 0 && lamp.hidden == 0) lamp.region += kOfAnotherPicture;
+    // What is left falls in even steps to none.
+    const int steps_left = kHeld + kFaded - lamp.hidden;
+    if (++lamp.hidden > kHeld) lamp.irradiance *= (steps_left - 1.0f) / steps_left;
+    now.lights.push_back(lamp);
+  }
+}
+
+void LightTracker::reset() { *this = LightTracker(most_); }
 
 void LightTracker::update(const Illumination* last, Illumination& now) {
   const std::vector<PointLight> none;
@@ -59,6 +96,7 @@ void LightTracker::update(const Illumination* last, Illumination& now) {
     now.lights[i].id = found[i] < 0 ? next_id_++ : before[static_cast<std::size_t>(found[i])].id;
     all_still = all_still && found[i] >= 0 && still(now.lights[i], before[static_cast<std::size_t>(found[i])]);
   }
+  if (last && !all_still) keep_hidden(*last, found, now);
   averaged_ = all_still ? std::min(averaged_ + 1, kLongestMean) : 1;
   if (averaged_ == 1) return;
 

@@ -8,12 +8,22 @@ namespace lumigraft {
 
 /// Gives the lamps of `now` the ids of the nearest lamps of `last` (new ones where none is near), and averages the two
 /// while the light stands still, lamps and remainder alike, so that they still sum to an (averaged) picture.
+///
+/// A lamp that is gone with its energy may be covered by what moves: it stays for kHeld pictures and is faded out over
+/// kFaded more. One whose energy is found elsewhere has moved, or is cut otherwise, and is not kept.
 class LightTracker {
  public:
+  explicit LightTracker(std::size_t most_lamps) : most_(most_lamps) {}
+
   void update(const Illumination* last, Illumination& now);
   void reset();
 
  private:
+  static constexpr int kHeld = 3, kFaded = 4;
+
+  void keep_hidden(const Illumination& last, const std::vector<int>& found, Illumination& now) const;
+
+  std::size_t most_;
   int next_id_ = 0;
   int averaged_ = 0;  ///< pictures in the running mean
 };

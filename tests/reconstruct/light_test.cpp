@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -101,6 +103,87 @@ TEST(LightStage, ClippedLampsAreSaid) {
   EXPECT_NE(result.warnings[0].find("2 lamps are clipped in the fish-eye picture: their power is a lower bound (0."),
             std::string::npos)
       << result.warnings[0];
+}
+
+/// As a camera sees the room while the lamps burn.
+std::shared_ptr<const Picture> room_picture(float radiance) {
+  auto picture = std::make_shared<Picture>();
+  picture->radiance = Image<float>(64, 48, 3, radiance);
+  return picture;
+}
+
+FrameSet frame_without_lamp_a(const Session& session) {
+  FrameSet frame = frame_with_lamps(session);
+  auto picture = std::make_shared<Picture>(*frame.fisheye[0]);
+  for (float& value : picture->radiance.data) value = value > 30 ? 0.02f : value;
+  frame.fisheye = {picture};
+  return frame;
+}
+
+TEST(LightStage, ALampCoveredForAPictureStaysAndOneThatWentOutFades) {
+  const Session session = session_with_fisheye();
+  LightStage stage(session, {});
+  const auto before = stage.extract(frame_with_lamps(session)).illumination;
+  const auto covered = stage.extract(frame_without_lamp_a(session));
+  ASSERT_EQ(covered.illumination->lights.size(), 2u);
+  EXPECT_EQ(covered.illumination->lights[1].id, before->lights[0].id);
+  EXPECT_EQ(covered.illumination->lights[1].hidden, 1);
+  EXPECT_EQ(covered.illumination->lights[1].irradiance, before->lights[0].irradiance);
+  ASSERT_EQ(covered.warnings.size(), 1u);
+  EXPECT_NE(covered.warnings[0].find("1 lamp is no longer seen"), std::string::npos);
+  const auto again = stage.extract(frame_with_lamps(session));
+  ASSERT_EQ(again.illumination->lights.size(), 2u);
+  EXPECT_EQ(again.illumination->lights[0].id, before->lights[0].id);
+  EXPECT_EQ(again.illumination->lights[0].hidden, 0);
+  EXPECT_TRUE(again.warnings.empty());
+
+  float last = before->lights[0].irradiance.x(), largest_step = 0;
+  for (int i = 0; i < 10; ++i) {  // the same picture again and again: time goes on all the same
+    const auto lights = stage.extract(frame_without_lamp_a(session)).illumination->lights;
+    const float now = lights.size() < 2 ? 0 : lights[1].irradiance.x();
+    largest_step = std::max(largest_step, last - now);
+    last = now;
+  }
+  EXPECT_EQ(last, 0);
+  EXPECT_LT(largest_step, 0.26f * before->lights[0].irradiance.x());
+}
+
+TEST(LightStage, ALampThatMovedIsNotTwo) {
+  const Session session = session_with_fisheye();
+  LightStage stage(session, {});
+  stage.extract(frame_with_lamps(session));
+  Session turned = session;
+  turned.fisheye->T_tag_fisheye.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const FrameSet frame = frame_with_lamps(turned);  // the same light as a turned camera sees it: all lamps elsewhere
+  EXPECT_EQ(stage.extract(frame).illumination->lights.size(), 2u);
+}
+
+TEST(LightStage, ACoveredFisheyeIsSaidAndTheLightStays) {
+  const Session session = session_with_fisheye();
+  LightStage stage(session, {});
+  FrameSet open = frame_with_lamps(session), dark = open;
+  open.color = dark.color = room_picture(0.3f);
+  auto black = std::make_shared<Picture>(*open.fisheye[0]);
+  for (float& value : black->radiance.data) value *= 1e-3f;
+  dark.fisheye = {black};
+  const auto before = stage.extract(open);
+  EXPECT_TRUE(before.warnings.empty());
+  const auto covered = stage.extract(dark);
+  EXPECT_EQ(covered.illumination, before.illumination);
+  ASSERT_EQ(covered.warnings.size(), 1u);
+  EXPECT_NE(covered.warnings[0].find("the fish-eye is covered"), std::string::npos) << covered.warnings[0];
+  EXPECT_TRUE(stage.extract(open).warnings.empty());
+
+  // The lamps went out: the colour camera says so too.
+  dark.color = room_picture(0.001f);
+  const auto out = stage.extract(dark);
+  EXPECT_NE(out.illumination, before.illumination);
+  // A fish-eye that never saw light, in a lit room.
+  dark.color = room_picture(0.3f);
+  const auto from_the_start = LightStage(session, {}).extract(dark);
+  ASSERT_EQ(from_the_start.warnings.size(), 1u);
+  EXPECT_NE(from_the_start.warnings[0].find("the fish-eye sees far less light than the room sends back"),
+            std::string::npos);
 }
 
 TEST(LightStage, WithoutAPictureLightIsUnknownAndSaidSo) {

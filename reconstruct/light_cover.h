@@ -1,0 +1,30 @@
+#pragma once
+// A fish-eye that something lies on: it says that there is no light, while the colour camera sees the room as before.
+#include <string>
+
+#include "capture/frame.h"
+#include "capture/response.h"
+
+namespace lumigraft {
+
+/// Median radiance of a colour picture, mean of its channels; 0 where there is no picture.
+float room_level(const Picture* color, const Response& response);
+
+class CoverWatch {
+ public:
+  struct Finding {
+    bool covered = false;  ///< the picture is of no use: the light from before holds
+    std::string warning;   ///< empty where all is well
+  };
+  /// `flux` is the integral of radiance over the fish-eye picture, mean of channels; `level` the room_level of the
+  /// colour picture with it. `clipped`: the flux is a lower bound.
+  Finding look(double flux, float level, bool clipped);
+  void reset() { *this = CoverWatch(); }
+
+ private:
+  bool seen_ = false;
+  double flux_ = 0;  ///< of the last picture that was not covered
+  float level_ = 0;
+};
+
+}  // namespace lumigraft
