@@ -1,6 +1,7 @@
 #include "reconstruct/fusion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
@@ -9,29 +10,29 @@
 
 #include "reconstruct/fusion_brick.h"
 #include "reconstruct/fusion_colour.h"
-#include "reconstruct/fusion_reading.h"
 #include "reconstruct/fusion_sight.h"
+#include "reconstruct/fusion_update.h"
 #include "reconstruct/fusion_view.h"
 
 namespace lumigraft {
 namespace {
 
 using Eigen::Isometry3f;
-using Eigen::Vector2f;
 using Eigen::Vector3f;
-using Row = Eigen::Array<float, kBrickEdge, 1>;
 
-constexpr float kNearestM = 0.05f;    // nothing is fused closer to the camera
-constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
-/// A brick that many pictures have told about learns little from one more. From kSettled on it looks at every second,
-/// and at half as many whenever it has seen twice as many, down to one in kLongestRest; but at every one for a while
-/// after a picture showed so many voxels far from where they were.
-constexpr std::uint32_t kSettled = 12, kLongestRest = 8, kLivelyLooks = 8;
+/// A brick that many pictures have told about learns little from one more out of the same place. From so many looks on
+/// it takes every second, fourth and eighth; but every one for a while after a picture showed so many voxels far from
+/// where they were, and more of them as soon as the camera has moved on as far as makes it see anew.
+constexpr std::array<std::uint32_t, 3> kSettled = {6, 12, 40};
+constexpr std::uint32_t kLongestRest = 1u << kSettled.size(), kLivelyLooks = 8;
+constexpr float kAnewM = 0.02f, kAnewRad = 0.03f;
+constexpr float kFarAnew = 8;  ///< times that: another view altogether, that nothing rests for
 constexpr int kLivelyVoxels = 24;
 /// While the camera has moved less than this since all surfaces were looked through for new bricks, a share of them is.
 constexpr float kSteadyM = 0.01f, kSteadyRad = 0.01f;
 constexpr int kShares = 4;
-constexpr std::uint32_t kWait = 8;  ///< pictures, that slight changes are held back to be published together
+constexpr int kUrgentVoxels = 8;    ///< newly known, or far from where they were: published at once
+constexpr std::uint32_t kWait = 4;  ///< pictures, that slight changes are held back to be published together
 constexpr float kPlaceM = 0.25f;    // apart, as places from where the camera looked
 constexpr std::size_t kMostPlaces = 64;
 
@@ -43,13 +44,6 @@ bool same_picture(const std::shared_ptr<const Picture>& a, const std::shared_ptr
 
 bool same_depth(const std::shared_ptr<const DepthPicture>& a, const std::shared_ptr<const DepthPicture>& b) {
   return a == b || (a && b && a->depth_m.data == b->depth_m.data);
-}
-
-/// Running mean; the past counts for `cap` at most.
-template <typename Value>
-void average(Value& mean, float& weight, const Value& value, float share, float cap) {
-  mean += (share / (weight + share)) * (value - mean);
-  weight = std::min(weight + share, cap);
 }
 
 }  // namespace
@@ -66,10 +60,9 @@ struct FusionStage::State {
 
   void look_from(const Vector3f& camera_m);
   void allocate(const Isometry3f& T_tag_camera);
+  void remember(const Isometry3f& T_tag_camera);
   bool rests(const WorkingBrick& brick, std::size_t place) const;
-  bool update(WorkingBrick& brick, float hidden_m, const DepthReader& depth, const ColourReader& colour,
-              const Isometry3f& T_camera_tag) const;
-  bool clear(WorkingBrick& brick, const Isometry3f& T_camera_tag) const;
+  void consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told);
   void publish();
 
   CameraModel camera;
@@ -80,10 +73,12 @@ struct FusionStage::State {
   DepthView view;
 
   std::uint32_t pictures = 0, last_publication = 0;
-  Isometry3f searched_from = Isometry3f::Identity();  ///< camera when all surfaces were last looked through
-  std::vector<WorkingBrick*> waiting;                 ///< to be published
-  bool plain = false;                                 ///< one of them at once
-  std::vector<std::unique_ptr<WorkingBrick>> bricks;  ///< in the order in which they came
+  std::array<Isometry3f, kLongestRest> T_tag_camera_at{};  ///< by picture, the last ones
+  std::array<float, kLongestRest> moved_since{};           ///< by how many pictures ago
+  Isometry3f searched_from = Isometry3f::Identity();       ///< camera when all surfaces were last looked through
+  std::vector<WorkingBrick*> waiting;                      ///< to be published
+  bool urgent = false;                                     ///< one of them at once
+  std::vector<std::unique_ptr<WorkingBrick>> bricks;       ///< in the order in which they came
   std::unordered_map<BrickKey, std::size_t, BrickKeyHash> places;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const DepthPicture> last_depth;
@@ -118,83 +113,66 @@ void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
   }
 }
 
-bool FusionStage::State::rests(const WorkingBrick& brick, std::size_t place) const {
-  if (brick.looks < brick.lively_until) return false;
-  std::uint32_t rest = 1;
-  while (rest < kLongestRest && brick.looks >= kSettled * rest) rest *= 2;
-  return (pictures + place) % rest != 0;
-}
-
-/// Free space in front of everything. False where that was known.
-bool FusionStage::State::clear(WorkingBrick& brick, const Isometry3f& T_camera_tag) const {
-  if (brick.open) return false;
-  const Vector3f centre =
-      T_camera_tag * (voxel_m * (Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>() * kBrickEdge +
-                                 Vector3f::Constant(0.5f * (kBrickEdge - 1))));
-  const Vector2f pixel = map.pixel(centre.x() / centre.z(), centre.y() / centre.z());
-  const float weight = view.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
-  if (weight <= 0) return false;
-  float least = truncation_m;
-  for (int i = 0; i < kBrickVoxels; ++i) {
-    average(brick.now.distance_m[i], brick.now.weight[i], truncation_m, weight, weight_cap);
-    least = std::min(least, brick.now.distance_m[i]);
+/// How far the camera has moved since so many pictures, over what makes it see anew.
+void FusionStage::State::remember(const Isometry3f& T_tag_camera) {
+  for (std::uint32_t ago = 1; ago < kLongestRest; ++ago) {
+    const Isometry3f& then = T_tag_camera_at[(pictures + kLongestRest - ago) % kLongestRest];
+    const float way = (then.translation() - T_tag_camera.translation()).norm() / kAnewM;
+    const float turn = Eigen::AngleAxisf(then.linear().transpose() * T_tag_camera.linear()).angle() / kAnewRad;
+    moved_since[ago] = way + turn;
   }
-  brick.open = least > 0.99f * truncation_m;
-  return true;
+  T_tag_camera_at[pictures % kLongestRest] = T_tag_camera;
 }
 
-/// False where the frame says nothing about the brick.
-bool FusionStage::State::update(WorkingBrick& brick, float hidden_m, const DepthReader& depth,
-                                const ColourReader& colour, const Isometry3f& T_camera_tag) const {
-  const Vector3f corner =
-      T_camera_tag * (voxel_m * kBrickEdge * Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>());
-  const Eigen::Matrix3f step = voxel_m * T_camera_tag.linear();
-  const Row along = Row::LinSpaced(kBrickEdge, 0, kBrickEdge - 1);
-  const float shell_m = kShellVoxels * voxel_m;
-  bool told = false;
-  int moved = 0;
-  for (int z = 0; z < kBrickEdge; ++z)
-    for (int y = 0; y < kBrickEdge; ++y) {
-      const Vector3f row = corner + static_cast<float>(y) * step.col(1) + static_cast<float>(z) * step.col(2);
-      if (std::min(row.z(), row.z() + kBrickEdge * step(2, 0)) > hidden_m) continue;
-      const Row px = row.x() + along * step(0, 0), py = row.y() + along * step(1, 0), pz = row.z() + along * step(2, 0);
-      const Row inverse_z = 1 / pz, x_over_z = px * inverse_z, y_over_z = py * inverse_z;
-      for (int x = 0; x < kBrickEdge; ++x) {
-        if (pz[x] < kNearestM) continue;
-        const Vector2f pixel = map.pixel(x_over_z[x], y_over_z[x]);
-        const Reading reading = depth.read({px[x], py[x], pz[x]}, pixel);
-        if (reading.weight <= 0) continue;
-        told = true;
-        const int i = x + kBrickEdge * (y + kBrickEdge * z);
-        moved += std::abs(brick.now.distance_m[i] - reading.distance_m) > truncation_m && brick.now.weight[i] > 0;
-        average(brick.now.distance_m[i], brick.now.weight[i], reading.distance_m, reading.weight, weight_cap);
+bool FusionStage::State::rests(const WorkingBrick& brick, std::size_t place) const {
+  const std::uint32_t ago = pictures - brick.last_look;
+  if (brick.looks < brick.lively_until || ago >= kLongestRest) return false;
+  // Not all bricks at once.
+  constexpr std::uint32_t kTurns = 8;
+  const float patience = 0.75f + 0.5f * static_cast<float>(place % kTurns) / kTurns;
+  auto steps = std::upper_bound(kSettled.begin(), kSettled.end(), brick.looks) - kSettled.begin();
+  if (moved_since[ago] > kFarAnew) return false;
+  if (moved_since[ago] > patience) steps = steps > 1 ? 1 : 0;
+  return ((pictures + place) & ((1u << steps) - 1)) != 0;
+}
 
-        if (std::abs(reading.distance_m) > shell_m || !colour || !reading.in_sight) continue;
-        Vector3f radiance;
-        if (colour.read(pixel, reading.edge, radiance))
-          average(brick.now.radiance[i], brick.now.radiance_weight[i], radiance,
-                  reading.facing * (reading.edge ? kEdgeTrust : 1), weight_cap);
-      }
-    }
-  if (!told) return false;
-  brick.open = false;
-  if (moved > kLivelyVoxels) brick.lively_until = brick.looks + kLivelyLooks;
-  return true;
+/// A brick of which a picture told is to be published, now or with others.
+void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told) {
+  if (!open) {
+    brick.open = false;
+    if (told.moved > kLivelyVoxels) brick.lively_until = brick.looks + kLivelyLooks;
+  }
+  ++brick.looks;
+  brick.last_look = pictures;
+  // A look at what was published costs as much as an update: what is urgent is known without.
+  brick.urgent |= !brick.published || told.learnt >= kUrgentVoxels || told.moved >= kUrgentVoxels;
+  urgent |= brick.urgent;
+  if (brick.waiting) return;
+  brick.waiting = true;
+  waiting.push_back(&brick);
 }
 
 void FusionStage::State::publish() {
-  if (waiting.empty() || (!plain && pictures - last_publication < kWait)) return;
+  const std::uint32_t ago = pictures - last_publication;
+  const bool due = ago >= kWait || moved_since[ago] > 1;
+  if (waiting.empty() || (!urgent && !due)) return;
   auto next = std::make_shared<DistanceField>(*field);
   next->version += 1;
   next->seen_from_m = seen_from_m;
-  for (WorkingBrick* brick : waiting) {
-    brick->waiting = false;
+  bool changed = false;
+  std::erase_if(waiting, [&](WorkingBrick* brick) {
+    if (!due && !brick->urgent) return false;
+    const bool drifted = brick->urgent || brick->drifted(voxel_m);
+    brick->waiting = brick->urgent = false;
+    if (!drifted) return true;
     brick->published = std::make_shared<FieldBrick>(brick->now);
     next->bricks.insert_or_assign(brick->key, brick->published);
-  }
-  waiting.clear();
-  plain = false;
-  last_publication = pictures;
+    changed = true;
+    return true;
+  });
+  urgent = false;
+  if (due) last_publication = pictures;
+  if (!changed) return;
   field = std::move(next);
 }
 
@@ -221,23 +199,25 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
   const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
   s.look_from(pose.T_tag_camera.translation().cast<float>());
   s.allocate(pose.T_tag_camera.cast<float>());
+  s.remember(pose.T_tag_camera.cast<float>());
   const ColourReader colour(frame.color.get(), s.response, s.camera.width, s.camera.height);
-  const DepthReader depth(s.view, s.preparation, s.map, s.voxel_m, s.truncation_m, kShellVoxels * s.voxel_m);
+  const BrickUpdate picture(s.view, s.preparation, s.map, colour, T_camera_tag,
+                            {s.voxel_m, s.truncation_m, s.weight_cap});
   const float focal = static_cast<float>(std::max(s.camera.fx, s.camera.fy));
+  std::vector<std::pair<WorkingBrick*, Sight>> seen;
   for (std::size_t place = 0; place < s.bricks.size(); ++place) {
     WorkingBrick& brick = *s.bricks[place];
     if (s.rests(brick, place)) continue;
     const Sight sight = sight_of(brick.key, s.view, s.map, focal, T_camera_tag, s.voxel_m, s.truncation_m);
-    if (sight.kind == Sight::Kind::hidden) continue;
-    const bool told = sight.kind == Sight::Kind::open ? s.clear(brick, T_camera_tag)
-                                                      : s.update(brick, sight.far_m, depth, colour, T_camera_tag);
-    if (!told) continue;
-    ++brick.looks;
-    const WorkingBrick::Drift drift = brick.drift(s.voxel_m);
-    s.plain |= drift == WorkingBrick::Drift::plain;
-    if (drift == WorkingBrick::Drift::none || brick.waiting) continue;
-    brick.waiting = true;
-    s.waiting.push_back(&brick);
+    if (sight.kind != Sight::Kind::hidden) seen.emplace_back(&brick, sight);
+  }
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (i + 1 < seen.size() && seen[i + 1].second.kind == Sight::Kind::surface)
+      picture.fetch(*seen[i + 1].first, seen[i + 1].second);
+    auto& [brick, sight] = seen[i];
+    const bool open = sight.kind == Sight::Kind::open;
+    const BrickUpdate::Told told = open ? picture.clear(*brick) : picture.update(*brick, sight.far_m);
+    if (told.any) s.consider(*brick, open, told);
   }
   s.publish();
   ++s.pictures;
@@ -251,7 +231,7 @@ void FusionStage::reset() {
   State& s = *state_;
   s.field.reset();
   s.waiting.clear();
-  s.plain = false;
+  s.urgent = false;
   s.bricks.clear();
   s.places.clear();
   s.pictures = s.last_publication = 0;

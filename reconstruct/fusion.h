@@ -21,8 +21,10 @@ struct FusionSettings {
 /// its ray, so that they hold at grazing views too. Carves free space. Behind a rim only what stands where the camera
 /// sees it is solid. Colour is fused as radiance, weighted by facing; clipped pixels do not count.
 ///
-/// Bricks are published when they have drifted from what was published by more than noise or 2 % of a voxel, or 1 % of
-/// radiance: a room that stands still is a field that stands still, brick by brick.
+/// Bricks that pictures have told much about are looked at less often while the camera stays where it is, and every
+/// time while what they show moves. New space is published at once; bricks that drifted from what was published by more
+/// than noise or 2 % of a voxel, or 1 % of radiance, every few pictures. A room that stands still is a field that
+/// stands still, brick by brick: what changed is what is not the same pointer as in the field before.
 class FusionStage {
  public:
   FusionStage(const Session& session, const FusionSettings& settings);

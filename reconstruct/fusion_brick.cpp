@@ -2,52 +2,53 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
+
+#include "reconstruct/four.h"
 
 namespace lumigraft {
 namespace {
-
-using Voxels = Eigen::Array<float, kBrickVoxels, 1>;
 
 constexpr float kNearShare = 0.02f, kAwayShare = 0.1f;  // of a voxel
 constexpr float kNearVoxels = 2;
 constexpr float kSigmaM = 0.0012f;  // of a measurement of weight 1
 constexpr float kNoiseShare = 0.5f;
 constexpr float kRadianceShare = 0.01f;
-constexpr float kPlain = 8 * 8;  // squared, over the mean square
-
-Eigen::Map<const Voxels> over(const std::array<float, kBrickVoxels>& values) {
-  return Eigen::Map<const Voxels>(values.data());
-}
 
 }  // namespace
 
-WorkingBrick::Drift WorkingBrick::drift(float voxel_m) const {
-  if (!published) return looks > 0 ? Drift::plain : Drift::none;
+bool WorkingBrick::drifted(float voxel_m) const {
+  if (!published) return looks > 0;
   const FieldBrick& old = *published;
-  if (((over(now.weight) > 0) != (over(old.weight) > 0)).any()) return Drift::plain;
-  const float near = kNearShare * voxel_m, away = kAwayShare * voxel_m, reach = kNearVoxels * voxel_m;
-  const Voxels seen = (over(now.distance_m).abs() < reach).select(Voxels::Constant(near * near), away * away);
-  const Voxels noise = kNoiseShare * kNoiseShare * kSigmaM * kSigmaM / (over(now.weight) + 1e-6f);
-  const Voxels ratio = (over(now.distance_m) - over(old.distance_m)).square() / seen.max(noise);
-  if (ratio.maxCoeff() > kPlain) return Drift::plain;
-  if (ratio.mean() > 1) return Drift::slight;
+  const float near = kNearShare * voxel_m, away = kAwayShare * voxel_m;
+  const Four near_square = all(near * near), away_square = all(away * away), reach = all(kNearVoxels * voxel_m);
+  const Four noise_square = all(kNoiseShare * kNoiseShare * kSigmaM * kSigmaM);
+  FourInt learnt{};
+  Four sum{};
+  for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
+    const Four w = load(&now.weight[i]), d = load(&now.distance_m[i]), off = d - load(&old.distance_m[i]);
+    learnt |= (w > 0) ^ (load(&old.weight[i]) > 0);
+    sum += off * off / most(select(size_of(d) < reach, near_square, away_square), noise_square / (w + 1e-6f));
+  }
+  if (any(learnt) || sum_of(sum) > kBrickVoxels) return true;
 
-  const auto coloured = (over(now.radiance_weight) > 0).count();
-  if (coloured == 0) return Drift::none;
-  if (((over(now.radiance_weight) > 0) != (over(old.radiance_weight) > 0)).any()) return Drift::plain;
   // Dark voxels count by the brick's mean: nobody sees 1 % of black.
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  for (const Eigen::Vector3f& radiance : old.radiance) sum += radiance;
-  const float mean = sum.sum() / static_cast<float>(coloured);
+  float light = 0;
+  int coloured = 0;
+  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+    if (!(now.radiance_weight[i] > 0)) continue;
+    if (!(old.radiance_weight[i] > 0)) return true;
+    ++coloured;
+    light += old.radiance[i].sum();
+  }
+  if (coloured == 0) return false;
+  const float mean = light / static_cast<float>(coloured);
   float total = 0;
   for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+    if (!(now.radiance_weight[i] > 0)) continue;
     const float scale = kRadianceShare * std::max(old.radiance[i].sum(), mean) + 1e-9f;
-    const float share = (now.radiance[i] - old.radiance[i]).squaredNorm() * 3 / (scale * scale);
-    if (share > kPlain) return Drift::plain;
-    total += share;
+    total += (now.radiance[i] - old.radiance[i]).squaredNorm() * 3 / (scale * scale);
   }
-  return total > static_cast<float>(coloured) ? Drift::slight : Drift::none;
+  return total > static_cast<float>(coloured);
 }
 
 }  // namespace lumigraft

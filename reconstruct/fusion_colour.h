@@ -6,6 +6,7 @@
 
 #include "capture/frame.h"
 #include "capture/radiance.h"
+#include "reconstruct/four.h"
 
 namespace lumigraft {
 
@@ -15,17 +16,21 @@ class ColourReader {
   ColourReader(const Picture* picture, const Response& response, int width, int height);
 
   explicit operator bool() const { return width_ > 0; }
-  /// Bilinear, or of the nearest pixel; false outside the picture, and where any pixel it needs is clipped.
-  bool read(const Eigen::Vector2f& pixel, bool nearest, Eigen::Vector3f& radiance) const;
+  /// Bilinear, or of the nearest pixel; false outside the picture, and where any pixel it needs is clipped. The fourth
+  /// of `radiance` is of no use.
+  bool read(float u, float v, bool nearest, Four& radiance) const;
+  /// To be called some time before pixels are read.
+  void fetch(int u, int v) const {
+    if (codes_) __builtin_prefetch(codes_ + 3 * (v * width_ + u));
+  }
 
  private:
-  bool read(int u, int v, float share, Eigen::Vector3f& sum) const;
+  Four at(std::size_t pixel) const;
 
   int width_ = 0, height_ = 0;
   const std::uint8_t* codes_ = nullptr;  ///< null where the picture holds radiance
   RadiancePicture radiance_;
-  std::array<std::array<float, 256>, 3> table_{};
-  std::array<bool, 256> clipped_{};
+  std::array<std::array<Four, 256>, 3> table_{};  ///< by channel and code; the fourth is 1 for clipped codes
 };
 
 }  // namespace lumigraft

@@ -117,7 +117,7 @@ Sight sight_of(const BrickKey& key, const DepthView& view, const PixelMap& map, 
   const float hidden_m = far_m + kBehindSteep * truncation_m;
   if (nearest > hidden_m) return {Sight::Kind::hidden};
   if (whole && centre.z() + radius_m + kOpenReach * truncation_m < near_m) return {Sight::Kind::open};
-  return {Sight::Kind::surface, hidden_m};
+  return {Sight::Kind::surface, hidden_m, pixel, reach};
 }
 
 }  // namespace lumigraft

@@ -25,7 +25,9 @@ struct Sight {
     open,     ///< wholly in front, with nothing within the truncation distance
     surface,  ///< neither
   } kind;
-  float far_m = 0;  ///< depth behind which everything is hidden
+  float far_m = 0;              ///< depth behind which everything is hidden
+  Eigen::Vector2f pixel{0, 0};  ///< of its middle
+  float reach = 0;              ///< pixels, from there to all of it
 };
 Sight sight_of(const BrickKey& key, const DepthView& view, const PixelMap& map, float focal,
                const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);

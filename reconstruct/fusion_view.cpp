@@ -21,14 +21,26 @@ double oblique(double incidence_rad) {
   return incidence_rad * incidence_rad / (rest * rest);
 }
 
-/// σ of inverse depth.
-float inverse_sigma(float q) {
-  const float away = 1 - 0.4f * q;
+/// σ of inverse depth. Of one or of four.
+template <typename Value>
+Value inverse_sigma(Value q) {
+  const Value away = 1 - 0.4f * q;
   return static_cast<float>(kLeastSigmaM) * q * q + 0.0019f * away * away;
 }
 
 /// σ of the second difference of three blocks: a block's mean has half the noise of a pixel.
-float bend_noise(float q) { return 0.5f * std::sqrt(6.0f) * inverse_sigma(q); }
+template <typename Value>
+Value bend_noise(Value q) {
+  constexpr float kRoot6 = 2.44948974f;
+  return 0.5f * kRoot6 * inverse_sigma(q);
+}
+
+/// On a plane 1/z is affine in the picture: in inverse depth q the slope of a surface inclined by θ is q tan θ / f per
+/// pixel. A jump is more than the steepest of them and the sensor's noise.
+template <typename Value>
+Value steepest(Value q, float pixels, float focal) {
+  return q * (pixels * kSteepest / focal) + kSurelyNoise * inverse_sigma(q);
+}
 
 }  // namespace
 
@@ -91,18 +103,13 @@ DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, do
   for (int v = 0; v < blocks_y_; ++v)
     for (int u = 0; u < blocks_x_; ++u) {
       const double x = 2 * u + 0.5, y = 2 * v + 0.5;
-      BlockRay block;
-      block.ray = ray_at(x, y);
-      block.per_unit = {2 / (ray_at(x + 1, y) - ray_at(x - 1, y)).x(), 2 / (ray_at(x, y + 1) - ray_at(x, y - 1)).y()};
-      block.inverse_length = 1 / std::sqrt(1 + block.ray.squaredNorm());
-      block_rays_.push_back(block);
+      const Eigen::Vector2f ray = ray_at(x, y);
+      block_rays_.x.push_back(ray.x());
+      block_rays_.y.push_back(ray.y());
+      block_rays_.per_x.push_back(2 / (ray_at(x + 1, y) - ray_at(x - 1, y)).x());
+      block_rays_.per_y.push_back(2 / (ray_at(x, y + 1) - ray_at(x, y - 1)).y());
+      block_rays_.inverse_length.push_back(1 / std::sqrt(1 + ray.squaredNorm()));
     }
-}
-
-/// On a plane 1/z is affine in the picture: in inverse depth q the slope of a surface inclined by θ is q tan θ / f per
-/// pixel. A jump is more than the steepest of them and the sensor's noise.
-float DepthPreparation::steepest(float q, float pixels) const {
-  return q * pixels * (kSteepest / focal_) + kSurelyNoise * inverse_sigma(q);
 }
 
 void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
@@ -123,27 +130,48 @@ void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
 
 void DepthPreparation::invert(const Image<float>& depth_m, DepthView& view) const {
   view.inverse_depth.resize(rays_.size());
-  for (std::size_t i = 0; i < rays_.size(); ++i) {
+  const auto one = [&](std::size_t i) {
     const float depth = depth_m.data[i];
-    const bool seen = depth > 0 && depth <= far_m_ && rays_[i].x() == rays_[i].x();
-    view.inverse_depth[i] = seen ? 1 / depth : 0;
+    view.inverse_depth[i] = depth > 0 && depth <= far_m_ && rays_[i].x() == rays_[i].x() ? 1 / depth : 0;
+  };
+  std::size_t i = 0;
+  for (; i + 4 <= rays_.size(); i += 4) {
+    const Four depth = load(&depth_m.data[i]), a = load(rays_[i].data()), b = load(rays_[i + 2].data());
+    const Four x = __builtin_shufflevector(a, b, 0, 2, 4, 6);
+    store(&view.inverse_depth[i], select((depth > 0) & (depth <= far_m_) & (x == x), 1 / depth, Four{}));
   }
+  for (; i < rays_.size(); ++i) one(i);
 }
 
 void DepthPreparation::find_jumps(DepthView& view) {
   rough_.assign(rays_.size(), 0);
   view.jumps.clear();
   block_jumps_.assign(static_cast<std::size_t>(blocks_x_) * blocks_y_, -1);
+  const auto differ = [&]<typename Value>(Value a, Value b, Value c, Value d, const Value& none) {
+    const Value low_ab = a < b ? a : b, low_cd = c < d ? c : d, high_ab = a > b ? a : b, high_cd = c > d ? c : d;
+    const Value low = low_ab < low_cd ? low_ab : low_cd, high = high_ab > high_cd ? high_ab : high_cd;
+    // What is missing is as far from what was measured as can be.
+    return high - low > (low > 0 ? steepest(high, 1, focal_) : none);
+  };
   for (int v = 0; v + 1 < height_; ++v) {
     const float* q = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
     std::uint8_t* rough = &rough_[static_cast<std::size_t>(v) * width_];
-    for (int u = 0; u + 1 < width_; ++u) {
-      const float low = std::min(std::min(q[u], q[u + 1]), std::min(q[u + width_], q[u + width_ + 1]));
-      const float high = std::max(std::max(q[u], q[u + 1]), std::max(q[u + width_], q[u + width_ + 1]));
-      rough[u] = high - low > (low > 0 ? steepest(high, 1) : 0) ? 1 : 0;
+    int u = 0;
+    for (; u + 5 <= width_; u += 4) {
+      const FourInt jumps =
+          differ(load(q + u), load(q + u + 1), load(q + u + width_), load(q + u + width_ + 1), Four{});
+      if (!any(jumps)) continue;
+      for (int k = 0; k < 4; ++k) {
+        if (!jumps[k]) continue;
+        rough[u + k] = 1;
+        add_jump(view, u + k, v);
+      }
     }
-    for (int u = 0; u + 1 < width_; ++u)
-      if (rough[u]) add_jump(view, u, v);
+    for (; u + 1 < width_; ++u) {
+      if (!differ(q[u], q[u + 1], q[u + width_], q[u + width_ + 1], 0.0f)) continue;
+      rough[u] = 1;
+      add_jump(view, u, v);
+    }
   }
 }
 
@@ -162,7 +190,7 @@ void DepthPreparation::add_jump(DepthView& view, int u, int v) {
   }
   const float near = q(jump.near);
   // What is missing says nothing about what is behind.
-  if (near - q(jump.far) <= steepest(near, 1)) jump.far = -1;
+  if (near - q(jump.far) <= steepest(near, 1, focal_)) jump.far = -1;
   jump.divide = jump.far < 0 ? 0 : (near + q(jump.far)) / 2;
   jump.pixel = Eigen::Vector2f(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f);
   jump.voxel_pixels = voxel_m_ * focal_ * near;
@@ -185,7 +213,7 @@ void DepthPreparation::average_blocks(const DepthView& view) {
 /// has a crease, which shows as more than `bend`, from the side that is straighter (as in ENO schemes, Harten et al.
 /// 1987). `before` and `after` are how many blocks there are on either side.
 float DepthPreparation::slope(const float* q, std::ptrdiff_t step, int before, int after, float bend) const {
-  const float here = *q, most = steepest(here, 2);
+  const float here = *q, most = steepest(here, 2, focal_);
   const bool back = before > 0 && q[-step] > 0 && std::abs(here - q[-step]) <= most;
   const bool ahead = after > 0 && q[step] > 0 && std::abs(q[step] - here) <= most;
   if (back && ahead) {
@@ -202,32 +230,98 @@ float DepthPreparation::slope(const float* q, std::ptrdiff_t step, int before, i
   return ahead ? 0.5f * (q[step] - here) : std::numeric_limits<float>::quiet_NaN();
 }
 
-void DepthPreparation::fit_planes(DepthView& view) {
-  view.blocks.assign(block_inverse_.size(), {});
-  for (int v = 0; v < blocks_y_; ++v)
-    for (int u = 0; u < blocks_x_; ++u) {
-      const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
-      const float q = block_inverse_[i];
-      if (q == 0) continue;
-      const float bend = kSurelyBent * view.noise_scale * bend_noise(q);
-      const float by_u = slope(&block_inverse_[i], 1, u, blocks_x_ - 1 - u, bend);
-      const float by_v = slope(&block_inverse_[i], blocks_x_, v, blocks_y_ - 1 - v, bend);
-      // q = A x/z + B y/z + C, and (A, B, C) is the plane's normal over its distance.
-      const BlockRay& ray = block_rays_[i];
-      const float a = by_u * ray.per_unit.x(), b = by_v * ray.per_unit.y();
-      const float c = q - a * ray.ray.x() - b * ray.ray.y();
-      const float distance = 1 / std::sqrt(a * a + b * b + c * c);
-      const float facing = std::min(q * distance * ray.inverse_length, 1.0f);
-      if (!(facing >= kLeastFacing)) continue;  // slopes that are not known, too
-      // depth_sigma_m(1 / q, acos(facing)), its angular part from the table.
-      const float sigma =
-          straight_sigma_m(q) + 0.0001f * std::sqrt(q) * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
-      DepthView::Block& block = view.blocks[i];
-      block.normal = distance * Eigen::Vector3f(a, b, c);
-      block.distance_m = distance;
-      block.weight = static_cast<float>(kLeastSigmaM * kLeastSigmaM) / (sigma * sigma);
-      block.facing = facing;
+/// The same of four pixels in a row.
+Four DepthPreparation::slopes(const float* q, std::ptrdiff_t step, int before, int after, Four bend) const {
+  const Four here = load(q), back = load(q - step), ahead = load(q + step), most = steepest(here, 2, focal_);
+  const FourInt with_back = (back > 0) & (size_of(here - back) <= most);
+  const FourInt with_ahead = (ahead > 0) & (size_of(ahead - here) <= most);
+  const Four one_side = select(with_back, 0.5f * (here - back), 0.5f * (ahead - here));
+  Four slopes = select(with_back & with_ahead, 0.25f * (ahead - back), one_side);
+  slopes = select(with_back | with_ahead, slopes, all(std::numeric_limits<float>::quiet_NaN()));
+  const FourInt bent = with_back & with_ahead & (size_of(ahead - 2 * here + back) > bend);
+  if (any(bent))
+    for (int k = 0; k < 4; ++k)
+      if (bent[k]) slopes[k] = slope(q + k, step, before, after, bend[k]);
+  return slopes;
+}
+
+void DepthPreparation::fit_planes(DepthView& view) const {
+  view.blocks.resize(block_inverse_.size());
+  view.planes.resize(block_inverse_.size());
+  for (int v = 0; v < blocks_y_; ++v) {
+    const bool inside = v > 1 && v + 2 < blocks_y_;
+    int u = 0;
+    while (u < blocks_x_) {
+      if (inside && u > 1 && u + 6 <= blocks_x_) {
+        fit_four(view, u, v);
+        u += 4;
+      } else {
+        fit_plane(view, u++, v);
+      }
     }
+  }
+}
+
+void DepthPreparation::fit_plane(DepthView& view, int u, int v) const {
+  const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
+  DepthView::Block& block = view.blocks[i];
+  block = {};
+  view.planes[i] = Four{};
+  const float q = block_inverse_[i];
+  if (q == 0) return;
+  const float bend = kSurelyBent * view.noise_scale * bend_noise(q);
+  const float by_u = slope(&block_inverse_[i], 1, u, blocks_x_ - 1 - u, bend);
+  const float by_v = slope(&block_inverse_[i], blocks_x_, v, blocks_y_ - 1 - v, bend);
+  // q = A x/z + B y/z + C, and (A, B, C) is the plane's normal over its distance.
+  const float a = by_u * block_rays_.per_x[i], b = by_v * block_rays_.per_y[i];
+  const float c = q - a * block_rays_.x[i] - b * block_rays_.y[i];
+  const float distance = 1 / std::sqrt(a * a + b * b + c * c);
+  const float facing = std::min(q * distance * block_rays_.inverse_length[i], 1.0f);
+  if (!(facing >= kLeastFacing)) return;  // slopes that are not known, too
+  // depth_sigma_m(1 / q, acos(facing)), its angular part from the table.
+  const float sigma =
+      straight_sigma_m(q) + 0.0001f * std::sqrt(q) * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
+  block.normal = distance * Eigen::Vector3f(a, b, c);
+  block.distance_m = distance;
+  block.weight = static_cast<float>(kLeastSigmaM * kLeastSigmaM) / (sigma * sigma);
+  block.facing = facing;
+  view.planes[i] = Four{a, b, c, block.weight};
+}
+
+/// As fit_plane, of four blocks in a row with two more on every side.
+void DepthPreparation::fit_four(DepthView& view, int u, int v) const {
+  const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
+  const Four q = load(&block_inverse_[i]);
+  const Four bend = kSurelyBent * view.noise_scale * bend_noise(q);
+  Four a = slopes(&block_inverse_[i], 1, 2, 2, bend) * load(&block_rays_.per_x[i]);
+  Four b = slopes(&block_inverse_[i], blocks_x_, 2, 2, bend) * load(&block_rays_.per_y[i]);
+  Four c = q - a * load(&block_rays_.x[i]) - b * load(&block_rays_.y[i]);
+  Four distance = 1 / root(a * a + b * b + c * c);
+  const Four facing = least(all(1), q * distance * load(&block_rays_.inverse_length[i]));  // keeps a NaN
+  const FourInt known = (q > 0) & (facing >= kLeastFacing);
+  const FourInt step = __builtin_convertvector(select(known, facing, Four{}) * kObliqueSteps, FourInt);
+  const Four oblique = {oblique_[static_cast<std::size_t>(step[0])], oblique_[static_cast<std::size_t>(step[1])],
+                        oblique_[static_cast<std::size_t>(step[2])], oblique_[static_cast<std::size_t>(step[3])]};
+  const Four away = 1 / q - 0.4f;
+  const Four sigma = static_cast<float>(kLeastSigmaM) + 0.0019f * away * away + 0.0001f * root(q) * oblique;
+  Four weight = select(known, static_cast<float>(kLeastSigmaM * kLeastSigmaM) / (sigma * sigma), Four{});
+  const Four weights = weight, facings = select(known, facing, Four{});
+  a = select(known, a, Four{});
+  b = select(known, b, Four{});
+  c = select(known, c, Four{});
+  distance = select(known, distance, Four{});
+  Four normal[4] = {distance * a, distance * b, distance * c, distance};
+  transpose(normal[0], normal[1], normal[2], normal[3]);
+  transpose(a, b, c, weight);
+  const Four planes[4] = {a, b, c, weight};
+  for (std::size_t k = 0; k < 4; ++k) {
+    view.planes[i + k] = planes[k];
+    DepthView::Block& block = view.blocks[i + k];
+    block.normal = {normal[k][0], normal[k][1], normal[k][2]};
+    block.distance_m = normal[k][3];
+    block.weight = weights[k];
+    block.facing = facings[k];
+  }
 }
 
 /// Tells each block the closest jump, in two sweeps over neighbours (Danielsson 1980).
@@ -259,7 +353,10 @@ void DepthPreparation::spread_jumps(DepthView& view) {
     for (int u = 0; u < blocks_x_; ++u) visit(u, v, 1);
   for (int v = blocks_y_ - 1; v >= 0; --v)
     for (int u = blocks_x_ - 1; u >= 0; --u) visit(u, v, -1);
-  for (std::size_t i = 0; i < block_jumps_.size(); ++i) view.blocks[i].jump = block_jumps_[i];
+  for (std::size_t i = 0; i < block_jumps_.size(); ++i) {
+    view.blocks[i].jump = block_jumps_[i];
+    if (block_jumps_[i] >= 0) view.planes[i][3] = -1;
+  }
 }
 
 /// Second differences along rows vanish on planes; their mean size over what the model says they would be.
@@ -269,7 +366,7 @@ void DepthPreparation::measure_noise(DepthView& view) const {
   for (int v = 0; v < blocks_y_; v += 3)
     for (int u = 1; u + 1 < blocks_x_; u += 3) {
       const float* q = &block_inverse_[static_cast<std::size_t>(v) * blocks_x_ + u];
-      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > steepest(q[0], 4)) continue;
+      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > steepest(q[0], 4, focal_)) continue;
       // E|x| = 0.8 σ.
       sum += static_cast<double>(std::abs(q[-1] - 2 * q[0] + q[1]) / (0.8f * bend_noise(*q)));
       ++count;
@@ -279,19 +376,36 @@ void DepthPreparation::measure_noise(DepthView& view) const {
 
 void DepthPreparation::measure_tiles(DepthView& view) const {
   view.tiles.assign(static_cast<std::size_t>(view.tiles_x) * view.tiles_y, {});
+  constexpr float kMost = std::numeric_limits<float>::max();
   for (int y = 0; y < view.tiles_y; ++y)
     for (int x = 0; x < view.tiles_x; ++x) {
-      const int end_u = std::min((x + 1) * DepthView::kTile, width_),
+      const int first_u = x * DepthView::kTile, end_u = std::min(first_u + DepthView::kTile, width_),
                 end_v = std::min((y + 1) * DepthView::kTile, height_);
-      float low = std::numeric_limits<float>::max(), high = 0;
+      Four lows = all(kMost), highs{};
+      FourInt measured{-1, -1, -1, -1};
+      float low = kMost, high = 0;
       bool whole = true;
-      for (int v = y * DepthView::kTile; v < end_v; ++v)
-        for (int u = x * DepthView::kTile; u < end_u; ++u) {
-          const float q = view.inverse_depth[static_cast<std::size_t>(v) * width_ + u];
-          high = std::max(high, q);
-          whole &= q > 0;
-          low = std::min(low, q > 0 ? q : low);
+      for (int v = y * DepthView::kTile; v < end_v; ++v) {
+        const float* row = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
+        int u = first_u;
+        for (; u + 4 <= end_u; u += 4) {
+          const Four q = load(row + u);
+          const FourInt seen = q > 0;
+          highs = most(highs, q);
+          lows = least(lows, select(seen, q, all(kMost)));
+          measured &= seen;
         }
+        for (; u < end_u; ++u) {
+          high = std::max(high, row[u]);
+          whole &= row[u] > 0;
+          low = std::min(low, row[u] > 0 ? row[u] : low);
+        }
+      }
+      for (int k = 0; k < 4; ++k) {
+        low = std::min(low, lows[k]);
+        high = std::max(high, highs[k]);
+        whole &= measured[k] != 0;
+      }
       DepthView::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
       tile.whole = whole;
       if (high == 0) continue;

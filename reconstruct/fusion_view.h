@@ -8,6 +8,7 @@
 
 #include "capture/camera_model.h"
 #include "capture/image.h"
+#include "reconstruct/four.h"
 
 namespace lumigraft {
 
@@ -21,6 +22,16 @@ class PixelMap {
   Eigen::Vector2f pixel(float x_over_z, float y_over_z) const {
     const float u = fx_ * x_over_z + cx_, v = fy_ * y_over_z + cy_;
     return table_.empty() ? Eigen::Vector2f(u, v) : distorted(u, v);
+  }
+  void pixels(Four x_over_z, Four y_over_z, Four& u, Four& v) const {
+    u = fx_ * x_over_z + cx_;
+    v = fy_ * y_over_z + cy_;
+    if (table_.empty()) return;
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Vector2f pixel = distorted(u[k], v[k]);
+      u[k] = pixel.x();
+      v[k] = pixel.y();
+    }
   }
 
  private:
@@ -58,6 +69,9 @@ struct DepthView {
   int width = 0, height = 0, blocks_x = 0, blocks_y = 0, tiles_x = 0, tiles_y = 0;
   std::vector<float> inverse_depth;  ///< per pixel, 1/m; 0 = nothing measured
   std::vector<Block> blocks;
+  /// The same in short, for the many voxels that see one plane and no jump: normal over distance, and the weight; that
+  /// is −1 in the reach of a jump.
+  std::vector<Four> planes;
   std::vector<Jump> jumps;
   std::vector<Tile> tiles;
   float noise_scale = 0;  ///< how noisy the picture is, over the sensor noise model
@@ -85,13 +99,15 @@ class DepthPreparation {
   float focal() const { return focal_; }
 
  private:
-  float steepest(float inverse_depth, float pixels) const;
   void average_blocks(const DepthView& view);
   float slope(const float* inverse_depth, std::ptrdiff_t step, int before, int after, float bend) const;
+  Four slopes(const float* inverse_depth, std::ptrdiff_t step, int before, int after, Four bend) const;
+  void fit_plane(DepthView& view, int u, int v) const;
+  void fit_four(DepthView& view, int u, int v) const;
   void invert(const Image<float>& depth_m, DepthView& view) const;
   void find_jumps(DepthView& view);
   void add_jump(DepthView& view, int u, int v);
-  void fit_planes(DepthView& view);
+  void fit_planes(DepthView& view) const;
   void spread_jumps(DepthView& view);
   void measure_noise(DepthView& view) const;
   void measure_tiles(DepthView& view) const;
@@ -101,12 +117,10 @@ class DepthPreparation {
   static constexpr int kObliqueSteps = 256;
   std::array<float, kObliqueSteps + 1> oblique_{};  ///< angular part of the noise, by cosine of incidence
   std::vector<Eigen::Vector2f> rays_;               ///< per pixel
-  struct BlockRay {
-    Eigen::Vector2f ray;       ///< of the block's middle
-    Eigen::Vector2f per_unit;  ///< pixels per unit of x/z and of y/z
-    float inverse_length;      ///< of (x/z, y/z, 1)
-  };
-  std::vector<BlockRay> block_rays_;
+  /// By block: x/z and y/z of its middle, pixels per unit of both, and the inverse length of (x/z, y/z, 1).
+  struct BlockRays {
+    std::vector<float> x, y, per_x, per_y, inverse_length;
+  } block_rays_;
   std::vector<float> block_inverse_;  ///< mean inverse depth of a block on one surface; 0 = on none
   std::vector<std::uint8_t> rough_;   ///< per pixel: depth jumps between it and its neighbours to the right and below
   std::vector<std::int32_t> block_jumps_;  ///< the jump in the block, later the closest

@@ -2,12 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <functional>
-#include <random>
-
 #include "reconstruct/fusion_view.h"
-#include "tests/reconstruct/pose_views.h"
+#include "tests/reconstruct/fusion_views.h"
 
 namespace lumigraft {
 namespace {
@@ -15,122 +11,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
-
-constexpr double kDegree = M_PI / 180;
-
-/// Signed distance to the nearest surface, tag frame; rays are marched through it to make pictures.
-using Shape = std::function<double(const Vector3d&)>;
-
-double table(const Vector3d& p) { return p.z(); }
-const Vector3d kBall(0.1, 0.15, 0.12);
-constexpr double kBallRadius = 0.1;
-double ball(const Vector3d& p) { return (p - kBall).norm() - kBallRadius; }
-double ball_on_table(const Vector3d& p) { return std::min(table(p), ball(p)); }
-
-/// Where a ray meets the shape within 6 m.
-std::optional<double> march(const Shape& shape, const Vector3d& from, const Vector3d& direction) {
-  double along = 0;
-  for (int i = 0; i < 500 && along < 6; ++i) {
-    const double free = shape(from + along * direction);
-    if (free < 1e-7) break;
-    along += free;
-  }
-  if (along >= 6) return std::nullopt;
-  return along;
-}
-
-Vector3d normal_of(const Shape& shape, const Vector3d& p) {
-  Vector3d normal;
-  for (int i = 0; i < 3; ++i) normal[i] = shape(p + 1e-4 * Vector3d::Unit(i)) - shape(p - 1e-4 * Vector3d::Unit(i));
-  return normal.normalized();
-}
-
-Session session_with(const CameraModel& camera) {
-  Session session;
-  session.color.model = camera;
-  session.color.exposure = 2;
-  return session;
-}
-
-struct Noise {
-  double scale = 0;  ///< of the Kinect's noise model
-  unsigned seed = 1;
-};
-
-FrameSet frame_of(const Shape& shape, const CameraModel& camera, const Isometry3d& T_tag_camera,
-                  std::uint64_t index = 0, const Noise& noise = {},
-                  const std::function<double(const Vector3d&)>& radiance = nullptr) {
-  auto depth = std::make_shared<DepthPicture>();
-  depth->depth_m = Image<float>(camera.width, camera.height, 1);
-  auto color = std::make_shared<Picture>();
-  color->exposure = 2;
-  color->encoded = Image<std::uint8_t>(camera.width, camera.height, 3);
-  std::mt19937 random(noise.seed);
-  std::normal_distribution<double> gauss;
-  for (int v = 0; v < camera.height; ++v)
-    for (int u = 0; u < camera.width; ++u) {
-      const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
-      if (!ray) continue;
-      const Vector3d direction = T_tag_camera.linear() * *ray;
-      const auto along = march(shape, T_tag_camera.translation(), direction);
-      if (!along) continue;
-      const double z = *along * ray->z();
-      depth->depth_m.at(u, v) = static_cast<float>(z + noise.scale * depth_sigma_m(z, 0) * gauss(random));
-      const double light = radiance ? radiance(T_tag_camera.translation() + *along * direction) : 0.25;
-      for (int c = 0; c < 3; ++c)
-        color->encoded.at(u, v, c) = static_cast<std::uint8_t>(std::lround(
-            255 * linear_to_srgb(std::min(1.0f, static_cast<float>(2 * light) / static_cast<float>(1 + c)))));
-    }
-  FrameSet frame;
-  frame.index = index;
-  frame.depth = depth;
-  frame.color = color;
-  return frame;
-}
-
-Pose pose_at(const Isometry3d& T_tag_camera) {
-  Pose pose;
-  pose.T_tag_camera = pose.T_tag_camera_raw = T_tag_camera;
-  return pose;
-}
-
-/// Mean and largest |distance| of the field's zero surface from the shape, by casting a ray through every third pixel;
-/// and the share of rays that met it.
-struct Agreement {
-  double mean_m = 0, largest_m = 0, share = 0, normal_deg = 0;
-};
-Agreement compare(const DistanceField& field, const Shape& shape, const CameraModel& camera,
-                  const Isometry3d& T_tag_camera, int margin = 8) {
-  Agreement result;
-  int rays = 0, hits = 0;
-  for (int v = margin; v < camera.height - margin; v += 3)
-    for (int u = margin; u < camera.width - margin; u += 3) {
-      const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
-      if (!ray) continue;
-      const Vector3d direction = T_tag_camera.linear() * *ray;
-      const auto truth = march(shape, T_tag_camera.translation(), direction);
-      // Beyond the far limit and at the most grazing views nothing is promised.
-      if (!truth || *truth * ray->z() > 4.8 ||
-          -direction.dot(normal_of(shape, T_tag_camera.translation() + *truth * direction)) < 0.2)
-        continue;
-      ++rays;
-      const auto hit = field.raycast(T_tag_camera.translation().cast<float>(), direction.cast<float>(), 0.05f, 6);
-      if (!hit) continue;
-      ++hits;
-      const Vector3d p = hit->position_m.cast<double>();
-      const double away = std::abs(shape(p));
-      result.mean_m += away;
-      result.largest_m = std::max(result.largest_m, away);
-      Vector3d normal;
-      for (int i = 0; i < 3; ++i) normal[i] = shape(p + 1e-4 * Vector3d::Unit(i)) - shape(p - 1e-4 * Vector3d::Unit(i));
-      const double cosine = std::min(1.0, normal.normalized().dot(hit->normal.cast<double>()));
-      result.normal_deg += std::acos(cosine) / kDegree;
-    }
-  result.mean_m /= hits;
-  result.normal_deg /= hits;
-  result.share = static_cast<double>(hits) / rays;
-  return result;
-}
+using namespace test;
 
 TEST(Fusion, NoiseModelOfNguyen) {
   EXPECT_NEAR(depth_sigma_m(0.4, 0), 0.0012, 1e-12);
@@ -355,25 +236,6 @@ TEST(Fusion, ADistortedLens) {
   const Agreement seen = compare(*field, ball_on_table, camera, T, 16);
   EXPECT_LT(seen.mean_m, 5e-4);
   EXPECT_GT(seen.share, 0.98);
-}
-
-TEST(Fusion, TimeOfOnePicture) {
-  CameraModel camera = test::small_camera();
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 525;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  // A table before a wall 3 m away: many bricks.
-  const Shape room = [](const Vector3d& p) { return std::min(ball_on_table(p), 3.0 - p.y()); };
-  const Isometry3d first = test::looking_at_tag(0.85, 50 * kDegree, -M_PI / 2);
-  const FrameSet a = frame_of(room, camera, first), b = frame_of(room, camera, first, 1, {0.3, 2});
-  FusionStage stage(session_with(camera), {});
-  stage.fuse(a, pose_at(first));
-  const std::clock_t start = std::clock();
-  const auto field = stage.fuse(b, pose_at(first));
-  const double ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-  std::printf("fusion: 640x480 into %zu bricks: %.1f ms of one core\n", field->bricks.size(), ms);
 }
 
 }  // namespace

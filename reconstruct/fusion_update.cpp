@@ -1,0 +1,175 @@
+#include "reconstruct/fusion_update.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "reconstruct/four.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+constexpr float kNearestM = 0.05f;    // nothing is fused closer to the camera
+constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
+constexpr Four kFirst = {0, 1, 2, 3};
+
+}  // namespace
+
+/// Four voxels in the camera's frame, and the pixels they are seen at.
+struct BrickUpdate::Row {
+  Four x, y, z, u, v;
+};
+
+BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
+                         const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes)
+    : view_(view),
+      map_(map),
+      colour_(colour),
+      T_camera_tag_(T_camera_tag),
+      sizes_(sizes),
+      shell_m_(kShellVoxels * sizes.voxel_m),
+      end_u_(static_cast<float>(2 * view.blocks_x)),
+      end_v_(static_cast<float>(2 * view.blocks_y)),
+      depth_(view, preparation, map, sizes.voxel_m, sizes.truncation_m, shell_m_) {}
+
+BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m) const {
+  const Vector3f corner =
+      T_camera_tag_ * (sizes_.voxel_m * kBrickEdge * Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>());
+  const Eigen::Matrix3f step = sizes_.voxel_m * T_camera_tag_.linear();
+  Told told;
+  for (int z = 0; z < kBrickEdge; ++z)
+    for (int y = 0; y < kBrickEdge; ++y) {
+      const Vector3f row = corner + static_cast<float>(y) * step.col(1) + static_cast<float>(z) * step.col(2);
+      if (std::min(row.z(), row.z() + kBrickEdge * step(2, 0)) > hidden_m) continue;
+      for (int x = 0; x < kBrickEdge; x += 4) {
+        const Four along = kFirst + static_cast<float>(x);
+        Row at;
+        at.x = row.x() + along * step(0, 0);
+        at.y = row.y() + along * step(1, 0);
+        at.z = row.z() + along * step(2, 0);
+        const Four inverse_z = 1 / at.z;
+        map_.pixels(at.x * inverse_z, at.y * inverse_z, at.u, at.v);
+        four(brick, static_cast<std::size_t>(x + kBrickEdge * (y + kBrickEdge * z)), at, told);
+      }
+    }
+  return told;
+}
+
+inline void BrickUpdate::four(WorkingBrick& brick, std::size_t i, const Row& at, Told& told) const {
+  const Four u = at.u + 0.5f, v = at.v + 0.5f;
+  const FourInt ahead = at.z >= kNearestM;
+  const FourInt inside = ahead & (u >= 0) & (v >= 0) & (u < end_u_) & (v < end_v_);
+  // Lanes that are outside read the first block.
+  const FourInt block =
+      (((__builtin_convertvector(v, FourInt) >> 1) * view_.blocks_x) + (__builtin_convertvector(u, FourInt) >> 1)) &
+      inside;
+  Four a = view_.planes[static_cast<std::size_t>(block[0])], b = view_.planes[static_cast<std::size_t>(block[1])],
+       c = view_.planes[static_cast<std::size_t>(block[2])], weight = view_.planes[static_cast<std::size_t>(block[3])];
+  transpose(a, b, c, weight);
+  // To the plane, not along the ray, so that distances hold at grazing views too.
+  const Four share_of_plane = a * at.x + b * at.y + c * at.z, plane_m = 1 / root(a * a + b * b + c * c);
+  const Four distance = (1 - share_of_plane) * plane_m;
+  const FourInt read = inside & (weight > 0) & (distance >= -sizes_.truncation_m) &
+                       (distance * at.z >= -kBehindSteep * sizes_.truncation_m * plane_m * share_of_plane);
+  if (any(read)) {
+    told.any = true;
+    const Four found = least(distance, all(sizes_.truncation_m));
+    const Four was = load(&brick.now.distance_m[i]), past = load(&brick.now.weight[i]);
+    const FourInt unknown = read & (past <= 0);
+    const FourInt moved = read & (past > 0) & (size_of(was - found) > sizes_.truncation_m);
+    if (any(unknown | moved))
+      for (int k = 0; k < 4; ++k) {
+        told.learnt -= unknown[k];
+        told.moved -= moved[k];
+      }
+    const Four share = select(read, weight, Four{}), sum = past + share;
+    const Four turn = share / select(read, sum, all(1));
+    store(&brick.now.distance_m[i], was + turn * (select(read, found, was) - was));
+    store(&brick.now.weight[i], select(read, least(sum, all(sizes_.weight_cap)), past));
+    const FourInt shell = read & (size_of(found) <= shell_m_);
+    if (any(shell) && colour_) {
+      const Four facing = plane_m * share_of_plane / root(at.x * at.x + at.y * at.y + at.z * at.z);
+      for (int k = 0; k < 4; ++k)
+        if (shell[k]) colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], false, facing[k]);
+    }
+  }
+  const FourInt alone = ahead & (~inside | (weight < 0));
+  if (!any(alone)) return;
+  for (int k = 0; k < 4; ++k)
+    if (alone[k]) one(brick, i + static_cast<std::size_t>(k), {at.x[k], at.y[k], at.z[k]}, {at.u[k], at.v[k]}, told);
+}
+
+void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
+  constexpr int kLine = 64;  // bytes
+  const auto within = [](float at, int end) { return std::clamp(static_cast<int>(at), 0, end - 1); };
+  const float reach = 0.7f * sight.reach;
+  const int low_u = within(sight.pixel.x() - reach, view_.width), high_u = within(sight.pixel.x() + reach, view_.width);
+  const int low_v = within(sight.pixel.y() - reach, view_.height),
+            high_v = within(sight.pixel.y() + reach, view_.height);
+  for (int v = low_v / 2; v <= std::min(high_v / 2, view_.blocks_y - 1); ++v)
+    for (int u = low_u / 2; u <= std::min(high_u / 2, view_.blocks_x - 1); u += kLine / 16)
+      __builtin_prefetch(&view_.planes[static_cast<std::size_t>(v * view_.blocks_x + u)]);
+  if (colour_)
+    for (int v = low_v; v <= high_v; ++v)
+      for (int u = low_u; u <= high_u; u += kLine / 3) colour_.fetch(u, v);
+  for (std::size_t i = 0; i < kBrickVoxels; i += kLine / 4) {
+    __builtin_prefetch(&brick.now.distance_m[i], 1);
+    __builtin_prefetch(&brick.now.weight[i], 1);
+  }
+}
+
+void BrickUpdate::one(WorkingBrick& brick, std::size_t i, const Vector3f& p, const Vector2f& pixel, Told& told) const {
+  const Reading reading = depth_.read(p, pixel);
+  if (reading.weight <= 0) return;
+  told.any = true;
+  float& distance_m = brick.now.distance_m[i];
+  float& weight = brick.now.weight[i];
+  told.learnt += weight <= 0;
+  told.moved += weight > 0 && std::abs(distance_m - reading.distance_m) > sizes_.truncation_m;
+  const float sum = weight + reading.weight;
+  distance_m += reading.weight / sum * (reading.distance_m - distance_m);
+  weight = std::min(sum, sizes_.weight_cap);
+  if (colour_ && reading.in_sight && std::abs(reading.distance_m) <= shell_m_)
+    colour(brick.now, i, pixel.x(), pixel.y(), reading.edge, reading.facing * (reading.edge ? kEdgeTrust : 1));
+}
+
+/// Running mean; the past counts for the cap at most.
+void BrickUpdate::colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share) const {
+  Four radiance;
+  if (!colour_.read(u, v, nearest, radiance)) return;
+  Vector3f& mean = brick.radiance[i];
+  const float sum = brick.radiance_weight[i] + share;
+  mean += share / sum * (Vector3f(radiance[0], radiance[1], radiance[2]) - mean);
+  brick.radiance_weight[i] = std::min(sum, sizes_.weight_cap);
+}
+
+BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
+  if (brick.open) return {};
+  const Vector3f centre =
+      T_camera_tag_ *
+      (sizes_.voxel_m * (Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>() * kBrickEdge +
+                         Vector3f::Constant(0.5f * (kBrickEdge - 1))));
+  const Vector2f pixel = map_.pixel(centre.x() / centre.z(), centre.y() / centre.z());
+  const float share = view_.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
+  if (share <= 0) return {};
+  Told told;
+  told.any = true;
+  const Four free = all(sizes_.truncation_m), cap = all(sizes_.weight_cap);
+  Four nearest = free;
+  FourInt learnt{};
+  for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
+    const Four was = load(&brick.now.distance_m[i]), weight = load(&brick.now.weight[i]), sum = weight + share;
+    const Four now = was + share / sum * (free - was);
+    learnt += weight <= 0;
+    nearest = least(nearest, now);
+    store(&brick.now.distance_m[i], now);
+    store(&brick.now.weight[i], least(sum, cap));
+  }
+  told.learnt = -(learnt[0] + learnt[1] + learnt[2] + learnt[3]);
+  brick.open = std::min({nearest[0], nearest[1], nearest[2], nearest[3]}) > 0.99f * sizes_.truncation_m;
+  return told;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,51 @@
+#pragma once
+// One depth picture, and what colour shows, into bricks: their rows four voxels at a time, but for voxels beside jumps
+// in depth or beside the picture.
+#include <Eigen/Geometry>
+
+#include "reconstruct/fusion_brick.h"
+#include "reconstruct/fusion_colour.h"
+#include "reconstruct/fusion_reading.h"
+#include "reconstruct/fusion_sight.h"
+#include "reconstruct/fusion_view.h"
+
+namespace lumigraft {
+
+class BrickUpdate {
+ public:
+  struct Sizes {
+    float voxel_m, truncation_m, weight_cap;
+  };
+  /// All but `sizes` are kept by reference.
+  BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
+              const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes);
+
+  struct Told {
+    bool any = false;
+    int moved = 0;   ///< voxels that were far from where the picture shows them
+    int learnt = 0;  ///< voxels that were unknown
+  };
+  /// Of a brick of which nothing is seen from the depth `hidden_m` on.
+  Told update(WorkingBrick& brick, float hidden_m) const;
+  /// To be called some time before `update` of the brick.
+  void fetch(const WorkingBrick& brick, const Sight& sight) const;
+  /// Of a brick in front of everything: free space. Nothing is told where that was known.
+  Told clear(WorkingBrick& brick) const;
+
+ private:
+  struct Row;
+  void four(WorkingBrick& brick, std::size_t i, const Row& at, Told& told) const;
+  void one(WorkingBrick& brick, std::size_t i, const Eigen::Vector3f& p, const Eigen::Vector2f& pixel,
+           Told& told) const;
+  void colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share) const;
+
+  const DepthView& view_;
+  const PixelMap& map_;
+  const ColourReader& colour_;
+  const Eigen::Isometry3f& T_camera_tag_;
+  Sizes sizes_;
+  float shell_m_, end_u_, end_v_;
+  DepthReader depth_;
+};
+
+}  // namespace lumigraft
