@@ -96,6 +96,14 @@ ConfigTable ConfigTable::parse(std::string_view text, const std::string& name,
   return ConfigTable(std::move(document), std::move(node));
 }
 
+std::vector<std::string> ConfigTable::keys() const {
+  std::vector<std::string> out;
+  for (const auto& [key, value] : *node_->table) {
+    out.emplace_back(key.str());
+  }
+  return out;
+}
+
 bool ConfigTable::has(std::string_view key) const {
   node_->allowed.emplace(key);
   return node_->table->contains(key);

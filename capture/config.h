@@ -30,6 +30,8 @@ class ConfigTable {
                            const std::vector<std::string>& overrides = {});
 
   bool has(std::string_view key) const;
+  /// Every key of this table, in alphabetical order: where names are somebody else's, as those of a camera's controls.
+  std::vector<std::string> keys() const;
 
   double number(std::string_view key, double low, double high) const;
   double number(std::string_view key, double low, double high, double fallback) const;

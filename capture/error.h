@@ -12,4 +12,10 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A camera that cannot be opened now and may be later: absent, busy, or not ours to open.
+class CameraFault : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 }  // namespace lumigraft

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capture/image.h"
+#include "capture/pixel_format.h"
 
 namespace lumigraft {
 
@@ -24,6 +25,8 @@ struct Picture {
   double exposure = 1.0;  ///< linear value 1.0 is reached at radiance 1/exposure (W/sr/m² per channel); encoded only
   Image<std::uint8_t> encoded;  ///< 8-bit R G B under the camera's response
   Image<float> radiance;        ///< linear sRGB radiance, W/sr/m² per channel, R G B
+  /// What `encoded` was made from, where the camera gave something else.
+  std::shared_ptr<const CameraPicture> original = nullptr;
 };
 
 /// Depth along the colour camera's z axis, on the colour camera's pixels (registration is done in capture).

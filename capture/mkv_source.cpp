@@ -6,15 +6,17 @@ extern "C" {
 #include <libavutil/crc.h>
 #include <libavutil/intreadwrite.h>
 #include <libavutil/pixdesc.h>
-#include <libswscale/swscale.h>
 }
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
 
 #include "capture/error.h"
 #include "capture/matroska_file.h"
+#include "capture/pixel_format.h"
+#include "capture/rgb_frame.h"
 
 namespace lumigraft {
 namespace {
@@ -30,9 +32,6 @@ struct FreeFrame {
 };
 struct FreePacket {
   void operator()(AVPacket* p) const { av_packet_free(&p); }
-};
-struct FreeScaler {
-  void operator()(SwsContext* p) const { sws_freeContext(p); }
 };
 
 /// Whether every slice of an FFV1 packet carries the right checksum (RFC 9043, 4.9: size, error status and CRC-32 close
@@ -82,6 +81,14 @@ class MkvSource::Reader {
       throw InputError("found " + size_text(parameters->width, parameters->height) +
                        ", allowed: " + size_text(spec.width, spec.height));
     }
+    if (parameters->codec_id == AV_CODEC_ID_RAWVIDEO) {
+      std::array<char, 4> fourcc{};
+      std::memcpy(fourcc.data(), &parameters->codec_tag, fourcc.size());
+      uncompressed_ = pixel_format_of(fourcc);
+      if (!uncompressed_ || !bytes_of(*uncompressed_, spec.width, spec.height)) {
+        throw InputError("found uncompressed video in a format or size that no camera here gives");
+      }
+    }
     const AVCodec* codec = avcodec_find_decoder(parameters->codec_id);
     codec_.reset(avcodec_alloc_context3(codec));
     if (codec_ == nullptr || avcodec_parameters_to_context(codec_.get(), parameters) < 0) {
@@ -118,6 +125,14 @@ class MkvSource::Reader {
       const bool damaged = ours && ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0 || !checksums_right());
       packet_time_ = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
       packet_exposure_ = own_exposure();
+      if (ours && !damaged && uncompressed_) {
+        SourceItem item = take_uncompressed();
+        av_packet_unref(packet_.get());
+        return item;
+      }
+      if (ours && codec_->codec_id == AV_CODEC_ID_MJPEG) {
+        jpeg_.assign(packet_->data, packet_->data + packet_->size);
+      }
       const int sent = ours && !damaged ? avcodec_send_packet(codec_.get(), packet_.get()) : 0;
       av_packet_unref(packet_.get());
       if (damaged || sent < 0) {
@@ -167,11 +182,11 @@ class MkvSource::Reader {
     if (spec_.stream == Stream::depth) {
       return RawDepth{at, to_counts(frame)};
     }
-    Picture picture;
-    picture.stamp = at;
-    picture.stream = spec_.stream;
-    picture.exposure = packet_exposure_.value_or(spec_.exposure);
-    picture.encoded = to_rgb(frame);
+    const bool full_range = frame.color_range == AVCOL_RANGE_JPEG || codec_->codec_id == AV_CODEC_ID_MJPEG;
+    Picture picture = picture_at(at, rgb_.convert(frame, full_range));
+    if (codec_->codec_id == AV_CODEC_ID_MJPEG) {
+      picture.original = std::make_shared<CameraPicture>(CameraPicture{PixelFormat::mjpeg, jpeg_});
+    }
     return picture;
   }
 
@@ -209,27 +224,29 @@ class MkvSource::Reader {
     return counts;
   }
 
-  Image<std::uint8_t> to_rgb(const AVFrame& frame) {
-    const auto format = static_cast<AVPixelFormat>(frame.format);
-    constexpr int kFlags = SWS_BILINEAR | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP | SWS_ACCURATE_RND | SWS_BITEXACT;
-    scaler_.reset(sws_getCachedContext(scaler_.release(), frame.width, frame.height, format, frame.width, frame.height,
-                                       AV_PIX_FMT_RGB24, kFlags, nullptr, nullptr, nullptr));
-    const bool full_range = frame.color_range == AVCOL_RANGE_JPEG || codec_->codec_id == AV_CODEC_ID_MJPEG;
-    const int* from = sws_getCoefficients(frame.colorspace == AVCOL_SPC_BT709 ? SWS_CS_ITU709 : SWS_CS_ITU601);
-    sws_setColorspaceDetails(scaler_.get(), from, full_range ? 1 : 0, sws_getCoefficients(SWS_CS_DEFAULT), 1, 0,
-                             1 << 16, 1 << 16);
-    // libswscale writes whole vectors: rows are padded here and copied out.
-    const int stride = (3 * frame.width + 63) / 64 * 64;
-    padded_.resize(static_cast<std::size_t>(stride) * frame.height + 64);
-    std::uint8_t* planes[4] = {padded_.data(), nullptr, nullptr, nullptr};
-    const int strides[4] = {stride, 0, 0, 0};
-    sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);
-    Image<std::uint8_t> rgb(frame.width, frame.height, 3);
-    for (int y = 0; y < frame.height; ++y) {
-      std::memcpy(&rgb.at(0, y), padded_.data() + static_cast<std::ptrdiff_t>(y) * stride,
-                  3 * static_cast<std::size_t>(frame.width));
+  /// An uncompressed picture is what the camera gave, and becomes RGB as it did when it came from there.
+  SourceItem take_uncompressed() {
+    const Stamp at = stamp(packet_->pts);
+    const std::span<const std::uint8_t> bytes(packet_->data, static_cast<std::size_t>(packet_->size));
+    std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(*uncompressed_, spec_.width, spec_.height, bytes);
+    if (!rgb) {
+      return LostPicture{at, spec_.stream, "the picture is damaged"};
     }
-    return rgb;
+    Picture picture = picture_at(at, std::move(*rgb));
+    if (*uncompressed_ != PixelFormat::rgb8) {
+      picture.original = std::make_shared<CameraPicture>(
+          CameraPicture{*uncompressed_, std::vector<std::uint8_t>(bytes.begin(), bytes.end())});
+    }
+    return picture;
+  }
+
+  Picture picture_at(const Stamp& at, Image<std::uint8_t> rgb) const {
+    Picture picture;
+    picture.stamp = at;
+    picture.stream = spec_.stream;
+    picture.exposure = packet_exposure_.value_or(spec_.exposure);
+    picture.encoded = std::move(rgb);
+    return picture;
   }
 
   StreamSpec spec_;
@@ -237,8 +254,10 @@ class MkvSource::Reader {
   std::unique_ptr<AVCodecContext, FreeCodec> codec_;
   std::unique_ptr<AVFrame, FreeFrame> frame_{av_frame_alloc()};
   std::unique_ptr<AVPacket, FreePacket> packet_{av_packet_alloc()};
-  std::unique_ptr<SwsContext, FreeScaler> scaler_;
-  std::vector<std::uint8_t> padded_;
+  RgbFrame rgb_;
+  PixelConverter pixels_;
+  std::optional<PixelFormat> uncompressed_;
+  std::vector<std::uint8_t> jpeg_;  ///< the newest packet, where it is one
   int stream_ = -1;
   std::optional<bool> has_checksums_;
   std::int64_t packet_time_ = AV_NOPTS_VALUE;

@@ -1,15 +1,20 @@
 // Opens what a session's source URIs name. A new kind of camera is added here and in session.cpp's list of kinds.
+#include <map>
 #include <set>
 
+#include "capture/aravis_source.h"
 #include "capture/depth_registration.h"
 #include "capture/error.h"
 #include "capture/image_source.h"
+#include "capture/live_source.h"
 #include "capture/mkv_source.h"
 #include "capture/openni_source.h"
 #include "capture/pairing_reader.h"
 
 namespace lumigraft {
 namespace {
+
+const std::map<std::string, std::string> kNames = {{"color", "colour"}, {"depth", "depth"}, {"fisheye", "fish-eye"}};
 
 /// A stream that the session wants, and where from.
 struct Wanted {
@@ -19,16 +24,16 @@ struct Wanted {
   StreamSpec spec;
 
   bool openni() const { return kind == "oni" || kind == "openni2"; }
-  bool live() const { return kind == "openni2"; }
+  bool live() const { return kind == "openni2" || kind == "aravis"; }
   bool same_place(const Wanted& other) const { return kind == other.kind && rest == other.rest; }
 };
 
 Wanted wanted(const std::string& key, const std::string& uri, const StreamSpec& spec) {
   const std::size_t colon = uri.find(':');
   const std::string kind = uri.substr(0, colon);
-  if (colon == std::string::npos || (kind != "images" && kind != "mkv" && kind != "oni" && kind != "openni2")) {
-    throw InputError(key + ".source: found \"" + uri +
-                     "\", allowed in this build: images:LIST, mkv:FILE, oni:FILE, openni2:");
+  static const std::set<std::string> kKinds = {"images", "mkv", "oni", "openni2", "aravis"};
+  if (colon == std::string::npos || kKinds.count(kind) == 0) {
+    throw InputError(key + ".source: found \"" + uri + "\", allowed in this build: " + kSourceKinds);
   }
   return {key, kind, uri.substr(colon + 1), spec};
 }
@@ -46,7 +51,13 @@ std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> spe
       return std::make_shared<OpenNiSource>(OpenNiSource::Kind::recording, (folder / w.rest).string(),
                                             std::move(specs));
     }
-    return std::make_shared<OpenNiSource>(OpenNiSource::Kind::device, w.rest, std::move(specs));
+    const std::string name = specs.size() > 1 ? "colour and depth" : kNames.at(w.key);
+    return std::make_shared<LiveSource>(name, [w, specs = std::move(specs)]() -> std::unique_ptr<Source> {
+      if (w.kind == "openni2") {
+        return std::make_unique<OpenNiSource>(OpenNiSource::Kind::device, w.rest, specs);
+      }
+      return std::make_unique<AravisSource>(w.rest, w.spec);
+    });
   } catch (const InputError& e) {
     throw InputError(w.key + ".source: " + e.what());
   }
@@ -62,7 +73,10 @@ void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) 
           " for colour, allowed: all devices or all recordings, since their clocks have nothing in common");
     }
     const bool fisheye = w.spec.stream == Stream::fisheye;
-    if (fisheye && w.openni() && w.same_place(all.front())) {
+    if (w.spec.stream == Stream::depth && w.live() && !w.openni()) {
+      throw InputError(w.key + ".source: found \"" + w.kind + ":\", allowed of devices for depth: openni2:");
+    }
+    if (fisheye && (w.openni() || w.live()) && w.same_place(all.front())) {
       throw InputError(w.key + ".source: found the colour camera again, allowed: a camera of its own");
     }
     if (w.kind == "oni" && recordings.insert(w.rest).second) {
@@ -75,9 +89,12 @@ void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) 
 
 PairedSources open_sources(const Session& session) {
   const ColorCamera& color = session.color;
-  std::vector<Wanted> all = {wanted(
-      "color", color.source,
-      {.stream = Stream::color, .width = color.model.width, .height = color.model.height, .exposure = color.exposure})};
+  std::vector<Wanted> all = {wanted("color", color.source,
+                                    {.stream = Stream::color,
+                                     .width = color.model.width,
+                                     .height = color.model.height,
+                                     .exposure = color.exposure,
+                                     .settings = color.settings})};
   if (session.depth) {
     const DepthCamera& depth = *session.depth;
     all.push_back(wanted("depth", depth.source,
@@ -93,7 +110,8 @@ PairedSources open_sources(const Session& session) {
                          {.stream = Stream::fisheye,
                           .width = fisheye.model.width,
                           .height = fisheye.model.height,
-                          .exposure = fisheye.exposure}));
+                          .exposure = fisheye.exposure,
+                          .settings = fisheye.settings}));
   }
   check(all, session.folder);
 

@@ -130,7 +130,7 @@ class OpenNiSource::Reader {
  public:
   Reader(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs) : kind_(kind) {
     if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK) {
-      throw InputError("found nothing OpenNI2 can open: " + openni_error());
+      throw CameraFault("found nothing OpenNI2 can open: " + openni_error());
     }
     if (device_.isFile() != (kind == Kind::recording)) {
       throw InputError(std::string("found a ") + (device_.isFile() ? "recording" : "device") +
@@ -160,8 +160,8 @@ class OpenNiSource::Reader {
     }
     for (const auto& lane : lanes_) {
       if (lane->stream.start() != openni::STATUS_OK) {
-        throw InputError(std::string("found a ") + name_of(lane->spec.stream) +
-                         " stream that does not start: " + openni_error());
+        throw CameraFault(std::string("found a ") + name_of(lane->spec.stream) +
+                          " stream that does not start: " + openni_error());
       }
     }
   }
@@ -304,6 +304,11 @@ OpenNiSource::OpenNiSource(Kind kind, const std::string& uri, std::vector<Stream
     : kind_(kind), uri_(uri), specs_(std::move(specs)) {
   try {
     reader_ = std::make_unique<Reader>(kind_, uri_, specs_);
+  } catch (const CameraFault& e) {
+    if (kind == Kind::device) {
+      throw CameraFault("openni2:" + uri_ + ": " + e.what());
+    }
+    throw InputError(uri_ + ": " + e.what());
   } catch (const InputError& e) {
     throw InputError((kind == Kind::device ? "openni2:" : "") + uri_ + ": " + e.what());
   }

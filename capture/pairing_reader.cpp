@@ -149,7 +149,8 @@ Source* PairingReader::wanted() const {
   const std::int64_t time_ns = good[0]->time_ns;
   const auto must_read = [&](const Lane& lane, std::int64_t until_ns) {
     const bool color_piles_up = lane.source == color_.source && color_.queue.size() >= kMostAhead;
-    return lane.source != nullptr && !lane.source->finished() && lane.last_time_ns < until_ns && !color_piles_up;
+    return lane.source != nullptr && !lane.source->finished() && lane.last_time_ns < until_ns && !color_piles_up &&
+           lane.source->trouble().empty();
   };
   if (must_read(depth_, time_ns)) {
     return depth_.source;
@@ -304,6 +305,17 @@ std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int
 }
 
 bool PairingReader::finished() const { return color_.source->finished() && good_colors().empty(); }
+
+std::vector<std::string> PairingReader::troubles() const {
+  std::vector<std::string> out;
+  for (const Source* source : {color_.source, depth_.source, fisheye_.source}) {
+    const std::string trouble = source != nullptr ? source->trouble() : "";
+    if (!trouble.empty() && std::find(out.begin(), out.end(), trouble) == out.end()) {
+      out.push_back(trouble);
+    }
+  }
+  return out;
+}
 
 void PairingReader::rewind() {
   for (Lane* lane : {&color_, &depth_, &fisheye_}) {

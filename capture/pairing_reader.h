@@ -40,6 +40,7 @@ class PairingReader : public FrameReader {
   bool finished() const override;
   void rewind() override;
   bool live() const override { return sources_.live; }
+  std::vector<std::string> troubles() const override;
 
  private:
   struct Entry {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "capture/stream_spec.h"
+
 namespace lumigraft {
 namespace {
 
@@ -17,8 +19,8 @@ std::string source_uri(const ConfigTable& table) {
   const std::size_t colon = uri.find(':');
   const std::string kind = uri.substr(0, colon);
   const bool needs_file = kind == "images" || kind == "mkv" || kind == "oni";
-  if (colon == std::string::npos || (!needs_file && kind != "openni2")) {
-    table.fail("source", "found \"" + uri + "\", allowed in this build: images:LIST, mkv:FILE, oni:FILE, openni2:");
+  if (colon == std::string::npos || (!needs_file && kind != "openni2" && kind != "aravis")) {
+    table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
   }
   if (needs_file && colon + 1 == uri.size()) {
     table.fail("source", "found \"" + uri + "\", allowed: a file after the colon");
@@ -85,6 +87,31 @@ Eigen::Isometry3d read_transform(const ConfigTable& table, std::string_view key)
   return out;
 }
 
+CameraSettings read_settings(const ConfigTable& table) {
+  CameraSettings settings;
+  if (table.has("pixel_format")) {
+    const std::string name = table.text("pixel_format");
+    settings.pixel_format = pixel_format_named(name);
+    if (!settings.pixel_format) {
+      table.fail("pixel_format", "found \"" + name +
+                                     "\", allowed: rgb8, bgr8, grey8, grey16, bayer-rggb8, bayer-bggr8, "
+                                     "bayer-gbrg8, bayer-grbg8, yuyv, nv12, mjpeg");
+    }
+  }
+  const auto number = [&table](std::string_view key, double low, double high) {
+    return table.has(key) ? std::optional(table.number(key, low, high)) : std::nullopt;
+  };
+  settings.rate_hz = number("rate_hz", 0.01, 1000.0);
+  settings.exposure_us = number("exposure_us", 1.0, 60e6);
+  settings.gain = number("gain", -1e6, 1e6);
+  if (const auto controls = table.optional_table("controls")) {
+    for (const std::string& name : controls->keys()) {
+      settings.controls.emplace_back(name, controls->number(name, -2147483648.0, 2147483647.0));
+    }
+  }
+  return settings;
+}
+
 double read_exposure(const ConfigTable& table) { return table.number("exposure", 1e-9, 1e9); }
 
 ColorCamera read_color(const ConfigTable& table) {
@@ -95,6 +122,7 @@ ColorCamera read_color(const ConfigTable& table) {
   camera.model.height = table.integer("height", 1, kLargestSide);
   camera.exposure = read_exposure(table);
   camera.response = read_response(table);
+  camera.settings = read_settings(table);
   return camera;
 }
 
@@ -121,6 +149,7 @@ FisheyeCamera read_fisheye(const ConfigTable& table) {
   camera.exposure = read_exposure(table);
   camera.response = read_response(table);
   camera.T_tag_fisheye = read_transform(table, "T_tag_fisheye");
+  camera.settings = read_settings(table);
   return camera;
 }
 

@@ -7,16 +7,18 @@
 #include <vector>
 
 #include "capture/camera_model.h"
+#include "capture/camera_settings.h"
 #include "capture/config.h"
 #include "capture/response.h"
 
 namespace lumigraft {
 
 struct ColorCamera {
-  std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:
+  std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:, aravis:
   CameraModel model;
   double exposure = 1.0;
   Response response = Response::srgb();
+  CameraSettings settings = {};  ///< where live
 };
 
 struct DepthCamera {
@@ -33,6 +35,7 @@ struct FisheyeCamera {
   double exposure = 1.0;
   Response response = Response::srgb();
   Eigen::Isometry3d T_tag_fisheye = Eigen::Isometry3d::Identity();
+  CameraSettings settings = {};  ///< where live
 };
 
 /// A further tag of the same family, fixed in the room.

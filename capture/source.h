@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "capture/frame.h"
 #include "capture/session.h"
@@ -38,6 +39,8 @@ class Source {
   virtual bool finished() const = 0;
   /// Back to the first picture. Live sources do nothing.
   virtual void rewind() = 0;
+  /// What keeps a camera from giving pictures, on one line; empty where nothing does.
+  virtual std::string trouble() const { return {}; }
 };
 
 /// FrameSets in order: opens the session's sources, registers depth to colour, pairs by timestamp.
@@ -49,6 +52,8 @@ class FrameReader {
   virtual bool finished() const = 0;
   virtual void rewind() = 0;
   virtual bool live() const = 0;
+  /// One line for each camera that gives no pictures now. They come back by themselves.
+  virtual std::vector<std::string> troubles() const { return {}; }
 };
 
 /// Opens and checks every source; contradictory or missing files throw InputError here, before the first frame.

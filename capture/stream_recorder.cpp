@@ -119,15 +119,22 @@ bool StreamRecorder::write(const SourceItem& item) {
     if (!in_order(picture->stamp.time_ns)) {
       return false;
     }
+    const PixelFormat format = picture->original ? picture->original->format : PixelFormat::rgb8;
+    const std::span<const std::uint8_t> bytes = picture->original ? picture->original->bytes : picture->encoded.data;
     if (!out_) {
-      out_ = std::make_unique<MatroskaFile>(file_, MatroskaTrack{.codec = "V_UNCOMPRESSED",
-                                                                 .width = spec_.width,
-                                                                 .height = spec_.height,
-                                                                 .uncompressed_fourcc = {'R', 'G', 'B', 24}});
+      format_ = format;
+      const auto fourcc = fourcc_of(format);
+      out_ = std::make_unique<MatroskaFile>(
+          file_, MatroskaTrack{.codec = fourcc ? "V_UNCOMPRESSED" : "V_MJPEG",
+                               .width = spec_.width,
+                               .height = spec_.height,
+                               .uncompressed_fourcc = fourcc.value_or(std::array<char, 4>{})});
+    }
+    if (format != format_) {
+      return false;  // a track holds one format
     }
     const bool own_exposure = picture->exposure != spec_.exposure;
-    out_->append(picture->stamp.time_ns, picture->encoded.data,
-                 own_exposure ? std::optional(picture->exposure) : std::nullopt);
+    out_->append(picture->stamp.time_ns, bytes, own_exposure ? std::optional(picture->exposure) : std::nullopt);
   } else {
     return false;
   }

@@ -19,8 +19,9 @@ class StreamRecorder {
   StreamRecorder(std::filesystem::path file, const StreamSpec& spec);
   ~StreamRecorder();
 
-  /// False where the item holds nothing that can be kept: a lost picture, or one whose time goes back, which no replay
-  /// would show. Throws InputError for radiance pictures, std::runtime_error where the disk takes no more.
+  /// False where the item holds nothing that can be kept: a lost picture, one whose time goes back, which no replay
+  /// would show, or one in another format than the first. Throws InputError for radiance pictures, std::runtime_error
+  /// where the disk takes no more.
   bool write(const SourceItem& item);
 
   std::uint64_t pictures() const { return pictures_; }
@@ -33,7 +34,8 @@ class StreamRecorder {
   std::filesystem::path file_;
   StreamSpec spec_;
   std::unique_ptr<DepthEncoder> encoder_;
-  std::unique_ptr<MatroskaFile> out_;  ///< made with the first picture
+  std::unique_ptr<MatroskaFile> out_;       ///< made with the first picture
+  PixelFormat format_ = PixelFormat::rgb8;  ///< of the first picture
   std::int64_t last_time_ns_ = -1;
   std::uint64_t pictures_ = 0;
 };

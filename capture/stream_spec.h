@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "capture/camera_settings.h"
 #include "capture/frame.h"
 
 namespace lumigraft {
@@ -12,10 +13,14 @@ struct StreamSpec {
   Stream stream = Stream::color;
   int width = 0;
   int height = 0;
-  double exposure = 1.0;   ///< colour and fish-eye, where the source does not say it picture by picture
-  double unit_m = 0.001;   ///< depth
-  bool registered = true;  ///< depth: the device itself puts depth on the colour camera's pixels
+  double exposure = 1.0;         ///< colour and fish-eye, where the source does not say it picture by picture
+  double unit_m = 0.001;         ///< depth
+  bool registered = true;        ///< depth: the device itself puts depth on the colour camera's pixels
+  CameraSettings settings = {};  ///< live colour and fish-eye
 };
+
+/// What `source` of a camera may be, for errors.
+inline constexpr const char* kSourceKinds = "images:LIST, mkv:FILE, oni:FILE, openni2:, aravis:";
 
 inline std::string size_text(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height) + " pixels";

@@ -90,6 +90,9 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   add_backend(bench_app);
 
   CLI::App& doctor_app = *app.add_subcommand("doctor", "Say what this machine offers and what is in the way");
+  DevicesCommand devices;
+  CLI::App& devices_app = *app.add_subcommand("devices", "List the cameras with their formats and controls");
+  devices_app.add_flag("--json", devices.json, "For programs");
 
   try {
     app.parse(argc, argv);
@@ -103,6 +106,9 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
 
   if (doctor_app.parsed()) {
     return DoctorCommand{};
+  }
+  if (devices_app.parsed()) {
+    return devices;
   }
   for (auto* overrides : {&serve.files.overrides, &replay.files.overrides}) {
     if (!backend.empty()) {

@@ -18,10 +18,14 @@ struct ServeCommand {
   std::string listen;  ///< empty: the configuration's
 };
 struct DoctorCommand {};
+struct DevicesCommand {
+  bool json = false;
+};
 struct PrintCommand {  ///< --help, --version, --set help: text for stdout
   std::string text;
 };
-using CommandLine = std::variant<ServeCommand, ReplayCommand, RecordCommand, BenchCommand, DoctorCommand, PrintCommand>;
+using CommandLine =
+    std::variant<ServeCommand, ReplayCommand, RecordCommand, BenchCommand, DoctorCommand, DevicesCommand, PrintCommand>;
 
 /// Throws InputError with one line.
 CommandLine parse_command_line(int argc, const char* const* argv);

@@ -9,6 +9,7 @@
 
 #include "capture/error.h"
 #include "server/command_line.h"
+#include "server/devices.h"
 #include "server/doctor.h"
 #include "server/serve.h"
 
@@ -33,6 +34,11 @@ int run(int argc, char** argv) {
   }
   if (std::holds_alternative<lumigraft::DoctorCommand>(command)) {
     return lumigraft::write_doctor_report(std::cout) ? 0 : 1;
+  }
+  if (const auto* devices = std::get_if<lumigraft::DevicesCommand>(&command)) {
+    const auto write = devices->json ? lumigraft::write_devices_json : lumigraft::write_devices_text;
+    write(std::cout, lumigraft::list_cameras());
+    return 0;
   }
   if (const auto* serve = std::get_if<lumigraft::ServeCommand>(&command)) {
     lumigraft::run_serve(serve->files, serve->listen);

@@ -111,6 +111,8 @@ std::string Metrics::prometheus() const {
   out << "lumigraft_last_frame_age_seconds " << age_s << '\n';
   head("lumigraft_viewers", "gauge", "Open streams.");
   out << "lumigraft_viewers " << viewers_ << '\n';
+  head("lumigraft_cameras_in_trouble", "gauge", "Cameras that give no pictures now.");
+  out << "lumigraft_cameras_in_trouble " << cameras_in_trouble_ << '\n';
   head("lumigraft_connections_refused_total", "counter", "Connections and streams refused or cut short by a limit.");
   out << "lumigraft_connections_refused_total " << refused_ << '\n';
   head("lumigraft_warnings_total", "counter", "Warnings that frames carried.");

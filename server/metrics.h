@@ -32,6 +32,7 @@ class Metrics {
   void viewers(int count) { viewers_ = count; }
   int viewers() const { return viewers_; }
   void refused_connection();
+  void cameras_in_trouble(int count) { cameras_in_trouble_ = count; }
 
   std::uint64_t frames() const;
   double age_of_last_frame_s() const;  ///< negative before the first
@@ -63,6 +64,7 @@ class Metrics {
   std::uint64_t interval_frames_ = 0;
   Clock::time_point last_frame_{}, interval_start_ = Clock::now();
   std::atomic<int> viewers_ = 0;
+  std::atomic<int> cameras_in_trouble_ = 0;
 };
 
 /// Times the stage from its making to its end.

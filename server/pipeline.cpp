@@ -26,6 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{100};
 constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kAlbedoEvery{1000};
+constexpr std::chrono::milliseconds kKeepAlive{1000};
 constexpr int kBehindThePicture = 10;  // niceness of geometry, light and albedo
 // How long these rest, in times of their work: a third of a core each while the room is unknown; after that a tenth for
 // geometry and a twentieth for albedo, whose newest answers hardly differ from the ones before.
@@ -95,6 +96,9 @@ struct Pipeline::State {
   mutable std::mutex newest_mutex;
   ShownPicture newest;
   Record newest_record;
+  std::vector<std::string> troubles;  ///< of cameras, now
+
+  Clock::time_point last_encoded{};  ///< of the encode thread
 
   std::stop_source stopping;
   ThreadsBehind threads_behind;
@@ -150,6 +154,7 @@ struct Pipeline::State {
     return !stopping.stop_requested();
   }
 
+  void note_troubles(std::vector<std::string> found);
   void capture_turn();
   void pose_turn(std::uint64_t& round);
   void relight_turn();
@@ -159,8 +164,17 @@ struct Pipeline::State {
   void encode_turn();
 };
 
+/// With every frame, and beside the last one while none comes.
+void Pipeline::State::note_troubles(std::vector<std::string> found) {
+  board.publish_warnings("camera", found);
+  metrics.cameras_in_trouble(static_cast<int>(found.size()));
+  std::lock_guard lock(newest_mutex);
+  troubles = std::move(found);
+}
+
 void Pipeline::State::capture_turn() {
   const std::optional<PlayedFrame> played = frames.next(stopping.get_token());
+  note_troubles(frames.troubles());
   if (!played) {
     if (frames.gone() && !stopping.stop_requested()) {
       board.publish_warnings("camera", {"the camera is gone and is opened again every second"});
@@ -169,7 +183,6 @@ void Pipeline::State::capture_turn() {
     }
     return;
   }
-  board.publish_warnings("camera", {});
   if (to_pose.put(*played)) {
     metrics.drop(pose_waits_for_relight ? "relight" : "pose");
   }
@@ -305,7 +318,18 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
 }
 
 void Pipeline::State::encode_turn() {
-  if (const std::optional<ShownPicture> picture = to_encode.take(kTick)) {
+  std::optional<ShownPicture> picture = to_encode.take(kTick);
+  if (picture) {
+    last_encoded = Clock::now();
+  } else if (Clock::now() - last_encoded > kKeepAlive) {
+    // While the camera is away its last picture stays, for those who come now too.
+    std::lock_guard lock(newest_mutex);
+    if (!troubles.empty() && newest.srgb) {
+      picture = newest;
+      picture->captured = last_encoded = Clock::now();
+    }
+  }
+  if (picture) {
     for (auto& message : encode.encode(*picture)) {
       publish(std::move(message));
     }
@@ -357,7 +381,9 @@ ShownPicture Pipeline::newest() const {
 
 Pipeline::Record Pipeline::newest_record() const {
   std::lock_guard lock(state_->newest_mutex);
-  return state_->newest_record;
+  Record record = state_->newest_record;
+  append_warnings(record.warnings, state_->troubles);
+  return record;
 }
 
 }  // namespace lumigraft

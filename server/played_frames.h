@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "capture/source.h"
@@ -29,6 +30,8 @@ class PlayedFrames {
 
   /// A live device is gone for good, or a recording gave no frame in a whole round.
   bool gone() const { return gone_; }
+  /// What keeps live cameras from giving pictures: FrameReader::troubles.
+  std::vector<std::string> troubles() const { return reader_->troubles(); }
 
  private:
   std::shared_ptr<const FrameSet> read();

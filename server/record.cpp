@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <deque>
 #include <exception>
 #include <mutex>
@@ -117,6 +118,7 @@ class Recording {
         Clock::now() + kGrace +
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds_.value_or(0)));
     while (reading_ > 0 && !interrupted && !stop_ && (!limited || Clock::now() < deadline)) {
+      say_troubles();
       std::this_thread::sleep_for(kTick);
     }
     stop_ = true;
@@ -147,6 +149,20 @@ class Recording {
   std::uint64_t pictures() const { return recorder_.pictures(Stream::color); }
 
  private:
+  /// A camera's trouble once it begins.
+  void say_troubles() {
+    std::set<std::string> now;
+    for (const Source* source : distinct_) {
+      now.insert(source->trouble());
+    }
+    now.erase("");
+    for (const std::string& trouble : now) {
+      if (said_.count(trouble) == 0) {
+        std::fprintf(stderr, "lumigraft: %s\n", trouble.c_str());
+      }
+    }
+    said_ = std::move(now);
+  }
   void close_lanes_after(std::vector<std::jthread>& readers) {
     if (failure()) {
       close_lanes();  // nobody takes from them any more
@@ -231,6 +247,7 @@ class Recording {
   SessionRecorder recorder_;
   std::optional<double> seconds_;
   std::set<Source*> distinct_;
+  std::set<std::string> said_;
   std::array<bool, 3> used_{};
   std::array<Lane, 3> lanes_;
   std::atomic<int> reading_ = 0;

@@ -148,7 +148,7 @@ TEST_F(OpenFrames, ContradictionsAreRefused) {
             std::string::npos);
   EXPECT_NE(error({"depth.source=mkv:color.mkv"}).find("found codec mjpeg, allowed: ffv1"), std::string::npos);
   EXPECT_NE(
-      error({"color.source=aravis:Fake_1"}).find("--set color.source: found \"aravis:Fake_1\", allowed in this build"),
+      error({"color.source=libcamera:0"}).find("--set color.source: found \"libcamera:0\", allowed in this build"),
       std::string::npos);
   Session other = session({});
   other.color.source = "libcamera:0";

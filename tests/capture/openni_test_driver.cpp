@@ -1,8 +1,10 @@
 // An OpenNI2 driver for tests: one synthetic device with depth and colour, shown as live, so that the library, its
 // recorder and its player are the real ones.
 //
-// LUMIGRAFT_TEST_UNPLUG_AFTER=N in the environment makes the device disappear after N pictures.
+// LUMIGRAFT_TEST_UNPLUG_AFTER=N in the environment makes the device disappear after N pictures. LUMIGRAFT_TEST_PLUG
+// names a folder: while a file "absent" lies there the device is unplugged, while "frozen" does it gives no pictures.
 #include <OniCTypes.h>
+#include <unistd.h>
 
 #define XN_NEW(type, ...) new type(__VA_ARGS__)
 #define XN_DELETE(pointer) delete pointer
@@ -13,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <string>
 #include <thread>
 
 #include "tests/capture/openni_test_pictures.h"
@@ -26,6 +29,11 @@ using lumigraft::test::kDeviceFps;
 using lumigraft::test::kDeviceHeight;
 using lumigraft::test::kDeviceMaxDepth;
 using lumigraft::test::kDeviceWidth;
+
+bool plug_says(const char* what) {
+  const char* folder = std::getenv("LUMIGRAFT_TEST_PLUG");
+  return folder != nullptr && access((std::string(folder) + "/" + what).c_str(), F_OK) == 0;
+}
 
 class TestStream : public oni::driver::StreamBase {
  public:
@@ -87,11 +95,13 @@ class TestStream : public oni::driver::StreamBase {
   void run() {
     for (int index = 0; running_; ++index) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      if (last_ >= 0 && index >= last_) {
+      if ((last_ >= 0 && index >= last_) || plug_says("absent")) {
         unplug_();
         return;
       }
-      send(index);
+      if (!plug_says("frozen")) {
+        send(index);
+      }
     }
   }
   void send(int index) {
@@ -174,7 +184,9 @@ class TestDriver : public oni::driver::DriverBase {
                        oni::driver::DeviceDisconnectedCallback disconnected,
                        oni::driver::DeviceStateChangedCallback changed, void* cookie) override {
     DriverBase::initialize(connected, disconnected, changed, cookie);
-    deviceConnected(&info_);
+    if (!plug_says("absent")) {
+      deviceConnected(&info_);
+    }
     return ONI_STATUS_OK;
   }
   oni::driver::DeviceBase* deviceOpen(const char*, const char*) override {

@@ -42,6 +42,11 @@ TEST(CommandLine, Record) {
   EXPECT_THROW(parse({"record", "s", "--out", "o", "--seconds", "0"}), InputError);
 }
 
+TEST(CommandLine, Devices) {
+  EXPECT_FALSE(std::get<DevicesCommand>(parse({"devices"})).json);
+  EXPECT_TRUE(std::get<DevicesCommand>(parse({"devices", "--json"})).json);
+}
+
 TEST(CommandLine, Bench) {
   const auto bench =
       std::get<BenchCommand>(parse({"bench", "s", "t", "--out", "o", "--oracle", "pose,light", "--methods", "dvct",

@@ -195,6 +195,28 @@ TEST(Program, ServesAndEndsWithinASecond) {
   }
 }
 
+TEST(Program, ServesWithoutItsCameraAndSaysSo) {
+  const TinySession tiny("no-camera");
+  tiny.edit("session.toml", "images:color.txt", "openni2:no-such-camera");
+  tiny.edit("session.toml", "images:depth.txt", "openni2:no-such-camera");
+  Program program(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));
+  const std::uint16_t port = program.port();
+  ASSERT_NE(port, 0) << program.stderr_text();
+  WebsocketClient viewer(port);
+  ASSERT_TRUE(viewer.open()) << viewer.handshake_reply() << program.stderr_text();
+  const auto stats = viewer.receive_text("\"stats\"");
+  ASSERT_TRUE(stats);
+  const std::string says = "colour and depth: openni2:no-such-camera: found nothing OpenNI2 can open";
+  EXPECT_NE(stats->find(says), std::string::npos) << *stats;
+  EXPECT_NE(http_get(port, "/healthz").find("\"ok\":false"), std::string::npos);
+  EXPECT_NE(http_get(port, "/metrics").find("lumigraft_cameras_in_trouble 1\n"), std::string::npos);
+  EXPECT_NE(program.stderr_text().find(says), std::string::npos);
+  const Clock::time_point begin = Clock::now();
+  program.signal(SIGTERM);
+  EXPECT_EQ(program.wait(), 0);
+  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(1));
+}
+
 TEST(Program, ASignalWhileStartingEndsItToo) {
   const TinySession tiny("starting");
   Program program(tiny.folder, small({"serve", "--session", tiny.folder, "--listen", "127.0.0.1:0"}));

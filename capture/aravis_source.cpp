@@ -1,0 +1,273 @@
+#include "capture/aravis_source.h"
+
+#include <algorithm>
+#include <atomic>
+#include <vector>
+
+#include "capture/aravis_library.h"
+
+namespace lumigraft {
+namespace {
+
+using aravis::Check;
+using aravis::Ref;
+
+constexpr int kBuffers = 8;
+
+/// Colour before grey, and what takes a third of the wire before what does not.
+constexpr PixelFormat kPreferred[] = {PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8,
+                                      PixelFormat::bayer_grbg8, PixelFormat::rgb8,        PixelFormat::bgr8,
+                                      PixelFormat::grey8,       PixelFormat::grey16};
+
+}  // namespace
+
+/// One connection. The constructor throws with the reason alone.
+class AravisSource::Camera {
+ public:
+  Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
+    Check check;
+    if (name.empty()) {
+      arv_update_device_list();
+    }
+    camera_.reset(arv_camera_new(name.empty() ? nullptr : name.c_str(), check));
+    if (!camera_) {
+      throw CameraFault("found no such camera that answers");
+    }
+    choose_format();
+    choose_region();
+    fix_exposure();
+    set_controls();
+    start();
+  }
+
+  ~Camera() {
+    if (started_) {
+      Check ignored;
+      arv_camera_stop_acquisition(camera_.get(), ignored);
+    }
+    if (device_ != nullptr) {
+      g_signal_handlers_disconnect_by_data(device_, this);
+    }
+    stream_.reset();
+  }
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
+    ArvBuffer* buffer =
+        arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(std::chrono::microseconds(timeout).count()));
+    if (buffer == nullptr) {
+      return std::nullopt;
+    }
+    SourceItem item = take(*buffer);
+    arv_stream_push_buffer(stream_.get(), buffer);
+    return item;
+  }
+
+  bool lost() const { return lost_; }
+
+ private:
+  void choose_format() {
+    Check check;
+    guint count = 0;
+    const std::unique_ptr<gint64, aravis::FreeMemory> offered(
+        arv_camera_dup_available_pixel_formats(camera_.get(), &count, check));
+    check.or_throw("pixel formats");
+    std::vector<PixelFormat> known;
+    for (guint i = 0; i < count; ++i) {
+      if (const auto format = aravis::pixel_format_of(offered.get()[i])) {
+        known.push_back(*format);
+      }
+    }
+    const auto offers = [&known](PixelFormat f) { return std::find(known.begin(), known.end(), f) != known.end(); };
+    if (spec_.settings.pixel_format) {
+      format_ = *spec_.settings.pixel_format;
+    } else if (const auto* best = std::find_if(std::begin(kPreferred), std::end(kPreferred), offers);
+               best != std::end(kPreferred)) {
+      format_ = *best;
+    }
+    if (!offers(format_)) {
+      std::string names;
+      for (const PixelFormat format : known) {
+        names += " " + std::string(name_of(format));
+      }
+      throw InputError("found no pixel format " + std::string(name_of(format_)) + ", offered:" + names);
+    }
+    if (!bytes_of(format_, spec_.width, spec_.height)) {
+      throw InputError("found " + size_text(spec_.width, spec_.height) + ", allowed with " +
+                       std::string(name_of(format_)) + ": even numbers");
+    }
+    arv_camera_set_pixel_format(camera_.get(), *aravis::aravis_format_of(format_), check);
+    check.or_throw("pixel format");
+  }
+
+  void choose_region() {
+    Check check;
+    gint widest = 0, highest = 0;
+    arv_camera_get_sensor_size(camera_.get(), &widest, &highest, check);
+    check.or_throw("sensor size");
+    if (spec_.width > widest || spec_.height > highest) {
+      throw InputError("found a sensor of " + size_text(widest, highest) +
+                       ", allowed by the session: " + size_text(spec_.width, spec_.height));
+    }
+    arv_camera_set_region(camera_.get(), 0, 0, spec_.width, spec_.height, check);
+    check.or_throw("size");
+    gint x = 0, y = 0, width = 0, height = 0;
+    arv_camera_get_region(camera_.get(), &x, &y, &width, &height, check);
+    check.or_throw("size");
+    if (width != spec_.width || height != spec_.height) {
+      throw InputError("found a camera that gives " + size_text(width, height) +
+                       ", allowed by the session: " + size_text(spec_.width, spec_.height));
+    }
+  }
+
+  /// Radiance = response / exposure holds for a fixed exposure alone; cameras without these features have one.
+  void fix_exposure() {
+    ArvCamera* camera = camera_.get();
+    Check check;
+    if (arv_camera_is_exposure_auto_available(camera, check)) {
+      arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, check);
+      check.or_throw("auto-exposure");
+    }
+    if (arv_camera_is_gain_auto_available(camera, check)) {
+      arv_camera_set_gain_auto(camera, ARV_AUTO_OFF, check);
+      check.or_throw("auto-gain");
+    }
+    if (arv_camera_is_feature_available(camera, "BalanceWhiteAuto", check)) {
+      arv_camera_set_string(camera, "BalanceWhiteAuto", "Off", check);
+      check.or_throw("white balance");
+    }
+    if (spec_.settings.exposure_us) {
+      arv_camera_set_exposure_time(camera, *spec_.settings.exposure_us, check);
+      check.or_throw("exposure_us");
+    }
+    if (spec_.settings.gain) {
+      arv_camera_set_gain(camera, *spec_.settings.gain, check);
+      check.or_throw("gain");
+    }
+    if (spec_.settings.rate_hz) {
+      arv_camera_set_frame_rate(camera, *spec_.settings.rate_hz, check);
+      check.or_throw("rate_hz");
+    }
+  }
+
+  void set_controls() {
+    ArvDevice* device = arv_camera_get_device(camera_.get());
+    for (const auto& [name, value] : spec_.settings.controls) {
+      ArvGcNode* node = arv_device_get_feature(device, name.c_str());
+      Check check;
+      if (ARV_IS_GC_FLOAT(node)) {
+        arv_camera_set_float(camera_.get(), name.c_str(), value, check);
+      } else if (ARV_IS_GC_BOOLEAN(node)) {
+        arv_camera_set_boolean(camera_.get(), name.c_str(), value != 0.0, check);
+      } else if (ARV_IS_GC_INTEGER(node)) {
+        arv_camera_set_integer(camera_.get(), name.c_str(), static_cast<gint64>(value), check);
+      } else {
+        throw InputError("controls." + name + ": found no such number among the camera's features");
+      }
+      check.or_throw("controls." + name);
+    }
+  }
+
+  void start() {
+    Check check;
+    if (arv_camera_is_gv_device(camera_.get())) {
+      arv_camera_gv_set_stream_options(camera_.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);  // needs no root
+    }
+    arv_camera_set_acquisition_mode(camera_.get(), ARV_ACQUISITION_MODE_CONTINUOUS, check);
+    check.or_throw("acquisition mode");
+    stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, check));
+    check.or_throw("stream");
+    const guint payload = arv_camera_get_payload(camera_.get(), check);
+    check.or_throw("payload");
+    if (ARV_IS_GV_STREAM(stream_.get())) {
+      // Two pictures may wait in the kernel where net.core.rmem_max lets them; the default holds a fifth of a megabyte.
+      g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+                   static_cast<gint>(std::min<guint64>(2 * guint64{payload}, G_MAXINT)), nullptr);
+    }
+    for (int i = 0; i < kBuffers; ++i) {
+      arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(payload));
+    }
+    device_ = arv_camera_get_device(camera_.get());
+    g_signal_connect(device_, "control-lost", G_CALLBACK(control_lost), this);
+    arv_camera_start_acquisition(camera_.get(), check);
+    check.or_throw("start");
+    started_ = true;
+  }
+
+  static void control_lost(ArvDevice*, gpointer self) { static_cast<Camera*>(self)->lost_ = true; }
+
+  /// Pictures are numbered with 16 bits, of which 0 is not used, or with 64.
+  std::uint64_t steps_to(guint64 id) const {
+    constexpr guint64 kLast16 = 65535;
+    constexpr guint64 kCredible = 1000;  // a longer gap is a counter that was set anew
+    const guint64 steps = id > *last_id_ ? id - *last_id_ : id + kLast16 - *last_id_;
+    return steps >= 1 && steps <= kCredible ? steps : 1;
+  }
+
+  SourceItem take(ArvBuffer& buffer) {
+    const guint64 id = arv_buffer_get_frame_id(&buffer);
+    sequence_ += last_id_ ? steps_to(id) : 0;
+    last_id_ = id;
+    const guint64 time_ns = arv_buffer_get_timestamp(&buffer);
+    const Stamp stamp{static_cast<std::int64_t>(time_ns != 0 ? time_ns : arv_buffer_get_system_timestamp(&buffer)),
+                      steady_now_ns(), sequence_};
+    const ArvBufferStatus status = arv_buffer_get_status(&buffer);
+    if (status != ARV_BUFFER_STATUS_SUCCESS) {
+      const bool packets = status == ARV_BUFFER_STATUS_MISSING_PACKETS || status == ARV_BUFFER_STATUS_TIMEOUT;
+      return LostPicture{stamp, spec_.stream,
+                         packets ? "packets are missing" : "the picture is damaged (" + std::to_string(status) + ")"};
+    }
+    std::size_t size = 0;
+    const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(&buffer, &size));
+    const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
+    if (data == nullptr || arv_buffer_get_image_width(&buffer) != spec_.width ||
+        arv_buffer_get_image_height(&buffer) != spec_.height ||
+        arv_buffer_get_image_pixel_format(&buffer) != *aravis::aravis_format_of(format_) || size < wanted) {
+      return LostPicture{stamp, spec_.stream, "the picture has another size or format"};
+    }
+    Picture picture;
+    picture.stamp = stamp;
+    picture.stream = spec_.stream;
+    picture.exposure = spec_.exposure;
+    std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(format_, spec_.width, spec_.height, {data, wanted});
+    if (!rgb) {
+      return LostPicture{stamp, spec_.stream, "the picture is damaged"};
+    }
+    picture.encoded = std::move(*rgb);
+    if (format_ != PixelFormat::rgb8) {
+      picture.original =
+          std::make_shared<CameraPicture>(CameraPicture{format_, std::vector<std::uint8_t>(data, data + wanted)});
+    }
+    return picture;
+  }
+
+  StreamSpec spec_;
+  PixelFormat format_ = PixelFormat::rgb8;
+  PixelConverter pixels_;
+  Ref<ArvCamera> camera_;
+  Ref<ArvStream> stream_;
+  ArvDevice* device_ = nullptr;  ///< the camera's
+  bool started_ = false;
+  std::atomic<bool> lost_{false};
+  std::optional<guint64> last_id_;
+  std::uint64_t sequence_ = 0;
+};
+
+AravisSource::AravisSource(const std::string& camera, const StreamSpec& spec) {
+  try {
+    camera_ = std::make_unique<Camera>(camera, spec);
+  } catch (const CameraFault& e) {
+    throw CameraFault("aravis:" + camera + ": " + e.what());
+  } catch (const InputError& e) {
+    throw InputError("aravis:" + camera + ": " + e.what());
+  }
+}
+
+AravisSource::~AravisSource() = default;
+
+std::optional<SourceItem> AravisSource::next(std::chrono::milliseconds timeout) { return camera_->next(timeout); }
+
+bool AravisSource::finished() const { return camera_->lost(); }
+
+}  // namespace lumigraft

@@ -1,0 +1,12 @@
+#include "capture/camera_list.h"
+
+namespace lumigraft {
+
+std::vector<CameraListing> list_cameras() {
+  std::vector<CameraListing> all = list_openni_cameras();
+  const std::vector<CameraListing> more = list_aravis_cameras();
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+}  // namespace lumigraft

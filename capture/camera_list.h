@@ -1,0 +1,37 @@
+#pragma once
+// Which cameras are plugged in, with what they offer.
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lumigraft {
+
+struct OfferedFormat {
+  std::string pixels;  ///< as `pixel_format` in a configuration; the camera's own word where that is none
+  int width = 0;
+  int height = 0;
+  double rate_hz = 0.0;  ///< the highest; 0 where the camera does not say
+};
+
+struct OfferedControl {
+  std::string name;
+  double low = 0.0;
+  double high = 0.0;
+  double value = 0.0;
+};
+
+struct CameraListing {
+  std::string source;  ///< for `source = ` in a configuration
+  std::string name;
+  std::vector<OfferedFormat> formats = {};
+  std::vector<OfferedControl> controls = {};
+  std::string why_not = {};  ///< why it cannot be looked into; empty where it can
+};
+
+/// Of every library, in the order openni2, aravis.
+std::vector<CameraListing> list_cameras();
+
+std::vector<CameraListing> list_openni_cameras();
+std::vector<CameraListing> list_aravis_cameras();
+
+}  // namespace lumigraft

@@ -1,0 +1,20 @@
+#pragma once
+// How a live camera is to be run. What a recording carries of it says how it was.
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/pixel_format.h"
+
+namespace lumigraft {
+
+struct CameraSettings {
+  std::optional<PixelFormat> pixel_format;  ///< empty: a colour format where the camera offers one
+  std::optional<double> rate_hz;
+  std::optional<double> exposure_us;  ///< auto-exposure is off in any case: radiance needs a fixed one
+  std::optional<double> gain;
+  std::vector<std::pair<std::string, double>> controls;  ///< further ones, by the camera's own names
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,129 @@
+#include "capture/live_source.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "capture/error.h"
+#include "capture/stream_spec.h"
+
+namespace lumigraft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::size_t kMostWaiting = 32;  ///< pictures nobody took; after that the oldest go
+
+Stamp& stamp_of(SourceItem& item) {
+  return std::visit([](auto& i) -> Stamp& { return i.stamp; }, item);
+}
+
+Stream stream_of(const SourceItem& item) {
+  if (const auto* picture = std::get_if<Picture>(&item)) {
+    return picture->stream;
+  }
+  const auto* lost = std::get_if<LostPicture>(&item);
+  return lost != nullptr ? lost->stream : Stream::depth;
+}
+
+}  // namespace
+
+LiveSource::LiveSource(std::string name, Open open, LivePatience patience)
+    : name_(std::move(name)), open_(std::move(open)), patience_(patience) {
+  try {
+    device_ = open_();
+  } catch (const CameraFault& e) {
+    say(e.what());
+  }
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+LiveSource::~LiveSource() {
+  thread_.request_stop();
+  thread_.join();
+}
+
+std::optional<SourceItem> LiveSource::next(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, timeout, [this] { return !waiting_.empty(); });
+  if (waiting_.empty()) {
+    return std::nullopt;
+  }
+  SourceItem item = std::move(waiting_.front());
+  waiting_.pop_front();
+  return item;
+}
+
+std::string LiveSource::trouble() const {
+  const std::lock_guard lock(mutex_);
+  return trouble_;
+}
+
+void LiveSource::say(const std::string& trouble) {
+  const std::lock_guard lock(mutex_);
+  trouble_ = trouble.empty() ? "" : name_ + ": " + trouble;
+}
+
+void LiveSource::rest(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, stop, patience_.retry, [] { return false; });
+}
+
+void LiveSource::run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    try {
+      if (!device_) {
+        rest(stop);
+        if (stop.stop_requested()) {
+          return;
+        }
+        device_ = open_();
+      }
+      listen(stop);
+    } catch (const std::exception& e) {
+      say(e.what());
+    }
+    device_.reset();
+  }
+}
+
+/// Until the camera is gone or silent.
+void LiveSource::listen(const std::stop_token& stop) {
+  constexpr std::chrono::milliseconds kTick{50};
+  clock_ = {};
+  first_sequence_ = next_sequence_;
+  Clock::time_point last = Clock::now();
+  while (!stop.stop_requested()) {
+    if (std::optional<SourceItem> item = device_->next(kTick)) {
+      // Torn pictures alone are no sign of life that anybody could see.
+      if (!std::holds_alternative<LostPicture>(*item)) {
+        last = Clock::now();
+        say("");
+      }
+      accept(std::move(*item));
+    } else if (device_->finished()) {
+      say("the camera is gone, it is looked for again");
+      return;
+    }
+    if (Clock::now() - last > patience_.silence) {
+      say("the camera gives no pictures, it is opened again");
+      return;
+    }
+  }
+}
+
+void LiveSource::accept(SourceItem item) {
+  const auto stream = static_cast<std::size_t>(stream_of(item));
+  Stamp& stamp = stamp_of(item);
+  stamp.time_ns = clock_.to_host(stamp.time_ns, stamp.host_time_ns);
+  stamp.sequence += first_sequence_[stream];
+  next_sequence_[stream] = std::max(next_sequence_[stream], stamp.sequence + 1);
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(item));
+    if (waiting_.size() > kMostWaiting) {
+      waiting_.pop_front();
+    }
+  }
+  changed_.notify_one();
+}
+
+}  // namespace lumigraft

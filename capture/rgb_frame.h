@@ -1,0 +1,27 @@
+#pragma once
+// libav's decoded frames to RGB. Included by .cpp files alone.
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "capture/image.h"
+
+struct AVFrame;
+struct SwsContext;
+
+namespace lumigraft {
+
+class RgbFrame {
+ public:
+  /// 8 bits a channel, any of libav's pixel formats. BT.601 unless the frame says BT.709.
+  Image<std::uint8_t> convert(const AVFrame& frame, bool full_range);
+
+ private:
+  struct FreeScaler {
+    void operator()(SwsContext* p) const;
+  };
+  std::unique_ptr<SwsContext, FreeScaler> scaler_;
+  std::vector<std::uint8_t> padded_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,109 @@
+#include "capture/pixel_format.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+constexpr int kWidth = 32;
+constexpr int kHeight = 16;
+
+/// A picture of one colour in `format`, by the format's own definition.
+std::vector<std::uint8_t> flat(PixelFormat format, std::array<std::uint8_t, 3> rgb) {
+  const double r = rgb[0], g = rgb[1], b = rgb[2];
+  // ITU-R BT.601-7, 2.5: 8-bit, 16 to 235 and 16 to 240.
+  const double luma = 0.299 * r + 0.587 * g + 0.114 * b;
+  const auto y = static_cast<std::uint8_t>(std::lround(16 + 219.0 / 255.0 * luma));
+  const auto u = static_cast<std::uint8_t>(std::lround(128 + 224.0 / 255.0 * (b - luma) / 1.772));
+  const auto v = static_cast<std::uint8_t>(std::lround(128 + 224.0 / 255.0 * (r - luma) / 1.402));
+  std::vector<std::uint8_t> out(*bytes_of(format, kWidth, kHeight));
+  const auto bayer = [&](const char* two_by_two) {
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      const char c = two_by_two[2 * (i / kWidth % 2) + i % 2];
+      out[static_cast<std::size_t>(i)] = c == 'r' ? rgb[0] : c == 'g' ? rgb[1] : rgb[2];
+    }
+  };
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    switch (format) {
+      case PixelFormat::rgb8:
+        out[i] = rgb[i % 3];
+        break;
+      case PixelFormat::bgr8:
+        out[i] = rgb[2 - i % 3];
+        break;
+      case PixelFormat::grey8:
+        out[i] = rgb[0];
+        break;
+      case PixelFormat::grey16:
+        out[i] = i % 2 == 1 ? rgb[0] : 77;
+        break;
+      case PixelFormat::yuyv:
+        out[i] = i % 2 == 0 ? y : i % 4 == 1 ? u : v;
+        break;
+      case PixelFormat::nv12:
+        out[i] = i < kWidth * kHeight ? y : i % 2 == 0 ? u : v;
+        break;
+      default:
+        break;
+    }
+  }
+  if (format == PixelFormat::bayer_rggb8) bayer("rggb");
+  if (format == PixelFormat::bayer_bggr8) bayer("bggr");
+  if (format == PixelFormat::bayer_gbrg8) bayer("gbrg");
+  if (format == PixelFormat::bayer_grbg8) bayer("grbg");
+  return out;
+}
+
+constexpr std::array kUncompressed = {PixelFormat::rgb8,        PixelFormat::bgr8,        PixelFormat::grey8,
+                                      PixelFormat::grey16,      PixelFormat::yuyv,        PixelFormat::bayer_rggb8,
+                                      PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8,
+                                      PixelFormat::nv12};
+
+TEST(PixelFormats, AFlatColourComesOutAsItWasMeant) {
+  PixelConverter converter;
+  for (const PixelFormat format : kUncompressed) {
+    for (const std::array<std::uint8_t, 3> rgb :
+         {std::array<std::uint8_t, 3>{200, 100, 50}, {20, 130, 240}, {0, 0, 0}, {255, 255, 255}}) {
+      const auto picture = converter.to_rgb(format, kWidth, kHeight, flat(format, rgb));
+      ASSERT_TRUE(picture) << name_of(format);
+      const bool grey = format == PixelFormat::grey8 || format == PixelFormat::grey16;
+      const int tolerance = format == PixelFormat::yuyv || format == PixelFormat::nv12 ? 2 : 0;
+      for (int i = 0; i < kWidth * kHeight; ++i) {
+        for (int c = 0; c < 3; ++c) {
+          ASSERT_NEAR(picture->data[static_cast<std::size_t>(3 * i + c)], rgb[grey ? 0 : c], tolerance)
+              << name_of(format) << ' ' << i % kWidth << ' ' << i / kWidth << ' ' << c;
+        }
+      }
+    }
+  }
+}
+
+TEST(PixelFormats, NamesAndFourCharactersLeadBack) {
+  for (const PixelFormat format : kUncompressed) {
+    EXPECT_EQ(pixel_format_named(name_of(format)), format);
+    EXPECT_EQ(pixel_format_of(*fourcc_of(format)), format);
+  }
+  EXPECT_EQ(pixel_format_named("mjpeg"), PixelFormat::mjpeg);
+  EXPECT_FALSE(fourcc_of(PixelFormat::mjpeg));
+  EXPECT_FALSE(pixel_format_named("rgb9"));
+}
+
+TEST(PixelFormats, WhatIsNoPictureIsRefused) {
+  PixelConverter converter;
+  for (const PixelFormat format : kUncompressed) {
+    std::vector<std::uint8_t> bytes = flat(format, {1, 2, 3});
+    bytes.pop_back();
+    EXPECT_FALSE(converter.to_rgb(format, kWidth, kHeight, bytes)) << name_of(format);
+  }
+  EXPECT_FALSE(bytes_of(PixelFormat::bayer_rggb8, 31, 16)) << "its rows come in pairs of colours";
+  EXPECT_FALSE(bytes_of(PixelFormat::rgb8, 0, 16));
+  EXPECT_FALSE(bytes_of(PixelFormat::rgb8, 2'000'000'000, 2'000'000'000));
+  const std::vector<std::uint8_t> noise(5000, 0x5a);
+  EXPECT_FALSE(converter.to_rgb(PixelFormat::mjpeg, kWidth, kHeight, noise));
+  EXPECT_FALSE(converter.to_rgb(PixelFormat::mjpeg, kWidth, kHeight, {}));
+}
+
+}  // namespace
+}  // namespace lumigraft
