@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <optional>
 
@@ -15,6 +16,7 @@
 #include "reconstruct/albedo_samples.h"
 #include "reconstruct/albedo_solve.h"
 #include "reconstruct/light_pieces.h"
+#include "reconstruct/light_rig.h"
 
 namespace lumigraft {
 namespace {
@@ -28,6 +30,7 @@ constexpr float kLampTurn = 0.9999f;      ///< cosine (0.8°): so far a lamp tur
 constexpr float kLampShare = 0.05f;       ///< so much its irradiance changes, before it is looked for again
 constexpr int kSolvesKept = 8;            ///< solves after which it is, whatever happened
 constexpr float kKnownSigma = 0.25f;      ///< of log distance; beyond it the distance counts as unknown
+constexpr float kGuessed = 0.3f;          ///< of log power; beyond it that is a guess
 constexpr float kFarthestKnown_m = 7.5f;  ///< the search ends at 8 m: there a lamp is as good as infinitely far
 
 std::vector<PointLight> placed(const Illumination& illumination, const std::vector<LampEstimate>& estimates) {
@@ -36,11 +39,13 @@ std::vector<PointLight> placed(const Illumination& illumination, const std::vect
     const LampEstimate& estimate = estimates[i];
     PointLight& light = lights[i];
     light.irradiance = light.irradiance.cwiseProduct(estimate.gain);
+    light.power_log_sigma = estimate.gain_log_sigma;
     light.distance_known = estimate.log_sigma < kKnownSigma && estimate.distance_m < kFarthestKnown_m;
     if (!light.distance_known) continue;
     light.position_m = illumination.probe_position_m + estimate.distance_m * light.direction;
     light.intensity = light.irradiance * estimate.distance_m * estimate.distance_m;
     light.radius_m = estimate.distance_m * std::tan(light.angular_radius_rad);
+    light.distance_log_sigma = estimate.log_sigma;
     light.flat = estimate.flat;
     light.normal = estimate.normal;
   }
@@ -75,15 +80,39 @@ std::string distance_warning(const std::vector<PointLight>& lights) {
          " taken as infinitely far: the room's shading does not tell the distance";
 }
 
+std::string power_warning(const std::vector<PointLight>& lights) {
+  const auto guessed =
+      std::count_if(lights.begin(), lights.end(), [](const PointLight& l) { return l.power_log_sigma > kGuessed; });
+  if (guessed == 0) return "";
+  return "the power of " + std::to_string(guessed) + (guessed == 1 ? " clipped lamp" : " clipped lamps") +
+         " is a guess: neither white paper nor shadows tell it, and surfaces may be lighter or darker than found";
+}
+
+std::string rig_warning(const RigError& error) {
+  char line[160];
+  std::snprintf(line, sizeof line,
+                "the fish-eye does not stand as T_tag_fisheye says: turned by about %.0f degrees and moved by about "
+                "%.0f cm it would see what the colour camera saw",
+                error.turn_degrees, 100 * error.shift_m);
+  return line;
+}
+
 }  // namespace
 
 struct AlbedoStage::State {
-  explicit State(const Session& session) : metal(session), tag_size_m(session.tag.size_m) {}
+  explicit State(const Session& session) : metal(session), fisheye(session.fisheye), tag_size_m(session.tag.size_m) {}
 
   std::vector<LampEstimate> locate(const RoomLight& room, const Illumination& illumination, const Surface& surface,
                                    const std::vector<Eigen::Vector3f>& gathered);
 
+  /// Looks again when so much more of the room is known.
+  const std::string& check_rig(const DistanceField& field, const FieldRays& rays, const Illumination& illumination,
+                               std::size_t points);
+
   MetalSurfaces metal;
+  std::optional<FisheyeCamera> fisheye;
+  std::size_t rig_points = 0;  ///< how much surface was known when the rig was last checked
+  std::string rig_found;       ///< empty where it agrees
   double tag_size_m;
   std::uint64_t version = 0;
   bool solved = false;
@@ -122,6 +151,16 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, cons
   return result;
 }
 
+const std::string& AlbedoStage::State::check_rig(const DistanceField& field, const FieldRays& rays,
+                                                 const Illumination& illumination, std::size_t points) {
+  if (fisheye && static_cast<double>(points) > kGrown * static_cast<double>(rig_points)) {
+    rig_points = points;
+    const std::optional<RigError> error = rig_error(field, rays, metal, illumination, *fisheye);
+    rig_found = error ? rig_warning(*error) : "";
+  }
+  return rig_found;
+}
+
 AlbedoStage::AlbedoStage(const Session& session) : state_(std::make_unique<State>(session)) {}
 AlbedoStage::~AlbedoStage() = default;
 
@@ -130,6 +169,8 @@ void AlbedoStage::reset() {
   state_->last = {};
   state_->estimates.clear();
   state_->searched_points = 0;
+  state_->rig_points = 0;
+  state_->rig_found.clear();
   state_->sample_m = 0;
   state_->located = {};
   state_->memory.forget();
@@ -166,7 +207,10 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   if (s.last.albedo) keep_unchanged(result->bricks, s.last.albedo->bricks);
 
   s.last = {result, lit, {}};
-  if (const std::string warning = distance_warning(lit->lights); !warning.empty()) s.last.warnings.push_back(warning);
+  for (const std::string& warning : {distance_warning(lit->lights), power_warning(lit->lights),
+                                     s.check_rig(field, rays, illumination, surface.points.size())}) {
+    if (!warning.empty()) s.last.warnings.push_back(warning);
+  }
   s.solved = true;
   s.field_version = field.version;
   s.illumination_version = illumination.version;

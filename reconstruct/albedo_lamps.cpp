@@ -119,6 +119,7 @@ class LampSearch {
       LampEstimate estimate;
       estimate.distance_m = static_cast<float>(std::exp(shape.log_distance));
       estimate.log_sigma = static_cast<float>(last.log_sigma[lamp]);
+      estimate.gain_log_sigma = clipped(lamp) ? static_cast<float>(last.gain_log_sigma[lamp]) : 0.0f;
       estimate.flat = shape.flat;
       if (shape.flat) estimate.normal = model_.normal(lamp, shape);
       for (std::size_t c = 0; c < 3; ++c) {
@@ -188,7 +189,7 @@ class LampSearch {
     model_.log_albedo(powers_, factors_, log_albedo_);
     double sum = robust_cost(log_albedo_, some_pairs_) * static_cast<double>(pairs_.size()) /
                  static_cast<double>(some_pairs_.size());
-    if (any_clipped() && paper_ >= 0) sum += paper_cost(log_albedo_[static_cast<std::size_t>(paper_)]);
+    if (any_clipped()) sum += gauge_cost(model_, log_albedo_, paper_);
     return sum * penalty(shapes_);
   }
 

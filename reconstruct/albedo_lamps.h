@@ -22,14 +22,15 @@ struct LampEstimate {
   bool flat = false;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< where flat
   Eigen::Vector3f gain = Eigen::Vector3f::Ones();    ///< true over measured irradiance; 1 where not clipped
+  float gain_log_sigma = 0;                          ///< 1σ of log gain, its channels together
 };
 
 /// `gathered` is RoomLight::gather of each sample. One estimate per lamp of the illumination. Where `before` holds an
 /// earlier estimate of every lamp the search starts there, and starts afresh only when it ends elsewhere.
 ///
 /// A clipped lamp's irradiance is a lower bound: its gain, per channel, is unknown too. It follows from the contrast
-/// between what the lamp lights and what it does not, against the rest of the light, which was measured; and from
-/// `paper`, a sample that is white paper of known albedo.
+/// between what the lamp lights and what it does not, against the rest of the light, which was measured; from `paper`,
+/// a sample that is white paper of known albedo; and where there is none, loosely, from what rooms usually are made of.
 std::vector<LampEstimate> locate_lamps(const RoomLight& room, const Illumination& illumination,
                                        std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
                                        const std::optional<SurfaceSample>& paper,

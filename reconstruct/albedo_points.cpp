@@ -12,6 +12,8 @@ constexpr int kSampleRays = 8, kPointRays = 4;
 constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
 constexpr float kModelShare = 0.08f;     ///< 1σ of modelled irradiance over itself, away from shadows,
 constexpr float kPointShare = 0.01f;     ///< and of how much of that differs from point to point
+constexpr float kCommonShare = 0.06f;    ///< 1σ of albedo over itself that is wrong for a whole surface,
+constexpr float kTextureShare = 1.5f;    ///< and of how much a patch's radiance varies: so does a voxel's
 constexpr float kEdgeShare = 0.35f;      ///< of a lamp's light where visibility varies around a sample
 constexpr float kDarkShare = 0.02f;      ///< of the mean radiance
 constexpr float kMetalSigma = 0.02f;     ///< said by an operator
@@ -107,9 +109,11 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     for (const int j : neighbours_[own]) add(static_cast<std::size_t>(j));
 
     Eigen::Vector3f irradiance = gathered / weights;
-    float doubt = 0;
+    float doubt = 0, power_doubt = 0;
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
-      irradiance += lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point));
+      const Eigen::Vector3f from_lamp = lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point));
+      irradiance += from_lamp;
+      power_doubt = std::hypot(power_doubt, illumination_.lights[lamp].power_log_sigma * from_lamp.mean());
       doubt += kEdgeShare * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
     }
     const Eigen::Array3f direct =
@@ -124,8 +128,11 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     const float w_direct = 1 / (direct_sigma * direct_sigma + 1e-8f);
     const float w_around = 1 / (around_sigma * around_sigma + 1e-8f);
     result[i].albedo = ((w_direct * direct + w_around * around.array()) / (w_direct + w_around)).matrix();
-    // What the model has wrong it has wrong for the surroundings too: they are no better for it.
-    result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), kModelShare * result[i].albedo.mean());
+    // What the model has wrong, and a lamp's power, it has wrong for the surroundings too: they are no better for it.
+    // Texture that a patch shows goes on within voxels.
+    const float common = std::hypot(kCommonShare, power_doubt / std::max(irradiance.mean(), 1e-9f),
+                                    kTextureShare * spread / known_weights);
+    result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
   }
   return result;
 }

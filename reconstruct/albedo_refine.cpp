@@ -20,6 +20,7 @@ constexpr int kIterations = 20;
 /// independent observation. And no pair is known better than this share of the light.
 constexpr double kPairsPerObservation = 400;
 constexpr double kModelShare = 0.02;
+constexpr double kGainPrior = 0.1;  // 1/σ² of a log gain of which nothing is known
 constexpr double kPriorPairs = 30;  // the priors are as strong as so many pairs
 
 /// Log albedo of all samples and its derivatives, computed once per step for all pairs.
@@ -65,6 +66,8 @@ class Evaluation : public ceres::EvaluationCallback {
   std::size_t parameters() const { return parameters_.size(); }
   double* of_lamp(std::size_t lamp) { return &parameters_[kPerLamp * lamp]; }
 
+  float told(std::size_t sample) const { return model_.told(sample, powers_, factors_); }
+
   std::vector<Eigen::Array3f> log_albedo;
   std::vector<std::vector<Eigen::Array3f>> derivative;  ///< per parameter, per sample
 
@@ -109,7 +112,10 @@ class Evaluation : public ceres::EvaluationCallback {
   bool derivatives_done_ = false;
 };
 
-const double kPaperScale = std::sqrt(kPaperPairs) / kPaperSigma / std::sqrt(3.0);
+constexpr double kPaperAlbedo = 0.8, kPaperSigma = 0.15;
+constexpr double kRoomAlbedo = 0.35, kRoomSigma = 0.5;  // geometric mean over a room
+
+double gauge_scale(const Gauge& gauge) { return std::sqrt(kGaugePairs / 3) / gauge.sigma; }
 const double kChannelScale = 1 / (kPairScale * std::sqrt(3.0));
 
 class PairCost : public ceres::CostFunction {
@@ -137,30 +143,31 @@ class PairCost : public ceres::CostFunction {
   SamplePair pair_;
 };
 
-class PaperCost : public ceres::CostFunction {
+class GaugeCost : public ceres::CostFunction {
  public:
-  PaperCost(const Evaluation& evaluation, std::size_t paper) : evaluation_(evaluation), paper_(paper) {
+  GaugeCost(const ShadingModel& model, const Evaluation& evaluation, int paper)
+      : model_(model), evaluation_(evaluation), gauge_(gauge_of(paper)) {
     set_num_residuals(3);
     for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) mutable_parameter_block_sizes()->push_back(kPerLamp);
   }
 
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
-    for (int c = 0; c < 3; ++c) {
-      residuals[c] = kPaperScale * (evaluation_.log_albedo[paper_][c] - std::log(kPaperAlbedo));
-    }
+    const double scale = gauge_scale(gauge_);
+    const Eigen::Array3f found = model_.gauged(evaluation_.log_albedo, gauge_.paper);
+    for (int c = 0; c < 3; ++c) residuals[c] = scale * (found[c] - std::log(gauge_.albedo));
     for (std::size_t p = 0; jacobians && p < evaluation_.parameters(); ++p) {
       double* block = jacobians[p / kPerLamp];
       if (!block) continue;
-      for (int c = 0; c < 3; ++c) {
-        block[c * kPerLamp + static_cast<int>(p % kPerLamp)] = kPaperScale * evaluation_.derivative[p][paper_][c];
-      }
+      const Eigen::Array3f slope = model_.gauged(evaluation_.derivative[p], gauge_.paper);
+      for (int c = 0; c < 3; ++c) block[c * kPerLamp + static_cast<int>(p % kPerLamp)] = scale * slope[c];
     }
     return true;
   }
 
  private:
+  const ShadingModel& model_;
   const Evaluation& evaluation_;
-  std::size_t paper_;
+  Gauge gauge_;
 };
 
 /// Holds what the pairs do not decide: a lamp in a room, a panel that faces the probe more or less, and a clipped lamp
@@ -178,8 +185,10 @@ struct Prior {
   }
 };
 
-/// 1σ of log distances from the curvature of the robust cost (weights 1 / (1 + r²)).
-std::vector<double> uncertainty(const Evaluation& evaluation, const std::vector<SamplePair>& pairs) {
+/// Covariance of all parameters from the curvature of the robust cost (weights 1 / (1 + r²)), of the gauge where a
+/// lamp is clipped, and of wide priors.
+Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evaluation,
+                              const std::vector<SamplePair>& pairs, int paper, bool clipped) {
   const auto size = static_cast<Eigen::Index>(evaluation.parameters());
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd row(size);
@@ -187,7 +196,8 @@ std::vector<double> uncertainty(const Evaluation& evaluation, const std::vector<
   for (const SamplePair& pair : pairs) {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     const Eigen::Array3f r = static_cast<float>(kChannelScale) * (evaluation.log_albedo[a] - evaluation.log_albedo[b]);
-    const double weight = 1 / (1 + r.square().sum());
+    const double told = std::pow(std::min(evaluation.told(a), evaluation.told(b)), 2);
+    const double weight = told / (1 + r.square().sum());
     squares += weight * r.square().sum();
     weights += 3 * weight;
     for (int c = 0; c < 3; ++c) {
@@ -202,11 +212,18 @@ std::vector<double> uncertainty(const Evaluation& evaluation, const std::vector<
   const double least = std::pow(kModelShare / kPairScale, 2) / 3;
   const double variance = kPairsPerObservation * std::max(least, squares / std::max(weights, 1e-9));
   curvature /= std::max(variance, 1e-9);
-  for (Eigen::Index p = 0; p < size; ++p) curvature(p, p) += p % kPerLamp == 0 ? 0.25 : 1;
-  const Eigen::MatrixXd covariance = curvature.inverse();
-  std::vector<double> result;
-  for (Eigen::Index p = 0; p < size; p += kPerLamp) result.push_back(std::sqrt(std::max(0.0, covariance(p, p))));
-  return result;
+  const Gauge gauge = gauge_of(paper);
+  for (int c = 0; clipped && c < 3; ++c) {
+    for (Eigen::Index p = 0; p < size; ++p) {
+      row[p] = model.gauged(evaluation.derivative[static_cast<std::size_t>(p)], paper)[c] / gauge.sigma;
+    }
+    curvature += row * row.transpose();
+  }
+  for (Eigen::Index p = 0; p < size; ++p) {
+    const Eigen::Index place = p % kPerLamp;
+    curvature(p, p) += place == 0 ? 0.25 : place < 3 ? 1 : kGainPrior;
+  }
+  return curvature.inverse();
 }
 
 }  // namespace
@@ -222,8 +239,14 @@ double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vec
   return sum;
 }
 
-double paper_cost(const Eigen::Array3f& log_albedo) {
-  return kPaperScale * kPaperScale * (log_albedo - static_cast<float>(std::log(kPaperAlbedo))).square().sum();
+Gauge gauge_of(int paper) {
+  return paper >= 0 ? Gauge{paper, kPaperAlbedo, kPaperSigma} : Gauge{-1, kRoomAlbedo, kRoomSigma};
+}
+
+double gauge_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& log_albedo, int paper) {
+  const Gauge gauge = gauge_of(paper);
+  const Eigen::Array3f off = model.gauged(log_albedo, paper) - static_cast<float>(std::log(gauge.albedo));
+  return gauge_scale(gauge) * gauge_scale(gauge) * off.square().sum();
 }
 
 Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs, int paper,
@@ -239,9 +262,7 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   }
   bool clipped = false;
   for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) clipped |= model.light(lamp).clipped;
-  if (clipped && paper >= 0) {
-    problem.AddResidualBlock(new PaperCost(evaluation, static_cast<std::size_t>(paper)), nullptr, blocks);
-  }
+  if (clipped) problem.AddResidualBlock(new GaugeCost(model, evaluation, paper), nullptr, blocks);
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     double* p = evaluation.of_lamp(lamp);
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 6, kPerLamp>(new Prior{std::sqrt(kPriorPairs)}),
@@ -273,8 +294,13 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   Refinement result;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
   result.cost = robust_cost(evaluation.log_albedo, pairs);
-  if (clipped && paper >= 0) result.cost += paper_cost(evaluation.log_albedo[static_cast<std::size_t>(paper)]);
-  result.log_sigma = uncertainty(evaluation, pairs);
+  if (clipped) result.cost += gauge_cost(model, evaluation.log_albedo, paper);
+  const Eigen::MatrixXd covariance = covariance_of(model, evaluation, pairs, paper, clipped);
+  for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
+    const auto p = static_cast<Eigen::Index>(kPerLamp * lamp);
+    result.log_sigma.push_back(std::sqrt(std::max(0.0, covariance(p, p))));
+    result.gain_log_sigma.push_back(std::sqrt(std::max(0.0, covariance.diagonal().segment(p + 3, 3).mean())));
+  }
   return result;
 }
 

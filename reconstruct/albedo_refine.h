@@ -9,8 +9,9 @@ namespace lumigraft {
 
 struct Refinement {
   std::vector<LampShape> shapes;
-  std::vector<double> log_sigma;  ///< 1σ of each lamp's log distance
-  double cost = 0;                ///< robust_cost at the end
+  std::vector<double> log_sigma;       ///< 1σ of each lamp's log distance
+  std::vector<double> gain_log_sigma;  ///< and of its log gain, RMS of the channels; where it is clipped
+  double cost = 0;                     ///< robust_cost at the end
 };
 
 /// Difference of log albedo, RMS over channels, that counts as large: textures vary by about so much.
@@ -19,13 +20,16 @@ constexpr double kPairScale = 0.1;
 /// Σ log(1 + (Δ / kPairScale)²) over pairs (Cauchy).
 double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs);
 
-/// A sample that is known to be white paper.
-constexpr double kPaperAlbedo = 0.8;
-constexpr double kPaperSigma = 0.15;  ///< of its logarithm
+/// What holds the scale of albedo where a lamp's power is unknown: white paper, or, loosely, what rooms usually are.
+struct Gauge {
+  int paper;             ///< index of the sample that is paper, or -1: the mean of all others
+  double albedo, sigma;  ///< the second of its logarithm
+};
+Gauge gauge_of(int paper);
 
-/// Σ over channels ((log albedo - log kPaperAlbedo) / kPaperSigma)², as strong as kPaperPairs pairs.
-double paper_cost(const Eigen::Array3f& log_albedo);
-constexpr double kPaperPairs = 300;
+/// Σ over channels ((gauged log albedo - log albedo of the gauge) / σ)², as strong as kGaugePairs pairs.
+double gauge_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& log_albedo, int paper);
+constexpr double kGaugePairs = 300;
 
 /// `paper` is the index of the sample that is paper, or -1. Gains of clipped lamps are unknowns too, at least 1.
 Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs, int paper,

@@ -9,7 +9,8 @@ namespace lumigraft {
 namespace {
 
 constexpr float kFinestCellVoxels = 2.0f;
-constexpr float kSmooth = 0.95f;  // length of a patch's mean normal
+constexpr float kMostOfWhite = 0.6f;  // that a print's ink, blurred, sends back
+constexpr float kSmooth = 0.95f;      // length of a patch's mean normal
 
 std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays,
                                          const MetalSurfaces& metal) {
@@ -100,13 +101,15 @@ std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, 
   }
   if (on_tag.size() < 40) return std::nullopt;
   // About half of it is white; blur makes most of that grey, and noise lifts the very brightest.
+  const auto radiance_sum = [&](int i) { return points[static_cast<std::size_t>(i)].radiance.sum(); };
   std::sort(on_tag.begin(), on_tag.end(), [&](int a, int b) {
-    const float la = points[static_cast<std::size_t>(a)].radiance.sum();
-    const float lb = points[static_cast<std::size_t>(b)].radiance.sum();
+    const float la = radiance_sum(a), lb = radiance_sum(b);
     return la != lb ? la > lb : a < b;
   });
   const auto first = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() / 20);
   const auto last = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() / 5);
+  const auto black = on_tag.end() - 1 - static_cast<std::ptrdiff_t>(on_tag.size() / 10);
+  if (radiance_sum(*black) > kMostOfWhite * radiance_sum(*last)) return std::nullopt;  // no print: something covers it
   SurfaceSample paper = patch(points, std::vector<int>(first, last));
   paper.position = Eigen::Vector3f::Zero();
   paper.normal = Eigen::Vector3f::UnitZ();

@@ -10,6 +10,8 @@ namespace {
 
 /// Added to radiance before the logarithm: an 8-bit picture's darkest codes say little.
 constexpr float kDarkShare = 0.02f;
+/// What neither light nor picture reaches has this albedo, neither white nor black.
+constexpr float kDarkAlbedo = 0.35f;
 
 float dark_level(const std::vector<SurfaceSample>& samples) {
   double sum = 0;
@@ -32,7 +34,8 @@ ShadingModel::ShadingModel(const RoomLight& room, const Illumination& illuminati
     const Eigen::Vector3f first = light.direction.unitOrthogonal();
     across_.push_back({first, light.direction.cross(first)});
   }
-  for (const SurfaceSample& sample : samples) log_radiance_.push_back((sample.radiance.array() + dark_).log());
+  for (const SurfaceSample& sample : samples)
+    log_radiance_.push_back((sample.radiance.array() + kDarkAlbedo * dark_).log());
 }
 
 void ShadingModel::tabulate(std::size_t lamp, std::vector<double> log_distances, int rays) {
@@ -107,6 +110,25 @@ void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& powers, const s
     if (!samples_[i].usable) continue;
     result[i] = log_radiance_[i] - (irradiance(i, powers, factors) * std::numbers::inv_pi_v<float> + dark_).log();
   }
+}
+
+float ShadingModel::told(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+                         const std::vector<std::vector<float>>& factors) const {
+  const float lit = irradiance(sample, powers, factors).mean() * std::numbers::inv_pi_v<float>;
+  const float brighter = std::max(lit, samples_[sample].radiance.mean());
+  return brighter / (brighter + dark_);
+}
+
+Eigen::Array3f ShadingModel::gauged(const std::vector<Eigen::Array3f>& values, int paper) const {
+  if (paper >= 0) return values[static_cast<std::size_t>(paper)];
+  Eigen::Array3d sum = Eigen::Array3d::Zero();
+  int count = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!samples_[i].usable) continue;
+    sum += values[i].cast<double>();
+    ++count;
+  }
+  return (sum / std::max(count, 1)).cast<float>();
 }
 
 Eigen::Array3f ShadingModel::slope(std::size_t sample, const std::vector<Eigen::Array3f>& powers,

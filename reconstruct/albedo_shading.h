@@ -43,6 +43,11 @@ class ShadingModel {
   /// log B - log E of every sample for these powers and factors, per lamp.
   void log_albedo(const std::vector<Eigen::Array3f>& powers, const std::vector<std::vector<float>>& factors,
                   std::vector<Eigen::Array3f>& result) const;
+  /// How much a sample says, 0 to 1: nothing where neither light nor picture reaches it.
+  float told(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+             const std::vector<std::vector<float>>& factors) const;
+  /// What holds the scale of albedo: the value of the sample that is paper, or where that is -1 the mean of all usable.
+  Eigen::Array3f gauged(const std::vector<Eigen::Array3f>& values, int paper) const;
   /// ∂ log_albedo / ∂ E of a sample.
   Eigen::Array3f slope(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
                        const std::vector<std::vector<float>>& factors) const;

@@ -24,11 +24,13 @@ struct PointLight {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< tag frame; where distance_known
   Eigen::Vector3f intensity = Eigen::Vector3f::Zero();   ///< radiant intensity, W/sr per channel; where distance_known
   float radius_m = 0;                                    ///< where distance_known
-  bool clipped = false;                                  ///< its power is a lower bound
-  float squareness = 0;                                  ///< of its outline: 0 a disk, 0.43 a quadrilateral
-  int region = -1;                                       ///< the same for pieces of one wide lamp; -1: no piece
-  bool flat = false;                                     ///< emits as a plane does, with the cosine; else evenly
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();      ///< unit, tag frame; where flat (and distance_known)
+  bool clipped = false;       ///< in the picture: its power is a lower bound, or was found from how the room is shaded
+  float power_log_sigma = 0;  ///< 1σ of log irradiance; where it was found
+  float distance_log_sigma = 0;                      ///< 1σ of log distance; where distance_known
+  float squareness = 0;                              ///< of its outline: 0 a disk, 0.43 a quadrilateral
+  int region = -1;                                   ///< the same for pieces of one wide lamp; -1: no piece
+  bool flat = false;                                 ///< emits as a plane does, with the cosine; else evenly
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, tag frame; where flat (and distance_known)
   int hidden = 0;  ///< pictures since it was last seen: it is held, then faded out; 0 where the newest shows it
 
   /// Radiant intensity towards a unit direction (from the lamp on), over `intensity`, which is that towards the probe:

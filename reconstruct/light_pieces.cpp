@@ -62,6 +62,7 @@ std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, cons
     const PointLight& whole = placed[static_cast<std::size_t>(before - joined.begin())];
     piece.irradiance =
         piece.irradiance.cwiseProduct(whole.irradiance.cwiseQuotient(before->irradiance.cwiseMax(1e-12f)));
+    piece.power_log_sigma = whole.power_log_sigma;
     piece.distance_known = whole.distance_known;
     if (!piece.distance_known) continue;
     const std::optional<float> plane_m = on_plane(piece, whole, probe_m);
@@ -69,6 +70,7 @@ std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, cons
     piece.position_m = probe_m + distance_m * piece.direction;
     piece.intensity = piece.irradiance * distance_m * distance_m;
     piece.radius_m = distance_m * std::tan(piece.angular_radius_rad);
+    piece.distance_log_sigma = whole.distance_log_sigma;
     piece.flat = plane_m.has_value();
     piece.normal = whole.normal;
   }

@@ -1,0 +1,265 @@
+// Where lamps' extraction fails: clipping, neighbours, the horizon, a hand before the lens, lamps that are near.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "reconstruct/albedo.h"
+#include "reconstruct/light_split.h"
+#include "sweep.h"
+#include "tests/reconstruct/albedo_room.h"
+#include "tests/reconstruct/light_views.h"
+
+namespace lumigraft::test {
+namespace {
+
+using Eigen::Vector3f;
+
+const Vector3f kDim(0.1f, 0.12f, 0.15f);  ///< radiance of the surroundings
+constexpr int kUsualSize = 512;           ///< pixels across 190°: 2.7 to a degree
+
+struct Disk {
+  Vector3f direction, radiance;
+  double radius_degrees;
+
+  Vector3f irradiance() const { return (radiance - kDim) * static_cast<float>(disk_sr(radius_degrees)); }
+};
+
+Image<float> picture_of(const FisheyeCamera& camera, const std::vector<Disk>& disks) {
+  return render(camera, [&](const Vector3f& d) -> Vector3f {
+    for (const Disk& disk : disks) {
+      if (within(d, disk.direction, disk.radius_degrees)) return disk.radiance;
+    }
+    return kDim;
+  });
+}
+
+LightSplit split_of(const FisheyeCamera& camera, const std::vector<Disk>& disks) {
+  const Image<float> picture = picture_of(camera, disks);
+  return split_lamps(picture, Image<std::uint8_t>(picture.width, picture.height, 1, 0), fisheye_view(camera), 8);
+}
+
+/// The lamp nearest to a disk; null where there is none within ten degrees.
+const Lamp* nearest_to(const Disk& disk, const std::vector<Lamp>& lamps) {
+  const Lamp* best = nullptr;
+  for (const Lamp& lamp : lamps) {
+    const double angle = angle_degrees(lamp.direction, disk.direction);
+    if (angle < (best ? angle_degrees(best->direction, disk.direction) : 10)) best = &lamp;
+  }
+  return best;
+}
+
+double percent_off(const Vector3f& found, const Vector3f& truth) { return 100 * (found.sum() / truth.sum() - 1); }
+
+TEST(LightSweep, Separation) {
+  Sweep sweep{.stem = "light-separation",
+              .title = "Two lamps, the second a third as bright; fish-eye of 512 pixels",
+              .x_label = "degrees between their middles",
+              .y_label = "off: degrees; irradiance, tenths",
+              .x = {2, 3, 4, 6, 9, 13, 20, 28, 40},
+              .curves = {{"direction, degrees"}, {"both, tenths"}, {"weaker, tenths"}},
+              .logarithmic = true};
+  const FisheyeCamera camera = fisheye(190, kUsualSize);
+  for (const double apart : sweep.x) {
+    const double radius = std::min(2.0, 0.3 * apart);
+    const Disk strong{towards(30, 0), Vector3f::Constant(30), radius},
+        weak{towards(30 + apart, 0), {10, 10, 10}, radius};
+    const LightSplit split = split_of(camera, {strong, weak});
+    EXPECT_LE(split.lamps.size(), 2u) << apart << ": no lamps that are none";
+    Vector3f sum = Vector3f::Zero();
+    for (const Lamp& lamp : split.lamps) sum += lamp.irradiance;
+    // Where they are found as one it stands for both: the farther one's direction is off by what lies between.
+    double worse = 0;
+    for (const Disk& disk : {strong, weak}) {
+      const Lamp* const lamp = nearest_to(disk, split.lamps);
+      ASSERT_TRUE(lamp) << apart;
+      worse = std::max(worse, angle_degrees(lamp->direction, disk.direction));
+    }
+    const double both = 0.1 * std::abs(percent_off(sum, strong.irradiance() + weak.irradiance()));
+    const bool two = split.lamps.size() == 2;
+    const double weaker =
+        two ? 0.1 * std::abs(percent_off(nearest_to(weak, split.lamps)->irradiance, weak.irradiance())) : 10;
+    sweep.curves[0].y.push_back(worse);
+    sweep.curves[1].y.push_back(both);
+    sweep.curves[2].y.push_back(weaker);
+    if (apart < 3) continue;  // lamps of 0.6° whose blurred edges meet are one; what is not in it stays in the rest
+    EXPECT_LT(both, 0.3) << apart;
+    EXPECT_TRUE(two) << apart;
+    EXPECT_LT(worse, 0.5) << apart;
+    EXPECT_LT(weaker, 0.5) << apart;
+  }
+  write_sweep(sweep);
+}
+
+TEST(LightSweep, Elevation) {
+  Sweep sweep{.stem = "light-elevation",
+              .title = "A lamp 6 degrees wide; the fish-eye sees to 5 degrees below the horizon",
+              .x_label = "elevation, degrees",
+              .y_label = "off the truth",
+              .x = {-8, -6, -4, -2, 0, 2, 5, 10, 15, 30, 60, 85},
+              .curves = {{"direction, degrees"}, {"irradiance, tenths"}}};
+  const FisheyeCamera camera = fisheye(190, kUsualSize);
+  const FisheyeView view = fisheye_view(camera);
+  for (const double elevation : sweep.x) {
+    const Disk disk{towards(90 - elevation, 140), {40, 30, 20}, 3};
+    const Image<float> picture = picture_of(camera, {disk});
+    const LightSplit split = split_lamps(picture, Image<std::uint8_t>(kUsualSize, kUsualSize, 1, 0), view, 8);
+    ASSERT_LE(split.lamps.size(), 1u);
+    Vector3f seen = Vector3f::Zero();  // of its energy: below 5° the lens ends
+    for (std::size_t i = 0; i < view.direction.size(); ++i) {
+      if (!view.sees(i)) continue;
+      seen += (Eigen::Map<const Vector3f>(&picture.data[3 * i]) - kDim).cwiseMax(0.0f) * view.solid_angle_sr[i];
+    }
+    const bool found = !split.lamps.empty();
+    const double direction = found ? angle_degrees(split.lamps[0].direction, disk.direction) : 0;
+    const double irradiance = found ? 0.1 * std::abs(percent_off(split.lamps[0].irradiance, seen)) : 0;
+    sweep.curves[0].y.push_back(direction);
+    sweep.curves[1].y.push_back(irradiance);
+    if (elevation >= -6) {
+      EXPECT_TRUE(found) << elevation;
+    }
+    // Cut by the end of the view it is found by what is left of it.
+    EXPECT_LT(direction, elevation > -2 ? 0.1 : 4) << elevation;
+    EXPECT_LT(irradiance, 0.2) << elevation;
+  }
+  write_sweep(sweep);
+}
+
+TEST(LightSweep, CoveredLamp) {
+  constexpr int kPictures = 20, kFrom = 5;
+  Sweep sweep{.stem = "light-covered",
+              .title = "A lamp that something covers from the sixth picture on",
+              .x_label = "picture",
+              .y_label = "the lamp's irradiance over the truth before",
+              .x = {},
+              .curves = {{"for one picture"}, {"for four pictures"}, {"for good"}},
+              .least = -1e-6,
+              .most = 1 + 1e-6};
+  Session session;
+  session.fisheye = fisheye(190, 256);
+  const Disk covered{towards(35, 0), Vector3f::Constant(30), 4}, other{towards(50, 200), Vector3f::Constant(20), 4};
+  const auto frame_with = [&](const std::vector<Disk>& disks) {
+    FrameSet frame;
+    auto picture = std::make_shared<Picture>();
+    picture->stream = Stream::fisheye;
+    picture->radiance = picture_of(*session.fisheye, disks);
+    frame.fisheye.push_back(picture);
+    return frame;
+  };
+  const Disk hand{covered.direction, Vector3f::Constant(0.02f), 12};
+  const FrameSet open = frame_with({covered, other}), hidden = frame_with({hand, other});
+  for (int i = 0; i < kPictures; ++i) sweep.x.push_back(i);
+  for (const int pictures : {1, 4, kPictures}) {
+    Curve& curve = sweep.curves[pictures == 1 ? 0 : pictures == 4 ? 1 : 2];
+    LightStage stage(session, {});
+    int id = -1;
+    for (int i = 0; i < kPictures; ++i) {
+      const auto result = stage.extract(i >= kFrom && i < kFrom + pictures ? hidden : open);
+      double now = 0;
+      for (const PointLight& light : result.illumination->lights) {
+        if (angle_degrees(light.direction, covered.direction) > 1) continue;
+        now = light.irradiance.sum() / covered.irradiance().sum();
+        EXPECT_TRUE(id < 0 || id == light.id) << "another name at picture " << i;
+        id = light.id;
+        EXPECT_EQ(light.hidden > 0, !result.warnings.empty());
+      }
+      curve.y.push_back(std::min(now, 1.0));
+      EXPECT_NEAR(now, 1, pictures == 1 ? 0.02 : 1) << i;
+      if (i == 0) continue;
+      const double step = curve.y[static_cast<std::size_t>(i)] - curve.y[static_cast<std::size_t>(i - 1)];
+      EXPECT_GT(step, -0.27) << i << ": no leap down";
+    }
+    EXPECT_NEAR(curve.y.back(), pictures == kPictures ? 0 : 1, 0.02);
+  }
+  write_sweep(sweep);
+}
+
+/// A floor with a box, and the tag's paper at the origin.
+TestRoom room_with_tag() {
+  TestRoom room;
+  room.half_m = 0.7f;
+  room.ambient = Vector3f::Constant(0.06f);
+  room.boxes = {{{0.05f, 0.1f, 0.0f}, {0.15f, 0.25f, 0.15f}}};
+  room.albedo = [](const Vector3f& p) {
+    const bool paper = std::abs(p.x()) < 0.1f && std::abs(p.y()) < 0.1f && p.z() < 0.01f;
+    const bool black = (static_cast<int>(std::floor(p.x() / 0.04f)) + static_cast<int>(std::floor(p.y() / 0.04f))) % 2;
+    return paper ? Vector3f(Vector3f::Constant(black ? 0.04f : 0.8f)) : Vector3f(0.3f, 0.25f, 0.2f);
+  };
+  return room;
+}
+
+TEST(LightSweep, PowerPastSaturation) {
+  Sweep sweep{.stem = "light-power",
+              .title = "A lamp brighter than the fish-eye picture can tell",
+              .x_label = "lamp's radiance over the picture's end",
+              .y_label = "irradiance over the truth",
+              .x = {0.5, 1, 2, 4, 32, 256, 1024},
+              .curves = {{"as it is read"}, {"found"}, {"brighter sky"}},
+              .logarithmic = true,
+              .least = 0.85,
+              .most = 1.15};
+  for (const double over : sweep.x) {
+    for (const bool bright_sky : {false, true}) {
+      TestRoom room = room_with_tag();
+      room.lamps = {{{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}};
+      if (bright_sky) room.ambient *= 3;
+      Illumination seen = room.illumination();
+      const Vector3f truth = seen.lights[0].irradiance;
+      // All channels end at the same radiance.
+      const float end = truth.y() / static_cast<float>(over);
+      seen.lights[0].irradiance = truth.cwiseMin(end);
+      seen.lights[0].clipped = truth.maxCoeff() > end;
+      Session session;
+      const auto result = AlbedoStage(session).solve(room.field(), seen);
+      ASSERT_EQ(result.illumination->lights.size(), 1u);
+      const PointLight& light = result.illumination->lights[0];
+      const double share = light.irradiance.sum() / truth.sum();
+      if (!bright_sky) sweep.curves[0].y.push_back(seen.lights[0].irradiance.sum() / truth.sum());
+      sweep.curves[bright_sky ? 2 : 1].y.push_back(share);
+      EXPECT_GT(share, sweep.least) << over;
+      EXPECT_LT(share, sweep.most) << over;
+      EXPECT_EQ(light.clipped, seen.lights[0].clipped) << "its power stays marked as found otherwise";
+    }
+  }
+  write_sweep(sweep);
+}
+
+TEST(LightSweep, Distance) {
+  Sweep sweep{.stem = "light-distance",
+              .title = "A lamp 50 degrees up; an object 0.4 m from the fish-eye",
+              .x_label = "lamp's distance from the fish-eye, m",
+              .y_label = "off at the object",
+              .x = {0.5, 0.7, 1, 1.5, 2, 4, 6, 8, 10},
+              .curves = {{"direction, degrees"}, {"irradiance, tenths"}, {"were it far, degrees", {}, true}},
+              .logarithmic = true};
+  for (const double distance : sweep.x) {
+    TestRoom room = room_with_tag();
+    const Vector3f towards_lamp = towards(40, -50);
+    TestLamp lamp{room.probe + static_cast<float>(distance) * towards_lamp,
+                  Vector3f(1.2f, 1.0f, 0.8f) * static_cast<float>(distance * distance),
+                  0.03f * static_cast<float>(distance)};
+    room.lamps = {lamp};
+    const auto result = AlbedoStage(Session()).solve(room.field(), room.illumination());
+    ASSERT_EQ(result.illumination->lights.size(), 1u);
+    const PointLight& light = result.illumination->lights[0];
+    const Vector3f object(0.15f, 0.2f, 0.1f);
+    const Vector3f true_way = lamp.position - object;
+    const Vector3f way = light.distance_known ? Vector3f(light.position_m - object) : light.direction;
+    const Vector3f irradiance = light.distance_known ? Vector3f(light.intensity / way.squaredNorm()) : light.irradiance;
+    const double direction = angle_degrees(way, true_way);
+    const double share = 0.1 * std::abs(percent_off(irradiance, lamp.intensity / true_way.squaredNorm()));
+    sweep.curves[0].y.push_back(direction);
+    sweep.curves[1].y.push_back(share);
+    sweep.curves[2].y.push_back(angle_degrees(towards_lamp, true_way));
+    const bool found = light.distance_known;
+    EXPECT_TRUE(found || distance > 7) << distance;
+    EXPECT_LT(direction, found ? 0.3 : 3) << distance;
+    EXPECT_LT(share, found ? 0.1 : 0.5) << distance;
+    // Taken as infinitely far, it is said.
+    EXPECT_EQ(light.distance_known, result.warnings.empty()) << distance;
+  }
+  write_sweep(sweep);
+}
+
+}  // namespace
+}  // namespace lumigraft::test
