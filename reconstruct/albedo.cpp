@@ -88,6 +88,9 @@ std::string power_warning(const std::vector<PointLight>& lights) {
          " is a guess: neither white paper nor shadows tell it, and surfaces may be lighter or darker than found";
 }
 
+constexpr const char* kNoSurface =
+    "no surface of the room is known: the depth pictures hold no measurements, or none within reach";
+
 std::string rig_warning(const RigError& error) {
   char line[160];
   std::snprintf(line, sizeof line,
@@ -207,6 +210,7 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   if (s.last.albedo) keep_unchanged(result->bricks, s.last.albedo->bricks);
 
   s.last = {result, lit, {}};
+  if (surface.points.empty()) s.last.warnings.push_back(kNoSurface);
   for (const std::string& warning : {distance_warning(lit->lights), power_warning(lit->lights),
                                      s.check_rig(field, rays, illumination, surface.points.size())}) {
     if (!warning.empty()) s.last.warnings.push_back(warning);

@@ -272,6 +272,15 @@ TEST(AlbedoStage, PowerOfAClippedLampFromItsShadowAndTheTagsPaper) {
   EXPECT_LT((light.position_m - room.lamps[0].position).norm(), 0.12);
 }
 
+TEST(AlbedoStage, WithoutASurfaceItIsSaid) {
+  TestRoom room;
+  room.ambient = Eigen::Vector3f::Ones();
+  const auto result = AlbedoStage{Session()}.solve(DistanceField(), room.illumination());
+  EXPECT_TRUE(result.albedo->bricks.empty());
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_NE(result.warnings[0].find("the depth pictures hold no measurements"), std::string::npos);
+}
+
 TEST(AlbedoStage, MetalHasNoAlbedo) {
   const std::filesystem::path mesh = std::filesystem::path(testing::TempDir()) / "plate.obj";
   std::ofstream(mesh) << "v -0.5 0.15 0\nv 0.5 0.15 0\nv 0.5 0.5 0\nv -0.5 0.5 0\nf 1 2 3 4\n";
