@@ -18,8 +18,10 @@ struct FusionSettings {
 
 /// Projective TSDF update with a sensor noise model: axial noise grows with depth² and with the angle of incidence
 /// (Nguyen, Izadi & Lovell 2012, eq. 3), weight = 1/σ². Distances are measured to the plane a pixel sees, not along
-/// its ray, so that they hold at grazing views too. Carves free space. Behind a rim only what stands where the camera
-/// sees it is solid. Colour is fused as radiance, weighted by facing; clipped pixels do not count.
+/// its ray, so that they hold at grazing views too. Carves free space: what is seen far from where it was, by more than
+/// noise explains, leaves the past little weight, so that a visitor is gone within a second. Behind a rim only what
+/// stands where the camera sees it is solid. Colour is fused as radiance, weighted by facing; clipped pixels do not
+/// count.
 ///
 /// Bricks that pictures have told much about are looked at less often while the camera stays where it is, and every
 /// time while what they show moves. New space is published at once; bricks that drifted from what was published by more

@@ -14,6 +14,10 @@ using Eigen::Vector3f;
 constexpr float kNearestM = 0.05f;    // nothing is fused closer to the camera
 constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
 constexpr Four kFirst = {0, 1, 2, 3};
+/// What is seen, free or a surface, so far from where it was (of the truncation distance) that noise does not explain
+/// it has moved: then the past counts as so many looks. What lies hidden behind a surface denies nothing.
+constexpr float kDenies = 0.75f, kDeniesNoise = 4, kDeniedLooks = 3;
+constexpr float kSigmaM = 0.0012f;  // of a reading of weight 1
 
 }  // namespace
 
@@ -30,6 +34,7 @@ BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparat
       T_camera_tag_(T_camera_tag),
       sizes_(sizes),
       shell_m_(kShellVoxels * sizes.voxel_m),
+      denies_m_(kDenies * sizes.truncation_m),
       end_u_(static_cast<float>(2 * view.blocks_x)),
       end_v_(static_cast<float>(2 * view.blocks_y)),
       depth_(view, preparation, map, sizes.voxel_m, sizes.truncation_m, shell_m_) {}
@@ -84,7 +89,10 @@ inline void BrickUpdate::four(WorkingBrick& brick, std::size_t i, const Row& at,
         told.learnt -= unknown[k];
         told.moved -= moved[k];
       }
-    const Four share = select(read, weight, Four{}), sum = past + share;
+    const Four share = select(read, weight, Four{}), off = size_of(distance - was);
+    const FourInt denied = read & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
+                           (off * off * weight > kDeniesNoise * kDeniesNoise * kSigmaM * kSigmaM);
+    const Four sum = select(denied, least(past, kDeniedLooks * share), past) + share;
     const Four turn = share / select(read, sum, all(1));
     store(&brick.now.distance_m[i], was + turn * (select(read, found, was) - was));
     store(&brick.now.weight[i], select(read, least(sum, all(sizes_.weight_cap)), past));
@@ -128,7 +136,10 @@ void BrickUpdate::one(WorkingBrick& brick, std::size_t i, const Vector3f& p, con
   float& weight = brick.now.weight[i];
   told.learnt += weight <= 0;
   told.moved += weight > 0 && std::abs(distance_m - reading.distance_m) > sizes_.truncation_m;
-  const float sum = weight + reading.weight;
+  const float off = std::abs(reading.distance_m - distance_m);
+  const bool denied = reading.in_sight && !reading.edge && off > denies_m_ && reading.distance_m > -shell_m_ &&
+                      off * off * reading.weight > kDeniesNoise * kDeniesNoise * kSigmaM * kSigmaM;
+  const float sum = (denied ? std::min(weight, kDeniedLooks * reading.weight) : weight) + reading.weight;
   distance_m += reading.weight / sum * (reading.distance_m - distance_m);
   weight = std::min(sum, sizes_.weight_cap);
   if (colour_ && reading.in_sight && std::abs(reading.distance_m) <= shell_m_)
@@ -160,7 +171,8 @@ BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
   Four nearest = free;
   FourInt learnt{};
   for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
-    const Four was = load(&brick.now.distance_m[i]), weight = load(&brick.now.weight[i]), sum = weight + share;
+    const Four was = load(&brick.now.distance_m[i]), weight = load(&brick.now.weight[i]);
+    const Four sum = select(free - was > denies_m_, least(weight, all(kDeniedLooks * share)), weight) + share;
     const Four now = was + share / sum * (free - was);
     learnt += weight <= 0;
     nearest = least(nearest, now);

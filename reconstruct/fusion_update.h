@@ -44,7 +44,7 @@ class BrickUpdate {
   const ColourReader& colour_;
   const Eigen::Isometry3f& T_camera_tag_;
   Sizes sizes_;
-  float shell_m_, end_u_, end_v_;
+  float shell_m_, denies_m_, end_u_, end_v_;
   DepthReader depth_;
 };
 

@@ -118,6 +118,81 @@ TEST(Fusion, WhatIsTakenAwayIsCarved) {
   EXPECT_LT(compare(*field, table, camera, T, 16).largest_m, 1e-3);
 }
 
+// Ten seconds of standing there fill the weights to their cap; what a picture shows since counts.
+TEST(Fusion, AVisitorIsGoneWithinASecond) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  constexpr double kLegRadius = 0.08;
+  const Vector3d leg(0.05, 0.15, 0);
+  const Shape visited = [&](const Vector3d& p) { return std::min(table(p), (p - leg).head<2>().norm() - kLegRadius); };
+  FusionStage stage(session_with(camera), {});
+  unsigned i = 0;
+  const auto fuse = [&](const FrameSet& frame) { return stage.fuse(frame, pose_at(T)); };
+  // A few pictures over and over: noise of its own for each would take minutes to make.
+  std::vector<FrameSet> with, without;
+  for (unsigned k = 0; k < 4; ++k) {
+    with.push_back(frame_of(visited, camera, T, k, {0.5, k + 1}));
+    without.push_back(frame_of(table, camera, T, k, {0.5, k + 11}));
+  }
+  const auto left = [&](const DistanceField& field) {  // rays that still meet the leg
+    int met = 0;
+    for (double z = 0.05; z < 0.3; z += 0.02)
+      for (double y = -0.06; y <= 0.06; y += 0.02) {
+        const Vector3d aim(leg.x(), leg.y() + y, z);
+        const Vector3d direction = (aim - T.translation()).normalized();
+        const auto hit = field.raycast(T.translation().cast<float>(), direction.cast<float>(), 0.05f, 3);
+        met += hit && hit->position_m.z() > 0.02f;
+      }
+    return met;
+  };
+  std::shared_ptr<const DistanceField> field;
+  for (; i < 10; ++i) field = fuse(without[i % 4]);
+  for (; i < 15; ++i) field = fuse(with[i % 4]);
+  EXPECT_GT(left(*field), 70) << "there within five pictures, of 91 rays";
+  for (; i < 300; ++i) field = fuse(with[i % 4]);
+  EXPECT_GT(left(*field), 70);
+  for (unsigned k = 0; k < 30; ++k, ++i) field = fuse(without[i % 4]);
+  EXPECT_EQ(left(*field), 0);
+}
+
+// What relight packs again is what is another pointer than in the field before.
+TEST(Fusion, AnUpdateTouchesOnlyWhatChanged) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> before, field;
+  for (unsigned i = 0; i < 50; ++i) before = stage.fuse(frame_of(table, camera, T, i, {0.01, i + 1}), pose_at(T));
+  for (unsigned i = 50; i < 54; ++i)
+    field = stage.fuse(frame_of(ball_on_table, camera, T, i, {0.01, i + 1}), pose_at(T));
+  int near = 0, far = 0;
+  for (const auto& [key, brick] : field->bricks) {
+    if (before->brick(key) == brick.get()) continue;
+    const Vector3d middle = 0.064 * (Vector3d(key[0], key[1], key[2]) + Vector3d::Constant(0.5));
+    // The ball, and the table that it hides.
+    const Vector3d along = (middle - T.translation()).normalized(), to = kBall - T.translation();
+    const bool beside = (to - std::min(along.dot(to), to.norm()) * along).norm() < kBallRadius + 0.09;
+    ++(beside ? near : far);
+  }
+  EXPECT_GT(near, 10);
+  EXPECT_LT(far, 3) << "of " << field->bricks.size();
+}
+
+// Bricks stand where surfaces are: half the voxel, four times as many.
+TEST(Fusion, MemoryFollowsTheSurface) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  const FrameSet frame = frame_of(ball_on_table, camera, T);
+  const auto bricks = [&](double voxel_m) {
+    FusionSettings settings;
+    settings.voxel_m = voxel_m;
+    FusionStage stage(session_with(camera), settings);
+    return static_cast<double>(stage.fuse(frame, pose_at(T))->bricks.size());
+  };
+  const double growth = bricks(0.008) / bricks(0.016);
+  EXPECT_GT(growth, 3);
+  EXPECT_LT(growth, 5);
+}
+
 TEST(Fusion, NothingNewChangesNothing) {
   const CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
