@@ -206,13 +206,18 @@ class AravisSource::Camera {
   }
 
   SourceItem take(ArvBuffer& buffer) {
-    const guint64 id = arv_buffer_get_frame_id(&buffer);
-    sequence_ += last_id_ ? steps_to(id) : 0;
-    last_id_ = id;
+    const ArvBufferStatus status = arv_buffer_get_status(&buffer);
+    std::uint64_t sequence = next_sequence_;
+    if (status == ARV_BUFFER_STATUS_SUCCESS) {  // the number of a damaged picture may be anything
+      const guint64 id = arv_buffer_get_frame_id(&buffer);
+      sequence = last_id_ ? std::max(sequence, last_whole_ + steps_to(id)) : sequence;
+      last_id_ = id;
+      last_whole_ = sequence;
+    }
+    next_sequence_ = sequence + 1;
     const guint64 time_ns = arv_buffer_get_timestamp(&buffer);
     const Stamp stamp{static_cast<std::int64_t>(time_ns != 0 ? time_ns : arv_buffer_get_system_timestamp(&buffer)),
-                      steady_now_ns(), sequence_};
-    const ArvBufferStatus status = arv_buffer_get_status(&buffer);
+                      steady_now_ns(), sequence};
     if (status != ARV_BUFFER_STATUS_SUCCESS) {
       const bool packets = status == ARV_BUFFER_STATUS_MISSING_PACKETS || status == ARV_BUFFER_STATUS_TIMEOUT;
       return LostPicture{stamp, spec_.stream,
@@ -250,8 +255,9 @@ class AravisSource::Camera {
   ArvDevice* device_ = nullptr;  ///< the camera's
   bool started_ = false;
   std::atomic<bool> lost_{false};
-  std::optional<guint64> last_id_;
-  std::uint64_t sequence_ = 0;
+  std::optional<guint64> last_id_;  ///< of the newest whole picture
+  std::uint64_t last_whole_ = 0;    ///< its sequence
+  std::uint64_t next_sequence_ = 0;
 };
 
 AravisSource::AravisSource(const std::string& camera, const StreamSpec& spec) {
