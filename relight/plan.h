@@ -9,16 +9,20 @@ namespace lumigraft {
 
 struct Plan {
   /// How the change of light reaches real surfaces: "dvct", by cones; "dlpv", from cell to cell. "reference": path
-  /// tracing, which reads `samples` and nothing else of the plan. "dvct-thesis": dvct with the cones of the thesis, nine
-  /// of a hemisphere, one of a mirror and one to every lamp, at trace_scale 1; to be measured against.
+  /// tracing, which reads `samples` and nothing else of the plan. "dvct-thesis": dvct with the cones of the thesis,
+  /// nine of a hemisphere, one of a mirror and one to every lamp, at trace_scale 1; to be measured against.
   std::string method = "dvct";
-  int volume = 64;      ///< voxels along the edge of each cascade: 32, 64, 128 or 256
-  int trace_scale = 2;  ///< 1, 2: light is traced at 1/trace_scale of the picture; 4: live, gathered once a still room
-  int rsm = 256;        ///< edge of the reflective shadow maps, pixels
-  int max_lights = 8;   ///< strongest lamps that are drawn as lamps
-  int bounces = 2;      ///< indirect bounces of the change: 1 is the thesis
-  int lpv_steps = 16;   ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
-  int samples = 64;     ///< camera paths a pixel; of the reference alone
+  int volume = 64;  ///< voxels along the edge of each cascade: 32, 64, 128 or 256
+  int trace_scale =
+      2;               ///< light is traced at 1/trace_scale of the picture: 1, 2 or 4; 4 is live, which takes cells = 1
+  int cells = 0;       ///< 1: indirect light is gathered in cells of the volumes, in rounds of frames; 0: for pixels
+  int rsm = 256;       ///< edge of the reflective shadow maps, pixels
+  int max_lights = 8;  ///< strongest lamps that are drawn as lamps
+  int bounces = 2;     ///< indirect bounces of the change: 1 is the thesis
+  int lpv_steps = 16;  ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
+  int samples = 64;    ///< camera paths a pixel; of the reference alone
+
+  bool in_cells() const { return cells == 1 || trace_scale == 4; }
 };
 
 /// Reads the optional table [plan] over `defaults`; the caller calls root.finish().

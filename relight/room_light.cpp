@@ -73,7 +73,8 @@ std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& brick
                          bounce_.gather_virtual(list, coarse.params, {slice, coarse.slices}, *coarse.maps, volumes);
                        }});
     }
-    if (work.key.enclosure && !quality.cells) {
+    // Propagation adds what virtual surfaces gathered by itself: they must not be resolved with it before.
+    if (work.key.enclosure && !quality.cells && !lpv_) {
       add_resolve(work, room, &steps);
       add_enclosure_change(coarse, room, &steps);
     }

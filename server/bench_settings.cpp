@@ -7,14 +7,16 @@ namespace {
 
 struct Traced {
   const char* name;
-  int trace_scale, rsm;
+  int trace_scale, cells, rsm;
 };
-constexpr Traced kLive{"live", 4, 128}, kHalf{"half", 2, 256}, kCareful{"careful", 1, 256}, kThesis{"thesis", 1, 1024};
+constexpr Traced kLive{"live", 4, 1, 128}, kCells{"cells", 2, 1, 128}, kHalf{"half", 2, 0, 256},
+    kCareful{"careful", 1, 0, 256}, kThesis{"thesis", 1, 0, 1024};
 
 BenchSetting setting(const std::string& method, const Traced& traced, int volume) {
   Plan plan = replay_plan();
   plan.method = method;
   plan.trace_scale = traced.trace_scale;
+  plan.cells = traced.cells;
   plan.rsm = traced.rsm;
   plan.volume = volume;
   return {std::string(traced.name) + "-" + std::to_string(volume), plan};
@@ -43,7 +45,8 @@ std::vector<BenchSetting> bench_settings(const std::string& method) {
     return {with_bounces(setting(method, kThesis, 64), 1), with_bounces(setting(method, kThesis, 128), 1)};
   }
   const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
-  std::vector<BenchSetting> settings{of(kLive, 32), of(kLive, 64), with_bounces(of(kHalf, 64), 1), of(kHalf, 64)};
+  std::vector<BenchSetting> settings{
+      of(kLive, 32), of(kLive, 64), of(kCells, 64), of(kCells, 128), with_bounces(of(kHalf, 64), 1), of(kHalf, 64)};
   if (method == "dvct") {
     settings.push_back(of(kHalf, 128));
     settings.push_back(of(kCareful, 64));

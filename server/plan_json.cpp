@@ -5,10 +5,15 @@
 namespace lumigraft {
 
 nlohmann::ordered_json plan_json(const Plan& plan) {
-  return {{"method", plan.method},           {"volume", plan.volume},
-          {"trace_scale", plan.trace_scale}, {"rsm", plan.rsm},
-          {"max_lights", plan.max_lights},   {"bounces", plan.bounces},
-          {"lpv_steps", plan.lpv_steps},     {"samples", plan.samples}};
+  return {{"method", plan.method},
+          {"volume", plan.volume},
+          {"trace_scale", plan.trace_scale},
+          {"cells", plan.cells},
+          {"rsm", plan.rsm},
+          {"max_lights", plan.max_lights},
+          {"bounces", plan.bounces},
+          {"lpv_steps", plan.lpv_steps},
+          {"samples", plan.samples}};
 }
 
 }  // namespace lumigraft

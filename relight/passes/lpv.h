@@ -25,6 +25,7 @@ class Lpv {
   LpvPropagate propagate_;
   LpvQuery query_;
   std::unique_ptr<LpvGrid> grid_;
+  std::unique_ptr<gpu::Texture> beyond_;  ///< the enclosure's part of real_irradiance, as large
   int steps_ = 0;
 };
 

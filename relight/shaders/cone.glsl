@@ -187,8 +187,8 @@ void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
            open * (1.0 - v.hidden) * beyond_change(k.from_virtual, k.w);
 }
 
-// The change that real surfaces' own change brings to another real surface: the rest of C_delta.
-vec3 change_cone(Cone k) {
+// The change that real surfaces' own change brings to another real surface: the rest of C_delta. beyond: the enclosure's.
+vec3 change_cone(Cone k, out vec3 beyond) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer r = Layer(0.0, 0.0, 0.0, 0.0);
   float m_v = 0.0, least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
@@ -202,8 +202,8 @@ vec3 change_cone(Cone k) {
     meet(r, hidden_fraction(dr / reach), 1.0 - m_v, t);
     t += careful_step(past, min(dv, dr), reach, least);
   }
-  return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, least)) +
-         (1.0 - m_v) * (1.0 - r.hidden) * beyond_change(k.from_virtual, k.w);
+  beyond = (1.0 - m_v) * (1.0 - r.hidden) * beyond_change(k.from_virtual, k.w);
+  return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, least));
 }
 
 // C_rho: radiance of the changed scene along a cone.

@@ -15,6 +15,9 @@ void basis(vec3 n, out vec3 x, out vec3 y) {
   y = vec3(b, s + n.y * n.y * a, -n.y);
 }
 
+// How far off a real surface cones start, m: closer by, the volumes and the fused field still show the surface itself.
+float cone_start_m() { return max(frame.cascade[0].w, 0.75 * frame.field.x); }
+
 // Where a ray meets an axis-aligned box; x > y: never.
 vec2 ray_box(vec3 from, vec3 w, vec3 low, vec3 high) {
   vec3 inv = 1.0 / mix(w, vec3(1e-12), lessThan(abs(w), vec3(1e-12)));

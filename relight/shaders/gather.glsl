@@ -33,11 +33,20 @@ vec3 gather_mu(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn)
   return e * (kPi / float(count));
 }
 
-// Change of irradiance at a real surface by the change of other real surfaces.
+// Change of irradiance at a real surface by the change of other real surfaces; beyond: of that, the enclosure's.
+vec3 gather_change(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn, out vec3 beyond) {
+  vec3 e = vec3(0), b;
+  beyond = vec3(0);
+  for (int i = 0; i < count; ++i) {
+    e += change_cone(hemisphere_cone(from_real, from_virtual, n, i, count, turn), b);
+    beyond += b;
+  }
+  beyond *= kPi / float(count);
+  return e * (kPi / float(count)) + beyond;
+}
 vec3 gather_change(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn) {
-  vec3 e = vec3(0);
-  for (int i = 0; i < count; ++i) e += change_cone(hemisphere_cone(from_real, from_virtual, n, i, count, turn));
-  return e * (kPi / float(count));
+  vec3 beyond;
+  return gather_change(from_real, from_virtual, n, count, turn, beyond);
 }
 
 // Change of irradiance at a real surface by virtual surfaces: cones aimed at the sphere around them, where alone they

@@ -39,7 +39,7 @@ void main() {
   float far = length(to);
   Cone k;
   k.from_virtual = p;
-  k.from_real = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+  k.from_real = p + cone_start_m() * n;
   k.w = to / far;
   k.tan_half = source.position_radius.w / far;
   imageStore(out_place, at, vec4(p, hit ? dot(p - from, view.z_far.xyz) - view.z_far.w : kNowhere));

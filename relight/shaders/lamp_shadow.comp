@@ -31,7 +31,7 @@ void main() {
   lost *= ground.a;
   Cone k;
   k.from_virtual = p;
-  k.from_real = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+  k.from_real = p + cone_start_m() * n;
   for (int i = 0; i < (maps > 0 ? 0 : frame.counts.w); ++i) {
     LampSample s = lamp_share(source, p, i, frame.counts.w);
     float cosine = dot(n, s.w) * emission(source, -s.w);

@@ -39,7 +39,7 @@ void main() {
       vec4 lambert = vec4(1.0, kLpvLambert * n);
       mat3x4 light = mat3x4(l.r * lambert, l.g * lambert, l.b * lambert);
       vec3 from_virtual = voxel.position - virtual_distance(voxel.position) * n;
-      vec3 from_real = from_virtual - max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+      vec3 from_real = from_virtual - cone_start_m() * n;
       for (int j = 0; j < frame.pass_i.y; ++j) {
         Cone k = hemisphere_cone(from_real, from_virtual, -n, j, frame.pass_i.y, voxel_turn(voxel));
         vec3 hidden = mu_cone(k) / float(frame.pass_i.y);

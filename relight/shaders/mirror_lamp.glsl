@@ -83,7 +83,7 @@ struct MirrorWays {
 };
 MirrorWays mirror_ways(int mirror, MirrorShare s, Cone from_p) {
   vec3 normal = frame.mirrors[mirror].plane.xyz, to = s.from - s.q;
-  float lift = max(frame.cascade[0].w, 0.75 * frame.field.x), falls = max(-dot(normal, s.w), 0.05);
+  float lift = cone_start_m(), falls = max(-dot(normal, s.w), 0.05);
   MirrorWays ways;
   ways.down = from_p;
   ways.down.w = s.w;

@@ -39,7 +39,7 @@ void main() {
     vec3 gained = vec3(0), lost = texelFetch(mirror_lost, at, 0).rgb, all = texelFetch(mirror_all, at, 0).rgb;
     Cone k;
     k.from_virtual = p;
-    k.from_real = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+    k.from_real = p + cone_start_m() * n;
     k.tan_half = clamp(0.7 * look.alpha / sqrt(float(count)), 0.01, 0.5);
     for (int i = 0; i < count; ++i) {
       vec3 weight;

@@ -22,7 +22,7 @@ int shadow_pixel(ivec2 cell, out ivec2 at, out vec3 n) {
 Cone shadow_cone(vec3 p, vec3 n) {
   Cone k;
   k.from_virtual = p;
-  k.from_real = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+  k.from_real = p + cone_start_m() * n;
   return k;
 }
 #endif

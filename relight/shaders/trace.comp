@@ -26,7 +26,7 @@ void main() {
     if (normal.a == 0.0 || texelFetch(object_surface, q, 0).y > 0.999) continue;
     if (is_metal(texelFetch(real_albedo, q, 0).a)) continue;
     vec3 p = texelFetch(real_position, q, 0).xyz, n = normalize(normal.xyz);
-    vec3 off = p + max(frame.cascade[0].w, 0.75 * frame.field.x) * n;
+    vec3 off = p + cone_start_m() * n;
     float turn = pixel_turn(at);
     vec3 gained, lost;
     gather_delta(p, off, n, frame.counts.y, turn, gained, lost);
