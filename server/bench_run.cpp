@@ -1,9 +1,10 @@
 #include "server/bench_run.h"
 
-#include <algorithm>
 #include <functional>
 #include <numbers>
 #include <vector>
+
+#include "relight/light_rounds.h"
 
 namespace lumigraft {
 namespace {
@@ -11,12 +12,6 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kMostFrames = 5;
 constexpr double kEnough_ms = 1000;  ///< of measuring one cost
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double gpu_ms_of(const RelitPicture& picture) {
   double sum_ms = 0;
@@ -26,25 +21,27 @@ double gpu_ms_of(const RelitPicture& picture) {
   return sum_ms;
 }
 
-/// `frame` renders the i-th picture.
-FrameCost measure_cost(bool hardware, const std::function<RelitPicture(int)>& frame) {
-  std::vector<double> wall_ms, cpu_ms, gpu_ms;
-  double spent_ms = 0;
-  for (int i = 0; i < kMostFrames && spent_ms < kEnough_ms; ++i) {
+/// Mean over frames, of which `frame` renders the i-th: at least `least`, for what is done in rounds differs from frame
+/// to frame.
+FrameCost measure_cost(bool hardware, int least, const std::function<RelitPicture(int)>& frame) {
+  StageCost sum{0, 0};
+  double gpu_ms = 0;
+  int frames = 0;
+  for (; frames < least || (frames < kMostFrames && sum.wall_ms < kEnough_ms); ++frames) {
     const CostClock clock;
-    const RelitPicture picture = frame(i);
+    const RelitPicture picture = frame(frames);
     const StageCost cost = clock.elapsed();
-    wall_ms.push_back(cost.wall_ms);
-    cpu_ms.push_back(cost.cpu_ms);
-    gpu_ms.push_back(gpu_ms_of(picture));
-    spent_ms += cost.wall_ms;
+    sum.wall_ms += cost.wall_ms;
+    sum.cpu_ms += cost.cpu_ms;
+    gpu_ms += gpu_ms_of(picture);
   }
-  FrameCost result{{median(wall_ms), median(cpu_ms)}, std::nullopt};
-  if (hardware) {
-    result.gpu_ms = median(gpu_ms);
-  }
+  FrameCost result{{sum.wall_ms / frames, sum.cpu_ms / frames}, std::nullopt};
+  if (hardware) result.gpu_ms = gpu_ms / frames;
   return result;
 }
+
+/// Frames to measure where things move: light in cells follows in rounds.
+int least_frames(const Plan& plan) { return plan.in_cells() ? LightRounds::kRoundFrames : 1; }
 
 }  // namespace
 
@@ -64,7 +61,7 @@ FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene
                           const Plan& plan, bool hardware) {
   const auto render = [&](int i) { return renderer.relight(frame, scene, turned(exhibit, i * kDegree), plan); };
   render(0);
-  return measure_cost(hardware, [&](int i) { return render(i + 1); });
+  return measure_cost(hardware, least_frames(plan), [&](int i) { return render(i + 1); });
 }
 
 BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
@@ -77,8 +74,8 @@ BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit&
   BenchRun run;
   run.warnings = first.warnings;
   run.measures = measure_picture(first.srgb, scene.camera, scene.truth);
-  run.still = measure_cost(hardware, [&](int) { return render(0); });
-  run.moving = measure_cost(hardware, [&](int i) { return render(i + 1); });
+  run.still = measure_cost(hardware, 1, [&](int) { return render(0); });
+  run.moving = measure_cost(hardware, least_frames(plan), [&](int i) { return render(i + 1); });
   return run;
 }
 

@@ -9,7 +9,7 @@ struct Traced {
   const char* name;
   int trace_scale, cells, rsm;
 };
-constexpr Traced kLive{"live", 4, 1, 128}, kCells{"cells", 2, 1, 256}, kHalf{"half", 2, 0, 256},
+constexpr Traced kLive{"live", 4, 0, 128}, kCells{"cells", 2, 1, 256}, kHalf{"half", 2, 0, 256},
     kCareful{"careful", 1, 0, 256}, kThesis{"thesis", 1, 0, 1024};
 
 BenchSetting setting(const std::string& method, const Traced& traced, int volume) {

@@ -28,10 +28,11 @@ TEST(Plan, ReadsWhatIsGivenOverTheDefaults) {
   defaults.volume = 64;
   defaults.bounces = 1;
   const Plan plan =
-      plan_of("[plan]\nmethod = \"dvct\"\ntrace_scale = 4\nrsm = 512\nmax_lights = 0\nbounces = 3\n", defaults);
+      plan_of("[plan]\nmethod = \"dvct\"\ntrace_scale = 2\ncells = 1\nrsm = 512\nmax_lights = 0\nbounces = 3\n", defaults);
   EXPECT_EQ(plan.method, "dvct");
   EXPECT_EQ(plan.volume, 64);
-  EXPECT_EQ(plan.trace_scale, 4);
+  EXPECT_EQ(plan.trace_scale, 2);
+  EXPECT_TRUE(plan.in_cells());
   EXPECT_EQ(plan.rsm, 512);
   EXPECT_EQ(plan.max_lights, 0);
   EXPECT_EQ(plan.bounces, 3);
@@ -70,7 +71,7 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
 
 TEST(Plan, HelpNamesEveryKeyOnce) {
   const std::vector<PlanKey> keys = plan_keys();
-  ASSERT_EQ(keys.size(), 8u);
+  ASSERT_EQ(keys.size(), 9u);
   EXPECT_EQ(keys[0].key, "plan.method");
   EXPECT_EQ(keys[1].key, "plan.volume");
   EXPECT_EQ(keys[1].allowed, "32, 64, 128 or 256");
