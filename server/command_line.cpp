@@ -68,7 +68,8 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
       ->check(CLI::Range(1, std::numeric_limits<int>::max()));
   add_backend(replay_app);
   replay_app.add_option("--oracle", oracle, "Parts taken from the session's truth/: pose,geometry,light,albedo");
-  replay_app.add_flag("--dump", replay.dump, "Also write albedo, normals, depth, delta and mask as EXR");
+  replay_app.add_flag("--dump", replay.dump,
+                      "Also write albedo, normals, depth, delta and mask as EXR, and the room's surface as PLY");
   add_set(replay_app, replay.files.overrides);
 
   CLI::App& record_app = *app.add_subcommand("record", "Write what the cameras give as a session that replays");

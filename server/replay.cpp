@@ -6,6 +6,7 @@
 
 #include "capture/error.h"
 #include "capture/source.h"
+#include "reconstruct/surface_mesh.h"
 #include "server/frame_record.h"
 #include "server/lock_step.h"
 #include "server/make_renderer.h"
@@ -48,7 +49,7 @@ class PartialOutput {
 
   /// Moves everything up, in place of what an earlier replay wrote.
   void keep() {
-    static const std::regex ours(R"(frame_\d{6,}(_[a-z]+)?\.(png|exr)|frames\.jsonl)");
+    static const std::regex ours(R"(frame_\d{6,}(_[a-z]+)?\.(png|exr)|frames\.jsonl|surface\.ply)");
     std::vector<fs::path> earlier;
     for (const fs::directory_entry& entry : fs::directory_iterator(out_)) {
       if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), ours)) {
@@ -117,6 +118,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);
   const auto limit = static_cast<std::uint64_t>(command.frames);
   std::uint64_t expected = 0, written = 0, skipped = 0;
+  std::shared_ptr<const DistanceField> field;
   while (expected < limit && !interrupted) {
     const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10));
     if (!frame) {
@@ -137,6 +139,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
       write_maps(stem, *record.picture.maps);
     }
     lines << frame_record_line(*frame, record) << '\n';
+    field = record.scene.field;
     expected = frame->index + 1;
     ++written;
   }
@@ -145,6 +148,9 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   }
   if (written == 0) {
     throw InputError(input.session.folder.string() + ": no colour picture of the session can be read");
+  }
+  if (command.dump && field) {
+    write_ply(extract_surface(*field), output.folder() / "surface.ply");
   }
   lines.close();
   if (!lines) {

@@ -69,6 +69,17 @@ class ReplayTest(unittest.TestCase):
                 self.assertIn(stage, record["stage_cpu_ms"])
         self.assertIn("albedo", self.records[0][0]["stage_ms"], "the first picture uses the solved albedo")
 
+    def test_dump_adds_maps_and_the_surface(self):
+        out = os.path.join(self.folder.name, "dump")
+        replay(out, "--dump")
+        for name in ("albedo", "normals", "depth", "delta", "mask"):
+            self.assertIn(f"frame_000000_{name}.exr", os.listdir(out))
+        header = read(out, "surface.ply").split(b"end_header")[0].decode().split()
+        vertices = int(header[header.index("vertex") + 1])
+        self.assertGreater(vertices, 10_000)  # the table alone is 1 m² in voxels of 8 mm
+        replay(out)  # what an earlier replay wrote is gone
+        self.assertNotIn("surface.ply", os.listdir(out))
+
     def test_without_objects_the_camera_picture_passes_through(self):
         empty = os.path.join(self.folder.name, "none.toml")
         open(empty, "w", encoding="utf-8").close()
