@@ -125,15 +125,19 @@ class AravisSource::Camera {
   void fix_exposure() {
     ArvCamera* camera = camera_.get();
     Check check;
-    if (arv_camera_is_exposure_auto_available(camera, check)) {
+    const auto answer = [&](bool available, const char* what) {
+      check.or_throw(what);  // unanswered is not unavailable
+      return available;
+    };
+    if (answer(arv_camera_is_exposure_auto_available(camera, check), "auto-exposure")) {
       arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, check);
       check.or_throw("auto-exposure");
     }
-    if (arv_camera_is_gain_auto_available(camera, check)) {
+    if (answer(arv_camera_is_gain_auto_available(camera, check), "auto-gain")) {
       arv_camera_set_gain_auto(camera, ARV_AUTO_OFF, check);
       check.or_throw("auto-gain");
     }
-    if (arv_camera_is_feature_available(camera, "BalanceWhiteAuto", check)) {
+    if (answer(arv_camera_is_feature_available(camera, "BalanceWhiteAuto", check), "white balance")) {
       arv_camera_set_string(camera, "BalanceWhiteAuto", "Off", check);
       check.or_throw("white balance");
     }

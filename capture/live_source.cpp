@@ -1,6 +1,8 @@
 #include "capture/live_source.h"
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <utility>
 
 #include "capture/error.h"
@@ -90,12 +92,13 @@ void LiveSource::listen(const std::stop_token& stop) {
   constexpr std::chrono::milliseconds kTick{50};
   clock_ = {};
   first_sequence_ = next_sequence_;
-  Clock::time_point last = Clock::now();
+  const Clock::time_point opened = Clock::now();
+  std::array<std::optional<Clock::time_point>, 3> last;  // a device of two streams may freeze in one of them
   while (!stop.stop_requested()) {
     if (std::optional<SourceItem> item = device_->next(kTick)) {
       // Torn pictures alone are no sign of life that anybody could see.
       if (!std::holds_alternative<LostPicture>(*item)) {
-        last = Clock::now();
+        last[static_cast<std::size_t>(stream_of(*item))] = Clock::now();
         say("");
       }
       accept(std::move(*item));
@@ -103,7 +106,9 @@ void LiveSource::listen(const std::stop_token& stop) {
       say("the camera is gone, it is looked for again");
       return;
     }
-    if (Clock::now() - last > patience_.silence) {
+    Clock::time_point oldest = Clock::time_point::max();
+    for (const auto& time : last) oldest = std::min(oldest, time.value_or(Clock::time_point::max()));
+    if (Clock::now() - (oldest == Clock::time_point::max() ? opened : oldest) > patience_.silence) {
       say("the camera gives no pictures, it is opened again");
       return;
     }
@@ -113,7 +118,9 @@ void LiveSource::listen(const std::stop_token& stop) {
 void LiveSource::accept(SourceItem item) {
   const auto stream = static_cast<std::size_t>(stream_of(item));
   Stamp& stamp = stamp_of(item);
-  stamp.time_ns = clock_.to_host(stamp.time_ns, stamp.host_time_ns);
+  // The time of a damaged picture may be another one's.
+  const bool lost = std::holds_alternative<LostPicture>(item);
+  stamp.time_ns = lost ? stamp.host_time_ns : clock_.to_host(stamp.time_ns, stamp.host_time_ns);
   stamp.sequence += first_sequence_[stream];
   next_sequence_[stream] = std::max(next_sequence_[stream], stamp.sequence + 1);
   {

@@ -160,7 +160,7 @@ class MkvSource::Reader {
       return std::nullopt;
     }
     const auto exposure = std::bit_cast<double>(static_cast<std::uint64_t>(AV_RB64(data + 8)));
-    return exposure > 0.0 && std::isfinite(exposure) ? std::optional(exposure) : std::nullopt;
+    return exposure >= 1e-9 && exposure <= 1e9 ? std::optional(exposure) : std::nullopt;  // as in session.toml
   }
 
   Stamp stamp(std::int64_t container_time) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace lumigraft {
 namespace {
@@ -10,6 +11,7 @@ constexpr std::int64_t kNsPerMs = 1'000'000;
 constexpr std::size_t kMostAhead = 16;  ///< colour pictures read ahead while another stream is behind
 constexpr std::int64_t kLatest_ns = 4'000'000'000'000'000'000;  ///< the year 2096; sums with bounds cannot overflow
 constexpr std::size_t kPeriodsKept = 15;                        ///< their median is the colour period
+constexpr std::int64_t kLongestLiveBound_ns = 250 * kNsPerMs;
 
 const Stamp& stamp_of(const SourceItem& item) {
   return std::visit([](const auto& i) -> const Stamp& { return i.stamp; }, item);
@@ -72,7 +74,7 @@ void PairingReader::accept(SourceItem item) {
                          " pictures missing before picture " + std::to_string(stamp.sequence));
   }
   lane.next_sequence = stamp.sequence + 1;
-  if (std::abs(stamp.time_ns) > kLatest_ns) {
+  if (stamp.time_ns > kLatest_ns || stamp.time_ns < -kLatest_ns) {
     lane.notes.push_back(name + " picture " + std::to_string(stamp.sequence) + " has an impossible time: dropped");
     return;
   }
@@ -87,6 +89,21 @@ void PairingReader::accept(SourceItem item) {
   lane.last_time_ns = stamp.time_ns;
   lane.queue.push_back({std::move(item), std::move(lane.notes)});
   lane.notes.clear();
+  drop_oldest(lane);
+}
+
+/// While a live colour camera is away the others go on, for hours perhaps.
+void PairingReader::drop_oldest(Lane& lane) const {
+  if (!sources_.live) {
+    return;
+  }
+  while (lane.queue.size() > kMostAhead) {
+    lane.queue.pop_front();
+    ++lane.dropped;
+  }
+  if (lane.notes.size() > kMostAhead) {
+    lane.notes.erase(lane.notes.begin());
+  }
 }
 
 bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
@@ -133,7 +150,8 @@ std::int64_t PairingReader::bound_ns() const {
   }
   const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
   std::nth_element(periods.begin(), middle, periods.end());
-  return std::max(*middle / 2, kNsPerMs);
+  // A live camera's longest period may be the time that it was away.
+  return std::clamp(*middle / 2, kNsPerMs, sources_.live ? kLongestLiveBound_ns : kLatest_ns);
 }
 
 /// The source to read before the first colour picture can be paired for certain; null when it can.
@@ -208,6 +226,9 @@ SourceItem PairingReader::pop(Lane& lane, Warnings& warnings) {
 FrameSet PairingReader::emit() {
   FrameSet set;
   const std::int64_t bound = bound_ns();
+  if (const int dropped = std::exchange(color_.dropped, 0); dropped > 0) {
+    set.warnings.push_back(std::to_string(dropped) + " damaged colour pictures dropped");
+  }
   SourceItem color = pop(color_, set.warnings);
   while (is_lost(color)) {
     color = pop(color_, set.warnings);
@@ -261,7 +282,7 @@ std::shared_ptr<const DepthPicture> PairingReader::take_depth(std::int64_t time_
   const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(depth_, true, time_ns, bound);
   std::shared_ptr<DepthPicture> out;
   const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
-  int alone = 0;
+  int alone = std::exchange(depth_.dropped, 0);
   while (!depth_.queue.empty() && time_of(depth_.queue.front().item) <= drop_to) {
     const SourceItem item = pop(depth_, warnings);
     const auto* raw = std::get_if<RawDepth>(&item);
@@ -288,7 +309,7 @@ std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int
   const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(fisheye_, true, time_ns, bound);
   std::vector<std::shared_ptr<const Picture>> out;
   const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
-  int alone = 0;
+  int alone = std::exchange(fisheye_.dropped, 0);
   while (!fisheye_.queue.empty() && time_of(fisheye_.queue.front().item) <= drop_to) {
     SourceItem item = pop(fisheye_, warnings);
     auto* picture = std::get_if<Picture>(&item);

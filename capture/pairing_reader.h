@@ -55,12 +55,14 @@ class PairingReader : public FrameReader {
     std::int64_t last_time_ns = std::numeric_limits<std::int64_t>::min();  ///< of the newest picture that arrived
     std::uint64_t next_sequence = 0;                                       ///< what follows if nothing is lost
     std::vector<std::string> notes;                                        ///< for the next Entry
+    int dropped = 0;  ///< since the last FrameSet, because too many waited
   };
 
   using Warnings = std::vector<std::string>;
 
   Lane& lane_of(Stream stream);
   void accept(SourceItem item);
+  void drop_oldest(Lane& lane) const;
   bool pull(Source& source, std::chrono::milliseconds timeout);
   void pull_all_waiting();
   std::vector<const Stamp*> good_colors() const;

@@ -23,12 +23,13 @@ namespace {
 
 constexpr int kSamples = 2500;
 constexpr int kGatherRays = 64;
-constexpr float kMostMetal = 0.1f;        ///< share of what a sample sees that may be metal
-constexpr double kGrown = 1.5;            ///< when so much more surface is known, lamps are searched from nothing
-constexpr double kMoreSurface = 1.1;      ///< when so much more is known, they are looked for around where they were
-constexpr float kLampTurn = 0.9999f;      ///< cosine (0.8°): so far a lamp turns, and
-constexpr float kLampShare = 0.05f;       ///< so much its irradiance changes, before it is looked for again
-constexpr int kSolvesKept = 8;            ///< solves after which it is, whatever happened
+constexpr float kMostMetal = 0.1f;    ///< share of what a sample sees that may be metal
+constexpr double kGrown = 1.5;        ///< when so much more surface is known, lamps are searched from nothing
+constexpr double kMoreSurface = 1.1;  ///< when so much more is known, they are looked for around where they were
+constexpr float kLampTurn = 0.9999f;  ///< cosine (0.8°): so far a lamp turns, and
+constexpr float kLampShare = 0.05f;   ///< so much its irradiance changes, before it is looked for again
+constexpr int kRigKept = 50;    ///< solves after which the rig is checked again: somebody may have stood before it
+constexpr int kSolvesKept = 8;  ///< solves after which it is, whatever happened
 constexpr float kKnownSigma = 0.25f;      ///< of log distance; beyond it the distance counts as unknown
 constexpr float kGuessed = 0.3f;          ///< of log power; beyond it that is a guess
 constexpr float kFarthestKnown_m = 7.5f;  ///< the search ends at 8 m: there a lamp is as good as infinitely far
@@ -114,6 +115,7 @@ struct AlbedoStage::State {
 
   MetalSurfaces metal;
   std::optional<FisheyeCamera> fisheye;
+  int rig_solves = 0;          ///< since it was
   std::size_t rig_points = 0;  ///< how much surface was known when the rig was last checked
   std::string rig_found;       ///< empty where it agrees
   double tag_size_m;
@@ -156,8 +158,12 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, cons
 
 const std::string& AlbedoStage::State::check_rig(const DistanceField& field, const FieldRays& rays,
                                                  const Illumination& illumination, std::size_t points) {
-  if (fisheye && static_cast<double>(points) > kGrown * static_cast<double>(rig_points)) {
+  const bool hidden = std::any_of(illumination.lights.begin(), illumination.lights.end(),
+                                  [](const PointLight& light) { return light.hidden > 0; });
+  const bool grown = static_cast<double>(points) > kGrown * static_cast<double>(rig_points);
+  if (fisheye && !hidden && (grown || ++rig_solves >= kRigKept)) {
     rig_points = points;
+    rig_solves = 0;
     const std::optional<RigError> error = rig_error(field, rays, metal, illumination, *fisheye);
     rig_found = error ? rig_warning(*error) : "";
   }

@@ -83,6 +83,16 @@ float LitSurface::visibility(std::size_t lamp, const SurfacePoint& point) const 
 
 std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& samples) const {
   std::vector<PointAlbedo> result(surface_.points.size());
+  // The pieces of one lamp are wrong together: its power was found for all of them.
+  const std::vector<PointLight>& lights = illumination_.lights;
+  std::vector<std::size_t> first_piece(lights.size());
+  std::vector<float> region_doubt(lights.size());
+  for (std::size_t lamp = 0; lamp < lights.size(); ++lamp) {
+    std::size_t first = lamp;
+    for (std::size_t other = lamp; other-- > 0;)
+      if (lights[lamp].region >= 0 && lights[other].region == lights[lamp].region) first = other;
+    first_piece[lamp] = first;
+  }
   for (std::size_t i = 0; i < surface_.points.size(); ++i) {
     const SurfacePoint& point = surface_.points[i];
     if (point.metal) {
@@ -110,12 +120,14 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
 
     Eigen::Vector3f irradiance = gathered / weights;
     float doubt = 0, power_doubt = 0;
+    std::fill(region_doubt.begin(), region_doubt.end(), 0.0f);
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
       const Eigen::Vector3f from_lamp = lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point));
       irradiance += from_lamp;
-      power_doubt = std::hypot(power_doubt, illumination_.lights[lamp].power_log_sigma * from_lamp.mean());
+      region_doubt[first_piece[lamp]] += illumination_.lights[lamp].power_log_sigma * from_lamp.mean();
       doubt += kEdgeShare * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
     }
+    for (const float one : region_doubt) power_doubt = std::hypot(power_doubt, one);
     const Eigen::Array3f direct =
         (kPi * (point.radiance.array() + dark_) / (irradiance.array() + kPi * dark_)).min(1.0f);
     const float share = std::hypot(kPointShare, doubt / std::max(irradiance.mean(), 1e-9f));

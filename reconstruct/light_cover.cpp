@@ -15,8 +15,8 @@ constexpr double kMostReturned =
 
 }  // namespace
 
-float room_level(const Picture* color, const Response& response) {
-  if (!color) return 0;
+std::optional<float> room_level(const Picture* color, const Response& response) {
+  if (!color) return std::nullopt;
   const bool linear = !color->radiance.empty();
   const int width = linear ? color->radiance.width : color->encoded.width;
   const int height = linear ? color->radiance.height : color->encoded.height;
@@ -31,15 +31,16 @@ float room_level(const Picture* color, const Response& response) {
       levels.push_back(sum / 3);
     }
   }
-  if (levels.empty()) return 0;
+  if (levels.empty()) return std::nullopt;
   const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
   std::nth_element(levels.begin(), middle, levels.end());
   return *middle;
 }
 
-CoverWatch::Finding CoverWatch::look(double flux, float level, bool clipped) {
+CoverWatch::Finding CoverWatch::look(double flux, std::optional<float> level, bool clipped) {
   Finding finding;
-  if (seen_ && flux < kDark * flux_ && (level <= 0 || level > kSameRoom * level_)) {
+  // Without a colour picture to say that the lamps still burn, dark is dark.
+  if (seen_ && flux < kDark * flux_ && level && level_ && *level_ > 0 && *level > kSameRoom * *level_) {
     finding.covered = true;
     finding.warning =
         "the fish-eye is covered: it went dark while the colour camera sees the room as before; "
@@ -49,7 +50,7 @@ CoverWatch::Finding CoverWatch::look(double flux, float level, bool clipped) {
   seen_ = true;
   flux_ = flux;
   level_ = level;
-  if (!clipped && std::numbers::pi * level > kMostReturned * flux) {
+  if (!clipped && level && std::numbers::pi * *level > kMostReturned * flux) {
     finding.warning =
         "the fish-eye sees far less light than the room sends back to the colour camera: it is covered, "
         "or one of their exposures is wrong";

@@ -1,5 +1,6 @@
 #pragma once
 // A fish-eye that something lies on: it says that there is no light, while the colour camera sees the room as before.
+#include <optional>
 #include <string>
 
 #include "capture/frame.h"
@@ -7,8 +8,8 @@
 
 namespace lumigraft {
 
-/// Median radiance of a colour picture, mean of its channels; 0 where there is no picture.
-float room_level(const Picture* color, const Response& response);
+/// Median radiance of a colour picture, mean of its channels; empty where there is no picture.
+std::optional<float> room_level(const Picture* color, const Response& response);
 
 class CoverWatch {
  public:
@@ -18,13 +19,13 @@ class CoverWatch {
   };
   /// `flux` is the integral of radiance over the fish-eye picture, mean of channels; `level` the room_level of the
   /// colour picture with it. `clipped`: the flux is a lower bound.
-  Finding look(double flux, float level, bool clipped);
+  Finding look(double flux, std::optional<float> level, bool clipped);
   void reset() { *this = CoverWatch(); }
 
  private:
   bool seen_ = false;
   double flux_ = 0;  ///< of the last picture that was not covered
-  float level_ = 0;
+  std::optional<float> level_;
 };
 
 }  // namespace lumigraft

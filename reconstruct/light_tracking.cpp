@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "reconstruct/light_environment.h"
@@ -9,12 +10,11 @@
 namespace lumigraft {
 namespace {
 
-constexpr float kSameLampRad = 0.1f;     // between two pictures
-constexpr float kStillRad = 0.009f;      // about a pixel and a half of a 512-pixel fish-eye
-constexpr float kStillShare = 0.1f;      // of a lamp's irradiance
-constexpr int kLongestMean = 10;         // pictures
-constexpr int kOfAnotherPicture = 1000;  // a hidden lamp's region is none of the newest picture's
-constexpr double kGone = 0.5;            // of a lamp's energy must be missing in the picture for it to be hidden
+constexpr float kSameLampRad = 0.1f;  // between two pictures
+constexpr float kStillRad = 0.009f;   // about a pixel and a half of a 512-pixel fish-eye
+constexpr float kStillShare = 0.1f;   // of a lamp's irradiance
+constexpr int kLongestMean = 10;      // pictures
+constexpr double kGone = 0.5;         // of a lamp's energy must be missing in the picture for it to be hidden
 
 struct Match {
   float angle;
@@ -65,19 +65,24 @@ double energy(const Illumination& light) {
 
 }  // namespace
 
-void LightTracker::keep_hidden(const Illumination& last, const std::vector<int>& found, Illumination& now) const {
+void LightTracker::keep_hidden(const Illumination& last, const std::vector<int>& found, Illumination& now) {
   std::vector<bool> seen(last.lights.size(), false);
   for (const int j : found) {
     if (j >= 0) seen[static_cast<std::size_t>(j)] = true;
   }
   double missing = energy(last) - energy(now);
+  std::map<int, int> held;  // regions of the last picture
   for (std::size_t j = 0; j < last.lights.size(); ++j) {
     PointLight lamp = last.lights[j];
     const double share = lamp.irradiance.mean();
     if (seen[j] || missing < kGone * share || lamp.hidden >= kHeld + kFaded - 1) continue;
     if (now.lights.size() >= most_) break;
     missing -= share;
-    if (lamp.region >= 0 && lamp.hidden == 0) lamp.region += kOfAnotherPicture;
+    if (lamp.region >= 0 && lamp.hidden == 0) {
+      const auto [region, is_new] = held.try_emplace(lamp.region, next_held_region_);
+      if (is_new) ++next_held_region_;
+      lamp.region = region->second;
+    }
     // What is left falls in even steps to none.
     const int steps_left = kHeld + kFaded - lamp.hidden;
     if (++lamp.hidden > kHeld) lamp.irradiance *= (steps_left - 1.0f) / steps_left;

@@ -19,13 +19,14 @@ class LightTracker {
   void reset();
 
  private:
-  static constexpr int kHeld = 3, kFaded = 4;
+  static constexpr int kHeld = 3, kFaded = 4, kFirstHeld = 1000;
 
-  void keep_hidden(const Illumination& last, const std::vector<int>& found, Illumination& now) const;
+  void keep_hidden(const Illumination& last, const std::vector<int>& found, Illumination& now);
 
   std::size_t most_;
   int next_id_ = 0;
-  int averaged_ = 0;  ///< pictures in the running mean
+  int next_held_region_ = kFirstHeld;  ///< a hidden lamp's region is none of any picture's
+  int averaged_ = 0;                   ///< pictures in the running mean
 };
 
 }  // namespace lumigraft

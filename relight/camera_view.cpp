@@ -26,7 +26,9 @@ void CameraView::fit(const Plan& plan, bool glossy) {
   const Quality quality = quality_of(plan);
   // A highlight on gloss is sharp: it is not traced coarsely.
   const int shadow_scale = glossy ? 1 : quality.shadow_scale;
-  if (screen_ && screen_->scale == plan.trace_scale && screen_->supersampling == quality.supersampling) return;
+  if (screen_ && screen_->scale == plan.trace_scale && screen_->shadow_scale == shadow_scale &&
+      screen_->ambient_scale == quality.ambient_scale && screen_->supersampling == quality.supersampling)
+    return;
   screen_ = std::make_unique<Screen>(device_, model_.width, model_.height, plan.trace_scale, shadow_scale,
                                      quality.ambient_scale, quality.supersampling);
   camera_.upload_rays(device_, *screen_);

@@ -22,7 +22,7 @@ struct Plan {
   int lpv_steps = 16;  ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
   int samples = 64;    ///< camera paths a pixel; of the reference alone
 
-  bool in_cells() const { return cells == 1 || trace_scale == 4; }
+  bool in_cells() const { return method != "dvct-thesis" && (cells == 1 || trace_scale == 4); }
 };
 
 /// Reads the optional table [plan] over `defaults`; the caller calls root.finish().

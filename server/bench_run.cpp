@@ -1,5 +1,6 @@
 #include "server/bench_run.h"
 
+#include <algorithm>
 #include <functional>
 #include <numbers>
 #include <vector>
@@ -40,8 +41,13 @@ FrameCost measure_cost(bool hardware, int least, const std::function<RelitPictur
   return result;
 }
 
-/// Frames to measure where things move: light in cells follows in rounds.
-int least_frames(const Plan& plan) { return plan.in_cells() ? LightRounds::kRoundFrames : 1; }
+/// Where things move light in cells follows in rounds: a whole one is measured, after a first in which nothing fades
+/// yet.
+FrameCost measure_moving(bool hardware, const Plan& plan, const std::function<RelitPicture(int)>& frame) {
+  const int round = plan.in_cells() ? LightRounds::kRoundFrames : 0;
+  for (int i = 0; i <= round; ++i) frame(i);
+  return measure_cost(hardware, std::max(round, 1), [&](int i) { return frame(round + 1 + i); });
+}
 
 }  // namespace
 
@@ -59,9 +65,8 @@ Exhibit turned(const Exhibit& exhibit, double angle_rad) {
 
 FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
                           const Plan& plan, bool hardware) {
-  const auto render = [&](int i) { return renderer.relight(frame, scene, turned(exhibit, i * kDegree), plan); };
-  render(0);
-  return measure_cost(hardware, least_frames(plan), [&](int i) { return render(i + 1); });
+  return measure_moving(hardware, plan,
+                        [&](int i) { return renderer.relight(frame, scene, turned(exhibit, i * kDegree), plan); });
 }
 
 BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
@@ -75,7 +80,7 @@ BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit&
   run.warnings = first.warnings;
   run.measures = measure_picture(first.srgb, scene.camera, scene.truth);
   run.still = measure_cost(hardware, 1, [&](int) { return render(0); });
-  run.moving = measure_cost(hardware, least_frames(plan), [&](int i) { return render(i + 1); });
+  run.moving = measure_moving(hardware, plan, render);
   return run;
 }
 

@@ -26,7 +26,8 @@ struct BenchRun {
 /// Every object turned about its own vertical.
 Exhibit turned(const Exhibit& exhibit, double angle_rad);
 
-/// Mean over a few frames, or a round of light in cells, after one that is not counted; slow ones are measured once.
+/// Mean over a few frames, or a round of light in cells, after as many that are not counted; slow ones are measured
+/// once.
 FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
                           const Plan& plan, bool hardware);
 

@@ -12,13 +12,18 @@ constexpr std::chrono::milliseconds kPatience{100};
 /// Further behind than this, a recording goes on from now instead of catching up in a burst.
 constexpr std::chrono::milliseconds kTooLate{500};
 
+std::size_t bytes_of(const Picture& picture) {
+  return picture.encoded.data.size() + sizeof(float) * picture.radiance.data.size() +
+         (picture.original ? picture.original->bytes.size() : 0);
+}
+
 std::size_t bytes_of(const FrameSet& frame) {
-  std::size_t bytes = frame.color->encoded.data.size() + sizeof(float) * frame.color->radiance.data.size();
+  std::size_t bytes = bytes_of(*frame.color);
   if (frame.depth) {
     bytes += sizeof(float) * frame.depth->depth_m.data.size();
   }
   for (const auto& picture : frame.fisheye) {
-    bytes += picture->encoded.data.size() + sizeof(float) * picture->radiance.data.size();
+    bytes += bytes_of(*picture);
   }
   return bytes;
 }

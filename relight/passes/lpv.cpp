@@ -22,6 +22,7 @@ void Lpv::fit(gpu::Device& device, int edge_voxels, int steps) {
 void Lpv::gather_real(gpu::CommandList& list, const shader::FrameParams& params, float brightest, int round, int rounds,
                       const Volumes& volumes) {
   if (round == 0) {
+    list.clear(*beyond_, {});
     list.begin_pass("blocking");
     inject_.choose_unit(params, brightest);
     inject_.block(list, params, volumes, *grid_);

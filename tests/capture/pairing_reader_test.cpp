@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 namespace lumigraft {
@@ -250,6 +251,47 @@ TEST(PairingReader, LiveWaitsForDepthOnePeriodAndNoLonger) {
   device->gone = true;
   EXPECT_FALSE(reader.next(1s));
   EXPECT_TRUE(reader.finished());
+}
+
+/// A live fish-eye that never rests.
+class Tireless : public Source {
+ public:
+  std::optional<SourceItem> next(std::chrono::milliseconds) override {
+    Picture p = fisheye(next_, 33 * static_cast<std::int64_t>(next_));
+    ++next_;
+    p.original = std::make_shared<CameraPicture>();
+    given.push_back(p.original);
+    return p;
+  }
+  bool finished() const override { return false; }
+  void rewind() override {}
+
+  std::vector<std::weak_ptr<const CameraPicture>> given;
+
+ private:
+  std::uint64_t next_ = 0;
+};
+
+/// A camera that is away.
+class Away : public Source {
+ public:
+  std::optional<SourceItem> next(std::chrono::milliseconds) override { return std::nullopt; }
+  bool finished() const override { return false; }
+  void rewind() override {}
+};
+
+TEST(PairingReader, KeepsNoPicturesForALiveColourCameraThatIsAway) {
+  const auto tireless = std::make_shared<Tireless>();
+  PairedSources sources;
+  sources.color = std::make_shared<Away>();
+  sources.fisheye = tireless;
+  sources.live = true;
+  PairingReader reader(sources, to_m);
+  while (tireless->given.size() < 200) EXPECT_FALSE(reader.next(1ms));
+  const auto kept = std::count_if(tireless->given.begin(), tireless->given.end(),
+                                  [](const std::weak_ptr<const CameraPicture>& one) { return !one.expired(); });
+  EXPECT_LE(kept, 16);
+  EXPECT_GT(kept, 0);
 }
 
 }  // namespace
