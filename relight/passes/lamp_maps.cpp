@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "relight/passes/object_draw.h"
 
@@ -11,20 +10,10 @@ namespace lumigraft {
 namespace {
 
 constexpr int kColumns = 8;  // of maps in the texture that holds them
-constexpr float kGolden = 2.39996323f, kPi = std::numbers::pi_v<float>;
+constexpr float kGolden = 2.39996323f;
 constexpr float kNearest = 1.1f;  // distance of a lamp with maps, in radii of the sphere around the objects
 
 int rows_of(int maps) { return (maps + kColumns - 1) / kColumns; }
-
-/// Point i of n of a disc of radius 1, as in lamp.glsl: pairs that face each other, so that their mean is the middle.
-Eigen::Vector2f disc_point(int i, int n) {
-  const int odd = n & 1;
-  if (i < odd) return Eigen::Vector2f::Zero();
-  const int pair = (i - odd) / 2;
-  const float phi = kGolden * static_cast<float>(pair) + kPi * static_cast<float>((i - odd) & 1);
-  return std::sqrt(static_cast<float>(2 * pair + 1 + odd) / static_cast<float>(n)) *
-         Eigen::Vector2f(std::cos(phi), std::sin(phi));
-}
 
 /// Counts for which the errors' sum is least, where each lamp's is its irradiance times the width of its penumbra, over
 /// the square of the count.
@@ -81,8 +70,10 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
                                                      : (centre - lamp.position_radius.head<3>()).normalized(),
                           x = axis.unitOrthogonal(), y = axis.cross(x);
     for (int i = 0; i < count; ++i) {
-      const Eigen::Vector2f q = lamp.position_radius.w() * disc_point(i, count);
-      const Eigen::Vector3f from = lamp.position_radius.head<3>() + q.x() * x + q.y() * y;
+      // The lamp's disc, cut by a sunflower spiral (Vogel 1979).
+      const float r = count == 1 ? 0.0f : lamp.position_radius.w() * std::sqrt((i + 0.5f) / static_cast<float>(count));
+      const float phi = kGolden * static_cast<float>(i);
+      const Eigen::Vector3f from = lamp.position_radius.head<3>() + r * (std::cos(phi) * x + std::sin(phi) * y);
 
       const float far = (centre - from).norm(), sine = std::min(radius / far, 0.98f);
       const float inverse_tan = 0.98f * std::sqrt(1 - sine * sine) / sine;  // a margin of a texel or two
@@ -102,7 +93,7 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
           last * first / (last - first);
       const float texels = 0.5f * inverse_tan * static_cast<float>(edge_);  // per unit of x / z
       view.more << static_cast<float>(edge_), far / texels,
-          lamp.position_radius.w() / std::sqrt(static_cast<float>(count)) * texels, kGolden * static_cast<float>(i);
+          lamp.position_radius.w() / std::sqrt(static_cast<float>(count)) * texels, phi;
 
       shader::DrawParams& draw = draws_.emplace_back();
       draw.T_view_tag.setIdentity();

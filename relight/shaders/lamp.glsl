@@ -18,12 +18,12 @@ float emission(Lamp lamp, vec3 w) {
   return lamp.facing.a > 0.0 ? lamp.facing.a * max(dot(lamp.facing.xyz, w), 0.0) : 1.0;
 }
 
-// Point i of n of a disc of radius 1, by a sunflower spiral (Vogel 1979) of pairs that face each other across the middle:
-// their mean is the middle, which light at a grazing angle is proportional to. As in lamp_maps.cpp.
+// Point i of n of a disc of radius 1, by a sunflower spiral (Vogel 1979) of pairs that face each other across the middle,
+// the golden ratio of a half turn apart: the mean of few is the middle, as light at a grazing angle wants it.
 vec2 disc_point(int i, int n) {
   int odd = n & 1, pair = (i - odd) / 2;
   if (i < odd) return vec2(0);
-  float r = sqrt(float(2 * pair + 1 + odd) / float(n)), phi = 2.39996323 * float(pair) + kPi * float((i - odd) & 1);
+  float r = sqrt(float(2 * pair + 1 + odd) / float(n)), phi = kPi * (0.618034 * float(pair) + float((i - odd) & 1));
   return r * vec2(cos(phi), sin(phi));
 }
 
