@@ -41,8 +41,9 @@ struct LightKey {
            enclosure == o.enclosure && field == o.field && albedo == o.albedo && same_light(plan, o.plan);
   }
   static bool same_light(const Plan& a, const Plan& b) {
-    return a.method == b.method && a.volume == b.volume && a.trace_scale == b.trace_scale && a.in_cells() == b.in_cells() && a.rsm == b.rsm &&
-           a.max_lights == b.max_lights && a.bounces == b.bounces && a.lpv_steps == b.lpv_steps;
+    return a.method == b.method && a.volume == b.volume && a.trace_scale == b.trace_scale &&
+           a.in_cells() == b.in_cells() && a.rsm == b.rsm && a.max_lights == b.max_lights && a.bounces == b.bounces &&
+           a.lpv_steps == b.lpv_steps;
   }
 };
 

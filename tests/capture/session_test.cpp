@@ -218,7 +218,8 @@ TEST_F(SessionFile, SourcesOfOtherBuildsAreNamed) {
     const std::string what = error({"color.source=\"" + std::string(uri) + "\""});
     EXPECT_NE(what.find("--set color.source: found \"" + std::string(uri) + "\", allowed"), std::string::npos) << what;
   }
-  EXPECT_NE(error({"color.source=v4l2:"}).find("images:LIST, mkv:FILE, oni:FILE, openni2:, aravis:"), std::string::npos);
+  EXPECT_NE(error({"color.source=v4l2:"}).find("images:LIST, mkv:FILE, oni:FILE, openni2:, aravis:"),
+            std::string::npos);
 }
 
 }  // namespace

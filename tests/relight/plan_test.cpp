@@ -27,8 +27,8 @@ TEST(Plan, ReadsWhatIsGivenOverTheDefaults) {
   Plan defaults;
   defaults.volume = 64;
   defaults.bounces = 1;
-  const Plan plan =
-      plan_of("[plan]\nmethod = \"dvct\"\ntrace_scale = 2\ncells = 1\nrsm = 512\nmax_lights = 0\nbounces = 3\n", defaults);
+  const Plan plan = plan_of(
+      "[plan]\nmethod = \"dvct\"\ntrace_scale = 2\ncells = 1\nrsm = 512\nmax_lights = 0\nbounces = 3\n", defaults);
   EXPECT_EQ(plan.method, "dvct");
   EXPECT_EQ(plan.volume, 64);
   EXPECT_EQ(plan.trace_scale, 2);
