@@ -14,18 +14,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostWaiting = 32;  ///< pictures nobody took; after that the oldest go
 
-Stamp& stamp_of(SourceItem& item) {
-  return std::visit([](auto& i) -> Stamp& { return i.stamp; }, item);
-}
-
-Stream stream_of(const SourceItem& item) {
-  if (const auto* picture = std::get_if<Picture>(&item)) {
-    return picture->stream;
-  }
-  const auto* lost = std::get_if<LostPicture>(&item);
-  return lost != nullptr ? lost->stream : Stream::depth;
-}
-
 }  // namespace
 
 LiveSource::LiveSource(std::string name, Open open, LivePatience patience)
@@ -117,7 +105,7 @@ void LiveSource::listen(const std::stop_token& stop) {
 
 void LiveSource::accept(SourceItem item) {
   const auto stream = static_cast<std::size_t>(stream_of(item));
-  Stamp& stamp = stamp_of(item);
+  Stamp& stamp = std::visit([](auto& i) -> Stamp& { return i.stamp; }, item);
   // The time of a damaged picture may be another one's.
   const bool lost = std::holds_alternative<LostPicture>(item);
   stamp.time_ns = lost ? stamp.host_time_ns : clock_.to_host(stamp.time_ns, stamp.host_time_ns);

@@ -21,8 +21,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const char* name_of(Stream stream) { return stream == Stream::depth ? "depth" : "colour"; }
-
 /// What OpenNI2 says about its last failure, on one line.
 std::string openni_error() {
   std::string text = openni::OpenNI::getExtendedError();

@@ -13,28 +13,12 @@ constexpr std::int64_t kLatest_ns = 4'000'000'000'000'000'000;  ///< the year 20
 constexpr std::size_t kPeriodsKept = 15;                        ///< their median is the colour period
 constexpr std::int64_t kLongestLiveBound_ns = 250 * kNsPerMs;
 
-const Stamp& stamp_of(const SourceItem& item) {
-  return std::visit([](const auto& i) -> const Stamp& { return i.stamp; }, item);
-}
-
-Stream stream_of(const SourceItem& item) {
-  if (const auto* picture = std::get_if<Picture>(&item)) {
-    return picture->stream;
-  }
-  const auto* lost = std::get_if<LostPicture>(&item);
-  return lost != nullptr ? lost->stream : Stream::depth;
-}
-
 bool is_lost(const SourceItem& item) { return std::holds_alternative<LostPicture>(item); }
 
 std::int64_t time_of(const SourceItem& item) { return stamp_of(item).time_ns; }
 
 std::int64_t period_between(const Stamp& a, const Stamp& b) {
   return (b.time_ns - a.time_ns) / static_cast<std::int64_t>(std::max<std::uint64_t>(b.sequence - a.sequence, 1));
-}
-
-const char* name_of(Stream stream) {
-  return stream == Stream::color ? "colour" : stream == Stream::depth ? "depth" : "fish-eye";
 }
 
 std::string ms_text(std::int64_t ns) { return std::to_string((ns + kNsPerMs / 2) / kNsPerMs) + " ms"; }

@@ -1,6 +1,6 @@
 #pragma once
-// What cameras call a picture, and the RGB picture it stands for. A picture that is recorded as the camera gave it goes
-// through the same function when it is replayed, so it comes out the same.
+// What cameras call a picture, and the RGB picture it stands for. An uncompressed picture that is recorded as the camera
+// gave it goes through the same function when it is replayed, so it comes out the same.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -51,7 +51,7 @@ class PixelConverter {
   PixelConverter();
   ~PixelConverter();
 
-  /// Empty where the bytes are no such picture: too few, or a damaged JPEG.
+  /// Empty where the bytes are too few, and for JPEG, which decoders of its stream read (mkv_source).
   std::optional<Image<std::uint8_t>> to_rgb(PixelFormat format, int width, int height,
                                             std::span<const std::uint8_t> bytes);
 

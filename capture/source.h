@@ -2,7 +2,6 @@
 // Where pictures come from. One source may deliver several streams (a depth camera gives colour and depth).
 //
 // A live source blocks in next() until a picture is there or the timeout is over; a recording returns at once.
-// Drivers for V4L2, libcamera and Aravis implement the same three functions.
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -29,13 +28,16 @@ struct LostPicture {
 };
 
 using SourceItem = std::variant<Picture, RawDepth, LostPicture>;
+const Stamp& stamp_of(const SourceItem& item);
+Stream stream_of(const SourceItem& item);
+const char* name_of(Stream stream);  ///< in messages
 
 class Source {
  public:
   virtual ~Source() = default;
   /// The next item of any of this source's streams, in time order per stream. Empty: end of a recording, or timeout.
   virtual std::optional<SourceItem> next(std::chrono::milliseconds timeout) = 0;
-  /// True once a recording is over or a device is gone for good.
+  /// True once a recording is over, or a device that nobody opens again (LiveSource does) is gone.
   virtual bool finished() const = 0;
   /// Back to the first picture. Live sources do nothing.
   virtual void rewind() = 0;

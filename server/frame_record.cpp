@@ -24,11 +24,13 @@ Json lamp(const PointLight& light) {
             {"direction", rgb(light.direction)},
             {"irradiance", rgb(light.irradiance)},
             {"angular_radius_rad", light.angular_radius_rad},
-            {"clipped", light.clipped}};
+            {"clipped", light.clipped},
+            {"power_log_sigma", light.power_log_sigma}};
   if (light.distance_known) {
     json["position"] = rgb(light.position_m);
     json["intensity"] = rgb(light.intensity);
     json["radius_m"] = light.radius_m;
+    json["distance_log_sigma"] = light.distance_log_sigma;
   }
   return json;
 }

@@ -177,7 +177,7 @@ void Pipeline::State::capture_turn() {
   note_troubles(frames.troubles());
   if (!played) {
     if (frames.gone() && !stopping.stop_requested()) {
-      board.publish_warnings("camera", {"the camera is gone and is opened again every second"});
+      board.publish_warnings("camera", {"the recording gives no pictures and is opened again every second"});
       sleep_until(Clock::now() + 10 * kTick);
       frames = PlayedFrames(open_again());
     }

@@ -98,7 +98,6 @@ std::optional<PlayedFrame> PlayedFrames::next(const std::stop_token& stop) {
     frame = read();
   }
   if (!frame) {
-    gone_ = reader_->live() && reader_->finished();
     return std::nullopt;
   }
   PlayedFrame played{frame, Clock::now(), round_};

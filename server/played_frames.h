@@ -28,7 +28,7 @@ class PlayedFrames {
   /// Waits until the next frame is due. Empty: stopped, or nothing came for a while and the caller asks again.
   std::optional<PlayedFrame> next(const std::stop_token& stop);
 
-  /// A live device is gone for good, or a recording gave no frame in a whole round.
+  /// A recording gave no frame in a whole round.
   bool gone() const { return gone_; }
   /// What keeps live cameras from giving pictures: FrameReader::troubles.
   std::vector<std::string> troubles() const { return reader_->troubles(); }

@@ -20,24 +20,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{50};
-constexpr std::array kNames = {"colour", "depth", "fish-eye"};  // by Stream
-
-struct Arrival {
-  Stream stream;
-  std::int64_t time_ns;
-  std::uint64_t sequence;
-};
-
-Arrival arrival_of(const SourceItem& item) {
-  if (const auto* depth = std::get_if<RawDepth>(&item)) {
-    return {Stream::depth, depth->stamp.time_ns, depth->stamp.sequence};
-  }
-  if (const auto* picture = std::get_if<Picture>(&item)) {
-    return {picture->stream, picture->stamp.time_ns, picture->stamp.sequence};
-  }
-  const auto& lost = std::get<LostPicture>(item);
-  return {lost.stream, lost.stamp.time_ns, lost.stamp.sequence};
-}
 
 /// From the thread that hears a camera to the one that writes its pictures, so that a disk that stalls for a second
 /// costs a live camera nothing. A recording waits where it is full.
@@ -134,7 +116,8 @@ class Recording {
     for (std::size_t stream = 0; stream < lanes_.size(); ++stream) {
       if (used_[stream]) {
         const Lane& lane = lanes_[stream];
-        out << "  " << kNames[stream] << ": " << recorder_.pictures(static_cast<Stream>(stream)) << " pictures";
+        out << "  " << name_of(static_cast<Stream>(stream)) << ": " << recorder_.pictures(static_cast<Stream>(stream))
+            << " pictures";
         if (lane.lost > 0) {
           out << ", " << lane.lost << " lost";
         }
@@ -211,8 +194,8 @@ class Recording {
         if (!item) {
           continue;
         }
-        const Arrival arrival = arrival_of(*item);
-        Lane& lane = lanes_[static_cast<std::size_t>(arrival.stream)];
+        const Stamp arrival = stamp_of(*item);
+        Lane& lane = lanes_[static_cast<std::size_t>(stream_of(*item))];
         if (!within(lane, arrival.time_ns)) {
           continue;
         }

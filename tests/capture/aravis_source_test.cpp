@@ -16,6 +16,7 @@
 #include "capture/pairing_reader.h"
 #include "capture/session_recorder.h"
 #include "tests/capture/scratch_folder.h"
+#include "tests/capture/small_camera.h"
 
 namespace lumigraft {
 namespace {
@@ -211,14 +212,7 @@ class LiveAravis : public test::ScratchFolder {
     std::ofstream(folder_ / "session.toml") << R"(format = 1
 [color]
 source = "aravis:Aravis-Fake-GV77"
-width = 160
-height = 120
-fx = 130
-fy = 130
-cx = 79.5
-cy = 59.5
-exposure = 2.0
-pixel_format = "bayer-rggb8"
+)" << test::kSmallCamera << R"(pixel_format = "bayer-rggb8"
 exposure_us = 5000
 [tag]
 id = 1

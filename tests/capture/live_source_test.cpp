@@ -15,6 +15,7 @@
 #include "capture/stream_spec.h"
 #include "tests/capture/openni_test_pictures.h"
 #include "tests/capture/scratch_folder.h"
+#include "tests/capture/small_camera.h"
 
 namespace lumigraft {
 namespace {
@@ -158,14 +159,7 @@ class PluggedOpenNi : public test::ScratchFolder {
     std::ofstream(folder_ / "session.toml") << R"(format = 1
 [color]
 source = "openni2:"
-width = 160
-height = 120
-fx = 130
-fy = 130
-cx = 79.5
-cy = 59.5
-exposure = 2.0
-[depth]
+)" << test::kSmallCamera << R"([depth]
 source = "openni2:"
 unit_m = 0.001
 [tag]

@@ -11,6 +11,7 @@
 #include "tests/capture/mkv_writer.h"
 #include "tests/capture/openni_test_pictures.h"
 #include "tests/capture/scratch_folder.h"
+#include "tests/capture/small_camera.h"
 
 namespace lumigraft {
 namespace {
@@ -26,14 +27,7 @@ class OpenFrames : public test::ScratchFolder {
     std::ofstream(folder_ / "session.toml") << R"(format = 1
 [color]
 source = "mkv:color.mkv"
-width = 160
-height = 120
-fx = 130
-fy = 130
-cx = 79.5
-cy = 59.5
-exposure = 2.0
-[depth]
+)" << test::kSmallCamera << R"([depth]
 source = "mkv:depth.mkv"
 unit_m = 0.001
 [fisheye]

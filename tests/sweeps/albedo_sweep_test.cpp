@@ -117,6 +117,12 @@ TEST(AlbedoSweep, SeenOnlyInShadow) {
     sweep.curves[2].y.push_back(Floor::percentile(floor.reported, 0.5));
     // Either it is said that nothing is known, or how well; never wrong in silence.
     EXPECT_LT(Floor::percentile(floor.sigmas, 0.9), 2.5) << sky;
+    if (sky >= 0.003) {
+      EXPECT_LT(floor.share_unknown(), 0.02) << sky;
+    }
+    if (sky >= 0.03) {
+      EXPECT_LT(Floor::percentile(floor.reported, 0.5), 0.1) << sky;
+    }
   }
   write_sweep(sweep);
 }
@@ -188,6 +194,10 @@ TEST(AlbedoSweep, OneLightOnly) {
     EXPECT_EQ(result.warnings.empty(), result.illumination->lights[0].power_log_sigma < 0.3f) << sky;
     // Wrong as it may be, it says how much: no floor is farther off than two and a half sigma.
     EXPECT_LT(Floor::percentile(floor.sigmas, 0.9), 2.5) << sky;
+    EXPECT_LT(floor.share_unknown(), 0.02) << sky;
+    if (sky >= 0.001) {
+      EXPECT_LT(Floor::percentile(floor.reported, 0.5), 0.1) << sky;
+    }
   }
   write_sweep(sweep);
 }

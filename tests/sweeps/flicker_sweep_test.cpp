@@ -169,7 +169,7 @@ TEST_P(FlickerSweep, VolumeFollowingTheObject) {
   for (const Method& method : methods(32, 1)) {
     const Film pictures = film(
         scene, method.plan, kFrames, [](ClosedScene* s, int i) { s->exhibit.objects[0].position_m.x() = 1e-3 * i; },
-        method.plan.trace_scale < 4 ? 1 : kRounds);
+        method.plan.in_cells() ? kRounds : 1);
     EXPECT_GT(changed(pictures, pixels), 5) << method.name;
     sweep.curves.push_back({method.name, off_the_mean(pictures, pixels, [&](std::size_t pixel, std::size_t i) {
                               const int at = static_cast<int>(pixel / 3);

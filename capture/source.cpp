@@ -1,0 +1,21 @@
+#include "capture/source.h"
+
+namespace lumigraft {
+
+const Stamp& stamp_of(const SourceItem& item) {
+  return std::visit([](const auto& i) -> const Stamp& { return i.stamp; }, item);
+}
+
+Stream stream_of(const SourceItem& item) {
+  if (const auto* picture = std::get_if<Picture>(&item)) {
+    return picture->stream;
+  }
+  const auto* lost = std::get_if<LostPicture>(&item);
+  return lost != nullptr ? lost->stream : Stream::depth;
+}
+
+const char* name_of(Stream stream) {
+  return stream == Stream::color ? "colour" : stream == Stream::depth ? "depth" : "fish-eye";
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,8 @@
+#pragma once
+// The colour camera of sessions that tests write, but for its source.
+
+namespace lumigraft::test {
+
+constexpr char kSmallCamera[] = "width = 160\nheight = 120\nfx = 130\nfy = 130\ncx = 79.5\ncy = 59.5\nexposure = 2.0\n";
+
+}  // namespace lumigraft::test
