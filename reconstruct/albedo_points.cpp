@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "reconstruct/albedo_dark.h"
 
 namespace lumigraft {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kSampleRays = 8, kPointRays = 4;
 constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
 constexpr float kModelShare = 0.08f;     ///< 1σ of modelled irradiance over itself, away from shadows,
@@ -15,14 +15,7 @@ constexpr float kPointShare = 0.01f;     ///< and of how much of that differs fr
 constexpr float kCommonShare = 0.06f;    ///< 1σ of albedo over itself that is wrong for a whole surface,
 constexpr float kTextureShare = 1.5f;    ///< and of how much a patch's radiance varies: so does a voxel's
 constexpr float kEdgeShare = 0.35f;      ///< of a lamp's light where visibility varies around a sample
-constexpr float kDarkShare = 0.02f;      ///< of the mean radiance
 constexpr float kMetalSigma = 0.02f;     ///< said by an operator
-
-float mean_radiance(const std::vector<SurfaceSample>& samples) {
-  double sum = 0;
-  for (const SurfaceSample& sample : samples) sum += sample.radiance.mean();
-  return samples.empty() ? 1.0f : static_cast<float>(sum / samples.size());
-}
 
 }  // namespace
 
@@ -32,7 +25,7 @@ LitSurface::LitSurface(const Surface& surface, const RoomLight& room, const Illu
       room_(room),
       illumination_(illumination),
       gathered_(gathered),
-      dark_(std::max(1e-6f, kDarkShare * mean_radiance(surface.samples))),
+      dark_(dark_radiance(surface.samples)),
       neighbours_(lumigraft::neighbours(surface.samples, kNeighbourReach)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
@@ -128,11 +121,10 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
       doubt += kEdgeShare * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
     }
     for (const float one : region_doubt) power_doubt = std::hypot(power_doubt, one);
-    const Eigen::Array3f direct =
-        (kPi * (point.radiance.array() + dark_) / (irradiance.array() + kPi * dark_)).min(1.0f);
+    const Eigen::Array3f direct = matt_albedo(point.radiance, irradiance, dark_).min(1.0f);
     const float share = std::hypot(kPointShare, doubt / std::max(irradiance.mean(), 1e-9f));
     const float direct_sigma =
-        std::hypot(share * direct.mean(), 0.5f * kPi * dark_ / std::max(irradiance.mean(), 1e-9f));
+        std::hypot(share * direct.mean(), dark_sigma(dark_) / std::max(irradiance.mean(), 1e-9f));
     if (!(known_weights > 0)) continue;
     around /= known_weights;
     // A texture makes its surroundings say less about a point.

@@ -5,19 +5,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "reconstruct/albedo_dark.h"
+
 namespace lumigraft {
 namespace {
 
-/// Added to radiance before the logarithm: an 8-bit picture's darkest codes say little.
-constexpr float kDarkShare = 0.02f;
 /// What neither light nor picture reaches has this albedo, neither white nor black.
 constexpr float kDarkAlbedo = 0.35f;
-
-float dark_level(const std::vector<SurfaceSample>& samples) {
-  double sum = 0;
-  for (const SurfaceSample& sample : samples) sum += sample.radiance.mean();
-  return samples.empty() ? 1e-6f : std::max(1e-6f, kDarkShare * static_cast<float>(sum / samples.size()));
-}
 
 }  // namespace
 
@@ -28,7 +22,7 @@ ShadingModel::ShadingModel(const RoomLight& room, const Illumination& illuminati
       lights_(illumination.lights),
       samples_(samples),
       gathered_(gathered),
-      dark_(dark_level(samples)),
+      dark_(dark_radiance(samples)),
       tables_(illumination.lights.size()) {
   for (const PointLight& light : lights_) {
     const Eigen::Vector3f first = light.direction.unitOrthogonal();

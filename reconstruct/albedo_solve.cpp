@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "reconstruct/albedo_dark.h"
+
 namespace lumigraft {
 namespace {
 
@@ -37,13 +39,13 @@ struct Smooth {
 };
 
 Eigen::Array3f direct(const SurfaceSample& sample, const SampleLight& light, float dark) {
-  return kPi * (sample.radiance.array() + dark) / (light.irradiance.array() + kPi * dark);
+  return matt_albedo(sample.radiance, light.irradiance, dark);
 }
 
 /// 1σ of π B: the code's step, and the model of the light.
 Eigen::Array3f data_sigma(const SurfaceSample& sample, const SampleLight& light, float dark) {
   const Eigen::Array3f model = light.sigma_share * kPi * sample.radiance.array();
-  return (model.square() + std::pow(0.5f * kPi * dark, 2.0f)).sqrt();
+  return (model.square() + std::pow(dark_sigma(dark), 2.0f)).sqrt();
 }
 
 }  // namespace
