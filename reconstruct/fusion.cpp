@@ -78,6 +78,7 @@ struct FusionStage::State {
   Isometry3f searched_from = Isometry3f::Identity();       ///< camera when all surfaces were last looked through
   std::vector<WorkingBrick*> waiting;                      ///< to be published
   bool urgent = false;                                     ///< one of them at once
+  bool new_place = false;                                  ///< in seen_from_m, not published yet
   std::vector<std::unique_ptr<WorkingBrick>> bricks;       ///< in the order in which they came
   std::unordered_map<BrickKey, std::size_t, BrickKeyHash> places;
   std::shared_ptr<const DistanceField> field;
@@ -97,6 +98,7 @@ void FusionStage::State::look_from(const Vector3f& camera_m) {
   }
   if (seen_from_m.size() == kMostPlaces) seen_from_m.erase(seen_from_m.begin());
   seen_from_m.push_back(camera_m);
+  new_place = true;
 }
 
 void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
@@ -155,11 +157,11 @@ void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpd
 void FusionStage::State::publish() {
   const std::uint32_t ago = pictures - last_publication;
   const bool due = ago >= kWait || moved_since[ago] > 1;
-  if (waiting.empty() || (!urgent && !due)) return;
+  if (!urgent && !(due && (new_place || !waiting.empty()))) return;
   auto next = std::make_shared<DistanceField>(*field);
   next->version += 1;
   next->seen_from_m = seen_from_m;
-  bool changed = false;
+  bool changed = new_place;
   std::erase_if(waiting, [&](WorkingBrick* brick) {
     if (!due && !brick->urgent) return false;
     const bool drifted = brick->urgent || brick->drifted(voxel_m);
@@ -173,6 +175,7 @@ void FusionStage::State::publish() {
   urgent = false;
   if (due) last_publication = pictures;
   if (!changed) return;
+  new_place = false;
   field = std::move(next);
 }
 
@@ -238,6 +241,7 @@ void FusionStage::reset() {
   s.last_depth.reset();
   s.last_color.reset();
   s.seen_from_m.clear();
+  s.new_place = false;
 }
 
 }  // namespace lumigraft

@@ -4,14 +4,14 @@
 #include <algorithm>
 
 #include "reconstruct/four.h"
+#include "reconstruct/fusion_noise.h"
 
 namespace lumigraft {
 namespace {
 
 constexpr float kNearShare = 0.02f, kAwayShare = 0.1f;  // of a voxel
 constexpr float kNearVoxels = 2;
-constexpr float kSigmaM = 0.0012f;  // of a measurement of weight 1
-constexpr float kNoiseShare = 0.5f;
+constexpr float kNoise = static_cast<float>(0.5 * kLeastSigmaM);  // of a measurement of weight 1
 constexpr float kRadianceShare = 0.01f;
 
 }  // namespace
@@ -21,7 +21,7 @@ bool WorkingBrick::drifted(float voxel_m) const {
   const FieldBrick& old = *published;
   const float near = kNearShare * voxel_m, away = kAwayShare * voxel_m;
   const Four near_square = all(near * near), away_square = all(away * away), reach = all(kNearVoxels * voxel_m);
-  const Four noise_square = all(kNoiseShare * kNoiseShare * kSigmaM * kSigmaM);
+  const Four noise_square = all(kNoise * kNoise);
   FourInt learnt{};
   Four sum{};
   for (std::size_t i = 0; i < kBrickVoxels; i += 4) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "reconstruct/fusion_noise.h"
+
 namespace lumigraft {
 namespace {
 

@@ -3,13 +3,14 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "reconstruct/fusion_pixels.h"
 #include "reconstruct/fusion_view.h"
 
 namespace lumigraft {
 
 struct Reading {
-  float distance_m = 0;
-  float weight = 0;  ///< 0 = nothing
+  float distance_m = 0;  ///< may be beyond truncation
+  float weight = 0;      ///< 0 = nothing
   float facing = 0;
   bool edge = false;     ///< depth jumps between the pixels around
   bool in_sight = true;  ///< false: the voxel is hidden or out of the picture, its colour is another's
@@ -49,7 +50,7 @@ class DepthReader {
     const float distance = distance_m - to_voxel;
     Reading reading;
     if (distance < -truncation_m_ || distance * p.z() < -kBehindSteep * truncation_m_ * to_voxel) return reading;
-    reading.distance_m = std::min(distance, truncation_m_);
+    reading.distance_m = distance;
     reading.weight = block.weight;
     reading.facing = block.facing;
     return reading;

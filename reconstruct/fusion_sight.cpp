@@ -13,9 +13,7 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kNearestM = 0.05f;  // nothing is fused closer to the camera
-constexpr float kOpenReach = 4;     // along rays, in truncation distances: as far as that from planes inclined by 75°
-constexpr float kStepVoxels = 3;    // surfaces are looked at as closely as this
+constexpr float kStepVoxels = 3;  // surfaces are looked at as closely as this
 
 int brick_of(float voxel) {
   const float brick = voxel * (1.0f / kBrickEdge);

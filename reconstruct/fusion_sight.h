@@ -4,9 +4,16 @@
 #include <vector>
 
 #include "reconstruct/distance_field.h"
+#include "reconstruct/fusion_pixels.h"
 #include "reconstruct/fusion_view.h"
 
 namespace lumigraft {
+
+/// Nothing is fused closer to the camera.
+constexpr float kNearestM = 0.05f;
+/// How far along rays everything is behind what is open, in truncation distances: it is that distance itself away from
+/// planes inclined by 75°.
+constexpr float kOpenReach = 4;
 
 /// One in `of` parts of the picture, spread over it evenly.
 struct PictureShare {

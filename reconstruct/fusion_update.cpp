@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "reconstruct/four.h"
+#include "reconstruct/fusion_noise.h"
 
 namespace lumigraft {
 namespace {
@@ -11,19 +12,27 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kNearestM = 0.05f;    // nothing is fused closer to the camera
 constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
 constexpr Four kFirst = {0, 1, 2, 3};
 /// What is seen, free or a surface, so far from where it was (of the truncation distance) that noise does not explain
 /// it has moved: then the past counts as so many looks. What lies hidden behind a surface denies nothing.
-constexpr float kDenies = 0.75f, kDeniesNoise = 4, kDeniedLooks = 3;
-constexpr float kSigmaM = 0.0012f;  // of a reading of weight 1
+constexpr float kDenies = 0.75f, kDeniedLooks = 3;
+constexpr float kDeniesNoise = static_cast<float>(4 * kLeastSigmaM);  // of a reading of weight 1
 
 }  // namespace
 
 /// Four voxels in the camera's frame, and the pixels they are seen at.
 struct BrickUpdate::Row {
   Four x, y, z, u, v;
+};
+
+/// What the picture says about four voxels.
+struct BrickUpdate::Readings {
+  Four distance{}, weight{};  ///< distance may be beyond truncation
+  FourInt told{};
+  FourInt denies{};  ///< lanes that may say that the past is gone; beside a jump another surface may be seen
+  Four facing{};     ///< 0 = no colour
+  FourInt edge{};
 };
 
 BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
@@ -56,13 +65,23 @@ BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m) const
         at.z = row.z() + along * step(2, 0);
         const Four inverse_z = 1 / at.z;
         map_.pixels(at.x * inverse_z, at.y * inverse_z, at.u, at.v);
-        four(brick, static_cast<std::size_t>(x + kBrickEdge * (y + kBrickEdge * z)), at, told);
+        const Readings readings = read(at);
+        if (!any(readings.told)) continue;
+        const std::size_t i = static_cast<std::size_t>(x + kBrickEdge * (y + kBrickEdge * z));
+        const Four found = fuse(brick.now, i, readings, told);
+        if (!colour_) continue;
+        const FourInt shell = (readings.facing > 0) & (size_of(found) <= shell_m_);
+        if (!any(shell)) continue;
+        for (int k = 0; k < 4; ++k)
+          if (shell[k])
+            colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0,
+                   readings.facing[k]);
       }
     }
   return told;
 }
 
-inline void BrickUpdate::four(WorkingBrick& brick, std::size_t i, const Row& at, Told& told) const {
+inline BrickUpdate::Readings BrickUpdate::read(const Row& at) const {
   const Four u = at.u + 0.5f, v = at.v + 0.5f;
   const FourInt ahead = at.z >= kNearestM;
   const FourInt inside = ahead & (u >= 0) & (v >= 0) & (u < end_u_) & (v < end_v_);
@@ -75,38 +94,55 @@ inline void BrickUpdate::four(WorkingBrick& brick, std::size_t i, const Row& at,
   transpose(a, b, c, weight);
   // To the plane, not along the ray, so that distances hold at grazing views too.
   const Four share_of_plane = a * at.x + b * at.y + c * at.z, plane_m = 1 / root(a * a + b * b + c * c);
-  const Four distance = (1 - share_of_plane) * plane_m;
-  const FourInt read = inside & (weight > 0) & (distance >= -sizes_.truncation_m) &
-                       (distance * at.z >= -kBehindSteep * sizes_.truncation_m * plane_m * share_of_plane);
-  if (any(read)) {
-    told.any = true;
-    const Four found = least(distance, all(sizes_.truncation_m));
-    const Four was = load(&brick.now.distance_m[i]), past = load(&brick.now.weight[i]);
-    const FourInt unknown = read & (past <= 0);
-    const FourInt moved = read & (past > 0) & (size_of(was - found) > sizes_.truncation_m);
-    if (any(unknown | moved))
-      for (int k = 0; k < 4; ++k) {
-        told.learnt -= unknown[k];
-        told.moved -= moved[k];
-      }
-    const Four share = select(read, weight, Four{}), off = size_of(distance - was);
-    const FourInt denied = read & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
-                           (off * off * weight > kDeniesNoise * kDeniesNoise * kSigmaM * kSigmaM);
-    const Four sum = select(denied, least(past, kDeniedLooks * share), past) + share;
-    const Four turn = share / select(read, sum, all(1));
-    store(&brick.now.distance_m[i], was + turn * (select(read, found, was) - was));
-    store(&brick.now.weight[i], select(read, least(sum, all(sizes_.weight_cap)), past));
-    const FourInt shell = read & (size_of(found) <= shell_m_);
-    if (any(shell) && colour_) {
-      const Four facing = plane_m * share_of_plane / root(at.x * at.x + at.y * at.y + at.z * at.z);
-      for (int k = 0; k < 4; ++k)
-        if (shell[k]) colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], false, facing[k]);
-    }
-  }
+  Readings readings;
+  readings.distance = (1 - share_of_plane) * plane_m;
+  readings.weight = weight;
+  readings.told = inside & (weight > 0) & (readings.distance >= -sizes_.truncation_m) &
+                  (readings.distance * at.z >= -kBehindSteep * sizes_.truncation_m * plane_m * share_of_plane);
+  readings.denies = readings.told;
+  const FourInt shell = readings.told & (size_of(readings.distance) <= shell_m_);
+  if (colour_ && any(shell))
+    readings.facing =
+        select(shell, plane_m * share_of_plane / root(at.x * at.x + at.y * at.y + at.z * at.z), readings.facing);
   const FourInt alone = ahead & (~inside | (weight < 0));
-  if (!any(alone)) return;
-  for (int k = 0; k < 4; ++k)
-    if (alone[k]) one(brick, i + static_cast<std::size_t>(k), {at.x[k], at.y[k], at.z[k]}, {at.u[k], at.v[k]}, told);
+  if (!any(alone)) return readings;
+  for (int k = 0; k < 4; ++k) {
+    if (!alone[k]) continue;
+    const Reading one = depth_.read({at.x[k], at.y[k], at.z[k]}, {at.u[k], at.v[k]});
+    if (one.weight <= 0) continue;
+    readings.distance[k] = one.distance_m;
+    readings.weight[k] = one.weight;
+    readings.told[k] = -1;
+    readings.denies[k] = one.in_sight && !one.edge ? -1 : 0;
+    readings.edge[k] = one.edge ? -1 : 0;
+    if (one.in_sight) readings.facing[k] = one.facing * (one.edge ? kEdgeTrust : 1);
+  }
+  return readings;
+}
+
+/// Into running means. Returns the distances found, truncated.
+inline Four BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told) const {
+  const FourInt& read = readings.told;
+  told.any = true;
+  const Four found = least(readings.distance, all(sizes_.truncation_m));
+  const Four was = load(&brick.distance_m[i]), past = load(&brick.weight[i]);
+  const FourInt unknown = read & (past <= 0);
+  const FourInt moved = read & (past > 0) & (size_of(was - found) > sizes_.truncation_m);
+  if (any(unknown | moved))
+    for (int k = 0; k < 4; ++k) {
+      told.learnt -= unknown[k];
+      told.moved -= moved[k];
+    }
+  // Noise is measured against all of the way, however far beyond truncation it goes: the farther something is seen, the
+  // more noise hides in the truncation band.
+  const Four share = select(read, readings.weight, Four{}), off = size_of(readings.distance - was);
+  const FourInt denied = readings.denies & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
+                         (off * off * share > kDeniesNoise * kDeniesNoise);
+  const Four sum = select(denied, least(past, kDeniedLooks * share), past) + share;
+  const Four turn = share / select(read, sum, all(1));
+  store(&brick.distance_m[i], was + turn * (select(read, found, was) - was));
+  store(&brick.weight[i], select(read, least(sum, all(sizes_.weight_cap)), past));
+  return found;
 }
 
 void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
@@ -126,24 +162,6 @@ void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
     __builtin_prefetch(&brick.now.distance_m[i], 1);
     __builtin_prefetch(&brick.now.weight[i], 1);
   }
-}
-
-void BrickUpdate::one(WorkingBrick& brick, std::size_t i, const Vector3f& p, const Vector2f& pixel, Told& told) const {
-  const Reading reading = depth_.read(p, pixel);
-  if (reading.weight <= 0) return;
-  told.any = true;
-  float& distance_m = brick.now.distance_m[i];
-  float& weight = brick.now.weight[i];
-  told.learnt += weight <= 0;
-  told.moved += weight > 0 && std::abs(distance_m - reading.distance_m) > sizes_.truncation_m;
-  const float off = std::abs(reading.distance_m - distance_m);
-  const bool denied = reading.in_sight && !reading.edge && off > denies_m_ && reading.distance_m > -shell_m_ &&
-                      off * off * reading.weight > kDeniesNoise * kDeniesNoise * kSigmaM * kSigmaM;
-  const float sum = (denied ? std::min(weight, kDeniedLooks * reading.weight) : weight) + reading.weight;
-  distance_m += reading.weight / sum * (reading.distance_m - distance_m);
-  weight = std::min(sum, sizes_.weight_cap);
-  if (colour_ && reading.in_sight && std::abs(reading.distance_m) <= shell_m_)
-    colour(brick.now, i, pixel.x(), pixel.y(), reading.edge, reading.facing * (reading.edge ? kEdgeTrust : 1));
 }
 
 /// Running mean; the past counts for the cap at most.
@@ -166,20 +184,15 @@ BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
   const float share = view_.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
   if (share <= 0) return {};
   Told told;
-  told.any = true;
-  const Four free = all(sizes_.truncation_m), cap = all(sizes_.weight_cap);
-  Four nearest = free;
-  FourInt learnt{};
+  Readings readings;
+  readings.distance = all(kOpenReach * sizes_.truncation_m);
+  readings.weight = all(share);
+  readings.told = readings.denies = FourInt{-1, -1, -1, -1};
+  Four nearest = all(sizes_.truncation_m);
   for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
-    const Four was = load(&brick.now.distance_m[i]), weight = load(&brick.now.weight[i]);
-    const Four sum = select(free - was > denies_m_, least(weight, all(kDeniedLooks * share)), weight) + share;
-    const Four now = was + share / sum * (free - was);
-    learnt += weight <= 0;
-    nearest = least(nearest, now);
-    store(&brick.now.distance_m[i], now);
-    store(&brick.now.weight[i], least(sum, cap));
+    fuse(brick.now, i, readings, told);
+    nearest = least(nearest, load(&brick.now.distance_m[i]));
   }
-  told.learnt = -(learnt[0] + learnt[1] + learnt[2] + learnt[3]);
   brick.open = std::min({nearest[0], nearest[1], nearest[2], nearest[3]}) > 0.99f * sizes_.truncation_m;
   return told;
 }

@@ -34,9 +34,9 @@ class BrickUpdate {
 
  private:
   struct Row;
-  void four(WorkingBrick& brick, std::size_t i, const Row& at, Told& told) const;
-  void one(WorkingBrick& brick, std::size_t i, const Eigen::Vector3f& p, const Eigen::Vector2f& pixel,
-           Told& told) const;
+  struct Readings;
+  Readings read(const Row& at) const;
+  Four fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told) const;
   void colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share) const;
 
   const DepthView& view_;

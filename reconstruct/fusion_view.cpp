@@ -4,29 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "reconstruct/fusion_noise.h"
+
 namespace lumigraft {
 namespace {
 
 // Beyond this incidence two neighbouring pixels count as two surfaces, and a plane is not to be trusted.
-constexpr float kSteepest = 5.0f;        // tan 79°
-constexpr float kLeastFacing = 0.1f;     // cos 84°
-constexpr double kLeastSigmaM = 0.0012;  // of the noise model, at 0.4 m
-constexpr float kSurelyNoise = 4;        // σ
-constexpr float kSurelyBent = 3;         // σ
-
-/// What eq. 3 adds to eq. 2 beyond 10 degrees, over 0.0001 / √z.
-double oblique(double incidence_rad) {
-  if (incidence_rad <= M_PI / 18) return 0;
-  const double rest = std::max(M_PI / 2 - incidence_rad, 1e-3);
-  return incidence_rad * incidence_rad / (rest * rest);
-}
-
-/// σ of inverse depth. Of one or of four.
-template <typename Value>
-Value inverse_sigma(Value q) {
-  const Value away = 1 - 0.4f * q;
-  return static_cast<float>(kLeastSigmaM) * q * q + 0.0019f * away * away;
-}
+constexpr float kSteepest = 5.0f;     // tan 79°
+constexpr float kLeastFacing = 0.1f;  // cos 84°
+constexpr float kLeastSquare = static_cast<float>(kLeastSigmaM * kLeastSigmaM);
+constexpr float kSurelyNoise = 4;  // σ
+constexpr float kSurelyBent = 3;   // σ
 
 /// σ of the second difference of three blocks: a block's mean has half the noise of a pixel.
 template <typename Value>
@@ -44,43 +32,6 @@ Value steepest(Value q, float pixels, float focal) {
 
 }  // namespace
 
-double depth_sigma_m(double depth_m, double incidence_rad) {
-  const double away = depth_m - 0.4;
-  return kLeastSigmaM + 0.0019 * away * away + 0.0001 / std::sqrt(depth_m) * oblique(incidence_rad);
-}
-
-float straight_sigma_m(float inverse_depth) {
-  const float away = 1 / inverse_depth - 0.4f;
-  return static_cast<float>(kLeastSigmaM) + 0.0019f * away * away;
-}
-
-PixelMap::PixelMap(const CameraModel& camera)
-    : fx_(static_cast<float>(camera.fx)),
-      fy_(static_cast<float>(camera.fy)),
-      cx_(static_cast<float>(camera.cx)),
-      cy_(static_cast<float>(camera.cy)),
-      width_(camera.width + 2 * kMargin),
-      height_(camera.height + 2 * kMargin) {
-  if (std::all_of(camera.distortion.begin(), camera.distortion.end(), [](double k) { return k == 0; })) return;
-  constexpr float kNowhere = -1e6f;
-  table_.reserve(static_cast<std::size_t>(width_) * height_);
-  for (int v = -kMargin; v < camera.height + kMargin; ++v)
-    for (int u = -kMargin; u < camera.width + kMargin; ++u) {
-      const auto pixel = camera.project({(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1});
-      table_.push_back(pixel ? Eigen::Vector2f(pixel->cast<float>()) : Eigen::Vector2f(kNowhere, kNowhere));
-    }
-}
-
-Eigen::Vector2f PixelMap::distorted(float u, float v) const {
-  const float a = u + kMargin, b = v + kMargin;
-  if (!(a >= 0 && b >= 0 && a < static_cast<float>(width_ - 1) && b < static_cast<float>(height_ - 1)))
-    return {-1e6f, -1e6f};
-  const int i = static_cast<int>(a), j = static_cast<int>(b);
-  const float s = a - static_cast<float>(i), t = b - static_cast<float>(j);
-  const Eigen::Vector2f* corner = &table_[static_cast<std::size_t>(j) * width_ + i];
-  return (1 - t) * ((1 - s) * corner[0] + s * corner[1]) + t * ((1 - s) * corner[width_] + s * corner[width_ + 1]);
-}
-
 DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, double far_m)
     : width_(camera.width),
       height_(camera.height),
@@ -91,7 +42,7 @@ DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, do
       far_m_(static_cast<float>(far_m)) {
   for (std::size_t i = 0; i < oblique_.size(); ++i) {
     const double facing = std::min(1.0, (static_cast<double>(i) + 0.5) / kObliqueSteps);
-    oblique_[i] = static_cast<float>(oblique(std::acos(facing)));
+    oblique_[i] = static_cast<float>(oblique_noise(std::acos(facing)));
   }
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   const auto ray_at = [&](double u, double v) {
@@ -283,7 +234,7 @@ void DepthPreparation::fit_plane(DepthView& view, int u, int v) const {
       straight_sigma_m(q) + 0.0001f * std::sqrt(q) * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
   block.normal = distance * Eigen::Vector3f(a, b, c);
   block.distance_m = distance;
-  block.weight = static_cast<float>(kLeastSigmaM * kLeastSigmaM) / (sigma * sigma);
+  block.weight = kLeastSquare / (sigma * sigma);
   block.facing = facing;
   view.planes[i] = Four{a, b, c, block.weight};
 }
@@ -302,9 +253,8 @@ void DepthPreparation::fit_four(DepthView& view, int u, int v) const {
   const FourInt step = __builtin_convertvector(select(known, facing, Four{}) * kObliqueSteps, FourInt);
   const Four oblique = {oblique_[static_cast<std::size_t>(step[0])], oblique_[static_cast<std::size_t>(step[1])],
                         oblique_[static_cast<std::size_t>(step[2])], oblique_[static_cast<std::size_t>(step[3])]};
-  const Four away = 1 / q - 0.4f;
-  const Four sigma = static_cast<float>(kLeastSigmaM) + 0.0019f * away * away + 0.0001f * root(q) * oblique;
-  Four weight = select(known, static_cast<float>(kLeastSigmaM * kLeastSigmaM) / (sigma * sigma), Four{});
+  const Four sigma = straight_sigma_m(q) + 0.0001f * root(q) * oblique;
+  Four weight = select(known, kLeastSquare / (sigma * sigma), Four{});
   const Four weights = weight, facings = select(known, facing, Four{});
   a = select(known, a, Four{});
   b = select(known, b, Four{});

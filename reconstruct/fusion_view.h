@@ -12,37 +12,6 @@
 
 namespace lumigraft {
 
-/// Axial noise of a structured-light depth camera in metres (Nguyen, Izadi & Lovell 2012, eq. 3; its eq. 2 below 10°).
-double depth_sigma_m(double depth_m, double incidence_rad);
-
-/// Pixels of points in the camera's frame, fast: a distorted lens goes through a table.
-class PixelMap {
- public:
-  explicit PixelMap(const CameraModel& camera);
-  Eigen::Vector2f pixel(float x_over_z, float y_over_z) const {
-    const float u = fx_ * x_over_z + cx_, v = fy_ * y_over_z + cy_;
-    return table_.empty() ? Eigen::Vector2f(u, v) : distorted(u, v);
-  }
-  void pixels(Four x_over_z, Four y_over_z, Four& u, Four& v) const {
-    u = fx_ * x_over_z + cx_;
-    v = fy_ * y_over_z + cy_;
-    if (table_.empty()) return;
-    for (int k = 0; k < 4; ++k) {
-      const Eigen::Vector2f pixel = distorted(u[k], v[k]);
-      u[k] = pixel.x();
-      v[k] = pixel.y();
-    }
-  }
-
- private:
-  Eigen::Vector2f distorted(float u, float v) const;
-
-  static constexpr int kMargin = 32;
-  float fx_, fy_, cx_, cy_;
-  int width_, height_;
-  std::vector<Eigen::Vector2f> table_;  ///< per pixel of the undistorted camera, margin included; empty without lens
-};
-
 struct DepthView {
   /// What a block of 2 × 2 pixels sees.
   struct Block {
@@ -84,9 +53,6 @@ struct DepthView {
 
 /// How far from a jump, in voxels, what lies behind a surface is looked at with care.
 constexpr float kJumpVoxels = 4;
-
-/// Noise of a surface faced squarely.
-float straight_sigma_m(float inverse_depth);
 
 /// Prepares depth pictures of one camera.
 class DepthPreparation {

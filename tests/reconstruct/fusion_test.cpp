@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "reconstruct/fusion_view.h"
+#include "reconstruct/fusion_noise.h"
 #include "tests/reconstruct/fusion_views.h"
 
 namespace lumigraft {
@@ -153,6 +153,55 @@ TEST(Fusion, AVisitorIsGoneWithinASecond) {
   EXPECT_GT(left(*field), 70);
   for (unsigned k = 0; k < 30; ++k, ++i) field = fuse(without[i % 4]);
   EXPECT_EQ(left(*field), 0);
+}
+
+// Far away, where noise fills the truncation band, and in front of a jump in depth, a visitor fades no slower.
+TEST(Fusion, AFarVisitorBeforeAJumpIsGoneWithinASecond) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(3.4, 0, 0);
+  const Shape step = [](const Vector3d& p) {
+    return std::min(p.z(), std::max(p.x(), p.z() - 0.4));  // half of the floor is 0.4 m higher
+  };
+  const Shape visited = [&](const Vector3d& p) {
+    return std::min(step(p), (p.cwiseAbs() - Vector3d(0.2, 0.2, 0.56)).maxCoeff());  // near what is behind
+  };
+  FusionStage stage(session_with(camera), {});
+  std::vector<FrameSet> with, without;
+  for (unsigned k = 0; k < 4; ++k) {
+    with.push_back(frame_of(visited, camera, T, k, {0.3, k + 1}));
+    without.push_back(frame_of(step, camera, T, k, {0.3, k + 11}));
+  }
+  std::shared_ptr<const DistanceField> field;
+  const auto left = [&] {  // solid voxels of the visitor
+    int solid = 0;
+    for (const auto& [key, brick] : field->bricks)
+      for (std::size_t i = 0; i < kBrickVoxels; ++i)
+        solid += 8 * key[2] + static_cast<int>(i) / 64 > 60 && brick->weight[i] > 0 && brick->distance_m[i] < 0;
+    return solid;
+  };
+  unsigned i = 0;
+  for (; i < 10; ++i) field = stage.fuse(without[i % 4], pose_at(T));
+  EXPECT_EQ(left(), 0);
+  for (; i < 110; ++i) field = stage.fuse(with[i % 4], pose_at(T));
+  EXPECT_GT(left(), 5000);
+  for (unsigned k = 0; k < 30; ++k, ++i) field = stage.fuse(without[i % 4], pose_at(T));
+  EXPECT_EQ(left(), 0);
+}
+
+// A camera that measures nothing from a new place tells nothing of the room, but that it looked from there is known.
+TEST(Fusion, PlacesArePublishedThoughNothingDrifted) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 0, 0), T_away = test::looking_at_tag(1.5, 0, 0);
+  const Shape nothing = [](const Vector3d&) { return 10.0; };
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> before, field;
+  for (unsigned i = 0; i < 10; ++i) before = stage.fuse(frame_of(table, camera, T, i), pose_at(T));
+  for (unsigned i = 10; i < 20; ++i) field = stage.fuse(frame_of(nothing, camera, T_away, i), pose_at(T_away));
+  EXPECT_EQ(before->seen_from_m.size(), 1u);
+  ASSERT_EQ(field->seen_from_m.size(), 2u);
+  EXPECT_LT((field->seen_from_m[1] - T_away.translation().cast<float>()).norm(), 1e-3f);
+  EXPECT_EQ(field->version, before->version + 1);
+  for (const auto& [key, brick] : field->bricks) EXPECT_EQ(before->brick(key), brick.get());
 }
 
 // What relight packs again is what is another pointer than in the field before.

@@ -10,7 +10,7 @@
 
 #include "capture/response.h"
 #include "reconstruct/fusion.h"
-#include "reconstruct/fusion_view.h"
+#include "reconstruct/fusion_noise.h"
 #include "tests/reconstruct/pose_views.h"
 
 namespace lumigraft::test {
