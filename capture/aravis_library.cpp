@@ -22,21 +22,28 @@ constexpr std::array<Pair, 8> kFormats = {{{ARV_PIXEL_FORMAT_BAYER_RG_8, PixelFo
 
 }  // namespace
 
+std::string Check::text() const {
+  std::string text = error_ != nullptr ? error_->message : "";
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
 void Check::or_throw(const std::string& what) const {
   if (error_ == nullptr) {
     return;
   }
-  std::string text = what + ": " + error_->message;
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  const bool silent =
-      error_->domain == ARV_DEVICE_ERROR &&
-      (error_->code == ARV_DEVICE_ERROR_TIMEOUT || error_->code == ARV_DEVICE_ERROR_NOT_CONNECTED ||
-       error_->code == ARV_DEVICE_ERROR_PROTOCOL_ERROR || error_->code == ARV_DEVICE_ERROR_TRANSFER_ERROR ||
-       error_->code == ARV_DEVICE_ERROR_NOT_FOUND || error_->code == ARV_DEVICE_ERROR_NOT_CONTROLLER);
-  if (silent) {
-    throw CameraFault(text);
+  // What the camera's own description of itself forbids stays forbidden; anything else, as a network that is not up
+  // yet, may pass.
+  const bool stays =
+      error_->domain == ARV_GC_ERROR ||
+      (error_->domain == ARV_DEVICE_ERROR &&
+       (error_->code == ARV_DEVICE_ERROR_WRONG_FEATURE || error_->code == ARV_DEVICE_ERROR_FEATURE_NOT_FOUND ||
+        error_->code == ARV_DEVICE_ERROR_INVALID_PARAMETER ||
+        error_->code == ARV_DEVICE_ERROR_PROTOCOL_ERROR_INVALID_PARAMETER));
+  if (stays) {
+    throw InputError(what + ": " + text());
   }
-  throw InputError(text);
+  throw CameraFault(what + ": " + text());
 }
 
 std::optional<PixelFormat> pixel_format_of(gint64 format) {

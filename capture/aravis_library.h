@@ -34,6 +34,7 @@ class Check {
     return &error_;
   }
   bool failed() const { return error_ != nullptr; }
+  std::string text() const;  ///< on one line; empty where nothing failed
   void or_throw(const std::string& what) const;
 
  private:

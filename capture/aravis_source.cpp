@@ -31,7 +31,7 @@ class AravisSource::Camera {
     }
     camera_.reset(arv_camera_new(name.empty() ? nullptr : name.c_str(), check));
     if (!camera_) {
-      throw CameraFault("found no such camera that answers");
+      throw CameraFault("found no such camera that answers: " + (check.failed() ? check.text() : "none is there"));
     }
     choose_format();
     choose_region();
@@ -230,6 +230,8 @@ class AravisSource::Camera {
     std::size_t size = 0;
     const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(&buffer, &size));
     const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
+    gint row_padding = 0, picture_padding = 0;
+    arv_buffer_get_image_padding(&buffer, &row_padding, &picture_padding);
     if (data == nullptr || arv_buffer_get_image_width(&buffer) != spec_.width ||
         arv_buffer_get_image_height(&buffer) != spec_.height ||
         arv_buffer_get_image_pixel_format(&buffer) != *aravis::aravis_format_of(format_) || size < wanted) {
@@ -239,14 +241,20 @@ class AravisSource::Camera {
     picture.stamp = stamp;
     picture.stream = spec_.stream;
     picture.exposure = spec_.exposure;
-    std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(format_, spec_.width, spec_.height, {data, wanted});
+    std::vector<std::uint8_t> own;
+    std::span<const std::uint8_t> bytes(data, wanted);
+    if (row_padding > 0) {
+      const std::size_t row = wanted / static_cast<std::size_t>(spec_.height) + static_cast<std::size_t>(row_padding);
+      own = without_padding(format_, spec_.width, spec_.height, row, {data, size});
+      bytes = own;
+    }
+    std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
     if (!rgb) {
       return LostPicture{stamp, spec_.stream, "the picture is damaged"};
     }
     picture.encoded = std::move(*rgb);
     if (format_ != PixelFormat::rgb8) {
-      picture.original =
-          std::make_shared<CameraPicture>(CameraPicture{format_, std::vector<std::uint8_t>(data, data + wanted)});
+      picture.original = std::make_shared<CameraPicture>(format_, std::vector(bytes.begin(), bytes.end()));
     }
     return picture;
   }

@@ -4,8 +4,10 @@ namespace lumigraft {
 
 std::vector<CameraListing> list_cameras() {
   std::vector<CameraListing> all = list_openni_cameras();
-  const std::vector<CameraListing> more = list_aravis_cameras();
-  all.insert(all.end(), more.begin(), more.end());
+  for (const auto list : {list_v4l2_cameras, list_aravis_cameras}) {
+    const std::vector<CameraListing> more = list();
+    all.insert(all.end(), more.begin(), more.end());
+  }
   return all;
 }
 

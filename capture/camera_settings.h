@@ -14,6 +14,7 @@ struct CameraSettings {
   std::optional<double> rate_hz;
   std::optional<double> exposure_us;  ///< auto-exposure is off in any case: radiance needs a fixed one
   std::optional<double> gain;
+  std::vector<double> bracket_us;  ///< of a fish-eye: exposures taken in turn; goes with exposure_us
   std::vector<std::pair<std::string, double>> controls;  ///< further ones, by the camera's own names
 };
 

@@ -190,10 +190,15 @@ std::string ConfigTable::choice(std::string_view key, const std::vector<std::str
 }
 
 std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t count) const {
+  return numbers(key, count, count);
+}
+
+std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t least, std::size_t most) const {
   const toml::node* node = node_->ask(key);
-  const std::string allowed = ", allowed: an array of " + std::to_string(count) + " finite numbers";
+  const std::string many = std::to_string(least) + (most > least ? " to " + std::to_string(most) : "");
+  const std::string allowed = ", allowed: an array of " + many + " finite numbers";
   const auto* array = node != nullptr ? node->as_array() : nullptr;
-  if (array == nullptr || array->size() != count) {
+  if (array == nullptr || array->size() < least || array->size() > most) {
     fail(key, found_text(node) + allowed);
   }
   std::vector<double> out;

@@ -44,6 +44,7 @@ class ConfigTable {
   std::string choice(std::string_view key, const std::vector<std::string>& allowed, std::string_view fallback) const;
   /// Array of exactly `count` finite numbers.
   std::vector<double> numbers(std::string_view key, std::size_t count) const;
+  std::vector<double> numbers(std::string_view key, std::size_t least, std::size_t most) const;
   /// 4x4 rigid transform as four rows; refuses NaN, a last row other than 0 0 0 1, and rotations that are not
   /// orthonormal with determinant 1 to 1e-4. Row-major result.
   std::vector<double> rigid_transform(std::string_view key) const;

@@ -91,7 +91,8 @@ void LiveSource::listen(const std::stop_token& stop) {
       }
       accept(std::move(*item));
     } else if (device_->finished()) {
-      say("the camera is gone, it is looked for again");
+      const std::string reason = device_->trouble();
+      say((reason.empty() ? "the camera is gone" : reason) + ", it is looked for again");
       return;
     }
     Clock::time_point oldest = Clock::time_point::max();
@@ -106,9 +107,16 @@ void LiveSource::listen(const std::stop_token& stop) {
 void LiveSource::accept(SourceItem item) {
   const auto stream = static_cast<std::size_t>(stream_of(item));
   Stamp& stamp = std::visit([](auto& i) -> Stamp& { return i.stamp; }, item);
-  // The time of a damaged picture may be another one's.
-  const bool lost = std::holds_alternative<LostPicture>(item);
-  stamp.time_ns = lost ? stamp.host_time_ns : clock_.to_host(stamp.time_ns, stamp.host_time_ns);
+  if (std::holds_alternative<LostPicture>(item)) {
+    stamp.time_ns = stamp.host_time_ns;  // that of a damaged picture may be another one's
+  } else {
+    constexpr std::int64_t kCredible_ns = 1'000'000'000;
+    const std::int64_t device_ns = stamp.time_ns;
+    stamp.time_ns = clock_.to_host(device_ns, stamp.host_time_ns);
+    if (device_->on_host_clock() && device_ns > stamp.host_time_ns - kCredible_ns) {
+      stamp.time_ns = std::min(stamp.time_ns, device_ns);  // some drivers' stamps lie after the arrival
+    }
+  }
   stamp.sequence += first_sequence_[stream];
   next_sequence_[stream] = std::max(next_sequence_[stream], stamp.sequence + 1);
   {

@@ -2,7 +2,8 @@
 // A camera that may be absent, fall silent, be unplugged and come back. It lives on a thread of its own, so that
 // opening, closing or waiting for it holds up nobody else, and it is opened again for as long as it takes.
 //
-// Its pictures carry the host's clock (DeviceClock) and numbers that go on after it came back, with a gap.
+// Its pictures carry the host's clock, by the driver's word or by DeviceClock, and numbers that go on after it came
+// back, with a gap.
 #include <array>
 #include <chrono>
 #include <condition_variable>

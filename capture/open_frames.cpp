@@ -10,6 +10,7 @@
 #include "capture/mkv_source.h"
 #include "capture/openni_source.h"
 #include "capture/pairing_reader.h"
+#include "capture/v4l2_source.h"
 
 namespace lumigraft {
 namespace {
@@ -24,14 +25,14 @@ struct Wanted {
   StreamSpec spec;
 
   bool openni() const { return kind == "oni" || kind == "openni2"; }
-  bool live() const { return kind == "openni2" || kind == "aravis"; }
+  bool live() const { return kind == "openni2" || kind == "v4l2" || kind == "aravis"; }
   bool same_place(const Wanted& other) const { return kind == other.kind && rest == other.rest; }
 };
 
 Wanted wanted(const std::string& key, const std::string& uri, const StreamSpec& spec) {
   const std::size_t colon = uri.find(':');
   const std::string kind = uri.substr(0, colon);
-  static const std::set<std::string> kKinds = {"images", "mkv", "oni", "openni2", "aravis"};
+  static const std::set<std::string> kKinds = {"images", "mkv", "oni", "openni2", "v4l2", "aravis"};
   if (colon == std::string::npos || kKinds.count(kind) == 0) {
     throw InputError(key + ".source: found \"" + uri + "\", allowed in this build: " + kSourceKinds);
   }
@@ -52,14 +53,38 @@ std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> spe
                                             std::move(specs));
     }
     const std::string name = specs.size() > 1 ? "colour and depth" : kNames.at(w.key);
-    return std::make_shared<LiveSource>(name, [w, specs = std::move(specs)]() -> std::unique_ptr<Source> {
+    LivePatience patience;
+    patience.silence *= std::max<std::size_t>(w.spec.settings.bracket_us.size(), 1);  // whole brackets arrive at once
+    const auto open = [w, specs = std::move(specs)]() -> std::unique_ptr<Source> {
       if (w.kind == "openni2") {
         return std::make_unique<OpenNiSource>(OpenNiSource::Kind::device, w.rest, specs);
       }
+      if (w.kind == "v4l2") {
+        return std::make_unique<V4l2Source>(w.rest, w.spec);
+      }
       return std::make_unique<AravisSource>(w.rest, w.spec);
-    });
+    };
+    return std::make_shared<LiveSource>(name, open, patience);
   } catch (const InputError& e) {
     throw InputError(w.key + ".source: " + e.what());
+  }
+}
+
+/// What a live camera is told and cannot do is not passed over in silence.
+void check_settings(const Wanted& w) {
+  const CameraSettings& s = w.spec.settings;
+  const std::pair<const char*, bool> given[] = {{"pixel_format", s.pixel_format.has_value()},
+                                                {"rate_hz", s.rate_hz.has_value()},
+                                                {"exposure_us", s.exposure_us.has_value()},
+                                                {"gain", s.gain.has_value()},
+                                                {"controls", !s.controls.empty()}};
+  for (const auto& [key, is_given] : given) {
+    if (is_given && w.openni()) {
+      throw InputError(w.key + "." + key + ": found it beside openni2:, which takes no settings, allowed: none");
+    }
+  }
+  if (!s.bracket_us.empty() && w.kind != "v4l2") {
+    throw InputError(w.key + ".bracket_us: found it beside " + w.kind + ":, allowed: v4l2:");
   }
 }
 
@@ -78,6 +103,9 @@ void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) 
     }
     if (fisheye && (w.openni() || w.live()) && w.same_place(all.front())) {
       throw InputError(w.key + ".source: found the colour camera again, allowed: a camera of its own");
+    }
+    if (w.live()) {
+      check_settings(w);
     }
     if (w.kind == "oni" && recordings.insert(w.rest).second) {
       check_oni_file((folder / w.rest).string());

@@ -6,6 +6,7 @@ extern "C" {
 }
 
 #include <cstring>
+#include <utility>
 
 #include "capture/rgb_frame.h"
 
@@ -98,6 +99,30 @@ std::optional<std::size_t> bytes_of(PixelFormat format, int width, int height) {
   return size > 0 ? std::optional(static_cast<std::size_t>(size)) : std::nullopt;
 }
 
+CameraPicture::CameraPicture(PixelFormat pixel_format, std::vector<std::uint8_t> own_bytes) : format(pixel_format) {
+  const auto kept = std::make_shared<const std::vector<std::uint8_t>>(std::move(own_bytes));
+  bytes = *kept;
+  keeps_bytes = kept;
+}
+
+CameraPicture::CameraPicture(PixelFormat pixel_format, std::span<const std::uint8_t> lent_bytes,
+                             std::shared_ptr<const void> lender)
+    : format(pixel_format), bytes(lent_bytes), keeps_bytes(std::move(lender)) {}
+
+std::vector<std::uint8_t> without_padding(PixelFormat format, int width, int height, std::size_t row_bytes,
+                                          std::span<const std::uint8_t> bytes) {
+  const std::size_t size = bytes_of(format, width, height).value_or(0);
+  const std::size_t row = format == PixelFormat::nv12 ? static_cast<std::size_t>(width) : size / height;
+  if (size == 0 || row_bytes < row || bytes.size() < (size / row - 1) * row_bytes + row) {
+    return {};
+  }
+  std::vector<std::uint8_t> out(size);
+  for (std::size_t y = 0; y < size / row; ++y) {
+    std::memcpy(&out[y * row], &bytes[y * row_bytes], row);
+  }
+  return out;
+}
+
 class PixelConverter::Libav {
  public:
   std::optional<Image<std::uint8_t>> uncompressed(const Known& k, int width, int height,
@@ -109,15 +134,52 @@ class PixelConverter::Libav {
     return filled(rgb_.convert(*view_, false));
   }
 
+  std::optional<Image<std::uint8_t>> jpeg(int width, int height, std::span<const std::uint8_t> bytes) {
+    if (!decoder_) {
+      const AVCodec* codec = avcodec_find_decoder(AV_CODEC_ID_MJPEG);
+      decoder_.reset(codec != nullptr ? avcodec_alloc_context3(codec) : nullptr);
+      if (!decoder_) {
+        return std::nullopt;
+      }
+      av_log_set_level(AV_LOG_QUIET);
+      decoder_->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
+      decoder_->thread_count = 1;
+      if (avcodec_open2(decoder_.get(), codec, nullptr) < 0) {
+        decoder_.reset();
+        return std::nullopt;
+      }
+    }
+    if (bytes.empty() || av_new_packet(packet_.get(), static_cast<int>(bytes.size())) < 0) {
+      return std::nullopt;
+    }
+    std::memcpy(packet_->data, bytes.data(), bytes.size());
+    const bool decoded = avcodec_send_packet(decoder_.get(), packet_.get()) >= 0 &&
+                         avcodec_receive_frame(decoder_.get(), decoded_.get()) >= 0;
+    av_packet_unref(packet_.get());
+    if (!decoded) {
+      avcodec_flush_buffers(decoder_.get());
+      return std::nullopt;
+    }
+    if (decoded_->width != width || decoded_->height != height || decoded_->decode_error_flags != 0) {
+      return std::nullopt;
+    }
+    return filled(rgb_.convert(*decoded_, true));
+  }
+
  private:
   static std::optional<Image<std::uint8_t>> filled(Image<std::uint8_t> rgb) {
     return rgb.empty() ? std::nullopt : std::optional(std::move(rgb));
   }
   struct Free {
+    void operator()(AVCodecContext* p) const { avcodec_free_context(&p); }
     void operator()(AVFrame* p) const { av_frame_free(&p); }
+    void operator()(AVPacket* p) const { av_packet_free(&p); }
   };
   RgbFrame rgb_;
   std::unique_ptr<AVFrame, Free> view_{av_frame_alloc()};  ///< of bytes that are somebody else's
+  std::unique_ptr<AVFrame, Free> decoded_{av_frame_alloc()};
+  std::unique_ptr<AVPacket, Free> packet_{av_packet_alloc()};
+  std::unique_ptr<AVCodecContext, Free> decoder_;
 };
 
 PixelConverter::PixelConverter() : libav_(std::make_unique<Libav>()) {}
@@ -125,6 +187,9 @@ PixelConverter::~PixelConverter() = default;
 
 std::optional<Image<std::uint8_t>> PixelConverter::to_rgb(PixelFormat format, int width, int height,
                                                           std::span<const std::uint8_t> bytes) {
+  if (format == PixelFormat::mjpeg) {
+    return libav_->jpeg(width, height, bytes);
+  }
   const std::optional<std::size_t> size = bytes_of(format, width, height);
   if (!size || bytes.size() < *size) {
     return std::nullopt;

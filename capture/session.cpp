@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kLargestSide = 16384;
 constexpr double kLargestFocal = 1e6;
+constexpr double kShortestExposure_us = 1.0;
+constexpr double kLongestExposure_us = 60e6;
 
 /// A source URI of a kind this build can open. The file behind it is looked at when the session is opened.
 std::string source_uri(const ConfigTable& table) {
@@ -19,7 +21,7 @@ std::string source_uri(const ConfigTable& table) {
   const std::size_t colon = uri.find(':');
   const std::string kind = uri.substr(0, colon);
   const bool needs_file = kind == "images" || kind == "mkv" || kind == "oni";
-  if (colon == std::string::npos || (!needs_file && kind != "openni2" && kind != "aravis")) {
+  if (colon == std::string::npos || (!needs_file && kind != "openni2" && kind != "v4l2" && kind != "aravis")) {
     table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
   }
   if (needs_file && colon + 1 == uri.size()) {
@@ -102,7 +104,7 @@ CameraSettings read_settings(const ConfigTable& table) {
     return table.has(key) ? std::optional(table.number(key, low, high)) : std::nullopt;
   };
   settings.rate_hz = number("rate_hz", 0.01, 1000.0);
-  settings.exposure_us = number("exposure_us", 1.0, 60e6);
+  settings.exposure_us = number("exposure_us", kShortestExposure_us, kLongestExposure_us);
   settings.gain = number("gain", -1e6, 1e6);
   if (const auto controls = table.optional_table("controls")) {
     for (const std::string& name : controls->keys()) {
@@ -150,6 +152,17 @@ FisheyeCamera read_fisheye(const ConfigTable& table) {
   camera.response = read_response(table);
   camera.T_tag_fisheye = read_transform(table, "T_tag_fisheye");
   camera.settings = read_settings(table);
+  if (table.has("bracket_us")) {
+    camera.settings.bracket_us = table.numbers("bracket_us", 2, 5);
+    for (const double exposure_us : camera.settings.bracket_us) {
+      if (exposure_us < kShortestExposure_us || exposure_us > kLongestExposure_us) {
+        table.fail("bracket_us", "found " + std::to_string(exposure_us) + ", allowed: 1 to 60000000");
+      }
+    }
+    if (!camera.settings.exposure_us) {
+      table.fail("bracket_us", "found no exposure_us beside it, allowed: the one that `exposure` holds for");
+    }
+  }
   return camera;
 }
 

@@ -14,7 +14,7 @@
 namespace lumigraft {
 
 struct ColorCamera {
-  std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:, aravis:
+  std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:, v4l2:, aravis:
   CameraModel model;
   double exposure = 1.0;
   Response response = Response::srgb();

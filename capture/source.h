@@ -43,6 +43,8 @@ class Source {
   virtual void rewind() = 0;
   /// What keeps a camera from giving pictures, on one line; empty where nothing does.
   virtual std::string trouble() const { return {}; }
+  /// Whether the times of its pictures are those of this host's steady clock, so that no clock need be estimated.
+  virtual bool on_host_clock() const { return false; }
 };
 
 /// FrameSets in order: opens the session's sources, registers depth to colour, pairs by timestamp.

@@ -2,22 +2,38 @@
 # install_packages.sh run|test: installs what packages.txt names and this machine lacks.
 set -euo pipefail
 list=$(dirname "$0")/../packages.txt
+
+named_above() { sed "/^\\[$1\\]/,\$d; /^[[#]/d; /^\$/d" "$list"; }
+named_below() { sed "1,/^\\[$1\\]/d; /^[[#]/d; /^\$/d" "$list"; }
+
+# Those of the arguments that are not installed.
+missing_of() {
+  local installed package
+  installed=$(dpkg-query -W -f '${Package} ${Status}\n' "$@" 2>/dev/null | sed -n 's/ install ok installed$//p' || true)
+  for package in "$@"; do
+    [[ $'\n'$installed$'\n' == *$'\n'$package$'\n'* ]] || echo "$package"
+  done
+}
+
+install() {
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "$0: these Debian packages are missing and need root: $*" >&2; return 1; }
+    as_root=(sudo)
+  fi
+  echo "Installing Debian packages: $*"
+  "${as_root[@]}" apt-get update -q &&
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@"
+}
+
 case "${1:-}" in
-  run) wanted=$(sed '/^\[test\]/,$d; /^[[#]/d; /^$/d' "$list") ;;
-  test) wanted=$(sed '/^[[#]/d; /^$/d' "$list") ;;
+  run) wanted=$(named_above test) ;;
+  test) wanted=$(named_above vm) ;;
   *) echo "usage: $0 run|test" >&2; exit 2 ;;
 esac
-installed=$(dpkg-query -W -f '${Package} ${Status}\n' $wanted 2>/dev/null | sed -n 's/ install ok installed$//p' || true)
-missing=()
-for package in $wanted; do
-  [[ $'\n'$installed$'\n' == *$'\n'$package$'\n'* ]] || missing+=("$package")
-done
-[ ${#missing[@]} -eq 0 ] && exit 0
-as_root=()
-if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "$0: these Debian packages are missing and need root: ${missing[*]}" >&2; exit 1; }
-  as_root=(sudo)
+missing=$(missing_of $wanted)
+[ -z "$missing" ] || install $missing
+if [ "$1" = test ]; then
+  missing=$(missing_of $(named_below vm))
+  [ -z "$missing" ] || install $missing || echo "$0: without them tests on real camera drivers are skipped" >&2
 fi
-echo "Installing Debian packages: ${missing[*]}"
-"${as_root[@]}" apt-get update -q
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"

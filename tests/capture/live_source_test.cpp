@@ -27,6 +27,8 @@ constexpr LivePatience kQuick{200ms, 20ms};
 /// What the made-up camera does, set by the test.
 struct Switches {
   std::atomic<bool> absent{false}, unplugged{false}, frozen{false}, torn{false};
+  std::atomic<std::int64_t> late_ns{0};  ///< of its stamps' host clock, where it has one: before or after the arrival
+  std::atomic<bool> host_clock{false};
   std::atomic<int> opened{0}, alive{0};
 };
 
@@ -46,7 +48,10 @@ class MadeUpCamera : public Source {
       return std::nullopt;
     }
     std::this_thread::sleep_for(5ms);
-    const Stamp stamp{static_cast<std::int64_t>(sequence_) * 5'000'000, steady_now_ns(), sequence_};
+    const std::int64_t now_ns = steady_now_ns();
+    const std::int64_t time_ns =
+        switches_.host_clock ? now_ns + switches_.late_ns : static_cast<std::int64_t>(sequence_) * 5'000'000;
+    const Stamp stamp{time_ns, now_ns, sequence_};
     ++sequence_;
     if (switches_.torn) {
       return LostPicture{stamp, Stream::color, "torn"};
@@ -58,6 +63,8 @@ class MadeUpCamera : public Source {
   }
   bool finished() const override { return switches_.unplugged || switches_.absent; }
   void rewind() override {}
+  std::string trouble() const override { return switches_.unplugged ? "somebody pulled the plug" : ""; }
+  bool on_host_clock() const override { return switches_.host_clock; }
 
  private:
   Switches& switches_;
@@ -120,6 +127,31 @@ TEST_F(LiveCamera, UnpluggedAndReplugged) {
     switches_.absent = false;
   }
   expect_pictures(*source, 3);
+}
+
+TEST_F(LiveCamera, SaysWhatItsDriverSays) {
+  const auto source = open();
+  expect_pictures(*source, 3);
+  switches_.unplugged = true;
+  expect_trouble(*source, "colour: somebody pulled the plug, it is looked for again");
+  switches_.unplugged = false;
+  expect_pictures(*source, 3);
+}
+
+TEST_F(LiveCamera, StampsOfTheHostsClockAreKept) {
+  switches_.host_clock = true;
+  for (const std::int64_t late_ns : {-20'000'000L, 0L, 20'000'000L, -3'000'000'000L}) {
+    switches_.late_ns = late_ns;
+    const auto source = open();
+    for (int i = 0; i < 5; ++i) {
+      const auto item = source->next(1000ms);
+      ASSERT_TRUE(item);
+      const Stamp& stamp = stamp_of(*item);
+      // Not those that lie after their arrival, or further back than any picture was on its way.
+      const std::int64_t wanted_ns = late_ns == -20'000'000 ? late_ns : 0;
+      EXPECT_EQ(stamp.time_ns - stamp.host_time_ns, wanted_ns) << late_ns;
+    }
+  }
 }
 
 TEST_F(LiveCamera, FrozenOrTornOnlyItIsOpenedAgain) {

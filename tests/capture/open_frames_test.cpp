@@ -120,7 +120,33 @@ TEST_F(OpenFrames, ALiveDevice) {
   EXPECT_GE(paired, 6);
 }
 
+TEST_F(OpenFrames, SettingsThatALiveCameraCannotTakeAreRefused) {
+  for (const char* setting : {"pixel_format=rgb8", "rate_hz=30", "exposure_us=1000", "gain=1", "controls.a=1"}) {
+    const std::string what = error({"color.source=openni2:", std::string("color.") + setting,
+                                    "depth.source=openni2:", "fisheye.source=v4l2:/dev/no-such-camera"});
+    EXPECT_EQ(what.find("color." + std::string(setting).substr(0, 4)), 0u) << what;
+    EXPECT_NE(what.find(": found it beside openni2:, which takes no settings"), std::string::npos) << what;
+  }
+  EXPECT_EQ(error({"color.source=openni2:", "depth.source=openni2:", "fisheye.source=aravis:x",
+                   "fisheye.exposure_us=10", "fisheye.bracket_us=[10, 20]"}),
+            "fisheye.bracket_us: found it beside aravis:, allowed: v4l2:");
+}
+
+TEST_F(OpenFrames, AnAbsentCameraIsWaitedFor) {
+  Session live = session({"color.source=v4l2:/dev/no-such-camera"});
+  live.depth.reset();
+  live.fisheye.reset();
+  const auto reader = open_frames(live);
+  EXPECT_TRUE(reader->live());
+  EXPECT_EQ(reader->troubles(), std::vector<std::string>{"colour: v4l2:/dev/no-such-camera: found no such camera"});
+  live.color.source = "v4l2:/dev/null";
+  EXPECT_THROW(open_frames(live), InputError);
+}
+
 TEST_F(OpenFrames, ContradictionsAreRefused) {
+  EXPECT_NE(error({"color.source=openni2:", "depth.source=v4l2:", "fisheye.source=aravis:"})
+                .find("depth.source: found \"v4l2:\", allowed of devices for depth: openni2:"),
+            std::string::npos);
   EXPECT_NE(error({"color.source=openni2:"}).find("depth.source: found a recording beside a device for colour"),
             std::string::npos);
   EXPECT_NE(error({"fisheye.source=openni2:"}).find("fisheye.source: found a device beside a recording"),

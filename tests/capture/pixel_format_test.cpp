@@ -80,6 +80,28 @@ TEST(PixelFormats, AFlatColourComesOutAsItWasMeant) {
   }
 }
 
+TEST(PixelFormats, PaddedRowsCloseUp) {
+  constexpr std::size_t kPadding = 7;
+  for (const PixelFormat format : kUncompressed) {
+    std::vector<std::uint8_t> tight(*bytes_of(format, kWidth, kHeight));
+    for (std::size_t i = 0; i < tight.size(); ++i) {
+      tight[i] = static_cast<std::uint8_t>(i * 31);
+    }
+    const std::size_t row = format == PixelFormat::nv12 ? kWidth : tight.size() / kHeight;
+    std::vector<std::uint8_t> padded;
+    for (std::size_t at = 0; at < tight.size(); at += row) {
+      padded.insert(padded.end(), tight.begin() + static_cast<std::ptrdiff_t>(at),
+                    tight.begin() + static_cast<std::ptrdiff_t>(at + row));
+      padded.insert(padded.end(), kPadding, 0xEE);
+    }
+    padded.resize(padded.size() - kPadding);  // a driver may leave the last one out
+    EXPECT_EQ(without_padding(format, kWidth, kHeight, row + kPadding, padded), tight) << name_of(format);
+    padded.pop_back();
+    EXPECT_TRUE(without_padding(format, kWidth, kHeight, row + kPadding, padded).empty()) << name_of(format);
+    EXPECT_TRUE(without_padding(format, kWidth, kHeight, row - 1, tight).empty()) << name_of(format);
+  }
+}
+
 TEST(PixelFormats, NamesAndFourCharactersLeadBack) {
   for (const PixelFormat format : kUncompressed) {
     EXPECT_EQ(pixel_format_named(name_of(format)), format);
