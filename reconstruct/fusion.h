@@ -20,7 +20,8 @@ struct FusionSettings {
 /// (Nguyen, Izadi & Lovell 2012, eq. 3), weight = 1/σ². Distances are measured to the plane a pixel sees, not along
 /// its ray, so that they hold at grazing views too. Carves free space: what is seen far from where it was, by more than
 /// noise explains, leaves the past little weight, so that a visitor is gone within a second. Behind a rim only what
-/// stands where the camera sees it is solid. Colour is fused as radiance, weighted by facing; clipped pixels do not
+/// stands where the camera sees it is solid; of two sides of something thin, each holds on its own side of it, though
+/// to the other camera it is hidden. Colour is fused as radiance, weighted by facing; clipped pixels do not
 /// count.
 ///
 /// Bricks that pictures have told much about are looked at less often while the camera stays where it is, and every

@@ -86,6 +86,7 @@ Reading DepthReader::hidden(const Eigen::Vector3f& p, std::int32_t behind) const
   if (std::abs(distance_m) > shell_m_) return reading;
   reading.distance_m = distance_m;
   reading.weight = kEdgeTrust * plane->weight;
+  reading.normal = plane->normal;
   reading.in_sight = false;
   return reading;
 }

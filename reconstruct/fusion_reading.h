@@ -12,6 +12,7 @@ struct Reading {
   float distance_m = 0;  ///< may be beyond truncation
   float weight = 0;      ///< 0 = nothing
   float facing = 0;
+  Eigen::Vector3f normal;  ///< of the plane that is measured to, away from the camera
   bool edge = false;     ///< depth jumps between the pixels around
   bool in_sight = true;  ///< false: the voxel is hidden or out of the picture, its colour is another's
 };
@@ -53,6 +54,7 @@ class DepthReader {
     reading.distance_m = distance;
     reading.weight = block.weight;
     reading.facing = block.facing;
+    reading.normal = block.normal;
     return reading;
   }
   Reading near_jump(const Eigen::Vector3f& p, int u, int v, const DepthView::Block& block) const;

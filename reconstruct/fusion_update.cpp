@@ -17,7 +17,15 @@ constexpr Four kFirst = {0, 1, 2, 3};
 /// What is seen, free or a surface, so far from where it was (of the truncation distance) that noise does not explain
 /// it has moved: then the past counts as so many looks. What lies hidden behind a surface denies nothing.
 constexpr float kDenies = 0.75f, kDeniedLooks = 3;
+/// Two sides of something thin differ by more than so much noise, and the field rises from one towards the other.
+constexpr float kSideNoise = static_cast<float>(2.5 * kLeastSigmaM), kRises = 0.3f;
+
 constexpr float kDeniesNoise = static_cast<float>(4 * kLeastSigmaM);  // of a reading of weight 1
+
+Vector3f middle_of(const BrickKey& key, float voxel_m) {
+  return voxel_m * (Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>() * kBrickEdge +
+                    Vector3f::Constant(0.5f * (kBrickEdge - 1)));
+}
 
 }  // namespace
 
@@ -33,6 +41,7 @@ struct BrickUpdate::Readings {
   FourInt denies{};  ///< lanes that may say that the past is gone; beside a jump another surface may be seen
   Four facing{};     ///< 0 = no colour
   FourInt edge{};
+  Four normal[3]{};  ///< of the planes measured to, of any length, away from the camera
 };
 
 BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
@@ -97,6 +106,9 @@ inline BrickUpdate::Readings BrickUpdate::read(const Row& at) const {
   Readings readings;
   readings.distance = (1 - share_of_plane) * plane_m;
   readings.weight = weight;
+  readings.normal[0] = a;
+  readings.normal[1] = b;
+  readings.normal[2] = c;
   readings.told = inside & (weight > 0) & (readings.distance >= -sizes_.truncation_m) &
                   (readings.distance * at.z >= -kBehindSteep * sizes_.truncation_m * plane_m * share_of_plane);
   readings.denies = readings.told;
@@ -112,12 +124,26 @@ inline BrickUpdate::Readings BrickUpdate::read(const Row& at) const {
     if (one.weight <= 0) continue;
     readings.distance[k] = one.distance_m;
     readings.weight[k] = one.weight;
+    for (int axis = 0; axis < 3; ++axis) readings.normal[axis][k] = one.normal[axis];
     readings.told[k] = -1;
     readings.denies[k] = one.in_sight && !one.edge ? -1 : 0;
     readings.edge[k] = one.edge ? -1 : 0;
     if (one.in_sight) readings.facing[k] = one.facing * (one.edge ? kEdgeTrust : 1);
   }
   return readings;
+}
+
+/// Whether what is known of a voxel was seen from the other side than a surface with this normal (camera's frame): the
+/// field rises along it.
+bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const Vector3f& normal) const {
+  const Vector3f in_tag = T_camera_tag_.linear().transpose() * normal;
+  Eigen::Index axis;
+  in_tag.cwiseAbs().maxCoeff(&axis);
+  const std::size_t stride = std::size_t{1} << (3 * axis), at = i / stride % kBrickEdge;
+  const std::size_t low = at == 0 ? i : i - stride, high = at + 1 == kBrickEdge ? i : i + stride;
+  if (brick.weight[low] <= 0 || brick.weight[high] <= 0) return false;
+  const float rise = brick.distance_m[high] - brick.distance_m[low];
+  return (in_tag[axis] > 0 ? rise : -rise) > kRises * sizes_.voxel_m * static_cast<float>((high - low) / stride);
 }
 
 /// Into running means. Returns the distances found, truncated.
@@ -135,9 +161,26 @@ inline Four BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& 
     }
   // Noise is measured against all of the way, however far beyond truncation it goes: the farther something is seen, the
   // more noise hides in the truncation band.
-  const Four share = select(read, readings.weight, Four{}), off = size_of(readings.distance - was);
-  const FourInt denied = readings.denies & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
-                         (off * off * share > kDeniesNoise * kDeniesNoise);
+  Four share = select(read, readings.weight, Four{});
+  const Four off = size_of(readings.distance - was);
+  const Four noises = off * off * share;
+  FourInt denied = readings.denies & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
+                   (noises > kDeniesNoise * kDeniesNoise);
+  // What was seen from the other side of something thin, and is solid to that side as far as truncation reaches: the
+  // side that is nearer tells.
+  const FourInt apart = (noises > kSideNoise * kSideNoise) & (past > 0);
+  const FourInt nearer = readings.denies & apart & (found > was) & (was < 0);
+  const FourInt farther = apart & (found < was) & (found < 0);
+  if (any(nearer | farther))
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (!(nearer[k] | farther[k]) ||
+          !from_other_side(brick, i + k, {readings.normal[0][k], readings.normal[1][k], readings.normal[2][k]}))
+        continue;
+      if (nearer[k])
+        denied[k] = -1;
+      else
+        share[k] = 0;
+    }
   const Four sum = select(denied, least(past, kDeniedLooks * share), past) + share;
   const Four turn = share / select(read, sum, all(1));
   store(&brick.distance_m[i], was + turn * (select(read, found, was) - was));
@@ -176,10 +219,7 @@ void BrickUpdate::colour(FieldBrick& brick, std::size_t i, float u, float v, boo
 
 BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
   if (brick.open) return {};
-  const Vector3f centre =
-      T_camera_tag_ *
-      (sizes_.voxel_m * (Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>() * kBrickEdge +
-                         Vector3f::Constant(0.5f * (kBrickEdge - 1))));
+  const Vector3f centre = T_camera_tag_ * middle_of(brick.key, sizes_.voxel_m);
   const Vector2f pixel = map_.pixel(centre.x() / centre.z(), centre.y() / centre.z());
   const float share = view_.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
   if (share <= 0) return {};

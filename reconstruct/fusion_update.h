@@ -37,6 +37,7 @@ class BrickUpdate {
   struct Readings;
   Readings read(const Row& at) const;
   Four fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told) const;
+  bool from_other_side(const FieldBrick& brick, std::size_t i, const Eigen::Vector3f& normal) const;
   void colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share) const;
 
   const DepthView& view_;

@@ -55,6 +55,7 @@ inline Session session_with(const CameraModel& camera) {
 struct Noise {
   double scale = 0;  ///< of the Kinect's noise model
   unsigned seed = 1;
+  bool oblique = false;  ///< its part that grows with incidence, too
 };
 
 inline FrameSet frame_of(const Shape& shape, const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
@@ -75,7 +76,12 @@ inline FrameSet frame_of(const Shape& shape, const CameraModel& camera, const Ei
       const auto along = march(shape, T_tag_camera.translation(), direction);
       if (!along) continue;
       const double z = *along * ray->z();
-      depth->depth_m.at(u, v) = static_cast<float>(z + noise.scale * depth_sigma_m(z, 0) * gauss(random));
+      double incidence_rad = 0;
+      if (noise.oblique) {
+        const Eigen::Vector3d normal = normal_of(shape, T_tag_camera.translation() + *along * direction);
+        incidence_rad = std::acos(std::clamp(-normal.dot(direction.normalized()), 0.0, 1.0));
+      }
+      depth->depth_m.at(u, v) = static_cast<float>(z + noise.scale * depth_sigma_m(z, incidence_rad) * gauss(random));
       const double light = radiance ? radiance(T_tag_camera.translation() + *along * direction) : 0.25;
       for (int c = 0; c < 3; ++c)
         color->encoded.at(u, v, c) = static_cast<std::uint8_t>(std::lround(
