@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 
 #include "capture/error.h"
 
@@ -18,6 +19,26 @@ struct Mapping {
   void* begin = MAP_FAILED;
   std::size_t size = 0;
 };
+
+void unmap(Mapping& mapping) {
+  if (mapping.begin != MAP_FAILED) {
+    munmap(mapping.begin, mapping.size);
+  }
+  mapping.begin = MAP_FAILED;
+}
+
+/// The same bytes at the same place in memory of our own: the kernel keeps a camera open for as long as any of its own
+/// is mapped. Readers notice nothing, since mremap takes the place of what lies there in one step.
+void make_own(const Mapping& mapping) {
+  void* own = mmap(nullptr, mapping.size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (own == MAP_FAILED) {
+    return;
+  }
+  std::memcpy(own, mapping.begin, mapping.size);
+  if (mremap(own, mapping.size, mapping.size, MREMAP_MAYMOVE | MREMAP_FIXED, mapping.begin) == MAP_FAILED) {
+    munmap(own, mapping.size);
+  }
+}
 
 v4l2_buffer buffer_of(const Device& device, int planes, std::array<v4l2_plane, VIDEO_MAX_PLANES>& memory) {
   v4l2_buffer buffer{};
@@ -33,20 +54,22 @@ v4l2_buffer buffer_of(const Device& device, int planes, std::array<v4l2_plane, V
 
 }  // namespace
 
+struct Stream::Buffer {
+  std::array<Mapping, 2> planes;
+  bool lent = false;
+};
+
 /// What those who hold a lent picture share with the stream.
 struct Stream::Shared {
   ~Shared() {
-    for (const auto& planes : mappings) {
-      for (const Mapping& mapping : planes) {
-        if (mapping.begin != MAP_FAILED) {
-          munmap(mapping.begin, mapping.size);
-        }
-      }
+    for (Buffer& buffer : buffers) {
+      std::for_each(buffer.planes.begin(), buffer.planes.end(), unmap);
     }
   }
 
   void queue(std::uint32_t index, int planes) {
     const std::lock_guard lock(mutex);
+    buffers[index].lent = false;
     if (device) {
       std::array<v4l2_plane, VIDEO_MAX_PLANES> memory;
       v4l2_buffer buffer = buffer_of(*device, planes, memory);
@@ -58,7 +81,7 @@ struct Stream::Shared {
   std::mutex mutex;
   std::unique_ptr<Device> device;  ///< empty once the stream has ended
   int with_driver = 0;             ///< buffers
-  std::vector<std::array<Mapping, 2>> mappings;
+  std::vector<Buffer> buffers;
 };
 
 Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_shared<Shared>()), planes_(planes) {
@@ -74,7 +97,7 @@ Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_s
     v4l2_buffer buffer = buffer_of(camera, planes, memory);
     buffer.index = i;
     camera.demand(VIDIOC_QUERYBUF, &buffer, "buffers");
-    auto& mappings = shared_->mappings.emplace_back();
+    auto& mappings = shared_->buffers.emplace_back().planes;
     for (int p = 0; p < planes; ++p) {
       const auto n = static_cast<std::size_t>(p);
       mappings[n].size = camera.multi_planar() ? memory[n].length : buffer.length;
@@ -98,6 +121,15 @@ Stream::~Stream() {
   const std::lock_guard lock(shared_->mutex);
   v4l2_buf_type type = shared_->device->buffers();
   shared_->device->call(VIDIOC_STREAMOFF, &type);
+  for (Buffer& buffer : shared_->buffers) {
+    for (Mapping& mapping : buffer.planes) {
+      if (!buffer.lent) {
+        unmap(mapping);
+      } else if (mapping.begin != MAP_FAILED) {
+        make_own(mapping);
+      }
+    }
+  }
   shared_->device.reset();
 }
 
@@ -138,7 +170,7 @@ std::optional<Filled> Stream::take() {
   if (error == EAGAIN) {
     return std::nullopt;
   }
-  if (error != 0 || buffer.index >= shared_->mappings.size()) {
+  if (error != 0 || buffer.index >= shared_->buffers.size()) {
     try {
       fail(error, "the camera stopped");
     } catch (const InputError& e) {
@@ -159,7 +191,7 @@ std::optional<Filled> Stream::take() {
       .planes = {}};
   for (int p = 0; p < planes_; ++p) {
     const auto n = static_cast<std::size_t>(p);
-    const Mapping& mapping = shared_->mappings[buffer.index][n];
+    const Mapping& mapping = shared_->buffers[buffer.index].planes[n];
     const std::size_t used = device.multi_planar() ? memory[n].bytesused : buffer.bytesused;
     const std::size_t skipped = device.multi_planar() ? std::min<std::size_t>(memory[n].data_offset, used) : 0;
     out.planes[n] = {static_cast<const std::uint8_t*>(mapping.begin) + std::min(skipped, mapping.size),
@@ -176,8 +208,9 @@ std::shared_ptr<const void> Stream::lend(std::uint32_t index) {
     if (shared_->with_driver < kLeastWithDriver) {
       return nullptr;
     }
+    shared_->buffers[index].lent = true;
   }
-  return {shared_->mappings[index][0].begin,
+  return {shared_->buffers[index].planes[0].begin,
           [shared = shared_, index, planes = planes_](const void*) { shared->queue(index, planes); }};
 }
 

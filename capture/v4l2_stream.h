@@ -43,6 +43,7 @@ class Stream {
   std::shared_ptr<const void> lend(std::uint32_t index);
 
  private:
+  struct Buffer;
   struct Shared;
   bool hear_events();
   std::optional<Filled> take();

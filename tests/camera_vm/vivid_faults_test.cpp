@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -76,6 +77,27 @@ TEST_F(VividFaults, GoneAndBackAgain) {
       wait_for_trouble(*source, "v4l2:platform:vivid-000: found no such camera");
     }
     EXPECT_LT(wait_for_picture(*source), 2s) << "after it came back";
+  }
+}
+
+/// As the kiosk does while its camera is away.
+TEST_F(VividFaults, APictureThatIsKeptKeepsNoCameraAway) {
+  const auto open = [] { return std::make_unique<V4l2Source>(kSinglePlanar, vivid_spec(PixelFormat::yuyv)); };
+  LiveSource source("fish-eye", open);
+  std::vector<Picture> kept;
+  std::vector<std::vector<std::uint8_t>> bytes;
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    wait_for_picture(source);
+    const auto item = source.next(1000ms);
+    ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
+    kept.push_back(std::get<Picture>(*item));
+    bytes.emplace_back(kept.back().original->bytes.begin(), kept.back().original->bytes.end());
+    ASSERT_TRUE(Vivid().set("Disconnect"));
+    wait_for_trouble(source, "gone");
+    EXPECT_LT(wait_for_picture(source), 2s);
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    EXPECT_TRUE(std::ranges::equal(kept[i].original->bytes, bytes[i]));
   }
 }
 
