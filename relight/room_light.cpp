@@ -47,8 +47,9 @@ std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& brick
   steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
                      // The first resolve must not see what bounced under other lamps.
                      for (const auto* texture :
-                          {&volumes.gathered_virtual, &volumes.real_irradiance, &volumes.virtual_radiance,
-                           &volumes.real_change, &volumes.enclosure_change, &volumes.enclosure_change_before}) {
+                          {&volumes.gathered_virtual, &volumes.real_irradiance, &volumes.rough_irradiance,
+                           &volumes.virtual_radiance, &volumes.real_change, &volumes.enclosure_change,
+                           &volumes.enclosure_change_before}) {
                        list.clear(**texture, {});
                      }
                      Inject::clear(list, volumes);
@@ -134,12 +135,19 @@ void RoomLight::add_real_gather(const Work& work, const LitRoom& room, const cha
                       }});
     return;
   }
+  const bool last = round + 1 == work.key.plan.bounces;
+  const gpu::Texture& irradiance = last ? *volumes.rough_irradiance : *volumes.real_irradiance;
   for (int slice = 0; slice < work.slices; ++slice) {
-    steps->push_back(
-        {pass, 110.0f / static_cast<float>(work.slices), [this, work, round, slice, &volumes](gpu::CommandList& list) {
-           bounce_.gather_real(list, work.params, kChangeCones, round + 1 < work.key.plan.bounces, {slice, work.slices},
-                               *work.maps, volumes);
-         }});
+    steps->push_back({pass, 110.0f / static_cast<float>(work.slices),
+                      [this, work, last, slice, &irradiance, &volumes](gpu::CommandList& list) {
+                        bounce_.gather_real(list, work.params, kChangeCones, !last, {slice, work.slices}, *work.maps,
+                                            irradiance, volumes);
+                      }});
+  }
+  if (last) {
+    steps->push_back({pass, 10, [this, work, &volumes](gpu::CommandList& list) {
+                        bounce_.smooth_real(list, work.params, volumes);
+                      }});
   }
 }
 

@@ -15,12 +15,15 @@ class Bounce {
   void list_cells(gpu::CommandList& list, shader::FrameParams params, float least_share, const Volumes& volumes) const;
   void gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, Slice slice, const LampMaps& maps,
                       const Volumes& volumes) const;
-  /// `mirrored_lamps`: with what lamps no longer bring by way of mirrors, which the shadow pass finds for pixels.
+  /// To `irradiance`. `mirrored_lamps`: with what lamps no longer bring by way of mirrors, which the shadow pass finds
+  /// for pixels.
   void gather_real(gpu::CommandList& list, shader::FrameParams params, int change_cones, bool mirrored_lamps,
-                   Slice slice, const LampMaps& maps, const Volumes& volumes) const;
+                   Slice slice, const LampMaps& maps, const gpu::Texture& irradiance, const Volumes& volumes) const;
+  /// From rough_irradiance to real_irradiance.
+  void smooth_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const;
 
  private:
-  std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_;
+  std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_, smooth_;
 };
 
 }  // namespace lumigraft

@@ -13,6 +13,15 @@ constexpr int kColumns = 8;  // of maps in the texture that holds them
 constexpr float kGolden = 2.39996323f;
 constexpr float kNearest = 1.1f;  // distance of a lamp with maps, in radii of the sphere around the objects
 
+constexpr int kBoundTile = 32;  // texels along the edge of what a group bounds (shaders/lamp_bounds.comp)
+
+/// Blocks of 4, 8, 16 and 32 texels in a map.
+int bounds_of(int edge) {
+  int blocks = 0;
+  for (int block = 4; block <= kBoundTile; block *= 2) blocks += (edge / block) * (edge / block);
+  return blocks;
+}
+
 int rows_of(int maps) { return (maps + kColumns - 1) / kColumns; }
 
 /// Counts for which the errors' sum is least, where each lamp's is its irradiance times the width of its penumbra, over
@@ -46,7 +55,8 @@ LampMaps::LampMaps(gpu::Device& device, int edge, int most)
                                     .fragment_shader = "lamp_map.frag",
                                     .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
                                     .attributes = {vertex_attributes().front()},
-                                    .color_formats = {}})) {
+                                    .color_formats = {}})),
+      bound_(device.create_compute("lamp_bounds.comp")) {
   const int maps = most + shader::kMaxLamps;
   depths_ = device.create_texture({.name = "lamp maps",
                                    .width = kColumns * edge,
@@ -54,6 +64,8 @@ LampMaps::LampMaps(gpu::Device& device, int edge, int most)
                                    .format = gpu::Format::depth32_float,
                                    .attachment = true});
   views_ = device.create_buffer(sizeof(shader::LampMap) * static_cast<std::size_t>(maps), "views of lamp maps");
+  bounds_ = device.create_buffer(sizeof(std::uint32_t) * static_cast<std::size_t>(maps * bounds_of(edge)),
+                                 "bounds of lamp maps");
 }
 
 void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
@@ -85,7 +97,7 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
       const int column = static_cast<int>(views.size()) % kColumns, row = static_cast<int>(views.size()) / kColumns;
 
       shader::LampMap& view = views.emplace_back();
-      view.from << from, 0;
+      view.from << from, static_cast<float>((static_cast<int>(views.size()) - 1) * bounds_of(edge_));
       view.x << inverse_tan * turn.row(0).transpose(), 0;
       view.y << inverse_tan * turn.row(1).transpose(), 0;
       view.z << turn.row(2).transpose(), 0;
@@ -120,8 +132,13 @@ void LampMaps::record(gpu::CommandList& list, const std::vector<PlacedObject>& o
   for (gpu::DrawCall& call : draws.calls) call.bindings.clear();
   const gpu::Attachment depth{depths_.get()};
   list.draw(*raster_, {}, &depth, draws.calls);
+  if (draws_.empty()) return;
+  list.dispatch(*bound_, std::vector{gpu::sampled(7, *depths_), gpu::storage(8, *views_), gpu::storage(11, *bounds_)},
+                {}, edge_ / kBoundTile, edge_ / kBoundTile, static_cast<int>(draws_.size()));
 }
 
-std::vector<gpu::Binding> LampMaps::bindings() const { return {gpu::sampled(7, *depths_), gpu::storage(8, *views_)}; }
+std::vector<gpu::Binding> LampMaps::bindings() const {
+  return {gpu::sampled(7, *depths_), gpu::storage(8, *views_), gpu::storage(11, *bounds_)};
+}
 
 }  // namespace lumigraft

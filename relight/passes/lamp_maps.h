@@ -9,7 +9,8 @@ namespace lumigraft {
 
 class LampMaps {
  public:
-  /// About `most` maps of edge × edge texels for all lamps together, of which each has one at least; 0: none.
+  /// About `most` maps of edge × edge texels, a multiple of 32, for all lamps together, of which each has one at least;
+  /// 0: none.
   LampMaps(gpu::Device& device, int edge, int most);
 
   /// Shares the maps out among the lamps and says so in `params`. A lamp within the sphere around the objects gets
@@ -25,8 +26,9 @@ class LampMaps {
  private:
   int edge_, most_;
   std::unique_ptr<gpu::RasterPipeline> raster_;
+  std::unique_ptr<gpu::ComputePipeline> bound_;
   std::unique_ptr<gpu::Texture> depths_;  ///< the maps side by side
-  std::unique_ptr<gpu::Buffer> views_;
+  std::unique_ptr<gpu::Buffer> views_, bounds_;
   std::vector<shader::DrawParams> draws_;
 };
 

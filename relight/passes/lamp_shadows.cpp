@@ -38,7 +38,11 @@ LampShadows::LampShadows(gpu::Device& device, int edge_px)
     : edge_(edge_px),
       blocks_(edge_px / kBlock_px),
       ground_(device.create_compute("lamp_ground.comp")),
-      shadow_(device.create_compute("lamp_shadow.comp")) {
+      tiles_(device.create_compute("lamp_tiles.comp")),
+      shadow_(device.create_compute("lamp_shadow.comp")),
+      hiding_(device.create_buffer(sizeof(std::uint32_t) * 2 * static_cast<std::size_t>(blocks_ * blocks_) *
+                                       static_cast<std::size_t>(shader::kMaxLamps),
+                                   "maps that hide ground")) {
   const auto make = [&](const char* name, gpu::Format format) {
     return device.create_texture({.name = name, .width = edge_, .height = edge_ * shader::kMaxLamps, .format = format});
   };
@@ -84,10 +88,13 @@ void LampShadows::record(gpu::CommandList& list, const shader::FrameParams& para
     ground_of_ = room.real;
     ground_views_ = std::move(views);
   }
+  const std::vector<gpu::Binding> ground =
+      joined(maps.bindings(), {gpu::sampled(9, *ground_place_), gpu::sampled(10, *ground_normal_)});
+  dispatch_2d(list, *tiles_, joined(ground, {gpu::storage(16, *hiding_)}), params, blocks_,
+              blocks_ * params.counts.x());
   dispatch_2d(list, *shadow_,
-              joined(joined(maps.bindings(), distances),
-                     {gpu::sampled(9, *ground_place_), gpu::sampled(10, *ground_normal_), gpu::image(16, *shadows_)}),
-              params, edge_, edge_ * params.counts.x());
+              joined(joined(ground, distances), {gpu::image(16, *shadows_), gpu::storage(17, *hiding_)}), params, edge_,
+              edge_ * params.counts.x());
 }
 
 void LampShadows::read(gpu::Device& device, const shader::FrameParams& params) {

@@ -31,8 +31,9 @@ class LampShadows {
 
  private:
   int edge_, blocks_;
-  std::unique_ptr<gpu::ComputePipeline> ground_, shadow_;
+  std::unique_ptr<gpu::ComputePipeline> ground_, tiles_, shadow_;
   std::unique_ptr<gpu::Texture> ground_place_, ground_normal_, shadows_;
+  std::unique_ptr<gpu::Buffer> hiding_;        ///< maps, by blocks
   std::optional<RealKey> ground_of_;           ///< the room in which the ground was looked for
   std::vector<Eigen::Vector4f> ground_views_;  ///< and the lamps
   // As read.

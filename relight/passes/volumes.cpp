@@ -36,6 +36,7 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels) : edge(edge_voxels) {
   gathered_virtual = make("gathered by virtual", gpu::Format::rgba16_float, 1);
   real_irradiance = device.create_texture(
       volume("irradiance of real", edge / 2, edge / 2, edge / 2 * shader::kCascades, gpu::Format::rgba16_float));
+  rough_irradiance = device.create_texture(real_irradiance->desc());
   environment = device.create_texture({.name = "environment",
                                        .width = kEnvironmentEdge,
                                        .height = kEnvironmentEdge,

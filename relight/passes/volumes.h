@@ -17,6 +17,7 @@ struct Volumes {
   std::unique_ptr<gpu::Texture> real_radiance, virtual_radiance, real_change;  ///< with their hierarchy
   std::unique_ptr<gpu::Texture> gathered_virtual;                              ///< radiance by bounces beyond the first
   std::unique_ptr<gpu::Texture> real_irradiance;         ///< change of it by bounces, one texel a cell of 2³ voxels
+  std::unique_ptr<gpu::Texture> rough_irradiance;        ///< the same before it is smoothed
   std::unique_ptr<gpu::Buffer> virtual_flux, real_flux;  ///< fixed point
   std::unique_ptr<gpu::Buffer> virtual_area;             ///< fixed point, voxel faces
   std::unique_ptr<gpu::Buffer> listed_virtual;           ///< voxels near virtual surfaces

@@ -31,7 +31,7 @@ struct Lamp {
 
 // The view of a point of a lamp over the objects.
 struct LampMap {
-  vec4 from;     // that point
+  vec4 from;     // that point; where its bounds begin
   vec4 x, y, z;  // axes; x and y times 1 / tan of the half angle
   vec4 place;    // first texel; a, b: depth is a - b / z
   vec4 more;     // texels along the edge; width of one where the objects are, m; radius of its share of the lamp, m times

@@ -9,6 +9,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 9) uniform sampler2D ground_place;
 layout(binding = 10) uniform sampler2D ground_normal;
+layout(std430, binding = 17) readonly buffer Blocks { uvec2 blocks[]; };  // lamp_tiles.comp
 layout(binding = 16, rgba16f) uniform writeonly image2D out_map;  // share that is hidden; depth beyond the sphere's middle
 
 void main() {
@@ -21,12 +22,19 @@ void main() {
   int maps = int(source.intensity.a), first = 0;
   for (int l = 0; l < lamp; ++l) first += int(frame.lamps[l].intensity.a);
   float lost = 0.0, all = 0.0;
+  uvec2 hiding = blocks[(at.y / 8) * (edge / 8) + at.x / 8];
   // As in shadow.comp.
-  for (int i = first; i < first + maps; ++i) {
-    LampSample s = map_share(source, lamp_views[i], p, maps);
+  for (int i = 0; i < ((hiding.x | hiding.y) != 0u ? maps : 0); ++i) {
+    LampSample s = map_share(source, lamp_views[first + i], p, maps);
     float weight = emission(source, -s.w) * max(dot(n, s.w), 0.0) / (s.distance * s.distance);
     all += weight;
-    lost += weight * share_hidden(lamp_views[i], p, kBefore_m);
+    lost += weight * float((hiding.y >> uint(i)) & 1u);
+  }
+  for (uint left = hiding.x; left != 0u; left &= left - 1u) {
+    LampMap m = lamp_views[first + findLSB(left)];
+    LampSample s = map_share(source, m, p, maps);
+    float weight = emission(source, -s.w) * max(dot(n, s.w), 0.0) / (s.distance * s.distance);
+    lost += weight * share_hidden(m, p, kBefore_m);
   }
   lost *= ground.a;
   Cone k;
