@@ -65,7 +65,8 @@ printf '%q ' bash "$here/guest.sh" "$root" "$@" >"$first/command"
 (cd "$first" && find . | cpio --quiet -o -H newc | gzip -1) >"$folder/first.gz"
 
 log=$folder/log.txt
-timeout 300 qemu-system-x86_64 -accel tcg -cpu max -smp 2 -m 1024 -nodefaults -no-user-config -display none -no-reboot \
+# One processor: see usb_camera.cpp.
+timeout 300 qemu-system-x86_64 -accel tcg -cpu max -smp 1 -m 1024 -nodefaults -no-user-config -display none -no-reboot \
   -serial stdio -kernel "$root/boot/vmlinuz-$kernel" -initrd "$folder/first.gz" \
   -append "console=ttyS0 quiet panic=-1 mitigations=off tsc=unstable nokaslr" \
   -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap </dev/null 2>&1 | tee "$log"

@@ -10,10 +10,9 @@
 
 #include "capture/camera_list.h"
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
-#include "capture/session_recorder.h"
 #include "capture/v4l2_source.h"
 #include "tests/camera_vm/vivid_camera.h"
+#include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
 
 namespace lumigraft {
@@ -263,32 +262,7 @@ TEST_F(RecordedVivid, ReplaysByteForByte) {
                                            << format << "\"\nwidth = " << kVividWidth << "\nheight = " << kVividHeight
                                            << "\nfx = 300\nfy = 300\ncx = 160\ncy = 90\nexposure = 2\n[tag]\nid = 1\n"
                                            << "size_m = 0.1\n";
-    const ConfigTable root = ConfigTable::load(folder / "session.toml");
-    const Session live = read_session(root);
-    std::vector<Picture> seen;
-    {
-      const PairedSources sources = open_sources(live);
-      SessionRecorder recorder({folder / "session.toml", {}}, live, folder / "out");
-      while (seen.size() < 6) {
-        const auto item = sources.color->next(3000ms);
-        ASSERT_TRUE(item) << sources.color->trouble();
-        if (recorder.write(Stream::color, *item)) {
-          seen.push_back(std::get<Picture>(*item));
-        }
-      }
-    }
-    const PairedSources replay = open_sources(read_session(ConfigTable::load(folder / "out" / "session.toml")));
-    for (const Picture& before : seen) {
-      const auto item = replay.color->next(0ms);
-      ASSERT_TRUE(item);
-      const auto& after = std::get<Picture>(*item);
-      EXPECT_EQ(after.stamp.time_ns, before.stamp.time_ns);
-      EXPECT_EQ(after.encoded.data, before.encoded.data);
-      ASSERT_EQ(after.original == nullptr, before.original == nullptr);
-      if (after.original) {
-        EXPECT_TRUE(std::ranges::equal(after.original->bytes, before.original->bytes));
-      }
-    }
+    test::expect_to_replay_as_it_came(folder, 6);
   }
 }
 

@@ -3,12 +3,9 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <spawn.h>
 #include <sys/file.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -17,7 +14,8 @@
 #include "capture/error.h"
 #include "capture/live_source.h"
 #include "capture/pairing_reader.h"
-#include "capture/session_recorder.h"
+#include "tests/capture/child_process.h"
+#include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/capture/small_camera.h"
 
@@ -34,32 +32,9 @@ class CameraProcess {
  public:
   explicit CameraProcess(const std::string& lost = "0") {
     take_loopback();
-    int ends[2];
-    if (pipe(ends) != 0) {
-      return;
-    }
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
-    posix_spawn_file_actions_addclose(&actions, ends[0]);
-    std::string words[] = {LUMIGRAFT_FAKE_GIGE_CAMERA, "127.0.0.1", "GV77", lost};
-    char* argv[] = {words[0].data(), words[1].data(), words[2].data(), words[3].data(), nullptr};
-    running_ = posix_spawn(&pid_, argv[0], &actions, nullptr, argv, environ) == 0;
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
-    char said[8] = {};
-    running_ = running_ && read(ends[0], said, sizeof said) > 0;
-    close(ends[0]);
+    process_.emplace(std::vector<std::string>{LUMIGRAFT_FAKE_GIGE_CAMERA, "127.0.0.1", "GV77", lost});
   }
-  ~CameraProcess() {
-    if (pid_ > 0) {
-      kill(pid_, SIGKILL);
-      waitpid(pid_, nullptr, 0);
-    }
-  }
-  CameraProcess(const CameraProcess&) = delete;
-  CameraProcess& operator=(const CameraProcess&) = delete;
-  bool running() const { return running_; }
+  bool running() const { return process_->running(); }
 
  private:
   /// GigE Vision has one port an address: two programs of tests at once would answer each other's clients. Until the
@@ -74,8 +49,7 @@ class CameraProcess {
     (void)turn;
   }
 
-  pid_t pid_ = -1;
-  bool running_ = false;
+  std::optional<test::ChildProcess> process_;
 };
 
 constexpr const char* kName = "Aravis-Fake-GV77";
@@ -274,31 +248,9 @@ TEST_F(LiveAravis, KilledAndRestartedItComesBack) {
 TEST_F(LiveAravis, IsRecordedAsItCame) {
   const CameraProcess camera;
   ASSERT_TRUE(camera.running());
-  const Session live = session();
-  std::vector<Picture> seen;
-  {
-    const PairedSources sources = open_sources(live);
-    SessionRecorder recorder({folder_ / "session.toml", {}}, live, folder_ / "out");
-    while (seen.size() < 5) {
-      const auto item = sources.color->next(3000ms);
-      ASSERT_TRUE(item);
-      if (recorder.write(Stream::color, *item)) {
-        seen.push_back(std::get<Picture>(*item));
-      }
-    }
-  }
+  test::expect_to_replay_as_it_came(folder_, 5);
   EXPECT_LT(std::filesystem::file_size(folder_ / "out" / "color.mkv"), 5u * (kWidth * kHeight + 200) + 1000u)
       << "one byte a pixel, as on the wire";
-  const ConfigTable root = ConfigTable::load(folder_ / "out" / "session.toml");
-  const PairedSources replay = open_sources(read_session(root));
-  for (const Picture& before : seen) {
-    const auto item = replay.color->next(0ms);
-    ASSERT_TRUE(item);
-    const auto& after = std::get<Picture>(*item);
-    EXPECT_EQ(after.stamp.time_ns, before.stamp.time_ns);
-    EXPECT_EQ(after.encoded.data, before.encoded.data);
-    EXPECT_TRUE(std::ranges::equal(after.original->bytes, before.original->bytes));
-  }
 }
 
 }  // namespace

@@ -1,0 +1,191 @@
+// A webcam on the USB: the kernel's uvcvideo with a camera of ours (usb_camera.cpp) on its make-believe port.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "capture/camera_list.h"
+#include "capture/error.h"
+#include "capture/live_source.h"
+#include "capture/v4l2_source.h"
+#include "tests/capture/child_process.h"
+#include "tests/capture/recorded.h"
+#include "tests/capture/scratch_folder.h"
+#include "tests/capture/small_camera.h"
+
+namespace lumigraft {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+constexpr double kLevelAt10ms = 50.0;
+constexpr char kName[] = "Test Camera";
+
+StreamSpec usb_spec(double exposure_us) {
+  StreamSpec spec{.stream = Stream::fisheye, .width = kWidth, .height = kHeight, .exposure = 2.0};
+  spec.settings.exposure_us = exposure_us;
+  return spec;
+}
+
+/// Plugged in, and found by the kernel.
+class UsbCamera {
+ public:
+  UsbCamera() {
+    const Clock::time_point begin = Clock::now();
+    while (running() && !listed() && Clock::now() - begin < 20s) {
+      std::this_thread::sleep_for(20ms);
+    }
+    EXPECT_TRUE(running() && listed());
+  }
+  bool running() const { return process_.running(); }
+  void signal(int number) const { process_.signal(number); }
+  static std::optional<CameraListing> listed() {
+    for (const CameraListing& one : list_v4l2_cameras()) {
+      if (one.name.rfind(kName, 0) == 0 && one.why_not.empty()) {
+        return one;
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  test::ChildProcess process_{{LUMIGRAFT_USB_CAMERA, std::to_string(kWidth), std::to_string(kHeight), "20"}};
+};
+
+void expect_bars(const Picture& picture, double exposure_us) {
+  ASSERT_EQ(picture.encoded.width, kWidth);
+  ASSERT_EQ(picture.encoded.height, kHeight);
+  const double level = std::min(255.0, kLevelAt10ms * exposure_us / 10'000.0);
+  for (int bar = 0; bar < 4; ++bar) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(picture.encoded.at((2 * bar + 1) * kWidth / 8, kHeight / 2, c), bar == c || bar == 3 ? level : 0.0,
+                  5.0)
+          << "bar " << bar << ", channel " << c << " at " << exposure_us << " us";
+    }
+  }
+}
+
+/// The next whole picture. Those before an exposure took effect are not the source's fault: they were not bracketed.
+std::optional<Picture> picture_of(Source& source, int after = 0) {
+  for (int i = 0; i < 40; ++i) {
+    const auto item = source.next(3000ms);
+    if (const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr; picture != nullptr && after-- <= 0) {
+      return *picture;
+    }
+  }
+  ADD_FAILURE() << "no picture; " << source.trouble();
+  return std::nullopt;
+}
+
+TEST(UsbCamera, JpegsComeAsTheyWereMadeAtTheExposureThatWasSet) {
+  const UsbCamera camera;
+  for (const double exposure_us : {10'000.0, 30'000.0, 5'000.0}) {
+    StreamSpec spec = usb_spec(exposure_us);
+    spec.settings.gain = 99;
+    spec.settings.controls = {{"white_balance_temperature", 3500}};
+    V4l2Source source(kName, spec);
+    const auto picture = picture_of(source, 4);
+    ASSERT_TRUE(picture && picture->original);
+    expect_bars(*picture, exposure_us);
+    EXPECT_EQ(picture->original->format, PixelFormat::mjpeg);
+    EXPECT_EQ(picture->exposure, 2.0);
+    EXPECT_TRUE(source.on_host_clock());
+    const auto listing = UsbCamera::listed();
+    ASSERT_TRUE(listing);
+    const auto value = [&](const std::string& name) {
+      const auto found = std::find_if(listing->controls.begin(), listing->controls.end(),
+                                      [&](const OfferedControl& c) { return c.name == name; });
+      return found != listing->controls.end() ? found->value : -1.0;
+    };
+    EXPECT_EQ(value("exposure_us"), exposure_us);
+    EXPECT_EQ(value("auto_exposure"), 1.0) << "by hand";
+    EXPECT_EQ(value("gain"), 99.0);
+    EXPECT_EQ(value("white_balance_automatic"), 0.0);
+    EXPECT_EQ(value("white_balance_temperature"), 3500.0);
+    ASSERT_EQ(listing->formats.size(), 1u);
+    EXPECT_EQ(listing->formats[0].pixels, "mjpeg");
+    EXPECT_NEAR(listing->formats[0].rate_hz, 20.0, 0.01);
+  }
+}
+
+TEST(UsbCamera, OfABracketEachPictureCarriesItsOwnExposure) {
+  const UsbCamera camera;
+  StreamSpec spec = usb_spec(10'000);
+  spec.settings.bracket_us = {5'000, 10'000, 40'000};
+  V4l2Source source(kName, spec);
+  std::uint64_t sequence = 0;
+  std::int64_t before_ns = 0;
+  for (int bracket = 0; bracket < 4; ++bracket) {
+    std::int64_t time_ns = 0;
+    for (const double exposure_us : spec.settings.bracket_us) {
+      const auto picture = picture_of(source);
+      ASSERT_TRUE(picture);
+      EXPECT_DOUBLE_EQ(picture->exposure, 2.0 * exposure_us / 10'000);
+      expect_bars(*picture, exposure_us);
+      EXPECT_EQ(picture->stamp.sequence, sequence++) << "none of those between is missed";
+      EXPECT_TRUE(time_ns == 0 || picture->stamp.time_ns == time_ns) << "one bracket has one time";
+      EXPECT_GT(picture->stamp.time_ns, before_ns);
+      time_ns = picture->stamp.time_ns;
+    }
+    before_ns = time_ns;
+  }
+}
+
+TEST(UsbCamera, ATornPictureIsLostAndTheNextIsWhole) {
+  const UsbCamera camera;
+  V4l2Source source(kName, usb_spec(10'000));
+  ASSERT_TRUE(picture_of(source, 4));
+  camera.signal(SIGUSR1);
+  std::optional<Stamp> torn;
+  for (int i = 0; i < 40 && !torn; ++i) {
+    const auto item = source.next(3000ms);
+    ASSERT_TRUE(item);
+    if (const auto* lost = std::get_if<LostPicture>(&*item)) {
+      EXPECT_EQ(lost->reason, "the picture is damaged");
+      torn = lost->stamp;
+    }
+  }
+  ASSERT_TRUE(torn);
+  const auto next = picture_of(source);
+  ASSERT_TRUE(next);
+  EXPECT_GT(next->stamp.sequence, torn->sequence);
+  expect_bars(*next, 10'000);
+}
+
+TEST(UsbCamera, UnpluggedAndReplugged) {
+  auto camera = std::make_unique<UsbCamera>();
+  LiveSource source("fish-eye", [] { return std::make_unique<V4l2Source>(kName, usb_spec(10'000)); });
+  std::vector<Picture> kept;
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    auto picture = picture_of(source);
+    ASSERT_TRUE(picture);
+    EXPECT_TRUE(kept.empty() || picture->stamp.sequence > kept.back().stamp.sequence);
+    kept.push_back(std::move(*picture));
+    camera.reset();
+    const Clock::time_point begin = Clock::now();
+    while (source.trouble().find("found no such camera") == std::string::npos && Clock::now() - begin < 10s) {
+      source.next(20ms);
+    }
+    EXPECT_EQ(source.trouble(), "fish-eye: v4l2:Test Camera: found no such camera");
+    while (source.next(0ms)) {
+    }
+    camera = std::make_unique<UsbCamera>();
+    const Clock::time_point back = Clock::now();
+    ASSERT_TRUE(picture_of(source));
+    EXPECT_LT(Clock::now() - back, 2s);
+  }
+}
+
+class RecordedUsbCamera : public test::ScratchFolder {};
+
+TEST_F(RecordedUsbCamera, ReplaysByteForByte) {
+  const UsbCamera camera;
+  std::ofstream(folder_ / "session.toml") << "format = 1\n[color]\nsource = \"v4l2:Test Camera\"\n"
+                                          << test::kSmallCamera << "exposure_us = 10000\n[tag]\nid = 1\nsize_m = 0.1\n";
+  test::expect_to_replay_as_it_came(folder_, 6);
+}
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,46 @@
+#pragma once
+// A live colour camera is recorded, and must come out as it went in.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include "capture/config.h"
+#include "capture/pairing_reader.h"
+#include "capture/session_recorder.h"
+
+namespace lumigraft::test {
+
+/// Of the session.toml in `folder`, into its folder "out".
+inline void expect_to_replay_as_it_came(const std::filesystem::path& folder, std::size_t pictures) {
+  const Session live = read_session(ConfigTable::load(folder / "session.toml"));
+  std::vector<Picture> seen;
+  {
+    const PairedSources sources = open_sources(live);
+    SessionRecorder recorder({folder / "session.toml", {}}, live, folder / "out");
+    while (seen.size() < pictures) {
+      const auto item = sources.color->next(std::chrono::seconds(3));
+      ASSERT_TRUE(item) << sources.color->trouble();
+      if (recorder.write(Stream::color, *item)) {
+        seen.push_back(std::get<Picture>(*item));
+      }
+    }
+  }
+  const PairedSources replay = open_sources(read_session(ConfigTable::load(folder / "out" / "session.toml")));
+  for (const Picture& before : seen) {
+    const auto item = replay.color->next(std::chrono::seconds(0));
+    ASSERT_TRUE(item);
+    const auto& after = std::get<Picture>(*item);
+    EXPECT_EQ(after.stamp.time_ns, before.stamp.time_ns);
+    EXPECT_EQ(after.exposure, before.exposure);
+    EXPECT_EQ(after.encoded.data, before.encoded.data);
+    ASSERT_EQ(after.original == nullptr, before.original == nullptr);
+    if (after.original) {
+      EXPECT_EQ(after.original->format, before.original->format);
+      EXPECT_TRUE(std::ranges::equal(after.original->bytes, before.original->bytes));
+    }
+  }
+}
+
+}  // namespace lumigraft::test
