@@ -116,14 +116,48 @@ CameraSettings read_settings(const ConfigTable& table) {
 
 double read_exposure(const ConfigTable& table) { return table.number("exposure", 1e-9, 1e9); }
 
-ColorCamera read_color(const ConfigTable& table) {
+/// The camera's own word for itself, else what its source calls it by. OpenNI2's sources are places on a bus.
+std::string read_serial(const ConfigTable& table) {
+  const std::string source = table.text("source");
+  return table.text("serial", source.starts_with("aravis:") ? source.substr(source.find(':') + 1) : "");
+}
+
+/// The table that says what the lens of `camera` is: that of the calibration where it has one, else its own.
+ConfigTable lens_table(const ConfigTable& camera, const std::optional<ConfigTable>& calibration,
+                       std::string_view name) {
+  const auto lens = calibration ? calibration->optional_table(name) : std::nullopt;
+  if (!lens) {
+    return camera;
+  }
+  const std::string other = ", allowed: that of the camera in " + camera.file().string() + ", ";
+  for (const char* side : {"width", "height"}) {
+    const int wanted = camera.integer(side, 1, kLargestSide), found = lens->integer(side, 1, kLargestSide);
+    if (found != wanted) {
+      lens->fail(side, "found " + std::to_string(found) + other + std::to_string(wanted));
+    }
+  }
+  const std::string wanted = read_serial(camera), found = lens->text("serial", "");
+  if (!wanted.empty() && !found.empty() && found != wanted) {
+    lens->fail("serial", "found \"" + found + "\"" + other + "\"" + wanted + "\"");
+  }
+  for (const std::string& key : camera.keys()) {
+    const bool of_the_lens = key == "f" || (lens->has(key) && key != "width" && key != "height" && key != "serial");
+    if (of_the_lens) {
+      camera.fail(key, "found beside " + lens->file().string() + ", which says what the lens is, allowed: without it");
+    }
+  }
+  return *lens;
+}
+
+ColorCamera read_color(const ConfigTable& table, const ConfigTable& lens) {
   ColorCamera camera;
   camera.source = source_uri(table);
-  camera.model = read_pinhole(table);
+  camera.serial = read_serial(table);
+  camera.model = read_pinhole(lens);
   camera.model.width = table.integer("width", 1, kLargestSide);
   camera.model.height = table.integer("height", 1, kLargestSide);
   camera.exposure = read_exposure(table);
-  camera.response = read_response(table);
+  camera.response = read_response(lens.has("response") ? lens : table);
   camera.settings = read_settings(table);
   return camera;
 }
@@ -144,13 +178,14 @@ DepthCamera read_depth(const ConfigTable& table, const CameraModel& color) {
   return camera;
 }
 
-FisheyeCamera read_fisheye(const ConfigTable& table) {
+FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
   FisheyeCamera camera;
   camera.source = source_uri(table);
-  camera.model = read_fisheye_model(table);
+  camera.serial = read_serial(table);
+  camera.model = read_fisheye_model(lens);
   camera.exposure = read_exposure(table);
-  camera.response = read_response(table);
-  camera.T_tag_fisheye = read_transform(table, "T_tag_fisheye");
+  camera.response = read_response(lens.has("response") ? lens : table);
+  camera.T_tag_fisheye = read_transform(lens.has("T_tag_fisheye") ? lens : table, "T_tag_fisheye");
   camera.settings = read_settings(table);
   if (table.has("bracket_us")) {
     camera.settings.bracket_us = table.numbers("bracket_us", 2, 5);
@@ -213,12 +248,24 @@ Session read_session(const ConfigTable& root) {
   session.folder = root.folder();
   session.name = root.text("name", std::filesystem::weakly_canonical(session.folder).filename().string());
   root.text("about", "");
-  session.color = read_color(root.table("color"));
+  std::optional<ConfigTable> calibration;
+  if (root.has("calibration")) {
+    calibration = ConfigTable::load(root.existing_file("calibration"));
+    calibration->integer("format", 1, 1);
+  }
+  const ConfigTable color = root.table("color");
+  session.color = read_color(color, lens_table(color, calibration, "color"));
   if (const auto depth = root.optional_table("depth")) {
     session.depth = read_depth(*depth, session.color.model);
   }
   if (const auto fisheye = root.optional_table("fisheye")) {
-    session.fisheye = read_fisheye(*fisheye);
+    session.fisheye = read_fisheye(*fisheye, lens_table(*fisheye, calibration, "fisheye"));
+  }
+  if (calibration) {
+    if (!session.fisheye) {
+      calibration->has("fisheye");  // of a camera that is not there
+    }
+    calibration->finish();
   }
   session.tag = read_tag(root.table("tag"));
   for (const ConfigTable& table : root.tables("real_surface")) {

@@ -15,6 +15,7 @@ namespace lumigraft {
 
 struct ColorCamera {
   std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:, v4l2:, aravis:
+  std::string serial;  ///< what tells this camera from others of its kind; empty: not known
   CameraModel model;
   double exposure = 1.0;
   Response response = Response::srgb();
@@ -31,6 +32,7 @@ struct DepthCamera {
 
 struct FisheyeCamera {
   std::string source;
+  std::string serial;
   CameraModel model;
   double exposure = 1.0;
   Response response = Response::srgb();
@@ -72,8 +74,9 @@ struct Session {
   std::vector<RealSurface> real_surfaces;
 };
 
-/// Reads the camera keys of `root`; leaves other tables for others to read, so the caller calls root.finish().
-/// Throws InputError.
+/// Reads the camera keys of `root`; `calibration = "FILE"` there names what `lumigraft calibrate` wrote, which stands
+/// in place of the lenses' keys and is refused where it is of another camera. Leaves other tables for others to read,
+/// so the caller calls root.finish(). Throws InputError.
 Session read_session(const ConfigTable& root);
 
 }  // namespace lumigraft

@@ -27,6 +27,29 @@ StreamSpec spec_of(Stream stream, const Session& session) {
   return spec;
 }
 
+/// What a calibration says becomes part of the text itself.
+void take_in_calibration(toml::table& root, const fs::path& folder) {
+  const auto named = root["calibration"].value<std::string>();
+  if (!named) {
+    return;
+  }
+  const fs::path file = folder / *named;
+  toml::table calibration = toml::parse_file(file.string());
+  for (const char* name : {"color", "fisheye"}) {
+    toml::table *lens = calibration[name].as_table(), *camera = root[name].as_table();
+    if (lens == nullptr || camera == nullptr) {
+      continue;
+    }
+    for (auto&& [key, value] : *lens) {
+      camera->insert_or_assign(key, value);
+    }
+    const auto response = (*lens)["response"].value<std::string>();
+    if (response && fs::is_regular_file(file.parent_path() / *response)) {
+      camera->insert_or_assign("response", (file.parent_path() / *response).string());
+    }
+  }
+}
+
 toml::table parse(const SessionText& text) {
   try {
     toml::table root = toml::parse_file(text.file.string());
@@ -34,6 +57,7 @@ toml::table parse(const SessionText& text) {
     for (const std::string& line : text.overrides) {
       config_detail::apply_override(root, line, overridden);
     }
+    take_in_calibration(root, text.file.parent_path());
     return root;
   } catch (const toml::parse_error& e) {
     throw InputError(text.file.string() + ": " + std::string(e.description()));
@@ -101,6 +125,10 @@ void SessionRecorder::write_session_text() {
     toml::table* table = root[name].as_table();
     if (table == nullptr || !seen_[at(stream)]) {
       continue;
+    }
+    const std::string source = (*table)["source"].value_or(std::string());
+    if (source.starts_with("aravis:") && source != "aravis:") {
+      table->insert("serial", source.substr(source.find(':') + 1));  // its own word for itself stays
     }
     table->insert_or_assign("source", "mkv:" + std::string(name) + ".mkv");
     take_along(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);

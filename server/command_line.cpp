@@ -37,6 +37,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   ServeCommand serve;
   ReplayCommand replay;
   RecordCommand record;
+  CalibrateCommand calibrate;
   BenchCommand bench;
   std::string oracle, backend;
   const auto add_set = [](CLI::App& command, std::vector<std::string>& overrides) {
@@ -80,6 +81,27 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   record_app.add_option("--seconds", record.seconds, "How long; until interrupted or the end where not given")
       ->check(CLI::PositiveNumber);
   add_set(record_app, record.files.overrides);
+
+  CLI::App& calibrate_app = *app.add_subcommand("calibrate", "Find lenses and places of cameras from a printed board");
+  calibrate_app.add_option("--board", calibrate.board, "The board that is shown (TOML)");
+  calibrate_app.add_option("--draw", calibrate.draw, "Draw the board to this file (SVG), to print it");
+  auto* calibrate_config =
+      calibrate_app.add_option("--config", calibrate.files.config, "Configuration of a kiosk (TOML)");
+  auto* calibrate_session =
+      calibrate_app.add_option("SESSION", calibrate.files.session, "A recorded session that shows the board")
+          ->excludes(calibrate_config);
+  for (auto* option :
+       {calibrate_app.add_option("--color", calibrate.color, "A folder of a colour camera's pictures"),
+        calibrate_app.add_option("--fisheye", calibrate.fisheye,
+                                 "A folder of a fish-eye's pictures, those of one moment of one name")}) {
+    option->excludes(calibrate_config)->excludes(calibrate_session);
+  }
+  calibrate_app.add_option("--fov-degrees", calibrate.fov_degrees, "Of the fish-eye in --fisheye")
+      ->check(CLI::Range(1.0, 360.0));
+  calibrate_app.add_option("--seconds", calibrate.seconds, "How long to look through live cameras")
+      ->check(CLI::PositiveNumber);
+  calibrate_app.add_option("--out", calibrate.out, "The calibration file");
+  add_set(calibrate_app, calibrate.files.overrides);
 
   CLI::App& bench_app = *app.add_subcommand("bench", "Chart error against time, on sessions with truth");
   bench_app.add_option("SESSION", bench.sessions, "The sessions' folders");
@@ -146,6 +168,20 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
       throw InputError("record: SESSION or --config FILE, and --out DIR must be there (lumigraft record --help)");
     }
     return record;
+  }
+  if (calibrate_app.parsed()) {
+    if (asks_for_keys(calibrate.files.overrides)) {
+      return PrintCommand{settable_keys()};
+    }
+    check_overrides(calibrate.files.overrides);
+    const bool pictures = !calibrate.files.session.empty() || !calibrate.files.config.empty() ||
+                          !calibrate.color.empty() || !calibrate.fisheye.empty();
+    if (calibrate.board.empty() || pictures == calibrate.out.empty() || (!pictures && calibrate.draw.empty())) {
+      throw InputError(
+          "calibrate: --board FILE, and --draw FILE or pictures (SESSION, --config FILE, --color DIR, --fisheye DIR) "
+          "with --out FILE must be there (lumigraft calibrate --help)");
+    }
+    return calibrate;
   }
   if (bench_app.parsed()) {
     if (bench.sessions.empty() || bench.out.empty()) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/bench.h"
+#include "server/calibrate.h"
 #include "server/record.h"
 #include "server/replay.h"
 #include "server/service_config.h"
@@ -24,8 +25,8 @@ struct DevicesCommand {
 struct PrintCommand {  ///< --help, --version, --set help: text for stdout
   std::string text;
 };
-using CommandLine =
-    std::variant<ServeCommand, ReplayCommand, RecordCommand, BenchCommand, DoctorCommand, DevicesCommand, PrintCommand>;
+using CommandLine = std::variant<ServeCommand, ReplayCommand, RecordCommand, CalibrateCommand, BenchCommand,
+                                 DoctorCommand, DevicesCommand, PrintCommand>;
 
 /// Throws InputError with one line.
 CommandLine parse_command_line(int argc, const char* const* argv);

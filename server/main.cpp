@@ -61,6 +61,10 @@ int run(int argc, char** argv) {
     lumigraft::run_record(*record, interrupted, std::cout);
     return 0;
   }
+  if (const auto* calibrate = std::get_if<lumigraft::CalibrateCommand>(&command)) {
+    lumigraft::run_calibrate(*calibrate, interrupted, std::cout);
+    return 0;
+  }
   if (!lumigraft::run_replay(std::get<lumigraft::ReplayCommand>(command), interrupted)) {
     std::cerr << "lumigraft: interrupted, nothing was written\n";
     return 1;

@@ -175,6 +175,20 @@ TEST_F(SessionRecording, CarriesTheCalibrationUnrounded) {
   EXPECT_EQ(after.real_surfaces[0].mesh.parent_path(), out());
 }
 
+TEST_F(SessionRecording, TakesALensThatStandsInACalibrationFile) {
+  std::ofstream(folder_ / "lens.toml") << "format = 1\n[color]\nwidth = 61\nheight = 47\nserial = \"17\"\n"
+                                          "fx = 51.25\nfy = 50\ncx = 30\ncy = 23\n";
+  const std::filesystem::path file = text().file;
+  std::string words = kSession;
+  const std::string own = "fx = 50.123456789012345\nfy = 50\ncx = 30\ncy = 23\n";
+  words.erase(words.find(own), own.size());
+  std::ofstream(file) << "calibration = \"lens.toml\"\n" << words;
+  record(1);
+  EXPECT_EQ(replayed().color.model.fx, 51.25);
+  EXPECT_EQ(replayed().color.serial, "17");
+  EXPECT_FALSE(std::filesystem::exists(out() / "lens.toml"));
+}
+
 TEST_F(SessionRecording, AStreamWithoutAPictureIsLeftOut) {
   SessionRecorder recorder(text(), session(), out());
   recorder.write(Stream::depth, item_of(0, Stream::depth));

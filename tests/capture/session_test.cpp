@@ -187,6 +187,117 @@ TEST_F(SessionFile, KannalaBrandt) {
   EXPECT_EQ(s.fisheye->model.k[1], 0.01);
 }
 
+class CalibratedSession : public SessionFile {
+ protected:
+  void SetUp() override {
+    SessionFile::SetUp();
+    std::ofstream(folder_ / "kiosk.toml") << R"(format = 1
+calibration = "lens/calibration.toml"
+[color]
+source = "aravis:Maker-17"
+width = 640
+height = 480
+exposure = 3.0
+[fisheye]
+source = "aravis:"
+width = 512
+height = 512
+exposure = 6.1
+T_tag_fisheye = [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+[tag]
+id = 2
+size_m = 0.16
+)";
+    std::filesystem::create_directories(folder_ / "lens");
+    calibrate("640", "Maker-17");
+  }
+  void calibrate(const std::string& width, const std::string& serial, const std::string& more = "") const {
+    std::ofstream(folder_ / "lens" / "calibration.toml") << "format = 1\n[color]\nwidth = " << width << R"(
+height = 480
+fx = 531.5
+fy = 529.25
+cx = 320.5
+cy = 240.5
+distortion = [-0.2, 0.07, 0.001, -0.002, 0.01]
+)" << (serial.empty() ? "" : "serial = \"" + serial + "\"\n")
+                                                         << R"([fisheye]
+width = 512
+height = 512
+serial = "another"
+model = "kannala-brandt"
+fx = 156.0
+fy = 155.5
+cx = 257.0
+cy = 252.0
+k = [-0.012, 0.004, -0.0016, 0.0002]
+fov_degrees = 180.0
+)" << more;
+  }
+  Session kiosk(const std::vector<std::string>& overrides = {}) const {
+    const ConfigTable root = ConfigTable::load(folder_ / "kiosk.toml", overrides);
+    Session session = read_session(root);
+    root.finish();
+    return session;
+  }
+  std::string refusal(const std::vector<std::string>& overrides = {}) const {
+    try {
+      kiosk(overrides);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+};
+
+TEST_F(CalibratedSession, TakesLensesFromTheCalibration) {
+  const Session s = kiosk();
+  EXPECT_EQ(s.color.model.fx, 531.5);
+  EXPECT_EQ(s.color.model.distortion[0], -0.2);
+  EXPECT_EQ(s.color.serial, "Maker-17");
+  EXPECT_EQ(s.fisheye->model.kind, CameraModel::Kind::kannala_brandt);
+  EXPECT_EQ(s.fisheye->model.k[1], 0.004);
+  EXPECT_EQ(s.fisheye->T_tag_fisheye.translation().x(), 0.5);
+  std::ofstream(folder_ / "lens" / "curve.txt") << [] {
+    std::string lines;
+    for (int i = 0; i < 256; ++i) lines += std::to_string(i / 255.0 * (i / 255.0)) + "\n";
+    return lines;
+  }();
+  calibrate("640", "",
+            "response = \"curve.txt\"\nT_tag_fisheye = [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]");
+  std::string text;
+  {
+    std::ifstream in(folder_ / "kiosk.toml");
+    text.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  const std::size_t at = text.find("T_tag_fisheye");
+  std::ofstream(folder_ / "kiosk.toml") << text.erase(at, text.find('\n', at) - at);
+  EXPECT_NEAR(kiosk().fisheye->response.to_linear(51), 0.04f, 1e-6f) << "beside the calibration";
+  EXPECT_EQ(kiosk().fisheye->T_tag_fisheye.translation().x(), 2);
+}
+
+TEST_F(CalibratedSession, RefusesThatOfAnotherCamera) {
+  calibrate("1280", "Maker-17");
+  EXPECT_NE(refusal().find("calibration.toml:3: color.width: found 1280, allowed: that of the camera in"),
+            std::string::npos)
+      << refusal();
+  EXPECT_NE(refusal().find("kiosk.toml, 640"), std::string::npos) << refusal();
+  calibrate("640", "Maker-18");
+  EXPECT_NE(refusal().find("color.serial: found \"Maker-18\", allowed: that of the camera in"), std::string::npos)
+      << refusal();
+  EXPECT_EQ(refusal({"color.serial=Maker-18"}), "no error") << "its own word counts before its source";
+  calibrate("640", "");
+  EXPECT_EQ(refusal(), "no error") << "not known";
+  EXPECT_NE(refusal({"fisheye.serial=one"}).find("fisheye.serial: found \"another\""), std::string::npos);
+}
+
+TEST_F(CalibratedSession, RefusesLensesInTwoPlaces) {
+  EXPECT_NE(refusal({"color.fx=500"}).find("--set color.fx: found beside "), std::string::npos) << refusal();
+  EXPECT_NE(refusal({"fisheye.f=150"}).find("--set fisheye.f: found beside "), std::string::npos) << refusal();
+  EXPECT_NE(refusal({"calibration=none.toml"}).find("calibration"), std::string::npos);
+  calibrate("640", "Maker-17", "colour = 3");
+  EXPECT_NE(refusal().find("colour"), std::string::npos) << "a key that nobody reads";
+}
+
 TEST_F(SessionFile, BadValuesAreRefusedWithTheirLine) {
   EXPECT_NE(error_with("format = 1", "format = 2").find("session.toml:1: format: found 2"), std::string::npos);
   EXPECT_NE(error_with("width = 640", "width = 0").find(":6: color.width: found 0"), std::string::npos);

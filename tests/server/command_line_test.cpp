@@ -42,6 +42,23 @@ TEST(CommandLine, Record) {
   EXPECT_THROW(parse({"record", "s", "--out", "o", "--seconds", "0"}), InputError);
 }
 
+TEST(CommandLine, Calibrate) {
+  const auto session = std::get<CalibrateCommand>(parse({"calibrate", "s", "--board", "b", "--out", "o"}));
+  EXPECT_EQ(session.files.session, "s");
+  EXPECT_EQ(session.board, "b");
+  EXPECT_EQ(session.out, "o");
+  const auto folders = std::get<CalibrateCommand>(
+      parse({"calibrate", "--board", "b", "--color", "c", "--fisheye", "f", "--fov-degrees", "190", "--out", "o"}));
+  EXPECT_EQ(folders.color, "c");
+  EXPECT_EQ(folders.fisheye, "f");
+  EXPECT_EQ(folders.fov_degrees, 190);
+  EXPECT_EQ(std::get<CalibrateCommand>(parse({"calibrate", "--board", "b", "--draw", "d"})).draw, "d");
+  EXPECT_THROW(parse({"calibrate", "--board", "b"}), InputError);
+  EXPECT_THROW(parse({"calibrate", "s", "--board", "b"}), InputError);
+  EXPECT_THROW(parse({"calibrate", "--board", "b", "--out", "o"}), InputError);
+  EXPECT_THROW(parse({"calibrate", "s", "--board", "b", "--color", "c", "--out", "o"}), InputError);
+}
+
 TEST(CommandLine, Devices) {
   EXPECT_FALSE(std::get<DevicesCommand>(parse({"devices"})).json);
   EXPECT_TRUE(std::get<DevicesCommand>(parse({"devices", "--json"})).json);

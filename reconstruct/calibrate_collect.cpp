@@ -1,0 +1,110 @@
+#include "reconstruct/calibrate_collect.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "reconstruct/calibrate_light.h"
+#include "reconstruct/pose_picture.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr double kLookEvery_s = 0.1;
+constexpr double kStill = 0.06;         ///< of the picture's width in a second
+constexpr double kSequenceGap_s = 0.5;  ///< pictures farther apart are no sequence that shows motion
+
+std::size_t corners_in(const BoardView& view) {
+  std::size_t corners = 0;
+  for (const SeenPoints& seen : view.seen) corners += seen.pixels.size();
+  return corners;
+}
+
+/// Mean distance in pixels that the board's points moved; infinite where fewer than half of them are in both.
+double moved_px(const BoardView& a, const BoardView& b) {
+  double sum = 0;
+  std::size_t both = 0, i = 0, j = 0;
+  while (i < a.seen.size() && j < b.seen.size()) {  // in the order of their places
+    if (a.seen[i].place == b.seen[j].place) {
+      sum += (a.seen[i].pixels[0] - b.seen[j].pixels[0]).norm();
+      ++both;
+      ++i;
+      ++j;
+    } else {
+      ++(a.seen[i].place < b.seen[j].place ? i : j);
+    }
+  }
+  if (both == 0 || 2 * both < std::max(a.seen.size(), b.seen.size())) return std::numeric_limits<double>::infinity();
+  return sum / static_cast<double>(both);
+}
+
+BoardPicture found(const BoardFinder& finder, const Picture& picture, const Response& response) {
+  BoardPicture result;
+  result.light = linear_light(picture, response);
+  const float gain = picture.encoded.empty() ? detector_gain(picture.radiance) : 1.0f;
+  const PixelRegion whole{0, 0, result.light.width, result.light.height};
+  result.view = finder.find(detector_codes(picture, whole, gain), result.light);
+  return result;
+}
+
+}  // namespace
+
+BoardCollector::BoardCollector(const Board& board) : finder_(board) {}
+
+bool BoardCollector::somewhere_new(const BoardMoment& moment) const {
+  for (std::size_t c = 0; c < moment.by_camera.size(); ++c) {
+    const BoardPicture& now = moment.by_camera[c];
+    if (now.view.seen.empty()) continue;
+    const bool known = std::any_of(moments_.begin(), moments_.end(), [&](const BoardMoment& kept) {
+      return moved_px(kept.by_camera[c].view, now.view) < apart_ * now.light.width;
+    });
+    if (!known) return true;
+  }
+  return false;
+}
+
+/// Asks for places that are farther apart until half of the moments are gone.
+void BoardCollector::thin_out() {
+  while (2 * moments_.size() > kMost) {
+    apart_ *= 1.3;
+    std::vector<BoardMoment> all = std::move(moments_);
+    moments_.clear();
+    for (BoardMoment& moment : all)
+      if (somewhere_new(moment)) moments_.push_back(std::move(moment));
+  }
+}
+
+BoardCollector::Seen BoardCollector::look(std::int64_t time_ns, const Picture* color, const Response& color_response,
+                                          const std::vector<std::shared_ptr<const Picture>>& fisheye,
+                                          const Response& fisheye_response) {
+  const double passed_s = 1e-9 * static_cast<double>(time_ns - last_time_ns_);
+  Seen seen;
+  if (any_ && passed_s >= 0 && passed_s < kLookEvery_s) return seen;
+  BoardMoment moment;
+  moment.time_ns = time_ns;
+  if (color != nullptr) moment.by_camera[0] = found(finder_, *color, color_response);
+  for (const auto& picture : fisheye) {
+    BoardPicture one = found(finder_, *picture, fisheye_response);
+    if (moment.by_camera[1].light.empty() || one.view.seen.size() > moment.by_camera[1].view.seen.size())
+      moment.by_camera[1] = std::move(one);
+  }
+  bool moving = false;
+  for (std::size_t c = 0; c < 2; ++c) {
+    const BoardPicture& now = moment.by_camera[c];
+    seen.corners[c] = corners_in(now.view);
+    const double moved = moved_px(last_[c], now.view);
+    moving |= any_ && passed_s > 0 && passed_s < kSequenceGap_s && seen.corners[c] > 0 &&
+              moved > kStill * passed_s * now.light.width;
+    last_[c] = now.view;
+  }
+  any_ = true;
+  last_time_ns_ = time_ns;
+  if (!moving && somewhere_new(moment)) {
+    seen.kept = true;
+    moments_.push_back(std::move(moment));
+    if (moments_.size() > kMost) thin_out();
+  }
+  return seen;
+}
+
+}  // namespace lumigraft

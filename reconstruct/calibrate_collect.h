@@ -1,0 +1,50 @@
+#pragma once
+// Which pictures of a board are worth keeping: those that show it still, and somewhere new.
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "capture/frame.h"
+#include "capture/response.h"
+#include "reconstruct/calibrate_camera.h"
+
+namespace lumigraft {
+
+/// What was seen at one moment by the colour camera (0) and the fish-eye (1). Views may be empty.
+struct BoardMoment {
+  std::int64_t time_ns = 0;
+  std::array<BoardPicture, 2> by_camera;
+};
+
+class BoardCollector {
+ public:
+  explicit BoardCollector(const Board& board);
+
+  struct Seen {
+    bool kept = false;
+    std::array<std::size_t, 2> corners{};
+  };
+  /// Looks at the pictures of a moment; either may be null. Several fish-eye pictures are one bracket, of which the one
+  /// that shows most of the board counts.
+  Seen look(std::int64_t time_ns, const Picture* color, const Response& color_response,
+            const std::vector<std::shared_ptr<const Picture>>& fisheye, const Response& fisheye_response);
+
+  const BoardFinder& finder() const { return finder_; }
+  const std::vector<BoardMoment>& moments() const { return moments_; }
+
+  static constexpr std::size_t kMost = 60;
+
+ private:
+  bool somewhere_new(const BoardMoment& moment) const;
+  void thin_out();
+
+  BoardFinder finder_;
+  std::vector<BoardMoment> moments_;
+  std::int64_t last_time_ns_ = 0;
+  std::array<BoardView, 2> last_;  ///< at the moment before, kept or not
+  bool any_ = false;
+  double apart_ = 0.04;  ///< of the picture's width: how far the board must have moved to be somewhere new
+};
+
+}  // namespace lumigraft

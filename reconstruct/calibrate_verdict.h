@@ -1,0 +1,16 @@
+#pragma once
+// Whether a calibration may be used, and if not, the one reason that matters most to the person who holds the board.
+#include <string>
+
+#include "reconstruct/calibrate_camera.h"
+
+namespace lumigraft {
+
+constexpr int kFewestViews = 8;
+constexpr int kFewestMoments = 5;  ///< at which two cameras see the board together
+
+/// Empty where it may be used.
+std::string why_not(const CameraCalibration& calibration);
+std::string why_not(const StandCalibration& stand);
+
+}  // namespace lumigraft

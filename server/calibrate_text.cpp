@@ -1,0 +1,101 @@
+#include "server/calibrate_text.h"
+
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <numbers>
+
+namespace lumigraft {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+[[gnu::format(printf, 2, 3)]] void print(std::ostream& out, const char* format, ...) {
+  std::array<char, 400> line;
+  va_list values;
+  va_start(values, format);
+  std::vsnprintf(line.data(), line.size(), format, values);
+  va_end(values);
+  out << line.data();
+}
+
+/// Digits enough to read the same number again, and always with a point: TOML tells integers from floats.
+std::string number(double value) {
+  std::array<char, 40> text;
+  std::snprintf(text.data(), text.size(), "%.12g", value);
+  const std::string digits = text.data();
+  return digits.find_first_of(".en") == std::string::npos ? digits + ".0" : digits;
+}
+
+template <typename Numbers>
+std::string array_of(const Numbers& numbers) {
+  std::string text = "[";
+  for (const double value : numbers) text += (text.size() > 1 ? ", " : "") + number(value);
+  return text + "]";
+}
+
+void write_head(std::ostream& out, const char* table, const CalibratedCamera& camera) {
+  const CameraCalibration& c = camera.calibration;
+  print(out, "\n[%s]\n# %d views, %d corners: %.3f px in the median, 95 %% below %.3f px\n", table, c.views, c.corners,
+        c.median_px, c.percent95_px);
+  out << "width = " << c.model.width << "\nheight = " << c.model.height << '\n';
+  if (!camera.serial.empty()) out << "serial = \"" << camera.serial << "\"\n";
+}
+
+void write_focal(std::ostream& out, const CameraModel& model) {
+  out << "fx = " << number(model.fx) << "\nfy = " << number(model.fy) << "\ncx = " << number(model.cx)
+      << "\ncy = " << number(model.cy) << '\n';
+}
+
+}  // namespace
+
+void write_calibration_report(std::ostream& out, const std::string& name, const CameraCalibration& c) {
+  const bool pinhole = c.model.kind == CameraModel::Kind::pinhole;
+  print(out, "%s: %d views, %d corners, %d of them left out\n", name.c_str(), c.views, c.corners, c.outliers);
+  if (c.corners == 0) return;
+  print(out, "  residual: %.3f px in the median, 95 %% below %.3f px\n", c.median_px, c.percent95_px);
+  constexpr std::array kPinhole = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
+  constexpr std::array kFisheye = {"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"};
+  const LensNumbers lens = lens_numbers(c.model);
+  for (std::size_t i = 0; i < (pinhole ? kPinhole.size() : kFisheye.size()); ++i)
+    print(out, i < 4 ? "  %s = %.3f ± %.3f px\n" : "  %s = %.6f ± %.6f\n", pinhole ? kPinhole[i] : kFisheye[i], lens[i],
+          c.sigma[i]);
+  print(out, "  a place in the picture is known to %.2f px or better (1 sigma)\n", c.widest_sigma_px);
+  const Coverage& seen = c.coverage;
+  if (pinhole)
+    print(out, "  corners in %.0f %% of the picture:\n", 100 * seen.reached());
+  else
+    print(out,
+          "  corners in %.0f %% of the field, up to %.1f° of %.1f° from the axis; a line for each 10°, from the "
+          "right clockwise:\n",
+          100 * seen.reached(), seen.widest_rad * kDegrees, seen.field_rad * kDegrees);
+  const std::string map = seen.map();
+  for (std::size_t from = 0; from < map.size();) {
+    const std::size_t end = map.find('\n', from);
+    out << "    " << map.substr(from, end - from) << '\n';
+    from = end + 1;
+  }
+}
+
+void write_calibration_file(std::ostream& out, const std::optional<CalibratedCamera>& color,
+                            const std::optional<CalibratedCamera>& fisheye) {
+  out << "# Written by lumigraft calibrate. A session or configuration takes it with: calibration = \"THIS FILE\"\n"
+         "format = 1\n";
+  if (color) {
+    write_head(out, "color", *color);
+    write_focal(out, color->calibration.model);
+    out << "distortion = " << array_of(color->calibration.model.distortion) << '\n';
+  }
+  if (fisheye) {
+    const CameraModel& model = fisheye->calibration.model;
+    write_head(out, "fisheye", *fisheye);
+    out << "model = \"kannala-brandt\"\n";
+    write_focal(out, model);
+    // Rounded down: beyond it the polynomial may turn back.
+    out << "k = " << array_of(model.k)
+        << "\nfov_degrees = " << number(std::floor(model.fov_rad * kDegrees * 100 + 1e-6) / 100) << '\n';
+  }
+}
+
+}  // namespace lumigraft
