@@ -77,8 +77,8 @@ void set_within(const Device& device, const Control& control, double value, cons
                      std::to_string(control.high));
   }
   const int error = set(device, control.id, whole);
-  if (error == EINVAL || error == ERANGE) {
-    throw InputError(key + ": found " + std::to_string(whole) + ", which the camera does not take");
+  if (error == EINVAL || error == ERANGE || error == EACCES) {  // the last where another control has the say
+    throw InputError(key + ": found " + std::to_string(whole) + ", which the camera does not take now");
   }
   if (error != 0) {
     fail(error, key);

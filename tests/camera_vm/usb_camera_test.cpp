@@ -110,6 +110,20 @@ TEST(UsbCamera, JpegsComeAsTheyWereMadeAtTheExposureThatWasSet) {
   }
 }
 
+TEST(UsbCamera, WhatAnotherControlDecidesIsRefusedAndSaid) {
+  const UsbCamera camera;
+  StreamSpec spec = usb_spec(10'000);
+  spec.settings.controls = {{"white_balance_automatic", 1}, {"white_balance_temperature", 3500}};
+  try {
+    const V4l2Source source(kName, spec);
+    FAIL() << "no error";
+  } catch (const InputError& e) {
+    EXPECT_STREQ(
+        e.what(),
+        "v4l2:Test Camera: controls.white_balance_temperature: found 3500, which the camera does not take now");
+  }
+}
+
 TEST(UsbCamera, OfABracketEachPictureCarriesItsOwnExposure) {
   const UsbCamera camera;
   StreamSpec spec = usb_spec(10'000);
