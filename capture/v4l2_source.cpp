@@ -13,8 +13,9 @@
 namespace lumigraft {
 namespace {
 
-/// Pictures after a new exposure was set that may still have the old one: those in the sensor and in the driver.
-constexpr int kOldExposures = 3;
+/// Pictures that come after a new exposure was set and may still have the old one: those in the sensor, two or three of
+/// them, and one on the way.
+constexpr int kOldExposures = 4;
 
 /// One after the other, as PixelConverter wants them. Empty where the driver gave too few bytes.
 std::vector<std::uint8_t> gathered(const v4l2::Filled& filled, const v4l2::Agreed& agreed, const StreamSpec& spec) {
@@ -143,6 +144,9 @@ class V4l2Source::Camera {
     const double given_us = v4l2::set_exposure_us(stream_->device(), all[bracket_.size()]);
     exposure_ = spec_.exposure * given_us / *spec_.settings.exposure_us;
     old_exposures_ = kOldExposures;
+    while (const auto waiting = stream_->next(std::chrono::milliseconds(0))) {  // what nobody had the time to take yet
+      stream_->give_back(waiting->index);
+    }
   }
 
   /// Starts the next one; hands on the bracket where it is whole.
