@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -79,6 +80,7 @@ void LiveSource::run(const std::stop_token& stop) {
 void LiveSource::listen(const std::stop_token& stop) {
   constexpr std::chrono::milliseconds kTick{50};
   clock_ = {};
+  bracket_.clear();
   first_sequence_ = next_sequence_;
   const Clock::time_point opened = Clock::now();
   std::array<std::optional<Clock::time_point>, 3> last;  // a device of two streams may freeze in one of them
@@ -119,10 +121,15 @@ void LiveSource::accept(SourceItem item) {
   }
   stamp.sequence += first_sequence_[stream];
   next_sequence_[stream] = std::max(next_sequence_[stream], stamp.sequence + 1);
+  bracket_.push_back(std::move(item));
+  if (device_->bracket_goes_on()) {
+    return;  // nobody shall see half of it
+  }
   {
     const std::lock_guard lock(mutex_);
-    waiting_.push_back(std::move(item));
-    if (waiting_.size() > kMostWaiting) {
+    std::move(bracket_.begin(), bracket_.end(), std::back_inserter(waiting_));
+    bracket_.clear();
+    while (waiting_.size() > kMostWaiting) {
       waiting_.pop_front();
     }
   }

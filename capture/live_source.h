@@ -13,6 +13,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "capture/device_clock.h"
 #include "capture/source.h"
@@ -51,6 +52,7 @@ class LiveSource : public Source {
   // Of the thread alone:
   std::unique_ptr<Source> device_;
   DeviceClock clock_;
+  std::vector<SourceItem> bracket_;                ///< not yet whole
   std::array<std::uint64_t, 3> first_sequence_{};  ///< by Stream, of this run of the device
   std::array<std::uint64_t, 3> next_sequence_{};
   // Shared:

@@ -45,6 +45,8 @@ class Source {
   virtual std::string trouble() const { return {}; }
   /// Whether the times of its pictures are those of this host's steady clock, so that no clock need be estimated.
   virtual bool on_host_clock() const { return false; }
+  /// Whether the next item is there already and of the same moment: the rest of a bracket.
+  virtual bool bracket_goes_on() const { return false; }
 };
 
 /// FrameSets in order: opens the session's sources, registers depth to colour, pairs by timestamp.

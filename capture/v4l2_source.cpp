@@ -72,6 +72,9 @@ class V4l2Source::Camera {
 
   const std::string& trouble() const { return trouble_.empty() ? stream_->trouble() : trouble_; }
   bool on_host_clock() const { return monotonic_; }
+  bool bracket_goes_on() const {
+    return !ready_.empty();
+  }  // a bracket is made ready as a whole, and nothing else waits
 
  private:
   void accept(const v4l2::Filled& filled) {
@@ -197,6 +200,8 @@ std::optional<SourceItem> V4l2Source::next(std::chrono::milliseconds timeout) { 
 bool V4l2Source::finished() const { return !camera_->trouble().empty(); }
 
 std::string V4l2Source::trouble() const { return camera_->trouble(); }
+
+bool V4l2Source::bracket_goes_on() const { return camera_->bracket_goes_on(); }
 
 bool V4l2Source::on_host_clock() const { return camera_->on_host_clock(); }
 

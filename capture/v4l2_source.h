@@ -25,6 +25,7 @@ class V4l2Source : public Source {
   void rewind() override {}
   std::string trouble() const override;
   bool on_host_clock() const override;
+  bool bracket_goes_on() const override;
 
  private:
   class Camera;

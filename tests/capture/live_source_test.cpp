@@ -29,6 +29,7 @@ struct Switches {
   std::atomic<bool> absent{false}, unplugged{false}, frozen{false}, torn{false};
   std::atomic<std::int64_t> late_ns{0};  ///< of its stamps' host clock, where it has one: before or after the arrival
   std::atomic<bool> host_clock{false};
+  std::atomic<std::uint64_t> bracket{1};  ///< pictures of one moment
   std::atomic<int> opened{0}, alive{0};
 };
 
@@ -65,6 +66,7 @@ class MadeUpCamera : public Source {
   void rewind() override {}
   std::string trouble() const override { return switches_.unplugged ? "somebody pulled the plug" : ""; }
   bool on_host_clock() const override { return switches_.host_clock; }
+  bool bracket_goes_on() const override { return sequence_ % switches_.bracket != 0; }
 
  private:
   Switches& switches_;
@@ -150,6 +152,21 @@ TEST_F(LiveCamera, StampsOfTheHostsClockAreKept) {
       // Not those that lie after their arrival, or further back than any picture was on its way.
       const std::int64_t wanted_ns = late_ns == -20'000'000 ? late_ns : 0;
       EXPECT_EQ(stamp.time_ns - stamp.host_time_ns, wanted_ns) << late_ns;
+    }
+  }
+}
+
+TEST_F(LiveCamera, ABracketIsHandedOnAsAWhole) {
+  switches_.bracket = 4;
+  const auto source = open();
+  for (int i = 0; i < 5; ++i) {
+    auto item = source->next(1000ms);
+    ASSERT_TRUE(item);
+    EXPECT_EQ(stamp_of(*item).sequence % 4, 0u);
+    for (std::uint64_t rest = 1; rest < 4; ++rest) {
+      item = source->next(0ms);
+      ASSERT_TRUE(item) << "the made-up camera takes 5 ms for each";
+      EXPECT_EQ(stamp_of(*item).sequence % 4, rest);
     }
   }
 }
