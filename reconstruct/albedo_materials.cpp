@@ -1,13 +1,9 @@
 #include "reconstruct/albedo_materials.h"
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
 #include <algorithm>
-#include <assimp/Importer.hpp>
 #include <cmath>
 
-#include "capture/error.h"
+#include "reconstruct/real_surface_mesh.h"
 
 namespace lumigraft {
 namespace {
@@ -16,31 +12,6 @@ constexpr float kCell_m = 0.012f;
 constexpr double kTagPaper =
     0.5 * 10.0 / 8.0;  // half the paper's edge over the black square's: one white cell around 8
 constexpr float kTagThickness_m = 0.015f;
-
-std::vector<std::array<Eigen::Vector3f, 3>> read_triangles(const RealSurface& surface) {
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(
-      surface.mesh.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);
-  std::vector<std::array<Eigen::Vector3f, 3>> triangles;
-  for (unsigned m = 0; scene && m < scene->mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene->mMeshes[m];
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      if (mesh.mFaces[f].mNumIndices != 3) continue;
-      std::array<Eigen::Vector3f, 3> triangle;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const aiVector3D& v = mesh.mVertices[mesh.mFaces[f].mIndices[i]];
-        triangle[i] = {v.x, v.y, v.z};
-      }
-      triangles.push_back(triangle);
-    }
-  }
-  if (triangles.empty()) {
-    throw InputError(surface.mesh.string() + ": found no triangles" +
-                     (scene ? "" : std::string(" (") + importer.GetErrorString() + ")") +
-                     ", allowed: a mesh of the real surface \"" + surface.name + "\"");
-  }
-  return triangles;
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "reconstruct/fusion_sight.h"
 #include "reconstruct/fusion_update.h"
 #include "reconstruct/fusion_view.h"
+#include "reconstruct/real_surface.h"
 
 namespace lumigraft {
 namespace {
@@ -56,10 +58,14 @@ struct FusionStage::State {
         truncation_m(static_cast<float>(settings.voxel_m * settings.truncation_voxels)),
         weight_cap(static_cast<float>(settings.weight_cap)),
         map(session.color.model),
-        preparation(session.color.model, settings.voxel_m, settings.far_m) {}
+        preparation(session.color.model, settings.voxel_m, settings.far_m),
+        surfaces(session, voxel_m) {}
 
   void look_from(const Vector3f& camera_m);
+  WorkingBrick& brick_at(const BrickKey& key);
   void allocate(const Isometry3f& T_tag_camera);
+  void lay_surfaces();
+  void await_publication(WorkingBrick& brick);
   void remember(const Isometry3f& T_tag_camera);
   bool rests(const WorkingBrick& brick, std::size_t place) const;
   void consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told);
@@ -71,6 +77,7 @@ struct FusionStage::State {
   PixelMap map;
   DepthPreparation preparation;
   DepthView view;
+  RealSurfaces surfaces;
 
   std::uint32_t pictures = 0, last_publication = 0;
   std::array<Isometry3f, kLongestRest> T_tag_camera_at{};  ///< by picture, the last ones
@@ -101,6 +108,15 @@ void FusionStage::State::look_from(const Vector3f& camera_m) {
   new_place = true;
 }
 
+WorkingBrick& FusionStage::State::brick_at(const BrickKey& key) {
+  const auto [place, is_new] = places.emplace(key, bricks.size());
+  if (is_new) {
+    bricks.push_back(std::make_unique<WorkingBrick>());
+    bricks.back()->key = key;
+  }
+  return *bricks[place->second];
+}
+
 void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
   const bool moved = pictures == 0 || (T_tag_camera.translation() - searched_from.translation()).norm() > kSteadyM ||
                      Eigen::AngleAxisf(searched_from.linear().transpose() * T_tag_camera.linear()).angle() > kSteadyRad;
@@ -108,11 +124,29 @@ void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
   const int shares = moved ? 1 : kShares;
   for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera, voxel_m, truncation_m,
                                                 {shares, static_cast<int>(pictures) % shares})) {
-    if (places.contains(key)) continue;
-    places.emplace(key, bricks.size());
-    bricks.push_back(std::make_unique<WorkingBrick>());
-    bricks.back()->key = key;
+    brick_at(key);
   }
+}
+
+/// Where real surfaces were found, or are found to lie elsewhere.
+void FusionStage::State::lay_surfaces() {
+  for (const auto& brick : bricks) {
+    if (!brick->model) continue;
+    brick->model = nullptr;
+    await_publication(*brick);
+  }
+  for (const auto& [key, model] : surfaces.bricks()) {
+    WorkingBrick& brick = brick_at(key);
+    brick.model = model;
+    if (!brick.published) brick.urgent = urgent = true;
+    await_publication(brick);
+  }
+}
+
+void FusionStage::State::await_publication(WorkingBrick& brick) {
+  if (brick.waiting) return;
+  brick.waiting = true;
+  waiting.push_back(&brick);
 }
 
 /// How far the camera has moved since so many pictures, over what makes it see anew.
@@ -149,9 +183,7 @@ void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpd
   // A look at what was published costs as much as an update: what is urgent is known without.
   brick.urgent |= !brick.published || told.learnt >= kUrgentVoxels || told.moved >= kUrgentVoxels;
   urgent |= brick.urgent;
-  if (brick.waiting) return;
-  brick.waiting = true;
-  waiting.push_back(&brick);
+  await_publication(brick);
 }
 
 void FusionStage::State::publish() {
@@ -164,10 +196,13 @@ void FusionStage::State::publish() {
   bool changed = new_place;
   std::erase_if(waiting, [&](WorkingBrick* brick) {
     if (!due && !brick->urgent) return false;
-    const bool drifted = brick->urgent || brick->drifted(voxel_m);
+    std::optional<FieldBrick> with_model;
+    if (brick->model) with_model = merged(brick->now, *brick->model, voxel_m);
+    const FieldBrick& whole = with_model ? *with_model : brick->now;
+    const bool drifted = brick->urgent || brick->drifted(whole, voxel_m);
     brick->waiting = brick->urgent = false;
     if (!drifted) return true;
-    brick->published = std::make_shared<FieldBrick>(brick->now);
+    brick->published = std::make_shared<FieldBrick>(whole);
     next->bricks.insert_or_assign(brick->key, brick->published);
     changed = true;
     return true;
@@ -202,17 +237,21 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
   const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
   s.look_from(pose.T_tag_camera.translation().cast<float>());
   s.allocate(pose.T_tag_camera.cast<float>());
+  if (s.surfaces.any() && s.surfaces.look(frame.depth->depth_m, pose.T_tag_camera)) s.lay_surfaces();
   s.remember(pose.T_tag_camera.cast<float>());
   const ColourReader colour(frame.color.get(), s.response, s.camera.width, s.camera.height);
   const BrickUpdate picture(s.view, s.preparation, s.map, colour, T_camera_tag,
                             {s.voxel_m, s.truncation_m, s.weight_cap});
   const float focal = static_cast<float>(std::max(s.camera.fx, s.camera.fy));
+  const Vector3f camera_m = pose.T_tag_camera.translation().cast<float>();
   std::vector<std::pair<WorkingBrick*, Sight>> seen;
   for (std::size_t place = 0; place < s.bricks.size(); ++place) {
     WorkingBrick& brick = *s.bricks[place];
     if (s.rests(brick, place)) continue;
     const Sight sight = sight_of(brick.key, s.view, s.map, focal, T_camera_tag, s.voxel_m, s.truncation_m);
-    if (sight.kind != Sight::Kind::hidden) seen.emplace_back(&brick, sight);
+    if (sight.kind == Sight::Kind::hidden || s.surfaces.behind_mirror(camera_m, middle_of(brick.key, s.voxel_m)))
+      continue;
+    seen.emplace_back(&brick, sight);
   }
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (i + 1 < seen.size() && seen[i + 1].second.kind == Sight::Kind::surface)
@@ -230,6 +269,8 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
   return s.field;
 }
 
+std::vector<std::string> FusionStage::warnings() const { return state_->surfaces.warnings(); }
+
 void FusionStage::reset() {
   State& s = *state_;
   s.field.reset();
@@ -241,6 +282,7 @@ void FusionStage::reset() {
   s.last_depth.reset();
   s.last_color.reset();
   s.seen_from_m.clear();
+  s.surfaces.forget();
   s.new_place = false;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 // Depth pictures into the distance field.
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "capture/frame.h"
 #include "capture/session.h"
@@ -24,6 +26,8 @@ struct FusionSettings {
 /// to the other camera it is hidden. Colour is fused as radiance, weighted by facing; clipped pixels do not
 /// count.
 ///
+/// Real surfaces that the session names are found in depth and laid over what it tells (real_surface.h).
+///
 /// Bricks that pictures have told much about are looked at less often while the camera stays where it is, and every
 /// time while what they show moves. New space is published at once; bricks that drifted from what was published by more
 /// than noise or 2 % of a voxel, or 1 % of radiance, every few pictures. A room that stands still is a field that
@@ -36,6 +40,8 @@ class FusionStage {
   /// has no depth, where its pose is old, or where neither its pictures nor its pose differ (by more than 10 µm) from
   /// the last one fused. Null until a depth was fused.
   std::shared_ptr<const DistanceField> fuse(const FrameSet& frame, const Pose& pose);
+  /// What is wrong with what the session says about real surfaces (see real_surface.h).
+  std::vector<std::string> warnings() const;
   void reset();
 
  private:

@@ -16,8 +16,8 @@ constexpr float kRadianceShare = 0.01f;
 
 }  // namespace
 
-bool WorkingBrick::drifted(float voxel_m) const {
-  if (!published) return looks > 0;
+bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) const {
+  if (!published) return true;
   const FieldBrick& old = *published;
   const float near = kNearShare * voxel_m, away = kAwayShare * voxel_m;
   const Four near_square = all(near * near), away_square = all(away * away), reach = all(kNearVoxels * voxel_m);
@@ -25,7 +25,7 @@ bool WorkingBrick::drifted(float voxel_m) const {
   FourInt learnt{};
   Four sum{};
   for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
-    const Four w = load(&now.weight[i]), d = load(&now.distance_m[i]), off = d - load(&old.distance_m[i]);
+    const Four w = load(&next.weight[i]), d = load(&next.distance_m[i]), off = d - load(&old.distance_m[i]);
     learnt |= (w > 0) ^ (load(&old.weight[i]) > 0);
     sum += off * off / most(select(size_of(d) < reach, near_square, away_square), noise_square / (w + 1e-6f));
   }
@@ -35,7 +35,7 @@ bool WorkingBrick::drifted(float voxel_m) const {
   float light = 0;
   int coloured = 0;
   for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    if (!(now.radiance_weight[i] > 0)) continue;
+    if (!(next.radiance_weight[i] > 0)) continue;
     if (!(old.radiance_weight[i] > 0)) return true;
     ++coloured;
     light += old.radiance[i].sum();
@@ -44,9 +44,9 @@ bool WorkingBrick::drifted(float voxel_m) const {
   const float mean = light / static_cast<float>(coloured);
   float total = 0;
   for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    if (!(now.radiance_weight[i] > 0)) continue;
+    if (!(next.radiance_weight[i] > 0)) continue;
     const float scale = kRadianceShare * std::max(old.radiance[i].sum(), mean) + 1e-9f;
-    total += (now.radiance[i] - old.radiance[i]).squaredNorm() * 3 / (scale * scale);
+    total += (next.radiance[i] - old.radiance[i]).squaredNorm() * 3 / (scale * scale);
   }
   return total > static_cast<float>(coloured);
 }

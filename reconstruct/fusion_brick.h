@@ -7,9 +7,12 @@
 
 namespace lumigraft {
 
+struct SurfaceBrick;
+
 struct WorkingBrick {
   BrickKey key{};
   FieldBrick now;
+  std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null without
   std::shared_ptr<const FieldBrick> published;
   std::uint32_t looks = 0;         ///< pictures that said something about it
   std::uint32_t last_look = 0;     ///< picture that was the last of them
@@ -18,10 +21,10 @@ struct WorkingBrick {
   bool waiting = false;            ///< to be published, if it drifted
   bool urgent = false;             ///< at once
 
-  /// Whether `now` is away from what was published by more than 2 % of a voxel (10 % away from surfaces), root mean
+  /// Whether `next` is away from what was published by more than 2 % of a voxel (10 % away from surfaces), root mean
   /// square over the brick, or half of what noise leaves uncertain where that is more; or by 1 % of radiance; or a
   /// voxel became known.
-  bool drifted(float voxel_m) const;
+  bool drifted(const FieldBrick& next, float voxel_m) const;
 };
 
 }  // namespace lumigraft

@@ -13,8 +13,8 @@ struct Reading {
   float weight = 0;      ///< 0 = nothing
   float facing = 0;
   Eigen::Vector3f normal;  ///< of the plane that is measured to, away from the camera
-  bool edge = false;     ///< depth jumps between the pixels around
-  bool in_sight = true;  ///< false: the voxel is hidden or out of the picture, its colour is another's
+  bool edge = false;       ///< depth jumps between the pixels around
+  bool in_sight = true;    ///< false: the voxel is hidden or out of the picture, its colour is another's
 };
 
 /// Weight of what is read beside a jump in depth, or beyond the picture's edge.

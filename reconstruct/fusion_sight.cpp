@@ -88,12 +88,15 @@ std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPrepa
   return keys;
 }
 
+Vector3f middle_of(const BrickKey& key, float voxel_m) {
+  return voxel_m * (Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>() * kBrickEdge +
+                    Vector3f::Constant(0.5f * (kBrickEdge - 1)));
+}
+
 Sight sight_of(const BrickKey& key, const DepthView& view, const PixelMap& map, float focal,
                const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m) {
   const float radius_m = voxel_m * 0.5f * std::sqrt(3.0f) * (kBrickEdge - 1);
-  const Vector3f middle = Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>() * kBrickEdge +
-                          Vector3f::Constant(0.5f * (kBrickEdge - 1));
-  const Vector3f centre = T_camera_tag * (voxel_m * middle);
+  const Vector3f centre = T_camera_tag * middle_of(key, voxel_m);
   const float nearest = centre.z() - radius_m;
   if (centre.z() + radius_m < kNearestM) return {Sight::Kind::hidden};
   if (nearest < radius_m) return {Sight::Kind::surface, std::numeric_limits<float>::max()};

@@ -25,6 +25,8 @@ std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPrepa
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
                                          const PictureShare& share);
 
+Eigen::Vector3f middle_of(const BrickKey& key, float voxel_m);
+
 /// How a brick stands to what the camera sees.
 struct Sight {
   enum class Kind {

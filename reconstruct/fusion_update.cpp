@@ -22,11 +22,6 @@ constexpr float kSideNoise = static_cast<float>(2.5 * kLeastSigmaM), kRises = 0.
 
 constexpr float kDeniesNoise = static_cast<float>(4 * kLeastSigmaM);  // of a reading of weight 1
 
-Vector3f middle_of(const BrickKey& key, float voxel_m) {
-  return voxel_m * (Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>() * kBrickEdge +
-                    Vector3f::Constant(0.5f * (kBrickEdge - 1)));
-}
-
 }  // namespace
 
 /// Four voxels in the camera's frame, and the pixels they are seen at.

@@ -280,6 +280,7 @@ void Pipeline::State::geometry_turn() {
     const AtWork work(geometry_rest);
     const StageTimer timer(metrics, "fuse");
     board.publish_field(fusion.fuse(*posed->played.frame, *posed->located.pose));
+    board.publish_warnings("geometry", fusion.warnings());
     board.publish_warnings("geometry stage", {});
   }
 }

@@ -102,7 +102,10 @@ LearntFrame SceneLearner::learn(const FrameSet& sensed) {
   });
   // Depth seen from a pose of the past would smear the field.
   if (pose && pose->age_ns == 0 && frame.depth) {
-    run_stage(learnt, "fuse", [&] { s.board.publish_field(s.fusion.fuse(frame, *pose)); });
+    run_stage(learnt, "fuse", [&] {
+      s.board.publish_field(s.fusion.fuse(frame, *pose));
+      s.board.publish_warnings("geometry", s.fusion.warnings());
+    });
   }
   s.solve_albedo(learnt, pose);
 

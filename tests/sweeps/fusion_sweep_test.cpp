@@ -8,6 +8,7 @@
 #include "reconstruct/fusion.h"
 #include "sweep.h"
 #include "tests/reconstruct/fusion_views.h"
+#include "tests/reconstruct/real_surface_views.h"
 
 namespace lumigraft::test {
 namespace {
@@ -15,11 +16,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
-
-double box(const Vector3d& p, const Vector3d& middle, const Vector3d& half) {
-  const Vector3d out = (p - middle).cwiseAbs() - half;
-  return out.cwiseMax(0.0).norm() + std::min(out.maxCoeff(), 0.0);
-}
 
 /// Rays along a direction from a grid of places: how many miss the surface or find it more than 10 mm away, and how far
 /// off the others are.
@@ -56,7 +52,7 @@ TEST(FusionSweep, ThinPlate) {
               .x_label = "thickness, mm",
               .y_label = "percent of rays that miss it; mm off",
               .x = {2, 4, 8, 16, 40},
-              .curves = {{"one side, missed"}, {"from all around, missed"}, {"all around, mm off"}},
+              .curves = {{"one side: missed"}, {"all round: missed"}, {"all round: mm off"}},
               .logarithmic = true};
   const CameraModel camera = small_camera();
   const Vector3d middle(0, 0, 0.25);
@@ -145,6 +141,77 @@ TEST(FusionSweep, Hole) {
   write_sweep(sweep);
 }
 
+// Depth shows what a mirror reflects. Without a word from the operator that is a room behind a hole in the wall.
+TEST(FusionSweep, Mirror) {
+  Sweep sweep{.stem = "fusion-mirror",
+              .title = "A mirror in a wall, with what it reflects behind it",
+              .x_label = "edge of the mirror, mm",
+              .y_label = "percent of rays",
+              .x = {100, 200, 400},
+              .curves = {{"wall beside: missed"}, {"mirror: missed"}, {"ghosts"}, {"named: missed"}, {"named: ghosts"}},
+              .logarithmic = true};
+  constexpr double kWall = 0.5;
+  const CameraModel camera = small_camera();
+  const Isometry3d T = looking_at_tag(1.1, 70 * kDegree, -90 * kDegree, {0, 0.3, 0.25});
+  for (const double edge_mm : sweep.x) {
+    const double half = 0.5e-3 * edge_mm, height = 0.25;
+    const Shape room = [](const Vector3d& p) { return ball_on_table(p); };
+    const auto beside = [&](const Vector3d& p) { return std::max(std::abs(p.x()), std::abs(p.z() - height)) - half; };
+    const Shape seen = [&](const Vector3d& p) {
+      const double wall = std::max(std::max(kWall - p.y(), p.y() - kWall - 0.01), -beside(p));
+      const double mirrored = room(Vector3d(p.x(), 2 * kWall - p.y(), p.z()));
+      return std::min({std::max(room(p), p.y() - kWall), wall, std::max(mirrored, kWall - p.y())});
+    };
+    const auto fused = [&](bool named) {
+      Session session = session_with(camera);
+      if (named) {
+        session.real_surfaces = {real_surface("mirror", box_faces({0, kWall + 0.01, height}, {half, 0.01, half}))};
+        session.real_surfaces[0].metallic = 1;
+        session.real_surfaces[0].roughness = 0.02f;
+      }
+      FusionStage stage(session, {});
+      std::shared_ptr<const DistanceField> field;
+      for (unsigned i = 0; i < 5; ++i) field = stage.fuse(frame_of(seen, camera, T, i, {0.5, i + 1}), pose_at(T));
+      EXPECT_TRUE(stage.warnings().empty());
+      return field;
+    };
+    struct Rays {
+      double missed_beside = 0, missed = 0, ghosts = 0;
+    };
+    const auto rays_of = [&](const DistanceField& field) {
+      Rays rays;
+      int all_beside = 0, all = 0;
+      for (double x = -0.3; x <= 0.3; x += 0.013)
+        for (double z = 0.06; z <= 0.44; z += 0.013) {
+          const Vector3d aim(x, kWall, z), direction = (aim - T.translation()).normalized();
+          const double away = beside(aim);
+          if (std::abs(away) < 0.012) continue;
+          const auto hit = field.raycast(T.translation().cast<float>(), direction.cast<float>(), 0.05f, 6);
+          const bool before = hit && hit->position_m.y() < kWall - 0.012f;  // the ball
+          if (before) continue;
+          const bool missed = !hit || hit->position_m.y() > kWall + 0.012f;
+          ++(away > 0 ? all_beside : all);
+          (away > 0 ? rays.missed_beside : rays.missed) += missed;
+          if (away < 0) rays.ghosts += hit && missed;
+        }
+      rays.missed_beside *= 100.0 / all_beside;
+      rays.missed *= 100.0 / all;
+      rays.ghosts *= 100.0 / all;
+      return rays;
+    };
+    const Rays plain = rays_of(*fused(false)), named = rays_of(*fused(true));
+    sweep.curves[0].y.push_back(std::max(plain.missed_beside, named.missed_beside));
+    sweep.curves[1].y.push_back(plain.missed);
+    sweep.curves[2].y.push_back(plain.ghosts);
+    sweep.curves[3].y.push_back(named.missed);
+    sweep.curves[4].y.push_back(named.ghosts);
+    EXPECT_LT(sweep.curves[0].y.back(), 1) << edge_mm << ": what is real is not carved";
+    EXPECT_LT(named.missed, 1) << edge_mm;
+    EXPECT_LT(named.ghosts, 1) << edge_mm;
+  }
+  write_sweep(sweep);
+}
+
 TEST(FusionSweep, Visitor) {
   Sweep sweep{.stem = "fusion-visitor",
               .title = "A visitor's leg on a table leaves; 30 pictures a second",
@@ -206,7 +273,7 @@ TEST(FusionSweep, Grazing) {
               .x_label = "incidence at the middle, degrees",
               .y_label = "mm off; percent of places that are missing",
               .x = {0, 30, 50, 65, 75, 80, 84},
-              .curves = {{"first picture mm"}, {"6 pictures mm"}, {"6 pictures, missing"}}};
+              .curves = {{"1 picture: mm"}, {"6 pictures: mm"}, {"6 pictures, missing"}}};
   const CameraModel camera = small_camera();
   const std::vector<Vector3f> above = grid(0.08f, 0.016f, 0.02f);
   for (const double tilt : sweep.x) {
@@ -240,7 +307,7 @@ TEST(FusionSweep, Distance) {
       .x_label = "distance, m",
       .y_label = "mm off; percent of places that are missing",
       .x = {0.5, 1, 2, 3, 4, 4.5},
-      .curves = {{"first picture mm"}, {"6 pictures mm"}, {"6 pictures, missing"}, {"noise of a pixel mm", {}, true}}};
+      .curves = {{"1 picture: mm"}, {"6 pictures: mm"}, {"6 pictures, missing"}, {"noise of a pixel mm", {}, true}}};
   const CameraModel camera = small_camera();
   for (const double distance : sweep.x) {
     FusionStage stage(session_with(camera), {});

@@ -1,0 +1,16 @@
+#pragma once
+// Triangles of what an operator said about a real surface.
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "capture/session.h"
+
+namespace lumigraft {
+
+using SurfaceTriangle = std::array<Eigen::Vector3f, 3>;
+
+/// In the frame of the file, which is the tag's. Throws InputError.
+std::vector<SurfaceTriangle> read_triangles(const RealSurface& surface);
+
+}  // namespace lumigraft
