@@ -168,7 +168,7 @@ class Adjuster {
   void hold_still(ceres::Problem& problem) {
     for (std::size_t i = 0; i < lenses_.size(); ++i) {
       if (!problem.HasParameterBlock(lenses_[i].data())) continue;
-      if (i == 0) problem.SetParameterBlockConstant(stands_[0].data());
+      if (i == 0 || freedom_ == Freedom::poses) problem.SetParameterBlockConstant(stands_[i].data());
       if (freedom_ == Freedom::poses) {
         problem.SetParameterBlockConstant(lenses_[i].data());
         continue;

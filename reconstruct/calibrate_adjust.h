@@ -36,7 +36,8 @@ struct Adjustment {
   Eigen::MatrixXd covariance;
 };
 
-enum class Freedom { poses, focal_length, all };  ///< each with those before it
+/// Each with those before it. `poses` are the board's alone, `focal_length` frees how the cameras stand, too.
+enum class Freedom { poses, focal_length, all };
 
 /// Starts from `rig`. Empty where the start cannot be projected, or the unknowns do not follow from the views.
 std::optional<Adjustment> adjust(const Rig& rig, const RigViews& views, Freedom freedom);

@@ -11,7 +11,6 @@
 namespace lumigraft {
 namespace {
 
-using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -65,18 +64,22 @@ double widest_sigma_px(const CameraCalibration& calibration) {
   return widest;
 }
 
-/// What one camera's part of an adjustment says about it. `said` is the camera as it came.
-void take_over(CameraCalibration& calibration, const CameraModel& said, const Adjustment& adjusted, int camera) {
-  calibration.model = adjusted.rig.cameras[static_cast<std::size_t>(camera)];
-  calibration.covariance =
-      adjusted.covariance.block<kLensNumbers, kLensNumbers>(camera * kLensNumbers, camera * kLensNumbers);
+std::size_t points_in(const std::vector<BoardView>& views) {
+  std::size_t points = 0;
+  for (const BoardView& view : views) points += view.seen.size();
+  return points;
+}
+
+/// `said` is the camera as it came.
+void take_over(CameraCalibration& calibration, const CameraModel& said, const Adjustment& adjusted) {
+  calibration.model = adjusted.rig.cameras[0];
+  calibration.covariance = adjusted.covariance.block<kLensNumbers, kLensNumbers>(0, 0);
   for (int i = 0; i < kLensNumbers; ++i)
     calibration.sigma[static_cast<std::size_t>(i)] = std::sqrt(calibration.covariance(i, i));
   std::vector<double> errors;
   std::vector<Vector2d> pixels;
   calibration.corners = calibration.outliers = 0;
   for (const Residual& residual : adjusted.residuals) {
-    if (residual.camera != camera) continue;
     ++calibration.corners;
     calibration.outliers += residual.outlier;
     errors.push_back(residual.error_px.norm());
@@ -94,12 +97,6 @@ void take_over(CameraCalibration& calibration, const CameraModel& said, const Ad
   if (calibration.model.kind != CameraModel::Kind::pinhole && calibration.model.fov_rad == 0)
     calibration.model.fov_rad = 2 * calibration.coverage.widest_rad;  // as far as it was seen
   calibration.widest_sigma_px = widest_sigma_px(calibration);
-}
-
-std::size_t points_in(const std::vector<BoardView>& views) {
-  std::size_t points = 0;
-  for (const BoardView& view : views) points += view.seen.size();
-  return points;
 }
 
 }  // namespace
@@ -129,58 +126,10 @@ CameraCalibration calibrate_camera(const CameraModel& camera, const BoardFinder&
     adjusted = adjust(adjusted->rig, {views}, Freedom::all);
   }
   if (!adjusted) return calibration;
-  take_over(calibration, camera, *adjusted, 0);
+  take_over(calibration, camera, *adjusted);
   for (std::size_t i = 0; i < views.size(); ++i) pictures[i].view = views[i];
   calibration.refusal = why_not(calibration);
   return calibration;
-}
-
-StandCalibration calibrate_stand(CameraCalibration& first, CameraCalibration& second,
-                                 const std::vector<BoardView>& first_views,
-                                 const std::vector<BoardView>& second_views) {
-  StandCalibration stand;
-  Rig rig{{first.model, second.model}, {Isometry3d::Identity(), Isometry3d::Identity()}, {}};
-  for (CameraModel& camera : rig.cameras) camera.fov_rad = 0;
-  RigViews views(2);
-  std::vector<Isometry3d> guesses;  // of T_second_first
-  for (std::size_t i = 0; i < first_views.size(); ++i) {
-    const auto one = board_pose(first_views[i], rig.cameras[0]), other = board_pose(second_views[i], rig.cameras[1]);
-    if (!one || !other) continue;
-    guesses.push_back(*other * one->inverse());
-    rig.T_first_board.push_back(*one);
-    views[0].push_back(first_views[i]);
-    views[1].push_back(second_views[i]);
-  }
-  stand.moments = static_cast<int>(guesses.size());
-  if (stand.moments >= kFewestMoments) {
-    // The one that most of the others agree with.
-    const auto apart = [](const Isometry3d& a, const Isometry3d& b) {
-      return (a.translation() - b.translation()).norm() +
-             Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle();
-    };
-    double least = 1e300;
-    for (const Isometry3d& guess : guesses) {
-      std::vector<double> distances;
-      for (const Isometry3d& other : guesses) distances.push_back(apart(guess, other));
-      if (const double middle = quantile(distances, 0.5); middle < least) {
-        least = middle;
-        rig.T_camera_first[1] = guess;
-      }
-    }
-    if (const auto adjusted = adjust(rig, views, Freedom::all)) {
-      stand.T_second_first = adjusted->rig.T_camera_first[1];
-      const Eigen::VectorXd sigma = adjusted->covariance.diagonal().tail<6>().cwiseSqrt();
-      stand.turn_sigma_rad = sigma.head<3>();
-      stand.shift_sigma_m = sigma.tail<3>();
-      std::vector<double> errors;
-      for (const Residual& residual : adjusted->residuals) errors.push_back(residual.error_px.norm());
-      stand.median_px = quantile(errors, 0.5);
-    } else {
-      stand.median_px = std::numeric_limits<double>::infinity();
-    }
-  }
-  stand.refusal = why_not(stand);
-  return stand;
 }
 
 }  // namespace lumigraft

@@ -1,5 +1,5 @@
 #pragma once
-// Calibration of one camera from pictures of a board, and of how two cameras stand to each other.
+// Calibration of one camera from pictures of a board.
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
@@ -37,19 +37,5 @@ struct CameraCalibration {
 /// was seen. The views of `pictures` are measured again as the lens becomes known.
 CameraCalibration calibrate_camera(const CameraModel& camera, const BoardFinder& finder,
                                    std::vector<BoardPicture>& pictures);
-
-/// How a second camera stands to the first.
-struct StandCalibration {
-  Eigen::Isometry3d T_second_first = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d turn_sigma_rad = Eigen::Vector3d::Zero();
-  Eigen::Vector3d shift_sigma_m = Eigen::Vector3d::Zero();
-  int moments = 0;  ///< at which both saw the board
-  double median_px = 0;
-  std::string refusal;
-};
-
-/// `first` and `second` hold what each camera saw at the same moments, and become what both together say.
-StandCalibration calibrate_stand(CameraCalibration& first, CameraCalibration& second,
-                                 const std::vector<BoardView>& first_views, const std::vector<BoardView>& second_views);
 
 }  // namespace lumigraft

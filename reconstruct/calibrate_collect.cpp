@@ -38,18 +38,48 @@ double moved_px(const BoardView& a, const BoardView& b) {
   return sum / static_cast<double>(both);
 }
 
-BoardPicture found(const BoardFinder& finder, const Picture& picture, const Response& response) {
-  BoardPicture result;
-  result.light = linear_light(picture, response);
+struct Looked {
+  BoardPicture picture;
+  BoardView room_tag;
+};
+
+Looked found(const BoardFinder& finder, const std::optional<BoardFinder>& room_finder, const Picture& picture,
+             const Response& response) {
+  Looked result;
+  BoardPicture& board = result.picture;
+  board.light = linear_light(picture, response);
   const float gain = picture.encoded.empty() ? detector_gain(picture.radiance) : 1.0f;
-  const PixelRegion whole{0, 0, result.light.width, result.light.height};
-  result.view = finder.find(detector_codes(picture, whole, gain), result.light);
+  const auto grey = detector_codes(picture, {0, 0, board.light.width, board.light.height}, gain);
+  board.view = finder.find(grey, board.light);
+  if (room_finder) result.room_tag = room_finder->find(grey, board.light);
   return result;
+}
+
+/// The tag alone is a board of one, whose frame is the tag's.
+Board board_of(const Tag& tag) {
+  Board board;
+  board.family = tag.family;
+  board.first_id = tag.id;
+  board.rows = board.columns = 1;
+  board.size_m = tag.size_m;
+  return board;
 }
 
 }  // namespace
 
-BoardCollector::BoardCollector(const Board& board) : finder_(board) {}
+BoardCollector::BoardCollector(const Board& board, const std::optional<Tag>& room_tag) : finder_(board) {
+  if (room_tag) room_finder_.emplace(board_of(*room_tag));
+}
+
+std::vector<SeenPoints> BoardCollector::room_tag(std::size_t camera, const CameraModel& lens) const {
+  std::vector<SeenPoints> all;
+  for (const BoardMoment& moment : moments_) {
+    if (moment.room_tag[camera].seen.empty()) continue;
+    const BoardView again = room_finder_->again(moment.room_tag[camera], moment.by_camera[camera].light, lens);
+    all.insert(all.end(), again.seen.begin(), again.seen.end());
+  }
+  return all;
+}
 
 bool BoardCollector::somewhere_new(const BoardMoment& moment) const {
   for (std::size_t c = 0; c < moment.by_camera.size(); ++c) {
@@ -82,12 +112,14 @@ BoardCollector::Seen BoardCollector::look(std::int64_t time_ns, const Picture* c
   if (any_ && passed_s >= 0 && passed_s < kLookEvery_s) return seen;
   BoardMoment moment;
   moment.time_ns = time_ns;
-  if (color != nullptr) moment.by_camera[0] = found(finder_, *color, color_response);
-  for (const auto& picture : fisheye) {
-    BoardPicture one = found(finder_, *picture, fisheye_response);
-    if (moment.by_camera[1].light.empty() || one.view.seen.size() > moment.by_camera[1].view.seen.size())
-      moment.by_camera[1] = std::move(one);
-  }
+  const auto take = [&](std::size_t camera, Looked one) {
+    BoardPicture& best = moment.by_camera[camera];
+    if (!best.light.empty() && one.picture.view.seen.size() <= best.view.seen.size()) return;
+    best = std::move(one.picture);
+    moment.room_tag[camera] = std::move(one.room_tag);
+  };
+  if (color != nullptr) take(0, found(finder_, room_finder_, *color, color_response));
+  for (const auto& picture : fisheye) take(1, found(finder_, room_finder_, *picture, fisheye_response));
   bool moving = false;
   for (std::size_t c = 0; c < 2; ++c) {
     const BoardPicture& now = moment.by_camera[c];

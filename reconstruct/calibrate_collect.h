@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "capture/frame.h"
@@ -15,11 +16,13 @@ namespace lumigraft {
 struct BoardMoment {
   std::int64_t time_ns = 0;
   std::array<BoardPicture, 2> by_camera;
+  std::array<BoardView, 2> room_tag;  ///< the tag that hangs in the room, in its own frame
 };
 
 class BoardCollector {
  public:
-  explicit BoardCollector(const Board& board);
+  /// `room_tag` is looked for beside the board where it is there.
+  BoardCollector(const Board& board, const std::optional<Tag>& room_tag);
 
   struct Seen {
     bool kept = false;
@@ -31,6 +34,8 @@ class BoardCollector {
             const std::vector<std::shared_ptr<const Picture>>& fisheye, const Response& fisheye_response);
 
   const BoardFinder& finder() const { return finder_; }
+  /// What one camera (0, 1) saw of the room's tag, measured again through its lens.
+  std::vector<SeenPoints> room_tag(std::size_t camera, const CameraModel& lens) const;
   const std::vector<BoardMoment>& moments() const { return moments_; }
 
   static constexpr std::size_t kMost = 60;
@@ -40,6 +45,7 @@ class BoardCollector {
   void thin_out();
 
   BoardFinder finder_;
+  std::optional<BoardFinder> room_finder_;
   std::vector<BoardMoment> moments_;
   std::int64_t last_time_ns_ = 0;
   std::array<BoardView, 2> last_;  ///< at the moment before, kept or not

@@ -68,17 +68,27 @@ std::string why_not(const StandCalibration& s) {
   if (s.moments < kFewestMoments)
     return text("too few views: found %d moments at which both cameras see the board, allowed: at least %d", s.moments,
                 kFewestMoments);
-  if (!(s.median_px <= kMost_px))
+  if (!(s.median_px <= kMost_px) || s.outliers > kMostOutliers)
     return text(
-        "residual: found corners %.2f px in the median from where both cameras together put them, allowed: at "
-        "most %.1f px; did one camera move, or the board between their pictures?",
-        s.median_px, kMost_px);
+        "residual: found corners %.2f px in the median from where both cameras together put them, %.0f %% of them far "
+        "off, "
+        "allowed: at most %.1f px and %.0f %%; did one camera move, or the board between their pictures?",
+        s.median_px, 100 * s.outliers, kMost_px, 100 * kMostOutliers);
   const double turn = s.turn_sigma_rad.maxCoeff(), shift = s.shift_sigma_m.maxCoeff();
   if (!(turn <= kMostTurn_rad && shift <= kMostShift_m))
     return text(
         "uncertainty: found one camera to stand to the other by %.2f° and %.1f mm, allowed: %.1f° and %.0f mm; "
         "take more views that both see, nearer and at a slant",
         turn * 180 / 3.14159265358979, 1e3 * shift, kMostTurn_rad * 180 / 3.14159265358979, 1e3 * kMostShift_m);
+  return {};
+}
+
+std::string why_not(const TagPlace& place) {
+  if (!(place.median_px <= kMost_px))
+    return text(
+        "residual: found its corners %.2f px in the median from one place in the room, allowed: at most %.1f px; "
+        "did the tag or the camera move?",
+        place.median_px, kMost_px);
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "reconstruct/calibrate_camera.h"
+#include "reconstruct/calibrate_stand.h"
 
 namespace lumigraft {
 
@@ -12,5 +13,6 @@ constexpr int kFewestMoments = 5;  ///< at which two cameras see the board toget
 /// Empty where it may be used.
 std::string why_not(const CameraCalibration& calibration);
 std::string why_not(const StandCalibration& stand);
+std::string why_not(const TagPlace& place);
 
 }  // namespace lumigraft

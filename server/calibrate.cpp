@@ -1,5 +1,7 @@
 #include "server/calibrate.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <fstream>
 #include <map>
@@ -8,10 +10,14 @@
 #include <stdexcept>
 
 #include "capture/error.h"
+#include "capture/picture_file.h"
+#include "capture/picture_list.h"
 #include "capture/source.h"
 #include "reconstruct/calibrate_board.h"
 #include "reconstruct/calibrate_collect.h"
 #include "reconstruct/calibrate_folder.h"
+#include "reconstruct/calibrate_response.h"
+#include "reconstruct/calibrate_stand.h"
 #include "server/calibrate_text.h"
 
 namespace lumigraft {
@@ -25,7 +31,7 @@ constexpr std::array kNames = {"colour", "fish-eye"};
 
 /// What is known of the cameras before, and what they saw.
 struct Input {
-  std::array<std::optional<CameraModel>, 2> cameras;
+  std::array<std::optional<CameraModel>, 2> cameras;  // colour, fish-eye
   std::array<std::string, 2> serials;
 };
 
@@ -55,10 +61,8 @@ void say_view(std::ostream& report, std::size_t number, const BoardCollector::Se
   report << std::endl;  // a person with a board in hand waits for it
 }
 
-Input look_through_session(const CalibrateCommand& command, const std::atomic<bool>& interrupted,
-                           BoardCollector& collector, std::ostream& report) {
-  const ServiceInput service = read_service(command.files, interactive_plan());
-  const Session& session = service.session;
+Input look_through_session(const CalibrateCommand& command, const Session& session,
+                           const std::atomic<bool>& interrupted, BoardCollector& collector, std::ostream& report) {
   Input input;
   input.cameras[0] = session.color.model;
   input.serials[0] = session.color.serial;
@@ -139,14 +143,68 @@ Input look_through_folders(const CalibrateCommand& command, const std::atomic<bo
   return input;
 }
 
-std::vector<BoardPicture> pictures_of(const BoardCollector& collector, std::size_t camera) {
+/// The room's tag, where it cannot be taken for one of the board's.
+std::optional<Tag> room_tag_of(const Session& session, const Board& board) {
+  const bool on_board = board.kind == Board::Kind::tags && session.tag.family == board.family &&
+                        session.tag.id >= board.first_id && session.tag.id < board.first_id + board.tags();
+  return on_board ? std::nullopt : std::optional(session.tag);
+}
+
+/// Calibrates a camera from what it saw; its views come back as measured through its lens, by moment.
+CalibratedCamera calibrated(const CameraModel& camera, const BoardCollector& collector, std::size_t c,
+                            std::vector<BoardView>& views, std::ostream& report) {
   std::vector<BoardPicture> pictures;
   for (const BoardMoment& moment : collector.moments()) {
-    if (!moment.by_camera[camera].view.seen.empty()) {
-      pictures.push_back(moment.by_camera[camera]);
+    pictures.push_back(moment.by_camera[c]);
+  }
+  const CameraCalibration found = calibrate_camera(camera, collector.finder(), pictures);
+  write_calibration_report(report, kNames[c], found);
+  if (!found.refusal.empty()) {
+    throw std::runtime_error(std::string("calibration refused: ") + kNames[c] + ": " + found.refusal);
+  }
+  for (BoardPicture& picture : pictures) {
+    views.push_back(std::move(picture.view));
+  }
+  return {found, {}};
+}
+
+bool saw_board(const BoardCollector& collector, std::size_t camera) {
+  return std::any_of(collector.moments().begin(), collector.moments().end(),
+                     [&](const BoardMoment& moment) { return !moment.by_camera[camera].view.seen.empty(); });
+}
+
+using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
+
+/// How the cameras stand to each other and to the room, as far as pictures say.
+std::optional<Eigen::Isometry3d> find_stand(const BoardCollector& collector, const Board& board, const Cameras& cameras,
+                                            const std::array<std::vector<BoardView>, 2>& views, std::ostream& report) {
+  std::optional<Eigen::Isometry3d> T_fisheye_color;
+  if (cameras[0] && cameras[1] && board.kind == Board::Kind::tags) {  // a chessboard looks the same upside down
+    const StandCalibration stand =
+        calibrate_stand(cameras[0]->calibration.model, cameras[1]->calibration.model, views[0], views[1]);
+    write_stand_report(report, stand);
+    if (stand.refusal.empty()) {
+      T_fisheye_color = stand.T_second_first;
     }
   }
-  return pictures;
+  if (!cameras[1]) {
+    return std::nullopt;
+  }
+  std::array<std::vector<SeenPoints>, 2> seen;
+  for (std::size_t c = 0; c < 2; ++c) {
+    if (cameras[c]) {
+      seen[c] = collector.room_tag(c, cameras[c]->calibration.model);
+    }
+  }
+  const CameraModel& fisheye = cameras[1]->calibration.model;
+  const TagPlace place =
+      place_room_tag(cameras[0] ? cameras[0]->calibration.model : fisheye, fisheye, T_fisheye_color, seen);
+  if (!place.refusal.empty()) {
+    report << "the room's tag: not placed: " << place.refusal << '\n';
+    return std::nullopt;
+  }
+  report << "the room's tag: placed by " << place.pictures << " pictures\n";
+  return place.T_camera_tag.inverse();
 }
 
 /// The file appears whole or not at all.
@@ -161,9 +219,37 @@ void write_whole(const fs::path& file, const std::string& text) {
   fs::rename(partial, file);
 }
 
+void find_response(const CalibrateCommand& command, std::ostream& report) {
+  std::vector<ExposedPicture> pictures;
+  for (const ListedPicture& listed : read_picture_list(command.sweep, {.exposures = true, .brackets = true})) {
+    const std::string where = command.sweep.string() + ":" + std::to_string(listed.line) + ": ";
+    if (!listed.exposure) {
+      throw InputError(where + "found no exposure, allowed: \"time path exposure\" in every line");
+    }
+    try {
+      pictures.push_back({*listed.exposure, read_encoded(listed.path)});
+    } catch (const InputError& e) {
+      throw InputError(where + listed.name + ": " + e.what());
+    }
+  }
+  const ResponseCalibration found = calibrate_response(pictures);
+  if (!found.refusal.empty()) {
+    throw std::runtime_error("calibration refused: response: " + found.refusal);
+  }
+  std::ostringstream text;
+  write_response_file(text, found);
+  write_whole(command.out, text.str());
+  report << "response: " << pictures.size() << " pictures, code values " << found.darkest << " to " << found.brightest
+         << " at two exposures or more\nwritten to " << command.out.string() << '\n';
+}
+
 }  // namespace
 
 void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
+  if (!command.sweep.empty()) {
+    find_response(command, report);
+    return;
+  }
   const Board board = board_in(command.board);
   if (!command.draw.empty()) {
     draw_board(board, command.draw);
@@ -172,31 +258,30 @@ void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& int
   if (command.out.empty()) {
     return;
   }
-  BoardCollector collector(board);
   const bool folders = !command.color.empty() || !command.fisheye.empty();
-  const Input input = folders ? look_through_folders(command, interrupted, collector)
-                              : look_through_session(command, interrupted, collector, report);
-  std::array<std::optional<CalibratedCamera>, 2> calibrated;
-  for (std::size_t c = 0; c < 2; ++c) {
-    std::vector<BoardPicture> pictures = pictures_of(collector, c);
-    if (!input.cameras[c] || pictures.empty()) {
-      if (input.cameras[c]) {
-        report << kNames[c] << ": saw no board\n";
-      }
-      continue;
-    }
-    const CameraCalibration found = calibrate_camera(*input.cameras[c], collector.finder(), pictures);
-    write_calibration_report(report, kNames[c], found);
-    if (!found.refusal.empty()) {
-      throw std::runtime_error(std::string("calibration refused: ") + kNames[c] + ": " + found.refusal);
-    }
-    calibrated[c] = CalibratedCamera{found, input.serials[c]};
+  std::optional<Session> session;
+  if (!folders) {
+    session = read_service(command.files, interactive_plan()).session;
   }
-  if (!calibrated[0] && !calibrated[1]) {
+  BoardCollector collector(board, session ? room_tag_of(*session, board) : std::nullopt);
+  const Input input = folders ? look_through_folders(command, interrupted, collector)
+                              : look_through_session(command, *session, interrupted, collector, report);
+  Cameras cameras;
+  std::array<std::vector<BoardView>, 2> views;
+  for (std::size_t c = 0; c < 2; ++c) {
+    if (input.cameras[c] && saw_board(collector, c)) {
+      cameras[c] = calibrated(*input.cameras[c], collector, c, views[c], report);
+      cameras[c]->serial = input.serials[c];
+    } else if (input.cameras[c]) {
+      report << kNames[c] << ": saw no board\n";
+    }
+  }
+  if (!cameras[0] && !cameras[1]) {
     throw std::runtime_error("calibration refused: no picture shows the board of " + command.board.string());
   }
+  const auto T_tag_fisheye = find_stand(collector, board, cameras, views, report);
   std::ostringstream text;
-  write_calibration_file(text, calibrated[0], calibrated[1]);
+  write_calibration_file(text, cameras[0], cameras[1], T_tag_fisheye);
   write_whole(command.out, text.str());
   report << "written to " << command.out.string() << '\n';
 }

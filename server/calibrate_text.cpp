@@ -78,8 +78,24 @@ void write_calibration_report(std::ostream& out, const std::string& name, const 
   }
 }
 
+void write_stand_report(std::ostream& out, const StandCalibration& stand) {
+  if (!stand.refusal.empty()) {
+    out << "fish-eye to colour: not found: " << stand.refusal << '\n';
+    return;
+  }
+  const Eigen::Vector3d shift_mm = 1e3 * stand.T_second_first.translation(), sigma_mm = 1e3 * stand.shift_sigma_m;
+  const Eigen::AngleAxisd turn(stand.T_second_first.linear());
+  const Eigen::Vector3d turn_degrees = turn.angle() * turn.axis() * kDegrees, sigma = stand.turn_sigma_rad * kDegrees;
+  print(out, "fish-eye to colour: %d moments, %.3f px in the median\n", stand.moments, stand.median_px);
+  print(out, "  shift = %.2f %.2f %.2f ± %.2f %.2f %.2f mm\n", shift_mm.x(), shift_mm.y(), shift_mm.z(), sigma_mm.x(),
+        sigma_mm.y(), sigma_mm.z());
+  print(out, "  turn = %.3f %.3f %.3f ± %.3f %.3f %.3f degrees\n", turn_degrees.x(), turn_degrees.y(), turn_degrees.z(),
+        sigma.x(), sigma.y(), sigma.z());
+}
+
 void write_calibration_file(std::ostream& out, const std::optional<CalibratedCamera>& color,
-                            const std::optional<CalibratedCamera>& fisheye) {
+                            const std::optional<CalibratedCamera>& fisheye,
+                            const std::optional<Eigen::Isometry3d>& T_tag_fisheye) {
   out << "# Written by lumigraft calibrate. A session or configuration takes it with: calibration = \"THIS FILE\"\n"
          "format = 1\n";
   if (color) {
@@ -95,6 +111,14 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
     // Rounded down: beyond it the polynomial may turn back.
     out << "k = " << array_of(model.k)
         << "\nfov_degrees = " << number(std::floor(model.fov_rad * kDegrees * 100 + 1e-6) / 100) << '\n';
+    if (T_tag_fisheye) {
+      out << "T_tag_fisheye = [";
+      for (int row = 0; row < 4; ++row) {
+        const Eigen::Vector4d numbers = T_tag_fisheye->matrix().row(row);
+        out << (row > 0 ? ", " : "") << array_of(numbers);
+      }
+      out << "]\n";
+    }
   }
 }
 

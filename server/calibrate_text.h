@@ -5,6 +5,7 @@
 #include <string>
 
 #include "reconstruct/calibrate_camera.h"
+#include "reconstruct/calibrate_stand.h"
 
 namespace lumigraft {
 
@@ -16,8 +17,12 @@ struct CalibratedCamera {
 /// Lens, uncertainties, residuals, and a map of where corners were seen.
 void write_calibration_report(std::ostream& out, const std::string& name, const CameraCalibration& calibration);
 
+/// How the fish-eye stands to the colour camera.
+void write_stand_report(std::ostream& out, const StandCalibration& stand);
+
 /// The file that `calibration = "FILE"` of a session or configuration names.
 void write_calibration_file(std::ostream& out, const std::optional<CalibratedCamera>& color,
-                            const std::optional<CalibratedCamera>& fisheye);
+                            const std::optional<CalibratedCamera>& fisheye,
+                            const std::optional<Eigen::Isometry3d>& T_tag_fisheye);
 
 }  // namespace lumigraft

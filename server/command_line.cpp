@@ -96,6 +96,9 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
                                  "A folder of a fish-eye's pictures, those of one moment of one name")}) {
     option->excludes(calibrate_config)->excludes(calibrate_session);
   }
+  calibrate_app.add_option(
+      "--sweep", calibrate.sweep,
+      "For the response: a list of pictures of a still scene, \"time path exposure\" in each line");
   calibrate_app.add_option("--fov-degrees", calibrate.fov_degrees, "Of the fish-eye in --fisheye")
       ->check(CLI::Range(1.0, 360.0));
   calibrate_app.add_option("--seconds", calibrate.seconds, "How long to look through live cameras")
@@ -176,10 +179,14 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     check_overrides(calibrate.files.overrides);
     const bool pictures = !calibrate.files.session.empty() || !calibrate.files.config.empty() ||
                           !calibrate.color.empty() || !calibrate.fisheye.empty();
-    if (calibrate.board.empty() || pictures == calibrate.out.empty() || (!pictures && calibrate.draw.empty())) {
+    const bool sweep = !calibrate.sweep.empty();
+    const bool good = sweep ? calibrate.board.empty() && !pictures && !calibrate.out.empty()
+                            : !calibrate.board.empty() && pictures != calibrate.out.empty() &&
+                                  (pictures || !calibrate.draw.empty());
+    if (!good) {
       throw InputError(
           "calibrate: --board FILE, and --draw FILE or pictures (SESSION, --config FILE, --color DIR, --fisheye DIR) "
-          "with --out FILE must be there (lumigraft calibrate --help)");
+          "with --out FILE, or --sweep LIST with --out FILE must be there (lumigraft calibrate --help)");
     }
     return calibrate;
   }

@@ -261,7 +261,7 @@ inline BoardView exact_view(const Board& board, const CameraModel& camera, const
       seen.points_m.push_back(corner);
       seen.pixels.push_back(*pixel + sigma_px * Eigen::Vector2d(gauss(random), gauss(random)));
     }
-    seen.whitening = Eigen::MatrixXd::Identity(8, 8);
+    seen.whitening = Eigen::MatrixXd::Identity(8, 8) / (sigma_px > 0 ? sigma_px : 1);
     if (seen.pixels.size() == 4) view.seen.push_back(std::move(seen));
   }
   return view;

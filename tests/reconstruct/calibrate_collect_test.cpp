@@ -12,7 +12,7 @@ using namespace test;
 
 class CalibrateCollect : public testing::Test {
  protected:
-  CalibrateCollect() : drawing_(board(), camera()), collector_(board()) {}
+  CalibrateCollect() : drawing_(board(), camera()), collector_(board(), std::nullopt) {}
 
   static Board board() {
     Board one = test_board();

@@ -53,6 +53,9 @@ TEST(CommandLine, Calibrate) {
   EXPECT_EQ(folders.fisheye, "f");
   EXPECT_EQ(folders.fov_degrees, 190);
   EXPECT_EQ(std::get<CalibrateCommand>(parse({"calibrate", "--board", "b", "--draw", "d"})).draw, "d");
+  EXPECT_EQ(std::get<CalibrateCommand>(parse({"calibrate", "--sweep", "l", "--out", "o"})).sweep, "l");
+  EXPECT_THROW(parse({"calibrate", "--sweep", "l"}), InputError);
+  EXPECT_THROW(parse({"calibrate", "s", "--sweep", "l", "--out", "o"}), InputError);
   EXPECT_THROW(parse({"calibrate", "--board", "b"}), InputError);
   EXPECT_THROW(parse({"calibrate", "s", "--board", "b"}), InputError);
   EXPECT_THROW(parse({"calibrate", "--board", "b", "--out", "o"}), InputError);

@@ -1,0 +1,110 @@
+// The response found from pictures of known light at known exposures.
+#include "reconstruct/calibrate_response.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <tuple>
+
+#include "capture/error.h"
+#include "capture/response.h"
+#include "tests/capture/scratch_folder.h"
+
+namespace lumigraft {
+namespace {
+
+using Curve = std::function<double(double)>;  // linear to encoded, both in [0, 1]
+
+double srgb(double linear) { return linear_to_srgb(static_cast<float>(linear)); }
+double gamma(double linear) { return std::pow(std::min(linear, 1.0), 1 / 2.2); }
+double filmic(double linear) { return std::min(1.0, 1.25 * linear / (linear + 0.25)); }
+
+/// A scene over four orders of magnitude at exposures that double, with a sensor's noise.
+std::vector<ExposedPicture> sweep(const Curve& curve, double noise_codes, int exposures = 8) {
+  constexpr int kSide = 160;
+  std::vector<ExposedPicture> pictures;
+  std::mt19937 random(5);
+  std::normal_distribution<double> gauss(0, noise_codes);
+  for (int i = 0; i < exposures; ++i) {
+    ExposedPicture& picture = pictures.emplace_back();
+    picture.exposure = 0.02 * std::pow(2.0, i);
+    picture.encoded = Image<std::uint8_t>(kSide, kSide, 3);
+    for (int y = 0; y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x)
+        for (int c = 0; c < 3; ++c) {
+          const double radiance = std::pow(10.0, -2.5 + 4.0 * (y * kSide + x) / (kSide * kSide)) * (1 + 0.2 * c);
+          const double code = 255 * curve(picture.exposure * radiance) + (noise_codes > 0 ? gauss(random) : 0);
+          picture.encoded.at(x, y, c) = static_cast<std::uint8_t>(std::clamp(std::lround(code), 0l, 255l));
+        }
+  }
+  return pictures;
+}
+
+/// The true linear value of a code, by bisection.
+double inverse(const Curve& curve, int code) {
+  double low = 0, high = 1;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (255 * curve(middle) < code ? low : high) = middle;
+  }
+  return low;
+}
+
+TEST(CalibrateResponse, IsFoundToAPercent) {
+  // A shoulder as of film is farther from sRGB's curve than cameras are: it costs twice the error.
+  const std::tuple<const char*, Curve, double> curves[] = {{"srgb", srgb, 0.01},
+                                                           {"gamma", gamma, 0.01},
+                                                           {"linear", [](double x) { return std::min(x, 1.0); }, 0.01},
+                                                           {"filmic", filmic, 0.025}};
+  for (const auto& [name, curve, allowed] : curves) {
+    const ResponseCalibration found = calibrate_response(sweep(curve, 0.6));
+    EXPECT_EQ(found.refusal, "") << name;
+    double worst = 0, worst_share = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int z = 0; z < 256; ++z) {
+        const double truth = inverse(curve, z), is = found.linear[c][static_cast<std::size_t>(z)];
+        worst = std::max(worst, std::abs(is - truth));
+        if (z >= 24) worst_share = std::max(worst_share, std::abs(is / truth - 1));
+      }
+    std::printf("%s: off by %.4f of white at worst, by %.2f %% of itself from code 24 up\n", name, worst,
+                100 * worst_share);
+    EXPECT_LT(worst, allowed) << name;
+    EXPECT_LT(worst_share, allowed) << name;
+  }
+}
+
+TEST(CalibrateResponse, RefusesWhatSaysTooLittle) {
+  EXPECT_EQ(calibrate_response(sweep(srgb, 0.6, 2)).refusal.find("exposures: found 2 pictures"), 0u);
+  EXPECT_NE(calibrate_response({}).refusal, "");
+  auto dim = sweep(srgb, 0.6, 4);
+  for (ExposedPicture& picture : dim)
+    for (std::uint8_t& code : picture.encoded.data) code = std::min<std::uint8_t>(code, 120);
+  EXPECT_EQ(calibrate_response(dim).refusal.find("coverage: found code values"), 0u) << calibrate_response(dim).refusal;
+  auto automatic = sweep(srgb, 0.6);
+  std::mt19937 random(1);
+  for (ExposedPicture& picture : automatic) picture.exposure *= 0.5 + static_cast<double>(random() % 1000) / 1000;
+  EXPECT_EQ(calibrate_response(automatic).refusal.find("residual: found exposures"), 0u)
+      << calibrate_response(automatic).refusal;
+  auto sizes = sweep(srgb, 0.6);
+  sizes[1].encoded = Image<std::uint8_t>(10, 10, 3);
+  EXPECT_THROW(calibrate_response(sizes), InputError);
+}
+
+class CalibrateResponseFile : public test::ScratchFolder {};
+
+TEST_F(CalibrateResponseFile, IsWhatACameraTakes) {
+  const ResponseCalibration found = calibrate_response(sweep(gamma, 0.6));
+  {
+    std::ofstream out(folder_ / "response.txt");
+    write_response_file(out, found);
+  }
+  const Response response = Response::from_file(folder_ / "response.txt");
+  EXPECT_NEAR(response.to_linear(128, 2), found.linear[2][128], 1e-6);
+  EXPECT_EQ(response.to_linear(255), 1.0f);
+}
+
+}  // namespace
+}  // namespace lumigraft
