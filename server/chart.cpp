@@ -90,7 +90,7 @@ double Axis::at(double value) const {
 }
 
 std::vector<Tick> time_ticks(double low_ms, double high_ms) {
-  const bool decades_alone = high_ms / low_ms > 1000;
+  const bool decades_alone = high_ms / low_ms > 999;
   std::vector<Tick> ticks;
   for (int power = -4; power < 9; ++power) {
     for (const double factor : {1.0, 2.0, 5.0}) {
