@@ -174,7 +174,7 @@ inline Four BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& 
       if (nearer[k])
         denied[k] = -1;
       else
-        share[k] = 0;
+        share[k] = 0, denied[k] = 0;  // says nothing at all: without weight it must not replace the past
     }
   const Four sum = select(denied, least(past, kDeniedLooks * share), past) + share;
   const Four turn = share / select(read, sum, all(1));
