@@ -106,6 +106,29 @@ TEST(Fusion, NoisyPicturesAverage) {
   EXPECT_GT(last.share, 0.995);
 }
 
+// What both sides of something thin say of the voxels between them, in noise and by poses that are off, is a number.
+TEST(Fusion, EveryDistanceIsANumber) {
+  const CameraModel camera = test::small_camera();
+  const Shape plate = [](const Vector3d& p) {
+    const Vector3d q = (p - Vector3d(0, 0, 0.2)).cwiseAbs() - Vector3d(0.25, 0.01, 0.2);
+    return std::min(table(p), q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0));
+  };
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> field;
+  for (unsigned i = 0; i < 12; ++i) {
+    const Isometry3d T = test::looking_at_tag(1.1, 60 * kDegree, (-90 + 75.0 * i) * kDegree);
+    Isometry3d off = T;
+    off.translation().y() += 0.012 * (i % 3 - 1.0);
+    field = stage.fuse(frame_of(plate, camera, T, i, {1, i + 1}), pose_at(off));
+  }
+  for (const auto& [key, brick] : field->bricks) {
+    for (std::size_t i = 0; i < brick->distance_m.size(); ++i) {
+      ASSERT_TRUE(std::isfinite(brick->distance_m[i]) && std::isfinite(brick->weight[i]))
+          << key[0] << ' ' << key[1] << ' ' << key[2] << ", voxel " << i;
+    }
+  }
+}
+
 TEST(Fusion, WhatIsTakenAwayIsCarved) {
   const CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
