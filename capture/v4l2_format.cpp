@@ -73,24 +73,16 @@ struct Said {
 };
 
 Said said(const v4l2_format& f, bool planar) {
-  if (planar) {
-    const v4l2_pix_format_mplane& p = f.fmt.pix_mp;
-    return {static_cast<int>(p.width),
-            static_cast<int>(p.height),
-            p.pixelformat,
-            p.field,
-            p.colorspace,
-            p.ycbcr_enc,
-            p.quantization};
-  }
-  const v4l2_pix_format& p = f.fmt.pix;
-  return {static_cast<int>(p.width),
-          static_cast<int>(p.height),
-          p.pixelformat,
-          p.field,
-          p.colorspace,
-          p.ycbcr_enc,
-          p.quantization};
+  const auto of = [](const auto& p) {
+    return Said{static_cast<int>(p.width),
+                static_cast<int>(p.height),
+                p.pixelformat,
+                p.field,
+                p.colorspace,
+                p.ycbcr_enc,
+                p.quantization};
+  };
+  return planar ? of(f.fmt.pix_mp) : of(f.fmt.pix);
 }
 
 /// What to_rgb takes for granted of a format must be what the camera means by it.
