@@ -123,6 +123,12 @@ TEST(RealSurface, ThingsStandOnIt) {
   const Agreement seen = compare(*field, crate_on_table, camera, T, 16);
   EXPECT_LT(seen.mean_m, 1e-3);
   EXPECT_GT(seen.share, 0.98);
+  // Its front, down to where the table's own distances are laid in.
+  for (float x = -0.08f; x < 0.09f; x += 0.04f) {
+    const auto hit = field->raycast({x, -0.1f, 0.012f}, Vector3f::UnitY(), 0, 0.3f);
+    ASSERT_TRUE(hit) << x;
+    EXPECT_NEAR(hit->position_m.y(), kMiddle.y() - kHalf.y(), 5e-3) << x;
+  }
 }
 
 }  // namespace
