@@ -12,6 +12,7 @@ constexpr std::size_t kMostAhead = 16;  ///< colour pictures read ahead while an
 constexpr std::int64_t kLatest_ns = 4'000'000'000'000'000'000;  ///< the year 2096; sums with bounds cannot overflow
 constexpr std::size_t kPeriodsKept = 15;                        ///< their median is the colour period
 constexpr std::int64_t kLongestLiveBound_ns = 250 * kNsPerMs;
+constexpr std::size_t kMostBuffered = 64;  ///< by a live source
 
 bool is_lost(const SourceItem& item) { return std::holds_alternative<LostPicture>(item); }
 
@@ -101,8 +102,8 @@ bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
 void PairingReader::pull_all_waiting() {
   using namespace std::chrono_literals;
   for (Source* source : {color_.source, depth_.source, fisheye_.source}) {
-    // As many as a device may have buffered; a source that never runs dry must not keep us here.
-    for (std::size_t i = 0; i < kMostAhead && source != nullptr && pull(*source, 0ms); ++i) {
+    // To the end of a bracket; a source that never runs dry must not keep us here.
+    for (std::size_t i = 0; i < kMostBuffered && source != nullptr && pull(*source, 0ms); ++i) {
     }
   }
 }
@@ -260,6 +261,17 @@ std::optional<std::int64_t> PairingReader::nearest_ns(const Lane& lane, bool los
   return best_ns;
 }
 
+std::optional<std::int64_t> PairingReader::newest_ns(const Lane& lane, std::int64_t from_ns, std::int64_t to_ns) {
+  std::optional<std::int64_t> newest;
+  for (const Entry& entry : lane.queue) {
+    const std::int64_t at_ns = time_of(entry.item);
+    if (!is_lost(entry.item) && at_ns >= from_ns && at_ns <= to_ns) {
+      newest = std::max(newest.value_or(at_ns), at_ns);
+    }
+  }
+  return newest;
+}
+
 std::shared_ptr<const DepthPicture> PairingReader::take_depth(std::int64_t time_ns, std::int64_t bound,
                                                               Warnings& warnings) {
   const std::optional<std::int64_t> best_ns = nearest_ns(depth_, false, time_ns, bound);
@@ -289,7 +301,10 @@ std::shared_ptr<const DepthPicture> PairingReader::take_depth(std::int64_t time_
 
 std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int64_t time_ns, std::int64_t bound,
                                                                         Warnings& warnings) {
-  const std::optional<std::int64_t> best_ns = nearest_ns(fisheye_, false, time_ns, bound);
+  std::optional<std::int64_t> best_ns = nearest_ns(fisheye_, false, time_ns, bound);
+  if (!best_ns && sources_.live) {
+    best_ns = newest_ns(fisheye_, time_ns - kLongestLiveBound_ns, time_ns);
+  }
   const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(fisheye_, true, time_ns, bound);
   std::vector<std::shared_ptr<const Picture>> out;
   const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);

@@ -6,7 +6,8 @@
 // dropped, counted and named in the warnings of the next FrameSet.
 //
 // A recording is read ahead until the answer is certain, so the same files always give the same FrameSets. A live
-// picture waits for its depth one colour period at most.
+// picture waits for its depth one colour period at most, and for no fish-eye: one that comes after its colour picture
+// was handed on, as every bracket does, joins the next, up to 250 ms later, since light is slow.
 #include <deque>
 #include <functional>
 #include <limits>
@@ -72,6 +73,7 @@ class PairingReader : public FrameReader {
   FrameSet emit();
   static SourceItem pop(Lane& lane, Warnings& warnings);
   static std::optional<std::int64_t> nearest_ns(const Lane& lane, bool lost, std::int64_t time_ns, std::int64_t bound);
+  static std::optional<std::int64_t> newest_ns(const Lane& lane, std::int64_t from_ns, std::int64_t to_ns);
   std::shared_ptr<const DepthPicture> take_depth(std::int64_t time_ns, std::int64_t bound, Warnings& warnings);
   std::vector<std::shared_ptr<const Picture>> take_fisheye(std::int64_t time_ns, std::int64_t bound,
                                                            Warnings& warnings);

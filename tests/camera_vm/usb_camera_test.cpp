@@ -7,7 +7,9 @@
 #include "capture/camera_list.h"
 #include "capture/error.h"
 #include "capture/live_source.h"
+#include "capture/pairing_reader.h"
 #include "capture/v4l2_source.h"
+#include "tests/camera_vm/vivid_camera.h"
 #include "tests/capture/child_process.h"
 #include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
@@ -146,6 +148,39 @@ TEST(UsbCamera, OfABracketEachPictureCarriesItsOwnExposure) {
     }
     before_ns = time_ns;
   }
+}
+
+TEST(UsbCamera, EveryBracketReachesAFrameOfALiveColourCamera) {
+  const UsbCamera camera;
+  StreamSpec bracketed = usb_spec(10'000);
+  bracketed.settings.bracket_us = {5'000, 10'000};
+  PairedSources sources;
+  StreamSpec color = test::vivid_spec(PixelFormat::rgb8);
+  color.stream = Stream::color;
+  sources.color =
+      std::make_shared<LiveSource>("colour", [&] { return std::make_unique<V4l2Source>(test::kSinglePlanar, color); });
+  sources.fisheye = std::make_shared<LiveSource>(
+      "fish-eye", [&] { return std::make_unique<V4l2Source>(kName, bracketed); }, LivePatience{6s, 500ms});
+  sources.live = true;
+  PairingReader reader(sources, {});
+  std::optional<std::uint64_t> next;
+  const Clock::time_point begin = Clock::now();
+  while (next.value_or(0) < 14 && Clock::now() - begin < 30s) {
+    const auto frame = reader.next(1s);
+    if (!frame || frame->fisheye.empty()) {
+      continue;
+    }
+    ASSERT_EQ(frame->fisheye.size(), 2u);
+    if (next) {
+      EXPECT_EQ(frame->fisheye[0]->stamp.sequence, *next);
+    } else {
+      EXPECT_LE(frame->fisheye[0]->stamp.sequence, 2u) << "the first may come before there is any colour";
+    }
+    EXPECT_EQ(frame->fisheye[1]->stamp.sequence, frame->fisheye[0]->stamp.sequence + 1);
+    EXPECT_NEAR(1e-9 * static_cast<double>(frame->time_ns - frame->fisheye[0]->stamp.time_ns), 0.0, 0.25);
+    next = frame->fisheye[1]->stamp.sequence + 1;
+  }
+  EXPECT_GE(next.value_or(0), 14u);
 }
 
 TEST(UsbCamera, ATornPictureIsLostAndTheNextIsWhole) {

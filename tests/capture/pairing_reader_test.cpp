@@ -253,6 +253,57 @@ TEST(PairingReader, LiveWaitsForDepthOnePeriodAndNoLonger) {
   EXPECT_TRUE(reader.finished());
 }
 
+/// The fish-eye pictures of the next FrameSet, and its warnings.
+std::string live_fisheyes(PairingReader& reader) {
+  const auto set = reader.next(1s);
+  if (!set) {
+    return "no picture";
+  }
+  std::string out;
+  for (const auto& one : set->fisheye) {
+    out += std::to_string(one->stamp.sequence) + " ";
+  }
+  for (const std::string& warning : set->warnings) {
+    out += warning;
+  }
+  return out;
+}
+
+TEST(PairingReader, ALiveFisheyeThatComesAfterItsColourPictureJoinsTheNext) {
+  auto camera = std::make_shared<Device>();
+  auto above = std::make_shared<Device>();
+  PairingReader reader(PairedSources{camera, nullptr, above, true}, to_m);
+  const auto color_at = [&](std::uint64_t number) { camera->give(color(number, 1000 + 33 * std::int64_t(number))); };
+  color_at(0);
+  EXPECT_EQ(live_fisheyes(reader), "") << "it waits for no fish-eye";
+  for (std::uint64_t i = 0; i < 3; ++i) above->give(fisheye(i, 1010));  // a bracket of the first picture's period
+  color_at(1);
+  EXPECT_EQ(live_fisheyes(reader), "0 1 2 ");
+  color_at(2);
+  EXPECT_EQ(live_fisheyes(reader), "") << "each is used once";
+  for (std::uint64_t i = 3; i < 6; ++i) above->give(fisheye(i, 1070));
+  for (std::uint64_t i = 6; i < 9; ++i) above->give(fisheye(i, 1100));
+  color_at(5);
+  EXPECT_EQ(live_fisheyes(reader),
+            "6 7 8 2 colour pictures missing before picture 53 fish-eye pictures late or without a colour picture: "
+            "dropped");
+  above->give(fisheye(9, 1200));
+  color_at(6);
+  EXPECT_EQ(live_fisheyes(reader), "9 ") << "the nearest where there is one, however late it is";
+  above->give(fisheye(10, 1300));
+  color_at(18);
+  EXPECT_EQ(live_fisheyes(reader).substr(0, 1), "1") << "290 ms are";
+}
+
+TEST(PairingReader, ALiveBracketIsNeverTakenInHalf) {
+  auto camera = std::make_shared<Device>();
+  auto above = std::make_shared<Device>();
+  PairingReader reader(PairedSources{camera, nullptr, above, true}, to_m);
+  for (std::uint64_t i = 0; i < 30; ++i) above->give(fisheye(i, 1000 + 10 * std::int64_t(i / 3)));
+  camera->give(color(0, 1100));
+  EXPECT_EQ(live_fisheyes(reader).substr(0, 9), "27 28 29 ") << "more came than are kept";
+}
+
 /// A live fish-eye that never rests.
 class Tireless : public Source {
  public:
