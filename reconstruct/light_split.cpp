@@ -23,6 +23,8 @@ constexpr float kWidestRad = 0.35f;        ///< RMS extent; a disk's is its radi
 constexpr float kWideRad = 0.16f;          ///< RMS extent beyond which one lamp is cut into several
 constexpr float kLeastShare = 0.01f;       ///< of the lamps' energy, and half of it of the whole picture's
 constexpr std::size_t kLeastClippedPx = 5;
+constexpr double kRaggedest = 3;  ///< a clipped region's outline over that of a disk of its area; one ten times as long
+                                  ///< as wide has 2.5, pixels of a slanting edge counted as they are
 
 struct Source {
   std::vector<PixelEnergy> pixels;
@@ -127,9 +129,12 @@ class Splitter {
     return static_cast<float>(level / region.size()) / std::max(median_level(ring), 1e-12f);
   }
 
-  /// A clipped region is a lamp's picture where its edge is sharp almost all around; a lit surface fades.
+  /// A clipped region is a lamp's picture where its edge is sharp almost all around; a lit surface fades, and where its
+  /// texture makes it clip here and not there its outline is ragged.
   bool sharply_clipped(const Pixels& region) const {
     if (region.size() < kLeastClippedPx || roundness(region, view_) < 0.1f) return false;
+    const auto outline = static_cast<double>(ring_around(region, view_, 0, 1).size());
+    if (outline > kRaggedest * std::sqrt(4 * std::numbers::pi * static_cast<double>(region.size()))) return false;
     if (contrast(region) < kClippedContrast) return false;
     double level = 0;
     std::size_t at_end = 0;

@@ -155,6 +155,33 @@ TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
   EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
 }
 
+// Polished stone below a lamp: where its grains are light it clips, where they are dark it does not.
+TEST(LightSplit, AClippedFloorOfStoneIsNoLamp) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  const Eigen::Vector3f lamp = towards(40, 0), floor = towards(70, 180);
+  auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+    if (within(d, lamp, 3)) return {50, 50, 50};
+    if (!within(d, floor, 14)) return Eigen::Vector3f::Constant(0.08f);
+    const auto grain = [](float x) { return static_cast<unsigned>(std::floor(x * 40) + 100); };
+    const unsigned hash =
+        (grain(d.x()) * 73856093u ^ grain(d.y()) * 19349663u ^ grain(d.z()) * 83492791u) * 2654435761u;
+    return Eigen::Vector3f::Constant(hash >> 16 & 3 ? 0.3f : 0.08f);
+  });
+  Image<std::uint8_t> clipped = unclipped(picture);
+  for (std::size_t i = 0; i < clipped.data.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      float& value = picture.data[3 * i + c];
+      if (value < 0.16f) continue;
+      value = 0.16f;
+      clipped.data[i] = 1;
+    }
+  }
+  const LightSplit split = split_lamps(picture, clipped, view, 8);
+  ASSERT_EQ(split.lamps.size(), 1u);
+  EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
+}
+
 TEST(LightSplit, NoLampInAnEvenSky) {
   const FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);

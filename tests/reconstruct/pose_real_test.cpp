@@ -13,17 +13,12 @@
 #include "reconstruct/pose.h"
 #include "reconstruct/pose_carry.h"
 #include "tests/reconstruct/pose_views.h"
+#include "tests/reconstruct/real_data.h"
 
 namespace lumigraft {
 namespace {
 
 using Eigen::Isometry3d;
-
-std::optional<std::filesystem::path> data_folder(const char* name) {
-  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
-  const auto folder = std::filesystem::path(extra ? extra : "") / "data" / name;
-  return extra && std::filesystem::exists(folder) ? std::optional(folder) : std::nullopt;
-}
 
 Isometry3d read_pose(const std::filesystem::path& path) {
   std::ifstream in(path);
@@ -50,7 +45,7 @@ double median_off_mm(const DepthGrid& grid, const DistanceField& field, const Is
 // A Kinect through a kitchen, three pictures a second: 7 cm and 4° from one to the next. The first pose is given, all
 // others come from depth against the field that the pictures before them made.
 TEST(PoseReal, AKitchenWithoutATag) {
-  const auto folder = data_folder("redkitchen/data");
+  const auto folder = test::data_folder("redkitchen/data");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/redkitchen";
   Session session;
   session.color.model.width = 640;
@@ -130,7 +125,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
 
 // Photographs of a tag of 65 mm that was turned by hand, through a fish-eye that was made rectilinear.
 TEST(PoseReal, ATagOnATurntable) {
-  const auto folder = data_folder("apriltag-images/duckietown");
+  const auto folder = test::data_folder("apriltag-images/duckietown");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/apriltag-images";
   CameraModel camera;
   camera.width = 1056;

@@ -1,0 +1,163 @@
+// A real exposure bracket of an office through a circular fish-eye, merged to absolute radiance. LUMIGRAFT_EXTRA names
+// a folder that has data/office-fisheye: five of the exposures, the camera's response, the lens's fall-off.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "capture/radiance.h"
+#include "reconstruct/calibrate_folder.h"
+#include "reconstruct/light.h"
+#include "reconstruct/light_view.h"
+#include "tests/capture/scratch_folder.h"
+#include "tests/reconstruct/real_data.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr double kPi = 3.14159265358979;
+// Which square of the photograph the fish-eye's 180° fill (its notes), of which every fourth pixel is taken.
+constexpr int kLeft = 1019, kTop = 3744 - 74 - 3612, kDiameter = 3612, kStep = 4, kSize = kDiameter / kStep;
+constexpr std::array kExposures = {std::pair{"IMG_6955", 13.0}, std::pair{"IMG_6959", 0.8}, std::pair{"IMG_6963", 0.05},
+                                   std::pair{"IMG_6967", 1 / 320.0}, std::pair{"IMG_6971", 1 / 5000.0}};  // seconds
+constexpr double kAperture = 5.6, kIso = 100;
+// Luminance that fills the range is K N² / (t S), ISO 12232 with K = 87 cd s/m² as the programs assume whose
+// photometric factor of this lens at f/5.6 is the second number.
+constexpr double kK = 87, kPhotometric = 1.18;
+constexpr double kLuxThere = 900.94;  ///< by others from all 18 exposures, says the data's source
+
+double fall_off(double r) { return 1 + 0.1755458928191 * r * r - 0.528613562104476 * r * r * r * r; }
+double luminance(const float* rgb) { return 0.265 * rgb[0] + 0.670 * rgb[1] + 0.065 * rgb[2]; }
+
+/// Equisolid angle, r = 2 f sin(θ/2), as the series that camera models have; its next term is 2e-6 of θ at 90°.
+CameraModel lens() {
+  CameraModel camera;
+  camera.kind = CameraModel::Kind::kannala_brandt;
+  camera.width = camera.height = kSize;
+  camera.fx = camera.fy = kSize / 2.0 / (2 * std::sin(kPi / 4));
+  camera.cx = camera.cy = kSize / 2.0 - 0.5;
+  camera.k = {-1.0 / 24, 1.0 / 1920, -1.0 / 322560, 1.0 / 92897280};
+  camera.fov_rad = kPi;
+  return camera;
+}
+
+std::shared_ptr<Picture> photograph(const std::filesystem::path& file, double seconds) {
+  const Picture whole = read_any_picture(file);
+  auto picture = std::make_shared<Picture>();
+  picture->stream = Stream::fisheye;
+  picture->exposure = seconds * kIso / (kK * kAperture * kAperture);  // of luminance, cd/m²
+  picture->encoded = Image<std::uint8_t>(kSize, kSize, 3);
+  for (int v = 0; v < kSize; ++v)
+    for (int u = 0; u < kSize; ++u)
+      for (int c = 0; c < 3; ++c)
+        picture->encoded.at(u, v, c) = whole.encoded.at(kLeft + kStep * u + 2, kTop + kStep * v + 2, c);
+  return picture;
+}
+
+/// Polynomials of the code value over 255, highest power first, a line for each channel.
+Response response_of(const std::filesystem::path& polynomials, const std::filesystem::path& table) {
+  std::ifstream in(polynomials);
+  std::array<std::array<double, 5>, 3> of{};
+  for (auto& channel : of) {
+    int degree = 0;
+    in >> degree;
+    for (double& factor : channel) in >> factor;
+  }
+  std::ofstream out(table);
+  for (int code = 0; code < 256; ++code) {
+    for (const auto& channel : of) {
+      double value = 0;
+      for (const double factor : channel) value = value * code / 255 + factor;
+      out << std::clamp(value, 0.0, 1.0) << " ";
+    }
+    out << "\n";
+  }
+  out.close();
+  return Response::from_file(table);
+}
+
+/// Of the lens's fall-off made good, and to photometric truth.
+void correct(Image<float>& radiance, const FisheyeView& view) {
+  for (std::size_t i = 0; i < view.direction.size(); ++i) {
+    if (!view.sees(i)) continue;
+    const double r = std::acos(std::clamp(view.direction[i].z(), -1.0f, 1.0f)) / (kPi / 2);
+    for (int c = 0; c < 3; ++c) radiance.data[3 * i + c] *= static_cast<float>(kPhotometric / fall_off(r));
+  }
+}
+
+/// Of a plane that faces where the camera looks, lx.
+double illuminance(const Image<float>& radiance, const FisheyeView& view) {
+  double lux = 0;
+  for (std::size_t i = 0; i < view.direction.size(); ++i)
+    if (view.sees(i)) lux += luminance(&radiance.data[3 * i]) * view.direction[i].z() * view.solid_angle_sr[i];
+  return lux;
+}
+
+using LightBracket = test::ScratchFolder;
+
+TEST_F(LightBracket, AnOfficeInLux) {
+  const auto folder = test::data_folder("office-fisheye");
+  if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/office-fisheye";
+  const Response response = response_of(*folder / "response_function_files/Response_function.rsp", folder_ / "table");
+  Session session;
+  session.fisheye.emplace();
+  session.fisheye->model = lens();
+  session.fisheye->response = response;
+  const FisheyeView view = fisheye_view(*session.fisheye);
+  std::vector<std::shared_ptr<const Picture>> bracket;
+  for (const auto& [name, seconds] : kExposures)
+    bracket.push_back(photograph(*folder / "JPEG" / (std::string(name) + ".JPG"), seconds));
+
+  RadiancePicture merged = merge_bracket(bracket, response);
+  correct(merged.radiance, view);
+  const double lux = illuminance(merged.radiance, view);
+  float brightest = 0;
+  for (std::size_t i = 0; i < view.direction.size(); ++i)
+    if (view.sees(i)) brightest = std::max(brightest, static_cast<float>(luminance(&merged.radiance.data[3 * i])));
+  std::printf("office: %.0f lx (others %.0f), brightest %.0f cd/m², %.4f %% of pixels clipped\n", lux, kLuxThere,
+              brightest, 100 * merged.clipped_fraction);
+  EXPECT_NEAR(lux / kLuxThere, 1, 0.05);
+  EXPECT_LT(merged.clipped_fraction, 0.001);
+
+  // Each exposure alone says the same where it can, and none is needed for what the others show.
+  for (std::size_t i = 0; i < bracket.size(); ++i) {
+    RadiancePicture alone = to_radiance(*bracket[i], response);
+    correct(alone.radiance, view);
+    std::vector<double> ratio;
+    for (std::size_t p = 0; p < view.direction.size(); ++p) {
+      const auto* const code = &bracket[i]->encoded.data[3 * p];
+      if (view.sees(p) && *std::min_element(code, code + 3) > 60 && *std::max_element(code, code + 3) < 220)
+        ratio.push_back(luminance(&alone.radiance.data[3 * p]) / luminance(&merged.radiance.data[3 * p]));
+    }
+    std::vector<std::shared_ptr<const Picture>> others = bracket;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    RadiancePicture without = merge_bracket(others, response);
+    correct(without.radiance, view);
+    std::sort(ratio.begin(), ratio.end());
+    const double middle = ratio.empty() ? 0 : ratio[ratio.size() / 2];
+    const double lux_without = illuminance(without.radiance, view);
+    std::printf("    %8.4f s: %6zu pixels in range, %.3f of the merged in the median; without it %.0f lx\n",
+                kExposures[i].second, ratio.size(), middle, lux_without);
+    EXPECT_NEAR(lux_without / lux, 1, 0.06);
+    if (ratio.size() > 1000) {
+      EXPECT_NEAR(middle, 1, 0.06);
+    }
+  }
+
+  LightStage stage(session, {});
+  FrameSet frame;
+  frame.fisheye = bracket;
+  const auto light = stage.extract(frame).illumination;
+  ASSERT_TRUE(light);
+  EXPECT_GE(light->lights.size(), 3u) << "windows";
+  for (const PointLight& lamp : light->lights)
+    std::printf("    lamp at (%.2f %.2f %.2f), %.0f lx facing it, %.1f deg wide\n", lamp.direction.x(),
+                lamp.direction.y(), lamp.direction.z(), luminance(lamp.irradiance.data()),
+                2 * lamp.angular_radius_rad * 180 / kPi);
+}
+
+}  // namespace
+}  // namespace lumigraft
