@@ -13,6 +13,7 @@
 
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
+#include "reconstruct/mirror_suspect.h"
 #include "reconstruct/pose.h"
 #include "server/albedo_schedule.h"
 #include "server/mailbox.h"
@@ -315,6 +316,7 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
     board.publish_enclosure(enclosure.close(*field, *solution.illumination));
   }
   board.publish_solution(std::move(solution), field->version, measured);
+  board.publish_warnings("mirrors", mirror_warnings(*field));
   board.publish_warnings("albedo stage", {});
 }
 

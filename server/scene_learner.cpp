@@ -4,6 +4,7 @@
 
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
+#include "reconstruct/mirror_suspect.h"
 #include "reconstruct/pose.h"
 #include "server/albedo_schedule.h"
 #include "server/scene_board.h"
@@ -60,6 +61,7 @@ struct SceneLearner::State {
           board.publish_enclosure(truth ? truth : enclosure.close(*field, *solution.illumination));
         }
         board.publish_solution(std::move(solution), field->version, measured);
+        board.publish_warnings("mirrors", mirror_warnings(*field));
       });
     }
     if (parts().albedo && where && field) {

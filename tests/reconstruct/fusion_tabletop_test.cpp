@@ -8,6 +8,7 @@
 #include <map>
 
 #include "reconstruct/fusion.h"
+#include "reconstruct/mirror_suspect.h"
 #include "tests/reconstruct/point_cloud.h"
 #include "tests/reconstruct/real_data.h"
 
@@ -83,6 +84,7 @@ TEST(FusionTabletop, TablesAreFlatAndThingsAreThere) {
     FusionStage fusion(session, {});
     const auto field = fusion.fuse(frame, {});
     ASSERT_TRUE(field);
+    EXPECT_TRUE(mirror_warnings(*field).empty()) << name;
 
     std::map<unsigned, std::vector<std::size_t>> pixels;  // by object; 1 is the table
     std::vector<Vector3f> table;
