@@ -80,6 +80,7 @@ struct Pipeline::State {
   LightStage light;
   AlbedoStage albedo;
   EnclosureStage enclosure;
+  GlossStage gloss;
   LiveRelighter relighter;
   EncodeStage encode;
 
@@ -119,6 +120,7 @@ struct Pipeline::State {
         fusion(session, FusionSettings{}),
         light(session, LightSettings{}),
         albedo(session),
+        gloss(session),
         relighter(session, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {}
 
@@ -283,6 +285,11 @@ void Pipeline::State::geometry_turn() {
     board.publish_field(fusion.fuse(*posed->played.frame, *posed->located.pose));
     board.publish_warnings("geometry", fusion.warnings());
     board.publish_warnings("geometry stage", {});
+    const Scene known = board.newest();
+    if (known.field && known.illumination) {
+      board.publish_gloss(gloss.look(*posed->played.frame, *posed->located.pose, *known.field, *known.illumination,
+                                     known.albedo.get()));
+    }
   }
 }
 

@@ -53,6 +53,11 @@ void SceneBoard::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
   scene_.enclosure = std::move(enclosure);
 }
 
+void SceneBoard::publish_gloss(std::shared_ptr<const GlossField> gloss) {
+  std::lock_guard lock(mutex_);
+  scene_.gloss = std::move(gloss);
+}
+
 void SceneBoard::publish_warnings(const std::string& stage, std::vector<std::string> warnings) {
   std::lock_guard lock(mutex_);
   warnings_[stage] = std::move(warnings);

@@ -22,6 +22,7 @@ class SceneBoard {
   /// Replaces the albedo alone.
   void publish_albedo(std::shared_ptr<const AlbedoField> albedo);
   void publish_enclosure(std::shared_ptr<const Enclosure> enclosure);
+  void publish_gloss(std::shared_ptr<const GlossField> gloss);
   /// What a stage complains about, until its next word. Shown with every frame.
   void publish_warnings(const std::string& stage, std::vector<std::string> warnings);
 

@@ -33,6 +33,7 @@ struct SceneLearner::State {
   LightStage light;
   AlbedoStage albedo;
   EnclosureStage enclosure;
+  GlossStage gloss;
   AlbedoSchedule schedule;
   SceneBoard board;
 
@@ -41,7 +42,8 @@ struct SceneLearner::State {
         pose(session.tag, session.color.model, session.color.response),
         fusion(session, FusionSettings{}),
         light(session, LightSettings{}),
-        albedo(session) {}
+        albedo(session),
+        gloss(session) {}
 
   OracleParts parts() const { return oracle ? oracle->parts() : OracleParts{}; }
 
@@ -108,6 +110,12 @@ LearntFrame SceneLearner::learn(const FrameSet& sensed) {
       s.board.publish_field(s.fusion.fuse(frame, *pose));
       s.board.publish_warnings("geometry", s.fusion.warnings());
     });
+    const Scene known = s.board.newest();
+    if (known.field && known.illumination) {
+      run_stage(learnt, "gloss", [&] {
+        s.board.publish_gloss(s.gloss.look(frame, *pose, *known.field, *known.illumination, known.albedo.get()));
+      });
+    }
   }
   s.solve_albedo(learnt, pose);
 
