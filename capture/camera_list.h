@@ -28,11 +28,12 @@ struct CameraListing {
   std::string why_not = {};  ///< why it cannot be looked into; empty where it can
 };
 
-/// Of every library, in the order openni2, v4l2, aravis.
+/// Of every library, in the order openni2, v4l2, libcamera, aravis.
 std::vector<CameraListing> list_cameras();
 
 std::vector<CameraListing> list_openni_cameras();
 std::vector<CameraListing> list_v4l2_cameras();
+std::vector<CameraListing> list_libcamera_cameras();
 std::vector<CameraListing> list_aravis_cameras();
 
 }  // namespace lumigraft

@@ -6,6 +6,7 @@
 #include "capture/depth_registration.h"
 #include "capture/error.h"
 #include "capture/image_source.h"
+#include "capture/libcamera_source.h"
 #include "capture/live_source.h"
 #include "capture/mkv_source.h"
 #include "capture/openni_source.h"
@@ -25,14 +26,14 @@ struct Wanted {
   StreamSpec spec;
 
   bool openni() const { return kind == "oni" || kind == "openni2"; }
-  bool live() const { return kind == "openni2" || kind == "v4l2" || kind == "aravis"; }
+  bool live() const { return kind == "openni2" || kind == "v4l2" || kind == "libcamera" || kind == "aravis"; }
   bool same_place(const Wanted& other) const { return kind == other.kind && rest == other.rest; }
 };
 
 Wanted wanted(const std::string& key, const std::string& uri, const StreamSpec& spec) {
   const std::size_t colon = uri.find(':');
   const std::string kind = uri.substr(0, colon);
-  static const std::set<std::string> kKinds = {"images", "mkv", "oni", "openni2", "v4l2", "aravis"};
+  static const std::set<std::string> kKinds = {"images", "mkv", "oni", "openni2", "v4l2", "libcamera", "aravis"};
   if (colon == std::string::npos || kKinds.count(kind) == 0) {
     throw InputError(key + ".source: found \"" + uri + "\", allowed in this build: " + kSourceKinds);
   }
@@ -61,6 +62,9 @@ std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> spe
       }
       if (w.kind == "v4l2") {
         return std::make_unique<V4l2Source>(w.rest, w.spec);
+      }
+      if (w.kind == "libcamera") {
+        return std::make_unique<LibcameraSource>(w.rest, w.spec);
       }
       return std::make_unique<AravisSource>(w.rest, w.spec);
     };

@@ -21,7 +21,8 @@ std::string source_uri(const ConfigTable& table) {
   const std::size_t colon = uri.find(':');
   const std::string kind = uri.substr(0, colon);
   const bool needs_file = kind == "images" || kind == "mkv" || kind == "oni";
-  if (colon == std::string::npos || (!needs_file && kind != "openni2" && kind != "v4l2" && kind != "aravis")) {
+  if (colon == std::string::npos ||
+      (!needs_file && kind != "openni2" && kind != "v4l2" && kind != "libcamera" && kind != "aravis")) {
     table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
   }
   if (needs_file && colon + 1 == uri.size()) {

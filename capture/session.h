@@ -14,7 +14,7 @@
 namespace lumigraft {
 
 struct ColorCamera {
-  std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:, v4l2:, aravis:
+  std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:, v4l2:, libcamera:, aravis:
   std::string serial;  ///< what tells this camera from others of its kind; empty: not known
   CameraModel model;
   double exposure = 1.0;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# run.sh FOLDER PROGRAM...: boots Debian's kernel in QEMU, without the host's help for virtual machines and without root,
-# and runs guest.sh there with PROGRAM. The machine sees this one's files as they are and writes into its memory alone.
-# FOLDER keeps the kernel. Exits with 77 where QEMU is not to be had.
+# run.sh FOLDER V4L2_TESTS LIBCAMERA_TESTS ARGS...: boots Debian's kernel in QEMU, without the host's help for virtual
+# machines and without root, and runs guest.sh there with these programs. The machine sees this one's files as they are
+# and writes into its memory alone. FOLDER keeps the kernel. Exits with 77 where QEMU is not to be had.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 folder=$1
@@ -47,6 +47,14 @@ if [ ! -d "$folder/$package" ]; then
 fi
 kernel=${package#linux-image-}
 root=$folder/$package
+vimc=$root/lib/modules/$kernel/vimc
+if [ ! -d "$vimc" ]; then
+  if "$here/build_vimc.sh" "$kernel" "$vimc"; then
+    depmod -b "$root" "$kernel"
+  else
+    echo "vimc is not built (packages.txt, [vm]), so libcamera is tested on a USB camera alone"
+  fi
+fi
 
 # The first file system: what is needed to see the host's files.
 first=$(mktemp -d)

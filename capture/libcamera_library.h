@@ -1,0 +1,40 @@
+#pragma once
+// What both users of libcamera need: its cameras and its words. Included by .cpp files alone.
+#include <libcamera/libcamera.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/pixel_format.h"
+#include "capture/stream_spec.h"
+
+namespace lumigraft::libcam {
+
+/// Those that are plugged in now. Throws CameraFault.
+std::vector<std::shared_ptr<libcamera::Camera>> cameras();
+
+/// What the maker calls it; empty where nobody says.
+std::string model_of(const libcamera::Camera& camera);
+
+std::optional<PixelFormat> pixel_format_of(const libcamera::PixelFormat& format);
+std::optional<libcamera::PixelFormat> libcamera_format_of(PixelFormat format);
+
+/// Of its kinds of streams those that we take: for pictures, and the sensor's own Bayer.
+inline constexpr libcamera::StreamRole kRoles[] = {libcamera::StreamRole::VideoRecording, libcamera::StreamRole::Raw};
+
+/// A control that holds one number; empty where it holds something else.
+std::optional<double> number_in(const libcamera::ControlValue& value);
+/// Throws InputError under the key that it was given as, where the camera has no such control or another range.
+void set_number(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered, const std::string& name,
+                const std::string& key, double number);
+
+/// Auto-exposure and automatic white balance off where there are any, and what the settings name. Throws InputError.
+libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, const CameraSettings& settings);
+
+/// What a picture was really exposed with, by its own metadata, where the camera gives any: StreamSpec::exposure holds
+/// for `exposure_us` and `gain`.
+double exposure_of(const libcamera::ControlList& metadata, const StreamSpec& spec);
+
+}  // namespace lumigraft::libcam
