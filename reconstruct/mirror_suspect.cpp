@@ -165,9 +165,9 @@ std::vector<SuspectedMirror> suspected_mirrors(const std::vector<RoomPoint>& poi
   return mirrors;
 }
 
-std::vector<std::string> mirror_warnings(const DistanceField& field) {
+std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field) {
   std::vector<std::string> lines;
-  for (const SuspectedMirror& mirror : suspected_mirrors(room_points(field), field)) {
+  for (const SuspectedMirror& mirror : suspected_mirrors(points, field)) {
     char line[256];
     std::snprintf(line, sizeof line,
                   "depth goes through the wall at (%.2f, %.2f, %.2f) m and shows behind it what stands before it: if a "

@@ -24,6 +24,6 @@ struct SuspectedMirror {
 std::vector<SuspectedMirror> suspected_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field);
 
 /// A line for each.
-std::vector<std::string> mirror_warnings(const DistanceField& field);
+std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field);
 
 }  // namespace lumigraft

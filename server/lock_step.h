@@ -12,11 +12,18 @@
 
 namespace lumigraft {
 
+/// The room around a virtual object.
+struct ObjectSurroundings {
+  std::string name;
+  SurfaceMeasures surface;
+};
+
 struct FrameRecord {
   Scene scene;
   RelitPicture picture;
   std::map<std::string, StageCost> stages;
   std::vector<std::string> warnings;  ///< of every stage, in the order they ran
+  std::vector<ObjectSurroundings> objects;
 };
 
 class LockStep {

@@ -13,7 +13,6 @@
 
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
-#include "reconstruct/mirror_suspect.h"
 #include "reconstruct/pose.h"
 #include "server/albedo_schedule.h"
 #include "server/mailbox.h"
@@ -321,9 +320,9 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
   AlbedoStage::Result solution = albedo.solve(*field, *measured);
   if (solution.illumination) {
     board.publish_enclosure(enclosure.close(*field, *solution.illumination));
+    board.publish_measures(*solution.illumination, *field);
   }
   board.publish_solution(std::move(solution), field->version, measured);
-  board.publish_warnings("mirrors", mirror_warnings(*field));
   board.publish_warnings("albedo stage", {});
 }
 

@@ -4,7 +4,6 @@
 
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
-#include "reconstruct/mirror_suspect.h"
 #include "reconstruct/pose.h"
 #include "server/albedo_schedule.h"
 #include "server/scene_board.h"
@@ -62,8 +61,8 @@ struct SceneLearner::State {
               parts().geometry ? oracle->enclosure(*solution.illumination) : nullptr;
           board.publish_enclosure(truth ? truth : enclosure.close(*field, *solution.illumination));
         }
+        if (solution.illumination) board.publish_measures(*solution.illumination, *field);
         board.publish_solution(std::move(solution), field->version, measured);
-        board.publish_warnings("mirrors", mirror_warnings(*field));
       });
     }
     if (parts().albedo && where && field) {

@@ -118,7 +118,8 @@ TEST(PoseReal, AKitchenWithoutATag) {
       "%.1f CPU ms a picture\n",
       way_m, kPictures, off_mm[off_mm.size() / 2], most_mm, most_degrees, 0.1 * most_mm / way_m, surface_mm,
       surface_given_mm, cpu_ms);
-  EXPECT_TRUE(mirror_warnings(*field).empty()) << "doors and windows, no mirror: " << mirror_warnings(*field).front();
+  EXPECT_TRUE(mirror_warnings(room_points(*field), *field).empty())
+      << "doors and windows, no mirror: " << mirror_warnings(room_points(*field), *field).front();
   EXPECT_LT(surface_mm, surface_given_mm) << "or the given poses would explain the surface better";
   EXPECT_LT(off_mm[off_mm.size() / 2], 40);
   EXPECT_LT(most_mm, 0.04 * 1e3 * way_m);

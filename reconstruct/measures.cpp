@@ -1,0 +1,108 @@
+#include "reconstruct/measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "reconstruct/light_environment.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kBeside_m = 0.06f;  // how far apart points are whose normals are compared, at most
+constexpr float kOnPlane_m = 0.015f, kAlike = 0.95f;
+constexpr std::size_t kSeeds = 40;  // points tried as the largest plane's
+
+float median(std::vector<float>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+LightMeasures measure_light(const Illumination& light) {
+  LightMeasures measures;
+  const Image<float>& rest = light.remainder.radiance;
+  double remainder = 0, all = 0;
+  for (int v = 0; v < rest.height; ++v) {
+    const double solid_angle = environment_solid_angle_sr(v, rest.width, rest.height) / 3;
+    for (int u = 0; u < rest.width; ++u)
+      for (int c = 0; c < 3; ++c) remainder += solid_angle * rest.at(u, v, c);
+  }
+  all = remainder;
+  for (const PointLight& lamp : light.lights) all += lamp.irradiance.mean();
+  const double scale = all > 0 ? 1 / all : 0;
+  for (const PointLight& lamp : light.lights)
+    measures.lamp_share.push_back(static_cast<float>(scale * lamp.irradiance.mean()));
+  measures.remainder_share = static_cast<float>(scale * remainder);
+
+  // Squared over the sphere the bands add up: their functions are orthonormal (Ramamoorthi & Hanrahan 2001, eq. 7, 8).
+  constexpr std::array kCosine = {std::numbers::pi_v<float>, 2 * std::numbers::pi_v<float> / 3,
+                                  std::numbers::pi_v<float> / 4};
+  float sum = 0;
+  for (std::size_t i = 0; i < light.remainder_sh.size(); ++i) {
+    const std::size_t band = i == 0 ? 0 : i < 4 ? 1 : 2;
+    const float energy = (kCosine[band] * light.remainder_sh[i]).squaredNorm();
+    measures.band_share[band] += energy;
+    sum += energy;
+  }
+  for (float& share : measures.band_share) share = sum > 0 ? share / sum : 0;
+  return measures;
+}
+
+SurfaceMeasures measure_surface(const std::vector<RoomPoint>& points, const Vector3f& place_m, float radius_m) {
+  std::vector<RoomPoint> near;
+  for (const RoomPoint& p : points)
+    if ((p.position_m - place_m).squaredNorm() < radius_m * radius_m) near.push_back(p);
+  SurfaceMeasures measures;
+  measures.points = static_cast<int>(near.size());
+  if (near.empty()) return measures;
+
+  std::vector<float> turns;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    for (std::size_t j = i + 1; j < near.size(); ++j) {
+      const float way_m = (near[i].position_m - near[j].position_m).norm();
+      if (way_m > kBeside_m || way_m < 0.25f * kBeside_m) continue;
+      const float turn = std::acos(std::clamp(near[i].normal.dot(near[j].normal), -1.0f, 1.0f));
+      turns.push_back(turn / way_m);
+    }
+  }
+  measures.curvature_per_m = median(turns);
+
+  std::size_t most = 0;
+  for (std::size_t seed = 0; seed < near.size(); seed += std::max<std::size_t>(near.size() / kSeeds, 1)) {
+    const RoomPoint& s = near[seed];
+    const auto on = std::count_if(near.begin(), near.end(), [&](const RoomPoint& p) {
+      return p.normal.dot(s.normal) > kAlike && std::abs(s.normal.dot(p.position_m - s.position_m)) < kOnPlane_m;
+    });
+    most = std::max(most, static_cast<std::size_t>(on));
+  }
+  measures.clutter = 1 - static_cast<float>(most) / static_cast<float>(near.size());
+  return measures;
+}
+
+float changed_share(const DistanceField& now, const DistanceField& before) {
+  if (now.bricks.empty()) return 0;
+  const auto changed = std::count_if(now.bricks.begin(), now.bricks.end(), [&](const auto& entry) {
+    return before.brick(entry.first) != entry.second.get();
+  });
+  return static_cast<float>(changed) / static_cast<float>(now.bricks.size());
+}
+
+SceneMeasures measure_scene(const Illumination& light, std::vector<RoomPoint> surface, const GlossField* gloss) {
+  SceneMeasures measures;
+  measures.light = measure_light(light);
+  measures.surface = std::move(surface);
+  if (gloss) {
+    measures.glossy_share = gloss->glossy_share();
+    measures.gloss_known_share = gloss->known_share();
+  }
+  return measures;
+}
+
+}  // namespace lumigraft
