@@ -163,12 +163,16 @@ PairedSources open_sources(const Session& session) {
   return sources;
 }
 
-std::unique_ptr<FrameReader> open_frames(const Session& session) {
+std::unique_ptr<FrameReader> pair_sources(const Session& session, PairedSources sources) {
   PairingReader::Registration registration;
   if (session.depth) {
     registration = DepthRegistration(*session.depth, session.color.model);
   }
-  return std::make_unique<PairingReader>(open_sources(session), std::move(registration));
+  return std::make_unique<PairingReader>(std::move(sources), std::move(registration));
+}
+
+std::unique_ptr<FrameReader> open_frames(const Session& session) {
+  return pair_sources(session, open_sources(session));
 }
 
 }  // namespace lumigraft

@@ -31,6 +31,9 @@ struct PairedSources {
 /// What a session's cameras give, before it is paired. Throws as open_frames.
 PairedSources open_sources(const Session& session);
 
+/// FrameSets of the session from its opened sources; open_frames with something between the two.
+std::unique_ptr<FrameReader> pair_sources(const Session& session, PairedSources sources);
+
 class PairingReader : public FrameReader {
  public:
   using Registration = std::function<Image<float>(const Image<std::uint16_t>&)>;

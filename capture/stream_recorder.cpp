@@ -111,7 +111,7 @@ bool StreamRecorder::write(const SourceItem& item) {
     }
     out_->append(depth->stamp.time_ns, encoder_->encode(depth->counts));
   } else if (const auto* picture = std::get_if<Picture>(&item)) {
-    if (picture->encoded.empty()) {
+    if (picture->encoded.empty() && !picture->original) {
       throw InputError(file_.filename().string() +
                        ": found pictures of radiance, allowed: 8-bit pictures, since those "
                        "are what cameras give");

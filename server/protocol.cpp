@@ -150,7 +150,13 @@ Command parse(const nlohmann::json& message) {
   if (type == "object") {
     return object(message);
   }
-  throw Refused{"type: want, object, key or ack"};
+  if (type == "record") {
+    if (!message.contains("on") || !message["on"].is_boolean()) {
+      throw Refused{"on: true or false"};
+    }
+    return RecordCommandOfViewer{message["on"].get<bool>()};
+  }
+  throw Refused{"type: want, object, record, key or ack"};
 }
 
 }  // namespace

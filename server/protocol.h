@@ -65,10 +65,13 @@ struct ObjectCommand {
   std::optional<bool> visible;
   std::optional<MaterialChange> material;
 };
+struct RecordCommandOfViewer {
+  bool on = false;
+};
 struct BadCommand {
   std::string error;  ///< what was wrong and what is allowed
 };
-using Command = std::variant<WantCommand, KeyCommand, AckCommand, ObjectCommand, BadCommand>;
+using Command = std::variant<WantCommand, KeyCommand, AckCommand, ObjectCommand, RecordCommandOfViewer, BadCommand>;
 
 /// A text message of a client, every value checked. Never throws.
 Command parse_command(std::string_view text);

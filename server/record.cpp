@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <condition_variable>
 #include <cstdio>
-#include <deque>
 #include <exception>
 #include <mutex>
 #include <set>
@@ -13,7 +11,7 @@
 
 #include "capture/error.h"
 #include "capture/pairing_reader.h"
-#include "capture/session_recorder.h"
+#include "server/recording_lanes.h"
 
 namespace lumigraft {
 namespace {
@@ -21,60 +19,17 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{50};
 
-/// From the thread that hears a camera to the one that writes its pictures, so that a disk that stalls for a second
-/// costs a live camera nothing. A recording waits where it is full.
-class Lane {
- public:
-  static constexpr std::size_t kMost = 64;
-
-  void put(SourceItem item, bool live) {
-    std::unique_lock lock(mutex_);
-    if (live && waiting_.size() >= kMost) {
-      ++lost;
-      return;
-    }
-    changed_.wait(lock, [this] { return waiting_.size() < kMost || closed_; });
-    waiting_.push_back(std::move(item));
-    changed_.notify_all();
-  }
-  /// Empty: closed, and all was taken.
-  std::optional<SourceItem> take() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return !waiting_.empty() || closed_; });
-    if (waiting_.empty()) {
-      return std::nullopt;
-    }
-    SourceItem item = std::move(waiting_.front());
-    waiting_.pop_front();
-    changed_.notify_all();
-    return item;
-  }
-  void close() {
-    const std::lock_guard lock(mutex_);
-    closed_ = true;
-    changed_.notify_all();
-  }
-
-  // Of the reading thread, until it has ended:
+/// A stream's own seconds.
+struct Span {
   std::optional<std::int64_t> first_time_ns;
-  std::uint64_t next_sequence = 0;
-  std::uint64_t lost = 0;
-  bool over = false;  ///< its seconds are
-  // Of the writing thread, until it has ended:
-  std::uint64_t unusable = 0;
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<SourceItem> waiting_;
-  bool closed_ = false;
+  bool over = false;
 };
 
 class Recording {
  public:
   Recording(const RecordCommand& command, const ServiceInput& input)
       : sources_(open_sources(input.session)),
-        recorder_(input.session_text, input.session, command.out),
+        lanes_(input.session_text, input.session, command.out, false),
         seconds_(command.seconds) {
     for (const auto& source : {sources_.color, sources_.depth, sources_.fisheye}) {
       if (source) {
@@ -85,10 +40,7 @@ class Recording {
   }
 
   void run(const std::atomic<bool>& interrupted) {
-    std::vector<std::jthread> writers, readers;
-    for (std::size_t stream = 0; stream < lanes_.size(); ++stream) {
-      writers.emplace_back([this, stream] { write(static_cast<Stream>(stream)); });
-    }
+    std::vector<std::jthread> readers;
     reading_ = static_cast<int>(distinct_.size());
     for (Source* source : distinct_) {
       readers.emplace_back([this, source] { read(*source); });
@@ -99,37 +51,41 @@ class Recording {
     const Clock::time_point deadline =
         Clock::now() + kGrace +
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds_.value_or(0)));
-    while (reading_ > 0 && !interrupted && !stop_ && (!limited || Clock::now() < deadline)) {
+    while (reading_ > 0 && !interrupted && !stop_ && !lanes_.failure() && (!limited || Clock::now() < deadline)) {
       say_troubles();
       std::this_thread::sleep_for(kTick);
     }
     stop_ = true;
-    close_lanes_after(readers);
-    writers.clear();
-    if (failure_) {
-      std::rethrow_exception(failure_);
+    if (lanes_.failure()) {
+      lanes_.finish();  // a reader may wait for room in one
+    }
+    readers.clear();
+    lanes_.finish();
+    for (const std::exception_ptr& failure : {failure_, lanes_.failure()}) {
+      if (failure) {
+        std::rethrow_exception(failure);
+      }
     }
   }
 
   void report(std::ostream& out, const std::filesystem::path& folder) const {
     out << "recorded to " << folder.string() << ":\n";
-    for (std::size_t stream = 0; stream < lanes_.size(); ++stream) {
-      if (used_[stream]) {
-        const Lane& lane = lanes_[stream];
-        out << "  " << name_of(static_cast<Stream>(stream)) << ": " << recorder_.pictures(static_cast<Stream>(stream))
-            << " pictures";
-        if (lane.lost > 0) {
-          out << ", " << lane.lost << " lost";
+    for (const Stream stream : {Stream::color, Stream::depth, Stream::fisheye}) {
+      if (used_[static_cast<std::size_t>(stream)]) {
+        const RecordingLanes::Count count = lanes_.count(stream);
+        out << "  " << name_of(stream) << ": " << count.pictures << " pictures";
+        if (count.lost > 0) {
+          out << ", " << count.lost << " lost";
         }
-        if (lane.unusable > 0) {
-          out << ", " << lane.unusable << " whose time does not go on left out";
+        if (count.unusable > 0) {
+          out << ", " << count.unusable << " whose time does not go on left out";
         }
         out << '\n';
       }
     }
   }
 
-  std::uint64_t pictures() const { return recorder_.pictures(Stream::color); }
+  std::uint64_t pictures() const { return lanes_.count(Stream::color).pictures; }
 
  private:
   /// A camera's trouble once it begins.
@@ -146,42 +102,17 @@ class Recording {
     }
     said_ = std::move(now);
   }
-  void close_lanes_after(std::vector<std::jthread>& readers) {
-    if (failure()) {
-      close_lanes();  // nobody takes from them any more
-    }
-    readers.clear();
-    close_lanes();
-  }
-  void close_lanes() {
-    for (Lane& lane : lanes_) {
-      lane.close();
-    }
-  }
-  bool failure() {
-    const std::lock_guard lock(mutex_);
-    return failure_ != nullptr;
-  }
-  void fail() {
-    {
-      const std::lock_guard lock(mutex_);
-      failure_ = failure_ ? failure_ : std::current_exception();
-    }
-    stop_ = true;
-    close_lanes();
-  }
-
   /// True where the picture still lies within the seconds that were asked for.
-  bool within(Lane& lane, std::int64_t time_ns) const {
-    lane.first_time_ns = lane.first_time_ns.value_or(time_ns);
-    lane.over = lane.over || (seconds_ && static_cast<double>(time_ns - *lane.first_time_ns) >= 1e9 * *seconds_);
-    return !lane.over;
+  bool within(Span& span, std::int64_t time_ns) const {
+    span.first_time_ns = span.first_time_ns.value_or(time_ns);
+    span.over = span.over || (seconds_ && static_cast<double>(time_ns - *span.first_time_ns) >= 1e9 * *seconds_);
+    return !span.over;
   }
 
   /// True once every stream of this source has had its seconds.
   bool all_over(const Source& source) const {
     const auto over = [&](const std::shared_ptr<Source>& s, Stream stream) {
-      return s.get() != &source || lanes_[static_cast<std::size_t>(stream)].over;
+      return s.get() != &source || spans_[static_cast<std::size_t>(stream)].over;
     };
     return over(sources_.color, Stream::color) && over(sources_.depth, Stream::depth) &&
            over(sources_.fisheye, Stream::fisheye);
@@ -194,45 +125,26 @@ class Recording {
         if (!item) {
           continue;
         }
-        const Stamp arrival = stamp_of(*item);
-        Lane& lane = lanes_[static_cast<std::size_t>(stream_of(*item))];
-        if (!within(lane, arrival.time_ns)) {
-          continue;
-        }
-        if (arrival.sequence > lane.next_sequence) {
-          lane.lost += arrival.sequence - lane.next_sequence;
-        }
-        lane.next_sequence = arrival.sequence + 1;
-        if (std::holds_alternative<LostPicture>(*item)) {
-          ++lane.lost;
-        } else {
-          lane.put(std::move(*item), sources_.live);
+        Span& span = spans_[static_cast<std::size_t>(stream_of(*item))];
+        if (within(span, stamp_of(*item).time_ns)) {
+          lanes_.put(std::move(*item), sources_.live);
         }
       }
     } catch (...) {
-      fail();
+      const std::lock_guard lock(mutex_);
+      failure_ = failure_ ? failure_ : std::current_exception();
+      stop_ = true;
     }
     --reading_;
   }
 
-  void write(Stream stream) {
-    Lane& lane = lanes_[static_cast<std::size_t>(stream)];
-    try {
-      while (const std::optional<SourceItem> item = lane.take()) {
-        lane.unusable += recorder_.write(stream, *item) ? 0 : 1;
-      }
-    } catch (...) {
-      fail();
-    }
-  }
-
   PairedSources sources_;
-  SessionRecorder recorder_;
+  RecordingLanes lanes_;
   std::optional<double> seconds_;
   std::set<Source*> distinct_;
   std::set<std::string> said_;
   std::array<bool, 3> used_{};
-  std::array<Lane, 3> lanes_;
+  std::array<Span, 3> spans_;  ///< by Stream, each of one thread
   std::atomic<int> reading_ = 0;
   std::atomic<bool> stop_ = false;
   std::mutex mutex_;

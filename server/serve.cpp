@@ -3,9 +3,10 @@
 #include <cstdio>
 
 #include "capture/error.h"
-#include "capture/source.h"
+#include "capture/source_tap.h"
 #include "server/page.h"
 #include "server/pipeline.h"
+#include "server/record_button.h"
 #include "server/serve_log.h"
 #include "server/serve_texts.h"
 #include "server/stop_signal.h"
@@ -53,14 +54,20 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   }
   const Session session = input.session;
   const ServerSettings server = input.server;
-  std::unique_ptr<FrameReader> frames = open_frames(session);
+  SourceTap tap;
+  const auto open = [&tap, session] { return pair_sources(session, tap.on(open_sources(session))); };
+  std::unique_ptr<FrameReader> frames = open();
+  std::optional<RecordButton> button;
+  if (frames->live() && !server.recordings.empty()) {
+    button.emplace(input.session_text, session, server.recordings, tap);
+  }
 
   Demand demand;
   Metrics metrics;
   JpegEncoder snapshots(server.jpeg_quality);
   WebServer* web_pointer = nullptr;
   Pipeline pipeline(
-      std::move(input), std::move(frames), [session] { return open_frames(session); },
+      std::move(input), std::move(frames), open,
       [backend = server.backend] { return gpu::create_device(backend, gpu::DeviceOptions{}); }, demand, metrics,
       [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); });
 
@@ -74,6 +81,13 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   handlers.hello = [&] { return hello_text(session, pipeline.exhibit()); };
   handlers.state = [&] { return state_text(pipeline.exhibit()); };
   handlers.change_object = [&](const ObjectCommand& command) { return pipeline.exhibit().apply(command); };
+  handlers.record = [&](bool on) -> std::optional<std::string> {
+    if (!button) {
+      return "record: found a service that does not, allowed where its configuration has server.recordings and cameras";
+    }
+    button->press(on);
+    return std::nullopt;
+  };
   WebServer web(settings, std::move(handlers), demand, metrics);
   web_pointer = &web;
   stop.arm();
@@ -86,7 +100,8 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   ServeLog log;
   while (!stop.wait(std::chrono::seconds(1))) {
     const Pipeline::Record record = pipeline.newest_record();
-    web.publish_text("stats", stats_text(record, metrics, metrics.take_interval()));
+    web.publish_text("stats", stats_text(record, metrics, metrics.take_interval(),
+                                         button ? std::optional(button->state()) : std::nullopt));
     log.tick(record.warnings, metrics.drops());
   }
   pipeline.stop();  // tells every stage, while viewers are told

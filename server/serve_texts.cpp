@@ -13,6 +13,16 @@ constexpr double kStaleAfter_s = 5.0;
 
 std::string text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
+Json recording_json(const RecordButton::State& state) {
+  constexpr const char* kDoing[] = {"nothing", "recording", "finishing"};
+  return {{"doing", kDoing[static_cast<int>(state.doing)]},
+          {"seconds", state.seconds},
+          {"folder", state.folder},
+          {"pictures", state.pictures},
+          {"lost", state.lost},
+          {"error", state.error}};
+}
+
 }  // namespace
 
 std::string hello_text(const Session& session, const ExhibitBoard& exhibit) {
@@ -31,7 +41,8 @@ std::string state_text(const ExhibitBoard& exhibit) {
   return text({{"type", "state"}, {"objects", Json::parse(exhibit.objects_json())}});
 }
 
-std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval) {
+std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
+                       const std::optional<RecordButton::State>& recording) {
   Json json{{"type", "stats"},
             {"fps", interval.seconds > 0 ? static_cast<double>(interval.frames) / interval.seconds : 0.0},
             {"frames", metrics.frames()},
@@ -46,7 +57,8 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
               {"field", record.field_version},
               {"light", record.light_version},
               {"albedo", record.albedo_version}}},
-            {"warnings", record.warnings}};
+            {"warnings", record.warnings},
+            {"recording", recording ? recording_json(*recording) : Json()}};
   for (const auto& [stage, s] : interval.stages) {
     json["stage_ms"][stage] = {{"mean", s.mean_ms}, {"p95", s.p95_ms}, {"max", s.max_ms}};
   }

@@ -1,5 +1,6 @@
 #pragma once
 // What the service says about itself, as text: for viewers, monitors and the log.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,12 +8,15 @@
 #include "server/exhibit_board.h"
 #include "server/metrics.h"
 #include "server/pipeline.h"
+#include "server/record_button.h"
 
 namespace lumigraft {
 
 std::string hello_text(const Session& session, const ExhibitBoard& exhibit);
 std::string state_text(const ExhibitBoard& exhibit);
-std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval);
+/// `recording` is empty where the page may not record.
+std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
+                       const std::optional<RecordButton::State>& recording);
 
 /// `ok` is false where no picture was made for 5 s.
 struct Health {

@@ -24,6 +24,9 @@ ServerSettings read_server(const ConfigTable& root) {
     }
     settings.max_viewers = table->integer("max_viewers", 1, 10000, settings.max_viewers);
     settings.jpeg_quality = table->integer("jpeg_quality", 1, 100, settings.jpeg_quality);
+    if (table->has("recordings")) {
+      settings.recordings = table->folder() / table->text("recordings");
+    }
     settings.backend = *gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
   }
   return settings;
@@ -136,6 +139,8 @@ std::string settable_keys() {
       "  server.listen  (ADDRESS:PORT)\n      where serve listens; 127.0.0.1:8080\n"
       "  server.max_viewers  (1 to 10000)\n      streams at the same time; 64\n"
       "  server.jpeg_quality  (1 to 100)\n      of JPEG streams and snapshots; 85\n"
+      "  server.recordings  (DIR)\n      where the page's record button writes sessions of live cameras; none: no "
+      "button\n"
       "  server.backend  (best, vulkan, egl)\n      what draws; best: a hardware GPU before software, Vulkan before "
       "EGL\n";
   return text;

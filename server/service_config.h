@@ -19,6 +19,7 @@ struct ServerSettings {
   std::uint16_t port = 8080;  ///< 0: any free one
   int max_viewers = 64;
   int jpeg_quality = 85;
+  std::filesystem::path recordings;           ///< where the page may record to; empty: it may not
   gpu::Backend backend = gpu::Backend::best;  ///< of replay too
 };
 

@@ -216,6 +216,8 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
       if (!wrong) {
         server_.objects_changed();
       }
+    } else if (const auto* record = std::get_if<RecordCommandOfViewer>(&command)) {
+      wrong = server_.handlers.record(record->on);
     } else {
       wrong = std::get<BadCommand>(command).error;
     }

@@ -39,6 +39,7 @@ struct WebHandlers {
   std::function<std::string()> hello;                                             ///< JSON text for a new viewer
   std::function<std::string()> state;                                             ///< JSON text, after objects changed
   std::function<std::optional<std::string>(const ObjectCommand&)> change_object;  ///< returns what is wrong
+  std::function<std::optional<std::string>(bool on)> record;                      ///< returns what is wrong
 };
 
 class WebServer {

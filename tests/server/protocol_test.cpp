@@ -49,6 +49,9 @@ TEST(Protocol, Commands) {
   EXPECT_EQ(std::get<WantCommand>(parse_command(R"({"type":"want","codec":"h264"})")).codec, Codec::h264);
   EXPECT_EQ(std::get<WantCommand>(parse_command(R"({"type":"want","codec":"none"})")).codec, Codec::none);
   EXPECT_TRUE(std::holds_alternative<KeyCommand>(parse_command(R"({"type":"key"})")));
+  EXPECT_TRUE(std::get<RecordCommandOfViewer>(parse_command(R"({"type":"record","on":true})")).on);
+  EXPECT_FALSE(std::get<RecordCommandOfViewer>(parse_command(R"({"type":"record","on":false})")).on);
+  EXPECT_EQ(std::get<BadCommand>(parse_command(R"({"type":"record","on":1})")).error, "on: true or false");
   EXPECT_EQ(std::get<AckCommand>(parse_command(R"({"type":"ack","sequence":4294967295})")).sequence, 4294967295u);
   const auto object = std::get<ObjectCommand>(parse_command(
       R"({"type":"object","name":"statue","position_m":[0.1,-2,3],"yaw_degrees":90,"visible":false,
@@ -107,7 +110,7 @@ TEST(Protocol, ThePageNamesEveryMessage) {
   std::ifstream in(LUMIGRAFT_SOURCE_DIR "/server/protocol.md");
   std::stringstream text;
   text << in.rdbuf();
-  for (const char* word : {"hello", "state", "stats", "error", "want", "object", "key", "ack"}) {
+  for (const char* word : {"hello", "state", "stats", "error", "want", "object", "record", "key", "ack"}) {
     EXPECT_NE(text.str().find("\"type\":\"" + std::string(word) + "\""), std::string::npos) << word;
   }
 }

@@ -32,6 +32,7 @@ class WebServerTest : public testing::Test {
       ++moved_;
       return std::nullopt;
     };
+    handlers.record = [](bool) { return std::optional<std::string>("record: not here"); };
     web_ = std::make_unique<WebServer>(settings, handlers, demand_, metrics_);
     web_->start();
     camera_ = std::jthread([this, picture_bytes](const std::stop_token& stop) {

@@ -1,0 +1,38 @@
+// The record button: what it says comes from the service, so that every viewer sees the same.
+
+const $ = (id) => document.getElementById(id);
+
+function time(seconds) {
+  const whole = Math.floor(seconds);
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+}
+
+function words({ doing, seconds, folder, pictures, lost, error }) {
+  if (!folder) return "";
+  const kept = `${pictures} pictures${lost ? `, ${lost} lost` : ""}`;
+  if (doing === "recording") return `recording ${time(seconds)}, ${kept}, to ${folder}`;
+  if (doing === "finishing") return `writing the rest, to ${folder}`;
+  return error ? `the recording ended: ${error}` : `recorded ${time(seconds)}, ${kept}, to ${folder}`;
+}
+
+export class RecordButton {
+  /** send(message) */
+  constructor(send) {
+    $("record").onclick = () => {
+      $("record").disabled = true; // until the service says what came of it
+      send({ type: "record", on: $("record").getAttribute("aria-pressed") !== "true" });
+    };
+  }
+
+  /** recording: of `stats`; null where this service does not record */
+  stats(recording) {
+    $("recording").hidden = !recording;
+    if (!recording) return;
+    const on = recording.doing === "recording";
+    $("record").setAttribute("aria-pressed", on);
+    $("record").textContent = on ? "Stop" : "Record";
+    $("record").disabled = recording.doing === "finishing";
+    $("record-state").textContent = words(recording);
+    $("record-state").dataset.doing = recording.doing;
+  }
+}
