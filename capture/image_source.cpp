@@ -74,6 +74,12 @@ std::shared_ptr<const ImageSource::Decoded> ImageSource::decode(const ListedPict
   return decoded;
 }
 
+void ImageSource::skip_to(std::int64_t time_ns) {
+  while (next_ < pictures_.size() && pictures_[next_].time_ns < time_ns) {
+    ++next_;
+  }
+}
+
 std::optional<SourceItem> ImageSource::next(std::chrono::milliseconds /*timeout*/) {
   if (finished()) {
     return std::nullopt;

@@ -6,12 +6,13 @@
 
 #include "capture/picture_file.h"
 #include "capture/picture_list.h"
+#include "capture/seekable.h"
 #include "capture/source.h"
 #include "capture/stream_spec.h"
 
 namespace lumigraft {
 
-class ImageSource : public Source {
+class ImageSource : public Source, public Seekable {
  public:
   /// Checks every file of the list (there, header readable, right size and bit depth) and decodes the first.
   /// Throws InputError. A file that cannot be decoded later becomes a LostPicture.
@@ -20,6 +21,8 @@ class ImageSource : public Source {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override { return next_ == pictures_.size(); }
   void rewind() override { next_ = 0; }
+  std::int64_t first_time_ns() const override { return pictures_.front().time_ns; }
+  void skip_to(std::int64_t time_ns) override;
 
  private:
   using Decoded = std::variant<Image<std::uint8_t>, Image<std::uint16_t>, Image<float>>;

@@ -12,6 +12,7 @@ extern "C" {
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "capture/error.h"
 #include "capture/matroska_file.h"
@@ -103,6 +104,8 @@ class MkvSource::Reader {
     }
   }
 
+  void skip_to(std::int64_t time_ns) { skip_to_ns_ = time_ns; }
+
   /// The next picture or the loss of one. Empty at the end.
   std::optional<SourceItem> next() {
     for (;;) {
@@ -124,6 +127,9 @@ class MkvSource::Reader {
       const bool ours = packet_->stream_index == stream_;
       const bool damaged = ours && ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0 || !checksums_right());
       packet_time_ = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
+      if (ours && skipped()) {
+        continue;
+      }
       packet_exposure_ = own_exposure();
       if (ours && !damaged && uncompressed_) {
         SourceItem item = take_uncompressed();
@@ -142,6 +148,32 @@ class MkvSource::Reader {
   }
 
  private:
+  /// True where the newest packet is older than what is wanted. Those since the last key picture are kept, since what
+  /// follows them may need them.
+  bool skipped() {
+    if (packet_time_ != AV_NOPTS_VALUE && ns(packet_time_) < skip_to_ns_) {
+      if ((packet_->flags & AV_PKT_FLAG_KEY) != 0) {
+        needed_.clear();
+      }
+      needed_.emplace_back(av_packet_alloc());
+      av_packet_move_ref(needed_.back().get(), packet_.get());
+      ++sequence_;
+      return true;
+    }
+    const bool intra = uncompressed_ || codec_->codec_id == AV_CODEC_ID_MJPEG;
+    for (const auto& before : needed_) {
+      if (!intra && avcodec_send_packet(codec_.get(), before.get()) == 0) {
+        avcodec_receive_frame(codec_.get(), frame_.get());
+      }
+    }
+    needed_.clear();
+    return false;
+  }
+
+  std::int64_t ns(std::int64_t container_time) const {
+    return av_rescale_q(container_time, format_->streams[stream_]->time_base, AVRational{1, 1'000'000'000});
+  }
+
   /// Streams without checksums (FFV1 before version 3, or written without) pass; the first packet tells which it is.
   bool checksums_right() {
     if (codec_->codec_id != AV_CODEC_ID_FFV1) {
@@ -165,7 +197,7 @@ class MkvSource::Reader {
 
   Stamp stamp(std::int64_t container_time) {
     if (container_time != AV_NOPTS_VALUE) {
-      last_time_ns_ = av_rescale_q(container_time, format_->streams[stream_]->time_base, AVRational{1, 1'000'000'000});
+      last_time_ns_ = ns(container_time);
     }
     return {last_time_ns_, steady_now_ns(), sequence_++};
   }
@@ -259,6 +291,8 @@ class MkvSource::Reader {
   std::optional<PixelFormat> uncompressed_;
   std::vector<std::uint8_t> jpeg_;  ///< the newest packet, where it is one
   int stream_ = -1;
+  std::int64_t skip_to_ns_ = std::numeric_limits<std::int64_t>::min();
+  std::vector<std::unique_ptr<AVPacket, FreePacket>> needed_;  ///< older than that, and not decoded
   std::optional<bool> has_checksums_;
   std::int64_t packet_time_ = AV_NOPTS_VALUE;
   std::optional<double> packet_exposure_;  ///< no decoder here holds pictures back, so it is that of the next one
@@ -276,6 +310,7 @@ MkvSource::MkvSource(const std::filesystem::path& file, const StreamSpec& spec) 
     if (const auto* lost = std::get_if<LostPicture>(&*ahead_)) {
       throw InputError("first picture: " + lost->reason);
     }
+    first_time_ns_ = stamp_of(*ahead_).time_ns;
   } catch (const InputError& e) {
     throw InputError(file.string() + ": " + e.what());
   }
@@ -290,6 +325,13 @@ std::optional<SourceItem> MkvSource::next(std::chrono::milliseconds /*timeout*/)
   std::optional<SourceItem> item = std::move(ahead_);
   ahead_ = reader_->next();
   return item;
+}
+
+void MkvSource::skip_to(std::int64_t time_ns) {
+  reader_->skip_to(time_ns);
+  while (ahead_ && stamp_of(*ahead_).time_ns < time_ns) {
+    ahead_ = reader_->next();
+  }
 }
 
 bool MkvSource::finished() const { return !ahead_; }

@@ -4,12 +4,13 @@
 // most other programs. A file that was cut short plays up to the cut.
 #include <filesystem>
 
+#include "capture/seekable.h"
 #include "capture/source.h"
 #include "capture/stream_spec.h"
 
 namespace lumigraft {
 
-class MkvSource : public Source {
+class MkvSource : public Source, public Seekable {
  public:
   /// Opens the file and decodes its first picture. Throws InputError. Damage found later becomes a LostPicture.
   MkvSource(const std::filesystem::path& file, const StreamSpec& spec);
@@ -18,12 +19,15 @@ class MkvSource : public Source {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override;
   void rewind() override;
+  std::int64_t first_time_ns() const override { return first_time_ns_; }
+  void skip_to(std::int64_t time_ns) override;
 
  private:
   class Reader;
   std::filesystem::path file_;
   StreamSpec spec_;
   std::unique_ptr<Reader> reader_;
+  std::int64_t first_time_ns_ = 0;
   std::optional<SourceItem> ahead_;  ///< read before it is asked for, so that finished() is true after the last picture
 };
 

@@ -52,11 +52,7 @@ void take_in_calibration(toml::table& root, const fs::path& folder) {
 
 toml::table parse(const SessionText& text) {
   try {
-    toml::table root = toml::parse_file(text.file.string());
-    std::set<std::string> overridden;
-    for (const std::string& line : text.overrides) {
-      config_detail::apply_override(root, line, overridden);
-    }
+    toml::table root = toml::parse(text_with_overrides(text));
     take_in_calibration(root, text.file.parent_path());
     return root;
   } catch (const toml::parse_error& e) {

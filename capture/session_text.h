@@ -11,4 +11,7 @@ struct SessionText {
   std::vector<std::string> overrides;  ///< KEY=VALUE laid over it
 };
 
+/// One text that says the same. Throws InputError.
+std::string text_with_overrides(const SessionText& text);
+
 }  // namespace lumigraft

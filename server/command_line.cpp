@@ -37,6 +37,8 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   ServeCommand serve;
   ReplayCommand replay;
   RecordCommand record;
+  ImportCommand import;
+  ExportCommand exported;
   CalibrateCommand calibrate;
   BenchCommand bench;
   std::string oracle, backend;
@@ -65,6 +67,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   replay_app.add_option("--out", replay.out, "Folder for frame_000000.png ... and frames.jsonl");
   replay_app.add_option("--exhibit", replay.files.exhibit,
                         "Virtual objects, in place of the session's own exhibit.toml");
+  replay_app.add_option("--from", replay.from_s, "Begin at this second of the recording")->check(CLI::Range(0.0, 1e6));
   replay_app.add_option("--frames", replay.frames, "Only the first N colour frames")
       ->check(CLI::Range(1, std::numeric_limits<int>::max()));
   add_backend(replay_app);
@@ -81,6 +84,18 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   record_app.add_option("--seconds", record.seconds, "How long; until interrupted or the end where not given")
       ->check(CLI::PositiveNumber);
   add_set(record_app, record.files.overrides);
+
+  CLI::App& import_app = *app.add_subcommand("import", "Turn another program's recording into a session");
+  import_app.add_option("RECORDING", import.from, "A folder in TUM's layout (rgb.txt, depth.txt), or an .oni file");
+  import_app.add_option("--out", import.out, "Folder for the session, new or empty");
+  import_app
+      .add_option("--set", import.overrides, "KEY=VALUE of the session: what the recording does not say, as color.fx")
+      ->allow_extra_args(false);
+
+  CLI::App& export_app = *app.add_subcommand("export", "Turn a recorded session into a folder in TUM's layout");
+  export_app.add_option("SESSION", exported.session, "The session's folder");
+  export_app.add_option("--out", exported.out, "The folder, new or empty");
+  add_set(export_app, exported.overrides);
 
   CLI::App& calibrate_app = *app.add_subcommand("calibrate", "Find lenses and places of cameras from a printed board");
   calibrate_app.add_option("--board", calibrate.board, "The board that is shown (TOML)");
@@ -172,6 +187,20 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     }
     return record;
   }
+  if (import_app.parsed()) {
+    check_overrides(import.overrides);
+    if (import.from.empty() || import.out.empty()) {
+      throw InputError("import: RECORDING and --out DIR must be there (lumigraft import --help)");
+    }
+    return import;
+  }
+  if (export_app.parsed()) {
+    check_overrides(exported.overrides);
+    if (exported.session.empty() || exported.out.empty()) {
+      throw InputError("export: SESSION and --out DIR must be there (lumigraft export --help)");
+    }
+    return exported;
+  }
   if (calibrate_app.parsed()) {
     if (asks_for_keys(calibrate.files.overrides)) {
       return PrintCommand{settable_keys()};
@@ -180,9 +209,9 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     const bool pictures = !calibrate.files.session.empty() || !calibrate.files.config.empty() ||
                           !calibrate.color.empty() || !calibrate.fisheye.empty();
     const bool sweep = !calibrate.sweep.empty();
-    const bool good = sweep ? calibrate.board.empty() && !pictures && !calibrate.out.empty()
-                            : !calibrate.board.empty() && pictures != calibrate.out.empty() &&
-                                  (pictures || !calibrate.draw.empty());
+    const bool good =
+        sweep ? calibrate.board.empty() && !pictures && !calibrate.out.empty()
+              : !calibrate.board.empty() && pictures != calibrate.out.empty() && (pictures || !calibrate.draw.empty());
     if (!good) {
       throw InputError(
           "calibrate: --board FILE, and --draw FILE or pictures (SESSION, --config FILE, --color DIR, --fisheye DIR) "

@@ -11,6 +11,7 @@
 #include "server/record.h"
 #include "server/replay.h"
 #include "server/service_config.h"
+#include "server/tum.h"
 
 namespace lumigraft {
 
@@ -25,8 +26,8 @@ struct DevicesCommand {
 struct PrintCommand {  ///< --help, --version, --set help: text for stdout
   std::string text;
 };
-using CommandLine = std::variant<ServeCommand, ReplayCommand, RecordCommand, CalibrateCommand, BenchCommand,
-                                 DoctorCommand, DevicesCommand, PrintCommand>;
+using CommandLine = std::variant<ServeCommand, ReplayCommand, RecordCommand, ImportCommand, ExportCommand,
+                                 CalibrateCommand, BenchCommand, DoctorCommand, DevicesCommand, PrintCommand>;
 
 /// Throws InputError with one line.
 CommandLine parse_command_line(int argc, const char* const* argv);

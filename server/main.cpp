@@ -61,6 +61,14 @@ int run(int argc, char** argv) {
     lumigraft::run_record(*record, interrupted, std::cout);
     return 0;
   }
+  if (const auto* import = std::get_if<lumigraft::ImportCommand>(&command)) {
+    lumigraft::run_import(*import, interrupted, std::cout);
+    return 0;
+  }
+  if (const auto* exported = std::get_if<lumigraft::ExportCommand>(&command)) {
+    lumigraft::run_export(*exported, interrupted, std::cout);
+    return 0;
+  }
   if (const auto* calibrate = std::get_if<lumigraft::CalibrateCommand>(&command)) {
     lumigraft::run_calibrate(*calibrate, interrupted, std::cout);
     return 0;

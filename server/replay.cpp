@@ -1,10 +1,12 @@
 #include "server/replay.h"
 
+#include <cmath>
 #include <fstream>
 #include <iostream>
 #include <regex>
 
 #include "capture/error.h"
+#include "capture/frames_from.h"
 #include "capture/source.h"
 #include "reconstruct/surface_mesh.h"
 #include "server/frame_record.h"
@@ -103,7 +105,9 @@ void write_maps(const fs::path& stem, const RelightMaps& maps) {
 
 bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupted) {
   ServiceInput input = read_service(command.files, replay_plan());
-  std::unique_ptr<FrameReader> frames = open_frames(input.session);
+  std::unique_ptr<FrameReader> frames = command.from_s > 0.0
+                                            ? open_frames_from(input.session, std::llround(1e9 * command.from_s))
+                                            : open_frames(input.session);
   if (frames->live()) {
     throw InputError("replay: " + input.session.name + " has live cameras, allowed: a recorded session");
   }
@@ -116,13 +120,17 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   LockStep pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle));
 
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);
-  const auto limit = static_cast<std::uint64_t>(command.frames);
+  auto limit = static_cast<std::uint64_t>(command.frames);
   std::uint64_t expected = 0, written = 0, skipped = 0;
   std::shared_ptr<const DistanceField> field;
   while (expected < limit && !interrupted) {
     const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10));
     if (!frame) {
       break;
+    }
+    if (command.from_s > 0.0 && written == 0 && skipped == 0) {
+      expected = frame->index;
+      limit += frame->index;
     }
     for (; expected < frame->index && expected < limit; ++expected, ++skipped) {
       const std::string reason = lost_picture(*frame, expected);
@@ -147,7 +155,8 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
     return false;
   }
   if (written == 0) {
-    throw InputError(input.session.folder.string() + ": no colour picture of the session can be read");
+    throw InputError(input.session.folder.string() + ": no colour picture of the session can be read" +
+                     (command.from_s > 0.0 ? " from second " + std::to_string(command.from_s) + " on" : ""));
   }
   if (command.dump && field) {
     write_ply(extract_surface(*field), output.folder() / "surface.ply");

@@ -16,6 +16,7 @@ namespace lumigraft {
 struct ReplayCommand {
   ServiceFiles files;
   std::filesystem::path out;
+  double from_s = 0.0;  ///< of the recording's own time
   int frames = std::numeric_limits<int>::max();
   OracleParts oracle;
   bool dump = false;

@@ -1,0 +1,15 @@
+#pragma once
+// A recording that need not be decoded from its beginning.
+#include <cstdint>
+
+namespace lumigraft {
+
+class Seekable {
+ public:
+  virtual ~Seekable() = default;
+  virtual std::int64_t first_time_ns() const = 0;
+  /// Leaves out what is older than this, undecoded; never goes back. Pictures keep their numbers.
+  virtual void skip_to(std::int64_t time_ns) = 0;
+};
+
+}  // namespace lumigraft

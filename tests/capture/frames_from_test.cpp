@@ -1,0 +1,102 @@
+// From a moment on a recording gives what it gives there when it is played from its beginning.
+#include "capture/frames_from.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "capture/error.h"
+#include "capture/pairing_reader.h"
+#include "capture/session_recorder.h"
+#include "tests/capture/png_writer.h"
+#include "tests/capture/scratch_folder.h"
+
+namespace lumigraft {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr int kPictures = 150;
+
+class FramesFromTest : public test::ScratchFolder {
+ protected:
+  void SetUp() override {
+    ScratchFolder::SetUp();
+    for (int i = 0; i < 3; ++i) {
+      test::write_png(folder_ / ("c" + std::to_string(i) + ".png"),
+                      Image<std::uint8_t>(8, 6, 3, static_cast<std::uint8_t>(50 * i)));
+      test::write_png(folder_ / ("d" + std::to_string(i) + ".png"),
+                      Image<std::uint16_t>(8, 6, 1, static_cast<std::uint16_t>(900 + i)));
+    }
+    std::ofstream color(folder_ / "color.txt"), depth(folder_ / "depth.txt");
+    for (int i = 0; i < kPictures; ++i) {
+      const std::string second = std::to_string(7 + i / 30) + "." + std::to_string(1000 + 33 * (i % 30)).substr(1);
+      color << second << (i % 40 == 39 ? "7" : "1") << " c" << i % 3 << ".png\n";  // one in forty is late
+      if (i % 17 != 3) {
+        depth << second << "4 d" << i % 3 << ".png\n";
+      }
+    }
+    std::ofstream(folder_ / "session.toml") << "format = 1\n[color]\nsource = \"images:color.txt\"\nwidth = 8\n"
+                                            << "height = 6\nfx = 8\nfy = 8\ncx = 4\ncy = 3\nexposure = 1\n[depth]\n"
+                                            << "source = \"images:depth.txt\"\nunit_m = 0.001\n[tag]\nid = 1\n"
+                                            << "size_m = 0.1\n";
+  }
+  static Session session(const std::filesystem::path& folder) {
+    return read_session(ConfigTable::load(folder / "session.toml"));
+  }
+  void record() const {
+    const Session from = session(folder_);
+    const PairedSources sources = open_sources(from);
+    SessionRecorder recorder({folder_ / "session.toml", {}}, from, folder_ / "mkv");
+    while (const auto item = sources.color->next(0ms)) recorder.write(Stream::color, *item);
+    while (const auto item = sources.depth->next(0ms)) recorder.write(Stream::depth, *item);
+  }
+  static std::vector<std::string> play(FrameReader& reader, std::int64_t from_ns = 0) {
+    std::vector<std::string> out;
+    std::int64_t first_ns = -1;
+    while (const auto set = reader.next(0ms)) {
+      first_ns = first_ns < 0 ? set->time_ns : first_ns;
+      if (set->time_ns - first_ns < from_ns) {
+        continue;
+      }
+      std::string line = std::to_string(set->index) + " " + std::to_string(set->time_ns) + " " +
+                         std::to_string(set->color->encoded.data[0]) + " " +
+                         (set->depth ? std::to_string(set->depth->depth_m.data[0]) : "none");
+      for (const std::string& warning : set->warnings) line += " " + warning;
+      out.push_back(line);
+    }
+    EXPECT_TRUE(reader.finished());
+    return out;
+  }
+};
+
+TEST_F(FramesFromTest, AreThoseOfAWholeReplay) {
+  record();
+  for (const auto& folder : {folder_, folder_ / "mkv"}) {
+    const auto whole = open_frames(session(folder));
+    for (const std::int64_t from_ms : {0, 1, 33, 2500, 3999, 4990}) {
+      whole->rewind();
+      const auto wanted = play(*whole, from_ms * 1'000'000);
+      const auto reader = open_frames_from(session(folder), from_ms * 1'000'000);
+      EXPECT_EQ(play(*reader), wanted) << from_ms << " ms of " << folder;
+      reader->rewind();
+      EXPECT_EQ(play(*reader), wanted) << "rewound";
+      EXPECT_FALSE(reader->live());
+    }
+    EXPECT_TRUE(play(*open_frames_from(session(folder), 60'000'000'000)).empty()) << "after its end there is nothing";
+  }
+}
+
+TEST_F(FramesFromTest, DamageBeforeThemIsNotLookedAt) {
+  std::ofstream(folder_ / "c0.png") << "no longer a picture";
+  EXPECT_THROW(open_frames_from(session(folder_), 3'000'000'000), InputError) << "as a replay would say at once";
+}
+
+TEST_F(FramesFromTest, LiveCamerasHaveNoBeginning) {
+  Session live = session(folder_);
+  live.color.source = "v4l2:/dev/null/none";
+  live.depth.reset();
+  EXPECT_THROW(open_frames_from(live, 1), InputError);
+}
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,41 @@
+// What libFuzzer once found is read again, without libFuzzer.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <fstream>
+#include <iterator>
+#include <vector>
+
+#include "tests/fuzz/targets.h"
+
+namespace lumigraft {
+namespace {
+
+/// The program's largest memory so far.
+long largest_mb() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  return used.ru_maxrss / 1024;
+}
+
+int play(const char* corpus, void (*target)(fuzz::Bytes)) {
+  int files = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(LUMIGRAFT_SOURCE_DIR "/tests/fuzz/corpus/") + corpus)) {
+    SCOPED_TRACE(entry.path());
+    std::ifstream in(entry.path(), std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_NO_THROW(target({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}));
+    ++files;
+  }
+  EXPECT_LT(largest_mb(), 500);
+  return files;
+}
+
+TEST(FuzzCorpus, Recordings) { EXPECT_GT(play("mkv", fuzz::mkv), 10); }
+TEST(FuzzCorpus, Sessions) { EXPECT_GT(play("session", fuzz::session), 10); }
+TEST(FuzzCorpus, Calibrations) { EXPECT_GT(play("calibration", fuzz::calibration), 10); }
+TEST(FuzzCorpus, OpenNiRecordings) { EXPECT_GT(play("oni", fuzz::oni), 2); }
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,7 @@
+// What libFuzzer calls. FUZZ_TARGET is one of targets.h.
+#include "tests/fuzz/targets.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  lumigraft::fuzz::FUZZ_TARGET({data, size});
+  return 0;
+}

@@ -1,0 +1,94 @@
+#include "tests/fuzz/targets.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "capture/config.h"
+#include "capture/error.h"
+#include "capture/mkv_source.h"
+#include "capture/openni_source.h"
+#include "capture/session.h"
+
+namespace lumigraft::fuzz {
+namespace {
+
+constexpr int kWidth = 24;
+constexpr int kHeight = 16;
+
+template <typename Action>
+void expect_answer(const Action& action) {
+  try {
+    action();
+  } catch (const InputError&) {  // CameraFault is one
+  }
+}
+
+}  // namespace
+
+std::filesystem::path file_with(Bytes bytes) {
+  static const int file = memfd_create("fuzz", MFD_CLOEXEC);
+  if (ftruncate(file, 0) != 0 || pwrite(file, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    throw std::runtime_error("no memory for a file");
+  }
+  return "/proc/self/fd/" + std::to_string(file);
+}
+
+void mkv(Bytes bytes) {
+  if (bytes.empty()) {
+    return;
+  }
+  constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
+  const StreamSpec spec{.stream = kStreams[bytes[0] % 3], .width = kWidth, .height = kHeight};
+  expect_answer([&] {
+    MkvSource source(file_with(bytes.subspan(1)), spec);
+    if (bytes[0] >= 128) {
+      source.skip_to(source.first_time_ns() + 40'000'000);
+    }
+    while (source.next(std::chrono::milliseconds(0))) {
+    }
+  });
+}
+
+void session(Bytes bytes) {
+  expect_answer([&] {
+    const ConfigTable root =
+        ConfigTable::parse({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "session.toml");
+    read_session(root);
+    root.finish();
+  });
+}
+
+void calibration(Bytes bytes) {
+  const std::filesystem::path file = file_with(bytes);
+  expect_answer([&] {
+    read_session(ConfigTable::parse("format = 1\ncalibration = \"" + file.string() + R"("
+[color]
+source = "v4l2:"
+width = 640
+height = 480
+exposure = 1
+[fisheye]
+source = "aravis:Maker-17"
+width = 1024
+height = 1024
+exposure = 1
+T_tag_fisheye = [[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]]
+[tag]
+id = 1
+size_m = 0.1
+)",
+                                    "session.toml"));
+  });
+}
+
+void oni(Bytes bytes) {
+  expect_answer([&] { check_oni_file(file_with(bytes).string()); });
+}
+
+}  // namespace lumigraft::fuzz
