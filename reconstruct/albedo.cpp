@@ -126,7 +126,8 @@ struct AlbedoStage::State {
   std::map<int, LampEstimate> estimates;  ///< by the lamp's id
   std::size_t searched_points = 0;        ///< how much surface was known when lamps were last searched from nothing
   Located located;
-  float sample_m = 0;  ///< cells only grow, so that samples stay what they were
+  std::vector<PointLight> last_lamps;  ///< as they were placed
+  float sample_m = 0;                  ///< cells only grow, so that samples stay what they were
   GatherMemory memory;
 };
 
@@ -182,6 +183,7 @@ void AlbedoStage::reset() {
   state_->rig_found.clear();
   state_->sample_m = 0;
   state_->located = {};
+  state_->last_lamps.clear();
   state_->memory.forget();
 }
 
@@ -196,15 +198,31 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   const RoomLight room(field, rays, s.metal, *lit);
   const std::vector<RoomLight::Gathered> light =
       s.memory.gather(room, *lit, surface.samples, surface.points.size(), kGatherRays);
-  std::vector<Eigen::Vector3f> gathered;
+  std::vector<Eigen::Vector3f> gathered(light.size());
+  bool floor = false;
   for (std::size_t i = 0; i < light.size(); ++i) {
-    gathered.push_back(light[i].irradiance);
     surface.samples[i].usable = surface.samples[i].usable && light[i].metal_share < kMostMetal;
+    floor |= !light[i].on_floor.empty();
   }
+  const auto add_floor = [&](const std::vector<PointLight>& lamps) {
+    const std::vector<Eigen::Vector3f> on_floor = room.light_on_floor(lamps);
+    for (std::size_t i = 0; i < light.size(); ++i)
+      gathered[i] = light[i].irradiance + room.by_floor(light[i], on_floor);
+  };
   Illumination whole = *lit;
   whole.lights = join_pieces(lit->lights);
-  lit->lights = place_pieces(lit->lights, whole.lights, placed(whole, s.locate(room, whole, surface, gathered)),
-                             lit->probe_position_m);
+  // What lamps send by way of a floor that nobody saw hangs on where they are: found once roughly, then again.
+  const bool known = !s.last_lamps.empty();
+  add_floor(known ? s.last_lamps : whole.lights);
+  std::vector<PointLight> lamps = placed(whole, s.locate(room, whole, surface, gathered));
+  if (floor && !known) {
+    add_floor(lamps);
+    s.located = {};
+    lamps = placed(whole, s.locate(room, whole, surface, gathered));
+  }
+  add_floor(lamps);
+  s.last_lamps = lamps;
+  lit->lights = place_pieces(lit->lights, whole.lights, lamps, lit->probe_position_m);
 
   const LitSurface points(surface, room, *lit, gathered);
   const std::vector<SampleAlbedo> albedo =

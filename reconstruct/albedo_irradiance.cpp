@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
+#include "reconstruct/enclosure.h"
 #include "reconstruct/light_environment.h"
 
 namespace lumigraft {
@@ -11,6 +13,12 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kGolden = 2.39996323f;  ///< golden angle: Vogel's spiral on the lamp's disk
+constexpr float kFloorAlbedo = 0.35f;   ///< of a floor that nobody saw: what rooms usually are made of
+constexpr int kFloorSquares = 60;       ///< along either edge; beyond them the lamps' light is not counted
+constexpr float kSquare_m = 0.15f;      ///< edge of one
+constexpr float kAboveFloor_m = 0.05f;  ///< it is known to about so much
+constexpr float kUsual_m = 1.5f;        ///< distance of a lamp of which it is not known
+constexpr float kFloorShare = 0.02f;    ///< of the known surface, that may lie below the floor: noise
 constexpr float kRoom_m = 10;           ///< longest ray
 constexpr float kLiftVoxels = 1.5f;
 
@@ -69,6 +77,13 @@ EnvironmentPicture without_near(const EnvironmentPicture& picture, const FieldRa
   return result;
 }
 
+int cell_of(const Eigen::Vector3f& direction, int width, int height) {
+  const float phi = std::atan2(direction.y(), direction.x()), theta = std::acos(std::clamp(direction.z(), -1.0f, 1.0f));
+  const int u = static_cast<int>((phi / kPi + 1) * 0.5f * static_cast<float>(width)),
+            v = static_cast<int>(theta / kPi * static_cast<float>(height));
+  return std::clamp(v, 0, height - 1) * width + std::clamp(u, 0, width - 1);
+}
+
 }  // namespace
 
 RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
@@ -78,7 +93,74 @@ RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const Me
       metal_(metal),
       probe_(illumination.probe_position_m),
       lift_m_(kLiftVoxels * field.voxel_m),
-      far_(without_near(illumination.remainder, rays, illumination.probe_position_m)) {}
+      far_(without_near(illumination.remainder, rays, illumination.probe_position_m)) {
+  const EnvironmentPicture& whole = illumination.remainder;
+  if (std::all_of(whole.seen.data.begin(), whole.seen.data.end(), [](std::uint8_t seen) { return seen != 0; })) return;
+  const int width = whole.seen.width, height = whole.seen.height;
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u)
+      if (whole.seen.at(u, v))
+        up_ += environment_solid_angle_sr(v, width, height) * environment_direction(u, v, width, height);
+  up_.normalize();
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      if (!whole.seen.at(u, v)) continue;
+      const float cosine = std::max(0.0f, up_.dot(environment_direction(u, v, width, height)));
+      on_floor_ += cosine * environment_solid_angle_sr(v, width, height) *
+                   Eigen::Map<const Eigen::Vector3f>(&whole.radiance.data[whole.radiance.index(u, v)]);
+    }
+  }
+  std::vector<float> heights;
+  for (const RoomPoint& point : room_points(field)) heights.push_back(up_.dot(point.position_m));
+  floor_m_ = up_.dot(probe_);
+  if (heights.empty()) return;
+  const auto low = heights.begin() + static_cast<std::ptrdiff_t>(kFloorShare * static_cast<float>(heights.size()));
+  std::nth_element(heights.begin(), low, heights.end());
+  floor_m_ = std::min(floor_m_, *low);
+}
+
+std::optional<Eigen::Vector3f> RoomLight::floor_ahead(const Eigen::Vector3f& from_m,
+                                                      const Eigen::Vector3f& direction) const {
+  const float fall = -up_.dot(direction), above_m = up_.dot(from_m) - floor_m_;
+  if (fall < 1e-3f || above_m < 0) return std::nullopt;
+  if (far_.seen.data[static_cast<std::size_t>(cell_of(direction, far_.seen.width, far_.seen.height))])
+    return std::nullopt;
+  return from_m + above_m / fall * direction;
+}
+
+std::vector<Eigen::Vector3f> RoomLight::light_on_floor(const std::vector<PointLight>& lamps) const {
+  std::vector<Eigen::Vector3f> squares(kFloorSquares * kFloorSquares, Eigen::Vector3f::Zero());
+  if (up_.isZero()) return squares;
+  const Frame frame = frame_around(up_);
+  const Eigen::Vector3f middle = probe_ + (floor_m_ + kAboveFloor_m - up_.dot(probe_)) * up_;
+  for (int i = 0; i < kFloorSquares * kFloorSquares; ++i) {
+    const auto across = [&](int k) { return (static_cast<float>(k) + 0.5f - 0.5f * kFloorSquares) * kSquare_m; };
+    const Eigen::Vector3f place = middle + across(i % kFloorSquares) * frame.x + across(i / kFloorSquares) * frame.y;
+    for (const PointLight& lamp : lamps) {
+      const Eigen::Vector3f at = lamp.distance_known ? lamp.position_m : probe_ + kUsual_m * lamp.direction;
+      const Eigen::Vector3f way = place - at, towards = way.normalized();
+      const float arriving = std::max(0.0f, -up_.dot(towards)) * lamp.emission(towards);
+      if (arriving <= 0 || !rays_.free(place, at + (1.5f * lamp.radius_m + lift_m_) * towards)) continue;
+      squares[static_cast<std::size_t>(i)] +=
+          arriving * (at - probe_).squaredNorm() / way.squaredNorm() * lamp.irradiance;
+    }
+  }
+  return squares;
+}
+
+Eigen::Vector3f RoomLight::by_floor(const Gathered& gathered, const std::vector<Eigen::Vector3f>& on_floor) const {
+  if (gathered.on_floor.empty()) return Eigen::Vector3f::Zero();
+  const Frame frame = frame_around(up_);
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (const Eigen::Vector3f& place : gathered.on_floor) {
+    const Eigen::Vector3f way = (place - probe_) / kSquare_m;
+    const auto x = static_cast<int>(std::floor(way.dot(frame.x) + 0.5f * kFloorSquares)),
+               y = static_cast<int>(std::floor(way.dot(frame.y) + 0.5f * kFloorSquares));
+    if (x < 0 || y < 0 || x >= kFloorSquares || y >= kFloorSquares) continue;
+    sum += on_floor[static_cast<std::size_t>(x + kFloorSquares * y)];
+  }
+  return gathered.floor_share * sum;
+}
 
 RoomLight::Gathered RoomLight::gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal,
                                       int directions) const {
@@ -86,6 +168,7 @@ RoomLight::Gathered RoomLight::gather(const Eigen::Vector3f& position_m, const E
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   int on_metal = 0;
+  std::vector<Eigen::Vector3f> on_floor;
   for (int i = 0; i < directions; ++i) {
     const float s = (i + 0.5f) / directions, phi = 2 * kPi * radical_inverse(static_cast<std::uint32_t>(i));
     const float r = std::sqrt(s);
@@ -93,10 +176,18 @@ RoomLight::Gathered RoomLight::gather(const Eigen::Vector3f& position_m, const E
         (r * std::cos(phi) * frame.x + r * std::sin(phi) * frame.y + std::sqrt(1 - s) * frame.z).normalized();
     const auto hit = rays_.first_crossing(from, direction, kRoom_m);
     const auto radiance = hit ? field_.radiance(*hit) : std::nullopt;
-    sum += radiance ? *radiance : far_radiance(direction);
     on_metal += hit && metal_.contains(*hit);
+    if (radiance) {
+      sum += *radiance;
+    } else if (const auto floor = hit ? std::nullopt : floor_ahead(from, direction)) {
+      sum += kFloorAlbedo / kPi * on_floor_;
+      on_floor.push_back(*floor);
+    } else {
+      sum += far_radiance(direction);
+    }
   }
-  return {sum * (kPi / directions), static_cast<float>(on_metal) / directions};
+  return {sum * (kPi / directions), static_cast<float>(on_metal) / directions, std::move(on_floor),
+          kFloorAlbedo / static_cast<float>(directions)};
 }
 
 float RoomLight::visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,

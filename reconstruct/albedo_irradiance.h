@@ -18,13 +18,22 @@ class RoomLight {
             const Illumination& illumination);
 
   /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
-  /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; any other returns
-  /// the far remainder, which has no lamps in it.
+  /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; one that goes down
+  /// where no camera looked meets a floor of usual albedo, which the remainder lights; any other returns the far
+  /// remainder, which has no lamps in it.
   struct Gathered {
     Eigen::Vector3f irradiance;
-    float metal_share = 0;  ///< of the rays: metal was measured towards the camera, not towards here
+    float metal_share = 0;                  ///< of the rays: metal was measured towards the camera, not towards here
+    std::vector<Eigen::Vector3f> on_floor;  ///< where rays met it
+    float floor_share = 0;                  ///< irradiance of what they bring over the floor's own, for each
   };
   Gathered gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal, int directions) const;
+
+  /// Irradiance of the lamps on the floor that nobody saw, in squares around the place below the probe. Lamps whose
+  /// distance is not known are where lamps usually are.
+  std::vector<Eigen::Vector3f> light_on_floor(const std::vector<PointLight>& lamps) const;
+  /// What gathered rays bring of it.
+  Eigen::Vector3f by_floor(const Gathered& gathered, const std::vector<Eigen::Vector3f>& on_floor) const;
 
   /// How much of the lamp's disk a point sees, were the lamp `distance_m` from the probe: mean over `rays` points of
   /// it.
@@ -36,6 +45,8 @@ class RoomLight {
 
  private:
   Eigen::Vector3f far_radiance(const Eigen::Vector3f& direction) const { return far_.sample(direction); }
+  /// Where a ray that meets nothing known meets the floor; empty where a camera saw that way, or it goes up.
+  std::optional<Eigen::Vector3f> floor_ahead(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const;
 
   const DistanceField& field_;
   const FieldRays& rays_;
@@ -43,6 +54,9 @@ class RoomLight {
   Eigen::Vector3f probe_;
   float lift_m_;            ///< rays start so far above the surface
   EnvironmentPicture far_;  ///< the remainder without what stands between the probe and the distance
+  Eigen::Vector3f up_ = Eigen::Vector3f::Zero();        ///< the middle of what the fish-eye sees; zero: it sees all
+  float floor_m_ = 0;                                   ///< along `up_`, from the origin
+  Eigen::Vector3f on_floor_ = Eigen::Vector3f::Zero();  ///< the remainder's irradiance there
 };
 
 }  // namespace lumigraft

@@ -12,7 +12,8 @@ constexpr int kSampleRays = 8, kPointRays = 4;
 constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
 constexpr float kModelShare = 0.08f;     ///< 1σ of modelled irradiance over itself, away from shadows,
 constexpr float kPointShare = 0.01f;     ///< and of how much of that differs from point to point
-constexpr float kCommonShare = 0.06f;    ///< 1σ of albedo over itself that is wrong for a whole surface,
+constexpr float kLampsShare = 0.045f;    ///< 1σ of the lamps' light over itself that is wrong for a whole surface,
+constexpr float kGatheredShare = 0.08f;  ///< of the other light, of which more is guessed,
 constexpr float kTextureShare = 1.5f;    ///< and of how much a patch's radiance varies: so does a voxel's
 constexpr float kEdgeShare = 0.35f;      ///< of a lamp's light where visibility varies around a sample
 constexpr float kMetalSigma = 0.02f;     ///< said by an operator
@@ -112,6 +113,7 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     for (const int j : neighbours_[own]) add(static_cast<std::size_t>(j));
 
     Eigen::Vector3f irradiance = gathered / weights;
+    const float gathered_mean = irradiance.mean();
     float doubt = 0, power_doubt = 0;
     std::fill(region_doubt.begin(), region_doubt.end(), 0.0f);
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
@@ -134,8 +136,9 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     result[i].albedo = ((w_direct * direct + w_around * around.array()) / (w_direct + w_around)).matrix();
     // What the model has wrong, and a lamp's power, it has wrong for the surroundings too: they are no better for it.
     // Texture that a patch shows goes on within voxels.
-    const float common = std::hypot(kCommonShare, power_doubt / std::max(irradiance.mean(), 1e-9f),
-                                    kTextureShare * spread / known_weights);
+    const float whole = std::max(irradiance.mean(), 1e-9f);
+    const float by_model = std::hypot(kLampsShare * (whole - gathered_mean), kGatheredShare * gathered_mean) / whole;
+    const float common = std::hypot(by_model, power_doubt / whole, kTextureShare * spread / known_weights);
     result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
   }
   return result;

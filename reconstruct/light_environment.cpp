@@ -90,6 +90,7 @@ EnvironmentPicture EnvironmentResampler::resample(const Image<float>& radiance, 
   }
   EnvironmentPicture result;
   result.radiance = Image<float>(width_, height_, 3);
+  result.seen = Image<std::uint8_t>(width_, height_, 1, 1);
   const std::size_t cells = seen_share_.size();
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const std::uint32_t begin = pixel_begin_[cell], end = pixel_begin_[cell + 1];
@@ -109,6 +110,7 @@ EnvironmentPicture EnvironmentResampler::resample(const Image<float>& radiance, 
     for (std::size_t cell = 0; cell < cells; ++cell) result.radiance.data[3 * cell + c] *= scale;
   }
   for (std::size_t i = 0; i < unseen_.size(); ++i) {
+    result.seen.data[unseen_[i]] = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double weight_sum = 0;
     for (std::uint32_t j = nearest_begin_[i]; j < nearest_begin_[i + 1]; ++j) {
