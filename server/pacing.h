@@ -42,7 +42,8 @@ class Rest {
 
   const PaceClock::duration every_;
   PaceClock::duration began_{};
-  std::atomic<PaceClock::rep> ended_ = 0, worked_ = 0;
+  /// Long ago at first: the clock may have started with the machine, a moment before.
+  std::atomic<PaceClock::rep> ended_ = PaceClock::duration::min().count() / 2, worked_ = 0;
   std::atomic<bool> at_work_ = false;
 };
 
