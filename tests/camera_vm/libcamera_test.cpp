@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -15,6 +14,7 @@
 #include "capture/libcamera_source.h"
 #include "capture/live_source.h"
 #include "tests/capture/child_process.h"
+#include "tests/capture/leaks.h"
 #include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
 
@@ -188,7 +188,8 @@ TEST_F(Vimc, GoneAndBackAgain) {
     std::ofstream(std::string("/sys/bus/platform/drivers/vimc/") + what) << "vimc.0";
   };
   std::optional<std::uint64_t> last;
-  for (int cycle = 0; cycle < 2; ++cycle) {
+  test::Leaks leaks;
+  for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
     const auto picture = picture_of(source);
     ASSERT_TRUE(picture);
     EXPECT_TRUE(!last || picture->stamp.sequence > *last);
@@ -207,7 +208,9 @@ TEST_F(Vimc, GoneAndBackAgain) {
     const Clock::time_point back = Clock::now();
     ASSERT_TRUE(picture_of(source));
     EXPECT_LT(Clock::now() - back, 2s);
+    leaks.end_of_cycle();
   }
+  leaks.expect_none();
 }
 
 /// Whether the bytes lie in memory that the driver lends.
@@ -247,12 +250,8 @@ TEST_F(Vimc, PicturesAreReadWhereTheDriverPutThemAndStayTrue) {
   EXPECT_TRUE(picture_of(again)) << "though a picture of its last run is held";
 }
 
-std::ptrdiff_t open_descriptors() {
-  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
-}
-
 TEST_F(Vimc, ItsProcessIsKilled) {
-  const char* cycles = std::getenv("LUMIGRAFT_CYCLES");
+  test::Leaks leaks;
   pid_t process = 0;
   LiveSource source(
       "fish-eye",
@@ -263,9 +262,8 @@ TEST_F(Vimc, ItsProcessIsKilled) {
       },
       LivePatience{2s, 50ms});
   ASSERT_TRUE(picture_of(source));
-  const std::ptrdiff_t descriptors = open_descriptors();
   Clock::duration longest{};
-  for (int cycle = 0; cycle < (cycles != nullptr ? std::atoi(cycles) : 2); ++cycle) {
+  for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
     kill(process, SIGKILL);
     const Clock::time_point begin = Clock::now();
     while (source.trouble().empty() && Clock::now() - begin < 5s) {
@@ -276,11 +274,10 @@ TEST_F(Vimc, ItsProcessIsKilled) {
     }
     ASSERT_TRUE(picture_of(source));
     longest = std::max(longest, Clock::now() - begin);
+    leaks.end_of_cycle();
   }
   EXPECT_LT(longest, 2s);
-  EXPECT_LE(open_descriptors(), descriptors);
-  RecordProperty("longest_ms",
-                 static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(longest).count()));
+  leaks.expect_none();
 }
 
 TEST_F(Vimc, ReplaysByteForByte) {
@@ -330,7 +327,8 @@ TEST(LibcameraUsb, JpegsComeAtTheExposureThatWasSet) {
 TEST(LibcameraUsb, UnpluggedAndReplugged) {
   auto camera = std::make_unique<UsbCamera>();
   LiveSource source("fish-eye", [] { return std::make_unique<LibcameraSource>(kUsb, usb_spec(10'000)); });
-  for (int cycle = 0; cycle < 2; ++cycle) {
+  test::Leaks leaks;
+  for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
     ASSERT_TRUE(picture_of(source));
     camera.reset();
     const Clock::time_point begin = Clock::now();
@@ -345,7 +343,9 @@ TEST(LibcameraUsb, UnpluggedAndReplugged) {
     const Clock::time_point back = Clock::now();
     ASSERT_TRUE(picture_of(source));
     EXPECT_LT(Clock::now() - back, 2s);
+    leaks.end_of_cycle();
   }
+  leaks.expect_none();
 }
 
 }  // namespace

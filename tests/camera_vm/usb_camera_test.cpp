@@ -11,6 +11,7 @@
 #include "capture/v4l2_source.h"
 #include "tests/camera_vm/vivid_camera.h"
 #include "tests/capture/child_process.h"
+#include "tests/capture/leaks.h"
 #include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/capture/small_camera.h"
@@ -207,12 +208,13 @@ TEST(UsbCamera, ATornPictureIsLostAndTheNextIsWhole) {
 TEST(UsbCamera, UnpluggedAndReplugged) {
   auto camera = std::make_unique<UsbCamera>();
   LiveSource source("fish-eye", [] { return std::make_unique<V4l2Source>(kName, usb_spec(10'000)); });
+  test::Leaks leaks;
   std::vector<Picture> kept;
-  for (int cycle = 0; cycle < 3; ++cycle) {
+  for (int cycle = 0; cycle < test::cycles(3); ++cycle) {
     auto picture = picture_of(source);
     ASSERT_TRUE(picture);
     EXPECT_TRUE(kept.empty() || picture->stamp.sequence > kept.back().stamp.sequence);
-    kept.push_back(std::move(*picture));
+    kept.assign(1, std::move(*picture));
     camera.reset();
     const Clock::time_point begin = Clock::now();
     while (source.trouble().find("found no such camera") == std::string::npos && Clock::now() - begin < 10s) {
@@ -225,7 +227,9 @@ TEST(UsbCamera, UnpluggedAndReplugged) {
     const Clock::time_point back = Clock::now();
     ASSERT_TRUE(picture_of(source));
     EXPECT_LT(Clock::now() - back, 2s);
+    leaks.end_of_cycle();
   }
+  leaks.expect_none();
 }
 
 class RecordedUsbCamera : public test::ScratchFolder {};

@@ -15,6 +15,7 @@
 #include "capture/live_source.h"
 #include "capture/pairing_reader.h"
 #include "tests/capture/child_process.h"
+#include "tests/capture/leaks.h"
 #include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/capture/small_camera.h"
@@ -231,7 +232,8 @@ TEST_F(LiveAravis, KilledAndRestartedItComesBack) {
     return false;
   };
   EXPECT_TRUE(frame_within(5s));
-  for (int cycle = 0; cycle < 2; ++cycle) {
+  test::Leaks leaks;
+  for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
     camera.reset();
     const Clock::time_point begin = Clock::now();
     while (reader->troubles().empty() && Clock::now() - begin < 10s) {
@@ -242,7 +244,9 @@ TEST_F(LiveAravis, KilledAndRestartedItComesBack) {
     camera = std::make_unique<CameraProcess>();
     ASSERT_TRUE(camera->running());
     EXPECT_TRUE(frame_within(5s)) << "after it came back";
+    leaks.end_of_cycle();
   }
+  leaks.expect_none();
 }
 
 TEST_F(LiveAravis, IsRecordedAsItCame) {

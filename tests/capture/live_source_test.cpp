@@ -13,6 +13,7 @@
 #include "capture/openni_source.h"
 #include "capture/pairing_reader.h"
 #include "capture/stream_spec.h"
+#include "tests/capture/leaks.h"
 #include "tests/capture/openni_test_pictures.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/capture/small_camera.h"
@@ -250,10 +251,6 @@ size_m = 0.1
     }
     ADD_FAILURE() << "no trouble";
   }
-  static std::size_t descriptors() {
-    const std::filesystem::directory_iterator all("/proc/self/fd");
-    return static_cast<std::size_t>(std::distance(begin(all), end(all)));
-  }
 };
 
 TEST_F(PluggedOpenNi, AbsentAtTheStartThenLive) {
@@ -267,15 +264,15 @@ TEST_F(PluggedOpenNi, AbsentAtTheStartThenLive) {
 TEST_F(PluggedOpenNi, UnpluggedAgainAndAgain) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);
-  std::size_t before = 0;
-  for (int cycle = 0; cycle < 10; ++cycle) {
+  test::Leaks leaks;
+  for (int cycle = 0; cycle < test::cycles(10); ++cycle) {
     set("absent");
     wait_for_trouble(*reader, cycle % 2 == 0 ? "gone" : "found nothing");
     clear("absent");
     EXPECT_LT(wait_for_frame(*reader), 2s) << "after it came back";
-    before = cycle == 0 ? descriptors() : before;
+    leaks.end_of_cycle();
   }
-  EXPECT_LE(descriptors(), before);
+  leaks.expect_none();
 }
 
 TEST_F(PluggedOpenNi, FrozenWithoutAnError) {

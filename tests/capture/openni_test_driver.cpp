@@ -27,6 +27,7 @@ using lumigraft::test::device_depth;
 using lumigraft::test::device_time_us;
 using lumigraft::test::kDeviceFps;
 using lumigraft::test::kDeviceHeight;
+using lumigraft::test::kDeviceHurries;
 using lumigraft::test::kDeviceMaxDepth;
 using lumigraft::test::kDeviceWidth;
 
@@ -93,8 +94,13 @@ class TestStream : public oni::driver::StreamBase {
     }
   }
   void run() {
+    const auto begin = std::chrono::steady_clock::now();
     for (int index = 0; running_; ++index) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      if (kDeviceHurries) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      } else {
+        std::this_thread::sleep_until(begin + std::chrono::microseconds(device_time_us(index) - device_time_us(0)));
+      }
       if ((last_ >= 0 && index >= last_) || plug_says("absent")) {
         unplug_();
         return;

@@ -4,9 +4,13 @@
 
 namespace lumigraft::test {
 
-constexpr int kDeviceWidth = 160;
-constexpr int kDeviceHeight = 120;
+#ifndef LUMIGRAFT_TEST_DEVICE_SCALE
+#define LUMIGRAFT_TEST_DEVICE_SCALE 1
+#endif
+constexpr int kDeviceWidth = 160 * LUMIGRAFT_TEST_DEVICE_SCALE;
+constexpr int kDeviceHeight = 120 * LUMIGRAFT_TEST_DEVICE_SCALE;
 constexpr int kDeviceFps = 30;
+constexpr bool kDeviceHurries = LUMIGRAFT_TEST_DEVICE_SCALE == 1;  ///< or keeps its pace
 constexpr int kDeviceMaxDepth = 10000;
 
 constexpr std::int64_t device_time_us(int index) { return 1'000'000 + index * 33'333LL; }

@@ -1,0 +1,129 @@
+// capture_rate SESSION.TOML SECONDS: what live cameras give in that time: pictures, losses, the age of pictures when
+// they are handed on, and the processor's time, of which so much goes to RGB pictures. Not part of the product.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "capture/config.h"
+#include "capture/error.h"
+#include "capture/pairing_reader.h"
+#include "capture/stream_spec.h"
+
+namespace lumigraft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_of(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+double processor_s() {
+  rusage own{};
+  getrusage(RUSAGE_SELF, &own);
+  return seconds_of(own.ru_utime) + seconds_of(own.ru_stime);
+}
+
+/// Of one picture to RGB, seconds of this thread.
+double conversion_s(const CameraPicture& picture, int width, int height) {
+  constexpr int kTimes = 50;
+  PixelConverter converter;
+  converter.to_rgb(picture.format, width, height, picture.bytes);
+  const auto now = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const double begin = now();
+  for (int i = 0; i < kTimes; ++i) converter.to_rgb(picture.format, width, height, picture.bytes);
+  return (now() - begin) / kTimes;
+}
+
+struct Seen {
+  std::uint64_t pictures = 0, lost = 0;
+  std::optional<std::uint64_t> next;
+  std::vector<float> age_ms;
+  std::optional<Picture> last;
+};
+
+void listen(Source& source, std::array<Seen, 3>& seen, Clock::time_point until) {
+  while (Clock::now() < until) {
+    const auto item = source.next(std::chrono::milliseconds(100));
+    if (!item) {
+      continue;
+    }
+    const Stamp& stamp = stamp_of(*item);
+    Seen& one = seen[static_cast<std::size_t>(stream_of(*item))];
+    one.lost += one.next && stamp.sequence > *one.next ? stamp.sequence - *one.next : 0;
+    one.next = stamp.sequence + 1;
+    if (std::holds_alternative<LostPicture>(*item)) {
+      ++one.lost;
+      continue;
+    }
+    ++one.pictures;
+    one.age_ms.push_back(1e-6f * static_cast<float>(steady_now_ns() - stamp.time_ns));
+    if (const auto* picture = std::get_if<Picture>(&*item); picture != nullptr && one.pictures == 30) {
+      one.last = *picture;
+    }
+  }
+}
+
+int run(const char* file, double seconds) {
+  const Session session = read_session(ConfigTable::load(file));
+  const PairedSources sources = open_sources(session);
+  std::array<Seen, 3> seen;
+  const double before_s = processor_s();
+  const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  {
+    std::vector<std::jthread> threads;
+    for (Source* source : {sources.color.get(), sources.depth.get(), sources.fisheye.get()}) {
+      const bool again =
+          source == nullptr || (source == sources.depth.get() && sources.depth == sources.color && !threads.empty());
+      if (!again) {
+        threads.emplace_back([&, source] { listen(*source, seen, until); });
+      }
+    }
+  }
+  const double used = (processor_s() - before_s) / seconds;
+  double conversion = 0.0;
+  for (const Stream stream : {Stream::color, Stream::depth, Stream::fisheye}) {
+    Seen& one = seen[static_cast<std::size_t>(stream)];
+    if (one.pictures == 0) {
+      continue;
+    }
+    std::sort(one.age_ms.begin(), one.age_ms.end());
+    const auto at = [&](double share) { return one.age_ms[static_cast<std::size_t>(share * (one.age_ms.size() - 1))]; };
+    std::printf("%s: %llu pictures, %.2f Hz, %llu lost; age ms: median %.2f, 95 %% %.2f, most %.2f\n", name_of(stream),
+                static_cast<unsigned long long>(one.pictures), static_cast<double>(one.pictures) / seconds,
+                static_cast<unsigned long long>(one.lost), at(0.5), at(0.95), at(1.0));
+    if (one.last && one.last->original) {
+      conversion += conversion_s(*one.last->original, one.last->encoded.width, one.last->encoded.height) *
+                    static_cast<double>(one.pictures) / seconds;
+    }
+  }
+  std::printf("processor: %.2f %% of a core, of which to RGB %.2f %%\n", 100 * used, 100 * conversion);
+  return 0;
+}
+
+}  // namespace
+}  // namespace lumigraft
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::fputs("capture_rate SESSION.TOML SECONDS\n", stderr);
+    return 2;
+  }
+  try {
+    return lumigraft::run(argv[1], std::atof(argv[2]));
+  } catch (const lumigraft::InputError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 2;
+  }
+}

@@ -1,0 +1,62 @@
+#pragma once
+// Cameras that come and go: how often, and whether anything of them stays.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace lumigraft::test {
+
+/// As often as the test usually does it, or as the environment's LUMIGRAFT_CYCLES says, for a longer look.
+inline int cycles(int usual) {
+  const char* wanted = std::getenv("LUMIGRAFT_CYCLES");
+  return wanted != nullptr ? std::atoi(wanted) : usual;
+}
+
+inline std::ptrdiff_t open_descriptors() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+}
+
+inline long resident_kb() {
+  std::ifstream in("/proc/self/status");
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("VmRSS:", 0) == 0) {
+      return std::atol(line.c_str() + 6);
+    }
+  }
+  return 0;
+}
+
+/// To be told of each cycle's end. The first ones fill what every later one uses again.
+class Leaks {
+ public:
+  void end_of_cycle() {
+    ++cycles_;
+    if (cycles_ == kFirst) {
+      descriptors_ = open_descriptors();
+      resident_kb_ = resident_kb();
+    }
+  }
+  void expect_none() const {
+    if (cycles_ <= kFirst) {
+      return;
+    }
+    EXPECT_LE(open_descriptors(), descriptors_);
+    EXPECT_LT(resident_kb(), resident_kb_ + kTolerated_kb) << "memory after " << cycles_ << " cycles";
+    std::printf("%d cycles: %td descriptors, before %td; %ld kB of memory, before %ld\n", cycles_, open_descriptors(),
+                descriptors_, resident_kb(), resident_kb_);
+  }
+
+ private:
+  static constexpr int kFirst = 5;
+  static constexpr long kTolerated_kb = 8 * 1024;  ///< what an allocator may keep of differently timed work
+  int cycles_ = 0;
+  std::ptrdiff_t descriptors_ = 0;
+  long resident_kb_ = 0;
+};
+
+}  // namespace lumigraft::test
