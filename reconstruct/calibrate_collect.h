@@ -33,6 +33,8 @@ class BoardCollector {
   Seen look(std::int64_t time_ns, const Picture* color, const Response& color_response,
             const std::vector<std::shared_ptr<const Picture>>& fisheye, const Response& fisheye_response);
 
+  /// What the moment shows that was looked at last, kept or not.
+  const std::array<BoardView, 2>& newest() const { return last_; }
   const BoardFinder& finder() const { return finder_; }
   /// What one camera (0, 1) saw of the room's tag, measured again through its lens.
   std::vector<SeenPoints> room_tag(std::size_t camera, const CameraModel& lens) const;

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 #include "capture/error.h"
 #include "capture/picture_file.h"
@@ -18,6 +19,7 @@
 #include "reconstruct/calibrate_folder.h"
 #include "reconstruct/calibrate_response.h"
 #include "reconstruct/calibrate_stand.h"
+#include "server/calibrate_guide.h"
 #include "server/calibrate_text.h"
 
 namespace lumigraft {
@@ -61,8 +63,7 @@ void say_view(std::ostream& report, std::size_t number, const BoardCollector::Se
   report << std::endl;  // a person with a board in hand waits for it
 }
 
-Input look_through_session(const CalibrateCommand& command, const Session& session,
-                           const std::atomic<bool>& interrupted, BoardCollector& collector, std::ostream& report) {
+Input cameras_of(const Session& session) {
   Input input;
   input.cameras[0] = session.color.model;
   input.serials[0] = session.color.serial;
@@ -70,11 +71,19 @@ Input look_through_session(const CalibrateCommand& command, const Session& sessi
     input.cameras[1] = session.fisheye->model;
     input.serials[1] = session.fisheye->serial;
   }
+  return input;
+}
+
+Input look_through_session(const CalibrateCommand& command, const Session& session,
+                           const std::atomic<bool>& interrupted, BoardCollector& collector, CalibrateGuide* guide,
+                           std::ostream& report) {
+  const Input input = cameras_of(session);
   const std::unique_ptr<FrameReader> reader = open_frames(session);
   const Clock::time_point begin = Clock::now();
   const auto over = [&] {
-    return reader->live() && command.seconds &&
-           std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
+    const bool late =
+        command.seconds && std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
+    return reader->live() && (late || (guide != nullptr && guide->covered()));
   };
   while (!interrupted && !reader->finished() && !over()) {
     const std::optional<FrameSet> frame = reader->next(kTick);
@@ -84,6 +93,9 @@ Input look_through_session(const CalibrateCommand& command, const Session& sessi
     const Response none = Response::srgb();
     const auto seen = collector.look(frame->time_ns, frame->color.get(), session.color.response, frame->fisheye,
                                      session.fisheye ? session.fisheye->response : none);
+    if (guide != nullptr) {
+      guide->look(*frame, collector);
+    }
     if (seen.kept && reader->live()) {
       say_view(report, collector.moments().size(), seen);
     }
@@ -243,29 +255,15 @@ void find_response(const CalibrateCommand& command, std::ostream& report) {
          << " at two exposures or more\nwritten to " << command.out.string() << '\n';
 }
 
-}  // namespace
-
-void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
-  if (!command.sweep.empty()) {
-    find_response(command, report);
-    return;
-  }
-  const Board board = board_in(command.board);
-  if (!command.draw.empty()) {
-    draw_board(board, command.draw);
-    report << "drawn to " << command.draw.string() << ": print it at its own size, without scaling\n";
-  }
-  if (command.out.empty()) {
-    return;
-  }
-  const bool folders = !command.color.empty() || !command.fisheye.empty();
-  std::optional<Session> session;
-  if (!folders) {
-    session = read_service(command.files, interactive_plan()).session;
-  }
+/// Looks, calculates and writes. `session` is null for folders; `guide` where nobody looks on.
+void find_lenses(const CalibrateCommand& command, const Board& board, const Session* session,
+                 const std::atomic<bool>& interrupted, CalibrateGuide* guide, std::ostream& report) {
   BoardCollector collector(board, session ? room_tag_of(*session, board) : std::nullopt);
-  const Input input = folders ? look_through_folders(command, interrupted, collector)
-                              : look_through_session(command, *session, interrupted, collector, report);
+  const Input input = session ? look_through_session(command, *session, interrupted, collector, guide, report)
+                              : look_through_folders(command, interrupted, collector);
+  if (guide != nullptr) {
+    guide->calculating();
+  }
   Cameras cameras;
   std::array<std::vector<BoardView>, 2> views;
   for (std::size_t c = 0; c < 2; ++c) {
@@ -284,6 +282,69 @@ void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& int
   write_calibration_file(text, cameras[0], cameras[1], T_tag_fisheye);
   write_whole(command.out, text.str());
   report << "written to " << command.out.string() << '\n';
+}
+
+/// The same, with a page beside it that stays until it is interrupted.
+void find_lenses_guided(const CalibrateCommand& command, const Board& board, const Session& session,
+                        const std::atomic<bool>& interrupted, std::ostream& report) {
+  ServerSettings listen;
+  read_listen(command.listen, "--listen", listen);
+  CalibrateGuide guide(cameras_of(session).cameras);
+  Demand demand;
+  Metrics metrics;
+  WebHandlers handlers;
+  handlers.get = [&guide](std::string_view path) { return guide.reply(path); };
+  handlers.hello = handlers.state = [] { return std::string("{}"); };
+  handlers.change_object = [](const ObjectCommand&) { return std::optional<std::string>("found no objects here"); };
+  handlers.record = [](bool) { return std::optional<std::string>("found no recording here"); };
+  WebServer web({.address = listen.address, .port = listen.port}, std::move(handlers), demand, metrics);
+  web.start();
+  report << "guiding on http://" << listen.address << ':' << web.port() << "/ until interrupted" << std::endl;
+  std::ostringstream found;
+  std::exception_ptr failure;
+  std::string refusal;
+  try {
+    find_lenses(command, board, &session, interrupted, &guide, found);
+  } catch (const std::exception& e) {
+    failure = std::current_exception();
+    refusal = e.what();
+  }
+  report << found.str() << std::flush;
+  guide.done(found.str(), refusal);
+  while (!interrupted) {
+    std::this_thread::sleep_for(kTick);
+  }
+  web.stop();
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
+
+}  // namespace
+
+void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
+  if (!command.sweep.empty()) {
+    find_response(command, report);
+    return;
+  }
+  const Board board = board_in(command.board);
+  if (!command.draw.empty()) {
+    draw_board(board, command.draw);
+    report << "drawn to " << command.draw.string() << ": print it at its own size, without scaling\n";
+  }
+  if (command.out.empty()) {
+    return;
+  }
+  if (!command.color.empty() || !command.fisheye.empty()) {
+    find_lenses(command, board, nullptr, interrupted, nullptr, report);
+    return;
+  }
+  const Session session = read_service(command.files, interactive_plan()).session;
+  if (command.listen.empty()) {
+    find_lenses(command, board, &session, interrupted, nullptr, report);
+  } else {
+    find_lenses_guided(command, board, session, interrupted, report);
+  }
 }
 
 }  // namespace lumigraft

@@ -118,6 +118,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
       ->check(CLI::Range(1.0, 360.0));
   calibrate_app.add_option("--seconds", calibrate.seconds, "How long to look through live cameras")
       ->check(CLI::PositiveNumber);
+  calibrate_app.add_option("--listen", calibrate.listen, "ADDRESS:PORT of a page that guides whoever holds the board");
   calibrate_app.add_option("--out", calibrate.out, "The calibration file");
   add_set(calibrate_app, calibrate.files.overrides);
 

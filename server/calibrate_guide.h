@@ -1,0 +1,54 @@
+#pragma once
+// What a person with a board in hand needs to see while cameras are calibrated: the newest pictures with the corners
+// that were found, where corners are still missing, and at the end the result or why there is none.
+#include <array>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "reconstruct/calibrate_collect.h"
+#include "server/encode_jpeg.h"
+#include "server/web_server.h"
+
+namespace lumigraft {
+
+class CalibrateGuide {
+ public:
+  /// The colour camera and the fish-eye, as far as they are there.
+  explicit CalibrateGuide(const std::array<std::optional<CameraModel>, 2>& cameras);
+
+  /// After each moment that `collector` looked at.
+  void look(const FrameSet& frame, const BoardCollector& collector);
+  void calculating();
+  void done(const std::string& report, const std::string& refusal);
+  /// Whether every camera has seen the board often enough, and everywhere.
+  bool covered() const;
+
+  /// For the web server: the page, calibrate.json, color.jpg, fisheye.jpg. Any thread.
+  WebReply reply(std::string_view path);
+
+ private:
+  static constexpr int kEnoughViews = 15;
+
+  struct Camera {
+    CameraModel model;
+    std::shared_ptr<const Picture> picture;
+    BoardView view;  ///< in it
+    int views = 0;
+    Coverage coverage;
+  };
+
+  std::string json() const;
+  WebReply picture(std::size_t camera);
+
+  mutable std::mutex mutex_;
+  std::array<std::optional<Camera>, 2> cameras_;
+  const char* doing_ = "looking";
+  std::size_t moments_ = 0;
+  std::string report_, refusal_;
+  JpegEncoder jpeg_{80};
+};
+
+}  // namespace lumigraft
