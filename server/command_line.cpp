@@ -210,6 +210,9 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     const bool pictures = !calibrate.files.session.empty() || !calibrate.files.config.empty() ||
                           !calibrate.color.empty() || !calibrate.fisheye.empty();
     const bool sweep = !calibrate.sweep.empty();
+    if (!calibrate.listen.empty() && calibrate.files.session.empty() && calibrate.files.config.empty()) {
+      throw InputError("calibrate: --listen goes with SESSION or --config FILE (lumigraft calibrate --help)");
+    }
     const bool good =
         sweep ? calibrate.board.empty() && !pictures && !calibrate.out.empty()
               : !calibrate.board.empty() && pictures != calibrate.out.empty() && (pictures || !calibrate.draw.empty());

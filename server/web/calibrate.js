@@ -52,7 +52,7 @@ function show(camera, looking) {
     figure.append(element("h2", "", camera.name), element("img", "shown"), element("div", "map"), element("p", "views"), element("p", "advice"));
     $("cameras").append(figure);
   }
-  if (looking) figure.querySelector(".shown").src = `${camera.picture}?${Date.now()}`;
+  if (looking || !figure.querySelector(".shown").src) figure.querySelector(".shown").src = `${camera.picture}?${Date.now()}`;
   figure.querySelector(".map").replaceChildren(map(camera));
   figure.querySelector(".views").textContent =
     `${camera.views} of ${camera.views_wanted} views, corners in ${Math.round(100 * camera.reached)} % of the field`;
