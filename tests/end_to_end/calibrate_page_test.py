@@ -84,6 +84,7 @@ class CalibratePageTest(unittest.TestCase):
         port = free_port()
         program = subprocess.Popen([PROGRAM, "calibrate", "--board", os.path.join(recorded, "board.toml"), recorded, "--out",
                                     os.path.join(self.folder, "calibration.toml"), "--listen", f"127.0.0.1:{port}"], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(program.kill)  # where a test fails on the way
         self.assertIn("guiding on", program.stdout.readline())
         self.page.open(port)
         return program
