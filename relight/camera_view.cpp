@@ -41,9 +41,9 @@ void CameraView::show_live(const FrameSet& frame, const View& view, const Light&
   const std::vector<char> changed =
       still_.changed_tiles(camera_.coded(), depth_of(frame), 2 * view.params.field.x(), anew);
   if (std::find(changed.begin(), changed.end(), 1) != changed.end()) {
-    camera_.upload(device_, frame, view.with_maps, *screen_);
+    camera_.upload(device_, frame, view.with_maps || !view.glossy.empty(), *screen_);
     screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), camera_.coded()}, view.objects,
-                           {quality_of(view.plan).least_codes, false, &shadows, view.with_maps, &changed});
+                           {quality_of(view.plan).least_codes, view.glossy, &shadows, view.with_maps, &changed});
     auto list = device_.begin();
     if (view.with_maps) draw_full(*list, view, light);
     draw_live(*list, view, light, shadows, anew);
@@ -67,9 +67,8 @@ void CameraView::show_full(const FrameSet& frame, const View& view, const Light&
   if (anew || full_codes_.data != camera_.coded().data || full_exposure_ != camera_.exposure()) {
     camera_.upload(device_, frame, true, *screen_);
     if (anew) {
-      screen_->tiles->choose(
-          device_, view.params, {camera_.rays(), depth_of(frame), camera_.coded()}, view.objects,
-          {quality_of(view.plan).least_codes, !view.known_surfaces.empty(), nullptr, view.with_maps, nullptr});
+      screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), camera_.coded()}, view.objects,
+                             {quality_of(view.plan).least_codes, view.glossy, nullptr, view.with_maps, nullptr});
       draw_full(list, view, light);
     } else {
       list.begin_pass("compose");
@@ -109,7 +108,7 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
   list.begin_pass("object view");
   object_view_.resolve(list, params, *screen_);
   list.begin_pass("shadow");
-  shadow_.record(list, params, glossy, light.maps, volumes, *screen_);
+  shadow_.record(list, params, glossy, glossy && !view.live, light.maps, volumes, *screen_);
   if (screen_->shadow_scale > 1)
     upsample_.record(list, params, *screen_, screen_->tiles->shaded(), *screen_->shadowed, *screen_->direct_lost,
                      screen_->shadow_scale, 1);
@@ -136,20 +135,33 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
 void CameraView::draw_live(gpu::CommandList& list, const View& view, const Light& light, const LampShadows& shadows,
                            bool objects_anew) const {
   const LightRounds& rounds = light.rounds;
-  const bool matt = ObjectLight::enough_for(view.objects);
+  const bool matt = ObjectLight::enough_for(view.objects), glossy = !view.known_surfaces.empty();
+  const Volumes& volumes = rounds.room().volumes;
   list.begin_pass("views");
+  if (glossy) {
+    // Blocks without objects, which are not drawn here, are read too.
+    list.clear(*screen_->object_surface, {});
+    list.clear(*screen_->live_object, {});
+    if (objects_anew) object_view_.draw_known(list, view.params, view.known_surfaces, view.white, *screen_);
+  }
   if (objects_anew && matt)
     live_view_.draw_objects(list, view.params, view.objects, rounds.passes().object_light(), view.white, *screen_);
   if (objects_anew && !matt)
     object_view_.draw(list, view.params, view.objects, quality_of(view.plan).simple_models, view.white, *screen_);
   if (!matt) {
     list.begin_pass("object view");
-    live_view_.place(list, view.params, rounds.room().volumes, *screen_);
+    live_view_.place(list, view.params, volumes, *screen_);
     object_view_.resolve(list, view.params, *screen_);
     light_objects(list, view.params, light);
   }
   list.begin_pass("compose");
-  live_view_.compose(list, view.params, shadows, matt, rounds.room().volumes, rounds.irradiance(), *screen_);
+  live_view_.compose(list, view.params, shadows, matt, volumes, rounds.irradiance(), *screen_);
+  if (glossy) {
+    list.begin_pass("reflect");
+    live_view_.see_gloss(list, view.params, shadows, light.maps, volumes, rounds.irradiance(), *screen_);
+    reflect_.record(list, view.params, volumes, *screen_);
+    live_view_.add_gloss(list, view.params, *screen_);
+  }
 }
 
 void CameraView::light_objects(gpu::CommandList& list, const shader::FrameParams& params, const Light& light) const {

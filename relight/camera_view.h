@@ -41,10 +41,12 @@ class CameraView {
     const shader::FrameParams& params;
     const std::vector<PlacedObject>& objects;
     const std::vector<StoredModel::Mesh>& known_surfaces;
+    const std::vector<GlossyBounds>& glossy;  ///< of these
     const gpu::Texture& white;
     const Plan& plan;
     bool anew;       ///< the camera, the light or the objects are not as they were
     bool with_maps;  ///< those of the full view
+    bool live;       ///< the light was made for the live view
   };
   struct Light {
     const LightRounds& rounds;

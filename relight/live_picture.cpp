@@ -176,7 +176,7 @@ void LivePicture::over_object(int left, int top, float exposure, Image<std::uint
       const std::size_t at = picture->index(u, v);
       const float *gain = &gain_[at], *object = &objects_[at / 3 * 4];
       for (std::size_t c = 0; c < 3; ++c) {
-        if (gain[c] == 1 && object[3] == 0) continue;
+        if (gain[c] == 1 && object[c] == 0 && object[3] == 0) continue;
         std::uint8_t& code = picture->data[at + c];
         code = table.code_of((1 - object[3]) * gain[c] * table.linear[code] + exposure * object[c]);
       }

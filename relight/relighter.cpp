@@ -24,8 +24,19 @@ namespace {
 constexpr int kLeastVolume = 32;
 static_assert(kMostSides == shader::kMaxSides);
 constexpr float kNearPlane_m = 0.02f;
-constexpr float kLeastNearest_m = 0.05f;       // of what the camera's stillness is measured at
+constexpr float kLeastNearest_m = 0.05f;  // of what the camera's stillness is measured at
+constexpr float kGlossyMargin_m = 0.03f;
+constexpr float kSharpGloss = 0.1f;  // of GGX's alpha: below it what it mirrors must follow the objects at once
 constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
+
+GlossyBounds bounds_of(const Model& model, const RealSurface& surface) {
+  GlossyBounds bounds;
+  for (const Eigen::Vector3f& p : model.positions_m) bounds.box.extend(p);
+  bounds.box.min().array() -= kGlossyMargin_m;
+  bounds.box.max().array() += kGlossyMargin_m;
+  bounds.alpha = surface.roughness * surface.roughness;
+  return bounds;
+}
 
 }  // namespace
 
@@ -35,6 +46,7 @@ struct Relighter::State {
   ObjectStore store;
   BrickPool bricks;
   std::vector<StoredModel::Mesh> known_surfaces;
+  std::vector<GlossyBounds> glossy;  ///< of these
   Mirrors mirrors;
 
   // Passes, in the order in which they run.
@@ -67,6 +79,7 @@ struct Relighter::State {
       const std::shared_ptr<const Model> model = load_model(surface.mesh, 'z');
       mirrors.add(*device, *model, surface, static_cast<int>(known_surfaces.size()));
       known_surfaces.push_back(store.upload_mesh(*model));
+      glossy.push_back(bounds_of(*model, surface));
     }
   }
 
@@ -171,9 +184,10 @@ struct Relighter::State {
     brightest = std::max(*std::max_element(sky.data.begin(), sky.data.end()), 1 / view.camera().exposure());
   }
 
-  /// Whether a frame only looks up what was gathered once; known glossy surfaces want more.
+  /// Whether a frame only looks up what was gathered once, but for known glossy surfaces.
   bool is_live(const shader::FrameParams& params) const {
-    return quality_of(made_for).cells && known_surfaces.empty() && LampShadows::possible(params);
+    return quality_of(made_for).cells && (known_surfaces.empty() || made_for.method == "dvct") &&
+           LampShadows::possible(params);
   }
 
   /// What lamps do to the objects and by them, which follows them at once.
@@ -191,9 +205,10 @@ struct Relighter::State {
     directly_lit = key;
   }
 
-  /// Whether indirect light may lag behind: where its place does not show on the objects themselves.
+  /// Whether indirect light may lag behind: where its place does not show on the objects themselves or in mirrors.
   bool may_lag(const shader::FrameParams& params, const std::vector<PlacedObject>& objects) const {
     return is_live(params) && ObjectLight::enough_for(objects) &&
+           std::all_of(glossy.begin(), glossy.end(), [](const GlossyBounds& g) { return g.alpha >= kSharpGloss; }) &&
            std::all_of(params.lamps, params.lamps + params.counts.x(),
                        [](const shader::Lamp& lamp) { return lamp.intensity.w() > 0; });
   }
@@ -278,7 +293,8 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   params.grid = lit.grid;
   const bool lit_anew = light.changed || directly_anew;
   if (lit_anew) s.light_directly(*list, params, key);
-  const CameraView::View view{params, objects, s.known_surfaces, s.store.white(), plan, moved || lit_anew, with_maps};
+  const CameraView::View view{params, objects,           s.known_surfaces, s.glossy, s.store.white(),
+                              plan,   moved || lit_anew, with_maps,        live};
   const CameraView::Light shown{s.light, *s.lamp_maps, s.bricks};
   if (!live) {
     s.view.show_full(frame, view, shown, *list, &result);

@@ -84,13 +84,13 @@ std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& brick
   }
   if (work.key.enclosure) add_enclosure_change(coarse, room, &steps);
   if (quality.cells || lpv_) add_real_gather(coarse, room, "cells", work.key.plan.bounces - 1, &steps);
-  if (work.on_vertices) {
+  if (work.live && ObjectLight::enough_for(work.key.objects)) {
     ObjectLight::fit(device_, work.key.objects, &room.gathered);
     for (int slice = 0; slice < work.slices; ++slice) {
       steps.push_back(
           {"object light", 90.0f / static_cast<float>(work.slices), [this, work, slice, &room](gpu::CommandList& list) {
-             object_light_.gather(list, work.params, kVertexCones, {slice, work.slices}, work.key.objects, room.volumes,
-                                  room.gathered);
+             object_light_.gather(list, work.params, kVertexCones, {slice, work.slices}, work.key.objects, *work.maps,
+                                  room.volumes, room.gathered);
            }});
     }
   }
@@ -140,8 +140,8 @@ void RoomLight::add_real_gather(const Work& work, const LitRoom& room, const cha
   for (int slice = 0; slice < work.slices; ++slice) {
     steps->push_back({pass, 110.0f / static_cast<float>(work.slices),
                       [this, work, last, slice, &irradiance, &volumes](gpu::CommandList& list) {
-                        bounce_.gather_real(list, work.params, kChangeCones, !last, {slice, work.slices}, *work.maps,
-                                            irradiance, volumes);
+                        bounce_.gather_real(list, work.params, kChangeCones, !last || work.live, {slice, work.slices},
+                                            *work.maps, irradiance, volumes);
                       }});
   }
   if (last) {

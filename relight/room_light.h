@@ -36,7 +36,7 @@ class RoomLight {
   struct Work {
     shader::FrameParams params;
     LightKey key;
-    bool on_vertices = false;  ///< gather at the objects' vertices too
+    bool live = false;  ///< gather at matt objects' vertices too, and for real surfaces also what comes by mirrors
     const LampMaps* maps = nullptr;
     float brightest = 0;  ///< of the environment and of what the camera can tell, W/sr/m²
     int slices = 1;       ///< of long passes

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace lumigraft {
 namespace {
 
 // Every fourth pixel along each axis stands for its neighbours: what a block can change varies slowly.
 constexpr int kStep_px = 4;
+constexpr float kMuchBlur_px = 6;
 constexpr int kMargin_px = 3;  // around the objects' outline: supersampling and rounding
 
 /// Whether objects inside the sphere can change a pixel; the same bound as in_footprint() of footprint.glsl, for a
@@ -17,8 +19,9 @@ class Bound {
   Bound(const shader::FrameParams& params, const Tiles::Choice& choice)
       : p_(params),
         lamp_shadows_(choice.lamp_shadows),
+        glossy_(choice.glossy),
         least_codes_(choice.least_codes),
-        facing_(choice.glossy ? 4.0f : 1.0f) {}
+        facing_(choice.glossy.empty() ? 1.0f : 4.0f) {}
 
   /// `code`: of the brightest channel.
   bool can_change(const Eigen::Vector3f& at, std::uint8_t code) const {
@@ -27,6 +30,20 @@ class Bound {
     // Change of the code value, with the slope of the sRGB curve above its linear part.
     const float root = std::max((static_cast<float>(code) / 255 + 0.055f) / 1.055f, 0.1f);
     return 255.0f * 1.055f / 2.4f * root * r2 * facing_ > least_codes_ * far2;
+  }
+
+  /// By how many pixels gloss at this place blurs what it mirrors of the objects, at least (shaders/mirror_blur.glsl);
+  /// nothing where no glossy surface can be.
+  std::optional<float> blur_px(const Eigen::Vector3f& at) const {
+    std::optional<float> least;
+    const float near = std::max((p_.sphere.head<3>() - at).norm() - p_.sphere.w(), 0.0f);
+    const float far = (p_.T_tag_camera.topRightCorner<3, 1>() - at).norm();
+    for (const GlossyBounds& g : glossy_) {
+      if (!g.box.contains(at)) continue;
+      const float blur = 2 * g.alpha * near * p_.pinhole.x() / (near + far);
+      least = std::min(least.value_or(blur), blur);
+    }
+    return least;
   }
 
   /// Whether they can stand between it and a lamp.
@@ -47,6 +64,7 @@ class Bound {
  private:
   const shader::FrameParams& p_;
   const LampShadows* lamp_shadows_;
+  const std::vector<GlossyBounds>& glossy_;
   float least_codes_, facing_;
 };
 
@@ -64,7 +82,8 @@ Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale,
       fine_step_(fine_step) {
   const std::size_t bytes =
       sizeof(std::uint32_t) * static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  for (TileList* list : {&views_, &changed_, &objects_, &fine_, &smooth_, &ambients_, &shaded_, &shadows_, &traces_}) {
+  for (TileList* list : {&views_, &changed_, &objects_, &fine_, &smooth_, &ambients_, &shaded_, &shadows_, &traces_,
+                         &glossy_, &blurred_, &sharp_}) {
     list->buffer = device.create_buffer(bytes, "tiles");
   }
 }
@@ -73,6 +92,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
                    const std::vector<PlacedObject>& objects, const Choice& choice) {
   const auto tile_count = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   std::vector<char> changed(tile_count, choice.all), shaded(changed), covered(changed);
+  std::vector<char> glossy(tile_count, choice.all && !choice.glossy.empty()), sharp(glossy);
   const auto considered = [&](std::size_t tile) { return choice.only == nullptr || (*choice.only)[tile]; };
 
   const Bound bound(params, choice);
@@ -82,31 +102,49 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
     for (int u = 0; u < width_; u += kStep_px) {
       const std::size_t place = tile_of(u, v);
       char &tile = changed[place], &shade = shaded[place];
-      if ((tile && shade) || !considered(place)) continue;
+      if ((tile && shade && (choice.glossy.empty() || sharp[place])) || !considered(place)) continue;
       const std::size_t i =
           static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
       const float z = picture.depth_m != nullptr ? picture.depth_m->data[i] : 0.0f;
       if (z <= 0) {
         tile = shade = 1;  // a hole: the field tells where the surface is, later
+        glossy[place] = sharp[place] = !choice.glossy.empty();
         continue;
       }
       const Eigen::Vector3f at = eye + turn * Eigen::Vector3f(picture.rays[2 * i] * z, picture.rays[2 * i + 1] * z, z);
       const std::uint8_t* code = &picture.codes.data[3 * i];
       shade = shade || bound.can_shade(at);
       tile = tile || shade || bound.can_change(at, std::max({code[0], code[1], code[2]}));
+      if (const std::optional<float> blur_px = bound.blur_px(at)) {
+        glossy[place] = 1;
+        sharp[place] |= *blur_px < kMuchBlur_px;
+      }
     }
   }
 
   cover(params, objects, &covered);
   for (std::size_t i = 0; i < tile_count; ++i) covered[i] = covered[i] && considered(i);
 
+  std::vector<char> blurred(glossy);
+  for (std::size_t i = 0; i < tile_count; ++i) {
+    glossy[i] = glossy[i] && changed[i];
+    blurred[i] = glossy[i] && !sharp[i];
+    sharp[i] = glossy[i] && sharp[i];
+  }
+  send(device, glossy_, glossy, 1);
+  send(device, blurred_, blurred, kBlurredStep);
+  send(device, sharp_, sharp, 1);
+
   std::vector<char> views(changed);
   for (std::size_t i = 0; i < tile_count; ++i) views[i] |= covered[i];
   view_places_ = send(device, views_, views, 1);
   send(device, changed_, changed, 1);
-  object_places_ = send(device, objects_, covered, 1);
+  send(device, objects_, covered, 1);
   send(device, ambients_, covered, ambient_scale_);
-  if (choice.glossy) shaded = changed;  // a lamp's highlight shows in any direction
+  for (std::size_t i = 0; i < tile_count; ++i) covered[i] |= glossy[i];
+  object_places_ = places(covered, 1);
+  // A lamp's highlight shows in any direction, and its light comes by way of mirrors to any place.
+  if (!choice.glossy.empty() && choice.lamp_shadows == nullptr) shaded = changed;
   send(device, shaded_, shaded, 1);
   std::vector<char> fine(shaded), shaded_alone(shaded), smooth(views);
   for (std::size_t i = 0; i < tile_count; ++i) {

@@ -14,7 +14,14 @@
 
 namespace lumigraft {
 
-constexpr int kSmoothStep = 4;  ///< pixels along each axis that one stands for where all that changes is smooth
+constexpr int kBlurredStep = 2;  ///< the same where gloss blurs what it mirrors over more
+constexpr int kSmoothStep = 4;   ///< pixels along each axis that one stands for where all that changes is smooth
+
+/// Around a known glossy surface, tag frame, with room for what is not exactly known.
+struct GlossyBounds {
+  Eigen::AlignedBox3f box;
+  float alpha = 1;  ///< of GGX
+};
 
 class Tiles {
  public:
@@ -28,7 +35,7 @@ class Tiles {
   };
   struct Choice {
     float least_codes = 0;                      ///< as in quality.h
-    bool glossy = false;                        ///< known glossy surfaces are there
+    const std::vector<GlossyBounds>& glossy;    ///< where known glossy surfaces can be
     const LampShadows* lamp_shadows = nullptr;  ///< null: shadows of the sphere around the objects
     bool all = false;                           ///< take every block
     const std::vector<char>* only = nullptr;    ///< null: choose among all blocks, else among those that are not 0
@@ -43,8 +50,8 @@ class Tiles {
   /// else changes, of that of kSmoothStep; the lists reach into one another.
   const TileList& fine() const { return fine_; }
   const TileList& smooth() const { return smooth_; }
-  /// Those inside the objects' bounds, of the other ones those with shadows, and the rest, as column | row << 16 of the
-  /// grid of pixels.
+  /// Those that are drawn pixel by pixel (inside the objects' bounds, and glossy ones), of the other ones those with
+  /// shadows, and the rest, as column | row << 16 of the grid of pixels.
   const std::vector<std::uint32_t>& object_places() const { return object_places_; }
   const std::vector<std::uint32_t>& shaded_alone_places() const { return shaded_alone_places_; }
   const std::vector<std::uint32_t>& smooth_places() const { return smooth_places_; }
@@ -55,6 +62,11 @@ class Tiles {
   const TileList& shaded() const { return shaded_; }      ///< where objects can stand before a lamp
   const TileList& shadows() const { return shadows_; }    ///< the same, of the grid of shadow cells
   const TileList& traces() const { return traces_; }      ///< of the grid of traced cells
+  const TileList& glossy() const { return glossy_; }      ///< of changed(), those that can show known glossy surfaces
+  /// The same in two parts: where gloss blurs what it mirrors of the objects over so many pixels that one of
+  /// kBlurredStep along each axis will do, of the grid of those; and the rest. The first reaches into the rest.
+  const TileList& blurred() const { return blurred_; }
+  const TileList& sharp() const { return sharp_; }
 
  private:
   std::size_t tile_of(int u, int v) const {
@@ -67,7 +79,7 @@ class Tiles {
   void cover(const shader::FrameParams& params, const std::vector<PlacedObject>& objects, std::vector<char>* covered);
 
   int width_, height_, columns_, rows_, shadow_scale_, trace_scale_, ambient_scale_, fine_step_;
-  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_, fine_, smooth_;
+  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_, fine_, smooth_, glossy_, blurred_, sharp_;
   std::vector<std::uint32_t> view_places_, object_places_, shaded_alone_places_, smooth_places_;
   Eigen::AlignedBox2i covered_;
 };

@@ -46,7 +46,7 @@ FrameCost measure_cost(bool hardware, int least, const std::function<RelitPictur
 FrameCost measure_moving(bool hardware, const Plan& plan, const std::function<RelitPicture(int)>& frame) {
   const CostClock clock;
   frame(0);
-  // Known glossy surfaces want light gathered at once.
+  // Objects that shine, and surfaces that mirror sharply, want light gathered at once.
   const bool slow = clock.elapsed().wall_ms > kEnough_ms;
   const int round = plan.in_cells() && !slow ? LightRounds::kRoundFrames : 0;
   for (int i = 1; i <= round; ++i) frame(i);

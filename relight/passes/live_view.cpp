@@ -6,9 +6,9 @@ namespace {
 std::vector<gpu::Binding> inputs(const Volumes& volumes, const gpu::Texture& irradiance, const Screen& screen) {
   using gpu::Filter;
   return {gpu::sampled(2, *volumes.real_distance, Filter::linear),
-          gpu::sampled(7, *volumes.real_response, Filter::linear),
-          gpu::sampled(8, *volumes.real_normal, Filter::linear),
-          gpu::sampled(9, irradiance, Filter::linear),
+          gpu::sampled(20, *volumes.real_response, Filter::linear),
+          gpu::sampled(21, *volumes.real_normal, Filter::linear),
+          gpu::sampled(22, irradiance, Filter::linear),
           gpu::sampled(25, *screen.rays),
           gpu::sampled(26, *screen.depth),
           gpu::sampled(27, *screen.codes)};
@@ -26,7 +26,9 @@ LiveView::LiveView(gpu::Device& device)
       gain_(device.create_compute("live_gain.comp")),
       shadow_(device.create_compute("live_shadow.comp")),
       object_(device.create_compute("live_object.comp")),
-      blend_(device.create_compute("live_blend.comp")) {}
+      blend_(device.create_compute("live_blend.comp")),
+      see_gloss_(device.create_compute("live_gloss_view.comp")),
+      gloss_(device.create_compute("live_gloss.comp")) {}
 
 void LiveView::draw_objects(gpu::CommandList& list, const shader::FrameParams& params,
                             const std::vector<PlacedObject>& objects, const ObjectLight& light,
@@ -72,6 +74,29 @@ void LiveView::compose(gpu::CommandList& list, shader::FrameParams params, const
       params, screen.tiles->fine());
   params.pass_i.x() = kSmoothStep;
   dispatch_tiles(list, *gain_, joined(real, {gpu::image(12, *screen.gain)}), params, screen.tiles->smooth());
+}
+
+void LiveView::see_gloss(gpu::CommandList& list, const shader::FrameParams& params, const LampShadows& shadows,
+                         const LampMaps& maps, const Volumes& volumes, const gpu::Texture& irradiance,
+                         const Screen& screen) const {
+  dispatch_tiles(list, *see_gloss_,
+                 joined(joined(inputs(volumes, irradiance, screen), maps.bindings()),
+                        {gpu::sampled(10, shadows.texture(), gpu::Filter::linear), gpu::sampled(23, *screen.radiance),
+                         gpu::sampled(28, *screen.known_depth), gpu::image(12, *screen.real_position),
+                         gpu::image(13, *screen.real_normal), gpu::image(14, *screen.real_albedo),
+                         gpu::image(15, *screen.indirect), gpu::image(17, *screen.mirror_lost),
+                         gpu::image(18, *screen.mirror_all)}),
+                 params, screen.tiles->glossy());
+}
+
+void LiveView::add_gloss(gpu::CommandList& list, shader::FrameParams params, const Screen& screen) const {
+  params.pass_i.x() = screen.fine_step;
+  dispatch_tiles(
+      list, *gloss_,
+      {gpu::sampled(2, *screen.radiance), gpu::sampled(4, *screen.real_albedo), gpu::sampled(6, *screen.indirect),
+       gpu::sampled(7, *screen.mirror_gained_smooth), gpu::sampled(8, *screen.mirror_share_smooth),
+       gpu::image(12, *screen.live_gain), gpu::image(13, *screen.live_object)},
+      params, screen.tiles->glossy());
 }
 
 }  // namespace lumigraft

@@ -34,7 +34,7 @@ void ObjectLight::fit(gpu::Device& device, const std::vector<PlacedObject>& obje
 }
 
 void ObjectLight::gather(gpu::CommandList& list, shader::FrameParams params, int cones, Slice slice,
-                         const std::vector<PlacedObject>& objects, const Volumes& volumes,
+                         const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes,
                          const VertexLight& gathered) const {
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const StoredModel::Mesh& mesh = objects[i].stored->simple;
@@ -44,7 +44,8 @@ void ObjectLight::gather(gpu::CommandList& list, shader::FrameParams params, int
     params.pass_m = objects[i].T_tag_model.matrix();
     params.pass_i << mesh.vertex_count, cones, mesh.closed ? 0 : 1, kVerticesAGroup * first;
     list.dispatch(*gather_,
-                  joined(volumes.bindings(), {gpu::storage(16, *mesh.vertices), gpu::storage(17, *gathered[i])}),
+                  joined(joined(volumes.bindings(), maps.bindings()),
+                         {gpu::storage(16, *mesh.vertices), gpu::storage(17, *gathered[i])}),
                   gpu::bytes_of(params), last - first);
   }
 }

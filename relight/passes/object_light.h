@@ -1,8 +1,8 @@
 #pragma once
-// Irradiance at the vertices of matt objects, which does not depend on the camera. gather: all but the lamps (thesis
-// eq. 5.23-5.24), made once for a room, its lamps and the objects; in: every volume, the objects' vertices; out: a
-// buffer for every object. record: with the lamps; in: two rounds of gather, the distance volumes, the lamp maps; out:
-// of().
+// Irradiance at the vertices of matt objects, which does not depend on the camera. gather: all but the lamps themselves
+// (thesis eq. 5.23-5.24), made once for a room, its lamps and the objects; in: every volume, the objects' vertices;
+// out: a buffer for every object. record: with the lamps; in: two rounds of gather, the distance volumes, the lamp
+// maps; out: of().
 #include "relight/object_store.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamp_maps.h"
@@ -25,7 +25,8 @@ class ObjectLight {
 
   /// `cones`: over the hemisphere of a vertex. `slice`: of the vertices.
   void gather(gpu::CommandList& list, shader::FrameParams params, int cones, Slice slice,
-              const std::vector<PlacedObject>& objects, const Volumes& volumes, const VertexLight& gathered) const;
+              const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes,
+              const VertexLight& gathered) const;
   /// `share`: of the newer round; the older is used up to 1 alone.
   void record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params, const VertexLight& older,
               const VertexLight& newer, float share, const std::vector<PlacedObject>& objects, const LampMaps& maps,

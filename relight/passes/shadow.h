@@ -11,8 +11,9 @@ namespace lumigraft {
 class Shadow {
  public:
   explicit Shadow(gpu::Device& device);
-  /// `glossy`: materials of real surfaces are known; then shadows are full size.
-  void record(gpu::CommandList& list, shader::FrameParams params, bool glossy, const LampMaps& maps,
+  /// `glossy`: materials of real surfaces are known; then shadows are full size. `by_mirrors`: with what lamps no
+  /// longer bring by way of these.
+  void record(gpu::CommandList& list, shader::FrameParams params, bool glossy, bool by_mirrors, const LampMaps& maps,
               const Volumes& volumes, const Screen& screen) const;
 
  private:

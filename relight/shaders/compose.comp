@@ -24,6 +24,7 @@ layout(binding = 14) uniform sampler2D object_normal;
 layout(binding = 15) uniform sampler2D object_other;
 layout(binding = 12, rgba8) uniform writeonly image2D out_picture;
 layout(binding = 13, rgba16f) uniform writeonly image2D out_delta;
+#include "without_paper.glsl"
 
 vec3 lit(ivec2 at) {
   vec3 l = max(texelFetch(object_radiance, at, 0).rgb, vec3(0));
@@ -49,17 +50,6 @@ vec3 virtual_color(ivec2 at) {
     mixed = mix(own, lit(q), share);
   }
   return mixed;
-}
-
-// What the known surface itself sends out, where paper shares the pixel: what it does around there.
-vec3 without_paper(ivec2 at, vec3 own, float packed) {
-  vec4 sum = vec4(0);
-  for (int i = 0; i < (paper_share(packed) > 0.0 ? 25 : 0); ++i) {
-    ivec2 q = clamp(at + ivec2(i % 5, i / 5) - 2, ivec2(0), frame.picture.xy - 1);
-    bool whole = texelFetch(real_albedo, q, 0).a == floor(packed);
-    sum += whole ? vec4(texelFetch(radiance, q, 0).rgb, 1.0) : vec4(0);
-  }
-  return sum.a > 0.0 ? sum.rgb / sum.a : own;
 }
 
 void main() {

@@ -7,9 +7,9 @@
 #include "footprint.glsl"
 #include "open_light.glsl"
 layout(binding = 27) uniform sampler2D codes;    // of the camera, sRGB
-layout(binding = 7) uniform sampler3D real_response;    // times weight, weight
-layout(binding = 8) uniform sampler3D real_normal;      // and distance
-layout(binding = 9) uniform sampler3D real_irradiance;  // change of it, times weight, weight
+layout(binding = 20) uniform sampler3D real_response;    // times weight, weight
+layout(binding = 21) uniform sampler3D real_normal;      // and distance
+layout(binding = 22) uniform sampler3D real_irradiance;  // change of it, times weight, weight
 
 struct LivePlace {
   vec3 p, n;    // tag frame; n 0: unknown

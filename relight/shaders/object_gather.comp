@@ -1,15 +1,21 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Irradiance at the vertices of a virtual object but for the lamps (thesis eq. 5.23-5.24), by cones over the hemisphere.
+// Irradiance at the vertices of a virtual object but for what lamps send straight there (thesis eq. 5.23-5.24): by cones
+// over the hemisphere, and of lamps' images in mirrors.
 // It depends on the room, the lamps and the objects alone, not on the camera. pass_m: T_tag_model; pass_i: number of
 // vertices, cones over the hemisphere, 1: surfaces have two sides, first vertex.
 #include "gather.glsl"
+#include "mirror_lamp.glsl"
 layout(local_size_x = 64) in;
 layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };    // 11 floats: position, normal, ...
 layout(std430, binding = 17) writeonly buffer Gathered { vec4 gathered[]; };    // of the front, then of the back
 
 vec3 arriving(vec3 p, vec3 n) {
-  return gather_rho(p + 0.25 * frame.field.x * n, p + frame.virtual_grid.w * n, n, frame.pass_i.y, 0.0);
+  Cone k;
+  k.from_real = p + 0.25 * frame.field.x * n;
+  k.from_virtual = p + frame.virtual_grid.w * n;
+  return gather_rho(k.from_real, k.from_virtual, n, frame.pass_i.y, 0.0) +
+         mirrored_irradiance(p, n, k, frame.counts.w, 0.0);
 }
 
 void main() {

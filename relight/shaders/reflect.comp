@@ -20,10 +20,11 @@ layout(binding = 19, rgba16f) uniform writeonly image2D out_share;   // share of
 
 // Rows of pixels that one stands for, where the lobe blurs what it shows of the objects over many: the filter that
 // follows reaches over two rows. (Half rows would save nothing: software devices run eight pixels of a row together.)
+// Where it does so in whole blocks, one pixel of every pass_i.x along each axis is traced from the first.
 int rows_alike(float blur_px) { return blur_px > 6.0 ? 2 : 1; }
 
 void main() {
-  ivec2 at = tile_texel();
+  ivec2 at = frame.pass_i.x * tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   vec4 out_g = vec4(0), out_s = vec4(0);
   vec4 normal = texelFetch(real_normal, at, 0);
@@ -35,7 +36,7 @@ void main() {
     bool traced = at.y % rows_alike(mirror_blur_px(look.alpha, p)) == 0;
     vec3 v = normalize(frame.T_tag_camera[3].xyz - p);
     int count = traced ? frame.counts2.x : 0;
-    float turn = pixel_turn(at);
+    float turn = pixel_turn(at / frame.pass_i.x);
     vec3 gained = vec3(0), lost = texelFetch(mirror_lost, at, 0).rgb, all = texelFetch(mirror_all, at, 0).rgb;
     Cone k;
     k.from_virtual = p;
@@ -58,6 +59,9 @@ void main() {
     vec3 mirror_part = clamp(all / max(texelFetch(radiance, at, 0).rgb, vec3(1e-6)), vec3(0), vec3(1));
     out_s = vec4(share * mix(mirror_part, vec3(1), s.metallic_specular.x), out_g.a);
   }
-  imageStore(out_gained, at, to_half(out_g));
-  imageStore(out_share, at, to_half(out_s));
+  for (int i = 0; i < frame.pass_i.x * frame.pass_i.x; ++i) {
+    ivec2 q = at + ivec2(i % frame.pass_i.x, i / frame.pass_i.x);
+    imageStore(out_gained, q, to_half(i == 0 ? out_g : vec4(0)));
+    imageStore(out_share, q, to_half(i == 0 ? out_s : vec4(0)));
+  }
 }

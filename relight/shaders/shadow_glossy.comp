@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // The same as shadow.comp where the material of real surfaces is known: with the lamps' highlights on them, in every pixel.
+// pass_i.y: shares of a lamp's image in a mirror.
 #include "shadow_cell.glsl"
 #include "mirror_lamp.glsl"
 #include "half.glsl"
@@ -11,9 +12,6 @@ layout(binding = 14) uniform sampler2D real_albedo;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irradiance
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance off known glossy surfaces
 layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // what lamps send there without objects
-
-// A shadow seen by way of a mirror lies on the room as single shadows of as many shares; of few they would be seen.
-const int kMoreShares = 5;
 
 void main() {
   ivec2 cell = tile_texel(), at;
@@ -62,7 +60,7 @@ void main() {
       mirror_all += open * mirror_sent;
       map += maps;
     }
-    lost += mirrored_lost(p, n, k, is_metal(texelFetch(real_albedo, at, 0).a) ? 0 : kMoreShares * frame.counts.w, 0.0);
+    lost += mirrored_lost(p, n, k, is_metal(texelFetch(real_albedo, at, 0).a) ? 0 : frame.pass_i.y, 0.0);
   }
   imageStore(out_lost, cell, to_half(vec4(lost, 0.0)));
   imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
