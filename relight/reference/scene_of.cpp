@@ -93,7 +93,7 @@ ReferenceLamp lamp_of(const PointLight& light, const Vector3f& probe_m) {
 }
 
 EnvironmentPicture picture_of(const Sh9& sh) {
-  EnvironmentPicture picture{Image<float>(kSkyWidth, kSkyHeight, 3)};
+  EnvironmentPicture picture{Image<float>(kSkyWidth, kSkyHeight, 3), {}};
   for (int y = 0; y < kSkyHeight; ++y) {
     const float theta = reference::kPi * (static_cast<float>(y) + 0.5f) / kSkyHeight;
     for (int x = 0; x < kSkyWidth; ++x) {
