@@ -169,6 +169,7 @@ class Device {
   virtual std::string name() const = 0;
   virtual std::unique_ptr<Texture> create_texture(const TextureDesc& desc) = 0;
   virtual std::unique_ptr<Buffer> create_buffer(std::size_t size_bytes, std::string_view name) = 0;
+  /// The shader is compiled when the pipeline is first used: what the driver says against it is thrown there.
   virtual std::unique_ptr<ComputePipeline> create_compute(std::string_view shader) = 0;
   virtual std::unique_ptr<RasterPipeline> create_raster(const RasterDesc& desc) = 0;
 

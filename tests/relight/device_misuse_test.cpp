@@ -139,7 +139,13 @@ TEST_P(DeviceMisuseTest, WrongDrawsAreNamed) {
 
 TEST(DeviceMessages, TheVulkanValidationLayerIsHeard) {
   const auto device = create_vulkan_device({.validation = true, .more_shaders = device_test_shaders()});
-  const std::string text = error_of<GpuError>([&] { device->create_compute("device_doubles.comp"); });
+  const auto doubles = device->create_compute("device_doubles.comp");  // compiled when it is first used
+  const auto numbers = device->create_buffer(64, "numbers");
+  const std::string text = error_of<GpuError>([&] {
+    auto list = device->begin();
+    list->dispatch(*doubles, std::vector<Binding>{storage(1, *numbers)}, {}, 1);
+    device->submit(*list);
+  });
   EXPECT_NE(text.find("Float64"), std::string::npos) << text;
   device->submit(*device->begin());  // and only once
 }

@@ -54,30 +54,42 @@ PipelineObjects::~PipelineObjects() {
 
 void PipelineObjects::link(std::span<const std::pair<GLenum, const ShaderCode*>> stages) {
   units = assign_units(interface);
-  program = glCreateProgram();
-  for (const auto& [type, shader] : stages) {
-    const Stage stage(type, *shader, units);
-    glAttachShader(program, stage.handle);  // and keeps it
+  const GLuint made = glCreateProgram();
+  try {
+    for (const auto& [type, shader] : stages) {
+      const Stage stage(type, *shader, units);
+      glAttachShader(made, stage.handle);  // and keeps it
+    }
+    glLinkProgram(made);
+    GLint linked = 0;
+    glGetProgramiv(made, GL_LINK_STATUS, &linked);
+    if (!linked) {
+      std::string log(4096, '\0');
+      GLsizei length = 0;
+      glGetProgramInfoLog(made, static_cast<GLsizei>(log.size()), &length, log.data());
+      log.resize(static_cast<std::size_t>(length));
+      throw GpuError("shader " + name + ": " + log);
+    }
+    context->check("pipeline of shader " + name);
+  } catch (...) {
+    glDeleteProgram(made);
+    throw;
   }
-  glLinkProgram(program);
-  GLint linked = 0;
-  glGetProgramiv(program, GL_LINK_STATUS, &linked);
-  if (!linked) {
-    std::string log(4096, '\0');
-    GLsizei length = 0;
-    glGetProgramInfoLog(program, static_cast<GLsizei>(log.size()), &length, log.data());
-    log.resize(static_cast<std::size_t>(length));
-    throw GpuError("shader " + name + ": " + log);
-  }
-  context->check("pipeline of shader " + name);
+  program = made;
 }
 
-EglCompute::EglCompute(std::shared_ptr<Context> context, const ShaderCode& shader) : objects_(std::move(context)) {
+EglCompute::EglCompute(std::shared_ptr<Context> context, const ShaderCode& shader)
+    : shader_(shader), objects_(std::move(context)) {
   objects_.name = shader.name;
   objects_.interface = reflect_shader(shader);
+}
+
+const PipelineObjects& EglCompute::objects() const {
+  if (objects_.program != 0) return objects_;
   const Current current = objects_.context->enter();
-  const std::pair<GLenum, const ShaderCode*> stages[] = {{GL_COMPUTE_SHADER, &shader}};
+  const std::pair<GLenum, const ShaderCode*> stages[] = {{GL_COMPUTE_SHADER, &shader_}};
   objects_.link(stages);
+  return objects_;
 }
 
 EglRaster::EglRaster(std::shared_ptr<Context> context, const RasterDesc& desc, const ShaderCode& vertex,

@@ -14,7 +14,7 @@ struct PipelineObjects {
   PipelineObjects(const PipelineObjects&) = delete;
   PipelineObjects& operator=(const PipelineObjects&) = delete;
 
-  /// Wants a Current and the interface. Throws GpuError with what the driver says.
+  /// Wants a Current and the interface. Throws GpuError with what the driver says; nothing is linked then.
   void link(std::span<const std::pair<GLenum, const ShaderCode*>> stages);
 
   std::shared_ptr<Context> context;
@@ -28,10 +28,12 @@ struct PipelineObjects {
 class EglCompute final : public ComputePipeline {
  public:
   EglCompute(std::shared_ptr<Context> context, const ShaderCode& shader);
-  const PipelineObjects& objects() const { return objects_; }
+  /// Compiles the shader when it is first asked for: many passes are made of which a plan runs a few.
+  const PipelineObjects& objects() const;
 
  private:
-  PipelineObjects objects_;
+  ShaderCode shader_;
+  mutable PipelineObjects objects_;
 };
 
 class EglRaster final : public RasterPipeline {

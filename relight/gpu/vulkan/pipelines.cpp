@@ -88,17 +88,24 @@ void PipelineObjects::create_layout(VkShaderStageFlags stages) {
   check(vkCreatePipelineLayout(context->device(), &info, nullptr, &layout), "layout of shader " + name);
 }
 
-VulkanCompute::VulkanCompute(std::shared_ptr<Context> context, const ShaderCode& shader) : objects_(context) {
+VulkanCompute::VulkanCompute(std::shared_ptr<Context> context, const ShaderCode& shader)
+    : shader_(shader), objects_(std::move(context)) {
   objects_.name = shader.name;
   objects_.interface = reflect_shader(shader);
   objects_.create_layout(VK_SHADER_STAGE_COMPUTE_BIT);
-  const Module module(*context, shader);
+}
+
+const PipelineObjects& VulkanCompute::objects() const {
+  if (objects_.handle != VK_NULL_HANDLE) return objects_;
+  const Context& context = *objects_.context;
+  const Module module(context, shader_);
   VkComputePipelineCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
   info.stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module.handle);
   info.layout = objects_.layout;
-  check(vkCreateComputePipelines(context->device(), VK_NULL_HANDLE, 1, &info, nullptr, &objects_.handle),
+  check(vkCreateComputePipelines(context.device(), VK_NULL_HANDLE, 1, &info, nullptr, &objects_.handle),
         "pipeline of shader " + objects_.name);
+  return objects_;
 }
 
 VulkanRaster::VulkanRaster(std::shared_ptr<Context> context, const RasterDesc& desc, const ShaderCode& vertex,

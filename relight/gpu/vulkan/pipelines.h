@@ -25,10 +25,12 @@ struct PipelineObjects {
 class VulkanCompute final : public ComputePipeline {
  public:
   VulkanCompute(std::shared_ptr<Context> context, const ShaderCode& shader);
-  const PipelineObjects& objects() const { return objects_; }
+  /// Compiles the shader when it is first asked for: many passes are made of which a plan runs a few.
+  const PipelineObjects& objects() const;
 
  private:
-  PipelineObjects objects_;
+  ShaderCode shader_;
+  mutable PipelineObjects objects_;
 };
 
 class VulkanRaster final : public RasterPipeline {
