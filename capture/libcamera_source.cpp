@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "capture/driver_count.h"
 #include "capture/error.h"
 #include "capture/libcamera_messages.h"
 #include "capture/libcamera_process.h"
@@ -223,15 +224,6 @@ class LibcameraSource::Camera {
     return std::move(*heard);
   }
 
-  /// The driver counts pictures with 32 bits, those among them that it could not deliver.
-  std::uint64_t sequence_of(std::uint32_t id) {
-    constexpr std::uint32_t kCredible = 1000;  // a longer gap is a counter that was set anew
-    const std::uint32_t steps = last_id_ ? id - *last_id_ : 1;
-    last_id_ = id;
-    next_sequence_ += steps >= 1 && steps <= kCredible ? steps - 1 : 0;
-    return next_sequence_++;
-  }
-
   SourceItem take(const HelperMessage& said) {
     {
       const std::lock_guard lock(shared_->mutex);
@@ -240,7 +232,7 @@ class LibcameraSource::Camera {
     // Lent until the last copy of this goes.
     std::shared_ptr<const void> lent(shared_.get(),
                                      [shared = shared_, index = said.index](const void*) { shared->give_back(index); });
-    const Stamp stamp{said.time_ns, steady_now_ns(), sequence_of(said.sequence)};
+    const Stamp stamp{said.time_ns, steady_now_ns(), count_.sequence_of(said.sequence)};
     std::vector<std::uint8_t> own;
     const Bytes bytes = said.whole ? bytes_of_picture(said, own) : Bytes();
     auto rgb = bytes.empty() ? std::nullopt : pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
@@ -304,8 +296,7 @@ class LibcameraSource::Camera {
   std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
   std::unique_ptr<libcam::HelperProcess> process_;
   std::string trouble_;
-  std::optional<std::uint32_t> last_id_;
-  std::uint64_t next_sequence_ = 0;
+  DriverCount count_;
 };
 
 LibcameraSource::LibcameraSource(const std::string& camera, const StreamSpec& spec) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "capture/driver_count.h"
 #include "capture/error.h"
 #include "capture/v4l2_controls.h"
 #include "capture/v4l2_format.h"
@@ -85,7 +86,7 @@ class V4l2Source::Camera {
       stream_->give_back(filled.index);
       return;
     }
-    Stamp stamp{filled.time_ns, steady_now_ns(), brackets ? next_sequence_ : sequence_of(filled.sequence)};
+    Stamp stamp{filled.time_ns, steady_now_ns(), brackets ? count_.next() : count_.sequence_of(filled.sequence)};
     SourceItem item = picture_of(filled, stamp);
     if (!brackets) {
       ready_.push_back(std::move(item));
@@ -93,15 +94,6 @@ class V4l2Source::Camera {
       bracket_.push_back(std::move(*picture));
       end_exposure();
     }
-  }
-
-  /// The driver counts pictures with 32 bits, those among them that it could not deliver.
-  std::uint64_t sequence_of(std::uint32_t id) {
-    constexpr std::uint32_t kCredible = 1000;  // a longer gap is a counter that was set anew
-    const std::uint32_t steps = last_id_ ? id - *last_id_ : 1;
-    last_id_ = id;
-    next_sequence_ += steps >= 1 && steps <= kCredible ? steps - 1 : 0;
-    return next_sequence_++;
   }
 
   SourceItem picture_of(const v4l2::Filled& filled, const Stamp& stamp) {
@@ -157,7 +149,7 @@ class V4l2Source::Camera {
     if (bracket_.size() == spec_.settings.bracket_us.size()) {
       const Stamp last = bracket_.back().stamp;
       for (Picture& picture : bracket_) {
-        picture.stamp = {last.time_ns, last.host_time_ns, next_sequence_++};
+        picture.stamp = {last.time_ns, last.host_time_ns, count_.take()};
         ready_.push_back(std::move(picture));
       }
       bracket_.clear();
@@ -179,8 +171,7 @@ class V4l2Source::Camera {
   int old_exposures_ = 0;
   std::string trouble_;  ///< beside the stream's
   bool monotonic_ = false;
-  std::optional<std::uint32_t> last_id_;
-  std::uint64_t next_sequence_ = 0;
+  DriverCount count_;
 };
 
 V4l2Source::V4l2Source(const std::string& camera, const StreamSpec& spec) {

@@ -7,12 +7,12 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "capture/camera_list.h"
 #include "capture/error.h"
 #include "capture/libcamera_source.h"
 #include "capture/live_source.h"
+#include "tests/camera_vm/driver_memory.h"
 #include "tests/capture/child_process.h"
 #include "tests/capture/leaks.h"
 #include "tests/capture/recorded.h"
@@ -214,19 +214,7 @@ TEST_F(Vimc, GoneAndBackAgain) {
 }
 
 /// Whether the bytes lie in memory that the driver lends.
-bool is_of_the_driver(std::span<const std::uint8_t> bytes) {
-  std::ifstream maps("/proc/self/maps");
-  const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data());
-  for (std::string line; std::getline(maps, line);) {
-    std::uintptr_t from = 0, to = 0;
-    char dash = 0;
-    std::istringstream(line) >> std::hex >> from >> dash >> to;
-    if (begin >= from && begin + bytes.size() <= to) {
-      return line.find("dmabuf") != std::string::npos;
-    }
-  }
-  return false;
-}
+bool is_of_the_driver(std::span<const std::uint8_t> bytes) { return test::lies_in(bytes, "dmabuf"); }
 
 TEST_F(Vimc, PicturesAreReadWhereTheDriverPutThemAndStayTrue) {
   auto source = std::make_unique<LibcameraSource>(kVimc, vimc_spec(PixelFormat::bgr8));

@@ -6,11 +6,11 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <sstream>
 
 #include "capture/camera_list.h"
 #include "capture/error.h"
 #include "capture/v4l2_source.h"
+#include "tests/camera_vm/driver_memory.h"
 #include "tests/camera_vm/vivid_camera.h"
 #include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
@@ -118,19 +118,7 @@ TEST(Vivid, NumbersAndTimesOnlyGrow) {
 }
 
 /// Whether the bytes lie in memory that the driver mapped for us.
-bool is_of_the_driver(std::span<const std::uint8_t> bytes) {
-  std::ifstream maps("/proc/self/maps");
-  const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data());
-  for (std::string line; std::getline(maps, line);) {
-    std::uintptr_t from = 0, to = 0;
-    char dash = 0;
-    std::istringstream(line) >> std::hex >> from >> dash >> to;
-    if (begin >= from && begin + bytes.size() <= to) {
-      return line.find("/dev/video") != std::string::npos;
-    }
-  }
-  return false;
-}
+bool is_of_the_driver(std::span<const std::uint8_t> bytes) { return test::lies_in(bytes, "/dev/video"); }
 
 TEST(Vivid, PicturesAreReadWhereTheDriverPutThemAndStayTrue) {
   auto source = std::make_unique<V4l2Source>(kSinglePlanar, vivid_spec(PixelFormat::yuyv));

@@ -18,6 +18,20 @@ Image<std::uint8_t> unclipped(const Image<float>& picture) {
   return Image<std::uint8_t>(picture.width, picture.height, 1, 0);
 }
 
+/// Clips a picture at `most`, and says where.
+Image<std::uint8_t> clip(Image<float>* picture, float most) {
+  Image<std::uint8_t> clipped = unclipped(*picture);
+  for (std::size_t i = 0; i < clipped.data.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& value = picture->data[3 * i + c];
+      if (value < most) continue;
+      value = most;
+      clipped.data[i] = 1;
+    }
+  }
+  return clipped;
+}
+
 Eigen::Vector3d integral(const Image<float>& picture, const FisheyeView& view) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t pixel = 0; pixel < view.solid_angle_sr.size(); ++pixel) {
@@ -140,15 +154,7 @@ TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
     return within(d, lamp, 3) ? Eigen::Vector3f(50, 50, 50)
                               : Eigen::Vector3f::Constant(0.08f + 0.12f * std::exp(-x * x));
   });
-  Image<std::uint8_t> clipped = unclipped(picture);
-  for (std::size_t i = 0; i < clipped.data.size(); ++i) {
-    for (int c = 0; c < 3; ++c) {
-      float& value = picture.data[3 * i + c];
-      if (value < 0.16f) continue;
-      value = 0.16f;
-      clipped.data[i] = 1;
-    }
-  }
+  const Image<std::uint8_t> clipped = clip(&picture, 0.16f);
   const LightSplit split = split_lamps(picture, clipped, view, 8);
   ASSERT_EQ(split.lamps.size(), 1u);
   EXPECT_TRUE(split.lamps[0].clipped);
@@ -168,15 +174,7 @@ TEST(LightSplit, AClippedFloorOfStoneIsNoLamp) {
         (grain(d.x()) * 73856093u ^ grain(d.y()) * 19349663u ^ grain(d.z()) * 83492791u) * 2654435761u;
     return Eigen::Vector3f::Constant(hash >> 16 & 3 ? 0.3f : 0.08f);
   });
-  Image<std::uint8_t> clipped = unclipped(picture);
-  for (std::size_t i = 0; i < clipped.data.size(); ++i) {
-    for (int c = 0; c < 3; ++c) {
-      float& value = picture.data[3 * i + c];
-      if (value < 0.16f) continue;
-      value = 0.16f;
-      clipped.data[i] = 1;
-    }
-  }
+  const Image<std::uint8_t> clipped = clip(&picture, 0.16f);
   const LightSplit split = split_lamps(picture, clipped, view, 8);
   ASSERT_EQ(split.lamps.size(), 1u);
   EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
