@@ -1,4 +1,5 @@
 // Opens what a session's source URIs name. A new kind of camera is added here and in session.cpp's list of kinds.
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -159,6 +160,7 @@ PairedSources open_sources(const Session& session) {
   }
   if (session.fisheye) {
     sources.fisheye = open_source(all.back(), {all.back().spec}, session.folder);
+    sources.fisheye_offset_ns = std::llround(1e9 * session.fisheye->time_offset_s);
   }
   return sources;
 }

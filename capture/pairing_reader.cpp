@@ -51,7 +51,7 @@ PairingReader::Lane& PairingReader::lane_of(Stream stream) {
 /// Puts an item into its lane, or drops it with a note where its time goes back.
 void PairingReader::accept(SourceItem item) {
   const Stream stream = stream_of(item);
-  const Stamp stamp = stamp_of(item);
+  Stamp stamp = stamp_of(item);
   Lane& lane = lane_of(stream);
   const std::string name = name_of(stream);
   if (stamp.sequence > lane.next_sequence) {
@@ -62,6 +62,10 @@ void PairingReader::accept(SourceItem item) {
   if (stamp.time_ns > kLatest_ns || stamp.time_ns < -kLatest_ns) {
     lane.notes.push_back(name + " picture " + std::to_string(stamp.sequence) + " has an impossible time: dropped");
     return;
+  }
+  if (stream == Stream::fisheye) {
+    stamp.time_ns += sources_.fisheye_offset_ns;
+    std::visit([&](auto& any) { any.stamp = stamp; }, item);
   }
   const bool bracket = stream == Stream::fisheye && stamp.time_ns == lane.last_time_ns;
   if (stamp.time_ns <= lane.last_time_ns && !bracket) {

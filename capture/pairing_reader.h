@@ -26,6 +26,7 @@ struct PairedSources {
   std::shared_ptr<Source> depth;
   std::shared_ptr<Source> fisheye;
   bool live = false;
+  std::int64_t fisheye_offset_ns = 0;  ///< added to its times
 };
 
 /// What a session's cameras give, before it is paired. Throws as open_frames.

@@ -118,4 +118,12 @@ RadiancePicture merge_bracket(const std::vector<std::shared_ptr<const Picture>>&
   return out;
 }
 
+void undo_vignetting(RadiancePicture& picture, const Image<float>& gain) {
+  for (std::size_t pixel = 0; pixel < gain.data.size(); ++pixel) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      picture.radiance.data[3 * pixel + c] *= gain.data[pixel];
+    }
+  }
+}
+
 }  // namespace lumigraft

@@ -21,4 +21,7 @@ RadiancePicture to_radiance(const Picture& picture, const Response& response);
 /// (Debevec & Malik 1997, eq. 6 with a known response).
 RadiancePicture merge_bracket(const std::vector<std::shared_ptr<const Picture>>& pictures, const Response& response);
 
+/// Takes out what the lens let through less, pixel by pixel. `gain` is that of vignetting.h; an empty one does nothing.
+void undo_vignetting(RadiancePicture& picture, const Image<float>& gain);
+
 }  // namespace lumigraft

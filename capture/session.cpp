@@ -3,6 +3,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "capture/stream_spec.h"
@@ -14,6 +15,8 @@ constexpr int kLargestSide = 16384;
 constexpr double kLargestFocal = 1e6;
 constexpr double kShortestExposure_us = 1.0;
 constexpr double kLongestExposure_us = 60e6;
+constexpr double kLeastTransmission = 0.02, kMostTransmission = 2.0;
+constexpr double kMostOffset_s = 1.0;
 
 /// A source URI of a kind this build can open. The file behind it is looked at when the session is opened.
 std::string source_uri(const ConfigTable& table) {
@@ -79,6 +82,25 @@ CameraModel read_fisheye_model(const ConfigTable& table) {
   return model;
 }
 
+Vignetting read_vignetting(const ConfigTable& table, const CameraModel& camera) {
+  Vignetting vignetting;
+  if (!table.has("vignetting")) {
+    return vignetting;
+  }
+  const std::vector<double> terms = table.numbers("vignetting", vignetting.terms.size());
+  std::copy(terms.begin(), terms.end(), vignetting.terms.begin());
+  constexpr int kSteps = 100;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double angle_rad = 0.5 * camera.fov_rad * i / kSteps, t = vignetting.transmission(angle_rad);
+    if (!(t >= kLeastTransmission && t <= kMostTransmission)) {
+      table.fail("vignetting", "found " + std::to_string(t) + " of the axis' light at " +
+                                   std::to_string(std::lround(angle_rad * 180.0 / std::numbers::pi)) +
+                                   " degrees from it, allowed: 0.02 to 2 all over the field");
+    }
+  }
+  return vignetting;
+}
+
 /// The nearest rotation is kept, since ten printed digits are not quite orthonormal and inverses rely on it.
 Eigen::Isometry3d read_transform(const ConfigTable& table, std::string_view key) {
   const std::vector<double> rows = table.rigid_transform(key);
@@ -123,16 +145,24 @@ std::string read_serial(const ConfigTable& table) {
   return table.text("serial", source.starts_with("aravis:") ? source.substr(source.find(':') + 1) : "");
 }
 
+struct Size {
+  int width, height;
+};
+
+Size read_size(const ConfigTable& table) {
+  return {table.integer("width", 1, kLargestSide), table.integer("height", 1, kLargestSide)};
+}
+
 /// The table that says what the lens of `camera` is: that of the calibration where it has one, else its own.
-ConfigTable lens_table(const ConfigTable& camera, const std::optional<ConfigTable>& calibration,
+ConfigTable lens_table(const ConfigTable& camera, const Size& size, const std::optional<ConfigTable>& calibration,
                        std::string_view name) {
   const auto lens = calibration ? calibration->optional_table(name) : std::nullopt;
   if (!lens) {
     return camera;
   }
   const std::string other = ", allowed: that of the camera in " + camera.file().string() + ", ";
-  for (const char* side : {"width", "height"}) {
-    const int wanted = camera.integer(side, 1, kLargestSide), found = lens->integer(side, 1, kLargestSide);
+  for (const auto& [side, wanted] : {std::pair("width", size.width), std::pair("height", size.height)}) {
+    const int found = lens->integer(side, 1, kLargestSide);
     if (found != wanted) {
       lens->fail(side, "found " + std::to_string(found) + other + std::to_string(wanted));
     }
@@ -150,32 +180,54 @@ ConfigTable lens_table(const ConfigTable& camera, const std::optional<ConfigTabl
   return *lens;
 }
 
+/// Refuses keys that nobody read, but for those of cameras that are not there.
+void finish_calibration(const ConfigTable& calibration, const Session& session) {
+  const std::map<std::string, bool> used = {
+      {"color", true}, {"depth", session.depth.has_value()}, {"fisheye", session.fisheye.has_value()}};
+  for (const std::string& key : calibration.keys()) {
+    if (const auto table = used.find(key); table == used.end()) {
+      if (key != "format") {
+        calibration.fail(key, "found an unknown key, allowed: format, color, depth, fisheye");
+      }
+    } else if (table->second) {
+      calibration.table(key).finish();
+    }
+  }
+}
+
 ColorCamera read_color(const ConfigTable& table, const ConfigTable& lens) {
   ColorCamera camera;
   camera.source = source_uri(table);
   camera.serial = read_serial(table);
   camera.model = read_pinhole(lens);
-  camera.model.width = table.integer("width", 1, kLargestSide);
-  camera.model.height = table.integer("height", 1, kLargestSide);
+  camera.model.width = read_size(table).width;
+  camera.model.height = read_size(table).height;
   camera.exposure = read_exposure(table);
   camera.response = read_response(lens.has("response") ? lens : table);
   camera.settings = read_settings(table);
   return camera;
 }
 
-DepthCamera read_depth(const ConfigTable& table, const CameraModel& color) {
+DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
+                       const std::optional<ConfigTable>& calibration) {
   DepthCamera camera;
   camera.source = source_uri(table);
+  camera.serial = read_serial(table);
   camera.unit_m = table.number("unit_m", 1e-6, 1.0);
   camera.registered = table.flag("registered", true);
   if (camera.registered) {
+    if (const auto lens = calibration ? calibration->optional_table("depth") : std::nullopt) {
+      lens->fail("T_color_depth", "found it for depth on its own pixels, allowed: registered = false in " +
+                                      table.file().string() + ", or a calibration without it");
+    }
     camera.model = color;
     return camera;
   }
   camera.model = read_pinhole(table);
   camera.model.width = table.integer("width", 1, kLargestSide, color.width);
   camera.model.height = table.integer("height", 1, kLargestSide, color.height);
-  camera.T_color_depth = read_transform(table, "T_color_depth");
+  const ConfigTable lens = lens_table(table, {camera.model.width, camera.model.height}, calibration, "depth");
+  camera.T_color_depth = read_transform(lens, "T_color_depth");
   return camera;
 }
 
@@ -186,6 +238,9 @@ FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
   camera.model = read_fisheye_model(lens);
   camera.exposure = read_exposure(table);
   camera.response = read_response(lens.has("response") ? lens : table);
+  camera.vignetting = read_vignetting(lens.has("vignetting") ? lens : table, camera.model);
+  camera.time_offset_s =
+      (lens.has("time_offset_s") ? lens : table).number("time_offset_s", -kMostOffset_s, kMostOffset_s, 0.0);
   camera.T_tag_fisheye = read_transform(lens.has("T_tag_fisheye") ? lens : table, "T_tag_fisheye");
   camera.settings = read_settings(table);
   if (table.has("bracket_us")) {
@@ -255,18 +310,15 @@ Session read_session(const ConfigTable& root) {
     calibration->integer("format", 1, 1);
   }
   const ConfigTable color = root.table("color");
-  session.color = read_color(color, lens_table(color, calibration, "color"));
+  session.color = read_color(color, lens_table(color, read_size(color), calibration, "color"));
   if (const auto depth = root.optional_table("depth")) {
-    session.depth = read_depth(*depth, session.color.model);
+    session.depth = read_depth(*depth, session.color.model, calibration);
   }
   if (const auto fisheye = root.optional_table("fisheye")) {
-    session.fisheye = read_fisheye(*fisheye, lens_table(*fisheye, calibration, "fisheye"));
+    session.fisheye = read_fisheye(*fisheye, lens_table(*fisheye, read_size(*fisheye), calibration, "fisheye"));
   }
   if (calibration) {
-    if (!session.fisheye) {
-      calibration->has("fisheye");  // of a camera that is not there
-    }
-    calibration->finish();
+    finish_calibration(*calibration, session);
   }
   session.tag = read_tag(root.table("tag"));
   for (const ConfigTable& table : root.tables("real_surface")) {

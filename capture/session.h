@@ -10,6 +10,7 @@
 #include "capture/camera_settings.h"
 #include "capture/config.h"
 #include "capture/response.h"
+#include "capture/vignetting.h"
 
 namespace lumigraft {
 
@@ -24,8 +25,9 @@ struct ColorCamera {
 
 struct DepthCamera {
   std::string source;
+  std::string serial;
   double unit_m = 0.001;   ///< metres per count
-  bool registered = true;  ///< the same pixels as colour
+  bool registered = true;  ///< the same pixels as colour; else the two below say how it becomes that
   CameraModel model;       ///< where not registered
   Eigen::Isometry3d T_color_depth = Eigen::Isometry3d::Identity();
 };
@@ -36,6 +38,9 @@ struct FisheyeCamera {
   CameraModel model;
   double exposure = 1.0;
   Response response = Response::srgb();
+  Vignetting vignetting = {};  ///< key: the array of its three terms
+  /// Added to the times of its pictures before they are paired with those of the colour camera.
+  double time_offset_s = 0.0;
   Eigen::Isometry3d T_tag_fisheye = Eigen::Isometry3d::Identity();
   CameraSettings settings = {};  ///< where live
 };

@@ -35,7 +35,7 @@ void take_in_calibration(toml::table& root, const fs::path& folder) {
   }
   const fs::path file = folder / *named;
   toml::table calibration = toml::parse_file(file.string());
-  for (const char* name : {"color", "fisheye"}) {
+  for (const char* name : kTables) {
     toml::table *lens = calibration[name].as_table(), *camera = root[name].as_table();
     if (lens == nullptr || camera == nullptr) {
       continue;

@@ -41,7 +41,11 @@ PairedSources SourceTap::on(const PairedSources& sources) const {
     }
     return one;
   };
-  return {of(sources.color), of(sources.depth), of(sources.fisheye), sources.live};
+  PairedSources out = sources;
+  out.color = of(sources.color);
+  out.depth = of(sources.depth);
+  out.fisheye = of(sources.fisheye);
+  return out;
 }
 
 void SourceTap::listen(Listener listener) {

@@ -88,6 +88,7 @@ struct LightStage::State {
   CoverWatch watch;
   std::string level_warning;  ///< of the last picture that was not covered
   FisheyeView view;
+  Image<float> vignetting_gain;
   std::optional<EnvironmentResampler> resampler;
   LightTracker tracker;
   Pictures last_pictures;
@@ -101,6 +102,7 @@ LightStage::LightStage(const Session& session, const LightSettings& settings)
   state_->color_response = session.color.response;
   if (!session.fisheye) return;
   state_->view = fisheye_view(*session.fisheye);
+  state_->vignetting_gain = vignetting_gain(session.fisheye->vignetting, session.fisheye->model);
   state_->resampler.emplace(*session.fisheye, state_->view, kEnvironmentWidth, kEnvironmentHeight);
 }
 
@@ -123,8 +125,11 @@ LightStage::Result LightStage::extract(const FrameSet& frame) {
   const bool at_rest = s.last && std::none_of(s.last->lights.begin(), s.last->lights.end(),
                                               [](const PointLight& light) { return light.hidden > 0; });
   if (s.camera && !frame.fisheye.empty() && !(at_rest && same_content(frame.fisheye, s.last_pictures))) {
-    const RadiancePicture picture = merge_bracket(frame.fisheye, s.camera->response);
+    RadiancePicture picture = merge_bracket(frame.fisheye, s.camera->response);
     if (picture.radiance.width == s.view.width && picture.radiance.height == s.view.height) {
+      if (frame.fisheye.front()->radiance.empty()) {  // radiance has no lens in it any more
+        undo_vignetting(picture, s.vignetting_gain);
+      }
       const CoverWatch::Finding finding =
           s.watch.look(flux_of(picture.radiance, s.view), room_level(frame.color.get(), s.color_response),
                        picture.clipped_fraction > 0);

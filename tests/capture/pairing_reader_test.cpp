@@ -91,6 +91,17 @@ TEST(PairingReader, EqualTimesPair) {
             (Lines{"0/0/0", "1/1/1", "2/2/2"}));
 }
 
+TEST(PairingReader, TheFisheyesTimesAreShiftedBeforeTheyPair) {
+  PairedSources sources;
+  sources.color = script({color(0, 0), color(1, 33), color(2, 67)});
+  sources.fisheye = script({fisheye(0, 30), fisheye(1, 63), lost(Stream::fisheye, 2, 97)});
+  sources.fisheye_offset_ns = -30 * kMs;
+  PairingReader reader(std::move(sources), to_m);
+  EXPECT_EQ(play(reader), (Lines{"0//0", "1//1", "2//", "fish-eye picture 2 lost: torn"}));
+  reader.rewind();
+  EXPECT_EQ(reader.next(10ms)->fisheye.at(0)->stamp.time_ns, 0) << "on the colour camera's clock";
+}
+
 TEST(PairingReader, TheNearestWithinHalfAPeriodPairs) {
   EXPECT_EQ(
       play({color(0, 100), color(1, 133), color(2, 167)}, {depth(0, 90), depth(1, 112), depth(2, 130), depth(3, 175)}),

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "capture/vignetting.h"
+
 namespace lumigraft {
 namespace {
 
@@ -94,6 +96,35 @@ TEST(Radiance, OnePictureIsABracketOfOne) {
   EXPECT_EQ(merge_bracket({picture}, Response::srgb()).radiance.data,
             to_radiance(*picture, Response::srgb()).radiance.data);
   EXPECT_TRUE(merge_bracket({}, Response::srgb()).radiance.empty());
+}
+
+TEST(Radiance, VignettingIsTakenOut) {
+  CameraModel camera;
+  camera.kind = CameraModel::Kind::equidistant;
+  camera.width = camera.height = 65;
+  camera.fx = camera.fy = 20;
+  camera.cx = camera.cy = 32;
+  camera.fov_rad = 3.0;
+  const Vignetting vignetting{{-0.3, 0.05, -0.02}};
+  EXPECT_EQ(vignetting.transmission(0), 1.0);
+  EXPECT_NEAR(vignetting.transmission(1.2), std::exp(-0.3 * 1.44 + 0.05 * 2.0736 - 0.02 * 2.985984), 1e-12);
+  RadiancePicture picture;
+  picture.radiance = Image<float>(65, 65, 3);
+  for (int v = 0; v < 65; ++v)
+    for (int u = 0; u < 65; ++u)
+      for (int c = 0; c < 3; ++c)
+        picture.radiance.at(u, v, c) =
+            static_cast<float>((c + 1) * vignetting.transmission(std::hypot(u - 32, v - 32) / 20));
+  undo_vignetting(picture, vignetting_gain(vignetting, camera));
+  EXPECT_NEAR(picture.radiance.at(32, 32, 0), 1, 1e-6);
+  EXPECT_NEAR(picture.radiance.at(54, 44, 1), 2, 1e-5);
+  EXPECT_NEAR(picture.radiance.at(8, 40, 2), 3, 1e-5);
+  const float outside = picture.radiance.at(0, 0, 0);
+  EXPECT_EQ(outside, static_cast<float>(vignetting.transmission(std::hypot(32, 32) / 20))) << "beyond its field";
+  EXPECT_TRUE(vignetting_gain({}, camera).empty());
+  const RadiancePicture before = picture;
+  undo_vignetting(picture, {});
+  EXPECT_EQ(picture.radiance.data, before.radiance.data);
 }
 
 }  // namespace

@@ -275,6 +275,51 @@ TEST_F(CalibratedSession, TakesLensesFromTheCalibration) {
   EXPECT_EQ(kiosk().fisheye->T_tag_fisheye.translation().x(), 2);
 }
 
+TEST_F(CalibratedSession, TakesVignettingTimeOffsetAndWhereDepthIs) {
+  calibrate("640", "Maker-17", R"(vignetting = [-0.3, 0.05, -0.02]
+time_offset_s = -0.0125
+[depth]
+width = 320
+height = 240
+serial = "depth-4"
+T_color_depth = [[1, 0, 0, 0.025], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+)");
+  const Session without = kiosk();  // a camera less than was calibrated
+  EXPECT_FALSE(without.depth);
+  EXPECT_EQ(without.fisheye->vignetting.terms, (std::array{-0.3, 0.05, -0.02}));
+  EXPECT_EQ(without.fisheye->time_offset_s, -0.0125);
+  const std::vector<std::string> depth = {"depth.source=mkv:depth.mkv",
+                                          "depth.registered=false",
+                                          "depth.width=320",
+                                          "depth.height=240",
+                                          "depth.fx=280",
+                                          "depth.fy=280",
+                                          "depth.cx=159.5",
+                                          "depth.cy=119.5",
+                                          "depth.unit_m=0.001"};
+  const auto with = [&](const std::string& more) {
+    std::vector<std::string> all = depth;
+    if (!more.empty()) all.push_back(more);
+    return all;
+  };
+  EXPECT_EQ(kiosk(depth).depth->T_color_depth.translation().x(), 0.025);
+  EXPECT_EQ(refusal(with("depth.serial=depth-4")), "no error");
+  EXPECT_NE(refusal(with("depth.serial=depth-5")).find("depth.serial: found \"depth-4\", allowed: that of the camera"),
+            std::string::npos)
+      << refusal(with("depth.serial=depth-5"));
+  EXPECT_NE(refusal(with("depth.T_color_depth=[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]")).find("found beside"),
+            std::string::npos);
+  std::vector<std::string> wide = depth;
+  wide[2] = "depth.width=640";
+  EXPECT_NE(refusal(wide).find("depth.width: found 320, allowed: that of the camera in"), std::string::npos)
+      << refusal(wide);
+  const std::string registered = refusal({"depth.source=mkv:depth.mkv", "depth.unit_m=0.001"});
+  EXPECT_NE(
+      registered.find("depth.T_color_depth: found it for depth on its own pixels, allowed: registered = false in"),
+      std::string::npos)
+      << registered;
+}
+
 TEST_F(CalibratedSession, RefusesThatOfAnotherCamera) {
   calibrate("1280", "Maker-17");
   EXPECT_NE(refusal().find("calibration.toml:3: color.width: found 1280, allowed: that of the camera in"),
@@ -296,6 +341,20 @@ TEST_F(CalibratedSession, RefusesLensesInTwoPlaces) {
   EXPECT_NE(refusal({"calibration=none.toml"}).find("calibration"), std::string::npos);
   calibrate("640", "Maker-17", "colour = 3");
   EXPECT_NE(refusal().find("colour"), std::string::npos) << "a key that nobody reads";
+}
+
+TEST_F(SessionFile, VignettingThatNoLensHasIsRefused) {
+  EXPECT_TRUE(read().fisheye->vignetting.none());
+  EXPECT_EQ(read().fisheye->time_offset_s, 0.0);
+  EXPECT_EQ(read({"fisheye.vignetting=[-0.3, 0, 0]"}).fisheye->vignetting.terms[0], -0.3);
+  const std::string dark = error({"fisheye.vignetting=[-2, 0, 0]"});
+  EXPECT_NE(dark.find("fisheye.vignetting: found 0.01"), std::string::npos) << dark;
+  EXPECT_NE(dark.find(" of the axis' light at 81 degrees from it, allowed: 0.02 to 2 all over the field"),
+            std::string::npos)
+      << dark;
+  EXPECT_NE(error({"fisheye.vignetting=[0, 0.2, 0]"}).find("fisheye.vignetting: found 2.0"), std::string::npos);
+  EXPECT_NE(error({"fisheye.vignetting=[0, 0.2]"}).find("fisheye.vignetting: found an array of 2"), std::string::npos);
+  EXPECT_NE(error({"fisheye.time_offset_s=1.5"}).find("fisheye.time_offset_s: found 1.5"), std::string::npos);
 }
 
 TEST_F(SessionFile, BadValuesAreRefusedWithTheirLine) {

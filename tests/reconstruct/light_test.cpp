@@ -105,6 +105,35 @@ TEST(LightStage, ClippedLampsAreSaid) {
       << result.warnings[0];
 }
 
+TEST(LightStage, TheLensFalloffIsTakenOut) {
+  Session session = session_with_fisheye();
+  FrameSet frame = frame_with_lamps(session);
+  LightStage plain(session, {});
+  const auto truth = plain.extract(frame).illumination;
+  const Vignetting falloff{{-0.25, 0.03, -0.02}};
+  auto picture = std::make_shared<Picture>(*frame.fisheye[0]);
+  const Image<float> gain = vignetting_gain(falloff, session.fisheye->model);
+  picture->exposure = 0.9 / *std::max_element(picture->radiance.data.begin(), picture->radiance.data.end());
+  picture->encoded = Image<std::uint8_t>(256, 256, 3);
+  for (std::size_t i = 0; i < picture->encoded.data.size(); ++i) {
+    const double light = picture->exposure * picture->radiance.data[i] / gain.data[i / 3];
+    picture->encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(static_cast<float>(light))));
+  }
+  picture->radiance = {};
+  const auto lamps = [&](const FrameSet& seen) {
+    LightStage stage(session, {});
+    const auto found = stage.extract(seen).illumination;
+    EXPECT_EQ(found->lights.size(), truth->lights.size());
+    return found->lights.at(0).irradiance.x() / truth->lights[0].irradiance.x();
+  };
+  FrameSet through_lens = frame;
+  through_lens.fisheye = {picture};
+  EXPECT_LT(lamps(through_lens), 0.93) << "as it is without";
+  session.fisheye->vignetting = falloff;
+  EXPECT_NEAR(lamps(through_lens), 1.0, 0.02);
+  EXPECT_NEAR(lamps(frame), 1.0, 1e-5) << "radiance has no lens in it";
+}
+
 /// As a camera sees the room while the lamps burn.
 std::shared_ptr<const Picture> room_picture(float radiance) {
   auto picture = std::make_shared<Picture>();
