@@ -375,7 +375,8 @@ void check_oni_file(const std::string& file) {
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    throw InputError(file + ": found a damaged recording that crashes OpenNI2");
+    const char* why = WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "it ends the program";
+    throw InputError(file + ": found a recording that OpenNI2 does not survive reading: " + why);
   }
 }
 

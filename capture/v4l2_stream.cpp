@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <thread>
 
 #include "capture/error.h"
 
@@ -14,6 +15,9 @@ namespace {
 
 constexpr std::uint32_t kBuffers = 8;
 constexpr int kLeastWithDriver = 4;
+/// An unplugged camera is closed when the kernel has put it away: closing it meanwhile lets two threads of the kernel
+/// meet in the same media entity, of which one finds it gone and crashes the machine's kernel (6.1).
+constexpr std::chrono::milliseconds kPutAway{300};
 
 struct Mapping {
   void* begin = MAP_FAILED;
@@ -118,6 +122,9 @@ Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_s
 }
 
 Stream::~Stream() {
+  if (unplugged_) {
+    std::this_thread::sleep_for(kPutAway);
+  }
   const std::lock_guard lock(shared_->mutex);
   v4l2_buf_type type = shared_->device->buffers();
   shared_->device->call(VIDIOC_STREAMOFF, &type);
@@ -171,10 +178,11 @@ std::optional<Filled> Stream::take() {
     return std::nullopt;
   }
   if (error != 0 || buffer.index >= shared_->buffers.size()) {
+    unplugged_ = error == ENODEV;
     try {
       fail(error, "the camera stopped");
     } catch (const InputError& e) {
-      trouble_ = error == ENODEV ? "the camera is gone" : e.what();
+      trouble_ = unplugged_ ? "the camera is gone" : e.what();
     }
     return std::nullopt;
   }

@@ -51,6 +51,7 @@ class Stream {
   std::shared_ptr<Shared> shared_;
   int planes_;
   std::string trouble_;
+  bool unplugged_ = false;
 };
 
 }  // namespace lumigraft::v4l2

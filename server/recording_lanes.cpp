@@ -1,15 +1,13 @@
 #include "server/recording_lanes.h"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <utility>
+
+#include "capture/niceness.h"
 
 namespace lumigraft {
 namespace {
 
-constexpr int kBehindThePicture = 10;  // niceness
+constexpr int kBehindThePicture = 10;
 constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
 
 }  // namespace
@@ -55,8 +53,9 @@ std::optional<SourceItem> RecordingLanes::take(Lane& lane) const {
 }
 
 void RecordingLanes::write(Stream stream, bool behind) {
+  std::optional<Niceness> niceness;
   if (behind) {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kBehindThePicture);
+    niceness.emplace(kBehindThePicture);
   }
   Lane& lane = lanes_[static_cast<std::size_t>(stream)];
   try {

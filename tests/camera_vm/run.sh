@@ -69,12 +69,15 @@ for module in virtio_pci 9p 9pnet_virtio overlay; do
     compgen -G "$first/modules/*-$name" >/dev/null || cp "$file" "$first/modules/$((number++))-$name"
   done
 done
-printf '%q ' bash "$here/guest.sh" "$root" "$@" >"$first/command"
+# LUMIGRAFT_CYCLES: how often cameras come and go, for a longer look than every run takes.
+cycles=${LUMIGRAFT_CYCLES:-}
+limit_s=$([ -n "$cycles" ] && echo 6000 || echo 300)
+printf '%q ' env ${cycles:+LUMIGRAFT_CYCLES="$cycles"} bash "$here/guest.sh" "$root" "$@" >"$first/command"
 (cd "$first" && find . | cpio --quiet -o -H newc | gzip -1) >"$folder/first.gz"
 
 log=$folder/log.txt
 # One processor: see usb_camera.cpp.
-timeout 300 qemu-system-x86_64 -accel tcg -cpu max -smp 1 -m 1024 -nodefaults -no-user-config -display none -no-reboot \
+timeout "$limit_s" qemu-system-x86_64 -accel tcg -cpu max -smp 1 -m 1024 -nodefaults -no-user-config -display none -no-reboot \
   -serial stdio -kernel "$root/boot/vmlinuz-$kernel" -initrd "$folder/first.gz" \
   -append "console=ttyS0 quiet panic=-1 mitigations=off tsc=unstable nokaslr" \
   -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap </dev/null 2>&1 | tee "$log"

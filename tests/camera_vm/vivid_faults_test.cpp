@@ -11,6 +11,7 @@
 #include "capture/live_source.h"
 #include "capture/v4l2_source.h"
 #include "tests/camera_vm/vivid_camera.h"
+#include "tests/capture/leaks.h"
 
 namespace lumigraft {
 namespace {
@@ -101,11 +102,6 @@ TEST_F(VividFaults, APictureThatIsKeptKeepsNoCameraAway) {
   }
 }
 
-std::size_t descriptors() {
-  const std::filesystem::directory_iterator all("/proc/self/fd");
-  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
-}
-
 std::size_t mappings() {
   std::ifstream maps("/proc/self/maps");
   std::size_t count = 0;
@@ -118,14 +114,16 @@ std::size_t mappings() {
 TEST_F(VividFaults, AHundredTimesGoneNothingLeaks) {
   const auto source = live(kSinglePlanar, {2000ms, 10ms});
   wait_for_picture(*source);
-  const std::size_t open = descriptors(), mapped = mappings();
+  const std::size_t mapped = mappings();
+  test::Leaks leaks;
   for (int cycle = 0; cycle < 100; ++cycle) {
     ASSERT_TRUE(Vivid().set("Disconnect"));
     wait_for_trouble(*source, "");
     wait_for_picture(*source);
     ASSERT_FALSE(HasFailure()) << "cycle " << cycle;
+    leaks.end_of_cycle();
   }
-  EXPECT_EQ(descriptors(), open);
+  leaks.expect_none();
   EXPECT_EQ(mappings(), mapped);
 }
 

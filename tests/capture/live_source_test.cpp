@@ -2,6 +2,7 @@
 #include "capture/live_source.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <atomic>
@@ -32,12 +33,14 @@ struct Switches {
   std::atomic<bool> host_clock{false};
   std::atomic<std::uint64_t> bracket{1};  ///< pictures of one moment
   std::atomic<int> opened{0}, alive{0};
+  std::atomic<int> niceness_of_opening{99}, niceness{99};
 };
 
 class MadeUpCamera : public Source {
  public:
   explicit MadeUpCamera(Switches& switches) : switches_(switches) {
     ++switches_.opened;
+    switches_.niceness_of_opening = getpriority(PRIO_PROCESS, 0);
     if (switches_.absent) {
       throw CameraFault("found no camera");
     }
@@ -45,6 +48,7 @@ class MadeUpCamera : public Source {
   }
   ~MadeUpCamera() override { --switches_.alive; }
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
+    switches_.niceness = getpriority(PRIO_PROCESS, 0);
     if (switches_.frozen || finished()) {
       std::this_thread::sleep_for(timeout);
       return std::nullopt;
@@ -111,6 +115,17 @@ class LiveCamera : public testing::Test {
   Switches switches_;
   Stamp last_;
 };
+
+TEST_F(LiveCamera, GoesBeforeOtherThreadsWhereTheSystemLetsIt) {
+  const int usual = getpriority(PRIO_PROCESS, 0);
+  const int first = setpriority(PRIO_PROCESS, 0, -10) == 0 ? -10 : usual;
+  setpriority(PRIO_PROCESS, 0, usual);
+  const auto source = open();
+  EXPECT_EQ(getpriority(PRIO_PROCESS, 0), usual) << "of who opened it";
+  expect_pictures(*source, 1);
+  EXPECT_EQ(switches_.niceness_of_opening, first);
+  EXPECT_EQ(switches_.niceness, first);
+}
 
 TEST_F(LiveCamera, AbsentAtTheStartItIsLookedFor) {
   switches_.absent = true;

@@ -7,12 +7,14 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <optional>
 #include <thread>
 
 #include "capture/error.h"
+#include "tests/capture/leaks.h"
 #include "tests/capture/openni_test_pictures.h"
 #include "tests/capture/scratch_folder.h"
 
@@ -251,9 +253,50 @@ TEST_F(OpenNi, WrongSizesAndDamageInRecordingsAreRefused) {
     try {
       check_oni_file(file());
     } catch (const InputError& e) {
-      EXPECT_NE(std::string(e.what()).find("crashes OpenNI2"), std::string::npos);
+      EXPECT_NE(std::string(e.what()).find("OpenNI2 does not survive reading"), std::string::npos);
     }
   }
+}
+
+/// A child of this process; 0 where there is none.
+pid_t a_child() {
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    pid_t child = 0;
+    if (std::ifstream(thread.path() / "children") >> child) {
+      return child;
+    }
+  }
+  return 0;
+}
+
+TEST_F(OpenNi, ACheckThatIsKilledIsSaidAndLeavesNothing) {
+  record(12);
+  test::Leaks leaks;
+  std::uint32_t random = 5;
+  int killed = 0;
+  const int cycles = test::cycles(8);
+  for (int cycle = 0; cycle < cycles; ++cycle) {
+    random = random * 1664525u + 1013904223u;
+    std::jthread killer([after = std::chrono::microseconds((random >> 8) % 400'000)] {
+      pid_t child = 0;
+      while ((child = a_child()) == 0) {
+        std::this_thread::sleep_for(1ms);
+      }
+      std::this_thread::sleep_for(after);
+      kill(child, SIGKILL);
+    });
+    try {
+      check_oni_file(file());
+    } catch (const InputError& e) {
+      EXPECT_EQ(e.what(), file() + ": found a recording that OpenNI2 does not survive reading: Killed");
+      ++killed;
+    }
+    killer.join();
+    leaks.end_of_cycle();
+  }
+  EXPECT_GT(killed, cycles / 2) << "it takes half a second";
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "no child is left";
+  leaks.expect_none();
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "capture/config.h"
@@ -49,7 +50,8 @@ double conversion_s(const CameraPicture& picture, int width, int height) {
 struct Seen {
   std::uint64_t pictures = 0, lost = 0;
   std::optional<std::uint64_t> next;
-  std::vector<float> age_ms;
+  std::vector<float> age_ms;   ///< since the driver's timestamp
+  std::vector<float> here_ms;  ///< since it arrived: conversion and the way between threads
   std::optional<Picture> last;
 };
 
@@ -68,7 +70,9 @@ void listen(Source& source, std::array<Seen, 3>& seen, Clock::time_point until) 
       continue;
     }
     ++one.pictures;
-    one.age_ms.push_back(1e-6f * static_cast<float>(steady_now_ns() - stamp.time_ns));
+    const std::int64_t now_ns = steady_now_ns();
+    one.age_ms.push_back(1e-6f * static_cast<float>(now_ns - stamp.time_ns));
+    one.here_ms.push_back(1e-6f * static_cast<float>(now_ns - stamp.host_time_ns));
     if (const auto* picture = std::get_if<Picture>(&*item); picture != nullptr && one.pictures == 30) {
       one.last = *picture;
     }
@@ -98,11 +102,16 @@ int run(const char* file, double seconds) {
     if (one.pictures == 0) {
       continue;
     }
-    std::sort(one.age_ms.begin(), one.age_ms.end());
-    const auto at = [&](double share) { return one.age_ms[static_cast<std::size_t>(share * (one.age_ms.size() - 1))]; };
-    std::printf("%s: %llu pictures, %.2f Hz, %llu lost; age ms: median %.2f, 95 %% %.2f, most %.2f\n", name_of(stream),
+    std::printf("%s: %llu pictures, %.2f Hz, %llu lost\n", name_of(stream),
                 static_cast<unsigned long long>(one.pictures), static_cast<double>(one.pictures) / seconds,
-                static_cast<unsigned long long>(one.lost), at(0.5), at(0.95), at(1.0));
+                static_cast<unsigned long long>(one.lost));
+    for (const auto& [what, ms] :
+         {std::pair("age", &one.age_ms), std::pair("of which since it arrived", &one.here_ms)}) {
+      std::sort(ms->begin(), ms->end());
+      const auto at = [&](double share) { return (*ms)[static_cast<std::size_t>(share * (ms->size() - 1))]; };
+      std::printf("  %s, ms: median %.2f, 95 %% %.2f, 99 %% %.2f, most %.2f\n", what, at(0.5), at(0.95), at(0.99),
+                  at(1.0));
+    }
     if (one.last && one.last->original) {
       conversion += conversion_s(*one.last->original, one.last->encoded.width, one.last->encoded.height) *
                     static_cast<double>(one.pictures) / seconds;
