@@ -25,10 +25,15 @@ struct CameraListing {
   std::string name;
   std::vector<OfferedFormat> formats = {};
   std::vector<OfferedControl> controls = {};
-  std::string why_not = {};  ///< why it cannot be looked into; empty where it can
+  std::string why_not = {};                     ///< why it cannot be looked into; empty where it can
+  std::vector<std::string> nodes = {};          ///< of the kernel that it is read from, where it is known
+  std::vector<std::string> same_hardware = {};  ///< sources of other libraries that are this camera too
 };
 
-/// Of every library, in the order openni2, v4l2, libcamera, aravis.
+/// Says in each of them which others are read from the same nodes.
+void find_same_hardware(std::vector<CameraListing>& cameras);
+
+/// Of every library, in the order openni2, v4l2, libcamera, aravis, with their same_hardware.
 std::vector<CameraListing> list_cameras();
 
 std::vector<CameraListing> list_openni_cameras();

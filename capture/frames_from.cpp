@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
 #include "capture/seekable.h"
 
 namespace lumigraft {
@@ -11,10 +10,10 @@ namespace {
 
 constexpr std::int64_t kLead_ns = 2'000'000'000;
 
-class FramesFrom : public FrameReader {
+class FramesFrom : public SeekableReader {
  public:
-  FramesFrom(PairedSources sources, std::unique_ptr<FrameReader> reader, std::int64_t from_ns)
-      : sources_(std::move(sources)), reader_(std::move(reader)), from_ns_(from_ns) {
+  FramesFrom(PairedSources sources, std::unique_ptr<FrameReader> reader)
+      : sources_(std::move(sources)), reader_(std::move(reader)) {
     begin();
   }
 
@@ -31,6 +30,15 @@ class FramesFrom : public FrameReader {
   void rewind() override {
     reader_->rewind();
     begin();
+  }
+  void seek(std::int64_t from_ns) override {
+    from_ns_ = from_ns;
+    rewind();
+  }
+  std::optional<std::int64_t> length_ns() const override {
+    const auto* color = dynamic_cast<const Seekable*>(sources_.color.get());
+    const std::optional<std::int64_t> last_ns = color != nullptr ? color->last_time_ns() : std::nullopt;
+    return last_ns ? std::optional(*last_ns - color->first_time_ns()) : std::nullopt;
   }
   bool live() const override { return false; }
   std::vector<std::string> troubles() const override { return reader_->troubles(); }
@@ -51,18 +59,25 @@ class FramesFrom : public FrameReader {
 
   PairedSources sources_;
   std::unique_ptr<FrameReader> reader_;
-  std::int64_t from_ns_;
+  std::int64_t from_ns_ = 0;
   std::optional<std::int64_t> first_time_ns_;  ///< of colour
 };
 
 }  // namespace
 
+std::unique_ptr<SeekableReader> seekable_frames(const Session& session, PairedSources sources) {
+  std::unique_ptr<FrameReader> reader = pair_sources(session, sources);
+  return std::make_unique<FramesFrom>(std::move(sources), std::move(reader));
+}
+
 std::unique_ptr<FrameReader> open_frames_from(const Session& session, std::int64_t from_ns) {
-  const PairedSources sources = open_sources(session);
+  PairedSources sources = open_sources(session);
   if (sources.live) {
     throw InputError("found live cameras, allowed: a recording");
   }
-  return std::make_unique<FramesFrom>(sources, pair_sources(session, sources), from_ns);
+  auto reader = seekable_frames(session, std::move(sources));
+  reader->seek(from_ns);
+  return reader;
 }
 
 }  // namespace lumigraft

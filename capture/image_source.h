@@ -22,6 +22,7 @@ class ImageSource : public Source, public Seekable {
   bool finished() const override { return next_ == pictures_.size(); }
   void rewind() override { next_ = 0; }
   std::int64_t first_time_ns() const override { return pictures_.front().time_ns; }
+  std::optional<std::int64_t> last_time_ns() const override { return pictures_.back().time_ns; }
   void skip_to(std::int64_t time_ns) override;
 
  private:

@@ -7,12 +7,14 @@
 // end is closed. KEY is of a session.toml: pixel_format, rate_hz, exposure_us, gain, controls.NAME.
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 
 #include "capture/error.h"
@@ -28,8 +30,19 @@ std::vector<libcamera::Size> sizes(const libcamera::StreamFormats& formats, cons
   return any ? std::vector{range.min, range.max} : formats.sizes(format);
 }
 
+void list_nodes(const libcamera::Camera& camera) {
+  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
+    struct stat node {};
+    if (entry.path().filename().string().starts_with("video") && stat(entry.path().c_str(), &node) == 0 &&
+        S_ISCHR(node.st_mode) && camera_of_node(node.st_rdev).get() == &camera) {
+      std::cout << "node\t" << entry.path().string() << '\n';
+    }
+  }
+}
+
 void list(libcamera::Camera& camera) {
   std::cout << "camera\t" << camera.id() << '\t' << model_of(camera) << '\n';
+  list_nodes(camera);
   std::vector<libcamera::PixelFormat> seen;
   for (const libcamera::StreamRole role : kRoles) {
     const auto configuration = camera.generateConfiguration({role});

@@ -75,6 +75,8 @@ void switch_off(libcamera::ControlList& list, const libcamera::ControlInfoMap& o
 
 std::vector<std::shared_ptr<libcamera::Camera>> cameras() { return manager().cameras(); }
 
+std::shared_ptr<libcamera::Camera> camera_of_node(dev_t node) { return manager().get(node); }
+
 std::string model_of(const libcamera::Camera& camera) {
   return camera.properties().get(libcamera::properties::Model).value_or("");
 }

@@ -14,6 +14,8 @@ namespace lumigraft::libcam {
 
 /// Those that are plugged in now. Throws CameraFault.
 std::vector<std::shared_ptr<libcamera::Camera>> cameras();
+/// The one that reads from this node of the kernel; null where none does.
+std::shared_ptr<libcamera::Camera> camera_of_node(dev_t node);
 
 /// What the maker calls it; empty where nobody says.
 std::string model_of(const libcamera::Camera& camera);

@@ -56,6 +56,8 @@ std::vector<CameraListing> list_libcamera_cameras() {
     if (kind == "camera") {
       const std::string id = field();
       out.push_back({.source = "libcamera:" + id, .name = field()});
+    } else if (kind == "node" && !out.empty()) {
+      out.back().nodes.push_back(field());
     } else if (kind == "failed") {
       out.push_back({.source = "libcamera:", .name = "libcamera", .why_not = field()});
     } else if (kind == "format" && !out.empty()) {

@@ -15,6 +15,7 @@ extern "C" {
 #include <limits>
 
 #include "capture/error.h"
+#include "capture/matroska_end.h"
 #include "capture/matroska_file.h"
 #include "capture/pixel_format.h"
 #include "capture/rgb_frame.h"
@@ -73,10 +74,11 @@ class MkvSource::Reader {
     }
     const AVCodecParameters* parameters = format->streams[stream_]->codecpar;
     const bool depth = spec.stream == Stream::depth;
-    const bool of_a_camera = parameters->codec_id == AV_CODEC_ID_MJPEG || parameters->codec_id == AV_CODEC_ID_RAWVIDEO;
-    if (parameters->codec_id != AV_CODEC_ID_FFV1 && (depth || !of_a_camera)) {
+    const bool of_a_camera =
+        parameters->codec_id == AV_CODEC_ID_RAWVIDEO || (!depth && parameters->codec_id == AV_CODEC_ID_MJPEG);
+    if (parameters->codec_id != AV_CODEC_ID_FFV1 && !of_a_camera) {
       throw InputError(std::string("found codec ") + avcodec_get_name(parameters->codec_id) +
-                       ", allowed: " + (depth ? "ffv1" : "ffv1, mjpeg, rawvideo"));
+                       ", allowed: " + (depth ? "ffv1, rawvideo" : "ffv1, mjpeg, rawvideo"));
     }
     if (parameters->width != spec.width || parameters->height != spec.height) {
       throw InputError("found " + size_text(parameters->width, parameters->height) +
@@ -86,7 +88,8 @@ class MkvSource::Reader {
       std::array<char, 4> fourcc{};
       std::memcpy(fourcc.data(), &parameters->codec_tag, fourcc.size());
       uncompressed_ = pixel_format_of(fourcc);
-      if (!uncompressed_ || !bytes_of(*uncompressed_, spec.width, spec.height)) {
+      if (!uncompressed_ || !bytes_of(*uncompressed_, spec.width, spec.height) ||
+          (depth && *uncompressed_ != PixelFormat::grey16)) {
         throw InputError("found uncompressed video in a format or size that no camera here gives");
       }
     }
@@ -260,6 +263,9 @@ class MkvSource::Reader {
   SourceItem take_uncompressed() {
     const Stamp at = stamp(packet_->pts);
     const std::span<const std::uint8_t> bytes(packet_->data, static_cast<std::size_t>(packet_->size));
+    if (spec_.stream == Stream::depth) {
+      return uncompressed_depth(at, bytes);
+    }
     std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(*uncompressed_, spec_.width, spec_.height, bytes);
     if (!rgb) {
       return LostPicture{at, spec_.stream, "the picture is damaged"};
@@ -270,6 +276,17 @@ class MkvSource::Reader {
           CameraPicture{*uncompressed_, std::vector<std::uint8_t>(bytes.begin(), bytes.end())});
     }
     return picture;
+  }
+
+  SourceItem uncompressed_depth(const Stamp& at, std::span<const std::uint8_t> bytes) const {
+    RawDepth depth{at, Image<std::uint16_t>(spec_.width, spec_.height, 1)};
+    if (bytes.size() != 2 * depth.counts.data.size()) {
+      return LostPicture{at, spec_.stream, "the picture is damaged"};
+    }
+    for (std::size_t i = 0; i < depth.counts.data.size(); ++i) {
+      depth.counts.data[i] = static_cast<std::uint16_t>(AV_RL16(bytes.data() + 2 * i));
+    }
+    return depth;
   }
 
   Picture picture_at(const Stamp& at, Image<std::uint8_t> rgb) const {
@@ -333,6 +350,8 @@ void MkvSource::skip_to(std::int64_t time_ns) {
     ahead_ = reader_->next();
   }
 }
+
+std::optional<std::int64_t> MkvSource::last_time_ns() const { return matroska_end_ns(file_); }
 
 bool MkvSource::finished() const { return !ahead_; }
 

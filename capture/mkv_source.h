@@ -1,7 +1,7 @@
 #pragma once
-// mkv:FILE - one video stream in Matroska: FFV1 gray16 for depth; for colour what the camera gave (MJPEG or
-// uncompressed) or 8-bit FFV1. Times are the container's: exact in what `lumigraft record` wrote, rounded to 1 ms by
-// most other programs. A file that was cut short plays up to the cut.
+// mkv:FILE - one video stream in Matroska: FFV1 gray16 or uncompressed for depth; for colour what the camera gave
+// (MJPEG or uncompressed) or 8-bit FFV1. Times are the container's: exact in what `lumigraft record` wrote, rounded to
+// 1 ms by most other programs. A file that was cut short plays up to the cut.
 #include <filesystem>
 
 #include "capture/seekable.h"
@@ -20,6 +20,7 @@ class MkvSource : public Source, public Seekable {
   bool finished() const override;
   void rewind() override;
   std::int64_t first_time_ns() const override { return first_time_ns_; }
+  std::optional<std::int64_t> last_time_ns() const override;
   void skip_to(std::int64_t time_ns) override;
 
  private:

@@ -5,6 +5,7 @@
 
 #include "capture/config_override.h"
 #include "capture/error.h"
+#include "capture/mkv_source.h"
 
 namespace lumigraft {
 namespace {
@@ -74,7 +75,7 @@ void take_along(toml::table& table, std::string_view key, const std::string& new
 
 }  // namespace
 
-SessionRecorder::SessionRecorder(const SessionText& text, const Session& session, fs::path folder)
+SessionRecorder::SessionRecorder(const SessionText& text, const Session& session, fs::path folder, DepthCoding coding)
     : text_(text), name_(session.name), folder_(std::move(folder)) {
   std::error_code error;
   if (fs::exists(folder_) && (!fs::is_directory(folder_) || !fs::is_empty(folder_, error))) {
@@ -88,8 +89,11 @@ SessionRecorder::SessionRecorder(const SessionText& text, const Session& session
     if (stream == Stream::color ||
         (stream == Stream::depth ? session.depth.has_value() : session.fisheye.has_value())) {
       const std::string file = std::string(kTables[at(stream)]) + ".mkv";
-      streams_[at(stream)] = std::make_unique<StreamRecorder>(folder_ / file, spec_of(stream, session));
+      streams_[at(stream)] = std::make_unique<StreamRecorder>(folder_ / file, spec_of(stream, session), coding);
     }
+  }
+  if (session.depth && coding == DepthCoding::uncompressed) {
+    uncompressed_depth_ = spec_of(Stream::depth, session);
   }
 }
 
@@ -107,6 +111,30 @@ bool SessionRecorder::write(Stream stream, const SourceItem& item) {
 
 std::uint64_t SessionRecorder::pictures(Stream stream) const {
   return streams_[at(stream)] ? streams_[at(stream)]->pictures() : 0;
+}
+
+void SessionRecorder::compress_depth(const std::stop_token& stop) {
+  streams_ = {};
+  const fs::path file = folder_ / "depth.mkv", partial = folder_ / "depth.mkv.partial";
+  if (!uncompressed_depth_ || !seen_[at(Stream::depth)]) {
+    return;
+  }
+  try {
+    MkvSource from(file, *uncompressed_depth_);
+    StreamRecorder to(partial, *uncompressed_depth_);
+    while (const auto item = from.next(std::chrono::milliseconds(0))) {
+      if (stop.stop_requested()) {
+        fs::remove(partial);
+        return;
+      }
+      to.write(*item);
+    }
+  } catch (...) {
+    std::error_code gone_anyway;
+    fs::remove(partial, gone_anyway);
+    throw;
+  }
+  fs::rename(partial, file);
 }
 
 /// Names the streams that have a picture, so that each of them opens. Replaces an earlier text in one step.

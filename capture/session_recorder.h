@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <stop_token>
 #include <string>
 
 #include "capture/session.h"
@@ -18,12 +20,17 @@ namespace lumigraft {
 class SessionRecorder {
  public:
   /// `folder` is new or empty; else throws InputError. Files that the session names are copied.
-  SessionRecorder(const SessionText& text, const Session& session, std::filesystem::path folder);
+  SessionRecorder(const SessionText& text, const Session& session, std::filesystem::path folder,
+                  DepthCoding coding = DepthCoding::ffv1);
 
   /// As StreamRecorder::write.
   bool write(Stream stream, const SourceItem& item);
 
   std::uint64_t pictures(Stream stream) const;
+
+  /// Ends the recording. Depth that was kept uncompressed becomes FFV1, in its place once it is whole: whatever ends
+  /// this, the session replays the same. Returns soon after `stop`. Throws as write.
+  void compress_depth(const std::stop_token& stop);
 
  private:
   void write_session_text();
@@ -31,6 +38,7 @@ class SessionRecorder {
   SessionText text_;
   std::string name_;
   std::filesystem::path folder_;
+  std::optional<StreamSpec> uncompressed_depth_;
   std::array<std::unique_ptr<StreamRecorder>, 3> streams_;  ///< by Stream; null where the session has none
   std::mutex mutex_;
   std::array<bool, 3> seen_{};  ///< streams that have a picture

@@ -5,6 +5,7 @@ extern "C" {
 #include <libavutil/opt.h>
 }
 
+#include <bit>
 #include <cstring>
 #include <new>
 #include <stdexcept>
@@ -79,8 +80,8 @@ class StreamRecorder::DepthEncoder {
   std::int64_t next_ = 0;
 };
 
-StreamRecorder::StreamRecorder(std::filesystem::path file, const StreamSpec& spec)
-    : file_(std::move(file)), spec_(spec) {
+StreamRecorder::StreamRecorder(std::filesystem::path file, const StreamSpec& spec, DepthCoding coding)
+    : file_(std::move(file)), spec_(spec), coding_(coding) {
   if (std::filesystem::exists(file_)) {
     throw InputError(file_.string() + ": found a recording, allowed: a new file");
   }
@@ -103,13 +104,20 @@ bool StreamRecorder::write(const SourceItem& item) {
       return false;
     }
     if (!out_) {
-      encoder_ = std::make_unique<DepthEncoder>(spec_.width, spec_.height);
-      out_ = std::make_unique<MatroskaFile>(
-          file_,
-          MatroskaTrack{
-              .codec = "V_FFV1", .width = spec_.width, .height = spec_.height, .codec_private = encoder_->set_up()});
+      MatroskaTrack track{.codec = "V_UNCOMPRESSED", .width = spec_.width, .height = spec_.height};
+      track.uncompressed_fourcc = *fourcc_of(PixelFormat::grey16);
+      if (coding_ == DepthCoding::ffv1) {
+        encoder_ = std::make_unique<DepthEncoder>(spec_.width, spec_.height);
+        track.codec = "V_FFV1";
+        track.codec_private = encoder_->set_up();
+      }
+      out_ = std::make_unique<MatroskaFile>(file_, track);
     }
-    out_->append(depth->stamp.time_ns, encoder_->encode(depth->counts));
+    static_assert(std::endian::native == std::endian::little, "grey16 has its lower byte first");
+    const auto& counts = depth->counts.data;
+    out_->append(depth->stamp.time_ns,
+                 encoder_ ? encoder_->encode(depth->counts)
+                          : std::span(reinterpret_cast<const std::uint8_t*>(counts.data()), 2 * counts.size()));
   } else if (const auto* picture = std::get_if<Picture>(&item)) {
     if (picture->encoded.empty() && !picture->original) {
       throw InputError(file_.filename().string() +

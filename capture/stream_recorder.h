@@ -1,5 +1,6 @@
 #pragma once
-// One stream of a session into one Matroska file, without loss: depth as FFV1, pictures as the camera gave them.
+// One stream of a session into one Matroska file, without loss: depth as FFV1 or as it came, pictures as the camera
+// gave them.
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -13,10 +14,15 @@ namespace lumigraft {
 
 class MatroskaFile;
 
+enum class DepthCoding {
+  ffv1,          ///< a quarter of the size, for 10 ms of a core a picture of 640x480
+  uncompressed,  ///< for the price of a copy
+};
+
 class StreamRecorder {
  public:
   /// Throws InputError where `file` is there already.
-  StreamRecorder(std::filesystem::path file, const StreamSpec& spec);
+  StreamRecorder(std::filesystem::path file, const StreamSpec& spec, DepthCoding coding = DepthCoding::ffv1);
   ~StreamRecorder();
 
   /// False where the item holds nothing that can be kept: a lost picture, one whose time goes back, which no replay
@@ -33,6 +39,7 @@ class StreamRecorder {
 
   std::filesystem::path file_;
   StreamSpec spec_;
+  DepthCoding coding_;
   std::unique_ptr<DepthEncoder> encoder_;
   std::unique_ptr<MatroskaFile> out_;       ///< made with the first picture
   PixelFormat format_ = PixelFormat::rgb8;  ///< of the first picture

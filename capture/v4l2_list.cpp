@@ -29,7 +29,7 @@ void look_into(const v4l2::Device& device, CameraListing& listing) {
 std::vector<CameraListing> list_v4l2_cameras() {
   std::vector<CameraListing> out;
   for (const std::string& node : v4l2::nodes()) {
-    CameraListing listing{.source = "v4l2:" + v4l2::lasting_name(node), .name = node};
+    CameraListing listing{.source = "v4l2:" + v4l2::lasting_name(node), .name = node, .nodes = {node}};
     try {
       const v4l2::Device device(node);
       listing.name = device.card() + ", " + node;

@@ -10,6 +10,9 @@ void write_devices_text(std::ostream& out, const std::vector<CameraListing>& cam
   }
   for (const CameraListing& camera : cameras) {
     out << camera.source << "  " << camera.name << '\n';
+    for (const std::string& other : camera.same_hardware) {
+      out << "  the same hardware as " << other << '\n';
+    }
     if (!camera.why_not.empty()) {
       out << "  cannot be looked into: " << camera.why_not << '\n';
     }
@@ -39,6 +42,9 @@ void write_devices_json(std::ostream& out, const std::vector<CameraListing>& cam
     }
     for (const OfferedControl& c : camera.controls) {
       one["controls"].push_back({{"name", c.name}, {"low", c.low}, {"high", c.high}, {"value", c.value}});
+    }
+    if (!camera.same_hardware.empty()) {
+      one["same_hardware"] = camera.same_hardware;
     }
     if (!camera.why_not.empty()) {
       one["why_not"] = camera.why_not;

@@ -70,6 +70,7 @@ struct Pipeline::State {
   ExhibitBoard exhibit;
   OpenFrames open_again;
   PlayedFrames frames;
+  Playback playback;
   Demand& demand;
   Metrics& metrics;
   Publish publish;
@@ -175,7 +176,7 @@ void Pipeline::State::note_troubles(std::vector<std::string> found) {
 }
 
 void Pipeline::State::capture_turn() {
-  const std::optional<PlayedFrame> played = frames.next(stopping.get_token());
+  const std::optional<PlayedFrame> played = frames.next(stopping.get_token(), playback.take());
   note_troubles(frames.troubles());
   if (!played) {
     if (frames.gone() && !stopping.stop_requested()) {
@@ -184,6 +185,9 @@ void Pipeline::State::capture_turn() {
       frames = PlayedFrames(open_again());
     }
     return;
+  }
+  if (!frames.live()) {
+    playback.shown(frames.at_s(), frames.length_s());
   }
   if (to_pose.put(*played)) {
     metrics.drop(pose_waits_for_relight ? "relight" : "pose");
@@ -382,6 +386,8 @@ void Pipeline::stop() {
 void Pipeline::join() { state_->threads.clear(); }
 
 ExhibitBoard& Pipeline::exhibit() { return state_->exhibit; }
+
+Playback& Pipeline::playback() { return state_->playback; }
 
 ShownPicture Pipeline::newest() const {
   std::lock_guard lock(state_->newest_mutex);

@@ -22,6 +22,7 @@
 #include "server/exhibit_board.h"
 #include "server/live_relighter.h"
 #include "server/metrics.h"
+#include "server/playback.h"
 #include "server/service_config.h"
 
 namespace lumigraft {
@@ -44,6 +45,8 @@ class Pipeline {
   void join();
 
   ExhibitBoard& exhibit();
+  /// Where a recording plays; without effect on live cameras.
+  Playback& playback();
   /// The newest picture; its srgb is null before the first.
   ShownPicture newest() const;
   /// What belongs to the newest picture.

@@ -1,6 +1,7 @@
 #include "server/played_frames.h"
 
 #include <algorithm>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <utility>
@@ -31,7 +32,10 @@ std::size_t bytes_of(const FrameSet& frame) {
 }  // namespace
 
 PlayedFrames::PlayedFrames(std::unique_ptr<FrameReader> reader, std::size_t memory_bytes)
-    : reader_(std::move(reader)), memory_left_(memory_bytes) {}
+    : reader_(std::move(reader)),
+      seekable_(dynamic_cast<SeekableReader*>(reader_.get())),
+      memory_bytes_(memory_bytes),
+      length_ns_(seekable_ != nullptr ? seekable_->length_ns().value_or(0) : 0) {}
 
 std::shared_ptr<const FrameSet> PlayedFrames::read() {
   if (from_memory_) {
@@ -42,35 +46,55 @@ std::shared_ptr<const FrameSet> PlayedFrames::read() {
     return nullptr;
   }
   auto frame = std::make_shared<const FrameSet>(std::move(*set));
-  if (!reader_->live() && round_ == 0 && all_kept_) {
-    const std::size_t bytes = bytes_of(*frame);
-    if (bytes <= memory_left_) {
-      memory_left_ -= bytes;
+  if (!reader_->live() && all_kept_) {
+    kept_bytes_ += bytes_of(*frame);
+    too_large_ = kept_bytes_ > memory_bytes_;
+    all_kept_ = !too_large_;
+    if (all_kept_) {
       kept_.push_back(frame);
     } else {
-      all_kept_ = false;
       kept_.clear();
     }
   }
   return frame;
 }
 
+void PlayedFrames::seek(std::int64_t from_ns) {
+  if (from_memory_) {
+    const auto before = [&](const std::shared_ptr<const FrameSet>& frame, std::int64_t moment_ns) {
+      return frame->time_ns - first_time_ns_ < moment_ns;
+    };
+    position_ = static_cast<std::size_t>(std::lower_bound(kept_.begin(), kept_.end(), from_ns, before) - kept_.begin());
+  } else if (seekable_ != nullptr) {
+    seekable_->seek(from_ns);
+    kept_.clear();
+    all_kept_ = false;
+  } else {
+    return;
+  }
+  jumped_ = true;
+  ++round_;
+}
+
 bool PlayedFrames::begin_again() {
-  if (position_ == 0) {
+  if (position_ == 0 && !jumped_) {
     return false;
   }
-  from_memory_ = all_kept_;
+  from_memory_ = from_memory_ || all_kept_;
   if (!from_memory_) {
-    reader_->rewind();
+    seekable_ != nullptr ? seekable_->seek(0) : reader_->rewind();
+    all_kept_ = !too_large_;
+    kept_bytes_ = 0;
   }
   position_ = 0;
+  jumped_ = false;
   ++round_;
   return true;
 }
 
-bool PlayedFrames::wait_until_due(const FrameSet& frame, const std::stop_token& stop) {
+void PlayedFrames::set_due(const FrameSet& frame) {
   const Clock::time_point now = Clock::now();
-  if (round_ == 0 && position_ == 0) {
+  if (jumped_ || !newest_) {
     due_ = now;
   } else if (position_ == 0) {
     due_ += usual_gap_;
@@ -82,13 +106,36 @@ bool PlayedFrames::wait_until_due(const FrameSet& frame, const std::stop_token& 
   if (now > due_ + kTooLate) {
     due_ = now;
   }
+}
+
+bool PlayedFrames::wait_until_due(const std::stop_token& stop) const {
   std::mutex mutex;
   std::unique_lock lock(mutex);
   std::condition_variable_any().wait_until(lock, stop, due_, [] { return false; });
   return !stop.stop_requested();
 }
 
-std::optional<PlayedFrame> PlayedFrames::next(const std::stop_token& stop) {
+/// The newest frame once more, a little later.
+std::optional<PlayedFrame> PlayedFrames::stand_still(const std::stop_token& stop) {
+  due_ = std::max(due_ + usual_gap_, Clock::now());
+  stood_still_ns_ += usual_gap_.count();
+  auto again = std::make_shared<FrameSet>(*newest_);
+  again->time_ns += stood_still_ns_;
+  again->warnings.clear();
+  return wait_until_due(stop) ? std::optional(PlayedFrame{std::move(again), due_, round_}) : std::nullopt;
+}
+
+std::optional<PlayedFrame> PlayedFrames::next(const std::stop_token& stop, const Playback::Orders& orders) {
+  if (newest_ && orders.at_s) {
+    seek(std::llround(1e9 * *orders.at_s));
+  }
+  if (newest_ && orders.paused && !orders.step && !jumped_) {
+    return stand_still(stop);
+  }
+  if (stood_still_ns_ > 0) {
+    stood_still_ns_ = 0;
+    ++round_;  // what comes now is older than what stood still
+  }
   std::shared_ptr<const FrameSet> frame = read();
   if (!frame && !reader_->live() && (from_memory_ || reader_->finished())) {
     if (!begin_again()) {
@@ -102,10 +149,16 @@ std::optional<PlayedFrame> PlayedFrames::next(const std::stop_token& stop) {
   }
   PlayedFrame played{frame, Clock::now(), round_};
   if (!reader_->live()) {
-    if (!wait_until_due(*frame, stop)) {
+    set_due(*frame);
+    if (!wait_until_due(stop)) {
       return std::nullopt;
     }
     played.captured = due_;
+    played.round = round_;
+    first_time_ns_ = newest_ ? first_time_ns_ : frame->time_ns;
+    length_ns_ = std::max(length_ns_, frame->time_ns - first_time_ns_);
+    newest_ = frame;
+    jumped_ = false;
   } else if (const std::int64_t host_ns = frame->color->stamp.host_time_ns; host_ns > 0) {
     played.captured = Clock::time_point(std::chrono::nanoseconds(host_ns));
   }

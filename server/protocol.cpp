@@ -122,6 +122,23 @@ ObjectCommand object(const nlohmann::json& message) {
   return command;
 }
 
+PlaybackCommand playback(const nlohmann::json& message) {
+  constexpr double kLongest_s = 1e7;
+  PlaybackCommand command;
+  for (const auto& [key, value] : message.items()) {
+    if (key == "at_s") {
+      command.at_s = number(value, key, 0, kLongest_s);
+    } else if (key == "paused" && value.is_boolean()) {
+      command.paused = value.get<bool>();
+    } else if (key == "step" && value.is_boolean()) {
+      command.step = value.get<bool>();
+    } else if (key != "type") {
+      throw Refused{"playback: at_s in seconds, paused and step true or false"};
+    }
+  }
+  return command;
+}
+
 Command parse(const nlohmann::json& message) {
   if (!message.is_object() || !message.contains("type") || !message["type"].is_string()) {
     throw Refused{"a message is a JSON object with a text \"type\""};
@@ -156,7 +173,10 @@ Command parse(const nlohmann::json& message) {
     }
     return RecordCommandOfViewer{message["on"].get<bool>()};
   }
-  throw Refused{"type: want, object, record, key or ack"};
+  if (type == "playback") {
+    return playback(message);
+  }
+  throw Refused{"type: want, object, record, playback, key or ack"};
 }
 
 }  // namespace

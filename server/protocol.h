@@ -68,10 +68,17 @@ struct ObjectCommand {
 struct RecordCommandOfViewer {
   bool on = false;
 };
+/// Of a recording that is played.
+struct PlaybackCommand {
+  std::optional<double> at_s;  ///< go there, counted from its beginning
+  std::optional<bool> paused;
+  bool step = false;  ///< to the next picture
+};
 struct BadCommand {
   std::string error;  ///< what was wrong and what is allowed
 };
-using Command = std::variant<WantCommand, KeyCommand, AckCommand, ObjectCommand, RecordCommandOfViewer, BadCommand>;
+using Command = std::variant<WantCommand, KeyCommand, AckCommand, ObjectCommand, RecordCommandOfViewer, PlaybackCommand,
+                             BadCommand>;
 
 /// A text message of a client, every value checked. Never throws.
 Command parse_command(std::string_view text);

@@ -58,6 +58,7 @@ void RecordButton::press(bool on) {
   if (!on || state_.doing != Doing::nothing) {
     return on ? void() : end();
   }
+  finisher_ = {};  // it may compress the last one's depth, and takes no lock any more
   const std::filesystem::path folder = folder_ / time_name();
   state_ = {};
   state_.folder = folder.string();
@@ -80,15 +81,25 @@ void RecordButton::end() {
   tap_.listen({});
   count();
   state_.doing = Doing::finishing;
-  finisher_ = std::jthread([this, lanes = lanes_] {
+  finisher_ = std::jthread([this, lanes = lanes_](const std::stop_token& stop) {
     lanes->finish();
-    const std::lock_guard lock(mutex_);
-    count();
-    if (state_.error.empty() && lanes->count(Stream::color).pictures == 0) {
-      state_.error = "no colour picture came, so it cannot be replayed";
+    {
+      const std::lock_guard lock(mutex_);
+      count();
+      if (state_.error.empty() && lanes->count(Stream::color).pictures == 0) {
+        state_.error = "no colour picture came, so it cannot be replayed";
+      }
+      compressing_ = state_.error.empty();
+      state_.doing = Doing::nothing;
+      lanes_.reset();
     }
-    state_.doing = Doing::nothing;
-    lanes_.reset();
+    try {
+      if (compressing_) {
+        lanes->compress_depth(stop);
+      }
+    } catch (const std::exception&) {  // as on a full disk: it is whole, though larger
+    }
+    compressing_ = false;
   });
 }
 
@@ -114,7 +125,9 @@ RecordButton::State RecordButton::state() {
       end();
     }
   }
-  return state_;
+  State state = state_;
+  state.doing = state.doing == Doing::nothing && compressing_ ? Doing::compressing : state.doing;
+  return state;
 }
 
 }  // namespace lumigraft

@@ -1,5 +1,6 @@
 #pragma once
 // The page's record button: what live cameras give becomes a session beside the picture, behind its threads.
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -15,7 +16,7 @@ namespace lumigraft {
 
 class RecordButton {
  public:
-  enum class Doing { nothing, recording, finishing };
+  enum class Doing { nothing, recording, finishing, compressing };
   struct State {
     Doing doing = Doing::nothing;
     double seconds = 0.0;                  ///< of the running or newest recording
@@ -29,7 +30,7 @@ class RecordButton {
   ~RecordButton();  ///< ends a recording first
 
   /// Returns at once; what goes wrong is in the state. Nothing happens where it is so already, or one is being
-  /// finished.
+  /// finished. One whose depth is being compressed stays as it is: the new one goes before.
   void press(bool on);
   /// Also ends a recording that failed, as on a full disk.
   State state();
@@ -48,6 +49,7 @@ class RecordButton {
   State state_;
   Clock::time_point began_;
   std::shared_ptr<RecordingLanes> lanes_;  ///< while recording or finishing
+  std::atomic<bool> compressing_ = false;
   std::jthread finisher_;
 };
 

@@ -8,13 +8,14 @@ namespace lumigraft {
 namespace {
 
 constexpr int kBehindThePicture = 10;
+constexpr int kBehindEverything = 19;
 constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
 
 }  // namespace
 
 RecordingLanes::RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder,
                                bool behind)
-    : recorder_(text, session, folder) {
+    : recorder_(text, session, folder, behind ? DepthCoding::uncompressed : DepthCoding::ffv1) {
   for (const Stream stream : kStreams) {
     writers_[static_cast<std::size_t>(stream)] = std::jthread([this, stream, behind] { write(stream, behind); });
   }
@@ -88,6 +89,11 @@ void RecordingLanes::finish() {
       writer.join();
     }
   }
+}
+
+void RecordingLanes::compress_depth(const std::stop_token& stop) {
+  const Niceness niceness(kBehindEverything);
+  recorder_.compress_depth(stop);
 }
 
 std::exception_ptr RecordingLanes::failure() const {

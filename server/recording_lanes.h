@@ -9,6 +9,7 @@
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <thread>
 
 #include "capture/session_recorder.h"
@@ -23,7 +24,8 @@ class RecordingLanes {
     std::uint64_t unusable = 0;  ///< whose time does not go on, or in another format
   };
 
-  /// Throws as SessionRecorder. With `behind` the writers take the processor only when the picture leaves it.
+  /// Throws as SessionRecorder. With `behind` the writers take the processor only when the picture leaves it, and depth
+  /// stays uncompressed until compress_depth: FFV1 takes a third of a core, from the picture or from the recording.
   RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder, bool behind);
   ~RecordingLanes();
 
@@ -31,6 +33,8 @@ class RecordingLanes {
   void put(SourceItem item, bool live);
   /// Returns when all was written, or after a failure.
   void finish();
+  /// After finish(), as SessionRecorder's, by a thread that takes what no other wants.
+  void compress_depth(const std::stop_token& stop);
   /// Why nothing is written any more; null where all is well.
   std::exception_ptr failure() const;
   Count count(Stream stream) const;

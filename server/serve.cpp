@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "capture/error.h"
+#include "capture/frames_from.h"
 #include "capture/source_tap.h"
 #include "server/page.h"
 #include "server/pipeline.h"
@@ -55,10 +56,17 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   const Session session = input.session;
   const ServerSettings server = input.server;
   SourceTap tap;
-  const auto open = [&tap, session] { return pair_sources(session, tap.on(open_sources(session))); };
+  const auto open = [&tap, session]() -> std::unique_ptr<FrameReader> {
+    PairedSources sources = open_sources(session);
+    if (!sources.live) {
+      return seekable_frames(session, std::move(sources));
+    }
+    return pair_sources(session, tap.on(sources));
+  };
   std::unique_ptr<FrameReader> frames = open();
+  const bool live = frames->live();
   std::optional<RecordButton> button;
-  if (frames->live() && !server.recordings.empty()) {
+  if (live && !server.recordings.empty()) {
     button.emplace(input.session_text, session, server.recordings, tap);
   }
 
@@ -88,6 +96,13 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     button->press(on);
     return std::nullopt;
   };
+  handlers.playback = [&](const PlaybackCommand& command) -> std::optional<std::string> {
+    if (live) {
+      return "playback: found live cameras, allowed where a recording plays";
+    }
+    pipeline.playback().apply(command);
+    return std::nullopt;
+  };
   WebServer web(settings, std::move(handlers), demand, metrics);
   web_pointer = &web;
   stop.arm();
@@ -100,8 +115,9 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   ServeLog log;
   while (!stop.wait(std::chrono::seconds(1))) {
     const Pipeline::Record record = pipeline.newest_record();
-    web.publish_text("stats", stats_text(record, metrics, metrics.take_interval(),
-                                         button ? std::optional(button->state()) : std::nullopt));
+    web.publish_text("stats",
+                     stats_text(record, metrics, metrics.take_interval(),
+                                button ? std::optional(button->state()) : std::nullopt, pipeline.playback().state()));
     log.tick(record.warnings, metrics.drops());
   }
   pipeline.stop();  // tells every stage, while viewers are told

@@ -14,13 +14,17 @@ constexpr double kStaleAfter_s = 5.0;
 std::string text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json recording_json(const RecordButton::State& state) {
-  constexpr const char* kDoing[] = {"nothing", "recording", "finishing"};
+  constexpr const char* kDoing[] = {"nothing", "recording", "finishing", "compressing"};
   return {{"doing", kDoing[static_cast<int>(state.doing)]},
           {"seconds", state.seconds},
           {"folder", state.folder},
           {"pictures", state.pictures},
           {"lost", state.lost},
           {"error", state.error}};
+}
+
+Json playback_json(const Playback::State& state) {
+  return {{"at_s", state.at_s}, {"length_s", state.length_s}, {"paused", state.paused}};
 }
 
 }  // namespace
@@ -42,7 +46,8 @@ std::string state_text(const ExhibitBoard& exhibit) {
 }
 
 std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
-                       const std::optional<RecordButton::State>& recording) {
+                       const std::optional<RecordButton::State>& recording,
+                       const std::optional<Playback::State>& playback) {
   Json json{{"type", "stats"},
             {"fps", interval.seconds > 0 ? static_cast<double>(interval.frames) / interval.seconds : 0.0},
             {"frames", metrics.frames()},
@@ -58,7 +63,8 @@ std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, c
               {"light", record.light_version},
               {"albedo", record.albedo_version}}},
             {"warnings", record.warnings},
-            {"recording", recording ? recording_json(*recording) : Json()}};
+            {"recording", recording ? recording_json(*recording) : Json()},
+            {"playback", playback ? playback_json(*playback) : Json()}};
   for (const auto& [stage, s] : interval.stages) {
     json["stage_ms"][stage] = {{"mean", s.mean_ms}, {"p95", s.p95_ms}, {"max", s.max_ms}};
   }

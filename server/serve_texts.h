@@ -14,9 +14,10 @@ namespace lumigraft {
 
 std::string hello_text(const Session& session, const ExhibitBoard& exhibit);
 std::string state_text(const ExhibitBoard& exhibit);
-/// `recording` is empty where the page may not record.
+/// `recording` is empty where the page may not record, `playback` where cameras are live.
 std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
-                       const std::optional<RecordButton::State>& recording);
+                       const std::optional<RecordButton::State>& recording,
+                       const std::optional<Playback::State>& playback);
 
 /// `ok` is false where no picture was made for 5 s.
 struct Health {

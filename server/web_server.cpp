@@ -218,6 +218,8 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
       }
     } else if (const auto* record = std::get_if<RecordCommandOfViewer>(&command)) {
       wrong = server_.handlers.record(record->on);
+    } else if (const auto* playback = std::get_if<PlaybackCommand>(&command)) {
+      wrong = server_.handlers.playback(*playback);
     } else {
       wrong = std::get<BadCommand>(command).error;
     }

@@ -40,6 +40,7 @@ struct WebHandlers {
   std::function<std::string()> state;                                             ///< JSON text, after objects changed
   std::function<std::optional<std::string>(const ObjectCommand&)> change_object;  ///< returns what is wrong
   std::function<std::optional<std::string>(bool on)> record;                      ///< returns what is wrong
+  std::function<std::optional<std::string>(const PlaybackCommand&)> playback;     ///< returns what is wrong
 };
 
 class WebServer {

@@ -4,12 +4,14 @@ import { Controls } from "./controls.js";
 import { Decoder, h264Possible } from "./decoder.js";
 import { Panel } from "./panel.js";
 import { KIND, parseMessage } from "./protocol.js";
+import { PlaybackBar } from "./playback.js";
 import { RecordButton } from "./record.js";
 
 const canvas = document.getElementById("picture");
 const context = canvas.getContext("2d");
 const panel = new Panel();
 const controls = new Controls((message) => connection.send(message));
+const playbackBar = new PlaybackBar((message) => connection.send(message));
 const recordButton = new RecordButton((message) => connection.send(message));
 let h264Works = h264Possible();
 
@@ -57,6 +59,7 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
       controls.state(message.objects);
     } else if (message.type === "stats") {
       panel.stats(message);
+      playbackBar.stats(message.playback ?? null);
       recordButton.stats(message.recording ?? null);
       controls.pose(message.T_tag_camera ?? null);
     } else if (message.type === "error") {

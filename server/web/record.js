@@ -12,7 +12,8 @@ function words({ doing, seconds, folder, pictures, lost, error }) {
   const kept = `${pictures} pictures${lost ? `, ${lost} lost` : ""}`;
   if (doing === "recording") return `recording ${time(seconds)}, ${kept}, to ${folder}`;
   if (doing === "finishing") return `writing the rest, to ${folder}`;
-  return error ? `the recording ended: ${error}` : `recorded ${time(seconds)}, ${kept}, to ${folder}`;
+  const then = doing === "compressing" ? "; its depth is being compressed" : "";
+  return error ? `the recording ended: ${error}` : `recorded ${time(seconds)}, ${kept}, to ${folder}${then}`;
 }
 
 export class RecordButton {

@@ -312,6 +312,19 @@ TEST(LibcameraUsb, JpegsComeAtTheExposureThatWasSet) {
   EXPECT_NE(error(kUsb, usb_spec(600'000)).find("exposure_us: found 600000.000000, allowed: 100"), std::string::npos);
 }
 
+TEST(LibcameraUsb, IsSaidToBeTheSameHardwareAsTheKernelsCamera) {
+  const UsbCamera camera;
+  std::vector<std::string> said;
+  for (const CameraListing& one : list_cameras()) {
+    if (one.name.rfind(kUsb, 0) == 0) {
+      said.push_back(one.source.substr(0, one.source.find(':')));
+      ASSERT_EQ(one.same_hardware.size(), 1u) << one.source;
+      said.push_back(one.same_hardware[0].substr(0, one.same_hardware[0].find(':')));
+    }
+  }
+  EXPECT_EQ(said, (std::vector<std::string>{"v4l2", "libcamera", "libcamera", "v4l2"}));
+}
+
 TEST(LibcameraUsb, UnpluggedAndReplugged) {
   auto camera = std::make_unique<UsbCamera>();
   LiveSource source("fish-eye", [] { return std::make_unique<LibcameraSource>(kUsb, usb_spec(10'000)); });

@@ -86,6 +86,31 @@ TEST_F(FramesFromTest, AreThoseOfAWholeReplay) {
   }
 }
 
+TEST_F(FramesFromTest, MaySeekToAndFroAndKnowTheirLength) {
+  record();
+  for (const auto& folder : {folder_, folder_ / "mkv"}) {
+    const auto whole = play(*open_frames(session(folder)));
+    const auto reader = seekable_frames(session(folder), open_sources(session(folder)));
+    ASSERT_TRUE(reader->length_ns());
+    const auto newest = [&] {
+      const auto set = reader->next(0ms);
+      return set ? set->time_ns : -1;
+    };
+    const std::int64_t first_ns = newest();
+    for (const std::int64_t at_ms : {3000, 20, 4100, 0}) {
+      reader->seek(at_ms * 1'000'000);
+      const std::int64_t time_ns = newest() - first_ns;
+      EXPECT_GE(time_ns, at_ms * 1'000'000);
+      EXPECT_LT(time_ns, (at_ms + 40) * 1'000'000);
+    }
+    reader->seek(*reader->length_ns());
+    EXPECT_EQ(newest(), first_ns + *reader->length_ns()) << folder;
+    EXPECT_EQ(newest(), -1) << "it was the last";
+    reader->seek(0);
+    EXPECT_EQ(play(*reader), whole);
+  }
+}
+
 TEST_F(FramesFromTest, DamageBeforeThemIsNotLookedAt) {
   std::ofstream(folder_ / "c0.png") << "no longer a picture";
   EXPECT_THROW(open_frames_from(session(folder_), 3'000'000'000), InputError) << "as a replay would say at once";

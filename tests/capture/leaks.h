@@ -40,6 +40,9 @@ class Leaks {
       descriptors_ = open_descriptors();
       resident_kb_ = resident_kb();
     }
+    if (cycles_ % kEvery == 0) {
+      course_ += " " + std::to_string(resident_kb());
+    }
   }
   void expect_none() const {
     if (cycles_ <= kFirst) {
@@ -47,14 +50,17 @@ class Leaks {
     }
     EXPECT_LE(open_descriptors(), descriptors_);
     EXPECT_LT(resident_kb(), resident_kb_ + kTolerated_kb) << "memory after " << cycles_ << " cycles";
-    std::printf("%d cycles: %td descriptors, before %td; %ld kB of memory, before %ld\n", cycles_, open_descriptors(),
-                descriptors_, resident_kb(), resident_kb_);
+    std::printf("%d cycles: %td descriptors, before %td; %ld kB of memory, before %ld%s%s\n", cycles_,
+                open_descriptors(), descriptors_, resident_kb(), resident_kb_,
+                course_.empty() ? "" : ", and after each 20:", course_.c_str());
   }
 
  private:
   static constexpr int kFirst = 5;
   static constexpr long kTolerated_kb = 8 * 1024;  ///< what an allocator may keep of differently timed work
+  static constexpr int kEvery = 20;
   int cycles_ = 0;
+  std::string course_;
   std::ptrdiff_t descriptors_ = 0;
   long resident_kb_ = 0;
 };

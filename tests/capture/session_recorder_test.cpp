@@ -230,6 +230,31 @@ TEST_F(SessionRecording, NeverWritesOverARecording) {
   EXPECT_EQ(play(), (std::array{1, 1, 1}));
 }
 
+TEST_F(SessionRecording, DepthMayBeCompressedAfterwards) {
+  const auto file = out() / "depth.mkv";
+  const auto coded_as = [&](const char* codec) {
+    std::ifstream in(file, std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(in)), {}).find(codec) != std::string::npos;
+  };
+  SessionRecorder recorder(text(), session(), out(), DepthCoding::uncompressed);
+  for (int i = 0; i < 4; ++i) {
+    for (const Stream stream : {Stream::color, Stream::depth}) {
+      recorder.write(stream, item_of(i, stream));
+    }
+  }
+  EXPECT_EQ(play(), (std::array{4, 4, 0})) << "as it came";
+  EXPECT_TRUE(coded_as("V_UNCOMPRESSED"));
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 1);  // as a killed recorder leaves it
+  std::stop_source stopped;
+  stopped.request_stop();
+  recorder.compress_depth(stopped.get_token());
+  EXPECT_TRUE(coded_as("V_UNCOMPRESSED")) << "stopped, it changes nothing";
+  recorder.compress_depth({});
+  EXPECT_TRUE(coded_as("V_FFV1"));
+  EXPECT_EQ(play(), (std::array{4, 3, 0})) << "the torn one is lost either way";
+  EXPECT_FALSE(std::filesystem::exists(out() / "depth.mkv.partial"));
+}
+
 TEST_F(SessionRecording, CutAtAnyByteItReplaysToTheLastWholePicture) {
   record(3);
   for (const Stream stream : {Stream::color, Stream::depth}) {

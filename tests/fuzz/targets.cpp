@@ -47,6 +47,7 @@ void mkv(Bytes bytes) {
   const StreamSpec spec{.stream = kStreams[bytes[0] % 3], .width = kWidth, .height = kHeight};
   expect_answer([&] {
     MkvSource source(file_with(bytes.subspan(1)), spec);
+    source.last_time_ns();
     if (bytes[0] >= 128) {
       source.skip_to(source.first_time_ns() + 40'000'000);
     }

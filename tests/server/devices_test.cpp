@@ -38,5 +38,23 @@ TEST(Devices, AsJson) {
   EXPECT_EQ(json[1]["why_not"], "in use");
 }
 
+TEST(Devices, OneCameraOfTwoLibrariesIsSaidToBeOne) {
+  std::vector<CameraListing> cameras = {{.source = "v4l2:webcam", .name = "W", .nodes = {"/dev/video2"}},
+                                        {.source = "v4l2:other", .name = "O", .nodes = {"/dev/video0"}},
+                                        {.source = "libcamera:w", .name = "W", .nodes = {"/dev/video2", "/dev/video3"}},
+                                        {.source = "aravis:A-1", .name = "A 1"}};
+  find_same_hardware(cameras);
+  std::ostringstream text, json_text;
+  write_devices_text(text, cameras);
+  EXPECT_EQ(text.str(),
+            "v4l2:webcam  W\n  the same hardware as libcamera:w\nv4l2:other  O\n"
+            "libcamera:w  W\n  the same hardware as v4l2:webcam\naravis:A-1  A 1\n");
+  write_devices_json(json_text, cameras);
+  const auto json = nlohmann::json::parse(json_text.str());
+  EXPECT_EQ(json[0]["same_hardware"], nlohmann::json::array({"libcamera:w"}));
+  EXPECT_FALSE(json[1].contains("same_hardware"));
+  EXPECT_EQ(json[2]["same_hardware"], nlohmann::json::array({"v4l2:webcam"}));
+}
+
 }  // namespace
 }  // namespace lumigraft

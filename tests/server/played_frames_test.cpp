@@ -2,13 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <deque>
 
 namespace lumigraft {
 namespace {
 
 /// Frames every 20 ms of recorded time; counts how often they are read.
-class FakeReader : public FrameReader {
+class FakeReader : public SeekableReader {
  public:
   FakeReader(int count, int* reads) : count_(count), reads_(reads) {}
   std::optional<FrameSet> next(std::chrono::milliseconds) override {
@@ -26,6 +27,10 @@ class FakeReader : public FrameReader {
   }
   bool finished() const override { return at_ == count_; }
   void rewind() override { at_ = 0; }
+  void seek(std::int64_t from_ns) override {
+    at_ = std::min(static_cast<int>((from_ns + 19'999'999) / 20'000'000), count_);
+  }
+  std::optional<std::int64_t> length_ns() const override { return 20'000'000 * std::int64_t{count_ - 1}; }
   bool live() const override { return false; }
 
  private:
@@ -66,6 +71,77 @@ TEST(PlayedFrames, ARecordingWithoutFramesIsGone) {
   PlayedFrames frames(std::make_unique<FakeReader>(0, &reads));
   EXPECT_FALSE(frames.next(std::stop_source().get_token()));
   EXPECT_TRUE(frames.gone());
+}
+
+Playback::Orders go_to(double at_s) { return {.at_s = at_s, .paused = false, .step = false}; }
+const Playback::Orders kPaused{.at_s = std::nullopt, .paused = true, .step = false};
+
+TEST(PlayedFrames, GoWhereTheyAreToldWhetherFromMemoryOrNot) {
+  for (const std::size_t memory : {PlayedFrames::kMemory_bytes, std::size_t{100}}) {
+    int reads = 0;
+    PlayedFrames frames(std::make_unique<FakeReader>(50, &reads), memory);
+    const std::stop_token stop;
+    EXPECT_DOUBLE_EQ(frames.length_s(), 0.98);
+    ASSERT_EQ(frames.next(stop)->frame->index, 0u);
+    for (const int to : {30, 10, 49}) {
+      const auto played = frames.next(stop, go_to(0.02 * to - 0.005));
+      EXPECT_EQ(played->frame->index, static_cast<std::uint64_t>(to));
+      EXPECT_LT(std::chrono::steady_clock::now() - played->captured, std::chrono::milliseconds(200)) << "at once";
+      EXPECT_DOUBLE_EQ(frames.at_s(), 0.02 * to);
+    }
+    auto played = frames.next(stop);
+    EXPECT_EQ(played->frame->index, 0u) << "it begins again";
+    const std::uint64_t round = played->round;
+    for (std::uint64_t i = 1; i < 50; ++i) {
+      ASSERT_EQ(frames.next(stop)->frame->index, i);
+    }
+    EXPECT_EQ(frames.next(stop)->round, round + 1);
+    reads = 0;
+    played = frames.next(stop, go_to(0.5));
+    EXPECT_EQ(played->frame->index, 25u);
+    EXPECT_EQ(played->round, round + 2) << "time jumped";
+    EXPECT_EQ(reads, memory > 1000 ? 0 : 1) << "what was played as a whole is in memory, though it was not so at first";
+    EXPECT_EQ(frames.next(stop, go_to(77))->frame->index, 0u) << "after the end it begins again";
+    EXPECT_EQ(frames.next(stop)->frame->index, 1u);
+  }
+}
+
+TEST(PlayedFrames, StandStillAndStep) {
+  int reads = 0;
+  PlayedFrames frames(std::make_unique<FakeReader>(9, &reads));
+  const std::stop_token stop;
+  ASSERT_EQ(frames.next(stop, kPaused)->frame->index, 0u) << "there is something to see";
+  std::int64_t last_ns = 0;
+  for (int i = 0; i < 4; ++i) {
+    const auto played = frames.next(stop, kPaused);
+    EXPECT_EQ(played->frame->index, 0u);
+    EXPECT_EQ(played->round, 0u);
+    EXPECT_GT(played->frame->time_ns, last_ns) << "time goes on";
+    last_ns = played->frame->time_ns;
+    EXPECT_EQ(frames.at_s(), 0.0);
+  }
+  auto played = frames.next(stop, {.at_s = std::nullopt, .paused = true, .step = true});
+  EXPECT_EQ(played->frame->index, 1u);
+  EXPECT_EQ(played->round, 1u) << "time went back";
+  EXPECT_EQ(frames.next(stop, kPaused)->frame->index, 1u);
+  EXPECT_EQ(frames.next(stop, {.at_s = 0.1, .paused = true, .step = false})->frame->index, 5u);
+  EXPECT_EQ(frames.next(stop, kPaused)->frame->index, 5u);
+  EXPECT_EQ(frames.next(stop)->frame->index, 6u);
+}
+
+TEST(Playback, GivesEachOrderOnceAndKeepsThePause) {
+  Playback playback;
+  EXPECT_FALSE(playback.state());
+  playback.apply({.at_s = 1.0, .paused = true, .step = false});
+  playback.apply({.at_s = 2.0, .paused = std::nullopt, .step = true});
+  const Playback::Orders first = playback.take(), second = playback.take();
+  EXPECT_EQ(first.at_s, 2.0);
+  EXPECT_TRUE(first.step && first.paused);
+  EXPECT_FALSE(second.at_s || second.step);
+  EXPECT_TRUE(second.paused);
+  playback.shown(3.0, 9.0);
+  EXPECT_EQ(playback.state()->at_s, 3.0);
+  EXPECT_TRUE(playback.state()->paused);
 }
 
 TEST(PlayedFrames, AStopEndsTheWait) {

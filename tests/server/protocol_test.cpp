@@ -52,6 +52,14 @@ TEST(Protocol, Commands) {
   EXPECT_TRUE(std::get<RecordCommandOfViewer>(parse_command(R"({"type":"record","on":true})")).on);
   EXPECT_FALSE(std::get<RecordCommandOfViewer>(parse_command(R"({"type":"record","on":false})")).on);
   EXPECT_EQ(std::get<BadCommand>(parse_command(R"({"type":"record","on":1})")).error, "on: true or false");
+  const auto seek = std::get<PlaybackCommand>(parse_command(R"({"type":"playback","at_s":12.5,"paused":true})"));
+  EXPECT_EQ(seek.at_s, 12.5);
+  EXPECT_EQ(seek.paused, true);
+  EXPECT_FALSE(seek.step);
+  EXPECT_TRUE(std::get<PlaybackCommand>(parse_command(R"({"type":"playback","step":true})")).step);
+  EXPECT_TRUE(std::holds_alternative<BadCommand>(parse_command(R"({"type":"playback","at_s":-1})")));
+  EXPECT_EQ(std::get<BadCommand>(parse_command(R"({"type":"playback","speed":2})")).error,
+            "playback: at_s in seconds, paused and step true or false");
   EXPECT_EQ(std::get<AckCommand>(parse_command(R"({"type":"ack","sequence":4294967295})")).sequence, 4294967295u);
   const auto object = std::get<ObjectCommand>(parse_command(
       R"({"type":"object","name":"statue","position_m":[0.1,-2,3],"yaw_degrees":90,"visible":false,

@@ -33,6 +33,7 @@ class WebServerTest : public testing::Test {
       return std::nullopt;
     };
     handlers.record = [](bool) { return std::optional<std::string>("record: not here"); };
+    handlers.playback = [](const PlaybackCommand&) { return std::optional<std::string>("playback: not here"); };
     web_ = std::make_unique<WebServer>(settings, handlers, demand_, metrics_);
     web_->start();
     camera_ = std::jthread([this, picture_bytes](const std::stop_token& stop) {

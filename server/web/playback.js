@@ -1,0 +1,52 @@
+// Where a recording plays, with a bar to go elsewhere. What it says comes from the service, so that every viewer sees the
+// same.
+
+const MESSAGES_A_SECOND = 10;
+
+const $ = (id) => document.getElementById(id);
+
+function time(seconds) {
+  const tenths = Math.floor(10 * seconds);
+  return `${Math.floor(tenths / 600)}:${String(Math.floor(tenths / 10) % 60).padStart(2, "0")}.${tenths % 10}`;
+}
+
+export class PlaybackBar {
+  /** send(message) */
+  constructor(send) {
+    this.send = send;
+    this.dragged = false;
+    this.waiting = null;
+    $("pause").onclick = () => this.command({ paused: $("pause").getAttribute("aria-pressed") !== "true" });
+    $("step").onclick = () => this.command({ paused: true, step: true });
+    $("seek").oninput = () => {
+      this.dragged = true;
+      this.show();
+      this.waiting ??= setTimeout(() => this.go(), 1000 / MESSAGES_A_SECOND);
+    };
+    $("seek").onchange = () => {
+      this.go();
+      this.dragged = false;
+    };
+  }
+
+  command(values) { this.send({ type: "playback", ...values }); }
+
+  go() {
+    clearTimeout(this.waiting);
+    this.waiting = null;
+    this.command({ at_s: Number($("seek").value) });
+  }
+
+  show() { $("moment").textContent = `${time(Number($("seek").value))} of ${time(Number($("seek").max))}`; }
+
+  /** playback: of `stats`; null before live cameras */
+  stats(playback) {
+    $("playback").hidden = !playback;
+    if (!playback) return;
+    $("pause").setAttribute("aria-pressed", playback.paused);
+    $("pause").textContent = playback.paused ? "Play" : "Pause";
+    $("seek").max = playback.length_s;
+    if (!this.dragged) $("seek").value = playback.at_s;
+    this.show();
+  }
+}
