@@ -28,6 +28,7 @@ std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& 
   maps->albedo = read_floats(device, *screen.real_albedo, 0, 3);
   maps->normals = read_floats(device, *screen.real_normal, 0, 3);
   maps->depth_m = read_floats(device, *screen.real_position, 3, 1);
+  for (float& z : maps->depth_m.data) z = std::max(z, 0.0f);  // below 0: guesses
   maps->delta = read_floats(device, *screen.delta, 0, 3);
   maps->mask = read_floats(device, *screen.delta, 3, 1);
   // Where an object shows, the maps say what it is.

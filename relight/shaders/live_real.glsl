@@ -11,6 +11,15 @@ layout(binding = 20) uniform sampler3D real_response;    // times weight, weight
 layout(binding = 21) uniform sampler3D real_normal;      // and distance
 layout(binding = 22) uniform sampler3D real_irradiance;  // change of it, times weight, weight
 
+vec3 normal_at(ivec2 at, vec3 p) {
+  int c = in_cascade(0, p, 1.0) ? 0 : 1;
+  vec3 n = textureLod(real_normal, cascade_place(c, p, 0.5), 0.0).xyz;
+  float l = length(n);
+  return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
+}
+vec3 coded(ivec2 at) { return texelFetch(codes, at, 0).rgb; }
+#include "beside.glsl"
+
 struct LivePlace {
   vec3 p, n;    // tag frame; n 0: unknown
   float z;      // in the camera, 0: unknown
@@ -54,7 +63,21 @@ struct LiveReal {
 LiveReal live_real(ivec2 at, vec3 code) {
   LivePlace q = live_place(at);
   vec4 k = textureLod(real_response, cascade_place(q.cascade, q.p, 0.5), 0.0);
-  vec4 e = textureLod(real_irradiance, cascade_place(q.cascade, q.p, 1.0), 0.0);
+  vec3 like = q.p;  // what color and change of light are known are of there
+  bool measured = texelFetch(depth, at, 0).x > 0.0;
+  Plane plane = plane_beside(at, !measured || q.n == vec3(0) || q.inside && k.a <= 1e-3);
+  // Distances beside what is unknown can be anything: what is traced behind the plane lies in it.
+  vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);
+  float there = measured ? 0.0 : on_plane(plane, w);
+  bool guessed = there > 0.0 && (q.z == 0.0 || q.n == vec3(0) || there < q.z);
+  if (plane.z > 0.0 && (guessed || measured && q.n == vec3(0) || q.z > 0.0 && k.a <= 1e-3)) {
+    if (guessed) q.p = frame.T_tag_camera[3].xyz + there * w;
+    if (guessed || q.n == vec3(0)) q.n = plane.n;
+    like = plane.p;
+    q.cascade = in_cascade(0, like, 1.0) ? 0 : 1;
+    k = textureLod(real_response, cascade_place(q.cascade, like, 0.5), 0.0);
+  }
+  vec4 e = textureLod(real_irradiance, cascade_place(q.cascade, like, 1.0), 0.0);
   // Beyond the volumes the light tells the response, from 1 / E there to what is known within.
   float within = edge_fade(q.p);
   vec3 response = k.a > 1e-3 ? within / k.a * k.rgb : vec3(0);

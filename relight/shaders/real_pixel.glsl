@@ -13,9 +13,18 @@ layout(binding = 7) uniform sampler3D real_albedo_volume;
 layout(binding = 8) uniform sampler3D real_normal_volume;
 layout(binding = 9) uniform sampler3D real_irradiance;  // times weight, weight
 
+vec3 normal_at(ivec2 at, vec3 p) {
+  int c = in_cascade(0, p, 1.0) ? 0 : 1;
+  vec3 n = textureLod(real_normal_volume, cascade_place(c, p, 0.5), 0.0).xyz;
+  float l = length(n);
+  return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
+}
+vec3 coded(ivec2 at) { return pow(frame.camera.y * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
+#include "beside.glsl"
+
 struct RealPixel {
   vec3 p, n;        // tag frame; n 0: unknown
-  float z;          // in the camera, 0: unknown
+  float z;          // in the camera, < 0: a guess, 0: unknown
   float footprint;  // up to 1: how far inside the delta's
   vec4 albedo;      // a: number + 1 of a known surface, 0: solved, -1: unknown
   vec3 indirect;    // change of irradiance
@@ -31,9 +40,9 @@ RealPixel real_pixel(ivec2 at) {
   vec4 albedo = vec4(0);
   float footprint = 0.0;
   vec3 indirect = vec3(0);
+  int c = in_cascade(0, p, 1.0) ? 0 : 1;
+  bool inside = in_cascade(1, p, 1.0);
   if (z > 0.0) {
-    int c = in_cascade(0, p, 1.0) ? 0 : 1;
-    bool inside = in_cascade(1, p, 1.0);
     n = textureLod(real_normal_volume, cascade_place(c, p, 0.5), 0.0).xyz;
     float l = length(n);
     if (inside && l > 0.5) {
@@ -48,6 +57,23 @@ RealPixel real_pixel(ivec2 at) {
     } else {
       n = measured ? depth_normal(at) : vec3(0);
     }
+    albedo = textureLod(real_albedo_volume, cascade_place(c, p, 0.5), 0.0);
+  }
+  vec3 like = p;  // what color and change of light are known are of there
+  Plane plane = plane_beside(at, !measured || n == vec3(0) || inside && albedo.a <= 1e-3);
+  // Distances beside what is unknown can be anything: what is traced behind the plane lies in it.
+  float there = measured ? 0.0 : on_plane(plane, w);
+  bool guessed = there > 0.0 && (z == 0.0 || n == vec3(0) || there < z);
+  if (plane.z > 0.0 && (guessed || n == vec3(0) || albedo.a <= 1e-3)) {
+    z = guessed ? there : z;
+    p = eye + z * w;
+    n = guessed || n == vec3(0) ? plane.n : n;
+    like = plane.p;
+    c = in_cascade(0, like, 1.0) ? 0 : 1;
+    inside = in_cascade(1, like, 1.0);
+    albedo = textureLod(real_albedo_volume, cascade_place(c, like, 0.5), 0.0);
+  }
+  if (z > 0.0) {
     vec2 surface = texelFetch(surfaces, at, 0).xy;
     float known = 0.0;
     if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
@@ -60,9 +86,7 @@ RealPixel real_pixel(ivec2 at) {
     }
     // Blocks that no shadow can reach were not dispatched to the shadow pass: no need to ask again here.
     if (dot(n, n) > 0.0) footprint = max(indirect_footprint(p, n, b, known > 0.0), kShadowOnly);
-    vec3 place = cascade_place(c, p, 0.5);
-    albedo = textureLod(real_albedo_volume, place, 0.0);
-    vec4 mean = textureLod(real_radiance_volume, place, 0.0);
+    vec4 mean = textureLod(real_radiance_volume, cascade_place(c, like, 0.5), 0.0);
     if (inside && albedo.a > 1e-3 && mean.a > 1e-3) {
       // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
       vec3 detail = clamp(b / max(mean.rgb / mean.a, vec3(1e-5)), vec3(0.2), vec3(4.0));
@@ -71,14 +95,14 @@ RealPixel real_pixel(ivec2 at) {
       albedo = vec4(0);
     }
     // Beyond the volumes the light tells it.
-    float within = z > 0.0 ? edge_fade(p) : 1.0;
+    float within = edge_fade(p);
     if (within < 1.0 && dot(n, n) > 0.0) {
       albedo = vec4(mix(albedo_by_light(p, n, b), albedo.rgb, albedo.a > 0.0 ? within : 0.0), 1.0);
     }
-    vec4 e = textureLod(real_irradiance, cascade_place(c, p, 1.0), 0.0);
+    vec4 e = textureLod(real_irradiance, cascade_place(c, like, 1.0), 0.0);
     if (inside && e.a > 1e-3) indirect = e.rgb / e.a;
     albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);
   }
-  return RealPixel(p, n, z, footprint, albedo, indirect);
+  return RealPixel(p, n, guessed ? -z : z, footprint, albedo, indirect);
 }
 #endif

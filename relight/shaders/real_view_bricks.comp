@@ -12,7 +12,7 @@ layout(binding = 1) uniform sampler2D rays;     // x/z, y/z of every pixel
 layout(binding = 2) uniform sampler2D depth;    // metres along z, 0: none
 layout(binding = 3) uniform sampler2D radiance; // the camera picture, linear
 layout(binding = 4) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
-layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, 0: unknown
+layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, < 0: a guess, 0: unknown
 layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: in the delta's footprint, up to 1
 layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a known surface
 
@@ -41,6 +41,14 @@ vec3 depth_normal(ivec2 at) {
   return l > 0.0 ? mat3(frame.T_tag_camera) * (n / l) : vec3(0);
 }
 
+vec3 normal_at(ivec2 at, vec3 p) {
+  float d;
+  vec3 g;
+  return field_distance(p, d) && field_gradient(p, d, g) ? normalize(g) : depth_normal(at);
+}
+vec3 coded(ivec2 at) { return pow(frame.camera.y * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
+#include "beside.glsl"
+
 // The field's surface along the ray where depth has a hole.
 float trace_field(vec3 eye, vec3 w, float far) {
   float t = 0.2, before = 0.0;
@@ -66,10 +74,11 @@ void main() {
   vec3 p = eye + z * w, n = vec3(0), b = texelFetch(radiance, at, 0).rgb;
   vec4 albedo = vec4(0);
   float footprint = 0.0;
+  vec2 surface = texelFetch(surfaces, at, 0).xy;
   // Seen from any side the objects fill this much of its light: pixels that stay below need no surface at all. Seen from
   // a known glossy surface they fill more.
-  vec2 surface = texelFetch(surfaces, at, 0).xy;
-  if (z > 0.0 && in_footprint(p, normalize(frame.sphere.xyz - p), b, surface.y > 0.0) > 0.0) {
+  bool within = z > 0.0 && in_footprint(p, normalize(frame.sphere.xyz - p), b, surface.y > 0.0) > 0.0;
+  if (within) {
     float d;
     vec3 g;
     bool fused = field_distance(p, d) && abs(d) < 0.8 * frame.field.y && field_gradient(p, d, g);
@@ -85,6 +94,22 @@ void main() {
     } else if (measured) {
       n = depth_normal(at);
     }
+    albedo = field_albedo(p);
+  }
+  vec3 like = p;  // what color is known is of there
+  bool guessed = !measured && (z == 0.0 || within && n == vec3(0));
+  Plane plane = plane_beside(at, guessed || within && (n == vec3(0) || albedo.a == 0.0 && held(p)));
+  if (plane.z > 0.0) {
+    if (guessed) {
+      z = on_plane(plane, w);
+      p = eye + z * w;
+      within = z > 0.0 && in_footprint(p, plane.n, b, surface.y > 0.0) > 0.0;
+    }
+    if (n == vec3(0)) n = plane.n;
+    like = plane.p;
+    albedo = field_albedo(like);
+  }
+  if (within) {
     float known = 0.0;
     if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
       mat3 turn = mat3(frame.T_tag_camera);
@@ -96,19 +121,18 @@ void main() {
     }
     if (dot(n, n) > 0.0) footprint = in_footprint(p, n, b, known > 0.0);
     if (footprint > 0.0) {
-      albedo = field_albedo(p);
-      vec4 mean = field_radiance(p);
+      vec4 mean = field_radiance(like);
       if (albedo.a > 0.0 && mean.a > 0.0) {
         // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
         vec3 detail = clamp(b / max(mean.rgb, vec3(1e-5)), vec3(0.2), vec3(4.0));
         albedo.rgb = min(albedo.rgb * detail, vec3(1));
-      } else if (!held(p)) {  // shadows are longer than what is held of the field
+      } else if (!held(like)) {  // shadows are longer than what is held of the field
         albedo = vec4(albedo_by_light(p, n, b), 1.0);
       }
     }
     albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);
   }
-  imageStore(out_position, at, vec4(p, z));
+  imageStore(out_position, at, vec4(p, guessed ? -z : z));  // a guess hides no object
   imageStore(out_normal, at, to_half(vec4(n, footprint)));
   imageStore(out_albedo, at, to_half(albedo));
 }

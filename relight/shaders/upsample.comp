@@ -22,7 +22,7 @@ void main() {
   if (normal.a > 0.0) {
     vec4 p = texelFetch(real_position, at, 0);
     vec3 n = normalize(normal.xyz);
-    float pixel_m = p.a / frame.pinhole.x;  // at this depth
+    float pixel_m = abs(p.a) / frame.pinhole.x;  // at this depth
     float reach = frame.pass_f.x * float(scale);
     ivec2 middle = at / scale, size = textureSize(traced, 0);
     int window = frame.pass_i.x;

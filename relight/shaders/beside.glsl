@@ -1,0 +1,75 @@
+// What a pixel shows where nothing tells its surface: no depth, because the sensor's projector does not reach there or
+// the surface is seen too slantwise, and nothing fused. It is taken to be of the surface beside it that looks most like
+// it, whose plane goes on. Before this is included: `depth`, vec3 camera_point(ivec2) in the camera's frame, vec3
+// coded(ivec2), the color of a pixel with equal steps looking equally far apart, from 0 to 1, and vec3 normal_at(ivec2
+// pixel, vec3 p), tag frame, 0: unknown.
+#ifndef BESIDE_GLSL
+#define BESIDE_GLSL
+
+const float kBesideReach = 0.04;    // of the picture's width
+const float kUnlikeColor = 0.15;    // farther apart in color is another surface
+const float kNearerColor = 0.1;     // that reach counts as much as so much color
+
+bool in_picture(ivec2 q) { return all(greaterThanEqual(q, ivec2(0))) && all(lessThan(q, frame.picture.xy)); }
+
+// Depth there and around it is of one surface.
+bool whole(ivec2 q, int around) {
+  float z = texelFetch(depth, q, 0).x;
+  for (int i = 0; i < 4; ++i) {
+    ivec2 e = q + around * ivec2(i < 2 ? 2 * i - 1 : 0, i < 2 ? 0 : 2 * i - 5);
+    if (!in_picture(e) || abs(texelFetch(depth, e, 0).x - z) > 0.03 * z) return false;
+  }
+  return z > 0.0;
+}
+
+// A pixel with depth on the surface that `at` most likely shows; negative: none.
+ivec2 beside(ivec2 at) {
+  const ivec2 kWays[8] = ivec2[](ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(1, 1), ivec2(-1, 1),
+                                 ivec2(1, -1), ivec2(-1, -1));
+  vec3 own = coded(at);
+  float reach = kBesideReach * float(frame.picture.x), least = kUnlikeColor;
+  int apart = max(int(reach / 8.0), 1);
+  ivec2 best = ivec2(-1);
+  for (int i = 0; i < 8; ++i) {
+    for (int s = apart; s <= int(reach); s += apart) {
+      ivec2 q = at + s * kWays[i], farther = q + 2 * apart * kWays[i];
+      if (!in_picture(q)) break;
+      if (!whole(q, apart)) continue;
+      float unlike = length(coded(q) - own) + kNearerColor * float(s) / reach;
+      if (unlike < least) {
+        least = unlike;
+        // Fused surfaces are round at their ends.
+        best = in_picture(farther) && whole(farther, apart) ? farther : q;
+      }
+      break;
+    }
+  }
+  return best;
+}
+
+struct Plane {
+  vec3 p, n;  // tag frame
+  float z;    // of p in the camera, 0: none
+};
+
+// What the pixel beside shows, where that is needed: software devices run branches that no pixel takes, but no loops.
+Plane plane_beside(ivec2 at, bool needed) {
+  Plane plane = Plane(vec3(0), vec3(0), 0.0);
+  for (int once = 0; once < (needed ? 1 : 0); ++once) {
+    ivec2 q = beside(at);
+    if (q.x < 0) break;
+    vec3 in_camera = camera_point(q);
+    plane.p = frame.T_tag_camera[3].xyz + mat3(frame.T_tag_camera) * in_camera;
+    plane.n = normal_at(q, plane.p);
+    plane.z = plane.n == vec3(0) ? 0.0 : in_camera.z;
+  }
+  return plane;
+}
+
+// Depth at which a ray from the eye, w per metre of depth, meets it; 0: nowhere near.
+float on_plane(Plane plane, vec3 w) {
+  float fall = dot(plane.n, w);
+  float z = fall < -0.05 * length(w) ? dot(plane.n, plane.p - frame.T_tag_camera[3].xyz) / fall : 0.0;
+  return abs(z - plane.z) < 0.5 * plane.z ? z : 0.0;
+}
+#endif
