@@ -12,6 +12,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "capture/error.h"
@@ -120,6 +122,16 @@ struct OpenDevice {
   openni::Device device;
   std::vector<std::unique_ptr<Lane>> lanes;
 };
+
+/// More memory than this process has by now that a recording may make it take.
+void allow_memory(std::uint64_t more_bytes) {
+  std::uint64_t pages = 0;
+  if (std::ifstream("/proc/self/statm") >> pages) {
+    const rlim_t most = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) + more_bytes;
+    const rlimit limit{most, most};
+    setrlimit(RLIMIT_AS, &limit);
+  }
+}
 
 }  // namespace
 
@@ -332,6 +344,37 @@ void OpenNiSource::rewind() {
   }
 }
 
+void play_oni_file(const std::string& file, std::chrono::milliseconds silence, const std::function<void()>& heard) {
+  static const Library library;
+  OpenDevice open;
+  openni::PlaybackControl* playback = nullptr;
+  if (open.device.open(file.c_str()) != openni::STATUS_OK || (playback = open.device.getPlaybackControl()) == nullptr) {
+    return;  // a clean refusal: opening it in earnest says why
+  }
+  playback->setSpeed(-1.0f);
+  playback->setRepeatEnabled(false);
+  std::vector<openni::VideoStream*> started;
+  for (const auto sensor : {openni::SENSOR_COLOR, openni::SENSOR_DEPTH}) {
+    open.lanes.push_back(std::make_unique<Lane>());
+    openni::VideoStream& stream = open.lanes.back()->stream;
+    if (open.device.hasSensor(sensor) && stream.create(open.device, sensor) == openni::STATUS_OK &&
+        stream.start() == openni::STATUS_OK) {
+      started.push_back(&stream);
+    }
+  }
+  int ready = 0;
+  openni::VideoFrameRef frame;
+  constexpr std::uintmax_t kLeastOfAPicture = 20;  // bytes: what comes more often comes again and again
+  std::error_code error;
+  std::uintmax_t left = std::filesystem::file_size(file, error) / kLeastOfAPicture;
+  while (!started.empty() && left-- > 0 &&
+         openni::OpenNI::waitForAnyStream(started.data(), static_cast<int>(started.size()), &ready,
+                                          static_cast<int>(silence.count())) == openni::STATUS_OK) {
+    started[static_cast<std::size_t>(ready)]->readFrame(&frame);
+    heard();
+  }
+}
+
 void check_oni_file(const std::string& file) {
   const pid_t child = fork();
   if (child < 0) {
@@ -340,34 +383,18 @@ void check_oni_file(const std::string& file) {
   if (child == 0) {
     const rlimit none{0, 0};
     setrlimit(RLIMIT_CORE, &none);
+    constexpr std::uint64_t kMostOfAFile = std::uint64_t{1} << 30;
+    allow_memory(kMostOfAFile);
     if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr) {
       _exit(1);
     }
     constexpr unsigned kLongestPause_s = 10;  // then SIGALRM ends it
     std::signal(SIGALRM, SIG_DFL);
     alarm(kLongestPause_s);
-    openni::OpenNI::initialize();
-    openni::Device device;
-    if (device.open(file.c_str()) != openni::STATUS_OK || device.getPlaybackControl() == nullptr) {
-      _exit(0);  // a clean refusal: opening it in earnest says why
-    }
-    device.getPlaybackControl()->setSpeed(-1.0f);
-    device.getPlaybackControl()->setRepeatEnabled(false);
-    openni::VideoStream streams[2];
-    std::vector<openni::VideoStream*> started;
-    for (const auto sensor : {openni::SENSOR_COLOR, openni::SENSOR_DEPTH}) {
-      openni::VideoStream& stream = streams[started.size()];
-      if (device.hasSensor(sensor) && stream.create(device, sensor) == openni::STATUS_OK &&
-          stream.start() == openni::STATUS_OK) {
-        started.push_back(&stream);
-      }
-    }
-    int ready = 0;
-    openni::VideoFrameRef frame;
-    while (!started.empty() && openni::OpenNI::waitForAnyStream(started.data(), static_cast<int>(started.size()),
-                                                                &ready, 500) == openni::STATUS_OK) {
-      started[ready]->readFrame(&frame);
-      alarm(kLongestPause_s);
+    constexpr auto kSilence = 500ms;
+    try {
+      play_oni_file(file, kSilence, [] { alarm(kLongestPause_s); });
+    } catch (const InputError&) {  // said where it is opened in earnest
     }
     _exit(0);
   }

@@ -4,6 +4,9 @@
 //
 // A recording is stepped picture by picture, is never sought (OpenNI2 2.2 crashes) and rewinds by opening it anew; its
 // times start at 0. A device runs without mirroring and with fixed exposure and white balance.
+#include <chrono>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,7 +15,11 @@
 
 namespace lumigraft {
 
-/// Plays a recording once in a child process, since OpenNI2 crashes on some damaged files. Throws InputError where it
+/// Plays a recording once to its end, whatever is in it, and may crash. `silence` is how long no picture comes at its
+/// end; `heard` is called with each one.
+void play_oni_file(const std::string& file, std::chrono::milliseconds silence, const std::function<void()>& heard);
+
+/// Does so in a child process, since OpenNI2 crashes on some damaged files. Throws InputError where it
 /// does. Call it before the first OpenNiSource of the process is made.
 void check_oni_file(const std::string& file);
 

@@ -92,4 +92,8 @@ void oni(Bytes bytes) {
   expect_answer([&] { check_oni_file(file_with(bytes).string()); });
 }
 
+void oni_library(Bytes bytes) {
+  play_oni_file(file_with(bytes).string(), std::chrono::milliseconds(20), [] {});
+}
+
 }  // namespace lumigraft::fuzz
