@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "capture/camera_serial.h"
 #include "capture/stream_spec.h"
 
 namespace lumigraft {
@@ -139,11 +140,8 @@ CameraSettings read_settings(const ConfigTable& table) {
 
 double read_exposure(const ConfigTable& table) { return table.number("exposure", 1e-9, 1e9); }
 
-/// The camera's own word for itself, else what its source calls it by. OpenNI2's sources are places on a bus.
-std::string read_serial(const ConfigTable& table) {
-  const std::string source = table.text("source");
-  return table.text("serial", source.starts_with("aravis:") ? source.substr(source.find(':') + 1) : "");
-}
+/// The camera's own word for itself, else what its source calls it by.
+std::string read_serial(const ConfigTable& table) { return table.text("serial", serial_in(table.text("source"))); }
 
 struct Size {
   int width, height;

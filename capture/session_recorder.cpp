@@ -3,6 +3,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "capture/camera_serial.h"
 #include "capture/config_override.h"
 #include "capture/error.h"
 #include "capture/mkv_source.h"
@@ -151,8 +152,8 @@ void SessionRecorder::write_session_text() {
       continue;
     }
     const std::string source = (*table)["source"].value_or(std::string());
-    if (source.starts_with("aravis:") && source != "aravis:") {
-      table->insert("serial", source.substr(source.find(':') + 1));  // its own word for itself stays
+    if (const std::string serial = serial_in(source); !serial.empty()) {
+      table->insert("serial", serial);  // its own word for itself stays
     }
     table->insert_or_assign("source", "mkv:" + std::string(name) + ".mkv");
     take_along(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);

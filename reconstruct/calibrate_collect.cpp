@@ -13,6 +13,9 @@ namespace {
 constexpr double kLookEvery_s = 0.1;
 constexpr double kStill = 0.06;         ///< of the picture's width in a second
 constexpr double kSequenceGap_s = 0.5;  ///< pictures farther apart are no sequence that shows motion
+constexpr std::size_t kLongestPath = 300;
+constexpr int kClipped = 250;  ///< as in radiance.cpp: from this code value on a reading says "at least"
+constexpr double kMostClipped = 0.01;
 
 std::size_t corners_in(const BoardView& view) {
   std::size_t corners = 0;
@@ -38,6 +41,27 @@ double moved_px(const BoardView& a, const BoardView& b) {
   return sum / static_cast<double>(both);
 }
 
+/// Paper that is clipped says nothing about light.
+void forget_clipped_paper(const Picture& picture, BoardView& view) {
+  if (picture.encoded.empty()) return;
+  for (SeenPoints& seen : view.seen) {
+    Eigen::Vector2d low = seen.pixels[0], high = seen.pixels[0];
+    for (const Eigen::Vector2d& pixel : seen.pixels) {
+      low = low.cwiseMin(pixel);
+      high = high.cwiseMax(pixel);
+    }
+    int clipped = 0, all = 0;
+    for (int v = std::max(0, static_cast<int>(low.y())); v <= high.y() && v < picture.encoded.height; ++v)
+      for (int u = std::max(0, static_cast<int>(low.x())); u <= high.x() && u < picture.encoded.width; ++u, ++all)
+        for (int c = 0; c < 3; ++c)
+          if (picture.encoded.at(u, v, c) >= kClipped) {
+            ++clipped;
+            break;
+          }
+    if (clipped > kMostClipped * all) seen.paper = 0;
+  }
+}
+
 struct Looked {
   BoardPicture picture;
   BoardView room_tag;
@@ -51,6 +75,7 @@ Looked found(const BoardFinder& finder, const std::optional<BoardFinder>& room_f
   const float gain = picture.encoded.empty() ? detector_gain(picture.radiance) : 1.0f;
   const auto grey = detector_codes(picture, {0, 0, board.light.width, board.light.height}, gain);
   board.view = finder.find(grey, board.light);
+  forget_clipped_paper(picture, board.view);
   if (room_finder) result.room_tag = room_finder->find(grey, board.light);
   return result;
 }
@@ -106,12 +131,14 @@ void BoardCollector::thin_out() {
 
 BoardCollector::Seen BoardCollector::look(std::int64_t time_ns, const Picture* color, const Response& color_response,
                                           const std::vector<std::shared_ptr<const Picture>>& fisheye,
-                                          const Response& fisheye_response) {
+                                          const Response& fisheye_response,
+                                          const std::shared_ptr<const DepthPicture>& depth) {
   const double passed_s = 1e-9 * static_cast<double>(time_ns - last_time_ns_);
   Seen seen;
   if (any_ && passed_s >= 0 && passed_s < kLookEvery_s) return seen;
   BoardMoment moment;
   moment.time_ns = time_ns;
+  moment.depth = depth;
   const auto take = [&](std::size_t camera, Looked one) {
     BoardPicture& best = moment.by_camera[camera];
     if (!best.light.empty() && one.picture.view.seen.size() <= best.view.seen.size()) return;
@@ -128,6 +155,10 @@ BoardCollector::Seen BoardCollector::look(std::int64_t time_ns, const Picture* c
     moving |= any_ && passed_s > 0 && passed_s < kSequenceGap_s && seen.corners[c] > 0 &&
               moved > kStill * passed_s * now.light.width;
     last_[c] = now.view;
+    if (seen.corners[c] == 0) continue;
+    std::vector<TimedView>& path = paths_[c];
+    if (path.size() == kLongestPath) path.erase(path.begin(), path.begin() + kLongestPath / 4);
+    path.push_back({c == 0 ? color->stamp.time_ns : fisheye.front()->stamp.time_ns, now.view});
   }
   any_ = true;
   last_time_ns_ = time_ns;

@@ -280,6 +280,7 @@ std::optional<PrintCorners> print_corners(const Image<std::uint16_t>& light, con
   const Square covariance = variance * fit.jtj.ldlt().solve(Square::Identity());
   auto result = corners_of(p.head<8>(), covariance.topLeftCorner<8, 8>(), *chart);
   if (fit.folded || !result || !result->covariance.allFinite()) return std::nullopt;
+  result->paper = p[9];
   result->contrast_error = std::sqrt(variance) / (p[9] - p[8]);
   if (!(p[9] > p[8]) || result->contrast_error > 0.25) return std::nullopt;
   // Where it went farther than a detector errs, it found something else.

@@ -17,6 +17,7 @@ namespace lumigraft {
 struct PrintCorners {
   TagCorners pixels;
   Eigen::Matrix<double, 8, 8> covariance;  ///< px²; u and v of each corner in turn
+  double paper = 0;                        ///< its light at the tag's centre, 1 is the brightest that there is
   double contrast_error = 0;               ///< RMS of picture minus print, as a share of paper minus ink
 };
 

@@ -2,8 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "capture/error.h"
 #include "capture/response.h"
@@ -12,22 +14,33 @@ namespace lumigraft {
 namespace {
 
 constexpr int kCodes = 256;
-constexpr int kDarkest = 3, kBrightest = 252;  // beyond them noise is cut off by the ends of the scale
-constexpr double kCodeNoise = 0.7;             // 1σ in code values: rounding, and a sensor's own
+constexpr double kFirstNoise = 2.5, kLeastNoise = 0.3, kMostNoise = 3.3;  // 1σ in code values
+// Readings count from so many σ from the ends of the scale, where noise is cut off and dark readings that noise lifts
+// would pass for light.
+constexpr double kFromEnds = 5.0;
 constexpr double kLargestResidual = 0.05, kLeastRatio = 4;
+constexpr int kFolds = 4;
 
 using Codes = Eigen::VectorXd;   // a number for each code value
 using Normal = Eigen::MatrixXd;  // for each pair of them
 
-/// What is solved for is how ln(linear) departs from sRGB's: that is smooth where the response itself is not.
-double reference(int code) { return std::log(srgb_to_linear(static_cast<float>(std::max(code, 1)) / 255.0f)); }
+/// ln(linear) of sRGB, where the search begins.
+Codes reference_ln() {
+  Codes g(kCodes);
+  for (int z = 0; z < kCodes; ++z) g[z] = std::log(srgb_to_linear(static_cast<float>(std::max(z, 1)) / 255.0f));
+  return g;
+}
 
-/// Weight of a code value: the inverse variance of its ln(linear) under noise of the code, by the curve's slope.
-Codes weights_of(const Codes& ln_linear) {
+/// Weight of a code value: the inverse variance of its ln(linear) under noise of the code, by the curve's slope. That
+/// is taken for no less than a quarter and no more than four times sRGB's, so that a bad guess cannot run away.
+Codes weights_of(const Codes& ln_linear, double noise) {
+  static const Codes usual = reference_ln();
   Codes weights = Codes::Zero(kCodes);
-  for (int z = kDarkest; z <= kBrightest; ++z) {
-    const double slope = std::max(1e-4, 0.5 * (ln_linear[z + 1] - ln_linear[z - 1]));
-    weights[z] = 1 / (slope * slope * kCodeNoise * kCodeNoise);
+  const int end = static_cast<int>(std::ceil(std::max(3.0, kFromEnds * noise)));
+  for (int z = end; z < kCodes - end; ++z) {
+    const double usual_slope = 0.5 * (usual[z + 1] - usual[z - 1]);
+    const double slope = std::clamp(0.5 * (ln_linear[z + 1] - ln_linear[z - 1]), usual_slope / 4, usual_slope * 4);
+    weights[z] = 1 / (slope * slope * noise * noise);
   }
   return weights;
 }
@@ -36,6 +49,17 @@ Codes weights_of(const Codes& ln_linear) {
 struct Equations {
   Normal a = Normal::Zero(kCodes, kCodes);
   Codes b = Codes::Zero(kCodes);
+  double c = 0, freedom = 0;
+
+  /// The sum at a curve g.
+  double misfit(const Codes& g) const { return g.dot(a * g) - 2 * b.dot(g) + c; }
+  Equations& operator+=(const Equations& other) {
+    a += other.a;
+    b += other.b;
+    c += other.c;
+    freedom += other.freedom;
+    return *this;
+  }
 };
 
 class Channel {
@@ -49,48 +73,46 @@ class Channel {
     pixels_ = pixels;
   }
 
-  Equations equations(const Codes& weights) const {
+  /// Of every kFolds-th pixel, from the one of this number on.
+  Equations equations(const Codes& weights, std::size_t fold) const {
     Equations e;
-    for_each_pixel(weights, [&](const int* z, const double* w, const double* ln_e, int count, double sum) {
+    for_each_pixel(weights, fold, [&](const int* z, const double* w, const double* ln_e, int count, double sum) {
       double mean_ln_e = 0;
       for (int i = 0; i < count; ++i) mean_ln_e += w[i] * ln_e[i] / sum;
       for (int i = 0; i < count; ++i) {
-        e.b[z[i]] += w[i] * (ln_e[i] - mean_ln_e);
+        const double off = ln_e[i] - mean_ln_e;
+        e.b[z[i]] += w[i] * off;
+        e.c += w[i] * off * off;
         e.a(z[i], z[i]) += w[i];
         for (int k = 0; k < count; ++k) e.a(z[i], z[k]) -= w[i] * w[k] / sum;
       }
+      e.freedom += count - 1;
     });
     return e;
   }
 
-  /// Distances between what a pixel's exposures say and their mean, and Σ w r² with its degrees of freedom.
-  struct Residuals {
+  /// Median distance between what a pixel's exposures say and their mean.
+  double median_residual(const Codes& g, const Codes& weights) const {
     std::vector<float> shares;
-    double chi_square = 0;
-    double freedom = 0;
-  };
-  Residuals residuals(const Codes& g, const Codes& weights) const {
-    Residuals r;
-    for_each_pixel(weights, [&](const int* z, const double* w, const double* ln_e, int count, double sum) {
-      double mean = 0;
-      for (int i = 0; i < count; ++i) mean += w[i] * (g[z[i]] - ln_e[i]) / sum;
-      for (int i = 0; i < count; ++i) {
-        const double error = g[z[i]] - ln_e[i] - mean;
-        r.shares.push_back(static_cast<float>(std::abs(error)));
-        r.chi_square += w[i] * error * error;
-      }
-      r.freedom += count - 1;
-    });
-    return r;
+    for (std::size_t fold = 0; fold < kFolds; ++fold)
+      for_each_pixel(weights, fold, [&](const int* z, const double* w, const double* ln_e, int count, double sum) {
+        double mean = 0;
+        for (int i = 0; i < count; ++i) mean += w[i] * (g[z[i]] - ln_e[i]) / sum;
+        for (int i = 0; i < count; ++i) shares.push_back(static_cast<float>(std::abs(g[z[i]] - ln_e[i] - mean)));
+      });
+    if (shares.empty()) return 0;
+    const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+    std::nth_element(shares.begin(), middle, shares.end());
+    return *middle;
   }
 
  private:
   /// Calls with the code values of every pixel that was neither clipped nor black at two exposures or more.
   template <typename Function>
-  void for_each_pixel(const Codes& weights, const Function& function) const {
+  void for_each_pixel(const Codes& weights, std::size_t fold, const Function& function) const {
     std::vector<int> z(pictures_.size());
     std::vector<double> w(pictures_.size()), ln_e(pictures_.size());
-    for (std::size_t pixel = 0; pixel < pixels_; pixel += step_) {
+    for (std::size_t pixel = fold * step_; pixel < pixels_; pixel += kFolds * step_) {
       int count = 0;
       double sum = 0;
       for (std::size_t i = 0; i < pictures_.size(); ++i) {
@@ -111,22 +133,52 @@ class Channel {
   std::size_t pixels_ = 0, step_ = 1;
 };
 
-/// Adds what is known before: few bends in how the curve departs from sRGB's, the fewer the brighter, and one free
-/// scale. Where all exposures are powers of one ratio this alone tells the curve from one with a ripple of that period
-/// in ln(linear), which fits the pictures as well.
-void add_smoothness(Equations& e, const Codes& reference_ln) {
-  const double strength = 3e3 * e.a.diagonal().mean();
-  for (int z = 1; z + 1 < kCodes; ++z) {
-    const double at = strength * std::pow(z / 255.0, 2);
-    constexpr double kBend[3] = {1, -2, 1};
-    double bend = 0;
-    for (int i = 0; i < 3; ++i) bend += kBend[i] * reference_ln[z - 1 + i];
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) e.a(z - 1 + i, z - 1 + k) += at * kBend[i] * kBend[k];
-      e.b[z - 1 + i] += at * kBend[i] * bend;
+/// What is known before: ln(linear) is smooth, the more so the brighter. Its fourth differences are small, which holds
+/// for powers and for toes and shoulders alike. Where all exposures are powers of one ratio this alone tells the curve
+/// from one with a ripple of that period in ln(linear), which fits the pictures as well.
+const Normal& roughness() {
+  static const Normal sum = [] {
+    constexpr std::array<double, 5> kFourth = {1, -4, 6, -4, 1};
+    Normal all = Normal::Zero(kCodes, kCodes);
+    for (int z = 1; z + 4 < kCodes; ++z)
+      for (int i = 0; i < 5; ++i)
+        for (int k = 0; k < 5; ++k)
+          all(z + i, z + k) += std::pow((z + 2) / 255.0, 4) * kFourth[static_cast<std::size_t>(i)] *
+                               kFourth[static_cast<std::size_t>(k)];
+    return all;
+  }();
+  return sum;
+}
+
+Eigen::LLT<Normal> solver_of(const Equations& e, double strength) {
+  const double scale = e.a.diagonal().mean();
+  Normal all = e.a + strength * scale * roughness();
+  all(255, 255) += scale;  // the curve ends at ln 1 = 0
+  all(0, 0) += scale;      // code 0 is no logarithm's
+  return all.llt();
+}
+
+/// The smoothest curve whose misfit on pixels that were not used is within a standard error of the best (Breiman et
+/// al. 1984, "Classification and Regression Trees", §3.4.3): the best itself bends after what noise does to dark codes.
+double strength_by_cross_validation(const std::array<Equations, kFolds>& folds, const Equations& all) {
+  constexpr double kWeakest = 1e5, kStrongest = 1e11, kStep = 3.1622776601683795;
+  std::vector<std::pair<double, double>> tried;  // strength, misfit
+  double least = std::numeric_limits<double>::infinity();
+  for (double strength = kWeakest; strength < 1.1 * kStrongest; strength *= kStep) {
+    double misfit = 0;
+    for (const Equations& fold : folds) {
+      Equations others = all;
+      others.a -= fold.a;
+      others.b -= fold.b;
+      misfit += fold.misfit(solver_of(others, strength).solve(others.b));
     }
+    tried.emplace_back(strength, misfit);
+    least = std::min(least, misfit);
   }
-  e.a(255, 255) += e.a.diagonal().mean();  // the curve ends at ln 1 = 0
+  double smoothest = kWeakest;
+  for (const auto& [strength, misfit] : tried)
+    if (misfit <= least * (1 + std::sqrt(2 / std::max(all.freedom, 1.0)))) smoothest = strength;
+  return smoothest;
 }
 
 }  // namespace
@@ -151,40 +203,37 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
     result.refusal = line;
     return result;
   }
-  Codes reference_ln(kCodes);
-  for (int z = 0; z < kCodes; ++z) reference_ln[z] = reference(z);
   result.darkest = 0;
   result.brightest = 255;
   for (int c = 0; c < 3; ++c) {
     const Channel channel(pictures, c);
-    Codes g = reference_ln;
-    Eigen::LDLT<Normal> solver;
+    Codes g = reference_ln();
+    double noise = kFirstNoise;
+    std::array<Equations, kFolds> folds;
     Equations measured;
     Codes weights;
-    for (int round = 0; round < 3; ++round) {  // the weights follow the curve
-      weights = weights_of(g);
-      measured = channel.equations(weights);
-      Equations all = measured;
-      add_smoothness(all, reference_ln);
-      solver.compute(all.a);
-      g = solver.solve(all.b);
+    for (int round = 0; round < 4; ++round) {  // the weights follow the curve and the noise
+      weights = weights_of(g, noise);
+      measured = {};
+      for (std::size_t fold = 0; fold < kFolds; ++fold) measured += folds[fold] = channel.equations(weights, fold);
+      constexpr double kUsual = 1e8;
+      g = solver_of(measured, kUsual).solve(measured.b);
+      if (round < 3 && measured.freedom > 0)
+        noise = std::clamp(noise * std::sqrt(measured.misfit(g) / measured.freedom), kLeastNoise, kMostNoise);
     }
-    int low = kBrightest, high = kDarkest;
-    const double enough = 1e-3 * measured.a.diagonal().maxCoeff();
-    for (int z = kDarkest; z <= kBrightest; ++z)
-      if (measured.a(z, z) > enough * 1e-3) {
+    const auto solver = solver_of(measured, strength_by_cross_validation(folds, measured));
+    g = solver.solve(measured.b);
+    int low = kCodes - 1, high = 0;
+    const double enough = 1e-6 * measured.a.diagonal().maxCoeff();
+    for (int z = 0; z < kCodes; ++z)
+      if (measured.a(z, z) > enough) {
         low = std::min(low, z);
         high = std::max(high, z);
       }
     result.darkest = std::max(result.darkest, low);
     result.brightest = std::min(result.brightest, high);
-    Channel::Residuals residuals = channel.residuals(g, weights);
-    const double variance = residuals.freedom > 0 ? residuals.chi_square / residuals.freedom : 1;
-    if (!residuals.shares.empty()) {
-      const auto middle = residuals.shares.begin() + static_cast<std::ptrdiff_t>(residuals.shares.size() / 2);
-      std::nth_element(residuals.shares.begin(), middle, residuals.shares.end());
-      result.residual = std::max(result.residual, static_cast<double>(*middle));
-    }
+    result.residual = std::max(result.residual, channel.median_residual(g, weights));
+    const double variance = measured.freedom > 0 ? measured.misfit(g) / measured.freedom : 1;
     const Normal covariance = solver.solve(Normal::Identity(kCodes, kCodes));
     auto& linear = result.linear[static_cast<std::size_t>(c)];
     for (int z = 0; z < kCodes; ++z) {

@@ -93,6 +93,13 @@ std::optional<Isometry3d> board_pose(const BoardView& view, const CameraModel& c
   return T.linear().determinant() > 0 && T.matrix().allFinite() ? std::optional(T) : std::nullopt;
 }
 
+std::optional<Isometry3d> refined_pose(const BoardView& view, const CameraModel& camera) {
+  const auto start = board_pose(view, camera);
+  const auto adjusted =
+      start ? adjust({{camera}, {Isometry3d::Identity()}, {*start}}, {{view}}, Freedom::poses) : std::nullopt;
+  return adjusted ? std::optional(adjusted->rig.T_first_board[0]) : std::nullopt;
+}
+
 std::optional<Rig> start_camera(const CameraModel& camera, const std::vector<BoardView>& views) {
   constexpr std::size_t kFew = 12;
   std::vector<std::size_t> few(views.size());

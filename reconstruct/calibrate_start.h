@@ -13,6 +13,9 @@ namespace lumigraft {
 /// fewer than four points are seen.
 std::optional<Eigen::Isometry3d> board_pose(const BoardView& view, const CameraModel& camera);
 
+/// The same, by least squares through a lens that is known.
+std::optional<Eigen::Isometry3d> refined_pose(const BoardView& view, const CameraModel& camera);
+
 /// `camera` has a kind and a size; its focal length is looked for among what lenses have, its principal point is taken
 /// in the middle. Poses of all views, too. Empty where nothing explains them.
 std::optional<Rig> start_camera(const CameraModel& camera, const std::vector<BoardView>& views);

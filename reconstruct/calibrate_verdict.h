@@ -3,7 +3,10 @@
 #include <string>
 
 #include "reconstruct/calibrate_camera.h"
+#include "reconstruct/calibrate_depth.h"
 #include "reconstruct/calibrate_stand.h"
+#include "reconstruct/calibrate_time.h"
+#include "reconstruct/calibrate_vignetting.h"
 
 namespace lumigraft {
 
@@ -14,5 +17,8 @@ constexpr int kFewestMoments = 5;  ///< at which two cameras see the board toget
 std::string why_not(const CameraCalibration& calibration);
 std::string why_not(const StandCalibration& stand);
 std::string why_not(const TagPlace& place);
+std::string why_not(const VignettingCalibration& vignetting);
+std::string why_not(const TimeCalibration& time);
+std::string why_not(const DepthCalibration& depth);
 
 }  // namespace lumigraft

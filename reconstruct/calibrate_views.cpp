@@ -5,8 +5,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "reconstruct/calibrate_corners.h"
-
 namespace lumigraft {
 namespace {
 
@@ -22,14 +20,15 @@ BoardFinder::BoardFinder(const Board& board) : board_(board) {
 
 BoardFinder::~BoardFinder() = default;
 
-SeenPoints BoardFinder::tag(int tag, const TagCorners& pixels, const Eigen::Matrix<double, 8, 8>& covariance) const {
+SeenPoints BoardFinder::tag(int tag, const PrintCorners& corners) const {
   const auto corners_m = board_.corners_m(tag);
   const Eigen::Matrix<double, 8, 8> all =
-      covariance + kUnknown_px * kUnknown_px * Eigen::Matrix<double, 8, 8>::Identity();
+      corners.covariance + kUnknown_px * kUnknown_px * Eigen::Matrix<double, 8, 8>::Identity();
   SeenPoints seen;
   seen.place = tag;
   seen.points_m.assign(corners_m.begin(), corners_m.end());
-  seen.pixels.assign(pixels.begin(), pixels.end());
+  seen.pixels.assign(corners.pixels.begin(), corners.pixels.end());
+  seen.paper = corners.paper;
   seen.whitening = all.llt().matrixL().solve(Eigen::MatrixXd::Identity(8, 8));
   return seen;
 }
@@ -46,7 +45,7 @@ BoardView BoardFinder::find(const Image<std::uint8_t>& grey, const Image<std::ui
     const int index = sightings[i].id - board_.first_id;
     const auto corners =
         print_corners(light, finder_->pattern(static_cast<std::size_t>(index)), sightings[i].corners, nullptr);
-    if (corners) view.seen.push_back(tag(index, corners->pixels, corners->covariance));
+    if (corners) view.seen.push_back(tag(index, *corners));
   }
   return view;
 }
@@ -58,7 +57,9 @@ BoardView BoardFinder::again(const BoardView& view, const Image<std::uint16_t>& 
   for (const SeenPoints& seen : view.seen) {
     const TagCorners start = {seen.pixels[0], seen.pixels[1], seen.pixels[2], seen.pixels[3]};
     const auto corners = print_corners(light, finder_->pattern(static_cast<std::size_t>(seen.place)), start, &camera);
-    if (corners) result.seen.push_back(tag(seen.place, corners->pixels, corners->covariance));
+    if (!corners) continue;
+    result.seen.push_back(tag(seen.place, *corners));
+    if (!(seen.paper > 0)) result.seen.back().paper = 0;
   }
   return result;
 }

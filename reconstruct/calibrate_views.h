@@ -8,6 +8,7 @@
 #include "capture/camera_model.h"
 #include "capture/image.h"
 #include "reconstruct/calibrate_board.h"
+#include "reconstruct/calibrate_corners.h"
 
 namespace lumigraft {
 
@@ -17,6 +18,7 @@ struct SeenPoints {
   std::vector<Eigen::Vector3d> points_m;  ///< on the board
   std::vector<Eigen::Vector2d> pixels;
   Eigen::MatrixXd whitening;  ///< makes the stacked errors in pixels independent and of one variance
+  double paper = 0;           ///< light of the white paper, 1 is the brightest that there is; 0: not known
 };
 
 struct BoardView {
@@ -35,7 +37,7 @@ class BoardFinder {
   BoardView again(const BoardView& view, const Image<std::uint16_t>& light, const CameraModel& camera) const;
 
  private:
-  SeenPoints tag(int tag, const TagCorners& pixels, const Eigen::Matrix<double, 8, 8>& covariance) const;
+  SeenPoints tag(int tag, const PrintCorners& corners) const;
   BoardView find_chessboard(const Image<std::uint8_t>& grey) const;
 
   Board board_;

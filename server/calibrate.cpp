@@ -11,14 +11,19 @@
 #include <thread>
 
 #include "capture/error.h"
+#include "capture/pairing_reader.h"
 #include "capture/picture_file.h"
 #include "capture/picture_list.h"
 #include "capture/source.h"
 #include "reconstruct/calibrate_board.h"
 #include "reconstruct/calibrate_collect.h"
+#include "reconstruct/calibrate_depth.h"
 #include "reconstruct/calibrate_folder.h"
 #include "reconstruct/calibrate_response.h"
 #include "reconstruct/calibrate_stand.h"
+#include "reconstruct/calibrate_start.h"
+#include "reconstruct/calibrate_time.h"
+#include "reconstruct/calibrate_vignetting.h"
 #include "server/calibrate_guide.h"
 #include "server/calibrate_text.h"
 
@@ -78,12 +83,22 @@ Input look_through_session(const CalibrateCommand& command, const Session& sessi
                            const std::atomic<bool>& interrupted, BoardCollector& collector, CalibrateGuide* guide,
                            std::ostream& report) {
   const Input input = cameras_of(session);
-  const std::unique_ptr<FrameReader> reader = open_frames(session);
+  // As the sensors gave it: the fish-eye on its own clock, depth on its own pixels.
+  Session raw = session;
+  if (raw.fisheye) {
+    raw.fisheye->time_offset_s = 0;
+  }
+  PairedSources sources = open_sources(raw);
+  if (raw.depth) {
+    raw.depth->registered = true;
+  }
+  const std::unique_ptr<FrameReader> reader = pair_sources(raw, std::move(sources));
   const Clock::time_point begin = Clock::now();
   const auto over = [&] {
     const bool late =
         command.seconds && std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
-    return reader->live() && (late || (guide != nullptr && guide->covered()));
+    const bool enough = guide != nullptr && (guide->finish_asked() || (reader->live() && guide->covered()));
+    return enough || (reader->live() && late);
   };
   while (!interrupted && !reader->finished() && !over()) {
     const std::optional<FrameSet> frame = reader->next(kTick);
@@ -92,7 +107,7 @@ Input look_through_session(const CalibrateCommand& command, const Session& sessi
     }
     const Response none = Response::srgb();
     const auto seen = collector.look(frame->time_ns, frame->color.get(), session.color.response, frame->fisheye,
-                                     session.fisheye ? session.fisheye->response : none);
+                                     session.fisheye ? session.fisheye->response : none, frame->depth);
     if (guide != nullptr) {
       guide->look(*frame, collector);
     }
@@ -141,8 +156,10 @@ Input look_through_folders(const CalibrateCommand& command, const std::atomic<bo
     std::array<std::shared_ptr<const Picture>, 2> pictures;
     for (std::size_t c = 0; c < 2; ++c) {
       if (!files[c].empty()) {
-        pictures[c] = std::make_shared<Picture>(read_any_picture(files[c]));
-        check_size(*pictures[c], files[c], input.cameras[c], c == 1, command.fov_degrees);
+        auto picture = std::make_shared<Picture>(read_any_picture(files[c]));
+        check_size(*picture, files[c], input.cameras[c], c == 1, command.fov_degrees);
+        picture->stamp.time_ns = time_ns;
+        pictures[c] = std::move(picture);
       }
     }
     std::vector<std::shared_ptr<const Picture>> fisheye;
@@ -150,7 +167,7 @@ Input look_through_folders(const CalibrateCommand& command, const std::atomic<bo
       fisheye.push_back(pictures[1]);
     }
     collector.look(time_ns, pictures[0].get(), Response::srgb(), fisheye, Response::srgb());
-    time_ns += 1'000'000'000;  // each a picture of its own
+    time_ns += 1'000'000'000;  // each a picture of its own, and of no movement
   }
   return input;
 }
@@ -187,18 +204,33 @@ bool saw_board(const BoardCollector& collector, std::size_t camera) {
 
 using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
 
-/// How the cameras stand to each other and to the room, as far as pictures say.
+using Views = std::array<std::vector<BoardView>, 2>;
+
+/// How the fish-eye stands to the colour camera, and its clock to that one's.
 std::optional<Eigen::Isometry3d> find_stand(const BoardCollector& collector, const Board& board, const Cameras& cameras,
-                                            const std::array<std::vector<BoardView>, 2>& views, std::ostream& report) {
-  std::optional<Eigen::Isometry3d> T_fisheye_color;
-  if (cameras[0] && cameras[1] && board.kind == Board::Kind::tags) {  // a chessboard looks the same upside down
-    const StandCalibration stand =
-        calibrate_stand(cameras[0]->calibration.model, cameras[1]->calibration.model, views[0], views[1]);
-    write_stand_report(report, stand);
-    if (stand.refusal.empty()) {
-      T_fisheye_color = stand.T_second_first;
-    }
+                                            const Views& views, CalibratedRest& rest, std::ostream& report) {
+  if (!cameras[0] || !cameras[1] || board.kind != Board::Kind::tags) {  // a chessboard looks the same upside down
+    return std::nullopt;
   }
+  const CameraModel &color = cameras[0]->calibration.model, &fisheye = cameras[1]->calibration.model;
+  const StandCalibration stand = calibrate_stand(color, fisheye, views[0], views[1]);
+  write_stand_report(report, stand);
+  if (!stand.refusal.empty()) {
+    return std::nullopt;
+  }
+  const TimeCalibration time =
+      calibrate_time(color, fisheye, stand.T_second_first, collector.path(0), collector.path(1));
+  write_time_report(report, time);
+  if (time.refusal.empty()) {
+    rest.time_offset_s = time.offset_s;
+  }
+  return stand.T_second_first;
+}
+
+/// Where the fish-eye is in the room, by the room's tag.
+std::optional<Eigen::Isometry3d> find_room_tag(const BoardCollector& collector, const Cameras& cameras,
+                                               const std::optional<Eigen::Isometry3d>& T_fisheye_color,
+                                               std::ostream& report) {
   if (!cameras[1]) {
     return std::nullopt;
   }
@@ -217,6 +249,34 @@ std::optional<Eigen::Isometry3d> find_stand(const BoardCollector& collector, con
   }
   report << "the room's tag: placed by " << place.pictures << " pictures\n";
   return place.T_camera_tag.inverse();
+}
+
+std::optional<Vignetting> find_vignetting(const CalibratedCamera& fisheye, const std::vector<BoardView>& views,
+                                          std::ostream& report) {
+  const CameraModel& model = fisheye.calibration.model;
+  const VignettingCalibration found = calibrate_vignetting(white_of(views, model), 0.5 * model.fov_rad);
+  write_vignetting_report(report, found);
+  return found.refusal.empty() ? std::optional(found.vignetting) : std::nullopt;
+}
+
+/// How a depth camera that does not register itself stands to the colour camera.
+std::optional<CalibratedRest::Depth> find_depth(const DepthCamera& depth, const CalibratedCamera& color,
+                                                const BoardCollector& collector, const Board& board,
+                                                const std::vector<BoardView>& color_views, std::ostream& report) {
+  std::vector<DepthView> views;
+  for (std::size_t i = 0; i < color_views.size(); ++i) {
+    const auto& picture = collector.moments()[i].depth;
+    const auto pose = picture ? refined_pose(color_views[i], color.calibration.model) : std::nullopt;
+    if (pose) {
+      views.push_back({&picture->depth_m, *pose});
+    }
+  }
+  const DepthCalibration found = calibrate_depth(depth.model, depth.T_color_depth, board, views);
+  write_depth_report(report, found);
+  if (!found.refusal.empty()) {
+    return std::nullopt;
+  }
+  return CalibratedRest::Depth{depth.model.width, depth.model.height, depth.serial, found.T_color_depth};
 }
 
 /// The file appears whole or not at all.
@@ -265,7 +325,7 @@ void find_lenses(const CalibrateCommand& command, const Board& board, const Sess
     guide->calculating();
   }
   Cameras cameras;
-  std::array<std::vector<BoardView>, 2> views;
+  Views views;
   for (std::size_t c = 0; c < 2; ++c) {
     if (input.cameras[c] && saw_board(collector, c)) {
       cameras[c] = calibrated(*input.cameras[c], collector, c, views[c], report);
@@ -277,9 +337,18 @@ void find_lenses(const CalibrateCommand& command, const Board& board, const Sess
   if (!cameras[0] && !cameras[1]) {
     throw std::runtime_error("calibration refused: no picture shows the board of " + command.board.string());
   }
-  const auto T_tag_fisheye = find_stand(collector, board, cameras, views, report);
+  CalibratedRest rest;
+  const auto T_fisheye_color = find_stand(collector, board, cameras, views, rest, report);
+  rest.T_tag_fisheye = find_room_tag(collector, cameras, T_fisheye_color, report);
+  const bool tags = board.kind == Board::Kind::tags;
+  if (cameras[1] && tags) {
+    rest.vignetting = find_vignetting(*cameras[1], views[1], report);
+  }
+  if (session != nullptr && session->depth && !session->depth->registered && cameras[0] && tags) {
+    rest.depth = find_depth(*session->depth, *cameras[0], collector, board, views[0], report);
+  }
   std::ostringstream text;
-  write_calibration_file(text, cameras[0], cameras[1], T_tag_fisheye);
+  write_calibration_file(text, cameras[0], cameras[1], rest);
   write_whole(command.out, text.str());
   report << "written to " << command.out.string() << '\n';
 }
@@ -294,6 +363,7 @@ void find_lenses_guided(const CalibrateCommand& command, const Board& board, con
   Metrics metrics;
   WebHandlers handlers;
   handlers.get = [&guide](std::string_view path) { return guide.reply(path); };
+  handlers.post = [&guide](std::string_view path) { return guide.ask(path); };
   handlers.hello = handlers.state = [] { return std::string("{}"); };
   handlers.change_object = [](const ObjectCommand&) { return std::optional<std::string>("found no objects here"); };
   handlers.record = [](bool) { return std::optional<std::string>("found no recording here"); };

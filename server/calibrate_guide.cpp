@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "reconstruct/calibrate_verdict.h"
 #include "server/page.h"
 
 namespace lumigraft {
@@ -93,8 +94,29 @@ bool CalibrateGuide::covered() const {
   });
 }
 
+bool CalibrateGuide::finish_asked() const {
+  const std::lock_guard lock(mutex_);
+  return finish_asked_;
+}
+
+/// Every camera that saw the board saw it often enough for a result.
+bool CalibrateGuide::can_finish() const {
+  int most = 0;
+  for (const std::optional<Camera>& camera : cameras_) {
+    if (camera && camera->views > 0 && camera->views < kFewestViews) {
+      return false;
+    }
+    most = std::max(most, camera ? camera->views : 0);
+  }
+  return most >= kFewestViews && !finish_asked_ && doing_ == std::string_view("looking");
+}
+
 std::string CalibrateGuide::json() const {
-  Json json{{"doing", doing_}, {"cameras", Json::array()}, {"report", report_}, {"refusal", refusal_}};
+  Json json{{"doing", doing_},
+            {"can_finish", can_finish()},
+            {"cameras", Json::array()},
+            {"report", report_},
+            {"refusal", refusal_}};
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
     if (!cameras_[c]) {
       continue;
@@ -147,6 +169,19 @@ WebReply CalibrateGuide::reply(std::string_view path) {
     return {200, std::string(file->type), std::string(file->bytes)};
   }
   return {404, "text/plain; charset=utf-8", "no such page\n"};
+}
+
+WebReply CalibrateGuide::ask(std::string_view path) {
+  const std::lock_guard lock(mutex_);
+  if (path != "/finish") {
+    return {404, "text/plain; charset=utf-8", "no such request\n"};
+  }
+  if (!can_finish()) {
+    return {409, "text/plain; charset=utf-8",
+            "too few views, allowed: at least " + std::to_string(kFewestViews) + " of every camera\n"};
+  }
+  finish_asked_ = true;
+  return {200, "text/plain; charset=utf-8", "calculating\n"};
 }
 
 }  // namespace lumigraft

@@ -26,8 +26,13 @@ class CalibrateGuide {
   /// Whether every camera has seen the board often enough, and everywhere.
   bool covered() const;
 
+  /// Whether somebody pressed the page's button: what was seen is to be enough.
+  bool finish_asked() const;
+
   /// For the web server: the page, calibrate.json, color.jpg, fisheye.jpg. Any thread.
   WebReply reply(std::string_view path);
+  /// The same for what is asked to be done: finish.
+  WebReply ask(std::string_view path);
 
  private:
   static constexpr int kEnoughViews = 15;
@@ -41,11 +46,13 @@ class CalibrateGuide {
   };
 
   std::string json() const;
+  bool can_finish() const;
   WebReply picture(std::size_t camera);
 
   mutable std::mutex mutex_;
   std::array<std::optional<Camera>, 2> cameras_;
   const char* doing_ = "looking";
+  bool finish_asked_ = false;
   std::size_t moments_ = 0;
   std::string report_, refusal_;
   JpegEncoder jpeg_{80};

@@ -35,12 +35,37 @@ std::string array_of(const Numbers& numbers) {
   return text + "]";
 }
 
+std::string rows_of(const Eigen::Isometry3d& T) {
+  std::string text = "[";
+  for (int row = 0; row < 4; ++row) {
+    const Eigen::Vector4d numbers = T.matrix().row(row);
+    text += (row > 0 ? ", " : "") + array_of(numbers);
+  }
+  return text + "]\n";
+}
+
+/// Shift and turn of one camera to another, with 1σ.
+void write_transform(std::ostream& out, const Eigen::Isometry3d& T, const Eigen::Vector3d& shift_sigma_m,
+                     const Eigen::Vector3d& turn_sigma_rad) {
+  const Eigen::Vector3d shift_mm = 1e3 * T.translation(), sigma_mm = 1e3 * shift_sigma_m;
+  const Eigen::AngleAxisd turn(T.linear());
+  const Eigen::Vector3d turn_degrees = turn.angle() * turn.axis() * kDegrees, sigma = turn_sigma_rad * kDegrees;
+  print(out, "  shift = %.2f %.2f %.2f ± %.2f %.2f %.2f mm\n", shift_mm.x(), shift_mm.y(), shift_mm.z(), sigma_mm.x(),
+        sigma_mm.y(), sigma_mm.z());
+  print(out, "  turn = %.3f %.3f %.3f ± %.3f %.3f %.3f degrees\n", turn_degrees.x(), turn_degrees.y(), turn_degrees.z(),
+        sigma.x(), sigma.y(), sigma.z());
+}
+
+void write_size(std::ostream& out, int width, int height, const std::string& serial) {
+  out << "width = " << width << "\nheight = " << height << '\n';
+  if (!serial.empty()) out << "serial = \"" << serial << "\"\n";
+}
+
 void write_head(std::ostream& out, const char* table, const CalibratedCamera& camera) {
   const CameraCalibration& c = camera.calibration;
   print(out, "\n[%s]\n# %d views, %d corners: %.3f px in the median, 95 %% below %.3f px\n", table, c.views, c.corners,
         c.median_px, c.percent95_px);
-  out << "width = " << c.model.width << "\nheight = " << c.model.height << '\n';
-  if (!camera.serial.empty()) out << "serial = \"" << camera.serial << "\"\n";
+  write_size(out, c.model.width, c.model.height, camera.serial);
 }
 
 void write_focal(std::ostream& out, const CameraModel& model) {
@@ -83,19 +108,45 @@ void write_stand_report(std::ostream& out, const StandCalibration& stand) {
     out << "fish-eye to colour: not found: " << stand.refusal << '\n';
     return;
   }
-  const Eigen::Vector3d shift_mm = 1e3 * stand.T_second_first.translation(), sigma_mm = 1e3 * stand.shift_sigma_m;
-  const Eigen::AngleAxisd turn(stand.T_second_first.linear());
-  const Eigen::Vector3d turn_degrees = turn.angle() * turn.axis() * kDegrees, sigma = stand.turn_sigma_rad * kDegrees;
   print(out, "fish-eye to colour: %d moments, %.3f px in the median\n", stand.moments, stand.median_px);
-  print(out, "  shift = %.2f %.2f %.2f ± %.2f %.2f %.2f mm\n", shift_mm.x(), shift_mm.y(), shift_mm.z(), sigma_mm.x(),
-        sigma_mm.y(), sigma_mm.z());
-  print(out, "  turn = %.3f %.3f %.3f ± %.3f %.3f %.3f degrees\n", turn_degrees.x(), turn_degrees.y(), turn_degrees.z(),
-        sigma.x(), sigma.y(), sigma.z());
+  write_transform(out, stand.T_second_first, stand.shift_sigma_m, stand.turn_sigma_rad);
+}
+
+void write_vignetting_report(std::ostream& out, const VignettingCalibration& v) {
+  if (!v.refusal.empty()) {
+    out << "fish-eye's vignetting: not found: " << v.refusal << '\n';
+    return;
+  }
+  print(out, "fish-eye's vignetting: %d tags in %d views, readings to %.1f %%, boards lit unevenly by %.0f %%\n",
+        v.samples, v.moments, 100 * v.residual, 100 * v.unevenness);
+  for (int degrees = 30; degrees * 1.0 <= v.field_rad * kDegrees; degrees += 30)
+    print(out, "  %.3f of the axis' light at %d°\n", v.vignetting.transmission(degrees / kDegrees), degrees);
+  print(out, "  known to %.1f %% or better (1 sigma), seen up to %.1f°\n", 100 * v.widest_sigma,
+        v.widest_rad * kDegrees);
+}
+
+void write_time_report(std::ostream& out, const TimeCalibration& time) {
+  if (!time.refusal.empty()) {
+    out << "fish-eye's time offset: not found: " << time.refusal << '\n';
+    return;
+  }
+  print(out,
+        "fish-eye's time offset: %.2f ± %.2f ms, from %d pictures of a board at %.0f px/s, %.2f px in the median\n",
+        1e3 * time.offset_s, 1e3 * time.sigma_s, time.pictures, time.speed_px, time.median_px);
+}
+
+void write_depth_report(std::ostream& out, const DepthCalibration& depth) {
+  if (!depth.refusal.empty()) {
+    out << "depth to colour: not found: " << depth.refusal << '\n';
+    return;
+  }
+  print(out, "depth to colour: %d views, depth %.2f mm from the boards in the median\n", depth.views,
+        1e3 * depth.median_m);
+  write_transform(out, depth.T_color_depth, depth.shift_sigma_m, depth.turn_sigma_rad);
 }
 
 void write_calibration_file(std::ostream& out, const std::optional<CalibratedCamera>& color,
-                            const std::optional<CalibratedCamera>& fisheye,
-                            const std::optional<Eigen::Isometry3d>& T_tag_fisheye) {
+                            const std::optional<CalibratedCamera>& fisheye, const CalibratedRest& rest) {
   out << "# Written by lumigraft calibrate. A session or configuration takes it with: calibration = \"THIS FILE\"\n"
          "format = 1\n";
   if (color) {
@@ -111,14 +162,14 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
     // Rounded down: beyond it the polynomial may turn back.
     out << "k = " << array_of(model.k)
         << "\nfov_degrees = " << number(std::floor(model.fov_rad * kDegrees * 100 + 1e-6) / 100) << '\n';
-    if (T_tag_fisheye) {
-      out << "T_tag_fisheye = [";
-      for (int row = 0; row < 4; ++row) {
-        const Eigen::Vector4d numbers = T_tag_fisheye->matrix().row(row);
-        out << (row > 0 ? ", " : "") << array_of(numbers);
-      }
-      out << "]\n";
-    }
+    if (rest.vignetting) out << "vignetting = " << array_of(rest.vignetting->terms) << '\n';
+    if (rest.time_offset_s) out << "time_offset_s = " << number(*rest.time_offset_s) << '\n';
+    if (rest.T_tag_fisheye) out << "T_tag_fisheye = " << rows_of(*rest.T_tag_fisheye);
+  }
+  if (rest.depth) {
+    out << "\n[depth]\n";
+    write_size(out, rest.depth->width, rest.depth->height, rest.depth->serial);
+    out << "T_color_depth = " << rows_of(rest.depth->T_color_depth);
   }
 }
 

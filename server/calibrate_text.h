@@ -5,7 +5,10 @@
 #include <string>
 
 #include "reconstruct/calibrate_camera.h"
+#include "reconstruct/calibrate_depth.h"
 #include "reconstruct/calibrate_stand.h"
+#include "reconstruct/calibrate_time.h"
+#include "reconstruct/calibrate_vignetting.h"
 
 namespace lumigraft {
 
@@ -20,9 +23,30 @@ void write_calibration_report(std::ostream& out, const std::string& name, const 
 /// How the fish-eye stands to the colour camera.
 void write_stand_report(std::ostream& out, const StandCalibration& stand);
 
+/// What the fish-eye's lens loses away from its axis.
+void write_vignetting_report(std::ostream& out, const VignettingCalibration& vignetting);
+
+/// By how much the fish-eye's clock is behind.
+void write_time_report(std::ostream& out, const TimeCalibration& time);
+
+/// How the depth camera stands to the colour camera.
+void write_depth_report(std::ostream& out, const DepthCalibration& depth);
+
+/// What is known beside the lenses, as far as pictures say.
+struct CalibratedRest {
+  std::optional<Eigen::Isometry3d> T_tag_fisheye;
+  std::optional<Vignetting> vignetting;
+  std::optional<double> time_offset_s;
+  struct Depth {
+    int width = 0, height = 0;
+    std::string serial;
+    Eigen::Isometry3d T_color_depth;
+  };
+  std::optional<Depth> depth;
+};
+
 /// The file that `calibration = "FILE"` of a session or configuration names.
 void write_calibration_file(std::ostream& out, const std::optional<CalibratedCamera>& color,
-                            const std::optional<CalibratedCamera>& fisheye,
-                            const std::optional<Eigen::Isometry3d>& T_tag_fisheye);
+                            const std::optional<CalibratedCamera>& fisheye, const CalibratedRest& rest);
 
 }  // namespace lumigraft

@@ -116,6 +116,11 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     if (!request_allowed(text(request[http::field::host]), text(request[http::field::origin]), server_.loopback)) {
       return reply({403, "text/plain; charset=utf-8", "this host or origin is not served here\n"}, false);
     }
+    std::string_view path = text(request.target());
+    path = path.substr(0, path.find('?'));
+    if (request.method() == http::verb::post && server_.handlers.post) {
+      return reply(server_.handlers.post(path), request.keep_alive());
+    }
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
       return reply({405, "text/plain; charset=utf-8", "GET or HEAD\n"}, false);
     }
@@ -126,8 +131,6 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
       }
       return become_viewer();
     }
-    std::string_view path = text(request.target());
-    path = path.substr(0, path.find('?'));
     reply(path == "/ws" ? WebReply{426, "text/plain; charset=utf-8", "a websocket\n"} : server_.handlers.get(path),
           request.keep_alive());
   }

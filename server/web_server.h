@@ -36,6 +36,7 @@ struct WebReply {
 /// What the server asks of the service; all called on the server's thread.
 struct WebHandlers {
   std::function<WebReply(std::string_view path)> get;
+  std::function<WebReply(std::string_view path)> post = nullptr;                  ///< null: nothing is done by request
   std::function<std::string()> hello;                                             ///< JSON text for a new viewer
   std::function<std::string()> state;                                             ///< JSON text, after objects changed
   std::function<std::optional<std::string>(const ObjectCommand&)> change_object;  ///< returns what is wrong

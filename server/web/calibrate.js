@@ -55,7 +55,8 @@ function show(camera, looking) {
   if (looking || !figure.querySelector(".shown").src) figure.querySelector(".shown").src = `${camera.picture}?${Date.now()}`;
   figure.querySelector(".map").replaceChildren(map(camera));
   figure.querySelector(".views").textContent =
-    `${camera.views} of ${camera.views_wanted} views, corners in ${Math.round(100 * camera.reached)} % of the field`;
+    `${camera.views} views, ${camera.views_wanted} needed; corners in ${Math.round(100 * camera.reached)} % of the ` +
+    (camera.rings ? "field" : "picture");
   figure.querySelector(".advice").textContent = looking ? advice(camera) : "";
 }
 
@@ -66,6 +67,9 @@ async function tick() {
     $("doing").textContent = words[state.doing];
     $("doing").dataset.doing = state.doing;
     state.cameras.forEach((camera) => show(camera, state.doing === "looking"));
+    $("finish").hidden = state.doing !== "looking";
+    $("finish").disabled = !state.can_finish;
+    $("both").hidden = state.doing !== "looking" || state.cameras.length < 2;
     $("result").hidden = !state.report && !state.refusal;
     $("refusal").textContent = state.refusal;
     $("report").textContent = state.report;
@@ -73,5 +77,9 @@ async function tick() {
     $("doing").textContent = "the program has ended";
   }
 }
+$("finish").onclick = () => {
+  $("finish").disabled = true; // until the program says what came of it
+  fetch("finish", { method: "POST" }).catch(() => {});
+};
 tick();
 setInterval(tick, EVERY_MS);

@@ -335,6 +335,27 @@ TEST_F(CalibratedSession, RefusesThatOfAnotherCamera) {
   EXPECT_NE(refusal({"fisheye.serial=one"}).find("fisheye.serial: found \"another\""), std::string::npos);
 }
 
+TEST_F(CalibratedSession, RefusesThatOfAnotherCameraWhateverTheSource) {
+  for (const std::string source :
+       {"images:color.txt", "mkv:color.mkv", "oni:rgbd.oni", "openni2:", "v4l2:", "v4l2:/dev/video0",
+        "libcamera:imx219", "aravis:", "v4l2:usb-Maker_Cam_42-video-index0", "aravis:Maker-42"}) {
+    const std::string set = "color.source=\"" + source + "\"";
+    calibrate("640", "Maker-17");
+    EXPECT_EQ(refusal({set, "color.serial=Maker-17"}), "no error") << source;
+    EXPECT_NE(refusal({set, "color.serial=Maker-18"}).find("color.serial: found \"Maker-17\", allowed: that of"),
+              std::string::npos)
+        << source;
+    const bool named = source.find("42") != std::string::npos;
+    EXPECT_EQ(refusal({set}).find("color.serial: found \"Maker-17\"") != std::string::npos, named)
+        << source << ": " << refusal({set});
+    calibrate("320", "");
+    EXPECT_NE(refusal({set}).find("color.width: found 320, allowed: that of"), std::string::npos) << source;
+  }
+  calibrate("640", "usb-Maker_Cam_42-video-index0");
+  EXPECT_EQ(refusal({"color.source=v4l2:usb-Maker_Cam_42-video-index0"}), "no error");
+  EXPECT_EQ(refusal({"color.source=v4l2:/dev/v4l/by-id/usb-Maker_Cam_42-video-index0"}), "no error");
+}
+
 TEST_F(CalibratedSession, RefusesLensesInTwoPlaces) {
   EXPECT_NE(refusal({"color.fx=500"}).find("--set color.fx: found beside "), std::string::npos) << refusal();
   EXPECT_NE(refusal({"fisheye.f=150"}).find("--set fisheye.f: found beside "), std::string::npos) << refusal();

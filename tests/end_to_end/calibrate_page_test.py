@@ -53,7 +53,7 @@ def seen_from(board, pixels_per_m, tilt, place_m):
     return cv2.cvtColor(np.clip(noisy, 0, 255).astype(np.uint8), cv2.COLOR_GRAY2BGR)
 
 
-def session(folder, views):
+def session(folder, views, rounds=1):
     os.makedirs(os.path.join(folder, "color"))
     board = board_picture()
     rng = np.random.default_rng(3)
@@ -61,7 +61,8 @@ def session(folder, views):
         for i in range(views):
             x, y = 0.09 * (i % 3 - 1), 0.055 * (i // 3 % 3 - 1)
             cv2.imwrite(os.path.join(folder, f"color/{i:02}.png"), seen_from(*board, rng.uniform(-0.5, 0.5, 3), (x, y, 0.34 + 0.03 * (i % 4))))
-            f.write(f"{i} color/{i:02}.png\n")
+        for i in range(rounds * views):
+            f.write(f"{i} color/{i % views:02}.png\n")
     with open(os.path.join(folder, "session.toml"), "w") as f:
         f.write(f'format = 1\n[color]\nsource = "images:color.txt"\nwidth = {WIDTH}\nheight = {HEIGHT}\nfx = 300\nfy = 300\ncx = 160\n'
                 'cy = 120\nexposure = 1\n[tag]\nid = 40\nsize_m = 0.16\n')
@@ -78,9 +79,9 @@ class CalibratePageTest(unittest.TestCase):
         self.page.driver.quit()
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def calibrate(self, views):
+    def calibrate(self, views, rounds=1):
         recorded = os.path.join(self.folder, "session")
-        session(recorded, views)
+        session(recorded, views, rounds)
         port = free_port()
         program = subprocess.Popen([PROGRAM, "calibrate", "--board", os.path.join(recorded, "board.toml"), recorded, "--out",
                                     os.path.join(self.folder, "calibration.toml"), "--listen", f"127.0.0.1:{port}"], stdout=subprocess.PIPE, text=True)
@@ -100,7 +101,7 @@ class CalibratePageTest(unittest.TestCase):
         page.wait(lambda: page.text("doing") == "done", "the result")
         self.assertIn("residual", page.text("report"))
         text = page.text("color.jpg")
-        self.assertRegex(text, r"\d\d of 15 views, corners in \d+ % of the field")
+        self.assertRegex(text, r"\d\d views, 15 needed; corners in \d+ % of the picture")
         cells = page.driver.execute_script("return ['seen', 'unseen'].map((c) => document.querySelectorAll('.map .' + c).length)")
         self.assertEqual(sum(cells), 48)
         self.assertGreater(cells[0], 24)
@@ -108,6 +109,17 @@ class CalibratePageTest(unittest.TestCase):
         with open(os.path.join(self.folder, "calibration.toml"), "rb") as f:
             found = tomllib.load(f)["color"]
         self.assertAlmostEqual(found["fx"], F, delta=0.01 * F)
+
+    def test_the_button_ends_it_once_there_are_views_enough(self):
+        page = self.page
+        program = self.calibrate(12, rounds=5000)  # nobody waits for its end
+        button = page.driver.find_element("id", "finish")
+        page.wait(button.is_enabled, "views enough")
+        button.click()
+        page.wait(lambda: page.text("doing") == "done", "the result")
+        self.assertFalse(button.is_displayed())
+        self.end(program, 0)
+        self.assertTrue(os.path.exists(os.path.join(self.folder, "calibration.toml")))
 
     def test_a_refusal_is_told_with_its_reason(self):
         page = self.page

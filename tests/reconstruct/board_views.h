@@ -66,6 +66,51 @@ struct BoardSensor {
   unsigned seed = 1;
 };
 
+inline void blur(Image<float>& image, double sigma) {
+  if (!(sigma > 0)) return;
+  const int reach = static_cast<int>(std::ceil(4 * sigma));
+  std::vector<float> kernel;
+  float sum = 0;
+  for (int i = -reach; i <= reach; ++i) {
+    kernel.push_back(static_cast<float>(std::exp(-0.5 * i * i / (sigma * sigma))));
+    sum += kernel.back();
+  }
+  for (float& k : kernel) k /= sum;
+  const auto pass = [&](int dx, int dy) {
+    Image<float> out(image.width, image.height, 1);
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        float value = 0;
+        for (int i = -reach; i <= reach; ++i)
+          value += kernel[static_cast<std::size_t>(i + reach)] *
+                   image.at(std::clamp(x + i * dx, 0, image.width - 1), std::clamp(y + i * dy, 0, image.height - 1));
+        out.at(x, y) = value;
+      }
+    image = std::move(out);
+  };
+  pass(1, 0);
+  pass(0, 1);
+}
+
+/// What becomes of light, 1 being white: the lens blurs it, the sensor counts electrons.
+inline void sense(Image<float>& light, const BoardSensor& sensor) {
+  blur(light, sensor.blur_px);
+  std::mt19937 random(sensor.seed);
+  std::normal_distribution<double> gauss(0, 1);
+  if (sensor.electrons > 0)
+    for (float& value : light.data)
+      value += static_cast<float>(gauss(random) *
+                                  std::sqrt(value / sensor.electrons + sensor.read_noise * sensor.read_noise));
+}
+
+inline Picture encoded(const Image<float>& light) {
+  Picture picture;
+  picture.encoded = Image<std::uint8_t>(light.width, light.height, 3);
+  for (std::size_t i = 0; i < picture.encoded.data.size(); ++i)
+    picture.encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(light.data[i / 3])));
+  return picture;
+}
+
 class BoardDrawing {
  public:
   BoardDrawing(const Board& board, const CameraModel& camera) : board_(board), camera_(camera), rays_(camera) {
@@ -96,23 +141,12 @@ class BoardDrawing {
         }
         image.at(u, v) = static_cast<float>(sum / kSamples);
       }
-    blur(image, sensor.blur_px);
-    std::mt19937 random(sensor.seed);
-    std::normal_distribution<double> gauss(0, 1);
-    if (sensor.electrons > 0)
-      for (float& value : image.data)
-        value += static_cast<float>(gauss(random) *
-                                    std::sqrt(value / sensor.electrons + sensor.read_noise * sensor.read_noise));
+    sense(image, sensor);
     return image;
   }
 
   Picture picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const {
-    const Image<float> linear = light(T_camera_board, sensor);
-    Picture picture;
-    picture.encoded = Image<std::uint8_t>(linear.width, linear.height, 3);
-    for (std::size_t i = 0; i < picture.encoded.data.size(); ++i)
-      picture.encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(linear.data[i / 3])));
-    return picture;
+    return encoded(light(T_camera_board, sensor));
   }
 
   bool white_at(const Eigen::Vector2d& p) const {
@@ -137,32 +171,6 @@ class BoardDrawing {
   }
 
  private:
-  static void blur(Image<float>& image, double sigma) {
-    if (!(sigma > 0)) return;
-    const int reach = static_cast<int>(std::ceil(4 * sigma));
-    std::vector<float> kernel;
-    float sum = 0;
-    for (int i = -reach; i <= reach; ++i) {
-      kernel.push_back(static_cast<float>(std::exp(-0.5 * i * i / (sigma * sigma))));
-      sum += kernel.back();
-    }
-    for (float& k : kernel) k /= sum;
-    const auto pass = [&](int dx, int dy) {
-      Image<float> out(image.width, image.height, 1);
-      for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x) {
-          float value = 0;
-          for (int i = -reach; i <= reach; ++i)
-            value += kernel[static_cast<std::size_t>(i + reach)] *
-                     image.at(std::clamp(x + i * dx, 0, image.width - 1), std::clamp(y + i * dy, 0, image.height - 1));
-          out.at(x, y) = value;
-        }
-      image = std::move(out);
-    };
-    pass(1, 0);
-    pass(0, 1);
-  }
-
   Board board_;
   CameraModel camera_;
   RayGrid rays_;

@@ -266,6 +266,23 @@ TEST_F(WebServerTest, StopSaysGoodbye) {
   EXPECT_EQ(code, 1001);
 }
 
+TEST(WebServerStart, APostIsAnsweredWhereSomethingIsToBeDone) {
+  Demand demand;
+  Metrics metrics;
+  WebHandlers handlers;
+  handlers.get = [](std::string_view) { return WebReply{200, "text/plain", "page"}; };
+  handlers.post = [](std::string_view path) { return WebReply{200, "text/plain", "did " + std::string(path)}; };
+  WebServer web({}, handlers, demand, metrics);
+  web.start();
+  const auto post = [&](const std::string& more) {
+    return http_exchange(web.port(), "POST /finish?x=1 HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + more +
+                                         "Content-Length: 2\r\n\r\n{}");
+  };
+  EXPECT_NE(post("").find("did /finish"), std::string::npos);
+  EXPECT_EQ(post("Origin: http://evil.example\r\n").rfind("HTTP/1.1 403", 0), 0u);
+  EXPECT_NE(http_get(web.port(), "/").find("page"), std::string::npos);
+}
+
 TEST(WebServerStart, AnAddressInUseIsSaid) {
   Demand demand;
   Metrics metrics;
