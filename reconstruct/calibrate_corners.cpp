@@ -135,7 +135,7 @@ class Problem {
       const Vector2d u = to_place * pixel.by_u, v = to_place * pixel.by_v;
       const double width = blur * cells_ * std::sqrt(u.x() * u.x() + v.x() * v.x());
       const double height = blur * cells_ * std::sqrt(u.y() * u.y() + v.y() * v.y());
-      const auto mean = print_.mean(middle_ + cells_ * x, middle_ - cells_ * y, width, height);
+      const auto mean = blurred(middle_ + cells_ * x, middle_ - cells_ * y, width, height);
       const double white = mean.white, paper = contrast + p[10] * x + p[11] * y;
       const double residual = ink + paper * white - pixel.light;
       const double size = std::abs(residual), weight = size <= limit ? 1 : limit / size;
@@ -159,6 +159,16 @@ class Problem {
   }
 
  private:
+  /// Mean over a footprint of the second moments of this box, and a Gaussian's fourth: that of two boxes, since lenses
+  /// blur softly. By one box alone tags seem smaller the smaller they are, by 0.04 px of a corner at 13 px.
+  PrintIntegral::Mean blurred(double x, double y, double width, double height) const {
+    constexpr double kWide = 1.342, kNarrow = 0.447;  // squares: 1 ± 0.8
+    const auto a = print_.mean(x, y, kWide * width, kWide * height);
+    if (a.flat) return a;
+    const auto b = print_.mean(x, y, kNarrow * width, kNarrow * height);
+    return {(a.white + b.white) / 2, false, (a.by_centre + b.by_centre) / 2, (a.by_scale + b.by_scale) / 2};
+  }
+
   const std::vector<ChartPixel>& pixels_;
   PrintIntegral print_;
   double cells_, middle_;

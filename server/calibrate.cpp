@@ -79,11 +79,8 @@ Input cameras_of(const Session& session) {
   return input;
 }
 
-Input look_through_session(const CalibrateCommand& command, const Session& session,
-                           const std::atomic<bool>& interrupted, BoardCollector& collector, CalibrateGuide* guide,
-                           std::ostream& report) {
-  const Input input = cameras_of(session);
-  // As the sensors gave it: the fish-eye on its own clock, depth on its own pixels.
+/// Frames as the sensors gave them: the fish-eye on its own clock, depth on its own pixels.
+std::unique_ptr<FrameReader> open_raw_frames(const Session& session) {
   Session raw = session;
   if (raw.fisheye) {
     raw.fisheye->time_offset_s = 0;
@@ -92,16 +89,22 @@ Input look_through_session(const CalibrateCommand& command, const Session& sessi
   if (raw.depth) {
     raw.depth->registered = true;
   }
-  const std::unique_ptr<FrameReader> reader = pair_sources(raw, std::move(sources));
+  return pair_sources(raw, std::move(sources));
+}
+
+/// Until the end of a recording, or what was seen is said to be enough.
+void look_through(FrameReader& reader, const CalibrateCommand& command, const Session& session,
+                  const std::atomic<bool>& interrupted, BoardCollector& collector, CalibrateGuide* guide,
+                  std::ostream& report) {
   const Clock::time_point begin = Clock::now();
   const auto over = [&] {
     const bool late =
         command.seconds && std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
-    const bool enough = guide != nullptr && (guide->finish_asked() || (reader->live() && guide->covered()));
-    return enough || (reader->live() && late);
+    const bool enough = guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()));
+    return enough || (reader.live() && late);
   };
-  while (!interrupted && !reader->finished() && !over()) {
-    const std::optional<FrameSet> frame = reader->next(kTick);
+  while (!interrupted && !reader.finished() && !over()) {
+    const std::optional<FrameSet> frame = reader.next(kTick);
     if (!frame) {
       continue;
     }
@@ -111,11 +114,10 @@ Input look_through_session(const CalibrateCommand& command, const Session& sessi
     if (guide != nullptr) {
       guide->look(*frame, collector);
     }
-    if (seen.kept && reader->live()) {
+    if (seen.kept && reader.live()) {
       say_view(report, collector.moments().size(), seen);
     }
   }
-  return input;
 }
 
 /// Every picture of one camera has the size of the first.
@@ -315,15 +317,9 @@ void find_response(const CalibrateCommand& command, std::ostream& report) {
          << " at two exposures or more\nwritten to " << command.out.string() << '\n';
 }
 
-/// Looks, calculates and writes. `session` is null for folders; `guide` where nobody looks on.
-void find_lenses(const CalibrateCommand& command, const Board& board, const Session* session,
-                 const std::atomic<bool>& interrupted, CalibrateGuide* guide, std::ostream& report) {
-  BoardCollector collector(board, session ? room_tag_of(*session, board) : std::nullopt);
-  const Input input = session ? look_through_session(command, *session, interrupted, collector, guide, report)
-                              : look_through_folders(command, interrupted, collector);
-  if (guide != nullptr) {
-    guide->calculating();
-  }
+/// Calculates and writes. `session` is null for folders.
+void conclude(const CalibrateCommand& command, const Board& board, const Session* session, const Input& input,
+              const BoardCollector& collector, std::ostream& report) {
   Cameras cameras;
   Views views;
   for (std::size_t c = 0; c < 2; ++c) {
@@ -353,6 +349,37 @@ void find_lenses(const CalibrateCommand& command, const Board& board, const Sess
   report << "written to " << command.out.string() << '\n';
 }
 
+/// Looks, calculates and writes. Where nobody looks on, `guide` is null.
+void find_lenses_in(const Session& session, const CalibrateCommand& command, const Board& board,
+                    const std::atomic<bool>& interrupted, CalibrateGuide* guide, std::ostream& report) {
+  BoardCollector collector(board, room_tag_of(session, board));
+  const std::unique_ptr<FrameReader> reader = open_raw_frames(session);
+  for (;;) {
+    look_through(*reader, command, session, interrupted, collector, guide, report);
+    if (guide != nullptr) {
+      guide->calculating();
+    }
+    std::ostringstream found;
+    try {
+      conclude(command, board, &session, cameras_of(session), collector, found);
+      report << found.str();
+      return;
+    } catch (const std::runtime_error& e) {
+      if (interrupted || guide == nullptr || !guide->goes_on(e.what())) {
+        report << found.str();
+        throw;
+      }
+    }
+  }
+}
+
+void find_lenses_in_folders(const CalibrateCommand& command, const Board& board, const std::atomic<bool>& interrupted,
+                            std::ostream& report) {
+  BoardCollector collector(board, std::nullopt);
+  const Input input = look_through_folders(command, interrupted, collector);
+  conclude(command, board, nullptr, input, collector, report);
+}
+
 /// The same, with a page beside it that stays until it is interrupted.
 void find_lenses_guided(const CalibrateCommand& command, const Board& board, const Session& session,
                         const std::atomic<bool>& interrupted, std::ostream& report) {
@@ -374,7 +401,7 @@ void find_lenses_guided(const CalibrateCommand& command, const Board& board, con
   std::exception_ptr failure;
   std::string refusal;
   try {
-    find_lenses(command, board, &session, interrupted, &guide, found);
+    find_lenses_in(session, command, board, interrupted, &guide, found);
   } catch (const std::exception& e) {
     failure = std::current_exception();
     refusal = e.what();
@@ -406,12 +433,12 @@ void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& int
     return;
   }
   if (!command.color.empty() || !command.fisheye.empty()) {
-    find_lenses(command, board, nullptr, interrupted, nullptr, report);
+    find_lenses_in_folders(command, board, interrupted, report);
     return;
   }
   const Session session = read_service(command.files, interactive_plan()).session;
   if (command.listen.empty()) {
-    find_lenses(command, board, &session, interrupted, nullptr, report);
+    find_lenses_in(session, command, board, interrupted, nullptr, report);
   } else {
     find_lenses_guided(command, board, session, interrupted, report);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "reconstruct/calibrate_verdict.h"
 #include "server/page.h"
@@ -92,6 +93,16 @@ bool CalibrateGuide::covered() const {
   return std::all_of(cameras_.begin(), cameras_.end(), [](const std::optional<Camera>& camera) {
     return !camera || (camera->views >= kEnoughViews && camera->coverage.missing().empty());
   });
+}
+
+bool CalibrateGuide::goes_on(const std::string& refusal) {
+  const std::lock_guard lock(mutex_);
+  const bool too_early = std::exchange(finish_asked_, false);
+  if (too_early) {
+    doing_ = "looking";
+    refusal_ = refusal + ". Go on.";
+  }
+  return too_early;
 }
 
 bool CalibrateGuide::finish_asked() const {

@@ -26,6 +26,8 @@ class CalibrateGuide {
   /// Whether every camera has seen the board often enough, and everywhere.
   bool covered() const;
 
+  /// After a refusal: whether the page's button had asked for a result too early, so that looking goes on.
+  bool goes_on(const std::string& refusal);
   /// Whether somebody pressed the page's button: what was seen is to be enough.
   bool finish_asked() const;
 

@@ -118,5 +118,45 @@ TEST(CalibrateCorners, AreNotFoundWhereNoTagIs) {
   EXPECT_FALSE(print_corners(flat, finder.pattern(), outside, nullptr));
 }
 
+/// An error that all tags share does not average out over them: it is what the covariance of a stand cannot know.
+TEST(CalibrateCorners, SmallTagsSeemNeitherSmallerNorLarger) {
+  const BoardFinder finder(test_board());
+  for (const CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
+    const BoardDrawing drawing(test_board(), camera);
+    const double far_m = camera.kind == CameraModel::Kind::pinhole ? 1.5 : 0.45;
+    for (const double blur_px : {0.35, 0.5, 0.8}) {
+      double inwards_px = 0, edge_px = 0, whitened = 0;
+      int tags = 0;
+      for (unsigned seed = 1; seed <= 3; ++seed) {
+        const Eigen::Isometry3d pose = board_at(far_m, 0.2, 2.4 * seed, 0.2 + 0.1 * seed, 1.3 * seed, 0.4 * seed);
+        const BoardPicture seen =
+            board_picture(finder, drawing.picture(pose, {.blur_px = blur_px, .electrons = 14000, .seed = seed}));
+        for (const SeenPoints& tag : finder.again(seen.view, seen.light, camera).seen) {
+          Eigen::Vector2d middle = Eigen::Vector2d::Zero(), true_middle = middle;
+          Eigen::VectorXd error(8);
+          for (std::size_t i = 0; i < 4; ++i) {
+            const Eigen::Vector2d truth = *camera.project(pose * tag.points_m[i]);
+            error.segment<2>(2 * static_cast<Eigen::Index>(i)) = tag.pixels[i] - truth;
+            middle += tag.pixels[i] / 4;
+            true_middle += truth / 4;
+          }
+          for (std::size_t i = 0; i < 4; ++i) {
+            const double truth_px = (*camera.project(pose * tag.points_m[i]) - true_middle).norm();
+            inwards_px += (truth_px - (tag.pixels[i] - middle).norm()) / 4;
+            edge_px += truth_px / 4 * std::sqrt(2.0);
+          }
+          whitened += (tag.whitening * error).squaredNorm() / 8;
+          ++tags;
+        }
+      }
+      ASSERT_GT(tags, 15);
+      std::printf("tags of %.1f px, blur %.2f px: corners inwards by %.4f px; errors %.2f of what is said\n",
+                  edge_px / tags, blur_px, inwards_px / tags, std::sqrt(whitened / tags));
+      EXPECT_LT(std::abs(inwards_px / tags), 0.015);
+      EXPECT_LT(whitened / tags, 1.0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lumigraft

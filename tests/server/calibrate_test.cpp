@@ -130,6 +130,10 @@ TEST_F(Calibrate, ThePageMayEndItOnceThereAreViewsEnough) {
   EXPECT_EQ(guide.ask("/finish").status, 200u);
   EXPECT_TRUE(guide.finish_asked());
   EXPECT_EQ(guide.ask("/finish").status, 409u) << "once";
+  EXPECT_TRUE(guide.goes_on("too blurred")) << "asked for too early";
+  EXPECT_FALSE(guide.finish_asked());
+  EXPECT_NE(guide.reply("/calibrate.json").body.find("\"refusal\":\"too blurred. Go on.\""), std::string::npos);
+  EXPECT_FALSE(guide.goes_on("too blurred")) << "nobody asked";
 }
 
 /// Colour, fish-eye and depth look at a board that stands still and is then moved; the fish-eye's clock is behind.
