@@ -393,6 +393,7 @@ void find_lenses_guided(const CalibrateCommand& command, const Board& board, con
   handlers.post = [&guide](std::string_view path) { return guide.ask(path); };
   handlers.hello = handlers.state = [] { return std::string("{}"); };
   handlers.change_object = [](const ObjectCommand&) { return std::optional<std::string>("found no objects here"); };
+  handlers.playback = [](const PlaybackCommand&) { return std::optional<std::string>("found nothing to play here"); };
   handlers.record = [](bool) { return std::optional<std::string>("found no recording here"); };
   WebServer web({.address = listen.address, .port = listen.port}, std::move(handlers), demand, metrics);
   web.start();

@@ -63,5 +63,27 @@ TEST_F(CalibrateCollect, NothingWhereThereIsNoBoard) {
   EXPECT_TRUE(collector_.moments().empty());
 }
 
+TEST_F(CalibrateCollect, ClippedPaperSaysNothingAboutLight) {
+  for (const float exposure : {1.0f, 1.6f}) {
+    BoardCollector collector(board(), std::nullopt);
+    Image<float> light = drawing_.light(board_at(0.25, 0, 0, 0.3), {});
+    for (float& value : light.data) value *= exposure;
+    const Picture picture = encoded(light);
+    ASSERT_TRUE(collector.look(0, &picture, Response::srgb(), {}, Response::srgb()).kept);
+    const auto& board_picture = collector.moments().at(0).by_camera[0];
+    ASSERT_EQ(board_picture.view.seen.size(), 4u);
+    const BoardView again = collector.finder().again(board_picture.view, board_picture.light, camera());
+    for (const BoardView& view : {board_picture.view, again})
+      for (const SeenPoints& tag : view.seen) EXPECT_NEAR(tag.paper, exposure > 1 ? 0 : 0.75, 0.02);
+  }
+}
+
+TEST_F(CalibrateCollect, ThePathHoldsTheMovingBoardToo) {
+  for (int i = 0; i < 5; ++i) look(0.2 * i, 0.01 * i);
+  EXPECT_LT(collector_.moments().size(), 5u);
+  ASSERT_EQ(collector_.path(0).size(), 5u);
+  EXPECT_TRUE(collector_.path(1).empty());
+}
+
 }  // namespace
 }  // namespace lumigraft
