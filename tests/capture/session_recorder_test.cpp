@@ -189,6 +189,43 @@ TEST_F(SessionRecording, TakesALensThatStandsInACalibrationFile) {
   EXPECT_FALSE(std::filesystem::exists(out() / "lens.toml"));
 }
 
+TEST_F(SessionRecording, TakesAllThatACalibrationSays) {
+  std::ofstream(folder_ / "rig.toml") << R"(format = 1
+[depth]
+width = 61
+height = 47
+T_color_depth = [[1, 0, 0, 0.025], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+[fisheye]
+width = 61
+height = 47
+f = 6.5
+cx = 30
+cy = 23
+fov_degrees = 180
+vignetting = [-0.25, 0.01, -0.02]
+time_offset_s = 0.0125
+)";
+  const std::filesystem::path file = text().file;
+  std::string words = kSession;
+  const auto replace = [&](const std::string& piece, const std::string& by) {
+    ASSERT_NE(words.find(piece), std::string::npos);
+    words.replace(words.find(piece), piece.size(), by);
+  };
+  replace("unit_m = 0.001\n", "unit_m = 0.001\nregistered = false\nfx = 48\nfy = 48\ncx = 30\ncy = 23\n");
+  replace("f = 6\ncx = 30\ncy = 23\nfov_degrees = 180\n", "");
+  std::ofstream(file) << "calibration = \"rig.toml\"\n" << words;
+  record(1);
+  const Session after = replayed();
+  EXPECT_EQ(after.depth->T_color_depth.translation().x(), 0.025);
+  EXPECT_FALSE(after.depth->registered);
+  EXPECT_EQ(after.fisheye->model.fx, 6.5);
+  EXPECT_EQ(after.fisheye->vignetting.terms[0], -0.25);
+  EXPECT_EQ(after.fisheye->time_offset_s, 0.0125);
+  // The times themselves are the camera's: the offset is added once, where they are read.
+  const PairedSources sources = open_sources(after);
+  EXPECT_EQ(stamp_of(*sources.fisheye->next(0ms)).time_ns, time_of(0, Stream::fisheye));
+}
+
 TEST_F(SessionRecording, AStreamWithoutAPictureIsLeftOut) {
   SessionRecorder recorder(text(), session(), out());
   recorder.write(Stream::depth, item_of(0, Stream::depth));
