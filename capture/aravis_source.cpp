@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "capture/aravis_library.h"
+#include "capture/with_source.h"
 
 namespace lumigraft {
 namespace {
@@ -272,15 +273,8 @@ class AravisSource::Camera {
   std::uint64_t next_sequence_ = 0;
 };
 
-AravisSource::AravisSource(const std::string& camera, const StreamSpec& spec) {
-  try {
-    camera_ = std::make_unique<Camera>(camera, spec);
-  } catch (const CameraFault& e) {
-    throw CameraFault("aravis:" + camera + ": " + e.what());
-  } catch (const InputError& e) {
-    throw InputError("aravis:" + camera + ": " + e.what());
-  }
-}
+AravisSource::AravisSource(const std::string& camera, const StreamSpec& spec)
+    : camera_(with_source("aravis:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
 
 AravisSource::~AravisSource() = default;
 

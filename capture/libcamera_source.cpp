@@ -18,6 +18,7 @@
 #include "capture/error.h"
 #include "capture/libcamera_messages.h"
 #include "capture/libcamera_process.h"
+#include "capture/with_source.h"
 
 namespace lumigraft {
 namespace {
@@ -300,14 +301,10 @@ class LibcameraSource::Camera {
 };
 
 LibcameraSource::LibcameraSource(const std::string& camera, const StreamSpec& spec) {
-  try {
+  with_source("libcamera:" + camera, [&] {
     camera_ = std::make_unique<Camera>(camera, spec);
     camera_->open();
-  } catch (const CameraFault& e) {
-    throw CameraFault("libcamera:" + camera + ": " + e.what());
-  } catch (const InputError& e) {
-    throw InputError("libcamera:" + camera + ": " + e.what());
-  }
+  });
 }
 
 LibcameraSource::~LibcameraSource() = default;

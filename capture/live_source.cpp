@@ -15,15 +15,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostWaiting = 32;  ///< pictures nobody took; after that the oldest go
-/// Cameras' threads take a hundredth of a core and go before those that fill the rest: a picture waits for none of
-/// them.
-constexpr int kBeforeTheRest = -10;
 
 }  // namespace
 
 LiveSource::LiveSource(std::string name, Open open, LivePatience patience)
     : name_(std::move(name)), open_(std::move(open)), patience_(patience) {
-  const Niceness first(kBeforeTheRest);  // the library's threads and ours begin with it
+  // Of a camera's threads, the library's and ours, which take a few hundredths of a core: a picture waits for nobody.
+  const Urgent urgent;
   try {
     device_ = open_();
   } catch (const CameraFault& e) {

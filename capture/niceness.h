@@ -1,10 +1,11 @@
 #pragma once
-// How much of the processor a thread takes beside others that want it too.
+// How a thread stands to others that want the processor too, for as long as one of these lives; threads and programs
+// that it begins meanwhile start with it.
+#include <optional>
 
 namespace lumigraft {
 
-/// The calling thread's niceness, as `man 7 sched` has it, for as long as this lives; threads and programs that it
-/// begins meanwhile start with it. Where the system lets nobody go before others the thread stays as it is.
+/// The calling thread's niceness, as `man 7 sched` has it.
 class Niceness {
  public:
   explicit Niceness(int wanted);
@@ -14,6 +15,21 @@ class Niceness {
 
  private:
   int before_;
+};
+
+/// Goes before all that is not urgent: for work that is little and must not wait. Where the system lets nobody do so
+/// the thread stays as it is.
+class Urgent {
+ public:
+  Urgent();
+  ~Urgent();
+  Urgent(const Urgent&) = delete;
+  Urgent& operator=(const Urgent&) = delete;
+
+ private:
+  int policy_before_;
+  int priority_before_ = 0;
+  std::optional<Niceness> instead_;  ///< where only that is allowed
 };
 
 }  // namespace lumigraft

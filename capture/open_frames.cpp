@@ -1,4 +1,4 @@
-// Opens what a session's source URIs name. A new kind of camera is added here and in session.cpp's list of kinds.
+// Opens what a session's source URIs name. A new kind of camera is added here and in source_uri.cpp.
 #include <cmath>
 #include <map>
 #include <set>
@@ -12,6 +12,7 @@
 #include "capture/mkv_source.h"
 #include "capture/openni_source.h"
 #include "capture/pairing_reader.h"
+#include "capture/source_uri.h"
 #include "capture/v4l2_source.h"
 
 namespace lumigraft {
@@ -22,52 +23,49 @@ const std::map<std::string, std::string> kNames = {{"color", "colour"}, {"depth"
 /// A stream that the session wants, and where from.
 struct Wanted {
   std::string key;  ///< of the session file, for errors
-  std::string kind;
-  std::string rest;
+  SourceUri uri;
   StreamSpec spec;
 
-  bool openni() const { return kind == "oni" || kind == "openni2"; }
-  bool live() const { return kind == "openni2" || kind == "v4l2" || kind == "libcamera" || kind == "aravis"; }
-  bool same_place(const Wanted& other) const { return kind == other.kind && rest == other.rest; }
+  bool openni() const { return uri.kind == "oni" || uri.kind == "openni2"; }
+  bool live() const { return uri.live; }
+  bool same_place(const Wanted& other) const { return uri.kind == other.uri.kind && uri.rest == other.uri.rest; }
 };
 
 Wanted wanted(const std::string& key, const std::string& uri, const StreamSpec& spec) {
-  const std::size_t colon = uri.find(':');
-  const std::string kind = uri.substr(0, colon);
-  static const std::set<std::string> kKinds = {"images", "mkv", "oni", "openni2", "v4l2", "libcamera", "aravis"};
-  if (colon == std::string::npos || kKinds.count(kind) == 0) {
+  const std::optional<SourceUri> source = parse_source(uri);
+  if (!source) {
     throw InputError(key + ".source: found \"" + uri + "\", allowed in this build: " + kSourceKinds);
   }
-  return {key, kind, uri.substr(colon + 1), spec};
+  return {key, *source, spec};
 }
 
 std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> specs,
                                     const std::filesystem::path& folder) {
   try {
-    if (w.kind == "images") {
-      return std::make_shared<ImageSource>(folder / w.rest, w.spec);
+    if (w.uri.kind == "images") {
+      return std::make_shared<ImageSource>(folder / w.uri.rest, w.spec);
     }
-    if (w.kind == "mkv") {
-      return std::make_shared<MkvSource>(folder / w.rest, w.spec);
+    if (w.uri.kind == "mkv") {
+      return std::make_shared<MkvSource>(folder / w.uri.rest, w.spec);
     }
-    if (w.kind == "oni") {
-      return std::make_shared<OpenNiSource>(OpenNiSource::Kind::recording, (folder / w.rest).string(),
+    if (w.uri.kind == "oni") {
+      return std::make_shared<OpenNiSource>(OpenNiSource::Kind::recording, (folder / w.uri.rest).string(),
                                             std::move(specs));
     }
     const std::string name = specs.size() > 1 ? "colour and depth" : kNames.at(w.key);
     LivePatience patience;
     patience.silence *= std::max<std::size_t>(w.spec.settings.bracket_us.size(), 1);  // whole brackets arrive at once
     const auto open = [w, specs = std::move(specs)]() -> std::unique_ptr<Source> {
-      if (w.kind == "openni2") {
-        return std::make_unique<OpenNiSource>(OpenNiSource::Kind::device, w.rest, specs);
+      if (w.uri.kind == "openni2") {
+        return std::make_unique<OpenNiSource>(OpenNiSource::Kind::device, w.uri.rest, specs);
       }
-      if (w.kind == "v4l2") {
-        return std::make_unique<V4l2Source>(w.rest, w.spec);
+      if (w.uri.kind == "v4l2") {
+        return std::make_unique<V4l2Source>(w.uri.rest, w.spec);
       }
-      if (w.kind == "libcamera") {
-        return std::make_unique<LibcameraSource>(w.rest, w.spec);
+      if (w.uri.kind == "libcamera") {
+        return std::make_unique<LibcameraSource>(w.uri.rest, w.spec);
       }
-      return std::make_unique<AravisSource>(w.rest, w.spec);
+      return std::make_unique<AravisSource>(w.uri.rest, w.spec);
     };
     return std::make_shared<LiveSource>(name, open, patience);
   } catch (const InputError& e) {
@@ -88,8 +86,8 @@ void check_settings(const Wanted& w) {
       throw InputError(w.key + "." + key + ": found it beside openni2:, which takes no settings, allowed: none");
     }
   }
-  if (!s.bracket_us.empty() && w.kind != "v4l2") {
-    throw InputError(w.key + ".bracket_us: found it beside " + w.kind + ":, allowed: v4l2:");
+  if (!s.bracket_us.empty() && w.uri.kind != "v4l2") {
+    throw InputError(w.key + ".bracket_us: found it beside " + w.uri.kind + ":, allowed: v4l2:");
   }
 }
 
@@ -104,7 +102,7 @@ void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) 
     }
     const bool fisheye = w.spec.stream == Stream::fisheye;
     if (w.spec.stream == Stream::depth && w.live() && !w.openni()) {
-      throw InputError(w.key + ".source: found \"" + w.kind + ":\", allowed of devices for depth: openni2:");
+      throw InputError(w.key + ".source: found \"" + w.uri.kind + ":\", allowed of devices for depth: openni2:");
     }
     if (fisheye && (w.openni() || w.live()) && w.same_place(all.front())) {
       throw InputError(w.key + ".source: found the colour camera again, allowed: a camera of its own");
@@ -112,8 +110,8 @@ void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) 
     if (w.live()) {
       check_settings(w);
     }
-    if (w.kind == "oni" && recordings.insert(w.rest).second) {
-      check_oni_file((folder / w.rest).string());
+    if (w.uri.kind == "oni" && recordings.insert(w.uri.rest).second) {
+      check_oni_file((folder / w.uri.rest).string());
     }
   }
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "capture/camera_serial.h"
+#include "capture/source_uri.h"
 #include "capture/stream_spec.h"
 
 namespace lumigraft {
@@ -22,14 +23,11 @@ constexpr double kMostOffset_s = 1.0;
 /// A source URI of a kind this build can open. The file behind it is looked at when the session is opened.
 std::string source_uri(const ConfigTable& table) {
   std::string uri = table.text("source");
-  const std::size_t colon = uri.find(':');
-  const std::string kind = uri.substr(0, colon);
-  const bool needs_file = kind == "images" || kind == "mkv" || kind == "oni";
-  if (colon == std::string::npos ||
-      (!needs_file && kind != "openni2" && kind != "v4l2" && kind != "libcamera" && kind != "aravis")) {
+  const std::optional<SourceUri> source = parse_source(uri);
+  if (!source) {
     table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
   }
-  if (needs_file && colon + 1 == uri.size()) {
+  if (!source->live && source->rest.empty()) {
     table.fail("source", "found \"" + uri + "\", allowed: a file after the colon");
   }
   return uri;

@@ -19,9 +19,6 @@ struct StreamSpec {
   CameraSettings settings = {};  ///< live colour and fish-eye
 };
 
-/// What `source` of a camera may be, for errors.
-inline constexpr const char* kSourceKinds = "images:LIST, mkv:FILE, oni:FILE, openni2:, v4l2:, libcamera:, aravis:";
-
 inline std::string size_text(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height) + " pixels";
 }

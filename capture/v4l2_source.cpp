@@ -10,6 +10,7 @@
 #include "capture/v4l2_controls.h"
 #include "capture/v4l2_format.h"
 #include "capture/v4l2_stream.h"
+#include "capture/with_source.h"
 
 namespace lumigraft {
 namespace {
@@ -174,15 +175,8 @@ class V4l2Source::Camera {
   DriverCount count_;
 };
 
-V4l2Source::V4l2Source(const std::string& camera, const StreamSpec& spec) {
-  try {
-    camera_ = std::make_unique<Camera>(camera, spec);
-  } catch (const CameraFault& e) {
-    throw CameraFault("v4l2:" + camera + ": " + e.what());
-  } catch (const InputError& e) {
-    throw InputError("v4l2:" + camera + ": " + e.what());
-  }
-}
+V4l2Source::V4l2Source(const std::string& camera, const StreamSpec& spec)
+    : camera_(with_source("v4l2:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
 
 V4l2Source::~V4l2Source() = default;
 

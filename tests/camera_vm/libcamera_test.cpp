@@ -12,8 +12,9 @@
 #include "capture/error.h"
 #include "capture/libcamera_source.h"
 #include "capture/live_source.h"
+#include "tests/camera_vm/back_again.h"
 #include "tests/camera_vm/driver_memory.h"
-#include "tests/capture/child_process.h"
+#include "tests/camera_vm/usb_plug.h"
 #include "tests/capture/leaks.h"
 #include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
@@ -23,6 +24,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
+using test::picture_of;
 constexpr int kWidth = 576;  // of what vimc gives, multiples of 6, one whose rows need no padding to 64 bytes
 constexpr int kHeight = 480;
 constexpr int kBelowItsText = 460;
@@ -32,17 +34,6 @@ StreamSpec vimc_spec(PixelFormat format) {
   StreamSpec spec{.stream = Stream::fisheye, .width = kWidth, .height = kHeight, .exposure = 2.5};
   spec.settings.pixel_format = format;
   return spec;
-}
-
-std::optional<Picture> picture_of(Source& source, int after = 0) {
-  for (int i = 0; i < 40; ++i) {
-    const auto item = source.next(3000ms);
-    if (const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr; picture != nullptr && after-- <= 0) {
-      return *picture;
-    }
-  }
-  ADD_FAILURE() << "no picture; " << source.trouble();
-  return std::nullopt;
 }
 
 std::optional<CameraListing> listed(const std::string& name) {
@@ -187,30 +178,9 @@ TEST_F(Vimc, GoneAndBackAgain) {
   const auto tell = [](const char* what) {
     std::ofstream(std::string("/sys/bus/platform/drivers/vimc/") + what) << "vimc.0";
   };
-  std::optional<std::uint64_t> last;
-  test::Leaks leaks;
-  for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
-    const auto picture = picture_of(source);
-    ASSERT_TRUE(picture);
-    EXPECT_TRUE(!last || picture->stamp.sequence > *last);
-    last = picture->stamp.sequence;
-    tell("unbind");
-    const Clock::time_point begin = Clock::now();
-    while (source.trouble().find("found no such camera, or another program has it") == std::string::npos &&
-           Clock::now() - begin < 10s) {
-      source.next(20ms);
-    }
-    EXPECT_EQ(source.trouble(),
-              "fish-eye: libcamera:" + std::string(kVimc) + ": found no such camera, or another program has it");
-    while (source.next(0ms)) {
-    }
-    tell("bind");
-    const Clock::time_point back = Clock::now();
-    ASSERT_TRUE(picture_of(source));
-    EXPECT_LT(Clock::now() - back, 2s);
-    leaks.end_of_cycle();
-  }
-  leaks.expect_none();
+  test::expect_back_again(
+      source, 2, "fish-eye: libcamera:" + std::string(kVimc) + ": found no such camera, or another program has it",
+      [&] { tell("unbind"); }, [&] { tell("bind"); });
 }
 
 /// Whether the bytes lie in memory that the driver lends.
@@ -276,25 +246,15 @@ TEST_F(Vimc, ReplaysByteForByte) {
   test::expect_to_replay_as_it_came(folder_, 6);
 }
 
-constexpr char kUsb[] = "Test Camera";
+constexpr const char* kUsb = test::UsbPlug::kName;
 
-/// Plugged in, and found by libcamera.
-class UsbCamera {
- public:
-  UsbCamera() {
-    const Clock::time_point begin = Clock::now();
-    while (process_.running() && !listed(kUsb) && Clock::now() - begin < 20s) {
-      std::this_thread::sleep_for(20ms);
-    }
-    EXPECT_TRUE(process_.running() && listed(kUsb));
-  }
-
- private:
-  test::ChildProcess process_{{LUMIGRAFT_USB_CAMERA, "160", "120", "20"}};
+struct UsbCamera : test::UsbPlug {
+  UsbCamera() : UsbPlug([] { return listed(kUsb).has_value(); }) {}
 };
 
 StreamSpec usb_spec(double exposure_us) {
-  StreamSpec spec{.stream = Stream::fisheye, .width = 160, .height = 120, .exposure = 2.0};
+  StreamSpec spec{
+      .stream = Stream::fisheye, .width = test::UsbPlug::kWidth, .height = test::UsbPlug::kHeight, .exposure = 2.0};
   spec.settings.exposure_us = exposure_us;
   return spec;
 }
@@ -328,25 +288,9 @@ TEST(LibcameraUsb, IsSaidToBeTheSameHardwareAsTheKernelsCamera) {
 TEST(LibcameraUsb, UnpluggedAndReplugged) {
   auto camera = std::make_unique<UsbCamera>();
   LiveSource source("fish-eye", [] { return std::make_unique<LibcameraSource>(kUsb, usb_spec(10'000)); });
-  test::Leaks leaks;
-  for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
-    ASSERT_TRUE(picture_of(source));
-    camera.reset();
-    const Clock::time_point begin = Clock::now();
-    while (source.trouble().find("found no such camera, or another program has it") == std::string::npos &&
-           Clock::now() - begin < 10s) {
-      source.next(20ms);
-    }
-    EXPECT_EQ(source.trouble(), "fish-eye: libcamera:Test Camera: found no such camera, or another program has it");
-    while (source.next(0ms)) {
-    }
-    camera = std::make_unique<UsbCamera>();
-    const Clock::time_point back = Clock::now();
-    ASSERT_TRUE(picture_of(source));
-    EXPECT_LT(Clock::now() - back, 2s);
-    leaks.end_of_cycle();
-  }
-  leaks.expect_none();
+  test::expect_back_again(
+      source, 2, "fish-eye: libcamera:Test Camera: found no such camera, or another program has it",
+      [&] { camera.reset(); }, [&] { camera = std::make_unique<UsbCamera>(); });
 }
 
 }  // namespace

@@ -361,8 +361,8 @@ int main(int argc, char** argv) {
   }
   std::thread(stream, mode).detach();
   // gadgetfs mixes requests up where the host asks again before an answer was fetched: on one processor this does not
-  // happen to who comes first.
-  sched_param first{sched_get_priority_min(SCHED_FIFO)};
+  // happen to who comes first, before those too that read cameras.
+  sched_param first{sched_get_priority_min(SCHED_FIFO) + 1};
   sched_setscheduler(0, SCHED_FIFO, &first);
   std::puts("plugged");
   std::fflush(stdout);

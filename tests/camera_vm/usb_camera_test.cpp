@@ -9,9 +9,9 @@
 #include "capture/live_source.h"
 #include "capture/pairing_reader.h"
 #include "capture/v4l2_source.h"
+#include "tests/camera_vm/back_again.h"
+#include "tests/camera_vm/usb_plug.h"
 #include "tests/camera_vm/vivid_camera.h"
-#include "tests/capture/child_process.h"
-#include "tests/capture/leaks.h"
 #include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/capture/small_camera.h"
@@ -21,10 +21,11 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-constexpr int kWidth = 160;
-constexpr int kHeight = 120;
+using test::picture_of;
+constexpr int kWidth = test::UsbPlug::kWidth;
+constexpr int kHeight = test::UsbPlug::kHeight;
+constexpr const char* kName = test::UsbPlug::kName;
 constexpr double kLevelAt10ms = 50.0;
-constexpr char kName[] = "Test Camera";
 
 StreamSpec usb_spec(double exposure_us) {
   StreamSpec spec{.stream = Stream::fisheye, .width = kWidth, .height = kHeight, .exposure = 2.0};
@@ -32,29 +33,17 @@ StreamSpec usb_spec(double exposure_us) {
   return spec;
 }
 
-/// Plugged in, and found by the kernel.
-class UsbCamera {
- public:
-  UsbCamera() {
-    const Clock::time_point begin = Clock::now();
-    while (running() && !listed() && Clock::now() - begin < 20s) {
-      std::this_thread::sleep_for(20ms);
+std::optional<CameraListing> listed() {
+  for (const CameraListing& one : list_v4l2_cameras()) {
+    if (one.name.rfind(kName, 0) == 0 && one.why_not.empty()) {
+      return one;
     }
-    EXPECT_TRUE(running() && listed());
   }
-  bool running() const { return process_.running(); }
-  void signal(int number) const { process_.signal(number); }
-  static std::optional<CameraListing> listed() {
-    for (const CameraListing& one : list_v4l2_cameras()) {
-      if (one.name.rfind(kName, 0) == 0 && one.why_not.empty()) {
-        return one;
-      }
-    }
-    return std::nullopt;
-  }
+  return std::nullopt;
+}
 
- private:
-  test::ChildProcess process_{{LUMIGRAFT_USB_CAMERA, std::to_string(kWidth), std::to_string(kHeight), "20"}};
+struct UsbCamera : test::UsbPlug {
+  UsbCamera() : UsbPlug([] { return listed().has_value(); }) {}
 };
 
 void expect_bars(const Picture& picture, double exposure_us) {
@@ -70,18 +59,6 @@ void expect_bars(const Picture& picture, double exposure_us) {
   }
 }
 
-/// The next whole picture. Those before an exposure took effect are not the source's fault: they were not bracketed.
-std::optional<Picture> picture_of(Source& source, int after = 0) {
-  for (int i = 0; i < 40; ++i) {
-    const auto item = source.next(3000ms);
-    if (const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr; picture != nullptr && after-- <= 0) {
-      return *picture;
-    }
-  }
-  ADD_FAILURE() << "no picture; " << source.trouble();
-  return std::nullopt;
-}
-
 TEST(UsbCamera, JpegsComeAsTheyWereMadeAtTheExposureThatWasSet) {
   const UsbCamera camera;
   for (const double exposure_us : {10'000.0, 30'000.0, 5'000.0}) {
@@ -95,7 +72,7 @@ TEST(UsbCamera, JpegsComeAsTheyWereMadeAtTheExposureThatWasSet) {
     EXPECT_EQ(picture->original->format, PixelFormat::mjpeg);
     EXPECT_EQ(picture->exposure, 2.0);
     EXPECT_TRUE(source.on_host_clock());
-    const auto listing = UsbCamera::listed();
+    const auto listing = listed();
     ASSERT_TRUE(listing);
     const auto value = [&](const std::string& name) {
       const auto found = std::find_if(listing->controls.begin(), listing->controls.end(),
@@ -208,28 +185,9 @@ TEST(UsbCamera, ATornPictureIsLostAndTheNextIsWhole) {
 TEST(UsbCamera, UnpluggedAndReplugged) {
   auto camera = std::make_unique<UsbCamera>();
   LiveSource source("fish-eye", [] { return std::make_unique<V4l2Source>(kName, usb_spec(10'000)); });
-  test::Leaks leaks;
-  std::vector<Picture> kept;
-  for (int cycle = 0; cycle < test::cycles(3); ++cycle) {
-    auto picture = picture_of(source);
-    ASSERT_TRUE(picture);
-    EXPECT_TRUE(kept.empty() || picture->stamp.sequence > kept.back().stamp.sequence);
-    kept.assign(1, std::move(*picture));
-    camera.reset();
-    const Clock::time_point begin = Clock::now();
-    while (source.trouble().find("found no such camera") == std::string::npos && Clock::now() - begin < 10s) {
-      source.next(20ms);
-    }
-    EXPECT_EQ(source.trouble(), "fish-eye: v4l2:Test Camera: found no such camera");
-    while (source.next(0ms)) {
-    }
-    camera = std::make_unique<UsbCamera>();
-    const Clock::time_point back = Clock::now();
-    ASSERT_TRUE(picture_of(source));
-    EXPECT_LT(Clock::now() - back, 2s);
-    leaks.end_of_cycle();
-  }
-  leaks.expect_none();
+  test::expect_back_again(
+      source, 3, "fish-eye: v4l2:Test Camera: found no such camera", [&] { camera.reset(); },
+      [&] { camera = std::make_unique<UsbCamera>(); });
 }
 
 class RecordedUsbCamera : public test::ScratchFolder {};

@@ -2,7 +2,7 @@
 #include "capture/live_source.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <atomic>
@@ -33,14 +33,14 @@ struct Switches {
   std::atomic<bool> host_clock{false};
   std::atomic<std::uint64_t> bracket{1};  ///< pictures of one moment
   std::atomic<int> opened{0}, alive{0};
-  std::atomic<int> niceness_of_opening{99}, niceness{99};
+  std::atomic<int> policy_of_opening{99}, policy{99};  ///< of the scheduler
 };
 
 class MadeUpCamera : public Source {
  public:
   explicit MadeUpCamera(Switches& switches) : switches_(switches) {
     ++switches_.opened;
-    switches_.niceness_of_opening = getpriority(PRIO_PROCESS, 0);
+    switches_.policy_of_opening = sched_getscheduler(0);
     if (switches_.absent) {
       throw CameraFault("found no camera");
     }
@@ -48,7 +48,7 @@ class MadeUpCamera : public Source {
   }
   ~MadeUpCamera() override { --switches_.alive; }
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
-    switches_.niceness = getpriority(PRIO_PROCESS, 0);
+    switches_.policy = sched_getscheduler(0);
     if (switches_.frozen || finished()) {
       std::this_thread::sleep_for(timeout);
       return std::nullopt;
@@ -117,14 +117,14 @@ class LiveCamera : public testing::Test {
 };
 
 TEST_F(LiveCamera, GoesBeforeOtherThreadsWhereTheSystemLetsIt) {
-  const int usual = getpriority(PRIO_PROCESS, 0);
-  const int first = setpriority(PRIO_PROCESS, 0, -10) == 0 ? -10 : usual;
-  setpriority(PRIO_PROCESS, 0, usual);
+  const sched_param least{.sched_priority = 1}, usual{};
+  const bool allowed = sched_setscheduler(0, SCHED_RR, &least) == 0;
+  sched_setscheduler(0, SCHED_OTHER, &usual);
   const auto source = open();
-  EXPECT_EQ(getpriority(PRIO_PROCESS, 0), usual) << "of who opened it";
+  EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER) << "who opened it stays as it was";
   expect_pictures(*source, 1);
-  EXPECT_EQ(switches_.niceness_of_opening, first);
-  EXPECT_EQ(switches_.niceness, first);
+  EXPECT_EQ(switches_.policy_of_opening, allowed ? SCHED_RR : SCHED_OTHER);
+  EXPECT_EQ(switches_.policy, allowed ? SCHED_RR : SCHED_OTHER);
 }
 
 TEST_F(LiveCamera, AbsentAtTheStartItIsLookedFor) {

@@ -1,0 +1,57 @@
+#pragma once
+// A camera that goes and comes back, again and again.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "capture/live_source.h"
+#include "tests/capture/leaks.h"
+
+namespace lumigraft::test {
+
+/// The next whole picture but `after`.
+inline std::optional<Picture> picture_of(Source& source, int after = 0) {
+  for (int i = 0; i < 40; ++i) {
+    const auto item = source.next(std::chrono::milliseconds(3000));
+    if (const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr; picture != nullptr && after-- <= 0) {
+      return *picture;
+    }
+  }
+  ADD_FAILURE() << "no picture; " << source.trouble();
+  return std::nullopt;
+}
+
+/// That the source says `trouble` once its camera is gone, gives pictures within 2 s of its return, with numbers that
+/// go on, and keeps nothing of former times.
+template <typename Go, typename Return>
+void expect_back_again(LiveSource& source, int usual_cycles, const std::string& trouble, const Go& go,
+                       const Return& come_back) {
+  using Clock = std::chrono::steady_clock;
+  std::optional<std::uint64_t> last;
+  Leaks leaks;
+  for (int cycle = 0; cycle < cycles(usual_cycles); ++cycle) {
+    const auto picture = picture_of(source);
+    ASSERT_TRUE(picture);
+    EXPECT_TRUE(!last || picture->stamp.sequence > *last);
+    last = picture->stamp.sequence;
+    go();
+    const Clock::time_point begin = Clock::now();
+    while (source.trouble() != trouble && Clock::now() - begin < std::chrono::seconds(10)) {
+      source.next(std::chrono::milliseconds(20));
+    }
+    EXPECT_EQ(source.trouble(), trouble);
+    while (source.next(std::chrono::milliseconds(0))) {
+    }
+    come_back();
+    const Clock::time_point back = Clock::now();
+    ASSERT_TRUE(picture_of(source));
+    EXPECT_LT(Clock::now() - back, std::chrono::seconds(2)) << "cycle " << cycle;
+    leaks.end_of_cycle();
+  }
+  leaks.expect_none();
+}
+
+}  // namespace lumigraft::test

@@ -1,0 +1,35 @@
+#pragma once
+// The camera of usb_camera.cpp, plugged in for as long as it lives.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "tests/capture/child_process.h"
+
+namespace lumigraft::test {
+
+class UsbPlug {
+ public:
+  static constexpr char kName[] = "Test Camera";
+  static constexpr int kWidth = 160;
+  static constexpr int kHeight = 120;
+
+  /// Returns when `found` says that the system has it.
+  explicit UsbPlug(const std::function<bool()>& found) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point begin = Clock::now();
+    while (process_.running() && !found() && Clock::now() - begin < std::chrono::seconds(20)) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    EXPECT_TRUE(process_.running() && found());
+  }
+  void signal(int number) const { process_.signal(number); }
+
+ private:
+  ChildProcess process_{{LUMIGRAFT_USB_CAMERA, std::to_string(kWidth), std::to_string(kHeight), "20"}};
+};
+
+}  // namespace lumigraft::test
