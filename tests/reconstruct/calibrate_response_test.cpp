@@ -33,6 +33,22 @@ double contrast(double linear) {
   return y + 0.35 * y * (1 - y) * (2 * y - 1);
 }
 
+/// Hybrid log-gamma (ITU-R BT.2100).
+double hlg(double linear) {
+  const double x = std::min(linear, 1.0);
+  return x <= 1.0 / 12 ? std::sqrt(3 * x) : 0.17883277 * std::log(12 * x - 0.28466892) + 0.55991073;
+}
+/// Narkowicz's fit of ACES (2015), to sRGB.
+double aces(double linear) {
+  const auto fit = [](double x) { return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14); };
+  return srgb(std::min(1.0, fit(2 * std::min(linear, 1.0)) / fit(2.0)));
+}
+/// A soft toe as of film prints, then a power.
+double toe(double linear) {
+  const double x = std::min(linear, 1.0);
+  return std::pow(x * (x + 0.02) / (x + 0.06) * 1.06 / 1.02, 1 / 1.8);
+}
+
 /// A scene over four orders of magnitude at exposures that double, with a sensor's noise.
 std::vector<ExposedPicture> sweep(const Curve& curve, double noise_codes, int exposures = 8) {
   constexpr int kSide = 160;
@@ -65,10 +81,15 @@ double inverse(const Curve& curve, int code) {
 }
 
 TEST(CalibrateResponse, IsFoundToAPercent) {
-  const std::pair<const char*, Curve> curves[] = {
-      {"srgb", srgb},        {"gamma", gamma},         {"linear", [](double x) { return std::min(x, 1.0); }},
-      {"filmic", filmic},    {"logarithm", logarithm}, {"knee", knee},
-      {"contrast", contrast}};
+  const std::pair<const char*, Curve> curves[] = {{"srgb", srgb},
+                                                  {"gamma", gamma},
+                                                  {"linear", [](double x) { return std::min(x, 1.0); }},
+                                                  {"filmic", filmic},
+                                                  {"logarithm", logarithm},
+                                                  {"knee", knee},
+                                                  {"contrast", contrast},
+                                                  {"hlg", hlg},
+                                                  {"toe", toe}};
   for (const auto& [name, curve] : curves) {
     const ResponseCalibration found = calibrate_response(sweep(curve, 0.6));
     EXPECT_EQ(found.refusal, "") << name;
@@ -84,6 +105,19 @@ TEST(CalibrateResponse, IsFoundToAPercent) {
     EXPECT_LT(worst, 0.01) << name;
     EXPECT_LT(worst_share, 0.01) << name;
   }
+}
+
+/// No reading counts within some σ of 255, where the sensor's noise is cut off. A curve that bends hard there is found
+/// but for a factor: what is 1 at 255 is guessed, and an exposure's unit with it.
+TEST(CalibrateResponse, AHardShoulderCostsAFactorAlone) {
+  const ResponseCalibration found = calibrate_response(sweep(aces, 0.6));
+  EXPECT_EQ(found.refusal, "");
+  const auto share = [&](int z) { return found.linear[1][static_cast<std::size_t>(z)] / inverse(aces, z); };
+  double worst = 0;
+  for (int z = 24; z <= 245; ++z) worst = std::max(worst, std::abs(share(z) / share(128) - 1));
+  std::printf("aces: off by a factor of %.3f, and by %.2f %% beside it\n", share(128), 100 * worst);
+  EXPECT_LT(worst, 0.01);
+  EXPECT_NEAR(share(128), 1, 0.06);
 }
 
 TEST(CalibrateResponse, ANoisySensorCostsLittle) {
