@@ -359,11 +359,15 @@ int main(int argc, char** argv) {
     std::perror("/dev/gadget");
     return 1;
   }
+  // A camera is no program that waits for those that read it. And gadgetfs mixes requests up where the host asks again
+  // before an answer was fetched: on one processor this does not happen to who comes first.
+  const auto come_before = [](int others) {
+    const sched_param first{sched_get_priority_min(SCHED_FIFO) + others};
+    sched_setscheduler(0, SCHED_FIFO, &first);
+  };
+  come_before(1);
   std::thread(stream, mode).detach();
-  // gadgetfs mixes requests up where the host asks again before an answer was fetched: on one processor this does not
-  // happen to who comes first, before those too that read cameras.
-  sched_param first{sched_get_priority_min(SCHED_FIFO) + 1};
-  sched_setscheduler(0, SCHED_FIFO, &first);
+  come_before(2);
   std::puts("plugged");
   std::fflush(stdout);
   plug.serve();
