@@ -286,11 +286,11 @@ TEST(LibcameraUsb, IsSaidToBeTheSameHardwareAsTheKernelsCamera) {
 }
 
 TEST(LibcameraUsb, UnpluggedAndReplugged) {
-  auto camera = std::make_unique<UsbCamera>();
+  std::unique_ptr<test::UsbPlug> camera = std::make_unique<UsbCamera>();
   LiveSource source("fish-eye", [] { return std::make_unique<LibcameraSource>(kUsb, usb_spec(10'000)); });
   test::expect_back_again(
       source, 2, "fish-eye: libcamera:Test Camera: found no such camera, or another program has it",
-      [&] { camera.reset(); }, [&] { camera = std::make_unique<UsbCamera>(); });
+      [&] { camera.reset(); }, [&] { camera = std::make_unique<test::UsbPlug>(); });
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using test::picture_of;
+using UsbCamera = test::UsbPlug;
 constexpr int kWidth = test::UsbPlug::kWidth;
 constexpr int kHeight = test::UsbPlug::kHeight;
 constexpr const char* kName = test::UsbPlug::kName;
@@ -41,10 +42,6 @@ std::optional<CameraListing> listed() {
   }
   return std::nullopt;
 }
-
-struct UsbCamera : test::UsbPlug {
-  UsbCamera() : UsbPlug([] { return listed().has_value(); }) {}
-};
 
 void expect_bars(const Picture& picture, double exposure_us) {
   ASSERT_EQ(picture.encoded.width, kWidth);
