@@ -82,6 +82,7 @@ struct FusionStage::State {
   std::uint32_t pictures = 0, last_publication = 0;
   std::array<Isometry3f, kLongestRest> T_tag_camera_at{};  ///< by picture, the last ones
   std::array<float, kLongestRest> moved_since{};           ///< by how many pictures ago
+  RecentBricks found;                                      ///< that were looked for before
   Isometry3f searched_from = Isometry3f::Identity();       ///< camera when all surfaces were last looked through
   std::vector<WorkingBrick*> waiting;                      ///< to be published
   bool urgent = false;                                     ///< one of them at once
@@ -123,7 +124,7 @@ void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
   if (moved) searched_from = T_tag_camera;
   const int shares = moved ? 1 : kShares;
   for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera, voxel_m, truncation_m,
-                                                {shares, static_cast<int>(pictures) % shares})) {
+                                                {shares, static_cast<int>(pictures) % shares}, found)) {
     brick_at(key);
   }
 }
@@ -188,7 +189,7 @@ void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpd
 
 void FusionStage::State::publish() {
   const std::uint32_t ago = pictures - last_publication;
-  const bool due = ago >= kWait || moved_since[ago] > 1;
+  const bool due = ago >= kWait || new_place;
   if (!urgent && !(due && (new_place || !waiting.empty()))) return;
   auto next = std::make_shared<DistanceField>(*field);
   next->version += 1;
@@ -278,6 +279,7 @@ void FusionStage::reset() {
   s.urgent = false;
   s.bricks.clear();
   s.places.clear();
+  s.found = {};
   s.pictures = s.last_publication = 0;
   s.last_depth.reset();
   s.last_color.reset();

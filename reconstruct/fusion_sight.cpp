@@ -1,7 +1,6 @@
 #include "reconstruct/fusion_sight.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -25,16 +24,10 @@ int brick_of(float voxel) {
 
 std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPreparation& preparation,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
-                                         const PictureShare& share) {
+                                         const PictureShare& share, RecentBricks& met) {
   std::vector<BrickKey> keys;
-  // Most points fall into a brick seen a moment ago: a small table of recent keys keeps the list short.
-  std::array<BrickKey, 4096> recent;
-  recent.fill({INT32_MAX, 0, 0});
   const auto touch = [&](const BrickKey& key) {
-    BrickKey& slot = recent[BrickKeyHash{}(key) % recent.size()];
-    if (slot == key) return;
-    slot = key;
-    keys.push_back(key);
+    if (met.meet(key)) keys.push_back(key);
   };
   const Vector3f origin = T_tag_camera.translation() / voxel_m;
   const auto touch_around = [&](int u, int v, const DepthView::Block& block) {

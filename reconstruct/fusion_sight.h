@@ -1,6 +1,7 @@
 #pragma once
 // Which bricks a depth picture tells about.
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <vector>
 
 #include "reconstruct/distance_field.h"
@@ -20,10 +21,27 @@ struct PictureShare {
   int of = 1, which = 0;
 };
 
-/// Bricks that the truncation band of any surface seen in this share touches, in order, each once.
+/// Bricks met of late, to know most of them again at once: one for each place of a table.
+class RecentBricks {
+ public:
+  RecentBricks() : keys_(std::size_t{1} << 14, BrickKey{INT32_MAX, 0, 0}) {}
+  /// Whether it is not among them; it is from then on.
+  bool meet(const BrickKey& key) {
+    BrickKey& place = keys_[BrickKeyHash{}(key) & (keys_.size() - 1)];
+    if (place == key) return false;
+    place = key;
+    return true;
+  }
+
+ private:
+  std::vector<BrickKey> keys_;
+};
+
+/// Bricks that the truncation band of any surface seen in this share touches, in order, each once, but for most of
+/// those that were `met`.
 std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPreparation& preparation,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
-                                         const PictureShare& share);
+                                         const PictureShare& share, RecentBricks& met);
 
 Eigen::Vector3f middle_of(const BrickKey& key, float voxel_m);
 
