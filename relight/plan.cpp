@@ -34,13 +34,14 @@ const std::vector<IntegerKey>& integer_keys() {
       {"max_lights", &Plan::max_lights, from_to(0, 16), "strongest lamps that are drawn as lamps"},
       {"bounces", &Plan::bounces, from_to(1, 4), "indirect bounces of the change"},
       {"lpv_steps", &Plan::lpv_steps, from_to(4, 128), "dlpv: steps of propagation"},
+      {"rays", &Plan::rays, from_to(4, 4096), "rays of a place or pixel; of method rays alone"},
       {"samples", &Plan::samples, from_to(1, 65536), "camera paths a pixel; of method reference alone"},
   };
   return keys;
 }
 
 const std::vector<std::string>& methods() {
-  static const std::vector<std::string> words = {"dvct", "dlpv", "reference", "dvct-thesis"};
+  static const std::vector<std::string> words = {"dvct", "dlpv", "rays", "reference", "dvct-thesis"};
   return words;
 }
 

@@ -8,9 +8,10 @@
 namespace lumigraft {
 
 struct Plan {
-  /// How the change of light reaches real surfaces: "dvct", by cones; "dlpv", from cell to cell. "reference": path
-  /// tracing, which reads `samples` and nothing else of the plan. "dvct-thesis": dvct with the cones of the thesis,
-  /// nine of a hemisphere, one of a mirror and one to every lamp, at trace_scale 1; to be measured against.
+  /// How the change of light reaches real surfaces: "dvct", by cones; "dlpv", from cell to cell; "rays", by rays that
+  /// end on surfaces, without a GPU. "reference": path tracing, which reads `samples` and nothing else of the plan.
+  /// "dvct-thesis": dvct with the cones of the thesis, nine of a hemisphere, one of a mirror and one to every lamp, at
+  /// trace_scale 1; to be measured against.
   std::string method = "dvct";
   int volume = 64;  ///< voxels along the edge of each cascade: 32, 64, 128 or 256
   int trace_scale =
@@ -20,9 +21,10 @@ struct Plan {
   int max_lights = 8;  ///< strongest lamps that are drawn as lamps
   int bounces = 2;     ///< indirect bounces of the change: 1 is the thesis
   int lpv_steps = 16;  ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
+  int rays = 20;       ///< rays: over the hemisphere of a place on an object, or towards what changes for a pixel
   int samples = 64;    ///< camera paths a pixel; of the reference alone
 
-  bool in_cells() const { return method != "dvct-thesis" && (cells == 1 || trace_scale == 4); }
+  bool in_cells() const { return (method == "dvct" || method == "dlpv") && (cells == 1 || trace_scale == 4); }
 };
 
 /// Reads the optional table [plan] over `defaults`; the caller calls root.finish().

@@ -35,11 +35,23 @@ BenchSetting paths(const std::string& method, int samples) {
   return {std::to_string(samples) + "-paths", plan};
 }
 
+BenchSetting gathered(int trace_scale, int rays) {
+  Plan plan = replay_plan();
+  plan.method = "rays";
+  plan.trace_scale = trace_scale;
+  plan.rays = rays;
+  constexpr const char* names[] = {"", "careful-", "half-", "", "quarter-"};
+  return {names[trace_scale] + std::to_string(rays) + "-rays", plan};
+}
+
 }  // namespace
 
 std::vector<BenchSetting> bench_settings(const std::string& method) {
   if (method == "reference") {
     return {paths(method, 16), paths(method, 64)};
+  }
+  if (method == "rays") {
+    return {gathered(4, 8), gathered(2, 8), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
   }
   if (method == "dvct-thesis") {  // tables 5.6 and 5.7, but for 256³ voxels, which software devices can't hold
     return {with_bounces(setting(method, kThesis, 64), 1), with_bounces(setting(method, kThesis, 128), 1)};

@@ -9,7 +9,7 @@
 #include "capture/error.h"
 #include "capture/picture_file.h"
 #include "reconstruct/light.h"
-#include "server/true_room_points.h"
+#include "server/true_surface.h"
 #include "server/truth.h"
 
 namespace lumigraft {
@@ -26,6 +26,25 @@ Image<float> read_true_picture(const std::filesystem::path& path) {
   } catch (const InputError& e) {
     throw InputError(path.string() + ": " + e.what());
   }
+}
+
+/// Bilinear between the pixels around, as fusion takes their radiance; the nearest pixel's own where those show several
+/// surfaces. Empty where that is not at `depth_m`, within `same_m`.
+std::optional<Eigen::Vector3f> picture_at(const Image<float>& picture, const Image<float>& depth_m,
+                                          const Eigen::Vector2d& pixel, double z_m, double same_m) {
+  const auto shows = [&](int u, int v) { return std::abs(depth_m.at(u, v) - z_m) <= same_m; };
+  const auto color = [&](int u, int v) -> Eigen::Vector3f {
+    return {picture.at(u, v, 0), picture.at(u, v, 1), picture.at(u, v, 2)};
+  };
+  const int u = static_cast<int>(std::floor(pixel.x())), v = static_cast<int>(std::floor(pixel.y()));
+  if (u >= 0 && v >= 0 && u + 1 < picture.width && v + 1 < picture.height && shows(u, v) && shows(u + 1, v) &&
+      shows(u, v + 1) && shows(u + 1, v + 1)) {
+    const auto a = static_cast<float>(pixel.x() - u), b = static_cast<float>(pixel.y() - v);
+    return (1 - b) * ((1 - a) * color(u, v) + a * color(u + 1, v)) +
+           b * ((1 - a) * color(u, v + 1) + a * color(u + 1, v + 1));
+  }
+  const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
+  return shows(x, y) ? std::optional(color(x, y)) : std::nullopt;
 }
 
 PointLight true_light(const TrueLamp& lamp, const Eigen::Vector3d& probe_m) {
@@ -119,7 +138,7 @@ struct Oracle::State {
   OracleParts parts;
   LightStage light;
   std::shared_ptr<AlbedoField> albedo;
-  std::vector<RoomPoint> surface;  ///< of the whole true room
+  std::optional<TrueSurface> surface;  ///< of the whole true room
 
   State(const Session& the_session, const OracleParts& the_parts)
       : session(the_session), parts(the_parts), light(the_session, LightSettings{}) {}
@@ -137,7 +156,7 @@ Oracle::Oracle(const Session& session, const OracleParts& parts) : state_(std::m
     read_true_depth(state_->file(0, "depth.exr"));
     const std::filesystem::path room = session.folder / "truth" / "real_scene.ply";
     if (std::filesystem::exists(room)) {
-      state_->surface = true_room_points(room);
+      state_->surface.emplace(room);
     }
   }
   if (parts.light) {
@@ -205,10 +224,10 @@ std::shared_ptr<const Illumination> Oracle::illumination(const FrameSet& frame) 
 }
 
 std::shared_ptr<const Enclosure> Oracle::enclosure(const Illumination& light) const {
-  if (state_->surface.empty()) {
+  if (!state_->surface) {
     return nullptr;
   }
-  const std::optional<Enclosure> room = close_room(state_->surface, light, {});
+  const std::optional<Enclosure> room = close_room(state_->surface->seen_from(light.probe_position_m), light, {});
   return room ? std::make_shared<const Enclosure>(*room) : nullptr;
 }
 
@@ -239,8 +258,9 @@ std::shared_ptr<const AlbedoField> Oracle::albedo(const FrameSet& frame, const P
       if (!pixel || !camera.inside(*pixel)) {
         continue;
       }
-      const int u = static_cast<int>(std::lround(pixel->x())), v = static_cast<int>(std::lround(pixel->y()));
-      if (std::abs(depth_m.at(u, v) - p.z()) > kSameSurface_voxels * field.voxel_m) {
+      const std::optional<Eigen::Vector3f> seen_albedo =
+          picture_at(albedo, depth_m, *pixel, p.z(), kSameSurface_voxels * field.voxel_m);
+      if (!seen_albedo) {
         continue;
       }
       if (!seen) {
@@ -251,7 +271,7 @@ std::shared_ptr<const AlbedoField> Oracle::albedo(const FrameSet& frame, const P
           seen->sigma.fill(-1.0f);
         }
       }
-      seen->albedo[i] = Eigen::Vector3f(albedo.at(u, v, 0), albedo.at(u, v, 1), albedo.at(u, v, 2));
+      seen->albedo[i] = *seen_albedo;
       seen->sigma[i] = kTruthSigma;
     }
     if (seen) {

@@ -13,6 +13,7 @@ nlohmann::ordered_json plan_json(const Plan& plan) {
           {"max_lights", plan.max_lights},
           {"bounces", plan.bounces},
           {"lpv_steps", plan.lpv_steps},
+          {"rays", plan.rays},
           {"samples", plan.samples}};
 }
 

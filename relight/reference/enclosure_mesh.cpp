@@ -47,12 +47,7 @@ class Lighting {
   Lighting(const Scene& scene, const Enclosure& room, const std::vector<ReferenceMesh>& known)
       : scene_(scene), room_(room), known_(known, nullptr) {}
 
-  Vector3f seen_towards(const Vector3f& p) const {
-    const Illumination& light = *scene_.illumination;
-    const Vector3f w = (p - light.probe_position_m).normalized();
-    return light.remainder.radiance.empty() ? sh_radiance(light.remainder_sh, w).cwiseMax(0.0f).eval()
-                                            : light.remainder.sample(w);
-  }
+  Vector3f seen_towards(const Vector3f& p) const { return fisheye_radiance(*scene_.illumination, p); }
 
   Vector3f irradiance(const Vector3f& p, const Vector3f& n) const {
     Vector3f e = Vector3f::Zero();
@@ -103,6 +98,12 @@ void add_cell(const Polygon& cell, const Vector3f& normal, const Vector3f& albed
 }
 
 }  // namespace
+
+Vector3f fisheye_radiance(const Illumination& light, const Vector3f& p_m) {
+  const Vector3f w = (p_m - light.probe_position_m).normalized();
+  return light.remainder.radiance.empty() ? sh_radiance(light.remainder_sh, w).cwiseMax(0.0f).eval()
+                                          : light.remainder.sample(w);
+}
 
 std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vector<ReferenceMesh>& known) {
   if (!scene.enclosure || !scene.illumination) return std::nullopt;

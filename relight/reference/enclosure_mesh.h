@@ -15,4 +15,7 @@ namespace lumigraft {
 /// are moved outwards by three voxels, behind what was seen of them. Empty where the scene has no enclosure.
 std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vector<ReferenceMesh>& known);
 
+/// What the fish-eye saw towards a point, but for the lamps, W/sr/m².
+Eigen::Vector3f fisheye_radiance(const Illumination& light, const Eigen::Vector3f& p_m);
+
 }  // namespace lumigraft

@@ -56,6 +56,10 @@ float cone_of_sphere(float radius_m, float distance_m) {
   return sine2 / (1 + std::sqrt(std::max(1 - sine2, 0.0f)));
 }
 
+float lamp_reach_m(const ReferenceLamp& lamp) {
+  return lamp.shape == ReferenceLamp::Shape::rectangle ? (lamp.half_u_m + lamp.half_v_m).norm() : lamp.radius_m;
+}
+
 std::optional<float> lamp_hit(const ReferenceLamp& lamp, const Vector3f& from_m, const Vector3f& w) {
   if (lamp.shape == ReferenceLamp::Shape::sphere) return sphere_hit(lamp, from_m, w);
   const float cosine = lamp.normal.dot(w);

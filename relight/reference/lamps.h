@@ -22,6 +22,9 @@ LightSample sample_lamp(const ReferenceLamp& lamp, const Eigen::Vector3f& from_m
 /// Density of sample_lamp along a ray that hits the lamp.
 float lamp_pdf(const ReferenceLamp& lamp, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w);
 
+/// Of a sphere around it.
+float lamp_reach_m(const ReferenceLamp& lamp);
+
 /// Unit vectors that make a right-handed frame with n (Duff et al. 2017).
 void basis(const Eigen::Vector3f& n, Eigen::Vector3f& x, Eigen::Vector3f& y);
 

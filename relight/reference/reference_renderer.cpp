@@ -11,17 +11,6 @@
 namespace lumigraft {
 namespace {
 
-bool same(const std::optional<Material>& a, const std::optional<Material>& b) {
-  return a.has_value() == b.has_value() && (!a || (a->base_color == b->base_color && a->metallic == b->metallic &&
-                                                   a->roughness == b->roughness && a->specular == b->specular));
-}
-
-bool same(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ReferenceMesh& x, const ReferenceMesh& y) {
-    return x.model == y.model && x.T_tag_model.matrix() == y.T_tag_model.matrix() && same(x.material, y.material);
-  });
-}
-
 /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
 Image<std::uint8_t> composed(const CameraUpload& camera, const ReferencePicture& traced) {
   Image<std::uint8_t> picture = camera.coded();
@@ -92,7 +81,7 @@ struct ReferenceRenderer::State {
     const std::shared_ptr<const ReferenceScene> now = room_of(frame, scene);
     const Eigen::Isometry3f T_tag_camera = scene.pose->T_tag_camera.cast<float>();
     if (!last || last->room != now || last->T_tag_camera != T_tag_camera.matrix() || last->samples != samples ||
-        !same(last->objects, objects)) {
+        !same_meshes(last->objects, objects)) {
       auto with_objects = std::make_shared<ReferenceScene>(*now);
       with_objects->objects = objects;
       const DeltaPathTracer tracer(with_objects);

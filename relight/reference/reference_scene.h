@@ -21,6 +21,9 @@ struct ReferenceMesh {
   bool seen = false;                 ///< where ReferenceScene::seen shows this point, its material counts instead
 };
 
+/// The same models, placed and painted alike.
+bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b);
+
 /// Materials of real surfaces as a camera sees them, finer than a mesh's vertices carry them.
 struct SeenMaterials {
   CameraModel camera;

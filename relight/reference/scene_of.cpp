@@ -18,25 +18,6 @@ constexpr float kSameSurface_voxels = 2.0f;
 constexpr float kLeastRadius_m = 1e-3f, kLeastAngle_rad = 1e-3f;  // of lamps that are known as points
 constexpr int kSkyWidth = 128, kSkyHeight = 64;                   // of spherical harmonics as a picture
 
-/// Trilinear over the voxels whose albedo is known; black where none is.
-Vector3f albedo_at(const AlbedoField& field, const Vector3f& p_m) {
-  const Vector3f at = p_m / field.voxel_m, low = at.array().floor();
-  Vector3f sum = Vector3f::Zero();
-  float weights = 0;
-  for (int i = 0; i < 8; ++i) {
-    const Eigen::Vector3i corner(i & 1, i >> 1 & 1, i >> 2), voxel = low.cast<int>() + corner;
-    const auto found = field.bricks.find({voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3});
-    if (found == field.bricks.end()) continue;
-    const auto in_brick = static_cast<std::size_t>((voxel.x() & 7) + 8 * ((voxel.y() & 7) + 8 * (voxel.z() & 7)));
-    if (found->second->sigma[in_brick] < 0) continue;
-    const Vector3f off = (corner.cast<float>() - (at - low)).cwiseAbs();
-    const float weight = (1 - off.x()) * (1 - off.y()) * (1 - off.z()) + 1e-6f;
-    sum += weight * found->second->albedo[in_brick];
-    weights += weight;
-  }
-  return weights > 0 ? (sum / weights).eval() : sum;
-}
-
 bool lies_on(const Vector3f& p_m, const std::vector<std::unique_ptr<ObjectSurface>>& surfaces, float within_m) {
   return std::any_of(surfaces.begin(), surfaces.end(),
                      [&](const auto& surface) { return surface->nearest(p_m, within_m).has_value(); });
@@ -54,7 +35,7 @@ std::shared_ptr<const Model> field_model(const DistanceField& field, const Albed
   model->texcoords.assign(mesh.vertices_m.size(), Eigen::Vector2f::Zero());
   std::vector<bool> replaced;
   for (const Vector3f& p : mesh.vertices_m) {
-    model->colors.push_back(albedo ? albedo_at(*albedo, p) : Vector3f::Zero());
+    model->colors.push_back(albedo ? albedo_near(*albedo, p) : Vector3f::Zero());
     replaced.push_back(lies_on(p, surfaces, kSameSurface_voxels * field.voxel_m));
   }
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -107,6 +88,24 @@ EnvironmentPicture picture_of(const Sh9& sh) {
 }
 
 }  // namespace
+
+Vector3f albedo_near(const AlbedoField& field, const Vector3f& p_m) {
+  const Vector3f at = p_m / field.voxel_m, low = at.array().floor();
+  Vector3f sum = Vector3f::Zero();
+  float weights = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3i corner(i & 1, i >> 1 & 1, i >> 2), voxel = low.cast<int>() + corner;
+    const auto found = field.bricks.find({voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3});
+    if (found == field.bricks.end()) continue;
+    const auto in_brick = static_cast<std::size_t>((voxel.x() & 7) + 8 * ((voxel.y() & 7) + 8 * (voxel.z() & 7)));
+    if (found->second->sigma[in_brick] < 0) continue;
+    const Vector3f off = (corner.cast<float>() - (at - low)).cwiseAbs();
+    const float weight = (1 - off.x()) * (1 - off.y()) * (1 - off.z()) + 1e-6f;
+    sum += weight * found->second->albedo[in_brick];
+    weights += weight;
+  }
+  return weights > 0 ? (sum / weights).eval() : sum;
+}
 
 std::vector<KnownSurface> known_surfaces(const std::vector<RealSurface>& surfaces) {
   std::vector<KnownSurface> known;

@@ -23,6 +23,9 @@ std::vector<KnownSurface> known_surfaces(const std::vector<RealSurface>& surface
 /// the remainder of the fish-eye picture. Needs scene.field and scene.illumination.
 ReferenceScene reference_room_of(const Scene& scene, const std::vector<KnownSurface>& known);
 
+/// Trilinear over the voxels whose albedo is known; black where none is.
+Eigen::Vector3f albedo_near(const AlbedoField& field, const Eigen::Vector3f& p_m);
+
 /// The visible objects at a time.
 std::vector<ReferenceMesh> reference_objects_of(const Exhibit& exhibit, double time_s);
 

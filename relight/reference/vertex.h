@@ -41,6 +41,7 @@ class Vertex {
     }
     for (Cone& cone : cones_) cone.share /= sum;
   }
+  bool mirrors() const { return surface_.look.mirrors(); }
   bool looks() const { return !cones_.empty(); }
   Eigen::Vector3f aim(Sampler& sampler) const {
     float choice = sampler.one();

@@ -44,18 +44,27 @@ void add_shadow(const ReferenceLamp& lamp, const Eigen::Vector4f& sphere, const 
 
 }  // namespace
 
-World::World(std::shared_ptr<const ReferenceScene> the_scene)
-    : scene(std::move(the_scene)), real(scene->real, scene->seen.get()), objects(scene->objects, nullptr), sky(*scene) {
+std::vector<Place> places_of_change(const std::vector<ReferenceLamp>& lamps, const Meshes& real,
+                                    const Meshes& objects) {
+  std::vector<Place> places;
   for (const Eigen::Vector4f& sphere : objects.spheres()) {
     places.push_back({sphere.head<3>(), sphere.w(), 1 / static_cast<float>(objects.spheres().size())});
   }
-  for (const ReferenceLamp& lamp : scene->lamps) {
+  for (const ReferenceLamp& lamp : lamps) {
     std::vector<Vector3f> shadow_m;
     for (const Eigen::Vector4f& sphere : objects.spheres()) add_shadow(lamp, sphere, real, shadow_m);
     if (shadow_m.empty()) continue;
     const BoundingSphere around = bounding_sphere(shadow_m);
-    places.push_back({around.centre_m, kWider * around.radius_m, 1 / static_cast<float>(scene->lamps.size())});
+    places.push_back({around.centre_m, kWider * around.radius_m, 1 / static_cast<float>(lamps.size())});
   }
+  return places;
 }
+
+World::World(std::shared_ptr<const ReferenceScene> the_scene)
+    : scene(std::move(the_scene)),
+      real(scene->real, scene->seen.get()),
+      objects(scene->objects, nullptr),
+      sky(*scene),
+      places(places_of_change(scene->lamps, real, objects)) {}
 
 }  // namespace lumigraft::reference

@@ -15,14 +15,16 @@ struct Place {
   float share = 0;  ///< of the rays that look for places
 };
 
+/// Around the objects, and for each lamp around where their shadows lie on the real room.
+std::vector<Place> places_of_change(const std::vector<ReferenceLamp>& lamps, const Meshes& real, const Meshes& objects);
+
 struct World {
   explicit World(std::shared_ptr<const ReferenceScene> the_scene);
 
   std::shared_ptr<const ReferenceScene> scene;
   Meshes real, objects;
   Sky sky;
-  /// The objects themselves, and for each lamp where their shadows lie. A guess at where looking pays: no picture
-  /// depends on it but for its noise.
+  /// A guess at where looking pays: no picture depends on it but for its noise.
   std::vector<Place> places;
 };
 

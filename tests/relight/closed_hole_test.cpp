@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "closed_scene.h"
+#include "relight/rays/ray_renderer.h"
 
 namespace lumigraft::test {
 namespace {
@@ -61,29 +62,34 @@ Scene unknown_strip(const ClosedScene& closed, bool fused) {
   return scene;
 }
 
+/// RMS error over the strip's light, over its change; `make(session)` makes a renderer.
+template <typename Make>
+double strip_error(const Make& make, const Plan& plan, bool fused) {
+  const ClosedScene closed = ball_before_lamp();
+  const Session session = closed.session();
+  const auto relit = [&](const FrameSet& frame, const Scene& scene, const Exhibit& exhibit) {
+    return make(session)->relight(frame, scene, exhibit, plan, true);
+  };
+  const RelitPicture whole = relit(closed.frame(), closed.scene(), closed.exhibit);
+  const RelitPicture holed = relit(without_strip(closed), unknown_strip(closed, fused), closed.exhibit);
+  const RelitPicture unchanged = relit(closed.frame(), closed.scene(), {});
+  double off = 0, change = 0;
+  for (int v = 0; v < closed.height; ++v) {
+    for (int u = 0; u < closed.width; ++u) {
+      const Eigen::Vector3f p = closed.on_plane(u, v);
+      if (!in_strip(p) || std::abs(p.y()) > 0.15f || whole.maps->mask.at(u, v) > 0) continue;
+      const double there = picture_radiance(whole, u, v);
+      off += std::pow(picture_radiance(holed, u, v) - there, 2);
+      change += std::pow(picture_radiance(unchanged, u, v) - there, 2);
+    }
+  }
+  return std::sqrt(off / change);  // 1 where nothing changes
+}
+
 class ClosedHole : public ClosedTest {
  protected:
-  /// RMS error over the strip's light, over its change.
   double error(const Plan& plan, bool fused) const {
-    const ClosedScene closed = ball_before_lamp();
-    const RelitPicture whole = relit(closed, plan);
-    Relighter relighter(device_, closed.session());
-    const RelitPicture holed =
-        relighter.relight(without_strip(closed), unknown_strip(closed, fused), closed.exhibit, plan, false);
-    ClosedScene empty = closed;
-    empty.exhibit.objects.clear();
-    const RelitPicture unchanged = relit(empty, plan);
-    double off = 0, change = 0;
-    for (int v = 0; v < closed.height; ++v) {
-      for (int u = 0; u < closed.width; ++u) {
-        const Eigen::Vector3f p = closed.on_plane(u, v);
-        if (!in_strip(p) || std::abs(p.y()) > 0.15f || whole.maps->mask.at(u, v) > 0) continue;
-        const double there = picture_radiance(whole, u, v);
-        off += std::pow(picture_radiance(holed, u, v) - there, 2);
-        change += std::pow(picture_radiance(unchanged, u, v) - there, 2);
-      }
-    }
-    return std::sqrt(off / change);  // 1 where nothing changes
+    return strip_error([&](const Session& s) { return std::make_unique<Relighter>(device_, s); }, plan, fused);
   }
 };
 ON_BOTH_DEVICES(ClosedHole);
@@ -101,6 +107,15 @@ TEST_P(ClosedHole, NoColorLive) {
   Plan plan = careful_plan();
   plan.trace_scale = 4;
   EXPECT_LT(error(plan, true), 0.15);
+}
+
+TEST(RaysHole, ColourOrSurfaceUnknown) {
+  Plan plan = careful_plan();
+  plan.method = "rays";
+  for (const bool fused : {false, true}) {
+    EXPECT_LT(strip_error([](const Session& s) { return std::make_unique<RayRenderer>(s); }, plan, fused), 0.3)
+        << fused;
+  }
 }
 
 }  // namespace

@@ -130,8 +130,8 @@ Scene ClosedScene::scene() const {
   return scene;
 }
 
-RelitPicture ClosedScene::relit(Relighter& relighter, const Plan& plan) const {
-  return relighter.relight(frame(), scene(), exhibit, plan, true);
+RelitPicture ClosedScene::relit(Renderer& renderer, const Plan& plan) const {
+  return renderer.relight(frame(), scene(), exhibit, plan, true);
 }
 
 Plan careful_plan(int volume, int bounces) {

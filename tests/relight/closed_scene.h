@@ -34,7 +34,7 @@ struct ClosedScene {
   Eigen::Isometry3d T_tag_camera() const;
   /// Where the pixel's ray meets the plane z = height.
   Eigen::Vector3f on_plane(int u, int v, float height_m = 0) const;
-  RelitPicture relit(Relighter& relighter, const Plan& plan) const;  ///< with its maps
+  RelitPicture relit(Renderer& renderer, const Plan& plan) const;  ///< with its maps
 };
 
 /// A plan with all that is derived from it at its most careful, in small volumes.

@@ -130,6 +130,11 @@ TEST(Truth, OwnRecordingLive) {
         " --set plan.trace_scale=" + std::to_string(live.trace_scale) + " --set plan.rsm=" + std::to_string(live.rsm));
 }
 
+// Without a GPU.
+TEST(Truth, OwnRecordingByRays) {
+  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "rays", " --set plan.method=rays");
+}
+
 TEST(Truth, ExtraSessions) {
   const char* extra = std::getenv("LUMIGRAFT_EXTRA");
   if (extra == nullptr || !fs::exists(fs::path(extra) / "sessions")) {

@@ -1,0 +1,15 @@
+#pragma once
+// What the camera sees of the objects.
+#include "relight/rays/ray_shadows.h"
+
+namespace lumigraft::rays {
+
+struct ObjectPixels {
+  Image<float> radiance;               ///< 3 channels, L_ρ of the share that shows objects, 0 for the rest, W/sr/m²
+  Image<float> coverage;               ///< 1 channel, how large that share is
+  std::vector<PixelSurface> surfaces;  ///< by pixel, what its first ray found of them
+};
+
+ObjectPixels see_objects(const DeltaLight& light, const ReferenceCamera& camera);
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,76 @@
+#include "relight/rays/ray_light.h"
+
+#include <algorithm>
+
+#include "relight/model_simplify.h"
+#include "relight/reference/world.h"
+
+namespace lumigraft::rays {
+namespace {
+
+constexpr int kMostTriangles = 200000;  // of an object
+constexpr int kLampPoints = 8;          // of each lamp, at a place of an object
+constexpr int kBouncesAnew = 8, kBouncesOn = 2;
+constexpr int kCellShare = 4;  // one ray of a cell, of each kind, for so many of an object's place
+constexpr std::uint32_t kLampSeed = 1, kObjectSeed = 2, kCellSeed = 3;
+
+bool same_models(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const ReferenceMesh& x, const ReferenceMesh& y) { return x.model == y.model; });
+}
+
+BoundingSphere sphere_around(const RayObjects& objects) {
+  std::vector<Eigen::Vector3f> points_m;
+  for (const ObjectPlaces::Place& place : objects.places()) points_m.push_back(place.position_m);
+  return bounding_sphere(points_m);
+}
+
+}  // namespace
+
+RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<PlacedModel> placed)
+    : room(std::move(the_room)),
+      objects(std::move(placed)),
+      sphere(sphere_around(objects)),
+      cells(room->patches(), sphere, objects),
+      places(reference::places_of_change(room->lamps(), room->meshes(), objects.meshes())),
+      light(*room, objects, cells, sphere) {}
+
+bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
+                      const std::function<void(const char*)>& done) {
+  if (world_ && world_->room == room && same_meshes(objects_, objects) && rays_ == plan.rays) return false;
+  std::map<std::shared_ptr<const Model>, std::shared_ptr<const ObjectPlaces>> known;
+  std::vector<PlacedModel> placed;
+  for (const ReferenceMesh& object : objects) {
+    std::shared_ptr<const ObjectPlaces>& places = known[object.model];
+    if (!places && known_.contains(object.model)) places = known_.at(object.model);
+    if (!places) {
+      places = std::make_shared<const ObjectPlaces>(find_places(*simplify_model(*object.model, kMostTriangles)));
+    }
+    placed.push_back({places, object.T_tag_model, object.material});
+  }
+  known_ = std::move(known);
+  auto next = std::make_unique<World>(std::move(room), std::move(placed));
+  // Later bounces change little from frame to frame: they go on from where they were.
+  const bool goes_on = world_ && same_models(objects_, objects);
+  if (goes_on) {
+    next->objects.set_indirect(world_->objects.indirect());
+    next->cells.go_on_from(world_->cells);
+  }
+  world_ = std::move(next);
+  objects_ = objects;
+  rays_ = plan.rays;
+  done("surfaces");
+
+  World& w = *world_;
+  gather_lamps(w.light, kLampPoints, kLampSeed, w.objects);
+  done("object lamps");
+  for (int round = 0; round < (goes_on ? 1 : plan.bounces); ++round) {
+    gather_objects(w.light, plan.rays, goes_on ? kBouncesOn : kBouncesAnew, kObjectSeed, w.objects);
+    done("objects");
+    gather_cells(w.light, w.places, std::max(plan.rays / kCellShare, 1), kCellSeed, w.cells);
+    done("cells");
+  }
+  return true;
+}
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,42 @@
+#pragma once
+// The light of a room with objects that does not depend on the camera, kept from frame to frame.
+#include <functional>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "relight/plan.h"
+#include "relight/rays/delta_light.h"
+#include "relight/rays/surface_gather.h"
+
+namespace lumigraft::rays {
+
+class RayLight {
+ public:
+  /// Follows room and objects. False: nothing has changed. `done(pass)` is called after each pass.
+  bool follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
+              const std::function<void(const char*)>& done);
+
+  /// After the first `follow`.
+  const DeltaLight& light() const { return world_->light; }
+  const std::vector<reference::Place>& places() const { return world_->places; }
+
+ private:
+  struct World {
+    World(std::shared_ptr<const RayRoom> room, std::vector<PlacedModel> placed);
+
+    std::shared_ptr<const RayRoom> room;
+    RayObjects objects;
+    BoundingSphere sphere;
+    ChangeCells cells;
+    std::vector<reference::Place> places;  ///< where light changes
+    DeltaLight light;
+  };
+
+  std::map<std::shared_ptr<const Model>, std::shared_ptr<const ObjectPlaces>> known_;
+  std::vector<ReferenceMesh> objects_;
+  int rays_ = 0;
+  std::unique_ptr<World> world_;
+};
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,99 @@
+#include "relight/rays/ray_objects.h"
+
+#include <cmath>
+#include <limits>
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+
+std::vector<ReferenceMesh> meshes_of(const std::vector<PlacedModel>& objects) {
+  std::vector<ReferenceMesh> meshes;
+  for (const PlacedModel& o : objects) meshes.push_back({o.places->model, o.T_tag_model, o.material, false});
+  return meshes;
+}
+
+}  // namespace
+
+RayObjects::RayObjects(std::vector<PlacedModel> objects)
+    : objects_(std::move(objects)), meshes_(meshes_of(objects_), nullptr) {
+  for (const PlacedModel& object : objects_) {
+    first_.push_back(places_.size());
+    normals_.push_back(object.T_tag_model.linear().inverse().transpose());
+    for (const ObjectPlaces::Place& p : object.places->places) {
+      places_.push_back({object.T_tag_model * p.position_m, (normals_.back() * p.normal).stableNormalized()});
+    }
+    const Model& model = *object.places->model;
+    irradiance_.emplace_back(2 * model.positions_m.size());
+    std::vector<Facet>& facets = facets_.emplace_back();
+    for (std::uint32_t t = 0; 3 * t + 2 < model.indices.size(); ++t) {
+      const Vector3f out = normals_.back() * model.normals[model.indices[3 * t]];
+      const reference::Surface s =
+          meshes_.surface({0, static_cast<std::uint32_t>(facets_.size() - 1), t, 1 / 3.0f, 1 / 3.0f}, -out);
+      facets.push_back({s.face, s.look.diffuse, s.look.mirrors(), {Rgb::Zero(), Rgb::Zero()}});
+    }
+  }
+  indirect_.assign(places_.size(), Rgb::Zero());
+}
+
+template <typename Set>
+void RayObjects::spread(const std::vector<Rgb>& by_place, Set set) {
+  for (std::size_t o = 0; o < objects_.size(); ++o) {
+    const ObjectPlaces& places = *objects_[o].places;
+    for (std::size_t side = 0; side < irradiance_[o].size(); ++side) {
+      Rgb sum = Rgb::Zero();
+      for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
+        sum += places.shares[i].weight * by_place[first_[o] + static_cast<std::size_t>(places.shares[i].place)];
+      }
+      set(irradiance_[o][side], sum);
+    }
+    const Model& model = *places.model;
+    for (std::size_t t = 0; t < facets_[o].size(); ++t) {
+      Facet& facet = facets_[o][t];
+      for (std::size_t side = 0; side < (places.closed ? 1 : 2); ++side) {
+        Rgb e = Rgb::Zero();
+        for (std::size_t k = 3 * t; k < 3 * t + 3; ++k) {
+          const Irradiance& at = irradiance_[o][model.indices[k] + side * model.positions_m.size()];
+          e += (at.direct + at.indirect) / 3;
+        }
+        facet.radiance[side] = facet.albedo / reference::kPi * e;
+      }
+      if (places.closed) facet.radiance[1] = facet.radiance[0];
+    }
+  }
+}
+
+void RayObjects::set_direct(const std::vector<Rgb>& by_place) {
+  spread(by_place, [](Irradiance& e, const Rgb& sum) { e.direct = sum; });
+}
+
+void RayObjects::set_indirect(std::vector<Rgb> by_place) {
+  indirect_ = std::move(by_place);
+  spread(indirect_, [](Irradiance& e, const Rgb& sum) { e.indirect = sum; });
+}
+
+bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {
+  const auto hit = meshes_.hit(p_m, w, std::numeric_limits<float>::infinity());
+  if (!hit || !objects_[hit->mesh].places->closed) return false;
+  const Model& model = *objects_[hit->mesh].places->model;
+  const std::uint32_t* corner = &model.indices[3 * std::size_t{hit->triangle}];
+  return (normals_[hit->mesh] * model.normals[corner[0]]).dot(w) > 0;
+}
+
+RayObjects::Irradiance RayObjects::irradiance(const reference::MeshHit& hit, const Vector3f& face) const {
+  const ObjectPlaces& places = *objects_[hit.mesh].places;
+  const Model& model = *places.model;
+  const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
+  const float weight[3] = {1 - hit.u - hit.v, hit.u, hit.v};
+  Irradiance sum;
+  for (int i = 0; i < 3; ++i) {
+    const bool front = places.closed || (normals_[hit.mesh] * model.normals[corner[i]]).dot(face) >= 0;
+    const Irradiance& e = irradiance_[hit.mesh][corner[i] + (front ? 0 : model.positions_m.size())];
+    sum.direct += weight[i] * e.direct;
+    sum.indirect += weight[i] * e.indirect;
+  }
+  return sum;
+}
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,107 @@
+#include "relight/rays/surface_gather.h"
+
+#include "relight/rays/threads.h"
+
+namespace lumigraft::rays {
+
+using Eigen::Vector3f;
+using reference::Sampler;
+using reference::Surface;
+using reference::Vertex;
+
+namespace {
+
+constexpr int kBlock = 64;  // of places, a thread's turn
+constexpr int kMirrors = 2;
+
+Vertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
+  Surface s;
+  s.position_m = position_m;
+  s.face = s.normal = normal;
+  return Vertex(white_surface(s), -normal);
+}
+
+/// What changes of the light that rays may find; lamps among it where they share that with samples of lamps.
+Rgb changed_arriving(const DeltaLight& light, const Vertex& vertex, Sampler& sampler, bool lamps, float* to_object_m) {
+  const auto towards = [&](const Vector3f& w) -> Rgb {
+    const float pdf = vertex.pdf(w) + vertex.aim_pdf(w);
+    const Rgb response = vertex.response(w);
+    if (!(response.maxCoeff() > 0 && pdf > 0)) return Rgb::Zero();
+    return light.change({vertex.leave(w), w, lamps ? pdf : 0}, sampler, kMirrors, to_object_m) * response / pdf;
+  };
+  Rgb sum = towards(vertex.sample(sampler));
+  if (vertex.looks()) sum += towards(vertex.aim(sampler));
+  return sum;
+}
+
+}  // namespace
+
+template <typename Gather>
+std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, Gather gather) {
+  std::vector<Rgb> found(objects.places().size());
+  for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const auto& place = objects.places()[static_cast<std::size_t>(i)];
+      const Vertex vertex = white_vertex(place.position_m, place.normal);
+      Rgb sum = Rgb::Zero();
+      for (int k = 0; k < samples; ++k) {
+        Sampler sampler(seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
+        sum += gather(vertex, sampler,
+                      static_cast<std::size_t>(i) * static_cast<std::size_t>(samples) + static_cast<std::size_t>(k));
+      }
+      found[static_cast<std::size_t>(i)] = sum * (reference::kPi / static_cast<float>(samples));
+    }
+  });
+  return found;
+}
+
+void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, RayObjects& objects) {
+  objects.set_direct(
+      at_places(objects, samples, seed, [&](const Vertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
+}
+
+void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, RayObjects& objects) {
+  const std::size_t per_place = static_cast<std::size_t>(rays);
+  std::vector<const Rgb*> ends(objects.places().size() * per_place, nullptr);
+  const std::vector<Rgb> first =
+      at_places(objects, rays, seed, [&](const Vertex& vertex, Sampler& sampler, std::size_t ray) {
+        const Vector3f w = vertex.sample(sampler);
+        return light.with_objects_unless({vertex.leave(w), w, 0}, sampler, kMirrors, &ends[ray]);
+      });
+  for (int bounce = 0; bounce < bounces; ++bounce) {
+    std::vector<Rgb> all = first;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      if (ends[i]) all[i / per_place] += *ends[i] * (reference::kPi / static_cast<float>(rays));
+    }
+    objects.set_indirect(std::move(all));
+  }
+}
+
+void gather_cells(const DeltaLight& light, const std::vector<reference::Place>& places, int rays, std::uint32_t seed,
+                  ChangeCells& cells) {
+  std::vector<Rgb> found(cells.cells().size());
+  for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
+      Vertex vertex = white_vertex(cell.position_m, cell.normal);
+      vertex.look_for(places);
+      Rgb sum = Rgb::Zero();
+      for (int k = 0; k < rays; ++k) {
+        Sampler sampler(seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
+        sum += changed_irradiance(light, vertex, sampler, nullptr);
+      }
+      found[static_cast<std::size_t>(i)] = sum / static_cast<float>(rays);
+    }
+  });
+  cells.irradiance = std::move(found);
+}
+
+Rgb changed_radiance(const DeltaLight& light, const Vertex& vertex, Sampler& sampler, float* to_object_m) {
+  return changed_arriving(light, vertex, sampler, true, to_object_m) - light.hidden(vertex, sampler);
+}
+
+Rgb changed_irradiance(const DeltaLight& light, const Vertex& vertex, Sampler& sampler, float* to_object_m) {
+  return changed_arriving(light, vertex, sampler, false, to_object_m) * reference::kPi;
+}
+
+}  // namespace lumigraft::rays

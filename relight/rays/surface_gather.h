@@ -1,0 +1,30 @@
+#pragma once
+// Irradiance of the objects' places and its change in the room's cells, by final gathering (Reichert 1992) over rays
+// that end in each other's last results: every round is one more bounce.
+#include <cstdint>
+
+#include "relight/rays/delta_light.h"
+
+namespace lumigraft::rays {
+
+/// What lamps bring to the objects' places. `samples`: of each lamp.
+void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, RayObjects& objects);
+
+/// All else that comes to them. `rays`: over the hemisphere of a place. Light goes to and fro between matt objects, and
+/// within one, `bounces` times without further rays.
+void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, RayObjects& objects);
+
+/// Into cells.irradiance. `places`: where light changes. `rays`: over the hemisphere, and as many towards the places.
+void gather_cells(const DeltaLight& light, const std::vector<reference::Place>& places, int rays, std::uint32_t seed,
+                  ChangeCells& cells);
+
+/// One sample of that change at a white vertex that looks for places, W/m². `to_object_m`: how far the nearest object
+/// was that it met; may be null.
+Rgb changed_irradiance(const DeltaLight& light, const reference::Vertex& vertex, reference::Sampler& sampler,
+                       float* to_object_m);
+
+/// The same of the radiance that a glossy one sends to where it is seen from, W/sr/m², with what lamps bring.
+Rgb changed_radiance(const DeltaLight& light, const reference::Vertex& vertex, reference::Sampler& sampler,
+                     float* to_object_m);
+
+}  // namespace lumigraft::rays
