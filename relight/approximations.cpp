@@ -18,6 +18,12 @@ std::string rounded(float value) {
 
 }  // namespace
 
+std::optional<std::string> left_out(const VirtualObject& object) {
+  const std::size_t n = object.model ? object.model->unusable_triangles : 0;
+  if (n == 0) return std::nullopt;
+  return quoted(object) + ": " + std::to_string(n) + " triangles without area or place are left out";
+}
+
 std::vector<std::string> approximations(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
                                         const Placement& placement, const Scene& scene) {
   std::vector<std::string> lines;
@@ -29,9 +35,7 @@ std::vector<std::string> approximations(const Exhibit& exhibit, const std::vecto
     if (const std::string& why = objects.at(i++).stored->why_simple; !why.empty()) {
       lines.push_back(quoted(object) + " is drawn with fewer triangles: " + why);
     }
-    if (const std::size_t n = object.model->unusable_triangles; n > 0) {
-      lines.push_back(quoted(object) + ": " + std::to_string(n) + " triangles without area or place are left out");
-    }
+    if (const auto line = left_out(object)) lines.push_back(*line);
     const float voxels = box.sizes().maxCoeff() / placement.cascade[0].w();
     if (voxels < kLeastVoxels) {
       lines.push_back(quoted(object) + " is " + rounded(voxels) +

@@ -35,7 +35,7 @@ class DeltaLight {
   /// follows the irradiance of the objects.
   Rgb with_objects_unless(const Ray& ray, reference::Sampler& sampler, int mirrors, const Rgb** end) const;
 
-  /// What an object sends back to where `vertex` is seen from; `irradiance` without lamps.
+  /// What an object's mirror lobe sends back to where it is seen from, lamps among it. `mirrors` is at least 1.
   Rgb mirrored_by_object(const reference::Vertex& lobe, reference::Sampler& sampler, int mirrors) const;
   /// What lamps bring to the vertex and objects do not hide; and what they hide of what came before.
   Rgb lit(const reference::Vertex& vertex, reference::Sampler& sampler) const;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "capture/response.h"
+#include "relight/approximations.h"
 #include "relight/camera_upload.h"
 #include "relight/rays/gather_grid.h"
 #include "relight/rays/object_pixels.h"
@@ -154,6 +155,9 @@ RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, con
     result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
     result.passed_through = true;
     return result;
+  }
+  for (const VirtualObject& object : exhibit.objects) {
+    if (const auto line = left_out(object); line && object.visible) result.warnings.push_back("relight: " + *line);
   }
   Clock clock(result.passes);
   s.follow(scene);

@@ -79,6 +79,17 @@ TEST(RaysBadInput, AnObjectUnderTheFloorAndOneWithoutThickness) {
   EXPECT_LT(off_the_furnace(relit(scene)), 0.1);
 }
 
+TEST(RaysBadInput, WhatAModelLacksIsSaid) {
+  ClosedScene scene = furnace();
+  scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 1)};
+  auto model = std::make_shared<Model>(*scene.exhibit.objects[0].model);
+  model->unusable_triangles = 3;
+  scene.exhibit.objects[0].model = model;
+  const RelitPicture picture = relit(scene);
+  ASSERT_EQ(picture.warnings.size(), 1u);
+  EXPECT_NE(picture.warnings[0].find("3 triangles without area or place"), std::string::npos);
+}
+
 TEST(RaysBadInput, RoomsWithoutColourOrLight) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.5f)};
