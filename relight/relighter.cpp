@@ -113,7 +113,7 @@ struct Relighter::State {
       } catch (const gpu::GpuError& e) {
         if (plan.volume <= kLeastVolume || light.any_room()) throw;
         most_voxels = plan.volume /= 2;
-        why_not_more = e.what();
+        why_not_more = std::string(e.what()) + "; " + gpu::megabytes_text(device->holdings().most_bytes()) + " held";
       }
     }
     if (plan.volume < wanted) {

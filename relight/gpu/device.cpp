@@ -62,6 +62,26 @@ std::size_t mip_bytes(const TextureDesc& desc, int mip) {
          static_cast<std::size_t>(mip_edge(desc.height, mip)) * static_cast<std::size_t>(mip_edge(desc.depth, mip));
 }
 
+std::size_t all_bytes(const TextureDesc& desc) {
+  std::size_t bytes = 0;
+  for (int mip = 0; mip < desc.mips; ++mip) bytes += mip_bytes(desc, mip);
+  return bytes;
+}
+
+Texture::Texture(TextureDesc desc, std::shared_ptr<Holdings> holdings)
+    : desc_(std::move(desc)), holdings_(std::move(holdings)) {
+  check_texture_desc(desc_);
+  holdings_->add(desc_.name, all_bytes(desc_));
+}
+Texture::~Texture() { holdings_->remove(desc_.name, all_bytes(desc_)); }
+
+Buffer::Buffer(std::size_t size_bytes, std::string name, std::shared_ptr<Holdings> holdings)
+    : size_bytes_(size_bytes), name_(std::move(name)), holdings_(std::move(holdings)) {
+  if (size_bytes_ == 0) throw std::logic_error("buffer \"" + name_ + "\" has no bytes");
+  holdings_->add(name_, size_bytes_);
+}
+Buffer::~Buffer() { holdings_->remove(name_, size_bytes_); }
+
 void check_texture_desc(const TextureDesc& desc) {
   const auto refuse = [&](const std::string& why) {
     throw std::logic_error("texture \"" + desc.name + "\" (" + size_text(desc) + "): " + why);

@@ -29,6 +29,8 @@
 #include <string_view>
 #include <vector>
 
+#include "relight/gpu/holdings.h"
+
 namespace lumigraft::gpu {
 
 class GpuError : public std::runtime_error {
@@ -69,22 +71,30 @@ struct TextureDesc {
 
 class Texture {
  public:
-  virtual ~Texture() = default;
+  virtual ~Texture();
   const TextureDesc& desc() const { return desc_; }
 
  protected:
-  explicit Texture(TextureDesc desc) : desc_(std::move(desc)) {}
+  Texture(TextureDesc desc, std::shared_ptr<Holdings> holdings);
   TextureDesc desc_;
+
+ private:
+  std::shared_ptr<Holdings> holdings_;
 };
 
 class Buffer {
  public:
-  virtual ~Buffer() = default;
+  virtual ~Buffer();
   std::size_t size_bytes() const { return size_bytes_; }
+  const std::string& name() const { return name_; }
 
  protected:
-  explicit Buffer(std::size_t size_bytes) : size_bytes_(size_bytes) {}
+  Buffer(std::size_t size_bytes, std::string name, std::shared_ptr<Holdings> holdings);
   std::size_t size_bytes_;
+  std::string name_;
+
+ private:
+  std::shared_ptr<Holdings> holdings_;
 };
 
 class ComputePipeline {
@@ -167,6 +177,7 @@ class Device {
  public:
   virtual ~Device() = default;
   virtual std::string name() const = 0;
+  virtual const Holdings& holdings() const = 0;  ///< of textures and buffers
   virtual std::unique_ptr<Texture> create_texture(const TextureDesc& desc) = 0;
   virtual std::unique_ptr<Buffer> create_buffer(std::size_t size_bytes, std::string_view name) = 0;
   /// The shader is compiled when the pipeline is first used: what the driver says against it is thrown there.

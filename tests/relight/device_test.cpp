@@ -48,6 +48,30 @@ TEST_P(DeviceTest, ParametersArriveAsStd140) {
   EXPECT_EQ(values[33], 0.0f);
 }
 
+TEST_P(DeviceTest, WhatIsHeldIsSummedByName) {
+  const auto held = [&](const std::string& name) {
+    for (const Holding& one : device_->holdings().list()) {
+      if (one.name == name) return std::pair(one.count, one.bytes);
+    }
+    return std::pair<std::size_t, std::size_t>(0, 0);
+  };
+  const std::size_t before = device_->holdings().bytes();
+  const TextureDesc volume{
+      .name = "held volume", .width = 4, .height = 4, .depth = 8, .mips = 2, .format = Format::rgba16_float};
+  const auto one = device_->create_texture(volume);
+  auto other = device_->create_texture(volume);
+  const auto buffer = device_->create_buffer(100, "held buffer");
+  EXPECT_EQ(held("held volume"), std::pair(std::size_t{2}, std::size_t{2 * 8 * (128 + 16)}));
+  EXPECT_EQ(held("held buffer"), std::pair(std::size_t{1}, std::size_t{100}));
+  EXPECT_EQ(device_->holdings().bytes(), before + 2304 + 100);
+  other.reset();
+  EXPECT_EQ(held("held volume").second, 1152u);
+  EXPECT_THROW(device_->create_texture({.name = "held giant", .width = 1 << 20}), GpuError);
+  EXPECT_EQ(held("held giant").first, 0u);
+  EXPECT_EQ(device_->holdings().bytes(), before + 1152 + 100);
+  EXPECT_GE(device_->holdings().most_bytes(), before + 2304 + 100);
+}
+
 TEST_P(DeviceTest, EachDispatchOfAListHasItsOwnParameters) {
   const auto pipeline = device_->create_compute("device_params.comp");
   const auto list = device_->begin();

@@ -12,6 +12,7 @@ class LimitedDevice : public gpu::Device {
   using Fits = std::function<bool(const gpu::TextureDesc&)>;
   LimitedDevice(std::shared_ptr<gpu::Device> real, Fits fits) : real_(std::move(real)), fits_(std::move(fits)) {}
   std::string name() const override { return real_->name(); }
+  const gpu::Holdings& holdings() const override { return real_->holdings(); }
   std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc& d) override {
     if (!fits_(d)) throw gpu::GpuError("texture \"" + d.name + "\": out of device memory");
     return real_->create_texture(d);

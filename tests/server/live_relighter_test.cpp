@@ -12,6 +12,7 @@ namespace {
 class BrokenDevice : public gpu::Device {
  public:
   std::string name() const override { return "broken"; }
+  const gpu::Holdings& holdings() const override { return holdings_; }
   std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc&) override { fail(); }
   std::unique_ptr<gpu::Buffer> create_buffer(std::size_t, std::string_view) override { fail(); }
   std::unique_ptr<gpu::ComputePipeline> create_compute(std::string_view) override { fail(); }
@@ -25,6 +26,7 @@ class BrokenDevice : public gpu::Device {
 
  private:
   [[noreturn]] static void fail() { throw gpu::GpuError("device lost"); }
+  gpu::Holdings holdings_;
 };
 
 /// Works until told otherwise, by a switch that all its copies share.
@@ -33,6 +35,7 @@ class FailingDevice : public gpu::Device {
   FailingDevice(std::unique_ptr<gpu::Device> real, std::shared_ptr<bool> broken)
       : real_(std::move(real)), broken_(std::move(broken)) {}
   std::string name() const override { return real_->name(); }
+  const gpu::Holdings& holdings() const override { return real_->holdings(); }
   std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc& d) override { return ok().create_texture(d); }
   std::unique_ptr<gpu::Buffer> create_buffer(std::size_t s, std::string_view n) override {
     return ok().create_buffer(s, n);

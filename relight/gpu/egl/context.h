@@ -66,6 +66,7 @@ class Context {
   const ContextHandle& handle() const { return *handle_; }
   const std::string& name() const { return name_; }
   const Limits& limits() const { return limits_; }
+  const std::shared_ptr<Holdings>& holdings() const { return holdings_; }
   GLuint sampler(Filter filter) const { return samplers_[static_cast<std::size_t>(filter)]; }
   GLuint framebuffer() const { return framebuffer_; }  ///< the attachments of the draw that runs
   GLuint params() const { return params_; }            ///< the uniform blocks of the list that runs
@@ -79,6 +80,7 @@ class Context {
   void read_limits();
   void create_objects();
 
+  std::shared_ptr<Holdings> holdings_ = std::make_shared<Holdings>();
   Messages messages_{"OpenGL debug output"};
   std::unique_ptr<ContextHandle> handle_;
   std::string name_;

@@ -38,8 +38,7 @@ GlFormat gl_format(Format format) {
 }
 
 EglTexture::EglTexture(std::shared_ptr<Context> context, const TextureDesc& desc)
-    : Texture(desc), context_(std::move(context)) {
-  check_texture_desc(desc_);
+    : Texture(desc, context->holdings()), context_(std::move(context)) {
   const Limits& limits = context_->limits();
   const int most = is_volume(desc_) ? limits.volume_edge : limits.texture_edge;
   if (std::max({desc_.width, desc_.height, desc_.depth}) > most) {
@@ -117,8 +116,7 @@ std::vector<std::byte> EglTexture::download(int mip) const {
 }
 
 EglBuffer::EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)
-    : Buffer(size_bytes), context_(std::move(context)), name_(name) {
-  if (size_bytes == 0) throw std::logic_error("buffer \"" + name_ + "\" has no bytes");
+    : Buffer(size_bytes, name, context->holdings()), context_(std::move(context)) {
   if (size_bytes > context_->limits().storage_bytes) {
     throw GpuError("buffer \"" + name_ + "\" has " + std::to_string(size_bytes) + " bytes; the most of " +
                    context_->name() + " is " + std::to_string(context_->limits().storage_bytes));

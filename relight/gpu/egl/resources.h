@@ -39,14 +39,12 @@ class EglBuffer final : public Buffer {
 
   const Context* context() const { return context_.get(); }
   GLuint handle() const { return handle_; }
-  const std::string& name() const { return name_; }
   void fill(std::uint32_t value) const;
 
  private:
   void destroy();
 
   std::shared_ptr<Context> context_;
-  std::string name_;
   GLuint handle_ = 0;
 };
 

@@ -62,6 +62,7 @@ class Context {
   std::uint32_t timestamp_bits() const { return timestamp_bits_; }
   VkSampler sampler(Filter filter) const { return samplers_[static_cast<std::size_t>(filter)]; }
   Messages& messages() { return instance_->messages; }
+  const std::shared_ptr<Holdings>& holdings() const { return holdings_; }
 
   /// One allocation per resource: there are some hundred of them, and 4096 is the least any device allows.
   Memory allocate(const VkMemoryRequirements& needs, MemoryUse use, const std::string& what);
@@ -82,6 +83,7 @@ class Context {
   void create_device();
   void create_samplers();
 
+  std::shared_ptr<Holdings> holdings_ = std::make_shared<Holdings>();
   std::unique_ptr<Instance> instance_;
   VkPhysicalDevice physical_;
   std::uint32_t queue_family_ = 0;

@@ -17,6 +17,7 @@ class VulkanDevice final : public Device {
       : context_(std::move(context)), more_shaders_(more_shaders.begin(), more_shaders.end()) {}
 
   std::string name() const override { return context_->name(); }
+  const Holdings& holdings() const override { return *context_->holdings(); }
 
   std::unique_ptr<Texture> create_texture(const TextureDesc& desc) override {
     return checked(std::make_unique<VulkanTexture>(context_, desc));

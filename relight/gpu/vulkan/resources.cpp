@@ -25,8 +25,7 @@ VkImageUsageFlags usage_of(const TextureDesc& desc) {
 }  // namespace
 
 VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc& desc)
-    : Texture(desc), context_(std::move(context)) {
-  check_texture_desc(desc_);
+    : Texture(desc, context->holdings()), context_(std::move(context)) {
   const std::uint32_t most =
       is_volume(desc_) ? context_->limits().maxImageDimension3D : context_->limits().maxImageDimension2D;
   if (edge(std::max({desc_.width, desc_.height, desc_.depth})) > most) {
@@ -127,8 +126,7 @@ VkBufferImageCopy VulkanTexture::copy_of(int mip) const {
 }
 
 VulkanBuffer::VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)
-    : Buffer(size_bytes), context_(std::move(context)), name_(name) {
-  if (size_bytes == 0) throw std::logic_error("buffer \"" + name_ + "\" has no bytes");
+    : Buffer(size_bytes, name, context->holdings()), context_(std::move(context)) {
   if (size_bytes > context_->limits().maxStorageBufferRange) {
     throw GpuError("buffer \"" + name_ + "\" has " + std::to_string(size_bytes) + " bytes; the most of " +
                    context_->name() + " is " + std::to_string(context_->limits().maxStorageBufferRange));

@@ -38,14 +38,12 @@ class VulkanBuffer final : public Buffer {
   const Context* context() const { return context_.get(); }
   VkBuffer handle() const { return buffer_; }
   std::byte* mapped() const { return memory_.mapped; }  ///< null where only the device can write it
-  const std::string& name() const { return name_; }
 
  private:
   void create();
   void destroy();
 
   std::shared_ptr<Context> context_;
-  std::string name_;
   VkBuffer buffer_ = VK_NULL_HANDLE;
   Memory memory_;
 };
