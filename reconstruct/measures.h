@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "reconstruct/albedo.h"
 #include "reconstruct/distance_field.h"
 #include "reconstruct/enclosure.h"
 #include "reconstruct/gloss.h"
@@ -17,6 +18,9 @@ struct LightMeasures {
   float remainder_share = 0;      ///< the rest of it
   std::array<float, 3>
       band_share{};  ///< by band of the harmonics: of the remainder's irradiance squared, over all normals
+  /// By the last band kept: root of the mean squared irradiance of the higher ones, over the mean irradiance of all
+  /// light, lamps too; both over all normals.
+  std::array<float, 3> bands_left_out{};
 };
 
 LightMeasures measure_light(const Illumination& light);
@@ -32,6 +36,19 @@ SurfaceMeasures measure_surface(const std::vector<RoomPoint>& points, const Eige
 
 /// Share of the field's bricks that are not those of an earlier field: new space, and where something moved.
 float changed_share(const DistanceField& now, const DistanceField& before);
+
+/// Share of the field's bricks that are new, or whose mean radiance is another than before by more than kOtherRadiance:
+/// what moved, or came to be seen, and not what noise makes drift.
+float moved_share(const DistanceField& now, const DistanceField& before);
+constexpr float kOtherRadiance = 0.05f;
+
+/// What one more solution told, over surface samples.
+struct AlbedoNews {
+  float change = 0;       ///< sum of what albedo changed by over its sum, where both know it
+  float newly_known = 0;  ///< share of the samples known now that were not
+  float surer = 0;        ///< by how much their standard deviation fell, over what it was; negative: it rose
+};
+AlbedoNews compare_albedo(const AlbedoField& now, const AlbedoField& before);
 
 struct SceneMeasures {
   LightMeasures light;

@@ -74,8 +74,12 @@ LightSet make_light_set(const Illumination& illumination, int max_lights) {
   LightSet set;
   const std::size_t drawn = std::min({illumination.lights.size(), static_cast<std::size_t>(std::max(max_lights, 0)),
                                       static_cast<std::size_t>(shader::kMaxLamps)});
+  // What shading told of lamps may have turned their order around since they were found.
+  std::vector<PointLight> lamps = illumination.lights;
+  std::stable_sort(lamps.begin(), lamps.end(),
+                   [](const PointLight& a, const PointLight& b) { return a.irradiance.sum() > b.irradiance.sum(); });
   for (std::size_t i = 0; i < drawn; ++i) {
-    set.lamps.push_back(make_lamp(illumination.lights[i], illumination.probe_position_m));
+    set.lamps.push_back(make_lamp(lamps[i], illumination.probe_position_m));
   }
 
   // Four samples a texel, each of the picture's own bilinear value.
@@ -93,7 +97,7 @@ LightSet make_light_set(const Illumination& illumination, int max_lights) {
       for (int c = 0; c < 3; ++c) map.at(x, y, c) = 0.25f * sum[c];
     }
   }
-  for (std::size_t i = drawn; i < illumination.lights.size(); ++i) add_disc(map, illumination.lights[i]);
+  for (std::size_t i = drawn; i < lamps.size(); ++i) add_disc(map, lamps[i]);
 
   set.environment.push_back(std::move(map));
   while (set.environment.size() < kEnvironmentMips) set.environment.push_back(half(set.environment.back()));

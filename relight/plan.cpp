@@ -32,10 +32,15 @@ const std::vector<IntegerKey>& integer_keys() {
        "1: indirect light is gathered in cells, in rounds of frames while things move; 0: for pixels"},
       {"rsm", &Plan::rsm, {64, 128, 256, 512, 1024}, "edge of the reflective shadow maps, pixels"},
       {"max_lights", &Plan::max_lights, from_to(0, 16), "strongest lamps that are drawn as lamps"},
+      {"sh_bands", &Plan::sh_bands, {1, 2, 3}, "bands of harmonics of all light but the lamps"},
       {"bounces", &Plan::bounces, from_to(1, 4), "indirect bounces of the change"},
       {"lpv_steps", &Plan::lpv_steps, from_to(4, 128), "dlpv: steps of propagation"},
       {"rays", &Plan::rays, from_to(4, 4096), "rays of a place or pixel; of method rays alone"},
       {"samples", &Plan::samples, from_to(1, 65536), "camera paths a pixel; of method reference alone"},
+      {"follow_scene",
+       &Plan::follow_scene,
+       {0, 1},
+       "1: what is not set by hand is only as much as the scene needs; 0: it stays as it is"},
   };
   return keys;
 }
@@ -69,6 +74,7 @@ Plan read_plan(const ConfigTable& root, const Plan& defaults) {
       table->fail(key.key, "found " + std::to_string(value) + ", allowed: " + text_of(key.allowed));
     }
     plan.*key.value = value;
+    plan.by_hand.insert(key.key);
   }
   return plan;
 }

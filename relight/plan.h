@@ -1,5 +1,6 @@
 #pragma once
 // What relight decided to do for a frame: a plain value, printed, recorded, settable by hand (plan.KEY).
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,15 +20,18 @@ struct Plan {
   int cells = 0;       ///< 1: indirect light is gathered in cells of the volumes, in rounds of frames; 0: for pixels
   int rsm = 256;       ///< edge of the reflective shadow maps, pixels
   int max_lights = 8;  ///< strongest lamps that are drawn as lamps
+  int sh_bands = 3;    ///< bands of harmonics that stand for all light but the lamps where nothing hides it: 1, 2 or 3
   int bounces = 2;     ///< indirect bounces of the change: 1 is the thesis
   int lpv_steps = 16;  ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
   int rays = 20;       ///< rays: over the hemisphere of a place on an object, or towards what changes for a pixel
   int samples = 64;    ///< camera paths a pixel; of the reference alone
+  int follow_scene = 1;  ///< 1: what was not set by hand follows what the scene measures (planner.h); 0: nothing
+  std::set<std::string> by_hand;  ///< keys that were set by hand: nothing changes them
 
   bool in_cells() const { return (method == "dvct" || method == "dlpv") && (cells == 1 || trace_scale == 4); }
 };
 
-/// Reads the optional table [plan] over `defaults`; the caller calls root.finish().
+/// Reads the optional table [plan] over `defaults`, and which keys it sets; the caller calls root.finish().
 Plan read_plan(const ConfigTable& root, const Plan& defaults);
 
 struct PlanKey {

@@ -152,8 +152,12 @@ struct Relighter::State {
       p.surfaces[i].base_color_roughness << s.base_color, s.roughness;
       p.surfaces[i].metallic_specular << s.metallic, s.specular, 0, 0;
     }
+    const auto kept = static_cast<std::size_t>(plan.sh_bands * plan.sh_bands);
     for (std::size_t i = 0; i < scene.illumination->remainder_sh.size(); ++i) {
-      p.sh[i] << scene.illumination->remainder_sh[i], 0;
+      if (i < kept)
+        p.sh[i] << scene.illumination->remainder_sh[i], 0;
+      else
+        p.sh[i].setZero();
     }
     p.probe << scene.illumination->probe_position_m, 0;
     p.enclosure.setZero();

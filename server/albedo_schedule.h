@@ -1,10 +1,16 @@
 #pragma once
-// When albedo is worth solving again. It takes hundreds of milliseconds and changes slowly.
+// When albedo, and with it the lamps, is worth solving again. It takes hundreds of milliseconds and changes slowly.
+//
+// Where a solution tells next to nothing new, the next one waits twice as long, up to kMostPatience times: as long as
+// nothing moves and the light stays. What is left out then is what one more solution would have changed: less than
+// kLittle of the albedo, kLittle of the light, and of the room what kMoved of its bricks hold.
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "reconstruct/albedo.h"
 #include "reconstruct/distance_field.h"
 #include "reconstruct/light.h"
 
@@ -19,18 +25,34 @@ class AlbedoSchedule {
   /// True when nothing was solved, or what was solved is far from what is known now.
   bool changed_much(const DistanceField& field, const Illumination& light) const;
   bool changed(const DistanceField& field, const Illumination& light) const;
+  /// Whether something moved since that solutions should follow, or the light changed by more than a little.
+  bool moved(const DistanceField& field, const Illumination& light) const;
   /// Lock step's rule; counts frames.
   bool due(const DistanceField& field, const Illumination& light);
-  void solved(const DistanceField& field, const Illumination& light);
+  /// What is being solved, before it is.
+  void begin(std::shared_ptr<const DistanceField> field, const Illumination& light);
+  /// What came of it; null: nothing.
+  void solved(std::shared_ptr<const AlbedoField> albedo);
+
+  static constexpr int kMostPatience = 8;
+  static constexpr float kLittle = 0.01f;  ///< of albedo, of light
+  static constexpr float kFew = 0.05f;     ///< of samples, newly known; of their standard deviation
+  static constexpr float kMoved = 0.005f;  ///< of the bricks
+  /// Times the usual wait until it is solved again.
+  int patience() const { return patience_; }
 
  private:
   struct Known {
-    std::uint64_t field_version, light_version;
-    std::size_t bricks;
+    std::shared_ptr<const DistanceField> field;
+    std::uint64_t light_version;
     std::vector<PointLight> lights;
   };
+  double light_change(const Illumination& light) const;
+
   std::optional<Known> known_;
-  int frames_since_ = 0;
+  std::shared_ptr<const AlbedoField> albedo_;
+  int frames_since_ = 0, patience_ = 1;
+  bool disturbed_ = true;  ///< what is being solved was much, or something moved
 };
 
 }  // namespace lumigraft

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "relight/light_rounds.h"
+#include "relight/planner.h"
 
 namespace lumigraft {
 namespace {
@@ -75,9 +76,11 @@ FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene
 
 BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
                      bool hardware) {
+  Planner planner(plan);
   const auto render = [&](int turns) {
     const Exhibit now = turned(exhibit, turns * kDegree);
-    return renderer.relight(scene.frame, scene.scene, now, plan);
+    const double time_s = 1e-9 * static_cast<double>(scene.frame.time_ns);
+    return renderer.relight(scene.frame, scene.scene, now, planner.decide(scene.scene, now, time_s).plan);
   };
   const RelitPicture first = render(0);  // makes what it needs: shaders, volumes, shadow maps
   BenchRun run;

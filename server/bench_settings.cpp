@@ -19,12 +19,19 @@ BenchSetting setting(const std::string& method, const Traced& traced, int volume
   plan.cells = traced.cells;
   plan.rsm = traced.rsm;
   plan.volume = volume;
+  plan.follow_scene = 0;
   return {std::string(traced.name) + "-" + std::to_string(volume), plan};
 }
 
 BenchSetting with_bounces(BenchSetting setting, int bounces) {
   setting.name += "-" + std::to_string(bounces) + (bounces == 1 ? "-bounce" : "-bounces");
   setting.plan.bounces = bounces;
+  return setting;
+}
+
+BenchSetting as_needed(BenchSetting setting) {
+  setting.name += "-as-needed";
+  setting.plan.follow_scene = 1;
   return setting;
 }
 
@@ -60,6 +67,8 @@ std::vector<BenchSetting> bench_settings(const std::string& method) {
   std::vector<BenchSetting> settings{
       of(kLive, 32), of(kLive, 64), of(kCells, 64), of(kCells, 128), with_bounces(of(kHalf, 64), 1), of(kHalf, 64)};
   if (method == "dvct") {
+    settings.push_back(as_needed(of(kLive, 64)));
+    settings.push_back(as_needed(of(kHalf, 64)));
     settings.push_back(of(kHalf, 128));
     settings.push_back(of(kCareful, 64));
   }

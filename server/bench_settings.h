@@ -8,7 +8,8 @@
 namespace lumigraft {
 
 struct BenchSetting {
-  /// As "half-64": what trace_scale is called, the volume's edge, then what else is unusual; or "16-paths" a pixel.
+  /// As "half-64": what trace_scale is called, the volume's edge, then what else is unusual; "as-needed" where the plan
+  /// follows the scene; or "16-paths" a pixel.
   std::string name;
   Plan plan;
 };

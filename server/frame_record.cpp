@@ -42,6 +42,7 @@ Json measures(const FrameRecord& record) {
   Json json{{"lamps", light.lamp_share},
             {"remainder", light.remainder_share},
             {"bands", light.band_share},
+            {"bands_left_out", light.bands_left_out},
             {"changed", scene.changed_share},
             {"glossy", scene.measures->glossy_share},
             {"gloss_known", scene.measures->gloss_known_share},
@@ -76,6 +77,11 @@ std::string frame_record_line(const FrameSet& frame, const FrameRecord& record) 
     }
   }
   json["plan"] = plan_json(record.picture.plan);
+  json["planned"] = Json::array();
+  for (const PlanChoice& choice : record.choices) {
+    json["planned"].push_back(
+        Json{{"key", choice.key}, {"most", choice.most}, {"value", choice.value}, {"left_out", choice.left_out}});
+  }
   json["stage_ms"] = Json::object();
   json["stage_cpu_ms"] = Json::object();
   for (const auto& [stage, cost] : record.stages) {
@@ -99,6 +105,7 @@ std::string skipped_frame_line(std::uint64_t index, const std::vector<std::strin
                    {"lights", Json::array()},
                    {"sh", Json()},
                    {"plan", Json()},
+                   {"planned", Json::array()},
                    {"stage_ms", Json::object()},
                    {"stage_cpu_ms", Json::object()},
                    {"pass_ms", Json::object()},

@@ -33,6 +33,7 @@ LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, Ma
     : session_(session),
       exhibit_(std::move(exhibit)),
       plan_(plan),
+      planner_(plan),
       make_device_(std::move(make_device)),
       truth_(oracle ? oracle->parts() : OracleParts{}),
       learner_(session, std::move(oracle)) {
@@ -49,18 +50,21 @@ FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
                      .picture = {},
                      .stages = std::move(learnt.stages),
                      .warnings = std::move(learnt.warnings),
-                     .objects = {}};
+                     .objects = {},
+                     .choices = {}};
   if (record.scene.measures) record.objects = surroundings(exhibit_, *record.scene.measures, sensed.time_ns);
   const CostClock clock;
+  Planner::Decision decision = planner_.decide(record.scene, exhibit_, 1e-9 * static_cast<double>(sensed.time_ns));
+  record.choices = std::move(decision.choices);
   try {
     if (!renderer_) make();  // the frame before lost its device, and there was no other
     try {
-      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, plan_, with_maps);
+      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, decision.plan, with_maps);
     } catch (const gpu::DeviceLost& e) {
       append_warnings(record.warnings, {std::string("the GPU was lost, another one draws the frame: ") + e.what()});
       renderer_.reset();  // frees the device before the next one is made
       make();
-      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, plan_, with_maps);
+      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, decision.plan, with_maps);
     }
   } catch (const gpu::GpuError&) {
     throw;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "relight/planner.h"
 #include "relight/renderer.h"
 #include "server/scene_learner.h"
 
@@ -24,6 +25,7 @@ struct FrameRecord {
   std::map<std::string, StageCost> stages;
   std::vector<std::string> warnings;  ///< of every stage, in the order they ran
   std::vector<ObjectSurroundings> objects;
+  std::vector<PlanChoice> choices;  ///< of the plan, that follow the scene
 };
 
 class LockStep {
@@ -44,6 +46,7 @@ class LockStep {
   Session session_;
   Exhibit exhibit_;
   Plan plan_;
+  Planner planner_;
   MakeDevice make_device_;
   OracleParts truth_;
   std::unique_ptr<Renderer> renderer_;

@@ -66,6 +66,11 @@ void Metrics::refused_connection() {
   ++refused_;
 }
 
+void Metrics::decided(const std::string& key, int value, double left_out) {
+  std::lock_guard lock(mutex_);
+  decided_[key] = {value, left_out};
+}
+
 std::uint64_t Metrics::frames() const {
   std::lock_guard lock(mutex_);
   return frames_;
@@ -128,6 +133,14 @@ std::string Metrics::prometheus() const {
   head("lumigraft_encoded_bytes_total", "counter", "Bytes of encoded pictures.");
   for (const auto& [codec, done] : encoded_) {
     out << "lumigraft_encoded_bytes_total{codec=\"" << codec << "\"} " << done.second << '\n';
+  }
+  head("lumigraft_plan", "gauge", "What was decided of a key of the plan.");
+  for (const auto& [key, decided] : decided_) {
+    out << "lumigraft_plan{key=\"" << key << "\"} " << decided.first << '\n';
+  }
+  head("lumigraft_plan_left_out", "gauge", "Share of the irradiance that the decision leaves out.");
+  for (const auto& [key, decided] : decided_) {
+    out << "lumigraft_plan_left_out{key=\"" << key << "\"} " << decided.second << '\n';
   }
   head("lumigraft_stage_seconds", "histogram", "Wall time of a stage.");
   for (const auto& [name, stage] : stages_) {

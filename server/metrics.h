@@ -32,6 +32,9 @@ class Metrics {
   void viewers(int count) { viewers_ = count; }
   int viewers() const { return viewers_; }
   void refused_connection();
+  /// What was decided of a key of the plan, or of how often something is solved, and what share of the light it leaves
+  /// out; the newest of each.
+  void decided(const std::string& key, int value, double left_out = 0);
   void cameras_in_trouble(int count) { cameras_in_trouble_ = count; }
 
   std::uint64_t frames() const;
@@ -60,6 +63,7 @@ class Metrics {
   std::map<std::string, Stage> stages_;
   std::map<std::string, std::uint64_t> drops_;
   std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> encoded_;  ///< pictures, bytes
+  std::map<std::string, std::pair<int, double>> decided_;
   std::uint64_t frames_ = 0, warnings_ = 0, refused_ = 0;
   std::uint64_t interval_frames_ = 0;
   Clock::time_point last_frame_{}, interval_start_ = Clock::now();

@@ -14,6 +14,7 @@
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
 #include "reconstruct/pose.h"
+#include "relight/planner.h"
 #include "server/albedo_schedule.h"
 #include "server/mailbox.h"
 #include "server/pacing.h"
@@ -66,7 +67,6 @@ class ThreadsBehind {
 
 struct Pipeline::State {
   const Session session;
-  const Plan plan;
   ExhibitBoard exhibit;
   OpenFrames open_again;
   PlayedFrames frames;
@@ -81,6 +81,7 @@ struct Pipeline::State {
   AlbedoStage albedo;
   EnclosureStage enclosure;
   GlossStage gloss;
+  Planner planner;
   LiveRelighter relighter;
   EncodeStage encode;
 
@@ -109,7 +110,6 @@ struct Pipeline::State {
   State(ServiceInput input, std::unique_ptr<FrameReader> reader, OpenFrames the_open_again,
         LiveRelighter::MakeDevice make_device, Demand& the_demand, Metrics& the_metrics, Publish the_publish)
       : session(input.session),
-        plan(input.plan),
         exhibit(std::move(input.exhibit)),
         open_again(std::move(the_open_again)),
         frames(std::move(reader)),
@@ -121,6 +121,7 @@ struct Pipeline::State {
         light(session, LightSettings{}),
         albedo(session),
         gloss(session),
+        planner(input.plan),
         relighter(session, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {}
 
@@ -248,7 +249,10 @@ void Pipeline::State::relight_turn() {
   LiveRelighter::Result relit;
   {
     const StageTimer timer(metrics, "relight");
-    relit = relighter.relight(frame, scene, *exhibit.newest(), plan);
+    const std::shared_ptr<const Exhibit> shown_exhibit = exhibit.newest();
+    const Planner::Decision decision = planner.decide(scene, *shown_exhibit, 1e-9 * static_cast<double>(frame.time_ns));
+    for (const PlanChoice& choice : decision.choices) metrics.decided(choice.key, choice.value, choice.left_out);
+    relit = relighter.relight(frame, scene, *shown_exhibit, decision.plan);
   }
   for (const gpu::PassTime& pass : relit.picture.passes) {
     metrics.time("relight/" + pass.name, 1e-3 * pass.gpu_ms);
@@ -318,10 +322,16 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
     sleep_until(Clock::now() + kTick / 2);
     return;
   }
+  if (!learning && !albedo_rest.over(kAlbedoRestLater * schedule.patience()) && !schedule.moved(*field, *measured)) {
+    sleep_until(Clock::now() + 10 * kTick);  // looking for what moved takes some milliseconds
+    return;
+  }
   const AtWork work(albedo_rest);
   const StageTimer timer(metrics, "albedo");
-  schedule.solved(*field, *measured);
+  schedule.begin(field, *measured);
   AlbedoStage::Result solution = albedo.solve(*field, *measured);
+  schedule.solved(solution.albedo);
+  metrics.decided("albedo_patience", schedule.patience());
   if (solution.illumination) {
     board.publish_enclosure(enclosure.close(*field, *solution.illumination));
     board.publish_measures(*solution.illumination, *field);

@@ -50,9 +50,10 @@ struct SceneLearner::State {
     const std::shared_ptr<const DistanceField> field = board.newest().field;
     const std::shared_ptr<const Illumination> measured = board.measured_light();
     if (field && measured && schedule.due(*field, *measured)) {
-      schedule.solved(*field, *measured);
+      schedule.begin(field, *measured);
       run_stage(learnt, "albedo", [&] {
         AlbedoStage::Result solution = albedo.solve(*field, *measured);
+        schedule.solved(solution.albedo);
         if (parts().light) {
           solution.illumination = measured;
         }

@@ -71,7 +71,7 @@ TEST(Plan, RefusesWhatIsNotAllowed) {
 
 TEST(Plan, HelpNamesEveryKeyOnce) {
   const std::vector<PlanKey> keys = plan_keys();
-  ASSERT_EQ(keys.size(), 10u);
+  ASSERT_EQ(keys.size(), 12u);
   EXPECT_EQ(keys[0].key, "plan.method");
   EXPECT_EQ(keys[1].key, "plan.volume");
   EXPECT_EQ(keys[1].allowed, "32, 64, 128 or 256");

@@ -121,37 +121,5 @@ TEST(SceneBoard, AReflectionStaysOne) {
   EXPECT_GT(carried->remainder_sh[0].x(), 1);
 }
 
-TEST(AlbedoSchedule, OnTheFirstFrameThenEveryEighthOrWhenMuchChanged) {
-  DistanceField field;
-  field.bricks[{0, 0, 0}] = std::make_shared<FieldBrick>();
-  AlbedoSchedule schedule;
-  std::string when;
-  for (int frame = 0; frame < 20; ++frame) {
-    ++field.version;
-    if (schedule.due(field, one_lamp(1, 10))) {
-      schedule.solved(field, one_lamp(1, 10));
-      when += std::to_string(frame) + " ";
-    }
-  }
-  EXPECT_EQ(when, "0 8 16 ");
-  EXPECT_FALSE(schedule.due(field, one_lamp(2, 11)));
-  EXPECT_TRUE(schedule.due(field, one_lamp(2, 13))) << "a third more light";
-  Illumination turned = one_lamp(2, 10);
-  turned.lights[0].direction = Eigen::Vector3f::UnitY();
-  EXPECT_TRUE(schedule.due(field, turned)) << "from elsewhere";
-  field.bricks[{1, 0, 0}] = std::make_shared<FieldBrick>();
-  EXPECT_TRUE(schedule.due(field, one_lamp(2, 10))) << "twice the room";
-}
-
-TEST(AlbedoSchedule, NothingNewIsNotSolvedAgain) {
-  const DistanceField field;
-  AlbedoSchedule schedule;
-  EXPECT_TRUE(schedule.due(field, one_lamp(1, 1)));
-  schedule.solved(field, one_lamp(1, 1));
-  for (int frame = 0; frame < 30; ++frame) {
-    EXPECT_FALSE(schedule.due(field, one_lamp(1, 1)));
-  }
-}
-
 }  // namespace
 }  // namespace lumigraft

@@ -1,0 +1,106 @@
+#include "relight/planner.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+/// Of each lamp, over all light there; strongest at the probe first, as they are drawn.
+std::vector<float> lamp_shares(const std::vector<PointLight>& lamps, const Eigen::Vector3f* place_m, float remainder) {
+  std::vector<float> shares;
+  float sum = remainder;
+  for (const PointLight& lamp : lamps) {
+    float irradiance = lamp.irradiance.mean();
+    if (place_m && lamp.distance_known) {
+      const Eigen::Vector3f from = *place_m - lamp.position_m;
+      const float distance_m = std::max(from.norm(), std::max(lamp.radius_m, 1e-3f));
+      irradiance = lamp.intensity.mean() * lamp.emission(from / distance_m) / (distance_m * distance_m);
+    }
+    shares.push_back(irradiance);
+    sum += irradiance;
+  }
+  for (float& share : shares) share = sum > 0 ? share / sum : 0;
+  return shares;
+}
+
+}  // namespace
+
+/// The least value that keeps to the bound; all of them where none does.
+int Planner::Held::hold(const std::vector<float>& left_out) {
+  const auto least = [&](float bound) {
+    const auto found = std::find_if(left_out.begin(), left_out.end(), [&](float share) { return share <= bound; });
+    return std::min(static_cast<int>(found - left_out.begin()), static_cast<int>(left_out.size()) - 1);
+  };
+  const int safe = least(0.5f * kLeftOut);
+  if (value < 0) {
+    value = least(kLeftOut);
+  } else if (value >= static_cast<int>(left_out.size()) || left_out[static_cast<std::size_t>(value)] > kLeftOut) {
+    value = safe;
+    calm = 0;
+  } else if (safe < value && ++calm >= kCalmFrames) {
+    value = safe;
+    calm = 0;
+  } else if (safe >= value) {
+    calm = 0;
+  }
+  return value;
+}
+
+Eigen::Vector3f Planner::middle_of(const VirtualObject& object, double time_s) {
+  auto known = spheres_.find(object.model);
+  if (known == spheres_.end()) known = spheres_.emplace(object.model, bounding_sphere(object.model->positions_m)).first;
+  return (object.T_tag_model(time_s) * known->second.centre_m.cast<double>()).cast<float>();
+}
+
+/// By how many lamps are drawn: the largest share, of all places, that the others have.
+std::vector<float> Planner::shares_left_out(const Illumination& light, const Exhibit& exhibit, double time_s) {
+  std::vector<PointLight> lamps = light.lights;
+  std::stable_sort(lamps.begin(), lamps.end(),
+                   [](const PointLight& a, const PointLight& b) { return a.irradiance.sum() > b.irradiance.sum(); });
+  float lamps_at_probe = 0;
+  for (const PointLight& lamp : lamps) lamps_at_probe += lamp.irradiance.mean();
+  const float share = measures_.remainder_share;
+  const float remainder = share < 1 ? lamps_at_probe * share / (1 - share) : 1;
+  std::vector<std::vector<float>> places{lamp_shares(lamps, nullptr, remainder)};
+  for (const VirtualObject& object : exhibit.objects) {
+    if (!object.visible || !object.model) continue;
+    const Eigen::Vector3f place_m = middle_of(object, time_s);
+    places.push_back(lamp_shares(lamps, &place_m, remainder));
+  }
+  std::vector<float> left_out(lamps.size() + 1, 0);
+  for (const std::vector<float>& shares : places) {
+    float rest = 0;
+    for (std::size_t drawn = lamps.size(); drawn-- > 0;) {
+      rest += shares[drawn];
+      left_out[drawn] = std::max(left_out[drawn], rest);
+    }
+  }
+  return left_out;
+}
+
+Planner::Decision Planner::decide(const Scene& scene, const Exhibit& exhibit, double time_s) {
+  Decision decision{asked_, {}};
+  if (asked_.follow_scene == 0 || !scene.illumination) return decision;
+  if (measured_ != scene.illumination) {
+    measured_ = scene.illumination;
+    measures_ = measure_light(*measured_);
+  }
+  const auto take = [&](const char* key, int Plan::*value, Held& held, const std::vector<float>& left_out, int first) {
+    if (asked_.by_hand.contains(key)) return;
+    const int most = asked_.*value;
+    const int taken = std::min(held.hold(left_out) + first, most);
+    const auto at = std::min(static_cast<std::size_t>(std::max(taken - first, 0)), left_out.size() - 1);
+    decision.plan.*value = taken;
+    decision.choices.push_back({key, most, taken, left_out[at]});
+  };
+  if (!asked_.by_hand.contains("rsm") && !asked_.in_cells() && asked_.method != "dvct-thesis") {
+    decision.plan.rsm = std::min(asked_.rsm, 2 * asked_.volume);
+    decision.choices.push_back({"rsm", asked_.rsm, decision.plan.rsm, 0});
+  }
+  take("max_lights", &Plan::max_lights, lights_, shares_left_out(*measured_, exhibit, time_s), 0);
+  take("sh_bands", &Plan::sh_bands, bands_, {measures_.bands_left_out.begin(), measures_.bands_left_out.end()}, 1);
+  return decision;
+}
+
+}  // namespace lumigraft
