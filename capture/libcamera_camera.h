@@ -19,6 +19,7 @@ class Camera {
   /// reason alone. `tell` is called on a thread of libcamera's for each picture.
   Camera(const std::string& name, const StreamSpec& spec, Tell tell);
 
+  const libcamera::Camera& camera() const { return *camera_; }
   PixelFormat format() const { return format_; }
   std::uint32_t stride() const { return configuration_->at(0).stride; }
   const std::vector<std::unique_ptr<libcamera::FrameBuffer>>& buffers() const;

@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 
 #include "capture/error.h"
@@ -30,19 +31,33 @@ std::vector<libcamera::Size> sizes(const libcamera::StreamFormats& formats, cons
   return any ? std::vector{range.min, range.max} : formats.sizes(format);
 }
 
-void list_nodes(const libcamera::Camera& camera) {
+/// The kernel's nodes that the camera reads from.
+std::vector<std::filesystem::path> nodes_of(const libcamera::Camera& camera) {
+  std::vector<std::filesystem::path> out;
   for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
     struct stat node {};
     if (entry.path().filename().string().starts_with("video") && stat(entry.path().c_str(), &node) == 0 &&
         S_ISCHR(node.st_mode) && camera_of_node(node.st_rdev).get() == &camera) {
-      std::cout << "node\t" << entry.path().string() << '\n';
+      out.push_back(entry.path());
     }
   }
+  return out;
+}
+
+/// What the camera of a USB node says; empty for others.
+std::string usb_serial(const std::filesystem::path& node) {
+  // A node's device is an interface of the camera, which lies above it.
+  std::ifstream file("/sys/class/video4linux" / node.filename() / "device/../serial");
+  std::string serial;
+  std::getline(file, serial);
+  return serial;
 }
 
 void list(libcamera::Camera& camera) {
   std::cout << "camera\t" << camera.id() << '\t' << model_of(camera) << '\n';
-  list_nodes(camera);
+  for (const std::filesystem::path& node : nodes_of(camera)) {
+    std::cout << "node\t" << node.string() << '\n';
+  }
   std::vector<libcamera::PixelFormat> seen;
   for (const libcamera::StreamRole role : kRoles) {
     const auto configuration = camera.generateConfiguration({role});
@@ -121,10 +136,14 @@ void tell(const HelperMessage& message, const std::vector<int>& descriptors = {}
   }
 }
 
+void set_text(HelperMessage& message, const std::string& text) {
+  std::snprintf(message.text.data(), message.text.size(), "%s", text.c_str());
+}
+
 [[noreturn]] void refuse(HelperMessage::Kind kind, const char* why) {
   HelperMessage message;
   message.kind = kind;
-  std::snprintf(message.text.data(), message.text.size(), "%s", why);
+  set_text(message, why);
   tell(message);
   _exit(0);
 }
@@ -137,6 +156,9 @@ void tell(const HelperMessage& message, const std::vector<int>& descriptors = {}
     opened.format = camera.format();
     opened.stride = camera.stride();
     opened.buffers = static_cast<std::uint32_t>(camera.buffers().size());
+    for (const std::filesystem::path& node : nodes_of(camera.camera())) {
+      set_text(opened, usb_serial(node));
+    }
     tell(opened);
     for (std::uint32_t i = 0; i < opened.buffers; ++i) {
       HelperMessage memory;

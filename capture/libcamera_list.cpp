@@ -6,7 +6,7 @@
 
 #include "capture/camera_list.h"
 #include "capture/error.h"
-#include "capture/libcamera_process.h"
+#include "capture/helper_process.h"
 
 namespace lumigraft {
 namespace {
@@ -21,7 +21,7 @@ std::string listing() {
   }
   std::string out;
   try {
-    const libcam::HelperProcess helper({"list"}, ends[1], STDOUT_FILENO);
+    const HelperProcess helper("lumigraft_libcamera", {"list"}, ends[1], STDOUT_FILENO);
     close(ends[1]);
     ends[1] = -1;
     char piece[4096];

@@ -22,7 +22,7 @@ struct HelperMessage {
   };
 
   Kind kind = Kind::unavailable;
-  std::array<char, 256> text{};                   ///< unavailable, unfit: why
+  std::array<char, 256> text{};                   ///< unavailable, unfit: why; opened: its serial number
   PixelFormat format = PixelFormat::rgb8;         ///< opened
   std::uint32_t stride = 0;                       ///< opened; bytes
   std::uint32_t buffers = 0;                      ///< opened

@@ -14,10 +14,11 @@
 #include <utility>
 #include <vector>
 
+#include "capture/camera_serial.h"
 #include "capture/driver_count.h"
 #include "capture/error.h"
+#include "capture/helper_process.h"
 #include "capture/libcamera_messages.h"
-#include "capture/libcamera_process.h"
 #include "capture/with_source.h"
 
 namespace lumigraft {
@@ -134,11 +135,14 @@ class LibcameraSource::Camera {
     }
     shared_->socket = Descriptor(ends[0]);
     const Descriptor theirs(ends[1]);
-    process_ = std::make_unique<libcam::HelperProcess>(words_for(name, spec), theirs.number(), libcam::kHelperSocket);
+    process_ = std::make_unique<HelperProcess>("lumigraft_libcamera", words_for(name, spec), theirs.number(),
+                                               libcam::kHelperSocket);
   }
   /// Apart from the constructor, so that the helper's own end is closed here by then, and its death seen.
   void open() {
     const HelperMessage opened = demand(HelperMessage::Kind::opened).first;
+    serial_ = opened.text.data();
+    check_serial(serial_, spec_.serial);
     format_ = opened.format;
     stride_ = opened.stride;
     shared_->memory.resize(opened.buffers);
@@ -170,6 +174,7 @@ class LibcameraSource::Camera {
   }
 
   const std::string& trouble() const { return trouble_; }
+  const std::string& serial() const { return serial_; }
   pid_t process() const { return process_->id(); }
 
  private:
@@ -295,8 +300,8 @@ class LibcameraSource::Camera {
   std::size_t stride_ = 0;
   PixelConverter pixels_;
   std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
-  std::unique_ptr<libcam::HelperProcess> process_;
-  std::string trouble_;
+  std::unique_ptr<HelperProcess> process_;
+  std::string trouble_, serial_;
   DriverCount count_;
 };
 
@@ -314,6 +319,8 @@ std::optional<SourceItem> LibcameraSource::next(std::chrono::milliseconds timeou
 bool LibcameraSource::finished() const { return !camera_->trouble().empty(); }
 
 std::string LibcameraSource::trouble() const { return camera_->trouble(); }
+
+std::string LibcameraSource::serial() const { return camera_->serial(); }
 
 pid_t LibcameraSource::process() const { return camera_->process(); }
 

@@ -26,6 +26,7 @@ class LibcameraSource : public Source {
   bool finished() const override;
   void rewind() override {}
   std::string trouble() const override;
+  std::string serial() const override;
   bool on_host_clock() const override { return true; }
 
   pid_t process() const;  ///< that libcamera runs in

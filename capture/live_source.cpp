@@ -24,6 +24,7 @@ LiveSource::LiveSource(std::string name, Open open, LivePatience patience)
   const Urgent urgent;
   try {
     device_ = open_();
+    serial_ = device_->serial();
   } catch (const CameraFault& e) {
     say(e.what());
   }
@@ -44,6 +45,11 @@ std::optional<SourceItem> LiveSource::next(std::chrono::milliseconds timeout) {
   SourceItem item = std::move(waiting_.front());
   waiting_.pop_front();
   return item;
+}
+
+std::string LiveSource::serial() const {
+  const std::lock_guard lock(mutex_);
+  return serial_;
 }
 
 std::string LiveSource::trouble() const {
@@ -70,6 +76,8 @@ void LiveSource::run(const std::stop_token& stop) {
           return;
         }
         device_ = open_();
+        const std::lock_guard lock(mutex_);
+        serial_ = device_->serial();
       }
       listen(stop);
     } catch (const std::exception& e) {

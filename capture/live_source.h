@@ -38,6 +38,7 @@ class LiveSource : public Source {
   bool finished() const override { return false; }
   void rewind() override {}
   std::string trouble() const override;
+  std::string serial() const override;
 
  private:
   void run(const std::stop_token& stop);
@@ -59,7 +60,7 @@ class LiveSource : public Source {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<SourceItem> waiting_;
-  std::string trouble_;
+  std::string trouble_, serial_;
   std::jthread thread_;
 };
 

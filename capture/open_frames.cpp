@@ -1,7 +1,6 @@
 // Opens what a session's source URIs name. A new kind of camera is added here and in source_uri.cpp.
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "capture/aravis_source.h"
 #include "capture/depth_registration.h"
@@ -10,6 +9,7 @@
 #include "capture/libcamera_source.h"
 #include "capture/live_source.h"
 #include "capture/mkv_source.h"
+#include "capture/oni_source.h"
 #include "capture/openni_source.h"
 #include "capture/pairing_reader.h"
 #include "capture/source_uri.h"
@@ -49,8 +49,7 @@ std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> spe
       return std::make_shared<MkvSource>(folder / w.uri.rest, w.spec);
     }
     if (w.uri.kind == "oni") {
-      return std::make_shared<OpenNiSource>(OpenNiSource::Kind::recording, (folder / w.uri.rest).string(),
-                                            std::move(specs));
+      return std::make_shared<OniSource>((folder / w.uri.rest).string(), std::move(specs));
     }
     const std::string name = specs.size() > 1 ? "colour and depth" : kNames.at(w.key);
     LivePatience patience;
@@ -91,8 +90,7 @@ void check_settings(const Wanted& w) {
   }
 }
 
-void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) {
-  std::set<std::string> recordings;
+void check(const std::vector<Wanted>& all) {
   for (const Wanted& w : all) {
     if (w.live() != all.front().live()) {
       throw InputError(
@@ -110,9 +108,6 @@ void check(const std::vector<Wanted>& all, const std::filesystem::path& folder) 
     if (w.live()) {
       check_settings(w);
     }
-    if (w.uri.kind == "oni" && recordings.insert(w.uri.rest).second) {
-      check_oni_file((folder / w.uri.rest).string());
-    }
   }
 }
 
@@ -125,7 +120,8 @@ PairedSources open_sources(const Session& session) {
                                      .width = color.model.width,
                                      .height = color.model.height,
                                      .exposure = color.exposure,
-                                     .settings = color.settings})};
+                                     .settings = color.settings,
+                                     .serial = color.serial})};
   if (session.depth) {
     const DepthCamera& depth = *session.depth;
     all.push_back(wanted("depth", depth.source,
@@ -133,7 +129,8 @@ PairedSources open_sources(const Session& session) {
                           .width = depth.model.width,
                           .height = depth.model.height,
                           .unit_m = depth.unit_m,
-                          .registered = depth.registered}));
+                          .registered = depth.registered,
+                          .serial = depth.serial}));
   }
   if (session.fisheye) {
     const FisheyeCamera& fisheye = *session.fisheye;
@@ -142,9 +139,10 @@ PairedSources open_sources(const Session& session) {
                           .width = fisheye.model.width,
                           .height = fisheye.model.height,
                           .exposure = fisheye.exposure,
-                          .settings = fisheye.settings}));
+                          .settings = fisheye.settings,
+                          .serial = fisheye.serial}));
   }
-  check(all, session.folder);
+  check(all);
 
   const Wanted& color_wanted = all.front();
   const bool one_device = session.depth && color_wanted.openni() && all[1].same_place(color_wanted);
@@ -161,6 +159,21 @@ PairedSources open_sources(const Session& session) {
     sources.fisheye_offset_ns = std::llround(1e9 * session.fisheye->time_offset_s);
   }
   return sources;
+}
+
+void take_serials(Session& session, const PairedSources& sources) {
+  const auto take = [](std::string& serial, const std::shared_ptr<Source>& source) {
+    if (serial.empty() && source) {
+      serial = source->serial();
+    }
+  };
+  take(session.color.serial, sources.color);
+  if (session.depth) {
+    take(session.depth->serial, sources.depth);
+  }
+  if (session.fisheye) {
+    take(session.fisheye->serial, sources.fisheye);
+  }
 }
 
 std::unique_ptr<FrameReader> pair_sources(const Session& session, PairedSources sources) {

@@ -1,21 +1,16 @@
 #include "capture/openni_source.h"
 
 #include <OpenNI.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
-#include <cerrno>
 #include <cmath>
-#include <csignal>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 
+#include "capture/camera_serial.h"
 #include "capture/error.h"
 
 namespace lumigraft {
@@ -123,22 +118,13 @@ struct OpenDevice {
   std::vector<std::unique_ptr<Lane>> lanes;
 };
 
-/// More memory than this process has by now that a recording may make it take.
-void allow_memory(std::uint64_t more_bytes) {
-  std::uint64_t pages = 0;
-  if (std::ifstream("/proc/self/statm") >> pages) {
-    const rlim_t most = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) + more_bytes;
-    const rlimit limit{most, most};
-    setrlimit(RLIMIT_AS, &limit);
-  }
-}
-
 }  // namespace
 
 /// One run of a device or one pass over a recording. The constructor throws InputError with the reason alone.
 class OpenNiSource::Reader {
  public:
-  Reader(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs) : kind_(kind) {
+  Reader(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs, std::chrono::milliseconds silence)
+      : kind_(kind), silence_(silence) {
     if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK) {
       throw CameraFault("found nothing OpenNI2 can open: " + openni_error());
     }
@@ -147,6 +133,12 @@ class OpenNiSource::Reader {
                        ", allowed: oni: for recordings, openni2: for devices");
     }
     listener_.listen_to(device_.getDeviceInfo().getUri());
+    if (kind == Kind::device) {
+      serial_ = serial_of_device();
+    }
+    for (const StreamSpec& spec : specs) {
+      check_serial(serial_, spec.serial);
+    }
     for (const StreamSpec& spec : specs) {
       lanes_.push_back(std::make_unique<Lane>());
       lanes_.back()->spec = spec;
@@ -165,6 +157,9 @@ class OpenNiSource::Reader {
           throw InputError(std::string("found no ") + name_of(lane->spec.stream) + " pictures in the recording");
         }
       }
+      constexpr std::uintmax_t kLeastOfAPicture = 20;  // bytes: what comes more often comes again and again
+      std::error_code error;
+      left_ = std::filesystem::file_size(uri, error) / kLeastOfAPicture;
     } else {
       prepare_device();
     }
@@ -179,8 +174,6 @@ class OpenNiSource::Reader {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
     // A recording answers as fast as it can be read. Its counts of pictures say when it is over; where they are wrong,
     // silence does.
-    constexpr std::chrono::milliseconds kSilence = 5000ms;
-    constexpr std::chrono::milliseconds kSilenceAfterEnd = 1000ms;
     if (finished_) {
       return std::nullopt;
     }
@@ -189,7 +182,7 @@ class OpenNiSource::Reader {
       streams.push_back(&lane->stream);
     }
     int ready = -1;
-    const auto wait = kind_ == Kind::device ? timeout : listener_.ended() ? kSilenceAfterEnd : kSilence;
+    const auto wait = kind_ == Kind::device ? timeout : listener_.ended() ? silence_ / 5 : silence_;
     const openni::Status status = openni::OpenNI::waitForAnyStream(streams.data(), static_cast<int>(streams.size()),
                                                                    &ready, static_cast<int>(wait.count()));
     if (status != openni::STATUS_OK || ready < 0 || ready >= static_cast<int>(lanes_.size())) {
@@ -199,14 +192,24 @@ class OpenNiSource::Reader {
     SourceItem item = take(*lanes_[ready]);
     if (kind_ == Kind::recording) {
       --lanes_[ready]->left;
-      finished_ = std::all_of(lanes_.begin(), lanes_.end(), [](const auto& lane) { return lane->left <= 0; });
+      finished_ =
+          --left_ == 0 || std::all_of(lanes_.begin(), lanes_.end(), [](const auto& lane) { return lane->left <= 0; });
     }
     return item;
   }
 
   bool finished() const { return finished_; }
+  const std::string& serial() const { return serial_; }
 
  private:
+  std::string serial_of_device() const {
+    std::array<char, 256> text{};
+    int size = static_cast<int>(text.size()) - 1;
+    const bool said =
+        device_.getProperty(openni::DEVICE_PROPERTY_SERIAL_NUMBER, text.data(), &size) == openni::STATUS_OK;
+    return said ? text.data() : "";
+  }
+
   void create(Lane& lane) {
     const openni::SensorType sensor = lane.spec.stream == Stream::depth ? openni::SENSOR_DEPTH : openni::SENSOR_COLOR;
     const std::string name = name_of(lane.spec.stream);
@@ -302,109 +305,37 @@ class OpenNiSource::Reader {
   }
 
   Kind kind_;
+  std::chrono::milliseconds silence_;
+  std::uintmax_t left_ = 0;  ///< more pictures that a recording can have
   Library library_;
   EndListener listener_;
   OpenDevice open_;
   openni::Device& device_ = open_.device;
   std::vector<std::unique_ptr<Lane>>& lanes_ = open_.lanes;
   bool finished_ = false;
+  std::string serial_;
 };
 
-OpenNiSource::OpenNiSource(Kind kind, const std::string& uri, std::vector<StreamSpec> specs)
-    : kind_(kind), uri_(uri), specs_(std::move(specs)) {
+OpenNiSource::OpenNiSource(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs,
+                           std::chrono::milliseconds silence) {
   try {
-    reader_ = std::make_unique<Reader>(kind_, uri_, specs_);
+    reader_ = std::make_unique<Reader>(kind, uri, specs, silence);
   } catch (const CameraFault& e) {
     if (kind == Kind::device) {
-      throw CameraFault("openni2:" + uri_ + ": " + e.what());
+      throw CameraFault("openni2:" + uri + ": " + e.what());
     }
-    throw InputError(uri_ + ": " + e.what());
+    throw InputError(uri + ": " + e.what());
   } catch (const InputError& e) {
-    throw InputError((kind == Kind::device ? "openni2:" : "") + uri_ + ": " + e.what());
+    throw InputError((kind == Kind::device ? "openni2:" : "") + uri + ": " + e.what());
   }
 }
 
 OpenNiSource::~OpenNiSource() = default;
 
-std::optional<SourceItem> OpenNiSource::next(std::chrono::milliseconds timeout) {
-  return reader_ == nullptr ? std::nullopt : reader_->next(timeout);
-}
+std::optional<SourceItem> OpenNiSource::next(std::chrono::milliseconds timeout) { return reader_->next(timeout); }
 
-bool OpenNiSource::finished() const { return reader_ == nullptr || reader_->finished(); }
+bool OpenNiSource::finished() const { return reader_->finished(); }
 
-void OpenNiSource::rewind() {
-  if (kind_ == Kind::device) {
-    return;
-  }
-  reader_.reset();
-  try {
-    reader_ = std::make_unique<Reader>(kind_, uri_, specs_);
-  } catch (const InputError&) {
-    // The file has gone meanwhile: finished() says so.
-  }
-}
-
-void play_oni_file(const std::string& file, std::chrono::milliseconds silence, const std::function<void()>& heard) {
-  static const Library library;
-  OpenDevice open;
-  openni::PlaybackControl* playback = nullptr;
-  if (open.device.open(file.c_str()) != openni::STATUS_OK || (playback = open.device.getPlaybackControl()) == nullptr) {
-    return;  // a clean refusal: opening it in earnest says why
-  }
-  playback->setSpeed(-1.0f);
-  playback->setRepeatEnabled(false);
-  std::vector<openni::VideoStream*> started;
-  for (const auto sensor : {openni::SENSOR_COLOR, openni::SENSOR_DEPTH}) {
-    open.lanes.push_back(std::make_unique<Lane>());
-    openni::VideoStream& stream = open.lanes.back()->stream;
-    if (open.device.hasSensor(sensor) && stream.create(open.device, sensor) == openni::STATUS_OK &&
-        stream.start() == openni::STATUS_OK) {
-      started.push_back(&stream);
-    }
-  }
-  int ready = 0;
-  openni::VideoFrameRef frame;
-  constexpr std::uintmax_t kLeastOfAPicture = 20;  // bytes: what comes more often comes again and again
-  std::error_code error;
-  std::uintmax_t left = std::filesystem::file_size(file, error) / kLeastOfAPicture;
-  while (!started.empty() && left-- > 0 &&
-         openni::OpenNI::waitForAnyStream(started.data(), static_cast<int>(started.size()), &ready,
-                                          static_cast<int>(silence.count())) == openni::STATUS_OK) {
-    started[static_cast<std::size_t>(ready)]->readFrame(&frame);
-    heard();
-  }
-}
-
-void check_oni_file(const std::string& file) {
-  const pid_t child = fork();
-  if (child < 0) {
-    throw InputError(file + ": found no process to check it in");
-  }
-  if (child == 0) {
-    const rlimit none{0, 0};
-    setrlimit(RLIMIT_CORE, &none);
-    constexpr std::uint64_t kMostOfAFile = std::uint64_t{1} << 30;
-    allow_memory(kMostOfAFile);
-    if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr) {
-      _exit(1);
-    }
-    constexpr unsigned kLongestPause_s = 10;  // then SIGALRM ends it
-    std::signal(SIGALRM, SIG_DFL);
-    alarm(kLongestPause_s);
-    constexpr auto kSilence = 500ms;
-    try {
-      play_oni_file(file, kSilence, [] { alarm(kLongestPause_s); });
-    } catch (const InputError&) {  // said where it is opened in earnest
-    }
-    _exit(0);
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    const char* why = WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "it ends the program";
-    throw InputError(file + ": found a recording that OpenNI2 does not survive reading: " + why);
-  }
-}
+std::string OpenNiSource::serial() const { return reader_->serial(); }
 
 }  // namespace lumigraft

@@ -1,11 +1,10 @@
 #pragma once
-// oni:FILE and openni2:[URI] - a depth camera that OpenNI2 knows, or what its recorder wrote. One object delivers
-// colour and depth.
+// openni2:[URI] - a depth camera that OpenNI2 knows. One object delivers colour and depth. A device runs without
+// mirroring and with fixed exposure and white balance.
 //
-// A recording is stepped picture by picture, is never sought (OpenNI2 2.2 crashes) and rewinds by opening it anew; its
-// times start at 0. A device runs without mirroring and with fixed exposure and white balance.
+// Also what OpenNI2's recorder wrote, in a process that may crash (oni_source.h): stepped picture by picture, never
+// sought (OpenNI2 2.2 crashes), its times starting at 0.
 #include <chrono>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,31 +14,23 @@
 
 namespace lumigraft {
 
-/// Plays a recording once to its end, whatever is in it, and may crash. `silence` is how long no picture comes at its
-/// end; `heard` is called with each one.
-void play_oni_file(const std::string& file, std::chrono::milliseconds silence, const std::function<void()>& heard);
-
-/// Does so in a child process, since OpenNI2 crashes on some damaged files. Throws InputError where it
-/// does. Call it before the first OpenNiSource of the process is made.
-void check_oni_file(const std::string& file);
-
 class OpenNiSource : public Source {
  public:
   enum class Kind { recording, device };
 
-  /// `uri` is a file's path, a device's URI, or empty for any device. Throws InputError.
-  OpenNiSource(Kind kind, const std::string& uri, std::vector<StreamSpec> specs);
+  /// `uri` is a file's path, a device's URI, or empty for any device. `silence` is how long no picture of a recording
+  /// comes where its counts do not say that it is over. Throws InputError.
+  OpenNiSource(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs,
+               std::chrono::milliseconds silence = std::chrono::milliseconds(5000));
   ~OpenNiSource() override;
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override;
-  void rewind() override;
+  void rewind() override {}
+  std::string serial() const override;
 
  private:
   class Reader;
-  Kind kind_;
-  std::string uri_;
-  std::vector<StreamSpec> specs_;
   std::unique_ptr<Reader> reader_;
 };
 

@@ -32,6 +32,9 @@ struct PairedSources {
 /// What a session's cameras give, before it is paired. Throws as open_frames.
 PairedSources open_sources(const Session& session);
 
+/// Puts what live cameras say of themselves where the session names no serial number.
+void take_serials(Session& session, const PairedSources& sources);
+
 /// FrameSets of the session from its opened sources; open_frames with something between the two.
 std::unique_ptr<FrameReader> pair_sources(const Session& session, PairedSources sources);
 

@@ -138,8 +138,14 @@ CameraSettings read_settings(const ConfigTable& table) {
 
 double read_exposure(const ConfigTable& table) { return table.number("exposure", 1e-9, 1e9); }
 
-/// The camera's own word for itself, else what its source calls it by.
+/// The session's word for the camera, else what its source calls it by.
 std::string read_serial(const ConfigTable& table) { return table.text("serial", serial_in(table.text("source"))); }
+
+/// Where neither is there, that of the camera whose lens it is said to have.
+std::string read_serial(const ConfigTable& table, const ConfigTable& lens) {
+  const std::string own = read_serial(table);
+  return own.empty() ? lens.text("serial", "") : own;
+}
 
 struct Size {
   int width, height;
@@ -194,7 +200,7 @@ void finish_calibration(const ConfigTable& calibration, const Session& session) 
 ColorCamera read_color(const ConfigTable& table, const ConfigTable& lens) {
   ColorCamera camera;
   camera.source = source_uri(table);
-  camera.serial = read_serial(table);
+  camera.serial = read_serial(table, lens);
   camera.model = read_pinhole(lens);
   camera.model.width = read_size(table).width;
   camera.model.height = read_size(table).height;
@@ -223,6 +229,7 @@ DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
   camera.model.width = table.integer("width", 1, kLargestSide, color.width);
   camera.model.height = table.integer("height", 1, kLargestSide, color.height);
   const ConfigTable lens = lens_table(table, {camera.model.width, camera.model.height}, calibration, "depth");
+  camera.serial = read_serial(table, lens);
   camera.T_color_depth = read_transform(lens, "T_color_depth");
   return camera;
 }
@@ -230,7 +237,7 @@ DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
 FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
   FisheyeCamera camera;
   camera.source = source_uri(table);
-  camera.serial = read_serial(table);
+  camera.serial = read_serial(table, lens);
   camera.model = read_fisheye_model(lens);
   camera.exposure = read_exposure(table);
   camera.response = read_response(lens.has("response") ? lens : table);

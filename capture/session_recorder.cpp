@@ -3,7 +3,6 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "capture/camera_serial.h"
 #include "capture/config_override.h"
 #include "capture/error.h"
 #include "capture/mkv_source.h"
@@ -77,7 +76,11 @@ void take_along(toml::table& table, std::string_view key, const std::string& new
 }  // namespace
 
 SessionRecorder::SessionRecorder(const SessionText& text, const Session& session, fs::path folder, DepthCoding coding)
-    : text_(text), name_(session.name), folder_(std::move(folder)) {
+    : text_(text),
+      name_(session.name),
+      serials_{session.color.serial, session.depth ? session.depth->serial : "",
+               session.fisheye ? session.fisheye->serial : ""},
+      folder_(std::move(folder)) {
   std::error_code error;
   if (fs::exists(folder_) && (!fs::is_directory(folder_) || !fs::is_empty(folder_, error))) {
     throw InputError("--out: found " + folder_.string() + " in use, allowed: a folder that is new or empty");
@@ -151,9 +154,8 @@ void SessionRecorder::write_session_text() {
     if (table == nullptr || !seen_[at(stream)]) {
       continue;
     }
-    const std::string source = (*table)["source"].value_or(std::string());
-    if (const std::string serial = serial_in(source); !serial.empty()) {
-      table->insert("serial", serial);  // its own word for itself stays
+    if (!serials_[at(stream)].empty()) {
+      table->insert("serial", serials_[at(stream)]);  // what the text says stays
     }
     table->insert_or_assign("source", "mkv:" + std::string(name) + ".mkv");
     take_along(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);

@@ -37,6 +37,7 @@ class SessionRecorder {
 
   SessionText text_;
   std::string name_;
+  std::array<std::string, 3> serials_;  ///< by Stream
   std::filesystem::path folder_;
   std::optional<StreamSpec> uncompressed_depth_;
   std::array<std::unique_ptr<StreamRecorder>, 3> streams_;  ///< by Stream; null where the session has none

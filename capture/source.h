@@ -43,6 +43,8 @@ class Source {
   virtual void rewind() = 0;
   /// What keeps a camera from giving pictures, on one line; empty where nothing does.
   virtual std::string trouble() const { return {}; }
+  /// What the camera itself says tells it from others of its kind; empty where it does not, or never was there.
+  virtual std::string serial() const { return {}; }
   /// Whether the times of its pictures are those of this host's steady clock, so that no clock need be estimated.
   virtual bool on_host_clock() const { return false; }
   /// Whether the next item is there already and of the same moment: the rest of a bracket.

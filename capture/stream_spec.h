@@ -17,6 +17,7 @@ struct StreamSpec {
   double unit_m = 0.001;         ///< depth
   bool registered = true;        ///< depth: the device itself puts depth on the colour camera's pixels
   CameraSettings settings = {};  ///< live colour and fish-eye
+  std::string serial = {};       ///< a live camera that says another one is refused; empty: any
 };
 
 inline std::string size_text(int width, int height) {

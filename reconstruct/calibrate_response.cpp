@@ -15,11 +15,11 @@ namespace {
 
 constexpr int kCodes = 256;
 constexpr double kFirstNoise = 2.5, kLeastNoise = 0.3, kMostNoise = 3.3;  // 1σ in code values
-// Readings count from so many σ from the ends of the scale, where noise is cut off and dark readings that noise lifts
-// would pass for light.
-constexpr double kFromEnds = 5.0;
+// Readings count from so many σ from the ends of the scale, where noise is cut off: by what they read, since that picks
+// noise too, and by where the fit of the pixel's light puts them.
+constexpr double kFromEnds = 5.0, kFitFromEnds = 2.5;
 constexpr double kLargestResidual = 0.05, kLeastRatio = 4;
-constexpr int kFolds = 4;
+constexpr int kFolds = 4, kFirstRounds = 3, kRounds = 6;
 
 using Codes = Eigen::VectorXd;   // a number for each code value
 using Normal = Eigen::MatrixXd;  // for each pair of them
@@ -31,21 +31,7 @@ Codes reference_ln() {
   return g;
 }
 
-/// Weight of a code value: the inverse variance of its ln(linear) under noise of the code, by the curve's slope. That
-/// is taken for no less than a quarter and no more than four times sRGB's, so that a bad guess cannot run away.
-Codes weights_of(const Codes& ln_linear, double noise) {
-  static const Codes usual = reference_ln();
-  Codes weights = Codes::Zero(kCodes);
-  const int end = static_cast<int>(std::ceil(std::max(3.0, kFromEnds * noise)));
-  for (int z = end; z < kCodes - end; ++z) {
-    const double usual_slope = 0.5 * (usual[z + 1] - usual[z - 1]);
-    const double slope = std::clamp(0.5 * (ln_linear[z + 1] - ln_linear[z - 1]), usual_slope / 4, usual_slope * 4);
-    weights[z] = 1 / (slope * slope * noise * noise);
-  }
-  return weights;
-}
-
-/// Normal equations of Σ w (g(z) - ln e - E)² over all pixels and exposures, each pixel's E eliminated.
+/// Normal equations of Σ w (h g - c - E)² over all pixels and exposures, each pixel's E eliminated.
 struct Equations {
   Normal a = Normal::Zero(kCodes, kCodes);
   Codes b = Codes::Zero(kCodes);
@@ -62,6 +48,45 @@ struct Equations {
   }
 };
 
+/// A curve as it is used: from light to codes.
+class Forward {
+ public:
+  /// Its slope is taken for no less than a quarter and no more than four times sRGB's, so that a bad guess cannot run
+  /// away.
+  explicit Forward(const Codes& ln_linear) : ln_(ln_linear), slope_(kCodes) {
+    static const Codes usual = reference_ln();
+    ln_[0] = ln_[1] - 1;  // code 0 is no logarithm's
+    for (int z = 1; z < kCodes; ++z) ln_[z] = std::max(ln_[z], ln_[z - 1] + 1e-6);
+    for (int z = 1; z + 1 < kCodes; ++z) {
+      const double usual_slope = 0.5 * (usual[z + 1] - usual[z - 1]);
+      slope_[z] = std::clamp(0.5 * (ln_[z + 1] - ln_[z - 1]), usual_slope / 4, usual_slope * 4);
+    }
+    slope_[0] = slope_[1];
+    slope_[kCodes - 1] = slope_[kCodes - 2];
+  }
+  /// The code of some light, a fraction; outside of the scale one of its ends.
+  double code(double ln_light) const {
+    const auto above = std::upper_bound(ln_.begin(), ln_.end(), ln_light);
+    if (above == ln_.begin()) return 0;
+    if (above == ln_.end()) return kCodes - 1;
+    const auto z = above - ln_.begin();
+    return static_cast<double>(z - 1) + (ln_light - ln_[z - 1]) / (ln_[z] - ln_[z - 1]);
+  }
+  double ln(double code) const { return ln_[static_cast<Eigen::Index>(std::lround(code))]; }
+  /// Of ln(light) by code.
+  double slope(double code) const { return slope_[static_cast<Eigen::Index>(std::lround(code))]; }
+
+ private:
+  Codes ln_, slope_;
+};
+
+/// What is believed: readings as they are, or the light that fits a pixel's.
+enum class Trust { readings, fits };
+
+/// Pixels are compared in code values, where noise has no bias: in ln(linear) it pulls dark readings down. So each
+/// pixel's light is fitted to its readings through the newest curve, and the equations are those of Gauss and Newton
+/// for Σ (z - f(E + ln e))², f the curve's inverse. Readings count by where that fit puts them, of which their
+/// distances from it are independent; picking them by what they read picks noise with them.
 class Channel {
  public:
   Channel(const std::vector<ExposedPicture>& pictures, int channel) : pictures_(pictures), channel_(channel) {
@@ -74,31 +99,40 @@ class Channel {
   }
 
   /// Of every kFolds-th pixel, from the one of this number on.
-  Equations equations(const Codes& weights, std::size_t fold) const {
+  Equations equations(const Codes& g, double noise, Trust trust, std::size_t fold) const {
     Equations e;
-    for_each_pixel(weights, fold, [&](const int* z, const double* w, const double* ln_e, int count, double sum) {
-      double mean_ln_e = 0;
-      for (int i = 0; i < count; ++i) mean_ln_e += w[i] * ln_e[i] / sum;
-      for (int i = 0; i < count; ++i) {
-        const double off = ln_e[i] - mean_ln_e;
-        e.b[z[i]] += w[i] * off;
-        e.c += w[i] * off * off;
-        e.a(z[i], z[i]) += w[i];
-        for (int k = 0; k < count; ++k) e.a(z[i], z[k]) -= w[i] * w[k] / sum;
+    const Forward forward(g);
+    for_each_pixel(forward, noise, trust, fold, [&](const std::vector<Reading>& readings, double sum) {
+      double mean = 0;
+      for (const Reading& r : readings) mean += r.weight * r.constant / sum;
+      for (const Reading& r : readings) {
+        const double off = r.constant - mean;
+        e.c += r.weight * off * off;
+        for (int k = 0; k < 2; ++k) e.b[r.code + k] += r.weight * r.share[k] * off;
+        for (int k = 0; k < 2; ++k)
+          for (int l = 0; l < 2; ++l) e.a(r.code + k, r.code + l) += r.weight * r.share[k] * r.share[l];
+        for (const Reading& o : readings)
+          for (int k = 0; k < 2; ++k)
+            for (int l = 0; l < 2; ++l)
+              e.a(r.code + k, o.code + l) -= r.weight * r.share[k] * o.weight * o.share[l] / sum;
       }
-      e.freedom += count - 1;
+      e.freedom += static_cast<double>(readings.size()) - 1;
     });
     return e;
   }
 
-  /// Median distance between what a pixel's exposures say and their mean.
-  double median_residual(const Codes& g, const Codes& weights) const {
+  /// Median distance between what a pixel's exposures say and their mean, of ln(linear).
+  double median_residual(const Codes& g, double noise) const {
     std::vector<float> shares;
+    const Forward forward(g);
     for (std::size_t fold = 0; fold < kFolds; ++fold)
-      for_each_pixel(weights, fold, [&](const int* z, const double* w, const double* ln_e, int count, double sum) {
+      for_each_pixel(forward, noise, Trust::fits, fold, [&](const std::vector<Reading>& readings, double sum) {
+        const auto off = [&](const Reading& r) {
+          return r.share[0] * g[r.code] + r.share[1] * g[r.code + 1] - r.constant;
+        };
         double mean = 0;
-        for (int i = 0; i < count; ++i) mean += w[i] * (g[z[i]] - ln_e[i]) / sum;
-        for (int i = 0; i < count; ++i) shares.push_back(static_cast<float>(std::abs(g[z[i]] - ln_e[i] - mean)));
+        for (const Reading& r : readings) mean += r.weight * off(r) / sum;
+        for (const Reading& r : readings) shares.push_back(static_cast<float>(std::abs(off(r) - mean)));
       });
     if (shares.empty()) return 0;
     const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
@@ -107,23 +141,68 @@ class Channel {
   }
 
  private:
-  /// Calls with the code values of every pixel that was neither clipped nor black at two exposures or more.
+  /// One equation: share · g at two codes = E + constant.
+  struct Reading {
+    int code = 0;
+    std::array<double, 2> share{};
+    double constant = 0, weight = 0;
+  };
+
+  /// Calls with every pixel that was neither clipped nor black at two exposures or more.
   template <typename Function>
-  void for_each_pixel(const Codes& weights, std::size_t fold, const Function& function) const {
-    std::vector<int> z(pictures_.size());
-    std::vector<double> w(pictures_.size()), ln_e(pictures_.size());
+  void for_each_pixel(const Forward& forward, double noise, Trust trust, std::size_t fold,
+                      const Function& function) const {
+    const double from_ends = std::max(3.0, kFromEnds * noise);
+    std::vector<double> z(pictures_.size());
+    std::vector<Reading> readings;
     for (std::size_t pixel = fold * step_; pixel < pixels_; pixel += kFolds * step_) {
-      int count = 0;
-      double sum = 0;
+      readings.clear();
       for (std::size_t i = 0; i < pictures_.size(); ++i) {
-        const int code = pictures_[i].encoded.data[3 * pixel + static_cast<std::size_t>(channel_)];
-        if (!(weights[code] > 0)) continue;
-        z[static_cast<std::size_t>(count)] = code;
-        w[static_cast<std::size_t>(count)] = weights[code];
-        ln_e[static_cast<std::size_t>(count++)] = ln_exposure_[i];
-        sum += weights[code];
+        z[i] = pictures_[i].encoded.data[3 * pixel + static_cast<std::size_t>(channel_)];
+        if (z[i] >= from_ends && z[i] <= kCodes - 1 - from_ends)
+          readings.push_back(reading(forward, z[i], z[i], ln_exposure_[i], noise));
       }
-      if (count >= 2) function(z.data(), w.data(), ln_e.data(), count, sum);
+      if (trust == Trust::fits && readings.size() >= 2) fit(forward, noise, z, readings);
+      double sum = 0;
+      for (const Reading& r : readings) sum += r.weight;
+      if (readings.size() >= 2) function(readings, sum);
+    }
+  }
+
+  /// `z` where the curve puts it at `code`.
+  static Reading reading(const Forward& forward, double z, double code, double ln_exposure, double noise) {
+    const int low = std::min(static_cast<int>(code), kCodes - 2);
+    const double slope = forward.slope(code);
+    return {low, {low + 1 - code, code - low}, ln_exposure - slope * (z - code), 1 / (slope * slope * noise * noise)};
+  }
+
+  /// Where the curve puts the readings of the light that fits them best. All that are not clipped tell the light, and
+  /// those that it puts near an end are left out: what is left of noise then does not depend on where that is.
+  void fit(const Forward& forward, double noise, const std::vector<double>& z, std::vector<Reading>& readings) const {
+    double light = 0, sum = 0;
+    for (const Reading& r : readings) {
+      light += r.weight * (forward.ln(r.code) - r.constant);
+      sum += r.weight;
+    }
+    light /= sum;
+    const auto clipped = [&](std::size_t i) { return z[i] < 1 || z[i] > kCodes - 2; };
+    constexpr int kSteps = 3;
+    for (int step = 0; step < kSteps; ++step) {
+      double all = 0, pull = 0;
+      for (std::size_t i = 0; i < z.size(); ++i) {
+        if (clipped(i)) continue;
+        const double code = forward.code(light + ln_exposure_[i]), per_ln = 1 / forward.slope(code);
+        all += per_ln * per_ln;
+        pull += per_ln * (z[i] - code);
+      }
+      light += pull / all;
+    }
+    const double near = kFitFromEnds * noise;
+    readings.clear();
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      const double code = forward.code(light + ln_exposure_[i]);
+      if (!clipped(i) && code >= near && code <= kCodes - 1 - near)
+        readings.push_back(reading(forward, z[i], code, ln_exposure_[i], noise));
     }
   }
 
@@ -211,14 +290,15 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
     double noise = kFirstNoise;
     std::array<Equations, kFolds> folds;
     Equations measured;
-    Codes weights;
-    for (int round = 0; round < 4; ++round) {  // the weights follow the curve and the noise
-      weights = weights_of(g, noise);
+    for (int round = 0; round < kRounds; ++round) {  // what readings say follows the curve and the noise
       measured = {};
-      for (std::size_t fold = 0; fold < kFolds; ++fold) measured += folds[fold] = channel.equations(weights, fold);
+      for (std::size_t fold = 0; fold < kFolds; ++fold)
+        measured += folds[fold] =
+            channel.equations(g, noise, round < kFirstRounds ? Trust::readings : Trust::fits, fold);
+      if (round + 1 == kRounds) break;
       constexpr double kUsual = 1e8;
       g = solver_of(measured, kUsual).solve(measured.b);
-      if (round < 3 && measured.freedom > 0)
+      if (measured.freedom > 0)
         noise = std::clamp(noise * std::sqrt(measured.misfit(g) / measured.freedom), kLeastNoise, kMostNoise);
     }
     const auto solver = solver_of(measured, strength_by_cross_validation(folds, measured));
@@ -232,7 +312,7 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
       }
     result.darkest = std::max(result.darkest, low);
     result.brightest = std::min(result.brightest, high);
-    result.residual = std::max(result.residual, channel.median_residual(g, weights));
+    result.residual = std::max(result.residual, channel.median_residual(g, noise));
     const double variance = measured.freedom > 0 ? measured.misfit(g) / measured.freedom : 1;
     const Normal covariance = solver.solve(Normal::Identity(kCodes, kCodes));
     auto& linear = result.linear[static_cast<std::size_t>(c)];

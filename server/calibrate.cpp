@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <sstream>
@@ -80,30 +81,25 @@ Input cameras_of(const Session& session) {
 }
 
 /// Frames as the sensors gave them: the fish-eye on its own clock, depth on its own pixels.
-std::unique_ptr<FrameReader> open_raw_frames(const Session& session) {
-  Session raw = session;
+std::unique_ptr<FrameReader> open_raw_frames(Session raw, PairedSources& sources) {
   if (raw.fisheye) {
     raw.fisheye->time_offset_s = 0;
   }
-  PairedSources sources = open_sources(raw);
+  sources = open_sources(raw);
   if (raw.depth) {
     raw.depth->registered = true;
   }
-  return pair_sources(raw, std::move(sources));
+  return pair_sources(raw, sources);
 }
 
-/// Until the end of a recording, or what was seen is said to be enough.
-void look_through(FrameReader& reader, const CalibrateCommand& command, const Session& session,
+/// Until the end of a recording or of live cameras' time, or what was seen seems enough: true then.
+bool look_through(FrameReader& reader, const std::function<bool()>& late, const Session& session,
                   const std::atomic<bool>& interrupted, BoardCollector& collector, CalibrateGuide* guide,
                   std::ostream& report) {
-  const Clock::time_point begin = Clock::now();
-  const auto over = [&] {
-    const bool late =
-        command.seconds && std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
-    const bool enough = guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()));
-    return enough || (reader.live() && late);
-  };
-  while (!interrupted && !reader.finished() && !over()) {
+  while (!interrupted && !reader.finished() && !(reader.live() && late())) {
+    if (guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()))) {
+      return true;
+    }
     const std::optional<FrameSet> frame = reader.next(kTick);
     if (!frame) {
       continue;
@@ -118,6 +114,7 @@ void look_through(FrameReader& reader, const CalibrateCommand& command, const Se
       say_view(report, collector.moments().size(), seen);
     }
   }
+  return false;
 }
 
 /// Every picture of one camera has the size of the first.
@@ -353,22 +350,29 @@ void conclude(const CalibrateCommand& command, const Board& board, const Session
 void find_lenses_in(const Session& session, const CalibrateCommand& command, const Board& board,
                     const std::atomic<bool>& interrupted, CalibrateGuide* guide, std::ostream& report) {
   BoardCollector collector(board, room_tag_of(session, board));
-  const std::unique_ptr<FrameReader> reader = open_raw_frames(session);
+  PairedSources sources;
+  const std::unique_ptr<FrameReader> reader = open_raw_frames(session, sources);
+  const auto late = [&command, begin = Clock::now()] {
+    return command.seconds && std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
+  };
   for (;;) {
-    look_through(*reader, command, session, interrupted, collector, guide, report);
+    const bool may_go_on = look_through(*reader, late, session, interrupted, collector, guide, report);
     if (guide != nullptr) {
       guide->calculating();
     }
     std::ostringstream found;
     try {
-      conclude(command, board, &session, cameras_of(session), collector, found);
+      Session named = session;
+      take_serials(named, sources);
+      conclude(command, board, &named, cameras_of(named), collector, found);
       report << found.str();
       return;
     } catch (const std::runtime_error& e) {
-      if (interrupted || guide == nullptr || !guide->goes_on(e.what())) {
+      if (interrupted || !may_go_on) {
         report << found.str();
         throw;
       }
+      guide->go_on(e.what());
     }
   }
 }

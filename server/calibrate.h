@@ -17,8 +17,8 @@ struct CalibrateCommand {
   std::optional<double> fov_degrees;     ///< of the fish-eye in `fisheye`
   std::optional<double> seconds;         ///< of live cameras; until interrupted where empty
   std::string listen;  ///< ADDRESS:PORT of a page that guides; empty: none. It stays until interrupted, and live
-                       ///< cameras look until everything is covered, or the page's button is pressed and what was
-                       ///< seen is enough.
+                       ///< cameras look until everything is covered, or the page's button is pressed, and what was
+                       ///< seen is good enough.
   std::filesystem::path sweep;  ///< a list of pictures of a still scene with their exposures, in place of all that
   std::filesystem::path out;    ///< the calibration, which `calibration = "FILE"` of a configuration names; of
                                 ///< a sweep the table that `response = "FILE"` names

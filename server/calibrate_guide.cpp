@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "reconstruct/calibrate_verdict.h"
 #include "server/page.h"
@@ -52,6 +51,7 @@ void CalibrateGuide::look(const FrameSet& frame, const BoardCollector& collector
   const std::lock_guard lock(mutex_);
   const bool more = collector.moments().size() != moments_;
   moments_ = collector.moments().size();
+  kept_ += more ? 1 : 0;
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
     if (!cameras_[c]) {
       continue;
@@ -90,19 +90,17 @@ void CalibrateGuide::done(const std::string& report, const std::string& refusal)
 
 bool CalibrateGuide::covered() const {
   const std::lock_guard lock(mutex_);
-  return std::all_of(cameras_.begin(), cameras_.end(), [](const std::optional<Camera>& camera) {
-    return !camera || (camera->views >= kEnoughViews && camera->coverage.missing().empty());
-  });
+  return kept_ >= wanted_ && std::all_of(cameras_.begin(), cameras_.end(), [](const std::optional<Camera>& camera) {
+           return !camera || (camera->views >= kEnoughViews && camera->coverage.missing().empty());
+         });
 }
 
-bool CalibrateGuide::goes_on(const std::string& refusal) {
+void CalibrateGuide::go_on(const std::string& refusal) {
   const std::lock_guard lock(mutex_);
-  const bool too_early = std::exchange(finish_asked_, false);
-  if (too_early) {
-    doing_ = "looking";
-    refusal_ = refusal + ". Go on.";
-  }
-  return too_early;
+  finish_asked_ = false;
+  doing_ = "looking";
+  wanted_ = kept_ + kMoreAfterRefusal;
+  refusal_ = refusal + ". Go on.";
 }
 
 bool CalibrateGuide::finish_asked() const {

@@ -23,11 +23,11 @@ class CalibrateGuide {
   void look(const FrameSet& frame, const BoardCollector& collector);
   void calculating();
   void done(const std::string& report, const std::string& refusal);
-  /// Whether every camera has seen the board often enough, and everywhere.
+  /// Whether every camera has seen the board often enough, and everywhere; after a refusal, some more often.
   bool covered() const;
 
-  /// After a refusal: whether the page's button had asked for a result too early, so that looking goes on.
-  bool goes_on(const std::string& refusal);
+  /// What was seen was refused, and looking goes on.
+  void go_on(const std::string& refusal);
   /// Whether somebody pressed the page's button: what was seen is to be enough.
   bool finish_asked() const;
 
@@ -38,6 +38,7 @@ class CalibrateGuide {
 
  private:
   static constexpr int kEnoughViews = 15;
+  static constexpr std::size_t kMoreAfterRefusal = 5;  ///< moments to be kept before it is tried again
 
   struct Camera {
     CameraModel model;
@@ -55,7 +56,9 @@ class CalibrateGuide {
   std::array<std::optional<Camera>, 2> cameras_;
   const char* doing_ = "looking";
   bool finish_asked_ = false;
-  std::size_t moments_ = 0;
+  std::size_t moments_ = 0;  ///< that the collector has; it drops some
+  std::size_t kept_ = 0;     ///< that were ever kept
+  std::size_t wanted_ = 0;   ///< of those, since the newest refusal
   std::string report_, refusal_;
   JpegEncoder jpeg_{80};
 };

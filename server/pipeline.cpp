@@ -407,7 +407,10 @@ ShownPicture Pipeline::newest() const {
 Pipeline::Record Pipeline::newest_record() const {
   std::lock_guard lock(state_->newest_mutex);
   Record record = state_->newest_record;
-  append_warnings(record.warnings, state_->troubles);
+  // A camera that is away says most: the rest follows from it.
+  std::vector<std::string> warnings = state_->troubles;
+  append_warnings(warnings, record.warnings);
+  record.warnings = std::move(warnings);
   return record;
 }
 

@@ -29,7 +29,7 @@ class Recording {
  public:
   Recording(const RecordCommand& command, const ServiceInput& input)
       : sources_(open_sources(input.session)),
-        lanes_(input.session_text, input.session, command.out, false),
+        lanes_(input.session_text, named(input.session, sources_), command.out, false),
         seconds_(command.seconds) {
     for (const auto& source : {sources_.color, sources_.depth, sources_.fisheye}) {
       if (source) {
@@ -60,6 +60,7 @@ class Recording {
       lanes_.finish();  // a reader may wait for room in one
     }
     readers.clear();
+    say_troubles();
     lanes_.finish();
     for (const std::exception_ptr& failure : {failure_, lanes_.failure()}) {
       if (failure) {
@@ -88,6 +89,10 @@ class Recording {
   std::uint64_t pictures() const { return lanes_.count(Stream::color).pictures; }
 
  private:
+  static Session named(Session session, const PairedSources& sources) {
+    take_serials(session, sources);
+    return session;
+  }
   /// A camera's trouble once it begins.
   void say_troubles() {
     std::set<std::string> now;

@@ -56,18 +56,20 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   const Session session = input.session;
   const ServerSettings server = input.server;
   SourceTap tap;
-  const auto open = [&tap, session]() -> std::unique_ptr<FrameReader> {
+  Session named = session;  // as the cameras call themselves
+  const auto open = [&tap, &named, session]() -> std::unique_ptr<FrameReader> {
     PairedSources sources = open_sources(session);
     if (!sources.live) {
       return seekable_frames(session, std::move(sources));
     }
+    take_serials(named, sources);
     return pair_sources(session, tap.on(sources));
   };
   std::unique_ptr<FrameReader> frames = open();
   const bool live = frames->live();
   std::optional<RecordButton> button;
   if (live && !server.recordings.empty()) {
-    button.emplace(input.session_text, session, server.recordings, tap);
+    button.emplace(input.session_text, named, server.recordings, tap);
   }
 
   Demand demand;

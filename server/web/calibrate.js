@@ -60,6 +60,9 @@ function show(camera, looking) {
   figure.querySelector(".advice").textContent = looking ? advice(camera) : "";
 }
 
+/** Where the calibration was written to. */
+function lastLine(report) { return report.trim().split("\n").at(-1); }
+
 async function tick() {
   try {
     const state = await (await fetch("calibrate.json")).json();
@@ -71,6 +74,7 @@ async function tick() {
     $("finish").disabled = !state.can_finish;
     $("both").hidden = state.doing !== "looking" || state.cameras.length < 2;
     $("result").hidden = !state.report && !state.refusal;
+    $("verdict").textContent = state.doing === "done" ? lastLine(state.report) : "";
     $("refusal").textContent = state.refusal;
     $("report").textContent = state.report;
   } catch {

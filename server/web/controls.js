@@ -33,6 +33,7 @@ export class Controls {
   hello(message) {
     this.camera = message.camera ?? null;
     if (this.first.length === 0) this.first = structuredClone(message.objects);
+    $("object-panel").hidden = message.objects.length === 0;
     const chosen = Math.max(0, this.index);
     $("object").replaceChildren(...message.objects.map((o) => new Option(o.name, o.index)));
     $("object").selectedIndex = Math.min(chosen, message.objects.length - 1);

@@ -11,7 +11,7 @@ export class Panel {
   }
 
   connection(state) {
-    const words = { connecting: "connecting…", open: "live", lost: "connection lost, trying again" };
+    const words = { connecting: "connecting…", open: "connected", lost: "connection lost, trying again" };
     $("connection").dataset.state = state;
     $("connection").textContent = words[state];
   }

@@ -35,5 +35,6 @@ export class RecordButton {
     $("record").disabled = recording.doing === "finishing";
     $("record-state").textContent = words(recording);
     $("record-state").dataset.doing = recording.doing;
+    $("record-state").dataset.failed = Boolean(recording.error);
   }
 }

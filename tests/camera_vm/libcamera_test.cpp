@@ -272,6 +272,17 @@ TEST(LibcameraUsb, JpegsComeAtTheExposureThatWasSet) {
   EXPECT_NE(error(kUsb, usb_spec(600'000)).find("exposure_us: found 600000.000000, allowed: 100"), std::string::npos);
 }
 
+TEST(LibcameraUsb, TellsItsSerialNumberAndIsRefusedForAnothers) {
+  const UsbCamera camera;
+  StreamSpec spec = usb_spec(10'000);
+  spec.serial = "0123";
+  EXPECT_EQ(LibcameraSource(kUsb, spec).serial(), "0123");
+  spec.serial = "0124";
+  EXPECT_NE(error(kUsb, spec).find("found the camera with the serial number \"0123\", allowed: \"0124\""),
+            std::string::npos)
+      << error(kUsb, spec);
+}
+
 TEST(LibcameraUsb, IsSaidToBeTheSameHardwareAsTheKernelsCamera) {
   const UsbCamera camera;
   std::vector<std::string> said;

@@ -6,6 +6,7 @@
 
 #include "capture/config.h"
 #include "capture/error.h"
+#include "capture/pairing_reader.h"
 #include "capture/source.h"
 #include "tests/capture/exr_writer.h"
 #include "tests/capture/mkv_writer.h"
@@ -118,6 +119,23 @@ TEST_F(OpenFrames, ALiveDevice) {
     }
   }
   EXPECT_GE(paired, 6);
+}
+
+TEST_F(OpenFrames, ACameraTellsItsSerialNumberAndIsRefusedForAnothers) {
+  Session live = session({"color.source=openni2:", "depth.source=openni2:", "depth.serial=LG-0042"});
+  live.fisheye.reset();
+  EXPECT_EQ(live.color.serial, "");
+  take_serials(live, open_sources(live));
+  EXPECT_EQ(live.color.serial, "LG-0042");
+  live.depth->serial = "LG-0043";
+  try {
+    open_sources(live);
+    FAIL() << "taken";
+  } catch (const InputError& e) {
+    EXPECT_STREQ(e.what(),
+                 "color.source: openni2:: found the camera with the serial number \"LG-0042\", allowed: "
+                 "\"LG-0043\", which the session or its calibration is for");
+  }
 }
 
 TEST_F(OpenFrames, SettingsThatALiveCameraCannotTakeAreRefused) {

@@ -170,6 +170,15 @@ class TestDevice : public oni::driver::DeviceBase {
   OniStatus setProperty(int id, const void*, int) override {
     return id == ONI_DEVICE_PROPERTY_IMAGE_REGISTRATION ? ONI_STATUS_OK : ONI_STATUS_NOT_IMPLEMENTED;
   }
+  OniStatus getProperty(int id, void* data, int* size) override {
+    constexpr char kSerial[] = "LG-0042";
+    if (id != ONI_DEVICE_PROPERTY_SERIAL_NUMBER || *size < static_cast<int>(sizeof kSerial)) {
+      return ONI_STATUS_NOT_IMPLEMENTED;
+    }
+    std::memcpy(data, kSerial, sizeof kSerial);
+    *size = sizeof kSerial;
+    return ONI_STATUS_OK;
+  }
   OniBool isImageRegistrationModeSupported(OniImageRegistrationMode) override { return TRUE; }
 
  private:

@@ -254,6 +254,7 @@ TEST_F(CalibratedSession, TakesLensesFromTheCalibration) {
   EXPECT_EQ(s.color.model.fx, 531.5);
   EXPECT_EQ(s.color.model.distortion[0], -0.2);
   EXPECT_EQ(s.color.serial, "Maker-17");
+  EXPECT_EQ(s.fisheye->serial, "another") << "whose lens it has";
   EXPECT_EQ(s.fisheye->model.kind, CameraModel::Kind::kannala_brandt);
   EXPECT_EQ(s.fisheye->model.k[1], 0.004);
   EXPECT_EQ(s.fisheye->T_tag_fisheye.translation().x(), 0.5);

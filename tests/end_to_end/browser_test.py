@@ -227,7 +227,7 @@ class BrowserTest(unittest.TestCase):
         self.assertLess(seconds, 1.0, "Ctrl-C ends the service within a second")
         page.wait(lambda: "lost" in page.text("connection") or "connecting" in page.text("connection"), "the page to notice")
         type(self).service = Service_(RECORDING, self.port)
-        page.wait(lambda: page.text("connection") == "live", "the page to come back by itself")
+        page.wait(lambda: page.text("connection") == "connected", "the page to come back by itself")
         count = page.pictures()
         page.wait(lambda: page.pictures() >= count + 5, "pictures again")
         first = page.fresh()

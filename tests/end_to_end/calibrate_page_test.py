@@ -100,6 +100,7 @@ class CalibratePageTest(unittest.TestCase):
         program = self.calibrate(27)
         page.wait(lambda: page.text("doing") == "done", "the result")
         self.assertIn("residual", page.text("report"))
+        self.assertEqual(page.text("verdict"), f"written to {self.folder}/calibration.toml")
         text = page.text("color.jpg")
         self.assertRegex(text, r"\d\d views, 15 needed; corners in \d+ % of the picture")
         cells = page.driver.execute_script("return ['seen', 'unseen'].map((c) => document.querySelectorAll('.map .' + c).length)")

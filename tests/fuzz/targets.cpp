@@ -12,6 +12,7 @@
 #include "capture/config.h"
 #include "capture/error.h"
 #include "capture/mkv_source.h"
+#include "capture/oni_source.h"
 #include "capture/openni_source.h"
 #include "capture/session.h"
 
@@ -29,6 +30,16 @@ void expect_answer(const Action& action) {
   }
 }
 
+/// As the corpus has them.
+const std::vector<StreamSpec> kOniStreams = {{.stream = Stream::color, .width = 160, .height = 120},
+                                             {.stream = Stream::depth, .width = 160, .height = 120}};
+
+void play_oni(Source&& recording) {
+  while (!recording.finished()) {
+    recording.next(std::chrono::milliseconds(0));
+  }
+}
+
 }  // namespace
 
 std::filesystem::path file_with(Bytes bytes) {
@@ -36,7 +47,7 @@ std::filesystem::path file_with(Bytes bytes) {
   if (ftruncate(file, 0) != 0 || pwrite(file, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
     throw std::runtime_error("no memory for a file");
   }
-  return "/proc/self/fd/" + std::to_string(file);
+  return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(file);  // other programs read it too
 }
 
 void mkv(Bytes bytes) {
@@ -89,11 +100,14 @@ size_m = 0.1
 }
 
 void oni(Bytes bytes) {
-  expect_answer([&] { check_oni_file(file_with(bytes).string()); });
+  expect_answer([&] { play_oni(OniSource(file_with(bytes).string(), kOniStreams)); });
 }
 
 void oni_library(Bytes bytes) {
-  play_oni_file(file_with(bytes).string(), std::chrono::milliseconds(20), [] {});
+  expect_answer([&] {
+    play_oni(OpenNiSource(OpenNiSource::Kind::recording, file_with(bytes).string(), kOniStreams,
+                          std::chrono::milliseconds(20)));
+  });
 }
 
 }  // namespace lumigraft::fuzz

@@ -23,7 +23,7 @@ using Bytes = std::span<const std::uint8_t>;
 void mkv(Bytes bytes);          ///< a recording; its first byte says what it is taken for, and whether from a moment on
 void session(Bytes bytes);      ///< a session.toml
 void calibration(Bytes bytes);  ///< what a session.toml names as calibration
-void oni(Bytes bytes);          ///< a recording of OpenNI2, in its child process
+void oni(Bytes bytes);          ///< a recording of OpenNI2, in the program that reads it
 /// The same in this process, so that libFuzzer sees into OpenNI2, where openni_with_coverage.sh built it. It crashes.
 void oni_library(Bytes bytes);
 

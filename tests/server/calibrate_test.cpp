@@ -130,10 +130,35 @@ TEST_F(Calibrate, ThePageMayEndItOnceThereAreViewsEnough) {
   EXPECT_EQ(guide.ask("/finish").status, 200u);
   EXPECT_TRUE(guide.finish_asked());
   EXPECT_EQ(guide.ask("/finish").status, 409u) << "once";
-  EXPECT_TRUE(guide.goes_on("too blurred")) << "asked for too early";
+  guide.go_on("too blurred");
   EXPECT_FALSE(guide.finish_asked());
   EXPECT_NE(guide.reply("/calibrate.json").body.find("\"refusal\":\"too blurred. Go on.\""), std::string::npos);
-  EXPECT_FALSE(guide.goes_on("too blurred")) << "nobody asked";
+}
+
+TEST_F(Calibrate, WhatIsCoveredAndRefusedIsTriedAgainAfterSomeMoreViews) {
+  CalibrateGuide guide({camera(), std::nullopt});
+  BoardCollector collector(test::test_board(), std::nullopt);
+  const test::BoardDrawing drawing(test::test_board(), camera());
+  std::int64_t time_ns = 0;
+  const auto show = [&](const Eigen::Isometry3d& pose) {
+    FrameSet frame;
+    frame.time_ns = time_ns += 1'000'000'000;
+    frame.color = std::make_shared<const Picture>(drawing.picture(pose, {}));
+    collector.look(frame.time_ns, frame.color.get(), Response::srgb(), {}, Response::srgb());
+    guide.look(frame, collector);
+  };
+  const auto poses = test::pinhole_poses(48);
+  std::size_t shown = 0;
+  while (shown < poses.size() && !guide.covered()) show(poses[shown++]);
+  ASSERT_TRUE(guide.covered()) << guide.reply("/calibrate.json").body;
+  guide.go_on("too blurred");
+  EXPECT_FALSE(guide.covered());
+  show(poses[shown - 1]);
+  EXPECT_FALSE(guide.covered()) << "nothing new was seen";
+  const std::size_t refused = collector.moments().size();
+  while (shown < poses.size() && !guide.covered()) show(poses[shown++]);
+  EXPECT_TRUE(guide.covered());
+  EXPECT_EQ(collector.moments().size(), refused + 5);
 }
 
 /// Colour, fish-eye and depth look at a board that stands still and is then moved; the fish-eye's clock is behind.

@@ -10,6 +10,8 @@
 #include "capture/error.h"
 #include "capture/pairing_reader.h"
 #include "server/service_config.h"
+#include "tests/capture/oni_recording.h"
+#include "tests/capture/openni_test_pictures.h"
 #include "tiny_session.h"
 
 namespace lumigraft {
@@ -46,6 +48,39 @@ TEST(Tum, ThereAndBackItIsTheSameSession) {
   EXPECT_EQ(session.color.model.fx, 61.5);
   EXPECT_EQ(session.name, "again");
   EXPECT_EQ(session.depth->unit_m, 0.0002);
+}
+
+TEST(Oni, BecomesASession) {
+  const TinySession tiny("oni");
+  const std::filesystem::path file = tiny.folder / "capture.oni";
+  test::record_oni(file, 15);
+  const std::vector<std::string> size = {"color.width=" + std::to_string(test::kDeviceWidth),
+                                         "color.height=" + std::to_string(test::kDeviceHeight)};
+  std::ostringstream report;
+  run_import({file, tiny.folder / "session", size}, false, report);
+  const auto frames = frames_of(tiny.folder / "session");
+  int count = 0, with_depth = 0;
+  std::optional<int> first;
+  while (const auto frame = frames->next(0ms)) {
+    const auto of_device = [&](int i) { return frame->color->encoded.at(5, 6, 2) == test::device_color(i, 5, 6, 2); };
+    const int index = static_cast<int>((frame->time_ns / 1000 + 16'000) / 33'333);
+    for (int i = 0; !first && i < 100; ++i) {
+      if (of_device(i + index)) first = i;
+    }
+    ASSERT_TRUE(first && of_device(*first + index)) << "picture " << count;
+    with_depth += frame->depth ? 1 : 0;
+    ++count;
+  }
+  EXPECT_GE(count, 4);
+  EXPECT_GE(with_depth, count - 2);
+  EXPECT_NE(report.str().find("colour: " + std::to_string(count) + " pictures\n"), std::string::npos) << report.str();
+  std::filesystem::resize_file(file, 200);
+  try {
+    run_import({file, tiny.folder / "cut", size}, false, report);
+    FAIL() << "taken";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("capture.oni: found "), std::string::npos) << e.what();
+  }
 }
 
 TEST(Tum, WhatIsWrongIsSaidWithItsLine) {
