@@ -15,8 +15,8 @@ extern "C" {
 #include <limits>
 
 #include "capture/error.h"
-#include "capture/matroska_end.h"
 #include "capture/matroska_file.h"
+#include "capture/matroska_index.h"
 #include "capture/pixel_format.h"
 #include "capture/rgb_frame.h"
 
@@ -107,7 +107,27 @@ class MkvSource::Reader {
     }
   }
 
-  void skip_to(std::int64_t time_ns) { skip_to_ns_ = time_ns; }
+  /// Goes to the newest cluster that may have it, and reads on from there.
+  void skip_to(std::int64_t time_ns, const std::vector<MatroskaCluster>& clusters) {
+    skip_to_ns_ = time_ns;
+    const MatroskaCluster* best = nullptr;
+    for (const MatroskaCluster& cluster : clusters) {
+      if (ns(cluster.ticks) <= time_ns && cluster.key && cluster.pictures_before > sequence_) {
+        best = &cluster;
+      }
+    }
+    if (best == nullptr || format_->nb_streams != 1) {
+      return;
+    }
+    AVStream* stream = format_->streams[stream_];
+    for (const MatroskaCluster* one : {best, best + (best != &clusters.back())}) {  // libav wants one behind it too
+      av_add_index_entry(stream, one->position, one->ticks, 0, 0, AVINDEX_KEYFRAME);
+    }
+    if (av_seek_frame(format_.get(), stream_, best->ticks, AVSEEK_FLAG_BACKWARD) == 0) {
+      avcodec_flush_buffers(codec_.get());
+      sequence_ = best->pictures_before;
+    }
+  }
 
   /// The next picture or the loss of one. Empty at the end.
   std::optional<SourceItem> next() {
@@ -345,7 +365,10 @@ std::optional<SourceItem> MkvSource::next(std::chrono::milliseconds /*timeout*/)
 }
 
 void MkvSource::skip_to(std::int64_t time_ns) {
-  reader_->skip_to(time_ns);
+  if (!clusters_) {
+    clusters_ = matroska_clusters(file_);
+  }
+  reader_->skip_to(time_ns, *clusters_);
   while (ahead_ && stamp_of(*ahead_).time_ns < time_ns) {
     ahead_ = reader_->next();
   }

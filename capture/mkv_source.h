@@ -4,6 +4,7 @@
 // 1 ms by most other programs. A file that was cut short plays up to the cut.
 #include <filesystem>
 
+#include "capture/matroska_index.h"
 #include "capture/seekable.h"
 #include "capture/source.h"
 #include "capture/stream_spec.h"
@@ -29,6 +30,7 @@ class MkvSource : public Source, public Seekable {
   StreamSpec spec_;
   std::unique_ptr<Reader> reader_;
   std::int64_t first_time_ns_ = 0;
+  std::optional<std::vector<MatroskaCluster>> clusters_;  ///< once somebody skips
   std::optional<SourceItem> ahead_;  ///< read before it is asked for, so that finished() is true after the last picture
 };
 

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "capture/error.h"
+#include "capture/mkv_source.h"
 #include "capture/pairing_reader.h"
 #include "capture/session_recorder.h"
 #include "tests/capture/png_writer.h"
@@ -109,6 +110,48 @@ TEST_F(FramesFromTest, MaySeekToAndFroAndKnowTheirLength) {
     reader->seek(0);
     EXPECT_EQ(play(*reader), whole);
   }
+}
+
+/// Bytes that this process has read of files.
+std::uint64_t bytes_read() {
+  std::ifstream in("/proc/self/io");
+  std::string word;
+  std::uint64_t bytes = 0;
+  in >> word >> bytes;
+  return bytes;
+}
+
+TEST_F(FramesFromTest, LittleIsReadOfALargeFileBeforeThem) {
+  constexpr int kMany = 300, kAt = 250;
+  const StreamSpec spec{.stream = Stream::fisheye, .width = 320, .height = 240};
+  const auto file = folder_ / "large.mkv";
+  const auto time_ns = [](int i) { return 5 + std::int64_t{33'333'333} * i; };
+  {
+    StreamRecorder recorder(file, spec);
+    for (int i = 0; i < kMany; ++i) {
+      Picture picture;
+      picture.stamp.time_ns = time_ns(i);
+      picture.exposure = 1.0 + i % 2;
+      picture.original = std::make_shared<CameraPicture>(CameraPicture{
+          PixelFormat::bayer_rggb8, std::vector<std::uint8_t>(320 * 240, static_cast<std::uint8_t>(i % 250))});
+      picture.encoded = Image<std::uint8_t>(320, 240, 3);
+      recorder.write(picture);
+    }
+  }
+  MkvSource source(file, spec);
+  const std::uint64_t before = bytes_read();
+  source.skip_to(time_ns(kAt));
+  const auto item = source.next(0ms);
+  EXPECT_LT(bytes_read() - before, std::filesystem::file_size(file) / 4) << "heads alone, and the pictures asked for";
+  ASSERT_TRUE(item);
+  const auto& picture = std::get<Picture>(*item);
+  EXPECT_EQ(picture.stamp.time_ns, time_ns(kAt));
+  EXPECT_EQ(picture.stamp.sequence, std::uint64_t{kAt});
+  EXPECT_EQ(picture.exposure, 1.0);
+  EXPECT_EQ(picture.original->bytes[0], kAt % 250);
+  int behind = 0;
+  while (source.next(0ms)) ++behind;
+  EXPECT_EQ(behind, kMany - kAt - 1);
 }
 
 TEST_F(FramesFromTest, DamageBeforeThemIsNotLookedAt) {

@@ -1,6 +1,7 @@
-#include "capture/matroska_end.h"
+#include "capture/matroska_index.h"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <limits>
 
@@ -17,6 +18,7 @@ enum Id : std::uint64_t {
   kSimpleBlock = 0xA3,
   kBlockGroup = 0xA0,
   kBlock = 0xA1,
+  kReferenceBlock = 0xFB,
 };
 constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
 
@@ -29,7 +31,9 @@ struct Element {
 
 class Walk {
  public:
-  explicit Walk(const std::filesystem::path& file) : in_(file, std::ios::binary) {
+  explicit Walk(const std::filesystem::path& file) {
+    in_.rdbuf()->pubsetbuf(buffer_.data(), buffer_.size());
+    in_.open(file, std::ios::binary);
     std::error_code error;
     length_ = std::filesystem::file_size(file, error);
     length_ = error ? 0 : length_;
@@ -38,33 +42,76 @@ class Walk {
   std::optional<std::int64_t> end_ns() {
     std::optional<Element> last;
     std::uint64_t scale = 1'000'000;
+    const bool all = top([&](const Element& element, std::uint64_t) {
+      if (element.id == kInfo) {
+        each(element, [&](const Element& e) { scale = e.id == kTimestampScale ? number(e) : scale; });
+      } else if (element.id == kCluster) {
+        last = element;
+      }
+      return true;
+    });
+    const std::optional<Pictures> pictures = all && last ? pictures_of(*last) : std::nullopt;
+    constexpr auto kLatest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+    if (!pictures || scale == 0 || pictures->newest > kLatest / scale) {
+      return std::nullopt;
+    }
+    return static_cast<std::int64_t>(pictures->newest * scale);
+  }
+
+  std::vector<MatroskaCluster> clusters() {
+    std::vector<MatroskaCluster> out;
+    std::uint64_t before = 0, newest = 0;
+    const bool all = top([&](const Element& element, std::uint64_t at) {
+      if (element.id != kCluster) {
+        return true;
+      }
+      const std::optional<Pictures> pictures = pictures_of(element);
+      constexpr auto kLatest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+      if (!pictures || pictures->oldest > pictures->newest || pictures->newest > kLatest ||
+          (!out.empty() && pictures->oldest <= newest)) {
+        return false;
+      }
+      out.push_back(
+          {static_cast<std::int64_t>(at), static_cast<std::int64_t>(pictures->oldest), before, pictures->first_is_key});
+      before += pictures->count;
+      newest = pictures->newest;
+      return true;
+    });
+    return all ? out : std::vector<MatroskaCluster>();
+  }
+
+ private:
+  /// What a cluster holds; times in ticks.
+  struct Pictures {
+    std::uint64_t oldest = 0, newest = 0;  ///< oldest: the cluster's own, where that is earlier
+    std::uint64_t count = 0;
+    bool first_is_key = false;
+  };
+
+  /// Calls with each element of the segment and where it begins, up to where the file is torn or `action` says false.
+  /// False where an element's length is unknown.
+  template <typename Action>
+  bool top(const Action& action) {
     for (std::uint64_t at = 0; at < length_;) {
       const std::optional<Element> element = read(at, length_);
       if (!element) {
-        break;  // torn
+        return true;
       }
       if (element->id == kSegment) {
         at = element->begin;
         continue;
       }
       if (element->size == kUnknown) {
-        return std::nullopt;
+        return false;
       }
-      if (element->id == kInfo) {
-        each(*element, [&](const Element& e) { scale = e.id == kTimestampScale ? number(e) : scale; });
-      } else if (element->id == kCluster) {
-        last = *element;
+      if (!action(*element, at)) {
+        return true;
       }
       at = element->end();
     }
-    const std::optional<std::uint64_t> ticks = last ? newest(*last) : std::nullopt;
-    if (!ticks || scale == 0 || *ticks > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()) / scale) {
-      return std::nullopt;
-    }
-    return static_cast<std::int64_t>(*ticks * scale);
+    return true;
   }
 
- private:
   /// Bytes of a number with a marker of its length, RFC 8794, 4; empty where there is none.
   std::optional<std::uint64_t> variable(int longest, bool keep_marker) {
     const int first = in_.get();
@@ -129,30 +176,58 @@ class Walk {
     return value;
   }
 
-  /// Ticks after its cluster's: two signed bytes behind the number of the track.
-  std::int16_t offset(const Element& block) {
+  struct Head {
+    std::int16_t after = 0;  ///< ticks after its cluster's
+    std::uint8_t flags = 0;
+  };
+  /// Two signed bytes and one of flags behind the number of the track.
+  Head head_of(const Element& block) {
     in_.clear();
     in_.seekg(static_cast<std::streamoff>(block.begin));
     variable(8, false);
     const auto high = static_cast<std::uint8_t>(in_.get()), low = static_cast<std::uint8_t>(in_.get());
-    return static_cast<std::int16_t>(high << 8 | low);
+    return {static_cast<std::int16_t>(high << 8 | low), static_cast<std::uint8_t>(in_.get())};
   }
 
-  std::optional<std::uint64_t> newest(const Element& cluster) {
+  /// Empty where it has no time.
+  std::optional<Pictures> pictures_of(const Element& cluster) {
+    constexpr std::uint8_t kKeyFlag = 0x80;
     std::optional<std::uint64_t> time;
-    std::int16_t after = 0;
+    Pictures out;
+    std::int16_t least = 0, most = 0;
+    const auto add = [&](std::int16_t after, bool key) {
+      least = std::min(least, after);
+      most = std::max(most, after);
+      out.first_is_key = out.count == 0 ? key : out.first_is_key;
+      ++out.count;
+    };
     each(cluster, [&](const Element& e) {
       if (e.id == kTimestamp) {
         time = number(e);
       } else if (e.id == kSimpleBlock) {
-        after = std::max(after, offset(e));
+        const Head head = head_of(e);
+        add(head.after, (head.flags & kKeyFlag) != 0);
       } else if (e.id == kBlockGroup) {
-        each(e, [&](const Element& block) { after = block.id == kBlock ? std::max(after, offset(block)) : after; });
+        std::optional<Head> head;
+        bool key = true;
+        each(e, [&](const Element& inner) {
+          head = inner.id == kBlock ? std::optional(head_of(inner)) : head;
+          key = key && inner.id != kReferenceBlock;
+        });
+        if (head) {
+          add(head->after, key);
+        }
       }
     });
-    return time ? std::optional(*time + static_cast<std::uint64_t>(after)) : std::nullopt;
+    if (!time) {
+      return std::nullopt;
+    }
+    out.oldest = *time + static_cast<std::uint64_t>(least);
+    out.newest = *time + static_cast<std::uint64_t>(most);
+    return out;
   }
 
+  std::array<char, 64> buffer_{};  ///< a head and no more: pictures lie between
   std::ifstream in_;
   std::uint64_t length_ = 0;
   int elements_ = 0;
@@ -161,5 +236,7 @@ class Walk {
 }  // namespace
 
 std::optional<std::int64_t> matroska_end_ns(const std::filesystem::path& file) { return Walk(file).end_ns(); }
+
+std::vector<MatroskaCluster> matroska_clusters(const std::filesystem::path& file) { return Walk(file).clusters(); }
 
 }  // namespace lumigraft
