@@ -115,21 +115,17 @@ Rgb DeltaLight::hidden(const Vertex& vertex, Sampler& sampler) const {
   });
 }
 
-Rgb DeltaLight::unhidden(const Vertex& vertex, std::size_t lamp, const Eigen::Vector2f& u) const {
-  const reference::LightSample s = reference::sample_lamp(room_.lamps()[lamp], vertex.leave(), u);
-  return s.pdf > 0 ? (vertex.response(s.w) * s.radiance / s.pdf).eval() : Rgb::Zero().eval();
-}
-
-DeltaLight::LampPoint DeltaLight::lamp_point(const Vertex& vertex, std::size_t lamp, const Eigen::Vector2f& u) const {
-  LampPoint point;
-  const Vector3f from_m = vertex.leave();
-  const reference::LightSample s = reference::sample_lamp(room_.lamps()[lamp], from_m, u);
-  if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return point;
-  point.light = vertex.response(s.w) * s.radiance / s.pdf;
-  if (point.light.maxCoeff() <= 0) return point;
-  if (const auto hit = objects_.meshes().hit(from_m, s.w, s.distance_m - kShort)) point.to_object_m = hit->t_m;
-  point.behind_room = blocked_by_room(from_m, s.w, s.distance_m - kShort, lamp);
-  return point;
+std::uint32_t DeltaLight::behind_room(const reference::RayFan& fan, std::size_t lamp) const {
+  std::uint32_t behind = room_.meshes().blocked(fan);
+  for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
+    if (i == lamp) continue;
+    for (std::size_t k = 0; k < reference::RayFan::kMost; ++k) {
+      if (!((fan.some & ~behind) >> k & 1)) continue;
+      const std::optional<float> t = reference::lamp_hit(room_.lamps()[i], fan.from_m, fan.w[k]);
+      if (t && *t < fan.limit_m[k]) behind |= 1u << k;
+    }
+  }
+  return behind;
 }
 
 std::optional<Ray> DeltaLight::sent_on(const Vertex& vertex, Sampler& sampler, Rgb* throughput) const {

@@ -40,15 +40,8 @@ class DeltaLight {
   /// What lamps bring to the vertex and objects do not hide; and what they hide of what came before.
   Rgb lit(const reference::Vertex& vertex, reference::Sampler& sampler) const;
   Rgb hidden(const reference::Vertex& vertex, reference::Sampler& sampler) const;
-  /// What one point `u` of a lamp would bring to the vertex, and what is in its way.
-  struct LampPoint {
-    Rgb light = Rgb::Zero();
-    bool behind_room = false;
-    float to_object_m = std::numeric_limits<float>::infinity();  ///< of an object in its way
-  };
-  LampPoint lamp_point(const reference::Vertex& vertex, std::size_t lamp, const Eigen::Vector2f& u) const;
-  /// The same, whatever is in its way.
-  Rgb unhidden(const reference::Vertex& vertex, std::size_t lamp, const Eigen::Vector2f& u) const;
+  /// By bit, which rays of a fan towards a lamp end on the room or on another lamp.
+  std::uint32_t behind_room(const reference::RayFan& fan, std::size_t lamp) const;
   /// Whether the objects may be between a point and a lamp.
   bool may_hide(std::size_t lamp, const Eigen::Vector3f& p_m) const;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "relight/rays/falloff.h"
 #include "relight/rays/threads.h"
 
 namespace lumigraft::rays {
@@ -15,7 +16,6 @@ using reference::Sampler;
 using reference::Vertex;
 
 constexpr int kSteps = 2;             // of the filter: one pixel apart, then two
-constexpr float kSharpTurn = 32;      // power of the cosine between normals
 constexpr float kOffPlane_px = 1.5f;  // as far from the other's plane as a surface goes on
 constexpr float kNearShare = 0.5f;    // of the distance to an object: so far its light changes little
 
@@ -41,9 +41,9 @@ class Grid {
     }
   }
 
-  /// `sample(pixel, vertex, sampler, near)` is one sample of a pixel's light, and lowers `near` to the nearest object.
-  template <typename Sample>
-  void gather(const std::vector<reference::Place>& places, const GatherSettings& settings, Sample sample) {
+  /// `light(cell, vertex, near)` is a pixel's light, and lowers `near` to the nearest object.
+  template <typename Light>
+  void gather(const std::vector<reference::Place>& places, Light light) {
     for_each_block(static_cast<int>(cells_.size()), 32, [&](int first, int last) {
       for (int i = first; i < last; ++i) {
         Cell& cell = cells_[static_cast<std::size_t>(i)];
@@ -51,11 +51,7 @@ class Grid {
         const PixelSurface& pixel = seen_[static_cast<std::size_t>(cell.pixel)];
         Vertex vertex(glossy_ ? pixel.surface : white_surface(pixel.surface), pixel.w);
         vertex.look_for(places);
-        for (int k = 0; k < settings.rays; ++k) {
-          Sampler sampler(settings.seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
-          cell.light += sample(vertex, sampler, &cell.near_m);
-        }
-        cell.light /= static_cast<float>(settings.rays);
+        cell.light = light(static_cast<std::uint32_t>(i), vertex, &cell.near_m);
         // A lobe of GGX is about as wide as its alpha.
         cell.near_m *= glossy_ ? std::min(pixel.surface.look.alpha, kNearShare) : kNearShare;
       }
@@ -139,7 +135,7 @@ class Grid {
     const Vector3f apart = b.position_m - a.position_m;
     const float turn = std::max(a.normal.dot(b.normal), 0.0f), off = a.normal.dot(apart) / (kOffPlane_px * pixel_m);
     const float far2 = apart.squaredNorm() / (near_m * near_m);
-    return std::pow(turn, kSharpTurn) * std::exp(-off * off - far2);
+    return to_the_32nd(turn) * falloff(off * off + far2);
   }
 
   Rgb at_pixel(int u, int v, const reference::Surface& own) const {
@@ -153,7 +149,7 @@ class Grid {
         if (cell.pixel < 0) continue;
         const float du = static_cast<float>(cell.pixel % camera_.width - u) / static_cast<float>(scale_),
                     dv = static_cast<float>(cell.pixel / camera_.width - v) / static_cast<float>(scale_);
-        const float w = std::exp(-2 * (du * du + dv * dv)) *
+        const float w = falloff(2 * (du * du + dv * dv)) *
                             alike(own, surface(cell), cell.pixel_m, std::numeric_limits<float>::infinity()) +
                         1e-8f;
         sum += w * cell.light;
@@ -177,8 +173,10 @@ std::vector<Rgb> gather_pixels(const DeltaLight& light, const std::vector<refere
                                const std::vector<PixelSurface>& seen, const CameraModel& camera,
                                const GatherSettings& settings) {
   Grid grid(seen, camera, settings.scale, false);
-  grid.gather(places, settings, [&](const Vertex& vertex, Sampler& sampler, float* near_m) {
-    return changed_irradiance(light, vertex, sampler, near_m);
+  // Most of what changes comes from all around, a little from objects and shadows that rays may miss.
+  const RayCounts rays{std::max(3 * settings.rays / 5, 1), std::max(settings.rays / 4, 1)};
+  grid.gather(places, [&](std::uint32_t cell, const Vertex& vertex, float* near_m) {
+    return changed_irradiance(light, vertex, rays, settings.seed, cell, near_m);
   });
   grid.smooth();
   return grid.upsampled();
@@ -188,8 +186,14 @@ std::vector<Rgb> gather_gloss(const DeltaLight& light, const std::vector<referen
                               const std::vector<PixelSurface>& seen, const CameraModel& camera,
                               const GatherSettings& settings) {
   Grid grid(seen, camera, settings.scale, true);
-  grid.gather(places, settings, [&](const Vertex& vertex, Sampler& sampler, float* near_m) {
-    return changed_radiance(light, vertex, sampler, near_m);
+  grid.gather(places, [&](std::uint32_t cell, const Vertex& vertex, float* near_m) {
+    Rgb sum = Rgb::Zero();
+    const int rays = std::max(settings.rays / 2, 1);
+    for (int k = 0; k < rays; ++k) {
+      Sampler sampler(settings.seed, cell, static_cast<std::uint32_t>(k));
+      sum += changed_radiance(light, vertex, sampler, near_m);
+    }
+    return (sum / static_cast<float>(rays)).eval();
   });
   grid.smooth();
   return grid.upsampled();

@@ -8,7 +8,7 @@ namespace lumigraft::rays {
 
 struct GatherSettings {
   int scale = 2;
-  int rays = 16;  ///< by the material, and as many towards the places
+  int rays = 16;  ///< of a pixel
   std::uint32_t seed = 0;
 };
 

@@ -1,7 +1,9 @@
 #include "relight/rays/object_pixels.h"
 
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "relight/rays/threads.h"
@@ -11,148 +13,197 @@ namespace {
 
 using Eigen::Vector3f;
 using reference::MeshHit;
+using reference::RayFan;
 using reference::Sampler;
 using reference::Surface;
 using reference::Vertex;
 
-constexpr int kInside = 4, kAtEdges = 16;    // rays of a pixel: those in the middle of an object, and at its edge
-constexpr int kLampPoints = 2, kTested = 4;  // of each lamp, per ray; the latter where each has its shadow tested
-constexpr int kShadowPoints = 16;            // of each lamp, per pixel
-constexpr int kMirrorRays = 4;               // per ray that is not at an edge
+constexpr int kInside = 4, kAtEdges = RayFan::kMost;  // rays of a pixel: in the middle of an object, and at its edge
+constexpr int kMirrorRays = 4;                        // per ray that is not at an edge
 constexpr int kMirrors = 2;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
-constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; of what shares the shadows of its pixel
+constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; of what shares the shadows of a pixel
 constexpr int kRow = 4;                                    // rows of pixels, a thread's turn
 
-struct Seen {
-  Vector3f w;
-  MeshHit hit;
+/// What some rays of a pixel find of the objects.
+struct Found {
+  int u = 0;
+  std::uint32_t some = 0;  ///< by bit, the rays that do
+  std::array<Vector3f, kAtEdges> w;
+  std::array<MeshHit, kAtEdges> hits;
 };
 
 class ObjectView {
  public:
-  ObjectView(const DeltaLight& light, const ReferenceCamera& camera)
-      : light_(light), camera_(camera), eye_m_(camera.T_tag_camera.translation()) {}
+  ObjectView(const DeltaLight& light, const std::vector<LampPoints>& lamps, const Eye& eye)
+      : light_(light),
+        lamps_(lamps),
+        eye_(eye),
+        eye_m_(eye.camera.T_tag_camera.translation()),
+        width_(eye.camera.model.width),
+        height_(eye.camera.model.height),
+        first_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
+        rows_(static_cast<std::size_t>(height_)) {}
 
-  ObjectPixels see() {
-    const int width = camera_.model.width, height = camera_.model.height;
-    std::vector<PixelSurface> first(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    for_each_block(height, kRow, [&](int from, int to) {
+  ObjectPixels see(int step) {
+    for_each_block(height_, kRow, [&](int from, int to) {
+      for (int v = from; v < to; ++v) look_at_row(v);
+    });
+    open_ = open_to_lamps(light_, lamps_, first_, eye_.camera.model, step);
+    ObjectPixels out{Image<float>(width_, height_, 3), Image<float>(width_, height_, 1), {}};
+    for_each_block(height_, 1, [&](int from, int to) {
       for (int v = from; v < to; ++v) {
-        for (int u = 0; u < width; ++u) look_first(u, v, first[index(u, v)]);
+        for (Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
       }
     });
-    const std::vector<std::vector<LampShare>> open = open_to_lamps(light_, first, camera_.model, kShadowPoints);
-    ObjectPixels out{Image<float>(width, height, 3), Image<float>(width, height, 1), {}};
-    for_each_block(height, kRow, [&](int from, int to) {
-      for (int v = from; v < to; ++v) {
-        for (int u = 0; u < width; ++u) {
-          if (first[index(u, v)].known) shade(u, v, first[index(u, v)], open, out);
-        }
-      }
-    });
-    out.surfaces = std::move(first);
+    out.surfaces = std::move(first_);
     return out;
   }
 
  private:
   std::size_t index(int u, int v) const {
-    return static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.model.width) + static_cast<std::size_t>(u);
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
   }
 
-  std::optional<Seen> look(int u, int v, int sample) const {
-    Sampler sampler(kCameraSeed, static_cast<std::uint32_t>(index(u, v)), static_cast<std::uint32_t>(sample));
-    const Vector3f w = camera_ray(camera_, u, v, sampler.two());
-    if (w.isZero()) return std::nullopt;
-    const auto hit = light_.objects().meshes().hit(eye_m_, w, std::numeric_limits<float>::infinity());
-    if (!hit || light_.room().meshes().blocked(eye_m_, w, hit->t_m)) return std::nullopt;
-    return Seen{w, *hit};
+  /// Whether any ray of the pixel may meet an object.
+  bool may_see(int u, int v) const {
+    const Vector3f w = eye_.ray(u, v);
+    if (w.isZero(0)) return true;  // its corners may have rays all the same
+    for (const Eigen::Vector4f& sphere : light_.objects().meshes().spheres()) {
+      const Vector3f to = sphere.head<3>() - eye_m_;
+      const float along = std::max(to.dot(w), 0.0f);
+      const float pixel_m = to.norm() / static_cast<float>(std::min(eye_.camera.model.fx, eye_.camera.model.fy));
+      if ((to - along * w).norm() <= sphere.w() + pixel_m) return true;
+    }
+    return false;
   }
 
-  /// What the first of a pixel's rays finds that finds anything.
-  void look_first(int u, int v, PixelSurface& pixel) const {
-    for (int k = 0; k < kInside && !pixel.known; ++k) {
-      const std::optional<Seen> seen = look(u, v, k);
-      if (!seen) continue;
+  /// Of the pixel's rays, those from `first` to `last`.
+  void look(int v, int first, int last, Found& found) const {
+    RayFan fan;
+    fan.from_m = eye_m_;
+    for (int k = first; k < last; ++k) {
+      Sampler sampler(kCameraSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
+      const auto i = static_cast<std::size_t>(k);
+      found.w[i] = fan.w[i] = eye_.ray(found.u, v, sampler.two());
+      fan.limit_m[i] = std::numeric_limits<float>::infinity();
+      if (!fan.w[i].isZero(0)) fan.some |= 1u << k;
+    }
+    fan.some = light_.objects().meshes().hits(fan, found.hits);
+    for (int k = first; k < last; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      if (fan.some >> k & 1) fan.limit_m[i] = found.hits[i].t_m;
+    }
+    found.some |= fan.some & ~light_.room().meshes().blocked(fan);
+  }
+
+  void look_at_row(int v) {
+    for (int u = 0; u < width_; ++u) {
+      if (!may_see(u, v)) continue;
+      Found found;
+      found.u = u;
+      look(v, 0, kInside, found);
+      if (found.some == 0) continue;
+      const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
+      PixelSurface& pixel = first_[index(u, v)];
       pixel.known = true;
-      pixel.surface = light_.objects().meshes().surface(seen->hit, seen->w);
-      pixel.w = seen->w;
-      pixel.depth_m = seen->hit.t_m;
+      pixel.surface = light_.objects().meshes().surface(found.hits[k], found.w[k]);
+      pixel.w = found.w[k];
+      pixel.depth_m = found.hits[k].t_m;
       pixel.albedo = pixel.surface.look.diffuse;
+      rows_[static_cast<std::size_t>(v)].push_back(found);
     }
   }
 
-  void shade(int u, int v, const PixelSurface& first, const std::vector<std::vector<LampShare>>& open,
-             ObjectPixels& out) const {
-    Rgb sum = Rgb::Zero();
-    int covered = 0, rays = kInside;
-    bool edge = false;
-    for (int k = 0; k < rays; ++k) {
-      if (const std::optional<Seen> seen = look(u, v, k)) {
-        ++covered;
-        Sampler sampler(kLightSeed, static_cast<std::uint32_t>(index(u, v)), static_cast<std::uint32_t>(k));
-        const Surface surface = light_.objects().meshes().surface(seen->hit, seen->w);
-        const bool shares = goes_on(first, surface);
-        edge |= !shares;
-        sum += radiance(*seen, surface, sampler,
-                        [&](const Vertex& white) { return lit(white, index(u, v), shares, open, sampler); });
+  void shade(int v, Found& found, ObjectPixels& out) const {
+    std::array<Surface, kAtEdges> surfaces;
+    bool edge = std::popcount(found.some) < kInside;
+    const PixelSurface& first = first_[index(found.u, v)];
+    const auto take = [&](int from, int to) {
+      for (int k = from; k < to; ++k) {
+        const auto i = static_cast<std::size_t>(k);
+        if (!(found.some >> k & 1)) continue;
+        surfaces[i] = light_.objects().meshes().surface(found.hits[i], found.w[i]);
+        edge |= !goes_on(first, surfaces[i]);
       }
-      if (k + 1 == kInside && (covered < kInside || edge)) rays = kAtEdges;
+    };
+    take(0, kInside);
+    int rays = kInside;
+    if (edge) {
+      look(v, kInside, kAtEdges, found);
+      take(kInside, kAtEdges);
+      rays = kAtEdges;
+    }
+    Rgb sum = Rgb::Zero();
+    for (int k = 0; k < rays; ++k) {
+      if (!(found.some >> k & 1)) continue;
+      const auto i = static_cast<std::size_t>(k);
+      Sampler sampler(kLightSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
+      sum += radiance(found.w[i], found.hits[i], surfaces[i],
+                      lit(surfaces[i], found.u, v, k, goes_on(first, surfaces[i])), sampler, edge ? 1 : kMirrorRays);
     }
     for (std::size_t c = 0; c < 3; ++c) {
-      out.radiance.data[3 * index(u, v) + c] = sum[static_cast<Eigen::Index>(c)] / static_cast<float>(rays);
+      out.radiance.data[3 * index(found.u, v) + c] = sum[static_cast<Eigen::Index>(c)] / static_cast<float>(rays);
     }
-    out.coverage.data[index(u, v)] = static_cast<float>(covered) / static_cast<float>(rays);
+    out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(found.some)) / static_cast<float>(rays);
   }
 
   bool goes_on(const PixelSurface& first, const Surface& surface) const {
-    const float pixel_m = first.depth_m / static_cast<float>(camera_.model.fx);
+    const float pixel_m = first.depth_m / static_cast<float>(eye_.camera.model.fx);
     return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) < kOffPlane_px * pixel_m &&
            first.surface.normal.dot(surface.normal) > kLikeNormals;
   }
 
-  Rgb lit(const Vertex& white, std::size_t pixel, bool shares, const std::vector<std::vector<LampShare>>& open,
-          Sampler& sampler) const {
+  /// Irradiance of lamps over π.
+  Rgb lit(const Surface& surface, int u, int v, int ray, bool shares) const {
     Rgb sum = Rgb::Zero();
-    for (std::size_t lamp = 0; lamp < open.size(); ++lamp) {
-      const LampShare& share = open[lamp][pixel];
+    for (std::size_t lamp = 0; lamp < lamps_.size(); ++lamp) {
+      const Rgb radiance = lamps_[lamp].lamp().radiance / reference::kPi;
+      const LampShare& share = open_[lamp][index(u, v)];
       if (shares && share.holds_near) {
-        for (int k = 0; k < kLampPoints && share.open > 0; ++k) {
-          sum += light_.unhidden(white, lamp, sampler.two()) * (share.open / kLampPoints);
-        }
+        if (share.open > 0) sum += radiance * (share.open * lamps_[lamp].unhidden(surface));
         continue;
       }
-      for (int k = 0; k < kTested; ++k) {
-        const DeltaLight::LampPoint point = light_.lamp_point(white, lamp, sampler.two());
-        if (!point.behind_room && std::isinf(point.to_object_m)) sum += point.light / kTested;
+      // Where shadows are sharp, every ray's own: a few points, others for each.
+      LampFan fan = lamps_[lamp].from(surface, (4 * (v & 3) + (u & 3) + ray) % LampPoints::kSets);
+      fan.rays.some &= 0xfu << (4 * (ray & 3));
+      std::uint32_t open = fan.rays.some & ~light_.objects().meshes().blocked(fan.rays);
+      fan.rays.some = open;
+      open &= ~light_.behind_room(fan.rays, lamp);
+      for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+        if (open >> k & 1) sum += 4 * radiance * fan.weight[k];
       }
     }
     return sum;
   }
 
-  template <typename Lamps>
-  Rgb radiance(const Seen& seen, const Surface& surface, Sampler& sampler, Lamps lamps) const {
-    const Rgb diffuse = diffuse_under(surface.look, -surface.normal.dot(seen.w));
-    const Rgb arriving = light_.objects().irradiance(seen.hit, surface.face).indirect / reference::kPi;
-    Rgb sum = diffuse * (arriving + lamps(Vertex(white_surface(surface), seen.w)));
+  Rgb radiance(const Vector3f& w, const MeshHit& hit, const Surface& surface, const Rgb& lamps, Sampler& sampler,
+               int mirror_rays) const {
+    const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / reference::kPi;
+    const Rgb sum = diffuse_under(surface.look, -surface.normal.dot(w)) * (arriving + lamps);
     if (!surface.look.mirrors()) return sum;
     Surface mirror = surface;
     mirror.look = mirror_of(surface.look);
-    const Vertex lobe(mirror, seen.w);
+    const Vertex lobe(mirror, w);
     Rgb mirrored = Rgb::Zero();
-    for (int k = 0; k < kMirrorRays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kMirrors) / kMirrorRays;
-    return sum + mirrored;
+    for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kMirrors);
+    return sum + mirrored / static_cast<float>(mirror_rays);
   }
 
   const DeltaLight& light_;
-  const ReferenceCamera& camera_;
+  const std::vector<LampPoints>& lamps_;
+  const Eye& eye_;
   Vector3f eye_m_;
+  int width_, height_;
+  std::vector<PixelSurface> first_;  ///< by pixel, what the first of its rays finds that finds anything
+  std::vector<std::vector<Found>> rows_;
+  std::vector<std::vector<LampShare>> open_;  ///< by lamp and pixel
 };
 
 }  // namespace
 
-ObjectPixels see_objects(const DeltaLight& light, const ReferenceCamera& camera) {
-  return ObjectView(light, camera).see();
+ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps, const Eye& eye, int step) {
+  return ObjectView(light, lamps, eye).see(step);
 }
 
 }  // namespace lumigraft::rays

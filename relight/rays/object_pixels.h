@@ -10,6 +10,7 @@ struct ObjectPixels {
   std::vector<PixelSurface> surfaces;  ///< by pixel, what its first ray found of them
 };
 
-ObjectPixels see_objects(const DeltaLight& light, const ReferenceCamera& camera);
+/// `step`: as of hidden_by_objects.
+ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps, const Eye& eye, int step);
 
 }  // namespace lumigraft::rays

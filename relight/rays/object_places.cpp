@@ -41,6 +41,7 @@ ObjectPlaces find_places(const Model& coarse) {
   const BoundingSphere sphere = bounding_sphere(coarse.positions_m);
   const float edge_m = sphere.radius_m / kAcross;
   found.model = refine_model(coarse, edge_m);
+  found.tree = std::make_shared<const reference::ModelTree>(found.model);
   found.closed = is_closed(coarse);
   const Model& model = *found.model;
 

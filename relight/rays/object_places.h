@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "relight/exhibit.h"
+#include "relight/reference/meshes.h"
 
 namespace lumigraft::rays {
 
@@ -19,6 +19,7 @@ struct ObjectPlaces {
   };
 
   std::shared_ptr<const Model> model;  ///< finely divided
+  std::shared_ptr<const reference::ModelTree> tree;
   bool closed = false;
   std::vector<Place> places;
   std::vector<Share> shares;  ///< of vertex v's front those from first[v] to first[v + 1]; backs after all fronts

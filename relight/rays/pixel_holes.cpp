@@ -48,7 +48,7 @@ void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, flo
     for (int v = first; v < last; ++v) {
       for (int u = 0; u < width; ++u) {
         PixelSurface& hole = seen[static_cast<std::size_t>(v * width + u)];
-        if (!is_hole(hole) || hole.w.isZero()) continue;
+        if (!is_hole(hole) || hole.w.isZero(0)) continue;
         const Rgb own = pixel(radiance, v * width + u), own_code = coded(own, exposure);
         float least = kUnlikeColor;
         int best = -1;

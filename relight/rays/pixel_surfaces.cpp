@@ -13,13 +13,30 @@ constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against wha
 
 }  // namespace
 
-Vector3f camera_ray(const ReferenceCamera& camera, int u, int v, const Eigen::Vector2f& within) {
-  const auto w = camera.model.unproject({u + within.x() - 0.5, v + within.y() - 0.5});
-  return w ? (camera.T_tag_camera.linear() * w->cast<float>()).normalized() : Vector3f::Zero().eval();
+PixelRays::PixelRays(const CameraModel& camera) : across_(camera.width + 1) {
+  corners_.reserve(static_cast<std::size_t>(across_) * static_cast<std::size_t>(camera.height + 1));
+  for (int v = 0; v <= camera.height; ++v) {
+    for (int u = 0; u <= camera.width; ++u) {
+      const auto w = camera.unproject({u - 0.5, v - 0.5});
+      corners_.push_back(w ? w->normalized().cast<float>().eval()
+                           : Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()).eval());
+    }
+  }
 }
 
-std::vector<PixelSurface> see_room(const RayRoom& room, const ReferenceCamera& camera, const Image<float>& radiance) {
-  const int width = camera.model.width, height = camera.model.height;
+Vector3f PixelRays::at(int u, int v, const Eigen::Vector2f& within) const {
+  const Vector3f* top =
+      &corners_[static_cast<std::size_t>(v) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(u)];
+  const Vector3f* bottom = top + across_;
+  const float x = within.x(), y = within.y();
+  const Vector3f w = (1 - y) * ((1 - x) * top[0] + x * top[1]) + y * ((1 - x) * bottom[0] + x * bottom[1]);
+  const float length = w.norm();
+  return length > 0 ? (w / length).eval() : Vector3f::Zero().eval();  // NaN is none either
+}
+
+std::vector<PixelSurface> see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance) {
+  const int width = eye.camera.model.width, height = eye.camera.model.height;
+  const Vector3f eye_m = eye.camera.T_tag_camera.translation();
   std::vector<PixelSurface> seen(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for_each_block(height, 4, [&](int first, int last) {
     for (int v = first; v < last; ++v) {
@@ -27,10 +44,9 @@ std::vector<PixelSurface> see_room(const RayRoom& room, const ReferenceCamera& c
         const std::size_t i =
             static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
         PixelSurface& p = seen[i];
-        p.w = camera_ray(camera, u, v, {0.5f, 0.5f});
-        if (p.w.isZero()) continue;
-        const auto hit =
-            room.meshes().hit(camera.T_tag_camera.translation(), p.w, std::numeric_limits<float>::infinity());
+        p.w = eye.ray(u, v);
+        if (p.w.isZero(0)) continue;
+        const auto hit = room.meshes().hit(eye_m, p.w, std::numeric_limits<float>::infinity());
         if (!hit) continue;
         const RealPoint point = room.point(*hit, p.w);
         p.known = true;

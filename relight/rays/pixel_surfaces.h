@@ -15,10 +15,28 @@ struct PixelSurface {
   Rgb albedo = Rgb::Zero();                     ///< of the pixel, finer than the room's; unless glossy
 };
 
-/// By pixel, through its centre. `radiance`: the camera picture, linear, W/sr/m².
-std::vector<PixelSurface> see_room(const RayRoom& room, const ReferenceCamera& camera, const Image<float>& radiance);
+/// Directions in which pixels look, known at their corners; linear between.
+class PixelRays {
+ public:
+  explicit PixelRays(const CameraModel& camera);
+  /// Unit, camera frame; `within` [0, 1)² of the pixel's square. Zero if the camera has no ray there.
+  Eigen::Vector3f at(int u, int v, const Eigen::Vector2f& within = {0.5f, 0.5f}) const;
 
-/// Through a point of the pixel's square, `within` [0, 1)²; zero if the camera has no ray there.
-Eigen::Vector3f camera_ray(const ReferenceCamera& camera, int u, int v, const Eigen::Vector2f& within);
+ private:
+  int across_;
+  std::vector<Eigen::Vector3f> corners_;  ///< unit; NaN where there is no ray
+};
+
+struct Eye {
+  const PixelRays& rays;
+  ReferenceCamera camera;
+
+  Eigen::Vector3f ray(int u, int v, const Eigen::Vector2f& within = {0.5f, 0.5f}) const {
+    return camera.T_tag_camera.linear() * rays.at(u, v, within);
+  }
+};
+
+/// By pixel, through its centre. `radiance`: the camera picture, linear, W/sr/m².
+std::vector<PixelSurface> see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance);
 
 }  // namespace lumigraft::rays

@@ -25,6 +25,22 @@ BoundingSphere sphere_around(const RayObjects& objects) {
   return bounding_sphere(points_m);
 }
 
+/// What the object needs, taken from what is known or made anew.
+PlacedModel placed(const ReferenceMesh& object, const std::vector<PlacedModel>& known) {
+  PlacedModel result{object.model, nullptr, nullptr, object.T_tag_model, object.material};
+  for (const PlacedModel& other : known) {
+    if (other.model != object.model) continue;
+    result.places = other.places;
+    if (same_material(other.material, object.material)) result.facets = other.facets;
+    if (result.facets) return result;
+  }
+  if (!result.places) {
+    result.places = std::make_shared<const ObjectPlaces>(find_places(*simplify_model(*object.model, kMostTriangles)));
+  }
+  result.facets = std::make_shared<const std::vector<ObjectFacet>>(find_facets(*result.places, object.material));
+  return result;
+}
+
 }  // namespace
 
 RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<PlacedModel> placed)
@@ -38,18 +54,13 @@ RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<Plac
 bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
                       const std::function<void(const char*)>& done) {
   if (world_ && world_->room == room && same_meshes(objects_, objects) && rays_ == plan.rays) return false;
-  std::map<std::shared_ptr<const Model>, std::shared_ptr<const ObjectPlaces>> known;
-  std::vector<PlacedModel> placed;
+  std::vector<PlacedModel> now;
   for (const ReferenceMesh& object : objects) {
-    std::shared_ptr<const ObjectPlaces>& places = known[object.model];
-    if (!places && known_.contains(object.model)) places = known_.at(object.model);
-    if (!places) {
-      places = std::make_shared<const ObjectPlaces>(find_places(*simplify_model(*object.model, kMostTriangles)));
-    }
-    placed.push_back({places, object.T_tag_model, object.material});
+    now.push_back(placed(object, placed_));
+    placed_.push_back(now.back());
   }
-  known_ = std::move(known);
-  auto next = std::make_unique<World>(std::move(room), std::move(placed));
+  placed_ = now;
+  auto next = std::make_unique<World>(std::move(room), std::move(now));
   // Later bounces change little from frame to frame: they go on from where they were.
   const bool goes_on = world_ && same_models(objects_, objects);
   if (goes_on) {

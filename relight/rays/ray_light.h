@@ -1,7 +1,6 @@
 #pragma once
 // The light of a room with objects that does not depend on the camera, kept from frame to frame.
 #include <functional>
-#include <map>
 #include <memory>
 #include <vector>
 
@@ -33,7 +32,7 @@ class RayLight {
     DeltaLight light;
   };
 
-  std::map<std::shared_ptr<const Model>, std::shared_ptr<const ObjectPlaces>> known_;
+  std::vector<PlacedModel> placed_;
   std::vector<ReferenceMesh> objects_;
   int rays_ = 0;
   std::unique_ptr<World> world_;

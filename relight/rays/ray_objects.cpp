@@ -3,10 +3,14 @@
 #include <cmath>
 #include <limits>
 
+#include "relight/rays/threads.h"
+
 namespace lumigraft::rays {
 namespace {
 
 using Eigen::Vector3f;
+
+constexpr int kBlock = 1024;  // of vertices or triangles, a thread's turn
 
 std::vector<ReferenceMesh> meshes_of(const std::vector<PlacedModel>& objects) {
   std::vector<ReferenceMesh> meshes;
@@ -14,10 +18,28 @@ std::vector<ReferenceMesh> meshes_of(const std::vector<PlacedModel>& objects) {
   return meshes;
 }
 
+std::vector<std::shared_ptr<const reference::ModelTree>> trees_of(const std::vector<PlacedModel>& objects) {
+  std::vector<std::shared_ptr<const reference::ModelTree>> trees;
+  for (const PlacedModel& o : objects) trees.push_back(o.places->tree);
+  return trees;
+}
+
 }  // namespace
 
+std::vector<ObjectFacet> find_facets(const ObjectPlaces& places, const std::optional<Material>& material) {
+  const Model& model = *places.model;
+  const reference::Meshes meshes({{places.model, Eigen::Affine3f::Identity(), material, false}}, {places.tree});
+  std::vector<ObjectFacet> facets;
+  for (std::uint32_t t = 0; 3 * t + 2 < model.indices.size(); ++t) {
+    const Vector3f& out = model.normals[model.indices[3 * t]];
+    const reference::Surface s = meshes.surface({0, 0, t, 1 / 3.0f, 1 / 3.0f}, -out);
+    facets.push_back({s.face, s.look.diffuse, s.look.mirrors()});
+  }
+  return facets;
+}
+
 RayObjects::RayObjects(std::vector<PlacedModel> objects)
-    : objects_(std::move(objects)), meshes_(meshes_of(objects_), nullptr) {
+    : objects_(std::move(objects)), meshes_(meshes_of(objects_), trees_of(objects_)) {
   for (const PlacedModel& object : objects_) {
     first_.push_back(places_.size());
     normals_.push_back(object.T_tag_model.linear().inverse().transpose());
@@ -26,13 +48,7 @@ RayObjects::RayObjects(std::vector<PlacedModel> objects)
     }
     const Model& model = *object.places->model;
     irradiance_.emplace_back(2 * model.positions_m.size());
-    std::vector<Facet>& facets = facets_.emplace_back();
-    for (std::uint32_t t = 0; 3 * t + 2 < model.indices.size(); ++t) {
-      const Vector3f out = normals_.back() * model.normals[model.indices[3 * t]];
-      const reference::Surface s =
-          meshes_.surface({0, static_cast<std::uint32_t>(facets_.size() - 1), t, 1 / 3.0f, 1 / 3.0f}, -out);
-      facets.push_back({s.face, s.look.diffuse, s.look.mirrors(), {Rgb::Zero(), Rgb::Zero()}});
-    }
+    radiance_.emplace_back(object.facets->size(), std::array<Rgb, 2>{Rgb::Zero(), Rgb::Zero()});
   }
   indirect_.assign(places_.size(), Rgb::Zero());
 }
@@ -41,26 +57,31 @@ template <typename Set>
 void RayObjects::spread(const std::vector<Rgb>& by_place, Set set) {
   for (std::size_t o = 0; o < objects_.size(); ++o) {
     const ObjectPlaces& places = *objects_[o].places;
-    for (std::size_t side = 0; side < irradiance_[o].size(); ++side) {
-      Rgb sum = Rgb::Zero();
-      for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
-        sum += places.shares[i].weight * by_place[first_[o] + static_cast<std::size_t>(places.shares[i].place)];
-      }
-      set(irradiance_[o][side], sum);
-    }
     const Model& model = *places.model;
-    for (std::size_t t = 0; t < facets_[o].size(); ++t) {
-      Facet& facet = facets_[o][t];
-      for (std::size_t side = 0; side < (places.closed ? 1 : 2); ++side) {
-        Rgb e = Rgb::Zero();
-        for (std::size_t k = 3 * t; k < 3 * t + 3; ++k) {
-          const Irradiance& at = irradiance_[o][model.indices[k] + side * model.positions_m.size()];
-          e += (at.direct + at.indirect) / 3;
+    const std::size_t vertices = model.positions_m.size(), sides = places.closed ? 1 : 2;
+    for_each_block(static_cast<int>(sides * vertices), kBlock, [&](int from, int to) {
+      for (auto side = static_cast<std::size_t>(from); side < static_cast<std::size_t>(to); ++side) {
+        Rgb sum = Rgb::Zero();
+        for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
+          sum += places.shares[i].weight * by_place[first_[o] + static_cast<std::size_t>(places.shares[i].place)];
         }
-        facet.radiance[side] = facet.albedo / reference::kPi * e;
+        set(irradiance_[o][side], sum);
       }
-      if (places.closed) facet.radiance[1] = facet.radiance[0];
-    }
+    });
+    for_each_block(static_cast<int>(radiance_[o].size()), kBlock, [&](int from, int to) {
+      for (auto t = static_cast<std::size_t>(from); t < static_cast<std::size_t>(to); ++t) {
+        std::array<Rgb, 2>& radiance = radiance_[o][t];
+        for (std::size_t side = 0; side < sides; ++side) {
+          Rgb e = Rgb::Zero();
+          for (std::size_t k = 3 * t; k < 3 * t + 3; ++k) {
+            const Irradiance& at = irradiance_[o][model.indices[k] + side * vertices];
+            e += (at.direct + at.indirect) / 3;
+          }
+          radiance[side] = (*objects_[o].facets)[t].albedo / reference::kPi * e;
+        }
+        if (places.closed) radiance[1] = radiance[0];
+      }
+    });
   }
 }
 

@@ -11,8 +11,19 @@
 
 namespace lumigraft::rays {
 
+/// Triangles as rays of later bounces meet them: they don't need to know where in them.
+struct ObjectFacet {
+  Eigen::Vector3f normal;  ///< of the triangle, model frame, on the side of its vertices' normals
+  Rgb albedo;              ///< in its middle
+  bool mirrors;
+};
+/// `material` replaces the model's own.
+std::vector<ObjectFacet> find_facets(const ObjectPlaces& places, const std::optional<Material>& material);
+
 struct PlacedModel {
+  std::shared_ptr<const Model> model;  ///< as it is exhibited
   std::shared_ptr<const ObjectPlaces> places;
+  std::shared_ptr<const std::vector<ObjectFacet>> facets;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
   std::optional<Material> material;  ///< replaces the model's own
 };
@@ -36,30 +47,25 @@ class RayObjects {
   const std::vector<Rgb>& indirect() const { return indirect_; }
   /// L_ρ that leaves a triangle of a matt object evenly to the side that w meets, W/sr/m²; null on one that mirrors.
   const Rgb* even_radiance(const reference::MeshHit& hit, const Eigen::Vector3f& w) const {
-    const Facet& facet = facets_[hit.mesh][hit.triangle];
-    return facet.mirrors ? nullptr : &facet.radiance[facet.normal.dot(w) < 0 ? 0 : 1];
+    const ObjectFacet& facet = (*objects_[hit.mesh].facets)[hit.triangle];
+    if (facet.mirrors) return nullptr;
+    return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet.normal).dot(w) < 0 ? 0 : 1];
   }
   /// At a hit, on the side of `face`.
   Irradiance irradiance(const reference::MeshHit& hit, const Eigen::Vector3f& face) const;
 
  private:
-  struct Facet {
-    Eigen::Vector3f normal;  ///< unit, on the side of its vertices' normals
-    Rgb albedo;
-    bool mirrors;
-    std::array<Rgb, 2> radiance;  ///< of that side and of the other
-  };
-
   template <typename Set>
   void spread(const std::vector<Rgb>& by_place, Set set);
 
   std::vector<PlacedModel> objects_;
   reference::Meshes meshes_;
   std::vector<ObjectPlaces::Place> places_;
-  std::vector<Rgb> indirect_;                        ///< by place
-  std::vector<std::size_t> first_;                   ///< of an object's places
-  std::vector<Eigen::Matrix3f> normals_;             ///< from the model's frame to the tag's, by object
-  std::vector<std::vector<Facet>> facets_;           ///< by object and triangle
+  std::vector<Rgb> indirect_;             ///< by place
+  std::vector<std::size_t> first_;        ///< of an object's places
+  std::vector<Eigen::Matrix3f> normals_;  ///< from the model's frame to the tag's, by object
+  /// By object and triangle, what leaves the side of its vertices' normals and the other, W/sr/m².
+  std::vector<std::vector<std::array<Rgb, 2>>> radiance_;
   std::vector<std::vector<Irradiance>> irradiance_;  ///< by object; fronts of all vertices, then backs
 };
 

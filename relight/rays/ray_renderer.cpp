@@ -1,5 +1,6 @@
 #include "relight/rays/ray_renderer.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -15,7 +16,7 @@
 namespace lumigraft {
 namespace {
 
-constexpr int kShadowPoints = 16;  // of each lamp, per pixel
+constexpr int kLeastStep = 2, kMostStep = 4;  // pixels, between those that shadows are looked for at first
 constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
 
 class Clock {
@@ -54,34 +55,45 @@ struct RayRenderer::State {
 
   // The room, and what it was made of.
   std::shared_ptr<const rays::RayRoom> room;
+  std::vector<rays::LampPoints> lamps;
   Scene made_of;
 
   // What the last camera saw.
+  rays::PixelRays pixel_rays;
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
+  std::shared_ptr<const rays::RayRoom> seen_room;
   int trace_scale = 0;
   std::vector<rays::PixelSurface> seen;
   Image<float> change;  ///< 3 channels, L_Δ of real pixels, W/sr/m²
   rays::ObjectPixels objects;
 
-  explicit State(const Session& s) : session(s), known(known_surfaces(s.real_surfaces)), camera(s.color) {}
+  explicit State(const Session& s)
+      : session(s), known(known_surfaces(s.real_surfaces)), camera(s.color), pixel_rays(s.color.model) {}
 
   void follow(const Scene& scene) {
     if (room && made_of.field == scene.field && made_of.albedo == scene.albedo &&
         made_of.enclosure == scene.enclosure && made_of.illumination == scene.illumination)
       return;
     room = std::make_shared<const rays::RayRoom>(scene, known, static_cast<float>(session.tag.size_m));
+    lamps = rays::lamp_points_of(*room);
     made_of = scene;
   }
 
   void see(const Eigen::Isometry3f& T, const Image<float>& radiance, const Plan& plan, Clock& clock) {
-    const ReferenceCamera eye{session.color.model, T};
-    seen = rays::see_room(*room, eye, radiance);
-    rays::fill_holes(eye, radiance, camera.exposure(), seen);
-    clock.done("pixels");
-    const std::vector<Rgb> hidden = rays::hidden_by_objects(light.light(), seen, eye.model, kShadowPoints);
+    const rays::Eye eye{pixel_rays, {session.color.model, T}};
+    const CameraModel& model = eye.camera.model;
+    if (T_tag_camera != T.matrix() || seen_room != room) {
+      seen = rays::see_room(*room, eye, radiance);
+      rays::fill_holes(eye.camera, radiance, camera.exposure(), seen);
+      T_tag_camera = T.matrix();
+      seen_room = room;
+      clock.done("pixels");
+    }
+    const int step = std::clamp(plan.trace_scale, kLeastStep, kMostStep);
+    const std::vector<Rgb> hidden = rays::hidden_by_objects(light.light(), lamps, seen, model, step);
     clock.done("shadows");
-    const rays::GatherSettings how{plan.trace_scale, std::max(plan.rays / 2, 1), kPixelSeed};
-    const std::vector<Rgb> indirect = rays::gather_pixels(light.light(), light.places(), seen, eye.model, how);
+    const rays::GatherSettings how{plan.trace_scale, plan.rays, kPixelSeed};
+    const std::vector<Rgb> indirect = rays::gather_pixels(light.light(), light.places(), seen, model, how);
     clock.done("gather");
     change = Image<float>(radiance.width, radiance.height, 3);
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -91,16 +103,15 @@ struct RayRenderer::State {
     }
     if (!known.empty()) {
       const std::vector<Rgb> gloss =
-          rays::gather_gloss(light.light(), light.places(), seen, eye.model, {how.scale, how.rays, kGlossSeed});
+          rays::gather_gloss(light.light(), light.places(), seen, model, {how.scale, how.rays, kGlossSeed});
       for (std::size_t i = 0; i < seen.size(); ++i) {
         if (!seen[i].glossy) continue;
         for (std::size_t c = 0; c < 3; ++c) change.data[3 * i + c] = gloss[i][static_cast<Eigen::Index>(c)];
       }
       clock.done("gloss");
     }
-    objects = rays::see_objects(light.light(), eye);
+    objects = rays::see_objects(light.light(), lamps, eye, step);
     clock.done("object pixels");
-    T_tag_camera = T.matrix();
     trace_scale = plan.trace_scale;
   }
 

@@ -21,19 +21,6 @@ Vertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
   return Vertex(white_surface(s), -normal);
 }
 
-/// What changes of the light that rays may find; lamps among it where they share that with samples of lamps.
-Rgb changed_arriving(const DeltaLight& light, const Vertex& vertex, Sampler& sampler, bool lamps, float* to_object_m) {
-  const auto towards = [&](const Vector3f& w) -> Rgb {
-    const float pdf = vertex.pdf(w) + vertex.aim_pdf(w);
-    const Rgb response = vertex.response(w);
-    if (!(response.maxCoeff() > 0 && pdf > 0)) return Rgb::Zero();
-    return light.change({vertex.leave(w), w, lamps ? pdf : 0}, sampler, kMirrors, to_object_m) * response / pdf;
-  };
-  Rgb sum = towards(vertex.sample(sampler));
-  if (vertex.looks()) sum += towards(vertex.aim(sampler));
-  return sum;
-}
-
 }  // namespace
 
 template <typename Gather>
@@ -85,23 +72,40 @@ void gather_cells(const DeltaLight& light, const std::vector<reference::Place>& 
       const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
       Vertex vertex = white_vertex(cell.position_m, cell.normal);
       vertex.look_for(places);
-      Rgb sum = Rgb::Zero();
-      for (int k = 0; k < rays; ++k) {
-        Sampler sampler(seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
-        sum += changed_irradiance(light, vertex, sampler, nullptr);
-      }
-      found[static_cast<std::size_t>(i)] = sum / static_cast<float>(rays);
+      found[static_cast<std::size_t>(i)] =
+          changed_irradiance(light, vertex, {rays, rays}, seed, static_cast<std::uint32_t>(i), nullptr);
     }
   });
   cells.irradiance = std::move(found);
 }
 
 Rgb changed_radiance(const DeltaLight& light, const Vertex& vertex, Sampler& sampler, float* to_object_m) {
-  return changed_arriving(light, vertex, sampler, true, to_object_m) - light.hidden(vertex, sampler);
+  const auto towards = [&](const Vector3f& w) -> Rgb {
+    const float pdf = vertex.pdf(w) + vertex.aim_pdf(w);
+    const Rgb response = vertex.response(w);
+    if (!(response.maxCoeff() > 0 && pdf > 0)) return Rgb::Zero();
+    return light.change({vertex.leave(w), w, pdf}, sampler, kMirrors, to_object_m) * response / pdf;
+  };
+  Rgb sum = towards(vertex.sample(sampler)) - light.hidden(vertex, sampler);
+  if (vertex.looks()) sum += towards(vertex.aim(sampler));
+  return sum;
 }
 
-Rgb changed_irradiance(const DeltaLight& light, const Vertex& vertex, Sampler& sampler, float* to_object_m) {
-  return changed_arriving(light, vertex, sampler, false, to_object_m) * reference::kPi;
+Rgb changed_irradiance(const DeltaLight& light, const Vertex& vertex, const RayCounts& rays, std::uint32_t seed,
+                       std::uint32_t place, float* to_object_m) {
+  const int aimed = vertex.looks() ? rays.aimed : 0;
+  Rgb sum = Rgb::Zero();
+  for (int k = 0; k < rays.hemisphere + aimed; ++k) {
+    const bool aim = k >= rays.hemisphere;
+    Sampler sampler(seed, 2 * place + aim, static_cast<std::uint32_t>(aim ? k - rays.hemisphere : k));
+    const Vector3f w = aim ? vertex.aim(sampler) : vertex.sample(sampler);
+    // The balance heuristic of both kinds (Veach & Guibas 1995). A white vertex sends all colours alike.
+    const float pdf =
+        static_cast<float>(rays.hemisphere) * vertex.pdf(w) + static_cast<float>(aimed) * vertex.aim_pdf(w);
+    const float share = vertex.response(w)[0] / pdf;
+    if (share > 0) sum += share * light.change({vertex.leave(w), w, 0}, sampler, kMirrors, to_object_m);
+  }
+  return sum * reference::kPi;
 }
 
 }  // namespace lumigraft::rays

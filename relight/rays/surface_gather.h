@@ -18,12 +18,16 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
 void gather_cells(const DeltaLight& light, const std::vector<reference::Place>& places, int rays, std::uint32_t seed,
                   ChangeCells& cells);
 
-/// One sample of that change at a white vertex that looks for places, W/m². `to_object_m`: how far the nearest object
-/// was that it met; may be null.
-Rgb changed_irradiance(const DeltaLight& light, const reference::Vertex& vertex, reference::Sampler& sampler,
-                       float* to_object_m);
+struct RayCounts {
+  int hemisphere = 0, aimed = 0;  ///< by the cosine; towards where light changes
+};
+/// That change at a white vertex that looks for places, W/m². `place` tells its rays from others'. `to_object_m` gets
+/// lower where they meet an object nearer; may be null.
+Rgb changed_irradiance(const DeltaLight& light, const reference::Vertex& vertex, const RayCounts& rays,
+                       std::uint32_t seed, std::uint32_t place, float* to_object_m);
 
-/// The same of the radiance that a glossy one sends to where it is seen from, W/sr/m², with what lamps bring.
+/// One sample of the change of radiance that a glossy vertex sends to where it is seen from, W/sr/m², with
+/// what lamps bring.
 Rgb changed_radiance(const DeltaLight& light, const reference::Vertex& vertex, reference::Sampler& sampler,
                      float* to_object_m);
 

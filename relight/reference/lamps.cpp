@@ -11,6 +11,18 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
+std::optional<float> sphere_hit(const ReferenceLamp& lamp, const Vector3f& from_m, const Vector3f& w) {
+  // By the point of the ray nearest to the centre: exact for small spheres far away.
+  const Vector3f to = lamp.centre_m - from_m;
+  const float along = to.dot(w), r2 = lamp.radius_m * lamp.radius_m, off2 = (to - along * w).squaredNorm();
+  if (off2 > r2) return std::nullopt;
+  const float half = std::sqrt(r2 - off2);
+  const float t = along - half > 0 ? along - half : along + half;
+  return t > 0 ? std::optional(t) : std::nullopt;
+}
+
+}  // namespace
+
 float area_m2(const ReferenceLamp& lamp) {
   return lamp.shape == ReferenceLamp::Shape::disc ? kPi * lamp.radius_m * lamp.radius_m
                                                   : 4 * lamp.half_u_m.cross(lamp.half_v_m).norm();
@@ -25,18 +37,6 @@ Vector3f point_on(const ReferenceLamp& lamp, const Vector2f& u) {
   const float r = lamp.radius_m * std::sqrt(u.x()), phi = 2 * kPi * u.y();
   return lamp.centre_m + r * (std::cos(phi) * x + std::sin(phi) * y);
 }
-
-std::optional<float> sphere_hit(const ReferenceLamp& lamp, const Vector3f& from_m, const Vector3f& w) {
-  // By the point of the ray nearest to the centre: exact for small spheres far away.
-  const Vector3f to = lamp.centre_m - from_m;
-  const float along = to.dot(w), r2 = lamp.radius_m * lamp.radius_m, off2 = (to - along * w).squaredNorm();
-  if (off2 > r2) return std::nullopt;
-  const float half = std::sqrt(r2 - off2);
-  const float t = along - half > 0 ? along - half : along + half;
-  return t > 0 ? std::optional(t) : std::nullopt;
-}
-
-}  // namespace
 
 void basis(const Vector3f& n, Vector3f& x, Vector3f& y) {
   const float sign = std::copysign(1.0f, n.z()), a = -1 / (sign + n.z()), b = n.x() * n.y() * a;

@@ -22,6 +22,10 @@ LightSample sample_lamp(const ReferenceLamp& lamp, const Eigen::Vector3f& from_m
 /// Density of sample_lamp along a ray that hits the lamp.
 float lamp_pdf(const ReferenceLamp& lamp, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w);
 
+/// Evenly over a flat lamp, `u` in [0, 1)².
+Eigen::Vector3f point_on(const ReferenceLamp& lamp, const Eigen::Vector2f& u);
+float area_m2(const ReferenceLamp& lamp);  ///< likewise
+
 /// Of a sphere around it.
 float lamp_reach_m(const ReferenceLamp& lamp);
 

@@ -2,9 +2,12 @@
 
 #include <embree3/rtcore.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
 
 #include "capture/response.h"
 #include "relight/placement.h"
@@ -19,9 +22,42 @@ constexpr float kSameDepth = 0.004f;  // of the depth: a pixel shows the point w
 
 struct Placed {
   ReferenceMesh mesh;
-  std::vector<Vector3f> positions_m;
   Eigen::Matrix3f normals = Eigen::Matrix3f::Identity();
-  std::vector<std::uint32_t> part;  // by triangle
+  std::vector<std::uint32_t> part;  // by triangle; none where the model has only one
+};
+
+RTCGeometry triangles_of(RTCDevice device, const Model& model, const Eigen::Affine3f& T) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  // Embree reads 16 bytes at each vertex, so the positions are copied into a buffer that it pads.
+  auto* vertices = static_cast<Vector3f*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vector3f), model.positions_m.size()));
+  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                          3 * sizeof(std::uint32_t), model.indices.size() / 3);
+  for (std::size_t i = 0; i < model.positions_m.size(); ++i) vertices[i] = T * model.positions_m[i];
+  std::copy(model.indices.begin(), model.indices.end(), static_cast<std::uint32_t*>(indices));
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+/// One for all, so that trees go from one scene to another.
+RTCDevice shared_device() {
+  static const std::unique_ptr<std::remove_pointer_t<RTCDevice>, decltype(&rtcReleaseDevice)> device(
+      rtcNewDevice("threads=1"), &rtcReleaseDevice);  // one thread: the same tree each time
+  if (!device) throw std::runtime_error("Embree has no device");
+  return device.get();
+}
+
+struct OwnScene {
+  RTCScene scene = rtcNewScene(shared_device());
+  OwnScene() { rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST); }
+  OwnScene(const OwnScene&) = delete;
+  OwnScene& operator=(const OwnScene&) = delete;
+  ~OwnScene() { rtcReleaseScene(scene); }
+
+  void add(RTCGeometry geometry, std::size_t id) {
+    rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(id));
+    rtcReleaseGeometry(geometry);
+  }
 };
 
 /// sRGB texture, bilinear between texel centres; repeats.
@@ -60,56 +96,79 @@ std::optional<Look> seen_look(const SeenMaterials& seen, const Vector3f& p_m, co
 
 }  // namespace
 
+struct ModelTree::State {
+  std::shared_ptr<const Model> model;
+  OwnScene triangles;
+  BoundingSphere sphere;
+};
+
+ModelTree::ModelTree(std::shared_ptr<const Model> model) : state_(std::make_unique<State>()) {
+  state_->model = std::move(model);
+  state_->triangles.add(triangles_of(shared_device(), *state_->model, Eigen::Affine3f::Identity()), 0);
+  rtcCommitScene(state_->triangles.scene);
+  state_->sphere = bounding_sphere(state_->model->positions_m);
+}
+
+ModelTree::~ModelTree() = default;
+
 struct Meshes::State {
   std::vector<Placed> placed;
   std::vector<Eigen::Vector4f> spheres;
   const SeenMaterials* seen = nullptr;
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
+  std::vector<std::shared_ptr<const ModelTree>> trees;
+  OwnScene all;
 
-  ~State() {
-    if (scene) rtcReleaseScene(scene);
-    if (device) rtcReleaseDevice(device);
-  }
-
-  void add(const ReferenceMesh& mesh) {
+  void place(const ReferenceMesh& mesh, const BoundingSphere& around) {
     const Model& model = *mesh.model;
-    Placed p;
+    Placed& p = placed.emplace_back();
     p.mesh = mesh;
     p.normals = mesh.T_tag_model.linear().inverse().transpose();
-    for (const Vector3f& x : model.positions_m) p.positions_m.push_back(mesh.T_tag_model * x);
-    p.part.assign(model.indices.size() / 3, 0);
-    for (std::uint32_t i = 0; i < model.parts.size(); ++i) {
+    if (model.parts.size() > 1) p.part.assign(model.indices.size() / 3, 0);
+    for (std::uint32_t i = 1; i < model.parts.size(); ++i) {
       const auto first = p.part.begin() + model.parts[i].first_index / 3;
       std::fill(first, first + model.parts[i].index_count / 3, i);
     }
-    const BoundingSphere around = bounding_sphere(p.positions_m);
     spheres.emplace_back(around.centre_m.x(), around.centre_m.y(), around.centre_m.z(), around.radius_m);
+  }
 
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    // Embree reads 16 bytes at each vertex, so the positions are copied into a buffer that it pads.
-    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vector3f),
-                                             p.positions_m.size());
-    void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                            3 * sizeof(std::uint32_t), model.indices.size() / 3);
-    std::copy(p.positions_m.begin(), p.positions_m.end(), static_cast<Vector3f*>(vertices));
-    std::copy(model.indices.begin(), model.indices.end(), static_cast<std::uint32_t*>(indices));
+  void add(const ReferenceMesh& mesh) {
+    std::vector<Vector3f> positions_m;
+    for (const Vector3f& x : mesh.model->positions_m) positions_m.push_back(mesh.T_tag_model * x);
+    all.add(triangles_of(shared_device(), *mesh.model, mesh.T_tag_model), placed.size());
+    place(mesh, bounding_sphere(positions_m));
+  }
+
+  void add(const ReferenceMesh& mesh, const ModelTree::State& tree) {
+    RTCGeometry geometry = rtcNewGeometry(shared_device(), RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, tree.triangles.scene);
+    const Eigen::Matrix<float, 3, 4> T = mesh.T_tag_model.affine();
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, T.data());
     rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(placed.size()));
-    rtcReleaseGeometry(geometry);
-    placed.push_back(std::move(p));
+    all.add(geometry, placed.size());
+    const Eigen::Matrix3f& linear = mesh.T_tag_model.linear();
+    // Of whatever shape the transform makes of the sphere, the longest radius.
+    const float scale = std::sqrt((linear.transpose() * linear).selfadjointView<Eigen::Lower>().eigenvalues()[2]);
+    place(mesh, {mesh.T_tag_model * tree.sphere.centre_m, scale * tree.sphere.radius_m});
+  }
+
+  /// The mesh, whether it stands in the scene itself or as an instance.
+  static std::uint32_t mesh_of(unsigned geometry, unsigned instance) {
+    return instance == RTC_INVALID_GEOMETRY_ID ? geometry : instance;
   }
 };
 
 Meshes::Meshes(const std::vector<ReferenceMesh>& meshes, const SeenMaterials* seen)
     : state_(std::make_unique<State>()) {
   state_->seen = seen;
-  state_->device = rtcNewDevice("threads=1");  // the same tree each time
-  if (!state_->device) throw std::runtime_error("Embree has no device");
-  state_->scene = rtcNewScene(state_->device);
-  rtcSetSceneFlags(state_->scene, RTC_SCENE_FLAG_ROBUST);
   for (const ReferenceMesh& mesh : meshes) state_->add(mesh);
-  rtcCommitScene(state_->scene);
+  rtcCommitScene(state_->all.scene);
+}
+
+Meshes::Meshes(const std::vector<ReferenceMesh>& meshes, const std::vector<std::shared_ptr<const ModelTree>>& trees)
+    : state_(std::make_unique<State>()) {
+  state_->trees = trees;
+  for (std::size_t i = 0; i < meshes.size(); ++i) state_->add(meshes[i], *trees[i]->state_);
+  rtcCommitScene(state_->all.scene);
 }
 
 Meshes::~Meshes() = default;
@@ -123,17 +182,80 @@ std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, fl
   RTCRayHit query{};
   query.ray = {from_m.x(), from_m.y(), from_m.z(), 0, w.x(), w.y(), w.z(), 0, limit_m, ~0u, 0, 0};
   query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(state_->scene, &context, &query);
+  rtcIntersect1(state_->all.scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return MeshHit{query.ray.tfar, query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v};
+  return MeshHit{query.ray.tfar, State::mesh_of(query.hit.geomID, query.hit.instID[0]), query.hit.primID, query.hit.u,
+                 query.hit.v};
 }
 
 bool Meshes::blocked(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRay ray{from_m.x(), from_m.y(), from_m.z(), 0, w.x(), w.y(), w.z(), 0, limit_m, ~0u, 0, 0};
-  rtcOccluded1(state_->scene, &context, &ray);
+  rtcOccluded1(state_->all.scene, &context, &ray);
   return ray.tfar < 0;
+}
+
+namespace {
+
+/// `valid`: -1 for a ray that is meant, as Embree wants it; the others are set to something harmless. The rays are
+/// coherent, but saying so to Embree (3.13) has kept rtcOccluded16 in a scene of instances from ever returning.
+void set_rays(const RayFan& fan, std::array<int, RayFan::kMost>& valid, RTCRay16& rays) {
+  const auto some = static_cast<std::size_t>(std::countr_zero(fan.some));
+  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+    const bool meant = fan.some >> i & 1;
+    const Vector3f& w = fan.w[meant ? i : some];
+    valid[i] = meant ? -1 : 0;
+    rays.org_x[i] = fan.from_m.x();
+    rays.org_y[i] = fan.from_m.y();
+    rays.org_z[i] = fan.from_m.z();
+    rays.tnear[i] = 0;
+    rays.dir_x[i] = w.x();
+    rays.dir_y[i] = w.y();
+    rays.dir_z[i] = w.z();
+    rays.time[i] = 0;
+    rays.tfar[i] = meant ? fan.limit_m[i] : -1;
+    rays.mask[i] = ~0u;
+    rays.id[i] = 0;
+    rays.flags[i] = 0;
+  }
+}
+
+}  // namespace
+
+std::uint32_t Meshes::hits(const RayFan& fan, std::array<MeshHit, RayFan::kMost>& found) const {
+  if (fan.some == 0) return 0;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  alignas(64) std::array<int, RayFan::kMost> valid;
+  alignas(64) RTCRayHit16 query;
+  set_rays(fan, valid, query.ray);
+  std::fill_n(query.hit.geomID, RayFan::kMost, RTC_INVALID_GEOMETRY_ID);
+  std::fill_n(query.hit.instID[0], RayFan::kMost, RTC_INVALID_GEOMETRY_ID);
+  rtcIntersect16(valid.data(), state_->all.scene, &context, &query);
+  std::uint32_t which = 0;
+  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+    if (!valid[i] || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    which |= 1u << i;
+    found[i] = {query.ray.tfar[i], State::mesh_of(query.hit.geomID[i], query.hit.instID[0][i]), query.hit.primID[i],
+                query.hit.u[i], query.hit.v[i]};
+  }
+  return which;
+}
+
+std::uint32_t Meshes::blocked(const RayFan& fan) const {
+  if (fan.some == 0) return 0;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  alignas(64) std::array<int, RayFan::kMost> valid;
+  alignas(64) RTCRay16 rays;
+  set_rays(fan, valid, rays);
+  rtcOccluded16(valid.data(), state_->all.scene, &context, &rays);
+  std::uint32_t which = 0;
+  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+    if (valid[i] && rays.tfar[i] < 0) which |= 1u << i;
+  }
+  return which;
 }
 
 Surface Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
@@ -144,9 +266,9 @@ Surface Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
     return ((1 - hit.u - hit.v) * values[corner[0]] + hit.u * values[corner[1]] + hit.v * values[corner[2]]).eval();
   };
   Surface s;
-  const auto& p = placed.positions_m;
-  s.position_m = mixed(p);
-  s.face = (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]]).stableNormalized();
+  const auto& p = model.positions_m;
+  s.position_m = placed.mesh.T_tag_model * mixed(p);
+  s.face = (placed.normals * (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]])).stableNormalized();
   s.normal = (placed.normals * mixed(model.normals)).stableNormalized();
   if (s.face.dot(w) > 0) s.face = -s.face;
   if (s.normal.dot(s.face) < 0) s.normal = -s.normal;
@@ -162,7 +284,7 @@ Surface Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
     s.look = look_of(placed.mesh.material->base_color.array(), *placed.mesh.material);
     return s;
   }
-  const Model::Part& part = model.parts[placed.part[hit.triangle]];
+  const Model::Part& part = model.parts[placed.part.empty() ? 0 : placed.part[hit.triangle]];
   Rgb base = part.material.base_color.array() * mixed(model.colors).array();
   if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords));
   s.look = look_of(base, part.material);

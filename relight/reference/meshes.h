@@ -1,5 +1,6 @@
 #pragma once
 // Rays and triangles, through Embree; and what the surface is like where they meet.
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -22,16 +23,42 @@ struct Surface {
   Look look;
 };
 
+/// Rays from one point: together they cost less than each alone.
+struct RayFan {
+  static constexpr int kMost = 16;
+  Eigen::Vector3f from_m = Eigen::Vector3f::Zero();
+  std::uint32_t some = 0;  ///< by bit, which of the rays are meant
+  std::array<Eigen::Vector3f, kMost> w;
+  std::array<float, kMost> limit_m;
+};
+
+/// The triangles of a rigid model, sorted for rays, in the model's own frame.
+class ModelTree {
+ public:
+  explicit ModelTree(std::shared_ptr<const Model> model);
+  ~ModelTree();
+
+ private:
+  friend class Meshes;
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
 class Meshes {
  public:
   /// Keeps references to what the meshes and `seen` point to.
   Meshes(const std::vector<ReferenceMesh>& meshes, const SeenMaterials* seen);
+  /// The same, at little cost, where each mesh's model has its tree.
+  Meshes(const std::vector<ReferenceMesh>& meshes, const std::vector<std::shared_ptr<const ModelTree>>& trees);
   ~Meshes();
 
   bool empty() const;
   /// The first triangle along a unit direction, nearer than `limit_m`.
   std::optional<MeshHit> hit(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   bool blocked(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
+  /// By bit, which rays of a fan meet a triangle before their limit; those have their first in `found`.
+  std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMost>& found) const;
+  std::uint32_t blocked(const RayFan& fan) const;
   Surface surface(const MeshHit& hit, const Eigen::Vector3f& w) const;
 
   /// A sphere around each mesh: x, y, z, radius.

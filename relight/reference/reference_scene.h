@@ -21,6 +21,7 @@ struct ReferenceMesh {
   bool seen = false;                 ///< where ReferenceScene::seen shows this point, its material counts instead
 };
 
+bool same_material(const std::optional<Material>& a, const std::optional<Material>& b);
 /// The same models, placed and painted alike.
 bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b);
 

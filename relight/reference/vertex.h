@@ -7,6 +7,13 @@
 
 namespace lumigraft::reference {
 
+/// Where a ray along w starts, a little off the surface.
+inline Eigen::Vector3f leave(const Surface& surface, const Eigen::Vector3f& w) {
+  constexpr float kLift = 3e-5f;  // of a metre, at 1 m from the origin
+  const float lift = kLift * (1 + surface.position_m.cwiseAbs().maxCoeff());
+  return surface.position_m + std::copysign(lift, surface.face.dot(w)) * surface.face;
+}
+
 class Vertex {
  public:
   Vertex(const Surface& surface, const Eigen::Vector3f& arriving_along) : surface_(surface) {
@@ -59,12 +66,7 @@ class Vertex {
     return sum;
   }
 
-  /// Where a ray along w starts, a little off the surface.
-  Eigen::Vector3f leave(const Eigen::Vector3f& w) const {
-    constexpr float kLift = 3e-5f;  // of a metre, at 1 m from the origin
-    const float lift = kLift * (1 + surface_.position_m.cwiseAbs().maxCoeff());
-    return surface_.position_m + std::copysign(lift, surface_.face.dot(w)) * surface_.face;
-  }
+  Eigen::Vector3f leave(const Eigen::Vector3f& w) const { return reference::leave(surface_, w); }
   Eigen::Vector3f leave() const { return leave(surface_.face); }
 
  private:
