@@ -71,7 +71,7 @@ for module in virtio_pci 9p 9pnet_virtio overlay; do
 done
 # LUMIGRAFT_CYCLES: how often cameras come and go, for a longer look than every run takes.
 cycles=${LUMIGRAFT_CYCLES:-}
-limit_s=$([ -n "$cycles" ] && echo 6000 || echo 300)
+limit_s=$([ -n "$cycles" ] && echo 6000 || echo 500)
 printf '%q ' env ${cycles:+LUMIGRAFT_CYCLES="$cycles"} bash "$here/guest.sh" "$root" "$@" >"$first/command"
 (cd "$first" && find . | cpio --quiet -o -H newc | gzip -1) >"$folder/first.gz"
 
