@@ -28,12 +28,16 @@ using Eigen::Vector3f;
 constexpr std::array<std::uint32_t, 3> kSettled = {6, 12, 40};
 constexpr std::uint32_t kLongestRest = 1u << kSettled.size(), kLivelyLooks = 8;
 constexpr float kAnewM = 0.02f, kAnewRad = 0.03f;
-constexpr float kFarAnew = 8;  ///< times that: another view altogether, that nothing rests for
+constexpr float kUnmoved = 0.5f;  ///< times that: rows that told nothing tell nothing again
+constexpr float kFarAnew = 8;     ///< times that: another view altogether, that nothing rests for
 constexpr int kLivelyVoxels = 24;
-/// While the camera has moved less than this since all surfaces were looked through for new bricks, a share of them is.
+/// How far the camera has moved since surfaces were looked through for new bricks says how large a share of them is
+/// looked through now: all of another view, half of a moving one, a quarter at rest.
 constexpr float kSteadyM = 0.01f, kSteadyRad = 0.01f;
-constexpr int kShares = 4;
-constexpr int kUrgentVoxels = 8;    ///< newly known, or far from where they were: published at once
+constexpr float kFarSteady = 8;  ///< times that
+constexpr int kMovingShares = 2, kShares = 4;
+constexpr int kUrgentVoxels = 8;    ///< far from where they were: published at once
+constexpr int kNewVoxels = 64;      ///< newly known: likewise
 constexpr std::uint32_t kWait = 4;  ///< pictures, that slight changes are held back to be published together
 constexpr float kPlaceM = 0.25f;    // apart, as places from where the camera looked
 constexpr std::size_t kMostPlaces = 64;
@@ -68,6 +72,7 @@ struct FusionStage::State {
   void await_publication(WorkingBrick& brick);
   void remember(const Isometry3f& T_tag_camera);
   bool rests(const WorkingBrick& brick, std::size_t place) const;
+  BrickUpdate::Wait may_wait(const WorkingBrick& brick) const;
   void consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told);
   void publish();
 
@@ -119,10 +124,11 @@ WorkingBrick& FusionStage::State::brick_at(const BrickKey& key) {
 }
 
 void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
-  const bool moved = pictures == 0 || (T_tag_camera.translation() - searched_from.translation()).norm() > kSteadyM ||
-                     Eigen::AngleAxisf(searched_from.linear().transpose() * T_tag_camera.linear()).angle() > kSteadyRad;
-  if (moved) searched_from = T_tag_camera;
-  const int shares = moved ? 1 : kShares;
+  const float moved =
+      (T_tag_camera.translation() - searched_from.translation()).norm() / kSteadyM +
+      Eigen::AngleAxisf(searched_from.linear().transpose() * T_tag_camera.linear()).angle() / kSteadyRad;
+  const int shares = pictures == 0 || moved > kFarSteady ? 1 : moved > 1 ? kMovingShares : kShares;
+  if (shares < kShares) searched_from = T_tag_camera;
   for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera, voxel_m, truncation_m,
                                                 {shares, static_cast<int>(pictures) % shares}, found)) {
     brick_at(key);
@@ -173,6 +179,15 @@ bool FusionStage::State::rests(const WorkingBrick& brick, std::size_t place) con
   return ((pictures + place) & ((1u << steps) - 1)) != 0;
 }
 
+/// Of what is looked at often; what rests is looked at all over, or a visitor would stay in its corners.
+BrickUpdate::Wait FusionStage::State::may_wait(const WorkingBrick& brick) const {
+  constexpr std::uint32_t kOften = 2;
+  const std::uint32_t ago = pictures - brick.last_look;
+  if (brick.looks < kSettled.front() || brick.looks < brick.lively_until || ago == 0 || ago > kOften)
+    return BrickUpdate::Wait::nothing;
+  return moved_since[ago] < kUnmoved ? BrickUpdate::Wait::free_and_silent : BrickUpdate::Wait::free;
+}
+
 /// A brick of which a picture told is to be published, now or with others.
 void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told) {
   if (!open) {
@@ -182,7 +197,7 @@ void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpd
   ++brick.looks;
   brick.last_look = pictures;
   // A look at what was published costs as much as an update: what is urgent is known without.
-  brick.urgent |= !brick.published || told.learnt >= kUrgentVoxels || told.moved >= kUrgentVoxels;
+  brick.urgent |= !brick.published || told.learnt >= kNewVoxels || told.moved >= kUrgentVoxels;
   urgent |= brick.urgent;
   await_publication(brick);
 }
@@ -259,7 +274,8 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
       picture.fetch(*seen[i + 1].first, seen[i + 1].second);
     auto& [brick, sight] = seen[i];
     const bool open = sight.kind == Sight::Kind::open;
-    const BrickUpdate::Told told = open ? picture.clear(*brick) : picture.update(*brick, sight.far_m);
+    const BrickUpdate::Told told =
+        open ? picture.clear(*brick) : picture.update(*brick, sight.far_m, s.may_wait(*brick));
     if (told.any) s.consider(*brick, open, told);
   }
   s.publish();

@@ -20,6 +20,9 @@ constexpr float kDenies = 0.75f, kDeniedLooks = 3;
 /// Two sides of something thin differ by more than so much noise, and the field rises from one towards the other.
 constexpr float kSideNoise = static_cast<float>(2.5 * kLeastSigmaM), kRises = 0.3f;
 
+constexpr std::uint32_t kRowTurns = 4;  ///< looks, until it is a row's turn
+constexpr float kFreeShare = 0.99f;     ///< of the truncation distance
+
 constexpr float kDeniesNoise = static_cast<float>(4 * kLeastSigmaM);  // of a reading of weight 1
 
 }  // namespace
@@ -52,15 +55,22 @@ BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparat
       end_v_(static_cast<float>(2 * view.blocks_y)),
       depth_(view, preparation, map, sizes.voxel_m, sizes.truncation_m, shell_m_) {}
 
-BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m) const {
+BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m, Wait wait) const {
   const Vector3f corner =
       T_camera_tag_ * (sizes_.voxel_m * kBrickEdge * Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>());
   const Eigen::Matrix3f step = sizes_.voxel_m * T_camera_tag_.linear();
   Told told;
+  const std::uint64_t in_turns = wait == Wait::nothing ? 0
+                                 : wait == Wait::free  ? brick.free_rows
+                                                       : brick.free_rows | brick.silent_rows;
   for (int z = 0; z < kBrickEdge; ++z)
     for (int y = 0; y < kBrickEdge; ++y) {
+      const auto at_row = static_cast<std::uint32_t>(y + kBrickEdge * z);
+      const std::uint64_t bit = std::uint64_t{1} << at_row;
+      if ((in_turns & bit) && (at_row + brick.turn) % kRowTurns != 0) continue;
       const Vector3f row = corner + static_cast<float>(y) * step.col(1) + static_cast<float>(z) * step.col(2);
       if (std::min(row.z(), row.z() + kBrickEdge * step(2, 0)) > hidden_m) continue;
+      FourInt free = {-1, -1, -1, -1}, silent = free;
       for (int x = 0; x < kBrickEdge; x += 4) {
         const Four along = kFirst + static_cast<float>(x);
         Row at;
@@ -70,9 +80,15 @@ BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m) const
         const Four inverse_z = 1 / at.z;
         map_.pixels(at.x * inverse_z, at.y * inverse_z, at.u, at.v);
         const Readings readings = read(at);
-        if (!any(readings.told)) continue;
+        silent &= ~readings.told;
+        if (!any(readings.told)) {
+          free = FourInt{};
+          continue;
+        }
         const std::size_t i = static_cast<std::size_t>(x + kBrickEdge * (y + kBrickEdge * z));
         const Four found = fuse(brick.now, i, readings, told);
+        free &= readings.told & (found > kFreeShare * sizes_.truncation_m) &
+                (load(&brick.now.distance_m[i]) > kFreeShare * sizes_.truncation_m);
         if (!colour_) continue;
         const FourInt shell = (readings.facing > 0) & (size_of(found) <= shell_m_);
         if (!any(shell)) continue;
@@ -81,11 +97,14 @@ BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m) const
             colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0,
                    readings.facing[k]);
       }
+      brick.free_rows = any(~free) ? brick.free_rows & ~bit : brick.free_rows | bit;
+      brick.silent_rows = any(~silent) ? brick.silent_rows & ~bit : brick.silent_rows | bit;
     }
+  ++brick.turn;
   return told;
 }
 
-inline BrickUpdate::Readings BrickUpdate::read(const Row& at) const {
+[[gnu::always_inline]] inline BrickUpdate::Readings BrickUpdate::read(const Row& at) const {
   const Four u = at.u + 0.5f, v = at.v + 0.5f;
   const FourInt ahead = at.z >= kNearestM;
   const FourInt inside = ahead & (u >= 0) & (v >= 0) & (u < end_u_) & (v < end_v_);
@@ -142,7 +161,8 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
 }
 
 /// Into running means. Returns the distances found, truncated.
-inline Four BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told) const {
+[[gnu::always_inline]] inline Four BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& readings,
+                                                     Told& told) const {
   const FourInt& read = readings.told;
   told.any = true;
   const Four found = least(readings.distance, all(sizes_.truncation_m));
@@ -228,7 +248,7 @@ BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
     fuse(brick.now, i, readings, told);
     nearest = least(nearest, load(&brick.now.distance_m[i]));
   }
-  brick.open = std::min({nearest[0], nearest[1], nearest[2], nearest[3]}) > 0.99f * sizes_.truncation_m;
+  brick.open = std::min({nearest[0], nearest[1], nearest[2], nearest[3]}) > kFreeShare * sizes_.truncation_m;
   return told;
 }
 

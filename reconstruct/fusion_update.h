@@ -25,8 +25,14 @@ class BrickUpdate {
     int moved = 0;   ///< voxels that were far from where the picture shows them
     int learnt = 0;  ///< voxels that were unknown
   };
+  /// What of a known brick may wait for a later look.
+  enum class Wait {
+    nothing,
+    free,            ///< rows that were free take turns
+    free_and_silent  ///< and rows of which nothing was told: for a camera that has not moved
+  };
   /// Of a brick of which nothing is seen from the depth `hidden_m` on.
-  Told update(WorkingBrick& brick, float hidden_m) const;
+  Told update(WorkingBrick& brick, float hidden_m, Wait wait) const;
   /// To be called some time before `update` of the brick.
   void fetch(const WorkingBrick& brick, const Sight& sight) const;
   /// Of a brick in front of everything: free space. Nothing is told where that was known.
