@@ -70,9 +70,9 @@ TEST_P(RigSessions, ARightRigAgreesAndAWrongOneIsFound) {
   for (const double degrees : {8.0, -25.0, 180.0}) {
     const auto found = error(z, degrees, nowhere);
     ASSERT_TRUE(found) << degrees;
-    // Turned far, another turn with a shift may as well explain the little that both see: that it is wrong is said for
-    // sure, how wrong is a guess.
-    if (std::abs(degrees) > 20) {
+    // On a table that looks alike all around, another turn with a shift may as well explain the little that both see:
+    // that it is wrong is said for sure, how wrong is a guess.
+    if (std::abs(degrees) > 20 && std::string(GetParam()).starts_with("tabletop")) {
       EXPECT_GT(found->turn_degrees, 8);
     } else {
       EXPECT_NEAR(found->turn_degrees, std::abs(degrees), 6);

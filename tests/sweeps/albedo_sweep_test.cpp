@@ -120,7 +120,14 @@ TEST(AlbedoSweep, SeenOnlyInShadow) {
     if (sky >= 0.003) {
       EXPECT_LT(floor.share_unknown(), 0.02) << sky;
     }
+    if (sky < 0.001) {
+      EXPECT_GT(floor.share_unknown(), 0.9) << sky << ": next to no light, of which nothing can be known";
+    }
+    if (sky >= 0.01) {
+      EXPECT_LT(Floor::percentile(floor.off, 0.5), 0.14) << sky;
+    }
     if (sky >= 0.03) {
+      EXPECT_LT(Floor::percentile(floor.off, 0.5), 0.1) << sky;
       EXPECT_LT(Floor::percentile(floor.reported, 0.5), 0.1) << sky;
     }
   }
@@ -195,8 +202,15 @@ TEST(AlbedoSweep, OneLightOnly) {
     // Wrong as it may be, it says how much: no floor is farther off than two and a half sigma.
     EXPECT_LT(Floor::percentile(floor.sigmas, 0.9), 2.5) << sky;
     EXPECT_LT(floor.share_unknown(), 0.02) << sky;
+    if (sky < 0.001) {
+      EXPECT_GT(Floor::percentile(floor.reported, 0.5), 0.15)
+          << sky << ": without a sky nothing tells the lamp's power";
+    }
     if (sky >= 0.001) {
       EXPECT_LT(Floor::percentile(floor.reported, 0.5), 0.1) << sky;
+    }
+    if (sky >= 0.003) {
+      EXPECT_LT(Floor::percentile(floor.off, 0.5), 0.1) << sky;
     }
   }
   write_sweep(sweep);
