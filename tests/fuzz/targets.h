@@ -7,9 +7,10 @@
 //   cmake --preset fuzz && cmake --build --preset fuzz
 //   build/fuzz/fuzz_mkv -max_total_time=600 -rss_limit_mb=1500 -max_len=20000 new_corpus tests/fuzz/corpus/mkv
 //
-//   tests/fuzz/openni_with_coverage.sh build/fuzz/openni && LD_LIBRARY_PATH=build/fuzz/openni \
-//     ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1 build/fuzz/fuzz_oni_library -fork=1 -ignore_crashes=1 \
-//     -ignore_timeouts=1 -ignore_ooms=1 -timeout=10 -max_total_time=600 new_corpus tests/fuzz/corpus/oni
+//   tests/fuzz/openni_with_coverage.sh build/fuzz/openni
+//   export LD_LIBRARY_PATH=build/fuzz/openni ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1
+//   flags="-fork=1 -ignore_crashes=1 -ignore_timeouts=1 -ignore_ooms=1 -timeout=10 -max_total_time=600"
+//   build/fuzz/fuzz_oni_library $flags new_corpus tests/fuzz/corpus/oni
 //
 // and what it found, made small by -merge=1, is kept in corpus/ and read again by every run of the tests.
 #include <cstdint>
