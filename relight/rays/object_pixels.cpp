@@ -3,7 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <span>
 #include <vector>
 
 #include "relight/rays/threads.h"
@@ -23,6 +23,7 @@ constexpr int kMirrorRays = 4;                        // per ray that is not at 
 constexpr int kMirrors = 2;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
 constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; of what shares the shadows of a pixel
+constexpr float kSurelyFarther = 1.02f;                    // than the object
 constexpr int kRow = 4;                                    // rows of pixels, a thread's turn
 
 /// What some rays of a pixel find of the objects.
@@ -35,15 +36,19 @@ struct Found {
 
 class ObjectView {
  public:
-  ObjectView(const DeltaLight& light, const std::vector<LampPoints>& lamps, const Eye& eye)
+  ObjectView(const DeltaLight& light, const std::vector<LampPoints>& lamps, const std::vector<PixelSurface>& room,
+             const Eye& eye)
       : light_(light),
         lamps_(lamps),
+        room_(room),
         eye_(eye),
         eye_m_(eye.camera.T_tag_camera.translation()),
         width_(eye.camera.model.width),
         height_(eye.camera.model.height),
         first_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
-        rows_(static_cast<std::size_t>(height_)) {}
+        rows_(static_cast<std::size_t>(height_)) {
+    for (std::uint32_t k = 0; k < within_.size(); ++k) within_[k] = Sampler(kCameraSeed, 0, k).two();  // even sixteens
+  }
 
   ObjectPixels see(int step) {
     for_each_block(height_, kRow, [&](int from, int to) {
@@ -65,54 +70,92 @@ class ObjectView {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
   }
 
+  /// Of the pixel's rays, the first in within_; the first four are even too.
+  static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kAtEdges * (4 * (v & 3) + (u & 3))); }
+
   /// Whether any ray of the pixel may meet an object.
   bool may_see(int u, int v) const {
-    const Vector3f w = eye_.ray(u, v);
+    const Vector3f& w = room_[index(u, v)].w;
     if (w.isZero(0)) return true;  // its corners may have rays all the same
     for (const Eigen::Vector4f& sphere : light_.objects().meshes().spheres()) {
       const Vector3f to = sphere.head<3>() - eye_m_;
       const float along = std::max(to.dot(w), 0.0f);
       const float pixel_m = to.norm() / static_cast<float>(std::min(eye_.camera.model.fx, eye_.camera.model.fy));
-      if ((to - along * w).norm() <= sphere.w() + pixel_m) return true;
+      if ((to - along * w).squaredNorm() <= (sphere.w() + pixel_m) * (sphere.w() + pixel_m)) return true;
     }
     return false;
   }
 
-  /// Of the pixel's rays, those from `first` to `last`.
-  void look(int v, int first, int last, Found& found) const {
+  /// Whether the room may be nearer than `t_m` there: what is narrower than a pixel apart.
+  bool may_hide(int u, int v, float t_m) const {
+    for (int y = std::max(v - 1, 0); y <= std::min(v + 1, height_ - 1); ++y) {
+      for (int x = std::max(u - 1, 0); x <= std::min(u + 1, width_ - 1); ++x) {
+        const PixelSurface& room = room_[index(x, y)];
+        if (room.known && room.depth_m < kSurelyFarther * t_m) return true;
+      }
+    }
+    return false;
+  }
+
+  /// Sends `rays` of each of these pixels' rays, from `first` on, all in one fan.
+  void look(int v, std::span<Found> pixels, int first, int rays) const {
     RayFan fan;
     fan.from_m = eye_m_;
-    for (int k = first; k < last; ++k) {
-      Sampler sampler(kCameraSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
-      const auto i = static_cast<std::size_t>(k);
-      found.w[i] = fan.w[i] = eye_.ray(found.u, v, sampler.two());
-      fan.limit_m[i] = std::numeric_limits<float>::infinity();
-      if (!fan.w[i].isZero(0)) fan.some |= 1u << k;
+    std::size_t slot = 0;
+    for (Found& found : pixels) {
+      for (int k = first; k < first + rays; ++k, ++slot) {
+        const auto i = static_cast<std::size_t>(k);
+        found.w[i] = fan.w[slot] = eye_.ray(found.u, v, within_[pattern(found.u, v) + i]);
+        fan.limit_m[slot] = std::numeric_limits<float>::infinity();
+        if (!fan.w[slot].isZero(0)) fan.some |= 1u << slot;
+      }
     }
-    fan.some = light_.objects().meshes().hits(fan, found.hits);
-    for (int k = first; k < last; ++k) {
-      const auto i = static_cast<std::size_t>(k);
-      if (fan.some >> k & 1) fan.limit_m[i] = found.hits[i].t_m;
+    std::array<MeshHit, RayFan::kMost> hits;
+    const std::uint32_t met = light_.objects().meshes().hits(fan, hits);
+    fan.some = 0;
+    for (slot = 0; slot < pixels.size() * static_cast<std::size_t>(rays); ++slot) {
+      if (!(met >> slot & 1)) continue;
+      fan.limit_m[slot] = hits[slot].t_m;
+      if (may_hide(pixels[slot / static_cast<std::size_t>(rays)].u, v, hits[slot].t_m)) fan.some |= 1u << slot;
     }
-    found.some |= fan.some & ~light_.room().meshes().blocked(fan);
+    const std::uint32_t open = met & ~light_.room().meshes().blocked(fan);
+    for (slot = 0; slot < pixels.size() * static_cast<std::size_t>(rays); ++slot) {
+      if (!(open >> slot & 1)) continue;
+      Found& found = pixels[slot / static_cast<std::size_t>(rays)];
+      const std::size_t k = static_cast<std::size_t>(first) + slot % static_cast<std::size_t>(rays);
+      found.some |= 1u << k;
+      found.hits[k] = hits[slot];
+    }
   }
 
   void look_at_row(int v) {
+    std::array<Found, RayFan::kMost / kInside> together;
+    std::size_t count = 0;
+    const auto look_at = [&] {
+      look(v, std::span(together).first(count), 0, kInside);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (together[i].some) keep(v, together[i]);
+      }
+      count = 0;
+    };
     for (int u = 0; u < width_; ++u) {
       if (!may_see(u, v)) continue;
-      Found found;
-      found.u = u;
-      look(v, 0, kInside, found);
-      if (found.some == 0) continue;
-      const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
-      PixelSurface& pixel = first_[index(u, v)];
-      pixel.known = true;
-      pixel.surface = light_.objects().meshes().surface(found.hits[k], found.w[k]);
-      pixel.w = found.w[k];
-      pixel.depth_m = found.hits[k].t_m;
-      pixel.albedo = pixel.surface.look.diffuse;
-      rows_[static_cast<std::size_t>(v)].push_back(found);
+      together[count] = {};
+      together[count++].u = u;
+      if (count == together.size()) look_at();
     }
+    if (count > 0) look_at();
+  }
+
+  void keep(int v, const Found& found) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
+    PixelSurface& pixel = first_[index(found.u, v)];
+    pixel.known = true;
+    pixel.surface = light_.objects().meshes().surface(found.hits[k], found.w[k]);
+    pixel.w = found.w[k];
+    pixel.depth_m = found.hits[k].t_m;
+    pixel.albedo = pixel.surface.look.diffuse;
+    rows_[static_cast<std::size_t>(v)].push_back(found);
   }
 
   void shade(int v, Found& found, ObjectPixels& out) const {
@@ -130,7 +173,7 @@ class ObjectView {
     take(0, kInside);
     int rays = kInside;
     if (edge) {
-      look(v, kInside, kAtEdges, found);
+      look(v, std::span(&found, 1), kInside, kAtEdges - kInside);
       take(kInside, kAtEdges);
       rays = kAtEdges;
     }
@@ -192,9 +235,11 @@ class ObjectView {
 
   const DeltaLight& light_;
   const std::vector<LampPoints>& lamps_;
+  const std::vector<PixelSurface>& room_;
   const Eye& eye_;
   Vector3f eye_m_;
   int width_, height_;
+  std::array<Eigen::Vector2f, 16 * kAtEdges> within_;  ///< where rays go in each of 4 × 4 pixels
   std::vector<PixelSurface> first_;  ///< by pixel, what the first of its rays finds that finds anything
   std::vector<std::vector<Found>> rows_;
   std::vector<std::vector<LampShare>> open_;  ///< by lamp and pixel
@@ -202,8 +247,9 @@ class ObjectView {
 
 }  // namespace
 
-ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps, const Eye& eye, int step) {
-  return ObjectView(light, lamps, eye).see(step);
+ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
+                         const std::vector<PixelSurface>& room, const Eye& eye, int step) {
+  return ObjectView(light, lamps, room, eye).see(step);
 }
 
 }  // namespace lumigraft::rays

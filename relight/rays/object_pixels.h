@@ -10,7 +10,8 @@ struct ObjectPixels {
   std::vector<PixelSurface> surfaces;  ///< by pixel, what its first ray found of them
 };
 
-/// `step`: as of hidden_by_objects.
-ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps, const Eye& eye, int step);
+/// `room`: what the same camera sees of the room. `step`: as of hidden_by_objects.
+ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
+                         const std::vector<PixelSurface>& room, const Eye& eye, int step);
 
 }  // namespace lumigraft::rays

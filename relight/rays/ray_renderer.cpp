@@ -110,7 +110,7 @@ struct RayRenderer::State {
       }
       clock.done("gloss");
     }
-    objects = rays::see_objects(light.light(), lamps, eye, step);
+    objects = rays::see_objects(light.light(), lamps, seen, eye, step);
     clock.done("object pixels");
     trace_scale = plan.trace_scale;
   }
