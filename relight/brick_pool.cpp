@@ -17,9 +17,15 @@ std::uint32_t half2(float a, float b) {
   return static_cast<std::uint32_t>(Eigen::half(a).x) | static_cast<std::uint32_t>(Eigen::half(b).x) << 16;
 }
 
+/// The greatest half that is not above x, which is not negative: a distance that stands for a bound stays one.
+std::uint16_t half_below(float x) {
+  const Eigen::half h(x);
+  return static_cast<float>(h) > x ? static_cast<std::uint16_t>(h.x - 1) : h.x;
+}
+
 constexpr int kHalf = kBrickEdge / 2;  // voxels along a cell of the lattice of distances
 constexpr float kMostClearance_m = 10;
-constexpr double kMostBricks = 2e6;  // of the dense index: 72 MB with its clearances
+constexpr double kMostBricks = 2e6;  // of the dense index: 40 MB with its clearances
 
 struct Slot {
   int number = 0;
@@ -167,7 +173,8 @@ struct BrickPool::State {
     return range;
   }
 
-  std::vector<float> clearances() const {
+  /// As bricks.glsl reads them, two in a word.
+  std::vector<std::uint32_t> clearances() const {
     std::vector<LatticePoint> points;
     for (const auto& [key, slot] : slots) {
       const Eigen::Vector3i first = 2 * (Eigen::Vector3i(key[0], key[1], key[2]) - low);
@@ -175,7 +182,12 @@ struct BrickPool::State {
     }
     // A voxel's place is its middle: the lowest cell begins half a voxel before it.
     const Eigen::Vector3f corner_m = voxel_m * (kBrickEdge * low.cast<float>() - Eigen::Vector3f::Constant(0.5f));
-    return lattice_distances(points, 2 * size, corner_m, kHalf * voxel_m, kMostClearance_m);
+    const std::vector<float> metres = lattice_distances(points, 2 * size, corner_m, kHalf * voxel_m, kMostClearance_m);
+    std::vector<std::uint32_t> words((metres.size() + 1) / 2);
+    for (std::size_t i = 0; i < metres.size(); ++i) {
+      words[i / 2] |= static_cast<std::uint32_t>(half_below(metres[i])) << 16 * (i % 2);
+    }
+    return words;
   }
 
   std::size_t cell(const BrickKey& key) const {
@@ -188,6 +200,7 @@ struct BrickPool::State {
             const char* name) {
     const std::size_t bytes = std::max<std::size_t>(values.size(), 1) * sizeof(T);
     if (!buffer || buffer->size_bytes() < bytes) {
+      buffer.reset();  // all of it is sent anew
       buffer = device.create_buffer(bytes + bytes / 4 / 16 * 16, name);
       from = 0;
       to = values.size();
@@ -199,7 +212,7 @@ struct BrickPool::State {
     std::vector<int> index(static_cast<std::size_t>(size.prod()), -1);
     for (const auto& [key, slot] : slots) index[cell(key)] = slot.number;
     send(index_buffer, index, 0, index.size(), "brick index");
-    const std::vector<float> clear = clearances();
+    const std::vector<std::uint32_t> clear = clearances();
     send(clearance_buffer, clear, 0, clear.size(), "brick clearance");
   }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "relight/quality.h"
+
 namespace lumigraft {
 namespace {
 
@@ -72,11 +74,16 @@ void LightRounds::fit(const Plan& plan, const gpu::Texture& mirror_outlines) {
     next_.reset();
     running_ = fading_ = false;
     last_.reset();
-    shown_ = std::make_unique<LitRoom>(device_, plan.volume);
-    shown_->volumes.mirror_outlines = &mirror_outlines;
+    auto room = std::make_unique<LitRoom>(device_, plan.volume);
+    room->volumes.fit_cells(device_, smooths_cells(plan));
+    room->volumes.mirror_outlines = &mirror_outlines;
+    shown_ = std::move(room);
     older_irradiance_.reset();
     mixed_irradiance_.reset();
     why_no_rounds_.clear();
+  }
+  for (LitRoom* room : {shown_.get(), next_.get()}) {
+    if (room) room->volumes.fit_cells(device_, smooths_cells(plan));
   }
   light_.fit(plan);
 }
@@ -93,9 +100,21 @@ LightRounds::Done LightRounds::advance(gpu::CommandList& list, const Now& now, B
   if (running_ || fading_) {
     ++frame_;
     done.changed = fading_;
-    if (running_) record_part(list);
+    if (running_) {
+      try {
+        record_part(list);
+      } catch (const gpu::DeviceLost&) {
+        throw;
+      } catch (const gpu::GpuError& e) {
+        next_.reset();
+        older_irradiance_.reset();
+        mixed_irradiance_.reset();
+        why_no_rounds_ = e.what();
+        return all_at_once(list, now, bricks);
+      }
+    }
     done.recorded = running_ || fading_;
-    if (frame_ == kRoundFrames) end_round();
+    if (frame_ >= kRoundFrames && (!running_ || done_ == steps_.size())) end_round();
   }
   if (!running_ && frame_ % kRoundFrames == 0 && !(*shown_->lit == now.key)) {
     if (!next_ && !make_next()) return all_at_once(list, now, bricks);
@@ -116,6 +135,7 @@ bool LightRounds::make_next() {
     older_irradiance_ = device_.create_texture(irradiance);
     mixed_irradiance_ = device_.create_texture(irradiance);
     next_ = std::make_unique<LitRoom>(device_, shown_->volumes.edge);
+    next_->volumes.fit_cells(device_, shown_->volumes.rough_irradiance != nullptr);
   } catch (const gpu::DeviceLost&) {
     throw;
   } catch (const gpu::GpuError& e) {
@@ -134,13 +154,28 @@ LightRounds::Done LightRounds::all_at_once(gpu::CommandList& list, const Now& no
   frame_ = 0;
   last_ = now.key;
   if (shown_->lit && *shown_->lit == now.key) return {false, under_way};
-  for (const LightStep& step : begin(now, 1, bricks, *shown_)) {
-    list.begin_pass(step.pass);
-    step.record(list);
+  Done done{true, true};
+  const std::vector<LightStep> steps = begin(now, 1, bricks, *shown_);
+  const auto on_host = [](const LightStep& step) { return step.on_host != nullptr; };
+  auto step = steps.begin();
+  for (auto wait = std::find_if(step, steps.end(), on_host); wait != steps.end();
+       wait = std::find_if(step, steps.end(), on_host)) {
+    const auto before = device_.begin();
+    for (; step != wait; ++step) {
+      before->begin_pass(step->pass);
+      step->record(*before);
+    }
+    const std::vector<gpu::PassTime> passes = device_.submit(*before);
+    done.passes.insert(done.passes.end(), passes.begin(), passes.end());
+    step++->on_host();
+  }
+  for (; step != steps.end(); ++step) {
+    list.begin_pass(step->pass);
+    step->record(list);
   }
   shown_->real = now.key.real();
   shown_->lit = now.key;
-  return {true, true};
+  return done;
 }
 
 /// What follows the lamps and the room on the host's side, and what is left to record.
@@ -166,10 +201,19 @@ void LightRounds::record_part(gpu::CommandList& list) {
   for (const LightStep& step : steps_) all += step.cost;
   for (std::size_t i = 0; i < done_; ++i) before += steps_[i].cost;
   const float until = all * static_cast<float>(frame_) / kRoundFrames;
-  while (done_ < steps_.size() && (before < until || frame_ == kRoundFrames)) {
-    list.begin_pass(steps_[done_].pass);
-    steps_[done_].record(list);
-    before += steps_[done_++].cost;
+  bool recorded = false;
+  while (done_ < steps_.size() && (before < until || frame_ >= kRoundFrames)) {
+    const LightStep& step = steps_[done_];
+    if (step.on_host) {
+      if (recorded) return;  // what it waits for runs after this frame's list
+      step.on_host();
+    } else {
+      list.begin_pass(step.pass);
+      step.record(list);
+      recorded = true;
+    }
+    before += step.cost;
+    ++done_;
   }
 }
 

@@ -26,10 +26,12 @@ class LightRounds {
     const gpu::Texture& white;
   };
   struct Done {
-    bool recorded = false;  ///< something into the list
-    bool changed = false;   ///< what room(), irradiance() or the light of vertices show
+    bool recorded = false;                   ///< something into the list
+    bool changed = false;                    ///< what room(), irradiance() or the light of vertices show
+    std::vector<gpu::PassTime> passes = {};  ///< of what had to run at once
   };
-  /// Before: fit() to the plan. The bricks follow the key's room as rounds begin.
+  /// Before: fit() to the plan. The bricks follow the key's room as rounds begin. Throws gpu::GpuError where the device
+  /// has no room for what the volumes hold of surfaces; then they are of no use.
   Done advance(gpu::CommandList& list, const Now& now, BrickPool& bricks);
 
   /// `mirror_outlines`: of known surfaces.

@@ -39,6 +39,9 @@ inline Quality quality_of(const Plan& plan) {
   }
 }
 
+/// Whether the last bounce ends in cells by cones, whose noise is smoothed between them.
+inline bool smooths_cells(const Plan& plan) { return quality_of(plan).cells && plan.method != "dlpv"; }
+
 /// Over the hemisphere of real cells, for the change of other real surfaces.
 constexpr int kChangeCones = 9;
 

@@ -52,7 +52,7 @@ struct Relighter::State {
   // Passes, in the order in which they run.
   LightRounds light;
   std::unique_ptr<LampMaps> lamp_maps;
-  std::unique_ptr<LampShadows> lamp_shadows;
+  std::unique_ptr<LampShadows> lamp_shadows;  ///< null where light is traced for pixels
   CameraView view;
 
   // What is kept from frame to frame.
@@ -86,7 +86,9 @@ struct Relighter::State {
   void fit(const Plan& plan) {
     const Quality quality = quality_of(plan);
     light.fit(plan, mirrors.outlines());
-    if (!lamp_shadows || made_for.rsm != plan.rsm) {
+    if (!quality.cells) {
+      lamp_shadows.reset();  // shadows are traced
+    } else if (!lamp_shadows || made_for.rsm != plan.rsm) {
       // They show more than the objects alone.
       lamp_shadows = std::make_unique<LampShadows>(*device, plan.rsm + plan.rsm / 4);
       directly_lit.reset();
@@ -100,6 +102,14 @@ struct Relighter::State {
     made_for = plan;
   }
 
+  /// Goes on with smaller volumes; false where there are none.
+  bool no_room_for(int volume, const gpu::GpuError& e) {
+    if (volume <= kLeastVolume) return false;
+    most_voxels = volume / 2;
+    why_not_more = std::string(e.what()) + "; " + gpu::megabytes_text(device->holdings().most_bytes()) + " held";
+    return true;
+  }
+
   /// The plan with as large volumes as the device has room for. Throws gpu::GpuError where it has none for anything.
   Plan fit_what_there_is_room_for(Plan plan, std::vector<std::string>* warnings) {
     const int wanted = plan.volume;
@@ -111,9 +121,8 @@ struct Relighter::State {
       } catch (const gpu::DeviceLost&) {
         throw;
       } catch (const gpu::GpuError& e) {
-        if (plan.volume <= kLeastVolume || light.any_room()) throw;
-        most_voxels = plan.volume /= 2;
-        why_not_more = std::string(e.what()) + "; " + gpu::megabytes_text(device->holdings().most_bytes()) + " held";
+        if (light.any_room() || !no_room_for(plan.volume, e)) throw;
+        plan.volume = most_voxels;
       }
     }
     if (plan.volume < wanted) {
@@ -280,10 +289,19 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
     list->begin_pass("lamp maps");
     s.lamp_maps->record(*list, objects, quality_of(plan).simple_models, s.store.white());
   }
-  const LightRounds::Done light = s.light.advance(*list,
-                                                  {params, key, s.lights, *s.lamp_maps, s.brightest, live,
-                                                   !with_maps && s.may_lag(params, objects), s.store.white()},
-                                                  s.bricks);
+  LightRounds::Done light;
+  try {
+    light = s.light.advance(*list,
+                            {params, key, s.lights, *s.lamp_maps, s.brightest, live,
+                             !with_maps && s.may_lag(params, objects), s.store.white()},
+                            s.bricks);
+  } catch (const gpu::DeviceLost&) {
+    throw;
+  } catch (const gpu::GpuError& e) {
+    if (!s.no_room_for(plan.volume, e)) throw;
+    return relight(frame, scene, exhibit, asked, with_maps);
+  }
+  result.passes = std::move(light.passes);
   if (!s.light.why_no_rounds().empty()) {
     result.warnings.push_back(
         "relight: indirect light is gathered at once when anything moves, since there is no room "
@@ -304,7 +322,10 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
     s.view.show_full(frame, view, shown, *list, &result);
     return result;
   }
-  if (light.recorded || lit_anew) result.passes = s.device->submit(*list);
+  if (light.recorded || lit_anew) {
+    const std::vector<gpu::PassTime> passes = s.device->submit(*list);
+    result.passes.insert(result.passes.end(), passes.begin(), passes.end());
+  }
   if (lit_anew) s.lamp_shadows->read(*s.device, params);  // which blocks are in shadow depends on it
   s.view.show_live(frame, view, shown, *s.lamp_shadows, &result);
   return result;

@@ -37,11 +37,11 @@ std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& brick
   std::vector<LightStep> steps;
   Volumes& volumes = room.volumes;
   const Quality quality = quality_of(work.key.plan);
-  if (!room.real || !(*room.real == work.key.real())) add_surfaces(work, bricks, room, &steps);
-  steps.push_back({"volumes", 40, [this, work, &volumes](gpu::CommandList& list) {
-                     virtual_fill_.record(device_, list, work.params, work.key.objects, volumes);
+  const bool surfaces = !room.real || !(*room.real == work.key.real());
+  add_chunks(work, bricks, surfaces, room, &steps);
+  if (surfaces) add_surfaces(work, bricks, room, &steps);
+  steps.push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
                      virtual_area_.record(list, work.params, work.key.objects, volumes);
-                     voxel_list_.near_virtual(list, work.params, volumes);
                      bounce_.list_cells(list, work.params, kLeastShare, volumes);
                    }});
   steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
@@ -50,7 +50,7 @@ std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& brick
                           {&volumes.gathered_virtual, &volumes.real_irradiance, &volumes.rough_irradiance,
                            &volumes.virtual_radiance, &volumes.real_change, &volumes.enclosure_change,
                            &volumes.enclosure_change_before}) {
-                       list.clear(**texture, {});
+                       if (*texture) list.clear(**texture, {});
                      }
                      Inject::clear(list, volumes);
                    }});
@@ -97,26 +97,43 @@ std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& brick
   return steps;
 }
 
+/// Where surfaces are, and room for what is to be kept of them.
+void RoomLight::add_chunks(const Work& work, const BrickPool& bricks, bool real, LitRoom& room,
+                           std::vector<LightStep>* steps) {
+  Volumes& volumes = room.volumes;
+  if (real) {
+    steps->push_back({"volumes", 60, [this, work, &bricks, &volumes](gpu::CommandList& list) {
+                        real_fill_.distances(list, work.params, bricks, volumes);
+                        voxel_list_.near_real(list, work.params, volumes);
+                      }});
+  }
+  steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
+                      virtual_fill_.record(device_, list, work.params, work.key.objects, volumes);
+                      voxel_list_.near_virtual(list, work.params, volumes);
+                    }});
+  steps->push_back({"volumes", 0, {}, [this, real, &volumes] {
+                      if (real) volumes.fit_chunks(device_, Surfaces::real);
+                      volumes.fit_chunks(device_, Surfaces::virt);
+                    }});
+}
+
 void RoomLight::add_surfaces(const Work& work, const BrickPool& bricks, LitRoom& room, std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
-  steps->push_back({"volumes", 60, [this, work, &bricks, &volumes](gpu::CommandList& list) {
-                      real_fill_.distances(list, work.params, bricks, volumes);
-                      voxel_list_.near_real(list, work.params, volumes);
-                    }});
   steps->push_back({"volumes", 80, [this, work, &bricks, &volumes](gpu::CommandList& list) {
                       real_fill_.surfaces(list, work.params, bricks, volumes);
                     }});
-  steps->push_back(
-      {"volumes", 20, [this, &volumes](gpu::CommandList& list) { filter_.record(list, *volumes.real_radiance); }});
+  steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
+                      filter_.record(list, work.params, volumes.real_chunks, *volumes.real_radiance, volumes);
+                    }});
 }
 
 void RoomLight::add_resolve(const Work& work, const LitRoom& room, std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
   steps->push_back(
       {"resolve", 20, [this, work, &volumes](gpu::CommandList& list) { resolve_.record(list, work.params, volumes); }});
-  steps->push_back({"resolve", 20, [this, &volumes](gpu::CommandList& list) {
-                      filter_.record(list, *volumes.virtual_radiance);
-                      filter_.record(list, *volumes.real_change);
+  steps->push_back({"resolve", 20, [this, work, &volumes](gpu::CommandList& list) {
+                      filter_.record(list, work.params, volumes.virtual_chunks, *volumes.virtual_radiance, volumes);
+                      filter_.record(list, work.params, volumes.real_chunks, *volumes.real_change, volumes);
                     }});
 }
 

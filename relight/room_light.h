@@ -21,11 +21,12 @@
 
 namespace lumigraft {
 
-/// Part of the work, to be recorded in its order.
+/// Part of the work, to be done in its order.
 struct LightStep {
   const char* pass;
   float cost;  ///< relative to others
   std::function<void(gpu::CommandList&)> record;
+  std::function<void()> on_host = {};  ///< in place of `record`, when all that was recorded before has run
 };
 
 class RoomLight {
@@ -51,6 +52,7 @@ class RoomLight {
   const Lpv* lpv() const { return lpv_.get(); }  ///< null where cones carry the change
 
  private:
+  void add_chunks(const Work& work, const BrickPool& bricks, bool real, LitRoom& room, std::vector<LightStep>* steps);
   void add_surfaces(const Work& work, const BrickPool& bricks, LitRoom& room, std::vector<LightStep>* steps);
   void add_resolve(const Work& work, const LitRoom& room, std::vector<LightStep>* steps);
   void add_enclosure_change(const Work& work, LitRoom& room, std::vector<LightStep>* steps);

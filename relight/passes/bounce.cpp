@@ -12,7 +12,8 @@ void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, floa
                         const Volumes& volumes) const {
   params.pass_f.x() = least_share;
   list.fill(*volumes.cells, 0);
-  dispatch_3d(list, *cells_, {gpu::storage(28, *volumes.cells), gpu::image(1, *volumes.real_radiance)}, params,
+  dispatch_3d(list, *cells_,
+              {gpu::storage(28, *volumes.cells), gpu::image(1, *volumes.real_radiance), volumes.chunks()}, params,
               volumes.edge / 2, volumes.edge / 2, volumes.edge / 2 * shader::kCascades);
 }
 
@@ -42,7 +43,7 @@ void Bounce::smooth_real(gpu::CommandList& list, const shader::FrameParams& para
   dispatch_slice(list, *smooth_,
                  {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
                   gpu::sampled(7, *volumes.real_normal, gpu::Filter::linear), gpu::image(8, *volumes.rough_irradiance),
-                  gpu::image(18, *volumes.real_irradiance), gpu::storage(28, *volumes.cells)},
+                  gpu::image(18, *volumes.real_irradiance), gpu::storage(28, *volumes.cells), volumes.chunks()},
                  params, {});
 }
 

@@ -2,13 +2,15 @@
 
 namespace lumigraft {
 
-Filter::Filter(gpu::Device& device) : pipeline_(device.create_compute("mip.comp")) {}
+Filter::Filter(gpu::Device& device) : pipeline_(device.create_compute("chunk_mean.comp")) {}
 
-void Filter::record(gpu::CommandList& list, const gpu::Texture& volume) const {
-  for (int mip = 1; mip < volume.desc().mips; ++mip) {
-    const int n = volume.desc().width >> mip;
-    const std::vector<gpu::Binding> bindings{gpu::image(1, volume, mip - 1), gpu::image(2, volume, mip)};
-    list.dispatch(*pipeline_, bindings, {}, (n + 7) / 8, (n + 3) / 4, ((volume.desc().depth >> mip) + 1) / 2);
+void Filter::record(gpu::CommandList& list, shader::FrameParams params, const ChunkSet& chunks,
+                    const gpu::Texture& pool, const Volumes& volumes) const {
+  const std::vector<gpu::Binding> bindings{gpu::image(1, pool), gpu::storage(2, chunks.places()), volumes.chunks()};
+  for (int level = 1; level < volumes.mips; ++level) {
+    if (chunks.count(level) == 0) continue;
+    params.pass_i << chunks.first(level), level, static_cast<int>(chunks.kind()), 0;
+    list.dispatch(*pipeline_, bindings, gpu::bytes_of(params), chunks.count(level));
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The hierarchy of a colour volume, level by level. In: level 0, premultiplied by its weight. Out: the levels above
+// The hierarchy of a pool of chunks, level by level. In: level 0, premultiplied by its weight. Out: the levels above
 // it.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volumes.h"
@@ -9,7 +9,8 @@ namespace lumigraft {
 class Filter {
  public:
   explicit Filter(gpu::Device& device);
-  void record(gpu::CommandList& list, const gpu::Texture& volume) const;
+  void record(gpu::CommandList& list, shader::FrameParams params, const ChunkSet& chunks, const gpu::Texture& pool,
+              const Volumes& volumes) const;
 
  private:
   std::unique_ptr<gpu::ComputePipeline> pipeline_;

@@ -82,7 +82,7 @@ void LampShadows::record(gpu::CommandList& list, const shader::FrameParams& para
   }
   if (!ground_of_ || !(*ground_of_ == *room.real) || ground_views_ != views) {
     dispatch_2d(list, *ground_,
-                joined(distances, {gpu::sampled(9, *volumes.real_normal, gpu::Filter::linear),
+                joined(distances, {gpu::sampled(9, *volumes.real_normal, gpu::Filter::linear), volumes.chunks(),
                                    gpu::image(16, *ground_place_), gpu::image(17, *ground_normal_)}),
                 params, edge_, edge_ * params.counts.x());
     ground_of_ = room.real;

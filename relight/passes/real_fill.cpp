@@ -17,12 +17,12 @@ void RealFill::surfaces(gpu::CommandList& list, const shader::FrameParams& param
   list.clear(*volumes.real_albedo, {});
   list.clear(*volumes.real_normal, {});
   list.clear(*volumes.real_response, {});
-  list.dispatch(
-      *surfaces_,
-      joined(bricks.bindings(), {gpu::storage(28, *volumes.listed_real), gpu::image(1, *volumes.real_distance),
-                                 gpu::image(2, *volumes.real_radiance), gpu::image(3, *volumes.real_albedo),
-                                 gpu::image(4, *volumes.real_normal), gpu::image(5, *volumes.real_response)}),
-      gpu::bytes_of(params), kListGroups);
+  list.dispatch(*surfaces_,
+                joined(bricks.bindings(),
+                       {gpu::storage(28, *volumes.listed_real), gpu::image(1, *volumes.real_distance),
+                        gpu::image(2, *volumes.real_radiance), gpu::image(3, *volumes.real_albedo),
+                        gpu::image(4, *volumes.real_normal), gpu::image(5, *volumes.real_response), volumes.chunks()}),
+                gpu::bytes_of(params), kListGroups);
 }
 
 }  // namespace lumigraft

@@ -12,11 +12,11 @@ void VirtualArea::record(gpu::CommandList& list, shader::FrameParams params, con
     params.pass_m = object.T_tag_model.matrix();
     params.pass_f.x() = kUnitsPerFace * scale * scale;
     params.pass_i.x() = object.stored->sample_count;
-    list.dispatch(
-        *pipeline_,
-        std::vector<gpu::Binding>{gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
-                                  gpu::storage(16, *object.stored->samples), gpu::storage(17, *volumes.virtual_area)},
-        gpu::bytes_of(params), kListGroups);
+    list.dispatch(*pipeline_,
+                  std::vector<gpu::Binding>{gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
+                                            gpu::storage(16, *object.stored->samples),
+                                            gpu::storage(17, *volumes.virtual_area), volumes.chunks()},
+                  gpu::bytes_of(params), kListGroups);
   }
 }
 

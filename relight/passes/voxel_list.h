@@ -1,6 +1,7 @@
 #pragma once
 // Which voxels lie near surfaces, so that costly passes run over them alone. near_real: in: real_distance as RealFill
-// resampled it; out: listed_real. near_virtual: in: virtual_distance; out: listed_virtual.
+// resampled it; out: listed_real, marks of real_chunks. near_virtual: in: virtual_distance; out: listed_virtual, marks
+// of virtual_chunks. The chunks are there after Volumes::fit_chunks.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volumes.h"
 

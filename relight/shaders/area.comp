@@ -21,7 +21,10 @@ void main() {
         Splat s = splat_at(c, p, float(side) * kFront * n);
         if (!s.inside) continue;
         float faces = m2 / (frame.cascade[c].w * frame.cascade[c].w);
-        for (int j = 0; j < 8; ++j) atomicAdd(area[splat_voxel(s, j)], int(round(faces * splat_weight(s, j))));
+        for (int j = 0; j < 8; ++j) {
+          uint at = splat_voxel(kVirtual, s, j);
+          if (is_kept(at)) atomicAdd(area[at], int(round(faces * splat_weight(s, j))));
+        }
       }
     }
   }

@@ -24,6 +24,6 @@ void main() {
     k.from_virtual = on + 1.5 * frame.virtual_grid.w * n;
     vec3 e = gather_rho(k.from_real, k.from_virtual, n, frame.counts.z, voxel_turn(voxel)) +
              mirrored_irradiance(on, n, k, frame.counts.w, voxel_turn(voxel));
-    imageStore(gathered, voxel.at, to_half(vec4(albedo * e / kPi, 1.0)));
+    imageStore(gathered, voxel_texel(kVirtual, voxel.cascade, voxel.place), to_half(vec4(albedo * e / kPi, 1.0)));
   }
 }

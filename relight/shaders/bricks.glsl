@@ -4,7 +4,7 @@
 #include "frame.glsl"
 
 layout(std430, binding = 20) readonly buffer BrickIndex { int brick_slot[]; };          // -1: no brick
-layout(std430, binding = 21) readonly buffer BrickClearance { float clearance_m[]; };  // of the middles of half bricks
+layout(std430, binding = 21) readonly buffer BrickClearance { uint clearance[]; };  // half2: metres, of the middles of half bricks
 layout(std430, binding = 22) readonly buffer BrickDistance { uint brick_distance[]; };  // half2: metres, known
 layout(std430, binding = 23) readonly buffer BrickRadiance { uvec2 brick_radiance[]; }; // half4: rgb, known
 layout(std430, binding = 24) readonly buffer BrickAlbedo { uvec2 brick_albedo[]; };     // half4: rgb, known
@@ -32,7 +32,8 @@ const int kHalfBrick = kBrickCells / 2;
 float cell_clearance(ivec3 cell) {
   ivec3 size = 2 * frame.bricks_size.xyz;
   cell = clamp(cell - 2 * frame.bricks_low.xyz, ivec3(0), size - 1);
-  return clearance_m[cell.x + size.x * (cell.y + size.y * cell.z)];
+  int at = cell.x + size.x * (cell.y + size.y * cell.z);
+  return unpackHalf2x16(clearance[at >> 1])[at & 1];
 }
 bool in_index(vec3 p) {
   return brick_cell(ivec3(floor(p / frame.field.x + 0.5)) >> 3) >= 0 && frame.bricks_size.w != 0;

@@ -15,10 +15,8 @@ const float kOwn = 1.0, kAllAround = 3.0;  // cells from the objects
 const float kNarrow = 0.6;                 // weight of a neighbour; that of two steps is its square
 
 vec3 normal_of(ivec3 at, int cells) {
-  int n = frame.grid.x;
-  vec3 v = vec3(2 * at) + 1.0;
-  v.z = clamp(v.z, float(at.z / cells * n) + 0.5, float((at.z / cells + 1) * n) - 0.5);
-  vec3 normal = textureLod(real_normal, v / vec3(n, n, n * kCascades), 0.0).xyz;
+  int c = at.z / cells;
+  vec3 normal = chunk_linear(real_normal, kReal, c, vec3(2 * ivec3(at.xy, at.z - c * cells) + 1), 0).xyz;
   return normal / max(length(normal), 1e-6);
 }
 

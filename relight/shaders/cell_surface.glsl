@@ -14,12 +14,13 @@ CellSurface cell_surface(ivec3 at) {
   int m = frame.grid.x / 2;
   vec4 cascade = frame.cascade[at.z / m];
   vec3 low = cascade.xyz + cascade.w * 2.0 * vec3(at.xy, at.z % m), p = vec3(0), n = vec3(0);
+  ivec3 first = voxel_texel(kReal, at.z / m, 2 * ivec3(at.xy, at.z % m));
   float weight = 0.0;
   for (int j = 0; j < 8; ++j) {
     ivec3 o = ivec3(j & 1, (j >> 1) & 1, j >> 2);
-    float w = imageLoad(weight_real, 2 * at + o).a;
+    float w = imageLoad(weight_real, first + o).a;
     p += w * (low + cascade.w * vec3(o));
-    n += w * imageLoad(normal_real, 2 * at + o).xyz;
+    n += w * imageLoad(normal_real, first + o).xyz;
     weight += w;
   }
   if (dot(n, n) < 1e-4 * weight * weight) return CellSurface(vec3(0), vec3(0), 0.0);

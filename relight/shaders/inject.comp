@@ -12,12 +12,12 @@ layout(binding = 12) uniform sampler2D hit_position;
 layout(binding = 13) uniform sampler2D hit_albedo;
 layout(binding = 18) uniform sampler2D hit_normal;
 layout(binding = 14) uniform sampler3D real_albedo;
-layout(std430, binding = 16) buffer VirtualFlux { int virtual_flux[]; };  // cascade, voxel, channel
+layout(std430, binding = 16) buffer VirtualFlux { int virtual_flux[]; };  // chunk, voxel, channel
 layout(std430, binding = 17) buffer RealFlux { int real_flux[]; };
 
 ivec3 fixed_point(vec3 flux) { return ivec3(round(flux * frame.field.z)); }
 
-#define INJECT(name, target)                                                        \
+#define INJECT(name, kind, target)                                                  \
   void name(vec3 p, vec3 ahead, vec3 flux) {                                       \
     for (int c = 0; c < kCascades; ++c) {                                          \
       Splat s = splat_at(c, p, ahead);                                             \
@@ -26,15 +26,16 @@ ivec3 fixed_point(vec3 flux) { return ivec3(round(flux * frame.field.z)); }
       for (int i = 0; i < 8; ++i) { /* the last takes what rounding left over */   \
         ivec3 part = i == 7 ? left : fixed_point(flux * splat_weight(s, i));       \
         left -= part;                                                              \
-        int at = 3 * splat_voxel(s, i);                                            \
-        atomicAdd(target[at], part.x);                                             \
-        atomicAdd(target[at + 1], part.y);                                         \
-        atomicAdd(target[at + 2], part.z);                                         \
+        uint at = splat_voxel(kind, s, i);                                         \
+        if (!is_kept(at)) continue;                                                \
+        atomicAdd(target[3u * at], part.x);                                        \
+        atomicAdd(target[3u * at + 1u], part.y);                                   \
+        atomicAdd(target[3u * at + 2u], part.z);                                   \
       }                                                                            \
     }                                                                              \
   }
-INJECT(inject_virtual, virtual_flux)
-INJECT(inject_real, real_flux)
+INJECT(inject_virtual, kVirtual, virtual_flux)
+INJECT(inject_real, kReal, real_flux)
 
 void main() {
   ivec2 size = textureSize(hit_position, 0), at = ivec2(gl_GlobalInvocationID.xy);
@@ -68,7 +69,7 @@ void main() {
     vec3 p = from + t * w;
     float d = real_distance(p);
     if (d < 0.1 * least) {
-      vec4 albedo = textureLod(real_albedo, cascade_place(in_cascade(0, p, 1.0) ? 0 : 1, p, 0.5), 0.0);
+      vec4 albedo = real_at(real_albedo, in_cascade(0, p, 1.0) ? 0 : 1, p);
       if (albedo.a > 0.05) inject_real(p, vec3(0), -flux * albedo.rgb / albedo.a);
       return;
     }

@@ -21,6 +21,8 @@ const int kOutline = 64;  // texels along an edge of the picture of a mirror's o
 const int kCascades = 2;
 const int kMaxSides = 12;     // of the enclosure
 const int kBrickCells = 8;  // voxels along a brick of the real distance field
+const int kChunkEdge = 8;   // texels along a chunk of the volumes
+const int kChunkRow = 16;   // chunks along x and y of a pool of them
 
 // A lamp as a sphere or a flat disc of even radiance. A lamp without a known distance stands very far away.
 struct Lamp {

@@ -32,7 +32,7 @@ void main() {
   // Where nothing is known the light ends at the volumes' edge; what lies beyond takes the shadow from there.
   vec3 p = from + (hit ? t : max(known.y, view.z_far.w)) * w, n = -w;
   if (hit) {
-    vec3 normal = textureLod(real_normal_volume, cascade_place(in_cascade(0, p, 1.0) ? 0 : 1, p, 0.5), 0.0).xyz;
+    vec3 normal = real_at(real_normal_volume, in_cascade(0, p, 1.0) ? 0 : 1, p).xyz;
     if (dot(normal, normal) > 0.25) n = normalize(normal);
   }
   vec3 to = from - p;

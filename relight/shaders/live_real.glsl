@@ -13,7 +13,7 @@ layout(binding = 22) uniform sampler3D real_irradiance;  // change of it, times 
 
 vec3 normal_at(ivec2 at, vec3 p) {
   int c = in_cascade(0, p, 1.0) ? 0 : 1;
-  vec3 n = textureLod(real_normal, cascade_place(c, p, 0.5), 0.0).xyz;
+  vec3 n = real_at(real_normal, c, p).xyz;
   float l = length(n);
   return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
 }
@@ -36,7 +36,7 @@ LivePlace live_place(ivec2 at) {
   vec3 p = eye + z * w;
   int c = in_cascade(0, p, 1.0) ? 0 : 1;
   bool inside = z > 0.0 && in_cascade(1, p, 1.0);
-  vec4 surface = textureLod(real_normal, cascade_place(c, p, 0.5), 0.0);
+  vec4 surface = real_at(real_normal, c, p);
   float l = length(surface.xyz);
   vec3 n = surface.xyz / max(l, 1e-6);
   if (inside && l > 0.5) {
@@ -62,7 +62,7 @@ struct LiveReal {
 
 LiveReal live_real(ivec2 at, vec3 code) {
   LivePlace q = live_place(at);
-  vec4 k = textureLod(real_response, cascade_place(q.cascade, q.p, 0.5), 0.0);
+  vec4 k = real_at(real_response, q.cascade, q.p);
   vec3 like = q.p;  // what color and change of light are known are of there
   bool measured = texelFetch(depth, at, 0).x > 0.0;
   Plane plane = plane_beside(at, !measured || q.n == vec3(0) || q.inside && k.a <= 1e-3);
@@ -75,7 +75,7 @@ LiveReal live_real(ivec2 at, vec3 code) {
     if (guessed || q.n == vec3(0)) q.n = plane.n;
     like = plane.p;
     q.cascade = in_cascade(0, like, 1.0) ? 0 : 1;
-    k = textureLod(real_response, cascade_place(q.cascade, like, 0.5), 0.0);
+    k = real_at(real_response, q.cascade, like);
   }
   vec4 e = textureLod(real_irradiance, cascade_place(q.cascade, like, 1.0), 0.0);
   // Beyond the volumes the light tells the response, from 1 / E there to what is known within.

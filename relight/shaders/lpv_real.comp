@@ -13,9 +13,10 @@ layout(binding = 27, rgba16f) uniform readonly image3D normal_real;
 void main() {
   for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
     Voxel voxel = listed_voxel(i);
-    vec4 change = imageLoad(change_real, voxel.at);
+    ivec3 texel = voxel_texel(kReal, voxel.cascade, voxel.place);
+    vec4 change = imageLoad(change_real, texel);
     for (int once = 0; once < (change.rgb != vec3(0) ? 1 : 0); ++once) {
-      vec3 n = imageLoad(normal_real, voxel.at).xyz, flux = kPi * voxel.edge * voxel.edge * frame.pass_f.x * change.rgb;
+      vec3 n = imageLoad(normal_real, texel).xyz, flux = kPi * voxel.edge * voxel.edge * frame.pass_f.x * change.rgb;
       vec4 lambert = vec4(1.0, kLpvLambert * n);
       lpv_splat(voxel.cascade, voxel.position - real_distance(voxel.position) * n, n,
                 mat3x4(flux.r * lambert, flux.g * lambert, flux.b * lambert));

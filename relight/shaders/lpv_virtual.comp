@@ -22,8 +22,8 @@ float area_of(Voxel voxel, float own_weight) {
     ivec3 o = ivec3(j % 3, (j / 3) % 3, j / 9) - 1, v = voxel.place + o;
     if (any(lessThan(v, ivec3(0))) || any(greaterThanEqual(v, ivec3(n)))) continue;
     float k = (o.x == 0 ? 2.0 : 1.0) * (o.y == 0 ? 2.0 : 1.0) * (o.z == 0 ? 2.0 : 1.0);
-    area += k * float(virtual_area[v.x + n * (v.y + n * (v.z + n * voxel.cascade))]) * frame.pass_f.z;
-    weight += k * imageLoad(virtual_light, voxel.at + o).a;
+    area += k * float(virtual_area[voxel_value(kVirtual, voxel.cascade, v)]) * frame.pass_f.z;
+    weight += k * imageLoad(virtual_light, voxel_texel(kVirtual, voxel.cascade, v)).a;
   }
   return (weight > 0.0 ? clamp(area / weight, 0.0, 2.0) : 0.0) * own_weight * voxel.edge * voxel.edge;
 }
@@ -31,11 +31,12 @@ float area_of(Voxel voxel, float own_weight) {
 void main() {
   for (uint i = gl_GlobalInvocationID.x; i < voxels_listed(); i += gl_NumWorkGroups.x * 64u) {
     Voxel voxel = listed_voxel(i);
-    vec4 lit = imageLoad(virtual_light, voxel.at);
+    ivec3 texel = voxel_texel(kVirtual, voxel.cascade, voxel.place);
+    vec4 lit = imageLoad(virtual_light, texel);
     // A loop that isn't entered costs nothing on software devices, unlike a branch.
     for (int once = 0; once < (lit.a > 0.0 ? 1 : 0); ++once) {
       vec3 n = virtual_normal(voxel.position), l = lit.rgb / lit.a;
-      if (frame.pass_i.z == 1) l += imageLoad(gathered, voxel.at).rgb;
+      if (frame.pass_i.z == 1) l += imageLoad(gathered, texel).rgb;
       vec4 lambert = vec4(1.0, kLpvLambert * n);
       mat3x4 light = mat3x4(l.r * lambert, l.g * lambert, l.b * lambert);
       vec3 from_virtual = voxel.position - virtual_distance(voxel.position) * n;

@@ -15,7 +15,7 @@ layout(binding = 9) uniform sampler3D real_irradiance;  // times weight, weight
 
 vec3 normal_at(ivec2 at, vec3 p) {
   int c = in_cascade(0, p, 1.0) ? 0 : 1;
-  vec3 n = textureLod(real_normal_volume, cascade_place(c, p, 0.5), 0.0).xyz;
+  vec3 n = real_at(real_normal_volume, c, p).xyz;
   float l = length(n);
   return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
 }
@@ -43,7 +43,7 @@ RealPixel real_pixel(ivec2 at) {
   int c = in_cascade(0, p, 1.0) ? 0 : 1;
   bool inside = in_cascade(1, p, 1.0);
   if (z > 0.0) {
-    n = textureLod(real_normal_volume, cascade_place(c, p, 0.5), 0.0).xyz;
+    n = real_at(real_normal_volume, c, p).xyz;
     float l = length(n);
     if (inside && l > 0.5) {
       n /= l;
@@ -57,7 +57,7 @@ RealPixel real_pixel(ivec2 at) {
     } else {
       n = measured ? depth_normal(at) : vec3(0);
     }
-    albedo = textureLod(real_albedo_volume, cascade_place(c, p, 0.5), 0.0);
+    albedo = real_at(real_albedo_volume, c, p);
   }
   vec3 like = p;  // what color and change of light are known are of there
   Plane plane = plane_beside(at, !measured || n == vec3(0) || inside && albedo.a <= 1e-3);
@@ -71,7 +71,7 @@ RealPixel real_pixel(ivec2 at) {
     like = plane.p;
     c = in_cascade(0, like, 1.0) ? 0 : 1;
     inside = in_cascade(1, like, 1.0);
-    albedo = textureLod(real_albedo_volume, cascade_place(c, like, 0.5), 0.0);
+    albedo = real_at(real_albedo_volume, c, like);
   }
   if (z > 0.0) {
     vec2 surface = texelFetch(surfaces, at, 0).xy;
@@ -86,7 +86,7 @@ RealPixel real_pixel(ivec2 at) {
     }
     // Blocks that no shadow can reach were not dispatched to the shadow pass: no need to ask again here.
     if (dot(n, n) > 0.0) footprint = max(indirect_footprint(p, n, b, known > 0.0), kShadowOnly);
-    vec4 mean = textureLod(real_radiance_volume, cascade_place(c, like, 0.5), 0.0);
+    vec4 mean = real_at(real_radiance_volume, c, like);
     if (inside && albedo.a > 1e-3 && mean.a > 1e-3) {
       // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
       vec3 detail = clamp(b / max(mean.rgb / mean.a, vec3(1e-5)), vec3(0.2), vec3(4.0));

@@ -3,6 +3,7 @@
 // What is known of the real surface in the listed voxels: measured radiance L_mu (which holds every bounce of the real
 // room), albedo, normal.
 #include "bricks.glsl"
+#include "chunks.glsl"
 #include "voxel_list.glsl"
 #include "half.glsl"
 layout(local_size_x = 64) in;
@@ -21,16 +22,24 @@ void main() {
     float slope = length(g);
     d /= clamp(slope, 0.25, 1.25);  // fused distances run along rays of view; near the surface this undoes it
     imageStore(distance_m, voxel.at, vec4(to_half(d)));
-    imageStore(out_normal, voxel.at, to_half(vec4(g / slope, d)));
     float weight = max(0.0, 1.0 - abs(d) / voxel.edge);
-    if (weight == 0.0) continue;
-    vec3 on = voxel.position - d * g / slope;
-    vec4 radiance = field_radiance(on), albedo = field_albedo(on);
-    if (radiance.a > 0.0) imageStore(out_radiance, voxel.at, to_half(vec4(radiance.rgb * weight, weight)));
-    if (albedo.a > 0.0) imageStore(out_albedo, voxel.at, to_half(vec4(albedo.rgb, 1.0)));
-    if (radiance.a > 0.0 && albedo.a > 0.0) {
-      vec3 response = albedo.rgb / kPi / max(radiance.rgb, vec3(1e-4));
-      imageStore(out_response, voxel.at, to_half(vec4(response * weight, weight)));
+    vec4 radiance = vec4(0), albedo = vec4(0), response = vec4(0);
+    if (weight > 0.0) {
+      vec3 on = voxel.position - d * g / slope;
+      radiance = field_radiance(on);
+      albedo = field_albedo(on);
+      if (radiance.a > 0.0 && albedo.a > 0.0)
+        response = vec4(albedo.rgb / kPi / max(radiance.rgb, vec3(1e-4)) * weight, weight);
+      radiance = radiance.a > 0.0 ? vec4(radiance.rgb * weight, weight) : vec4(0);
+      albedo = albedo.a > 0.0 ? vec4(albedo.rgb, 1.0) : vec4(0);
+    }
+    for (int j = 0; j < kMostCopies; ++j) {
+      ivec3 texel = voxel_copy(kReal, voxel.cascade, voxel.place, j);
+      if (texel.x < 0) continue;
+      imageStore(out_radiance, texel, to_half(radiance));
+      imageStore(out_albedo, texel, to_half(albedo));
+      imageStore(out_normal, texel, to_half(vec4(g / slope, d)));
+      imageStore(out_response, texel, to_half(response));
     }
   }
 }

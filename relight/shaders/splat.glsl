@@ -1,11 +1,12 @@
 // Splitting over the 8 nearest voxels of both cascades, in fixed point: integer sums do not depend on their order.
 #ifndef SPLAT_GLSL
 #define SPLAT_GLSL
-#include "frame.glsl"
+#include "chunks.glsl"
 
 struct Splat {
   bool inside;
-  int first;  // index of the lowest voxel in a buffer of both cascades
+  int cascade;
+  ivec3 first;  // the lowest voxel
   vec3 f;
 };
 // `ahead` in voxels.
@@ -15,14 +16,16 @@ Splat splat_at(int c, vec3 p, vec3 ahead) {
   ivec3 base = ivec3(floor(g));
   Splat s;
   s.inside = all(greaterThanEqual(base, ivec3(0))) && all(lessThan(base, ivec3(n - 1)));
-  s.first = base.x + n * (base.y + n * (base.z + n * c));
+  s.cascade = c;
+  s.first = base;
   s.f = g - vec3(base);
   return s;
 }
-int splat_voxel(Splat s, int i) {
-  int n = frame.grid.x;
-  return s.first + (i & 1) + n * ((i >> 1) & 1) + n * n * (i >> 2);
+// As voxel_value(): those of chunk 0 are not kept.
+uint splat_voxel(int kind, Splat s, int i) {
+  return voxel_value(kind, s.cascade, s.first + ivec3(i & 1, i >> 1 & 1, i >> 2));
 }
+bool is_kept(uint value) { return value >= 512u; }
 float splat_weight(Splat s, int i) {
   vec3 w = mix(1.0 - s.f, s.f, vec3(i & 1, (i >> 1) & 1, i >> 2));
   return w.x * w.y * w.z;

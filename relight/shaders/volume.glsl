@@ -1,4 +1,4 @@
-// The volumes that cones march through, and how they are looked up.
+// The volumes that cones march through, and how they are looked up. Distances are dense, radiance is kept in chunks.
 //
 // Occlusion comes from signed distance (real: the fused field; virtual: the objects'), never from filtered opacity, so
 // the real and the changed scene share it exactly and thesis eq. 5.27's error does not arise. The colour volumes hold
@@ -6,7 +6,7 @@
 // at every level of the hierarchy.
 #ifndef VOLUME_GLSL
 #define VOLUME_GLSL
-#include "frame.glsl"
+#include "chunks.glsl"
 
 // Both cascades lie in one texture, cascade 1 above cascade 0 along z. Software devices run both sides of every branch,
 // so one look-up at a chosen place is half the price of a choice between two.
@@ -34,12 +34,18 @@ float edge_fade(vec3 p) {
   float voxels = min(min(inside.x, inside.y), inside.z) / frame.cascade[1].w - 1.0;
   return clamp(8.0 * voxels / float(frame.grid.x), 0.0, 1.0);
 }
+// Where p is, in voxels from the cascade's corner and inside of its edge.
+vec3 cascade_voxels(int c, vec3 p, float margin_voxels) {
+  float n = float(frame.grid.x);
+  return clamp((p - grid_low(frame.cascade[c])) / frame.cascade[c].w, vec3(margin_voxels), vec3(n - margin_voxels));
+}
 // Where p is in the texture of both cascades; `margin_voxels` keeps filters from reaching from one into the other.
 vec3 cascade_place(int c, vec3 p, float margin_voxels) {
   float n = float(frame.grid.x);
-  vec3 v = clamp((p - grid_low(frame.cascade[c])) / frame.cascade[c].w, vec3(margin_voxels), vec3(n - margin_voxels));
-  return (v + vec3(0.0, 0.0, float(c) * n)) / vec3(n, n, float(kCascades) * n);
+  return (cascade_voxels(c, p, margin_voxels) + vec3(0.0, 0.0, float(c) * n)) / vec3(n, n, float(kCascades) * n);
 }
+// What is kept of real surfaces at p.
+vec4 real_at(sampler3D pool, int c, vec3 p) { return chunk_linear(pool, kReal, c, cascade_voxels(c, p, 0.5), 0); }
 
 // Signed distance to the virtual objects. Outside the volume a lower bound: objects inside a box are at least as far as
 // the legs of the right angle at its nearest point say. A bound that is much too low would hide light from wide cones.
@@ -67,11 +73,17 @@ float real_distance(vec3 p) {
 }
 
 // Mean over a footprint of the given radius, times the surface weight; a: the weight.
-vec4 footprint(sampler3D volume, vec3 p, float radius) {
+vec4 footprint(sampler3D pool, int kind, vec3 p, float radius) {
   int c = in_cascade(0, p, max(1.0, 1.5 * radius / frame.cascade[0].w)) ? 0 : 1;
   // Half a level up: trilinear filtering of the level itself would leave a footprint that is off the surface empty.
   float lod = clamp(log2(2.0 * radius / frame.cascade[c].w) + 0.5, 0.0, float(frame.counts2.w - 1));
-  return textureLod(volume, cascade_place(c, p, 0.5 * exp2(ceil(lod))), lod);
+  vec3 v = cascade_voxels(c, p, 0.5 * exp2(ceil(lod)));
+  int level = int(lod);
+  float coarser = lod - float(level);
+  vec4 s = chunk_linear(pool, kind, c, v, level);
+  // A loop that isn't entered costs nothing on software devices, unlike a branch.
+  for (int i = 0; i < (coarser > 0.0 ? 1 : 0); ++i) s = mix(s, chunk_linear(pool, kind, c, v, level + 1), coarser);
+  return s;
 }
 
 // Virtual surfaces may be thin walls with a bright and a dark side. Their light is kept in the voxels in front of them,
@@ -81,17 +93,17 @@ float front_weight(float d, float voxel) { return max(0.0, 1.0 - abs(d / voxel -
 
 const float kLeastWeight = 1e-3;
 vec3 mean_radiance(vec4 s) { return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a; }
-vec3 real_radiance(vec3 p, float radius) { return mean_radiance(footprint(real_radiance_volume, p, radius)); }
+vec3 real_radiance(vec3 p, float radius) { return mean_radiance(footprint(real_radiance_volume, kReal, p, radius)); }
 // Seen along w. Coarse levels hold both sides of an object, its bright and its dark one; `focus`, below 1, looks into
 // finer ones.
 vec3 virtual_radiance(vec3 p, vec3 w, float radius, float focus) {
   float voxel = frame.cascade[in_cascade(0, p, 1.0) ? 0 : 1].w, fine = focus * radius;
-  vec4 seen = footprint(virtual_radiance_volume, p - kFront * max(voxel, fine) * w, fine);
+  vec4 seen = footprint(virtual_radiance_volume, kVirtual, p - kFront * max(voxel, fine) * w, fine);
   // Past an object's edge they hold nothing of it.
-  if (seen.a < kLeastWeight) seen = footprint(virtual_radiance_volume, p - kFront * max(voxel, radius) * w, radius);
+  if (seen.a < kLeastWeight) seen = footprint(virtual_radiance_volume, kVirtual, p - kFront * max(voxel, radius) * w, radius);
   return mean_radiance(seen);
 }
-vec3 real_change(vec3 p, float radius) { return mean_radiance(footprint(real_change_volume, p, radius)); }
+vec3 real_change(vec3 p, float radius) { return mean_radiance(footprint(real_change_volume, kReal, p, radius)); }
 
 // Equal-area octahedral map of the sphere (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere").
 vec2 octahedral(vec3 w) {

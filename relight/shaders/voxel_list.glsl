@@ -10,7 +10,7 @@ layout(std430, binding = 28) buffer List {
 };
 
 struct Voxel {
-  ivec3 at;       // in the texture of both cascades
+  ivec3 at;       // in a dense texture of both cascades
   ivec3 place;    // in its own cascade
   int cascade;
   vec3 position;

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Lists the voxels of both cascades in front of virtual surfaces.
+// Lists the voxels of both cascades in front of virtual surfaces, and marks their chunks.
 #include "volume.glsl"
-#include "voxel_list.glsl"
+#include "voxel_mark.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;
 
 void main() {
@@ -10,5 +10,5 @@ void main() {
   int n = frame.grid.x;
   if (any(greaterThanEqual(at, ivec3(n, n, kCascades * n)))) return;
   vec4 cascade = frame.cascade[at.z / n];
-  if (front_weight(virtual_distance(cascade.xyz + cascade.w * vec3(at.xy, at.z % n)), cascade.w) > 0.0) list_voxel(at);
+  if (front_weight(virtual_distance(cascade.xyz + cascade.w * vec3(at.xy, at.z % n)), cascade.w) > 0.0) take_voxel(at);
 }

@@ -136,7 +136,7 @@ TEST_P(ClosedMoving, ADeviceWithoutRoomForRoundsGathersAtOnce) {
   const Scene now = scene.scene();
   int rooms = 0;
   const auto small = std::make_shared<LimitedDevice>(
-      device_, [&](const gpu::TextureDesc& d) { return d.name != "virtual radiance" || ++rooms < 2; });
+      device_, [&](const gpu::TextureDesc& d) { return d.name != "real distance" || ++rooms < 2; });
   Relighter relighter(small, scene.session());
   for (int i = 0; i < 3; ++i) {
     const RelitPicture picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan());
@@ -144,6 +144,27 @@ TEST_P(ClosedMoving, ADeviceWithoutRoomForRoundsGathersAtOnce) {
     EXPECT_EQ(picture.warnings.empty(), i == 0);
   }
   EXPECT_EQ(rooms, 2) << "tried once";
+}
+
+// Nor without room for what such a set holds of surfaces, which shows when they were found.
+TEST_P(ClosedMoving, ADeviceThatIsFullInTheMiddleOfARoundGathersAtOnce) {
+  const ClosedScene scene = box_on_floor();
+  const FrameSet frame = scene.frame();
+  const Scene now = scene.scene();
+  int pools = 0;
+  const auto small = std::make_shared<LimitedDevice>(
+      device_, [&](const gpu::TextureDesc& d) { return d.name != "virtual radiance" || ++pools < 2; });
+  Relighter relighter(small, scene.session());
+  RelitPicture picture;
+  for (int i = 0; i < LightRounds::kRoundFrames; ++i) {
+    picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan());
+    EXPECT_EQ(picture.warnings.empty(), pools < 2);
+    if (pools == 2) {
+      EXPECT_EQ(picture.srgb.data, at_once(scene, now, turned(scene.exhibit, i)).data);
+      if (i % 2) break;
+    }
+  }
+  EXPECT_EQ(pools, 2) << "tried once";
 }
 
 // A round ball turns, and its volumes and maps with it: nothing in the picture should change. A turned ball is another

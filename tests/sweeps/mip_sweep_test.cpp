@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <random>
 
 #include "relight/passes/filter.h"
@@ -13,7 +14,7 @@ namespace {
 class MipSweep : public SweepTest {};
 ON_BOTH_DEVICES(MipSweep);
 
-constexpr int kEdge = 32, kMips = 5;
+constexpr int kEdge = 64, kMips = 5;
 
 using Texels = std::vector<Eigen::Vector4f>;
 
@@ -23,6 +24,40 @@ Texels halves(const std::vector<std::byte>& bytes) {
   for (std::size_t i = 0; i < 4 * texels.size(); ++i) texels[i / 4][static_cast<int>(i % 4)] = float{half[i]};
   return texels;
 }
+
+/// Volumes in which every chunk of the first cascade is there, and where texels lie in a pool of them.
+struct FullVolumes {
+  Volumes volumes;
+  std::vector<std::uint32_t> table;
+
+  explicit FullVolumes(gpu::Device& device) : volumes(device, kEdge) {
+    std::vector<std::uint32_t> marks(volumes.real_chunks.marks().size_bytes() / 4, 1);
+    device.upload(volumes.real_chunks.marks(), 0, std::as_bytes(std::span(marks)));
+    volumes.fit_chunks(device, Surfaces::real);
+    const std::vector<std::byte> bytes = device.download(*volumes.chunk_table);
+    table.resize(marks.size());
+    std::memcpy(table.data(), bytes.data(), 4 * table.size());
+  }
+  std::size_t texel(int level, const Eigen::Vector3i& at) const {
+    std::size_t place = 0;
+    for (int finer = 0; finer < level; ++finer) {
+      const auto along = static_cast<std::size_t>(chunks_along(kEdge, finer));
+      place += shader::kCascades * along * along * along;
+    }
+    const int along = chunks_along(kEdge, level), edge = shader::kChunkEdge, row = shader::kChunkRow;
+    const Eigen::Vector3i chunk = at / edge;
+    const int number =
+        static_cast<int>(table[place + static_cast<std::size_t>(chunk.x() + along * (chunk.y() + along * chunk.z()))]);
+    const Eigen::Vector3i first = (edge + 1) * Eigen::Vector3i(number % row, number / row % row, number / (row * row)),
+                          to = first + at - edge * chunk;
+    return static_cast<std::size_t>(to.x() + row * (edge + 1) * (to.y() + row * (edge + 1) * to.z()));
+  }
+  template <typename Function>
+  static void each(int level, Function function) {
+    const int n = kEdge >> level;
+    for (int i = 0; i < n * n * n; ++i) function(Eigen::Vector3i(i % n, i / n % n, i / (n * n)));
+  }
+};
 
 // A room's radiance μ, the same with an object's shadow and bounce ρ, and Δ = ρ - μ, each times the surface's weight:
 // the hierarchy that cones look up. All three share the weight, so the mean radiance of a footprint in ρ is that in μ
@@ -41,24 +76,29 @@ TEST_P(MipSweep, DeltaBesideTheDifferenceOfTwo) {
     rho_own.push_back(rho.back() + object * Eigen::Vector4f(of_object, of_object, of_object, 1));
   }
   const Filter filter(*device_);
+  const FullVolumes full(*device_);
+  shader::FrameParams params{};
+  params.grid.x() = kEdge;
   const auto hierarchy = [&](const Texels& texels) {
-    const auto volume = device_->create_texture({.name = "volume",
-                                                 .width = kEdge,
-                                                 .height = kEdge,
-                                                 .depth = kEdge,
-                                                 .volume = true,
-                                                 .mips = kMips,
-                                                 .format = gpu::Format::rgba16_float});
-    std::vector<Eigen::half> packed;
-    for (const Eigen::Vector4f& texel : texels) {
-      for (const float x : texel) packed.emplace_back(x);
+    gpu::Texture& pool = *full.volumes.real_radiance;
+    Texels packed(device_->download(pool).size() / 8, Eigen::Vector4f::Zero());
+    std::size_t next = 0;
+    FullVolumes::each(0, [&](const Eigen::Vector3i& at) { packed[full.texel(0, at)] = texels[next++]; });
+    std::vector<Eigen::half> packed_halves;
+    for (const Eigen::Vector4f& texel : packed) {
+      for (const float x : texel) packed_halves.emplace_back(x);
     }
-    device_->upload(*volume, 0, std::as_bytes(std::span(packed)));
+    device_->upload(pool, 0, std::as_bytes(std::span(packed_halves)));
     const auto list = device_->begin();
-    filter.record(*list, *volume);
+    filter.record(*list, params, full.volumes.real_chunks, pool, full.volumes);
     device_->submit(*list);
-    std::vector<Texels> levels;
-    for (int mip = 0; mip < kMips; ++mip) levels.push_back(halves(device_->download(*volume, mip)));
+    const Texels all = halves(device_->download(pool));
+    std::vector<Texels> levels(kMips);
+    for (int mip = 0; mip < kMips; ++mip) {
+      FullVolumes::each(mip, [&](const Eigen::Vector3i& at) {
+        levels[static_cast<std::size_t>(mip)].push_back(all[full.texel(mip, at)]);
+      });
+    }
     return levels;
   };
   const auto m = hierarchy(mu), r = hierarchy(rho), d = hierarchy(delta), own = hierarchy(rho_own);
