@@ -13,7 +13,7 @@ constexpr Traced kLive{"live", 4, 0, 128}, kCells{"cells", 2, 1, 256}, kHalf{"ha
     kCareful{"careful", 1, 0, 256}, kThesis{"thesis", 1, 0, 1024};
 
 BenchSetting setting(const std::string& method, const Traced& traced, int volume) {
-  Plan plan = replay_plan();
+  Plan plan;
   plan.method = method;
   plan.trace_scale = traced.trace_scale;
   plan.cells = traced.cells;
@@ -36,14 +36,14 @@ BenchSetting as_needed(BenchSetting setting) {
 }
 
 BenchSetting paths(const std::string& method, int samples) {
-  Plan plan = replay_plan();
+  Plan plan;
   plan.method = method;
   plan.samples = samples;
   return {std::to_string(samples) + "-paths", plan};
 }
 
 BenchSetting gathered(int trace_scale, int rays) {
-  Plan plan = replay_plan();
+  Plan plan;
   plan.method = "rays";
   plan.trace_scale = trace_scale;
   plan.rays = rays;

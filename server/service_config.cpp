@@ -146,7 +146,11 @@ std::string settable_keys() {
   return text;
 }
 
-Plan replay_plan() { return Plan{}; }
+Plan replay_plan() {
+  Plan plan;
+  plan.method = "rays";
+  return plan;
+}
 
 Plan interactive_plan() {
   Plan plan;

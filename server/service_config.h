@@ -50,7 +50,7 @@ ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan);
 /// The text of `--set help`.
 std::string settable_keys();
 
-/// For replay: every choice at its best. For serve: what two cores manage.
+/// For replay: what is nearest the truth. For serve: what two cores manage.
 Plan replay_plan();
 Plan interactive_plan();
 

@@ -23,8 +23,8 @@ TEST(BenchSettings, EveryMethodHasSomeUnderNamesOfTheirOwn) {
 }
 
 TEST(BenchSettings, WhatReplayAndServeDoIsAmongThem) {
-  const auto trial = [](const std::string& name) {
-    for (const BenchSetting& setting : bench_settings("dvct")) {
+  const auto trial = [](const std::string& method, const std::string& name) {
+    for (const BenchSetting& setting : bench_settings(method)) {
       if (setting.name == name) {
         return setting.plan;
       }
@@ -36,9 +36,12 @@ TEST(BenchSettings, WhatReplayAndServeDoIsAmongThem) {
     EXPECT_EQ(a.trace_scale, b.trace_scale);
     EXPECT_EQ(a.rsm, b.rsm);
     EXPECT_EQ(a.bounces, b.bounces);
+    EXPECT_EQ(a.method, b.method);
+    EXPECT_EQ(a.rays, b.rays);
   };
-  expect_same(trial("half-64"), replay_plan());
-  expect_same(trial("live-64"), interactive_plan());
+  expect_same(trial("rays", "half-20-rays"), replay_plan());
+  expect_same(trial("dvct", "half-64"), Plan{});
+  expect_same(trial("dvct", "live-64"), interactive_plan());
 }
 
 }  // namespace

@@ -127,12 +127,12 @@ TEST(Truth, OwnRecordings) {
 TEST(Truth, OwnRecordingLive) {
   const Plan live = interactive_plan();
   check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "live",
-        " --set plan.trace_scale=" + std::to_string(live.trace_scale) + " --set plan.rsm=" + std::to_string(live.rsm));
+        " --set plan.method=dvct --set plan.trace_scale=" + std::to_string(live.trace_scale) + " --set plan.rsm=" + std::to_string(live.rsm));
 }
 
-// Without a GPU.
-TEST(Truth, OwnRecordingByRays) {
-  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "rays", " --set plan.method=rays");
+// On a device.
+TEST(Truth, OwnRecordingByCones) {
+  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "cones", " --set plan.method=dvct");
 }
 
 TEST(Truth, ExtraSessions) {

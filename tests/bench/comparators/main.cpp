@@ -50,7 +50,7 @@ void run(const Command& command) {
   for (const std::filesystem::path& session : command.sessions) {
     const comparators::Contest contest = comparators::open_contest(session, device);
     std::vector<BenchRow> rows =
-        comparators::measured(contest, comparators::cone_contenders(contest, replay_plan(), "half-64"));
+        comparators::measured(contest, comparators::cone_contenders(contest, Plan{}, "half-64"));
     const double budget_ms = rows.front().run.moving.host.cpu_ms;  // of dvct
     for (BenchRow& row : comparators::measured(contest, comparators::ray_contenders(contest, budget_ms))) {
       rows.push_back(std::move(row));
