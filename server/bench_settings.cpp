@@ -60,7 +60,7 @@ std::vector<BenchSetting> bench_settings(const std::string& method) {
   if (method == "rays") {
     return {gathered(4, 8), gathered(2, 8), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
   }
-  if (method == "dvct-thesis") {  // tables 5.6 and 5.7, but for 256³ voxels, which take software devices a minute
+  if (method == "dvct-thesis") {  // tables 5.6 and 5.7, but for 256³ voxels, which are slow on software devices
     return {with_bounces(setting(method, kThesis, 64), 1), with_bounces(setting(method, kThesis, 128), 1)};
   }
   const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };

@@ -58,6 +58,8 @@ void Volumes::fit_virtual(gpu::Device& device, const Eigen::Vector3i& size) {
       virtual_distance->desc().depth == size.z()) {
     return;
   }
+  virtual_distance.reset();  // never two of a kind
+  virtual_color.reset();
   virtual_distance =
       device.create_texture(volume("virtual distance", size.x(), size.y(), size.z(), gpu::Format::r16_float));
   virtual_color =
