@@ -29,7 +29,9 @@ TEST(BenchSettings, WhatReplayAndServeDoIsAmongThem) {
         return setting.plan;
       }
     }
-    return Plan{.method = "none"};
+    Plan none;
+    none.method = "none";
+    return none;
   };
   const auto expect_same = [](const Plan& a, const Plan& b) {
     EXPECT_EQ(a.volume, b.volume);
