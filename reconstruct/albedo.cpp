@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "reconstruct/albedo_bricks.h"
+#include "reconstruct/albedo_clipped.h"
+#include "reconstruct/albedo_filter.h"
 #include "reconstruct/albedo_gather.h"
 #include "reconstruct/albedo_irradiance.h"
 #include "reconstruct/albedo_lamps.h"
@@ -15,6 +17,7 @@
 #include "reconstruct/albedo_reflections.h"
 #include "reconstruct/albedo_samples.h"
 #include "reconstruct/albedo_solve.h"
+#include "reconstruct/enclosure.h"
 #include "reconstruct/light_pieces.h"
 #include "reconstruct/light_rig.h"
 
@@ -22,7 +25,7 @@ namespace lumigraft {
 namespace {
 
 constexpr int kSamples = 2500;
-constexpr int kGatherRays = 64;
+constexpr int kGatherRays = 64, kRoughRays = 16;
 constexpr float kMostMetal = 0.1f;    ///< share of what a sample sees that may be metal
 constexpr double kGrown = 1.5;        ///< when so much more surface is known, lamps are searched from nothing
 constexpr double kMoreSurface = 1.1;  ///< when so much more is known, they are looked for around where they were
@@ -125,10 +128,14 @@ struct AlbedoStage::State {
   Result last;
   std::map<int, LampEstimate> estimates;  ///< by the lamp's id
   std::size_t searched_points = 0;        ///< how much surface was known when lamps were last searched from nothing
+  LampFilter filter;
   Located located;
   std::vector<PointLight> last_lamps;  ///< as they were placed
   float sample_m = 0;                  ///< cells only grow, so that samples stay what they were
   GatherMemory memory;
+  EnclosureStage enclosure;
+  std::shared_ptr<const Enclosure> closed;  ///< what `memory` was gathered in,
+  bool rough = false;                       ///< and whether with few rays
 };
 
 std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, const Illumination& illumination,
@@ -150,7 +157,10 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, cons
     const auto known = estimates.find(light.id);
     before.push_back(known == estimates.end() ? std::nullopt : std::optional(known->second));
   }
-  result = locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, tag_size_m), before);
+  const LampSolution found =
+      locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, tag_size_m), before,
+                   rough ? Search::rough : Search::fine);
+  result = rough ? found.lamps : filter.combine(illumination.lights, found);
   estimates.clear();
   for (std::size_t i = 0; i < result.size(); ++i) estimates[illumination.lights[i].id] = result[i];
   located = {points, illumination.lights, 0};
@@ -183,8 +193,11 @@ void AlbedoStage::reset() {
   state_->rig_found.clear();
   state_->sample_m = 0;
   state_->located = {};
+  state_->filter.reset();
   state_->last_lamps.clear();
   state_->memory.forget();
+  state_->enclosure = {};
+  state_->closed.reset();
 }
 
 AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumination& illumination) {
@@ -195,36 +208,49 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
   Surface surface = find_surface(field, rays, s.metal, kSamples, s.sample_m);
   s.sample_m = surface.sample_m;
-  const RoomLight room(field, rays, s.metal, *lit);
-  const std::vector<RoomLight::Gathered> light =
-      s.memory.gather(room, *lit, surface.samples, surface.points.size(), kGatherRays);
-  std::vector<Eigen::Vector3f> gathered(light.size());
-  bool floor = false;
-  for (std::size_t i = 0; i < light.size(); ++i) {
-    surface.samples[i].usable = surface.samples[i].usable && light[i].metal_share < kMostMetal;
-    floor |= !light[i].on_floor.empty();
-  }
-  const auto add_floor = [&](const std::vector<PointLight>& lamps) {
-    const std::vector<Eigen::Vector3f> on_floor = room.light_on_floor(lamps);
-    for (std::size_t i = 0; i < light.size(); ++i)
-      gathered[i] = light[i].irradiance + room.by_floor(light[i], on_floor);
-  };
+  const std::vector<RoomPoint> known_points = room_points(field);
   Illumination whole = *lit;
   whole.lights = join_pieces(lit->lights);
-  // What lamps send by way of a floor that nobody saw hangs on where they are: found once roughly, then again.
-  const bool known = !s.last_lamps.empty();
-  add_floor(known ? s.last_lamps : whole.lights);
-  std::vector<PointLight> lamps = placed(whole, s.locate(room, whole, surface, gathered));
-  if (floor && !known) {
-    add_floor(lamps);
+  std::optional<RoomLight> room;
+  std::vector<Eigen::Vector3f> gathered(surface.samples.size());
+  std::vector<bool> smooth;  // and no print, which is black and white
+  for (const SurfaceSample& sample : surface.samples) smooth.push_back(sample.usable && !on_tag(sample, s.tag_size_m));
+  bool first = s.last_lamps.empty();
+  std::vector<PointLight> lamps = first ? whole.lights : s.last_lamps;
+  for (;;) {
+    Illumination placed_light = *lit;
+    placed_light.lights = lamps;
+    const std::shared_ptr<const Enclosure> closed = s.enclosure.close(field, known_points, placed_light);
+    if (!first) raise_clipped(*lit, lamps, closed.get(), field, rays, s.metal);
+    if (closed != s.closed || s.rough) s.memory.forget();
+    s.closed = closed;
+    s.rough = first && closed;  // then there is a second round
+    room.emplace(field, rays, s.metal, *lit, closed.get());
+    const std::vector<RoomLight::Gathered> light =
+        s.memory.gather(*room, *lit, surface.samples, surface.points.size(), s.rough ? kRoughRays : kGatherRays);
+    const auto add_floor = [&] {
+      const std::vector<Eigen::Vector3f> on_floor = room->light_on_floor(lamps);
+      for (std::size_t i = 0; i < light.size(); ++i)
+        gathered[i] = light[i].irradiance + room->by_floor(light[i], on_floor);
+    };
+    bool floor = false;
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      surface.samples[i].usable = smooth[i] && light[i].metal_share < kMostMetal;
+      floor |= !light[i].on_floor.empty();
+    }
+    add_floor();
+    lamps = placed(whole, s.locate(*room, whole, surface, gathered));
+    if (floor) add_floor();
+    // What closes the room, and what a floor that nobody saw sends back, hang on where lamps are: at first these are
+    // found roughly, then again.
+    if (!first || !(floor || closed || !lit->remainder.clipped.empty())) break;
+    first = false;
     s.located = {};
-    lamps = placed(whole, s.locate(room, whole, surface, gathered));
   }
-  add_floor(lamps);
   s.last_lamps = lamps;
   lit->lights = place_pieces(lit->lights, whole.lights, lamps, lit->probe_position_m);
 
-  const LitSurface points(surface, room, *lit, gathered);
+  const LitSurface points(surface, *room, *lit, gathered);
   const std::vector<SampleAlbedo> albedo =
       solve_albedo(surface.samples, points.sample_light(), points.neighbours(), points.dark());
   auto result = std::make_shared<AlbedoField>();

@@ -20,6 +20,8 @@ constexpr float kAboveFloor_m = 0.05f;  ///< it is known to about so much
 constexpr float kUsual_m = 1.5f;        ///< distance of a lamp of which it is not known
 constexpr float kFloorShare = 0.02f;    ///< of the known surface, that may lie below the floor: noise
 constexpr float kRoom_m = 10;           ///< longest ray
+constexpr int kCorner = 2;              ///< measured sides that tell how a room lies: one alone may be a table's
+constexpr float kOnSide = 0.97f;        ///< of the way to a side of the enclosure: there
 constexpr float kLiftVoxels = 1.5f;
 
 /// Van der Corput's radical inverse in base 2.
@@ -46,8 +48,8 @@ Frame frame_around(const Eigen::Vector3f& z) {
 
 /// A picture in which cells that show something near are filled from the cells nearest to them that do not: seen from
 /// elsewhere the near thing stands in another direction, where rays meet it in the field.
-EnvironmentPicture without_near(const EnvironmentPicture& picture, const FieldRays& rays,
-                                const Eigen::Vector3f& probe) {
+EnvironmentPicture without_near(const EnvironmentPicture& picture, const FieldRays& rays, const Eigen::Vector3f& probe,
+                                const Enclosure* room) {
   const Image<float>& from = picture.radiance;
   EnvironmentPicture result = picture;
   std::vector<std::size_t> far, near;
@@ -55,8 +57,10 @@ EnvironmentPicture without_near(const EnvironmentPicture& picture, const FieldRa
   for (int v = 0; v < from.height; ++v) {
     for (int u = 0; u < from.width; ++u) {
       directions.push_back(environment_direction(u, v, from.width, from.height));
-      const bool hit = rays.first_crossing(probe, directions.back(), kRoom_m).has_value();
-      (hit ? near : far).push_back(directions.size() - 1);
+      const auto hit = rays.first_crossing(probe, directions.back(), kRoom_m);
+      const auto exit = hit && room ? room->leave(probe, directions.back()) : std::nullopt;
+      const bool before = hit && !(exit && (*hit - probe).norm() > kOnSide * exit->distance_m);
+      (before ? near : far).push_back(directions.size() - 1);
     }
   }
   if (far.empty()) return result;
@@ -87,13 +91,16 @@ int cell_of(const Eigen::Vector3f& direction, int width, int height) {
 }  // namespace
 
 RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
-                     const Illumination& illumination)
+                     const Illumination& illumination, const Enclosure* room)
     : field_(field),
       rays_(rays),
       metal_(metal),
+      enclosure_(room),
       probe_(illumination.probe_position_m),
       lift_m_(kLiftVoxels * field.voxel_m),
-      far_(without_near(illumination.remainder, rays, illumination.probe_position_m)) {
+      far_(without_near(illumination.remainder, rays, illumination.probe_position_m, room)) {
+  guessed_ = room && std::count_if(room->sides.begin(), room->sides.end(),
+                                   [](const Enclosure::Side& side) { return side.measured; }) >= kCorner;
   const EnvironmentPicture& whole = illumination.remainder;
   if (std::all_of(whole.seen.data.begin(), whole.seen.data.end(), [](std::uint8_t seen) { return seen != 0; })) return;
   const int width = whole.seen.width, height = whole.seen.height;
@@ -117,6 +124,14 @@ RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const Me
   const auto low = heights.begin() + static_cast<std::ptrdiff_t>(kFloorShare * static_cast<float>(heights.size()));
   std::nth_element(heights.begin(), low, heights.end());
   floor_m_ = std::min(floor_m_, *low);
+}
+
+Eigen::Vector3f RoomLight::far_radiance(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const {
+  const auto exit = enclosure_ ? enclosure_->leave(from_m, direction) : std::nullopt;
+  const bool measured = exit && enclosure_->sides[exit->side].measured;
+  if (!measured && !(exit && guessed_)) return far_.sample(direction);
+  const Eigen::Vector3f there = far_.sample((from_m + exit->distance_m * direction - probe_).stableNormalized());
+  return measured ? there : (0.5f * (there + far_.sample(direction))).eval();
 }
 
 std::optional<Eigen::Vector3f> RoomLight::floor_ahead(const Eigen::Vector3f& from_m,
@@ -183,7 +198,7 @@ RoomLight::Gathered RoomLight::gather(const Eigen::Vector3f& position_m, const E
       sum += kFloorAlbedo / kPi * on_floor_;
       on_floor.push_back(*floor);
     } else {
-      sum += far_radiance(direction);
+      sum += far_radiance(from, direction);
     }
   }
   return {sum * (kPi / directions), static_cast<float>(on_metal) / directions, std::move(on_floor),

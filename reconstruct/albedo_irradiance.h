@@ -6,6 +6,7 @@
 #include "reconstruct/albedo_materials.h"
 #include "reconstruct/albedo_rays.h"
 #include "reconstruct/distance_field.h"
+#include "reconstruct/enclosure.h"
 #include "reconstruct/light.h"
 
 namespace lumigraft {
@@ -15,7 +16,7 @@ constexpr float kInfinitelyFar = 0;  ///< as a lamp's distance
 class RoomLight {
  public:
   RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
-            const Illumination& illumination);
+            const Illumination& illumination, const Enclosure* room = nullptr);
 
   /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
   /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; one that goes down
@@ -44,13 +45,18 @@ class RoomLight {
   std::optional<Eigen::Vector3f> in_front_of(const PointLight& light) const;
 
  private:
-  Eigen::Vector3f far_radiance(const Eigen::Vector3f& direction) const { return far_.sample(direction); }
+  /// Of what a ray meets beyond all that is known: the fish-eye saw the same place of the enclosure, in another
+  /// direction. Without an enclosure it is infinitely far; a guessed side may stand anywhere beyond, and is taken half
+  /// as if it stood there, half as if it were infinitely far.
+  Eigen::Vector3f far_radiance(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const;
   /// Where a ray that meets nothing known meets the floor; empty where a camera saw that way, or it goes up.
   std::optional<Eigen::Vector3f> floor_ahead(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const;
 
   const DistanceField& field_;
   const FieldRays& rays_;
   const MetalSurfaces& metal_;
+  const Enclosure* enclosure_;
+  bool guessed_ = false;  ///< what of it is guessed counts
   Eigen::Vector3f probe_;
   float lift_m_;            ///< rays start so far above the surface
   EnvironmentPicture far_;  ///< the remainder without what stands between the probe and the distance

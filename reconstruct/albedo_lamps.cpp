@@ -53,23 +53,23 @@ class LampSearch {
         factors_(model.lamps()) {}
 
   /// From nothing.
-  std::vector<LampEstimate> solve(const Eigen::Vector3f& probe) {
+  LampSolution solve(const Eigen::Vector3f& probe, Search search) {
     start(probe);
     if (any_clipped()) {
       start_gains();
-      adopt(refine_lamps(model_, some_pairs_, paper_, shapes_));
+      adopt(refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough));
     }
     for (int round = 0; round < kRounds; ++round) {
       bool changed = false;
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) changed |= descend(lamp);
       if (!changed) break;
     }
-    refine_shapes();
-    return finish();
+    const Refinement refined = refine_shapes();
+    return search == Search::rough ? solution(refined) : finish();
   }
 
   /// From earlier estimates; empty where a lamp left what was looked at around its estimate.
-  std::optional<std::vector<LampEstimate>> solve_near(const std::vector<std::optional<LampEstimate>>& before) {
+  std::optional<LampSolution> solve_near(const std::vector<std::optional<LampEstimate>>& before) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       LampShape& shape = shapes_[lamp];
       shape.log_distance = std::log(before[lamp]->distance_m);
@@ -79,12 +79,12 @@ class LampSearch {
         shape.log_gain[c] = std::log(before[lamp]->gain[static_cast<Eigen::Index>(c)]);
       }
     }
-    std::vector<LampEstimate> estimates = finish();
+    LampSolution found = finish();
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      const double moved = std::log(estimates[lamp].distance_m / before[lamp]->distance_m);
+      const double moved = std::log(found.lamps[lamp].distance_m / before[lamp]->distance_m);
       if (std::abs(moved) > 0.7 * kFineReach) return std::nullopt;
     }
-    return estimates;
+    return found;
   }
 
  private:
@@ -107,13 +107,16 @@ class LampSearch {
   }
 
   /// The last refinement, on all pairs and with finer visibility.
-  std::vector<LampEstimate> finish() {
+  LampSolution finish() {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       const double at = shapes_[lamp].log_distance;
       model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), kFineRays);
     }
-    const Refinement last = refine_lamps(model_, pairs_, paper_, shapes_);
-    std::vector<LampEstimate> result;
+    return solution(refine_lamps(model_, pairs_, paper_, shapes_, Search::fine));
+  }
+
+  LampSolution solution(const Refinement& last) const {
+    LampSolution result{{}, last.covariance};
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       const LampShape& shape = last.shapes[lamp];
       LampEstimate estimate;
@@ -125,7 +128,7 @@ class LampSearch {
       for (std::size_t c = 0; c < 3; ++c) {
         estimate.gain[static_cast<Eigen::Index>(c)] = static_cast<float>(std::exp(shape.log_gain[c]));
       }
-      result.push_back(estimate);
+      result.lamps.push_back(estimate);
     }
     return result;
   }
@@ -228,8 +231,8 @@ class LampSearch {
 
   /// Refines all lamps together, then looks whether one of the strongest, of doubtful outline, would rather be of the
   /// other kind.
-  void refine_shapes() {
-    Refinement best = refine_lamps(model_, some_pairs_, paper_, shapes_);
+  Refinement refine_shapes() {
+    Refinement best = refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough);
     double least = best.cost * penalty(best.shapes);
     for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kShaped, model_.lamps()); ++lamp) {
       const float squareness = model_.light(lamp).squareness;
@@ -237,13 +240,14 @@ class LampSearch {
       std::vector<LampShape> other = best.shapes;
       other[lamp].flat = !other[lamp].flat;
       other[lamp].tilt = {};
-      const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other);
+      const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
       if (tried.cost * penalty(tried.shapes) < least) {
         best = tried;
         least = tried.cost * penalty(tried.shapes);
       }
     }
     adopt(best);
+    return best;
   }
 
   ShadingModel& model_;
@@ -259,10 +263,9 @@ class LampSearch {
 
 }  // namespace
 
-std::vector<LampEstimate> locate_lamps(const RoomLight& room, const Illumination& illumination,
-                                       std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
-                                       const std::optional<SurfaceSample>& paper,
-                                       const std::vector<std::optional<LampEstimate>>& before) {
+LampSolution locate_lamps(const RoomLight& room, const Illumination& illumination, std::vector<SurfaceSample> samples,
+                          std::vector<Eigen::Vector3f> gathered, const std::optional<SurfaceSample>& paper,
+                          const std::vector<std::optional<LampEstimate>>& before, Search how) {
   if (illumination.lights.empty()) return {};
   const std::vector<SamplePair> pairs = choose_pairs(samples);
   if (paper) {
@@ -275,9 +278,9 @@ std::vector<LampEstimate> locate_lamps(const RoomLight& room, const Illumination
   const bool all_known = before.size() == illumination.lights.size() &&
                          std::all_of(before.begin(), before.end(), [](const auto& lamp) { return lamp.has_value(); });
   if (all_known) {
-    if (const auto estimates = search.solve_near(before)) return *estimates;
+    if (auto found = search.solve_near(before)) return *std::move(found);
   }
-  return search.solve(illumination.probe_position_m);
+  return search.solve(illumination.probe_position_m, how);
 }
 
 }  // namespace lumigraft

@@ -10,7 +10,7 @@ namespace {
 constexpr int kNeighbours = 4;
 constexpr int kFar = 6;
 constexpr int kFarTries = 40;
-constexpr float kFarReach_m = 0.5f;
+constexpr float kFarReach_m = 1.0f;       // a floor's or wall's shading says more the farther it is followed
 constexpr float kSameOrientation = 0.9f;  // cosine
 
 }  // namespace

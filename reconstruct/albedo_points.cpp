@@ -12,11 +12,26 @@ constexpr int kSampleRays = 8, kPointRays = 4;
 constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
 constexpr float kModelShare = 0.08f;     ///< 1σ of modelled irradiance over itself, away from shadows,
 constexpr float kPointShare = 0.01f;     ///< and of how much of that differs from point to point
-constexpr float kLampsShare = 0.045f;    ///< 1σ of the lamps' light over itself that is wrong for a whole surface,
+constexpr float kLampsShare = 0.02f;     ///< 1σ of the lamps' light over itself that is wrong for a whole surface, but
+                                         ///< for their distance,
 constexpr float kGatheredShare = 0.08f;  ///< of the other light, of which more is guessed,
-constexpr float kTextureShare = 1.5f;    ///< and of how much a patch's radiance varies: so does a voxel's
+constexpr float kTextureShare = 2.5f;    ///< and of how much a patch's radiance varies: so does a voxel's
 constexpr float kEdgeShare = 0.35f;      ///< of a lamp's light where visibility varies around a sample
+constexpr float kSteepest = 4;           ///< of the lamps' light with their distance: beyond it a surface is grazed
 constexpr float kMetalSigma = 0.02f;     ///< said by an operator
+
+/// ∂ log E / ∂ log d of a lamp's irradiance at a place, d its distance from the probe, where its power was measured.
+float distance_slope(const PointLight& light, const Eigen::Vector3f& probe, const Eigen::Vector3f& position,
+                     const Eigen::Vector3f& normal) {
+  const Eigen::Vector3f way = light.position_m - position, step = light.position_m - probe;
+  const float squared = way.squaredNorm(), facing = normal.dot(way);
+  if (!(facing > 0)) return 0;
+  float slope = 2 + normal.dot(step) / facing - 3 * step.dot(way) / squared;
+  if (light.flat && light.normal.dot(way) < 0) {
+    slope += light.normal.dot(step) / light.normal.dot(way) - step.dot(way) / squared;
+  }
+  return std::clamp(slope, -kSteepest, kSteepest);
+}
 
 }  // namespace
 
@@ -80,7 +95,7 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
   // The pieces of one lamp are wrong together: its power was found for all of them.
   const std::vector<PointLight>& lights = illumination_.lights;
   std::vector<std::size_t> first_piece(lights.size());
-  std::vector<float> region_doubt(lights.size());
+  std::vector<float> region_doubt(lights.size()), region_place(lights.size());
   for (std::size_t lamp = 0; lamp < lights.size(); ++lamp) {
     std::size_t first = lamp;
     for (std::size_t other = lamp; other-- > 0;)
@@ -95,7 +110,7 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     }
     const auto own = static_cast<std::size_t>(point.sample);
     Eigen::Vector3f gathered = Eigen::Vector3f::Zero(), around = Eigen::Vector3f::Zero();
-    float weights = 0, known_weights = 0, sigma = 0, spread = 0;
+    float weights = 0, known_weights = 0, sigma = 0, spread = 0, texture = 0;
     const auto add = [&](std::size_t j) {
       const SurfaceSample& sample = surface_.samples[j];
       const float facing = std::max(0.0f, point.normal.dot(sample.normal));
@@ -107,6 +122,7 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
       around += w * samples[j].albedo;
       sigma += w * samples[j].sigma;
       spread += w * sample.spread;
+      texture += w * sample.texture;
       known_weights += w;
     };
     add(own);
@@ -114,15 +130,24 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
 
     Eigen::Vector3f irradiance = gathered / weights;
     const float gathered_mean = irradiance.mean();
-    float doubt = 0, power_doubt = 0;
+    float doubt = 0;
     std::fill(region_doubt.begin(), region_doubt.end(), 0.0f);
+    std::fill(region_place.begin(), region_place.end(), 0.0f);
     for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
       const Eigen::Vector3f from_lamp = lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point));
       irradiance += from_lamp;
-      region_doubt[first_piece[lamp]] += illumination_.lights[lamp].power_log_sigma * from_lamp.mean();
+      const PointLight& light = lights[lamp];
+      region_doubt[first_piece[lamp]] += light.power_log_sigma * from_lamp.mean();
+      if (light.distance_known) {
+        region_place[first_piece[lamp]] +=
+            light.distance_log_sigma * from_lamp.mean() *
+            distance_slope(light, illumination_.probe_position_m, point.position, point.normal);
+      }
       doubt += kEdgeShare * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
     }
-    for (const float one : region_doubt) power_doubt = std::hypot(power_doubt, one);
+    float lamp_doubt = 0;
+    for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
+      lamp_doubt = std::hypot(lamp_doubt, region_doubt[lamp], region_place[lamp]);
     const Eigen::Array3f direct = matt_albedo(point.radiance, irradiance, dark_).min(1.0f);
     const float share = std::hypot(kPointShare, doubt / std::max(irradiance.mean(), 1e-9f));
     const float direct_sigma =
@@ -134,11 +159,12 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
     const float w_direct = 1 / (direct_sigma * direct_sigma + 1e-8f);
     const float w_around = 1 / (around_sigma * around_sigma + 1e-8f);
     result[i].albedo = ((w_direct * direct + w_around * around.array()) / (w_direct + w_around)).matrix();
-    // What the model has wrong, and a lamp's power, it has wrong for the surroundings too: they are no better for it.
+    // What the model has wrong, and a lamp's power and place, it has wrong for the surroundings too: they are no better
+    // for it.
     // Texture that a patch shows goes on within voxels.
     const float whole = std::max(irradiance.mean(), 1e-9f);
     const float by_model = std::hypot(kLampsShare * (whole - gathered_mean), kGatheredShare * gathered_mean) / whole;
-    const float common = std::hypot(by_model, power_doubt / whole, kTextureShare * spread / known_weights);
+    const float common = std::hypot(by_model, lamp_doubt / whole, kTextureShare * texture / known_weights);
     result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
   }
   return result;

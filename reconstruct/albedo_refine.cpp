@@ -10,15 +10,15 @@
 namespace lumigraft {
 namespace {
 
-constexpr int kPerLamp = 6;  // log distance, tilt, log gain
 constexpr double kNearest_m = 0.3, kFarthest_m = 12;
 constexpr double kSteepest = 4;  // tilt: 76°
 constexpr double kLargestGain = 1e4;
 constexpr double kStep = 1e-3;  // of numeric derivatives
-constexpr int kIterations = 20;
+constexpr int kIterations = 20, kLastIterations = 60;
+constexpr double kTolerance = 1e-5, kLastTolerance = 1e-6;  // of the cost
 /// Errors of the model (of what is gathered, of normals) are alike over a whole surface: so many pairs are one
 /// independent observation. And no pair is known better than this share of the light.
-constexpr double kPairsPerObservation = 400;
+constexpr double kPairsPerObservation = 600;
 constexpr double kModelShare = 0.02;
 constexpr double kGainPrior = 0.1;  // 1/σ² of a log gain of which nothing is known
 constexpr double kPriorPairs = 30;  // the priors are as strong as so many pairs
@@ -118,6 +118,22 @@ constexpr double kRoomAlbedo = 0.35, kRoomSigma = 0.5;  // geometric mean over a
 double gauge_scale(const Gauge& gauge) { return std::sqrt(kGaugePairs / 3) / gauge.sigma; }
 const double kChannelScale = 1 / (kPairScale * std::sqrt(3.0));
 
+/// s / (1 + s) of a squared residual s.
+/// a s / (a + s) of a squared residual s.
+class GemanMcClure : public ceres::LossFunction {
+ public:
+  explicit GemanMcClure(double level) : level_(level) {}
+  void Evaluate(double s, double rho[3]) const override {
+    const double w = level_ / (level_ + s);
+    rho[0] = s * w;
+    rho[1] = w * w;
+    rho[2] = -2 * w * w / (level_ + s);
+  }
+
+ private:
+  double level_;
+};
+
 class PairCost : public ceres::CostFunction {
  public:
   PairCost(const Evaluation& evaluation, SamplePair pair) : evaluation_(evaluation), pair_(pair) {
@@ -174,18 +190,20 @@ class GaugeCost : public ceres::CostFunction {
 /// that is white more or less.
 struct Prior {
   double weight;
+  std::array<double, 3> log_measured;  ///< of its irradiance, which clipping made white or tinted the other way
   template <typename T>
   bool operator()(const T* p, T* residuals) const {
     residuals[0] = weight * 0.5 * (p[0] - std::log(1.5));
     residuals[1] = weight * p[1];
     residuals[2] = weight * p[2];
-    const T mean = (p[3] + p[4] + p[5]) / 3.0;
-    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (p[3 + c] - mean);
+    const T colour[3] = {p[3] + log_measured[0], p[4] + log_measured[1], p[5] + log_measured[2]};
+    const T mean = (colour[0] + colour[1] + colour[2]) / 3.0;
+    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (colour[c] - mean);
     return true;
   }
 };
 
-/// Covariance of all parameters from the curvature of the robust cost (weights 1 / (1 + r²)), of the gauge where a
+/// Covariance of all parameters from the curvature of the robust cost (weights 1 / (1 + r²)²), of the gauge where a
 /// lamp is clipped, and of wide priors.
 Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evaluation,
                               const std::vector<SamplePair>& pairs, int paper, bool clipped) {
@@ -197,7 +215,7 @@ Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evalu
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     const Eigen::Array3f r = static_cast<float>(kChannelScale) * (evaluation.log_albedo[a] - evaluation.log_albedo[b]);
     const double told = std::pow(std::min(evaluation.told(a), evaluation.told(b)), 2);
-    const double weight = told / (1 + r.square().sum());
+    const double weight = told / std::pow(1 + r.square().sum(), 2);
     squares += weight * r.square().sum();
     weights += 3 * weight;
     for (int c = 0; c < 3; ++c) {
@@ -234,7 +252,8 @@ double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vec
   for (const SamplePair& pair : pairs) {
     const Eigen::Array3f d =
         log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)];
-    sum += std::log1p(scale * d.square().sum());
+    const double squared = scale * d.square().sum();
+    sum += kWideLevel * squared / (kWideLevel + squared);
   }
   return sum;
 }
@@ -250,7 +269,7 @@ double gauge_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& 
 }
 
 Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs, int paper,
-                        const std::vector<LampShape>& start) {
+                        const std::vector<LampShape>& start, Search how) {
   Evaluation evaluation(model, start);
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &evaluation;
@@ -258,15 +277,19 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   std::vector<double*> blocks;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) blocks.push_back(evaluation.of_lamp(lamp));
   for (const SamplePair& pair : pairs) {
-    problem.AddResidualBlock(new PairCost(evaluation, pair), new ceres::CauchyLoss(1), blocks);
+    problem.AddResidualBlock(new PairCost(evaluation, pair), new GemanMcClure(how == Search::fine ? 1 : kWideLevel),
+                             blocks);
   }
   bool clipped = false;
   for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) clipped |= model.light(lamp).clipped;
   if (clipped) problem.AddResidualBlock(new GaugeCost(model, evaluation, paper), nullptr, blocks);
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     double* p = evaluation.of_lamp(lamp);
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 6, kPerLamp>(new Prior{std::sqrt(kPriorPairs)}),
-                             nullptr, p);
+    auto* prior = new Prior{std::sqrt(kPriorPairs), {}};
+    for (int c = 0; c < 3; ++c) {
+      prior->log_measured[static_cast<std::size_t>(c)] = std::log(std::max(model.light(lamp).irradiance[c], 1e-12f));
+    }
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 6, kPerLamp>(prior), nullptr, p);
     problem.SetParameterLowerBound(p, 0, std::log(kNearest_m));
     problem.SetParameterUpperBound(p, 0, std::log(kFarthest_m));
     for (int i = 1; i < 3; ++i) {
@@ -283,8 +306,8 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = kIterations;
-  options.function_tolerance = 1e-5;
+  options.max_num_iterations = how == Search::fine ? kLastIterations : kIterations;
+  options.function_tolerance = how == Search::fine ? kLastTolerance : kTolerance;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
@@ -295,11 +318,11 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
   result.cost = robust_cost(evaluation.log_albedo, pairs);
   if (clipped) result.cost += gauge_cost(model, evaluation.log_albedo, paper);
-  const Eigen::MatrixXd covariance = covariance_of(model, evaluation, pairs, paper, clipped);
+  result.covariance = covariance_of(model, evaluation, pairs, paper, clipped);
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     const auto p = static_cast<Eigen::Index>(kPerLamp * lamp);
-    result.log_sigma.push_back(std::sqrt(std::max(0.0, covariance(p, p))));
-    result.gain_log_sigma.push_back(std::sqrt(std::max(0.0, covariance.diagonal().segment(p + 3, 3).mean())));
+    result.log_sigma.push_back(std::sqrt(std::max(0.0, result.covariance(p, p))));
+    result.gain_log_sigma.push_back(std::sqrt(std::max(0.0, result.covariance.diagonal().segment(p + 3, 3).mean())));
   }
   return result;
 }

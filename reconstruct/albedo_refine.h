@@ -11,13 +11,17 @@ struct Refinement {
   std::vector<LampShape> shapes;
   std::vector<double> log_sigma;       ///< 1σ of each lamp's log distance
   std::vector<double> gain_log_sigma;  ///< and of its log gain, RMS of the channels; where it is clipped
-  double cost = 0;                     ///< robust_cost at the end
+  Eigen::MatrixXd covariance;          ///< of all of it: kPerLamp for each lamp
+  double cost = 0;                     ///< robust_cost at the end, and that of the gauge
 };
 
 /// Difference of log albedo, RMS over channels, that counts as large: textures vary by about so much.
 constexpr double kPairScale = 0.1;
 
-/// Σ log(1 + (Δ / kPairScale)²) over pairs (Cauchy).
+/// Σ a r² / (a + r²) over pairs, r = Δ / kPairScale (Geman and McClure 1985). It levels out: that one surface is
+/// another colour than the next says nothing about the light, however many such pairs there are. The search goes by a
+/// wide level a, kWideLevel, and ends with a = 1 (graduated non-convexity, Blake and Zisserman 1987).
+constexpr double kWideLevel = 4;
 double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs);
 
 /// What holds the scale of albedo where a lamp's power is unknown: white paper, or, loosely, what rooms usually are.
@@ -33,6 +37,6 @@ constexpr double kGaugePairs = 300;
 
 /// `paper` is the index of the sample that is paper, or -1. Gains of clipped lamps are unknowns too, at least 1.
 Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs, int paper,
-                        const std::vector<LampShape>& start);
+                        const std::vector<LampShape>& start, Search how);
 
 }  // namespace lumigraft

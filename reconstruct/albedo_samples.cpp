@@ -1,5 +1,6 @@
 #include "reconstruct/albedo_samples.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,7 +11,9 @@ namespace {
 
 constexpr float kFinestCellVoxels = 2.0f;
 constexpr float kMostOfWhite = 0.6f;  // that a print's ink, blurred, sends back
-constexpr float kSmooth = 0.95f;      // length of a patch's mean normal
+constexpr float kTagThickness_m = 0.015f;
+constexpr std::size_t kLeastSloped = 8;  // points of a patch whose slope of light is looked for
+constexpr float kSmooth = 0.95f;         // length of a patch's mean normal
 
 std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays,
                                          const MetalSurfaces& metal) {
@@ -78,7 +81,18 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
   const float count = static_cast<float>(members.size());
   middle /= count;
   sample.radiance = radiance / count;
-  sample.spread = static_cast<float>(std::sqrt(std::max(0.0, log_squares / count - std::pow(log_sum / count, 2))));
+  // Light that falls off over the patch is no texture: what a slope of it explains does not count.
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d places = Eigen::Matrix3d::Identity() * 1e-8;
+  for (const int i : members) {
+    const Eigen::Vector3d off = (points[i].position - middle).cast<double>();
+    along += off * (std::log(std::max(points[i].radiance.mean(), 1e-6f)) - log_sum / count) / count;
+    places += off * off.transpose() / count;
+  }
+  const double explained = members.size() < kLeastSloped ? 0 : along.dot(places.inverse() * along);
+  const double variance = log_squares / count - std::pow(log_sum / count, 2);
+  sample.spread = static_cast<float>(std::sqrt(std::max(0.0, variance)));
+  sample.texture = static_cast<float>(std::sqrt(std::max(0.0, variance - explained)));
   sample.usable = normal.norm() > kSmooth * count;
   const int nearest = *std::min_element(members.begin(), members.end(), [&](int a, int b) {
     return (points[a].position - middle).squaredNorm() < (points[b].position - middle).squaredNorm();
@@ -88,16 +102,23 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
   return sample;
 }
 
+bool on_paper(const Eigen::Vector3f& p, double tag_size_m, float margin_m) {
+  // With the white rim, one cell of eight wide.
+  const float reach_m = static_cast<float>(0.5 * tag_size_m * 10 / 8) + margin_m;
+  return std::abs(p.x()) < reach_m && std::abs(p.y()) < reach_m && std::abs(p.z()) < kTagThickness_m + margin_m;
+}
+
 }  // namespace
 
+bool on_tag(const SurfaceSample& sample, double tag_size_m) {
+  return on_paper(sample.position, tag_size_m, 0.5f * sample.size_m);
+}
+
 std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double tag_size_m) {
-  const float reach = static_cast<float>(0.5 * tag_size_m * 10 / 8);  // with the white rim, one cell of eight wide
   std::vector<int> on_tag;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3f& p = points[i].position;
-    if (std::abs(p.x()) < reach && std::abs(p.y()) < reach && std::abs(p.z()) < 0.015f && points[i].normal.z() > 0.9f) {
+    if (on_paper(points[i].position, tag_size_m, 0) && points[i].normal.z() > 0.9f)
       on_tag.push_back(static_cast<int>(i));
-    }
   }
   if (on_tag.size() < 40) return std::nullopt;
   // About half of it is white; blur makes most of that grey, and noise lifts the very brightest.

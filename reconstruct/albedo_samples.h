@@ -27,7 +27,8 @@ struct SurfaceSample {
   Eigen::Vector3f normal;    ///< mean over the patch
   Eigen::Vector3f radiance;  ///< mean over the patch
   float size_m = 0;          ///< edge of its cell
-  float spread = 0;          ///< standard deviation of log luminance over the patch: texture, or a shadow's edge
+  float spread = 0;          ///< standard deviation of log luminance over the patch
+  float texture = 0;         ///< the same but for an even slope of it: texture, or a shadow's edge
   bool usable = true;        ///< one smooth piece of surface: not the rim of something
 };
 
@@ -36,6 +37,9 @@ struct Surface {
   std::vector<SurfaceSample> samples;  ///< of those that are not metal
   float sample_m = 0;                  ///< edge of the smallest cells that samples were taken from
 };
+
+/// Whether some of a patch is the tag's print.
+bool on_tag(const SurfaceSample& sample, double tag_size_m);
 
 /// The white of the tag's paper, of which more is known than of any other surface; empty where too little of it was
 /// seen.

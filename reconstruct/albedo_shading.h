@@ -20,6 +20,10 @@ struct LampShape {
   std::array<double, 3> log_gain{};  ///< of a clipped lamp: true over measured irradiance, per channel
 };
 
+constexpr int kPerLamp = 6;  ///< numbers in it, but for its kind: log distance, tilt, log gain
+
+enum class Search { rough, fine };  ///< rough: not to the last digit, for a start
+
 class ShadingModel {
  public:
   ShadingModel(const RoomLight& room, const Illumination& illumination, const std::vector<SurfaceSample>& samples,

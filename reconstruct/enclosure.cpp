@@ -199,7 +199,12 @@ std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const 
 }
 
 std::shared_ptr<const Enclosure> EnclosureStage::close(const DistanceField& field, const Illumination& light) {
-  const std::optional<Enclosure> now = close_room(room_points(field), light, field.seen_from_m);
+  return close(field, room_points(field), light);
+}
+
+std::shared_ptr<const Enclosure> EnclosureStage::close(const DistanceField& field, const std::vector<RoomPoint>& points,
+                                                       const Illumination& light) {
+  const std::optional<Enclosure> now = close_room(points, light, field.seen_from_m);
   const auto stays = [&](const Enclosure::Side& a, const Enclosure::Side& b) {
     const float half_m = b.normal.dot(last_->middle_m) + b.offset_m;
     return a.measured == b.measured && a.normal.dot(b.normal) > kSameCosine &&

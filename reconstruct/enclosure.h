@@ -52,6 +52,9 @@ class EnclosureStage {
  public:
   /// The same pointer again while the sides stay where they were, but for noise. Null where nothing closes the room.
   std::shared_ptr<const Enclosure> close(const DistanceField& field, const Illumination& light);
+  /// The same, where the field's room_points are at hand.
+  std::shared_ptr<const Enclosure> close(const DistanceField& field, const std::vector<RoomPoint>& points,
+                                         const Illumination& light);
 
  private:
   std::shared_ptr<const Enclosure> last_;

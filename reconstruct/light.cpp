@@ -51,6 +51,16 @@ double flux_of(const Image<float>& radiance, const FisheyeView& view) {
   return sum;
 }
 
+/// Where no lamp was taken out of clipped pixels.
+Image<std::uint8_t> still_clipped(const RadiancePicture& picture, const LightSplit& split) {
+  Image<std::uint8_t> result = picture.clipped;
+  for (std::size_t i = 0; i < result.data.size(); ++i) {
+    const auto same = std::equal(&split.rest.data[3 * i], &split.rest.data[3 * i] + 3, &picture.radiance.data[3 * i]);
+    if (!same) result.data[i] = 0;
+  }
+  return result;
+}
+
 std::string hidden_warning(const Illumination& illumination) {
   const auto count = std::count_if(illumination.lights.begin(), illumination.lights.end(),
                                    [](const PointLight& light) { return light.hidden > 0; });
@@ -113,7 +123,8 @@ Illumination LightStage::State::illuminate(const RadiancePicture& picture) const
   Illumination now;
   now.probe_position_m = camera->T_tag_fisheye.translation().cast<float>();
   for (const Lamp& lamp : split.lamps) now.lights.push_back(point_light(lamp));
-  now.remainder = resampler->resample(split.rest, view);
+  const Image<std::uint8_t> clipped = still_clipped(picture, split);
+  now.remainder = resampler->resample(split.rest, view, clipped.empty() ? nullptr : &clipped);
   now.remainder_sh = project_sh(now.remainder);
   now.clipped_fraction = picture.clipped_fraction;
   return now;

@@ -43,7 +43,8 @@ struct PointLight {
 /// nearest to them.
 struct EnvironmentPicture {
   Image<float> radiance;
-  Image<std::uint8_t> seen = {};  ///< 1 channel: 0 where no camera saw; empty where all was seen
+  Image<std::uint8_t> seen = {};     ///< 1 channel: 0 where no camera saw; empty where all was seen
+  Image<std::uint8_t> clipped = {};  ///< 1 channel: not 0 where it is a lower bound; empty where it nowhere is
   Eigen::Vector3f sample(const Eigen::Vector3f& direction) const;  ///< bilinear
 };
 

@@ -83,7 +83,8 @@ EnvironmentResampler::EnvironmentResampler(const FisheyeCamera& camera, const Fi
   nearest_begin_.push_back(static_cast<std::uint32_t>(nearest_.size()));
 }
 
-EnvironmentPicture EnvironmentResampler::resample(const Image<float>& radiance, const FisheyeView& view) const {
+EnvironmentPicture EnvironmentResampler::resample(const Image<float>& radiance, const FisheyeView& view,
+                                                  const Image<std::uint8_t>* clipped) const {
   Eigen::Vector3d picture_total = Eigen::Vector3d::Zero(), cell_total = Eigen::Vector3d::Zero();
   for (std::size_t pixel = 0; pixel < view.solid_angle_sr.size(); ++pixel) {
     for (int c = 0; c < 3; ++c) picture_total[c] += double(radiance.data[3 * pixel + c]) * view.solid_angle_sr[pixel];
@@ -95,6 +96,11 @@ EnvironmentPicture EnvironmentResampler::resample(const Image<float>& radiance, 
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const std::uint32_t begin = pixel_begin_[cell], end = pixel_begin_[cell + 1];
     if (begin == end) continue;
+    if (clipped && std::any_of(&pixels_[begin], &pixels_[begin] + (end - begin),
+                               [&](std::uint32_t pixel) { return clipped->data[pixel] != 0; })) {
+      if (result.clipped.empty()) result.clipped = Image<std::uint8_t>(width_, height_, 1);
+      result.clipped.data[cell] = 1;
+    }
     const double weight = double(cell_solid_angle_[cell / width_]) * seen_share_[cell];
     for (int c = 0; c < 3; ++c) {
       double sum = 0;

@@ -14,8 +14,10 @@ class EnvironmentResampler {
   EnvironmentResampler(const FisheyeCamera& camera, const FisheyeView& view, int width, int height);
 
   /// Means over cells. The seen part is scaled per channel so that it integrates to the picture exactly; unseen cells
-  /// take the mean of the seen cells nearest to them.
-  EnvironmentPicture resample(const Image<float>& radiance, const FisheyeView& view) const;
+  /// take the mean of the seen cells nearest to them. `clipped`, where there is one, has one channel, not 0 where a
+  /// pixel's radiance is a lower bound; cells of such pixels are marked.
+  EnvironmentPicture resample(const Image<float>& radiance, const FisheyeView& view,
+                              const Image<std::uint8_t>* clipped = nullptr) const;
 
  private:
   int width_, height_;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "albedo_room.h"
+#include "reconstruct/light_environment.h"
 
 namespace lumigraft {
 namespace {
@@ -75,6 +76,56 @@ TEST(RoomLight, AFloorThatNobodySawReflectsLamps) {
   const Vector3f found = light.by_floor(light.gather(kPlace, kOut, kRays), light.light_on_floor(lamps));
   EXPECT_NEAR(found.y() / sum, 1, 0.08);  // the lowest known place is known to a voxel
   EXPECT_NEAR(found.x() / found.y(), 2, 1e-3);
+}
+
+/// A room of six sides, of which one is bright.
+Enclosure bright_room(bool measured) {
+  Enclosure room;
+  room.sides = {{{1, 0, 0}, 1, measured},     {{-1, 0, 0}, 1, measured}, {{0, 1, 0}, 1.2f, measured},
+                {{0, -1, 0}, 1.4f, measured}, {{0, 0, 1}, 0, measured},  {{0, 0, -1}, 2, measured}};
+  return room;
+}
+
+float bright(const Enclosure& room, const Vector3f& from, const Vector3f& direction) {
+  return room.leave(from, direction)->side == 0 ? 1.0f : 0.1f;
+}
+
+TEST(RoomLight, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
+  const Enclosure room = bright_room(true), guess = bright_room(false);
+  Illumination light;
+  light.probe_position_m = {0.3f, 0.1f, 0.03f};
+  light.remainder.radiance = Image<float>(128, 64, 3);
+  light.remainder.seen = Image<std::uint8_t>(128, 64, 1, 1);
+  for (int v = 0; v < 64; ++v)
+    for (int u = 0; u < 128; ++u)
+      for (int c = 0; c < 3; ++c)
+        light.remainder.radiance.at(u, v, c) =
+            bright(room, light.probe_position_m, environment_direction(u, v, 128, 64));
+  const DistanceField nothing;
+  const FieldRays rays(nothing);
+  const MetalSurfaces metal{Session()};
+  const Vector3f place(-0.8f, 0.5f, 0.02f), up = Vector3f::UnitZ();
+
+  double exact = 0;
+  constexpr int kSteps = 400;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      const float sine = std::sqrt((i + 0.5f) / kSteps), phi = 2 * kTestPi * (j + 0.5f) / kSteps;
+      const Vector3f direction(sine * std::cos(phi), sine * std::sin(phi), std::sqrt(1 - sine * sine));
+      exact += kTestPi * bright(room, place, direction) / (kSteps * kSteps);
+    }
+  }
+  const auto irradiance = [&](const Enclosure* enclosure) {
+    return RoomLight(nothing, rays, metal, light, enclosure).gather(place, up, kRays).irradiance.x();
+  };
+  EXPECT_NEAR(irradiance(&room) / exact, 1, 0.03);
+  const float far = irradiance(nullptr);
+  EXPECT_LT(far / exact, 0.6);
+  EXPECT_EQ(irradiance(&guess), far);  // of which nobody knows how it lies
+  Enclosure corner = guess;
+  corner.sides[2].measured = corner.sides[4].measured = true;
+  const float half = 0.5f * (far + irradiance(&room));
+  EXPECT_NEAR(irradiance(&corner), half, 0.02f * half);  // a guess is half believed
 }
 
 }  // namespace

@@ -76,12 +76,13 @@ struct AlbedoErrors {
   double chromaticity_deg = 0;  ///< median angle between colours
   double within_sigma = 0;      ///< share whose channels are off by no more than the reported 1σ, RMS
   double unknown = 0;           ///< share of all pixels
+  double sigma = 0;             ///< median of the reported 1σ over the truth's length, of all channels
 };
 
 AlbedoErrors albedo_errors(const AlbedoField& field, const Image<float>& truth, const FrameSet& frame,
                            const Session& session, const Pose& pose) {
   AlbedoErrors errors;
-  std::vector<double> relative, chromaticity;
+  std::vector<double> relative, chromaticity, sigmas;
   int within = 0, unknown = 0;
   for (int v = 0; v < truth.height; ++v) {
     for (int u = 0; u < truth.width; ++u) {
@@ -101,6 +102,7 @@ AlbedoErrors albedo_errors(const AlbedoField& field, const Image<float>& truth, 
       if (exact.maxCoeff() < 0.03f) continue;
       relative.push_back(off.norm() / exact.norm());
       chromaticity.push_back(angle_deg(albedo, exact));
+      sigmas.push_back(std::sqrt(3.0) * sigma / exact.norm());
     }
   }
   const auto median = [](std::vector<double>& values) {
@@ -113,6 +115,7 @@ AlbedoErrors albedo_errors(const AlbedoField& field, const Image<float>& truth, 
   errors.mean /= std::max(known, 1);
   errors.relative = median(relative);
   errors.chromaticity_deg = median(chromaticity);
+  errors.sigma = median(sigmas);
   errors.within_sigma = static_cast<double>(within) / std::max(known, 1);
   errors.unknown = static_cast<double>(unknown) / pixels;
   return errors;
@@ -256,13 +259,15 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
     EXPECT_LT(at_object_deg, c.direction_deg);
     EXPECT_NEAR(share, 1, c.share);
   }
-  const double remainder = remainder_error(*lights.illumination, truth, session, true_fisheye(folder));
+  const double remainder = remainder_error(*result.illumination, truth, session, true_fisheye(folder));
   std::printf("    remainder: irradiance by harmonics %.1f %% off, RMS over normals\n", 100 * remainder);
   const AlbedoErrors errors =
       albedo_errors(*result.albedo, read_radiance(folder / "truth/000000/albedo.exr"), *first, session, *first_pose);
   std::printf(
-      "    albedo: mean error %.4f, median %.1f %%, chromaticity %.2f deg, %.0f %% within one sigma, %.1f %% unknown\n",
-      errors.mean, 100 * errors.relative, errors.chromaticity_deg, 100 * errors.within_sigma, 100 * errors.unknown);
+      "    albedo: mean error %.4f, median %.1f %%, chromaticity %.2f deg, %.0f %% within one sigma (%.1f %%), %.1f %% "
+      "unknown\n",
+      errors.mean, 100 * errors.relative, errors.chromaticity_deg, 100 * errors.within_sigma, 100 * errors.sigma,
+      100 * errors.unknown);
   if (!result.illumination->lights[0].clipped) {
     EXPECT_LT(remainder, 0.03);
   }
@@ -270,7 +275,11 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
   EXPECT_LT(errors.relative, 0.1);
   EXPECT_LT(errors.chromaticity_deg, 2);
   EXPECT_GT(errors.within_sigma, 0.45);  // 0.68, were errors as they should be; of all sessions together it is 0.73
-  EXPECT_LT(errors.within_sigma, 0.95);
+  if (errors.relative > 0.025) {
+    EXPECT_LT(errors.within_sigma, 0.95);
+  } else {  // nearer than the model of light can promise of any room: what it promises must be near all the same
+    EXPECT_LT(errors.sigma, errors.relative + 0.06);
+  }
   EXPECT_LT(errors.unknown, 0.03);
 }
 
