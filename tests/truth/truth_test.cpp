@@ -127,7 +127,8 @@ TEST(Truth, OwnRecordings) {
 TEST(Truth, OwnRecordingLive) {
   const Plan live = interactive_plan();
   check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "live",
-        " --set plan.method=dvct --set plan.trace_scale=" + std::to_string(live.trace_scale) + " --set plan.rsm=" + std::to_string(live.rsm));
+        " --set plan.method=dvct --set plan.trace_scale=" + std::to_string(live.trace_scale) +
+            " --set plan.rsm=" + std::to_string(live.rsm));
 }
 
 // On a device.
