@@ -36,10 +36,11 @@ constexpr int kLivelyVoxels = 24;
 constexpr float kSteadyM = 0.01f, kSteadyRad = 0.01f;
 constexpr float kFarSteady = 8;  ///< times that
 constexpr int kMovingShares = 2, kShares = 4;
-constexpr int kUrgentVoxels = 8;    ///< far from where they were: published at once
-constexpr int kNewVoxels = 64;      ///< newly known: likewise
-constexpr std::uint32_t kWait = 4;  ///< pictures, that slight changes are held back to be published together
-constexpr float kPlaceM = 0.25f;    // apart, as places from where the camera looked
+constexpr int kUrgentVoxels = 8;     ///< far from where they were: published at once
+constexpr std::uint32_t kYoung = 4;  ///< pictures of a room just begun: all of each is searched, and told at once
+constexpr int kNewVoxels = 64;       ///< newly known: likewise
+constexpr std::uint32_t kWait = 4;   ///< pictures, that slight changes are held back to be published together
+constexpr float kPlaceM = 0.25f;     // apart, as places from where the camera looked
 constexpr std::size_t kMostPlaces = 64;
 
 bool same_picture(const std::shared_ptr<const Picture>& a, const std::shared_ptr<const Picture>& b) {
@@ -127,7 +128,7 @@ void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
   const float moved =
       (T_tag_camera.translation() - searched_from.translation()).norm() / kSteadyM +
       Eigen::AngleAxisf(searched_from.linear().transpose() * T_tag_camera.linear()).angle() / kSteadyRad;
-  const int shares = pictures == 0 || moved > kFarSteady ? 1 : moved > 1 ? kMovingShares : kShares;
+  const int shares = pictures < kYoung || moved > kFarSteady ? 1 : moved > 1 ? kMovingShares : kShares;
   if (shares < kShares) searched_from = T_tag_camera;
   for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera, voxel_m, truncation_m,
                                                 {shares, static_cast<int>(pictures) % shares}, found)) {
@@ -197,7 +198,8 @@ void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpd
   ++brick.looks;
   brick.last_look = pictures;
   // A look at what was published costs as much as an update: what is urgent is known without.
-  brick.urgent |= !brick.published || told.learnt >= kNewVoxels || told.moved >= kUrgentVoxels;
+  brick.urgent |= !brick.published || told.learnt >= (pictures < kYoung ? kUrgentVoxels : kNewVoxels) ||
+                  told.moved >= kUrgentVoxels;
   urgent |= brick.urgent;
   await_publication(brick);
 }
