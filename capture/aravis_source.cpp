@@ -34,6 +34,10 @@ class AravisSource::Camera {
     if (!camera_) {
       throw CameraFault("found no such camera that answers: " + (check.failed() ? check.text() : "none is there"));
     }
+    ArvDevice* device = arv_camera_get_device(camera_.get());
+    if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
+      throw CameraFault("found it in use by another program, or by one that ended some seconds ago without a word");
+    }
     choose_format();
     choose_region();
     fix_exposure();

@@ -95,10 +95,14 @@ void LiveSource::listen(const std::stop_token& stop) {
   first_sequence_ = next_sequence_;
   const Clock::time_point opened = Clock::now();
   std::array<std::optional<Clock::time_point>, 3> last;  // a device of two streams may freeze in one of them
+  std::string lost;                                      // why the newest picture was
   while (!stop.stop_requested()) {
     if (std::optional<SourceItem> item = device_->next(kTick)) {
       // Torn pictures alone are no sign of life that anybody could see.
-      if (!std::holds_alternative<LostPicture>(*item)) {
+      if (const auto* torn = std::get_if<LostPicture>(&*item)) {
+        lost = torn->reason;
+      } else {
+        lost.clear();
         last[static_cast<std::size_t>(stream_of(*item))] = Clock::now();
         say("");
       }
@@ -111,7 +115,8 @@ void LiveSource::listen(const std::stop_token& stop) {
     Clock::time_point oldest = Clock::time_point::max();
     for (const auto& time : last) oldest = std::min(oldest, time.value_or(Clock::time_point::max()));
     if (Clock::now() - (oldest == Clock::time_point::max() ? opened : oldest) > patience_.silence) {
-      say("the camera gives no pictures, it is opened again");
+      say((lost.empty() ? "the camera gives no pictures" : "the camera gives no whole pictures (" + lost + ")") +
+          ", it is opened again");
       return;
     }
   }

@@ -279,10 +279,17 @@ class OpenNiSource::Reader {
     lane.last_time_ns = stamp.time_ns;
     const std::size_t pixel = lane.spec.stream == Stream::depth ? 2 : 3;
     const std::size_t row = pixel * static_cast<std::size_t>(lane.spec.width);
-    if (!read || !fits(frame.getVideoMode(), lane.spec) || frame.getWidth() != lane.spec.width ||
-        frame.getHeight() != lane.spec.height || frame.getStrideInBytes() < static_cast<int>(row) ||
+    const auto lost = [&](const char* reason) { return LostPicture{stamp, lane.spec.stream, reason}; };
+    if (!read) {
+      return lost("the picture is damaged");
+    }
+    if (!fits(frame.getVideoMode(), lane.spec) || frame.getWidth() != lane.spec.width ||
+        frame.getHeight() != lane.spec.height) {
+      return lost("the picture has another size or format");
+    }
+    if (frame.getStrideInBytes() < static_cast<int>(row) ||
         frame.getDataSize() < frame.getStrideInBytes() * (frame.getHeight() - 1) + static_cast<int>(row)) {
-      return LostPicture{stamp, lane.spec.stream, "the picture is damaged"};
+      return lost("the picture is damaged");
     }
     const auto copy = [&](auto& image) {
       const auto* data = static_cast<const std::uint8_t*>(frame.getData());

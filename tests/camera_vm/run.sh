@@ -69,9 +69,9 @@ for module in virtio_pci 9p 9pnet_virtio overlay; do
     compgen -G "$first/modules/*-$name" >/dev/null || cp "$file" "$first/modules/$((number++))-$name"
   done
 done
-# LUMIGRAFT_CYCLES: how often cameras come and go, for a longer look than every run takes.
+# LUMIGRAFT_CYCLES: how often cameras come and go, for a longer look than every run takes, which is below three minutes.
 cycles=${LUMIGRAFT_CYCLES:-}
-limit_s=$([ -n "$cycles" ] && echo 6000 || echo 500)
+limit_s=$([ -n "$cycles" ] && echo 6000 || echo 360)
 printf '%q ' env ${cycles:+LUMIGRAFT_CYCLES="$cycles"} bash "$here/guest.sh" "$root" "$@" >"$first/command"
 (cd "$first" && find . | cpio --quiet -o -H newc | gzip -1) >"$folder/first.gz"
 

@@ -1,7 +1,7 @@
 // usb_camera WIDTH HEIGHT RATE: a webcam on the kernel's make-believe USB port (dummy_hcd, gadgetfs): MJPEG over a bulk
 // endpoint as USB Video Class 1.0 has it, with exposure, gain and white balance. It shows four bars, red, green, blue
 // and grey, of 50 at 10 ms and in proportion to the exposure, which takes effect two pictures after it was set. SIGUSR1
-// cuts the next picture short.
+// cuts the next picture short, SIGUSR2 lets it give none until it comes again.
 #include <fcntl.h>
 #include <linux/usb/ch9.h>
 #include <linux/usb/gadgetfs.h>
@@ -34,7 +34,7 @@ constexpr std::uint32_t kLargestPayload = 1 << 18;
 std::atomic<bool> streaming{false};
 std::atomic<int> endpoint{-1};
 std::atomic<std::uint32_t> exposure{100};  ///< 100 µs
-volatile std::sig_atomic_t cut_next = 0;
+volatile std::sig_atomic_t cut_next = 0, frozen = 0;
 
 void put(Bytes& out, std::uint32_t value, int bytes) {
   for (int i = 0; i < bytes; ++i) {
@@ -324,7 +324,7 @@ void stream(const Mode& mode) {
   for (std::uint8_t number = 0;; ++number) {
     next = std::max(next + period, Clock::now());
     std::this_thread::sleep_until(next);
-    if (!streaming || endpoint < 0) {
+    if (!streaming || endpoint < 0 || frozen != 0) {
       continue;
     }
     in_the_sensor.push_back(exposure);
@@ -353,6 +353,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   std::signal(SIGUSR1, [](int) { cut_next = 1; });
+  std::signal(SIGUSR2, [](int) { frozen = !frozen; });
   const Mode mode{std::atoi(argv[1]), std::atoi(argv[2]), std::atoi(argv[3])};
   Plug plug(mode);
   if (!plug.plugged()) {

@@ -1,9 +1,11 @@
 // What goes wrong with a V4L2 camera, made to go wrong in the kernel's own virtual one.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -224,12 +226,27 @@ TEST_F(VividFaults, AnotherMeaningOfColours) {
   EXPECT_LT(wait_for_picture(source), 2s);
 }
 
-TEST_F(VividFaults, InUseByAnotherProgram) {
-  auto other = std::make_unique<V4l2Source>(kSinglePlanar, vivid_spec(PixelFormat::grey8));
+/// Of whatever kills a program, its camera is free for the next one.
+TEST_F(VividFaults, InUseByAnotherProgramUntilThatIsKilled) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const pid_t other = fork();
+  ASSERT_GE(other, 0);
+  if (other == 0) {
+    V4l2Source camera(kSinglePlanar, vivid_spec(PixelFormat::grey8));
+    for (char one = 1; camera.next(3000ms) && write(ends[1], &one, 1) == 1;) {
+    }
+    _exit(1);
+  }
+  char streams = 0;
+  ASSERT_EQ(read(ends[0], &streams, 1), 1);
   const auto source = live();
   wait_for_trouble(*source, "v4l2:platform:vivid-000: found it in use by another program");
-  other.reset();
+  kill(other, SIGKILL);
   EXPECT_LT(wait_for_picture(*source), 2s);
+  waitpid(other, nullptr, 0);
+  close(ends[0]);
+  close(ends[1]);
 }
 
 TEST_F(VividFaults, WithoutPermission) {

@@ -1,11 +1,9 @@
 // The real Aravis library with its own GigE Vision camera on a loopback address, in a process that can be killed.
 #include "capture/aravis_source.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/file.h>
-#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -14,7 +12,7 @@
 #include "capture/error.h"
 #include "capture/live_source.h"
 #include "capture/pairing_reader.h"
-#include "tests/capture/child_process.h"
+#include "tests/capture/gige_camera.h"
 #include "tests/capture/leaks.h"
 #include "tests/capture/recorded.h"
 #include "tests/capture/scratch_folder.h"
@@ -29,31 +27,8 @@ using Clock = std::chrono::steady_clock;
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
 
-class CameraProcess {
- public:
-  explicit CameraProcess(const std::string& lost = "0") {
-    take_loopback();
-    process_.emplace(std::vector<std::string>{LUMIGRAFT_FAKE_GIGE_CAMERA, "127.0.0.1", "GV77", lost});
-  }
-  bool running() const { return process_->running(); }
-
- private:
-  /// GigE Vision has one port an address: two programs of tests at once would answer each other's clients. Until the
-  /// program ends the loopback is this one's.
-  static void take_loopback() {
-    static const int turn = [] {
-      const auto path = std::filesystem::temp_directory_path() / "lumigraft-gige-camera.lock";
-      const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-      flock(file, LOCK_EX);
-      return file;
-    }();
-    (void)turn;
-  }
-
-  std::optional<test::ChildProcess> process_;
-};
-
-constexpr const char* kName = "Aravis-Fake-GV77";
+using CameraProcess = test::GigeCamera;
+constexpr const char* kName = test::GigeCamera::kName;
 
 StreamSpec spec_of(PixelFormat format) {
   StreamSpec spec{.stream = Stream::fisheye, .width = kWidth, .height = kHeight, .exposure = 2.5};
@@ -216,37 +191,79 @@ size_m = 0.1
     root.finish();
     return read;
   }
+  static Clock::duration wait_for_frame(FrameReader& reader) {
+    const Clock::time_point begin = Clock::now();
+    while (Clock::now() - begin < 15s) {
+      if (reader.next(100ms) && reader.troubles().empty()) {
+        return Clock::now() - begin;
+      }
+    }
+    ADD_FAILURE() << "no frame";
+    return 15s;
+  }
+  static void wait_for_trouble(FrameReader& reader, const std::string& says) {
+    const Clock::time_point begin = Clock::now();
+    std::vector<std::string> troubles;
+    while (Clock::now() - begin < 10s) {
+      reader.next(100ms);
+      troubles = reader.troubles();
+      if (troubles.size() == 1 && troubles[0].find("colour: ") == 0 && troubles[0].find(says) != std::string::npos) {
+        return;
+      }
+    }
+    ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << (troubles.empty() ? "" : troubles[0]) << '"';
+  }
+  static constexpr Clock::duration kBackWithin = 5s;
 };
+
+TEST_F(LiveAravis, AbsentAtTheStartItIsLookedFor) {
+  std::optional<CameraProcess> camera;
+  const auto reader = open_frames(session());
+  wait_for_trouble(*reader, "found no such camera that answers");
+  camera.emplace();
+  ASSERT_TRUE(camera->running());
+  EXPECT_LT(wait_for_frame(*reader), kBackWithin);
+}
 
 TEST_F(LiveAravis, KilledAndRestartedItComesBack) {
   auto camera = std::make_unique<CameraProcess>();
   ASSERT_TRUE(camera->running());
   const auto reader = open_frames(session());
-  const auto frame_within = [&](Clock::duration limit) {
-    const Clock::time_point begin = Clock::now();
-    while (Clock::now() - begin < limit) {
-      if (reader->next(100ms)) {
-        return true;
-      }
-    }
-    return false;
-  };
-  EXPECT_TRUE(frame_within(5s));
+  wait_for_frame(*reader);
   test::Leaks leaks;
   for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
     camera.reset();
-    const Clock::time_point begin = Clock::now();
-    while (reader->troubles().empty() && Clock::now() - begin < 10s) {
-      reader->next(100ms);
-    }
-    ASSERT_EQ(reader->troubles().size(), 1u);
-    EXPECT_EQ(reader->troubles()[0].find("colour: "), 0u) << reader->troubles()[0];
+    wait_for_trouble(*reader, "");
     camera = std::make_unique<CameraProcess>();
     ASSERT_TRUE(camera->running());
-    EXPECT_TRUE(frame_within(5s)) << "after it came back";
+    EXPECT_LT(wait_for_frame(*reader), kBackWithin) << "after it came back";
     leaks.end_of_cycle();
   }
   leaks.expect_none();
+}
+
+/// As when its cable is out for a while: it goes on where it was.
+TEST_F(LiveAravis, FrozenWithoutAnError) {
+  const CameraProcess camera;
+  ASSERT_TRUE(camera.running());
+  const auto reader = open_frames(session());
+  wait_for_frame(*reader);
+  camera.signal(SIGSTOP);
+  wait_for_trouble(*reader, "the camera gives no pictures, it is opened again");
+  camera.signal(SIGCONT);
+  EXPECT_LT(wait_for_frame(*reader), kBackWithin);
+}
+
+TEST_F(LiveAravis, InUseByAnotherClient) {
+  const CameraProcess camera;
+  ASSERT_TRUE(camera.running());
+  auto other = std::make_unique<AravisSource>(kName, spec_of(PixelFormat::grey8));
+  ASSERT_TRUE(other->next(3000ms));
+  const auto reader = open_frames(session());
+  wait_for_trouble(*reader, "aravis:Aravis-Fake-GV77: found it in use by another program");
+  EXPECT_TRUE(other->next(3000ms)) << "who has it keeps it";
+  other.reset();
+  EXPECT_LT(wait_for_frame(*reader), kBackWithin);
 }
 
 TEST_F(LiveAravis, IsRecordedAsItCame) {

@@ -1,4 +1,4 @@
-// Cameras that come and go: made-up ones for every kind of fault, and the real OpenNI2 library with our test device.
+// Cameras that come and go: made-up ones. Real ones are in openni_faults_test, aravis_source_test and camera_vm.
 #include "capture/live_source.h"
 
 #include <gtest/gtest.h>
@@ -6,18 +6,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
-#include <fstream>
 
-#include "capture/config.h"
 #include "capture/error.h"
-#include "capture/openni_source.h"
-#include "capture/pairing_reader.h"
 #include "capture/stream_spec.h"
-#include "tests/capture/leaks.h"
-#include "tests/capture/openni_test_pictures.h"
-#include "tests/capture/scratch_folder.h"
-#include "tests/capture/small_camera.h"
 
 namespace lumigraft {
 namespace {
@@ -189,11 +180,13 @@ TEST_F(LiveCamera, ABracketIsHandedOnAsAWhole) {
 
 TEST_F(LiveCamera, FrozenOrTornOnlyItIsOpenedAgain) {
   const auto source = open();
-  for (std::atomic<bool>* fault : {&switches_.frozen, &switches_.torn}) {
+  for (const auto& [fault, says] :
+       {std::pair(&switches_.frozen, "the camera gives no pictures, it is opened again"),
+        std::pair(&switches_.torn, "the camera gives no whole pictures (torn), it is opened again")}) {
     expect_pictures(*source, 3);
     const int opened = switches_.opened;
     *fault = true;
-    expect_trouble(*source, "gives no pictures");
+    expect_trouble(*source, says);
     *fault = false;
     expect_pictures(*source, 3);
     EXPECT_GT(switches_.opened, opened);
@@ -213,94 +206,6 @@ TEST_F(LiveCamera, NobodyTakesItsPicturesAndItEndsAtOnce) {
 TEST_F(LiveCamera, WhatNoPatienceMendsIsAnError) {
   EXPECT_THROW(LiveSource("colour", []() -> std::unique_ptr<Source> { throw InputError("found no such size"); }),
                InputError);
-}
-
-/// The kiosk's view: a session on the OpenNI2 test device, which a test plugs, unplugs and freezes.
-class PluggedOpenNi : public test::ScratchFolder {
- protected:
-  void SetUp() override {
-    ScratchFolder::SetUp();
-    setenv("LUMIGRAFT_TEST_PLUG", folder_.c_str(), 1);
-    std::ofstream(folder_ / "session.toml") << R"(format = 1
-[color]
-source = "openni2:"
-)" << test::kSmallCamera << R"([depth]
-source = "openni2:"
-unit_m = 0.001
-[tag]
-id = 1
-size_m = 0.1
-)";
-  }
-  void TearDown() override {
-    unsetenv("LUMIGRAFT_TEST_PLUG");
-    ScratchFolder::TearDown();
-  }
-  Session session(const std::vector<std::string>& overrides = {}) const {
-    return read_session(ConfigTable::load(folder_ / "session.toml", overrides));
-  }
-  void set(const char* what) const { std::ofstream(folder_ / what) << ""; }
-  void clear(const char* what) const { std::filesystem::remove(folder_ / what); }
-
-  /// How long until a frame with depth is there.
-  static Clock::duration wait_for_frame(FrameReader& reader) {
-    const Clock::time_point begin = Clock::now();
-    while (Clock::now() - begin < 10s) {
-      const auto set = reader.next(100ms);
-      if (set && set->depth && reader.troubles().empty()) {
-        return Clock::now() - begin;
-      }
-    }
-    ADD_FAILURE() << "no frame";
-    return 10s;
-  }
-  static void wait_for_trouble(FrameReader& reader, const std::string& says) {
-    const Clock::time_point begin = Clock::now();
-    while (Clock::now() - begin < 10s) {
-      reader.next(20ms);
-      const std::vector<std::string> troubles = reader.troubles();
-      if (troubles.size() == 1 && troubles[0].find(says) != std::string::npos) {
-        EXPECT_EQ(troubles[0].find("colour and depth: "), 0u) << "one device is said once: " << troubles[0];
-        return;
-      }
-    }
-    ADD_FAILURE() << "no trouble";
-  }
-};
-
-TEST_F(PluggedOpenNi, AbsentAtTheStartThenLive) {
-  set("absent");
-  const auto reader = open_frames(session());
-  wait_for_trouble(*reader, "found nothing OpenNI2 can open");
-  clear("absent");
-  EXPECT_LT(wait_for_frame(*reader), 2s);
-}
-
-TEST_F(PluggedOpenNi, UnpluggedAgainAndAgain) {
-  const auto reader = open_frames(session());
-  wait_for_frame(*reader);
-  test::Leaks leaks;
-  for (int cycle = 0; cycle < test::cycles(10); ++cycle) {
-    set("absent");
-    wait_for_trouble(*reader, cycle % 2 == 0 ? "gone" : "found nothing");
-    clear("absent");
-    EXPECT_LT(wait_for_frame(*reader), 2s) << "after it came back";
-    leaks.end_of_cycle();
-  }
-  leaks.expect_none();
-}
-
-TEST_F(PluggedOpenNi, FrozenWithoutAnError) {
-  const auto reader = open_frames(session());
-  wait_for_frame(*reader);
-  set("frozen");
-  wait_for_trouble(*reader, "gives no pictures");
-  clear("frozen");
-  EXPECT_LT(wait_for_frame(*reader), 4s);
-}
-
-TEST_F(PluggedOpenNi, ASizeItDoesNotOfferIsRefused) {
-  EXPECT_THROW(open_frames(session({"color.width=320"})), InputError);
 }
 
 }  // namespace

@@ -2,7 +2,10 @@
 // recorder and its player are the real ones.
 //
 // LUMIGRAFT_TEST_UNPLUG_AFTER=N in the environment makes the device disappear after N pictures. LUMIGRAFT_TEST_PLUG
-// names a folder: while a file "absent" lies there the device is unplugged, while "frozen" does it gives no pictures.
+// names a folder. While a file "absent" lies there the device is unplugged, while "frozen" does it gives no pictures.
+// With "paced" its pictures come when their times say. Of every eight pictures, while the file lies there: "lossy"
+// leaves one out, "repeating" gives one again, "swapping" gives one after its successor, "late" gives one of depth 80
+// ms after its time. "jumped" sets the device's clock forward by an hour, "resized" gives pictures of half the height.
 #include <OniCTypes.h>
 #include <unistd.h>
 
@@ -95,8 +98,9 @@ class TestStream : public oni::driver::StreamBase {
   }
   void run() {
     const auto begin = std::chrono::steady_clock::now();
+    const bool hurries = kDeviceHurries && !plug_says("paced");
     for (int index = 0; running_; ++index) {
-      if (kDeviceHurries) {
+      if (hurries) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
       } else {
         std::this_thread::sleep_until(begin + std::chrono::microseconds(device_time_us(index) - device_time_us(0)));
@@ -106,8 +110,31 @@ class TestStream : public oni::driver::StreamBase {
         return;
       }
       if (!plug_says("frozen")) {
-        send(index);
+        show(index);
       }
+    }
+  }
+  /// The picture, or what a fault makes of it.
+  void show(int index) {
+    constexpr int kPeriod = 8, kAfterIt = 5;
+    constexpr std::chrono::milliseconds kSoon{10};  // the library keeps the newest alone until somebody took it
+    if (index % kPeriod == kAfterIt && plug_says("swapping")) {
+      send(index);
+      std::this_thread::sleep_for(kSoon);
+      send(index - 1);
+      return;
+    }
+    const bool faulty = index % kPeriod == kAfterIt - 1;
+    if (faulty && (plug_says("lossy") || plug_says("swapping"))) {
+      return;
+    }
+    if (depth() && plug_says("late")) {  // and those behind it with it
+      std::this_thread::sleep_for(faulty ? std::chrono::milliseconds(80) : kSoon);
+    }
+    send(index);
+    if (faulty && plug_says("repeating")) {
+      std::this_thread::sleep_for(kSoon);
+      send(index);
     }
   }
   void send(int index) {
@@ -118,15 +145,18 @@ class TestStream : public oni::driver::StreamBase {
     const int pixel_bytes = depth() ? 2 : 3;
     frame->sensorType = sensor_;
     frame->frameIndex = index + 1;
-    frame->timestamp = static_cast<std::uint64_t>(device_time_us(index));
+    constexpr std::int64_t kHour_us = 3'600'000'000;
+    frame->timestamp = static_cast<std::uint64_t>(device_time_us(index) + (plug_says("jumped") ? kHour_us : 0));
+    const int height = plug_says("resized") ? kDeviceHeight / 2 : kDeviceHeight;
     frame->videoMode = mode();
+    frame->videoMode.resolutionY = height;
     frame->width = kDeviceWidth;
-    frame->height = kDeviceHeight;
+    frame->height = height;
     frame->croppingEnabled = FALSE;
     frame->cropOriginX = frame->cropOriginY = 0;
     frame->stride = kDeviceWidth * pixel_bytes;
-    frame->dataSize = frame->stride * kDeviceHeight;
-    for (int y = 0; y < kDeviceHeight; ++y) {
+    frame->dataSize = frame->stride * height;
+    for (int y = 0; y < height; ++y) {
       for (int x = 0; x < kDeviceWidth; ++x) {
         const int seen_x = mirrored_ ? kDeviceWidth - 1 - x : x;
         if (depth()) {

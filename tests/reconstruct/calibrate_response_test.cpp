@@ -110,14 +110,22 @@ TEST(CalibrateResponse, IsFoundToAPercent) {
 /// No reading counts within some σ of 255, where the sensor's noise is cut off. A curve that bends hard there is found
 /// but for a factor: what is 1 at 255 is guessed, and an exposure's unit with it.
 TEST(CalibrateResponse, AHardShoulderCostsAFactorAlone) {
-  const ResponseCalibration found = calibrate_response(sweep(aces, 0.6));
-  EXPECT_EQ(found.refusal, "");
-  const auto share = [&](int z) { return found.linear[1][static_cast<std::size_t>(z)] / inverse(aces, z); };
-  double worst = 0;
-  for (int z = 24; z <= 245; ++z) worst = std::max(worst, std::abs(share(z) / share(128) - 1));
-  std::printf("aces: off by a factor of %.3f, and by %.2f %% beside it\n", share(128), 100 * worst);
-  EXPECT_LT(worst, 0.01);
-  EXPECT_NEAR(share(128), 1, 0.06);
+  struct Case {
+    const char* name;
+    Curve curve;
+    double noise_codes, largest_factor;
+  };
+  for (const Case& one : {Case{"aces", aces, 0.6, 1.06}, Case{"knee", knee, 1.5, 1.02}}) {
+    const ResponseCalibration found = calibrate_response(sweep(one.curve, one.noise_codes));
+    EXPECT_EQ(found.refusal, "");
+    const auto share = [&](int z) { return found.linear[1][static_cast<std::size_t>(z)] / inverse(one.curve, z); };
+    double worst = 0;
+    for (int z = 24; z <= 245; ++z) worst = std::max(worst, std::abs(share(z) / share(128) - 1));
+    std::printf("%s, noise of %.1f codes: off by a factor of %.3f, and by %.2f %% beside it\n", one.name,
+                one.noise_codes, share(128), 100 * worst);
+    EXPECT_LT(worst, 0.01) << one.name;
+    EXPECT_NEAR(share(128), 1, one.largest_factor - 1) << one.name;
+  }
 }
 
 TEST(CalibrateResponse, ANoisySensorIsFoundToAPercent) {

@@ -9,6 +9,7 @@
 #include "capture/config.h"
 #include "capture/pairing_reader.h"
 #include "program.h"
+#include "tests/capture/gige_camera.h"
 #include "tests/capture/leaks.h"
 #include "tests/capture/openni_test_pictures.h"
 #include "tests/capture/scratch_folder.h"
@@ -136,6 +137,27 @@ TEST_F(KilledRecorder, ReplaysToItsLastWholePicture) {
   }
   leaks.expect_none();
   std::printf("killed %d times: %d sessions, %d pictures\n", cycles, sessions, pictures);
+}
+
+/// The camera keeps a dead client's place for its heartbeat's time.
+TEST_F(KilledRecorder, ItsGigeCameraIsTheNextProgramsSoon) {
+  const test::GigeCamera camera;
+  ASSERT_TRUE(camera.running());
+  std::ofstream(config()) << "format = 1\n[color]\nsource = \"aravis:" << test::GigeCamera::kName << "\"\n"
+                          << test::kSmallCamera << "pixel_format = \"grey8\"\n[tag]\nid = 1\nsize_m = 0.1\n";
+  for (int turn = 0; turn < 2; ++turn) {
+    const fs::path out = folder_ / ("out" + std::to_string(turn));
+    Program program(folder_, {"record", "--config", config(), "--out", out});
+    const Clock::time_point begin = Clock::now();
+    while (!fs::exists(out / "session.toml") && Clock::now() - begin < 20s) {
+      std::this_thread::sleep_for(10ms);
+    }
+    EXPECT_LT(Clock::now() - begin, 8s) << "a second to start, two until it is missed, and the rest";
+    std::this_thread::sleep_for(300ms);
+    program.signal(SIGKILL);
+    EXPECT_EQ(program.wait(), -SIGKILL) << program.stderr_text();
+    EXPECT_GT(whole_pictures(out / "color.mkv"), 0);
+  }
 }
 
 }  // namespace
