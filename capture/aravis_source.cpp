@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <future>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "capture/aravis_library.h"
@@ -45,15 +49,25 @@ class AravisSource::Camera {
     start();
   }
 
+  /// A camera that is gone keeps the library waiting for a dozen seconds, which it may do alone.
   ~Camera() {
-    if (started_) {
-      Check ignored;
-      arv_camera_stop_acquisition(camera_.get(), ignored);
-    }
     if (device_ != nullptr) {
       g_signal_handlers_disconnect_by_data(device_, this);
     }
-    stream_.reset();
+    constexpr std::chrono::milliseconds kAnswersWithin{500};
+    std::promise<void> promise;
+    const std::future<void> closed = promise.get_future();
+    std::thread([started = started_, camera = std::move(camera_), stream = std::move(stream_),
+                 promise = std::move(promise)]() mutable {
+      if (started) {
+        Check ignored;
+        arv_camera_stop_acquisition(camera.get(), ignored);
+      }
+      stream.reset();
+      camera.reset();
+      promise.set_value();
+    }).detach();
+    closed.wait_for(kAnswersWithin);
   }
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;

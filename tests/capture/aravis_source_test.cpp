@@ -6,6 +6,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "capture/camera_list.h"
 #include "capture/config.h"
@@ -252,6 +253,17 @@ TEST_F(LiveAravis, FrozenWithoutAnError) {
   wait_for_trouble(*reader, "the camera gives no pictures, it is opened again");
   camera.signal(SIGCONT);
   EXPECT_LT(wait_for_frame(*reader), kBackWithin);
+}
+
+TEST_F(LiveAravis, EndsSoonThoughItsCameraIsGone) {
+  std::optional<CameraProcess> camera(std::in_place);
+  ASSERT_TRUE(camera->running());
+  auto reader = open_frames(session());
+  wait_for_frame(*reader);
+  camera.reset();
+  const Clock::time_point begin = Clock::now();
+  reader.reset();
+  EXPECT_LT(Clock::now() - begin, 1s);
 }
 
 TEST_F(LiveAravis, InUseByAnotherClient) {

@@ -59,8 +59,9 @@ void mkv(Bytes bytes) {
   expect_answer([&] {
     MkvSource source(file_with(bytes.subspan(1)), spec);
     source.last_time_ns();
+    constexpr std::int64_t kStep_ns = 20'000'000;
     if (bytes[0] >= 128) {
-      source.skip_to(source.first_time_ns() + 40'000'000);
+      source.skip_to(source.first_time_ns() + (bytes[0] - 126) * kStep_ns);
     }
     while (source.next(std::chrono::milliseconds(0))) {
     }
