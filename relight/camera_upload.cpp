@@ -32,6 +32,12 @@ void CameraUpload::take(const std::shared_ptr<const Picture>& picture) {
   const bool encoded = !picture->encoded.empty();
   codes_are_srgb_ = encoded && response_is_srgb_;
   exposure_ = static_cast<float>(encoded ? picture->exposure : camera_.exposure);
+  for (int code = 0; encoded && code < 256; ++code) {
+    for (int c = 0; c < 3; ++c) {
+      const double linear = camera_.response.to_linear(static_cast<std::uint8_t>(code), c);
+      radiance_of_[static_cast<std::size_t>(code)][c] = static_cast<float>(linear / picture->exposure);
+    }
+  }
   if (codes_are_srgb_) {
     coded_ = picture->encoded;
     return;
@@ -44,6 +50,17 @@ void CameraUpload::take(const std::shared_ptr<const Picture>& picture) {
 }
 
 Image<float> CameraUpload::radiance() const { return to_radiance(*picture_, camera_.response).radiance; }
+
+Eigen::Array3f CameraUpload::radiance(std::size_t pixel) const {
+  if (picture_->encoded.empty()) {
+    const float* of_pixel = &picture_->radiance.data[3 * pixel];
+    Eigen::Array3f light(of_pixel[0], of_pixel[1], of_pixel[2]);
+    for (float& value : light) value = std::isfinite(value) ? std::max(value, 0.0f) : 0;
+    return light;
+  }
+  const std::uint8_t* codes = &picture_->encoded.data[3 * pixel];
+  return {radiance_of_[codes[0]][0], radiance_of_[codes[1]][1], radiance_of_[codes[2]][2]};
+}
 
 void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {
   rays_.clear();

@@ -24,8 +24,8 @@ const std::vector<IntegerKey>& integer_keys() {
       {"volume", &Plan::volume, {32, 64, 128, 256}, "voxels along the edge of each cascade"},
       {"trace_scale",
        &Plan::trace_scale,
-       {1, 2, 4},
-       "light is traced at 1/trace_scale of the picture; 4: live, in cells"},
+       {1, 2, 4, 8},
+       "light is traced at 1/trace_scale of the picture; 4: live, in cells; 8: live by rays"},
       {"cells",
        &Plan::cells,
        {0, 1},
@@ -75,6 +75,10 @@ Plan read_plan(const ConfigTable& root, const Plan& defaults) {
     }
     plan.*key.value = value;
     plan.by_hand.insert(key.key);
+  }
+  if (plan.trace_scale == 8 && plan.method != "rays") {
+    table->fail(table->has("trace_scale") ? "trace_scale" : "method",
+                "found trace_scale 8 with method \"" + plan.method + "\", allowed: 1, 2 or 4, and 8 with \"rays\"");
   }
   return plan;
 }

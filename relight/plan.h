@@ -15,19 +15,21 @@ struct Plan {
   /// trace_scale 1; to be measured against.
   std::string method = "dvct";
   int volume = 64;  ///< voxels along the edge of each cascade: 32, 64, 128 or 256
-  int trace_scale =
-      2;               ///< light is traced at 1/trace_scale of the picture: 1, 2 or 4; 4 is live, which takes cells = 1
+  /// Light is traced at 1/trace_scale of the picture: 1, 2 or 4. 4 is live, which takes cells = 1; by rays 8 is.
+  int trace_scale = 2;
   int cells = 0;       ///< 1: indirect light is gathered in cells of the volumes, in rounds of frames; 0: for pixels
   int rsm = 256;       ///< edge of the reflective shadow maps, pixels
   int max_lights = 8;  ///< strongest lamps that are drawn as lamps
   int sh_bands = 3;    ///< bands of harmonics that stand for all light but the lamps where nothing hides it: 1, 2 or 3
   int bounces = 2;     ///< indirect bounces of the change: 1 is the thesis
   int lpv_steps = 16;  ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
-  int rays = 20;       ///< rays: over the hemisphere of a place on an object, or towards what changes for a pixel
+  int rays = 20;       ///< rays: of a place on an object, or of a pixel that is gathered for
   int samples = 64;    ///< camera paths a pixel; of the reference alone
   int follow_scene = 1;  ///< 1: what was not set by hand follows what the scene measures (planner.h); 0: nothing
   std::set<std::string> by_hand;  ///< keys that were set by hand: nothing changes them
 
+  /// Whether the method draws on a device, by lamps, bands and maps of the plan; the others read all that is known.
+  bool on_device() const { return method != "reference" && method != "rays"; }
   bool in_cells() const { return (method == "dvct" || method == "dlpv") && (cells == 1 || trace_scale == 4); }
 };
 

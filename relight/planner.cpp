@@ -81,7 +81,7 @@ std::vector<float> Planner::shares_left_out(const Illumination& light, const Exh
 
 Planner::Decision Planner::decide(const Scene& scene, const Exhibit& exhibit, double time_s) {
   Decision decision{asked_, {}};
-  if (asked_.follow_scene == 0 || !scene.illumination) return decision;
+  if (asked_.follow_scene == 0 || !asked_.on_device() || !scene.illumination) return decision;
   if (measured_ != scene.illumination) {
     measured_ = scene.illumination;
     measures_ = measure_light(*measured_);

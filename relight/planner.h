@@ -5,15 +5,14 @@
 // object stands. What was set by hand stays (Plan::by_hand), and nothing goes beyond the plan that was asked for.
 //
 // - max_lights: lamps that are drawn as lamps. The weakest go into the environment while all of them together stay
-// below
-//   the bound: their light stays, only the edges of their shadows are lost.
+//   below the bound: their light stays, only the edges of their shadows are lost.
 // - sh_bands: bands of the remainder's harmonics; what is dropped is measured as the root of its mean squared
-// irradiance
-//   over all normals (Ramamoorthi & Hanrahan 2001, eq. 7 and 8).
+//   irradiance over all normals (Ramamoorthi & Hanrahan 2001, eq. 7 and 8).
 // - rsm: where light is traced for pixels, reflective shadow maps of twice the volume's edge: a texel is then below
-// half
-//   a voxel, and finer ones inject the same. In cells the lamps' shadows on the room are as fine as they: there it
-//   stays.
+//   half a voxel, and finer ones inject the same. In cells the lamps' shadows on the room are as fine as they: there
+//   it stays.
+//
+// Methods that draw on no device (Plan::on_device) read none of these: their plan stays as it is.
 //
 // Calm: more is taken at once, when the bound is passed; less only after it would have kept to half of the bound for
 // kCalmFrames frames. The first scene is taken as it is.
@@ -34,8 +33,8 @@ struct PlanChoice {
   std::string key;  ///< of plan.KEY
   int most = 0;     ///< as asked
   int value = 0;    ///< as taken
-  float left_out =
-      0;  ///< share of the irradiance that the value leaves out: above the bound where `most` is too little
+  /// Share of the irradiance that the value leaves out: above the bound where `most` is too little.
+  float left_out = 0;
 };
 
 class Planner {
@@ -47,7 +46,7 @@ class Planner {
 
   struct Decision {
     Plan plan;
-    std::vector<PlanChoice> choices;  ///< none where the scene holds no light, and of keys that are set by hand
+    std::vector<PlanChoice> choices;  ///< none where the scene holds no light, and none of keys that are set by hand
   };
   Decision decide(const Scene& scene, const Exhibit& exhibit, double time_s);
 

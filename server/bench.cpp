@@ -142,7 +142,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
         }
         BenchRow row{name, method.name, setting.name, results.oracle, setting.plan, {}};
         row.run = run_setting(*renderer, scene, input.exhibit, setting.plan,
-                              results.machine.hardware && needs_gpu(setting.plan));
+                              results.machine.hardware && setting.plan.on_device());
         table.add(result_cells(row));
         results.rows.push_back(std::move(row));
         say(results.rows.back(), results.rows.size(), all);

@@ -47,8 +47,11 @@ BenchSetting gathered(int trace_scale, int rays) {
   plan.method = "rays";
   plan.trace_scale = trace_scale;
   plan.rays = rays;
-  constexpr const char* names[] = {"", "careful-", "half-", "", "quarter-"};
-  return {names[trace_scale] + std::to_string(rays) + "-rays", plan};
+  const char* name = trace_scale == 1   ? "careful-"
+                     : trace_scale == 2 ? "half-"
+                     : trace_scale == 4 ? "quarter-"
+                                        : "live-";
+  return {name + std::to_string(rays) + "-rays", plan};
 }
 
 }  // namespace
@@ -58,7 +61,7 @@ std::vector<BenchSetting> bench_settings(const std::string& method) {
     return {paths(method, 16), paths(method, 64)};
   }
   if (method == "rays") {
-    return {gathered(4, 8), gathered(2, 8), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
+    return {gathered(8, 8), gathered(4, 8), gathered(4, 20), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
   }
   if (method == "dvct-thesis") {  // tables 5.6 and 5.7, but for 256³ voxels, which are slow on software devices
     return {with_bounces(setting(method, kThesis, 64), 1), with_bounces(setting(method, kThesis, 128), 1)};

@@ -41,7 +41,7 @@ LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, Ma
 }
 
 void LockStep::make() {
-  renderer_ = make_renderer(session_, plan_, truth_, needs_gpu(plan_) ? make_device_() : nullptr);
+  renderer_ = make_renderer(session_, plan_, truth_, plan_.on_device() ? make_device_() : nullptr);
 }
 
 FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {

@@ -9,16 +9,14 @@
 
 namespace lumigraft {
 
-bool needs_gpu(const Plan& plan) { return plan.method != "reference" && plan.method != "rays"; }
-
 std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, const OracleParts& truth,
                                         std::shared_ptr<gpu::Device> device) {
   if (plan.method == "rays") return std::make_unique<RayRenderer>(session);
-  if (!needs_gpu(plan) && truth.all()) {
+  if (!plan.on_device() && truth.all()) {
     const auto room = std::make_shared<TrueRoom>(session);
     return std::make_unique<ReferenceRenderer>(session, [room](const FrameSet& frame) { return room->at(frame); });
   }
-  if (!needs_gpu(plan)) {
+  if (!plan.on_device()) {
     return std::make_unique<ReferenceRenderer>(session);
   }
   return std::make_unique<Relighter>(std::move(device), session);

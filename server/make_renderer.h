@@ -8,11 +8,9 @@
 
 namespace lumigraft {
 
-/// False for methods that run on the processor alone.
-bool needs_gpu(const Plan& plan);
-
 /// Where all parts of the scene are to be true, the reference takes the true room itself (reference_truth.h) in place
-/// of what reconstruct makes of it. `device` may be null where none is needed. Throws InputError, gpu::GpuError.
+/// of what reconstruct makes of it. `device` may be null where the plan is not drawn on one. Throws InputError,
+/// gpu::GpuError.
 std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, const OracleParts& truth,
                                         std::shared_ptr<gpu::Device> device);
 

@@ -13,10 +13,7 @@ using reference::Vertex;
 
 namespace {
 
-constexpr float kShort = 1e-4f;  // shadow rays end this much before the lamp
 constexpr float kOff_m = 1e-4f;  // from the surface they leave
-
-float weight(float own_pdf, float other_pdf) { return own_pdf / (own_pdf + other_pdf); }
 
 Surface with_look(Surface surface, const reference::Look& look) {
   surface.look = look;
@@ -48,19 +45,10 @@ reference::Look mirror_of(const reference::Look& look) {
 DeltaLight::Arrival DeltaLight::in_room(const Ray& ray) const {
   Arrival a;
   a.t_m = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
-    const std::optional<float> t = reference::lamp_hit(room_.lamps()[i], ray.from_m, ray.w);
-    if (t && *t < a.t_m) {
-      a.at = Arrival::At::lamp;
-      a.t_m = *t;
-      a.lamp = i;
-    }
+  if (const auto lamp = reference::nearest_lamp(room_.lamps(), ray.from_m, ray.w)) {
+    a = {Arrival::At::lamp, lamp->t_m, lamp->lamp, {}};
   }
-  if (const auto hit = room_.meshes().hit(ray.from_m, ray.w, a.t_m)) {
-    a.at = Arrival::At::real;
-    a.t_m = hit->t_m;
-    a.hit = *hit;
-  }
+  if (const auto hit = room_.meshes().hit(ray.from_m, ray.w, a.t_m)) a = {Arrival::At::real, hit->t_m, 0, *hit};
   return a;
 }
 
@@ -75,16 +63,12 @@ Rgb DeltaLight::emitted(const Ray& ray, const Arrival& a) const {
   if (!(ray.pdf > 0)) return Rgb::Zero();
   const ReferenceLamp& lamp = room_.lamps()[a.lamp];
   return reference::lamp_radiance(lamp, ray.from_m, ray.w) *
-         weight(ray.pdf, reference::lamp_pdf(lamp, ray.from_m, ray.w));
+         reference::balanced(ray.pdf, reference::lamp_pdf(lamp, ray.from_m, ray.w));
 }
 
 bool DeltaLight::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float limit_m, std::size_t lamp) const {
-  for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
-    if (i == lamp) continue;
-    const std::optional<float> t = reference::lamp_hit(room_.lamps()[i], from_m, w);
-    if (t && *t < limit_m) return true;
-  }
-  return room_.meshes().blocked(from_m, w, limit_m);
+  return reference::behind_other_lamp(room_.lamps(), lamp, from_m, w, limit_m) ||
+         room_.meshes().blocked(from_m, w, limit_m);
 }
 
 template <typename Counts>
@@ -95,9 +79,9 @@ Rgb DeltaLight::lamps(const Vertex& vertex, Sampler& sampler, Counts counts) con
     const reference::LightSample s = reference::sample_lamp(room_.lamps()[i], from_m, sampler.two());
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) continue;
     const Rgb f = vertex.response(s.w);
-    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kShort, i)) continue;
+    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - reference::kBeforeLamp_m, i)) continue;
     // Only mirrors send rays on that may meet lamps.
-    const float share = vertex.mirrors() ? weight(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
+    const float share = vertex.mirrors() ? reference::balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
     sum += f * s.radiance * (share / s.pdf);
   }
   return sum;
@@ -117,13 +101,9 @@ Rgb DeltaLight::hidden(const Vertex& vertex, Sampler& sampler) const {
 
 std::uint32_t DeltaLight::behind_room(const reference::RayFan& fan, std::size_t lamp) const {
   std::uint32_t behind = room_.meshes().blocked(fan);
-  for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
-    if (i == lamp) continue;
-    for (std::size_t k = 0; k < reference::RayFan::kMost; ++k) {
-      if (!((fan.some & ~behind) >> k & 1)) continue;
-      const std::optional<float> t = reference::lamp_hit(room_.lamps()[i], fan.from_m, fan.w[k]);
-      if (t && *t < fan.limit_m[k]) behind |= 1u << k;
-    }
+  for (std::size_t k = 0; k < reference::RayFan::kMost; ++k) {
+    if (!((fan.some & ~behind) >> k & 1)) continue;
+    if (reference::behind_other_lamp(room_.lamps(), lamp, fan.from_m, fan.w[k], fan.limit_m[k])) behind |= 1u << k;
   }
   return behind;
 }
@@ -150,7 +130,7 @@ Rgb DeltaLight::hidden_from(const Vector3f& p_m, const Vector3f& normal, Sampler
   for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
     if (!may_hide(i, p_m)) continue;
     const reference::LightSample s = reference::sample_lamp(room_.lamps()[i], p_m, sampler.two());
-    const float cosine = normal.dot(s.w), limit = s.distance_m - kShort;
+    const float cosine = normal.dot(s.w), limit = s.distance_m - reference::kBeforeLamp_m;
     if (!(s.pdf > 0) || cosine <= 0 || s.radiance.maxCoeff() <= 0) continue;
     if (!objects_.meshes().blocked(p_m, s.w, limit) || blocked_by_room(p_m, s.w, limit, i)) continue;
     sum += s.radiance * (cosine / s.pdf);

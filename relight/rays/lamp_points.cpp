@@ -13,8 +13,6 @@ namespace {
 using Eigen::Vector3f;
 using reference::RayFan;
 
-constexpr float kShort_m = 1e-4f;  // rays end this much before the lamp
-
 }  // namespace
 
 LampPoints::LampPoints(const ReferenceLamp& lamp, std::uint32_t seed) : lamp_(lamp), sets_(kSets + 1) {
@@ -96,7 +94,7 @@ LampFan LampPoints::from(const reference::Surface& surface, int number) const {
     if (!(weight[k] > 0)) continue;
     fan.rays.some |= 1u << k;
     fan.rays.w[k] = {x[k], y[k], z[k]};
-    fan.rays.limit_m[k] = distance[k] - kShort_m;
+    fan.rays.limit_m[k] = distance[k] - reference::kBeforeLamp_m;
   }
   return fan;
 }

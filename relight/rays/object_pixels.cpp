@@ -3,9 +3,12 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "relight/rays/coarse_view.h"
+#include "relight/rays/object_window.h"
 #include "relight/rays/threads.h"
 
 namespace lumigraft::rays {
@@ -18,47 +21,74 @@ using reference::Sampler;
 using reference::Surface;
 using reference::Vertex;
 
-constexpr int kInside = 4, kAtEdges = RayFan::kMost;  // rays of a pixel: in the middle of an object, and at its edge
-constexpr int kMirrorRays = 4;                        // per ray that is not at an edge
+constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays of a pixel
+constexpr int kMirrorRays = 4;                         // per ray that is not at an edge
 constexpr int kMirrors = 2;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
 constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; of what shares the shadows of a pixel
 constexpr float kSurelyFarther = 1.02f;                    // than the object
+constexpr float kJump_px = 8;                              // in depth, to what is no neighbour of the surface
 constexpr int kRow = 4;                                    // rows of pixels, a thread's turn
 
-/// What some rays of a pixel find of the objects.
+/// What the rays in the middle of a pixel find of the objects.
 struct Found {
   int u = 0;
   std::uint32_t some = 0;  ///< by bit, the rays that do
-  std::array<Vector3f, kAtEdges> w;
-  std::array<MeshHit, kAtEdges> hits;
+  std::array<Vector3f, kMostInside> w;
+  std::array<MeshHit, kMostInside> hits;
 };
 
+/// All rays of a pixel.
+struct Looks {
+  std::uint32_t some = 0;
+  std::array<Vector3f, kMost> w;
+  std::array<MeshHit, kMost> hits;
+  std::array<Surface, kMost> surfaces;
+};
+
+/// All below by pixel of the window, unless it says otherwise.
 class ObjectView {
  public:
   ObjectView(const DeltaLight& light, const std::vector<LampPoints>& lamps, const std::vector<PixelSurface>& room,
-             const Eye& eye)
+             const Eye& eye, const Detail& detail)
       : light_(light),
         lamps_(lamps),
         room_(room),
         eye_(eye),
+        detail_(detail),
         eye_m_(eye.camera.T_tag_camera.translation()),
-        width_(eye.camera.model.width),
-        height_(eye.camera.model.height),
-        first_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
-        rows_(static_cast<std::size_t>(height_)) {
+        window_(window_of(light.objects().meshes().spheres(), eye)),
+        model_(eye.camera.model),
+        first_(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height)),
+        rows_(static_cast<std::size_t>(window_.height)) {
+    model_.width = window_.width;
+    model_.height = window_.height;
     for (std::uint32_t k = 0; k < within_.size(); ++k) within_[k] = Sampler(kCameraSeed, 0, k).two();  // even sixteens
+    if (detail_.inside == 1) {
+      for (std::size_t k = 0; k < within_.size(); k += kMost) within_[k].setConstant(0.5f);
+    }
   }
 
-  ObjectPixels see(int step) {
-    for_each_block(height_, kRow, [&](int from, int to) {
+  ObjectPixels see() {
+    if (first_.empty()) return {};
+    for_each_block(window_.height, kRow, [&](int from, int to) {
       for (int v = from; v < to; ++v) look_at_row(v);
     });
-    open_ = open_to_lamps(light_, lamps_, first_, eye_.camera.model, step);
-    ObjectPixels out{Image<float>(width_, height_, 3), Image<float>(width_, height_, 1), {}};
-    for_each_block(height_, 1, [&](int from, int to) {
+    if (detail_.inside == 1) add_outlines();
+    if (detail_.on_object > 1) {
+      blocks_.emplace(first_, model_, detail_.on_object);
+      open_ = open_to_lamps(light_, lamps_, blocks_->seen(), blocks_->camera(), detail_.step);
+    } else {
+      open_ = open_to_lamps(light_, lamps_, first_, model_, detail_.step);
+    }
+    ObjectPixels out{window_.left,
+                     window_.top,
+                     Image<float>(window_.width, window_.height, 3),
+                     Image<float>(window_.width, window_.height, 1),
+                     {}};
+    for_each_block(window_.height, 1, [&](int from, int to) {
       for (int v = from; v < to; ++v) {
-        for (Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
+        for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
       }
     });
     out.surfaces = std::move(first_);
@@ -67,15 +97,19 @@ class ObjectView {
 
  private:
   std::size_t index(int u, int v) const {
-    return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(window_.width) + static_cast<std::size_t>(u);
+  }
+  const PixelSurface& room_at(int u, int v) const {
+    return room_[static_cast<std::size_t>(v + window_.top) * static_cast<std::size_t>(eye_.camera.model.width) +
+                 static_cast<std::size_t>(u + window_.left)];
   }
 
   /// Of the pixel's rays, the first in within_; the first four are even too.
-  static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kAtEdges * (4 * (v & 3) + (u & 3))); }
+  static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kMost * (4 * (v & 3) + (u & 3))); }
 
   /// Whether any ray of the pixel may meet an object.
   bool may_see(int u, int v) const {
-    const Vector3f& w = room_[index(u, v)].w;
+    const Vector3f& w = room_at(u, v).w;
     if (w.isZero(0)) return true;  // its corners may have rays all the same
     for (const Eigen::Vector4f& sphere : light_.objects().meshes().spheres()) {
       const Vector3f to = sphere.head<3>() - eye_m_;
@@ -88,107 +122,153 @@ class ObjectView {
 
   /// Whether the room may be nearer than `t_m` there: what is narrower than a pixel apart.
   bool may_hide(int u, int v, float t_m) const {
-    for (int y = std::max(v - 1, 0); y <= std::min(v + 1, height_ - 1); ++y) {
-      for (int x = std::max(u - 1, 0); x <= std::min(u + 1, width_ - 1); ++x) {
-        const PixelSurface& room = room_[index(x, y)];
+    const int left = std::max(u + window_.left - 1, 0) - window_.left,
+              right = std::min(u + window_.left + 1, eye_.camera.model.width - 1) - window_.left,
+              top = std::max(v + window_.top - 1, 0) - window_.top,
+              bottom = std::min(v + window_.top + 1, eye_.camera.model.height - 1) - window_.top;
+    for (int y = top; y <= bottom; ++y) {
+      for (int x = left; x <= right; ++x) {
+        const PixelSurface& room = room_at(x, y);
         if (room.known && room.depth_m < kSurelyFarther * t_m) return true;
       }
     }
     return false;
   }
 
-  /// Sends `rays` of each of these pixels' rays, from `first` on, all in one fan.
-  void look(int v, std::span<Found> pixels, int first, int rays) const {
+  /// Sends `rays` of each of these pixels' rays, from `first` on, all in one fan. `found(pixel, ray, w, hit)`.
+  template <typename Found>
+  void look(int v, std::span<const int> pixels, int first, int rays, Found found) const {
+    const int slots = static_cast<int>(pixels.size()) * rays;
     RayFan fan;
     fan.from_m = eye_m_;
-    std::size_t slot = 0;
-    for (Found& found : pixels) {
-      for (int k = first; k < first + rays; ++k, ++slot) {
-        const auto i = static_cast<std::size_t>(k);
-        found.w[i] = fan.w[slot] = eye_.ray(found.u, v, within_[pattern(found.u, v) + i]);
-        fan.limit_m[slot] = std::numeric_limits<float>::infinity();
-        if (!fan.w[slot].isZero(0)) fan.some |= 1u << slot;
-      }
+    for (int slot = 0; slot < slots; ++slot) {
+      const int u = pixels[static_cast<std::size_t>(slot / rays)];
+      const auto i = static_cast<std::size_t>(slot);
+      fan.w[i] = eye_.ray(u + window_.left, v + window_.top,
+                          within_[pattern(u, v) + static_cast<std::size_t>(first + slot % rays)]);
+      fan.limit_m[i] = std::numeric_limits<float>::infinity();
+      if (!fan.w[i].isZero(0)) fan.some |= 1u << slot;
     }
     std::array<MeshHit, RayFan::kMost> hits;
     const std::uint32_t met = light_.objects().meshes().hits(fan, hits);
     fan.some = 0;
-    for (slot = 0; slot < pixels.size() * static_cast<std::size_t>(rays); ++slot) {
+    for (int slot = 0; slot < slots; ++slot) {
       if (!(met >> slot & 1)) continue;
-      fan.limit_m[slot] = hits[slot].t_m;
-      if (may_hide(pixels[slot / static_cast<std::size_t>(rays)].u, v, hits[slot].t_m)) fan.some |= 1u << slot;
+      const float t_m = fan.limit_m[static_cast<std::size_t>(slot)] = hits[static_cast<std::size_t>(slot)].t_m;
+      if (may_hide(pixels[static_cast<std::size_t>(slot / rays)], v, t_m)) fan.some |= 1u << slot;
     }
     const std::uint32_t open = met & ~light_.room().meshes().blocked(fan);
-    for (slot = 0; slot < pixels.size() * static_cast<std::size_t>(rays); ++slot) {
-      if (!(open >> slot & 1)) continue;
-      Found& found = pixels[slot / static_cast<std::size_t>(rays)];
-      const std::size_t k = static_cast<std::size_t>(first) + slot % static_cast<std::size_t>(rays);
-      found.some |= 1u << k;
-      found.hits[k] = hits[slot];
+    for (int slot = 0; slot < slots; ++slot) {
+      const auto i = static_cast<std::size_t>(slot);
+      if (open >> slot & 1) found(static_cast<std::size_t>(slot / rays), first + slot % rays, fan.w[i], hits[i]);
     }
   }
 
   void look_at_row(int v) {
-    std::array<Found, RayFan::kMost / kInside> together;
+    std::array<int, kMost> pixels;
+    std::array<Found, kMost> together;
     std::size_t count = 0;
     const auto look_at = [&] {
-      look(v, std::span(together).first(count), 0, kInside);
+      look(v, std::span(pixels).first(count), 0, detail_.inside,
+           [&](std::size_t pixel, int ray, const Vector3f& w, const MeshHit& hit) {
+             together[pixel].some |= 1u << ray;
+             together[pixel].w[static_cast<std::size_t>(ray)] = w;
+             together[pixel].hits[static_cast<std::size_t>(ray)] = hit;
+           });
       for (std::size_t i = 0; i < count; ++i) {
         if (together[i].some) keep(v, together[i]);
       }
       count = 0;
     };
-    for (int u = 0; u < width_; ++u) {
+    for (int u = 0; u < window_.width; ++u) {
       if (!may_see(u, v)) continue;
-      together[count] = {};
-      together[count++].u = u;
-      if (count == together.size()) look_at();
+      pixels[count] = together[count].u = u;
+      together[count++].some = 0;
+      if (count == static_cast<std::size_t>(kMost / detail_.inside)) look_at();
     }
     if (count > 0) look_at();
   }
 
   void keep(int v, const Found& found) {
     const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
-    PixelSurface& pixel = first_[index(found.u, v)];
-    pixel.known = true;
-    pixel.surface = light_.objects().meshes().surface(found.hits[k], found.w[k]);
-    pixel.w = found.w[k];
-    pixel.depth_m = found.hits[k].t_m;
-    pixel.albedo = pixel.surface.look.diffuse;
+    first_[index(found.u, v)] = seen_by(found.w[k], found.hits[k]);
     rows_[static_cast<std::size_t>(v)].push_back(found);
   }
 
-  void shade(int v, Found& found, ObjectPixels& out) const {
-    std::array<Surface, kAtEdges> surfaces;
-    bool edge = std::popcount(found.some) < kInside;
-    const PixelSurface& first = first_[index(found.u, v)];
-    const auto take = [&](int from, int to) {
-      for (int k = from; k < to; ++k) {
-        const auto i = static_cast<std::size_t>(k);
-        if (!(found.some >> k & 1)) continue;
-        surfaces[i] = light_.objects().meshes().surface(found.hits[i], found.w[i]);
-        edge |= !goes_on(first, surfaces[i]);
+  PixelSurface seen_by(const Vector3f& w, const MeshHit& hit) const {
+    PixelSurface pixel;
+    pixel.known = true;
+    pixel.surface = light_.objects().meshes().surface(hit, w);
+    pixel.w = w;
+    pixel.depth_m = hit.t_m;
+    pixel.albedo = pixel.surface.look.diffuse;
+    return pixel;
+  }
+
+  /// Pixels of one ray that found nothing, beside those that did.
+  void add_outlines() {
+    for_each_block(window_.height, kRow, [&](int from, int to) {
+      for (int v = from; v < to; ++v) {
+        for (int u = 0; u < window_.width; ++u) {
+          if (first_[index(u, v)].known || !is_edge(u, v)) continue;
+          rows_[static_cast<std::size_t>(v)].emplace_back().u = u;
+        }
       }
+    });
+  }
+
+  /// Whether what a pixel shows ends between it and one beside it.
+  bool is_edge(int u, int v) const {
+    const PixelSurface& own = first_[index(u, v)];
+    const auto ends = [&](int x, int y) {
+      if (x < 0 || y < 0 || x >= window_.width || y >= window_.height) return false;
+      const PixelSurface& other = first_[index(x, y)];
+      const float apart_px = std::abs(own.depth_m - other.depth_m) * static_cast<float>(model_.fx);
+      return own.known != other.known || (own.known && apart_px > kJump_px * own.depth_m);
     };
-    take(0, kInside);
-    int rays = kInside;
+    return ends(u - 1, v) || ends(u + 1, v) || ends(u, v - 1) || ends(u, v + 1);
+  }
+
+  void shade(int v, const Found& found, ObjectPixels& out) const {
+    Looks looks;
+    looks.some = found.some;
+    PixelSurface first = first_[index(found.u, v)];
+    bool edge = detail_.inside == 1 ? is_edge(found.u, v) : std::popcount(found.some) < detail_.inside;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(detail_.inside); ++k) {
+      if (!(found.some >> k & 1)) continue;
+      looks.w[k] = found.w[k];
+      looks.hits[k] = found.hits[k];
+      looks.surfaces[k] = k == static_cast<std::size_t>(std::countr_zero(found.some))
+                              ? first.surface
+                              : light_.objects().meshes().surface(found.hits[k], found.w[k]);
+      edge |= !goes_on(first, looks.surfaces[k]);
+    }
+    int rays = detail_.inside;
     if (edge) {
-      look(v, std::span(&found, 1), kInside, kAtEdges - kInside);
-      take(kInside, kAtEdges);
-      rays = kAtEdges;
+      look(v, std::span(&found.u, 1), rays, detail_.at_edges - rays,
+           [&](std::size_t, int ray, const Vector3f& w, const MeshHit& hit) {
+             const auto k = static_cast<std::size_t>(ray);
+             looks.some |= 1u << ray;
+             looks.w[k] = w;
+             looks.hits[k] = hit;
+             looks.surfaces[k] = light_.objects().meshes().surface(hit, w);
+             if (!first.known) first = seen_by(w, hit);
+           });
+      rays = detail_.at_edges;
     }
     Rgb sum = Rgb::Zero();
     for (int k = 0; k < rays; ++k) {
-      if (!(found.some >> k & 1)) continue;
+      if (!(looks.some >> k & 1)) continue;
       const auto i = static_cast<std::size_t>(k);
       Sampler sampler(kLightSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
-      sum += radiance(found.w[i], found.hits[i], surfaces[i],
-                      lit(surfaces[i], found.u, v, k, goes_on(first, surfaces[i])), sampler, edge ? 1 : kMirrorRays);
+      sum += radiance(looks.w[i], looks.hits[i], looks.surfaces[i],
+                      lit(looks.surfaces[i], found.u, v, k, goes_on(first, looks.surfaces[i])), sampler,
+                      edge ? 1 : kMirrorRays);
     }
     for (std::size_t c = 0; c < 3; ++c) {
       out.radiance.data[3 * index(found.u, v) + c] = sum[static_cast<Eigen::Index>(c)] / static_cast<float>(rays);
     }
-    out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(found.some)) / static_cast<float>(rays);
+    out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(looks.some)) / static_cast<float>(rays);
   }
 
   bool goes_on(const PixelSurface& first, const Surface& surface) const {
@@ -200,11 +280,11 @@ class ObjectView {
   /// Irradiance of lamps over π.
   Rgb lit(const Surface& surface, int u, int v, int ray, bool shares) const {
     Rgb sum = Rgb::Zero();
+    const BlockMix mix = blocks_ ? blocks_->mix(u, v, surface) : BlockMix{};
     for (std::size_t lamp = 0; lamp < lamps_.size(); ++lamp) {
       const Rgb radiance = lamps_[lamp].lamp().radiance / reference::kPi;
-      const LampShare& share = open_[lamp][index(u, v)];
-      if (shares && share.holds_near) {
-        if (share.open > 0) sum += radiance * (share.open * lamps_[lamp].unhidden(surface));
+      if (const auto open = open_to(lamp, mix, u, v, shares)) {
+        if (*open > 0) sum += radiance * (*open * lamps_[lamp].unhidden(surface));
         continue;
       }
       // Where shadows are sharp, every ray's own: a few points, others for each.
@@ -218,6 +298,16 @@ class ObjectView {
       }
     }
     return sum;
+  }
+
+  /// The share of a lamp that surfaces of a pixel have in common, where they do.
+  std::optional<float> open_to(std::size_t lamp, const BlockMix& mix, int u, int v, bool shares) const {
+    if (!blocks_) {
+      const LampShare& share = open_[lamp][index(u, v)];
+      return shares && share.holds_near ? std::optional(share.open) : std::nullopt;
+    }
+    if (mix.empty()) return std::nullopt;
+    return blocks_->mixed(mix, [&](std::size_t block) { return open_[lamp][block].open; });
   }
 
   Rgb radiance(const Vector3f& w, const MeshHit& hit, const Surface& surface, const Rgb& lamps, Sampler& sampler,
@@ -235,21 +325,24 @@ class ObjectView {
 
   const DeltaLight& light_;
   const std::vector<LampPoints>& lamps_;
-  const std::vector<PixelSurface>& room_;
+  const std::vector<PixelSurface>& room_;  ///< by pixel of the picture
   const Eye& eye_;
+  Detail detail_;
   Vector3f eye_m_;
-  int width_, height_;
-  std::array<Eigen::Vector2f, 16 * kAtEdges> within_;  ///< where rays go in each of 4 × 4 pixels
-  std::vector<PixelSurface> first_;  ///< by pixel, what the first of its rays finds that finds anything
+  Window window_;
+  CameraModel model_;                               ///< of the window; only its size and focal lengths mean something
+  std::array<Eigen::Vector2f, 16 * kMost> within_;  ///< where rays go in each of 4 × 4 pixels
+  std::vector<PixelSurface> first_;                 ///< what the first of a pixel's rays finds that finds anything
   std::vector<std::vector<Found>> rows_;
-  std::vector<std::vector<LampShare>> open_;  ///< by lamp and pixel
+  std::optional<CoarseView> blocks_;
+  std::vector<std::vector<LampShare>> open_;  ///< by lamp, then pixel or block
 };
 
 }  // namespace
 
 ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                         const std::vector<PixelSurface>& room, const Eye& eye, int step) {
-  return ObjectView(light, lamps, room, eye).see(step);
+                         const std::vector<PixelSurface>& room, const Eye& eye, const Detail& detail) {
+  return ObjectView(light, lamps, room, eye, detail).see();
 }
 
 }  // namespace lumigraft::rays

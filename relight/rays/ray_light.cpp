@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "relight/model_simplify.h"
+#include "relight/rays/detail.h"
 #include "relight/reference/world.h"
 
 namespace lumigraft::rays {
@@ -53,7 +54,29 @@ RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<Plac
 
 bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
                       const std::function<void(const char*)>& done) {
-  if (world_ && world_->room == room && same_meshes(objects_, objects) && rays_ == plan.rays) return false;
+  const bool same = world_ && world_->room == room && same_meshes(objects_, objects) && rays_ == plan.rays;
+  if (same && outstanding_ == 0) return false;
+  const int rounds = detail_of(plan.trace_scale).rounds;
+  const bool goes_on = world_ && same_models(objects_, objects);
+  if (!same) {
+    place(std::move(room), objects, goes_on);
+    rays_ = plan.rays;
+    outstanding_ = rounds;
+    done("surfaces");
+  }
+  if (goes_on) {
+    turn_ = {rounds, (turn_.now + 1) % rounds};
+    outstanding_ = std::min(outstanding_, rounds) - 1;
+    gather(rounds > 1 ? 1 : kBouncesOn, plan, done);
+    return true;
+  }
+  turn_ = {};
+  outstanding_ = 0;
+  for (int bounce = 0; bounce < plan.bounces; ++bounce) gather(kBouncesAnew, plan, done);
+  return true;
+}
+
+void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, bool goes_on) {
   std::vector<PlacedModel> now;
   for (const ReferenceMesh& object : objects) {
     now.push_back(placed(object, placed_));
@@ -62,26 +85,22 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
   placed_ = now;
   auto next = std::make_unique<World>(std::move(room), std::move(now));
   // Later bounces change little from frame to frame: they go on from where they were.
-  const bool goes_on = world_ && same_models(objects_, objects);
   if (goes_on) {
-    next->objects.set_indirect(world_->objects.indirect());
+    next->objects.go_on_from(world_->objects);
     next->cells.go_on_from(world_->cells);
   }
   world_ = std::move(next);
   objects_ = objects;
-  rays_ = plan.rays;
-  done("surfaces");
+}
 
+void RayLight::gather(int bounces, const Plan& plan, const std::function<void(const char*)>& done) {
   World& w = *world_;
-  gather_lamps(w.light, kLampPoints, kLampSeed, w.objects);
+  gather_lamps(w.light, kLampPoints, kLampSeed, turn_, w.objects);
   done("object lamps");
-  for (int round = 0; round < (goes_on ? 1 : plan.bounces); ++round) {
-    gather_objects(w.light, plan.rays, goes_on ? kBouncesOn : kBouncesAnew, kObjectSeed, w.objects);
-    done("objects");
-    gather_cells(w.light, w.places, std::max(plan.rays / kCellShare, 1), kCellSeed, w.cells);
-    done("cells");
-  }
-  return true;
+  gather_objects(w.light, plan.rays, bounces, kObjectSeed, turn_, w.objects);
+  done("objects");
+  gather_cells(w.light, w.places, std::max(plan.rays / kCellShare, 1), kCellSeed, turn_, w.cells);
+  done("cells");
 }
 
 }  // namespace lumigraft::rays

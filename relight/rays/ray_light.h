@@ -12,13 +12,16 @@ namespace lumigraft::rays {
 
 class RayLight {
  public:
-  /// Follows room and objects. False: nothing has changed. `done(pass)` is called after each pass.
+  /// Follows room and objects, in rounds of frames where the plan's detail has such. False: nothing has changed.
+  /// `done(pass)` is called after each pass.
   bool follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
               const std::function<void(const char*)>& done);
 
   /// After the first `follow`.
   const DeltaLight& light() const { return world_->light; }
   const std::vector<reference::Place>& places() const { return world_->places; }
+  /// Which places got new light last; what is seen of it may follow in the same rounds.
+  const Turn& turn() const { return turn_; }
 
  private:
   struct World {
@@ -32,9 +35,14 @@ class RayLight {
     DeltaLight light;
   };
 
+  void place(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, bool goes_on);
+  void gather(int bounces, const Plan& plan, const std::function<void(const char*)>& done);
+
   std::vector<PlacedModel> placed_;
   std::vector<ReferenceMesh> objects_;
   int rays_ = 0;
+  Turn turn_;
+  int outstanding_ = 0;  ///< rounds until all places have light that is of now
   std::unique_ptr<World> world_;
 };
 

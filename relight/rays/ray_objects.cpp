@@ -50,22 +50,24 @@ RayObjects::RayObjects(std::vector<PlacedModel> objects)
     irradiance_.emplace_back(2 * model.positions_m.size());
     radiance_.emplace_back(object.facets->size(), std::array<Rgb, 2>{Rgb::Zero(), Rgb::Zero()});
   }
+  direct_.assign(places_.size(), Rgb::Zero());
   indirect_.assign(places_.size(), Rgb::Zero());
 }
 
-template <typename Set>
-void RayObjects::spread(const std::vector<Rgb>& by_place, Set set) {
+void RayObjects::spread() {
   for (std::size_t o = 0; o < objects_.size(); ++o) {
     const ObjectPlaces& places = *objects_[o].places;
     const Model& model = *places.model;
     const std::size_t vertices = model.positions_m.size(), sides = places.closed ? 1 : 2;
     for_each_block(static_cast<int>(sides * vertices), kBlock, [&](int from, int to) {
       for (auto side = static_cast<std::size_t>(from); side < static_cast<std::size_t>(to); ++side) {
-        Rgb sum = Rgb::Zero();
+        Irradiance sum;
         for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
-          sum += places.shares[i].weight * by_place[first_[o] + static_cast<std::size_t>(places.shares[i].place)];
+          const std::size_t place = first_[o] + static_cast<std::size_t>(places.shares[i].place);
+          sum.direct += places.shares[i].weight * direct_[place];
+          sum.indirect += places.shares[i].weight * indirect_[place];
         }
-        set(irradiance_[o][side], sum);
+        irradiance_[o][side] = sum;
       }
     });
     for_each_block(static_cast<int>(radiance_[o].size()), kBlock, [&](int from, int to) {
@@ -85,13 +87,19 @@ void RayObjects::spread(const std::vector<Rgb>& by_place, Set set) {
   }
 }
 
-void RayObjects::set_direct(const std::vector<Rgb>& by_place) {
-  spread(by_place, [](Irradiance& e, const Rgb& sum) { e.direct = sum; });
+void RayObjects::set_direct(std::vector<Rgb> by_place) {
+  direct_ = std::move(by_place);
+  spread();
 }
 
 void RayObjects::set_indirect(std::vector<Rgb> by_place) {
   indirect_ = std::move(by_place);
-  spread(indirect_, [](Irradiance& e, const Rgb& sum) { e.indirect = sum; });
+  spread();
+}
+
+void RayObjects::go_on_from(const RayObjects& others) {
+  direct_ = others.direct_;
+  indirect_ = others.indirect_;
 }
 
 bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {

@@ -42,8 +42,9 @@ class RayObjects {
     Rgb direct = Rgb::Zero(), indirect = Rgb::Zero();
   };
   /// By place, W/m²: what lamps bring, and all else.
-  void set_direct(const std::vector<Rgb>& by_place);
+  void set_direct(std::vector<Rgb> by_place);
   void set_indirect(std::vector<Rgb> by_place);
+  const std::vector<Rgb>& direct() const { return direct_; }
   const std::vector<Rgb>& indirect() const { return indirect_; }
   /// L_ρ that leaves a triangle of a matt object evenly to the side that w meets, W/sr/m²; null on one that mirrors.
   const Rgb* even_radiance(const reference::MeshHit& hit, const Eigen::Vector3f& w) const {
@@ -51,17 +52,18 @@ class RayObjects {
     if (facet.mirrors) return nullptr;
     return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet.normal).dot(w) < 0 ? 0 : 1];
   }
+  /// The same models, perhaps elsewhere; what they hold counts once more is set.
+  void go_on_from(const RayObjects& others);
   /// At a hit, on the side of `face`.
   Irradiance irradiance(const reference::MeshHit& hit, const Eigen::Vector3f& face) const;
 
  private:
-  template <typename Set>
-  void spread(const std::vector<Rgb>& by_place, Set set);
+  void spread();
 
   std::vector<PlacedModel> objects_;
   reference::Meshes meshes_;
   std::vector<ObjectPlaces::Place> places_;
-  std::vector<Rgb> indirect_;             ///< by place
+  std::vector<Rgb> direct_, indirect_;    ///< by place
   std::vector<std::size_t> first_;        ///< of an object's places
   std::vector<Eigen::Matrix3f> normals_;  ///< from the model's frame to the tag's, by object
   /// By object and triangle, what leaves the side of its vertices' normals and the other, W/sr/m².

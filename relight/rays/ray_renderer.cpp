@@ -2,21 +2,23 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <optional>
 
-#include "capture/response.h"
 #include "relight/approximations.h"
 #include "relight/camera_upload.h"
+#include "relight/rays/coarse_view.h"
 #include "relight/rays/gather_grid.h"
 #include "relight/rays/object_pixels.h"
 #include "relight/rays/pixel_holes.h"
 #include "relight/rays/ray_light.h"
+#include "relight/rays/srgb_codes.h"
+#include "relight/rays/threads.h"
 #include "relight/reference/scene_of.h"
 
 namespace lumigraft {
 namespace {
 
-constexpr int kLeastStep = 2, kMostStep = 4;  // pixels, between those that shadows are looked for at first
+constexpr int kRow = 4;  // rows of pixels, a thread's turn
 constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
 
 class Clock {
@@ -45,6 +47,20 @@ Rgb pixel(const Image<float>& image, std::size_t i) {
   return {image.data[3 * i], image.data[3 * i + 1], image.data[3 * i + 2]};
 }
 
+void set(Image<float>& image, std::size_t i, const Rgb& value) {
+  for (std::size_t c = 0; c < 3; ++c) image.data[3 * i + c] = value[static_cast<Eigen::Index>(c)];
+}
+
+}  // namespace
+
+namespace {
+
+/// What a pixel makes of irradiance on the room; of glossy surfaces nothing.
+struct Receiver {
+  Eigen::Array4f reflects = Eigen::Array4f::Zero();  ///< albedo over π, and 0
+  rays::BlockMix mix;                                ///< where blocks share light
+};
+
 }  // namespace
 
 struct RayRenderer::State {
@@ -62,10 +78,15 @@ struct RayRenderer::State {
   rays::PixelRays pixel_rays;
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
   std::shared_ptr<const rays::RayRoom> seen_room;
-  int trace_scale = 0;
+  rays::Detail detail;
   std::vector<rays::PixelSurface> seen;
+  std::vector<Receiver> receivers;         ///< by pixel
+  std::optional<rays::CoarseView> blocks;  ///< where blocks of pixels share light
+  std::optional<rays::GatherGrid> indirect, gloss;
+  bool new_view = false;
   Image<float> change;  ///< 3 channels, L_Δ of real pixels, W/sr/m²
   rays::ObjectPixels objects;
+  rays::SrgbCodes codes;
 
   explicit State(const Session& s)
       : session(s), known(known_surfaces(s.real_surfaces)), camera(s.color), pixel_rays(s.color.model) {}
@@ -79,74 +100,145 @@ struct RayRenderer::State {
     made_of = scene;
   }
 
-  void see(const Eigen::Isometry3f& T, const Image<float>& radiance, const Plan& plan, Clock& clock) {
-    const rays::Eye eye{pixel_rays, {session.color.model, T}};
+  /// What the camera sees of the room, unless it has seen it so.
+  void look(const rays::Eye& eye, const rays::Detail& asked, Clock& clock) {
+    const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
+    if (T_tag_camera == T && seen_room == room && detail == asked) return;
     const CameraModel& model = eye.camera.model;
-    if (T_tag_camera != T.matrix() || seen_room != room) {
+    if (T_tag_camera != T || seen_room != room) {
+      const Image<float> radiance = camera.radiance();
       seen = rays::see_room(*room, eye, radiance);
       rays::fill_holes(eye.camera, radiance, camera.exposure(), seen);
-      T_tag_camera = T.matrix();
+      T_tag_camera = T;
       seen_room = room;
-      clock.done("pixels");
     }
-    const int step = std::clamp(plan.trace_scale, kLeastStep, kMostStep);
-    const std::vector<Rgb> hidden = rays::hidden_by_objects(light.light(), lamps, seen, model, step);
-    clock.done("shadows");
-    const rays::GatherSettings how{plan.trace_scale, plan.rays, kPixelSeed};
-    const std::vector<Rgb> indirect = rays::gather_pixels(light.light(), light.places(), seen, model, how);
-    clock.done("gather");
-    change = Image<float>(radiance.width, radiance.height, 3);
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (!seen[i].known || seen[i].glossy) continue;
-      const Rgb delta = seen[i].albedo / reference::kPi * (indirect[i] - hidden[i]);
-      for (std::size_t c = 0; c < 3; ++c) change.data[3 * i + c] = delta[static_cast<Eigen::Index>(c)];
-    }
-    if (!known.empty()) {
-      const std::vector<Rgb> gloss =
-          rays::gather_gloss(light.light(), light.places(), seen, model, {how.scale, how.rays, kGlossSeed});
+    detail = asked;
+    blocks.reset();
+    gloss.reset();
+    if (detail.block > 1) blocks.emplace(seen, model, detail.block);
+    find_receivers();
+    indirect.emplace(shared(), of_shared(), detail.gather / detail.block, rays::GatherGrid::Of::even);
+    if (!known.empty()) gloss.emplace(seen, model, detail.gather, rays::GatherGrid::Of::glossy);
+    new_view = true;
+    clock.done("pixels");
+  }
+
+  /// Surfaces that pixels share, or their own.
+  const std::vector<rays::PixelSurface>& shared() const { return blocks ? blocks->seen() : seen; }
+  const CameraModel& of_shared() const { return blocks ? blocks->camera() : session.color.model; }
+
+  void find_receivers() {
+    const CameraModel& model = session.color.model;
+    receivers.assign(seen.size(), {});
+    change = Image<float>(model.width, model.height, 3);
+    rays::for_each_block(model.height, kRow, [&](int first, int last) {
+      for (int v = first; v < last; ++v) {
+        for (int u = 0; u < model.width; ++u) {
+          const auto i = static_cast<std::size_t>(v * model.width + u);
+          if (!seen[i].known || seen[i].glossy) continue;
+          receivers[i].reflects.head<3>() = seen[i].albedo / reference::kPi;
+          if (blocks) receivers[i].mix = blocks->mix(u, v, seen[i].surface);
+        }
+      }
+    });
+  }
+
+  void see(const rays::Eye& eye, int rays, Clock& clock) {
+    const rays::Turn turn = new_view ? rays::Turn{} : light.turn();
+    new_view = false;
+    find_change(rays, turn, clock);
+    if (gloss) {
+      gloss->gather(light.light(), light.places(), rays, kGlossSeed, turn);
+      const std::vector<Eigen::Array4f> found = gloss->at_pixels();
       for (std::size_t i = 0; i < seen.size(); ++i) {
-        if (!seen[i].glossy) continue;
-        for (std::size_t c = 0; c < 3; ++c) change.data[3 * i + c] = gloss[i][static_cast<Eigen::Index>(c)];
+        if (seen[i].glossy) set(change, i, found[i].head<3>());
       }
       clock.done("gloss");
     }
-    objects = rays::see_objects(light.light(), lamps, seen, eye, step);
+    objects = rays::see_objects(light.light(), lamps, seen, eye, detail);
     clock.done("object pixels");
-    trace_scale = plan.trace_scale;
+  }
+
+  void find_change(int rays, const rays::Turn& turn, Clock& clock) {
+    const std::vector<Eigen::Array4f> hidden =
+        rays::hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail.step);
+    clock.done("shadows");
+    indirect->gather(light.light(), light.places(), rays, kPixelSeed, turn);
+    std::vector<Eigen::Array4f> delta = indirect->at_pixels();
+    for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= hidden[i];
+    const CameraModel& model = session.color.model;
+    rays::for_each_block(model.height, kRow, [&](int first, int last) {
+      const auto width = static_cast<std::size_t>(model.width);
+      for (std::size_t i = static_cast<std::size_t>(first) * width; i < static_cast<std::size_t>(last) * width; ++i) {
+        const Receiver& r = receivers[i];
+        const Eigen::Array4f irradiance =
+            blocks ? blocks->mixed(r.mix, [&](std::size_t block) { return delta[block]; }) : delta[i];
+        set(change, i, (r.reflects * irradiance).head<3>());
+      }
+    });
+    clock.done("gather");
   }
 
   std::shared_ptr<const RelightMaps> maps() const {
     auto maps = std::make_shared<RelightMaps>();
-    maps->mask = objects.coverage;
+    maps->mask = Image<float>(change.width, change.height, 1);
     maps->delta = change;
     maps->albedo = maps->normals = Image<float>(change.width, change.height, 3);
     maps->depth_m = Image<float>(change.width, change.height, 1);
     const Eigen::Vector3f eye_m = T_tag_camera.topRightCorner<3, 1>(), forward = T_tag_camera.block<3, 1>(0, 2);
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      // Where an object shows, the maps say what it is.
-      const rays::PixelSurface& p = objects.coverage.data[i] < 0.5f ? seen[i] : objects.surfaces[i];
-      if (!p.known) continue;
-      for (std::size_t c = 0; c < 3; ++c) {
-        maps->albedo.data[3 * i + c] = p.albedo[static_cast<Eigen::Index>(c)];
-        maps->normals.data[3 * i + c] = p.surface.normal[static_cast<Eigen::Index>(c)];
-      }
+    const auto tell = [&](std::size_t i, const rays::PixelSurface& p) {
+      set(maps->albedo, i, p.albedo);
+      set(maps->normals, i, p.surface.normal.array());
       maps->depth_m.data[i] = forward.dot(p.surface.position_m - eye_m);
+    };
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (seen[i].known) tell(i, seen[i]);
     }
+    // Where an object shows, the maps say what it is.
+    for_objects([&](std::size_t i, std::size_t of_window) {
+      maps->mask.data[i] = objects.coverage.data[of_window];
+      if (maps->mask.data[i] >= 0.5f && objects.surfaces[of_window].known) tell(i, objects.surfaces[of_window]);
+    });
     return maps;
   }
 
-  /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
-  void compose(const Image<float>& radiance, Image<std::uint8_t>& picture) const {
-    for (std::size_t i = 0; i < objects.coverage.data.size(); ++i) {
-      const float coverage = objects.coverage.data[i];
-      const Rgb before = pixel(radiance, i), delta = pixel(change, i).max(-before), object = pixel(objects.radiance, i);
-      if (coverage == 0 && delta.isZero(0) && camera.codes_are_srgb()) continue;
-      const Rgb light_now = (1 - coverage) * (before + delta) + object;
-      if (!light_now.allFinite()) continue;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const float code = linear_to_srgb(camera.exposure() * light_now[static_cast<Eigen::Index>(c)]);
-        picture.data[3 * i + c] = static_cast<std::uint8_t>(std::lround(255 * code));
+  /// `look(pixel of the picture, pixel of the window)` for each of the objects' window.
+  template <typename Look>
+  void for_objects(Look look) const {
+    for (int v = 0; v < objects.coverage.height; ++v) {
+      for (int u = 0; u < objects.coverage.width; ++u) {
+        look(static_cast<std::size_t>((v + objects.top) * change.width + u + objects.left),
+             objects.coverage.index(u, v));
       }
+    }
+  }
+
+  /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
+  void compose(Image<std::uint8_t>& picture) const {
+    rays::for_each_block(change.height, kRow, [&](int first, int last) {
+      for (int v = first; v < last; ++v) {
+        for (int u = 0; u < change.width; ++u) compose(u, v, picture);
+      }
+    });
+  }
+
+  void compose(int u, int v, Image<std::uint8_t>& picture) const {
+    const auto i = static_cast<std::size_t>(v) * static_cast<std::size_t>(change.width) + static_cast<std::size_t>(u);
+    float coverage = 0;
+    Rgb object = Rgb::Zero();
+    const int x = u - objects.left, y = v - objects.top;
+    if (x >= 0 && y >= 0 && x < objects.coverage.width && y < objects.coverage.height) {
+      const std::size_t at = objects.coverage.index(x, y);
+      coverage = objects.coverage.data[at];
+      object = pixel(objects.radiance, at);
+    }
+    const Rgb change_here = pixel(change, i);
+    if (coverage == 0 && change_here.isZero(0) && camera.codes_are_srgb()) return;
+    const Rgb before = camera.radiance(i);
+    const Rgb light_now = (1 - coverage) * (before + change_here).max(0) + object;
+    if (!light_now.allFinite()) return;
+    for (std::size_t c = 0; c < 3; ++c) {
+      picture.data[3 * i + c] = codes(camera.exposure() * light_now[static_cast<Eigen::Index>(c)]);
     }
   }
 };
@@ -173,12 +265,10 @@ RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, con
   Clock clock(result.passes);
   s.follow(scene);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
-  const Image<float> radiance = s.camera.radiance();
-  const Eigen::Isometry3f T_tag_camera = scene.pose->T_tag_camera.cast<float>();
-  if (lit_anew || s.T_tag_camera != T_tag_camera.matrix() || s.trace_scale != plan.trace_scale) {
-    s.see(T_tag_camera, radiance, plan, clock);
-  }
-  s.compose(radiance, result.srgb);
+  const rays::Eye eye{s.pixel_rays, {s.session.color.model, scene.pose->T_tag_camera.cast<float>()}};
+  s.look(eye, rays::detail_of(plan.trace_scale), clock);
+  if (lit_anew || s.new_view) s.see(eye, plan.rays, clock);
+  s.compose(result.srgb);
   if (with_maps) result.maps = s.maps();
   return result;
 }

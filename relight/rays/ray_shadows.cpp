@@ -19,9 +19,10 @@ using reference::RayFan;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr float kOfPenumbra = 0.35f;  // standard deviation of the smoothing
 constexpr float kOffPlane_px = 1.5f;
-constexpr float kWide_px = 4;  // penumbra that is the same all over a pixel
-constexpr int kReach = 2;      // pixels, of the smoothing
-constexpr int kRow = 4;        // rows of pixels, a thread's turn
+constexpr float kWide_px = 4;    // penumbra that is the same all over a pixel
+constexpr float kSparse_px = 6;  // penumbra of which one of 2 × 2 pixels tells enough
+constexpr int kReach = 2;        // pixels, of the smoothing
+constexpr int kRow = 4;          // rows of pixels, a thread's turn
 constexpr std::uint32_t kLampSeed = 31;
 
 enum class On { room, objects };
@@ -29,6 +30,7 @@ enum class On { room, objects };
 struct Shadow {
   float hidden = 0;         ///< share of the lamp's light that does not arrive for what is looked for
   float penumbra_m = kFar;  ///< how wide the narrowest penumbra is that falls here
+  bool known = true;        ///< else the pixels around it tell
 };
 
 class LampShadow {
@@ -65,10 +67,14 @@ class LampShadow {
       for (int j = first; j < last; ++j) {
         for (int i = 0; i < across; ++i) {
           std::uint8_t around = 0;
+          bool sparse = true;
           for (int y = j - 1; y <= j + 2; ++y) {
-            for (int x = i - 1; x <= i + 2; ++x) around |= corner(x, y);
+            for (int x = i - 1; x <= i + 2; ++x) {
+              around |= corner(x, y);
+              sparse = sparse && is_wide(std::clamp(x, 0, across - 1) * step, std::clamp(y, 0, down - 1) * step);
+            }
           }
-          fill(i * step, j * step, step, around);
+          fill(i * step, j * step, step, around, sparse);
         }
       }
     });
@@ -131,13 +137,22 @@ class LampShadow {
     return kPartly;
   }
 
-  void fill(int from_u, int from_v, int step, std::uint8_t around) {
+  bool is_wide(int u, int v) const {
+    const std::size_t pixel = at(std::min(u, width_ - 1), std::min(v, height_ - 1));
+    return shadows_[pixel].penumbra_m * focal_px_ > kSparse_px * seen_[pixel].depth_m;
+  }
+
+  void fill(int from_u, int from_v, int step, std::uint8_t around, bool sparse) {
     for (int v = from_v; v < std::min(from_v + step, height_); ++v) {
       for (int u = from_u; u < std::min(from_u + step, width_); ++u) {
         if (u == from_u && v == from_v) continue;
         if (around == kHidden) {
           shadows_[at(u, v)].hidden = 1;
-        } else if (around != kOpen) {
+        } else if (around == kOpen) {
+          continue;
+        } else if (sparse && ((u | v) & 1) != 0) {
+          shadows_[at(u, v)].known = false;
+        } else {
           trace(u, v);
         }
       }
@@ -146,6 +161,7 @@ class LampShadow {
 
   /// Whether a part of the lamp is hidden at a pixel, or all of it where a pixel beside it finds it open.
   bool is_edge(int u, int v) const {
+    if (!shadows_[at(u, v)].known) return true;
     const float own = shadows_[at(u, v)].hidden;
     return (own > 0 && own < 1) || (u + 1 < width_ && shadows_[at(u + 1, v)].hidden != own) ||
            (v + 1 < height_ && shadows_[at(u, v + 1)].hidden != own);
@@ -181,8 +197,8 @@ class LampShadow {
     for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, height_ - 1); ++y) {
       for (int x = std::max(u - kReach, 0); x <= std::min(u + kReach, width_ - 1); ++x) {
         const PixelSurface& other = seen_[at(x, y)];
-        if (!is_wanted(other)) continue;
         const Shadow& shadow = shadows_[at(x, y)];
+        if (!shadow.known || !is_wanted(other)) continue;
         narrowest_m = std::min(narrowest_m, shadow.penumbra_m);
         const float turn = own.surface.normal.dot(other.surface.normal);
         if (turn <= 0) continue;
@@ -219,16 +235,17 @@ std::vector<LampPoints> lamp_points_of(const RayRoom& room) {
   return points;
 }
 
-std::vector<Rgb> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                                   const std::vector<PixelSurface>& seen, const CameraModel& camera, int step) {
-  std::vector<Rgb> sum(seen.size(), Rgb::Zero());
+std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
+                                              const std::vector<PixelSurface>& seen, const CameraModel& camera,
+                                              int step) {
+  std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
     LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera);
     shadow.look(step);
     shadow.smoothed([&](std::size_t pixel, float hidden, float) {
       if (hidden <= 0) return;
       const float all = lamps[lamp].unhidden(seen[pixel].surface);
-      sum[pixel] += lamps[lamp].lamp().radiance * (hidden * all);
+      sum[pixel].head<3>() += lamps[lamp].lamp().radiance * (hidden * all);
     });
   }
   return sum;

@@ -11,10 +11,11 @@ namespace lumigraft::rays {
 /// For each lamp of the room.
 std::vector<LampPoints> lamp_points_of(const RayRoom& room);
 
-/// By pixel, irradiance of all lamps that objects hide from even real surfaces, W/m². `step`: pixels between those that
-/// are looked at first; what is narrower may be missed.
-std::vector<Rgb> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                                   const std::vector<PixelSurface>& seen, const CameraModel& camera, int step);
+/// By pixel, of three channels, irradiance of all lamps that objects hide from even real surfaces, W/m². `step`: pixels
+/// between those that are looked at first; what is narrower may be missed.
+std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
+                                              const std::vector<PixelSurface>& seen, const CameraModel& camera,
+                                              int step);
 
 struct LampShare {
   float open = 1;          ///< the share of a lamp's light that comes past room and objects

@@ -21,13 +21,14 @@ Vertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
   return Vertex(white_surface(s), -normal);
 }
 
-}  // namespace
-
+/// `gather(vertex, sampler, ray)` is the irradiance over π that one of the samples of a place finds.
 template <typename Gather>
-std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, Gather gather) {
-  std::vector<Rgb> found(objects.places().size());
+std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, const Turn& turn,
+                           const std::vector<Rgb>& kept, Gather gather) {
+  std::vector<Rgb> found = kept;
   for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
+      if (!turn.is_of(i)) continue;
       const auto& place = objects.places()[static_cast<std::size_t>(i)];
       const Vertex vertex = white_vertex(place.position_m, place.normal);
       Rgb sum = Rgb::Zero();
@@ -42,16 +43,19 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
   return found;
 }
 
-void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, RayObjects& objects) {
-  objects.set_direct(
-      at_places(objects, samples, seed, [&](const Vertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
+}  // namespace
+
+void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const Turn& turn, RayObjects& objects) {
+  objects.set_direct(at_places(objects, samples, seed, turn, objects.direct(),
+                               [&](const Vertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
 }
 
-void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, RayObjects& objects) {
+void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, const Turn& turn,
+                    RayObjects& objects) {
   const std::size_t per_place = static_cast<std::size_t>(rays);
   std::vector<const Rgb*> ends(objects.places().size() * per_place, nullptr);
-  const std::vector<Rgb> first =
-      at_places(objects, rays, seed, [&](const Vertex& vertex, Sampler& sampler, std::size_t ray) {
+  const std::vector<Rgb> first = at_places(
+      objects, rays, seed, turn, objects.indirect(), [&](const Vertex& vertex, Sampler& sampler, std::size_t ray) {
         const Vector3f w = vertex.sample(sampler);
         return light.with_objects_unless({vertex.leave(w), w, 0}, sampler, kMirrors, &ends[ray]);
       });
@@ -65,10 +69,11 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
 }
 
 void gather_cells(const DeltaLight& light, const std::vector<reference::Place>& places, int rays, std::uint32_t seed,
-                  ChangeCells& cells) {
-  std::vector<Rgb> found(cells.cells().size());
+                  const Turn& turn, ChangeCells& cells) {
+  std::vector<Rgb> found = cells.irradiance;
   for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
+      if (!turn.is_of(i)) continue;
       const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
       Vertex vertex = white_vertex(cell.position_m, cell.normal);
       vertex.look_for(places);

@@ -7,16 +7,23 @@
 
 namespace lumigraft::rays {
 
+/// Which places get new light, by their number: one of `of`. The others keep what they have.
+struct Turn {
+  int of = 1, now = 0;
+  bool is_of(int place) const { return place % of == now; }
+};
+
 /// What lamps bring to the objects' places. `samples`: of each lamp.
-void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, RayObjects& objects);
+void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const Turn& turn, RayObjects& objects);
 
 /// All else that comes to them. `rays`: over the hemisphere of a place. Light goes to and fro between matt objects, and
 /// within one, `bounces` times without further rays.
-void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, RayObjects& objects);
+void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, const Turn& turn,
+                    RayObjects& objects);
 
 /// Into cells.irradiance. `places`: where light changes. `rays`: over the hemisphere, and as many towards the places.
 void gather_cells(const DeltaLight& light, const std::vector<reference::Place>& places, int rays, std::uint32_t seed,
-                  ChangeCells& cells);
+                  const Turn& turn, ChangeCells& cells);
 
 struct RayCounts {
   int hemisphere = 0, aimed = 0;  ///< by the cosine; towards where light changes

@@ -56,6 +56,26 @@ float cone_of_sphere(float radius_m, float distance_m) {
   return sine2 / (1 + std::sqrt(std::max(1 - sine2, 0.0f)));
 }
 
+std::optional<LampHit> nearest_lamp(const std::vector<ReferenceLamp>& lamps, const Vector3f& from_m,
+                                    const Vector3f& w) {
+  std::optional<LampHit> nearest;
+  for (std::size_t i = 0; i < lamps.size(); ++i) {
+    const std::optional<float> t = lamp_hit(lamps[i], from_m, w);
+    if (t && (!nearest || *t < nearest->t_m)) nearest = LampHit{i, *t};
+  }
+  return nearest;
+}
+
+bool behind_other_lamp(const std::vector<ReferenceLamp>& lamps, std::size_t lamp, const Vector3f& from_m,
+                       const Vector3f& w, float limit_m) {
+  for (std::size_t i = 0; i < lamps.size(); ++i) {
+    if (i == lamp) continue;
+    const std::optional<float> t = lamp_hit(lamps[i], from_m, w);
+    if (t && *t < limit_m) return true;
+  }
+  return false;
+}
+
 float lamp_reach_m(const ReferenceLamp& lamp) {
   return lamp.shape == ReferenceLamp::Shape::rectangle ? (lamp.half_u_m + lamp.half_v_m).norm() : lamp.radius_m;
 }

@@ -9,6 +9,22 @@ namespace lumigraft::reference {
 /// Where a ray meets a lamp; from behind or from within a lamp is dark.
 std::optional<float> lamp_hit(const ReferenceLamp& lamp, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w);
 
+/// The first of them along a ray.
+struct LampHit {
+  std::size_t lamp = 0;
+  float t_m = 0;
+};
+std::optional<LampHit> nearest_lamp(const std::vector<ReferenceLamp>& lamps, const Eigen::Vector3f& from_m,
+                                    const Eigen::Vector3f& w);
+/// Whether another lamp stands in the way to one, nearer than `limit_m`.
+bool behind_other_lamp(const std::vector<ReferenceLamp>& lamps, std::size_t lamp, const Eigen::Vector3f& from_m,
+                       const Eigen::Vector3f& w, float limit_m);
+/// Rays that look for what is in the way to a lamp end this much before it.
+constexpr float kBeforeLamp_m = 1e-4f;
+
+/// Veach & Guibas 1995, the balance heuristic.
+inline float balanced(float own_pdf, float other_pdf) { return own_pdf / (own_pdf + other_pdf); }
+
 /// What the lamp sends back along w from where it is hit.
 Rgb lamp_radiance(const ReferenceLamp& lamp, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w);
 

@@ -10,7 +10,6 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kShort = 1e-4f;       // shadow rays end this much before the lamp
 constexpr int kSureBounces = 3;       // before Russian roulette
 constexpr float kMostToLive = 0.95f;  // of Russian roulette
 constexpr int kLookingBounces = 2;    // that look for where light changes
@@ -18,21 +17,15 @@ constexpr float kSureOn = 0.5f;       // a branch of less throughput takes part 
 constexpr float kSureSplit = 0.05f;   // and one that has met an object, where what there is to see begins, of less yet
 constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
 
-/// Veach & Guibas 1995, balance heuristic.
-float weight(float own_pdf, float other_pdf) { return own_pdf / (own_pdf + other_pdf); }
-
 }  // namespace
 
 Paths::Arrival Paths::arrival(const Ray& ray, bool with_objects) const {
   Arrival a;
   a.t_m = kInfinity;
-  for (std::size_t i = 0; i < world_.scene->lamps.size(); ++i) {
-    const std::optional<float> t = lamp_hit(world_.scene->lamps[i], ray.from_m, ray.w);
-    if (t && *t < a.t_m) {
-      a.at = Arrival::At::lamp;
-      a.t_m = *t;
-      a.lamp = i;
-    }
+  if (const auto lamp = nearest_lamp(world_.scene->lamps, ray.from_m, ray.w)) {
+    a.at = Arrival::At::lamp;
+    a.t_m = lamp->t_m;
+    a.lamp = lamp->lamp;
   }
   const auto nearer = [&](const Meshes& meshes, Arrival::At at) {
     if (const std::optional<MeshHit> hit = meshes.hit(ray.from_m, ray.w, a.t_m)) {
@@ -49,20 +42,15 @@ Paths::Arrival Paths::arrival(const Ray& ray, bool with_objects) const {
 Rgb Paths::emitted(const Ray& ray, const Arrival& a, float pdf) const {
   if (a.at == Arrival::At::sky) {
     const Rgb light = world_.sky.radiance(ray.w);
-    return pdf > 0 ? (light * weight(pdf, world_.sky.pdf(ray.w))).eval() : light;
+    return pdf > 0 ? (light * balanced(pdf, world_.sky.pdf(ray.w))).eval() : light;
   }
   const ReferenceLamp& lamp = world_.scene->lamps[a.lamp];
   const Rgb light = lamp_radiance(lamp, ray.from_m, ray.w);
-  return pdf > 0 ? (light * weight(pdf, lamp_pdf(lamp, ray.from_m, ray.w))).eval() : light;
+  return pdf > 0 ? (light * balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w))).eval() : light;
 }
 
 bool Paths::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float limit_m, std::size_t lamp) const {
-  for (std::size_t i = 0; i < world_.scene->lamps.size(); ++i) {
-    if (i == lamp) continue;
-    const std::optional<float> t = lamp_hit(world_.scene->lamps[i], from_m, w);
-    if (t && *t < limit_m) return true;
-  }
-  return world_.real.blocked(from_m, w, limit_m);
+  return behind_other_lamp(world_.scene->lamps, lamp, from_m, w, limit_m) || world_.real.blocked(from_m, w, limit_m);
 }
 
 template <typename Counts>
@@ -71,8 +59,8 @@ Rgb Paths::direct(const Vertex& vertex, Counts counts) {
   const auto add = [&](const LightSample& s, const Vector3f& from_m, std::size_t lamp) {
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
     const Rgb f = vertex.response(s.w);
-    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kShort, lamp)) return;
-    sum += f * s.radiance * (weight(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
+    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kBeforeLamp_m, lamp)) return;
+    sum += f * s.radiance * (balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
   };
   // Lamps are seen from the very point from which rays leave, so that both ways to find them agree on densities.
   const Vector3f from_m = vertex.leave();

@@ -142,6 +142,27 @@ Plan careful_plan(int volume, int bounces) {
   return plan;
 }
 
+Plan rays_plan(int trace_scale, int rays, int bounces) {
+  Plan plan;
+  plan.method = "rays";
+  plan.trace_scale = trace_scale;
+  plan.rays = rays;
+  plan.bounces = bounces;
+  return plan;
+}
+
+ClosedScene box_on_floor() {
+  ClosedScene scene;
+  scene.width = 112;
+  scene.height = 84;
+  scene.focal_px = 90;
+  scene.sky = 0.2f;
+  scene.radiance = [](const Eigen::Vector3f&) { return 0.25f; };
+  scene.lamps = {lamp_at({0.3f, 0.1f, 0.5f}, 0.03f, 0.2f)};
+  scene.exhibit.objects = {box_object({-0.1f, -0.05f, 0.01f}, {0.1f, 0.05f, 0.2f}, 0.9f)};
+  return scene;
+}
+
 PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity) {
   PointLight lamp;
   lamp.distance_known = true;

@@ -40,6 +40,9 @@ struct ClosedScene {
 /// A plan with all that is derived from it at its most careful, in small volumes.
 Plan careful_plan(int volume = 64, int bounces = 2);
 
+/// By rays, at one of trace_scale² pixels.
+Plan rays_plan(int trace_scale = 2, int rays = 20, int bounces = 2);
+
 /// A lamp at a known place.
 PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity);
 /// What it brings to a surface: E = I cos θ / d², times what a flat lamp sends that way.
@@ -48,6 +51,9 @@ float irradiance(const PointLight& lamp, const Eigen::Vector3f& at_m, const Eige
 /// A sphere of 40 × 80 facets with smooth normals, Lambert.
 VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo);
 VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo);
+
+/// A white box on a grey floor beside a lamp.
+ClosedScene box_on_floor();
 
 /// Signed distance to a box, negative inside.
 float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m);

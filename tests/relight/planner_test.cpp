@@ -68,6 +68,16 @@ TEST(Planner, TwoLampsOfEightCarryAlmostAll) {
   EXPECT_EQ(choice(decision, "max_lights").most, 8);
 }
 
+TEST(Planner, MethodsWithoutADeviceTakeAllThereIs) {
+  for (const char* method : {"rays", "reference"}) {
+    Plan plan;
+    plan.method = method;
+    const Planner::Decision decision = Planner(plan).decide(scene_of(kTwoOfEight, dark), {}, 0);
+    EXPECT_TRUE(decision.choices.empty()) << method;
+    EXPECT_EQ(decision.plan.max_lights, Plan().max_lights) << method;
+  }
+}
+
 // The order in which lamps come, which the drawing does not follow either.
 TEST(Planner, TheStrongestAreCounted) {
   const Planner::Decision decision = Planner({}).decide(scene_of({0.04f, 11, 0.05f, 20}, dark), {}, 0);

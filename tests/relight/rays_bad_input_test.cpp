@@ -8,14 +8,6 @@
 namespace lumigraft::test {
 namespace {
 
-Plan rays() {
-  Plan plan = careful_plan(32);
-  plan.method = "rays";
-  plan.trace_scale = 2;
-  plan.bounces = 4;
-  return plan;
-}
-
 /// Everything sends out as much, so nothing that does not absorb can be told from the rest.
 ClosedScene furnace() {
   ClosedScene scene;
@@ -28,9 +20,9 @@ ClosedScene furnace() {
   return scene;
 }
 
-RelitPicture relit(const ClosedScene& scene) {
+RelitPicture relit(const ClosedScene& scene, int trace_scale = 2) {
   RayRenderer renderer(scene.session());
-  RelitPicture picture = scene.relit(renderer, rays());
+  RelitPicture picture = scene.relit(renderer, rays_plan(trace_scale, 20, 4));
   for (const Image<float>* map : {&picture.maps->albedo, &picture.maps->normals, &picture.maps->depth_m,
                                   &picture.maps->delta, &picture.maps->mask}) {
     EXPECT_TRUE(std::all_of(map->data.begin(), map->data.end(), [](float x) { return std::isfinite(x); }));
@@ -54,13 +46,26 @@ TEST(RaysBadInput, APerfectMirrorOfRoughnessZeroIsInvisibleInAFurnace) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.12f, {0, 0, 0.15f}, 1)};
   scene.exhibit.objects[0].material = Material{Eigen::Vector3f::Ones(), 1, 0, 1};
-  EXPECT_LT(off_the_furnace(relit(scene)), 0.1);
+  for (const int trace_scale : {2, 8}) EXPECT_LT(off_the_furnace(relit(scene, trace_scale)), 0.1) << trace_scale;
 }
 
 TEST(RaysBadInput, AnObjectAroundTheCamera) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.2f, scene.eye_m, 1)};
-  relit(scene);
+  for (const int trace_scale : {2, 8}) relit(scene, trace_scale);
+}
+
+TEST(RaysBadInput, PicturesOfFewPixels) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {3, 1}, {1, 5}, {9, 7}}) {
+    ClosedScene scene = furnace();
+    scene.width = width;
+    scene.height = height;
+    scene.focal_px = 8;
+    scene.exhibit.objects = {sphere_object(0.12f, {0, 0, 0.15f}, 1)};
+    for (const int trace_scale : {1, 2, 4, 8}) {
+      EXPECT_LT(off_the_furnace(relit(scene, trace_scale)), 0.1) << width << " x " << height << ", " << trace_scale;
+    }
+  }
 }
 
 TEST(RaysBadInput, ALampWithinAnObject) {
@@ -76,7 +81,7 @@ TEST(RaysBadInput, AnObjectUnderTheFloorAndOneWithoutThickness) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, -0.3f}, 0.2f),
                            box_object({-0.1f, -0.1f, 0.1f}, {0.1f, 0.1f, 0.1f + 1e-6f}, 1)};
-  EXPECT_LT(off_the_furnace(relit(scene)), 0.1);
+  for (const int trace_scale : {2, 8}) EXPECT_LT(off_the_furnace(relit(scene, trace_scale)), 0.1) << trace_scale;
 }
 
 TEST(RaysBadInput, WhatAModelLacksIsSaid) {
@@ -96,11 +101,11 @@ TEST(RaysBadInput, RoomsWithoutColourOrLight) {
   Scene room = scene.scene();
   room.albedo = nullptr;
   RayRenderer renderer(scene.session());
-  const RelitPicture without = renderer.relight(scene.frame(), room, scene.exhibit, rays(), true);
+  const RelitPicture without = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan(), true);
   EXPECT_FALSE(without.passed_through);
   for (const float change : without.maps->delta.data) EXPECT_EQ(change, 0);  // nothing is claimed of what is not known
   room.illumination = nullptr;
-  const RelitPicture dark = renderer.relight(scene.frame(), room, scene.exhibit, rays());
+  const RelitPicture dark = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
   EXPECT_TRUE(dark.passed_through);
   EXPECT_EQ(dark.warnings.size(), 1u);
 }

@@ -11,13 +11,6 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-Plan rays(int count = 64, int bounces = 2) {
-  Plan plan = careful_plan(32, bounces);
-  plan.method = "rays";
-  plan.rays = count;
-  return plan;
-}
-
 RelitPicture relit(const ClosedScene& scene, const Plan& plan) {
   RayRenderer renderer(scene.session());
   return scene.relit(renderer, plan);
@@ -27,11 +20,9 @@ RelitPicture relit(const ClosedScene& scene, const Plan& plan) {
 TEST(RaysClosed, ABlackBallTakesItsShareOfAnEvenSky) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
-  for (const int trace_scale : {1, 2}) {
+  for (const auto& [trace_scale, bound] : {std::pair{1, 0.05}, {2, 0.08}, {4, 0.1}, {8, 0.15}}) {
     SCOPED_TRACE(trace_scale);
-    Plan plan = rays();
-    plan.trace_scale = trace_scale;
-    const RelitPicture picture = relit(scene, plan);
+    const RelitPicture picture = relit(scene, rays_plan(trace_scale, 64));
     EXPECT_TRUE(picture.warnings.empty());
     double off = 0, all = 0;
     for (int v = 0; v < scene.height; ++v) {
@@ -45,7 +36,7 @@ TEST(RaysClosed, ABlackBallTakesItsShareOfAnEvenSky) {
         all += expected * expected;
       }
     }
-    EXPECT_LT(std::sqrt(off / all), trace_scale == 1 ? 0.05 : 0.08);
+    EXPECT_LT(std::sqrt(off / all), bound);
   }
 }
 
@@ -61,7 +52,7 @@ TEST(RaysClosed, WallsReceiveWhatTheBallReflects) {
   const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
   RayRenderer renderer(room.session());
   double sum_W = 0, lost_W = 0;
-  room.change_on_walls(renderer, rays(), [&](float W) {
+  room.change_on_walls(renderer, rays_plan(1, 64), [&](float W) {
     sum_W += W;
     lost_W += std::min(W, 0.0f);
   });
@@ -81,7 +72,7 @@ TEST(RaysClosed, SealedRoomKeepsItsLightAndTheSkyOut) {
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0}, 1)};
   scene.eye_m = {0.3f, -0.33f, 0.2f};
   scene.look_at_m = {0, 0, 0};
-  const RelitPicture picture = relit(scene, rays());
+  const RelitPicture picture = relit(scene, rays_plan(1, 64));
   double most_on_ball = 0, most_on_walls = 0;
   int ball = 0;
   for (int v = 0; v < scene.height; ++v) {
@@ -111,7 +102,7 @@ TEST(RaysClosed, AnOpenWhiteShellIsInvisibleInAFurnace) {
   open->parts.back().index_count -= 6;
   box.model = open;
   scene.exhibit.objects = {box};
-  const RelitPicture picture = relit(scene, rays(128, 4));
+  const RelitPicture picture = relit(scene, rays_plan(1, 128, 4));
   double worst = 0;
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {

@@ -9,26 +9,6 @@
 namespace lumigraft::test {
 namespace {
 
-Plan rays() {
-  Plan plan = careful_plan(32);
-  plan.method = "rays";
-  plan.trace_scale = 2;
-  return plan;
-}
-
-/// A white box on a grey floor beside a lamp.
-ClosedScene box_on_floor() {
-  ClosedScene scene;
-  scene.width = 112;
-  scene.height = 84;
-  scene.focal_px = 90;
-  scene.sky = 0.2f;
-  scene.radiance = [](const Eigen::Vector3f&) { return 0.25f; };
-  scene.lamps = {lamp_at({0.3f, 0.1f, 0.5f}, 0.03f, 0.2f)};
-  scene.exhibit.objects = {box_object({-0.1f, -0.05f, 0.01f}, {0.1f, 0.05f, 0.2f}, 0.9f)};
-  return scene;
-}
-
 void turn(Exhibit& exhibit, double degrees) {
   exhibit.objects.front().rotation = Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitZ());
 }
@@ -49,28 +29,28 @@ TEST(RaysKept, AStillPictureIsNotTracedAgain) {
   RayRenderer renderer(scene.session());
   const FrameSet frame = scene.frame();
   const Scene room = scene.scene();
-  const RelitPicture first = renderer.relight(frame, room, scene.exhibit, rays());
+  const RelitPicture first = renderer.relight(frame, room, scene.exhibit, rays_plan());
   EXPECT_TRUE(traced_light(first));
-  const RelitPicture again = renderer.relight(frame, room, scene.exhibit, rays());
+  const RelitPicture again = renderer.relight(frame, room, scene.exhibit, rays_plan());
   EXPECT_TRUE(again.passes.empty());
   EXPECT_EQ(again.srgb.data, first.srgb.data);
   RayRenderer other(scene.session());
-  EXPECT_EQ(other.relight(frame, room, scene.exhibit, rays()).srgb.data, first.srgb.data);
+  EXPECT_EQ(other.relight(frame, room, scene.exhibit, rays_plan()).srgb.data, first.srgb.data);
 }
 
 TEST(RaysKept, ACameraThatMovesAloneGathersNothingOnSurfaces) {
   ClosedScene scene = box_on_floor();
   RayRenderer renderer(scene.session());
   Scene room = scene.scene();
-  renderer.relight(scene.frame(), room, scene.exhibit, rays());
+  renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
   scene.eye_m.x() += 0.05f;
   room.pose = scene.scene().pose;
   const FrameSet frame = scene.frame();
-  const RelitPicture moved = renderer.relight(frame, room, scene.exhibit, rays());
+  const RelitPicture moved = renderer.relight(frame, room, scene.exhibit, rays_plan());
   EXPECT_FALSE(traced_light(moved));
   EXPECT_FALSE(moved.passes.empty());
   RayRenderer other(scene.session());
-  EXPECT_EQ(other.relight(frame, room, scene.exhibit, rays()).srgb.data, moved.srgb.data);
+  EXPECT_EQ(other.relight(frame, room, scene.exhibit, rays_plan()).srgb.data, moved.srgb.data);
 }
 
 TEST(RaysKept, WithoutAnObjectInReachNoBitChanges) {
@@ -85,9 +65,9 @@ TEST(RaysKept, WithoutAnObjectInReachNoBitChanges) {
   frame.color = color;
   RayRenderer renderer(scene.session());
   scene.exhibit.objects.front().position_m = {0, -20, 0.12};
-  EXPECT_EQ(renderer.relight(frame, scene.scene(), scene.exhibit, rays()).srgb.data, color->encoded.data);
+  EXPECT_EQ(renderer.relight(frame, scene.scene(), scene.exhibit, rays_plan()).srgb.data, color->encoded.data);
   scene.exhibit.objects.front().visible = false;
-  const RelitPicture without = renderer.relight(frame, scene.scene(), scene.exhibit, rays());
+  const RelitPicture without = renderer.relight(frame, scene.scene(), scene.exhibit, rays_plan());
   EXPECT_EQ(without.srgb.data, color->encoded.data);
   EXPECT_TRUE(without.passed_through);
 }
@@ -100,11 +80,42 @@ TEST(RaysKept, WhatTurnsGoesOnFromTheLastFrame) {
   const Scene room = scene.scene();
   for (int i = 0; i < 5; ++i) {
     turn(scene.exhibit, i);
-    const Image<std::uint8_t> moving = renderer.relight(frame, room, scene.exhibit, rays()).srgb;
-    Plan many = rays();
-    many.bounces = 4;
+    const Image<std::uint8_t> moving = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
     RayRenderer other(scene.session());
-    EXPECT_LT(rms_codes(moving, other.relight(frame, room, scene.exhibit, many).srgb), 0.5) << i;
+    EXPECT_LT(rms_codes(moving, other.relight(frame, room, scene.exhibit, rays_plan(2, 20, 4)).srgb), 0.5) << i;
+  }
+}
+
+// Live, light follows in rounds of frames; what is at rest again looks as if it had always stood there.
+TEST(RaysKept, LiveLightFollowsInRounds) {
+  for (const int trace_scale : {4, 8}) {
+    SCOPED_TRACE(trace_scale);
+    ClosedScene scene = box_on_floor();
+    scene.width *= 2;
+    scene.height *= 2;
+    scene.focal_px *= 2;
+    const Plan live = rays_plan(trace_scale, 20, 4);
+    RayRenderer renderer(scene.session());
+    const FrameSet frame = scene.frame();
+    const Scene room = scene.scene();
+    const auto anew = [&] {
+      RayRenderer other(scene.session());
+      return other.relight(frame, room, scene.exhibit, live).srgb;
+    };
+    renderer.relight(frame, room, scene.exhibit, live);
+    for (int i = 1; i < 12; ++i) {
+      turn(scene.exhibit, 2 * i);
+      const Image<std::uint8_t> moving = renderer.relight(frame, room, scene.exhibit, live).srgb;
+      if (i < 11) continue;
+      EXPECT_LT(rms_codes(moving, anew()), 1);
+    }
+    RelitPicture rested;
+    int rounds = 0;
+    do {
+      rested = renderer.relight(frame, room, scene.exhibit, live);
+    } while (!rested.passes.empty() && ++rounds < 20);
+    EXPECT_EQ(rounds, 7);
+    EXPECT_LT(rms_codes(rested.srgb, anew()), 0.5);
   }
 }
 
@@ -114,12 +125,12 @@ TEST(RaysKept, PixelsThatShouldNotChangeDoNot) {
   RayRenderer renderer(scene.session());
   const FrameSet frame = scene.frame();
   const Scene room = scene.scene();
-  Image<std::uint8_t> last = renderer.relight(frame, room, scene.exhibit, rays()).srgb;
+  Image<std::uint8_t> last = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
   double sum = 0;
   int count = 0;
   for (int i = 1; i < 6; ++i) {
     turn(scene.exhibit, i);
-    const Image<std::uint8_t> now = renderer.relight(frame, room, scene.exhibit, rays()).srgb;
+    const Image<std::uint8_t> now = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
     for (int v = 0; v < scene.height; ++v) {
       for (int u = 0; u < scene.width; ++u) {
         if (scene.on_plane(u, v).head<2>().norm() < 0.35f) continue;
