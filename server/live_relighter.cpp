@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "relight/relighter.h"
 #include "server/camera_picture.h"
 
 namespace lumigraft {
@@ -12,27 +13,52 @@ constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first 
 
 }  // namespace
 
-LiveRelighter::LiveRelighter(const Session& session, MakeDevice make_device)
-    : session_(session), make_device_(std::move(make_device)) {
+LiveRelighter::LiveRelighter(const Session& session, const Plan& plan, MakeDevice make_device)
+    : session_(session), plan_(plan), make_device_(std::move(make_device)) {
   make();
 }
 
-void LiveRelighter::make() { relighter_ = std::make_unique<Relighter>(make_device_(), session_); }
+void LiveRelighter::make() {
+  if (plan_.on_device()) {
+    renderer_ = std::make_unique<Relighter>(make_device_(), session_);
+    return;
+  }
+  auto rays = std::make_unique<RayRenderer>(session_, RayRenderer::Rooms::taken);
+  rays_ = rays.get();
+  renderer_ = std::move(rays);
+}
+
+bool LiveRelighter::wants_prepared(const Scene& scene) const {
+  if (!scene.field || !scene.illumination) return false;
+  std::lock_guard lock(prepared_mutex_);
+  return !prepared_ || !prepared_->has_surfaces_of(scene);
+}
+
+void LiveRelighter::prepare(const Scene& scene) {
+  std::shared_ptr<const rays::RayRoom> room = rays_->room_of(scene);
+  std::lock_guard lock(prepared_mutex_);
+  prepared_ = std::move(room);
+}
 
 LiveRelighter::Result LiveRelighter::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
                                              const Plan& plan) {
   Result result;
   try {
-    if (!relighter_ && std::chrono::steady_clock::now() >= next_try_) {
+    if (!renderer_ && std::chrono::steady_clock::now() >= next_try_) {
       make();
     }
-    if (relighter_) {
-      result.picture = relighter_->relight(frame, scene, exhibit, plan);
+    if (rays_) {
+      std::lock_guard lock(prepared_mutex_);
+      if (prepared_ && prepared_ != drawn_with_) rays_->take(drawn_with_ = prepared_);
+      result.up_to_date = prepared_ && prepared_->has_surfaces_of(scene);
+    }
+    if (renderer_) {
+      result.picture = renderer_->relight(frame, scene, exhibit, plan);
       pause_ = std::chrono::seconds(0);
       failure_.clear();
     }
   } catch (const gpu::GpuError& e) {
-    relighter_.reset();  // frees the device before the next one is made
+    renderer_.reset();  // frees the device before the next one is made
     next_try_ = std::chrono::steady_clock::now() + pause_;
     pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
     failure_ = std::string("the GPU failed and is made again: ") + e.what();

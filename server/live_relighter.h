@@ -4,8 +4,9 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <mutex>
 
-#include "relight/relighter.h"
+#include "relight/rays/ray_renderer.h"
 
 namespace lumigraft {
 
@@ -13,13 +14,21 @@ class LiveRelighter {
  public:
   using MakeDevice = std::function<std::shared_ptr<gpu::Device>()>;
 
-  /// Makes the first device. Throws gpu::GpuError.
-  LiveRelighter(const Session& session, MakeDevice make_device);
+  /// Makes the first device, where the plan is drawn on one. Throws gpu::GpuError, InputError.
+  LiveRelighter(const Session& session, const Plan& plan, MakeDevice make_device);
 
   struct Result {
     RelitPicture picture;
     bool passed_through = false;  ///< nothing was grafted
+    bool up_to_date = true;       ///< else the scene has surfaces that are not prepared yet
   };
+  /// Whether `prepare` is needed, as by rays.
+  bool draws_prepared() const { return rays_ != nullptr; }
+  /// Then: whether there is something new in the scene to prepare. Any thread.
+  bool wants_prepared(const Scene& scene) const;
+  /// Takes some tenths of a second beside `relight`, which draws from then on with what this made. One thread.
+  void prepare(const Scene& scene);
+
   /// Never throws.
   Result relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan);
 
@@ -27,8 +36,14 @@ class LiveRelighter {
   void make();
 
   Session session_;
+  Plan plan_;
   MakeDevice make_device_;
-  std::unique_ptr<Relighter> relighter_;
+  std::unique_ptr<Renderer> renderer_;
+  RayRenderer* rays_ = nullptr;  ///< the renderer, where it draws by rays
+
+  mutable std::mutex prepared_mutex_;
+  std::shared_ptr<const rays::RayRoom> prepared_, drawn_with_;
+
   std::string failure_;
   std::chrono::steady_clock::time_point next_try_{};
   std::chrono::seconds pause_{0};

@@ -26,12 +26,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{100};
-constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kAlbedoEvery{1000};
+constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kAlbedoEvery{1000}, kRoomEvery{1000};
 constexpr std::chrono::milliseconds kKeepAlive{1000};
 constexpr int kBehindThePicture = 10;  // niceness of geometry, light and albedo
 // How long these rest, in times of their work: a third of a core each while the room is unknown; after that a tenth for
-// geometry and a twentieth for albedo, whose newest answers hardly differ from the ones before.
-constexpr int kRest = 2, kGeometryRestLater = 9, kAlbedoRestLater = 19;
+// geometry and for what rays meet of it, and a twentieth for albedo, whose newest answers hardly differ from the ones
+// before.
+constexpr int kRest = 2, kGeometryRestLater = 9, kAlbedoRestLater = 19, kRoomRestLater = 9;
 
 struct PosedFrame {
   PlayedFrame played;
@@ -94,7 +95,7 @@ struct Pipeline::State {
   Mailbox<std::shared_ptr<const PosedFrame>> to_geometry{"fuse"};
   Mailbox<std::shared_ptr<const FrameSet>> to_light{"light"};
   Mailbox<ShownPicture> to_encode{"encode"};
-  Rest geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery};
+  Rest geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery}, room_rest{kRoomEvery};
 
   mutable std::mutex newest_mutex;
   ShownPicture newest;
@@ -122,7 +123,7 @@ struct Pipeline::State {
         albedo(session),
         gloss(session),
         planner(input.plan),
-        relighter(session, std::move(make_device)),
+        relighter(session, input.plan, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {}
 
   template <typename T>
@@ -165,6 +166,7 @@ struct Pipeline::State {
   void geometry_turn();
   void light_turn();
   void albedo_turn(AlbedoSchedule& schedule);
+  void room_turn();
   void encode_turn();
 };
 
@@ -272,7 +274,7 @@ void Pipeline::State::relight_turn() {
     newest_record.warnings = std::move(warnings);
     newest_record.plan = relit.picture.plan;
     newest_record.learning = learning;
-    newest_record.settled = settled;
+    newest_record.settled = settled && relit.up_to_date;
     newest_record.field_version = scene.field ? scene.field->version : 0;
     newest_record.light_version = scene.illumination ? scene.illumination->version : 0;
     newest_record.albedo_version = scene.albedo ? scene.albedo->version : 0;
@@ -340,6 +342,18 @@ void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
   board.publish_warnings("albedo stage", {});
 }
 
+void Pipeline::State::room_turn() {
+  const Scene scene = board.newest();
+  if (!relighter.wants_prepared(scene) || !room_rest.over(learning ? kRest : kRoomRestLater)) {
+    sleep_until(Clock::now() + kTick / 2);
+    return;
+  }
+  const AtWork work(room_rest);
+  const StageTimer timer(metrics, "room");
+  relighter.prepare(scene);
+  board.publish_warnings("room stage", {});
+}
+
 void Pipeline::State::encode_turn() {
   std::optional<ShownPicture> picture = to_encode.take(kTick);
   if (picture) {
@@ -379,6 +393,7 @@ void Pipeline::start() {
   s.run("light", true, [&s] { s.light_turn(); });
   s.run("geometry", true, [&s] { s.geometry_turn(); });
   s.run("albedo", true, [&s, schedule = AlbedoSchedule()]() mutable { s.albedo_turn(schedule); });
+  if (s.relighter.draws_prepared()) s.run("room", true, [&s] { s.room_turn(); });
   s.run("capture", false, [&s] { s.capture_turn(); });
 }
 

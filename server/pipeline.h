@@ -4,10 +4,11 @@
 //
 //   capture ──> pose ──> relight ──> encode ──> publish
 //      │          └─> geometry: fuse ──┐    (what geometry, light and albedo know meets relight on the SceneBoard)
-//      └──> light ─────────────────────┴─> albedo
+//      └──> light ─────────────────────┴─> albedo ─> room   (for rays alone: what they meet of the room)
 //
 // Pose takes the newest frame just in time for relight to come free: poses that nobody draws are not found.
-// Geometry, light and albedo run behind, with lower priority and rests, so that on two cores the picture comes first.
+// Geometry, light, albedo and room run behind, with lower priority and rests, so that on two cores the picture comes
+// first.
 #include <Eigen/Geometry>
 #include <chrono>
 #include <functional>

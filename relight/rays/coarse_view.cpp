@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kRow = 4;               // rows, a thread's turn
 constexpr float kOffPlane_px = 1.5f;  // of blocks: as far from the other's plane as a surface goes on
+constexpr float kAlike = 0.95f;       // from here on two count as one surface
 constexpr float kUnlike = 1e-6f;      // blocks of other surfaces count so much: only where there are no others
 
 float alike(const reference::Surface& a, const PixelSurface& b, float block_m) {
@@ -51,6 +52,22 @@ CoarseView::CoarseView(const std::vector<PixelSurface>& seen, const CameraModel&
       }
     }
   });
+  even_.resize(seen_.size());
+  for_each_block(camera_.height, kRow, [&](int first, int last) {
+    const auto width = static_cast<std::size_t>(camera_.width);
+    for (std::size_t i = static_cast<std::size_t>(first) * width; i < static_cast<std::size_t>(last) * width; ++i) {
+      even_[i] = is_even(i);
+    }
+  });
+}
+
+bool CoarseView::is_even(std::size_t first) const {
+  const PixelSurface& own = seen_[first];
+  for (std::size_t other : {first, first + right_, first + below_, first + right_ + below_}) {
+    if (other >= seen_.size() || !seen_[other].known) return false;
+    if (alike(own.surface, seen_[other], block_m(own)) < kAlike) return false;
+  }
+  return true;
 }
 
 BlockMix CoarseView::mix(int u, int v, const reference::Surface& surface) const {
@@ -65,13 +82,14 @@ BlockMix CoarseView::mix(int u, int v, const reference::Surface& surface) const 
   mix.first = top * camera_.width + left;
   std::array<float, 4> weight{};
   float sum = 0;
+  const auto first = static_cast<std::size_t>(mix.first);
+  // Where the four lie in one plane, and the pixel in it, they are all alike.
+  const bool even = even_[first] && alike(surface, seen_[first], block_m(seen_[first])) > kAlike;
   for (std::size_t k = 0; k < 4; ++k) {
-    const PixelSurface& other =
-        seen_[static_cast<std::size_t>(mix.first) + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
+    const PixelSurface& other = seen_[first + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
     if (!other.known) continue;
     const float share = (k & 1 ? right_share : 1 - right_share) * (k >> 1 ? bottom_share : 1 - bottom_share);
-    const float block_m = other.depth_m / static_cast<float>(camera_.fx);
-    weight[k] = (share + kUnlike) * (alike(surface, other, block_m) + kUnlike);
+    weight[k] = even ? share : (share + kUnlike) * (alike(surface, other, block_m(other)) + kUnlike);
     sum += weight[k];
   }
   if (!(sum > 0)) return mix;

@@ -37,10 +37,14 @@ class CoarseView {
   }
 
  private:
+  float block_m(const PixelSurface& p) const { return p.depth_m / static_cast<float>(camera_.fx); }
+  bool is_even(std::size_t first) const;
+
   int block_;
   CameraModel camera_;         ///< only its size and focal lengths mean something
   std::size_t right_, below_;  ///< from a block to those beside it, 0 where there are none
   std::vector<PixelSurface> seen_;
+  std::vector<std::uint8_t> even_;  ///< by block: it and those right of and below it show one plane
 };
 
 }  // namespace lumigraft::rays

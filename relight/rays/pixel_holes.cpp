@@ -18,6 +18,11 @@ constexpr float kNearerColor = 0.1f;                   // that reach counts as m
 constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against the one beside
 constexpr float kLeastCosine = 0.05f;                  // of a plane seen from the camera
 
+struct Filled {
+  int pixel;
+  PixelSurface surface;
+};
+
 bool is_hole(const PixelSurface& p) { return !p.known || (!p.glossy && p.albedo.maxCoeff() <= 0); }
 
 Rgb pixel(const Image<float>& image, int i) {
@@ -38,16 +43,17 @@ void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, flo
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
   const int width = camera.model.width, height = camera.model.height;
   const float reach = kReach * static_cast<float>(width);
-  const std::vector<PixelSurface> given = seen;
+  std::vector<std::vector<Filled>> filled(
+      static_cast<std::size_t>(height));  // by row; what is there stays until all looked
   const auto usable = [&](int u, int v) {
     if (u < 0 || v < 0 || u >= width || v >= height) return false;
-    const PixelSurface& p = given[static_cast<std::size_t>(v * width + u)];
+    const PixelSurface& p = seen[static_cast<std::size_t>(v * width + u)];
     return !is_hole(p) && !p.glossy;
   };
   for_each_block(height, 4, [&](int first, int last) {
     for (int v = first; v < last; ++v) {
       for (int u = 0; u < width; ++u) {
-        PixelSurface& hole = seen[static_cast<std::size_t>(v * width + u)];
+        const PixelSurface& hole = seen[static_cast<std::size_t>(v * width + u)];
         if (!is_hole(hole) || hole.w.isZero(0)) continue;
         const Rgb own = pixel(radiance, v * width + u), own_code = coded(own, exposure);
         float least = kUnlikeColor;
@@ -68,21 +74,24 @@ void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, flo
           }
         }
         if (best < 0) continue;
-        const PixelSurface& beside = given[static_cast<std::size_t>(best)];
+        const PixelSurface& beside = seen[static_cast<std::size_t>(best)];
         const Vector3f eye_m = camera.T_tag_camera.translation(), &n = beside.surface.normal;
         const float fall = n.dot(hole.w), t = n.dot(beside.surface.position_m - eye_m) / fall;
         if (fall > -kLeastCosine || !(std::abs(t - beside.depth_m) < 0.5f * beside.depth_m)) continue;
-        const Vector3f w = hole.w;
-        hole = beside;
-        hole.w = w;
-        hole.depth_m = t;
-        hole.surface.position_m = eye_m + t * w;
-        hole.surface.face = n;
+        Filled& now = filled[static_cast<std::size_t>(v)].emplace_back(Filled{v * width + u, beside});
+        PixelSurface& p = now.surface;
+        p.w = hole.w;
+        p.depth_m = t;
+        p.surface.position_m = eye_m + t * hole.w;
+        p.surface.face = n;
         const Rgb detail = (own / pixel(radiance, best).max(1e-5f)).max(kLeastDetail).min(kMostDetail);
-        hole.albedo = (beside.albedo * detail).min(1.0f);
+        p.albedo = (beside.albedo * detail).min(1.0f);
       }
     }
   });
+  for (const std::vector<Filled>& row : filled) {
+    for (const Filled& f : row) seen[static_cast<std::size_t>(f.pixel)] = f.surface;
+  }
 }
 
 }  // namespace lumigraft::rays

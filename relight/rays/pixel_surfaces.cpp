@@ -1,5 +1,7 @@
 #include "relight/rays/pixel_surfaces.h"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
 #include "relight/rays/threads.h"
@@ -8,8 +10,26 @@ namespace lumigraft::rays {
 namespace {
 
 using Eigen::Vector3f;
+using reference::RayFan;
 
 constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against what is around it
+
+/// `hit`: null where there is nothing. `radiance`: what the camera sees there.
+PixelSurface pixel_of(const RayRoom& room, const Vector3f& w, const reference::MeshHit* hit, const Rgb& radiance) {
+  PixelSurface p;
+  p.w = w;
+  if (!hit) return p;
+  const RealPoint point = room.point(*hit, w);
+  p.known = true;
+  p.glossy = !point.is_even();
+  p.surface = point.surface;
+  p.depth_m = hit->t_m;
+  if (p.glossy) return p;
+  // The room's triangles are coarser than pixels: the picture's own detail rides on what they carry.
+  const Rgb detail = (radiance / point.before.max(1e-5f)).max(kLeastDetail).min(kMostDetail);
+  p.albedo = (point.surface.look.diffuse * detail).min(1.0f);
+  return p;
+}
 
 }  // namespace
 
@@ -34,34 +54,34 @@ Vector3f PixelRays::at(int u, int v, const Eigen::Vector2f& within) const {
   return length > 0 ? (w / length).eval() : Vector3f::Zero().eval();  // NaN is none either
 }
 
-std::vector<PixelSurface> see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance) {
+void see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance, std::vector<PixelSurface>& seen) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
-  const Vector3f eye_m = eye.camera.T_tag_camera.translation();
-  std::vector<PixelSurface> seen(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  RayFan all;
+  all.from_m = eye.camera.T_tag_camera.translation();
+  all.limit_m.fill(std::numeric_limits<float>::infinity());
+  seen.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for_each_block(height, 4, [&](int first, int last) {
+    RayFan fan = all;
+    std::array<reference::MeshHit, RayFan::kMost> hits;
     for (int v = first; v < last; ++v) {
-      for (int u = 0; u < width; ++u) {
-        const std::size_t i =
-            static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
-        PixelSurface& p = seen[i];
-        p.w = eye.ray(u, v);
-        if (p.w.isZero(0)) continue;
-        const auto hit = room.meshes().hit(eye_m, p.w, std::numeric_limits<float>::infinity());
-        if (!hit) continue;
-        const RealPoint point = room.point(*hit, p.w);
-        p.known = true;
-        p.glossy = !point.is_even();
-        p.surface = point.surface;
-        p.depth_m = hit->t_m;
-        if (p.glossy) continue;
-        // The room's triangles are coarser than pixels: the picture's own detail rides on what they carry.
-        const Rgb b(radiance.data[3 * i], radiance.data[3 * i + 1], radiance.data[3 * i + 2]);
-        const Rgb detail = (b / point.before.max(1e-5f)).max(kLeastDetail).min(kMostDetail);
-        p.albedo = (point.surface.look.diffuse * detail).min(1.0f);
+      for (int from = 0; from < width; from += RayFan::kMost) {
+        const int count = std::min(width - from, RayFan::kMost);
+        fan.some = 0;
+        for (int k = 0; k < count; ++k) {
+          fan.w[static_cast<std::size_t>(k)] = eye.ray(from + k, v);
+          if (!fan.w[static_cast<std::size_t>(k)].isZero(0)) fan.some |= 1u << k;
+        }
+        const std::uint32_t met = room.meshes().hits(fan, hits);
+        for (int k = 0; k < count; ++k) {
+          const std::size_t i =
+              static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(from + k);
+          const Rgb b(radiance.data[3 * i], radiance.data[3 * i + 1], radiance.data[3 * i + 2]);
+          seen[i] = pixel_of(room, fan.w[static_cast<std::size_t>(k)],
+                             met >> k & 1 ? &hits[static_cast<std::size_t>(k)] : nullptr, b);
+        }
       }
     }
   });
-  return seen;
 }
 
 }  // namespace lumigraft::rays

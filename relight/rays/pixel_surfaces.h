@@ -36,7 +36,7 @@ struct Eye {
   }
 };
 
-/// By pixel, through its centre. `radiance`: the camera picture, linear, W/sr/m².
-std::vector<PixelSurface> see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance);
+/// By pixel, through its centre, into `seen`. `radiance`: the camera picture, linear, W/sr/m².
+void see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance, std::vector<PixelSurface>& seen);
 
 }  // namespace lumigraft::rays

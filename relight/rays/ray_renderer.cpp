@@ -65,14 +65,13 @@ struct Receiver {
 
 struct RayRenderer::State {
   Session session;
+  Rooms rooms;
   std::vector<KnownSurface> known;
   CameraUpload camera;
   rays::RayLight light;
 
-  // The room, and what it was made of.
   std::shared_ptr<const rays::RayRoom> room;
   std::vector<rays::LampPoints> lamps;
-  Scene made_of;
 
   // What the last camera saw.
   rays::PixelRays pixel_rays;
@@ -88,26 +87,39 @@ struct RayRenderer::State {
   rays::ObjectPixels objects;
   rays::SrgbCodes codes;
 
-  explicit State(const Session& s)
-      : session(s), known(known_surfaces(s.real_surfaces)), camera(s.color), pixel_rays(s.color.model) {}
+  State(const Session& s, Rooms the_rooms)
+      : session(s),
+        rooms(the_rooms),
+        known(known_surfaces(s.real_surfaces)),
+        camera(s.color),
+        pixel_rays(s.color.model) {}
+
+  std::shared_ptr<const rays::RayRoom> room_of(const Scene& scene) const {
+    return std::make_shared<const rays::RayRoom>(scene, known, static_cast<float>(session.tag.size_m));
+  }
 
   void follow(const Scene& scene) {
-    if (room && made_of.field == scene.field && made_of.albedo == scene.albedo &&
-        made_of.enclosure == scene.enclosure && made_of.illumination == scene.illumination)
-      return;
-    room = std::make_shared<const rays::RayRoom>(scene, known, static_cast<float>(session.tag.size_m));
+    if (rooms == Rooms::made_here) {
+      if (!room || !room->has_surfaces_of(scene) || room->illumination() != scene.illumination) enter(room_of(scene));
+    } else if (room->illumination() != scene.illumination) {
+      enter(std::make_shared<const rays::RayRoom>(*room, scene.illumination));
+    }
+  }
+
+  void enter(std::shared_ptr<const rays::RayRoom> next) {
+    room = std::move(next);
     lamps = rays::lamp_points_of(*room);
-    made_of = scene;
   }
 
   /// What the camera sees of the room, unless it has seen it so.
   void look(const rays::Eye& eye, const rays::Detail& asked, Clock& clock) {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
-    if (T_tag_camera == T && seen_room == room && detail == asked) return;
+    const bool same_view = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
+    if (same_view && detail == asked) return;
     const CameraModel& model = eye.camera.model;
-    if (T_tag_camera != T || seen_room != room) {
+    if (!same_view) {
       const Image<float> radiance = camera.radiance();
-      seen = rays::see_room(*room, eye, radiance);
+      rays::see_room(*room, eye, radiance, seen);
       rays::fill_holes(eye.camera, radiance, camera.exposure(), seen);
       T_tag_camera = T;
       seen_room = room;
@@ -243,8 +255,11 @@ struct RayRenderer::State {
   }
 };
 
-RayRenderer::RayRenderer(const Session& session) : state_(std::make_unique<State>(session)) {}
+RayRenderer::RayRenderer(const Session& session, Rooms rooms) : state_(std::make_unique<State>(session, rooms)) {}
 RayRenderer::~RayRenderer() = default;
+
+std::shared_ptr<const rays::RayRoom> RayRenderer::room_of(const Scene& scene) const { return state_->room_of(scene); }
+void RayRenderer::take(std::shared_ptr<const rays::RayRoom> room) { state_->enter(std::move(room)); }
 
 RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
                                   bool with_maps) {
@@ -254,7 +269,9 @@ RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, con
   s.camera.take(frame.color);
   result.srgb = s.camera.coded();
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
-  if (const std::string missing = what_is_missing(scene, objects); !missing.empty()) {
+  std::string missing = what_is_missing(scene, objects);
+  if (missing.empty() && s.rooms == Rooms::taken && !s.room) missing = "the room is not ready for rays yet";
+  if (!missing.empty()) {
     result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
     result.passed_through = true;
     return result;

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "capture/session.h"
+#include "relight/rays/ray_room.h"
 #include "relight/renderer.h"
 
 namespace lumigraft {
@@ -17,11 +18,21 @@ namespace lumigraft {
 /// changed since the last frame is not traced again.
 class RayRenderer : public Renderer {
  public:
+  /// Who makes of a scene what rays meet, which takes some tenths of a second: `relight`, when the scene has changed,
+  /// or others, who call `room_of` on a thread of their own and `take` the result. Until the first is taken the camera
+  /// picture passes through; light is followed at once all the same.
+  enum class Rooms { made_here, taken };
+
   /// Throws InputError for a [[real_surface]] that can't be read.
-  explicit RayRenderer(const Session& session);
+  explicit RayRenderer(const Session& session, Rooms rooms = Rooms::made_here);
   ~RayRenderer() override;
   RelitPicture relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
                        bool with_maps = false) override;
+
+  /// Needs scene.field and scene.illumination. Any thread.
+  std::shared_ptr<const rays::RayRoom> room_of(const Scene& scene) const;
+  /// Between calls of `relight`.
+  void take(std::shared_ptr<const rays::RayRoom> room);
 
  private:
   struct State;

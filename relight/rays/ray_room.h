@@ -35,17 +35,24 @@ struct Patch {
 
 class RayRoom {
  public:
-  /// Needs scene.field and scene.illumination.
+  /// Needs scene.field and scene.illumination; takes some tenths of a second.
   RayRoom(const Scene& scene, const std::vector<KnownSurface>& known, float tag_size_m);
+  /// The same surfaces under newer light, at little cost. What cameras measured on them stays.
+  RayRoom(const RayRoom& room, std::shared_ptr<const Illumination> illumination);
 
-  const reference::Meshes& meshes() const { return *meshes_; }
-  const std::vector<ReferenceLamp>& lamps() const { return scene_.lamps; }
+  /// Whether field, albedo and enclosure are those of the scene.
+  bool has_surfaces_of(const Scene& scene) const;
+  bool shares_surfaces_with(const RayRoom& other) const { return surfaces_ == other.surfaces_; }
+  const std::shared_ptr<const Illumination>& illumination() const { return illumination_; }
+
+  const reference::Meshes& meshes() const { return *surfaces_->meshes; }
+  const std::vector<ReferenceLamp>& lamps() const { return light_.lamps; }
   const reference::Sky& sky() const { return *sky_; }
-  const std::vector<Patch>& patches() const { return patches_; }
+  const std::vector<Patch>& patches() const { return surfaces_->patches; }
 
   /// Null on known surfaces.
   const RoomFacet* facet(const reference::MeshHit& hit) const {
-    const std::vector<RoomFacet>& of_mesh = facets_[hit.mesh];
+    const std::vector<RoomFacet>& of_mesh = surfaces_->facets[hit.mesh];
     return of_mesh.empty() ? nullptr : &of_mesh[hit.triangle];
   }
   /// L_μ as it leaves a point of the facet, W/sr/m².
@@ -55,18 +62,30 @@ class RayRoom {
   RealPoint point(const reference::MeshHit& hit, const Eigen::Vector3f& w) const;
 
  private:
-  ReferenceScene scene_;
-  std::unique_ptr<reference::Meshes> meshes_;
-  std::unique_ptr<reference::Sky> sky_;
-  std::vector<std::vector<Rgb>> before_;        ///< by mesh and vertex; none for known surfaces
-  std::vector<std::vector<bool>> colored_;      ///< likewise: radiance and albedo are known there
-  std::vector<std::vector<RoomFacet>> facets_;  ///< by mesh and triangle; likewise
-  std::vector<Patch> patches_;
+  struct MeasuredVertex {
+    Eigen::Vector3f position_m, normal;
+    Rgb before, albedo;
+    bool colored;  ///< radiance and albedo are known there
+  };
+  struct Surfaces {
+    std::vector<ReferenceMesh> real;
+    std::unique_ptr<reference::Meshes> meshes;
+    std::vector<std::vector<MeasuredVertex>> vertices;  ///< by mesh; none for known surfaces
+    std::vector<std::vector<RoomFacet>> facets;         ///< by mesh and triangle; likewise
+    std::vector<Patch> patches;
 
-  /// The tag's paper, which may lie on a known surface: |x|, |y| below half of this are paper.
-  float paper_m_ = 0;
-  std::shared_ptr<const DistanceField> field_;
-  std::shared_ptr<const AlbedoField> albedo_;
+    /// The tag's paper, which may lie on a known surface: |x|, |y| below half of this are paper.
+    float paper_m = 0;
+    std::shared_ptr<const DistanceField> field;
+    std::shared_ptr<const AlbedoField> albedo;
+    std::shared_ptr<const Enclosure> enclosure;
+  };
+
+  RealPoint measured_point(const reference::MeshHit& hit, const Eigen::Vector3f& w) const;
+
+  std::shared_ptr<const Surfaces> surfaces_;
+  ReferenceScene light_;  ///< lamps and environment alone
+  std::unique_ptr<reference::Sky> sky_;
   std::shared_ptr<const Illumination> illumination_;
 };
 

@@ -122,10 +122,14 @@ ReferenceScene reference_room_of(const Scene& scene, const std::vector<KnownSurf
     room.real.push_back({surface.model, Eigen::Affine3f::Identity(), surface.material, false});
   }
   if (auto unseen = enclosure_mesh(scene, room.real)) room.real.push_back(std::move(*unseen));
-  const Illumination& light = *scene.illumination;
+  light_room(*scene.illumination, room);
+  return room;
+}
+
+void light_room(const Illumination& light, ReferenceScene& room) {
+  room.lamps.clear();
   for (const PointLight& lamp : light.lights) room.lamps.push_back(lamp_of(lamp, light.probe_position_m));
   room.environment = light.remainder.radiance.empty() ? picture_of(light.remainder_sh) : light.remainder;
-  return room;
 }
 
 std::vector<ReferenceMesh> reference_objects_of(const Exhibit& exhibit, double time_s) {

@@ -23,6 +23,9 @@ std::vector<KnownSurface> known_surfaces(const std::vector<RealSurface>& surface
 /// the remainder of the fish-eye picture. Needs scene.field and scene.illumination.
 ReferenceScene reference_room_of(const Scene& scene, const std::vector<KnownSurface>& known);
 
+/// Its lamps and environment alone, in place of what `room` has.
+void light_room(const Illumination& light, ReferenceScene& room);
+
 /// Trilinear over the voxels whose albedo is known; black where none is.
 Eigen::Vector3f albedo_near(const AlbedoField& field, const Eigen::Vector3f& p_m);
 

@@ -26,7 +26,7 @@ class PlaybackPageTest(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="lumigraft-playback-page-")
         cls.port = free_port()
-        cls.service = subprocess.Popen([PROGRAM, "serve", "--session", RECORDING, "--listen", f"127.0.0.1:{cls.port}", "--set", "plan.trace_scale=4"])
+        cls.service = subprocess.Popen([PROGRAM, "serve", "--session", RECORDING, "--listen", f"127.0.0.1:{cls.port}", "--set", "plan.method=rays", "--set", "plan.trace_scale=8"])
         cls.page = Page(os.path.join(cls.folder, "profile"))
         time.sleep(1)
         cls.page.wait(cls.opened, "the service")

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "lost_device/lose.h"
 #include "tiny_session.h"
 
@@ -105,9 +107,48 @@ Exhibit pyramid() {
 }
 
 TEST(LiveRelighter, ADeviceThatCannotBeMadeIsAnErrorAtTheStart) {
-  EXPECT_THROW(LiveRelighter(small_camera(), []() -> std::shared_ptr<gpu::Device> { throw gpu::GpuError("none"); }),
-               gpu::GpuError);
-  EXPECT_THROW(LiveRelighter(small_camera(), [] { return std::make_shared<BrokenDevice>(); }), gpu::GpuError);
+  EXPECT_THROW(
+      LiveRelighter(small_camera(), Plan(), []() -> std::shared_ptr<gpu::Device> { throw gpu::GpuError("none"); }),
+      gpu::GpuError);
+  EXPECT_THROW(LiveRelighter(small_camera(), Plan(), [] { return std::make_shared<BrokenDevice>(); }), gpu::GpuError);
+}
+
+TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
+  Plan plan;
+  plan.method = "rays";
+  plan.trace_scale = 8;
+  LiveRelighter relighter(small_camera(), plan, []() -> std::shared_ptr<gpu::Device> { throw gpu::GpuError("none"); });
+  ASSERT_TRUE(relighter.draws_prepared());
+  Scene scene = empty_room();
+  const Exhibit exhibit = pyramid();
+  EXPECT_TRUE(relighter.wants_prepared(scene));
+  const auto early = relighter.relight(grey_frame(), scene, exhibit, plan);
+  EXPECT_TRUE(early.passed_through);
+  EXPECT_FALSE(early.up_to_date);
+  ASSERT_EQ(early.picture.warnings.size(), 1u);
+  EXPECT_NE(early.picture.warnings[0].find("not ready for rays yet"), std::string::npos);
+
+  relighter.prepare(scene);
+  EXPECT_FALSE(relighter.wants_prepared(scene));
+  const auto dark = relighter.relight(grey_frame(), scene, exhibit, plan);
+  EXPECT_FALSE(dark.passed_through);
+  EXPECT_TRUE(dark.up_to_date);
+
+  // Light is followed at once, surfaces when they are prepared.
+  auto light = std::make_shared<Illumination>();
+  light->lights.emplace_back();
+  light->lights[0].direction = Eigen::Vector3f(0.1f, 0.2f, 1).normalized();
+  light->lights[0].irradiance.setConstant(3);
+  scene.illumination = light;
+  EXPECT_FALSE(relighter.wants_prepared(scene));
+  const auto lit = relighter.relight(grey_frame(), scene, exhibit, plan);
+  EXPECT_GT(*std::max_element(lit.picture.srgb.data.begin(), lit.picture.srgb.data.end()),
+            *std::max_element(dark.picture.srgb.data.begin(), dark.picture.srgb.data.end()) + 20);
+  scene.field = std::make_shared<DistanceField>();
+  EXPECT_TRUE(relighter.wants_prepared(scene));
+  const auto behind = relighter.relight(grey_frame(), scene, exhibit, plan);
+  EXPECT_FALSE(behind.up_to_date);
+  EXPECT_EQ(behind.picture.srgb.data, lit.picture.srgb.data);
 }
 
 class LiveRelighterOn : public testing::TestWithParam<gpu::Backend> {};
@@ -117,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(BothDevices, LiveRelighterOn, testing::Values(gpu::Back
 TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
   const auto broken = std::make_shared<bool>(false);
   int made = 0;
-  LiveRelighter relighter(small_camera(), [&]() -> std::shared_ptr<gpu::Device> {
+  LiveRelighter relighter(small_camera(), Plan(), [&]() -> std::shared_ptr<gpu::Device> {
     ++made;
     if (made == 2) {
       throw gpu::GpuError("still gone");
@@ -148,7 +189,7 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
 
 TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   const gpu::LosableDevices losable(GetParam());
-  LiveRelighter relighter(small_camera(), [] { return gpu::create_device(GetParam(), {}); });
+  LiveRelighter relighter(small_camera(), Plan(), [] { return gpu::create_device(GetParam(), {}); });
   const Scene scene = empty_room();
   const Exhibit exhibit = pyramid();
   const auto before = relighter.relight(grey_frame(), scene, exhibit, small_plan());
