@@ -8,9 +8,11 @@
 #include <utility>
 
 #include "capture/error.h"
+#include "relight/model_simplify.h"
 #include "server/bench_budget.h"
 #include "server/bench_error_time.h"
 #include "server/bench_json.h"
+#include "server/bench_resize.h"
 #include "server/bench_session.h"
 #include "server/bench_settings.h"
 #include "server/bench_tables.h"
@@ -113,6 +115,13 @@ void say(const BenchRow& row, std::size_t done, std::size_t all) {
   }
 }
 
+Exhibit simplified(Exhibit exhibit, int most_triangles) {
+  for (VirtualObject& object : exhibit.objects) {
+    if (most_triangles > 0) object.model = simplify_model(*object.model, most_triangles);
+  }
+  return exhibit;
+}
+
 /// Every session with every setting; what is done is in `results` and on the disk after each. False when interrupted.
 bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>& sessions,
                       const std::vector<Method>& methods, const std::shared_ptr<gpu::Device>& device,
@@ -123,7 +132,10 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
     all += sessions.size() * method.settings.size();
   }
   for (const auto& [name, input] : sessions) {
-    const BenchScene scene = learn_bench_scene(input.session, command.oracle, command.oracle);
+    BenchScene scene = learn_bench_scene(input.session, command.oracle, command.oracle);
+    Session session = input.session;
+    resize_picture(command.enlarge, session.color.model, scene.frame);
+    const Exhibit exhibit = simplified(input.exhibit, command.triangles);
     for (const std::string& warning : scene.warnings) {
       std::cerr << "lumigraft: " << name << ": " << warning << '\n';
     }
@@ -138,11 +150,11 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
           return false;
         }
         if (!renderer) {
-          renderer = make_renderer(input.session, setting.plan, command.oracle, device);
+          renderer = make_renderer(session, setting.plan, command.oracle, device);
         }
         BenchRow row{name, method.name, setting.name, results.oracle, setting.plan, {}};
-        row.run = run_setting(*renderer, scene, input.exhibit, setting.plan,
-                              results.machine.hardware && setting.plan.on_device());
+        row.run =
+            run_setting(*renderer, scene, exhibit, setting.plan, results.machine.hardware && setting.plan.on_device());
         table.add(result_cells(row));
         results.rows.push_back(std::move(row));
         say(results.rows.back(), results.rows.size(), all);
@@ -221,6 +233,8 @@ bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted
   BenchResults results;
   results.machine = describe_machine(*device);
   results.oracle = name_of(command.oracle);
+  results.enlarged = command.enlarge;
+  results.most_triangles = command.triangles;
   const bool done =
       (!wants(command, kErrorTime) || measure_settings(command, sessions, methods, device, interrupted, results)) &&
       (!wants(command, kErrorBudget) || measure_budgets(command, sessions, device, interrupted, results)) &&

@@ -20,6 +20,8 @@ struct BenchCommand {
   std::vector<std::string> methods;   ///< empty: all
   std::vector<std::string> settings;  ///< empty: all
   std::vector<std::string> charts;    ///< error-time, cost-work, error-budget; empty: all
+  int enlarge = 1;    ///< pixels along each edge for one of the camera's, for the error against time
+  int triangles = 0;  ///< to which larger objects are simplified for it; 0: none is
   gpu::Backend backend = gpu::Backend::best;
 };
 

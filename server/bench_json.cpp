@@ -48,6 +48,8 @@ void write_results_json(const std::filesystem::path& path, const BenchResults& r
               {"hardware", results.machine.hardware},
               {"program", results.machine.program}}},
             {"oracle", results.oracle},
+            {"enlarged", results.enlarged},
+            {"most_triangles", results.most_triangles},
             {"results", Json::array()},
             {"stages", Json::object()}};
   for (const BenchRow& row : results.rows) {

@@ -32,6 +32,7 @@ struct BudgetRow {
 struct BenchResults {
   BenchMachine machine;
   std::string oracle;
+  int enlarged = 1, most_triangles = 0;  ///< as BenchCommand
   std::vector<BenchRow> rows;
   std::string work_session, work_setting;  ///< what the work rows are measured on
   std::vector<WorkRow> work;

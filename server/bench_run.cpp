@@ -7,6 +7,7 @@
 
 #include "relight/light_rounds.h"
 #include "relight/planner.h"
+#include "server/bench_resize.h"
 
 namespace lumigraft {
 namespace {
@@ -85,7 +86,7 @@ BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit&
   const RelitPicture first = render(0);  // makes what it needs: shaders, volumes, shadow maps
   BenchRun run;
   run.warnings = first.warnings;
-  run.measures = measure_picture(first.srgb, scene.camera, scene.truth);
+  run.measures = measure_picture(shrunk(first.srgb, first.srgb.width / scene.camera.width), scene.camera, scene.truth);
   run.still = measure_cost(hardware, 1, [&](int) { return render(0); });
   run.moving = measure_moving(hardware, plan, render);
   return run;

@@ -31,6 +31,7 @@ Exhibit turned(const Exhibit& exhibit, double angle_rad);
 FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
                           const Plan& plan, bool hardware);
 
+/// Pictures larger than the truth are measured shrunk to its size.
 BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
                      bool hardware);
 

@@ -8,51 +8,14 @@
 #include <utility>
 
 #include "relight/model_simplify.h"
+#include "server/bench_resize.h"
 
 namespace lumigraft {
 namespace {
 
-/// Nearest pixels: what matters here is their number.
-template <typename T>
-Image<T> resampled(const Image<T>& from, int width, int height) {
-  Image<T> to(width, height, from.channels);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < from.channels; ++c) {
-        to.at(x, y, c) = from.at(x * from.width / width, y * from.height / height, c);
-      }
-    }
-  }
-  return to;
-}
-
-/// The same view on more or fewer pixels; the centre of pixel (u, v) is at integer u, v.
-CameraModel resized(CameraModel camera, double factor) {
-  camera.width = static_cast<int>(std::lround(camera.width * factor));
-  camera.height = static_cast<int>(std::lround(camera.height * factor));
-  camera.fx *= factor;
-  camera.fy *= factor;
-  camera.cx = (camera.cx + 0.5) * factor - 0.5;
-  camera.cy = (camera.cy + 0.5) * factor - 0.5;
-  return camera;
-}
-
 void resize_picture(WorkCase& work, double factor) {
-  const CameraModel camera = work.session.color.model = resized(work.session.color.model, factor);
-  auto color = std::make_shared<Picture>(*work.frame.color);
-  if (!color->encoded.empty()) {
-    color->encoded = resampled(color->encoded, camera.width, camera.height);
-  }
-  if (!color->radiance.empty()) {
-    color->radiance = resampled(color->radiance, camera.width, camera.height);
-  }
-  work.frame.color = std::move(color);
-  if (work.frame.depth) {
-    auto depth = std::make_shared<DepthPicture>(*work.frame.depth);
-    depth->depth_m = resampled(depth->depth_m, camera.width, camera.height);
-    work.frame.depth = std::move(depth);
-  }
-  work.amount = static_cast<double>(camera.width) * camera.height;
+  resize_picture(factor, work.session.color.model, work.frame);
+  work.amount = static_cast<double>(work.session.color.model.width) * work.session.color.model.height;
 }
 
 /// Every triangle as four: the same shape.

@@ -129,6 +129,10 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   bench_app.add_option("--methods", bench.methods, "Only these, as dvct; with commas between")->delimiter(',');
   bench_app.add_option("--settings", bench.settings, "Only these, as live-64; with commas between")->delimiter(',');
   bench_app.add_option("--charts", bench.charts, "Only these: error-time, cost-work, error-budget")->delimiter(',');
+  bench_app.add_option("--enlarge", bench.enlarge, "Pictures with N pixels along each edge for one of the camera's")
+      ->check(CLI::IsMember({1, 2, 4}));
+  bench_app.add_option("--triangles", bench.triangles, "Objects with more are simplified to so many")
+      ->check(CLI::Range(12, 10000000));
   add_backend(bench_app);
 
   CLI::App& doctor_app = *app.add_subcommand("doctor", "Say what this machine offers and what is in the way");

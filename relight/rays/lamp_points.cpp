@@ -34,6 +34,17 @@ LampPoints::LampPoints(const ReferenceLamp& lamp, std::uint32_t seed) : lamp_(la
   }
 }
 
+void LampFan::keep_first(int count) {
+  const float share = static_cast<float>(RayFan::kMost) / static_cast<float>(count);
+  rays.some &= (1u << count) - 1;
+  all = 0;
+  for (int k = 0; k < RayFan::kMost; ++k) {
+    float& w = weight[static_cast<std::size_t>(k)];
+    w = k < count ? share * w : 0;
+    all += w;
+  }
+}
+
 float LampPoints::unhidden(const reference::Surface& surface) const {
   if (lamp_.shape == ReferenceLamp::Shape::sphere) {
     const Vector3f to = lamp_.centre_m - surface.position_m;

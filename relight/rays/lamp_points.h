@@ -14,6 +14,9 @@ struct LampFan {
   /// By ray, the irradiance that it stands for over the lamp's radiance, sr; 0 for the others.
   std::array<float, reference::RayFan::kMost> weight;
   float all = 0;  ///< their sum: of the lamp as if nothing were in its way
+
+  /// The first `rays` alone in place of all; they are even too where that is a power of two.
+  void keep_first(int rays);
 };
 
 class LampPoints {

@@ -22,7 +22,6 @@ using reference::Surface;
 using reference::Vertex;
 
 constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays of a pixel
-constexpr int kMirrorRays = 4;                         // per ray that is not at an edge
 constexpr int kMirrors = 2;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
 constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; of what shares the shadows of a pixel
@@ -50,7 +49,7 @@ struct Looks {
 class ObjectView {
  public:
   ObjectView(const DeltaLight& light, const std::vector<LampPoints>& lamps, const std::vector<PixelSurface>& room,
-             const Eye& eye, const Detail& detail)
+             const Eye& eye, const Detail& detail, std::vector<PixelSurface> memory)
       : light_(light),
         lamps_(lamps),
         room_(room),
@@ -59,14 +58,12 @@ class ObjectView {
         eye_m_(eye.camera.T_tag_camera.translation()),
         window_(window_of(light.objects().meshes().spheres(), eye)),
         model_(eye.camera.model),
-        first_(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height)),
+        first_(std::move(memory)),
         rows_(static_cast<std::size_t>(window_.height)) {
+    first_.resize(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height));
     model_.width = window_.width;
     model_.height = window_.height;
     for (std::uint32_t k = 0; k < within_.size(); ++k) within_[k] = Sampler(kCameraSeed, 0, k).two();  // even sixteens
-    if (detail_.inside == 1) {
-      for (std::size_t k = 0; k < within_.size(); k += kMost) within_[k].setConstant(0.5f);
-    }
   }
 
   ObjectPixels see() {
@@ -77,9 +74,9 @@ class ObjectView {
     if (detail_.inside == 1) add_outlines();
     if (detail_.on_object > 1) {
       blocks_.emplace(first_, model_, detail_.on_object);
-      open_ = open_to_lamps(light_, lamps_, blocks_->seen(), blocks_->camera(), detail_.step);
+      open_ = open_to_lamps(light_, lamps_, blocks_->seen(), blocks_->camera(), detail_);
     } else {
-      open_ = open_to_lamps(light_, lamps_, first_, model_, detail_.step);
+      open_ = open_to_lamps(light_, lamps_, first_, model_, detail_);
     }
     ObjectPixels out{window_.left,
                      window_.top,
@@ -106,6 +103,9 @@ class ObjectView {
 
   /// Of the pixel's rays, the first in within_; the first four are even too.
   static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kMost * (4 * (v & 3) + (u & 3))); }
+
+  /// Whether a pixel's ray goes through its middle, as those do by which the room is seen.
+  bool is_central(int ray) const { return detail_.inside == 1 && ray == 0; }
 
   /// Whether any ray of the pixel may meet an object.
   bool may_see(int u, int v) const {
@@ -144,8 +144,10 @@ class ObjectView {
     for (int slot = 0; slot < slots; ++slot) {
       const int u = pixels[static_cast<std::size_t>(slot / rays)];
       const auto i = static_cast<std::size_t>(slot);
-      fan.w[i] = eye_.ray(u + window_.left, v + window_.top,
-                          within_[pattern(u, v) + static_cast<std::size_t>(first + slot % rays)]);
+      const int ray = first + slot % rays;
+      fan.w[i] = is_central(ray) ? room_at(u, v).w
+                                 : eye_.ray(u + window_.left, v + window_.top,
+                                            within_[pattern(u, v) + static_cast<std::size_t>(ray)]);
       fan.limit_m[i] = std::numeric_limits<float>::infinity();
       if (!fan.w[i].isZero(0)) fan.some |= 1u << slot;
     }
@@ -181,6 +183,7 @@ class ObjectView {
       count = 0;
     };
     for (int u = 0; u < window_.width; ++u) {
+      first_[index(u, v)].known = false;
       if (!may_see(u, v)) continue;
       pixels[count] = together[count].u = u;
       together[count++].some = 0;
@@ -263,7 +266,7 @@ class ObjectView {
       Sampler sampler(kLightSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
       sum += radiance(looks.w[i], looks.hits[i], looks.surfaces[i],
                       lit(looks.surfaces[i], found.u, v, k, goes_on(first, looks.surfaces[i])), sampler,
-                      edge ? 1 : kMirrorRays);
+                      edge ? 1 : detail_.mirrored);
     }
     for (std::size_t c = 0; c < 3; ++c) {
       out.radiance.data[3 * index(found.u, v) + c] = sum[static_cast<Eigen::Index>(c)] / static_cast<float>(rays);
@@ -341,8 +344,9 @@ class ObjectView {
 }  // namespace
 
 ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                         const std::vector<PixelSurface>& room, const Eye& eye, const Detail& detail) {
-  return ObjectView(light, lamps, room, eye, detail).see();
+                         const std::vector<PixelSurface>& room, const Eye& eye, const Detail& detail,
+                         ObjectPixels last) {
+  return ObjectView(light, lamps, room, eye, detail, std::move(last.surfaces)).see();
 }
 
 }  // namespace lumigraft::rays

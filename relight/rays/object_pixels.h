@@ -13,8 +13,9 @@ struct ObjectPixels {
   std::vector<PixelSurface> surfaces;  ///< what a pixel's first ray found of them
 };
 
-/// `room`: what the same camera sees of the room, by pixel of the picture.
+/// `room`: what the same camera sees of the room, by pixel of the picture. `last`: of a frame before, for its memory.
 ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                         const std::vector<PixelSurface>& room, const Eye& eye, const Detail& detail);
+                         const std::vector<PixelSurface>& room, const Eye& eye, const Detail& detail,
+                         ObjectPixels last);
 
 }  // namespace lumigraft::rays

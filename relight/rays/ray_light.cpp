@@ -54,19 +54,21 @@ RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<Plac
 
 bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
                       const std::function<void(const char*)>& done) {
-  const bool same = world_ && world_->room == room && same_meshes(objects_, objects) && rays_ == plan.rays;
-  if (same && outstanding_ == 0) return false;
   const int rounds = detail_of(plan.trace_scale).rounds;
-  const bool goes_on = world_ && same_models(objects_, objects);
+  const bool same_plan = rays_ == plan.rays && trace_scale_ == plan.trace_scale;
+  const bool same = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
+  if (same && outstanding_ == 0) return false;
+  const bool goes_on = world_ && same_models(objects_, objects) && same_plan;
   if (!same) {
     place(std::move(room), objects, goes_on);
     rays_ = plan.rays;
+    trace_scale_ = plan.trace_scale;
     outstanding_ = rounds;
     done("surfaces");
   }
   if (goes_on) {
     turn_ = {rounds, (turn_.now + 1) % rounds};
-    outstanding_ = std::min(outstanding_, rounds) - 1;
+    --outstanding_;
     gather(rounds > 1 ? 1 : kBouncesOn, plan, done);
     return true;
   }

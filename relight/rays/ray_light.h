@@ -40,7 +40,7 @@ class RayLight {
 
   std::vector<PlacedModel> placed_;
   std::vector<ReferenceMesh> objects_;
-  int rays_ = 0;
+  int rays_ = 0, trace_scale_ = 0;
   Turn turn_;
   int outstanding_ = 0;  ///< rounds until all places have light that is of now
   std::unique_ptr<World> world_;

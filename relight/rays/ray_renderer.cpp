@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <optional>
 
 #include "relight/approximations.h"
@@ -14,11 +15,13 @@
 #include "relight/rays/srgb_codes.h"
 #include "relight/rays/threads.h"
 #include "relight/reference/scene_of.h"
+#include "relight/still_view.h"
 
 namespace lumigraft {
 namespace {
 
-constexpr int kRow = 4;  // rows of pixels, a thread's turn
+constexpr int kRow = 4;                   // rows of pixels, a thread's turn
+constexpr double kLeastNearest_m = 0.05;  // of the objects, where the camera is among them
 constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
 
 class Clock {
@@ -74,6 +77,7 @@ struct RayRenderer::State {
   std::vector<rays::LampPoints> lamps;
 
   // What the last camera saw.
+  StillView still;
   rays::PixelRays pixel_rays;
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
   std::shared_ptr<const rays::RayRoom> seen_room;
@@ -92,6 +96,7 @@ struct RayRenderer::State {
         rooms(the_rooms),
         known(known_surfaces(s.real_surfaces)),
         camera(s.color),
+        still(s.color.model),
         pixel_rays(s.color.model) {}
 
   std::shared_ptr<const rays::RayRoom> room_of(const Scene& scene) const {
@@ -109,6 +114,17 @@ struct RayRenderer::State {
   void enter(std::shared_ptr<const rays::RayRoom> next) {
     room = std::move(next);
     lamps = rays::lamp_points_of(*room);
+  }
+
+  /// The last pose, unless the objects have moved in the picture since.
+  const Eigen::Isometry3d& held(const Eigen::Isometry3d& T) {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector4f& sphere : light.light().objects().meshes().spheres()) {
+      const double far_m = (sphere.head<3>().cast<double>() - T.translation()).norm();
+      nearest_m = std::min(nearest_m, far_m - static_cast<double>(sphere.w()));
+    }
+    bool moved = false;
+    return still.hold(T, std::max(nearest_m, kLeastNearest_m), &moved);
   }
 
   /// What the camera sees of the room, unless it has seen it so.
@@ -167,13 +183,13 @@ struct RayRenderer::State {
       }
       clock.done("gloss");
     }
-    objects = rays::see_objects(light.light(), lamps, seen, eye, detail);
+    objects = rays::see_objects(light.light(), lamps, seen, eye, detail, std::move(objects));
     clock.done("object pixels");
   }
 
   void find_change(int rays, const rays::Turn& turn, Clock& clock) {
     const std::vector<Eigen::Array4f> hidden =
-        rays::hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail.step);
+        rays::hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail);
     clock.done("shadows");
     indirect->gather(light.light(), light.places(), rays, kPixelSeed, turn);
     std::vector<Eigen::Array4f> delta = indirect->at_pixels();
@@ -282,7 +298,7 @@ RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, con
   Clock clock(result.passes);
   s.follow(scene);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
-  const rays::Eye eye{s.pixel_rays, {s.session.color.model, scene.pose->T_tag_camera.cast<float>()}};
+  const rays::Eye eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   s.look(eye, rays::detail_of(plan.trace_scale), clock);
   if (lit_anew || s.new_view) s.see(eye, plan.rays, clock);
   s.compose(result.srgb);

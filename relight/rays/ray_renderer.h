@@ -15,7 +15,8 @@
 namespace lumigraft {
 
 /// Of the plan: `rays`, `trace_scale` (detail.h), `bounces` (rounds where there is nothing to go on from). What has not
-/// changed since the last frame is not traced again.
+/// changed since the last frame is not traced again; a camera that moves the objects by less than an eighth of a pixel
+/// stands still.
 class RayRenderer : public Renderer {
  public:
   /// Who makes of a scene what rays meet, which takes some tenths of a second: `relight`, when the scene has changed,

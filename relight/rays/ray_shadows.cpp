@@ -37,7 +37,7 @@ class LampShadow {
  public:
   /// On the room: what objects alone keep from it. On objects: what anything keeps from them.
   LampShadow(On on, const DeltaLight& light, std::size_t lamp, const LampPoints& points,
-             const std::vector<PixelSurface>& seen, const CameraModel& camera)
+             const std::vector<PixelSurface>& seen, const CameraModel& camera, int rays)
       : on_(on),
         light_(light),
         points_(points),
@@ -46,6 +46,7 @@ class LampShadow {
         width_(camera.width),
         height_(camera.height),
         focal_px_(static_cast<float>(camera.fx)),
+        rays_(rays),
         shadows_(seen.size()) {}
 
   void look(int step) {
@@ -111,7 +112,8 @@ class LampShadow {
     const PixelSurface& p = seen_[at(u, v)];
     if (!is_wanted(p)) return 0;
     if (on_ == On::room && !light_.may_hide(lamp_, p.surface.position_m)) return kOpen;
-    const LampFan fan = points_.from(p.surface, 4 * (v & 3) + (u & 3));
+    LampFan fan = points_.from(p.surface, 4 * (v & 3) + (u & 3));
+    if (rays_ < RayFan::kMost) fan.keep_first(rays_);
     if (!(fan.all > 0)) return 0;
     std::array<MeshHit, RayFan::kMost> found;
     const std::uint32_t objects = light_.objects().meshes().hits(fan.rays, found);
@@ -222,6 +224,7 @@ class LampShadow {
   const std::vector<PixelSurface>& seen_;
   int width_, height_;
   float focal_px_;
+  int rays_;  ///< of a pixel
   std::vector<Shadow> shadows_;
 };
 
@@ -237,11 +240,11 @@ std::vector<LampPoints> lamp_points_of(const RayRoom& room) {
 
 std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
                                               const std::vector<PixelSurface>& seen, const CameraModel& camera,
-                                              int step) {
+                                              const Detail& detail) {
   std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
-    LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera);
-    shadow.look(step);
+    LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera, detail.lamp_rays);
+    shadow.look(detail.step);
     shadow.smoothed([&](std::size_t pixel, float hidden, float) {
       if (hidden <= 0) return;
       const float all = lamps[lamp].unhidden(seen[pixel].surface);
@@ -253,11 +256,11 @@ std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std
 
 std::vector<std::vector<LampShare>> open_to_lamps(const DeltaLight& light, const std::vector<LampPoints>& lamps,
                                                   const std::vector<PixelSurface>& seen, const CameraModel& camera,
-                                                  int step) {
+                                                  const Detail& detail) {
   std::vector<std::vector<LampShare>> open;
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
-    LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera);
-    shadow.look(step);
+    LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera, detail.lamp_rays);
+    shadow.look(detail.step);
     std::vector<LampShare>& by_pixel = open.emplace_back(seen.size());
     shadow.smoothed([&](std::size_t pixel, float hidden, float narrowest_px) {
       by_pixel[pixel] = {1 - hidden, narrowest_px > kWide_px};

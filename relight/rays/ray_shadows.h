@@ -3,6 +3,7 @@
 // which are even over it. Where pixels some way apart all around find a lamp open, or all of it hidden, those between
 // find the same and send no rays.
 #include "relight/rays/delta_light.h"
+#include "relight/rays/detail.h"
 #include "relight/rays/lamp_points.h"
 #include "relight/rays/pixel_surfaces.h"
 
@@ -11,11 +12,11 @@ namespace lumigraft::rays {
 /// For each lamp of the room.
 std::vector<LampPoints> lamp_points_of(const RayRoom& room);
 
-/// By pixel, of three channels, irradiance of all lamps that objects hide from even real surfaces, W/m². `step`: pixels
-/// between those that are looked at first; what is narrower may be missed.
+/// By pixel, of three channels, irradiance of all lamps that objects hide from even real surfaces, W/m². What is
+/// narrower than detail.step may be missed.
 std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
                                               const std::vector<PixelSurface>& seen, const CameraModel& camera,
-                                              int step);
+                                              const Detail& detail);
 
 struct LampShare {
   float open = 1;          ///< the share of a lamp's light that comes past room and objects
@@ -24,6 +25,6 @@ struct LampShare {
 /// By lamp and pixel of an object.
 std::vector<std::vector<LampShare>> open_to_lamps(const DeltaLight& light, const std::vector<LampPoints>& lamps,
                                                   const std::vector<PixelSurface>& seen, const CameraModel& camera,
-                                                  int step);
+                                                  const Detail& detail);
 
 }  // namespace lumigraft::rays

@@ -50,6 +50,15 @@ class BenchTest(unittest.TestCase):
         for cost in ("cpu_ms", "wall_ms"):
             self.assertGreater(float(row[cost]), 0)
 
+    def test_larger_pictures_of_simpler_objects(self):
+        out = os.path.join(self.folder.name, "large")
+        subprocess.run([PROGRAM, "bench", RECORDING, "--out", out, "--methods", "rays", "--settings", "live-8-rays",
+                        "--oracle", TRUE, "--charts", "error-time", "--enlarge", "2", "--triangles", "5000"], check=True)
+        with open(os.path.join(out, "results.json"), encoding="utf-8") as f:
+            large = json.load(f)
+        self.assertEqual((large["enlarged"], large["most_triangles"]), (2, 5000))
+        self.assertLess(large["results"][0]["relight_error"], 0.4)
+
     def test_json_agrees(self):
         self.assertEqual(len(self.json["results"]), 1)
         row = self.json["results"][0]

@@ -53,6 +53,22 @@ TEST(RaysKept, ACameraThatMovesAloneGathersNothingOnSurfaces) {
   EXPECT_EQ(other.relight(frame, room, scene.exhibit, rays_plan()).srgb.data, moved.srgb.data);
 }
 
+TEST(RaysKept, ACameraThatTremblesStandsStill) {
+  ClosedScene scene = box_on_floor();
+  RayRenderer renderer(scene.session());
+  Scene room = scene.scene();
+  const RelitPicture first = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
+  const Eigen::Isometry3d still = room.pose->T_tag_camera;
+  for (int i = 0; i < 8; ++i) {
+    room.pose->T_tag_camera = still;
+    room.pose->T_tag_camera.translate(1e-4 * Eigen::Vector3d(std::cos(i), std::sin(i), 0.5));
+    room.pose->T_tag_camera.rotate(Eigen::AngleAxisd(3e-4 * std::sin(2 * i), Eigen::Vector3d::UnitZ()));
+    const RelitPicture again = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
+    EXPECT_TRUE(again.passes.empty());
+    EXPECT_EQ(again.srgb.data, first.srgb.data);
+  }
+}
+
 TEST(RaysKept, WithoutAnObjectInReachNoBitChanges) {
   ClosedScene scene = box_on_floor();
   FrameSet frame = scene.frame();

@@ -5,6 +5,7 @@
 #include "capture/response.h"
 #include "closed_scene.h"
 #include "relight/rays/coarse_view.h"
+#include "relight/rays/lamp_points.h"
 #include "relight/rays/object_window.h"
 #include "relight/rays/srgb_codes.h"
 
@@ -23,6 +24,22 @@ TEST(SrgbCodes, AreTheRoundedCurve) {
   EXPECT_EQ(codes(std::nextafter(1.0f, 0.0f)), 255);
   EXPECT_EQ(codes(INFINITY), 255);
   EXPECT_EQ(codes(NAN), 0);
+}
+
+// Half of a fan stands for the whole lamp, and no ray of the other half is sent.
+TEST(LampFan, ItsFirstRaysStandForAll) {
+  ReferenceLamp lamp;
+  lamp.centre_m = {0.2f, 0, 1};
+  lamp.radius_m = 0.2f;
+  const rays::LampPoints points(lamp, 1);
+  reference::Surface floor;
+  for (int set = 0; set < rays::LampPoints::kSets; ++set) {
+    rays::LampFan fan = points.from(floor, set);
+    fan.keep_first(8);
+    EXPECT_EQ(fan.rays.some >> 8, 0u);
+    EXPECT_NEAR(fan.all, points.unhidden(floor), 0.05f * points.unhidden(floor)) << set;
+    for (std::size_t k = 8; k < fan.weight.size(); ++k) EXPECT_EQ(fan.weight[k], 0);
+  }
 }
 
 CameraModel camera_of(int width, int height) {

@@ -1,0 +1,15 @@
+#pragma once
+// Pictures of sessions with more or fewer pixels, for what they cost.
+#include "capture/camera_model.h"
+#include "capture/frame.h"
+
+namespace lumigraft {
+
+/// The colour camera's picture and its depth, and the camera, with `factor` times as many pixels along each edge.
+/// Nearest pixels: what matters is their number.
+void resize_picture(double factor, CameraModel& camera, FrameSet& frame);
+
+/// Each pixel the mean light of factor² pixels, sRGB codes.
+Image<std::uint8_t> shrunk(const Image<std::uint8_t>& srgb, int factor);
+
+}  // namespace lumigraft

@@ -1,0 +1,43 @@
+#include "server/bench_resize.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+namespace lumigraft {
+namespace {
+
+TEST(BenchResize, AnEnlargedPictureShrinksToItself) {
+  auto color = std::make_shared<Picture>();
+  color->encoded = Image<std::uint8_t>(5, 4, 3);
+  for (std::size_t i = 0; i < color->encoded.data.size(); ++i)
+    color->encoded.data[i] = static_cast<std::uint8_t>(i * 37);
+  auto depth = std::make_shared<DepthPicture>();
+  depth->depth_m = Image<float>(5, 4, 1, 2.0f);
+  FrameSet frame;
+  frame.color = color;
+  frame.depth = depth;
+  CameraModel camera;
+  camera.width = 5;
+  camera.height = 4;
+  camera.fx = camera.fy = 6;
+  camera.cx = 2;
+  camera.cy = 1.5;
+  const CameraModel small = camera;
+  resize_picture(2, camera, frame);
+  EXPECT_EQ(camera.width, 10);
+  EXPECT_EQ(frame.depth->depth_m.height, 8);
+  EXPECT_EQ(shrunk(frame.color->encoded, 2).data, color->encoded.data);
+  EXPECT_EQ(shrunk(color->encoded, 1).data, color->encoded.data);
+  // Where two pixels became four, their common corner looks where their middle did.
+  EXPECT_TRUE(camera.unproject({2.5, 4.5})->normalized().isApprox(small.unproject({1, 2})->normalized()));
+}
+
+TEST(BenchResize, LightIsAveragedNotCodes) {
+  Image<std::uint8_t> picture(2, 2, 3);
+  picture.at(0, 0, 0) = picture.at(1, 0, 0) = 255;
+  EXPECT_EQ(shrunk(picture, 2).at(0, 0, 0), 188);  // half the light
+}
+
+}  // namespace
+}  // namespace lumigraft
