@@ -1,10 +1,12 @@
 #include "capture/libcamera_camera.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include "capture/error.h"
@@ -20,13 +22,26 @@ constexpr PixelFormat kPreferred[] = {PixelFormat::yuyv,        PixelFormat::nv1
                                       PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8, PixelFormat::mjpeg,
                                       PixelFormat::grey8};
 
+/// Of a camera whose files it may not open libcamera says nothing.
+bool some_are_forbidden() {
+  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
+    if (entry.path().filename().string().starts_with("media") &&
+        faccessat(AT_FDCWD, entry.path().c_str(), R_OK | W_OK, AT_EACCESS) != 0 && errno == EACCES) {
+      return true;
+    }
+  }
+  return false;
+}
+
 std::shared_ptr<libcamera::Camera> find(const std::string& name) {
   for (const auto& camera : cameras()) {
     if (name.empty() || camera->id() == name || model_of(*camera) == name) {
       return camera;
     }
   }
-  throw CameraFault("found no such camera, or another program has it");
+  throw CameraFault(some_are_forbidden()
+                        ? "found no permission to use all cameras, allowed: root and members of the group video"
+                        : "found no such camera, or another program has it");
 }
 
 void check(int result, const char* what) {
