@@ -37,7 +37,7 @@ class LampShadow {
  public:
   /// On the room: what objects alone keep from it. On objects: what anything keeps from them.
   LampShadow(On on, const DeltaLight& light, std::size_t lamp, const LampPoints& points,
-             const std::vector<PixelSurface>& seen, const CameraModel& camera, int rays)
+             const std::vector<PixelSurface>& seen, const CameraModel& camera, const Detail& detail)
       : on_(on),
         light_(light),
         points_(points),
@@ -46,7 +46,8 @@ class LampShadow {
         width_(camera.width),
         height_(camera.height),
         focal_px_(static_cast<float>(camera.fx)),
-        rays_(rays),
+        rays_(detail.lamp_rays),
+        sparse_(detail.sparse),
         shadows_(seen.size()) {}
 
   void look(int step) {
@@ -68,7 +69,7 @@ class LampShadow {
       for (int j = first; j < last; ++j) {
         for (int i = 0; i < across; ++i) {
           std::uint8_t around = 0;
-          bool sparse = true;
+          bool sparse = sparse_;
           for (int y = j - 1; y <= j + 2; ++y) {
             for (int x = i - 1; x <= i + 2; ++x) {
               around |= corner(x, y);
@@ -225,6 +226,7 @@ class LampShadow {
   int width_, height_;
   float focal_px_;
   int rays_;  ///< of a pixel
+  bool sparse_;
   std::vector<Shadow> shadows_;
 };
 
@@ -243,7 +245,7 @@ std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std
                                               const Detail& detail) {
   std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
-    LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera, detail.lamp_rays);
+    LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera, detail);
     shadow.look(detail.step);
     shadow.smoothed([&](std::size_t pixel, float hidden, float) {
       if (hidden <= 0) return;
@@ -259,7 +261,7 @@ std::vector<std::vector<LampShare>> open_to_lamps(const DeltaLight& light, const
                                                   const Detail& detail) {
   std::vector<std::vector<LampShare>> open;
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
-    LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera, detail.lamp_rays);
+    LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera, detail);
     shadow.look(detail.step);
     std::vector<LampShare>& by_pixel = open.emplace_back(seen.size());
     shadow.smoothed([&](std::size_t pixel, float hidden, float narrowest_px) {
