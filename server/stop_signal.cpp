@@ -27,14 +27,12 @@ StopSignal::StopSignal() {
 }
 
 void StopSignal::came() {
-  {
-    std::lock_guard lock(mutex_);
-    if (!armed_) {
-      _exit(0);
-    }
-    came_ = true;
+  std::lock_guard lock(mutex_);
+  if (!armed_) {
+    _exit(0);
   }
-  changed_.notify_all();
+  came_ = true;
+  changed_.notify_all();  // under the lock: who hears of it may end the program, and this object with it
 }
 
 void StopSignal::arm() {
