@@ -40,6 +40,22 @@ class PrintIntegral {
       return mean;
     }
     const double area = width * height;
+    if (x1 < column_of + 2 && y1 < row_of + 2) {
+      // Two cells either way, as almost always: sums of parts of four.
+      const int i = static_cast<int>(column_of), j = static_cast<int>(row_of);
+      const bool wide = x1 >= column_of + 1, high = y1 >= row_of + 1;
+      const double left = wide ? column_of + 1 - x0 : width, right = width - left;
+      const double top = high ? row_of + 1 - y0 : height, low = height - top;
+      const auto white = [&](int column, int row) { return pattern_.white_at(column, row) ? 1.0 : 0.0; };
+      const double c00 = white(i, j), c10 = wide ? white(i + 1, j) : c00;
+      const double c01 = high ? white(i, j + 1) : c00, c11 = high ? (wide ? white(i + 1, j + 1) : c01) : c10;
+      const double at_left = top * c00 + low * c01, at_right = top * c10 + low * c11;
+      const double at_top = left * c00 + right * c10, at_low = left * c01 + right * c11;
+      mean.white = (left * at_left + right * at_right) / area;
+      mean.by_centre = {(at_right - at_left) / area, (at_low - at_top) / area};
+      mean.by_scale = (width * (at_left + at_right) + height * (at_top + at_low)) / (2 * area) - 2 * mean.white;
+      return mean;
+    }
     const double left = column(x0, y0, y1), right = column(x1, y0, y1), top = row(y0, x0, x1), low = row(y1, x0, x1);
     mean.white = (integral(x1, y1) - integral(x0, y1) - integral(x1, y0) + integral(x0, y0)) / area;
     mean.by_centre = {(right - left) / area, (low - top) / area};
