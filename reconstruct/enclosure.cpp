@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "reconstruct/four.h"
+
 namespace lumigraft {
 namespace {
 
@@ -138,27 +140,34 @@ std::optional<Enclosure::Exit> Enclosure::leave(const Vector3f& from_m, const Ve
 
 std::vector<RoomPoint> room_points(const DistanceField& field) {
   std::vector<BrickKey> keys;
+  keys.reserve(field.bricks.size());
   for (const auto& [key, brick] : field.bricks) keys.push_back(key);
   std::sort(keys.begin(), keys.end());
   constexpr int half = kBrickEdge / 2;
+  constexpr Four kAlong = {0, 1, 2, 3};
+  const float per_voxel = 1 / field.voxel_m;
   std::vector<RoomPoint> points;
   for (const BrickKey& key : keys) {
     const FieldBrick& brick = *field.bricks.at(key);
     for (int eighth = 0; eighth < 8; ++eighth) {
-      Vector3f sum = Vector3f::Zero();
-      float weights = 0;
-      for (int i = 0; i < half * half * half; ++i) {
-        const Eigen::Vector3i at = half * Eigen::Vector3i(eighth & 1, eighth >> 1 & 1, eighth >> 2) +
-                                   Eigen::Vector3i(i % half, i / half % half, i / (half * half));
-        const auto k = static_cast<std::size_t>(at.x() + kBrickEdge * (at.y() + kBrickEdge * at.z()));
-        const float weight = brick.weight[k] > 0 ? 1 - std::abs(brick.distance_m[k]) / field.voxel_m : 0.0f;
-        if (weight <= 0) continue;
-        sum += weight * at.cast<float>();
+      const Eigen::Vector3i corner = half * Eigen::Vector3i(eighth & 1, eighth >> 1 & 1, eighth >> 2);
+      Four weights{}, sum_x{}, sum_y{}, sum_z{};
+      for (int row = 0; row < half * half; ++row) {
+        const int y = corner.y() + row % half, z = corner.z() + row / half;
+        const auto k = static_cast<std::size_t>(corner.x() + kBrickEdge * (y + kBrickEdge * z));
+        const Four near = 1 - size_of(load(&brick.distance_m[k])) * per_voxel;
+        const Four weight = select((load(&brick.weight[k]) > 0) & (near > 0), near, Four{});
         weights += weight;
+        sum_x += weight * kAlong;
+        sum_y += weight * static_cast<float>(y);
+        sum_z += weight * static_cast<float>(z);
       }
-      if (weights == 0) continue;
+      const float whole = sum_of(weights);
+      if (whole == 0) continue;
+      const Vector3f middle(static_cast<float>(corner.x()) + sum_of(sum_x) / whole, sum_of(sum_y) / whole,
+                            sum_of(sum_z) / whole);
       const Vector3f place_m =
-          field.voxel_m * (kBrickEdge * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>() + sum / weights);
+          field.voxel_m * (kBrickEdge * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>() + middle);
       if (const auto normal = field.normal(place_m)) points.push_back({place_m, *normal});
     }
   }

@@ -8,6 +8,7 @@
 
 #include "reconstruct/enclosure.h"
 #include "reconstruct/fusion_colour.h"
+#include "reconstruct/fusion_pixels.h"
 
 namespace lumigraft {
 namespace {
@@ -28,6 +29,7 @@ constexpr float kMoved_m = 0.01f, kTurned = 0.015f;  // of the camera: a new vie
 constexpr float kSamePlace_m = 0.006f;               // of a cell's surface between looks at the field
 constexpr float kFacing = 0.25f;                     // least cosine to the camera, and to a lamp
 constexpr int kLooksOfAField = 12;                   // until its places are taken anew
+constexpr std::size_t kLampTurns = 4;                // of that, until a place is asked anew which lamps shine on it
 constexpr int kLooksOfAVerdict = 4;                  // until what was seen is judged again
 constexpr float kSmooth = 0.9f;                      // cosine of neighbouring places' normals on one surface
 constexpr float kSameColour = 0.12f;                 // of the albedo of one: between neighbours
@@ -55,6 +57,8 @@ struct Cell {
   Vector3f place_m, normal;
   std::array<Ring, kFar + 1> rings;
   std::uint32_t asked = 0, lit = 0;  ///< by lamp: whether it was looked up that it shines here, and whether it does
+  std::optional<Vector3f> albedo{};  ///< around it; empty where that is not known
+  bool coloured = false;             ///< it was looked up
 };
 
 Gloss judge(const Cell& cell) {
@@ -115,11 +119,15 @@ float GlossField::known_share() const {
 }
 
 struct GlossStage::State {
+  explicit State(const Session& session) : camera(session.color.model), map(camera), response(session.color.response) {}
+
   CameraModel camera;
+  PixelMap map;
   Response response;
   std::unordered_map<BrickKey, Cell, BrickKeyHash> cells;
   float cell_m = 0.032f;
-  std::uint64_t field_version = 0;
+  std::uint64_t field_version = 0, albedo_version = 0;
+  std::size_t turn = 0;  ///< of taking places
   int looks = 0, seen = 0;
   std::vector<Vector3f> lamps;  ///< places, of those in `asked` and `lit`
   Vector3f light = Vector3f::Zero();
@@ -141,13 +149,14 @@ struct GlossStage::State {
       if (before != cells.end() && (before->second.place_m - p.position_m).norm() < kSamePlace_m) {
         Cell kept = before->second;
         kept.normal = p.normal;
-        kept.asked = kept.lit = 0;
+        if ((BrickKeyHash{}(key) + turn) % kLampTurns == 0) kept.asked = kept.lit = 0;
         now.try_emplace(key, kept);
       } else {
-        now.try_emplace(key, Cell{p.position_m, p.normal, {}, 0, 0});
+        now.try_emplace(key, Cell{p.position_m, p.normal, {}, 0, 0, {}, false});
       }
     }
     cells = std::move(now);
+    ++turn;
     field_version = field.version;
     looks = 0;
   }
@@ -213,19 +222,21 @@ struct GlossStage::State {
     const ColourReader colour(frame.color.get(), response, camera.width, camera.height);
     const Image<float>& depth_m = frame.depth->depth_m;
     if (!colour || depth_m.width != camera.width || depth_m.height != camera.height) return;
-    const Eigen::Isometry3d T_camera_tag = T.inverse();
+    const Eigen::Isometry3f T_camera_tag = T.inverse().cast<float>();
     const Vector3f from = T.translation().cast<float>();
     for (auto& [key, cell] : cells) {
       const Vector3f to_camera = (from - cell.place_m).normalized();
       if (cell.normal.dot(to_camera) < kFacing) continue;
-      const Eigen::Vector3d p = T_camera_tag * cell.place_m.cast<double>();
-      if (p.z() < 0.1) continue;
-      const auto pixel = camera.project(p);
-      if (!pixel || pixel->x() < 2 || pixel->y() < 2 || pixel->x() > camera.width - 3 || pixel->y() > camera.height - 3)
+      const Vector3f p = T_camera_tag * cell.place_m;
+      if (p.z() < 0.1f) continue;
+      const Eigen::Vector2f pixel = map.pixel(p.x() / p.z(), p.y() / p.z());
+      constexpr float kRim = 2;
+      if (!(pixel.x() >= kRim && pixel.y() >= kRim && pixel.x() <= static_cast<float>(camera.width - 1) - kRim &&
+            pixel.y() <= static_cast<float>(camera.height - 1) - kRim))
         continue;
-      const auto u = static_cast<int>(std::lround(pixel->x())), v = static_cast<int>(std::lround(pixel->y()));
-      if (std::abs(depth_m.at(u, v) - p.z()) > 0.01 + 0.01 * p.z()) continue;  // something else stands before it
-      float brightness = 0;                                                    // of what is clipped its lower bound
+      const auto u = static_cast<int>(pixel.x() + 0.5f), v = static_cast<int>(pixel.y() + 0.5f);
+      if (std::abs(depth_m.at(u, v) - p.z()) > 0.01f + 0.01f * p.z()) continue;  // something else stands before it
+      float brightness = 0;                                                      // of what is clipped its lower bound
       for (int i = 0; i < 9; ++i) {
         Four radiance{};
         colour.read(static_cast<float>(u + i % 3 - 1), static_cast<float>(v + i / 3 - 1), true, radiance);
@@ -237,23 +248,27 @@ struct GlossStage::State {
   }
 
   /// What a place tells holds for the surface it lies on: as far as neighbours face the same way in the same colour.
-  void spread(std::unordered_map<BrickKey, Gloss, BrickKeyHash>& told, const AlbedoField* albedo) const {
-    const auto colour = [&](const Cell& cell) { return albedo ? albedo_near(*albedo, cell.place_m) : std::nullopt; };
+  void spread(std::unordered_map<BrickKey, Gloss, BrickKeyHash>& told, const AlbedoField& albedo) {
+    const auto colour = [&](Cell& cell) -> const std::optional<Vector3f>& {
+      if (!cell.coloured) cell.albedo = albedo_near(albedo, cell.place_m);
+      cell.coloured = true;
+      return cell.albedo;
+    };
     std::vector<BrickKey> front;
     for (const auto& [key, gloss] : told) front.push_back(key);
     std::sort(front.begin(), front.end());  // the same on every run
     while (!front.empty()) {
       std::vector<BrickKey> next;
       for (const BrickKey& key : front) {
-        const Cell& cell = cells.at(key);
-        const auto own = colour(cell);
+        Cell& cell = cells.at(key);
+        const auto& own = colour(cell);
         if (!own) continue;
         for (int i = 0; i < 27; ++i) {
           const BrickKey beside{key[0] + i % 3 - 1, key[1] + i / 3 % 3 - 1, key[2] + i / 9 - 1};
           const auto other = cells.find(beside);
           if (other == cells.end() || told.contains(beside)) continue;
           if (other->second.normal.dot(cell.normal) < kSmooth) continue;
-          const auto its = colour(other->second);
+          const auto& its = colour(other->second);
           if (!its || (*its - *own).norm() > kSameColour * own->norm()) continue;
           told.emplace(beside, told.at(key));
           next.push_back(beside);
@@ -271,15 +286,16 @@ struct GlossStage::State {
       const Gloss gloss = judge(cell);
       if (gloss != Gloss::unknown) now->cells.emplace(key, gloss);
     }
-    spread(now->cells, albedo);
+    if (albedo && albedo->version != albedo_version) {
+      for (auto& [key, cell] : cells) cell.coloured = false;
+      albedo_version = albedo->version;
+    }
+    if (albedo) spread(now->cells, *albedo);
     if (!last || now->cells != last->cells || now->surface_cells != last->surface_cells) last = std::move(now);
   }
 };
 
-GlossStage::GlossStage(const Session& session) : state_(std::make_unique<State>()) {
-  state_->camera = session.color.model;
-  state_->response = session.color.response;
-}
+GlossStage::GlossStage(const Session& session) : state_(std::make_unique<State>(session)) {}
 
 GlossStage::~GlossStage() = default;
 
