@@ -93,7 +93,7 @@ struct FusionStage::State {
   std::vector<WorkingBrick*> waiting;                      ///< to be published
   bool urgent = false;                                     ///< one of them at once
   bool new_place = false;                                  ///< in seen_from_m, not published yet
-  std::vector<std::unique_ptr<WorkingBrick>> bricks;       ///< in the order in which they came
+  WorkingBricks bricks;
   std::unordered_map<BrickKey, std::size_t, BrickKeyHash> places;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const DepthPicture> last_depth;
@@ -118,10 +118,9 @@ void FusionStage::State::look_from(const Vector3f& camera_m) {
 WorkingBrick& FusionStage::State::brick_at(const BrickKey& key) {
   const auto [place, is_new] = places.emplace(key, bricks.size());
   if (is_new) {
-    bricks.push_back(std::make_unique<WorkingBrick>());
-    bricks.back()->key = key;
+    bricks.add().key = key;
   }
-  return *bricks[place->second];
+  return bricks[place->second];
 }
 
 void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
@@ -138,10 +137,11 @@ void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
 
 /// Where real surfaces were found, or are found to lie elsewhere.
 void FusionStage::State::lay_surfaces() {
-  for (const auto& brick : bricks) {
-    if (!brick->model) continue;
-    brick->model = nullptr;
-    await_publication(*brick);
+  for (std::size_t place = 0; place < bricks.size(); ++place) {
+    WorkingBrick& brick = bricks[place];
+    if (!brick.model) continue;
+    brick.model = nullptr;
+    await_publication(brick);
   }
   for (const auto& [key, model] : surfaces.bricks()) {
     WorkingBrick& brick = brick_at(key);
@@ -264,7 +264,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
   const Vector3f camera_m = pose.T_tag_camera.translation().cast<float>();
   std::vector<std::pair<WorkingBrick*, Sight>> seen;
   for (std::size_t place = 0; place < s.bricks.size(); ++place) {
-    WorkingBrick& brick = *s.bricks[place];
+    WorkingBrick& brick = s.bricks[place];
     if (s.rests(brick, place)) continue;
     const Sight sight = sight_of(brick.key, s.view, s.map, focal, T_camera_tag, s.voxel_m, s.truncation_m);
     if (sight.kind == Sight::Kind::hidden || s.surfaces.behind_mirror(camera_m, middle_of(brick.key, s.voxel_m)))

@@ -29,9 +29,10 @@ struct FusionSettings {
 /// Real surfaces that the session names are found in depth and laid over what it tells (real_surface.h).
 ///
 /// Bricks that pictures have told much about are looked at less often while the camera stays where it is, and every
-/// time while what they show moves. New space is published at once; bricks that drifted from what was published by more
-/// than noise or 2 % of a voxel, or 1 % of radiance, every few pictures. A room that stands still is a field that
-/// stands still, brick by brick: what changed is what is not the same pointer as in the field before.
+/// time while what they show moves. New bricks, and what moved, are published at once; up to four pictures later fewer
+/// than 64 new voxels of a known brick (after the first four pictures), and what drifted from what was published by
+/// more than noise or 2 % of a voxel, or 1 % of radiance. A room that stands still is a field that stands still, brick
+/// by brick: what changed is what is not the same pointer as in the field before.
 class FusionStage {
  public:
   FusionStage(const Session& session, const FusionSettings& settings);

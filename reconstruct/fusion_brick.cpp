@@ -1,7 +1,10 @@
 #include "reconstruct/fusion_brick.h"
 
+#include <sys/mman.h>
+
 #include <Eigen/Core>
 #include <algorithm>
+#include <new>
 
 #include "reconstruct/four.h"
 #include "reconstruct/fusion_noise.h"
@@ -51,6 +54,21 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) const {
     total += (next.radiance[i] - old.radiance[i]).squaredNorm() * 3 / (scale * scale);
   }
   return total > static_cast<float>(coloured);
+}
+
+WorkingBrick& WorkingBricks::add() {
+  if (size_ == chunks_.size() * kInChunk) {
+    void* chunk = std::aligned_alloc(kChunk_bytes, kChunk_bytes);
+    if (!chunk) throw std::bad_alloc();
+    chunks_.emplace_back(static_cast<WorkingBrick*>(chunk));
+    ::madvise(chunk, kChunk_bytes, MADV_HUGEPAGE);  // a wish: where it is not granted all works as before
+  }
+  return *new (&(*this)[size_++]) WorkingBrick();
+}
+
+void WorkingBricks::clear() {
+  for (; size_ > 0; --size_) std::destroy_at(&(*this)[size_ - 1]);
+  chunks_.clear();
 }
 
 }  // namespace lumigraft

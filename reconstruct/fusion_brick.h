@@ -1,7 +1,9 @@
 #pragma once
 // A brick that is being worked on, and what of it was published.
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
+#include <vector>
 
 #include "reconstruct/distance_field.h"
 
@@ -29,6 +31,29 @@ struct WorkingBrick {
   /// square over the brick, or half of what noise leaves uncertain where that is more; or by 1 % of radiance; or a
   /// voxel became known.
   bool drifted(const FieldBrick& next, float voxel_m) const;
+};
+
+/// All of them, in the order in which they came, where they stay. They are megabytes that are gone through in leaps:
+/// huge pages spare a tenth of fusion's time.
+class WorkingBricks {
+ public:
+  WorkingBricks() = default;
+  WorkingBricks(const WorkingBricks&) = delete;
+  WorkingBricks& operator=(const WorkingBricks&) = delete;
+  ~WorkingBricks() { clear(); }
+
+  WorkingBrick& add();
+  WorkingBrick& operator[](std::size_t i) { return chunks_[i / kInChunk].get()[i % kInChunk]; }
+  std::size_t size() const { return size_; }
+  void clear();
+
+ private:
+  static constexpr std::size_t kChunk_bytes = std::size_t{2} << 20, kInChunk = kChunk_bytes / sizeof(WorkingBrick);
+  struct Free {
+    void operator()(WorkingBrick* chunk) const { std::free(chunk); }
+  };
+  std::vector<std::unique_ptr<WorkingBrick, Free>> chunks_;
+  std::size_t size_ = 0;  ///< bricks that live
 };
 
 }  // namespace lumigraft

@@ -16,4 +16,9 @@ double depth_sigma_m(double depth_m, double incidence_rad) {
   return kLeastSigmaM + 0.0019 * away * away + 0.0001 / std::sqrt(depth_m) * oblique_noise(incidence_rad);
 }
 
+float farthest_m(float sigma_m) {
+  const float more = (sigma_m - static_cast<float>(kLeastSigmaM)) / 0.0019f;
+  return more >= 0 ? 0.4f + std::sqrt(more) : 0;
+}
+
 }  // namespace lumigraft

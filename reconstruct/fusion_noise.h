@@ -14,6 +14,8 @@ Value straight_sigma_m(Value inverse_depth) {
   const Value away = 1 / inverse_depth - 0.4f;
   return static_cast<float>(kLeastSigmaM) + 0.0019f * away * away;
 }
+/// Up to where a surface faced squarely is known as well as that; 0 where it nowhere is.
+float farthest_m(float sigma_m);
 /// σ of inverse depth q, of one or four.
 template <typename Value>
 Value inverse_sigma(Value q) {

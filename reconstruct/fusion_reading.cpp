@@ -7,9 +7,10 @@
 namespace lumigraft {
 namespace {
 
-constexpr float kBesideVoxels = 2;     // so close to a jump, what one surface hides of the other is filled in
-constexpr float kRimVoxels = 1.5f;     // so close to its rim a surface is solid only near itself
-constexpr float kRimSlack = 0.75f;     // of a voxel
+constexpr float kBesideVoxels = 2;  // so close to a jump, what one surface hides of the other is filled in
+constexpr float kRimSlack = 0.75f;  // of a voxel
+constexpr float kDeepVoxels = 3,
+                kDeepShare = 1.02f;    // farther than a plane is ever off from a pixel that it is seen at
 constexpr float kMatchSlope = 2;       // tan of how much a plane may turn on from one block to the next
 constexpr float kSteadyVoxels = 0.4f;  // noise beyond it tilts planes too much to carry them on
 constexpr float kSurelyNoise = 3;      // σ
@@ -24,6 +25,10 @@ Reading DepthReader::near_jump(const Eigen::Vector3f& p, int u, int v, const Dep
   const bool near_side = inverse_depth > jump.divide;
   const float away = (jump.pixel - Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v))).norm();
   const bool beside = jump.far >= 0 && away < kBesideVoxels * jump.voxel_pixels + 1;
+  // Deep behind what is seen here nothing is told, but of the far surface that goes on there.
+  if (!(near_side && beside) &&
+      (p.z() - kBehindSteep * truncation_m_ - kDeepVoxels * voxel_m_) * inverse_depth > kDeepShare)
+    return {};
 
   Reading reading;
   const DepthView::Block* plane = block.weight > 0 ? &block : plane_through(u, v, inverse_depth);
@@ -56,15 +61,14 @@ Reading DepthReader::near_jump(const Eigen::Vector3f& p, int u, int v, const Dep
 /// A voxel that the camera just misses belongs to cells that it sees: surfaces go on as planes for a little.
 Reading DepthReader::beyond_picture(const Eigen::Vector3f& p, const Eigen::Vector2f& pixel) const {
   const float last_u = static_cast<float>(view_.width - 1), last_v = static_cast<float>(view_.height - 1);
-  if (view_.noise_scale * straight_sigma_m(1 / p.z()) > kSteadyVoxels * voxel_m_) return {};
+  if (p.z() > beyond_to_m()) return {};
   const Eigen::Vector2f nearest(std::clamp(pixel.x(), 0.0f, last_u), std::clamp(pixel.y(), 0.0f, last_v));
   const float away = (pixel - nearest).cwiseAbs().maxCoeff();
-  constexpr float kNearestReadM = 0.3f;
-  if (!(away < kRimVoxels * voxel_m_ * preparation_.focal() / kNearestReadM)) return {};
+  if (!(away < beyond_to_pixels())) return {};
   const int u = static_cast<int>(nearest.x() + 0.5f), v = static_cast<int>(nearest.y() + 0.5f);
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(view_.pixel_index(u, v))];
   const DepthView::Block& block = view_.block_of(u, v);
-  if (block.weight <= 0 || block.jump >= 0 || inverse_depth == 0 || !steady(inverse_depth) ||
+  if (block.weight <= 0 || block.jump >= 0 || inverse_depth == 0 || !(inverse_depth * steady_to_m_ > 1) ||
       away > kRimVoxels * voxel_m_ * preparation_.focal() * inverse_depth + 1)
     return {};
   Reading reading = from_plane(p, block, block.distance_m);
@@ -81,7 +85,7 @@ Reading DepthReader::hidden(const Eigen::Vector3f& p, std::int32_t behind) const
   const DepthView::Block& own = view_.block_of(u, v);
   const DepthView::Block* plane = own.weight > 0 ? &own : plane_through(u, v, inverse_depth);
   Reading reading;
-  if (!plane || !steady(inverse_depth)) return reading;
+  if (!plane || !(inverse_depth * steady_to_m_ > 1)) return reading;
   const float distance_m = plane->distance_m - plane->normal.dot(p);
   if (std::abs(distance_m) > shell_m_) return reading;
   reading.distance_m = distance_m;
@@ -132,9 +136,10 @@ const DepthView::Block* DepthReader::plane_through(int u, int v, float inverse_d
   return best;
 }
 
-/// Whether a plane may be carried on a little beyond what was measured: noise would tilt it.
-bool DepthReader::steady(float inverse_depth) const {
-  return view_.noise_scale * straight_sigma_m(inverse_depth) < kSteadyVoxels * voxel_m_;
+/// Farther off noise would tilt it.
+float DepthReader::steady_to_m() const {
+  const float sigma_m = kSteadyVoxels * voxel_m_ / std::max(view_.noise_scale, 1e-6f);
+  return farthest_m(sigma_m);
 }
 
 }  // namespace lumigraft

@@ -22,6 +22,9 @@ constexpr float kEdgeTrust = 0.25f;
 /// How far along a grazing ray, in truncation distances, a surface is solid.
 constexpr float kBehindSteep = 2.5f;
 
+constexpr float kRimVoxels = 1.5f;  ///< so close to its rim a surface is solid only near itself
+constexpr float kNearestReadM = 0.3f;
+
 class DepthReader {
  public:
   DepthReader(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map, float voxel_m,
@@ -31,7 +34,12 @@ class DepthReader {
         map_(map),
         voxel_m_(voxel_m),
         truncation_m_(truncation_m),
-        shell_m_(shell_m) {}
+        shell_m_(shell_m),
+        steady_to_m_(steady_to_m()) {}
+
+  /// A voxel outside the picture, deeper than this or more pixels away from it, is told nothing of.
+  float beyond_to_m() const { return steady_to_m_; }
+  float beyond_to_pixels() const { return kRimVoxels * voxel_m_ * preparation_.focal() / kNearestReadM; }
 
   /// Of a voxel (camera frame) seen at `pixel`, which may lie outside the picture.
   Reading read(const Eigen::Vector3f& p, const Eigen::Vector2f& pixel) const {
@@ -64,7 +72,7 @@ class DepthReader {
               float distance_m) const;
   bool seen_at(const Eigen::Vector2f& pixel, const DepthView::Block& block, float distance_m) const;
   const DepthView::Block* plane_through(int u, int v, float inverse_depth) const;
-  bool steady(float inverse_depth) const;
+  float steady_to_m() const;
   Eigen::Vector3f surface(std::int32_t pixel) const {
     return preparation_.ray(pixel).homogeneous() / view_.inverse_depth[static_cast<std::size_t>(pixel)];
   }
@@ -73,6 +81,7 @@ class DepthReader {
   const DepthPreparation& preparation_;
   const PixelMap& map_;
   float voxel_m_, truncation_m_, shell_m_;
+  float steady_to_m_;  ///< depth to which a plane may be carried on a little beyond what was measured
 };
 
 }  // namespace lumigraft

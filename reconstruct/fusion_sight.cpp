@@ -48,6 +48,7 @@ std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPrepa
     const float band = std::min(truncation_m / block.normal.dot(in_camera), kBehindSteep * truncation_m);
     const int steps = static_cast<int>(std::ceil(band / (4 * voxel_m)));
     for (int i = -steps; i <= steps; ++i) {
+      if (i == 0) continue;  // the surface itself
       const Vector3f p = origin + (z + band * static_cast<float>(i) / static_cast<float>(steps)) / voxel_m * ray;
       touch({brick_of(p.x()), brick_of(p.y()), brick_of(p.z())});
     }

@@ -1,9 +1,10 @@
 #include "reconstruct/fusion_update.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
-#include "reconstruct/four.h"
+#include "reconstruct/eight.h"
 #include "reconstruct/fusion_noise.h"
 
 namespace lumigraft {
@@ -13,7 +14,7 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
-constexpr Four kFirst = {0, 1, 2, 3};
+constexpr Eight kAlong = {0, 1, 2, 3, 4, 5, 6, 7};
 /// What is seen, free or a surface, so far from where it was (of the truncation distance) that noise does not explain
 /// it has moved: then the past counts as so many looks. What lies hidden behind a surface denies nothing.
 constexpr float kDenies = 0.75f, kDeniedLooks = 3;
@@ -27,23 +28,29 @@ constexpr float kDeniesNoise = static_cast<float>(4 * kLeastSigmaM);  // of a re
 
 }  // namespace
 
-/// Four voxels in the camera's frame, and the pixels they are seen at.
+/// Eight voxels in the camera's frame, and the pixels they are seen at.
 struct BrickUpdate::Row {
-  Four x, y, z, u, v;
+  Eight x, y, z, u, v;
 };
 
-/// What the picture says about four voxels.
+/// What the picture says about them.
 struct BrickUpdate::Readings {
-  Four distance{}, weight{};  ///< distance may be beyond truncation
-  FourInt told{};
-  FourInt denies{};  ///< lanes that may say that the past is gone; beside a jump another surface may be seen
-  Four facing{};     ///< 0 = no colour
-  FourInt edge{};
-  Four normal[3]{};  ///< of the planes measured to, of any length, away from the camera
+  Eight distance, weight;  ///< distance may be beyond truncation
+  EightInt told;
+  EightInt denies;  ///< lanes that may say that the past is gone; beside a jump another surface may be seen
+  Eight facing;     ///< 0 = no colour
+  EightInt edge;
+  Eight normal[3];  ///< of the planes measured to, of any length, away from the camera
+};
+
+/// Where a reading and what was known cannot both hold.
+struct BrickUpdate::Conflict {
+  EightInt past_gone, reading_void;
 };
 
 BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
-                         const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes)
+                         const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes,
+                         bool wide)
     : view_(view),
       map_(map),
       colour_(colour),
@@ -53,12 +60,23 @@ BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparat
       denies_m_(kDenies * sizes.truncation_m),
       end_u_(static_cast<float>(2 * view.blocks_x)),
       end_v_(static_cast<float>(2 * view.blocks_y)),
-      depth_(view, preparation, map, sizes.voxel_m, sizes.truncation_m, shell_m_) {}
+      depth_(view, preparation, map, sizes.voxel_m, sizes.truncation_m, shell_m_),
+      wide_(wide && has_eight()) {}
 
 BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m, Wait wait) const {
+  return wide_ ? update_wide(brick, hidden_m, wait) : update_rows(brick, hidden_m, wait);
+}
+
+LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& brick, float hidden_m, Wait wait) const {
+  return update_rows(brick, hidden_m, wait);
+}
+
+[[gnu::always_inline]] inline BrickUpdate::Told BrickUpdate::update_rows(WorkingBrick& brick, float hidden_m,
+                                                                         Wait wait) const {
   const Vector3f corner =
       T_camera_tag_ * (sizes_.voxel_m * kBrickEdge * Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>());
   const Eigen::Matrix3f step = sizes_.voxel_m * T_camera_tag_.linear();
+  const float free_m = kFreeShare * sizes_.truncation_m;
   Told told;
   const std::uint64_t in_turns = wait == Wait::nothing ? 0
                                  : wait == Wait::free  ? brick.free_rows
@@ -70,70 +88,75 @@ BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m, Wait 
       if ((in_turns & bit) && (at_row + brick.turn) % kRowTurns != 0) continue;
       const Vector3f row = corner + static_cast<float>(y) * step.col(1) + static_cast<float>(z) * step.col(2);
       if (std::min(row.z(), row.z() + kBrickEdge * step(2, 0)) > hidden_m) continue;
-      FourInt free = {-1, -1, -1, -1}, silent = free;
-      for (int x = 0; x < kBrickEdge; x += 4) {
-        const Four along = kFirst + static_cast<float>(x);
-        Row at;
-        at.x = row.x() + along * step(0, 0);
-        at.y = row.y() + along * step(1, 0);
-        at.z = row.z() + along * step(2, 0);
-        const Four inverse_z = 1 / at.z;
-        map_.pixels(at.x * inverse_z, at.y * inverse_z, at.u, at.v);
-        const Readings readings = read(at);
-        silent &= ~readings.told;
-        if (!any(readings.told)) {
-          free = FourInt{};
-          continue;
-        }
-        const std::size_t i = static_cast<std::size_t>(x + kBrickEdge * (y + kBrickEdge * z));
-        const Four found = fuse(brick.now, i, readings, told);
-        free &= readings.told & (found > kFreeShare * sizes_.truncation_m) &
-                (load(&brick.now.distance_m[i]) > kFreeShare * sizes_.truncation_m);
-        if (!colour_) continue;
-        const FourInt shell = (readings.facing > 0) & (size_of(found) <= shell_m_);
-        if (!any(shell)) continue;
-        for (int k = 0; k < 4; ++k)
-          if (shell[k])
-            colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0,
-                   readings.facing[k]);
+      Row at;
+      at.x = row.x() + kAlong * step(0, 0);
+      at.y = row.y() + kAlong * step(1, 0);
+      at.z = row.z() + kAlong * step(2, 0);
+      const Eight inverse_z = 1 / at.z;
+      const Eight across = at.x * inverse_z, down = at.y * inverse_z;
+      Four u[2], v[2];
+      map_.pixels(low_of(across), low_of(down), u[0], v[0]);
+      map_.pixels(high_of(across), high_of(down), u[1], v[1]);
+      at.u = joined(u[0], u[1]);
+      at.v = joined(v[0], v[1]);
+      const Readings readings = read(at);
+      brick.free_rows &= ~bit;
+      if (!any(readings.told)) {
+        brick.silent_rows |= bit;
+        continue;
       }
-      brick.free_rows = any(~free) ? brick.free_rows & ~bit : brick.free_rows | bit;
-      brick.silent_rows = any(~silent) ? brick.silent_rows & ~bit : brick.silent_rows | bit;
+      brick.silent_rows &= ~bit;
+      const std::size_t i = std::size_t{kBrickEdge} * at_row;
+      fuse(brick.now, i, readings, told);
+      const EightInt free =
+          readings.told & (readings.distance > free_m) & (load_eight(&brick.now.distance_m[i]) > free_m);
+      if (!any(~free)) brick.free_rows |= bit;
+      if (!colour_) continue;
+      unsigned shell = bits_of((readings.facing > 0) & (size_of(readings.distance) <= shell_m_));
+      for (; shell != 0; shell &= shell - 1) {
+        const int k = std::countr_zero(shell);
+        colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0, readings.facing[k]);
+      }
     }
   ++brick.turn;
   return told;
 }
 
 [[gnu::always_inline]] inline BrickUpdate::Readings BrickUpdate::read(const Row& at) const {
-  const Four u = at.u + 0.5f, v = at.v + 0.5f;
-  const FourInt ahead = at.z >= kNearestM;
-  const FourInt inside = ahead & (u >= 0) & (v >= 0) & (u < end_u_) & (v < end_v_);
+  const Eight u = at.u + 0.5f, v = at.v + 0.5f;
+  const EightInt ahead = at.z >= kNearestM;
+  const EightInt inside = ahead & (u >= 0) & (v >= 0) & (u < end_u_) & (v < end_v_);
   // Lanes that are outside read the first block.
-  const FourInt block =
-      (((__builtin_convertvector(v, FourInt) >> 1) * view_.blocks_x) + (__builtin_convertvector(u, FourInt) >> 1)) &
+  const EightInt block =
+      (((__builtin_convertvector(v, EightInt) >> 1) * view_.blocks_x) + (__builtin_convertvector(u, EightInt) >> 1)) &
       inside;
-  Four a = view_.planes[static_cast<std::size_t>(block[0])], b = view_.planes[static_cast<std::size_t>(block[1])],
-       c = view_.planes[static_cast<std::size_t>(block[2])], weight = view_.planes[static_cast<std::size_t>(block[3])];
-  transpose(a, b, c, weight);
+  const auto plane = [&](int lane) { return view_.planes[static_cast<std::size_t>(block[lane])]; };
+  Four low[4] = {plane(0), plane(1), plane(2), plane(3)}, high[4] = {plane(4), plane(5), plane(6), plane(7)};
+  transpose(low[0], low[1], low[2], low[3]);
+  transpose(high[0], high[1], high[2], high[3]);
+  const Eight a = joined(low[0], high[0]), b = joined(low[1], high[1]), c = joined(low[2], high[2]);
   // To the plane, not along the ray, so that distances hold at grazing views too.
-  const Four share_of_plane = a * at.x + b * at.y + c * at.z, plane_m = 1 / root(a * a + b * b + c * c);
+  const Eight share_of_plane = a * at.x + b * at.y + c * at.z, plane_m = 1 / root(a * a + b * b + c * c);
   Readings readings;
   readings.distance = (1 - share_of_plane) * plane_m;
-  readings.weight = weight;
+  readings.weight = joined(low[3], high[3]);
   readings.normal[0] = a;
   readings.normal[1] = b;
   readings.normal[2] = c;
-  readings.told = inside & (weight > 0) & (readings.distance >= -sizes_.truncation_m) &
+  readings.told = inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
                   (readings.distance * at.z >= -kBehindSteep * sizes_.truncation_m * plane_m * share_of_plane);
   readings.denies = readings.told;
-  const FourInt shell = readings.told & (size_of(readings.distance) <= shell_m_);
+  readings.edge = EightInt{};
+  readings.facing = Eight{};
+  const EightInt shell = readings.told & (size_of(readings.distance) <= shell_m_);
   if (colour_ && any(shell))
     readings.facing =
         select(shell, plane_m * share_of_plane / root(at.x * at.x + at.y * at.y + at.z * at.z), readings.facing);
-  const FourInt alone = ahead & (~inside | (weight < 0));
-  if (!any(alone)) return readings;
-  for (int k = 0; k < 4; ++k) {
-    if (!alone[k]) continue;
+  const float to_m = depth_.beyond_to_m(), to_pixels = depth_.beyond_to_pixels();
+  const EightInt beside = ahead & ~inside & (at.z <= to_m) & (at.u > -to_pixels) & (at.v > -to_pixels) &
+                          (at.u < end_u_ + to_pixels) & (at.v < end_v_ + to_pixels);
+  for (unsigned alone = bits_of(beside | (inside & (readings.weight < 0))); alone != 0; alone &= alone - 1) {
+    const int k = std::countr_zero(alone);
     const Reading one = depth_.read({at.x[k], at.y[k], at.z[k]}, {at.u[k], at.v[k]});
     if (one.weight <= 0) continue;
     readings.distance[k] = one.distance_m;
@@ -160,47 +183,48 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
   return (in_tag[axis] > 0 ? rise : -rise) > kRises * sizes_.voxel_m * static_cast<float>((high - low) / stride);
 }
 
-/// Into running means. Returns the distances found, truncated.
-[[gnu::always_inline]] inline Four BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& readings,
+/// Noise is measured against all of the way, however far beyond truncation it goes: the farther something is seen, the
+/// more noise hides in the truncation band. Of the two sides of something thin the nearer one tells: where that is the
+/// reading, the past is gone; else the reading says nothing.
+[[gnu::always_inline]] inline BrickUpdate::Conflict BrickUpdate::conflict(const FieldBrick& brick, std::size_t i,
+                                                                          const Readings& readings) const {
+  const Eight was = load_eight(&brick.distance_m[i]);
+  const Eight found = least(readings.distance, all_eight(sizes_.truncation_m)), off = size_of(readings.distance - was);
+  const Eight noises = off * off * readings.weight;
+  Conflict result;
+  result.past_gone = readings.denies & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
+                     (noises > kDeniesNoise * kDeniesNoise);
+  result.reading_void = EightInt{};
+  const EightInt apart = readings.told & (noises > kSideNoise * kSideNoise) & (load_eight(&brick.weight[i]) > 0);
+  const EightInt nearer = readings.denies & apart & (found > was) & (was < 0);
+  const EightInt farther = apart & (found < was) & (found < 0);
+  for (unsigned thin = bits_of(nearer | farther); thin != 0; thin &= thin - 1) {
+    const int k = std::countr_zero(thin);
+    if (!from_other_side(brick, i + static_cast<std::size_t>(k),
+                         {readings.normal[0][k], readings.normal[1][k], readings.normal[2][k]}))
+      continue;
+    result.past_gone[k] = nearer[k];
+    result.reading_void[k] = ~nearer[k];
+  }
+  return result;
+}
+
+/// Into running means.
+[[gnu::always_inline]] inline void BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& readings,
                                                      Told& told) const {
-  const FourInt& read = readings.told;
+  const EightInt& read = readings.told;
   told.any = true;
-  const Four found = least(readings.distance, all(sizes_.truncation_m));
-  const Four was = load(&brick.distance_m[i]), past = load(&brick.weight[i]);
-  const FourInt unknown = read & (past <= 0);
-  const FourInt moved = read & (past > 0) & (size_of(was - found) > sizes_.truncation_m);
-  if (any(unknown | moved))
-    for (int k = 0; k < 4; ++k) {
-      told.learnt -= unknown[k];
-      told.moved -= moved[k];
-    }
-  // Noise is measured against all of the way, however far beyond truncation it goes: the farther something is seen, the
-  // more noise hides in the truncation band.
-  Four share = select(read, readings.weight, Four{});
-  const Four off = size_of(readings.distance - was);
-  const Four noises = off * off * share;
-  FourInt denied = readings.denies & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
-                   (noises > kDeniesNoise * kDeniesNoise);
-  // What was seen from the other side of something thin, and is solid to that side as far as truncation reaches: the
-  // side that is nearer tells.
-  const FourInt apart = (noises > kSideNoise * kSideNoise) & (past > 0);
-  const FourInt nearer = readings.denies & apart & (found > was) & (was < 0);
-  const FourInt farther = apart & (found < was) & (found < 0);
-  if (any(nearer | farther))
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (!(nearer[k] | farther[k]) ||
-          !from_other_side(brick, i + k, {readings.normal[0][k], readings.normal[1][k], readings.normal[2][k]}))
-        continue;
-      if (nearer[k])
-        denied[k] = -1;
-      else
-        share[k] = 0, denied[k] = 0;  // says nothing at all: without weight it must not replace the past
-    }
-  const Four sum = select(denied, least(past, kDeniedLooks * share), past) + share;
-  const Four turn = share / select(read, sum, all(1));
+  const Eight found = least(readings.distance, all_eight(sizes_.truncation_m));
+  const Eight was = load_eight(&brick.distance_m[i]), past = load_eight(&brick.weight[i]);
+  const EightInt known = past > 0;
+  told.learnt += std::popcount(bits_of(read & ~known));
+  told.moved += std::popcount(bits_of(read & known & (size_of(was - found) > sizes_.truncation_m)));
+  const Conflict conflicts = conflict(brick, i, readings);
+  const Eight share = select(read & ~conflicts.reading_void, readings.weight, Eight{});
+  const Eight sum = select(conflicts.past_gone, least(past, kDeniedLooks * share), past) + share;
+  const Eight turn = share / select(read, sum, all_eight(1));
   store(&brick.distance_m[i], was + turn * (select(read, found, was) - was));
-  store(&brick.weight[i], select(read, least(sum, all(sizes_.weight_cap)), past));
-  return found;
+  store(&brick.weight[i], select(read, least(sum, all_eight(sizes_.weight_cap)), past));
 }
 
 void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
@@ -240,15 +264,18 @@ BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
   if (share <= 0) return {};
   Told told;
   Readings readings;
-  readings.distance = all(kOpenReach * sizes_.truncation_m);
-  readings.weight = all(share);
-  readings.told = readings.denies = FourInt{-1, -1, -1, -1};
-  Four nearest = all(sizes_.truncation_m);
-  for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
+  readings.distance = all_eight(kOpenReach * sizes_.truncation_m);
+  readings.weight = all_eight(share);
+  readings.told = readings.denies = ~EightInt{};
+  readings.facing = Eight{};
+  readings.edge = EightInt{};
+  for (Eight& axis : readings.normal) axis = Eight{};
+  EightInt free = ~EightInt{};
+  for (std::size_t i = 0; i < kBrickVoxels; i += kBrickEdge) {
     fuse(brick.now, i, readings, told);
-    nearest = least(nearest, load(&brick.now.distance_m[i]));
+    free &= load_eight(&brick.now.distance_m[i]) > kFreeShare * sizes_.truncation_m;
   }
-  brick.open = std::min({nearest[0], nearest[1], nearest[2], nearest[3]}) > kFreeShare * sizes_.truncation_m;
+  brick.open = !any(~free);
   return told;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// One depth picture, and what colour shows, into bricks: their rows four voxels at a time, but for voxels beside jumps
+// One depth picture, and what colour shows, into bricks: a row of eight voxels at a time, but for voxels beside jumps
 // in depth or beside the picture.
 #include <Eigen/Geometry>
 
@@ -16,9 +16,10 @@ class BrickUpdate {
   struct Sizes {
     float voxel_m, truncation_m, weight_cap;
   };
-  /// All but `sizes` are kept by reference.
+  /// All but `sizes` are kept by reference. Not `wide`: as a processor works that has no vectors of eight; the result
+  /// is the same, to the bit.
   BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
-              const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes);
+              const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes, bool wide = true);
 
   struct Told {
     bool any = false;
@@ -41,8 +42,12 @@ class BrickUpdate {
  private:
   struct Row;
   struct Readings;
+  struct Conflict;
+  Told update_rows(WorkingBrick& brick, float hidden_m, Wait wait) const;
+  Told update_wide(WorkingBrick& brick, float hidden_m, Wait wait) const;
   Readings read(const Row& at) const;
-  Four fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told) const;
+  Conflict conflict(const FieldBrick& brick, std::size_t i, const Readings& readings) const;
+  void fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told) const;
   bool from_other_side(const FieldBrick& brick, std::size_t i, const Eigen::Vector3f& normal) const;
   void colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share) const;
 
@@ -53,6 +58,7 @@ class BrickUpdate {
   Sizes sizes_;
   float shell_m_, denies_m_, end_u_, end_v_;
   DepthReader depth_;
+  bool wide_;
 };
 
 }  // namespace lumigraft

@@ -271,6 +271,7 @@ void DepthPreparation::fit_four(DepthView& view, int u, int v) const {
     block.distance_m = normal[k][3];
     block.weight = weights[k];
     block.facing = facings[k];
+    block.jump = -1;
   }
 }
 
@@ -299,13 +300,33 @@ void DepthPreparation::spread_jumps(DepthView& view) {
     if (before_u) adopt(i, u, v, at[-step * row - step]);
     if (after_u) adopt(i, u, v, at[-step * row + step]);
   };
-  for (int v = 0; v < blocks_y_; ++v)
-    for (int u = 0; u < blocks_x_; ++u) visit(u, v, 1);
-  for (int v = blocks_y_ - 1; v >= 0; --v)
-    for (int u = blocks_x_ - 1; u >= 0; --u) visit(u, v, -1);
+  // Most of most pictures is far from jumps: only what has one beside it, or before it in its own row, is visited.
+  const auto sweep = [&](int v, int step) {
+    const std::int32_t* own = &block_jumps_[static_cast<std::size_t>(v) * blocks_x_];
+    const bool before_v = step > 0 ? v > 0 : v + 1 < blocks_y_;
+    const std::int32_t* before = before_v ? own - step * row : own;
+    const int end = step > 0 ? blocks_x_ : -1;
+    for (int u = step > 0 ? 0 : blocks_x_ - 1; u != end;) {
+      const int next = u + 8 * step;
+      if (next * step <= end * step && std::min(u, next - step) > 0 && std::max(u, next - step) + 1 < blocks_x_) {
+        const int low = std::min(u, next - step) - 1;
+        bool none = true;
+        for (int k = 0; k < 10; ++k) none &= (own[low + k] & before[low + k]) < 0;
+        if (none) {
+          u = next;
+          continue;
+        }
+      }
+      visit(u, v, step);
+      u += step;
+    }
+  };
+  for (int v = 0; v < blocks_y_; ++v) sweep(v, 1);
+  for (int v = blocks_y_ - 1; v >= 0; --v) sweep(v, -1);
   for (std::size_t i = 0; i < block_jumps_.size(); ++i) {
+    if (block_jumps_[i] < 0) continue;
     view.blocks[i].jump = block_jumps_[i];
-    if (block_jumps_[i] >= 0) view.planes[i][3] = -1;
+    view.planes[i][3] = -1;
   }
 }
 

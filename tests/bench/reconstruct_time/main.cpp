@@ -1,0 +1,125 @@
+// Processor time of every stage of reconstruct on every frame of a recording, played to and fro at 30 frames a second:
+// nothing rests but albedo, which is solved every eighth frame while the room is learnt and every 64th from then on.
+//
+//   build/release/reconstruct_time SESSION [FRAMES]
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "capture/session.h"
+#include "capture/source.h"
+#include "reconstruct/albedo.h"
+#include "reconstruct/fusion.h"
+#include "reconstruct/gloss.h"
+#include "reconstruct/light.h"
+#include "reconstruct/pose.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr std::size_t kLearning = 32, kSolveThen = 8, kSolveLater = 64;  // frames
+constexpr double kFramesPerSecond = 30;
+
+double cpu_ms() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
+class Stages {
+ public:
+  explicit Stages(const Session& session)
+      : pose_(session.tag, session.color.model, session.color.response),
+        light_(session, LightSettings{}),
+        fusion_(session, FusionSettings{}),
+        gloss_(session),
+        albedo_(session) {}
+
+  void learn(const FrameSet& frame, std::size_t count) {
+    std::optional<Pose> pose;
+    timed("pose", [&] { pose = pose_.locate(frame, field_.get()).pose; });
+    timed("light", [&] { measured_ = light_.extract(frame).illumination; });
+    if (!pose || pose->age_ns != 0 || !frame.depth) return;
+    timed("fusion", [&] { field_ = fusion_.fuse(frame, *pose); });
+    if (!field_ || !measured_) return;
+    if (solved_.illumination) {
+      timed("gloss", [&] { gloss_.look(frame, *pose, *field_, *solved_.illumination, solved_.albedo.get()); });
+    }
+    if (count % (count < kLearning ? kSolveThen : kSolveLater) != 0) return;
+    timed("albedo", [&] { solved_ = albedo_.solve(*field_, *measured_); });
+  }
+
+  std::map<std::string, std::vector<double>> times_ms;
+
+ private:
+  template <typename Function>
+  void timed(const char* name, Function stage) {
+    const double start_ms = cpu_ms();
+    stage();
+    times_ms[name].push_back(cpu_ms() - start_ms);
+  }
+
+  PoseStage pose_;
+  LightStage light_;
+  FusionStage fusion_;
+  GlossStage gloss_;
+  AlbedoStage albedo_;
+  std::shared_ptr<const DistanceField> field_;
+  std::shared_ptr<const Illumination> measured_;
+  AlbedoStage::Result solved_;
+};
+
+void measure(const std::filesystem::path& folder, std::size_t count) {
+  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
+  const auto reader = open_frames(session);
+  std::vector<FrameSet> frames;
+  while (auto frame = reader->next(std::chrono::seconds(1))) frames.push_back(std::move(*frame));
+  if (frames.empty()) return;
+  Stages stages(session);
+  const std::size_t turn = std::max<std::size_t>(1, 2 * (frames.size() - 1));
+  for (std::size_t i = 0; i < kLearning + count; ++i) {
+    if (i == kLearning) stages.times_ms.clear();
+    const std::size_t along = i % turn;
+    FrameSet frame = frames[std::min(along, turn - along) % frames.size()];
+    frame.index = i;
+    frame.time_ns = static_cast<std::int64_t>(1e9 * static_cast<double>(i) / kFramesPerSecond);
+    stages.learn(frame, i);
+  }
+  double all_ms = 0;
+  for (auto& [name, ms] : stages.times_ms) {
+    double sum_ms = 0;
+    for (const double one : ms) sum_ms += one;
+    all_ms += sum_ms;
+    std::sort(ms.begin(), ms.end());
+    std::printf("%-8s %4zu times, CPU ms: median %6.2f, mean %6.2f, most %6.1f; a frame %6.2f\n", name.c_str(),
+                ms.size(), ms[ms.size() / 2], sum_ms / static_cast<double>(ms.size()), ms.back(),
+                sum_ms / static_cast<double>(count));
+  }
+  const double a_frame_ms = all_ms / static_cast<double>(count);
+  std::printf("a frame %.1f, at %.0f frames a second %.0f %% of two cores\n", a_frame_ms, kFramesPerSecond,
+              100 * 1e-3 * a_frame_ms * kFramesPerSecond / 2);
+}
+
+}  // namespace
+}  // namespace lumigraft
+
+int main(int count, char** words) {
+  if (count < 2 || count > 3) {
+    std::fprintf(stderr, "reconstruct_time SESSION [FRAMES]\n");
+    return 2;
+  }
+  try {
+    lumigraft::measure(words[1], count > 2 ? std::strtoul(words[2], nullptr, 10) : 192);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 2;
+  }
+}

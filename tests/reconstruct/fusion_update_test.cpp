@@ -1,0 +1,54 @@
+// One depth picture into bricks.
+#include "reconstruct/fusion_update.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/reconstruct/fusion_views.h"
+
+namespace lumigraft {
+namespace {
+
+TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
+  CameraModel camera;
+  camera.width = 160;
+  camera.height = 120;
+  camera.fx = camera.fy = 131;
+  camera.cx = 79.5;
+  camera.cy = 59.5;
+  constexpr float kVoxelM = 0.008f, kTruncationM = 0.032f;
+  const PixelMap map(camera);
+  DepthPreparation preparation(camera, kVoxelM, 5);
+  RecentBricks met;
+  std::vector<WorkingBrick> wide, plain;
+  for (unsigned i = 0; i < 3; ++i) {
+    const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8 + 0.05 * i, 50 * test::kDegree, -2.4 + 0.1 * i);
+    const FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
+    DepthView view;
+    preparation.prepare(frame.depth->depth_m, view);
+    const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
+    const ColourReader colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
+    for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
+                                                  PictureShare{}, met)) {
+      wide.emplace_back().key = key;
+      plain.emplace_back().key = key;
+    }
+    const BrickUpdate::Sizes sizes{kVoxelM, kTruncationM, 64};
+    const BrickUpdate by_eight(view, preparation, map, colour, T_camera_tag, sizes);
+    const BrickUpdate by_four(view, preparation, map, colour, T_camera_tag, sizes, false);
+    for (std::size_t k = 0; k < wide.size(); ++k) {
+      const auto a = by_eight.update(wide[k], 5, BrickUpdate::Wait::nothing);
+      const auto b = by_four.update(plain[k], 5, BrickUpdate::Wait::nothing);
+      EXPECT_EQ(a.learnt, b.learnt);
+      EXPECT_EQ(a.moved, b.moved);
+      EXPECT_EQ(wide[k].now.distance_m, plain[k].now.distance_m);
+      EXPECT_EQ(wide[k].now.weight, plain[k].now.weight);
+      EXPECT_EQ(wide[k].now.radiance, plain[k].now.radiance);
+      EXPECT_EQ(wide[k].free_rows, plain[k].free_rows);
+      EXPECT_EQ(wide[k].silent_rows, plain[k].silent_rows);
+    }
+  }
+  EXPECT_GT(wide.size(), 100u);
+}
+
+}  // namespace
+}  // namespace lumigraft
