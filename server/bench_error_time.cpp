@@ -118,7 +118,7 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
   worst = round_up(1.05 * worst, 6);
   const Axis x(Axis::Scale::logarithmic, low, high, frame.left, frame.right);
   const Axis y(Axis::Scale::linear, 0, worst, frame.bottom, frame.top);
-  draw_frame(drawing, frame, x, time_ticks(low, high), y, round_ticks(worst, 6), kText);
+  draw_frame(drawing, frame, x, time_ticks(low, high, frame.right - frame.left), y, round_ticks(worst, 6), kText);
   drawing.text({0.5 * (frame.left + frame.right), frame.bottom + 38},
                kind == CostKind::cpu ? "CPU time of a frame, the object turning by 1° (all cores together)"
                                      : "GPU time of a frame, the object turning by 1°",
@@ -171,7 +171,7 @@ void draw_published(Drawing& drawing, const Box& frame, const std::vector<BenchR
   for (double value = worst; value <= best + 1e-9; value += best - worst > 16 ? 4 : 2) {
     ticks.push_back({value, std::to_string(static_cast<int>(value))});
   }
-  draw_frame(drawing, frame, x, time_ticks(low, high), y, ticks, kText);
+  draw_frame(drawing, frame, x, time_ticks(low, high, frame.right - frame.left), y, ticks, kText);
   drawing.text({0.5 * (frame.left + frame.right), frame.bottom + 38}, "time of a frame",
                {.size = kText, .across = 0.5});
   drawing.text({frame.left - 34, 0.5 * (frame.top + frame.bottom)}, "PSNR, dB",

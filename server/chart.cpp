@@ -89,15 +89,19 @@ double Axis::at(double value) const {
   return at_low_ + share * (at_high_ - at_low_);
 }
 
-std::vector<Tick> time_ticks(double low_ms, double high_ms) {
-  const bool decades_alone = high_ms / low_ms > 999;
+std::vector<Tick> time_ticks(double low_ms, double high_ms, double width) {
+  constexpr double kLabel = 52;  // as wide as one is with its margin
   std::vector<Tick> ticks;
   for (int power = -4; power < 9; ++power) {
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double value = factor * std::pow(10.0, power);
-      if (value >= low_ms * (1 - 1e-9) && value <= high_ms * (1 + 1e-9)) {
-        ticks.push_back({value, decades_alone && factor != 1.0 ? "" : time_label(value)});
-      }
+      if (value >= low_ms * (1 - 1e-9) && value <= high_ms * (1 + 1e-9)) ticks.push_back({value, time_label(value)});
+    }
+  }
+  if (kLabel * static_cast<double>(ticks.size()) > width) {
+    for (Tick& tick : ticks) {
+      const double power = std::log10(tick.value);
+      if (std::abs(power - std::round(power)) > 1e-6) tick.label.clear();
     }
   }
   return ticks;

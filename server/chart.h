@@ -35,8 +35,8 @@ class Axis {
   double low_, high_, at_low_, at_high_;
 };
 
-/// 1, 2, 5, 10, ... as milliseconds and seconds; fewer labels where the range is long.
-std::vector<Tick> time_ticks(double low_ms, double high_ms);
+/// 1, 2, 5, 10, ... as milliseconds and seconds; labels at decades alone where `width` is too little for all.
+std::vector<Tick> time_ticks(double low_ms, double high_ms, double width);
 /// About `wanted` round steps from 0.
 std::vector<Tick> round_ticks(double high, int wanted);
 double round_up(double value, int wanted);  ///< to the next of those steps

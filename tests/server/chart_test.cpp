@@ -25,9 +25,10 @@ TEST(Chart, AxesPutValuesInTheirPlaces) {
 }
 
 TEST(Chart, TicksAreRound) {
-  EXPECT_EQ(labels_of(time_ticks(100, 2000)), (std::vector<std::string>{"100 ms", "200 ms", "500 ms", "1 s", "2 s"}));
-  EXPECT_EQ(labels_of(time_ticks(1, 10000))[3], "10 ms");
-  EXPECT_EQ(labels_of(time_ticks(1, 10000))[1], "");  // crowded: decades alone have labels
+  EXPECT_EQ(labels_of(time_ticks(100, 2000, 300)),
+            (std::vector<std::string>{"100 ms", "200 ms", "500 ms", "1 s", "2 s"}));
+  EXPECT_EQ(labels_of(time_ticks(1, 10000, 300))[3], "10 ms");
+  EXPECT_EQ(labels_of(time_ticks(1, 10000, 300))[1], "");  // crowded: decades alone have labels
   EXPECT_EQ(labels_of(round_ticks(0.6, 6)), (std::vector<std::string>{"0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6"}));
   EXPECT_NEAR(round_up(0.51, 6), 0.6, 1e-12);
   EXPECT_NEAR(round_up(0.6, 6), 0.6, 1e-12);
