@@ -86,8 +86,8 @@ struct RayRenderer::State {
   std::vector<Receiver> receivers;         ///< by pixel
   std::optional<rays::CoarseView> blocks;  ///< where blocks of pixels share light
   std::optional<rays::GatherGrid> indirect, gloss;
-  bool new_view = false;
-  Image<float> change;  ///< 3 channels, L_Δ of real pixels, W/sr/m²
+  bool new_view = false;  ///< of which nothing was gathered yet
+  Image<float> change;    ///< 3 channels, L_Δ of real pixels, W/sr/m²
   rays::ObjectPixels objects;
   rays::SrgbCodes codes;
 
@@ -132,13 +132,13 @@ struct RayRenderer::State {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
     const bool same_view = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
     if (same_view && detail == asked) return;
+    seen_room.reset();  // until all below is there: memory may run out
     const CameraModel& model = eye.camera.model;
     if (!same_view) {
       const Image<float> radiance = camera.radiance();
       rays::see_room(*room, eye, radiance, seen);
       rays::fill_holes(eye.camera, radiance, camera.exposure(), seen);
       T_tag_camera = T;
-      seen_room = room;
     }
     detail = asked;
     blocks.reset();
@@ -147,6 +147,7 @@ struct RayRenderer::State {
     find_receivers();
     indirect.emplace(shared(), of_shared(), detail.gather / detail.block, rays::GatherGrid::Of::even);
     if (!known.empty()) gloss.emplace(seen, model, detail.gather, rays::GatherGrid::Of::glossy);
+    seen_room = room;
     new_view = true;
     clock.done("pixels");
   }
@@ -173,7 +174,7 @@ struct RayRenderer::State {
 
   void see(const rays::Eye& eye, int rays, Clock& clock) {
     const rays::Turn turn = new_view ? rays::Turn{} : light.turn();
-    new_view = false;
+    new_view = true;  // where this fails, all is due
     find_change(rays, turn, clock);
     if (gloss) {
       gloss->gather(light.light(), light.places(), rays, kGlossSeed, turn);
@@ -185,6 +186,7 @@ struct RayRenderer::State {
     }
     objects = rays::see_objects(light.light(), lamps, seen, eye, detail, std::move(objects));
     clock.done("object pixels");
+    new_view = false;
   }
 
   void find_change(int rays, const rays::Turn& turn, Clock& clock) {
