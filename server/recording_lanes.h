@@ -25,7 +25,7 @@ class RecordingLanes {
   };
 
   /// Throws as SessionRecorder. With `behind` the writers take the processor only when the picture leaves it, and depth
-  /// stays uncompressed until compress_depth: FFV1 takes a third of a core, from the picture or from the recording.
+  /// stays uncompressed until compress_depth: FFV1 takes up to a third of a core, from the picture or the recording.
   RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder, bool behind);
   ~RecordingLanes();
 
