@@ -13,7 +13,7 @@ namespace lumigraft {
 class DeviceClock {
  public:
   /// The host's time of a picture that carries `device_ns` and arrived at `host_ns`; never after its arrival. A clock
-  /// that jumps is followed at once.
+  /// that jumps is followed at once. What is told again within a second gets the same time again.
   std::int64_t to_host(std::int64_t device_ns, std::int64_t host_ns);
 
  private:
@@ -21,6 +21,8 @@ class DeviceClock {
   std::int64_t window_end_ns_ = std::numeric_limits<std::int64_t>::min();
   std::int64_t smallest_ns_ = kNone;         ///< of this window
   std::int64_t smallest_before_ns_ = kNone;  ///< of the one before
+  std::int64_t last_device_ns_ = 0, last_host_ns_ = 0;
+  std::int64_t last_arrival_ns_ = std::numeric_limits<std::int64_t>::min() / 2;  ///< of the last picture: long ago
 };
 
 }  // namespace lumigraft

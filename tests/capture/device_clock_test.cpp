@@ -41,6 +41,18 @@ TEST(DeviceClock, JitteringDriftingCamerasArePairedRight) {
   EXPECT_LT(worst, 5 * kMs) << "a third of what would be a wrong pair";
 }
 
+// Pictures that are told twice, the second time some milliseconds later: windows begin between the two as well.
+TEST(DeviceClock, WhatIsToldAgainKeepsItsTime) {
+  std::mt19937 random(2);
+  std::uniform_int_distribution<std::int64_t> jitter(0, 3 * kMs);
+  DeviceClock clock;
+  for (std::int64_t i = 0; i < 1000; ++i) {
+    const std::int64_t arrival = 7'000 * kMs + i * 33 * kMs + jitter(random);
+    const std::int64_t first = clock.to_host(i * 33 * kMs, arrival);
+    EXPECT_EQ(clock.to_host(i * 33 * kMs, arrival + 15 * kMs), first) << i;
+  }
+}
+
 TEST(DeviceClock, NeverAfterTheArrivalAndFollowsAJump) {
   DeviceClock clock;
   std::mt19937 random(2);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
 
@@ -13,7 +14,8 @@
 #include "comparators/vct_difference.h"
 #include "relight/placement.h"
 #include "relight/reference/scene_of.h"
-#include "relight/relighter.h"
+#include "server/bench_settings.h"
+#include "server/make_renderer.h"
 #include "server/reference_truth.h"
 
 namespace lumigraft::comparators {
@@ -68,12 +70,15 @@ Drawn with_difference(const Contest& contest, const std::shared_ptr<const Refere
   return {shown(contest, difference(with, without, coverage), coverage), of_room, of_mask};
 }
 
-Contender ours(const Contest& contest, Plan plan, const std::string& method, const std::string& setting) {
-  plan.method = method;
-  const auto relighter = std::make_shared<Relighter>(contest.device, contest.input.session);
-  return {method, setting, plan, true, false, [&contest, plan, relighter](const Exhibit& exhibit) {
-            return Drawn{relighter->relight(contest.scene.frame, contest.scene.scene, exhibit, plan).srgb, {}, {}};
-          }};
+Contender ours(const Contest& contest, const std::string& method, const std::string& setting) {
+  for (const BenchSetting& known : bench_settings(method)) {
+    if (known.name != setting) continue;
+    const std::shared_ptr<Renderer> renderer = make_renderer(contest.input.session, known.plan, kTrue, contest.device);
+    return {method, setting, known.plan, true, false, [&contest, plan = known.plan, renderer](const Exhibit& exhibit) {
+              return Drawn{renderer->relight(contest.scene.frame, contest.scene.scene, exhibit, plan).srgb, {}, {}};
+            }};
+  }
+  throw std::invalid_argument(method + " has no setting " + setting);
 }
 
 Contender vct_difference(const Contest& contest, Plan plan, const std::string& setting) {
@@ -100,9 +105,9 @@ Contest open_contest(const std::filesystem::path& session, const std::shared_ptr
   return contest;
 }
 
-std::vector<Contender> cone_contenders(const Contest& contest, const Plan& plan, const std::string& setting) {
-  return {ours(contest, plan, "dvct", setting), ours(contest, plan, "dlpv", setting),
-          vct_difference(contest, plan, setting)};
+std::vector<Contender> cone_contenders(const Contest& contest) {
+  return {ours(contest, "dvct", "half-64"), ours(contest, "dlpv", "half-64"), ours(contest, "rays", "half-20-rays"),
+          vct_difference(contest, Plan{}, "half-64")};
 }
 
 std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms) {
@@ -147,10 +152,10 @@ std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms) 
     // What does not grow with the samples is in both.
     const double one_ms = cost_ms(1), each_ms = std::max((cost_ms(3) - one_ms) / 2, 0.1 * one_ms);
     const int samples = std::max(1 + static_cast<int>(std::lround((budget_ms - one_ms) / each_ms)), 1);
-    contenders.push_back(
-        {method, "equal-time", {.samples = samples}, false, false, [draw, samples](const Exhibit& exhibit) {
-           return draw(exhibit, samples);
-         }});
+    Plan plan;
+    plan.samples = samples;
+    contenders.push_back({method, "equal-time", plan, false, false,
+                          [draw, samples](const Exhibit& exhibit) { return draw(exhibit, samples); }});
   };
   at_equal_time("path-difference", two_pictures);
   at_equal_time("path-change", change);

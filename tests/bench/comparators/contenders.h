@@ -36,8 +36,8 @@ struct Contest {
 };
 Contest open_contest(const std::filesystem::path& session, const std::shared_ptr<gpu::Device>& device);
 
-/// dvct and dlpv by one setting, and the difference of two voxel cone tracing solutions by the same plan.
-std::vector<Contender> cone_contenders(const Contest& contest, const Plan& plan, const std::string& setting);
+/// Settings of ours, the first dvct half-64; and the difference of two voxel cone tracing solutions by the same plan.
+std::vector<Contender> cone_contenders(const Contest& contest);
 /// Differential instant radiosity; and path tracing with as many samples as take `budget_ms` of processor time, once
 /// the difference of two pictures and once the change alone.
 std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms);

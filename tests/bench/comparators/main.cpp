@@ -49,8 +49,7 @@ void run(const Command& command) {
   results.machine = describe_machine(*device);
   for (const std::filesystem::path& session : command.sessions) {
     const comparators::Contest contest = comparators::open_contest(session, device);
-    std::vector<BenchRow> rows =
-        comparators::measured(contest, comparators::cone_contenders(contest, Plan{}, "half-64"));
+    std::vector<BenchRow> rows = comparators::measured(contest, comparators::cone_contenders(contest));
     const double budget_ms = rows.front().run.moving.host.cpu_ms;  // of dvct
     for (BenchRow& row : comparators::measured(contest, comparators::ray_contenders(contest, budget_ms))) {
       rows.push_back(std::move(row));
