@@ -13,19 +13,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// A white box on a grey floor beside a lamp: it lights the floor, and as it turns, elsewhere.
-ClosedScene box_on_floor() {
-  ClosedScene scene;
-  scene.width = 112;
-  scene.height = 84;
-  scene.focal_px = 90;
-  scene.sky = 0.2f;
-  scene.radiance = [](const Eigen::Vector3f&) { return 0.25f; };
-  scene.lamps = {lamp_at({0.3f, 0.1f, 0.5f}, 0.03f, 0.2f)};
-  scene.exhibit.objects = {box_object({-0.1f, -0.05f, 0.01f}, {0.1f, 0.05f, 0.2f}, 0.9f)};
-  return scene;
-}
-
 /// A room of 2 × 2 × 1 m that the sky of box_on_floor() shines from.
 Scene closed(Scene scene) {
   Enclosure room;

@@ -52,7 +52,7 @@ float irradiance(const PointLight& lamp, const Eigen::Vector3f& at_m, const Eige
 VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo);
 VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo);
 
-/// A white box on a grey floor beside a lamp.
+/// A white box on a grey floor beside a lamp: it lights the floor, and as it turns, elsewhere.
 ClosedScene box_on_floor();
 
 /// Signed distance to a box, negative inside.
