@@ -62,17 +62,27 @@ PixelRegion tiles_around(const TagCorners& points, const CameraModel& camera) {
   return region_around(low - around, high + around, camera.width, camera.height, kTile);
 }
 
+double narrowest_px(const TagCorners& points) {
+  double twice_area = 0, longest = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector2d &a = points[i], &b = points[(i + 1) % points.size()];
+    twice_area += a.x() * b.y() - a.y() * b.x();
+    longest = std::max(longest, (b - a).norm());
+  }
+  return longest > 0 ? std::abs(twice_area) / 2 / longest : 0;
+}
+
 TagReader::TagReader(const TagPattern& pattern, double size_m, const CameraModel& camera, const Response& response)
     : pattern_(pattern), size_m_(size_m), camera_(camera), response_(response) {}
 
-std::optional<PixelRegion> TagReader::region(const Isometry3d& T_camera_tag) const {
+std::optional<TagReader::Place> TagReader::place(const Isometry3d& T_camera_tag) const {
   const auto print = projected(T_camera_tag, size_m_ / 2 * pattern_.cells / pattern_.square_cells, camera_);
   if (!print) return std::nullopt;
   const PixelRegion region = tiles_around(*print, camera_);
   if (region.width < 4 * kTile || region.height < 4 * kTile ||
       2 * region.width * region.height > camera_.width * camera_.height)
     return std::nullopt;
-  return region;
+  return Place{region, narrowest_px(*print)};
 }
 
 void TagReader::align(PoseCandidate& candidate, const std::vector<SeenPixel>& pixels) const {

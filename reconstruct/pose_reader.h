@@ -44,8 +44,12 @@ class TagReader {
   /// little, or not near `T_camera_tag`.
   std::optional<PoseCandidate> follow(const Picture& picture, const Eigen::Isometry3d& T_camera_tag,
                                       const PrintLook& look) const;
+  struct Place {
+    PixelRegion region;
+    double narrowest_px;  ///< of the print
+  };
   /// Where to look for the print if the camera hardly moved. Empty where that would be most of the picture.
-  std::optional<PixelRegion> region(const Eigen::Isometry3d& T_camera_tag) const;
+  std::optional<Place> place(const Eigen::Isometry3d& T_camera_tag) const;
 
  private:
   void align(PoseCandidate& candidate, const std::vector<SeenPixel>& pixels) const;
@@ -60,5 +64,7 @@ class TagReader {
 /// The points, and half their extent around them: what a hand moves a tag between two pictures. On the grid of tiles
 /// that the detector works in, so that a region shows it the same tiles as the whole picture.
 PixelRegion tiles_around(const TagCorners& points, const CameraModel& camera);
+/// Across a quadrangle where it is narrowest.
+double narrowest_px(const TagCorners& points);
 
 }  // namespace lumigraft
