@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "capture/usb_permission.h"
+
 namespace lumigraft::aravis {
 namespace {
 
@@ -44,6 +46,11 @@ void Check::or_throw(const std::string& what) const {
     throw InputError(what + ": " + text());
   }
   throw CameraFault(what + ": " + text());
+}
+
+bool usb3_vision_is_forbidden() {
+  constexpr int kMiscellaneous = 0xEF, kUsb3Vision = 0x05;
+  return is_forbidden_usb_interface(kMiscellaneous, kUsb3Vision);
 }
 
 std::optional<PixelFormat> pixel_format_of(gint64 format) {

@@ -41,6 +41,9 @@ class Check {
   GError* error_ = nullptr;
 };
 
+/// Of a camera of USB3 Vision that this program may not use Aravis says nothing.
+bool usb3_vision_is_forbidden();
+
 std::optional<PixelFormat> pixel_format_of(gint64 format);
 std::optional<ArvPixelFormat> aravis_format_of(PixelFormat format);
 

@@ -1,5 +1,6 @@
 #include "capture/aravis_library.h"
 #include "capture/camera_list.h"
+#include "capture/usb_permission.h"
 
 namespace lumigraft {
 namespace {
@@ -61,6 +62,9 @@ std::vector<CameraListing> list_aravis_cameras() {
       listing.why_not = e.what();
     }
     out.push_back(std::move(listing));
+  }
+  if (aravis::usb3_vision_is_forbidden()) {
+    out.push_back({.source = "aravis:", .name = "a camera of USB3 Vision", .why_not = kForbiddenUsb});
   }
   return out;
 }

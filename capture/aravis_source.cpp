@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "capture/aravis_library.h"
+#include "capture/usb_permission.h"
 #include "capture/with_source.h"
 
 namespace lumigraft {
@@ -36,6 +37,9 @@ class AravisSource::Camera {
     }
     camera_.reset(arv_camera_new(name.empty() ? nullptr : name.c_str(), check));
     if (!camera_) {
+      if (aravis::usb3_vision_is_forbidden()) {
+        throw CameraFault("found no such camera but one of USB3 Vision: " + std::string(kForbiddenUsb));
+      }
       throw CameraFault("found no such camera that answers: " + (check.failed() ? check.text() : "none is there"));
     }
     ArvDevice* device = arv_camera_get_device(camera_.get());

@@ -15,7 +15,7 @@ struct OfferedFormat {
 
 struct OfferedControl {
   std::string name;
-  double low = 0.0;
+  double low = 0.0;  ///< NaN where the camera does not say, as `high`
   double high = 0.0;
   double value = 0.0;
 };

@@ -75,14 +75,18 @@ std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> spe
 /// What a live camera is told and cannot do is not passed over in silence.
 void check_settings(const Wanted& w) {
   const CameraSettings& s = w.spec.settings;
-  const std::pair<const char*, bool> given[] = {{"pixel_format", s.pixel_format.has_value()},
-                                                {"rate_hz", s.rate_hz.has_value()},
-                                                {"exposure_us", s.exposure_us.has_value()},
-                                                {"gain", s.gain.has_value()},
-                                                {"controls", !s.controls.empty()}};
-  for (const auto& [key, is_given] : given) {
-    if (is_given && w.openni()) {
-      throw InputError(w.key + "." + key + ": found it beside openni2:, which takes no settings, allowed: none");
+  const auto refuse = [&w](const std::string& key) {
+    throw InputError(w.key + "." + key + ": found it beside openni2:, allowed: gain, rate_hz, controls.exposure");
+  };
+  if (w.openni() && s.pixel_format) {
+    refuse("pixel_format");
+  }
+  if (w.openni() && s.exposure_us) {
+    refuse("exposure_us");
+  }
+  for (const auto& [name, value] : s.controls) {
+    if (w.openni() && name != "exposure") {
+      refuse("controls." + name);
     }
   }
   if (!s.bracket_us.empty() && w.uri.kind != "v4l2") {

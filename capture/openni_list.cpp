@@ -1,8 +1,9 @@
 #include <OpenNI.h>
 
-#include <cmath>
+#include <limits>
 
 #include "capture/camera_list.h"
+#include "capture/usb_permission.h"
 
 namespace lumigraft {
 namespace {
@@ -29,6 +30,15 @@ void look_into(openni::Device& device, CameraListing& listing) {
                                  static_cast<double>(mode.getFps())});
     }
   }
+  openni::VideoStream color;
+  if (device.hasSensor(openni::SENSOR_COLOR) && color.create(device, openni::SENSOR_COLOR) == openni::STATUS_OK) {
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    if (openni::CameraSettings* settings = color.getCameraSettings()) {
+      listing.controls = {{"exposure", kUnknown, kUnknown, static_cast<double>(settings->getExposure())},
+                          {"gain", kUnknown, kUnknown, static_cast<double>(settings->getGain())}};
+    }
+    color.destroy();
+  }
 }
 
 }  // namespace
@@ -47,6 +57,8 @@ std::vector<CameraListing> list_openni_cameras() {
     if (device.open(devices[i].getUri()) == openni::STATUS_OK) {
       look_into(device, listing);
       device.close();
+    } else if (is_forbidden_usb_device(devices[i].getUri())) {
+      listing.why_not = kForbiddenUsb;
     } else {
       listing.why_not = "OpenNI2 cannot open it, another program may have it";
     }

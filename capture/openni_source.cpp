@@ -8,10 +8,12 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "capture/camera_serial.h"
 #include "capture/error.h"
+#include "capture/usb_permission.h"
 
 namespace lumigraft {
 namespace {
@@ -25,6 +27,18 @@ std::string openni_error() {
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20; }, ' ');
   text.erase(text.find_last_not_of(' ') + 1);
   return text.empty() ? "no reason given" : text;
+}
+
+/// Whether the device of that URI, or one of all where it is empty, is there and not ours to open.
+bool is_forbidden(const std::string& uri) {
+  openni::Array<openni::DeviceInfo> devices;
+  openni::OpenNI::enumerateDevices(&devices);
+  for (int i = 0; i < devices.getSize(); ++i) {
+    if ((uri.empty() || uri == devices[i].getUri()) && is_forbidden_usb_device(devices[i].getUri())) {
+      return true;
+    }
+  }
+  return false;
 }
 
 /// The library counts initialize and shutdown.
@@ -126,6 +140,9 @@ class OpenNiSource::Reader {
   Reader(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs, std::chrono::milliseconds silence)
       : kind_(kind), silence_(silence) {
     if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK) {
+      if (is_forbidden(uri)) {
+        throw CameraFault(kForbiddenUsb);
+      }
       throw CameraFault("found nothing OpenNI2 can open: " + openni_error());
     }
     if (device_.isFile() != (kind == Kind::recording)) {
@@ -138,6 +155,9 @@ class OpenNiSource::Reader {
     }
     for (const StreamSpec& spec : specs) {
       check_serial(serial_, spec.serial);
+    }
+    for (const StreamSpec& spec : specs) {
+      rate_hz_ = spec.settings.rate_hz ? spec.settings.rate_hz : rate_hz_;
     }
     for (const StreamSpec& spec : specs) {
       lanes_.push_back(std::make_unique<Lane>());
@@ -167,6 +187,9 @@ class OpenNiSource::Reader {
       if (lane->stream.start() != openni::STATUS_OK) {
         throw CameraFault(std::string("found a ") + name_of(lane->spec.stream) +
                           " stream that does not start: " + openni_error());
+      }
+      if (kind == Kind::device) {
+        fix_light(*lane);  // now: a PS1080 does not do what it was told before its start
       }
     }
   }
@@ -228,12 +251,14 @@ class OpenNiSource::Reader {
     const auto& modes = lane.stream.getSensorInfo().getSupportedVideoModes();
     const openni::VideoMode* best = nullptr;
     for (int i = 0; i < modes.getSize(); ++i) {
-      if (fits(modes[i], lane.spec) && (best == nullptr || modes[i].getFps() > best->getFps())) {
+      if (fits(modes[i], lane.spec) && (!rate_hz_ || std::abs(modes[i].getFps() - *rate_hz_) < 0.5) &&
+          (best == nullptr || modes[i].getFps() > best->getFps())) {
         best = &modes[i];
       }
     }
     if (best == nullptr || lane.stream.setVideoMode(*best) != openni::STATUS_OK) {
-      throw InputError("found no " + name + " mode for it, allowed by the session: " + mode_text(lane.spec));
+      const std::string rate = rate_hz_ ? " at " + std::to_string(std::lround(*rate_hz_)) + " Hz" : "";
+      throw InputError("found no " + name + " mode for it, allowed by the session: " + mode_text(lane.spec) + rate);
     }
   }
 
@@ -242,11 +267,6 @@ class OpenNiSource::Reader {
       lane->stream.setMirroringEnabled(false);
       if (lane->stream.getMirroringEnabled()) {
         throw InputError("found a device that only gives mirrored pictures");
-      }
-      if (openni::CameraSettings* settings = lane->stream.getCameraSettings()) {
-        // Radiance = response / exposure holds for a fixed exposure alone; devices without these controls have one.
-        settings->setAutoExposureEnabled(false);
-        settings->setAutoWhiteBalanceEnabled(false);
       }
       if (lane->spec.stream == Stream::depth) {
         const auto wanted =
@@ -259,6 +279,37 @@ class OpenNiSource::Reader {
       }
     }
     device_.setDepthColorSyncEnabled(true);  // where it can; pairing by time copes without
+  }
+
+  /// Radiance = response / exposure holds for a fixed exposure alone; devices without these controls have one.
+  static void fix_light(Lane& lane) {
+    const CameraSettings& wanted = lane.spec.settings;
+    openni::CameraSettings* camera = lane.stream.getCameraSettings();
+    if (camera == nullptr) {
+      if (wanted.gain || !wanted.controls.empty()) {
+        throw InputError(
+            "found a device whose exposure and gain cannot be set, allowed: neither `gain` nor `controls`");
+      }
+      return;
+    }
+    camera->setAutoExposureEnabled(false);
+    camera->setAutoWhiteBalanceEnabled(false);
+    if (camera->getAutoExposureEnabled() || camera->getAutoWhiteBalanceEnabled()) {
+      throw InputError(
+          "found a device whose exposure or white balance stays automatic, allowed: one that can be fixed");
+    }
+    const auto set = [](const std::string& key, double value, const auto& tell) {
+      if (std::floor(value) != value || tell(static_cast<int>(value)) != openni::STATUS_OK) {
+        throw InputError(key + ": found " + std::to_string(value) +
+                         ", which the device does not take: " + openni_error());
+      }
+    };
+    for (const auto& [name, value] : wanted.controls) {
+      set("controls." + name, value, [camera](int exposure) { return camera->setExposure(exposure); });
+    }
+    if (wanted.gain) {
+      set("gain", *wanted.gain, [camera](int gain) { return camera->setGain(gain); });
+    }
   }
 
   SourceItem take(Lane& lane) {
@@ -313,7 +364,8 @@ class OpenNiSource::Reader {
 
   Kind kind_;
   std::chrono::milliseconds silence_;
-  std::uintmax_t left_ = 0;  ///< more pictures that a recording can have
+  std::uintmax_t left_ = 0;        ///< more pictures that a recording can have
+  std::optional<double> rate_hz_;  ///< of all streams
   Library library_;
   EndListener listener_;
   OpenDevice open_;

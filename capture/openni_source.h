@@ -1,6 +1,7 @@
 #pragma once
 // openni2:[URI] - a depth camera that OpenNI2 knows. One object delivers colour and depth. A device runs without
-// mirroring and with fixed exposure and white balance.
+// mirroring and with fixed exposure and white balance, at the spec's `rate_hz` and `gain`; `controls.exposure` is in
+// the device's own unit, which OpenNI2 does not know.
 //
 // Also what OpenNI2's recorder wrote, in a process that may crash (oni_source.h): stepped picture by picture, never
 // sought (OpenNI2 2.2 crashes), its times starting at 0.

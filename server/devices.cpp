@@ -1,5 +1,6 @@
 #include "server/devices.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace lumigraft {
@@ -24,7 +25,11 @@ void write_devices_text(std::ostream& out, const std::vector<CameraListing>& cam
       out << '\n';
     }
     for (const OfferedControl& control : camera.controls) {
-      out << "  " << control.name << " = " << control.value << "  (" << control.low << " to " << control.high << ")\n";
+      out << "  " << control.name << " = " << control.value;
+      if (!std::isnan(control.low)) {
+        out << "  (" << control.low << " to " << control.high << ')';
+      }
+      out << '\n';
     }
   }
 }

@@ -2,32 +2,25 @@
 // endpoint as USB Video Class 1.0 has it, with exposure, gain and white balance. It shows four bars, red, green, blue
 // and grey, of 50 at 10 ms and in proportion to the exposure, which takes effect two pictures after it was set. SIGUSR1
 // cuts the next picture short, SIGUSR2 lets it give none until it comes again.
-#include <fcntl.h>
-#include <linux/usb/ch9.h>
-#include <linux/usb/gadgetfs.h>
-#include <sched.h>
 #include <turbojpeg.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <atomic>
-#include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <deque>
-#include <filesystem>
-#include <string>
 #include <thread>
-#include <vector>
+
+#include "tests/camera_vm/usb_port.h"
 
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using namespace lumigraft;
+using test::add;
+using test::Bytes;
+using test::put;
+
 constexpr std::uint8_t kStreamEndpoint = 0x81;
 constexpr std::uint32_t kLargestPayload = 1 << 18;
 
@@ -35,18 +28,6 @@ std::atomic<bool> streaming{false};
 std::atomic<int> endpoint{-1};
 std::atomic<std::uint32_t> exposure{100};  ///< 100 µs
 volatile std::sig_atomic_t cut_next = 0, frozen = 0;
-
-void put(Bytes& out, std::uint32_t value, int bytes) {
-  for (int i = 0; i < bytes; ++i) {
-    out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-  }
-}
-
-/// A descriptor begins with its own length.
-void add(Bytes& out, Bytes body) {
-  out.push_back(static_cast<std::uint8_t>(body.size() + 1));
-  out.insert(out.end(), body.begin(), body.end());
-}
 
 struct Mode {
   int width = 0, height = 0, rate_hz = 0;
@@ -124,53 +105,14 @@ std::array<Control, 5> controls = {{{1, 0x02, 1, 1, 8, 0x09, 8, 8},            /
 
 class Plug {
  public:
-  explicit Plug(const Mode& mode) : mode_(mode) {
-    for (const auto& entry : std::filesystem::directory_iterator("/dev/gadget")) {
-      file_ = ::open(entry.path().c_str(), O_RDWR);
-    }
-    Bytes hello;
-    put(hello, 0, 4);
-    for (const Bytes& part : {configuration(mode, 64), configuration(mode, 512), device_descriptor()}) {
-      hello.insert(hello.end(), part.begin(), part.end());
-    }
-    plugged_ = file_ >= 0 && ::write(file_, hello.data(), hello.size()) == static_cast<ssize_t>(hello.size());
-  }
-  bool plugged() const { return plugged_; }
-
+  explicit Plug(const Mode& mode)
+      : mode_(mode), port_(configuration(mode, 64), configuration(mode, 512), device_descriptor()) {}
+  bool plugged() const { return port_.plugged(); }
   void serve() {
-    std::array<usb_gadgetfs_event, 5> events;
-    for (;;) {
-      const ssize_t got = ::read(file_, events.data(), sizeof events);
-      if (got < 0 && errno != EINTR) {
-        return;
-      }
-      for (std::size_t i = 0; i < static_cast<std::size_t>(std::max<ssize_t>(got, 0)) / sizeof events[0]; ++i) {
-        if (events[i].type == GADGETFS_SETUP) {
-          answer(events[i].u.setup);
-        } else if (events[i].type == GADGETFS_DISCONNECT) {
-          streaming = false;
-        }
-      }
-    }
+    port_.serve([this](const usb_ctrlrequest& q) { answer(q); }, [] { streaming = false; });
   }
 
  private:
-  void refuse(const usb_ctrlrequest& q) {
-    char none = 0;
-    [[maybe_unused]] const ssize_t stalls =
-        (q.bRequestType & USB_DIR_IN) != 0 ? ::read(file_, &none, 0) : ::write(file_, &none, 0);
-  }
-  void acknowledge() { [[maybe_unused]] const ssize_t done = ::read(file_, nullptr, 0); }
-  void reply(const usb_ctrlrequest& q, Bytes data) {
-    data.resize(std::min<std::size_t>(data.size(), q.wLength));
-    [[maybe_unused]] const ssize_t sent = ::write(file_, data.data(), data.size());
-  }
-  Bytes receive(const usb_ctrlrequest& q) {
-    Bytes data(q.wLength);
-    data.resize(static_cast<std::size_t>(std::max<ssize_t>(::read(file_, data.data(), data.size()), 0)));
-    return data;
-  }
-
   void answer(const usb_ctrlrequest& q) {
     const int interface = q.wIndex & 0xFF, unit = q.wIndex >> 8, selector = q.wValue >> 8;
     if ((q.bRequestType & USB_TYPE_MASK) == USB_TYPE_STANDARD) {
@@ -184,33 +126,22 @@ class Plug {
           return;
         }
       }
-      refuse(q);
+      port_.refuse(q);
     }
   }
 
   void answer_standard(const usb_ctrlrequest& q) {
     if (q.bRequest == USB_REQ_SET_CONFIGURATION) {
       configure();
-      acknowledge();
+      port_.acknowledge();
     } else if (q.bRequest == USB_REQ_SET_INTERFACE) {
-      acknowledge();
+      port_.acknowledge();
     } else if (q.bRequest == USB_REQ_GET_INTERFACE) {
-      reply(q, {0});
+      port_.reply(q, {0});
     } else if (q.bRequest == USB_REQ_GET_DESCRIPTOR && q.wValue >> 8 == USB_DT_STRING) {
-      const std::array<const char*, 4> texts = {"", "Maker", "Test Camera", "0123"};
-      const std::string text = texts[q.wValue & 3];
-      Bytes body{USB_DT_STRING};
-      if ((q.wValue & 3) == 0) {
-        put(body, 0x0409, 2);
-      }
-      for (const char c : text) {
-        put(body, static_cast<std::uint8_t>(c), 2);
-      }
-      Bytes out;
-      add(out, body);
-      reply(q, out);
+      port_.reply_text(q, {"", "Maker", "Test Camera", "0123"});
     } else {
-      refuse(q);
+      port_.refuse(q);
     }
   }
 
@@ -236,25 +167,25 @@ class Plug {
   void agree(const usb_ctrlrequest& q, bool commit) {
     constexpr std::uint8_t kGetLength = 0x85, kGetInfo = 0x86;
     if ((q.bRequestType & USB_DIR_IN) == 0) {
-      receive(q);
+      port_.receive(q);
       streaming = streaming || commit;
     } else if (q.bRequest == kGetLength) {
-      reply(q, {26, 0});
+      port_.reply(q, {26, 0});
     } else if (q.bRequest == kGetInfo) {
-      reply(q, {3});
+      port_.reply(q, {3});
     } else {
       Bytes out{1, 0, 1, 1};
       put(out, mode_.interval(), 4);
       out.resize(18);
       put(out, mode_.largest_picture(), 4);
       put(out, kLargestPayload, 4);
-      reply(q, out);
+      port_.reply(q, out);
     }
   }
 
   void answer_control(const usb_ctrlrequest& q, Control& control) {
     if ((q.bRequestType & USB_DIR_IN) == 0) {
-      const Bytes data = receive(q);
+      const Bytes data = port_.receive(q);
       control.value = 0;
       for (std::size_t i = 0; i < data.size(); ++i) {
         control.value |= std::uint32_t{data[i]} << (8 * i);
@@ -286,15 +217,14 @@ class Plug {
         put(out, control.usual, control.bytes);
         break;
       default:
-        refuse(q);
+        port_.refuse(q);
         return;
     }
-    reply(q, out);
+    port_.reply(q, out);
   }
 
   Mode mode_;
-  int file_ = -1;
-  bool plugged_ = false;
+  test::UsbPort port_;
 };
 
 Bytes jpeg_of(const Mode& mode, std::uint32_t exposed) {
@@ -360,15 +290,9 @@ int main(int argc, char** argv) {
     std::perror("/dev/gadget");
     return 1;
   }
-  // A camera is no program that waits for those that read it. And gadgetfs mixes requests up where the host asks again
-  // before an answer was fetched: on one processor this does not happen to who comes first.
-  const auto come_before = [](int others) {
-    const sched_param first{sched_get_priority_min(SCHED_FIFO) + others};
-    sched_setscheduler(0, SCHED_FIFO, &first);
-  };
-  come_before(1);
+  test::come_before(1);
   std::thread(stream, mode).detach();
-  come_before(2);
+  test::come_before(2);
   std::puts("plugged");
   std::fflush(stdout);
   plug.serve();

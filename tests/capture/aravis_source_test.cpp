@@ -123,6 +123,7 @@ TEST(Aravis, SettingsReachTheCamera) {
 }
 
 TEST(Aravis, WhatItDoesNotOfferIsRefusedAndSaid) {
+  CameraProcess::take_loopback();
   EXPECT_NE(
       error("Aravis-Fake-GV99", spec_of(PixelFormat::grey8)).find("aravis:Aravis-Fake-GV99: found no such camera"),
       std::string::npos);
@@ -186,8 +187,8 @@ id = 1
 size_m = 0.1
 )";
   }
-  Session session() const {
-    const ConfigTable root = ConfigTable::load(folder_ / "session.toml");
+  Session session(const std::vector<std::string>& overrides = {}) const {
+    const ConfigTable root = ConfigTable::load(folder_ / "session.toml", overrides);
     Session read = read_session(root);
     root.finish();
     return read;
@@ -218,6 +219,7 @@ size_m = 0.1
 };
 
 TEST_F(LiveAravis, AbsentAtTheStartItIsLookedFor) {
+  CameraProcess::take_loopback();
   std::optional<CameraProcess> camera;
   const auto reader = open_frames(session());
   wait_for_trouble(*reader, "found no such camera that answers");
@@ -253,6 +255,47 @@ TEST_F(LiveAravis, FrozenWithoutAnError) {
   wait_for_trouble(*reader, "the camera gives no pictures, it is opened again");
   camera.signal(SIGCONT);
   EXPECT_LT(wait_for_frame(*reader), kBackWithin);
+}
+
+/// What the network makes of the pictures; their numbers and times only grow, and they are whole, whatever it is.
+TEST_F(LiveAravis, PicturesRepeatedSwappedLateOrInPieces) {
+  constexpr double kPeriod_ms = 1e3 / 30;
+  for (const std::string fault : {"repeating", "swapping", "late", "shuffling"}) {
+    const CameraProcess camera("0", fault);
+    ASSERT_TRUE(camera.running());
+    const auto reader =
+        open_frames(session({"color.pixel_format=grey8", "color.rate_hz=30", "color.exposure_us=10000"}));
+    wait_for_frame(*reader);
+    std::optional<FrameSet> last;
+    int frames = 0, late = 0;
+    std::uint64_t missing = 0;
+    std::vector<double> steps_ms;
+    for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < 2s;) {
+      auto set = reader->next(100ms);
+      if (!set) {
+        continue;
+      }
+      EXPECT_TRUE(is_whole(set->color->encoded)) << fault;
+      EXPECT_TRUE(reader->troubles().empty()) << fault;
+      late += set->color->stamp.host_time_ns - set->time_ns > 60'000'000 ? 1 : 0;
+      if (last) {
+        EXPECT_GT(set->index, last->index) << fault;
+        EXPECT_GT(set->time_ns, last->time_ns) << fault;
+        missing += set->index - last->index - 1;
+        steps_ms.push_back(1e-6 * static_cast<double>(set->time_ns - last->time_ns));
+      }
+      last = std::move(set);
+      ++frames;
+    }
+    std::printf("%s: %d pictures, %d late, %d missing\n", fault.c_str(), frames, late, static_cast<int>(missing));
+    EXPECT_GT(frames, 30) << fault;
+    EXPECT_TRUE(fault != "swapping" || missing > 2) << "or nothing was tested";
+    EXPECT_TRUE(fault != "late" || late > 2) << "or nothing was tested";
+    ASSERT_FALSE(steps_ms.empty());
+    const auto middle = steps_ms.begin() + static_cast<std::ptrdiff_t>(steps_ms.size() / 2);
+    std::nth_element(steps_ms.begin(), middle, steps_ms.end());
+    EXPECT_NEAR(*middle, kPeriod_ms, 2.0) << fault << ": their moments, whenever they came";
+  }
 }
 
 TEST_F(LiveAravis, EndsSoonThoughItsCameraIsGone) {

@@ -1,14 +1,104 @@
-// fake_gige_camera ADDRESS SERIAL LOST: Aravis's camera of GigE Vision on a loopback address, losing that share of its
-// packets. Says "running" once it is, and runs until it is killed.
+// fake_gige_camera ADDRESS SERIAL LOST [FAULT]: Aravis's camera of GigE Vision on a loopback address, losing that share
+// of its packets. Says "running" once it is, and runs until it is killed. Of every eight pictures the network, as FAULT
+// says, delivers one again ("repeating"), one after its successor ("swapping"), one 80 ms late ("late"), or all with
+// their packets in the opposite order ("shuffling").
 #include <arv.h>
+#include <dlfcn.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Send = gssize (*)(GSocket*, GSocketAddress*, const gchar*, gsize, GCancellable*, GError**);
+
+std::string fault;
+
+/// Gathers the camera's packets picture by picture and delivers them as the fault wants. Of the camera's one thread.
+class Network {
+ public:
+  void take(GSocket* socket, GSocketAddress* to, const gchar* packet, gsize size) {
+    socket_ = socket;
+    to_ = to;
+    picture_.emplace_back(packet, packet + size);
+    constexpr gsize kFormat = 4;  // of a packet of GVSP: 1 leader, 2 trailer, 3 data
+    if (size > kFormat && (packet[kFormat] & 0x0F) == 2) {
+      deliver_as_wanted();
+      picture_.clear();
+    }
+  }
+
+  static Send library() {
+    static const auto send = reinterpret_cast<Send>(dlsym(RTLD_NEXT, "g_socket_send_to"));
+    return send;
+  }
+
+ private:
+  using Packets = std::vector<std::vector<gchar>>;
+
+  void deliver_as_wanted() {
+    constexpr int kPeriod = 8;
+    constexpr gulong kLate_us = 80'000, kSoon_us = 10'000;
+    const bool faulty = number_++ % kPeriod == kPeriod - 1;
+    if (fault == "shuffling") {
+      std::reverse(picture_.begin(), picture_.end());
+    } else if (fault == "late" && faulty) {
+      g_usleep(kLate_us);
+    } else if (fault == "swapping" && faulty) {
+      held_.swap(picture_);
+      return;
+    }
+    deliver(picture_);
+    if (fault == "repeating" && faulty) {
+      g_usleep(kSoon_us);
+      deliver(picture_);
+    }
+    deliver(held_);
+    held_.clear();
+  }
+
+  void deliver(const Packets& packets) const {
+    for (const auto& packet : packets) {
+      library()(socket_, to_, packet.data(), packet.size(), nullptr, nullptr);
+    }
+  }
+
+  GSocket* socket_ = nullptr;
+  GSocketAddress* to_ = nullptr;
+  Packets picture_, held_;
+  int number_ = 0;
+};
+
+/// Answers to its client come from the one port of GigE Vision's control, pictures from any other.
+bool is_picture(GSocket* socket) {
+  constexpr guint16 kControl = 3956;
+  GSocketAddress* from = g_socket_get_local_address(socket, nullptr);
+  const guint16 port = from != nullptr ? g_inet_socket_address_get_port(G_INET_SOCKET_ADDRESS(from)) : kControl;
+  g_clear_object(&from);
+  return port != kControl;
+}
+
+}  // namespace
+
+/// Stands before GLib's, so that what the camera sends passes through here.
+extern "C" gssize g_socket_send_to(GSocket* socket, GSocketAddress* to, const gchar* packet, gsize size,
+                                   GCancellable* cancellable, GError** error) {
+  if (fault.empty() || !is_picture(socket)) {
+    return Network::library()(socket, to, packet, size, cancellable, error);
+  }
+  static Network network;
+  network.take(socket, to, packet, size);
+  return static_cast<gssize>(size);
+}
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
+  if (argc != 4 && argc != 5) {
     return 2;
   }
+  fault = argc > 4 ? argv[4] : "";
   ArvGvFakeCamera* camera = arv_gv_fake_camera_new(argv[1], argv[2]);
   g_object_set(camera, "gvsp-lost-ratio", std::atof(argv[3]), nullptr);
   if (!arv_gv_fake_camera_is_running(camera)) {

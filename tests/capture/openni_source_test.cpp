@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 #include <optional>
 #include <thread>
 
+#include "capture/camera_list.h"
 #include "capture/error.h"
 #include "capture/oni_source.h"
 #include "tests/capture/leaks.h"
@@ -104,6 +106,52 @@ TEST_F(OpenNi, ADeviceDeliversBothStreamsUnmirrored) {
   EXPECT_GT(next_color, 0);
   EXPECT_GT(next_depth, 0);
   EXPECT_FALSE(source.finished());
+}
+
+TEST_F(OpenNi, SettingsReachTheDeviceAndNothingStaysAutomatic) {
+  setenv("LUMIGRAFT_TEST_PLUG", folder_.c_str(), 1);
+  StreamSpec color = kColor;
+  color.settings.gain = 7;
+  color.settings.rate_hz = 30;
+  color.settings.controls = {{"exposure", 33}};
+  {
+    OpenNiSource source(OpenNiSource::Kind::device, "", {color, kDepth});
+    EXPECT_TRUE(source.next(2000ms));
+    const std::vector<CameraListing> all = list_openni_cameras();
+    ASSERT_EQ(all.size(), 1u);
+    EXPECT_EQ(all[0].source, "openni2:lumigraft-test");
+    EXPECT_EQ(all[0].why_not, "");
+    const auto offers = [&](const std::string& pixels) {
+      return std::any_of(all[0].formats.begin(), all[0].formats.end(), [&](const OfferedFormat& f) {
+        return f.pixels == pixels && f.width == kDeviceWidth && f.height == kDeviceHeight && f.rate_hz == 30.0;
+      });
+    };
+    EXPECT_TRUE(offers("rgb8"));
+    EXPECT_TRUE(offers("depth-1mm"));
+    ASSERT_EQ(all[0].controls.size(), 2u);
+    EXPECT_EQ(all[0].controls[0].name, "exposure");
+    EXPECT_EQ(all[0].controls[0].value, 33.0);
+    EXPECT_EQ(all[0].controls[1].name, "gain");
+    EXPECT_EQ(all[0].controls[1].value, 7.0);
+    EXPECT_TRUE(source.next(2000ms)) << "who has it keeps it";
+  }
+  const auto refused = [&](auto change) {
+    StreamSpec spec = kColor;
+    change(spec.settings);
+    return device_error("", {spec});
+  };
+  EXPECT_EQ(refused([](CameraSettings& s) { s.rate_hz = 25; }),
+            "openni2:: found no colour mode for it, allowed by the session: 160x120 pixels of 8-bit RGB at 25 Hz");
+  EXPECT_EQ(refused([](CameraSettings& s) { s.gain = 300; }).find("openni2:: gain: found 300"), 0u);
+  EXPECT_EQ(refused([](CameraSettings& s) { s.gain = 1.5; }).find("openni2:: gain: found 1.5"), 0u);
+  EXPECT_EQ(refused([](CameraSettings& s) {
+              s.controls = {{"exposure", 0}};
+            }).find("openni2:: controls.exposure: "),
+            0u);
+  std::ofstream(folder_ / "stubborn") << "";
+  EXPECT_EQ(device_error("", {kColor}).find("openni2:: found a device whose exposure or white balance stays automatic"),
+            0u);
+  unsetenv("LUMIGRAFT_TEST_PLUG");
 }
 
 TEST_F(OpenNi, AnUnpluggedDeviceIsFinished) {

@@ -6,6 +6,8 @@
 // With "paced" its pictures come when their times say. Of every eight pictures, while the file lies there: "lossy"
 // leaves one out, "repeating" gives one again, "swapping" gives one after its successor, "late" gives one of depth 80
 // ms after its time. "jumped" sets the device's clock forward by an hour, "resized" gives pictures of half the height.
+// Colour's exposure and gain are automatic at first, and "stubborn" keeps them so; what is set before the start is
+// lost, as on a PS1080.
 #include <OniCTypes.h>
 #include <unistd.h>
 
@@ -13,6 +15,7 @@
 #define XN_DELETE(pointer) delete pointer
 #include <Driver/OniDriverAPI.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -47,6 +50,8 @@ class TestStream : public oni::driver::StreamBase {
 
   OniStatus start() override {
     running_ = true;
+    automatic_ = {TRUE, TRUE};
+    light_ = kUsualLight;
     thread_ = std::thread([this] { run(); });
     return ONI_STATUS_OK;
   }
@@ -54,7 +59,7 @@ class TestStream : public oni::driver::StreamBase {
 
   OniBool isPropertySupported(int id) override {
     return id == ONI_STREAM_PROPERTY_VIDEO_MODE || id == ONI_STREAM_PROPERTY_CROPPING ||
-           id == ONI_STREAM_PROPERTY_MIRRORING || (depth() && id == ONI_STREAM_PROPERTY_MAX_VALUE);
+           id == ONI_STREAM_PROPERTY_MIRRORING || (depth() ? id == ONI_STREAM_PROPERTY_MAX_VALUE : is_light(id));
   }
   OniStatus getProperty(int id, void* data, int* size) override {
     if (id == ONI_STREAM_PROPERTY_VIDEO_MODE) {
@@ -66,6 +71,11 @@ class TestStream : public oni::driver::StreamBase {
     if (id == ONI_STREAM_PROPERTY_MIRRORING) {
       return give(OniBool{mirrored_}, data, size);
     }
+    if (!depth() && is_light(id)) {
+      return id < ONI_STREAM_PROPERTY_EXPOSURE
+                 ? give(automatic_[id - ONI_STREAM_PROPERTY_AUTO_WHITE_BALANCE], data, size)
+                 : give(light_[id - ONI_STREAM_PROPERTY_EXPOSURE], data, size);
+    }
     return depth() && id == ONI_STREAM_PROPERTY_MAX_VALUE ? give(kDeviceMaxDepth, data, size)
                                                           : ONI_STATUS_NOT_IMPLEMENTED;
   }
@@ -74,10 +84,30 @@ class TestStream : public oni::driver::StreamBase {
       mirrored_ = *static_cast<const OniBool*>(data);
       return ONI_STATUS_OK;
     }
+    if (!depth() && is_light(id)) {
+      return set_light(id, data);
+    }
     return id == ONI_STREAM_PROPERTY_VIDEO_MODE ? ONI_STATUS_OK : ONI_STATUS_NOT_IMPLEMENTED;
   }
 
  private:
+  static bool is_light(int id) {
+    return id >= ONI_STREAM_PROPERTY_AUTO_WHITE_BALANCE && id <= ONI_STREAM_PROPERTY_GAIN;
+  }
+  OniStatus set_light(int id, const void* data) {
+    constexpr int kLargest = 255;
+    if (id < ONI_STREAM_PROPERTY_EXPOSURE) {
+      automatic_[id - ONI_STREAM_PROPERTY_AUTO_WHITE_BALANCE] =
+          plug_says("stubborn") ? TRUE : *static_cast<const OniBool*>(data);
+      return ONI_STATUS_OK;
+    }
+    const int value = *static_cast<const int*>(data);
+    if (value < 1 || value > kLargest) {
+      return ONI_STATUS_BAD_PARAMETER;
+    }
+    light_[id - ONI_STREAM_PROPERTY_EXPOSURE] = value;
+    return ONI_STATUS_OK;
+  }
   bool depth() const { return sensor_ == ONI_SENSOR_DEPTH; }
   OniVideoMode mode() const {
     return {depth() ? ONI_PIXEL_FORMAT_DEPTH_1_MM : ONI_PIXEL_FORMAT_RGB888, kDeviceWidth, kDeviceHeight, kDeviceFps};
@@ -177,6 +207,9 @@ class TestStream : public oni::driver::StreamBase {
   std::function<void()> unplug_;
   std::atomic<bool> running_{false};
   std::atomic<OniBool> mirrored_{TRUE};  // as real depth cameras start
+  static constexpr std::array<int, 2> kUsualLight = {50, 100};
+  std::array<OniBool, 2> automatic_ = {TRUE, TRUE};  ///< white balance, exposure
+  std::array<int, 2> light_ = kUsualLight;           ///< exposure, gain
   std::thread thread_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -11,14 +12,14 @@ namespace {
 const std::vector<CameraListing> kTwo = {{.source = "aravis:A-1",
                                           .name = "A 1",
                                           .formats = {{"bayer-rggb8", 2048, 1024, 30.5}},
-                                          .controls = {{"gain", 0, 10, 2.5}}},
+                                          .controls = {{"gain", 0, 10, 2.5}, {"exposure", NAN, NAN, 7}}},
                                          {.source = "openni2:u", .name = "broken \xff name", .why_not = "in use"}};
 
 TEST(Devices, AsText) {
   std::ostringstream out;
   write_devices_text(out, kTwo);
   EXPECT_EQ(out.str(),
-            "aravis:A-1  A 1\n  bayer-rggb8 2048x1024 at up to 30.5 Hz\n  gain = 2.5  (0 to 10)\n"
+            "aravis:A-1  A 1\n  bayer-rggb8 2048x1024 at up to 30.5 Hz\n  gain = 2.5  (0 to 10)\n  exposure = 7\n"
             "openni2:u  broken \xff name\n  cannot be looked into: in use\n");
   std::ostringstream none;
   write_devices_text(none, {});
@@ -34,6 +35,8 @@ TEST(Devices, AsJson) {
   EXPECT_EQ(json[0]["formats"][0],
             (nlohmann::json{{"pixel_format", "bayer-rggb8"}, {"width", 2048}, {"height", 1024}, {"rate_hz", 30.5}}));
   EXPECT_EQ(json[0]["controls"][0], (nlohmann::json{{"name", "gain"}, {"low", 0.0}, {"high", 10.0}, {"value", 2.5}}));
+  EXPECT_EQ(json[0]["controls"][1],
+            (nlohmann::json{{"name", "exposure"}, {"low", nullptr}, {"high", nullptr}, {"value", 7.0}}));
   EXPECT_FALSE(json[0].contains("why_not"));
   EXPECT_EQ(json[1]["why_not"], "in use");
 }

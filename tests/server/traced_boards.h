@@ -53,6 +53,13 @@ class BoardTracer {
         gain_(vignetting_gain(vignetting, camera)) {}
 
   Picture picture(const Eigen::Isometry3d& T_world_board, int samples, const BoardSensor& sensor) const {
+    Image<float> seen = light(T_world_board, samples, sensor.seed);
+    sense(seen, sensor);
+    return encoded(seen);
+  }
+
+  /// Linear, 1 is white; as it comes through the lens, but for its blur.
+  Image<float> light(const Eigen::Isometry3d& T_world_board, int samples, unsigned seed) const {
     constexpr float kSky = 0.45f;
     auto scene = std::make_shared<ReferenceScene>();
     scene->background.setConstant(kSky);
@@ -72,14 +79,12 @@ class BoardTracer {
     crop.model.height = region.height;
     crop.model.cx -= region.left;
     crop.model.cy -= region.top;
-    const Image<float> traced =
-        DeltaPathTracer(scene).radiance(crop, {.per_pixel = samples, .seed = sensor.seed}, false);
+    const Image<float> traced = DeltaPathTracer(scene).radiance(crop, {.per_pixel = samples, .seed = seed}, false);
     Image<float> light(camera_.width, camera_.height, 1, kSky);
     for (int y = 0; y < region.height; ++y)
       for (int x = 0; x < region.width; ++x) light.at(region.left + x, region.top + y) = traced.at(x, y);
     for (std::size_t i = 0; i < gain_.data.size(); ++i) light.data[i] /= gain_.data[i];
-    sense(light, sensor);
-    return encoded(light);
+    return light;
   }
 
  private:
