@@ -1,6 +1,7 @@
 #include "reconstruct/albedo_rays.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace lumigraft {
@@ -76,14 +77,30 @@ std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position) c
   if (!nearest || std::abs(*nearest) > 2) return nearest;
   const Eigen::Vector3i base = nearest_voxel(position - Eigen::Vector3f::Constant(0.5f));
   const Eigen::Vector3f f = position - base.cast<float>();
+  const Eigen::Vector3f g = Eigen::Vector3f::Ones() - f;
+  const std::array shares = {g.x() * g.y() * g.z(), f.x() * g.y() * g.z(), g.x() * f.y() * g.z(),
+                             f.x() * f.y() * g.z(), g.x() * g.y() * f.z(), f.x() * g.y() * f.z(),
+                             g.x() * f.y() * f.z(), f.x() * f.y() * f.z()};
   float sum = 0, weights = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const int x = corner & 1, y = (corner >> 1) & 1, z = corner >> 2;
-    const auto distance = distance_at(base + Eigen::Vector3i(x, y, z));
-    if (!distance) continue;
-    const float w = (x ? f.x() : 1 - f.x()) * (y ? f.y() : 1 - f.y()) * (z ? f.z() : 1 - f.z());
-    sum += w * *distance;
-    weights += w;
+  const auto add = [&](int corner, float distance) {
+    sum += shares[static_cast<std::size_t>(corner)] * distance;
+    weights += shares[static_cast<std::size_t>(corner)];
+  };
+  const Eigen::Vector3i in_brick = base.unaryExpr([](int i) { return i & (kBrickEdge - 1); });
+  if (in_brick.maxCoeff() < kBrickEdge - 1) {
+    // All eight in one brick, as most are; it exists, for the nearest voxel is one of them.
+    const FieldBrick& brick = *table_[static_cast<std::size_t>(place(base.x() >> 3, base.y() >> 3, base.z() >> 3))];
+    const int first = in_brick.x() + kBrickEdge * (in_brick.y() + kBrickEdge * in_brick.z());
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto i = static_cast<std::size_t>(first + (corner & 1) +
+                                              kBrickEdge * (((corner >> 1) & 1) + kBrickEdge * (corner >> 2)));
+      if (brick.weight[i] > 0) add(corner, brick.distance_m[i] / voxel_m_);
+    }
+  } else {
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto distance = distance_at(base + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2));
+      if (distance) add(corner, *distance);
+    }
   }
   return weights > 0 ? std::optional<float>(sum / weights) : nearest;
 }

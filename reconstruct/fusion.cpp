@@ -201,7 +201,9 @@ void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpd
   brick.urgent |= !brick.published || told.learnt >= (pictures < kYoung ? kUrgentVoxels : kNewVoxels) ||
                   told.moved >= kUrgentVoxels;
   urgent |= brick.urgent;
-  await_publication(brick);
+  brick.drift = told.learnt > 0 || told.coloured ? WorkingBrick::kDriftUnknown : brick.drift + told.drift;
+  brick.radiance_drift += told.radiance_drift;
+  if (brick.urgent || brick.model || brick.may_have_drifted()) await_publication(brick);
 }
 
 void FusionStage::State::publish() {
@@ -221,6 +223,7 @@ void FusionStage::State::publish() {
     brick->waiting = brick->urgent = false;
     if (!drifted) return true;
     brick->published = std::make_shared<FieldBrick>(whole);
+    brick->drift = WorkingBrick::kDriftUnknown;
     next->bricks.insert_or_assign(brick->key, brick->published);
     changed = true;
     return true;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 #include "reconstruct/four.h"
@@ -12,19 +13,17 @@
 namespace lumigraft {
 namespace {
 
-constexpr float kNearShare = 0.02f, kAwayShare = 0.1f;  // of a voxel
-constexpr float kNearVoxels = 2;
 constexpr float kNoise = static_cast<float>(0.5 * kLeastSigmaM);  // of a measurement of weight 1
-constexpr float kRadianceShare = 0.01f;
-constexpr std::size_t kAtOnce = 64;  // voxels
+constexpr std::size_t kAtOnce = 64;                               // voxels
 
 }  // namespace
 
-bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) const {
+bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
+  drift = kDriftUnknown;
   if (!published) return true;
   const FieldBrick& old = *published;
-  const float near = kNearShare * voxel_m, away = kAwayShare * voxel_m;
-  const Four near_square = all(near * near), away_square = all(away * away), reach = all(kNearVoxels * voxel_m);
+  const float near = kDriftNearShare * voxel_m, away = kDriftAwayShare * voxel_m;
+  const Four near_square = all(near * near), away_square = all(away * away), reach = all(kDriftNearVoxels * voxel_m);
   const Four noise_square = all(kNoise * kNoise);
   FourInt learnt{};
   Four sum{};
@@ -45,15 +44,24 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) const {
     ++coloured;
     light += old.radiance[i].sum();
   }
-  if (coloured == 0) return false;
-  const float mean = light / static_cast<float>(coloured);
   float total = 0;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    if (!(next.radiance_weight[i] > 0)) continue;
-    const float scale = kRadianceShare * std::max(old.radiance[i].sum(), mean) + 1e-9f;
-    total += (next.radiance[i] - old.radiance[i]).squaredNorm() * 3 / (scale * scale);
+  if (coloured > 0) {
+    const float mean = light / static_cast<float>(coloured);
+    for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+      if (!(next.radiance_weight[i] > 0)) continue;
+      const float scale = kDriftRadianceShare * std::max(old.radiance[i].sum(), mean) + 1e-9f;
+      total += (next.radiance[i] - old.radiance[i]).squaredNorm() * 3 / (scale * scale);
+    }
+    if (total > static_cast<float>(coloured)) return true;
+    // A voxel's own scale is no less than that of the mean.
+    most_radiance_drift = (kDriftRadianceShare * mean + 1e-9f) * std::sqrt(static_cast<float>(coloured) / 3);
+    radiance_drift = most_radiance_drift * std::sqrt(total / static_cast<float>(coloured));
+  } else {
+    radiance_drift = 0;
+    most_radiance_drift = kDriftUnknown;
   }
-  return total > static_cast<float>(coloured);
+  drift = std::sqrt(sum_of(sum) / kBrickVoxels);
+  return false;
 }
 
 WorkingBrick& WorkingBricks::add() {

@@ -11,6 +11,10 @@ namespace lumigraft {
 
 struct SurfaceBrick;
 
+/// What a brick may be away from what was published, root mean square over its voxels: of a voxel, near surfaces and
+/// away from them; and of its radiance.
+constexpr float kDriftNearShare = 0.02f, kDriftAwayShare = 0.1f, kDriftNearVoxels = 2, kDriftRadianceShare = 0.01f;
+
 struct WorkingBrick {
   BrickKey key{};
   FieldBrick now;
@@ -27,10 +31,16 @@ struct WorkingBrick {
   bool waiting = false;           ///< to be published, if it drifted
   bool urgent = false;            ///< at once
 
+  /// Drift since what was published at most, over what it may be; and of radiance, in its units. What a look changes is
+  /// added up, since looking at both fields costs as much as a look.
+  float drift = kDriftUnknown, radiance_drift = 0, most_radiance_drift = 0;
+  static constexpr float kDriftUnknown = 1e9f;
+
+  bool may_have_drifted() const { return drift >= 1 || radiance_drift >= most_radiance_drift; }
   /// Whether `next` is away from what was published by more than 2 % of a voxel (10 % away from surfaces), root mean
   /// square over the brick, or half of what noise leaves uncertain where that is more; or by 1 % of radiance; or a
-  /// voxel became known.
-  bool drifted(const FieldBrick& next, float voxel_m) const;
+  /// voxel became known. If not, remembers by how much it is.
+  bool drifted(const FieldBrick& next, float voxel_m);
 };
 
 /// All of them, in the order in which they came, where they stay. They are megabytes that are gone through in leaps:

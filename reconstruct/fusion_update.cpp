@@ -48,6 +48,12 @@ struct BrickUpdate::Conflict {
   EightInt past_gone, reading_void;
 };
 
+/// What changed, over what a brick may drift; squared, summed over rows.
+struct BrickUpdate::Squares {
+  Eight sum{};
+  float mean_root() const { return std::sqrt(sum_of(low_of(sum) + high_of(sum)) / kBrickVoxels); }
+};
+
 BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
                          const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes,
                          bool wide)
@@ -60,6 +66,9 @@ BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparat
       denies_m_(kDenies * sizes.truncation_m),
       end_u_(static_cast<float>(2 * view.blocks_x)),
       end_v_(static_cast<float>(2 * view.blocks_y)),
+      near_m_(kDriftNearVoxels * sizes.voxel_m),
+      per_near_square_(1 / (kDriftNearShare * sizes.voxel_m * kDriftNearShare * sizes.voxel_m)),
+      per_away_square_(1 / (kDriftAwayShare * sizes.voxel_m * kDriftAwayShare * sizes.voxel_m)),
       depth_(view, preparation, map, sizes.voxel_m, sizes.truncation_m, shell_m_),
       wide_(wide && has_eight()) {}
 
@@ -78,6 +87,7 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
   const Eigen::Matrix3f step = sizes_.voxel_m * T_camera_tag_.linear();
   const float free_m = kFreeShare * sizes_.truncation_m;
   Told told;
+  Squares squares;
   const std::uint64_t in_turns = wait == Wait::nothing ? 0
                                  : wait == Wait::free  ? brick.free_rows
                                                        : brick.free_rows | brick.silent_rows;
@@ -107,7 +117,7 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
       }
       brick.silent_rows &= ~bit;
       const std::size_t i = std::size_t{kBrickEdge} * at_row;
-      fuse(brick.now, i, readings, told);
+      fuse(brick.now, i, readings, told, squares);
       const EightInt free =
           readings.told & (readings.distance > free_m) & (load_eight(&brick.now.distance_m[i]) > free_m);
       if (!any(~free)) brick.free_rows |= bit;
@@ -115,10 +125,13 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
       unsigned shell = bits_of((readings.facing > 0) & (size_of(readings.distance) <= shell_m_));
       for (; shell != 0; shell &= shell - 1) {
         const int k = std::countr_zero(shell);
-        colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0, readings.facing[k]);
+        colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0, readings.facing[k],
+               told);
       }
     }
   ++brick.turn;
+  told.drift = squares.mean_root();
+  told.radiance_drift = std::sqrt(told.radiance_drift);
   return told;
 }
 
@@ -211,7 +224,7 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
 
 /// Into running means.
 [[gnu::always_inline]] inline void BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& readings,
-                                                     Told& told) const {
+                                                     Told& told, Squares& squares) const {
   const EightInt& read = readings.told;
   told.any = true;
   const Eight found = least(readings.distance, all_eight(sizes_.truncation_m));
@@ -223,7 +236,10 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
   const Eight share = select(read & ~conflicts.reading_void, readings.weight, Eight{});
   const Eight sum = select(conflicts.past_gone, least(past, kDeniedLooks * share), past) + share;
   const Eight turn = share / select(read, sum, all_eight(1));
-  store(&brick.distance_m[i], was + turn * (select(read, found, was) - was));
+  const Eight step = turn * (select(read, found, was) - was), now = was + step;
+  const EightInt near = least(size_of(was), size_of(now)) < near_m_;
+  squares.sum += step * step * select(near, all_eight(per_near_square_), all_eight(per_away_square_));
+  store(&brick.distance_m[i], now);
   store(&brick.weight[i], select(read, least(sum, all_eight(sizes_.weight_cap)), past));
 }
 
@@ -247,12 +263,16 @@ void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
 }
 
 /// Running mean; the past counts for the cap at most.
-void BrickUpdate::colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share) const {
+void BrickUpdate::colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share,
+                         Told& told) const {
   Four radiance;
   if (!colour_.read(u, v, nearest, radiance)) return;
   Vector3f& mean = brick.radiance[i];
   const float sum = brick.radiance_weight[i] + share;
-  mean += share / sum * (Vector3f(radiance[0], radiance[1], radiance[2]) - mean);
+  const Vector3f step = share / sum * (Vector3f(radiance[0], radiance[1], radiance[2]) - mean);
+  told.coloured |= brick.radiance_weight[i] <= 0;
+  told.radiance_drift += step.squaredNorm();
+  mean += step;
   brick.radiance_weight[i] = std::min(sum, sizes_.weight_cap);
 }
 
@@ -263,6 +283,7 @@ BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
   const float share = view_.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
   if (share <= 0) return {};
   Told told;
+  Squares squares;
   Readings readings;
   readings.distance = all_eight(kOpenReach * sizes_.truncation_m);
   readings.weight = all_eight(share);
@@ -272,9 +293,10 @@ BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
   for (Eight& axis : readings.normal) axis = Eight{};
   EightInt free = ~EightInt{};
   for (std::size_t i = 0; i < kBrickVoxels; i += kBrickEdge) {
-    fuse(brick.now, i, readings, told);
+    fuse(brick.now, i, readings, told, squares);
     free &= load_eight(&brick.now.distance_m[i]) > kFreeShare * sizes_.truncation_m;
   }
+  told.drift = squares.mean_root();
   brick.open = !any(~free);
   return told;
 }

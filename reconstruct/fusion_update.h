@@ -23,8 +23,11 @@ class BrickUpdate {
 
   struct Told {
     bool any = false;
-    int moved = 0;   ///< voxels that were far from where the picture shows them
-    int learnt = 0;  ///< voxels that were unknown
+    int moved = 0;             ///< voxels that were far from where the picture shows them
+    int learnt = 0;            ///< voxels that were unknown
+    bool coloured = false;     ///< one that had no colour has
+    float drift = 0;           ///< root mean square of what changed, over what a brick may drift
+    float radiance_drift = 0;  ///< root of the sum of squares
   };
   /// What of a known brick may wait for a later look.
   enum class Wait {
@@ -43,20 +46,21 @@ class BrickUpdate {
   struct Row;
   struct Readings;
   struct Conflict;
+  struct Squares;
   Told update_rows(WorkingBrick& brick, float hidden_m, Wait wait) const;
   Told update_wide(WorkingBrick& brick, float hidden_m, Wait wait) const;
   Readings read(const Row& at) const;
   Conflict conflict(const FieldBrick& brick, std::size_t i, const Readings& readings) const;
-  void fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told) const;
+  void fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told, Squares& squares) const;
   bool from_other_side(const FieldBrick& brick, std::size_t i, const Eigen::Vector3f& normal) const;
-  void colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share) const;
+  void colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share, Told& told) const;
 
   const DepthView& view_;
   const PixelMap& map_;
   const ColourReader& colour_;
   const Eigen::Isometry3f& T_camera_tag_;
   Sizes sizes_;
-  float shell_m_, denies_m_, end_u_, end_v_;
+  float shell_m_, denies_m_, end_u_, end_v_, near_m_, per_near_square_, per_away_square_;
   DepthReader depth_;
   bool wide_;
 };

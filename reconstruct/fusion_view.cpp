@@ -50,7 +50,11 @@ DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, do
     return d && d->z() > 0 ? Eigen::Vector2f((d->head<2>() / d->z()).cast<float>()) : Eigen::Vector2f(kNaN, kNaN);
   };
   for (int v = 0; v < height_; ++v)
-    for (int u = 0; u < width_; ++u) rays_.push_back(ray_at(u, v));
+    for (int u = 0; u < width_; ++u) {
+      const Eigen::Vector2f ray = ray_at(u, v);
+      if (std::isnan(ray.x())) blind_.push_back(static_cast<std::uint32_t>(rays_.size()));
+      rays_.push_back(ray);
+    }
   for (int v = 0; v < blocks_y_; ++v)
     for (int u = 0; u < blocks_x_; ++u) {
       const double x = 2 * u + 0.5, y = 2 * v + 0.5;
@@ -81,17 +85,16 @@ void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
 
 void DepthPreparation::invert(const Image<float>& depth_m, DepthView& view) const {
   view.inverse_depth.resize(rays_.size());
-  const auto one = [&](std::size_t i) {
-    const float depth = depth_m.data[i];
-    view.inverse_depth[i] = depth > 0 && depth <= far_m_ && rays_[i].x() == rays_[i].x() ? 1 / depth : 0;
-  };
   std::size_t i = 0;
   for (; i + 4 <= rays_.size(); i += 4) {
-    const Four depth = load(&depth_m.data[i]), a = load(rays_[i].data()), b = load(rays_[i + 2].data());
-    const Four x = __builtin_shufflevector(a, b, 0, 2, 4, 6);
-    store(&view.inverse_depth[i], select((depth > 0) & (depth <= far_m_) & (x == x), 1 / depth, Four{}));
+    const Four depth = load(&depth_m.data[i]);
+    store(&view.inverse_depth[i], select((depth > 0) & (depth <= far_m_), 1 / depth, Four{}));
   }
-  for (; i < rays_.size(); ++i) one(i);
+  for (; i < rays_.size(); ++i) {
+    const float depth = depth_m.data[i];
+    view.inverse_depth[i] = depth > 0 && depth <= far_m_ ? 1 / depth : 0;
+  }
+  for (const std::uint32_t blind : blind_) view.inverse_depth[blind] = 0;
 }
 
 void DepthPreparation::find_jumps(DepthView& view) {

@@ -83,6 +83,7 @@ class DepthPreparation {
   static constexpr int kObliqueSteps = 256;
   std::array<float, kObliqueSteps + 1> oblique_{};  ///< angular part of the noise, by cosine of incidence
   std::vector<Eigen::Vector2f> rays_;               ///< per pixel
+  std::vector<std::uint32_t> blind_;                ///< pixels whose ray is NaN
   /// By block: x/z and y/z of its middle, pixels per unit of both, and the inverse length of (x/z, y/z, 1).
   struct BlockRays {
     std::vector<float> x, y, per_x, per_y, inverse_length;

@@ -54,6 +54,7 @@ struct Ring {
 };
 
 struct Cell {
+  BrickKey key;
   Vector3f place_m, normal;
   std::array<Ring, kFar + 1> rings;
   std::uint32_t asked = 0, lit = 0;  ///< by lamp: whether it was looked up that it shines here, and whether it does
@@ -124,10 +125,13 @@ struct GlossStage::State {
   CameraModel camera;
   PixelMap map;
   Response response;
-  std::unordered_map<BrickKey, Cell, BrickKeyHash> cells;
+  std::vector<Cell> cells;
+  std::unordered_map<BrickKey, std::size_t, BrickKeyHash> places;  ///< in `cells`
+  std::vector<Gloss> verdicts;                                     ///< by cell, as last published, before they spread
   float cell_m = 0.032f;
-  std::uint64_t field_version = 0, albedo_version = 0;
-  std::size_t turn = 0;  ///< of taking places
+  std::uint64_t field_version = 0;
+  std::uint64_t albedo_version = 0;  ///< one more than its own; 0 = none
+  std::size_t turn = 0;              ///< of taking places
   int looks = 0, seen = 0;
   std::vector<Vector3f> lamps;  ///< places, of those in `asked` and `lit`
   Vector3f light = Vector3f::Zero();
@@ -142,20 +146,23 @@ struct GlossStage::State {
   /// Cells of the surface as it is now; what was seen of those that stayed is kept.
   void take_places(const DistanceField& field) {
     cell_m = 4 * field.voxel_m;
-    std::unordered_map<BrickKey, Cell, BrickKeyHash> now;
+    std::vector<Cell> now;
+    std::unordered_map<BrickKey, std::size_t, BrickKeyHash> now_at;
     for (const RoomPoint& p : room_points(field)) {
       const BrickKey key = key_of(p.position_m, cell_m);
-      const auto before = cells.find(key);
-      if (before != cells.end() && (before->second.place_m - p.position_m).norm() < kSamePlace_m) {
-        Cell kept = before->second;
+      if (!now_at.try_emplace(key, now.size()).second) continue;
+      const auto before = places.find(key);
+      if (before != places.end() && (cells[before->second].place_m - p.position_m).norm() < kSamePlace_m) {
+        Cell& kept = now.emplace_back(cells[before->second]);
         kept.normal = p.normal;
         if ((BrickKeyHash{}(key) + turn) % kLampTurns == 0) kept.asked = kept.lit = 0;
-        now.try_emplace(key, kept);
       } else {
-        now.try_emplace(key, Cell{p.position_m, p.normal, {}, 0, 0, {}, false});
+        now.push_back(Cell{key, p.position_m, p.normal, {}, 0, 0, {}, false});
       }
     }
     cells = std::move(now);
+    places = std::move(now_at);
+    verdicts.clear();
     ++turn;
     field_version = field.version;
     looks = 0;
@@ -164,22 +171,22 @@ struct GlossStage::State {
   /// Other light makes other brightnesses.
   void follow_light(const Illumination& illumination) {
     Vector3f sum = illumination.remainder_sh[0];
-    std::vector<Vector3f> places;
+    std::vector<Vector3f> now;
     for (const PointLight& lamp : illumination.lights) {
       sum += lamp.irradiance;
-      places.push_back(lamp.distance_known ? lamp.position_m : Vector3f::Zero());
+      now.push_back(lamp.distance_known ? lamp.position_m : Vector3f::Zero());
     }
-    const bool same = lamps.size() == places.size() &&
-                      std::equal(lamps.begin(), lamps.end(), places.begin(), [](const Vector3f& a, const Vector3f& b) {
+    const bool same = lamps.size() == now.size() &&
+                      std::equal(lamps.begin(), lamps.end(), now.begin(), [](const Vector3f& a, const Vector3f& b) {
                         return (a - b).norm() < 0.05f * (1 + a.norm());
                       });
     if ((sum - light).norm() > kSameLight * light.norm()) {
-      for (auto& [key, cell] : cells) cell.rings = {};
+      for (Cell& cell : cells) cell.rings = {};
       light = sum;
     }
     if (same) return;
-    lamps = std::move(places);
-    for (auto& [key, cell] : cells) cell.asked = cell.lit = 0;
+    lamps = std::move(now);
+    for (Cell& cell : cells) cell.asked = cell.lit = 0;
   }
 
   bool shines_on(Cell& cell, std::size_t lamp, const Vector3f& towards, float distance_m, const DistanceField& field) {
@@ -224,7 +231,7 @@ struct GlossStage::State {
     if (!colour || depth_m.width != camera.width || depth_m.height != camera.height) return;
     const Eigen::Isometry3f T_camera_tag = T.inverse().cast<float>();
     const Vector3f from = T.translation().cast<float>();
-    for (auto& [key, cell] : cells) {
+    for (Cell& cell : cells) {
       const Vector3f to_camera = (from - cell.place_m).normalized();
       if (cell.normal.dot(to_camera) < kFacing) continue;
       const Vector3f p = T_camera_tag * cell.place_m;
@@ -260,15 +267,16 @@ struct GlossStage::State {
     while (!front.empty()) {
       std::vector<BrickKey> next;
       for (const BrickKey& key : front) {
-        Cell& cell = cells.at(key);
+        Cell& cell = cells[places.at(key)];
         const auto& own = colour(cell);
         if (!own) continue;
         for (int i = 0; i < 27; ++i) {
           const BrickKey beside{key[0] + i % 3 - 1, key[1] + i / 3 % 3 - 1, key[2] + i / 9 - 1};
-          const auto other = cells.find(beside);
-          if (other == cells.end() || told.contains(beside)) continue;
-          if (other->second.normal.dot(cell.normal) < kSmooth) continue;
-          const auto& its = colour(other->second);
+          const auto other = places.find(beside);
+          if (other == places.end() || told.contains(beside)) continue;
+          Cell& its_cell = cells[other->second];
+          if (its_cell.normal.dot(cell.normal) < kSmooth) continue;
+          const auto& its = colour(its_cell);
           if (!its || (*its - *own).norm() > kSameColour * own->norm()) continue;
           told.emplace(beside, told.at(key));
           next.push_back(beside);
@@ -279,17 +287,20 @@ struct GlossStage::State {
   }
 
   void publish(const AlbedoField* albedo) {
+    std::vector<Gloss> judged(cells.size());
+    std::transform(cells.begin(), cells.end(), judged.begin(), judge);
+    const std::uint64_t version = albedo ? albedo->version + 1 : 0;
+    if (!cells.empty() && judged == verdicts && version == albedo_version) return;
+    verdicts = judged;
+    if (version != albedo_version) {
+      for (Cell& cell : cells) cell.coloured = false;
+      albedo_version = version;
+    }
     auto now = std::make_shared<GlossField>();
     now->cell_m = cell_m;
     now->surface_cells = cells.size();
-    for (const auto& [key, cell] : cells) {
-      const Gloss gloss = judge(cell);
-      if (gloss != Gloss::unknown) now->cells.emplace(key, gloss);
-    }
-    if (albedo && albedo->version != albedo_version) {
-      for (auto& [key, cell] : cells) cell.coloured = false;
-      albedo_version = albedo->version;
-    }
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      if (judged[i] != Gloss::unknown) now->cells.emplace(cells[i].key, judged[i]);
     if (albedo) spread(now->cells, *albedo);
     if (!last || now->cells != last->cells || now->surface_cells != last->surface_cells) last = std::move(now);
   }

@@ -154,8 +154,8 @@ std::vector<TagSighting> PoseStage::State::look_around(const FrameSet& frame) {
   for (const TagSighting& sighting : coarse) {
     // Corners as the region around it shows them: what tracking measures, too.
     std::optional<TagSighting> nearest;
-    for (const TagSighting& again : find_in(picture, tiles_around(sighting.corners, camera),
-                                            narrowest_px(sighting.corners), sighting.id))
+    for (const TagSighting& again :
+         find_in(picture, tiles_around(sighting.corners, camera), narrowest_px(sighting.corners), sighting.id))
       if (!nearest || (centre_of(again.corners) - centre_of(sighting.corners)).norm() <
                           (centre_of(nearest->corners) - centre_of(sighting.corners)).norm())
         nearest = again;
