@@ -48,7 +48,8 @@ DeltaLight::Arrival DeltaLight::in_room(const Ray& ray) const {
   if (const auto lamp = reference::nearest_lamp(room_.lamps(), ray.from_m, ray.w)) {
     a = {Arrival::At::lamp, lamp->t_m, lamp->lamp, {}};
   }
-  if (const auto hit = room_.meshes().hit(ray.from_m, ray.w, a.t_m)) a = {Arrival::At::real, hit->t_m, 0, *hit};
+  const auto hit = room_.meshes().hit(ray.from_m, ray.w, a.t_m);
+  if (hit && (a.at == Arrival::At::sky || room_.meshes().hides(*hit))) a = {Arrival::At::real, hit->t_m, 0, *hit};
   return a;
 }
 

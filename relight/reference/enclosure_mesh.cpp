@@ -142,7 +142,7 @@ std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vecto
   part.material.specular = 0;
   part.index_count = static_cast<std::uint32_t>(model->indices.size());
   model->parts.push_back(part);
-  return ReferenceMesh{std::move(model), Eigen::Affine3f::Identity(), {}, false};
+  return ReferenceMesh{std::move(model), Eigen::Affine3f::Identity(), {}, false, false};
 }
 
 }  // namespace lumigraft

@@ -39,6 +39,8 @@ RTCGeometry triangles_of(RTCDevice device, const Model& model, const Eigen::Affi
   return geometry;
 }
 
+void let_through(const RTCFilterFunctionNArguments* found) { std::fill_n(found->valid, found->N, 0); }
+
 /// One for all, so that trees go from one scene to another.
 RTCDevice shared_device() {
   static const std::unique_ptr<std::remove_pointer_t<RTCDevice>, decltype(&rtcReleaseDevice)> device(
@@ -134,7 +136,12 @@ struct Meshes::State {
   void add(const ReferenceMesh& mesh) {
     std::vector<Vector3f> positions_m;
     for (const Vector3f& x : mesh.model->positions_m) positions_m.push_back(mesh.T_tag_model * x);
-    all.add(triangles_of(shared_device(), *mesh.model, mesh.T_tag_model), placed.size());
+    RTCGeometry triangles = triangles_of(shared_device(), *mesh.model, mesh.T_tag_model);
+    if (!mesh.hides) {
+      rtcSetGeometryOccludedFilterFunction(triangles, let_through);
+      rtcCommitGeometry(triangles);
+    }
+    all.add(triangles, placed.size());
     place(mesh, bounding_sphere(positions_m));
   }
 
@@ -174,6 +181,7 @@ Meshes::Meshes(const std::vector<ReferenceMesh>& meshes, const std::vector<std::
 Meshes::~Meshes() = default;
 
 bool Meshes::empty() const { return state_->placed.empty(); }
+bool Meshes::hides(const MeshHit& hit) const { return state_->placed[hit.mesh].mesh.hides; }
 const std::vector<Eigen::Vector4f>& Meshes::spheres() const { return state_->spheres; }
 
 std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, float limit_m) const {

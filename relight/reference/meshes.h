@@ -55,10 +55,13 @@ class Meshes {
   bool empty() const;
   /// The first triangle along a unit direction, nearer than `limit_m`.
   std::optional<MeshHit> hit(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
+  /// Whether the mesh that was hit hides what is behind it (ReferenceMesh::hides).
+  bool hides(const MeshHit& hit) const;
+  /// Whether a mesh that hides is nearer than `limit_m`.
   bool blocked(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m) const;
   /// By bit, which rays of a fan meet a triangle before their limit; those have their first in `found`.
   std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMost>& found) const;
-  std::uint32_t blocked(const RayFan& fan) const;
+  std::uint32_t blocked(const RayFan& fan) const;  ///< likewise, by meshes that hide
   Surface surface(const MeshHit& hit, const Eigen::Vector3f& w) const;
 
   /// A sphere around each mesh: x, y, z, radius.

@@ -28,7 +28,8 @@ Paths::Arrival Paths::arrival(const Ray& ray, bool with_objects) const {
     a.lamp = lamp->lamp;
   }
   const auto nearer = [&](const Meshes& meshes, Arrival::At at) {
-    if (const std::optional<MeshHit> hit = meshes.hit(ray.from_m, ray.w, a.t_m)) {
+    const std::optional<MeshHit> hit = meshes.hit(ray.from_m, ray.w, a.t_m);
+    if (hit && (a.at != Arrival::At::lamp || meshes.hides(*hit))) {
       a.at = at;
       a.t_m = hit->t_m;
       a.hit = *hit;
@@ -50,7 +51,8 @@ Rgb Paths::emitted(const Ray& ray, const Arrival& a, float pdf) const {
 }
 
 bool Paths::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float limit_m, std::size_t lamp) const {
-  return behind_other_lamp(world_.scene->lamps, lamp, from_m, w, limit_m) || world_.real.blocked(from_m, w, limit_m);
+  if (behind_other_lamp(world_.scene->lamps, lamp, from_m, w, limit_m)) return true;
+  return lamp == kNoLamp ? world_.real.hit(from_m, w, limit_m).has_value() : world_.real.blocked(from_m, w, limit_m);
 }
 
 template <typename Counts>
