@@ -14,12 +14,12 @@ namespace lumigraft {
 namespace {
 
 constexpr int kCodes = 256;
-constexpr double kFirstNoise = 2.5, kLeastNoise = 0.3, kMostNoise = 3.3;  // 1σ in code values
+constexpr double kFirstNoise = 2.5, kLeastNoise = 0.3, kMostNoise = 8;  // 1σ in code values
 // Readings count from so many σ from the ends of the scale, where noise is cut off: by what they read, since that picks
 // noise too, and by where the fit of the pixel's light puts them.
 constexpr double kFromEnds = 5.0, kFitFromEnds = 2.5;
 constexpr double kLargestResidual = 0.05, kLeastRatio = 4;
-constexpr int kFolds = 4, kFirstRounds = 3, kRounds = 6;
+constexpr int kFolds = 4, kFirstRounds = 3, kRounds = 8;
 
 using Codes = Eigen::VectorXd;   // a number for each code value
 using Normal = Eigen::MatrixXd;  // for each pair of them
@@ -30,6 +30,59 @@ Codes reference_ln() {
   for (int z = 0; z < kCodes; ++z) g[z] = std::log(srgb_to_linear(static_cast<float>(std::max(z, 1)) / 255.0f));
   return g;
 }
+
+/// 1σ of a reading in code values, by where it lies on the scale: light's own noise grows with its root, which a curve
+/// that is steep in the dark makes ten times what it makes of it near white. Found in bins, between which it is drawn
+/// out.
+class Noise {
+ public:
+  Noise() { sigma_.fill(kFirstNoise); }
+  double at(double code) const {
+    const double x = std::clamp(code / kBin - 0.5, 0.0, kBins - 1.0);
+    const auto low = std::min(static_cast<std::size_t>(x), kBins - 2);
+    return sigma_[low] + (x - static_cast<double>(low)) * (sigma_[low + 1] - sigma_[low]);
+  }
+  /// Whether a reading is so far from both ends of the scale.
+  bool is_within(double code, double sigmas, double least) const {
+    const double from_ends = std::max(least, sigmas * at(code));
+    return code >= from_ends && code <= kCodes - 1 - from_ends;
+  }
+
+  /// Squared distances of readings from the fits of their pixels, and what share of their own noise is left in them.
+  struct Sums {
+    std::array<double, 16> square{}, left{};
+    void add(double code, double distance, double share_left) {
+      const auto bin = static_cast<std::size_t>(std::clamp(code / kBin, 0.0, kBins - 1.0));
+      square[bin] += distance * distance;
+      left[bin] += share_left;
+    }
+  };
+  /// Bins that too few readings fell into are as the nearest.
+  void learn(const Sums& sums) {
+    constexpr double kEnough = 30;
+    std::array<double, kBins> found{};
+    for (std::size_t i = 0; i < kBins; ++i)
+      if (sums.left[i] > kEnough)
+        found[i] = std::clamp(std::sqrt(sums.square[i] / sums.left[i]), kLeastNoise, kMostNoise);
+    if (*std::max_element(found.begin(), found.end()) == 0) return;
+    for (std::size_t i = 0; i < kBins; ++i)
+      for (std::size_t off = 0; off < kBins; ++off) {
+        if (i >= off && found[i - off] > 0) {
+          sigma_[i] = found[i - off];
+          break;
+        }
+        if (i + off < kBins && found[i + off] > 0) {
+          sigma_[i] = found[i + off];
+          break;
+        }
+      }
+  }
+
+ private:
+  static constexpr std::size_t kBins = 16;
+  static constexpr double kBin = kCodes / 16.0;
+  std::array<double, kBins> sigma_{};
+};
 
 /// Normal equations of Σ w (h g - c - E)² over all pixels and exposures, each pixel's E eliminated.
 struct Equations {
@@ -99,7 +152,7 @@ class Channel {
   }
 
   /// Of every kFolds-th pixel, from the one of this number on.
-  Equations equations(const Codes& g, double noise, Trust trust, std::size_t fold) const {
+  Equations equations(const Codes& g, const Noise& noise, Trust trust, std::size_t fold) const {
     Equations e;
     const Forward forward(g);
     for_each_pixel(forward, noise, trust, fold, [&](const std::vector<Reading>& readings, double sum) {
@@ -121,8 +174,17 @@ class Channel {
     return e;
   }
 
+  /// Of readings from their pixels' fits; a quarter of the pixels says enough.
+  Noise::Sums distances(const Codes& g, const Noise& noise) const {
+    Noise::Sums sums;
+    for_each_pixel(Forward(g), noise, Trust::fits, 0, [&](const std::vector<Reading>& readings, double sum) {
+      for (const Reading& r : readings) sums.add(r.at, r.distance, 1 - r.weight / sum);
+    });
+    return sums;
+  }
+
   /// Median distance between what a pixel's exposures say and their mean, of ln(linear).
-  double median_residual(const Codes& g, double noise) const {
+  double median_residual(const Codes& g, const Noise& noise) const {
     std::vector<float> shares;
     const Forward forward(g);
     for (std::size_t fold = 0; fold < kFolds; ++fold)
@@ -146,20 +208,21 @@ class Channel {
     int code = 0;
     std::array<double, 2> share{};
     double constant = 0, weight = 0;
+    double at = 0, distance = 0;  ///< where it is put, and how far from there it is
   };
 
   /// Calls with every pixel that was neither clipped nor black at two exposures or more.
   template <typename Function>
-  void for_each_pixel(const Forward& forward, double noise, Trust trust, std::size_t fold,
+  void for_each_pixel(const Forward& forward, const Noise& noise, Trust trust, std::size_t fold,
                       const Function& function) const {
-    const double from_ends = std::max(3.0, kFromEnds * noise);
+    constexpr double kLeastFromEnds = 3;
     std::vector<double> z(pictures_.size());
     std::vector<Reading> readings;
     for (std::size_t pixel = fold * step_; pixel < pixels_; pixel += kFolds * step_) {
       readings.clear();
       for (std::size_t i = 0; i < pictures_.size(); ++i) {
         z[i] = pictures_[i].encoded.data[3 * pixel + static_cast<std::size_t>(channel_)];
-        if (z[i] >= from_ends && z[i] <= kCodes - 1 - from_ends)
+        if (noise.is_within(z[i], kFromEnds, kLeastFromEnds))
           readings.push_back(reading(forward, z[i], z[i], ln_exposure_[i], noise));
       }
       if (trust == Trust::fits && readings.size() >= 2) fit(forward, noise, z, readings);
@@ -170,15 +233,17 @@ class Channel {
   }
 
   /// `z` where the curve puts it at `code`.
-  static Reading reading(const Forward& forward, double z, double code, double ln_exposure, double noise) {
+  static Reading reading(const Forward& forward, double z, double code, double ln_exposure, const Noise& noise) {
     const int low = std::min(static_cast<int>(code), kCodes - 2);
     const double slope = forward.slope(code);
-    return {low, {low + 1 - code, code - low}, ln_exposure - slope * (z - code), 1 / (slope * slope * noise * noise)};
+    const double sigma = slope * noise.at(code);
+    return {low, {low + 1 - code, code - low}, ln_exposure - slope * (z - code), 1 / (sigma * sigma), code, z - code};
   }
 
   /// Where the curve puts the readings of the light that fits them best. All that are not clipped tell the light, and
   /// those that it puts near an end are left out: what is left of noise then does not depend on where that is.
-  void fit(const Forward& forward, double noise, const std::vector<double>& z, std::vector<Reading>& readings) const {
+  void fit(const Forward& forward, const Noise& noise, const std::vector<double>& z,
+           std::vector<Reading>& readings) const {
     double light = 0, sum = 0;
     for (const Reading& r : readings) {
       light += r.weight * (forward.ln(r.code) - r.constant);
@@ -192,16 +257,16 @@ class Channel {
       for (std::size_t i = 0; i < z.size(); ++i) {
         if (clipped(i)) continue;
         const double code = forward.code(light + ln_exposure_[i]), per_ln = 1 / forward.slope(code);
-        all += per_ln * per_ln;
-        pull += per_ln * (z[i] - code);
+        const double trust = 1 / (noise.at(code) * noise.at(code));
+        all += trust * per_ln * per_ln;
+        pull += trust * per_ln * (z[i] - code);
       }
       light += pull / all;
     }
-    const double near = kFitFromEnds * noise;
     readings.clear();
     for (std::size_t i = 0; i < z.size(); ++i) {
       const double code = forward.code(light + ln_exposure_[i]);
-      if (!clipped(i) && code >= near && code <= kCodes - 1 - near)
+      if (!clipped(i) && noise.is_within(code, kFitFromEnds, 0))
         readings.push_back(reading(forward, z[i], code, ln_exposure_[i], noise));
     }
   }
@@ -287,7 +352,7 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
   for (int c = 0; c < 3; ++c) {
     const Channel channel(pictures, c);
     Codes g = reference_ln();
-    double noise = kFirstNoise;
+    Noise noise;
     std::array<Equations, kFolds> folds;
     Equations measured;
     for (int round = 0; round < kRounds; ++round) {  // what readings say follows the curve and the noise
@@ -298,8 +363,7 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
       if (round + 1 == kRounds) break;
       constexpr double kUsual = 1e8;
       g = solver_of(measured, kUsual).solve(measured.b);
-      if (measured.freedom > 0)
-        noise = std::clamp(noise * std::sqrt(measured.misfit(g) / measured.freedom), kLeastNoise, kMostNoise);
+      if (round >= kFirstRounds) noise.learn(channel.distances(g, noise));
     }
     const auto solver = solver_of(measured, strength_by_cross_validation(folds, measured));
     g = solver.solve(measured.b);

@@ -1,6 +1,13 @@
 // Calibration of path-traced boards, against the lenses, the places and the falloff that they were traced with.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "reconstruct/calibrate_response.h"
 #include "reconstruct/calibrate_stand.h"
 #include "reconstruct/calibrate_vignetting.h"
 #include "traced_boards.h"
@@ -115,6 +122,84 @@ TEST(CalibrateTraced, LensesPlacesAndFalloff) {
               100 * worst, 100 * falloff.widest_sigma, 100 * falloff.unevenness);
   EXPECT_LT(worst, 0.05);
   EXPECT_LT(worst, 3.5 * falloff.widest_sigma);
+}
+
+/// Linear to encoded, both from 0 to 1.
+using Curve = std::function<double(double)>;
+
+/// Rec. 709's curve with a knee, as of camcorders.
+double knee(double x) {
+  const double y = x < 0.018 ? 4.5 * x : 1.099 * std::pow(x, 0.45) - 0.099;
+  return (1 - std::exp(-2.2 * y)) / (1 - std::exp(-2.2));
+}
+
+Image<float> middle_of(const Image<float>& whole) {
+  Image<float> out(whole.width / 2, whole.height / 2, 1);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) out.at(x, y) = whole.at(x + whole.width / 4, y + whole.height / 4);
+  return out;
+}
+
+/// Each exposure about twice the one before, or twice.
+constexpr std::array<double, 8> kUneven = {0.02, 0.045, 0.073, 0.192, 0.32, 0.557, 1.41, 2.43};
+constexpr std::array<double, 8> kDoubling = {0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56};
+
+/// The board stands still; the sensor is full at white.
+std::vector<ExposedPicture> sweep_of(const Image<float>& light, const std::array<double, 8>& exposures,
+                                     const Curve& curve, double electrons) {
+  std::vector<ExposedPicture> pictures;
+  for (unsigned i = 0; i < 8; ++i) {
+    ExposedPicture& picture = pictures.emplace_back();
+    picture.exposure = exposures[i];
+    picture.encoded = Image<std::uint8_t>(light.width, light.height, 3);
+    for (std::size_t c = 0; c < 3; ++c) {
+      Image<float> exposed = light;
+      for (float& value : exposed.data) value *= static_cast<float>(picture.exposure);
+      sense(exposed, {.electrons = electrons, .seed = 3 * i + static_cast<unsigned>(c)});
+      for (std::size_t k = 0; k < exposed.data.size(); ++k)
+        picture.encoded.data[3 * k + c] =
+            static_cast<std::uint8_t>(std::lround(255 * curve(std::clamp(exposed.data[k], 0.0f, 1.0f))));
+    }
+  }
+  return pictures;
+}
+
+/// What a reading says of radiance, as it is used: response(code) / exposure, where the exposure was found with the
+/// same response from a grey of known radiance. From code 250 on a reading is no value but a lower bound (radiance.h).
+TEST(CalibrateTraced, ResponseOfASweptBoard) {
+  const BoardTracer tracer(test_board(), distorted_pinhole(), Eigen::Isometry3d::Identity());
+  const Image<float> light = middle_of(tracer.light(pinhole_poses(1).front(), 8, 1));
+  struct Case {
+    const char* name;
+    Curve curve;
+    double electrons;
+    std::array<double, 8> exposures = kDoubling;
+  };
+  const auto srgb = [](double x) { return static_cast<double>(linear_to_srgb(static_cast<float>(x))); };
+  // A line is told from one with ripples by exposures of uneven ratios alone.
+  for (const auto& [name, curve, electrons, exposures] :
+       {Case{"srgb", srgb, 14000}, Case{"srgb", srgb, 3500}, Case{"knee", knee, 14000}, Case{"knee", knee, 3500},
+        Case{"linear", [](double x) { return x; }, 14000, kUneven}}) {
+    const ResponseCalibration found = calibrate_response(sweep_of(light, exposures, curve, electrons));
+    EXPECT_EQ(found.refusal, "") << name;
+    const auto truth = [&curve](int code) {
+      double low = 0, high = 1;
+      for (int i = 0; i < 60; ++i) (255 * curve(0.5 * (low + high)) < code ? low : high) = 0.5 * (low + high);
+      return low;
+    };
+    double worst = 0, factor = 1;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto grey = static_cast<std::size_t>(std::lround(255 * curve(0.18)));
+      const double exposure = found.linear[c][grey] / truth(static_cast<int>(grey));
+      if (std::abs(exposure - 1) > std::abs(factor - 1)) factor = exposure;
+      for (std::size_t z = 24; z < 250; ++z)
+        worst = std::max(worst, std::abs(found.linear[c][z] / exposure / truth(static_cast<int>(z)) - 1));
+    }
+    std::printf("%s, %.0f electrons: radiance off by %.2f %% at worst; an exposure's unit by a factor of %.4f\n", name,
+                electrons, 100 * worst, factor);
+    EXPECT_LT(worst, 0.01) << name << ", " << electrons;
+    EXPECT_NEAR(factor, 1, 0.02) << name << ", " << electrons;
+  }
 }
 
 }  // namespace
