@@ -31,7 +31,7 @@ Reading DepthReader::near_jump(const Eigen::Vector3f& p, int u, int v, const Dep
     return {};
 
   Reading reading;
-  const DepthView::Block* plane = block.weight > 0 ? &block : plane_through(u, v, inverse_depth);
+  const DepthView::Block* plane = block.weight > 0 ? &block : plane_through(u, v);
   if (plane) {
     float distance_m = plane->distance_m;
     if (plane != &block) distance_m = 0.5f * (distance_m + plane->normal.dot(surface(pixel)));
@@ -83,7 +83,7 @@ Reading DepthReader::hidden(const Eigen::Vector3f& p, std::int32_t behind) const
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(behind)];
   const int u = behind % view_.width, v = behind / view_.width;
   const DepthView::Block& own = view_.block_of(u, v);
-  const DepthView::Block* plane = own.weight > 0 ? &own : plane_through(u, v, inverse_depth);
+  const DepthView::Block* plane = own.weight > 0 ? &own : plane_through(u, v);
   Reading reading;
   if (!plane || !(inverse_depth * steady_to_m_ > 1)) return reading;
   const float distance_m = plane->distance_m - plane->normal.dot(p);
@@ -119,19 +119,29 @@ bool DepthReader::seen_at(const Eigen::Vector2f& pixel, const DepthView::Block& 
 }
 
 /// Of the blocks around, the plane that a pixel beside a jump lies on; null for one that lies between surfaces.
-const DepthView::Block* DepthReader::plane_through(int u, int v, float inverse_depth) const {
-  const Eigen::Vector3f ray = preparation_.ray(view_.pixel_index(u, v)).homogeneous();
+const DepthView::Block* DepthReader::plane_through(int u, int v) const {
+  std::int32_t& found = view_.plane_through[static_cast<std::size_t>(view_.pixel_index(u, v))];
+  if (found == DepthView::kNotAsked) found = find_plane_through(u, v);
+  return found < 0 ? nullptr : &view_.blocks[static_cast<std::size_t>(found)];
+}
+
+/// Place of its block; −1 for none.
+std::int32_t DepthReader::find_plane_through(int u, int v) const {
+  const std::int32_t pixel = view_.pixel_index(u, v);
+  const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(pixel)];
+  const Eigen::Vector3f ray = preparation_.ray(pixel).homogeneous();
   float least = inverse_depth * (kMatchSlope * 2 / preparation_.focal() +
                                  kSurelyNoise * straight_sigma_m(inverse_depth) * inverse_depth);
-  const DepthView::Block* best = nullptr;
+  std::int32_t best = -1;
   for (int y = std::max((v >> 1) - 1, 0); y <= std::min((v >> 1) + 1, view_.blocks_y - 1); ++y)
     for (int x = std::max((u >> 1) - 1, 0); x <= std::min((u >> 1) + 1, view_.blocks_x - 1); ++x) {
-      const DepthView::Block& block = view_.blocks[static_cast<std::size_t>(y * view_.blocks_x + x)];
+      const std::int32_t at = y * view_.blocks_x + x;
+      const DepthView::Block& block = view_.blocks[static_cast<std::size_t>(at)];
       if (block.weight <= 0) continue;
       const float off = std::abs(block.normal.dot(ray) / block.distance_m - inverse_depth);
       if (off >= least) continue;
       least = off;
-      best = &block;
+      best = at;
     }
   return best;
 }

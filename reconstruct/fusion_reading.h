@@ -71,7 +71,8 @@ class DepthReader {
   bool stands(const Eigen::Vector3f& foot, const DepthView::Jump& jump, const DepthView::Block& block,
               float distance_m) const;
   bool seen_at(const Eigen::Vector2f& pixel, const DepthView::Block& block, float distance_m) const;
-  const DepthView::Block* plane_through(int u, int v, float inverse_depth) const;
+  const DepthView::Block* plane_through(int u, int v) const;
+  std::int32_t find_plane_through(int u, int v) const;
   float steady_to_m() const;
   Eigen::Vector3f surface(std::int32_t pixel) const {
     return preparation_.ray(pixel).homogeneous() / view_.inverse_depth[static_cast<std::size_t>(pixel)];

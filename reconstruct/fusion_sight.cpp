@@ -1,9 +1,11 @@
 #include "reconstruct/fusion_sight.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "reconstruct/four.h"
 #include "reconstruct/fusion_reading.h"
 
 namespace lumigraft {
@@ -14,11 +16,14 @@ using Eigen::Vector3f;
 
 constexpr float kStepVoxels = 3;  // surfaces are looked at as closely as this
 
-int brick_of(float voxel) {
-  const float brick = voxel * (1.0f / kBrickEdge);
-  const int toward_zero = static_cast<int>(brick);
-  return toward_zero - (brick < static_cast<float>(toward_zero) ? 1 : 0);
+/// Of a place in voxels; the fourth is of no use.
+FourInt brick_of(Four voxel) {
+  const Four brick = voxel * (1.0f / kBrickEdge);
+  const FourInt toward_zero = __builtin_convertvector(brick, FourInt);
+  return toward_zero + (brick < __builtin_convertvector(toward_zero, Four));  // a comparison that holds is −1
 }
+
+Four four(const Vector3f& v) { return Four{v.x(), v.y(), v.z(), 0}; }
 
 }  // namespace
 
@@ -29,19 +34,17 @@ std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPrepa
   const auto touch = [&](const BrickKey& key) {
     if (met.meet(key)) keys.push_back(key);
   };
-  const Vector3f origin = T_tag_camera.translation() / voxel_m;
+  const Four origin = four(T_tag_camera.translation() / voxel_m);
+  const std::array<Four, 3> axes = {four(T_tag_camera.linear().col(0)), four(T_tag_camera.linear().col(1)),
+                                    four(T_tag_camera.linear().col(2))};
   const auto touch_around = [&](int u, int v, const DepthView::Block& block) {
     const std::int32_t pixel = view.pixel_index(2 * u, 2 * v);
     const Vector3f in_camera = preparation.ray(pixel).homogeneous();
-    const Vector3f ray = T_tag_camera.linear() * in_camera;
+    const Four ray = axes[0] * in_camera.x() + axes[1] * in_camera.y() + axes[2] * in_camera.z();
     const float z = 1 / view.inverse_depth[static_cast<std::size_t>(pixel)];
-    const Vector3f surface = origin + z / voxel_m * ray;
+    const Four surface = origin + z / voxel_m * ray;
     // Every cell around the surface needs all its voxels.
-    BrickKey low, high;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = brick_of(surface[static_cast<Eigen::Index>(axis)] - 1.5f);
-      high[axis] = brick_of(surface[static_cast<Eigen::Index>(axis)] + 1.5f);
-    }
+    const FourInt low = brick_of(surface - 1.5f), high = brick_of(surface + 1.5f);
     for (int c = low[2]; c <= high[2]; ++c)
       for (int b = low[1]; b <= high[1]; ++b)
         for (int a = low[0]; a <= high[0]; ++a) touch({a, b, c});
@@ -49,8 +52,9 @@ std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPrepa
     const int steps = static_cast<int>(std::ceil(band / (4 * voxel_m)));
     for (int i = -steps; i <= steps; ++i) {
       if (i == 0) continue;  // the surface itself
-      const Vector3f p = origin + (z + band * static_cast<float>(i) / static_cast<float>(steps)) / voxel_m * ray;
-      touch({brick_of(p.x()), brick_of(p.y()), brick_of(p.z())});
+      const FourInt at =
+          brick_of(origin + (z + band * static_cast<float>(i) / static_cast<float>(steps)) / voxel_m * ray);
+      touch({at[0], at[1], at[2]});
     }
   };
   // One block in kStride² says enough of a surface that is near and faces the camera.

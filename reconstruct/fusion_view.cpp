@@ -74,6 +74,7 @@ void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
   view.blocks_y = blocks_y_;
   view.tiles_x = (width_ + DepthView::kTile - 1) / DepthView::kTile;
   view.tiles_y = (height_ + DepthView::kTile - 1) / DepthView::kTile;
+  view.plane_through.assign(rays_.size(), DepthView::kNotAsked);
   invert(depth_m, view);
   find_jumps(view);
   average_blocks(view);

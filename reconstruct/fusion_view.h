@@ -43,6 +43,9 @@ struct DepthView {
   std::vector<Four> planes;
   std::vector<Jump> jumps;
   std::vector<Tile> tiles;
+  /// By pixel beside a jump, which block's plane it was found to lie on (see DepthReader); many voxels ask. −1 = none.
+  mutable std::vector<std::int32_t> plane_through;
+  static constexpr std::int32_t kNotAsked = -2;
   float noise_scale = 0;  ///< how noisy the picture is, over the sensor noise model
 
   std::int32_t pixel_index(int u, int v) const { return v * width + u; }
