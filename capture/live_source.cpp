@@ -92,7 +92,9 @@ void LiveSource::listen(const std::stop_token& stop) {
   constexpr std::chrono::milliseconds kTick{50};
   clock_ = {};
   bracket_.clear();
-  first_sequence_ = next_sequence_;
+  first_sequence_ = start_ = next_sequence_;
+  learning_since_.reset();
+  learnt_from_ = 0;
   const Clock::time_point opened = Clock::now();
   std::array<std::optional<Clock::time_point>, 3> last;  // a device of two streams may freeze in one of them
   std::string lost;                                      // why the newest picture was
@@ -122,6 +124,19 @@ void LiveSource::listen(const std::stop_token& stop) {
   }
 }
 
+/// Where a clock stands is known from several pictures: the first alone may have been on its way for most of a period,
+/// and would be paired with another one's neighbour.
+bool LiveSource::learns_its_clock() {
+  constexpr int kPictures = 5;
+  constexpr std::chrono::milliseconds kLongest{200};  // to slow cameras a period is long
+  if (device_->on_host_clock() || learnt_from_ >= kPictures) {
+    return false;
+  }
+  learning_since_ = learning_since_.value_or(Clock::now());
+  learnt_from_ = Clock::now() - *learning_since_ < kLongest ? learnt_from_ + 1 : kPictures;
+  return learnt_from_ < kPictures;
+}
+
 void LiveSource::accept(SourceItem item) {
   const auto stream = static_cast<std::size_t>(stream_of(item));
   Stamp& stamp = std::visit([](auto& i) -> Stamp& { return i.stamp; }, item);
@@ -140,6 +155,15 @@ void LiveSource::accept(SourceItem item) {
   bracket_.push_back(std::move(item));
   if (device_->bracket_goes_on()) {
     return;  // nobody shall see half of it
+  }
+  if (learns_its_clock()) {
+    for (const SourceItem& early : bracket_) {  // as if it had never been
+      const auto of = static_cast<std::size_t>(stream_of(early));
+      first_sequence_[of] -= next_sequence_[of] - start_[of];
+      next_sequence_[of] = start_[of];
+    }
+    bracket_.clear();
+    return;
   }
   {
     const std::lock_guard lock(mutex_);

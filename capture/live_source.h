@@ -2,8 +2,8 @@
 // A camera that may be absent, fall silent, be unplugged and come back. It lives on a thread of its own, so that
 // opening, closing or waiting for it holds up nobody else, and it is opened again for as long as it takes.
 //
-// Its pictures carry the host's clock, by the driver's word or by DeviceClock, and numbers that go on after it came
-// back, with a gap.
+// Its pictures carry the host's clock, by the driver's word or by DeviceClock, whose first four, of two tenths of a
+// second at most, are kept back; and numbers that go on after it came back, with a gap.
 #include <array>
 #include <chrono>
 #include <condition_variable>
@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -44,6 +45,7 @@ class LiveSource : public Source {
   void run(const std::stop_token& stop);
   void listen(const std::stop_token& stop);
   void accept(SourceItem item);
+  bool learns_its_clock();
   void say(const std::string& trouble);
   void rest(const std::stop_token& stop);
 
@@ -53,9 +55,11 @@ class LiveSource : public Source {
   // Of the thread alone:
   std::unique_ptr<Source> device_;
   DeviceClock clock_;
-  std::vector<SourceItem> bracket_;                ///< not yet whole
-  std::array<std::uint64_t, 3> first_sequence_{};  ///< by Stream, of this run of the device
-  std::array<std::uint64_t, 3> next_sequence_{};
+  std::vector<SourceItem> bracket_;                         ///< not yet whole
+  std::array<std::uint64_t, 3> first_sequence_{};           ///< by Stream, of this run of the device
+  std::array<std::uint64_t, 3> next_sequence_{}, start_{};  ///< start_: as next_sequence_ was when it was opened
+  std::optional<std::chrono::steady_clock::time_point> learning_since_;
+  int learnt_from_ = 0;  ///< pictures of this run, up to as many as tell how its clock stands
   // Shared:
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;

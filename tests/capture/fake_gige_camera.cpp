@@ -1,18 +1,22 @@
 // fake_gige_camera ADDRESS SERIAL LOST [FAULT]: Aravis's camera of GigE Vision on a loopback address, losing that share
 // of its packets. Says "running" once it is, and runs until it is killed. Of every eight pictures the network, as FAULT
 // says, delivers one again ("repeating"), one after its successor ("swapping"), one 80 ms late ("late"), or all with
-// their packets in the opposite order ("shuffling").
+// their packets in the opposite order ("shuffling"). "forgetting" loses one packet of twenty for good, "resending"
+// sends it when it is asked for, as Aravis's camera alone does not.
 #include <arv.h>
 #include <dlfcn.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <deque>
 #include <string>
 #include <vector>
 
 namespace {
 
+using Receive = gssize (*)(GSocket*, GSocketAddress**, GInputVector*, gint, GSocketControlMessage***, gint*, gint*,
+                           GCancellable*, GError**);
 using Send = gssize (*)(GSocket*, GSocketAddress*, const gchar*, gsize, GCancellable*, GError**);
 
 std::string fault;
@@ -31,6 +35,26 @@ class Network {
     }
   }
 
+  /// A request of GVCP for packets that did not come: its picture's number, and those of the first and the last packet.
+  void hear(const guint8* request, gsize size) const {
+    constexpr gsize kHeader = 8;
+    constexpr guint32 kResend = 0x40;
+    if (fault != "resending" || size < kHeader + 12 || number_at(request, 2, 2) != kResend) {
+      return;
+    }
+    const guint32 picture = number_at(request, kHeader + 2, 2);
+    const guint32 first = number_at(request, kHeader + 4, 4), last = number_at(request, kHeader + 8, 4);
+    for (const Packets& packets : delivered_) {
+      for (const auto& packet : packets) {
+        const auto* bytes = reinterpret_cast<const guint8*>(packet.data());
+        const guint32 number = number_at(bytes, 5, 3);
+        if (number_at(bytes, 2, 2) == picture && number >= first && number <= last) {
+          library()(socket_, to_, packet.data(), packet.size(), nullptr, nullptr);
+        }
+      }
+    }
+  }
+
   static Send library() {
     static const auto send = reinterpret_cast<Send>(dlsym(RTLD_NEXT, "g_socket_send_to"));
     return send;
@@ -38,6 +62,14 @@ class Network {
 
  private:
   using Packets = std::vector<std::vector<gchar>>;
+
+  static guint32 number_at(const guint8* bytes, gsize from, gsize count) {
+    guint32 number = 0;
+    for (gsize i = from; i < from + count; ++i) {
+      number = number << 8 | bytes[i];
+    }
+    return number;
+  }
 
   void deliver_as_wanted() {
     constexpr int kPeriod = 8;
@@ -60,17 +92,28 @@ class Network {
     held_.clear();
   }
 
-  void deliver(const Packets& packets) const {
+  void deliver(const Packets& packets) {
+    constexpr int kLost = 20;
+    constexpr std::size_t kKept = 4;
     for (const auto& packet : packets) {
-      library()(socket_, to_, packet.data(), packet.size(), nullptr, nullptr);
+      if ((fault != "forgetting" && fault != "resending") || ++packets_ % kLost != 0) {
+        library()(socket_, to_, packet.data(), packet.size(), nullptr, nullptr);
+      }
+    }
+    delivered_.push_back(packets);
+    if (delivered_.size() > kKept) {
+      delivered_.pop_front();
     }
   }
 
   GSocket* socket_ = nullptr;
   GSocketAddress* to_ = nullptr;
   Packets picture_, held_;
-  int number_ = 0;
+  std::deque<Packets> delivered_;
+  int number_ = 0, packets_ = 0;
 };
+
+Network network;
 
 /// Answers to its client come from the one port of GigE Vision's control, pictures from any other.
 bool is_picture(GSocket* socket) {
@@ -89,9 +132,20 @@ extern "C" gssize g_socket_send_to(GSocket* socket, GSocketAddress* to, const gc
   if (fault.empty() || !is_picture(socket)) {
     return Network::library()(socket, to, packet, size, cancellable, error);
   }
-  static Network network;
   network.take(socket, to, packet, size);
   return static_cast<gssize>(size);
+}
+
+/// And what it receives.
+extern "C" gssize g_socket_receive_message(GSocket* socket, GSocketAddress** from, GInputVector* vectors, gint count,
+                                           GSocketControlMessage*** messages, gint* message_count, gint* flags,
+                                           GCancellable* cancellable, GError** error) {
+  static const auto library = reinterpret_cast<Receive>(dlsym(RTLD_NEXT, "g_socket_receive_message"));
+  const gssize size = library(socket, from, vectors, count, messages, message_count, flags, cancellable, error);
+  if (size > 0) {
+    network.hear(static_cast<const guint8*>(vectors[0].buffer), static_cast<gsize>(size));
+  }
+  return size;
 }
 
 int main(int argc, char** argv) {
@@ -103,6 +157,13 @@ int main(int argc, char** argv) {
   g_object_set(camera, "gvsp-lost-ratio", std::atof(argv[3]), nullptr);
   if (!arv_gv_fake_camera_is_running(camera)) {
     return 1;
+  }
+  if (fault == "resending") {
+    constexpr guint32 kCapability = 0x0934, kResendsPackets = 1 << 2;  // a client asks who says so alone
+    ArvFakeCamera* inside = arv_gv_fake_camera_get_fake_camera(camera);
+    guint32 offered = 0;
+    arv_fake_camera_read_register(inside, kCapability, &offered);
+    arv_fake_camera_write_register(inside, kCapability, offered | kResendsPackets);
   }
   std::puts("running");
   std::fflush(stdout);

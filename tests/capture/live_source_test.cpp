@@ -73,6 +73,7 @@ class MadeUpCamera : public Source {
 class LiveCamera : public testing::Test {
  protected:
   std::unique_ptr<LiveSource> open() {
+    opened_ns_ = steady_now_ns();
     return std::make_unique<LiveSource>(
         "colour", [this] { return std::make_unique<MadeUpCamera>(switches_); }, kQuick);
   }
@@ -105,6 +106,7 @@ class LiveCamera : public testing::Test {
   }
 
   Switches switches_;
+  std::int64_t opened_ns_ = 0;
   Stamp last_;
 };
 
@@ -125,6 +127,17 @@ TEST_F(LiveCamera, AbsentAtTheStartItIsLookedFor) {
   expect_trouble(*source, "found no camera");
   switches_.absent = false;
   expect_pictures(*source, 3);
+}
+
+TEST_F(LiveCamera, TheFirstPicturesOfAnUnknownClockAreKeptBack) {
+  const auto source = open();
+  const auto first = source->next(1000ms);
+  ASSERT_TRUE(first);
+  EXPECT_EQ(stamp_of(*first).sequence, 0u) << "as if they had never been";
+  EXPECT_GT(stamp_of(*first).host_time_ns - opened_ns_, 20'000'000) << "four of 5 ms";
+  const auto second = source->next(1000ms);
+  ASSERT_TRUE(second);
+  EXPECT_EQ(stamp_of(*second).sequence, 1u);
 }
 
 TEST_F(LiveCamera, UnpluggedAndReplugged) {
