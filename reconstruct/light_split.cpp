@@ -22,6 +22,7 @@ constexpr float kClippedContrast = 1.15f;  ///< where the level is a lower bound
 constexpr float kWidestRad = 0.35f;        ///< RMS extent; a disk's is its radius / √2
 constexpr float kWideRad = 0.16f;          ///< RMS extent beyond which one lamp is cut into several
 constexpr float kLeastShare = 0.01f;       ///< of the lamps' energy, and half of it of the whole picture's
+constexpr float kWhite = 0.99f;            ///< channels that are so much alike and clipped all are
 constexpr std::size_t kLeastClippedPx = 5;
 constexpr double kRaggedest = 3;  ///< a clipped region's outline over that of a disk of its area; one ten times as long
                                   ///< as wide has 2.5, pixels of a slanting edge counted as they are
@@ -41,7 +42,12 @@ struct Source {
 class Splitter {
  public:
   Splitter(const Image<float>& radiance, const Image<std::uint8_t>& clipped, const FisheyeView& view, int max_lamps)
-      : clipped_(clipped), view_(view), max_lamps_(max_lamps), rest_(radiance), level_(view.solid_angle_sr.size()) {
+      : clipped_(clipped),
+        view_(view),
+        max_lamps_(max_lamps),
+        rest_(radiance),
+        level_(view.solid_angle_sr.size()),
+        white_(level_.size()) {
     for (std::uint32_t pixel = 0; pixel < level_.size(); ++pixel) {
       if (!view.sees(pixel)) continue;
       for (int c = 0; c < 3; ++c) {
@@ -49,6 +55,7 @@ class Splitter {
         if (!std::isfinite(value) || value < 0) value = 0;
       }
       level_[pixel] = colour(pixel).mean();
+      white_[pixel] = clipped.data[pixel] && colour(pixel).minCoeff() > kWhite * colour(pixel).maxCoeff();
       flux_ += double(level_[pixel]) * view.solid_angle_sr[pixel];
       solid_angle_ += view.solid_angle_sr[pixel];
     }
@@ -100,6 +107,11 @@ class Splitter {
       if (!is_lamp && clipped) {
         region = connected_region(clipped_.data, view_, peak);
         is_lamp = sharply_clipped(region);
+        if (!is_lamp && white_[peak]) {  // before a wall that it lights so much that a channel of the wall clips too
+          Pixels core = connected_region(white_, view_, peak);
+          is_lamp = core.size() < region.size() && sharply_clipped(core);
+          if (is_lamp) region = std::move(core);
+        }
       }
       if (is_lamp) is_lamp = extent_rad(region) <= kWidestRad;
       if (region.empty()) region.push_back(peak);
@@ -298,8 +310,9 @@ class Splitter {
   const FisheyeView& view_;
   int max_lamps_;
   Image<float> rest_;
-  std::vector<float> level_;  ///< mean of the channels of rest_
-  double flux_ = 0;           ///< ∫ level dω of the whole picture
+  std::vector<float> level_;         ///< mean of the channels of rest_
+  std::vector<std::uint8_t> white_;  ///< clipped in all channels
+  double flux_ = 0;                  ///< ∫ level dω of the whole picture
   double solid_angle_ = 0;
 };
 

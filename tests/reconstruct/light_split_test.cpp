@@ -162,6 +162,23 @@ TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
 }
 
 // Polished stone below a lamp: where its grains are light it clips, where they are dark it does not.
+// A blue bulb close to a wall: around it the wall clips too, in one channel, and farther off in none.
+TEST(LightSplit, AClippedLampBeforeAWallThatItMakesClipIsFound) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  const Eigen::Vector3f lamp = towards(60, 20), radiance(7, 16, 42);
+  Image<float> picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+    const float away = std::acos(std::min(d.dot(lamp), 1.0f)) / 0.35f;  // 20°
+    return within(d, lamp, 1.8) ? radiance : kRoom + Eigen::Vector3f(0.25f, 0.6f, 2.5f) / (1 + away * away);
+  });
+  const Image<std::uint8_t> clipped = clip(&picture, 1);
+  const LightSplit split = split_lamps(picture, clipped, view, 8);
+  ASSERT_EQ(split.lamps.size(), 1u);
+  EXPECT_TRUE(split.lamps[0].clipped);
+  EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
+  EXPECT_NEAR(split.lamps[0].solid_angle_sr / disk_sr(1.8), 1, 0.4);  // pixels that it covers in part clip too
+}
+
 TEST(LightSplit, AClippedFloorOfStoneIsNoLamp) {
   const FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
