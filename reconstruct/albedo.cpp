@@ -33,9 +33,18 @@ constexpr float kLampTurn = 0.9999f;  ///< cosine (0.8°): so far a lamp turns, 
 constexpr float kLampShare = 0.05f;   ///< so much its irradiance changes, before it is looked for again
 constexpr int kRigKept = 50;    ///< solves after which the rig is checked again: somebody may have stood before it
 constexpr int kSolvesKept = 8;  ///< solves after which it is, whatever happened
-constexpr float kKnownSigma = 0.25f;      ///< of log distance; beyond it the distance counts as unknown
+constexpr float kKnownSigma = 0.25f;      ///< of log distance: surely known
+constexpr float kFar_m = 8;               ///< where the search ends, and a lamp is as good as infinitely far,
+constexpr float kNotFar = 2;              ///< and so many sigma from there, an uncertain distance is better than none
 constexpr float kGuessed = 0.3f;          ///< of log power; beyond it that is a guess
-constexpr float kFarthestKnown_m = 7.5f;  ///< the search ends at 8 m: there a lamp is as good as infinitely far
+constexpr float kFarthestKnown_m = 7.5f;  ///< nearly there
+
+/// Several lamps share what shading tells: each may be uncertain alone, and yet all of them be where they were found
+/// together, and none far away.
+bool is_known(const LampEstimate& estimate) {
+  const float certain = std::max(kKnownSigma, std::log(kFar_m / estimate.distance_m) / kNotFar);
+  return estimate.log_sigma < certain && estimate.distance_m < kFarthestKnown_m;
+}
 
 std::vector<PointLight> placed(const Illumination& illumination, const std::vector<LampEstimate>& estimates) {
   std::vector<PointLight> lights = illumination.lights;
@@ -44,7 +53,7 @@ std::vector<PointLight> placed(const Illumination& illumination, const std::vect
     PointLight& light = lights[i];
     light.irradiance = light.irradiance.cwiseProduct(estimate.gain);
     light.power_log_sigma = estimate.gain_log_sigma;
-    light.distance_known = estimate.log_sigma < kKnownSigma && estimate.distance_m < kFarthestKnown_m;
+    light.distance_known = is_known(estimate);
     if (!light.distance_known) continue;
     light.position_m = illumination.probe_position_m + estimate.distance_m * light.direction;
     light.intensity = light.irradiance * estimate.distance_m * estimate.distance_m;

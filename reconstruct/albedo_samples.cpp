@@ -10,7 +10,8 @@ namespace lumigraft {
 namespace {
 
 constexpr float kFinestCellVoxels = 2.0f;
-constexpr float kMostOfWhite = 0.6f;  // that a print's ink, blurred, sends back
+constexpr float kMostOfWhite = 0.6f;    // that a print's ink, blurred, sends back
+constexpr float kLeastOfWhite = 0.75f;  // of white: the brighter half of what is told of the print
 constexpr float kTagThickness_m = 0.015f;
 constexpr std::size_t kLeastSloped = 8;  // points of a patch whose slope of light is looked for
 constexpr float kSmooth = 0.95f;         // length of a patch's mean normal
@@ -131,6 +132,9 @@ std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, 
   const auto last = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() / 5);
   const auto black = on_tag.end() - 1 - static_cast<std::ptrdiff_t>(on_tag.size() / 10);
   if (radiance_sum(*black) > kMostOfWhite * radiance_sum(*last)) return std::nullopt;  // no print: something covers it
+  // White that clips is not fused: then what is left of it is grey.
+  const auto third = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() * 7 / 20);
+  if (radiance_sum(*third) < kLeastOfWhite * radiance_sum(*last)) return std::nullopt;
   SurfaceSample paper = patch(points, std::vector<int>(first, last));
   paper.position = Eigen::Vector3f::Zero();
   paper.normal = Eigen::Vector3f::UnitZ();

@@ -7,6 +7,7 @@
 
 #include "albedo_room.h"
 #include "capture/error.h"
+#include "reconstruct/albedo_samples.h"
 
 namespace lumigraft {
 namespace {
@@ -38,6 +39,35 @@ FloorError floor_error(const TestRoom& room, const AlbedoField& field, Skip skip
   return error;
 }
 const auto kNowhere = [](const Eigen::Vector3f&) { return false; };
+
+/// What an 8 mm grid holds of a print: a black frame 2 cm wide, white around it and in the left half within.
+std::vector<SurfacePoint> printed(float white, float most) {
+  std::vector<SurfacePoint> points;
+  for (int i = -12; i <= 12; ++i) {
+    for (int k = -12; k <= 12; ++k) {
+      SurfacePoint point;
+      point.position = 0.008f * Eigen::Vector3f(static_cast<float>(i), static_cast<float>(k), 0);
+      point.normal = Eigen::Vector3f::UnitZ();
+      float share = 0;  // of white, over a voxel
+      for (int s = 0; s < 16; ++s) {
+        const float x = point.position.x() + 0.002f * (static_cast<float>(s % 4) - 1.5f);
+        const float y = point.position.y() + 0.002f * (static_cast<float>(s / 4) - 1.5f);
+        const float out = std::max(std::abs(x), std::abs(y));
+        share += out > 0.08f || (out < 0.06f && x < 0) ? 1.0f / 16 : 0.0f;
+      }
+      point.radiance = Eigen::Vector3f::Constant(white * (0.05f + 0.95f * share));
+      if (point.radiance.x() < most) points.push_back(point);  // what clips is not fused
+    }
+  }
+  return points;
+}
+
+TEST(TagPaper, WhiteThatClipsIsNotTakenForGrey) {
+  const auto seen = tag_paper(printed(0.4f, 1.0f), 0.16);
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->radiance.x(), 0.4, 0.01);
+  EXPECT_FALSE(tag_paper(printed(0.4f, 0.24f), 0.16));
+}
 
 TEST(AlbedoStage, WhiteFurnaceIsExact) {
   TestRoom room;
@@ -186,6 +216,36 @@ TEST(AlbedoStage, TwoLampsAtOnce) {
     ASSERT_TRUE(result.illumination->lights[i].distance_known) << i;
     EXPECT_NEAR((result.illumination->lights[i].position_m - room.probe).norm() / truth, 1, 0.1) << i;
   }
+}
+
+// Four panels in a ceiling over a floor of tiles: which of them is how far away is told badly, that none is endlessly
+// far, well.
+TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
+  TestRoom room;
+  room.half_m = 0.9f;
+  for (const auto& [x, y] : {std::pair{-0.8f, -0.6f}, {0.8f, -0.6f}, {-0.8f, 0.8f}, {0.8f, 0.8f}}) {
+    room.lamps.push_back({{x, y, 2.3f}, {1.2f, 1.1f, 1.0f}, 0.15f, true});
+  }
+  room.ambient = Eigen::Vector3f::Constant(0.1f);
+  room.boxes = {{{-0.7f, 0.5f, 0.0f}, {-0.3f, 0.8f, 0.22f}}, {{0.3f, 0.2f, 0.0f}, {0.48f, 0.38f, 0.16f}}};
+  room.albedo = [](const Eigen::Vector3f& p) -> Eigen::Vector3f {
+    const Eigen::Vector2f tile = (5 * p.head<2>()).array().floor();
+    const bool dark = std::fmod(std::abs(tile.sum()), 2) > 0.5f;
+    const float grain = 1 + 0.1f * std::sin(37 * p.x() + 11 * std::sin(23 * p.y()));
+    return grain * (dark ? Eigen::Vector3f(0.16f, 0.2f, 0.24f) : Eigen::Vector3f(0.6f, 0.56f, 0.5f));
+  };
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), room.illumination());
+  const Eigen::Vector3f object(0, 0.33f, 0.1f);
+  double off = 0, off_if_far = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const PointLight& light = result.illumination->lights[i];
+    const Eigen::Vector3f truth = (room.lamps[i].position - object).normalized();
+    const Eigen::Vector3f found = light.distance_known ? (light.position_m - object).normalized() : light.direction;
+    off += (found - truth).squaredNorm() / 4;
+    off_if_far += (light.direction - truth).squaredNorm() / 4;
+  }
+  EXPECT_LT(std::sqrt(off), 0.6 * std::sqrt(off_if_far));
 }
 
 TEST(AlbedoStage, ASmallPatchDoesNotTellTheDistance) {
