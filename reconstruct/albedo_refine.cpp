@@ -186,8 +186,13 @@ class GaugeCost : public ceres::CostFunction {
   Gauge gauge_;
 };
 
-/// Holds what the pairs do not decide: a lamp in a room, a panel that faces the probe more or less, and a clipped lamp
-/// that is white more or less.
+/// Lamps glow or are made to look as if they did: their log colours (linear Rec. 709, less their mean) lie near the
+/// line from a black body of 6500 K, which is white, to one of 2700 K. Beside it tints are rare.
+constexpr double kWarm[3] = {0.631, 0.134, -0.765};   // unit
+constexpr double kUsualWarmth = 0.8, kLooseness = 4;  // half of the way to 2700 K; σ along the line over that beside it
+
+/// Holds what the pairs do not decide: a lamp in a room, a panel that faces the probe more or less, and the colour of a
+/// clipped lamp.
 struct Prior {
   double weight;
   std::array<double, 3> log_measured;  ///< of its irradiance, which clipping made white or tinted the other way
@@ -198,7 +203,10 @@ struct Prior {
     residuals[2] = weight * p[2];
     const T colour[3] = {p[3] + log_measured[0], p[4] + log_measured[1], p[5] + log_measured[2]};
     const T mean = (colour[0] + colour[1] + colour[2]) / 3.0;
-    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (colour[c] - mean);
+    T warmth = T(0);
+    for (int c = 0; c < 3; ++c) warmth += kWarm[c] * colour[c];
+    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (colour[c] - mean - warmth * kWarm[c]);
+    residuals[6] = weight / kLooseness * (warmth - kUsualWarmth);
     return true;
   }
 };
@@ -289,7 +297,7 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
     for (int c = 0; c < 3; ++c) {
       prior->log_measured[static_cast<std::size_t>(c)] = std::log(std::max(model.light(lamp).irradiance[c], 1e-12f));
     }
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 6, kPerLamp>(prior), nullptr, p);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 7, kPerLamp>(prior), nullptr, p);
     problem.SetParameterLowerBound(p, 0, std::log(kNearest_m));
     problem.SetParameterUpperBound(p, 0, std::log(kFarthest_m));
     for (int i = 1; i < 3; ++i) {

@@ -245,15 +245,22 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
     const float share = irradiance.sum() / lamp.at(object).sum();
     const float distance = (nearest->position_m - probe).norm() / (lamp.centre - probe).norm();
     const Vector3f power = nearest->irradiance.cwiseQuotient(lamp.at(probe)) - Vector3f::Ones();
-    if (!nearest->clipped) {
+    if (nearest->clipped) {
+      EXPECT_LT(std::abs(std::log1p(power.mean())), 2 * nearest->power_log_sigma) << "says how sure it is";
+    } else {
       EXPECT_LT(power.cwiseAbs().maxCoeff(), 0.05);
     }
+    const Vector3f to_tag = -nearest->position_m;
+    const Vector3f at_tag = (nearest->intensity * (nearest->emission(to_tag.normalized()) / to_tag.squaredNorm()))
+                                .cwiseQuotient(lamp.at(Vector3f::Zero())) -
+                            Vector3f::Ones();
     std::printf(
-        "    direction %.2f deg off, distance %+.1f %%, irradiance at the probe %+.1f %+.1f %+.1f %%; at the object "
-        "%.2f deg off, "
-        "irradiance %+.1f %%%s\n",
+        "    direction %.2f deg off, distance %+.1f %%, irradiance at the probe %+.1f %+.1f %+.1f %%, at the tag "
+        "%+.1f %+.1f %+.1f %%; at the object %.2f deg off, irradiance %+.1f %% (sigma %.1f %% of power, %.1f %% of "
+        "distance)%s\n",
         angle_deg(nearest->direction, lamp.centre - probe), 100 * (distance - 1), 100 * power.x(), 100 * power.y(),
-        100 * power.z(), at_object_deg, 100 * (share - 1), nearest->clipped ? "   (clipped)" : "");
+        100 * power.z(), 100 * at_tag.x(), 100 * at_tag.y(), 100 * at_tag.z(), at_object_deg, 100 * (share - 1),
+        100 * nearest->power_log_sigma, 100 * nearest->distance_log_sigma, nearest->clipped ? "   (clipped)" : "");
     EXPECT_NEAR(distance, 1, nearest->clipped ? 0.25f : 0.2f);
     EXPECT_EQ(nearest->flat, lamp.normal.has_value());
     EXPECT_LT(at_object_deg, c.direction_deg);
