@@ -201,8 +201,7 @@ void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpd
   brick.urgent |= !brick.published || told.learnt >= (pictures < kYoung ? kUrgentVoxels : kNewVoxels) ||
                   told.moved >= kUrgentVoxels;
   urgent |= brick.urgent;
-  brick.drift = told.learnt > 0 || told.coloured ? WorkingBrick::kDriftUnknown : brick.drift + told.drift;
-  brick.radiance_drift += told.radiance_drift;
+  brick.add_drift(told.learnt > 0 || told.coloured, told.drift, told.radiance_drift);
   if (brick.urgent || brick.model || brick.may_have_drifted()) await_publication(brick);
 }
 

@@ -25,12 +25,15 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
   const float near = kDriftNearShare * voxel_m, away = kDriftAwayShare * voxel_m;
   const Four near_square = all(near * near), away_square = all(away * away), reach = all(kDriftNearVoxels * voxel_m);
   const Four noise_square = all(kNoise * kNoise);
+  const Four surely_away = all((kDriftNearVoxels + kDriftMargin) * voxel_m);
   FourInt learnt{};
-  Four sum{};
+  Four sum{}, most_sum{};
   for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
     const Four w = load(&next.weight[i]), d = load(&next.distance_m[i]), off = d - load(&old.distance_m[i]);
     learnt |= (w > 0) ^ (load(&old.weight[i]) > 0);
     sum += off * off / most(select(size_of(d) < reach, near_square, away_square), noise_square / (w + 1e-6f));
+    // Noise forgives less as a voxel is known better, and one may come near.
+    most_sum += off * off / select(size_of(d) < surely_away, near_square, away_square);
     // What has drifted far is known early.
     if (i % kAtOnce == kAtOnce - 4 && (any(learnt) || sum_of(sum) > kBrickVoxels)) return true;
   }
@@ -60,7 +63,7 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
     radiance_drift = 0;
     most_radiance_drift = kDriftUnknown;
   }
-  drift = std::sqrt(sum_of(sum) / kBrickVoxels);
+  drift = std::sqrt(sum_of(most_sum) / kBrickVoxels);
   return false;
 }
 

@@ -14,6 +14,8 @@ struct SurfaceBrick;
 /// What a brick may be away from what was published, root mean square over its voxels: of a voxel, near surfaces and
 /// away from them; and of its radiance.
 constexpr float kDriftNearShare = 0.02f, kDriftAwayShare = 0.1f, kDriftNearVoxels = 2, kDriftRadianceShare = 0.01f;
+/// Voxels more that count as near in a bound: what crosses them has drifted.
+constexpr float kDriftMargin = 0.5f;
 
 struct WorkingBrick {
   BrickKey key{};
@@ -36,6 +38,11 @@ struct WorkingBrick {
   float drift = kDriftUnknown, radiance_drift = 0, most_radiance_drift = 0;
   static constexpr float kDriftUnknown = 1e9f;
 
+  /// After a look. `more_known`: distance or colour of a voxel.
+  void add_drift(bool more_known, float look_drift, float look_radiance_drift) {
+    drift = more_known ? kDriftUnknown : drift + look_drift;
+    radiance_drift += look_radiance_drift;
+  }
   bool may_have_drifted() const { return drift >= 1 || radiance_drift >= most_radiance_drift; }
   /// Whether `next` is away from what was published by more than 2 % of a voxel (10 % away from surfaces), root mean
   /// square over the brick, or half of what noise leaves uncertain where that is more; or by 1 % of radiance; or a

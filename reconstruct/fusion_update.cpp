@@ -66,7 +66,7 @@ BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparat
       denies_m_(kDenies * sizes.truncation_m),
       end_u_(static_cast<float>(2 * view.blocks_x)),
       end_v_(static_cast<float>(2 * view.blocks_y)),
-      near_m_(kDriftNearVoxels * sizes.voxel_m),
+      near_m_((kDriftNearVoxels + kDriftMargin) * sizes.voxel_m),
       per_near_square_(1 / (kDriftNearShare * sizes.voxel_m * kDriftNearShare * sizes.voxel_m)),
       per_away_square_(1 / (kDriftAwayShare * sizes.voxel_m * kDriftAwayShare * sizes.voxel_m)),
       depth_(view, preparation, map, sizes.voxel_m, sizes.truncation_m, shell_m_),

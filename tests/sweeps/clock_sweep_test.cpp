@@ -1,0 +1,130 @@
+// Two cameras whose clocks have nothing in common, paired on the host's: how late pictures may come, and how fast
+// clocks may drift apart, until pictures are paired that do not belong together.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <memory>
+#include <random>
+
+#include "capture/device_clock.h"
+#include "capture/pairing_reader.h"
+#include "sweep.h"
+
+namespace lumigraft::test {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000, kPeriod = 33 * kMs;
+constexpr std::uint64_t kFrames = 3000, kSettled = 60;  // two seconds, until clocks are known
+constexpr double kLost = 0.01;
+
+class Script : public Source {
+ public:
+  explicit Script(std::vector<SourceItem> items) : items_(std::move(items)) {}
+  std::optional<SourceItem> next(std::chrono::milliseconds) override {
+    return finished() ? std::nullopt : std::optional<SourceItem>(items_[next_++]);
+  }
+  bool finished() const override { return next_ == items_.size(); }
+  void rewind() override { next_ = 0; }
+
+ private:
+  std::vector<SourceItem> items_;
+  std::size_t next_ = 0;
+};
+
+struct Outcome {
+  double wrong = 0;     ///< % of pairs whose pictures were not taken together
+  double unpaired = 0;  ///< % of frames without depth though both pictures came
+  double untold = 0;    ///< frames without depth of which no warning speaks
+};
+
+/// Shutters together; one picture in a hundred of either camera is lost.
+Outcome outcome(double jitter_ms, double drift_ppm) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> late(0.0, jitter_ms * 1e6), loss(0.0, 1.0);
+  DeviceClock color_clock, depth_clock;
+  std::vector<SourceItem> colors, depths;
+  std::vector<bool> both(kFrames, true);
+  for (std::uint64_t i = 0; i < kFrames; ++i) {
+    const auto elapsed = static_cast<std::int64_t>(i) * kPeriod;
+    const auto arrival = [&] { return 900'000 * kMs + elapsed + 3 * kMs + static_cast<std::int64_t>(late(random)); };
+    const std::int64_t of_color = color_clock.to_host(elapsed, arrival());
+    // Slow, which is worse: the shortest way of the last second is then too short.
+    const auto drifted = static_cast<std::int64_t>(static_cast<double>(elapsed) * (1 - 1e-6 * drift_ppm));
+    const std::int64_t of_depth = depth_clock.to_host(77'000'000 * kMs + drifted, arrival());
+    if (loss(random) < kLost) {
+      both[i] = false;
+    } else {
+      Picture picture;
+      picture.stamp = {of_color, 0, i};
+      picture.stream = Stream::color;
+      colors.emplace_back(picture);
+    }
+    if (loss(random) < kLost) {
+      both[i] = false;
+    } else {
+      depths.emplace_back(RawDepth{{of_depth, 0, i}, Image<std::uint16_t>(1, 1, 1, 1)});
+    }
+  }
+  PairedSources sources;
+  sources.color = std::make_shared<Script>(std::move(colors));
+  sources.depth = std::make_shared<Script>(std::move(depths));
+  PairingReader reader(std::move(sources), [](const Image<std::uint16_t>&) { return Image<float>(1, 1, 1, 1.0f); });
+  Outcome result;
+  double pairs = 0;
+  while (const auto frame = reader.next(std::chrono::milliseconds(1))) {
+    const std::uint64_t taken = frame->color->stamp.sequence;
+    if (taken < kSettled) continue;
+    if (frame->depth) {
+      ++pairs;
+      result.wrong += frame->depth->stamp.sequence != taken;
+    } else {
+      result.unpaired += both[taken];
+      result.untold += frame->warnings.empty();
+    }
+  }
+  result.wrong *= 100 / std::max(pairs, 1.0);
+  result.unpaired *= 100.0 / static_cast<double>(kFrames - kSettled);
+  return result;
+}
+
+TEST(ClockSweep, Jitter) {
+  Sweep sweep{.stem = "clock-jitter",
+              .title = "Two cameras 200 ppm apart, 30 pictures a second, one in a hundred lost",
+              .x_label = "ms by which pictures come late at most",
+              .y_label = "% of frames",
+              .x = {0, 5, 10, 20, 30, 45, 60, 90, 150, 250, 400},
+              .curves = {{"wrong pairs"}, {"without depth that came"}}};
+  for (const double jitter_ms : sweep.x) {
+    const Outcome found = outcome(jitter_ms, 200);
+    sweep.curves[0].y.push_back(found.wrong);
+    sweep.curves[1].y.push_back(found.unpaired);
+    EXPECT_EQ(found.untold, 0) << jitter_ms;
+    if (jitter_ms > 30) continue;  // twice a picture's time and more
+    EXPECT_EQ(found.wrong, 0) << jitter_ms;
+    EXPECT_LT(found.unpaired, 0.1) << jitter_ms;
+  }
+  write_sweep(sweep);
+}
+
+TEST(ClockSweep, Drift) {
+  Sweep sweep{.stem = "clock-drift",
+              .title = "Two cameras whose pictures come up to 20 ms late, one in a hundred lost",
+              .x_label = "ppm by which their clocks drift apart",
+              .y_label = "% of frames",
+              .x = {50, 200, 1000, 3000, 6000, 10000, 20000, 40000},
+              .curves = {{"wrong pairs"}, {"without depth that came"}},
+              .logarithmic = true};
+  for (const double drift_ppm : sweep.x) {
+    const Outcome found = outcome(20, drift_ppm);
+    sweep.curves[0].y.push_back(found.wrong);
+    sweep.curves[1].y.push_back(found.unpaired);
+    EXPECT_EQ(found.untold, 0) << drift_ppm;
+    if (drift_ppm > 3000) continue;  // a quartz is off by 100 at most
+    EXPECT_EQ(found.wrong, 0) << drift_ppm;
+    EXPECT_LT(found.unpaired, 0.1) << drift_ppm;
+  }
+  write_sweep(sweep);
+}
+
+}  // namespace
+}  // namespace lumigraft::test
