@@ -13,9 +13,9 @@ namespace {
 constexpr double kNearest_m = 0.4, kFarthest_m = 8.0, kUsual_m = 1.5;
 constexpr int kGridSteps = 16;
 constexpr int kFineSteps = 7, kFineRays = 5;
-constexpr double kFineReach = 0.22;  ///< of log distance, either way
-constexpr double kLargestGain = 4096;
-constexpr int kGainSteps = 13;  ///< powers of two
+constexpr double kFineReach = 0.22;       ///< of log distance, either way
+constexpr double kLargestGain = 1 << 18;  ///< the sun over a sky that is well exposed
+constexpr int kGainSteps = 19;            ///< powers of two
 constexpr int kPaperRays = 64;
 constexpr int kRounds = 3;  ///< of coordinate descent
 constexpr int kShaped = 3;  ///< strongest lamps whose shape is looked into after the grid

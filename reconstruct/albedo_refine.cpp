@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNearest_m = 0.3, kFarthest_m = 12;
 constexpr double kSteepest = 4;  // tilt: 76°
-constexpr double kLargestGain = 1e4;
+constexpr double kLargestGain = 1e6;
 constexpr double kStep = 1e-3;  // of numeric derivatives
 constexpr int kIterations = 20, kLastIterations = 60;
 constexpr double kTolerance = 1e-5, kLastTolerance = 1e-6;  // of the cost

@@ -24,6 +24,8 @@ constexpr float kWideRad = 0.16f;          ///< RMS extent beyond which one lamp
 constexpr float kLeastShare = 0.01f;       ///< of the lamps' energy, and half of it of the whole picture's
 constexpr float kWhite = 0.99f;            ///< channels that are so much alike and clipped all are
 constexpr std::size_t kLeastClippedPx = 5;
+constexpr std::size_t kLeastWhitePx = 2;  ///< where all channels clip: the sun is not much wider than a pixel;
+constexpr float kSmallContrast = 1.5f;    ///< and so small a region must be so much above what is around it
 constexpr double kRaggedest = 3;  ///< a clipped region's outline over that of a disk of its area; one ten times as long
                                   ///< as wide has 2.5, pixels of a slanting edge counted as they are
 
@@ -107,9 +109,9 @@ class Splitter {
       if (!is_lamp && clipped) {
         region = connected_region(clipped_.data, view_, peak);
         is_lamp = sharply_clipped(region);
-        if (!is_lamp && white_[peak]) {  // before a wall that it lights so much that a channel of the wall clips too
+        if (!is_lamp && white_[peak]) {  // the sun, or before a wall of which a channel clips too
           Pixels core = connected_region(white_, view_, peak);
-          is_lamp = core.size() < region.size() && sharply_clipped(core);
+          is_lamp = sharply_clipped(core, kLeastWhitePx);
           if (is_lamp) region = std::move(core);
         }
       }
@@ -143,11 +145,11 @@ class Splitter {
 
   /// A clipped region is a lamp's picture where its edge is sharp almost all around; a lit surface fades, and where its
   /// texture makes it clip here and not there its outline is ragged.
-  bool sharply_clipped(const Pixels& region) const {
-    if (region.size() < kLeastClippedPx || roundness(region, view_) < 0.1f) return false;
+  bool sharply_clipped(const Pixels& region, std::size_t least_px = kLeastClippedPx) const {
+    if (region.size() < least_px || roundness(region, view_) < 0.1f) return false;
     const auto outline = static_cast<double>(ring_around(region, view_, 0, 1).size());
     if (outline > kRaggedest * std::sqrt(4 * std::numbers::pi * static_cast<double>(region.size()))) return false;
-    if (contrast(region) < kClippedContrast) return false;
+    if (contrast(region) < (region.size() < kLeastClippedPx ? kSmallContrast : kClippedContrast)) return false;
     double level = 0;
     std::size_t at_end = 0;
     for (const std::uint32_t pixel : region) {

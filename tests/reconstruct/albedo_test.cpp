@@ -248,6 +248,22 @@ TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
   EXPECT_LT(std::sqrt(off), 0.6 * std::sqrt(off_if_far));
 }
 
+// The sun is many thousand times brighter than what the picture of its sky ends at; shadows tell its power.
+TEST(AlbedoStage, AClippedSunIsAsStrongAsItsShadowsTell) {
+  TestRoom room;
+  room.lamps = {{{40, -50, 60}, {9500, 8900, 7600}, 0.4f}};
+  room.ambient = Eigen::Vector3f(0.05f, 0.06f, 0.08f);
+  room.boxes = {{{-0.3f, 0.2f, 0.0f}, {-0.15f, 0.35f, 0.2f}}, {{0.2f, -0.1f, 0.0f}, {0.3f, 0.0f, 0.15f}}};
+  Illumination seen = room.illumination();
+  const Eigen::Vector3f truth = seen.lights[0].irradiance;
+  seen.lights[0].irradiance = Eigen::Vector3f::Constant(truth.mean() / 40000);
+  seen.lights[0].clipped = true;
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), seen);
+  const Eigen::Vector3f found = result.illumination->lights[0].irradiance;
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c] / truth[c], 1, 0.25) << c;
+}
+
 TEST(AlbedoStage, ASmallPatchDoesNotTellTheDistance) {
   TestRoom room;
   room.half_m = 0.128f;

@@ -179,6 +179,27 @@ TEST(LightSplit, AClippedLampBeforeAWallThatItMakesClipIsFound) {
   EXPECT_NEAR(split.lamps[0].solid_angle_sr / disk_sr(1.8), 1, 0.4);  // pixels that it covers in part clip too
 }
 
+// The sun is little wider than a pixel. A glint on something that nearly clips is none.
+TEST(LightSplit, AClippedSunIsFoundThoughItIsAFewPixels) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  for (const double polar : {20.0, 48.5, 71.3}) {
+    const Eigen::Vector3f sun = towards(polar, 130);
+    for (const float sky : {0.4f, 0.9f}) {
+      Image<float> picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+        if (within(d, sun, 0.27)) return Eigen::Vector3f::Constant(3e4f);
+        return sky * Eigen::Vector3f(0.8f, 0.9f, 1.05f);
+      });
+      const Image<std::uint8_t> clipped = clip(&picture, 1);
+      const LightSplit split = split_lamps(picture, clipped, view, 8);
+      ASSERT_EQ(split.lamps.size(), sky < 0.5f ? 1u : 0u) << polar;
+      if (split.lamps.empty()) continue;
+      EXPECT_TRUE(split.lamps[0].clipped);
+      EXPECT_LT(angle_degrees(split.lamps[0].direction, sun), 0.3);
+    }
+  }
+}
+
 TEST(LightSplit, AClippedFloorOfStoneIsNoLamp) {
   const FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
