@@ -23,6 +23,7 @@ constexpr float kWidestRad = 0.35f;        ///< RMS extent; a disk's is its radi
 constexpr float kWideRad = 0.16f;          ///< RMS extent beyond which one lamp is cut into several
 constexpr float kLeastShare = 0.01f;       ///< of the lamps' energy, and half of it of the whole picture's
 constexpr float kWhite = 0.99f;            ///< channels that are so much alike and clipped all are
+constexpr double kOneThing = 0.9;          ///< of a glow's energy, in one piece of it
 constexpr std::size_t kLeastClippedPx = 5;
 constexpr std::size_t kLeastWhitePx = 2;  ///< where all channels clip: the sun is not much wider than a pixel;
 constexpr float kSmallContrast = 1.5f;    ///< and so small a region must be so much above what is around it
@@ -232,7 +233,24 @@ class Splitter {
     if (glow_flux < 0.2 * flux_ || left <= 0) return;
     for (const PixelEnergy& p : glow) give(p, -1);
     const int parts = std::min(left, 1 + static_cast<int>(std::pow(extent_rad(glow) / kWideRad, 2.0f)));
-    for (auto& pixels : variance_cut(std::move(glow), view_, parts)) sources.push_back({std::move(pixels), false, -1});
+    // A window too wide for a lamp is one thing all the same.
+    const int region = is_one(glow, glow_flux) ? kMostPeaks : -1;
+    for (auto& pixels : variance_cut(std::move(glow), view_, parts)) {
+      sources.push_back({std::move(pixels), false, region});
+    }
+  }
+
+  /// Whether nearly all of it hangs together.
+  bool is_one(const std::vector<PixelEnergy>& glow, double flux) const {
+    const auto energy = [](const PixelEnergy& p) { return p.energy.mean(); };
+    const auto peak =
+        std::max_element(glow.begin(), glow.end(), [&](const auto& a, const auto& b) { return energy(a) < energy(b); });
+    std::vector<std::uint8_t> mask(level_.size()), joined(level_.size());
+    for (const PixelEnergy& p : glow) mask[p.pixel] = 1;
+    for (const std::uint32_t pixel : connected_region(mask, view_, peak->pixel)) joined[pixel] = 1;
+    double within = 0;
+    for (const PixelEnergy& p : glow) within += joined[p.pixel] ? energy(p) : 0;
+    return within > kOneThing * flux;
   }
 
   void give(const PixelEnergy& p, float sign) {

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "reconstruct/light_cut.h"
 #include "reconstruct/light_environment.h"
@@ -128,6 +130,26 @@ TEST(LightSplit, AWindowBecomesSeveralLamps) {
   EXPECT_GE(split.lamps.front().region, 0);
   EXPECT_NEAR(sum.y() / ((6 - kRoom.y()) * disk_sr(radius)), 1, 0.01);
   EXPECT_LT(angle_degrees(centre, window), 0.1);
+}
+
+// Their places are then looked for together.
+TEST(LightSplit, PiecesOfAWindowTooWideForALampAreOfOneThingAndThoseOfTwoAreNot) {
+  const FisheyeCamera camera = fisheye();
+  const FisheyeView view = fisheye_view(camera);
+  for (const bool two : {false, true}) {
+    const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+      const float z = d.z(), y = d.y() / std::max(-d.x(), 1e-3f);
+      const bool wide = d.x() < 0 && std::abs(y) < 0.9f && z > 0.05f && z < 0.65f;
+      const bool mullion = two && std::abs(y) < 0.25f;
+      return wide && !mullion ? Eigen::Vector3f(2.0f, 2.6f, 3.4f) : 0.2f * kRoom;
+    });
+    const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
+    ASSERT_GE(split.lamps.size(), 3u);
+    std::vector<int> regions;
+    for (const Lamp& lamp : split.lamps) regions.push_back(lamp.region);
+    const bool same = std::all_of(regions.begin(), regions.end(), [&](int r) { return r >= 0 && r == regions[0]; });
+    EXPECT_EQ(same, !two);
+  }
 }
 
 TEST(LightSplit, SoftGlowAndLitPaperAreNoLamps) {
