@@ -30,7 +30,9 @@ class Chart {
     if (camera == nullptr) return chart;
     const auto direction = camera->unproject(centre);
     if (!direction) return std::nullopt;
-    chart.turn_ = Eigen::Quaterniond::FromTwoVectors(*direction, Vector3d::UnitZ()).toRotationMatrix();
+    // The smallest turn that takes the direction to the axis.
+    const Vector3d& d = *direction;
+    chart.turn_ = Eigen::Quaterniond(1 + d.z(), d.y(), -d.x(), 0).normalized().toRotationMatrix();
     const auto right = chart.from_pixel(centre + Vector2d(1, 0)), below = chart.from_pixel(centre + Vector2d(0, 1));
     if (!right || !below) return std::nullopt;
     const double area = std::abs(right->x() * below->y() - right->y() * below->x());

@@ -304,7 +304,7 @@ bool PoseStage::State::surer_by_surface(const FrameSet& frame, const DistanceFie
   const PoseCovariance of_tag = tag.noise + tag.bias;
   if (!carried || position_sigma_m(carried->covariance) > position_sigma_m(of_tag)) return false;
   const Eigen::Matrix<double, 6, 1> apart = step_between(carried->T_tag_camera, tag.T_tag_camera);
-  if (apart.dot((of_tag + carried->covariance).ldlt().solve(apart)) > kAgree) return false;
+  if (squared_sigmas(apart, of_tag + carried->covariance) > kAgree) return false;
   follow_surface(frame, *carried);
   return true;
 }

@@ -113,7 +113,7 @@ PoseCovariance square_covariance(const Isometry3d& T_camera_tag, double size_m, 
     const Eigen::Matrix<double, 2, 6> j = corner_by_pose(T_camera_tag, corner);
     information += j.transpose() * j / (corner_sigma * corner_sigma);
   }
-  return camera_covariance(information.ldlt().solve(PoseCovariance::Identity()), T_camera_tag);
+  return camera_covariance(information_of(information), T_camera_tag);
 }
 
 Isometry3d mirrored(const Isometry3d& pose) {

@@ -47,8 +47,6 @@ struct Sums {
   }
 };
 
-Square inverse_of(const PoseCovariance& covariance) { return covariance.ldlt().solve(Square::Identity()); }
-
 bool within(const Row& step, double size) { return step.head<3>().norm() < size && step.tail<3>().norm() < size; }
 bool settled(const Row& step) { return within(step, 1e-4); }  // the next step would be far smaller
 bool nearly_settled(const Row& step) { return within(step, 2e-3); }
@@ -57,7 +55,7 @@ bool nearly_settled(const Row& step) { return within(step, 2e-3); }
 
 std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceField& field,
                                          const PoseEstimate& expected) {
-  const Square certainty = inverse_of(expected.covariance);
+  const Square certainty = information_of(expected.covariance);
   const float noise_m = static_cast<float>(kFieldNoise) * field.voxel_m, reach_m = 0.95f * field.truncation_m;
   Isometry3d pose = expected.T_tag_camera;
   Sums sums;
@@ -99,13 +97,13 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
   if (fit.shared < kLeastShare || sums.points < kLeastAgreement * known) return std::nullopt;
   fit.pose.T_tag_camera = pose;
   fit.pose.T_tag_camera.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-  fit.pose.covariance = inverse_of(sums.information / kTogether + certainty);
+  fit.pose.covariance = information_of(sums.information / kTogether + certainty);
   return fit;
 }
 
 Isometry3d align_to_picture(const DepthGrid& grid, const DepthGrid& earlier, const CameraModel& camera,
                             const Isometry3d& earlier_T_tag_camera, const PoseEstimate& expected) {
-  const Square certainty = inverse_of(expected.covariance);
+  const Square certainty = information_of(expected.covariance);
   const Eigen::Matrix3f to_tag = earlier_T_tag_camera.linear().cast<float>();
   Isometry3d pose = expected.T_tag_camera;
   for (int round = 0; round < 10; ++round) {

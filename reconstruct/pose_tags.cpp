@@ -33,7 +33,7 @@ Witness witness_of(const PoseCandidate& candidate, const TagPlace& place) {
 
 double apart(const Witness& a, const Witness& b) {
   const Eigen::Matrix<double, 6, 1> step = step_between(a.T_world_camera, b.T_world_camera);
-  return step.dot((a.noise + a.bias + b.noise + b.bias).ldlt().solve(step));
+  return squared_sigmas(step, a.noise + a.bias + b.noise + b.bias);
 }
 
 /// Weighted by certainty. The noise that is left is what averages out over time.
@@ -42,11 +42,11 @@ void average(const std::vector<Witness>& witnesses, TagsPose& result) {
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
   std::vector<PoseCovariance> certainties;
   for (const Witness& witness : witnesses) {
-    certainties.push_back((witness.noise + witness.bias).ldlt().solve(PoseCovariance::Identity()));
+    certainties.push_back(information_of(witness.noise + witness.bias));
     information += certainties.back();
     sum += certainties.back() * step_between(result.T_tag_camera, witness.T_world_camera);
   }
-  const PoseCovariance covariance = information.ldlt().solve(PoseCovariance::Identity());
+  const PoseCovariance covariance = information_of(information);
   result.T_tag_camera = moved(result.T_tag_camera, covariance * sum);
   result.noise.setZero();
   for (std::size_t i = 0; i < witnesses.size(); ++i) {

@@ -81,7 +81,7 @@ TEST_F(PoseSurface, TheFieldBringsTheCameraBack) {
                 angle_sigma_rad(fit->pose.covariance) / kDegree, cpu_ms);
     EXPECT_LT(away_mm, noise > 0 ? 2.5 : 1.0);
     EXPECT_LT(away_degrees, noise > 0 ? 0.12 : 0.06);
-    EXPECT_LT(error.transpose() * fit->pose.covariance.ldlt().solve(error), 22) << "beyond 99.9 % of six squares";
+    EXPECT_LT(squared_sigmas(error, fit->pose.covariance), 22) << "beyond 99.9 % of six squares";
     EXPECT_GT(fit->shared, 0.5);
   }
 }
