@@ -12,7 +12,9 @@ namespace {
 constexpr int kMostTriangles = 200000;  // of an object
 constexpr int kLampPoints = 8;          // of each lamp, at a place of an object
 constexpr int kBouncesAnew = 8, kBouncesOn = 2;
-constexpr int kCellShare = 4;  // one ray of a cell, of each kind, for so many of an object's place
+constexpr int kMostRounds = 12;    // of gathering anew: walls of albedo 0.9 take as many
+constexpr float kSettled = 0.01f;  // share of the change that one more bounce brings
+constexpr int kCellShare = 4;      // one ray of a cell, of each kind, for so many of an object's place
 constexpr std::uint32_t kLampSeed = 1, kObjectSeed = 2, kCellSeed = 3;
 
 bool same_models(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
@@ -24,6 +26,16 @@ BoundingSphere sphere_around(const RayObjects& objects) {
   std::vector<Eigen::Vector3f> points_m;
   for (const ObjectPlaces::Place& place : objects.places()) points_m.push_back(place.position_m);
   return bounding_sphere(points_m);
+}
+
+/// Whether the last round brought next to nothing.
+bool is_near(const std::vector<Rgb>& now, const std::vector<Rgb>& before) {
+  float step = 0, all = 0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    step += (now[i] - before[i]).abs().sum();
+    all += now[i].abs().sum();
+  }
+  return step <= kSettled * all;
 }
 
 /// What the object needs, taken from what is known or made anew.
@@ -74,7 +86,12 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
   }
   turn_ = {};
   outstanding_ = 0;
-  for (int bounce = 0; bounce < plan.bounces; ++bounce) gather(kBouncesAnew, plan, done);
+  // Each round is one more bounce between real surfaces.
+  for (int round = 1; round <= kMostRounds; ++round) {
+    const std::vector<Rgb> before = world_->cells.irradiance;
+    gather(kBouncesAnew, plan, done);
+    if (round >= plan.bounces && is_near(world_->cells.irradiance, before)) break;
+  }
   return true;
 }
 

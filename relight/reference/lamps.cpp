@@ -69,7 +69,7 @@ std::optional<LampHit> nearest_lamp(const std::vector<ReferenceLamp>& lamps, con
 bool behind_other_lamp(const std::vector<ReferenceLamp>& lamps, std::size_t lamp, const Vector3f& from_m,
                        const Vector3f& w, float limit_m) {
   for (std::size_t i = 0; i < lamps.size(); ++i) {
-    if (i == lamp) continue;
+    if (i == lamp || !lamps[i].hides) continue;
     const std::optional<float> t = lamp_hit(lamps[i], from_m, w);
     if (t && *t < limit_m) return true;
   }

@@ -16,7 +16,7 @@ struct LampHit {
 };
 std::optional<LampHit> nearest_lamp(const std::vector<ReferenceLamp>& lamps, const Eigen::Vector3f& from_m,
                                     const Eigen::Vector3f& w);
-/// Whether another lamp stands in the way to one, nearer than `limit_m`.
+/// Whether another lamp, of those that hide, stands in the way to one, nearer than `limit_m`.
 bool behind_other_lamp(const std::vector<ReferenceLamp>& lamps, std::size_t lamp, const Eigen::Vector3f& from_m,
                        const Eigen::Vector3f& w, float limit_m);
 /// Rays that look for what is in the way to a lamp end this much before it.
