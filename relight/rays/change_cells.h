@@ -24,7 +24,8 @@ class ChangeCells {
   Rgb at(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
 
  private:
-  std::uint64_t key(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
+  /// `coarser`: by how many levels than at this distance from the objects.
+  std::uint64_t key(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, int coarser) const;
 
   BoundingSphere sphere_;
   std::vector<Patch> cells_;

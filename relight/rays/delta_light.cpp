@@ -43,28 +43,27 @@ reference::Look mirror_of(const reference::Look& look) {
 }
 
 DeltaLight::Arrival DeltaLight::in_room(const Ray& ray) const {
-  Arrival a;
-  a.t_m = std::numeric_limits<float>::infinity();
-  if (const auto lamp = reference::nearest_lamp(room_.lamps(), ray.from_m, ray.w)) {
-    a = {Arrival::At::lamp, lamp->t_m, lamp->lamp, {}};
-  }
-  const auto hit = room_.meshes().hit(ray.from_m, ray.w, a.t_m);
-  if (hit && (a.at == Arrival::At::sky || room_.meshes().hides(*hit))) a = {Arrival::At::real, hit->t_m, 0, *hit};
-  return a;
+  const float infinity = std::numeric_limits<float>::infinity();
+  const auto hit = room_.meshes().hit(ray.from_m, ray.w, infinity);
+  return hit ? Arrival{Arrival::At::real, hit->t_m, *hit} : Arrival{Arrival::At::sky, infinity, {}};
 }
 
 std::optional<DeltaLight::Arrival> DeltaLight::on_objects(const Ray& ray, float limit_m) const {
   const auto hit = objects_.meshes().hit(ray.from_m, ray.w, limit_m);
   if (!hit) return std::nullopt;
-  return Arrival{Arrival::At::object, hit->t_m, 0, *hit};
+  return Arrival{Arrival::At::object, hit->t_m, *hit};
 }
 
-Rgb DeltaLight::emitted(const Ray& ray, const Arrival& a) const {
-  if (a.at == Arrival::At::sky) return room_.sky().radiance(ray.w);
-  if (!(ray.pdf > 0)) return Rgb::Zero();
-  const ReferenceLamp& lamp = room_.lamps()[a.lamp];
-  return reference::lamp_radiance(lamp, ray.from_m, ray.w) *
-         reference::balanced(ray.pdf, reference::lamp_pdf(lamp, ray.from_m, ray.w));
+Rgb DeltaLight::lamps_along(const Ray& ray, float near_m, float far_m) const {
+  Rgb sum = Rgb::Zero();
+  if (!(ray.pdf > 0)) return sum;
+  for (const ReferenceLamp& lamp : room_.lamps()) {
+    const std::optional<float> t_m = reference::lamp_hit(lamp, ray.from_m, ray.w);
+    if (!t_m || *t_m < near_m || *t_m > far_m) continue;
+    sum += reference::lamp_radiance(lamp, ray.from_m, ray.w) *
+           reference::balanced(ray.pdf, reference::lamp_pdf(lamp, ray.from_m, ray.w));
+  }
+  return sum;
 }
 
 bool DeltaLight::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float limit_m, std::size_t lamp) const {
@@ -147,8 +146,14 @@ Rgb DeltaLight::mirrored_by_object(const Vertex& lobe, Sampler& sampler, int mir
   return sum;
 }
 
-Rgb DeltaLight::arriving_before(const Ray& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
-  if (a.at != Arrival::At::real) return emitted(ray, a);
+Rgb DeltaLight::arriving_before(const Ray& ray, float near_m, const Arrival& a, Sampler& sampler, int mirrors) const {
+  const bool ends = a.at == Arrival::At::real && room_.meshes().hides(a.hit);
+  return lamps_along(ray, near_m, ends ? a.t_m : std::numeric_limits<float>::infinity()) +
+         left_before(ray, a, sampler, mirrors);
+}
+
+Rgb DeltaLight::left_before(const Ray& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
+  if (a.at == Arrival::At::sky) return room_.sky().radiance(ray.w);
   if (const RoomFacet* facet = room_.facet(a.hit)) return room_.before(*facet, ray.from_m + a.t_m * ray.w);
   const RealPoint point = room_.point(a.hit, ray.w);
   if (point.is_even()) return point.before;
@@ -196,16 +201,16 @@ Rgb DeltaLight::left_object(const Ray& ray, const Arrival& a, Sampler& sampler, 
 }
 
 Rgb DeltaLight::before(const Ray& ray, Sampler& sampler, int mirrors) const {
-  return arriving_before(ray, in_room(ray), sampler, mirrors);
+  return arriving_before(ray, 0, in_room(ray), sampler, mirrors);
 }
 
 Rgb DeltaLight::change(const Ray& ray, Sampler& sampler, int mirrors, float* to_object_m) const {
   const Arrival room = in_room(ray);
   if (const auto object = on_objects(ray, room.t_m)) {
     if (to_object_m) *to_object_m = std::min(*to_object_m, object->t_m);
-    return left_object(ray, *object, sampler, mirrors) - arriving_before(ray, room, sampler, mirrors);
+    return left_object(ray, *object, sampler, mirrors) - arriving_before(ray, object->t_m, room, sampler, mirrors);
   }
-  if (room.at != Arrival::At::real) return Rgb::Zero();  // a lamp or the sky, the same in both worlds
+  if (room.at != Arrival::At::real) return Rgb::Zero();  // the sky, the same in both worlds
   return left_change(ray, room, sampler, mirrors);
 }
 
@@ -213,16 +218,17 @@ Rgb DeltaLight::with_objects_unless(const Ray& ray, Sampler& sampler, int mirror
   const Arrival room = in_room(ray);
   if (const auto object = on_objects(ray, room.t_m)) {
     *end = objects_.even_radiance(object->hit, ray.w);
-    return *end ? Rgb::Zero().eval() : left_object(ray, *object, sampler, mirrors);
+    const Rgb nearer = lamps_along(ray, 0, object->t_m);
+    return *end ? nearer : (nearer + left_object(ray, *object, sampler, mirrors)).eval();
   }
-  const Rgb before = arriving_before(ray, room, sampler, mirrors);
+  const Rgb before = arriving_before(ray, 0, room, sampler, mirrors);
   return room.at == Arrival::At::real ? (before + left_change(ray, room, sampler, mirrors)).eval() : before;
 }
 
 Rgb DeltaLight::with_objects(const Ray& ray, Sampler& sampler, int mirrors) const {
   const Rgb* end = nullptr;
   const Rgb light = with_objects_unless(ray, sampler, mirrors, &end);
-  return end ? *end : light;
+  return end ? (light + *end).eval() : light;
 }
 
 }  // namespace lumigraft::rays

@@ -31,8 +31,8 @@ class DeltaLight {
   Rgb before(const Ray& ray, reference::Sampler& sampler, int mirrors) const;                                // L_μ
   Rgb change(const Ray& ray, reference::Sampler& sampler, int mirrors, float* to_object_m = nullptr) const;  // L_Δ
   Rgb with_objects(const Ray& ray, reference::Sampler& sampler, int mirrors) const;                          // L_ρ
-  /// The same, but where the ray ends on a matt object: then none, and `end` is the radiance that is to be added, which
-  /// follows the irradiance of the objects.
+  /// The same, but where the ray ends on a matt object, only what comes from before it: `end` is the radiance that is to
+  /// be added, which follows the irradiance of the objects.
   Rgb with_objects_unless(const Ray& ray, reference::Sampler& sampler, int mirrors, const Rgb** end) const;
 
   /// What an object's mirror lobe sends back to where it is seen from, lamps among it. `mirrors` is at least 1.
@@ -50,16 +50,18 @@ class DeltaLight {
 
  private:
   struct Arrival {
-    enum class At { sky, lamp, real, object } at = At::sky;
+    enum class At { sky, real, object } at = At::sky;
     float t_m = 0;
-    std::size_t lamp = 0;
     reference::MeshHit hit;
   };
   /// What a ray meets first, in the room alone or nearer, on the objects.
   Arrival in_room(const Ray& ray) const;
   std::optional<Arrival> on_objects(const Ray& ray, float limit_m) const;
-  Rgb emitted(const Ray& ray, const Arrival& at) const;
-  Rgb arriving_before(const Ray& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
+  /// What lamps send along the ray from between `near_m` and `far_m`.
+  Rgb lamps_along(const Ray& ray, float near_m, float far_m) const;
+  /// From beyond `near_m`.
+  Rgb arriving_before(const Ray& ray, float near_m, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
+  Rgb left_before(const Ray& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
   Rgb left_change(const Ray& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
   Rgb left_object(const Ray& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
   /// Irradiance of lamps, for one point of each, that the objects hide from a point of the room.

@@ -60,6 +60,7 @@ std::optional<LampHit> nearest_lamp(const std::vector<ReferenceLamp>& lamps, con
                                     const Vector3f& w) {
   std::optional<LampHit> nearest;
   for (std::size_t i = 0; i < lamps.size(); ++i) {
+    if (!lamps[i].hides) continue;
     const std::optional<float> t = lamp_hit(lamps[i], from_m, w);
     if (t && (!nearest || *t < nearest->t_m)) nearest = LampHit{i, *t};
   }

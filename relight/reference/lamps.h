@@ -9,7 +9,7 @@ namespace lumigraft::reference {
 /// Where a ray meets a lamp; from behind or from within a lamp is dark.
 std::optional<float> lamp_hit(const ReferenceLamp& lamp, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w);
 
-/// The first of them along a ray.
+/// The first of those that hide, along a ray.
 struct LampHit {
   std::size_t lamp = 0;
   float t_m = 0;

@@ -50,6 +50,19 @@ Rgb Paths::emitted(const Ray& ray, const Arrival& a, float pdf) const {
   return pdf > 0 ? (light * balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w))).eval() : light;
 }
 
+Rgb Paths::on_the_way(const Ray& ray, const Arrival& a, float pdf) const {
+  const bool ends = a.at != Arrival::At::real || world_.real.hides(a.hit);
+  Rgb sum = Rgb::Zero();
+  for (const ReferenceLamp& lamp : world_.scene->lamps) {
+    if (lamp.hides) continue;
+    const std::optional<float> t_m = lamp_hit(lamp, ray.from_m, ray.w);
+    if (!t_m || (ends && *t_m > a.t_m)) continue;
+    const float share = pdf > 0 ? balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w)) : 1;
+    sum += share * lamp_radiance(lamp, ray.from_m, ray.w);
+  }
+  return sum;
+}
+
 bool Paths::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float limit_m, std::size_t lamp) const {
   if (behind_other_lamp(world_.scene->lamps, lamp, from_m, w, limit_m)) return true;
   return lamp == kNoLamp ? world_.real.hit(from_m, w, limit_m).has_value() : world_.real.blocked(from_m, w, limit_m);
@@ -88,6 +101,7 @@ Rgb Paths::followed(Ray ray, Past past, bool with_objects) {
   Rgb sum = Rgb::Zero();
   while (true) {
     const Arrival a = arrival(ray, with_objects);
+    sum += past.throughput * on_the_way(ray, a, past.pdf);
     if (a.at == Arrival::At::sky || a.at == Arrival::At::lamp) {
       return sum + past.throughput * emitted(ray, a, past.pdf);
     }

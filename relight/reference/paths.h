@@ -40,6 +40,8 @@ class Paths {
   Arrival arrival(const Ray& ray, bool with_objects) const;
   /// Light that reaches the ray's start along it from a lamp or the sky, weighted against sampling these.
   Rgb emitted(const Ray& ray, const Arrival& arrival, float pdf) const;
+  /// The same of lamps that hide nothing, on the way to where it arrives.
+  Rgb on_the_way(const Ray& ray, const Arrival& arrival, float pdf) const;
   Rgb followed(Ray ray, Past past, bool with_objects);
   /// The change of what comes along a ray that meets `arrival` in the world with both.
   Rgb changed(const Ray& ray, const Arrival& arrival, Past past);

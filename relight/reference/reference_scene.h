@@ -50,7 +50,7 @@ struct ReferenceLamp {
   /// A spot's beam: full radiance where the cosine to the normal is above `cos_full`, none below `cos_none`, a smooth
   /// cubic between. As it stands: everywhere on the lit side.
   float cos_full = 0, cos_none = -1;
-  /// false: it stands for light whose place nobody knows, and other lamps shine through it.
+  /// false: a part of what the fish-eye saw there, and what else comes from there shines through it.
   bool hides = true;
 };
 

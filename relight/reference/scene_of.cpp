@@ -54,10 +54,11 @@ std::shared_ptr<const Model> field_model(const DistanceField& field, const Albed
 
 ReferenceLamp lamp_of(const PointLight& light, const Vector3f& probe_m) {
   ReferenceLamp lamp;
+  // The rest of the light that comes from its direction is in the remainder; a glow is several discs, which overlap.
+  lamp.hides = false;
   if (!light.distance_known) {
     const float d = kUnknownLampDistance_m;
     lamp.centre_m = probe_m + d * light.direction;
-    lamp.hides = false;  // a large one stands for several discs, which may overlap; the fish-eye saw them all
     lamp.radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kLeastAngle_rad, 1.0f));
     lamp.radiance = light.irradiance.array() * (d * d / (reference::kPi * lamp.radius_m * lamp.radius_m));
     return lamp;

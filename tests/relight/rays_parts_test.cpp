@@ -4,10 +4,12 @@
 
 #include "capture/response.h"
 #include "closed_scene.h"
+#include "relight/rays/change_cells.h"
 #include "relight/rays/coarse_view.h"
 #include "relight/rays/lamp_points.h"
 #include "relight/rays/object_window.h"
 #include "relight/rays/srgb_codes.h"
+#include "relight/reference/lamps.h"
 
 namespace lumigraft::test {
 namespace {
@@ -40,6 +42,37 @@ TEST(LampFan, ItsFirstRaysStandForAll) {
     EXPECT_NEAR(fan.all, points.unhidden(floor), 0.05f * points.unhidden(floor)) << set;
     for (std::size_t k = 8; k < fan.weight.size(); ++k) EXPECT_EQ(fan.weight[k], 0);
   }
+}
+
+// What closes a room by a guess has vertices far apart; between them, too, light changes.
+TEST(ChangeCells, HoldBetweenPatchesThatLieFarApart) {
+  const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
+  std::vector<rays::Patch> floor;
+  for (int x = -8; x <= 8; ++x) {
+    for (int y = -8; y <= 8; ++y)
+      floor.push_back({{0.1f * static_cast<float>(x), 0.1f * static_cast<float>(y), 0}, up});
+  }
+  rays::ChangeCells cells(floor, {{0, 0, 0.2f}, 0.15f}, rays::RayObjects({}));
+  cells.irradiance.assign(cells.cells().size(), Rgb::Constant(-1));
+  for (int i = 0; i < 700; ++i) {
+    const Eigen::Vector3f p(-0.7f + 0.002f * static_cast<float>(i), 0.65f - 0.0017f * static_cast<float>(i), 0);
+    ASSERT_EQ(cells.at(p, up)[0], -1) << p.transpose();
+  }
+  EXPECT_EQ(cells.at({0.3f, 0.3f, 0}, -up)[0], 0) << "from below nothing is known";
+}
+
+// A wide glow stands as several discs that may overlap: the light of both counts.
+TEST(ReferenceLamps, ThoseOfUnknownPlaceHideNoOther) {
+  ReferenceLamp near, far;
+  near.centre_m = {0, 0, 90};
+  far.centre_m = {5, 0, 100};
+  near.radius_m = far.radius_m = 20;
+  const std::vector<ReferenceLamp> solid{near, far};
+  EXPECT_TRUE(reference::behind_other_lamp(solid, 1, {0, 0, 0}, Eigen::Vector3f::UnitZ(), 80));
+  near.hides = false;
+  const std::vector<ReferenceLamp> glow{near, far};
+  EXPECT_FALSE(reference::behind_other_lamp(glow, 1, {0, 0, 0}, Eigen::Vector3f::UnitZ(), 80));
+  EXPECT_TRUE(reference::behind_other_lamp(glow, 0, {0, 0, 20}, Eigen::Vector3f::UnitZ(), 80));
 }
 
 CameraModel camera_of(int width, int height) {
