@@ -12,9 +12,10 @@ namespace {
 constexpr int kMostTriangles = 200000;  // of an object
 constexpr int kLampPoints = 8;          // of each lamp, at a place of an object
 constexpr int kBouncesAnew = 8, kBouncesOn = 2;
-constexpr int kMostRounds = 12;    // of gathering anew: walls of albedo 0.9 take as many
-constexpr float kSettled = 0.01f;  // share of the change that one more bounce brings
-constexpr int kCellShare = 4;      // one ray of a cell, of each kind, for so many of an object's place
+constexpr int kMostRounds = 12;      // of gathering anew
+constexpr float kSettled = 0.003f;   // share of the change that one more bounce brings
+constexpr float kMostShare = 0.95f;  // of a bounce that comes back with the next, where there is a sum to take
+constexpr int kCellShare = 4;        // one ray of a cell, of each kind, for so many of an object's place
 constexpr std::uint32_t kLampSeed = 1, kObjectSeed = 2, kCellSeed = 3;
 
 bool same_models(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
@@ -28,14 +29,17 @@ BoundingSphere sphere_around(const RayObjects& objects) {
   return bounding_sphere(points_m);
 }
 
-/// Whether the last round brought next to nothing.
-bool is_near(const std::vector<Rgb>& now, const std::vector<Rgb>& before) {
-  float step = 0, all = 0;
+/// Over all cells and colours, without signs: what they hold after a round, and what it brought.
+struct Step {
+  float all = 0, brought = 0;
+};
+Step step_between(const std::vector<Rgb>& before, const std::vector<Rgb>& now) {
+  Step step;
   for (std::size_t i = 0; i < now.size(); ++i) {
-    step += (now[i] - before[i]).abs().sum();
-    all += now[i].abs().sum();
+    step.all += now[i].abs().sum();
+    step.brought += (now[i] - before[i]).abs().sum();
   }
-  return step <= kSettled * all;
+  return step;
 }
 
 /// What the object needs, taken from what is known or made anew.
@@ -81,17 +85,31 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
   if (goes_on) {
     turn_ = {rounds, (turn_.now + 1) % rounds};
     --outstanding_;
-    gather(rounds > 1 ? 1 : kBouncesOn, plan, done);
+    gather_on_objects(rounds > 1 ? 1 : kBouncesOn, plan, done);
+    gather_in_cells(plan, done);
     return true;
   }
   turn_ = {};
   outstanding_ = 0;
-  // Each round is one more bounce between real surfaces.
+  // Each round is one more bounce between real surfaces. Later ones look alike, each a share of the last: every third
+  // time their sum, a geometric series, is taken at once (Aitken 1926).
+  float last = 0;
   for (int round = 1; round <= kMostRounds; ++round) {
-    const std::vector<Rgb> before = world_->cells.irradiance;
-    gather(kBouncesAnew, plan, done);
-    if (round >= plan.bounces && is_near(world_->cells.irradiance, before)) break;
+    std::vector<Rgb>& irradiance = world_->cells.irradiance;
+    const std::vector<Rgb> before = irradiance;
+    if (round <= plan.bounces) gather_on_objects(kBouncesAnew, plan, done);
+    gather_in_cells(plan, done);
+    const Step step = step_between(before, irradiance);
+    if (round >= plan.bounces && step.brought <= kSettled * step.all) break;
+    const float share = last > 0 ? step.brought / last : 1;
+    if (round % 3 == 0 && share < kMostShare) {
+      for (std::size_t i = 0; i < before.size(); ++i) {
+        irradiance[i] += share / (1 - share) * (irradiance[i] - before[i]);
+      }
+    }
+    last = step.brought;
   }
+  gather_on_objects(kBouncesAnew, plan, done);  // with all bounces
   return true;
 }
 
@@ -112,12 +130,16 @@ void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<Refe
   objects_ = objects;
 }
 
-void RayLight::gather(int bounces, const Plan& plan, const std::function<void(const char*)>& done) {
+void RayLight::gather_on_objects(int bounces, const Plan& plan, const std::function<void(const char*)>& done) {
   World& w = *world_;
   gather_lamps(w.light, kLampPoints, kLampSeed, turn_, w.objects);
   done("object lamps");
   gather_objects(w.light, plan.rays, bounces, kObjectSeed, turn_, w.objects);
   done("objects");
+}
+
+void RayLight::gather_in_cells(const Plan& plan, const std::function<void(const char*)>& done) {
+  World& w = *world_;
   gather_cells(w.light, w.places, std::max(plan.rays / kCellShare, 1), kCellSeed, turn_, w.cells);
   done("cells");
 }

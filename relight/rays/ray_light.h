@@ -36,7 +36,8 @@ class RayLight {
   };
 
   void place(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, bool goes_on);
-  void gather(int bounces, const Plan& plan, const std::function<void(const char*)>& done);
+  void gather_on_objects(int bounces, const Plan& plan, const std::function<void(const char*)>& done);
+  void gather_in_cells(const Plan& plan, const std::function<void(const char*)>& done);
 
   std::vector<PlacedModel> placed_;
   std::vector<ReferenceMesh> objects_;

@@ -14,9 +14,9 @@
 
 namespace lumigraft {
 
-/// Of the plan: `rays`, `trace_scale` (detail.h), `bounces` (rounds where there is nothing to go on from). What has not
-/// changed since the last frame is not traced again; a camera that moves the objects by less than an eighth of a pixel
-/// stands still.
+/// Of the plan: `rays`, `trace_scale` (detail.h), `bounces` (where there is nothing to go on from, at least so many:
+/// they end when one more brings next to nothing). What has not changed since the last frame is not traced again; a
+/// camera that moves the objects by less than an eighth of a pixel stands still.
 class RayRenderer : public Renderer {
  public:
   /// Who makes of a scene what rays meet, which takes some tenths of a second: `relight`, when the scene has changed,

@@ -60,6 +60,43 @@ TEST(RaysClosed, WallsReceiveWhatTheBallReflects) {
   EXPECT_NEAR(sum_W, (ball - 1) * sent_W, 0.03 * sent_W);
 }
 
+// A glow that fills a quarter of the sky, and nearly all of whose light is in the sky's picture: the ball takes what it
+// took before.
+TEST(RaysClosed, WhatShinesThroughALampsDirectionIsNotLost) {
+  ClosedScene scene;
+  scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
+  const RelitPicture before = relit(scene, rays_plan(1, 64));
+  PointLight glow;
+  glow.direction = Eigen::Vector3f::UnitZ();
+  glow.angular_radius_rad = 0.7f;
+  glow.irradiance.setConstant(1e-6f);
+  scene.lamps = {glow};
+  const RelitPicture with = relit(scene, rays_plan(1, 64));
+  double off = 0, all = 0;
+  for (std::size_t i = 0; i < before.maps->delta.data.size(); ++i) {
+    off += std::pow(with.maps->delta.data[i] - before.maps->delta.data[i], 2);
+    all += std::pow(before.maps->delta.data[i], 2);
+  }
+  EXPECT_LT(std::sqrt(off / all), 0.05);
+}
+
+// Where walls send out L everywhere, a black ball takes what left its surface before, π L A. Each time that walls send
+// light back, the share f = A / A_walls of it meets the ball: what they miss in all is π L A / (1 - ρ (1 - f)).
+TEST(RaysClosed, LightThatIsTakenIsMissedAtEveryBounce) {
+  constexpr float radiance = 0.05f, radius = 0.1f, half = 0.4f, walls = 0.9f;
+  CubeRoom room(half, 1.05f * radius);
+  room.albedo = walls;
+  room.sky = 0;
+  room.radiance = [](const Eigen::Vector3f&) { return radiance; };
+  room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, 0)};
+  const double area = 4 * kPi * radius * radius, f = area / (24 * half * half);
+  const double expected_W = -kPi * radiance * area / (1 - walls * (1 - f));
+  RayRenderer renderer(room.session());
+  double sum_W = 0;
+  room.change_on_walls(renderer, rays_plan(1, 64), [&](float W) { sum_W += W; });
+  EXPECT_NEAR(sum_W, expected_W, 0.1 * std::abs(expected_W)) << "0.01 of albedo is 0.08 of this";
+}
+
 // A sealed room holds its own light: where its walls send out L everywhere, a white ball in it sends out L and no wall
 // changes, whatever shines outside.
 TEST(RaysClosed, SealedRoomKeepsItsLightAndTheSkyOut) {
