@@ -12,7 +12,7 @@ namespace lumigraft {
 
 /// One voxel next to the surface.
 struct SurfacePoint {
-  BrickKey brick;
+  BrickKey brick{};
   int index = 0;             ///< in the brick
   Eigen::Vector3f position;  ///< on the surface, metres
   Eigen::Vector3f normal;    ///< towards free space
