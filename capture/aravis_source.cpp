@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "capture/aravis_chunks.h"
 #include "capture/aravis_library.h"
 #include "capture/usb_permission.h"
 #include "capture/with_source.h"
@@ -50,6 +51,7 @@ class AravisSource::Camera {
     choose_region();
     fix_exposure();
     set_controls();
+    use_chunks();
     start();
   }
 
@@ -62,11 +64,12 @@ class AravisSource::Camera {
     std::promise<void> promise;
     const std::future<void> closed = promise.get_future();
     std::thread([started = started_, camera = std::move(camera_), stream = std::move(stream_),
-                 promise = std::move(promise)]() mutable {
+                 chunks = std::move(chunks_), promise = std::move(promise)]() mutable {
       if (started) {
         Check ignored;
         arv_camera_stop_acquisition(camera.get(), ignored);
       }
+      chunks.reset();  // it watches the stream's pictures
       stream.reset();
       camera.reset();
       promise.set_value();
@@ -88,6 +91,7 @@ class AravisSource::Camera {
   }
 
   bool lost() const { return lost_; }
+  std::string take_warning() { return std::exchange(warning_, ""); }
 
  private:
   void choose_format() {
@@ -196,6 +200,25 @@ class AravisSource::Camera {
     }
   }
 
+  void use_chunks() {
+    auto chunks = std::make_unique<aravis::Chunks>(*camera_, spec_);
+    if (!chunks->refused().empty()) {
+      warn(chunks->refused());
+    }
+    if (chunks->active()) {
+      chunks_ = std::move(chunks);
+    }
+  }
+
+  /// Once, for a camera that does so with one picture does so with many.
+  void warn(const std::string& trouble) {
+    if (!std::exchange(warned_, true)) {
+      warning_ = std::string(name_of(spec_.stream)) +
+                 ": the camera's chunks do not tell of every picture when and how it was taken (" + trouble +
+                 "); its leader's time and the session's exposure stand in";
+    }
+  }
+
   void start() {
     Check check;
     if (arv_camera_is_gv_device(camera_.get())) {
@@ -232,6 +255,50 @@ class AravisSource::Camera {
     return steps >= 1 && steps <= kCredible ? steps : 1;
   }
 
+  struct Pixels {
+    const std::uint8_t* data = nullptr;
+    std::size_t bytes = 0;  ///< padding included
+    std::size_t row_padding = 0;
+  };
+
+  /// Empty where they are not what was asked for.
+  Pixels pixels_in(ArvBuffer& buffer, std::size_t wanted) const {
+    std::size_t size = 0;
+    if (arv_buffer_get_payload_type(&buffer) == ARV_BUFFER_PAYLOAD_TYPE_CHUNK_DATA) {
+      // Its leader says nothing of the picture, which is the first chunk and as was asked for, or its length would
+      // differ.
+      const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(&buffer, &size));
+      const bool whole = data != nullptr && chunks_ && chunks_->are_whole(buffer, wanted);
+      return whole ? Pixels{data, wanted} : Pixels{};
+    }
+    const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(&buffer, &size));
+    gint row_padding = 0, picture_padding = 0;
+    arv_buffer_get_image_padding(&buffer, &row_padding, &picture_padding);
+    const auto rows = static_cast<std::size_t>(spec_.height);
+    const std::size_t bytes =
+        wanted + rows * static_cast<std::size_t>(row_padding) + static_cast<std::size_t>(picture_padding);
+    if (data == nullptr || arv_buffer_get_image_width(&buffer) != spec_.width ||
+        arv_buffer_get_image_height(&buffer) != spec_.height ||
+        arv_buffer_get_image_pixel_format(&buffer) != *aravis::aravis_format_of(format_) || size < wanted) {
+      return {};
+    }
+    return {data, std::min(bytes, size), static_cast<std::size_t>(row_padding)};
+  }
+
+  /// The picture's own time and exposure. A time that its chunk does not tell is its leader's, moved as the last
+  /// chunk's was, so that no picture changes places with its neighbour.
+  void read_chunks(ArvBuffer& buffer, std::size_t picture_bytes, Stamp& stamp, double& exposure) {
+    const aravis::OwnSettings own = chunks_->read(buffer, picture_bytes);
+    if (!own.trouble.empty()) {
+      warn(own.trouble);
+    }
+    if (own.time_ns) {
+      ahead_ns_ = *own.time_ns - stamp.time_ns;
+    }
+    stamp.time_ns += ahead_ns_;
+    exposure = own.exposure.value_or(exposure);
+  }
+
   SourceItem take(ArvBuffer& buffer) {
     const ArvBufferStatus status = arv_buffer_get_status(&buffer);
     std::uint64_t sequence = next_sequence_;
@@ -243,32 +310,30 @@ class AravisSource::Camera {
     }
     next_sequence_ = sequence + 1;
     const guint64 time_ns = arv_buffer_get_timestamp(&buffer);
-    const Stamp stamp{static_cast<std::int64_t>(time_ns != 0 ? time_ns : arv_buffer_get_system_timestamp(&buffer)),
-                      steady_now_ns(), sequence};
+    Stamp stamp{static_cast<std::int64_t>(time_ns != 0 ? time_ns : arv_buffer_get_system_timestamp(&buffer)),
+                steady_now_ns(), sequence};
     if (status != ARV_BUFFER_STATUS_SUCCESS) {
       const bool packets = status == ARV_BUFFER_STATUS_MISSING_PACKETS || status == ARV_BUFFER_STATUS_TIMEOUT;
       return LostPicture{stamp, spec_.stream,
                          packets ? "packets are missing" : "the picture is damaged (" + std::to_string(status) + ")"};
     }
-    std::size_t size = 0;
-    const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(&buffer, &size));
     const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
-    gint row_padding = 0, picture_padding = 0;
-    arv_buffer_get_image_padding(&buffer, &row_padding, &picture_padding);
-    if (data == nullptr || arv_buffer_get_image_width(&buffer) != spec_.width ||
-        arv_buffer_get_image_height(&buffer) != spec_.height ||
-        arv_buffer_get_image_pixel_format(&buffer) != *aravis::aravis_format_of(format_) || size < wanted) {
+    const Pixels pixels = pixels_in(buffer, wanted);
+    if (pixels.data == nullptr) {
       return LostPicture{stamp, spec_.stream, "the picture has another size or format"};
     }
     Picture picture;
+    picture.exposure = spec_.exposure;
+    if (chunks_) {
+      read_chunks(buffer, pixels.bytes, stamp, picture.exposure);
+    }
     picture.stamp = stamp;
     picture.stream = spec_.stream;
-    picture.exposure = spec_.exposure;
     std::vector<std::uint8_t> own;
-    std::span<const std::uint8_t> bytes(data, wanted);
-    if (row_padding > 0) {
-      const std::size_t row = wanted / static_cast<std::size_t>(spec_.height) + static_cast<std::size_t>(row_padding);
-      own = without_padding(format_, spec_.width, spec_.height, row, {data, size});
+    std::span<const std::uint8_t> bytes(pixels.data, wanted);
+    if (pixels.row_padding > 0) {
+      const std::size_t row = wanted / static_cast<std::size_t>(spec_.height) + pixels.row_padding;
+      own = without_padding(format_, spec_.width, spec_.height, row, {pixels.data, pixels.bytes});
       bytes = own;
     }
     std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
@@ -287,6 +352,10 @@ class AravisSource::Camera {
   PixelConverter pixels_;
   Ref<ArvCamera> camera_;
   Ref<ArvStream> stream_;
+  std::unique_ptr<aravis::Chunks> chunks_;  ///< empty where the camera has none
+  std::int64_t ahead_ns_ = 0;               ///< of the last chunk's time, to its leader's
+  bool warned_ = false;
+  std::string warning_;
   ArvDevice* device_ = nullptr;  ///< the camera's
   bool started_ = false;
   std::atomic<bool> lost_{false};
@@ -303,5 +372,7 @@ AravisSource::~AravisSource() = default;
 std::optional<SourceItem> AravisSource::next(std::chrono::milliseconds timeout) { return camera_->next(timeout); }
 
 bool AravisSource::finished() const { return camera_->lost(); }
+
+std::string AravisSource::take_warning() { return camera_->take_warning(); }
 
 }  // namespace lumigraft

@@ -3,7 +3,9 @@
 // the first one where no name is given.
 //
 // Exposure, gain and white balance are fixed. A picture whose packets did not all come, after they were asked for
-// again, is lost and never shown. Times are the camera's own. One copy is made of what the driver holds.
+// again, is lost and never shown. Times are the camera's own: those of chunks, with the exposure and gain that each
+// picture had, where the camera has such; else those of the pictures' leaders. One copy is made of what the driver
+// holds.
 #include <string>
 
 #include "capture/source.h"
@@ -20,6 +22,7 @@ class AravisSource : public Source {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override;
   void rewind() override {}
+  std::string take_warning() override;
 
  private:
   class Camera;

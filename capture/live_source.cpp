@@ -57,6 +57,11 @@ std::string LiveSource::trouble() const {
   return trouble_;
 }
 
+std::string LiveSource::take_warning() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(warning_, "");
+}
+
 void LiveSource::say(const std::string& trouble) {
   const std::lock_guard lock(mutex_);
   trouble_ = trouble.empty() ? "" : name_ + ": " + trouble;
@@ -107,6 +112,10 @@ void LiveSource::listen(const std::stop_token& stop) {
         lost.clear();
         last[static_cast<std::size_t>(stream_of(*item))] = Clock::now();
         say("");
+      }
+      if (std::string warning = device_->take_warning(); !warning.empty()) {
+        const std::lock_guard lock(mutex_);
+        warning_ = std::move(warning);
       }
       accept(std::move(*item));
     } else if (device_->finished()) {

@@ -39,6 +39,7 @@ class LiveSource : public Source {
   bool finished() const override { return false; }
   void rewind() override {}
   std::string trouble() const override;
+  std::string take_warning() override;
   std::string serial() const override;
 
  private:
@@ -64,7 +65,7 @@ class LiveSource : public Source {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<SourceItem> waiting_;
-  std::string trouble_, serial_;
+  std::string trouble_, warning_, serial_;
   std::jthread thread_;
 };
 

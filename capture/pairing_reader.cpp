@@ -98,6 +98,9 @@ void PairingReader::drop_oldest(Lane& lane) const {
 bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
   std::optional<SourceItem> item = source.next(timeout);
   if (item) {
+    if (std::string warning = source.take_warning(); !warning.empty()) {
+      lane_of(stream_of(*item)).notes.push_back(std::move(warning));
+    }
     accept(std::move(*item));
   }
   return item.has_value();

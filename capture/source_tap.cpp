@@ -22,6 +22,7 @@ class SourceTap::Tapped : public Source {
   bool finished() const override { return source_->finished(); }
   void rewind() override { source_->rewind(); }
   std::string trouble() const override { return source_->trouble(); }
+  std::string take_warning() override { return source_->take_warning(); }
   bool on_host_clock() const override { return source_->on_host_clock(); }
   bool bracket_goes_on() const override { return source_->bracket_goes_on(); }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -92,6 +93,7 @@ TEST(Aravis, GivesEveryFormatInOrder) {
     }
     EXPECT_EQ(whole, 5) << name_of(format);
     EXPECT_FALSE(source.finished());
+    EXPECT_EQ(source.take_warning(), "") << "of a camera without chunks";
   }
 }
 
@@ -203,6 +205,109 @@ TEST(Aravis, LostPacketsAreAskedForAgain) {
       EXPECT_GT(missing, 8u) << "most of them";
     }
   }
+}
+
+StreamSpec spec_with_exposure() {
+  StreamSpec spec = spec_of(PixelFormat::grey8);
+  spec.settings.exposure_us = 10000.0;
+  spec.settings.gain = 0.0;  // in decibels
+  return spec;
+}
+
+/// The exposure that chunks tell of a picture whose number is odd or even (gige_chunks.h), where 2.5 is the session's.
+double told_exposure(bool odd) { return 2.5 * (odd ? 3.0 : 2.0) * std::pow(10.0, 6.0 / 20.0); }
+
+TEST(Aravis, ChunksTellTimeExposureAndGainOfEachPicture) {
+  for (const std::string kind : {"chunks", "chunks-appended", "chunks-alone", "chunks-ticks"}) {
+    const CameraProcess camera("0", kind);
+    ASSERT_TRUE(camera.running());
+    AravisSource source(kName, spec_with_exposure());
+    int whole = 0, odd_ones = 0;
+    for (int i = 0; whole < 8 && i < 30; ++i) {
+      const auto item = source.next(3000ms);
+      ASSERT_TRUE(item) << kind;
+      const auto* picture = std::get_if<Picture>(&*item);
+      if (picture == nullptr) {
+        continue;  // a busy machine may lose packets
+      }
+      ++whole;
+      EXPECT_TRUE(is_whole(picture->encoded)) << kind;
+      const std::int64_t digits = picture->stamp.time_ns % 1000;
+      const bool odd = kind == "chunks-ticks" ? picture->exposure > 12.0 : digits == 501;
+      EXPECT_TRUE(digits == (kind == "chunks-ticks" ? 500 / 8 * 8 : odd ? 501 : 500)) << kind << ' ' << digits;
+      EXPECT_NEAR(picture->exposure, told_exposure(odd), 1e-6) << kind;
+      odd_ones += odd ? 1 : 0;
+    }
+    EXPECT_EQ(whole, 8) << kind;
+    EXPECT_TRUE(odd_ones > 0 && odd_ones < whole) << kind << ": or nothing was tested";
+    EXPECT_EQ(source.take_warning(), "") << kind;
+  }
+}
+
+TEST(Aravis, AGainWithoutAUnitIsAFactor) {
+  const CameraProcess camera("0", "chunks-factor");
+  ASSERT_TRUE(camera.running());
+  StreamSpec spec = spec_with_exposure();
+  spec.settings.gain = 2.0;
+  AravisSource source(kName, spec);
+  const auto item = source.next(3000ms);
+  ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
+  const auto& picture = std::get<Picture>(*item);
+  const double exposure_ratio = picture.stamp.time_ns % 1000 == 501 ? 3.0 : 2.0;
+  EXPECT_NEAR(picture.exposure, 2.5 * exposure_ratio * 8.0 / 2.0, 1e-6);
+}
+
+TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
+  const std::pair<std::string, std::string> kinds[] = {{"chunks-torn", "they have not the lengths that they say"},
+                                                       {"chunks-short", "ChunkTimestamp has 4 bytes, not 8"},
+                                                       {"chunks-missing", "ChunkTimestamp is missing"}};
+  for (const auto& [kind, says] : kinds) {
+    const CameraProcess camera("0", kind);
+    ASSERT_TRUE(camera.running());
+    AravisSource source(kName, spec_with_exposure());
+    int whole = 0, without = 0, warnings = 0;
+    std::optional<Stamp> last;
+    for (int i = 0; whole < 24 && i < 60; ++i) {
+      const auto item = source.next(3000ms);
+      ASSERT_TRUE(item) << kind;
+      const std::string warning = source.take_warning();
+      warnings += warning.empty() ? 0 : 1;
+      EXPECT_TRUE(warning.empty() || warning.find("(" + says + ")") != std::string::npos) << warning;
+      const auto* picture = std::get_if<Picture>(&*item);
+      if (picture == nullptr) {
+        EXPECT_EQ(std::get<LostPicture>(*item).reason, "packets are missing") << "which a busy machine may lose";
+        continue;
+      }
+      ++whole;
+      EXPECT_TRUE(is_whole(picture->encoded)) << kind;
+      without += picture->exposure == 2.5 ? 1 : 0;
+      const std::int64_t digits = picture->stamp.time_ns % 1000;
+      EXPECT_TRUE(digits == 500 || digits == 501)
+          << kind << ": its leader's ends in 000, and is moved as the last one was";
+      EXPECT_TRUE(!last || picture->stamp.time_ns > last->time_ns) << kind;
+      last = picture->stamp;
+    }
+    EXPECT_EQ(whole, 24) << kind;
+    EXPECT_EQ(warnings, 1) << kind;
+    if (kind == "chunks-torn") {
+      EXPECT_TRUE(without >= 2 && without <= 4) << without << ": one of eight has the session's exposure";
+    } else {
+      EXPECT_EQ(without, 0) << kind << ": only its time is not told";
+    }
+  }
+}
+
+TEST(Aravis, ChunksMayBeSwitchedOffByHand) {
+  const CameraProcess camera("0", "chunks");
+  ASSERT_TRUE(camera.running());
+  StreamSpec spec = spec_with_exposure();
+  spec.settings.controls = {{"ChunkModeActive", 0}};
+  AravisSource source(kName, spec);
+  const auto item = source.next(3000ms);
+  ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
+  EXPECT_EQ(std::get<Picture>(*item).exposure, 2.5);
+  EXPECT_EQ(std::get<Picture>(*item).stamp.time_ns % 1000, 0) << "its leader's";
+  EXPECT_EQ(source.take_warning(), "");
 }
 
 class LiveAravis : public test::ScratchFolder {
@@ -328,6 +433,30 @@ TEST_F(LiveAravis, PicturesRepeatedSwappedLateOrInPieces) {
     std::nth_element(steps_ms.begin(), middle, steps_ms.end());
     EXPECT_NEAR(*middle, kPeriod_ms, 2.0) << fault << ": their moments, whenever they came";
   }
+}
+
+TEST_F(LiveAravis, TornChunksAreAWarningOfOneFrame) {
+  const CameraProcess camera("0", "chunks-torn");
+  ASSERT_TRUE(camera.running());
+  constexpr double kSessionExposure = 2.0;  // of test::kSmallCamera
+  const auto reader = open_frames(session({"color.pixel_format=grey8", "color.exposure_us=10000"}));
+  int frames = 0, warnings = 0, without = 0;
+  for (const Clock::time_point begin = Clock::now(); frames < 30 && Clock::now() - begin < 15s;) {
+    const auto set = reader->next(100ms);
+    if (!set) {
+      continue;
+    }
+    ++frames;
+    EXPECT_TRUE(is_whole(set->color->encoded));
+    EXPECT_TRUE(reader->troubles().empty());
+    without += set->color->exposure == kSessionExposure ? 1 : 0;
+    warnings += std::count_if(set->warnings.begin(), set->warnings.end(), [](const std::string& warning) {
+      return warning.find("colour: the camera's chunks do not tell") == 0;
+    });
+  }
+  EXPECT_EQ(frames, 30);
+  EXPECT_EQ(warnings, 1);
+  EXPECT_GE(without, 3) << "or nothing was tested";
 }
 
 TEST_F(LiveAravis, EndsSoonThoughItsCameraIsGone) {

@@ -2,24 +2,33 @@
 // of its packets. Says "running" once it is, and runs until it is killed. Of every eight pictures the network, as FAULT
 // says, delivers one again ("repeating"), one after its successor ("swapping"), one 80 ms late ("late"), or all with
 // their packets in the opposite order ("shuffling"). "forgetting" loses one packet of twenty for good, "resending"
-// sends it when it is asked for, as Aravis's camera alone does not.
+// sends it when it is asked for, as Aravis's camera alone does not. "chunks" and what gige_chunks.h adds to it are
+// chunks.
 #include <arv.h>
 #include <dlfcn.h>
+#include <glib/gstdio.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tests/capture/gige_chunks.h"
+
 namespace {
+
+using lumigraft::test::GigeChunks;
 
 using Receive = gssize (*)(GSocket*, GSocketAddress**, GInputVector*, gint, GSocketControlMessage***, gint*, gint*,
                            GCancellable*, GError**);
 using Send = gssize (*)(GSocket*, GSocketAddress*, const gchar*, gsize, GCancellable*, GError**);
 
 std::string fault;
+std::optional<GigeChunks> chunks;
+ArvFakeCamera* inside = nullptr;  ///< what the camera is without its network
 
 /// Gathers the camera's packets picture by picture and delivers them as the fault wants. Of the camera's one thread.
 class Network {
@@ -61,7 +70,7 @@ class Network {
   }
 
  private:
-  using Packets = std::vector<std::vector<gchar>>;
+  using Packets = GigeChunks::Packets;
 
   static guint32 number_at(const guint8* bytes, gsize from, gsize count) {
     guint32 number = 0;
@@ -75,6 +84,9 @@ class Network {
     constexpr int kPeriod = 8;
     constexpr gulong kLate_us = 80'000, kSoon_us = 10'000;
     const bool faulty = number_++ % kPeriod == kPeriod - 1;
+    if (chunks) {
+      picture_ = chunks->with_chunks(picture_, inside);
+    }
     if (fault == "shuffling") {
       std::reverse(picture_.begin(), picture_.end());
     } else if (fault == "late" && faulty) {
@@ -148,19 +160,46 @@ extern "C" gssize g_socket_receive_message(GSocket* socket, GSocketAddress** fro
   return size;
 }
 
+/// Aravis's own camera says what it is in a text that it holds.
+ArvGvFakeCamera* camera_with_chunks(const char* address, const char* serial) {
+  ArvFakeCamera* plain = arv_fake_camera_new(serial);
+  std::size_t size = 0;
+  const char* xml = arv_fake_camera_get_genicam_xml(plain, &size);
+  const std::string described = chunks->described({xml, size});
+  g_object_unref(plain);
+  gchar* path = nullptr;
+  const gint file = g_file_open_tmp("lumigraft-gige-XXXXXX.xml", &path, nullptr);
+  if (described.empty() || file < 0 || !g_file_set_contents(path, described.c_str(), -1, nullptr)) {
+    return nullptr;
+  }
+  ArvGvFakeCamera* camera = arv_gv_fake_camera_new_full(address, serial, path);
+  g_remove(path);
+  g_free(path);
+  return camera;
+}
+
 int main(int argc, char** argv) {
   if (argc != 4 && argc != 5) {
     return 2;
   }
   fault = argc > 4 ? argv[4] : "";
-  ArvGvFakeCamera* camera = arv_gv_fake_camera_new(argv[1], argv[2]);
+  if (fault.starts_with("chunks")) {
+    chunks.emplace(fault);
+  }
+  ArvGvFakeCamera* camera = chunks ? camera_with_chunks(argv[1], argv[2]) : arv_gv_fake_camera_new(argv[1], argv[2]);
+  if (camera == nullptr) {
+    return 1;
+  }
   g_object_set(camera, "gvsp-lost-ratio", std::atof(argv[3]), nullptr);
   if (!arv_gv_fake_camera_is_running(camera)) {
     return 1;
   }
+  inside = arv_gv_fake_camera_get_fake_camera(camera);
+  if (chunks) {
+    chunks->set_up(inside);
+  }
   if (fault == "resending") {
     constexpr guint32 kCapability = 0x0934, kResendsPackets = 1 << 2;  // a client asks who says so alone
-    ArvFakeCamera* inside = arv_gv_fake_camera_get_fake_camera(camera);
     guint32 offered = 0;
     arv_fake_camera_read_register(inside, kCapability, &offered);
     arv_fake_camera_write_register(inside, kCapability, offered | kResendsPackets);
