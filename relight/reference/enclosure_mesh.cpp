@@ -16,7 +16,7 @@ constexpr int kRays = 96;   // over the hemisphere of a cell
 constexpr float kBehind_voxels = 3, kOff_m = 1e-3f;
 // White walls are taken for more than 1 where the hull lies off the true wall; an open sky over darker ground for more
 // than 1.25 (1 / the mean of sky and ground). What is between reflects as much as white paint does.
-constexpr float kWhite = 0.95f, kShines = 1.25f;
+constexpr float kWhite = 0.95f, kShines = 1.25f;  // enclosure_light.comp fades out around the same
 
 /// The part in front of a plane (Sutherland & Hodgman 1974).
 Polygon cut(const Polygon& polygon, const Enclosure::Side& side) {
