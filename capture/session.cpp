@@ -260,10 +260,13 @@ FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
   return camera;
 }
 
+/// Of a family's tags.
+int largest_id(const std::string& family) { return family == "tag36h11" ? 586 : family == "tag25h9" ? 34 : 29; }
+
 Tag read_tag(const ConfigTable& table) {
   Tag tag;
   tag.family = table.choice("family", {"tag36h11", "tag25h9", "tag16h5"}, "tag36h11");
-  const int largest = tag.family == "tag36h11" ? 586 : tag.family == "tag25h9" ? 34 : 29;
+  const int largest = largest_id(tag.family);
   tag.id = table.integer("id", 0, largest);
   tag.size_m = table.number("size_m", 0.001, 10.0);
   for (const ConfigTable& also : table.tables("also")) {
@@ -280,6 +283,46 @@ Tag read_tag(const ConfigTable& table) {
     }
   }
   return tag;
+}
+
+/// `others` are the lamps above it.
+MarkedLamp read_lamp(const ConfigTable& table, const Tag& tag, const std::vector<MarkedLamp>& others) {
+  MarkedLamp lamp;
+  lamp.tag_id = table.integer("tag_id", 0, largest_id(tag.family));
+  const bool taken =
+      lamp.tag_id == tag.id ||
+      std::any_of(tag.also.begin(), tag.also.end(), [&](const FurtherTag& t) { return t.id == lamp.tag_id; }) ||
+      std::any_of(others.begin(), others.end(), [&](const MarkedLamp& l) { return l.tag_id == lamp.tag_id; });
+  if (taken) {
+    table.fail("tag_id", "found " + std::to_string(lamp.tag_id) + " twice, allowed: each tag once");
+  }
+  lamp.name = table.text("name", "with tag " + std::to_string(lamp.tag_id));
+  lamp.tag_size_m = table.number("tag_size_m", 0.001, 10.0);
+  lamp.radius_m = table.number("radius_m", 0.001, 2.0);
+  const auto three = [&table](std::string_view key, double low, double high, const char* allowed) {
+    const std::vector<double> numbers = table.numbers(key, 3);
+    for (const double number : numbers) {
+      if (!(number >= low && number <= high)) {
+        table.fail(key, "found " + std::to_string(number) + ", allowed: three numbers " + allowed);
+      }
+    }
+    return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
+  };
+  lamp.position_m = three("position_m", -5.0, 5.0, "from -5 to 5, metres from the middle of its tag");
+  if (table.has("normal")) {
+    const Eigen::Vector3d normal = three("normal", -1.0, 1.0, "from -1 to 1");
+    if (normal.norm() < 0.5) {
+      table.fail("normal", "found a vector of length " + std::to_string(normal.norm()) + ", allowed: about 1");
+    }
+    lamp.normal = normal.normalized();
+  }
+  if (table.has("intensity")) {
+    lamp.intensity = three("intensity", 0.0, 1e6, "from 0 to 1000000, W/sr").cast<float>();
+    if (lamp.intensity->isZero()) {
+      table.fail("intensity", "found none, allowed: what the lamp sends when it is on");
+    }
+  }
+  return lamp;
 }
 
 RealSurface read_real_surface(const ConfigTable& table) {
@@ -324,6 +367,9 @@ Session read_session(const ConfigTable& root) {
     finish_calibration(*calibration, session);
   }
   session.tag = read_tag(root.table("tag"));
+  for (const ConfigTable& table : root.tables("lamp")) {
+    session.lamps.push_back(read_lamp(table, session.tag, session.lamps));
+  }
   for (const ConfigTable& table : root.tables("real_surface")) {
     session.real_surfaces.push_back(read_real_surface(table));
   }

@@ -59,6 +59,18 @@ struct Tag {
   std::vector<FurtherTag> also = {};
 };
 
+/// A lamp that carries a tag of the family of `Tag`: where the colour camera sees that, it is known where the lamp
+/// stands.
+struct MarkedLamp {
+  std::string name;  ///< for warnings
+  int tag_id = 0;
+  double tag_size_m = 0.06;                              ///< edge of the black square
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of its middle, in the frame of its tag
+  double radius_m = 0.03;                                ///< of what glows
+  std::optional<Eigen::Vector3d> normal;                 ///< unit, in the frame of its tag, where it glows as a plane
+  std::optional<Eigen::Vector3f> intensity;              ///< W/sr per channel, straight ahead; where it was measured
+};
+
 /// A real surface whose material an operator knows and no camera can tell. GGX alpha = roughness².
 struct RealSurface {
   std::string name;
@@ -76,6 +88,7 @@ struct Session {
   std::optional<DepthCamera> depth;
   std::optional<FisheyeCamera> fisheye;
   Tag tag;
+  std::vector<MarkedLamp> lamps;
   std::vector<RealSurface> real_surfaces;
 };
 

@@ -164,6 +164,9 @@ void SessionRecorder::write_session_text() {
   if (const toml::table* tag = root["tag"].as_table()) {
     out.insert("tag", *tag);
   }
+  if (const toml::array* lamps = root["lamp"].as_array()) {
+    out.insert("lamp", *lamps);
+  }
   if (toml::array* surfaces = root["real_surface"].as_array()) {
     int number = 0;
     for (toml::node& surface : *surfaces) {

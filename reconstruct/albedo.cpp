@@ -17,6 +17,7 @@
 #include "reconstruct/albedo_reflections.h"
 #include "reconstruct/albedo_samples.h"
 #include "reconstruct/albedo_solve.h"
+#include "reconstruct/albedo_unseen.h"
 #include "reconstruct/enclosure.h"
 #include "reconstruct/light_pieces.h"
 #include "reconstruct/light_rig.h"
@@ -30,7 +31,8 @@ constexpr float kMostMetal = 0.1f;    ///< share of what a sample sees that may 
 constexpr double kGrown = 1.5;        ///< when so much more surface is known, lamps are searched from nothing
 constexpr double kMoreSurface = 1.1;  ///< when so much more is known, they are looked for around where they were
 constexpr float kLampTurn = 0.9999f;  ///< cosine (0.8°): so far a lamp turns, and
-constexpr float kLampShare = 0.05f;   ///< so much its irradiance changes, before it is looked for again
+constexpr float kLampShare = 0.05f;   ///< so much its irradiance changes, before it is looked for again;
+constexpr float kLampPlace = 0.01f;   ///< and of its distance, where its tag says that
 constexpr int kRigKept = 50;    ///< solves after which the rig is checked again: somebody may have stood before it
 constexpr int kSolvesKept = 8;  ///< solves after which it is, whatever happened
 constexpr float kKnownSigma = 0.25f;      ///< of log distance: surely known
@@ -52,7 +54,13 @@ std::vector<PointLight> placed(const Illumination& illumination, const std::vect
     const LampEstimate& estimate = estimates[i];
     PointLight& light = lights[i];
     light.irradiance = light.irradiance.cwiseProduct(estimate.gain);
-    light.power_log_sigma = estimate.gain_log_sigma;
+    if (light.clipped) light.power_log_sigma = estimate.gain_log_sigma;
+    if (light.distance_known) {  // by its tag
+      light.intensity = light.irradiance * (light.position_m - illumination.probe_position_m).squaredNorm();
+      light.flat = estimate.flat;
+      light.normal = estimate.normal;
+      continue;
+    }
     light.distance_known = is_known(estimate);
     if (!light.distance_known) continue;
     light.position_m = illumination.probe_position_m + estimate.distance_m * light.direction;
@@ -71,7 +79,8 @@ struct Located {
   std::vector<PointLight> lights;
   int solves = 0;
 
-  bool holds(const std::vector<PointLight>& now, std::size_t points_now) const {
+  bool holds(const Illumination& illumination, std::size_t points_now) const {
+    const std::vector<PointLight>& now = illumination.lights;
     if (solves >= kSolvesKept || static_cast<double>(points_now) > kMoreSurface * static_cast<double>(points) ||
         now.size() != lights.size()) {
       return false;
@@ -80,7 +89,10 @@ struct Located {
       const auto was =
           std::find_if(lights.begin(), lights.end(), [&](const PointLight& other) { return other.id == light.id; });
       return was != lights.end() && was->clipped == light.clipped && was->direction.dot(light.direction) > kLampTurn &&
-             (was->irradiance - light.irradiance).norm() < kLampShare * was->irradiance.norm();
+             (was->irradiance - light.irradiance).norm() < kLampShare * was->irradiance.norm() &&
+             light.shown == PointLight::Shown::yes && was->distance_known == light.distance_known &&
+             (was->position_m - light.position_m).norm() <=
+                 kLampPlace * (light.position_m - illumination.probe_position_m).norm();
     });
   }
 };
@@ -116,7 +128,8 @@ std::string rig_warning(const RigError& error) {
 }  // namespace
 
 struct AlbedoStage::State {
-  explicit State(const Session& session) : metal(session), fisheye(session.fisheye), tag_size_m(session.tag.size_m) {}
+  explicit State(const Session& session)
+      : metal(session), fisheye(session.fisheye), tag_size_m(session.tag.size_m), marked(session.lamps) {}
 
   std::vector<LampEstimate> locate(const RoomLight& room, const Illumination& illumination, const Surface& surface,
                                    const std::vector<Eigen::Vector3f>& gathered);
@@ -131,6 +144,7 @@ struct AlbedoStage::State {
   std::size_t rig_points = 0;  ///< how much surface was known when the rig was last checked
   std::string rig_found;       ///< empty where it agrees
   double tag_size_m;
+  std::vector<MarkedLamp> marked;
   std::uint64_t version = 0;
   bool solved = false;
   std::uint64_t field_version = 0, illumination_version = 0;
@@ -152,7 +166,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, cons
                                                      const std::vector<Eigen::Vector3f>& gathered) {
   const std::size_t points = surface.points.size();
   std::vector<LampEstimate> result;
-  if (located.holds(illumination.lights, points)) {
+  if (located.holds(illumination, points)) {
     ++located.solves;
     for (const PointLight& light : illumination.lights) result.push_back(estimates.at(light.id));
     return result;
@@ -170,6 +184,15 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, cons
       locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, tag_size_m), before,
                    rough ? Search::rough : Search::fine);
   result = rough ? found.lamps : filter.combine(illumination.lights, found);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const PointLight& light = illumination.lights[i];
+    if (!light.distance_known) continue;
+    result[i].distance_m = (light.position_m - illumination.probe_position_m).norm();
+    result[i].log_sigma = light.distance_log_sigma;
+    if (!light.flat) continue;
+    result[i].flat = true;
+    result[i].normal = light.normal;
+  }
   estimates.clear();
   for (std::size_t i = 0; i < result.size(); ++i) estimates[illumination.lights[i].id] = result[i];
   located = {points, illumination.lights, 0};
@@ -215,6 +238,7 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
 
   const FieldRays rays(field);
   auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
+  const UnseenLamps unseen(*lit, rays);
   Surface surface = find_surface(field, rays, s.metal, kSamples, s.sample_m);
   s.sample_m = surface.sample_m;
   const std::vector<RoomPoint> known_points = room_points(field);
@@ -258,6 +282,8 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   }
   s.last_lamps = lamps;
   lit->lights = place_pieces(lit->lights, whole.lights, lamps, lit->probe_position_m);
+  std::vector<std::string> warnings;
+  unseen.settle(*lit, s.marked, warnings);
 
   const LitSurface points(surface, *room, *lit, gathered);
   const std::vector<SampleAlbedo> albedo =
@@ -268,7 +294,7 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   result->bricks = albedo_bricks(surface.points, points.albedo(albedo));
   if (s.last.albedo) keep_unchanged(result->bricks, s.last.albedo->bricks);
 
-  s.last = {result, lit, {}};
+  s.last = {result, lit, std::move(warnings)};
   if (surface.points.empty()) s.last.warnings.push_back(kNoSurface);
   for (const std::string& warning : {distance_warning(lit->lights), power_warning(lit->lights),
                                      s.check_rig(field, rays, illumination, surface.points.size())}) {

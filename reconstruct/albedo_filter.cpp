@@ -59,7 +59,7 @@ LampFilter::Parameters LampFilter::parameters(const Track& track, const PointLig
   Parameters result = Parameters::Zero();
   result[0] = std::log(estimate.distance_m);
   if (estimate.flat) {
-    const float along = -estimate.normal.dot(light.direction);
+    const float along = std::max(-estimate.normal.dot(light.direction), kLeastSlant);
     for (Eigen::Index i = 0; i < 2; ++i)
       result[1 + i] = estimate.normal.dot(track.across[static_cast<std::size_t>(i)]) / along;
   }

@@ -55,7 +55,7 @@ class LampSearch {
   /// From nothing.
   LampSolution solve(const Eigen::Vector3f& probe, Search search) {
     start(probe);
-    if (any_clipped()) {
+    if (has_clipped(model_)) {
       start_gains();
       adopt(refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough));
     }
@@ -74,13 +74,17 @@ class LampSearch {
       LampShape& shape = shapes_[lamp];
       shape.log_distance = std::log(before[lamp]->distance_m);
       shape.flat = before[lamp]->flat;
+      if (model_.placed(lamp)) place(lamp);
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, before[lamp]->normal);
+      // From nothing no slope leads to the power of a lamp that was switched on.
+      const double least = unseen(lamp) ? kLogDim : 0;
       for (std::size_t c = 0; clipped(lamp) && c < 3; ++c) {
-        shape.log_gain[c] = std::log(before[lamp]->gain[static_cast<Eigen::Index>(c)]);
+        shape.log_gain[c] = std::max<double>(least, std::log(before[lamp]->gain[static_cast<Eigen::Index>(c)]));
       }
     }
     LampSolution found = finish();
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      if (model_.placed(lamp)) continue;
       const double moved = std::log(found.lamps[lamp].distance_m / before[lamp]->distance_m);
       if (std::abs(moved) > 0.7 * kFineReach) return std::nullopt;
     }
@@ -91,7 +95,10 @@ class LampSearch {
   /// Lamps where they usually stand; a panel faces the probe, the floor, or the tag.
   void start(const Eigen::Vector3f& probe) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      model_.tabulate(lamp, spaced(std::log(kNearest_m), std::log(kFarthest_m), kGridSteps), 1);
+      if (model_.placed(lamp))
+        model_.tabulate(lamp, {model_.log_distance_of(model_.light(lamp))}, 1);
+      else
+        model_.tabulate(lamp, spaced(std::log(kNearest_m), std::log(kFarthest_m), kGridSteps), 1);
       const Eigen::Vector3f& direction = model_.light(lamp).direction;
       facing_[lamp] = {-direction};
       if (direction.z() > 0.3f) facing_[lamp].push_back(-Eigen::Vector3f::UnitZ());
@@ -102,15 +109,29 @@ class LampSearch {
       shape.log_distance = std::log(kUsual_m);
       shape.flat = model_.light(lamp).squareness > kQuadrilateral;
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, facing_[lamp].back());
+      if (model_.placed(lamp)) place(lamp);
       update(lamp);
     }
   }
+
+  /// Where and as its tag says.
+  void place(std::size_t lamp) {
+    const PointLight& light = model_.light(lamp);
+    shapes_[lamp].log_distance = model_.log_distance_of(light);
+    if (!light.flat) return;
+    shapes_[lamp].flat = true;
+    shapes_[lamp].tilt = model_.tilt_of(lamp, light.normal);
+  }
+  bool shape_known(std::size_t lamp) const { return model_.placed(lamp) && model_.light(lamp).flat; }
 
   /// The last refinement, on all pairs and with finer visibility.
   LampSolution finish() {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       const double at = shapes_[lamp].log_distance;
-      model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), kFineRays);
+      if (model_.placed(lamp))
+        model_.tabulate(lamp, {at}, kFineRays);
+      else
+        model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), kFineRays);
     }
     return solution(refine_lamps(model_, pairs_, paper_, shapes_, Search::fine));
   }
@@ -138,13 +159,7 @@ class LampSearch {
     powers_[lamp] = model_.power(lamp, shapes_[lamp]);
   }
   bool clipped(std::size_t lamp) const { return model_.light(lamp).clipped; }
-  bool any_clipped() const {
-    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      if (clipped(lamp)) return true;
-    }
-    return false;
-  }
-
+  bool unseen(std::size_t lamp) const { return model_.light(lamp).shown != PointLight::Shown::yes; }
   void set_gain(std::size_t lamp, double log_gain) {
     shapes_[lamp].log_gain = {log_gain, log_gain, log_gain};
     update(lamp);
@@ -156,11 +171,12 @@ class LampSearch {
   }
 
   /// Gains of clipped lamps where they usually stand: first the best one for all, then one by one. Without them a
-  /// single lamp close to the probe would have to explain what all of them do.
+  /// single lamp close to the probe would have to explain what all of them do. Lamps that nobody sees are off at first:
+  /// they may be, and do not explain what one that is seen does.
   void start_gains() {
     std::vector<std::size_t> all;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      if (clipped(lamp)) all.push_back(lamp);
+      if (clipped(lamp) && !unseen(lamp)) all.push_back(lamp);
     }
     scan_gain(all);
     for (int round = 0; round < kRounds; ++round) {
@@ -192,7 +208,7 @@ class LampSearch {
     model_.log_albedo(powers_, factors_, log_albedo_);
     double sum = robust_cost(log_albedo_, some_pairs_) * static_cast<double>(pairs_.size()) /
                  static_cast<double>(some_pairs_.size());
-    if (any_clipped()) sum += gauge_cost(model_, log_albedo_, paper_);
+    if (has_gauge(model_, paper_)) sum += gauge_cost(model_, log_albedo_, paper_);
     return sum * penalty(shapes_);
   }
 
@@ -211,11 +227,17 @@ class LampSearch {
       }
     };
     const double octave = std::log(2.0);
-    const std::vector<double> gains = clipped(lamp) ? spaced(-2 * octave, 2 * octave, 5) : std::vector{0.0};
+    const std::vector<double> gains = unseen(lamp)    ? spaced(0, std::log(kLargestGain), kGainSteps)
+                                      : clipped(lamp) ? spaced(-2 * octave, 2 * octave, 5)
+                                                      : std::vector{0.0};
     for (const double gain : gains) {
       std::array<double, 3> log_gain = before.log_gain;
-      for (double& g : log_gain) g = std::max(0.0, g + gain);
+      for (double& g : log_gain) g = unseen(lamp) ? gain : std::max(0.0, g + gain);
       for (const double log_distance : model_.tabulated(lamp)) {
+        if (shape_known(lamp)) {
+          consider({log_distance, true, before.tilt, log_gain});
+          continue;
+        }
         consider({log_distance, false, {}, log_gain});
         if (before.flat) consider({log_distance, true, before.tilt, log_gain});
         for (const Eigen::Vector3f& normal : facing_[lamp]) {
@@ -229,14 +251,23 @@ class LampSearch {
            best.log_gain != before.log_gain;
   }
 
-  /// Refines all lamps together, then looks whether one of the strongest, of doubtful outline, would rather be of the
-  /// other kind.
+  /// Refines all lamps together, then looks whether one that nobody sees would rather be off, and one of the strongest,
+  /// of doubtful outline, of the other kind.
   Refinement refine_shapes() {
     Refinement best = refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough);
     double least = best.cost * penalty(best.shapes);
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      if (!unseen(lamp)) continue;
+      std::vector<LampShape> other = best.shapes;
+      other[lamp].log_gain = {};
+      const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
+      if (tried.cost * penalty(tried.shapes) > least) continue;
+      best = tried;
+      least = tried.cost * penalty(tried.shapes);
+    }
     for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kShaped, model_.lamps()); ++lamp) {
       const float squareness = model_.light(lamp).squareness;
-      if (squareness < kRound || squareness > kQuadrilateral) continue;
+      if (squareness < kRound || squareness > kQuadrilateral || shape_known(lamp)) continue;
       std::vector<LampShape> other = best.shapes;
       other[lamp].flat = !other[lamp].flat;
       other[lamp].tilt = {};

@@ -58,7 +58,8 @@ class Evaluation : public ceres::EvaluationCallback {
   /// Which of a lamp's parameters are known.
   std::vector<int> fixed(std::size_t lamp) const {
     std::vector<int> result;
-    if (!shapes_[lamp].flat) result = {1, 2};
+    if (model_.placed(lamp)) result = {0};
+    if (!shapes_[lamp].flat || (model_.placed(lamp) && model_.light(lamp).flat)) result.insert(result.end(), {1, 2});
     if (!model_.light(lamp).clipped) result.insert(result.end(), {3, 4, 5});
     return result;
   }
@@ -212,12 +213,18 @@ struct Prior {
 };
 
 /// Covariance of all parameters from the curvature of the robust cost (weights 1 / (1 + r²)²), of the gauge where a
-/// lamp is clipped, and of wide priors.
+/// gauge is needed, and of wide priors.
 Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evaluation,
-                              const std::vector<SamplePair>& pairs, int paper, bool clipped) {
+                              const std::vector<SamplePair>& pairs, int paper, bool gauged) {
   const auto size = static_cast<Eigen::Index>(evaluation.parameters());
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(size, size);
-  Eigen::VectorXd row(size);
+  Eigen::VectorXd row(size), raised = Eigen::VectorXd::Ones(size);  // of lamps that send next to nothing
+  for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
+    if (model.light(lamp).shown == PointLight::Shown::yes) continue;
+    const LampShape shape = evaluation.shape(lamp);
+    for (std::size_t c = 0; c < 3; ++c)
+      raised[static_cast<Eigen::Index>(kPerLamp * lamp + 3 + c)] = std::exp(std::max(0.0, kLogDim - shape.log_gain[c]));
+  }
   double squares = 0, weights = 0;
   for (const SamplePair& pair : pairs) {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
@@ -229,7 +236,7 @@ Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evalu
     for (int c = 0; c < 3; ++c) {
       for (Eigen::Index p = 0; p < size; ++p) {
         const auto& derivative = evaluation.derivative[static_cast<std::size_t>(p)];
-        row[p] = kChannelScale * (derivative[a][c] - derivative[b][c]);
+        row[p] = raised[p] * kChannelScale * (derivative[a][c] - derivative[b][c]);
       }
       curvature.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
     }
@@ -239,9 +246,9 @@ Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evalu
   const double variance = kPairsPerObservation * std::max(least, squares / std::max(weights, 1e-9));
   curvature /= std::max(variance, 1e-9);
   const Gauge gauge = gauge_of(paper);
-  for (int c = 0; clipped && c < 3; ++c) {
+  for (int c = 0; gauged && c < 3; ++c) {
     for (Eigen::Index p = 0; p < size; ++p) {
-      row[p] = model.gauged(evaluation.derivative[static_cast<std::size_t>(p)], paper)[c] / gauge.sigma;
+      row[p] = raised[p] * model.gauged(evaluation.derivative[static_cast<std::size_t>(p)], paper)[c] / gauge.sigma;
     }
     curvature += row * row.transpose();
   }
@@ -266,6 +273,19 @@ double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vec
   return sum;
 }
 
+bool has_clipped(const ShadingModel& model) {
+  for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp)
+    if (model.light(lamp).clipped && model.light(lamp).shown == PointLight::Shown::yes) return true;
+  return false;
+}
+
+bool has_gauge(const ShadingModel& model, int paper) {
+  if (has_clipped(model)) return true;
+  for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp)
+    if (model.light(lamp).clipped) return paper >= 0;
+  return false;
+}
+
 Gauge gauge_of(int paper) {
   return paper >= 0 ? Gauge{paper, kPaperAlbedo, kPaperSigma} : Gauge{-1, kRoomAlbedo, kRoomSigma};
 }
@@ -288,9 +308,8 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
     problem.AddResidualBlock(new PairCost(evaluation, pair), new GemanMcClure(how == Search::fine ? 1 : kWideLevel),
                              blocks);
   }
-  bool clipped = false;
-  for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) clipped |= model.light(lamp).clipped;
-  if (clipped) problem.AddResidualBlock(new GaugeCost(model, evaluation, paper), nullptr, blocks);
+  const bool gauged = has_gauge(model, paper);
+  if (gauged) problem.AddResidualBlock(new GaugeCost(model, evaluation, paper), nullptr, blocks);
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     double* p = evaluation.of_lamp(lamp);
     auto* prior = new Prior{std::sqrt(kPriorPairs), {}};
@@ -298,19 +317,17 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
       prior->log_measured[static_cast<std::size_t>(c)] = std::log(std::max(model.light(lamp).irradiance[c], 1e-12f));
     }
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 7, kPerLamp>(prior), nullptr, p);
-    problem.SetParameterLowerBound(p, 0, std::log(kNearest_m));
-    problem.SetParameterUpperBound(p, 0, std::log(kFarthest_m));
-    for (int i = 1; i < 3; ++i) {
-      problem.SetParameterLowerBound(p, i, -kSteepest);
-      problem.SetParameterUpperBound(p, i, kSteepest);
+    const std::vector<int> known = evaluation.fixed(lamp);
+    if (known.size() == kPerLamp) {
+      problem.SetParameterBlockConstant(p);
+      continue;
     }
-    for (int i = 3; i < kPerLamp; ++i) {
-      problem.SetParameterLowerBound(p, i, 0);
-      problem.SetParameterUpperBound(p, i, std::log(kLargestGain));
+    for (int i = 0; i < kPerLamp; ++i) {
+      if (std::count(known.begin(), known.end(), i)) continue;
+      problem.SetParameterLowerBound(p, i, i == 0 ? std::log(kNearest_m) : i < 3 ? -kSteepest : 0);
+      problem.SetParameterUpperBound(p, i, i == 0 ? std::log(kFarthest_m) : i < 3 ? kSteepest : std::log(kLargestGain));
     }
-    if (const std::vector<int> known = evaluation.fixed(lamp); !known.empty()) {
-      problem.SetManifold(p, new ceres::SubsetManifold(kPerLamp, known));
-    }
+    if (!known.empty()) problem.SetManifold(p, new ceres::SubsetManifold(kPerLamp, known));
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
@@ -325,8 +342,8 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   Refinement result;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
   result.cost = robust_cost(evaluation.log_albedo, pairs);
-  if (clipped) result.cost += gauge_cost(model, evaluation.log_albedo, paper);
-  result.covariance = covariance_of(model, evaluation, pairs, paper, clipped);
+  if (gauged) result.cost += gauge_cost(model, evaluation.log_albedo, paper);
+  result.covariance = covariance_of(model, evaluation, pairs, paper, gauged);
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     const auto p = static_cast<Eigen::Index>(kPerLamp * lamp);
     result.log_sigma.push_back(std::sqrt(std::max(0.0, result.covariance(p, p))));

@@ -31,11 +31,22 @@ struct Gauge {
 };
 Gauge gauge_of(int paper);
 
+/// Whether a lamp is clipped in the fish-eye's picture.
+bool has_clipped(const ShadingModel& model);
+/// Whether a gauge is needed. Where all that is seen is measured, what rooms usually are says nothing of a lamp that is
+/// not seen; paper does.
+bool has_gauge(const ShadingModel& model, int paper);
+
 /// Σ over channels ((gauged log albedo - log albedo of the gauge) / σ)², as strong as kGaugePairs pairs.
 double gauge_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& log_albedo, int paper);
 constexpr double kGaugePairs = 300;
 
-/// `paper` is the index of the sample that is paper, or -1. Gains of clipped lamps are unknowns too, at least 1.
+/// Log gain of a lamp that nobody sees, with which it would be dim but matter. One that is found to send less is as
+/// sure as if it sent that: nothing and next to nothing differ by much in logarithm alone.
+constexpr double kLogDim = 3.4;
+
+/// `paper` is the index of the sample that is paper, or -1. Lamps that are placed stay there. Gains of clipped lamps
+/// are unknowns too, at least 1.
 Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs, int paper,
                         const std::vector<LampShape>& start, Search how);
 

@@ -34,7 +34,7 @@ Illumination without_reflections(const Illumination& illumination, const Distanc
   Illumination result = illumination;
   result.lights.clear();
   for (const PointLight& light : illumination.lights) {
-    if (is_reflection(light, illumination.probe_position_m, field, rays)) {
+    if (light.mark < 0 && is_reflection(light, illumination.probe_position_m, field, rays)) {
       add_disk(result.remainder, light.direction, light.angular_radius_rad, light.irradiance);
     } else {
       result.lights.push_back(light);

@@ -46,14 +46,24 @@ void ShadingModel::tabulate(std::size_t lamp, std::vector<double> log_distances,
   }
 }
 
+double ShadingModel::log_distance_of(const PointLight& placed) const {
+  return std::log((placed.position_m - probe_).norm());
+}
+
+/// Its cosine with a direction is the emission that way over that towards the probe.
+Eigen::Vector3f ShadingModel::axis(std::size_t lamp, const LampShape& shape) const {
+  const PointLight& light = lights_[lamp];
+  if (placed(lamp) && light.flat) return light.normal / std::max(-light.normal.dot(light.direction), kLeastSlant);
+  return -light.direction + static_cast<float>(shape.tilt[0]) * across_[lamp][0] +
+         static_cast<float>(shape.tilt[1]) * across_[lamp][1];
+}
+
 Eigen::Vector3f ShadingModel::normal(std::size_t lamp, const LampShape& shape) const {
-  return (-lights_[lamp].direction + static_cast<float>(shape.tilt[0]) * across_[lamp][0] +
-          static_cast<float>(shape.tilt[1]) * across_[lamp][1])
-      .normalized();
+  return axis(lamp, shape).normalized();
 }
 
 std::array<double, 2> ShadingModel::tilt_of(std::size_t lamp, const Eigen::Vector3f& normal) const {
-  const double along = -normal.dot(lights_[lamp].direction);
+  const double along = std::max(-normal.dot(lights_[lamp].direction), kLeastSlant);
   return {normal.dot(across_[lamp][0]) / along, normal.dot(across_[lamp][1]) / along};
 }
 
@@ -69,8 +79,7 @@ void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector
 
   const float distance = static_cast<float>(std::exp(shape.log_distance));
   const Eigen::Vector3f position = probe_ + distance * lights_[lamp].direction;
-  const Eigen::Vector3f axis = -lights_[lamp].direction + static_cast<float>(shape.tilt[0]) * across_[lamp][0] +
-                               static_cast<float>(shape.tilt[1]) * across_[lamp][1];
+  const Eigen::Vector3f facing = axis(lamp, shape);
   result.assign(samples_.size(), 0.0f);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const float visible = (1 - share) * table.visibility[low][i] + share * table.visibility[high][i];
@@ -79,7 +88,7 @@ void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector
     const float squared = way.squaredNorm(), length = std::sqrt(squared);
     const float cosine = samples_[i].normal.dot(way) / length;
     if (!(cosine > 0)) continue;
-    const float emission = shape.flat ? std::max(0.0f, -axis.dot(way) / length) : 1.0f;
+    const float emission = shape.flat ? std::max(0.0f, -facing.dot(way) / length) : 1.0f;
     result[i] = visible * emission * cosine * distance * distance / squared;
   }
 }

@@ -31,6 +31,10 @@ class ShadingModel {
 
   std::size_t lamps() const { return lights_.size(); }
   const PointLight& light(std::size_t lamp) const { return lights_[lamp]; }
+  /// Whether the lamp's distance is not looked for, since its tag says it; where it then glows as a plane, its normal
+  /// too.
+  bool placed(std::size_t lamp) const { return lights_[lamp].distance_known; }
+  double log_distance_of(const PointLight& placed) const;
 
   /// Visibility of the lamp from every sample at each of these distances (rising), `rays` rays over the lamp's disk.
   void tabulate(std::size_t lamp, std::vector<double> log_distances, int rays);
@@ -61,6 +65,7 @@ class ShadingModel {
     std::vector<double> log_distances;
     std::vector<std::vector<float>> visibility;  ///< per distance, per sample
   };
+  Eigen::Vector3f axis(std::size_t lamp, const LampShape& shape) const;
   Eigen::Array3f irradiance(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
                             const std::vector<std::vector<float>>& factors) const;
 

@@ -9,6 +9,7 @@
 #include "capture/radiance.h"
 #include "reconstruct/light_cover.h"
 #include "reconstruct/light_environment.h"
+#include "reconstruct/light_marks.h"
 #include "reconstruct/light_split.h"
 #include "reconstruct/light_tracking.h"
 #include "reconstruct/light_view.h"
@@ -16,9 +17,6 @@
 namespace lumigraft {
 namespace {
 
-// A panel that the probe sees at a slant sends more straight ahead than was seen of it: this cosine bounds how much. As
-// relight has it.
-constexpr float kLeastSlant = 0.1f;
 constexpr int kEnvironmentWidth = 128, kEnvironmentHeight = 64;
 
 using Pictures = std::vector<std::shared_ptr<const Picture>>;
@@ -87,11 +85,12 @@ float PointLight::emission(const Eigen::Vector3f& towards) const {
 }
 
 struct LightStage::State {
-  explicit State(const LightSettings& the_settings)
-      : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)) {}
+  State(const Session& session, const LightSettings& the_settings)
+      : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)), marked(session) {}
 
   LightSettings settings;
   Illumination illuminate(const RadiancePicture& picture) const;
+  void place(const std::vector<LampMark>& marks, bool fresh);
 
   std::optional<FisheyeCamera> camera;
   Response color_response = Response::srgb();
@@ -101,13 +100,16 @@ struct LightStage::State {
   Image<float> vignetting_gain;
   std::optional<EnvironmentResampler> resampler;
   LightTracker tracker;
+  MarkedLights marked;
   Pictures last_pictures;
-  std::shared_ptr<const Illumination> last;
+  std::shared_ptr<const Illumination> seen;  ///< what the last picture showed, no more;
+  std::shared_ptr<const Illumination> last;  ///< and with what marks say of lamps
+  std::vector<std::string> mark_warnings;
   std::uint64_t version = 0;
 };
 
 LightStage::LightStage(const Session& session, const LightSettings& settings)
-    : state_(std::make_unique<State>(settings)) {
+    : state_(std::make_unique<State>(session, settings)) {
   state_->camera = session.fisheye;
   state_->color_response = session.color.response;
   if (!session.fisheye) return;
@@ -122,7 +124,10 @@ Illumination LightStage::State::illuminate(const RadiancePicture& picture) const
   const LightSplit split = split_lamps(picture.radiance, picture.clipped, view, settings.max_lights);
   Illumination now;
   now.probe_position_m = camera->T_tag_fisheye.translation().cast<float>();
-  for (const Lamp& lamp : split.lamps) now.lights.push_back(point_light(lamp));
+  for (const Lamp& lamp : split.lamps) {
+    now.lights.push_back(point_light(lamp));
+    now.lights.back().id = static_cast<int>(now.lights.size());  // until it is known who is who
+  }
   const Image<std::uint8_t> clipped = still_clipped(picture, split);
   now.remainder = resampler->resample(split.rest, view, clipped.empty() ? nullptr : &clipped);
   now.remainder_sh = project_sh(now.remainder);
@@ -130,10 +135,28 @@ Illumination LightStage::State::illuminate(const RadiancePicture& picture) const
   return now;
 }
 
-LightStage::Result LightStage::extract(const FrameSet& frame) {
+/// Puts what the picture showed and what marks say together, anew where either changed.
+void LightStage::State::place(const std::vector<LampMark>& marks, bool fresh) {
+  if (!marks.empty()) {
+    auto known = std::make_shared<Illumination>(*seen);
+    marked.identify(marks, known->lights, known->probe_position_m);
+    seen = std::move(known);
+  }
+  MarkedLights::Result placed =
+      marked.place(*seen, marks, [this](int mark) { return tracker.id_of_mark(mark, seen->lights); });
+  mark_warnings = std::move(placed.warnings);
+  if (!fresh && last && same_places(placed.lights, last->lights)) return;
+  auto now = std::make_shared<Illumination>(*seen);
+  now->lights = std::move(placed.lights);
+  now->version = ++version;
+  last = std::move(now);
+}
+
+LightStage::Result LightStage::extract(const FrameSet& frame, const std::vector<LampMark>& marks) {
   State& s = *state_;
   Result result;
-  const bool at_rest = s.last && std::none_of(s.last->lights.begin(), s.last->lights.end(),
+  bool fresh = false;  // a picture that says something new
+  const bool at_rest = s.seen && std::none_of(s.seen->lights.begin(), s.seen->lights.end(),
                                               [](const PointLight& light) { return light.hidden > 0; });
   if (s.camera && !frame.fisheye.empty() && !(at_rest && same_content(frame.fisheye, s.last_pictures))) {
     RadiancePicture picture = merge_bracket(frame.fisheye, s.camera->response);
@@ -149,21 +172,24 @@ LightStage::Result LightStage::extract(const FrameSet& frame) {
       } else {
         s.level_warning = finding.warning;
         auto now = std::make_shared<Illumination>(s.illuminate(picture));
-        s.tracker.update(s.last.get(), *now);
-        now->version = ++s.version;
-        s.last = std::move(now);
+        s.marked.identify(marks, now->lights, now->probe_position_m);
+        s.tracker.update(s.seen.get(), *now);
+        s.seen = std::move(now);
+        fresh = true;
         s.last_pictures = frame.fisheye;
       }
     } else {
       result.warnings.push_back("the fish-eye picture is not of the size of its camera: skipped");
     }
   }
+  if (s.seen) s.place(marks, fresh);
   result.illumination = s.last;
   if (!s.last) {
     result.warnings.push_back("no fish-eye picture: where light comes from is unknown");
     return result;
   }
   const std::string level_warning = result.warnings.empty() ? s.level_warning : "";
+  result.warnings.insert(result.warnings.end(), s.mark_warnings.begin(), s.mark_warnings.end());
   for (const std::string& warning : {level_warning, hidden_warning(*s.last), clipped_warning(*s.last)}) {
     if (!warning.empty()) result.warnings.push_back(warning);
   }
@@ -175,6 +201,8 @@ void LightStage::reset() {
   state_->watch.reset();
   state_->level_warning.clear();
   state_->last_pictures.clear();
+  state_->marked.reset();
+  state_->seen.reset();
   state_->last.reset();
 }
 

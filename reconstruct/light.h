@@ -9,12 +9,13 @@
 
 #include "capture/frame.h"
 #include "capture/session.h"
+#include "reconstruct/marks.h"
 #include "reconstruct/spherical_harmonics.h"
 
 namespace lumigraft {
 
-/// A lamp. The fish-eye gives direction, size and irradiance at its place; shading of the room gives the distance.
-/// While `distance_known` is false the lamp counts as infinitely far.
+/// A lamp. The fish-eye gives direction, size and irradiance at its place; shading of the room gives the distance, or
+/// the tag that the lamp carries. While `distance_known` is false the lamp counts as infinitely far.
 struct PointLight {
   int id = 0;                                            ///< stable over time
   Eigen::Vector3f direction = Eigen::Vector3f::UnitZ();  ///< unit, tag frame, from the probe to the lamp
@@ -31,12 +32,22 @@ struct PointLight {
   int region = -1;                                   ///< the same for pieces of one wide lamp; -1: no piece
   bool flat = false;                                 ///< emits as a plane does, with the cosine; else evenly
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, tag frame; where flat (and distance_known)
+  int mark = -1;  ///< index into Session::lamps of what its tag says that it is; -1: none says so
+  /// What the fish-eye's picture says of a lamp that its tag puts there. `outside` of its view, and `dark` where it is
+  /// hidden from the fish-eye or switched off: then irradiance is that of a free sight, a guess, and power_log_sigma
+  /// says how good (kUnknownPower: none). The shading of the room tells more.
+  enum class Shown { yes, outside, dark } shown = Shown::yes;
   int hidden = 0;  ///< pictures since it was last seen: it is held, then faded out; 0 where the newest shows it
 
   /// Radiant intensity towards a unit direction (from the lamp on), over `intensity`, which is that towards the probe:
   /// 1 where not flat, else max(0, n·ω) / (n·ω_probe).
   float emission(const Eigen::Vector3f& towards) const;
 };
+
+constexpr float kUnknownPower = 10;  ///< power_log_sigma of a power of which nothing is known
+/// A panel that the probe sees at a slant sends more straight ahead than was seen of it: this cosine bounds how much.
+/// As relight has it.
+constexpr float kLeastSlant = 0.1f;
 
 /// Radiance as a latitude-longitude picture: column u is azimuth φ = 2π (u + 0.5)/width - π (φ = atan2(y, x)), row v is
 /// polar angle θ = π (v + 0.5)/height from +z (tag frame). Directions no camera saw hold the mean of what was seen
@@ -70,7 +81,8 @@ class LightStage {
         illumination;  ///< the last one again where the frame has no fish-eye; may be null
     std::vector<std::string> warnings;
   };
-  Result extract(const FrameSet& frame);
+  /// `marks`: where lamps stand that carry tags, in this very frame.
+  Result extract(const FrameSet& frame, const std::vector<LampMark>& marks = {});
   void reset();
 
  private:

@@ -25,6 +25,7 @@ PointLight join(const PointLight& a, const PointLight& b) {
   both.angular_radius_rad =
       std::acos(std::clamp(1 - cap(a.angular_radius_rad) - cap(b.angular_radius_rad), -1.0f, 1.0f));
   both.clipped = a.clipped || b.clipped;
+  both.position_m = (wa * a.position_m + wb * b.position_m) / all;
   both.squareness = (wa * a.squareness + wb * b.squareness) / all;
   return both;
 }

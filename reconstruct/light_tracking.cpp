@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <vector>
 
 #include "reconstruct/light_environment.h"
@@ -11,6 +12,7 @@ namespace lumigraft {
 namespace {
 
 constexpr float kSameLampRad = 0.1f;  // between two pictures
+constexpr float kMarked = 10;         // a mark says more than any angle
 constexpr float kStillRad = 0.009f;   // about a pixel and a half of a 512-pixel fish-eye
 constexpr float kStillShare = 0.1f;   // of a lamp's irradiance
 constexpr int kLongestMean = 10;      // pictures
@@ -25,13 +27,14 @@ float angle_between(const PointLight& a, const PointLight& b) {
   return std::acos(std::clamp(a.direction.dot(b.direction), -1.0f, 1.0f));
 }
 
-/// For each lamp of `now` the index of its lamp in `last`, or -1: nearest pairs first.
+/// For each lamp of `now` the index of its lamp in `last`, or -1: those with the same mark, then nearest pairs first.
 std::vector<int> match(const std::vector<PointLight>& now, const std::vector<PointLight>& last) {
   std::vector<Match> pairs;
   for (std::size_t i = 0; i < now.size(); ++i) {
     for (std::size_t j = 0; j < last.size(); ++j) {
+      const bool marked = now[i].mark >= 0 && last[j].mark >= 0, same = marked && now[i].mark == last[j].mark;
       const float angle = angle_between(now[i], last[j]);
-      if (angle < kSameLampRad) pairs.push_back({angle, i, j});
+      if (same || (!marked && angle < kSameLampRad)) pairs.push_back({same ? angle - kMarked : angle, i, j});
     }
   }
   std::stable_sort(pairs.begin(), pairs.end(), [](const Match& a, const Match& b) { return a.angle < b.angle; });
@@ -46,7 +49,7 @@ std::vector<int> match(const std::vector<PointLight>& now, const std::vector<Poi
 }
 
 bool still(const PointLight& now, const PointLight& last) {
-  return angle_between(now, last) < kStillRad && now.clipped == last.clipped &&
+  return now.mark == last.mark && angle_between(now, last) < kStillRad && now.clipped == last.clipped &&
          (now.irradiance - last.irradiance).norm() < kStillShare * last.irradiance.norm();
 }
 
@@ -90,6 +93,35 @@ void LightTracker::keep_hidden(const Illumination& last, const std::vector<int>&
   }
 }
 
+int LightTracker::id_of_mark(int mark, const std::vector<PointLight>& lights) {
+  const auto [entry, is_new] = ids_of_marks_.try_emplace(mark, next_id_);
+  const int id = entry->second;
+  if (is_new || std::any_of(lights.begin(), lights.end(),
+                            [&](const PointLight& light) { return light.id == id && light.mark != mark; }))
+    entry->second = next_id_++;
+  return entry->second;
+}
+
+/// Lamps get the ids they had before; one with a mark that of the mark, which is the one it had when it got the mark.
+void LightTracker::name(const std::vector<PointLight>& before, const std::vector<int>& found,
+                        std::vector<PointLight>& lights) {
+  std::set<int> taken;
+  const auto old_id = [&](std::size_t i) { return found[i] < 0 ? -1 : before[static_cast<std::size_t>(found[i])].id; };
+  const auto marked = [&](std::size_t i) {  // pieces of one lamp cannot share an id
+    return lights[i].mark >= 0 && lights[i].region < 0;
+  };
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (!marked(i)) continue;
+    if (old_id(i) >= 0) ids_of_marks_.try_emplace(lights[i].mark, old_id(i));
+    lights[i].id = id_of_mark(lights[i].mark, {});
+    taken.insert(lights[i].id);
+  }
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (marked(i)) continue;
+    lights[i].id = old_id(i) >= 0 && !taken.contains(old_id(i)) ? old_id(i) : next_id_++;
+  }
+}
+
 void LightTracker::reset() { *this = LightTracker(most_); }
 
 void LightTracker::update(const Illumination* last, Illumination& now) {
@@ -97,8 +129,8 @@ void LightTracker::update(const Illumination* last, Illumination& now) {
   const std::vector<PointLight>& before = last ? last->lights : none;
   const std::vector<int> found = match(now.lights, before);
   bool all_still = last && now.lights.size() == before.size();
+  name(before, found, now.lights);
   for (std::size_t i = 0; i < now.lights.size(); ++i) {
-    now.lights[i].id = found[i] < 0 ? next_id_++ : before[static_cast<std::size_t>(found[i])].id;
     all_still = all_still && found[i] >= 0 && still(now.lights[i], before[static_cast<std::size_t>(found[i])]);
   }
   if (last && !all_still) keep_hidden(*last, found, now);

@@ -11,6 +11,7 @@
 #include "reconstruct/pose_place.h"
 #include "reconstruct/pose_plane.h"
 #include "reconstruct/pose_reader.h"
+#include "reconstruct/pose_search.h"
 #include "reconstruct/pose_size.h"
 #include "reconstruct/pose_tag.h"
 #include "reconstruct/pose_tags.h"
@@ -33,14 +34,6 @@ constexpr std::int64_t kUnsharpNs = 2'000'000'000;
 constexpr double kAgree = 25;  // squared σ in six directions, within which a tag and surfaces mean the same pose
 constexpr double kDoubt = 2;   // squared σ, below which two explanations are as good
 
-/// Full resolution while the tag may be small in the picture; half beyond, where corners are refined anyway.
-int finest(int width) { return width <= 640 ? 1 : 2; }
-/// A tag so wide is found as well at half of it, in a quarter of the time: the library needs three pixels a cell or so,
-/// of eight, and refines corners in the whole picture.
-constexpr double kWide_px = 64;
-
-Vector2d centre_of(const TagCorners& corners) { return (corners[0] + corners[1] + corners[2] + corners[3]) / 4; }
-
 /// One of the tags that are looked for.
 struct KnownTag {
   int id;
@@ -54,13 +47,13 @@ struct KnownTag {
 
 struct PoseStage::State {
   State(const Tag& tag, const CameraModel& camera_in, const Response& response)
-      : camera(camera_in), finder(tag), carry(camera_in) {
+      : camera(camera_in), search(tag, camera_in), carry(camera_in) {
     places.emplace_back();
-    tags.push_back({tag.id, TagReader(finder.pattern(), tag.size_m, camera, response), {tag.id, tag.size_m}});
+    tags.push_back({tag.id, TagReader(search.pattern(0), tag.size_m, camera, response), {tag.id, tag.size_m}});
     for (const FurtherTag& also : tag.also) {
       places.emplace_back(also.T_tag_also);
       tags.push_back(
-          {also.id, TagReader(finder.pattern(tags.size()), also.size_m, camera, response), {also.id, also.size_m}});
+          {also.id, TagReader(search.pattern(tags.size()), also.size_m, camera, response), {also.id, also.size_m}});
     }
   }
 
@@ -68,7 +61,6 @@ struct PoseStage::State {
   bool homeless() const;
   std::optional<Isometry3d> expected(std::size_t tag) const;
   std::vector<TagSighting> find(const FrameSet& frame);
-  std::vector<TagSighting> find_in(const Picture& picture, const PixelRegion& region, double narrowest_px, int id);
   std::vector<TagSighting> find_expected(const FrameSet& frame);
   std::vector<TagSighting> look_around(const FrameSet& frame);
   std::vector<TagReading> read(const FrameSet& frame);
@@ -81,7 +73,7 @@ struct PoseStage::State {
   void warn_of_tags(std::vector<std::string>& warnings) const;
 
   CameraModel camera;
-  TagFinder finder;
+  TagSearch search;
   std::vector<KnownTag> tags;    ///< the first is the world
   std::vector<TagPlace> places;  ///< of each
   PoseFilter filter;
@@ -92,7 +84,6 @@ struct PoseStage::State {
   int measured = 0;           ///< frames with a tag
   double sharp_sigma_m = 0;   ///< how sure the tag was of late while it was sharp
   std::int64_t sharp_ns = 0;  ///< and until when
-  float gain = 1;             ///< of the last search over a whole picture
 };
 
 bool PoseStage::State::recent(const FrameSet& frame) const {
@@ -111,22 +102,6 @@ std::optional<Isometry3d> PoseStage::State::expected(std::size_t tag) const {
   return last->T_tag_camera_raw.inverse() * *T_world_tag;
 }
 
-/// A tag of about this size in the picture, every time that it is seen.
-std::vector<TagSighting> PoseStage::State::find_in(const Picture& picture, const PixelRegion& region,
-                                                   double narrowest_px, int id) {
-  const Image<std::uint8_t> codes = detector_codes(picture, region, gain);
-  const int fine = finest(region.width);
-  std::vector<TagSighting> found;
-  for (int decimate = narrowest_px >= kWide_px * fine ? 2 * fine : fine; found.empty() && decimate >= fine;
-       decimate /= 2) {
-    found = finder.find(codes, decimate);
-    std::erase_if(found, [id](const TagSighting& sighting) { return sighting.id != id; });
-  }
-  for (TagSighting& sighting : found)
-    for (Vector2d& corner : sighting.corners) corner += Vector2d(region.left, region.top);
-  return found;
-}
-
 /// Each tag where it was.
 std::vector<TagSighting> PoseStage::State::find_expected(const FrameSet& frame) {
   std::vector<TagSighting> found;
@@ -134,33 +109,19 @@ std::vector<TagSighting> PoseStage::State::find_expected(const FrameSet& frame) 
     const auto T_camera_tag = expected(t);
     const auto place = T_camera_tag ? tags[t].reader.place(*T_camera_tag) : std::nullopt;
     if (!place) continue;
-    for (const TagSighting& sighting : find_in(*frame.color, place->region, place->narrowest_px, tags[t].id))
+    for (const TagSighting& sighting : search.in_region(*frame.color, place->region, place->narrowest_px, tags[t].id))
       found.push_back(sighting);
   }
   return found;
 }
 
-/// The whole picture, first at half the resolution.
+/// The whole picture.
 std::vector<TagSighting> PoseStage::State::look_around(const FrameSet& frame) {
-  const Picture& picture = *frame.color;
   looked_around_ns = frame.time_ns;
-  if (!picture.radiance.empty()) gain = detector_gain(picture.radiance);
-  const Image<std::uint8_t> codes = detector_codes(picture, {0, 0, camera.width, camera.height}, gain);
   const bool tracked = recent(frame) && last->from == Pose::From::tag;
-  std::vector<TagSighting> coarse;
-  if (!tracked || !homeless()) coarse = finder.find(codes, 2 * finest(camera.width));
-  if (coarse.empty() && (!tracked || homeless())) coarse = finder.find(codes, finest(camera.width));
-  std::vector<TagSighting> found;
-  for (const TagSighting& sighting : coarse) {
-    // Corners as the region around it shows them: what tracking measures, too.
-    std::optional<TagSighting> nearest;
-    for (const TagSighting& again :
-         find_in(picture, tiles_around(sighting.corners, camera), narrowest_px(sighting.corners), sighting.id))
-      if (!nearest || (centre_of(again.corners) - centre_of(sighting.corners)).norm() <
-                          (centre_of(nearest->corners) - centre_of(sighting.corners)).norm())
-        nearest = again;
-    found.push_back(nearest.value_or(sighting));
-  }
+  std::vector<TagSighting> found = search.everywhere(*frame.color, !tracked     ? TagSearch::Depth::half_then_full
+                                                                   : homeless() ? TagSearch::Depth::full
+                                                                                : TagSearch::Depth::half);
   for (KnownTag& tag : tags)
     tag.at_once = static_cast<std::size_t>(
         std::count_if(found.begin(), found.end(), [&](const TagSighting& s) { return s.id == tag.id; }));
@@ -168,10 +129,7 @@ std::vector<TagSighting> PoseStage::State::look_around(const FrameSet& frame) {
 }
 
 std::vector<TagSighting> PoseStage::State::find(const FrameSet& frame) {
-  const Picture& picture = *frame.color;
-  const int width = std::max(picture.encoded.width, picture.radiance.width);
-  const int height = std::max(picture.encoded.height, picture.radiance.height);
-  if (width != camera.width || height != camera.height) return {};
+  if (!search.fits(*frame.color)) return {};
   if (!recent(frame) || !looked_around_ns || frame.time_ns < *looked_around_ns) return look_around(frame);
 
   std::vector<TagSighting> found = find_expected(frame);

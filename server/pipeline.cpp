@@ -13,6 +13,7 @@
 
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
+#include "reconstruct/marks.h"
 #include "reconstruct/pose.h"
 #include "relight/planner.h"
 #include "server/albedo_schedule.h"
@@ -78,6 +79,7 @@ struct Pipeline::State {
 
   PoseStage pose;
   FusionStage fusion;
+  MarkStage marks;
   LightStage light;
   AlbedoStage albedo;
   EnclosureStage enclosure;
@@ -93,7 +95,7 @@ struct Pipeline::State {
   std::atomic<bool> pose_waits_for_relight = false;
   JustInTime just_in_time;
   Mailbox<std::shared_ptr<const PosedFrame>> to_geometry{"fuse"};
-  Mailbox<std::shared_ptr<const FrameSet>> to_light{"light"};
+  Mailbox<std::shared_ptr<const PosedFrame>> to_light{"light"};
   Mailbox<ShownPicture> to_encode{"encode"};
   Rest geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery}, room_rest{kRoomEvery};
 
@@ -119,6 +121,7 @@ struct Pipeline::State {
         publish(std::move(the_publish)),
         pose(session.tag, session.color.model, session.color.response),
         fusion(session, FusionSettings{}),
+        marks(session),
         light(session, LightSettings{}),
         albedo(session),
         gloss(session),
@@ -195,9 +198,6 @@ void Pipeline::State::capture_turn() {
   if (to_pose.put(*played)) {
     metrics.drop(pose_waits_for_relight ? "relight" : "pose");
   }
-  if (light_rest.over(kRest)) {
-    put(to_light, played->frame);
-  }
 }
 
 void Pipeline::State::pose_turn(std::uint64_t& round) {
@@ -229,6 +229,9 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
   if (where && where->age_ns == 0 && played->frame->depth &&
       geometry_rest.over(learning ? kRest : kGeometryRestLater)) {
     put(to_geometry, std::shared_ptr<const PosedFrame>(posed));
+  }
+  if (light_rest.over(kRest)) {
+    put(to_light, std::shared_ptr<const PosedFrame>(posed));
   }
   put(to_relight, std::shared_ptr<const PosedFrame>(posed));
 }
@@ -303,10 +306,12 @@ void Pipeline::State::geometry_turn() {
 }
 
 void Pipeline::State::light_turn() {
-  if (const auto frame = to_light.take(kTick)) {
+  if (const std::shared_ptr<const PosedFrame> posed = to_light.take(kTick).value_or(nullptr)) {
     const AtWork work(light_rest);
     const StageTimer timer(metrics, "light");
-    LightStage::Result result = light.extract(**frame);
+    MarkStage::Result marked = marks.locate(*posed->played.frame, posed->located.pose);
+    LightStage::Result result = light.extract(*posed->played.frame, marked.marks);
+    append_warnings(result.warnings, marked.warnings);
     board.publish_light(result.illumination);
     board.publish_warnings("light", std::move(result.warnings));
     board.publish_warnings("light stage", {});

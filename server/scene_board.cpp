@@ -115,22 +115,31 @@ std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, cons
   for (PointLight lamp : newest.lights) {
     const PointLight* before = lamp_of(measured, lamp.id);
     const PointLight* known = lamp_of(solved, lamp.id);
-    if (before && !known) {
+    const bool unseen = lamp.shown != PointLight::Shown::yes;
+    const bool was_unseen = before && before->shown != PointLight::Shown::yes;
+    if (was_unseen && !known && unseen) continue;  // it was found to be off
+    if (before && !known && !was_unseen) {
       add_disk(carried->remainder, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);
       continue;
     }
-    if (before && lamp.clipped && before->clipped) {
+    if (known && ((unseen && was_unseen) || (lamp.clipped && before->clipped))) {
       lamp.irradiance =
           lamp.irradiance.cwiseProduct(known->irradiance.cwiseQuotient(before->irradiance.cwiseMax(1e-12f)));
+      lamp.power_log_sigma = known->power_log_sigma;
     }
-    if (known && known->distance_known && !lamp.distance_known) {
-      const float distance_m = (known->position_m - solved.probe_position_m).norm();
-      lamp.distance_known = true;
-      lamp.position_m = carried->probe_position_m + distance_m * lamp.direction;
-      lamp.radius_m = distance_m * std::tan(lamp.angular_radius_rad);
-      lamp.flat = known->flat;
-      lamp.normal = known->normal;
-      lamp.intensity = lamp.irradiance * (distance_m * distance_m);  // E = I / d² at the probe, facing the lamp
+    if (known && known->distance_known) {
+      if (!lamp.distance_known) {
+        const float distance_m = (known->position_m - solved.probe_position_m).norm();
+        lamp.distance_known = true;
+        lamp.position_m = carried->probe_position_m + distance_m * lamp.direction;
+        lamp.radius_m = distance_m * std::tan(lamp.angular_radius_rad);
+      }
+      if (!lamp.flat) {
+        lamp.flat = known->flat;
+        lamp.normal = known->normal;
+      }
+      // E = I / d² at the probe, facing the lamp
+      lamp.intensity = lamp.irradiance * (lamp.position_m - carried->probe_position_m).squaredNorm();
     }
     carried->lights.push_back(lamp);
   }

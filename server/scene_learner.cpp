@@ -4,6 +4,7 @@
 
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
+#include "reconstruct/marks.h"
 #include "reconstruct/pose.h"
 #include "server/albedo_schedule.h"
 #include "server/scene_board.h"
@@ -29,6 +30,7 @@ struct SceneLearner::State {
   std::unique_ptr<Oracle> oracle;
   PoseStage pose;
   FusionStage fusion;
+  MarkStage marks;
   LightStage light;
   AlbedoStage albedo;
   EnclosureStage enclosure;
@@ -40,6 +42,7 @@ struct SceneLearner::State {
       : oracle(std::move(the_oracle)),
         pose(session.tag, session.color.model, session.color.response),
         fusion(session, FusionSettings{}),
+        marks(session),
         light(session, LightSettings{}),
         albedo(session),
         gloss(session) {}
@@ -100,7 +103,9 @@ LearntFrame SceneLearner::learn(const FrameSet& sensed) {
       s.board.publish_light(s.oracle->illumination(frame));
       return;
     }
-    LightStage::Result result = s.light.extract(frame);
+    const MarkStage::Result marked = s.marks.locate(frame, pose);
+    append_warnings(learnt.warnings, marked.warnings);
+    LightStage::Result result = s.light.extract(frame, marked.marks);
     s.board.publish_light(result.illumination);
     s.board.publish_warnings("light", result.warnings);
   });

@@ -58,6 +58,11 @@ roughness = 0.2
 metallic = 1
 specular = 1
 base_color = [0.5, 0.5, 0.5]
+[[lamp]]
+tag_id = 4
+tag_size_m = 0.05
+position_m = [0, 0.1, 0]
+radius_m = 0.02
 [server]
 listen = "127.0.0.1:8080"
 )";
@@ -171,6 +176,8 @@ TEST_F(SessionRecording, CarriesTheCalibrationUnrounded) {
   EXPECT_EQ(after.fisheye->model.fov_rad, before.fisheye->model.fov_rad);
   EXPECT_EQ(after.fisheye->T_tag_fisheye.matrix(), before.fisheye->T_tag_fisheye.matrix());
   EXPECT_EQ(after.tag.id, 7) << "what --set said";
+  ASSERT_EQ(after.lamps.size(), 1u);
+  EXPECT_EQ(after.lamps[0].tag_id, 4);
   ASSERT_EQ(after.real_surfaces.size(), 1u);
   EXPECT_EQ(after.real_surfaces[0].mesh.parent_path(), out());
 }

@@ -169,6 +169,52 @@ id = )";
             std::string::npos);
 }
 
+TEST_F(SessionFile, LampsMayCarryTags) {
+  const std::string lamp = R"([[lamp]]
+tag_id = 7
+tag_size_m = 0.06
+position_m = [0.0, -0.05, 0.02]
+radius_m = 0.03
+)";
+  std::ofstream(folder_ / "session.toml") << kWhole + lamp +
+                                                 "name = \"spot\"\nnormal = [0, -0.9, 0]\nintensity = [3, 2.5, 2]\n" +
+                                                 lamp.substr(0, lamp.find('7')) + "8" + lamp.substr(lamp.find('7') + 1);
+  const Session s = read();
+  ASSERT_EQ(s.lamps.size(), 2u);
+  EXPECT_EQ(s.lamps[0].name, "spot");
+  EXPECT_EQ(s.lamps[0].tag_id, 7);
+  EXPECT_EQ(s.lamps[0].tag_size_m, 0.06);
+  EXPECT_EQ(s.lamps[0].position_m, Eigen::Vector3d(0, -0.05, 0.02));
+  EXPECT_EQ(s.lamps[0].radius_m, 0.03);
+  ASSERT_TRUE(s.lamps[0].normal && s.lamps[0].intensity);
+  EXPECT_EQ(*s.lamps[0].normal, Eigen::Vector3d(0, -1, 0));
+  EXPECT_EQ(*s.lamps[0].intensity, Eigen::Vector3f(3, 2.5f, 2));
+  EXPECT_EQ(s.lamps[1].name, "with tag 8");
+  EXPECT_FALSE(s.lamps[1].normal || s.lamps[1].intensity);
+
+  const auto error = [&](const std::string& piece, const std::string& wrong) {
+    std::string bad = lamp;
+    bad.replace(bad.find(piece), piece.size(), wrong);
+    return error_with("specular = 1.0\n", "specular = 1.0\n" + bad);
+  };
+  for (const auto& [piece, wrong, said] : {
+           std::tuple("tag_id = 7", "tag_id = 2", "lamp.0.tag_id: found 2 twice, allowed: each tag once"),
+           std::tuple("tag_id = 7", "tag_id = 587", "lamp.0.tag_id: found 587"),
+           std::tuple("tag_id = 7\n", "", "lamp.0.tag_id"),
+           std::tuple("0.06", "60", "lamp.0.tag_size_m: found 60"),
+           std::tuple("[0.0, -0.05, 0.02]", "[0, -50, 20]", "lamp.0.position_m: found -50"),
+           std::tuple("[0.0, -0.05, 0.02]", "[0, 1]", "lamp.0.position_m"),
+           std::tuple("0.03", "0", "lamp.0.radius_m: found 0"),
+           std::tuple("radius_m = 0.03", "radius_m = 0.03\nnormal = [0, 0, 0.1]", "lamp.0.normal: found a vector"),
+           std::tuple("radius_m = 0.03", "radius_m = 0.03\nintensity = [-1, 0, 0]", "lamp.0.intensity: found -1"),
+           std::tuple("radius_m = 0.03", "radius_m = 0.03\nintensity = [0, 0, 0]", "lamp.0.intensity: found none"),
+           std::tuple("radius_m = 0.03", "radius_m = 0.03\ncolour = 3", "colour"),
+       }) {
+    const std::string text = error(piece, wrong);
+    EXPECT_NE(text.find(said), std::string::npos) << wrong << ": " << text;
+  }
+}
+
 TEST_F(SessionFile, DepthAndFisheyeAreOptional) {
   const std::string text = kWhole;
   std::ofstream(folder_ / "session.toml") << text.substr(0, text.find("[depth]")) + text.substr(text.find("[tag]"));

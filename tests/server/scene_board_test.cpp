@@ -111,6 +111,29 @@ TEST(SceneBoard, AClippedLampKeepsItsGain) {
   EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 11) << "now it is measured";
 }
 
+// A lamp that a tag places and no fish-eye sees: solving found 5 times the power that was guessed. It moves.
+TEST(SceneBoard, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
+  Illumination measured = one_lamp(1, 2);
+  measured.lights[0].shown = PointLight::Shown::dark;
+  measured.lights[0].distance_known = true;
+  measured.lights[0].position_m = Eigen::Vector3f(3, 0, 1);
+  Illumination newest = measured, solved = measured;
+  newest.version = 2;
+  newest.lights[0].position_m = Eigen::Vector3f(2, 0, 1);
+  solved.lights[0].irradiance *= 5;
+  solved.lights[0].power_log_sigma = 0.1f;
+  const PointLight lamp = carry_lamps(newest, measured, solved)->lights.at(0);
+  EXPECT_EQ(lamp.position_m, newest.lights[0].position_m);
+  EXPECT_FLOAT_EQ(lamp.irradiance.x(), 10);
+  EXPECT_FLOAT_EQ(lamp.intensity.x(), 4 * 10);
+  EXPECT_EQ(lamp.power_log_sigma, 0.1f);
+
+  solved.lights.clear();  // off
+  EXPECT_TRUE(carry_lamps(newest, measured, solved)->lights.empty());
+  newest.lights[0].shown = PointLight::Shown::yes;  // switched on since: a lamp, and no reflection
+  EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 2);
+}
+
 TEST(SceneBoard, AReflectionStaysOne) {
   Illumination newest = one_lamp(2, 7), solved = one_lamp(1, 10);
   newest.remainder.radiance = Image<float>(64, 32, 3);
