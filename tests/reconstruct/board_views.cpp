@@ -42,7 +42,8 @@ Eigen::Isometry3d board_at(double distance_m, double angle_rad, double azimuth_r
   using Eigen::AngleAxisd, Eigen::Vector3d;
   const Vector3d sight(std::sin(angle_rad) * std::cos(azimuth_rad), std::sin(angle_rad) * std::sin(azimuth_rad),
                        std::cos(angle_rad));
-  const auto to_sight = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), sight);
+  // The smallest turn from the axis. Eigen's own brings a decomposition along that takes seconds to compile.
+  const auto to_sight = Eigen::Quaterniond(1 + sight.z(), -sight.y(), sight.x(), 0).normalized();
   const Vector3d axis(std::cos(slant_azimuth_rad), std::sin(slant_azimuth_rad), 0);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   // Upright before the camera: x right, y up (the camera's -y), z towards it.
