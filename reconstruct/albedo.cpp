@@ -113,6 +113,14 @@ std::string power_warning(const std::vector<PointLight>& lights) {
          " is a guess: neither white paper nor shadows tell it, and surfaces may be lighter or darker than found";
 }
 
+std::string beam_warning(const std::vector<LampEstimate>& estimates) {
+  const auto beams =
+      std::count_if(estimates.begin(), estimates.end(), [](const LampEstimate& estimate) { return estimate.beam; });
+  if (beams == 0) return "";
+  return std::to_string(beams) + (beams == 1 ? " lamp sends a beam: it is" : " lamps send beams: they are") +
+         " drawn as a panel, and may stand farther away; a tag on it would tell";
+}
+
 constexpr const char* kNoSurface =
     "no surface of the room is known: the depth pictures hold no measurements, or none within reach";
 
@@ -296,7 +304,9 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
 
   s.last = {result, lit, std::move(warnings)};
   if (surface.points.empty()) s.last.warnings.push_back(kNoSurface);
-  for (const std::string& warning : {distance_warning(lit->lights), power_warning(lit->lights),
+  std::vector<LampEstimate> estimates;
+  for (const auto& [id, estimate] : s.estimates) estimates.push_back(estimate);
+  for (const std::string& warning : {distance_warning(lit->lights), beam_warning(estimates), power_warning(lit->lights),
                                      s.check_rig(field, rays, illumination, surface.points.size())}) {
     if (!warning.empty()) s.last.warnings.push_back(warning);
   }

@@ -23,6 +23,11 @@ constexpr int kShaped = 3;  ///< strongest lamps whose shape is looked into afte
 /// against costs this share of the robust sum.
 constexpr float kRound = 0.1f, kQuadrilateral = 0.3f;
 constexpr double kOutlinePenalty = 0.1;
+/// A beam must bring the robust sum down to this share, where rooms without one come down by a hundredth at most; and
+/// by so much for every pair: where all pairs agree the rest of the sum is nothing but the model's own error.
+constexpr double kBeamShare = 0.95, kBeamPerPair = 0.03;
+constexpr double kBeamFarther = 0.25;  ///< of log distance: one is looked for so far beyond what shines everywhere
+constexpr float kBeamSigma = 0.2f;     ///< 1σ of log distance: narrower beams from farther away explain a room as well
 
 std::vector<double> spaced(double low, double high, int count) {
   std::vector<double> result;
@@ -74,6 +79,7 @@ class LampSearch {
       LampShape& shape = shapes_[lamp];
       shape.log_distance = std::log(before[lamp]->distance_m);
       shape.flat = before[lamp]->flat;
+      shape.beam = before[lamp]->beam;
       if (model_.placed(lamp)) place(lamp);
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, before[lamp]->normal);
       // From nothing no slope leads to the power of a lamp that was switched on.
@@ -145,6 +151,8 @@ class LampSearch {
       estimate.log_sigma = static_cast<float>(last.log_sigma[lamp]);
       estimate.gain_log_sigma = clipped(lamp) ? static_cast<float>(last.gain_log_sigma[lamp]) : 0.0f;
       estimate.flat = shape.flat;
+      estimate.beam = shape.beam;
+      if (shape.beam) estimate.log_sigma = std::hypot(estimate.log_sigma, kBeamSigma);
       if (shape.flat) estimate.normal = model_.normal(lamp, shape);
       for (std::size_t c = 0; c < 3; ++c) {
         estimate.gain[static_cast<Eigen::Index>(c)] = static_cast<float>(std::exp(shape.log_gain[c]));
@@ -277,8 +285,27 @@ class LampSearch {
         least = tried.cost * penalty(tried.shapes);
       }
     }
+    try_beams(best, least);
     adopt(best);
     return best;
+  }
+
+  /// A lamp deep in a shade lights a patch, as one does that stands near and shines everywhere. It is taken for what it
+  /// is where that explains the room much better.
+  void try_beams(Refinement& best, double least) const {
+    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kShaped, model_.lamps()); ++lamp) {
+      // What is as good as infinitely far sends no beam.
+      if (model_.placed(lamp) || best.shapes[lamp].log_distance > std::log(kFarthest_m)) continue;
+      std::vector<LampShape> other = best.shapes;
+      if (!other[lamp].flat) other[lamp].tilt = {};
+      other[lamp].flat = other[lamp].beam = true;
+      other[lamp].log_distance += kBeamFarther;
+      const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
+      const double cost = tried.cost * penalty(tried.shapes);
+      if (cost > kBeamShare * least || least - cost < kBeamPerPair * static_cast<double>(some_pairs_.size())) continue;
+      best = tried;
+      least = cost;
+    }
   }
 
   ShadingModel& model_;

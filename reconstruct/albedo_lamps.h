@@ -22,6 +22,7 @@ struct LampEstimate {
   float log_sigma = 0;  ///< 1σ of log distance; large where the shading says nothing
   bool flat = false;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< where flat
+  bool beam = false;                                 ///< and flat: it stands deep in a shade, or has a lens
   Eigen::Vector3f gain = Eigen::Vector3f::Ones();    ///< true over measured irradiance; 1 where not clipped
   float gain_log_sigma = 0;                          ///< 1σ of log gain, its channels together
 };

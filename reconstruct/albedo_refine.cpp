@@ -53,7 +53,7 @@ class Evaluation : public ceres::EvaluationCallback {
 
   LampShape shape(std::size_t lamp) const {
     const double* p = &parameters_[kPerLamp * lamp];
-    return {p[0], shapes_[lamp].flat, {p[1], p[2]}, {p[3], p[4], p[5]}};
+    return {p[0], shapes_[lamp].flat, {p[1], p[2]}, {p[3], p[4], p[5]}, shapes_[lamp].beam};
   }
   /// Which of a lamp's parameters are known.
   std::vector<int> fixed(std::size_t lamp) const {

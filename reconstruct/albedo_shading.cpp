@@ -88,7 +88,8 @@ void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector
     const float squared = way.squaredNorm(), length = std::sqrt(squared);
     const float cosine = samples_[i].normal.dot(way) / length;
     if (!(cosine > 0)) continue;
-    const float emission = shape.flat ? std::max(0.0f, -facing.dot(way) / length) : 1.0f;
+    const float ahead = std::max(0.0f, -facing.dot(way) / length);
+    const float emission = shape.beam ? ahead * ahead * ahead * ahead : shape.flat ? ahead : 1.0f;
     result[i] = visible * emission * cosine * distance * distance / squared;
   }
 }

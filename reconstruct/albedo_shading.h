@@ -18,6 +18,7 @@ struct LampShape {
   bool flat = false;
   std::array<double, 2> tilt{};
   std::array<double, 3> log_gain{};  ///< of a clipped lamp: true over measured irradiance, per channel
+  bool beam = false;                 ///< and flat: what it sends falls with the fourth power of the cosine
 };
 
 constexpr int kPerLamp = 6;  ///< numbers in it, but for its kind: log distance, tilt, log gain

@@ -41,10 +41,11 @@ struct TestLamp {
   float radius = 0.05f;
   bool flat = false;
   Eigen::Vector3f normal = -Eigen::Vector3f::UnitZ();
+  float focus = 1;  ///< where flat: the power of the cosine that its light falls with
 
   Eigen::Vector3f towards(const Eigen::Vector3f& point) const {
     const Eigen::Vector3f way = (point - position).normalized();
-    return flat ? Eigen::Vector3f(std::max(0.0f, normal.dot(way)) * intensity) : intensity;
+    return flat ? Eigen::Vector3f(std::pow(std::max(0.0f, normal.dot(way)), focus) * intensity) : intensity;
   }
 };
 

@@ -159,6 +159,7 @@ TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
   const PointLight& light = result.illumination->lights[0];
   ASSERT_TRUE(light.distance_known);
   ASSERT_TRUE(light.flat);
+  EXPECT_TRUE(result.warnings.empty()) << "a panel sends no beam";
   EXPECT_NEAR((light.position_m - room.probe).norm() / (panel.position - room.probe).norm(), 1, 0.1);
   EXPECT_GT(light.normal.dot(panel.normal), std::cos(0.3f));
   // Towards any point of the floor the two emit alike.
@@ -167,6 +168,30 @@ TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
                         (p - light.position_m).squaredNorm();
     EXPECT_NEAR(found / (panel.towards(p).y() / (p - panel.position).squaredNorm()), 1, 0.1);
   }
+}
+
+// A lamp deep in a tube lights a patch, as a bulb would that stands near.
+TEST(AlbedoStage, ABeamIsNoLampNearBy) {
+  TestRoom room;
+  room.half_m = 0.8f;
+  TestLamp spot{{0.5f, 0.6f, 1.3f}, {2, 2, 2}, 0.05f};
+  spot.flat = true;
+  spot.focus = 5;
+  spot.normal = Eigen::Vector3f(-0.35f, -0.4f, -1).normalized();
+  room.lamps = {spot};
+  room.ambient = Eigen::Vector3f::Constant(0.02f);
+  room.boxes = {{{-0.1f, -0.3f, 0.0f}, {0.05f, -0.2f, 0.12f}}};
+  Illumination seen = room.illumination();
+  seen.lights[0].squareness = 0;  // its opening is round
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), seen);
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("1 lamp sends a beam"), std::string::npos) << result.warnings[0];
+  const PointLight& light = result.illumination->lights[0];
+  ASSERT_TRUE(light.distance_known);
+  EXPECT_NEAR((light.position_m - room.probe).norm() / (spot.position - room.probe).norm(), 1, 0.2);
+  EXPECT_GE(light.distance_log_sigma, 0.2f);
+  EXPECT_GT(light.normal.dot(spot.normal), std::cos(0.3f));
 }
 
 // A window is cut into pieces that are drawn one by one, but they are one pane: what lights a chequered floor tells its
