@@ -10,6 +10,7 @@
 #include "relight/rays/coarse_view.h"
 #include "relight/rays/gather_grid.h"
 #include "relight/rays/object_pixels.h"
+#include "relight/rays/pixel_edges.h"
 #include "relight/rays/pixel_holes.h"
 #include "relight/rays/ray_light.h"
 #include "relight/rays/srgb_codes.h"
@@ -138,6 +139,7 @@ struct RayRenderer::State {
       const Image<float> radiance = camera.radiance();
       rays::see_room(*room, eye, radiance, seen);
       rays::fill_holes(eye.camera, radiance, camera.exposure(), seen);
+      rays::sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
       T_tag_camera = T;
     }
     detail = asked;

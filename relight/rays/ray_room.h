@@ -48,6 +48,7 @@ class RayRoom {
   const reference::Meshes& meshes() const { return *surfaces_->meshes; }
   const std::vector<ReferenceLamp>& lamps() const { return light_.lamps; }
   const reference::Sky& sky() const { return *sky_; }
+  float voxel_m() const { return surfaces_->field->voxel_m; }  ///< of the fused surface
   const std::vector<Patch>& patches() const { return surfaces_->patches; }
 
   /// Null on known surfaces.
