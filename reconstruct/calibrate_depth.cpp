@@ -1,12 +1,12 @@
 #include "reconstruct/calibrate_depth.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "reconstruct/calibrate_verdict.h"
+#include "reconstruct/pose_covariance.h"
 #include "reconstruct/pose_picture.h"
 
 namespace lumigraft {
@@ -137,7 +137,7 @@ bool well_posed(const Square& jtj) {
   size << Vector3d::Constant(std::sqrt(jtj.diagonal().head<3>().sum() / 3)),
       Vector3d::Constant(std::sqrt(jtj.diagonal().tail<3>().sum() / 3));
   const Square scaled = size.cwiseInverse().asDiagonal() * jtj * size.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Square> solver(scaled, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled, Eigen::EigenvaluesOnly);
   return solver.eigenvalues()[0] > kLeast * solver.eigenvalues()[5];
 }
 
@@ -166,7 +166,7 @@ DepthCalibration calibrate_depth(const CameraModel& depth, const Isometry3d& sta
     limit = 2 * median_of(std::move(whitened)) / 0.6745;
     normal = normal_equations(fit, points, result.T_color_depth, limit, views.size());
     if (!well_posed(normal.jtj)) break;
-    const Row step = normal.jtj.ldlt().solve(-normal.jtr);
+    const Row step = solved(normal.jtj, -normal.jtr);
     Isometry3d T = Isometry3d::Identity();
     const double angle = step.head<3>().norm();
     if (angle > 0) T.linear() = Eigen::AngleAxisd(angle, step.head<3>() / angle).toRotationMatrix();
@@ -182,7 +182,7 @@ DepthCalibration calibrate_depth(const CameraModel& depth, const Isometry3d& sta
   } else if (result.views >= kFewestViews) {
     // Neighbouring pixels err together, and so do all of a board by the error of its pose: views are what is
     // independent, so the covariance is that of clusters (Liang & Zeger 1986).
-    const Square inverse = normal.jtj.ldlt().solve(Square::Identity());
+    const Square inverse = information_of(normal.jtj);
     Square meat = Square::Zero();
     for (const Row& view : normal.by_view) meat += view * view.transpose();
     const Square covariance = inverse * meat * inverse * (result.views / std::max(1.0, result.views - 6.0));

@@ -37,9 +37,12 @@ PoseCovariance information_of(const PoseCovariance& covariance) {
   return covariance.ldlt().solve(PoseCovariance::Identity());
 }
 
+Eigen::Matrix<double, 6, 1> solved(const Eigen::Matrix<double, 6, 6>& a, const Eigen::Matrix<double, 6, 1>& b) {
+  return a.ldlt().solve(b);
+}
+
 double squared_sigmas(const Eigen::Matrix<double, 6, 1>& step, const PoseCovariance& covariance) {
-  const Eigen::Matrix<double, 6, 1> weighed = covariance.ldlt().solve(step);
-  return step.dot(weighed);
+  return step.dot(solved(covariance, step));
 }
 
 double position_sigma_m(const PoseCovariance& covariance) {

@@ -20,6 +20,9 @@ PoseCovariance camera_covariance(const Eigen::Matrix<double, 6, 6>& of_tag, cons
 /// C⁻¹, and from it C again: what adds up where estimates are averaged.
 PoseCovariance information_of(const PoseCovariance& covariance);
 
+/// x of A x = b, for a symmetric A (LDLᵀ): the step of normal equations. Here so that it is compiled once.
+Eigen::Matrix<double, 6, 1> solved(const Eigen::Matrix<double, 6, 6>& a, const Eigen::Matrix<double, 6, 1>& b);
+
 /// How far a step is, in units of its uncertainty: δᵀ C⁻¹ δ (Mahalanobis 1936), six on average where C is true.
 double squared_sigmas(const Eigen::Matrix<double, 6, 1>& step, const PoseCovariance& covariance);
 

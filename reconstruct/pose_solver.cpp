@@ -83,7 +83,7 @@ SquarePose refine(Isometry3d pose, const SquareCorners& corners, double size_m) 
     }
     Eigen::Matrix<double, 6, 6> damped = jtj;
     damped.diagonal() *= 1 + damping;
-    const Eigen::Matrix<double, 6, 1> step = damped.ldlt().solve(-jtr);
+    const Eigen::Matrix<double, 6, 1> step = solved(damped, -jtr);
     if (!step.allFinite()) break;
     Isometry3d next = pose;
     const Vector3d turn = step.head<3>();

@@ -42,7 +42,7 @@ struct Sums {
   std::optional<Row> step(const Isometry3d& pose, const PoseEstimate& expected, const Square& certainty) const {
     const Square sum = information / kTogether + certainty;
     const Row right = certainty * step_between(pose, expected.T_tag_camera) - gradient / kTogether;
-    const Row result = sum.ldlt().solve(right);
+    const Row result = solved(sum, right);
     return result.allFinite() ? std::optional(result) : std::nullopt;
   }
 };
