@@ -124,6 +124,27 @@ TEST(UnseenLamps, WhereTheLampLightsNothingThatWasSeenTheSaidPowerHolds) {
             std::string::npos);
 }
 
+// How bright a clipped lamp is follows from how it falls off, and that from where it stands.
+TEST(MarkedLamps, AClippedOneIsAsStrongAsTheRoomSaysFromThere) {
+  TestRoom room;
+  room.lamps = {bulb()};
+  room.ambient = Vector3f::Constant(0.02f);
+  room.boxes = {{{0.05f, -0.1f, 0.0f}, {0.15f, 0.05f, 0.15f}}};
+  Illumination light = room.illumination();
+  PointLight& lamp = light.lights[0];
+  const Vector3f truth = lamp.irradiance;
+  lamp.irradiance /= 30;
+  lamp.clipped = true;
+  lamp.mark = 0;
+  lamp.distance_known = true;
+  lamp.position_m = bulb().position;
+  lamp.distance_log_sigma = 0.01f;
+  const auto result = solved(room, light);
+  ASSERT_TRUE(marked(result));
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(marked(result)->irradiance[c] / truth[c], 1, 0.15);
+  EXPECT_LT((marked(result)->position_m - bulb().position).norm(), 1e-5);
+}
+
 // A lamp with a tag stands where that says, panel or bulb.
 TEST(MarkedLamps, DistanceAndNormalAreTheTags) {
   TestRoom room;
