@@ -31,8 +31,9 @@ constexpr int kFirstSizeChecks = 8, kSizeCheckEvery = 8;  // frames
 /// A print that is this much less sure than it was is blurred or covered in part: for so long surfaces may be surer.
 constexpr double kUnsharp = 2;
 constexpr std::int64_t kUnsharpNs = 2'000'000'000;
-constexpr double kAgree = 25;  // squared σ in six directions, within which a tag and surfaces mean the same pose
-constexpr double kDoubt = 2;   // squared σ, below which two explanations are as good
+constexpr double kAgree = 25;     // squared σ in six directions, within which a tag and surfaces mean the same pose
+constexpr double kDoubt = 2;      // squared σ, below which two explanations are as good
+constexpr double kMostCut = 0.9;  // of the pixels on a tag's edges
 
 /// One of the tags that are looked for.
 struct KnownTag {
@@ -226,6 +227,9 @@ bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field
   for (std::size_t r = 0; r < readings.size(); ++r) {
     const PoseCandidate& candidate = readings[r].candidates[chosen->choice[r]];
     if (candidate.alignment) tags[readings[r].tag].look = candidate.alignment->look;
+    if (candidate.alignment && candidate.alignment->cut_share > kMostCut)
+      warnings.push_back("tag " + std::to_string(tags[readings[r].tag].id) +
+                         ": its paper is far too bright for the picture, the pose is less sure");
     check_size(frame, readings[r], candidate);
   }
   learn_places(readings, *chosen);

@@ -27,8 +27,9 @@ struct Pose {
 
 /// Finds the tag, considers both poses that explain it (Schweighofer & Pinz 2006), refines each on the whole print,
 /// chooses by how well corners and print fit, nearness to the last pose, and the plane that depth shows where the tag
-/// lies. Smooths; keeps the raw pose. Depth only chooses, it never moves the pose: depth cameras err by more at the
-/// tag's distance than the print does. While the tag is hidden and a field is given, depth on the room's surface
+/// lies. Paper that is cut off at the picture's end moves nothing; a warning says where too little of its edges is left
+/// to be sure. Smooths; keeps the raw pose. Depth only chooses, it never moves the pose: depth cameras err by more at
+/// the tag's distance than the print does. While the tag is hidden and a field is given, depth on the room's surface
 /// carries the pose on; when the tag comes back, what that was off by fades within some frames.
 class PoseStage {
  public:

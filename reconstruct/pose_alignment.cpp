@@ -34,10 +34,15 @@ constexpr int kUnknowns = 11;
 using Row = Eigen::Matrix<double, kUnknowns, 1>;
 using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
+// Weight of blur - 1, per contrast: what one pixel says that errs by 2 % of the contrast, if 1σ of blur were 0.5.
+constexpr double kBlurHold = 0.04;
+
 struct Fit {
   Square jtj = Square::Zero();
   Row jtr = Row::Zero();
   double error = 0;  ///< Σ ρ(r)
+  int told = 0;      ///< pixels that were not cut off, or contradict that they were
+  int edges = 0, edges_cut = 0;
 };
 
 class Problem {
@@ -49,13 +54,19 @@ class Problem {
         half_cells_(pattern.cells / 2.0),
         half_m_(size_m / 2) {}
 
-  /// Huber's ρ with threshold `limit` on |residual|: a finger or a highlight on the tag must not move it.
-  Fit linearise(const Isometry3d& pose, const PrintLook& look, double limit) const {
+  /// Huber's ρ with threshold `limit` on |residual|: a finger or a highlight on the tag must not move it. Where paper
+  /// is cut off, a wide blur of bright paper has the same dark side as a narrow one of darker paper: there, and only
+  /// there, it matters that the blur is held near a pixel's width by `hold`.
+  Fit linearise(const Isometry3d& pose, const PrintLook& look, double limit, double hold) const {
     Fit fit;
+    fit.jtj(10, 10) = hold * hold;
+    fit.jtr[10] = hold * hold * (look.blur - 1);
+    fit.error = hold * hold * (look.blur - 1) * (look.blur - 1);
     const Eigen::Matrix3d to_tag = pose.linear().transpose();
     const Vector3d normal = pose.linear().col(2), centre = pose.translation();
     const double height_m = normal.dot(centre);
     const double contrast_per_m = (look.paper - look.ink) / cell_m_;
+    const double spread = std::sqrt(2.0 / 3 * (1 - std::pow(std::max(look.blur, 1.0), -4)));
     for (const SeenPixel& pixel : pixels_) {
       const Vector3d ray = pixel.ray.homogeneous();
       const double along = normal.dot(ray);
@@ -73,11 +84,16 @@ class Problem {
       const double height = look.blur * std::sqrt(by_u.y() * by_u.y() + by_v.y() * by_v.y()) / cell_m_;
 
       const auto mean =
-          print_.mean(half_cells_ + on_tag.x() / cell_m_, half_cells_ - on_tag.y() / cell_m_, width, height);
+          blurred(half_cells_ + on_tag.x() / cell_m_, half_cells_ - on_tag.y() / cell_m_, width, height, spread);
       const double white = mean.white;
       const double x = on_tag.x() / half_m_, y = on_tag.y() / half_m_;
       const double paper = look.paper + look.slope_x * x + look.slope_y * y;
       const double residual = look.ink + (paper - look.ink) * white - pixel.light;
+      const bool edge = white > 0.01 && white < 0.99;
+      fit.edges += edge;
+      fit.edges_cut += edge && pixel.cut;
+      if (pixel.cut && residual >= 0) continue;
+      ++fit.told;
       const double size = std::abs(residual);
       const double weight = size <= limit ? 1 : limit / size;
       fit.error += size <= limit ? residual * residual : limit * (2 * size - limit);
@@ -103,6 +119,17 @@ class Problem {
   }
 
  private:
+  /// Mean over two boxes whose squares are `spread` more and less than that of width and height: their second moments
+  /// together are its own, and their fourth those of a pixel that is even and a lens that blurs as a Gaussian, which a
+  /// blur of b pixels leaves 1.2 / b⁴ below a Gaussian's. By one box alone the dark sides of soft edges seem steeper.
+  PrintIntegral::Mean blurred(double x, double y, double width, double height, double spread) const {
+    const double wide = std::sqrt(1 + spread), narrow = std::sqrt(1 - spread);
+    const auto a = print_.mean(x, y, wide * width, wide * height);
+    if (a.flat || !(spread > 0)) return a;
+    const auto b = print_.mean(x, y, narrow * width, narrow * height);
+    return {(a.white + b.white) / 2, false, (a.by_centre + b.by_centre) / 2, (a.by_scale + b.by_scale) / 2};
+  }
+
   const std::vector<SeenPixel>& pixels_;
   const PrintIntegral& print_;
   double cell_m_, half_cells_, half_m_;
@@ -130,14 +157,19 @@ std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, cons
     std::nth_element(light.begin(), light.end() - tenth, light.end());
     look.paper = *(light.end() - tenth);
   }
-  const double contrast = look.paper - look.ink;
+  look.end = std::numeric_limits<double>::infinity();
+  double brightest_cut = 0;
+  for (const SeenPixel& pixel : pixels)
+    if (pixel.cut) brightest_cut = std::max(brightest_cut, pixel.light);
+  if (brightest_cut > 0) look.end = brightest_cut;
+  const double contrast = look.contrast();
   if (!(contrast > 0)) return std::nullopt;
 
   const PrintIntegral print(pattern);
   const Problem problem(pixels, print, pattern, size_m);
-  const double limit = 0.15 * contrast;
+  const double limit = 0.15 * contrast, hold = kBlurHold * contrast;
   Isometry3d pose = T_camera_tag;
-  Fit fit = problem.linearise(pose, look, limit);
+  Fit fit = problem.linearise(pose, look, limit, hold);
   double damping = 1e-4;
   for (int iteration = 0; iteration < 30; ++iteration) {
     Square damped = fit.jtj;
@@ -154,7 +186,7 @@ std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, cons
     next_look.slope_x += step[8];
     next_look.slope_y += step[9];
     next_look.blur = std::clamp(look.blur + step[10], 0.5, 4.0);
-    const Fit next_fit = problem.linearise(next, next_look, limit);
+    const Fit next_fit = problem.linearise(next, next_look, limit, hold);
     const bool settled = std::abs(fit.error - next_fit.error) < 1e-5 * fit.error;
     if (!(next_fit.error < fit.error)) {
       if (settled) break;
@@ -169,12 +201,14 @@ std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, cons
   }
 
   Alignment result;
-  result.pixels = static_cast<int>(pixels.size());
+  if (fit.told <= 2 * kUnknowns) return std::nullopt;
+  result.pixels = fit.told;
+  result.cut_share = fit.edges > 0 ? static_cast<double>(fit.edges_cut) / fit.edges : 0;
   result.look = look;
   result.T_camera_tag = pose;
   result.T_camera_tag.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-  const double variance = fit.error / static_cast<double>(pixels.size() - kUnknowns);
-  result.contrast_error = std::sqrt(variance) / (look.paper - look.ink);
+  const double variance = fit.error / (fit.told - kUnknowns);
+  result.contrast_error = std::sqrt(variance) / look.contrast();
   // A print that explains less than most of the contrast is not this print.
   if (!(look.paper > look.ink) || result.contrast_error > 0.25) return std::nullopt;
   const Square covariance = variance * fit.jtj.ldlt().solve(Square::Identity());

@@ -11,6 +11,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // Rec. 709 luminance
+constexpr std::uint8_t kFullScale = 250;  // as in radiance.cpp: from this code value on a reading says "at least"
 
 float luminance(const float* rgb) { return kRed * rgb[0] + kGreen * rgb[1] + kBlue * rgb[2]; }
 
@@ -80,8 +81,11 @@ std::vector<SeenPixel> seen_pixels(const Picture& picture, const Response& respo
       if (!(pixel.ray + pixel.ray_by_u + pixel.ray_by_v).allFinite()) continue;
       if (!picture.encoded.empty()) {
         const std::uint8_t* rgb = &picture.encoded.data[picture.encoded.index(pixel.u, pixel.v)];
-        const float linear[] = {response.to_linear(rgb[0], 0), response.to_linear(rgb[1], 1),
-                                response.to_linear(rgb[2], 2)};
+        float linear[3];
+        for (int c = 0; c < 3; ++c) {
+          linear[c] = response.to_linear(std::min(rgb[c], kFullScale), c);
+          pixel.cut = pixel.cut || rgb[c] >= kFullScale;
+        }
         pixel.light = luminance(linear);
       } else {
         pixel.light = luminance(&picture.radiance.data[picture.radiance.index(pixel.u, pixel.v)]);

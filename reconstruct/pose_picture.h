@@ -31,6 +31,7 @@ struct SeenPixel {
   Eigen::Vector2d ray_by_u;  ///< change of that from pixel to pixel
   Eigen::Vector2d ray_by_v;
   double light = 0;  ///< linear luminance in any unit
+  bool cut = false;  ///< the picture ends there, in some channel: the light is that or more
 };
 
 /// Pixels of the region, but those on its border, whose neighbours are not all known.

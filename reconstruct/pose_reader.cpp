@@ -23,6 +23,11 @@ constexpr int kTile = 8;           // pixels of the detector's tiles
 constexpr double kFollowM = 0.04, kFollowRad = 0.05;  // how far a print is followed that shows in part
 constexpr double kFollowContrast = 0.2;               // and how well what shows must fit
 
+/// Edges that are told by their dark side alone are off by twice as much.
+double bias_px(const PoseCandidate& candidate) {
+  return kBiasPx * (1 + (candidate.alignment ? candidate.alignment->cut_share : 0));
+}
+
 std::pair<Vector2d, Vector2d> extent(const TagCorners& points) {
   Vector2d low = points[0], high = points[0];
   for (const Vector2d& point : points) {
@@ -171,7 +176,7 @@ std::vector<PoseCandidate> TagReader::explain(const TagCorners& corners, const P
   const auto plane =
       result.size() == 2 && hints.depth_m ? plane_inside(*hints.depth_m, camera_, corners) : std::nullopt;
   for (PoseCandidate& candidate : result) {
-    candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, kBiasPx / focal_px);
+    candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);
     if (!plane) continue;
     const double cosine = std::clamp(plane->normal.dot(candidate.T_camera_tag.linear().col(2)), -1.0, 1.0);
     candidate.cost += std::min(kWitnessCap, std::pow(std::acos(cosine) / (2 * plane->angle_sigma_rad), 2));
@@ -196,12 +201,13 @@ std::optional<PoseCandidate> TagReader::follow(const Picture& picture, const Iso
   align(candidate, pixels);
   if (!candidate.alignment || candidate.alignment->contrast_error > kFollowContrast) return std::nullopt;
   const PrintLook& now = candidate.alignment->look;
-  const double contrast = (now.paper - now.ink) / (look.paper - look.ink);
+  const double contrast = now.contrast() / look.contrast();
   if (!(contrast > 0.5 && contrast < 2)) return std::nullopt;
   if ((candidate.T_camera_tag.translation() - T_camera_tag.translation()).norm() > kFollowM ||
       angle_between(candidate.T_camera_tag, T_camera_tag) > kFollowRad)
     return std::nullopt;
-  candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, kBiasPx / ((camera_.fx + camera_.fy) / 2));
+  const double focal_px = (camera_.fx + camera_.fy) / 2;
+  candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);
   return candidate;
 }
 

@@ -146,6 +146,40 @@ TEST(Pose, LinearRadianceWorksAsWell) {
   EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth), 0.6);
 }
 
+// Warm light that cuts off white paper in red by far, in green a little and in blue not at all; then a hand on it.
+TEST(Pose, PaperThatIsCutOffMovesNothing) {
+  const TagFinder finder(some_tag());
+  const CameraModel camera = test::small_camera();
+  const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2, {0.05, 0.1, 0});
+  Picture picture;
+  const double times[3] = {3, 1.4, 0.7};
+  for (int c = 0; c < 3; ++c) {
+    const Picture one =
+        test::view_of_tag(camera, finder.pattern(), 0.16, truth, {.exposure = times[c] / test::kPaperLight});
+    if (c == 0) picture = one;
+    for (int v = 0; v < camera.height; ++v)
+      for (int u = 0; u < camera.width; ++u) picture.encoded.at(u, v, c) = one.encoded.at(u, v, c);
+  }
+  PoseStage stage(some_tag(), camera);
+  const auto result = stage.locate(test::frame_of(picture, 0, 0));
+  ASSERT_TRUE(result.pose);
+  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth), 0.6);
+  EXPECT_LT(test::degrees_apart(result.pose->T_tag_camera, truth), 0.04);
+
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) {
+      const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      const Vector3d d = truth.linear() * *ray;
+      const Vector3d p = truth.translation() - truth.translation().z() / d.z() * d;
+      if (p.x() > 0.06) std::fill_n(&picture.encoded.at(u, v), 3, 120);
+    }
+  const auto followed = stage.locate(test::frame_of(picture, 1, kFrameNs));
+  ASSERT_TRUE(followed.pose);
+  EXPECT_EQ(followed.pose->age_ns, 0) << "seen, though in part";
+  EXPECT_LT(test::millimetres_apart(followed.pose->T_tag_camera_raw, truth), 7);
+}
+
 // A far, almost frontal tag in noise: corners and print cannot tell both poses apart, depth or the past can.
 TEST(Pose, DepthSettlesTheAmbiguity) {
   int flips_alone = 0, flips_with_depth = 0, seen = 0;

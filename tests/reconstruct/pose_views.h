@@ -38,12 +38,35 @@ inline Eigen::Isometry3d looking_at_tag(double distance_m, double tilt_rad, doub
 struct ViewNoise {
   double code_sigma = 0;  ///< added to every 8-bit value
   unsigned seed = 1;
+  double exposure = 1;   ///< light times this, before the picture's end cuts it off
+  double lens_blur = 0;  ///< 1σ in pixels of a Gaussian around the tag, before the same
 };
+constexpr double kPaperLight = 0.7;  ///< at exposure 1, at the tag's centre
+
+/// By a Gaussian, rows and then columns.
+inline void blur(Image<double>& light, double sigma_px) {
+  const int reach = static_cast<int>(std::ceil(3 * sigma_px));
+  for (const bool rows : {true, false}) {
+    const Image<double> from = light;
+    for (int v = 0; v < light.height; ++v)
+      for (int u = 0; u < light.width; ++u) {
+        double sum = 0, weights = 0;
+        for (int i = -reach; i <= reach; ++i) {
+          const int x = rows ? u + i : u, y = rows ? v : v + i;
+          if (x < 0 || y < 0 || x >= light.width || y >= light.height) continue;
+          const double weight = std::exp(-i * i / (2 * sigma_px * sigma_px));
+          sum += weight * from.at(x, y);
+          weights += weight;
+        }
+        light.at(u, v) = sum / weights;
+      }
+  }
+}
 
 inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern, double size_m,
                            const Eigen::Isometry3d& T_tag_camera, const ViewNoise& noise = {}) {
   constexpr int kSamples = 6;
-  constexpr double kInk = 0.03, kPaper = 0.7, kTable = 0.25;
+  constexpr double kInk = 0.03, kTable = 0.25;
   const double cell_m = size_m / pattern.square_cells;
   Picture picture;
   picture.encoded = Image<std::uint8_t>(camera.width, camera.height, 3);
@@ -56,12 +79,13 @@ inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern,
     if (!(d.z() < 0)) return std::nullopt;
     return T_tag_camera.translation() - T_tag_camera.translation().z() / d.z() * d;
   };
+  Image<double> linear(camera.width, camera.height, 1);
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       // Away from the print there are no edges.
       const auto centre = on_table({static_cast<double>(u), static_cast<double>(v)});
       const int samples = centre && centre->cwiseAbs().maxCoeff() < pattern.cells * cell_m ? kSamples : 1;
-      double light = 0;
+      double& light = linear.at(u, v);
       for (int s = 0; s < samples * samples; ++s) {
         const Eigen::Vector2d pixel(u - 0.5 + (s % samples + 0.5) / samples, v - 0.5 + (s / samples + 0.5) / samples);
         const auto point = on_table(pixel);
@@ -69,14 +93,18 @@ inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern,
         const Eigen::Vector3d& p = *point;
         const double column = p.x() / cell_m + pattern.cells / 2.0, row = pattern.cells / 2.0 - p.y() / cell_m;
         const bool on_print = column >= 0 && row >= 0 && column < pattern.cells && row < pattern.cells;
-        const double albedo = !on_print ? kTable : pattern.white_at(column, row) ? kPaper : kInk;
+        const double albedo = !on_print ? kTable : pattern.white_at(column, row) ? kPaperLight : kInk;
         light += albedo * (1 + 0.5 * p.x()) / (samples * samples);  // a lamp to the right
       }
+    }
+  if (noise.lens_blur > 0) blur(linear, noise.lens_blur);
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u)
       for (int c = 0; c < 3; ++c) {
-        const double code = 255 * linear_to_srgb(static_cast<float>(light)) + noise.code_sigma * gauss(random);
+        const double code = 255 * linear_to_srgb(static_cast<float>(noise.exposure * linear.at(u, v))) +
+                            noise.code_sigma * gauss(random);
         picture.encoded.at(u, v, c) = static_cast<std::uint8_t>(std::clamp(std::lround(code), 0l, 255l));
       }
-    }
   return picture;
 }
 

@@ -1,7 +1,11 @@
 // One strong light in nine spherical harmonics.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
 #include <numbers>
+#include <vector>
 
 #include "reconstruct/spherical_harmonics.h"
 #include "sweep.h"
@@ -81,6 +85,71 @@ TEST(HarmonicsSweep, OneStrongLight) {
     EXPECT_LT(sweep.curves[1].y[i], 0.001);
   }
   EXPECT_LT(*std::min_element(sweep.curves[2].y.begin(), sweep.curves[2].y.end()), -0.05) << "it rings";
+}
+
+// What would be left of a lamp that was not found: a small bright spot under a sky that gets weaker. Its nine
+// coefficients give planes that face away from it less than nothing. A window, a weight for each band (Sloan 2008,
+// "Stupid Spherical Harmonics (SH) Tricks"), mends that at a price: it flattens what faces the spot, too. All who use
+// irradiance cut it off at nothing instead, which costs nothing: without a window coefficients of irradiance are its
+// nearest of three bands (the clamped cosine acts on each band by a factor), and what can't be negative only gets
+// nearer to the truth where negative values are cut off.
+TEST(HarmonicsSweep, CutAtNothingIsNearerThanAnyWindow) {
+  Sweep sweep{.stem = "harmonics-window",
+              .title = "A small bright spot in nine harmonics, under an even sky",
+              .x_label = "irradiance by the sky, of that by the spot",
+              .y_label = "RMS over planes, of the irradiance's",
+              .x = {0.001, 0.01, 0.02, 0.05, 0.1, 0.2},
+              .curves = {{"as projected"}, {"cut at nothing, as used"}, {"best window without negative planes"}},
+              .logarithmic = true,
+              .most = 0.1};
+  constexpr int planes = 500, steps = 50;
+  const Eigen::Vector3f at = Eigen::Vector3f(0.3f, -0.5f, 0.7f).normalized();
+  const auto basis = sh_basis(at);
+  for (const double sky : sweep.x) {
+    Sh9 bands[3];
+    for (Sh9& band : bands) band.fill(Eigen::Vector3f::Zero());
+    bands[0] = project([sky](const Eigen::Vector3f&) { return sky / kPi; });
+    for (std::size_t k = 0; k < 9; ++k) bands[k < 1 ? 0 : k < 4 ? 1 : 2][k] += Eigen::Vector3f::Constant(basis[k]);
+    std::vector<Eigen::Vector3d> by_band;
+    std::vector<double> want;
+    for (int p = 0; p < planes; ++p) {
+      const Eigen::Vector3f n = direction(p, planes);
+      by_band.emplace_back(sh_irradiance(bands[0], n).x(), sh_irradiance(bands[1], n).x(),
+                           sh_irradiance(bands[2], n).x());
+      want.push_back(sky + std::max(n.dot(at), 0.0f));
+    }
+    struct Found {
+      double off = 0, least = 1;
+    };
+    const auto with = [&](double first, double second, double floor) {
+      Found found;
+      for (std::size_t p = 0; p < want.size(); ++p) {
+        const double e = by_band[p].dot(Eigen::Vector3d(1, first, second));
+        found.least = std::min(found.least, e);
+        found.off += std::pow(std::max(e, floor) - want[p], 2);
+      }
+      return found;
+    };
+    double whole = 0, best = std::numeric_limits<double>::max();
+    for (const double e : want) whole += e * e;
+    for (int i = 0; i <= steps; ++i)
+      for (int j = 0; j <= steps; ++j) {
+        const Found found = with(1.0 * i / steps, 1.0 * j / steps, -1);
+        if (found.least >= 0) best = std::min(best, found.off);
+      }
+    const double least = with(1, 1, -1).least;
+    sweep.curves[0].y.push_back(std::sqrt(with(1, 1, -1).off / whole));
+    sweep.curves[1].y.push_back(std::sqrt(with(1, 1, 0).off / whole));
+    sweep.curves[2].y.push_back(std::sqrt(best / whole));
+    EXPECT_LE(sweep.curves[1].y.back(), sweep.curves[0].y.back()) << sky;
+    EXPECT_LE(sweep.curves[1].y.back(), sweep.curves[2].y.back()) << sky;
+    EXPECT_LT(sweep.curves[1].y.back(), sweep.most) << sky;
+    if (sky < 0.03) {
+      EXPECT_LT(least, 0) << "or it proves nothing";
+      EXPECT_LT(1.05 * sweep.curves[1].y.back(), sweep.curves[2].y.back()) << sky;
+    }
+  }
+  write_sweep(sweep);
 }
 
 }  // namespace

@@ -117,6 +117,57 @@ TEST(PoseSweep, Distance) {
   EXPECT_LT(surprises, 0.05 * pictures);
 }
 
+/// One picture each of a tag whose paper is `over` times as bright as the picture can show.
+Errors overexposed(double over, double lens_blur, bool* warned) {
+  const CameraModel camera = small_camera();
+  const TagFinder finder(some_tag());
+  Errors errors;
+  for (unsigned i = 0; i < 12; ++i) {
+    const Isometry3d truth = looking_at_tag(0.85, (25 + 3 * (i % 4)) * kDegree, 0.7 * i, {0.02 * (i % 3), -0.03, 0});
+    FrameSet frame =
+        frame_of(view_of_tag(camera, finder.pattern(), kTagM, truth, {3, i + 1, over / kPaperLight, lens_blur}), i, 0);
+    frame.depth = std::make_shared<DepthPicture>(depth_of_table(camera, truth, i, 1));
+    const auto result = PoseStage(some_tag(), camera).locate(frame);
+    errors.add(result, truth);
+    *warned = *warned || !result.warnings.empty();
+  }
+  return errors;
+}
+
+// Where paper is cut off at the picture's end, its edges seem to have moved into the ink.
+TEST(PoseSweep, Overexposed) {
+  Sweep sweep{
+      .stem = "pose-overexposed",
+      .title = "One picture of a tag that is too bright, 0.85 m away, 320 x 240",
+      .x_label = "paper's light, times the picture's end",
+      .y_label = "off the truth, median of 12",
+      .x = {0.7, 1, 1.5, 2, 3, 4, 6, 8, 12, 16},
+      .curves = {{"place, mm"}, {"turn, 0.1 degrees"}, {"place, mm, soft lens"}, {"turn, 0.1 degrees, soft lens"}},
+      .logarithmic = true};
+  int surprises = 0, pictures = 0;
+  for (const double over : sweep.x)
+    for (const bool soft : {false, true}) {
+      bool warned = false;
+      const Errors errors = overexposed(over, soft ? 0.5 : 0, &warned);
+      ASSERT_EQ(errors.mm.size(), 12u) << over;
+      const double mm = percentile(errors.mm, 0.5), degrees = percentile(errors.degrees, 0.5);
+      sweep.curves[soft ? 2 : 0].y.push_back(mm);
+      sweep.curves[soft ? 3 : 1].y.push_back(10 * degrees);
+      surprises += errors.surprises;
+      pictures += errors.pictures;
+      EXPECT_LT(mm, over > 8 ? 3 : soft ? 1.5 : 1) << over << " soft " << soft;
+      EXPECT_LT(degrees, over > 8 ? 0.2 : 0.1) << over << " soft " << soft;
+      if (over <= 4) {
+        EXPECT_FALSE(warned) << over << " soft " << soft;
+      }
+      if (over > 12) {
+        EXPECT_TRUE(warned) << over << " soft " << soft;
+      }
+    }
+  write_sweep(sweep);
+  EXPECT_LT(surprises, 0.05 * pictures);
+}
+
 /// Along the rows, as a hand that moves the camera sideways while the shutter is open.
 Picture blurred(const Picture& picture, int pixels) {
   Picture result = picture;
