@@ -14,9 +14,7 @@ using Polygon = std::vector<Vector3f>;
 constexpr int kCells = 12;  // along a side
 constexpr int kRays = 96;   // over the hemisphere of a cell
 constexpr float kBehind_voxels = 3, kOff_m = 1e-3f;
-// White walls are taken for more than 1 where the hull lies off the true wall; an open sky over darker ground for more
-// than 1.25 (1 / the mean of sky and ground). What is between reflects as much as white paint does.
-constexpr float kWhite = 0.95f, kShines = 1.25f;  // enclosure_light.comp fades out around the same
+constexpr float kMostAlbedo = 1.0f;  // the middle of where enclosure_light.comp fades out
 
 /// The part in front of a plane (Sutherland & Hodgman 1974).
 Polygon cut(const Polygon& polygon, const Enclosure::Side& side) {
@@ -136,7 +134,7 @@ std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vecto
       const Vector3f p = mean_of(cell);
       const Vector3f albedo =
           reference::kPi * lighting.seen_towards(p).cwiseQuotient(lighting.irradiance(p, n).cwiseMax(1e-6f));
-      if (albedo.maxCoeff() < kShines) add_cell(cell, n, albedo.cwiseMin(kWhite), *model);
+      if (albedo.maxCoeff() < kMostAlbedo) add_cell(cell, n, albedo, *model);
     }
   }
   Model::Part part;

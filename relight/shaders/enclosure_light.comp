@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // What the enclosure reflects: the fish-eye saw radiance L there, E falls on it, so a change of E changes L by L / E of it,
-// whatever the albedo is. Where πL / E, which would be the albedo, is far above 1, it shines by itself, and reflects
-// nothing; a little above, it is a white wall that lies elsewhere. And what lamps no longer bring to it.
+// whatever the albedo is. Where πL / E, which would be the albedo, is more than surfaces have, it shines by itself, and
+// reflects nothing. And what lamps no longer bring to it.
 // pass_i.x: cones over the hemisphere.
 #include "enclosure.glsl"
 #include "lamp.glsl"
@@ -11,7 +11,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 18, rgba16f) uniform writeonly image2D out_response;  // of radiance to irradiance
 layout(binding = 19, rgba16f) uniform writeonly image2D out_lost;      // irradiance
 
-const float kWhite = 0.95, kMostAlbedo = 1.1, kShines = 1.4;
+const float kMostAlbedo = 0.9, kShines = 1.1;
 
 void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_response);
@@ -36,8 +36,7 @@ void main() {
     }
     vec3 radiance = environment_radiance(normalize(p - frame.probe.xyz), 1.0 / float(size.x));
     vec3 albedo = kPi * radiance / max(e, vec3(1e-6));
-    float most = max(max(albedo.r, albedo.g), albedo.b);
-    response = min(albedo, vec3(kWhite)) / kPi * (1.0 - smoothstep(kMostAlbedo, kShines, most));
+    response = albedo / kPi * (1.0 - smoothstep(kMostAlbedo, kShines, max(max(albedo.r, albedo.g), albedo.b)));
   }
   imageStore(out_response, at, to_half(vec4(response, 1.0)));
   imageStore(out_lost, at, to_half(vec4(lost, 1.0)));

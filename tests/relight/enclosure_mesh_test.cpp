@@ -60,20 +60,14 @@ TEST(EnclosureMesh, AlbedoIsWhatIsSeenForTheLightThatFallsThere) {
   EXPECT_NEAR(grey.albedo, 0.4f, 0.01f);
 }
 
-// Where the hull lies off the true wall, white walls come out a little above 1. They must not be lost: in a white room
-// nearly all light has met several of them.
-TEST(EnclosureMesh, WhiteWallsStayThoughTheyComeOutAboveOne) {
-  const Found all = found_with(1), white = found_with(1.15f);
-  EXPECT_EQ(all.triangles, 6U * 144 * 2);
-  EXPECT_EQ(white.triangles, all.triangles);
-  EXPECT_EQ(white.in_the_middle, 8U);
-  EXPECT_NEAR(white.albedo, 0.95f, 1e-6f);
-}
-
+// A white wall that lies elsewhere than the hull comes out a little above 1, too; but so does an even sky around a
+// table, and what shines there is not hidden by what stands on the table.
 TEST(EnclosureMesh, WhatShinesReflectsNothing) {
-  const Found lamp = found_with(1.5f);
-  EXPECT_EQ(lamp.in_the_middle, 0U);
-  EXPECT_EQ(lamp.triangles, (6U * 144 - 4) * 2);
+  for (const float times : {1.15f, 1.5f}) {
+    const Found lamp = found_with(times);
+    EXPECT_EQ(lamp.in_the_middle, 0U);
+    EXPECT_LE(lamp.triangles, (6U * 144 - 4) * 2);
+  }
 }
 
 }  // namespace
