@@ -7,8 +7,7 @@
 namespace lumigraft {
 namespace {
 
-constexpr int kFullScale = 250;    // from this code value on a reading says "at least": lenses, JPEG and noise blur 255
-constexpr int kTrustedUpTo = 230;  // between these two the weight falls to zero, so that merging leaves no seam
+constexpr int kTrustedUpTo = 230;  // from here to full scale the weight falls to zero, so that merging leaves no seam
 
 void finish_mask(RadiancePicture& out) {
   const auto clipped = std::count(out.clipped.data.begin(), out.clipped.data.end(), std::uint8_t{1});

@@ -1,5 +1,6 @@
 #pragma once
 // Camera pictures to linear radiance.
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -7,6 +8,9 @@
 #include "capture/response.h"
 
 namespace lumigraft {
+
+/// From this code value on a reading says "at least": lenses, JPEG and noise blur 255.
+constexpr std::uint8_t kFullScale = 250;
 
 struct RadiancePicture {
   Image<float> radiance;        ///< W/sr/m² per channel, R G B

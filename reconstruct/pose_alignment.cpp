@@ -167,7 +167,7 @@ std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, cons
 
   const PrintIntegral print(pattern);
   const Problem problem(pixels, print, pattern, size_m);
-  const double limit = 0.15 * contrast, hold = kBlurHold * contrast;
+  const double limit = 0.15 * contrast, hold = brightest_cut > 0 ? kBlurHold * contrast : 0;
   Isometry3d pose = T_camera_tag;
   Fit fit = problem.linearise(pose, look, limit, hold);
   double damping = 1e-4;

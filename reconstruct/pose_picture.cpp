@@ -5,13 +5,14 @@
 #include <limits>
 #include <tuple>
 
+#include "capture/radiance.h"
+
 namespace lumigraft {
 namespace {
 
 using Eigen::Vector2d;
 
 constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // Rec. 709 luminance
-constexpr std::uint8_t kFullScale = 250;  // as in radiance.cpp: from this code value on a reading says "at least"
 
 float luminance(const float* rgb) { return kRed * rgb[0] + kGreen * rgb[1] + kBlue * rgb[2]; }
 
