@@ -20,9 +20,16 @@ struct OfferedControl {
   double value = 0.0;
 };
 
+struct OfferedInput {
+  std::string name;
+  bool chosen = false;
+  std::string signal;  ///< at a digital one that is chosen: its size and rate, or what it lacks
+};
+
 struct CameraListing {
   std::string source;  ///< for `source = ` in a configuration
   std::string name;
+  std::vector<OfferedInput> inputs = {};  ///< of a frame grabber; empty where there is nothing to choose or to plug in
   std::vector<OfferedFormat> formats = {};
   std::vector<OfferedControl> controls = {};
   std::string why_not = {};                     ///< why it cannot be looked into; empty where it can

@@ -11,6 +11,7 @@ namespace lumigraft {
 
 struct CameraSettings {
   std::optional<PixelFormat> pixel_format;  ///< empty: a colour format where the camera offers one
+  std::optional<std::string> input;         ///< v4l2: of a frame grabber, by its name; empty: the one that is chosen
   std::optional<double> rate_hz;
   std::optional<double> exposure_us;  ///< auto-exposure is off in any case: radiance needs a fixed one
   std::optional<double> gain;

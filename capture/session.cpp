@@ -122,6 +122,13 @@ CameraSettings read_settings(const ConfigTable& table) {
                                      "bayer-gbrg8, bayer-grbg8, yuyv, nv12, mjpeg");
     }
   }
+  if (table.has("input")) {
+    const std::string source = table.text("source");
+    if (const auto uri = parse_source(source); !uri || uri->kind != "v4l2") {
+      table.fail("input", "found it beside \"" + source + "\", allowed: with a source of v4l2:");
+    }
+    settings.input = table.text("input");
+  }
   const auto number = [&table](std::string_view key, double low, double high) {
     return table.has(key) ? std::optional(table.number(key, low, high)) : std::nullopt;
   };

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <optional>
 #include <tuple>
+#include <utility>
 
 #include "capture/error.h"
 
@@ -37,8 +39,8 @@ std::vector<Offer> offers(const Device& device, const StreamSpec& spec) {
   return out;
 }
 
-/// The most preferred of those that are fast enough, else the fastest.
-Offer choose(const Device& device, const StreamSpec& spec) {
+/// That hold the session's size: the most preferred of those that are fast enough first, else the fastest.
+std::vector<Offer> choices(const Device& device, const StreamSpec& spec) {
   std::vector<Offer> all = offers(device, spec);
   std::string names;
   for (const Offer& offer : all) {
@@ -63,7 +65,8 @@ Offer choose(const Device& device, const StreamSpec& spec) {
     const auto preference = std::find(std::begin(kPreferred), std::end(kPreferred), o.format) - std::begin(kPreferred);
     return std::tuple(fast ? 0 : 1, fast ? 0.0 : -o.rate_hz, preference);
   };
-  return *std::min_element(all.begin(), all.end(), [&](const Offer& a, const Offer& b) { return rank(a) < rank(b); });
+  std::stable_sort(all.begin(), all.end(), [&](const Offer& a, const Offer& b) { return rank(a) < rank(b); });
+  return all;
 }
 
 /// What both kinds of v4l2_format say.
@@ -132,10 +135,8 @@ void set_rate(const Device& device, const std::optional<double>& wanted_hz) {
   }
 }
 
-}  // namespace
-
-Agreed agree(const Device& device, const StreamSpec& spec) {
-  const Offer offer = choose(device, spec);
+/// Throws InputError for what the session does not want, or PixelConverter would misread.
+v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer& offer) {
   const bool planar = device.multi_planar();
   v4l2_format format{};
   format.type = device.buffers();
@@ -161,6 +162,35 @@ Agreed agree(const Device& device, const StreamSpec& spec) {
     throw InputError("found interlaced pictures, allowed: whole ones");
   }
   check_colors(given, offer.format);
+  return format;
+}
+
+bool is_grey(PixelFormat format) { return format == PixelFormat::grey8 || format == PixelFormat::grey16; }
+
+/// The first choice that can be read: grabbers of HDMI often mean another YUV than webcams, and offer RGB beside it.
+std::pair<Offer, v4l2_format> settle(const Device& device, const StreamSpec& spec) {
+  const std::vector<Offer> all = choices(device, spec);
+  std::optional<InputError> refused;
+  for (const Offer& offer : all) {
+    if (refused && is_grey(offer.format)) {
+      continue;  // a camera of colours is to show them
+    }
+    try {
+      return {offer, set_format(device, spec, offer)};
+    } catch (const CameraFault&) {
+      throw;
+    } catch (const InputError& e) {
+      refused = refused ? refused : e;
+    }
+  }
+  throw InputError(*refused);
+}
+
+}  // namespace
+
+Agreed agree(const Device& device, const StreamSpec& spec) {
+  const auto [offer, format] = settle(device, spec);
+  const bool planar = device.multi_planar();
   set_rate(device, spec.settings.rate_hz);
 
   Agreed out{.format = offer.format, .planes = planar ? format.fmt.pix_mp.num_planes : 1};

@@ -2,11 +2,26 @@
 #include "capture/error.h"
 #include "capture/v4l2_controls.h"
 #include "capture/v4l2_device.h"
+#include "capture/v4l2_input.h"
 
 namespace lumigraft {
 namespace {
 
+/// Only what can be seen without touching the camera: somebody may use it.
+void look_at_inputs(const v4l2::Device& device, CameraListing& listing) {
+  const std::vector<v4l2::Input> all = v4l2::inputs(device);
+  const std::optional<v4l2::Input> chosen = v4l2::chosen_input(device);
+  if (all.size() < 2 && !(chosen && chosen->digital)) {
+    return;
+  }
+  for (const v4l2::Input& input : all) {
+    const bool now = chosen && chosen->index == input.index;
+    listing.inputs.push_back({input.name, now, now ? v4l2::signal_text(device) : ""});
+  }
+}
+
 void look_into(const v4l2::Device& device, CameraListing& listing) {
+  look_at_inputs(device, listing);
   for (const std::uint32_t fourcc : v4l2::formats(device)) {
     const std::optional<PixelFormat> ours = v4l2::pixel_format_of(fourcc);
     const std::string name = ours ? std::string(name_of(*ours)) : "V4L2 " + v4l2::fourcc_text(fourcc);

@@ -9,6 +9,7 @@
 #include "capture/error.h"
 #include "capture/v4l2_controls.h"
 #include "capture/v4l2_format.h"
+#include "capture/v4l2_input.h"
 #include "capture/v4l2_stream.h"
 #include "capture/with_source.h"
 
@@ -42,6 +43,7 @@ class V4l2Source::Camera {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
     auto device = std::make_unique<v4l2::Device>(v4l2::node_named(name));
+    v4l2::choose_input(*device, spec);
     agreed_ = v4l2::agree(*device, spec);
     v4l2::set_controls(*device, spec.settings);
     stream_ = std::make_unique<v4l2::Stream>(std::move(device), agreed_.planes);

@@ -116,6 +116,10 @@ Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_s
   }
   v4l2_event_subscription subscription{};
   subscription.type = V4L2_EVENT_SOURCE_CHANGE;
+  int input = 0;
+  if (camera.call(VIDIOC_G_INPUT, &input) == 0) {
+    subscription.id = static_cast<__u32>(input);  // others' changes are not heard, nor are this one's without it
+  }
   camera.call(VIDIOC_SUBSCRIBE_EVENT, &subscription);  // most cameras know no such event
   v4l2_buf_type type = camera.buffers();
   camera.demand(VIDIOC_STREAMON, &type, "start");

@@ -17,6 +17,10 @@ void write_devices_text(std::ostream& out, const std::vector<CameraListing>& cam
     if (!camera.why_not.empty()) {
       out << "  cannot be looked into: " << camera.why_not << '\n';
     }
+    for (const OfferedInput& input : camera.inputs) {
+      out << "  input \"" << input.name << '"' << (input.chosen ? ", chosen" : "");
+      out << (input.signal.empty() ? "" : ": ") << input.signal << '\n';
+    }
     for (const OfferedFormat& format : camera.formats) {
       out << "  " << format.pixels << ' ' << format.width << 'x' << format.height;
       if (format.rate_hz > 0.0) {
@@ -47,6 +51,9 @@ void write_devices_json(std::ostream& out, const std::vector<CameraListing>& cam
     }
     for (const OfferedControl& c : camera.controls) {
       one["controls"].push_back({{"name", c.name}, {"low", c.low}, {"high", c.high}, {"value", c.value}});
+    }
+    for (const OfferedInput& i : camera.inputs) {
+      one["inputs"].push_back({{"name", i.name}, {"chosen", i.chosen}, {"signal", i.signal}});
     }
     if (!camera.same_hardware.empty()) {
       one["same_hardware"] = camera.same_hardware;

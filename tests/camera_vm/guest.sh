@@ -6,8 +6,9 @@ v4l2_tests=$2
 libcamera_tests=$3
 shift 3
 
-# A camera of the single-planar kind and one of the multi-planar kind, both as webcams are.
-modprobe -d "$root" vivid n_devs=2 node_types=0x1,0x1 num_inputs=1,1 input_types=0x0,0x0 multiplanar=1,2
+# A camera of the single-planar kind and one of the multi-planar kind, both as webcams are, and a frame grabber: a webcam
+# and HDMI, two bits for each input.
+modprobe -d "$root" vivid n_devs=3 node_types=0x1,0x1,0x1 num_inputs=1,1,2 input_types=0x0,0x0,0xc multiplanar=1,2,1
 # What udev makes of a USB camera.
 mkdir -p /dev/v4l/by-id
 ln -s ../../video0 /dev/v4l/by-id/usb-Maker_Camera_0123-video-index0

@@ -5,6 +5,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <optional>
+
 namespace lumigraft::test {
 
 StreamSpec vivid_spec(PixelFormat format) {
@@ -32,15 +34,48 @@ Vivid::~Vivid() {
   }
 }
 
-bool Vivid::set(const std::string& control, std::int64_t value) const {
+namespace {
+
+std::optional<v4l2_query_ext_ctrl> find(int descriptor, const std::string& control) {
   v4l2_query_ext_ctrl query{};
   query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
-  while (ioctl(descriptor_, VIDIOC_QUERY_EXT_CTRL, &query) == 0) {
+  while (ioctl(descriptor, VIDIOC_QUERY_EXT_CTRL, &query) == 0) {
     if (control == query.name) {
-      v4l2_control one{query.id, static_cast<__s32>(value)};
-      return ioctl(descriptor_, VIDIOC_S_CTRL, &one) == 0;
+      return query;
     }
     query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool Vivid::set(const std::string& control, std::int64_t value) const {
+  const auto found = find(descriptor_, control);
+  v4l2_control one{found ? found->id : 0, static_cast<__s32>(value)};
+  return found && ioctl(descriptor_, VIDIOC_S_CTRL, &one) == 0;
+}
+
+bool Vivid::choose(const std::string& control, const std::string& entry) const {
+  const auto found = find(descriptor_, control);
+  for (std::int64_t i = found ? found->minimum : 1; found && i <= found->maximum; ++i) {
+    v4l2_querymenu menu{};
+    menu.id = found->id;
+    menu.index = static_cast<__u32>(i);
+    if (ioctl(descriptor_, VIDIOC_QUERYMENU, &menu) == 0 && entry == reinterpret_cast<const char*>(menu.name)) {
+      return set(control, i);
+    }
+  }
+  return false;
+}
+
+bool Vivid::choose_input(const std::string& input) const {
+  v4l2_input entry{};
+  for (; ioctl(descriptor_, VIDIOC_ENUMINPUT, &entry) == 0; ++entry.index) {
+    if (input == reinterpret_cast<const char*>(entry.name)) {
+      int index = static_cast<int>(entry.index);
+      return ioctl(descriptor_, VIDIOC_S_INPUT, &index) == 0;
+    }
   }
   return false;
 }

@@ -9,6 +9,7 @@ namespace lumigraft::test {
 
 inline constexpr char kSinglePlanar[] = "platform:vivid-000";  ///< the bus: nodes may be numbered anew
 inline constexpr char kMultiPlanar[] = "platform:vivid-001";
+inline constexpr char kGrabber[] = "platform:vivid-002";  ///< has inputs "Webcam 0" and "HDMI 0"
 inline constexpr int kVividWidth = 320;
 inline constexpr int kVividHeight = 180;
 
@@ -26,6 +27,9 @@ class Vivid {
   bool open() const { return descriptor_ >= 0; }
   /// By the driver's own name. False where the driver refuses.
   bool set(const std::string& control, std::int64_t value = 1) const;
+  /// Of a control that is a menu, the entry of that name.
+  bool choose(const std::string& control, const std::string& entry) const;
+  bool choose_input(const std::string& input) const;
 
  private:
   int descriptor_ = -1;

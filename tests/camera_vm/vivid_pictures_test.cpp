@@ -224,10 +224,11 @@ TEST(Vivid, SettingsReachTheCamera) {
 
 TEST(Vivid, IsListedWithAllItOffers) {
   const std::vector<CameraListing> all = list_v4l2_cameras();
-  ASSERT_EQ(all.size(), 2u);
+  ASSERT_EQ(all.size(), 3u) << "two webcams and the frame grabber";
   EXPECT_EQ(all[0].source, "v4l2:usb-Maker_Camera_0123-video-index0");
   EXPECT_EQ(all[0].name, "vivid, /dev/video0");
   EXPECT_EQ(all[1].source, "v4l2:/dev/video1");
+  EXPECT_TRUE(all[0].inputs.empty()) << "there is nothing to choose";
   for (const CameraListing& one : all) {
     EXPECT_EQ(one.why_not, "");
     for (const char* pixels : {"yuyv", "nv12", "rgb8", "grey16", "bayer-gbrg8", "V4L2 UYVY"}) {

@@ -41,6 +41,18 @@ TEST(Devices, AsJson) {
   EXPECT_EQ(json[1]["why_not"], "in use");
 }
 
+TEST(Devices, InputsOfAFrameGrabber) {
+  const std::vector<CameraListing> grabber = {
+      {.source = "v4l2:g", .name = "G", .inputs = {{"SDI 1", false, ""}, {"HDMI 1", true, "no signal"}}}};
+  std::ostringstream text, json_text;
+  write_devices_text(text, grabber);
+  EXPECT_EQ(text.str(), "v4l2:g  G\n  input \"SDI 1\"\n  input \"HDMI 1\", chosen: no signal\n");
+  write_devices_json(json_text, grabber);
+  EXPECT_EQ(nlohmann::json::parse(json_text.str())[0]["inputs"],
+            (nlohmann::json{{{"name", "SDI 1"}, {"chosen", false}, {"signal", ""}},
+                            {{"name", "HDMI 1"}, {"chosen", true}, {"signal", "no signal"}}}));
+}
+
 TEST(Devices, OneCameraOfTwoLibrariesIsSaidToBeOne) {
   std::vector<CameraListing> cameras = {{.source = "v4l2:webcam", .name = "W", .nodes = {"/dev/video2"}},
                                         {.source = "v4l2:other", .name = "O", .nodes = {"/dev/video0"}},
