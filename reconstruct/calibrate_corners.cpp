@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "reconstruct/calibrate_light.h"
 #include "reconstruct/pose_picture.h"
 #include "reconstruct/pose_print.h"
 
@@ -64,6 +65,7 @@ class Chart {
 struct ChartPixel {
   Vector2d q, by_u, by_v;  ///< place on the chart, and its change from pixel to pixel
   double light = 0;
+  bool cut = false;  ///< the light is that or more
 };
 
 std::optional<Homography> homography_to(const std::array<Vector2d, 4>& corners) {
@@ -105,10 +107,14 @@ constexpr int kUnknowns = 13;
 using Row = Eigen::Matrix<double, kUnknowns, 1>;
 using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
+// As in pose_alignment, where paper is cut off.
+constexpr double kBlurHold = 0.04;
+
 struct Fit {
   Square jtj = Square::Zero();
   Row jtr = Row::Zero();
   double error = 0;  ///< Σ ρ(r), Huber's ρ
+  int told = 0;      ///< pixels that were not cut off, or contradict that they were
   bool folded = false;
 };
 
@@ -117,8 +123,13 @@ class Problem {
   Problem(const std::vector<ChartPixel>& pixels, const TagPattern& pattern)
       : pixels_(pixels), print_(pattern), cells_(pattern.square_cells / 2.0), middle_(pattern.cells / 2.0) {}
 
-  Fit linearise(const Row& p, double limit) const {
+  /// A pixel that the picture cuts off counts only where the print would have it darker (Tobin 1958): taken at its word
+  /// it would draw edges into the ink. `hold` keeps the blur near a pixel's width.
+  Fit linearise(const Row& p, double limit, double hold) const {
     Fit fit;
+    fit.jtj(12, 12) = hold * hold;
+    fit.jtr[12] = hold * hold * (p[12] - 1);
+    fit.error = hold * hold * (p[12] - 1) * (p[12] - 1);
     const Homography h = p.head<8>();
     const Matrix3d to_print = matrix_of(h).inverse();
     const double ink = p[8], contrast = p[9] - p[8], blur = p[12];
@@ -140,6 +151,8 @@ class Problem {
       const auto mean = blurred(middle_ + cells_ * x, middle_ - cells_ * y, width, height);
       const double white = mean.white, paper = contrast + p[10] * x + p[11] * y;
       const double residual = ink + paper * white - pixel.light;
+      if (pixel.cut && residual >= 0) continue;
+      ++fit.told;
       const double size = std::abs(residual), weight = size <= limit ? 1 : limit / size;
       fit.error += size <= limit ? residual * residual : limit * (2 * size - limit);
 
@@ -202,9 +215,9 @@ std::vector<ChartPixel> pixels_on_print(const Image<std::uint16_t>& light, const
         continue;
       const Vector3d s = to_print * chart_of[i]->homogeneous();
       if (!(std::abs(s.x()) <= reach * std::abs(s.z()) && std::abs(s.y()) <= reach * std::abs(s.z()))) continue;
-      pixels.push_back({*chart_of[i], (*chart_of[i + 1] - *chart_of[i - 1]) / 2,
-                        (*chart_of[i + stride] - *chart_of[i - stride]) / 2,
-                        light.at(region.left + x, region.top + y) / 65535.0});
+      pixels.push_back(
+          {*chart_of[i], (*chart_of[i + 1] - *chart_of[i - 1]) / 2, (*chart_of[i + stride] - *chart_of[i - stride]) / 2,
+           light.at(region.left + x, region.top + y) / 65535.0, is_cut(light.at(region.left + x, region.top + y))});
     }
   return pixels;
 }
@@ -266,8 +279,9 @@ std::optional<PrintCorners> print_corners(const Image<std::uint16_t>& light, con
 
   const Problem problem(pixels, pattern);
   Row p = *look;
-  const double limit = 0.15 * (p[9] - p[8]);
-  Fit fit = problem.linearise(p, limit);
+  const bool cut = std::any_of(pixels.begin(), pixels.end(), [](const ChartPixel& pixel) { return pixel.cut; });
+  const double contrast = p[9] - p[8], limit = 0.15 * contrast, hold = cut ? kBlurHold * contrast : 0;
+  Fit fit = problem.linearise(p, limit, hold);
   double damping = 1e-4;
   for (int iteration = 0; iteration < 30 && !fit.folded; ++iteration) {
     Square damped = fit.jtj;
@@ -276,7 +290,7 @@ std::optional<PrintCorners> print_corners(const Image<std::uint16_t>& light, con
     if (!step.allFinite()) return std::nullopt;
     Row next = p + step;
     next[12] = std::clamp(next[12], 0.5, 4.0);
-    const Fit next_fit = problem.linearise(next, limit);
+    const Fit next_fit = problem.linearise(next, limit, hold);
     const bool settled = std::abs(fit.error - next_fit.error) < 1e-5 * fit.error;
     if (next_fit.folded || !(next_fit.error < fit.error)) {
       if (settled || damping > 1e6) break;
@@ -288,12 +302,13 @@ std::optional<PrintCorners> print_corners(const Image<std::uint16_t>& light, con
     damping /= 10;
     if (settled) break;
   }
-  const double variance = fit.error / static_cast<double>(pixels.size() - kUnknowns);
+  if (fit.told <= 2 * kUnknowns) return std::nullopt;
+  const double variance = fit.error / (fit.told - kUnknowns);
   const Square covariance = variance * fit.jtj.ldlt().solve(Square::Identity());
   auto result = corners_of(p.head<8>(), covariance.topLeftCorner<8, 8>(), *chart);
   if (fit.folded || !result || !result->covariance.allFinite()) return std::nullopt;
   result->paper = p[9];
-  result->contrast_error = std::sqrt(variance) / (p[9] - p[8]);
+  result->contrast_error = std::sqrt(variance) / (cut ? contrast : p[9] - p[8]);
   if (!(p[9] > p[8]) || result->contrast_error > 0.25) return std::nullopt;
   // Where it went farther than a detector errs, it found something else.
   const double edge = (start[1] - start[0]).norm();

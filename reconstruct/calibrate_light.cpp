@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "capture/radiance.h"
 #include "reconstruct/pose_picture.h"
 
 namespace lumigraft {
@@ -20,12 +21,17 @@ Image<std::uint16_t> linear_light(const Picture& picture, const Response& respon
   const float gain = encoded ? 1.0f : detector_gain(picture.radiance);
   for (std::size_t i = 0; i < light.data.size(); ++i) {
     float sum = 0;
+    bool cut = false;
     for (int c = 0; c < 3; ++c) {
       const std::size_t at = 3 * i + static_cast<std::size_t>(c);
-      sum += kLuminance[static_cast<std::size_t>(c)] *
-             (encoded ? response.to_linear(picture.encoded.data[at], c) : gain * picture.radiance.data[at]);
+      const float channel = encoded ? response.to_linear(std::min(picture.encoded.data[at], kFullScale), c)
+                                    : gain * picture.radiance.data[at];
+      sum += kLuminance[static_cast<std::size_t>(c)] * channel;
+      cut = cut || (encoded && picture.encoded.data[at] >= kFullScale);
     }
-    light.data[i] = static_cast<std::uint16_t>(std::lround(65535.0f * std::clamp(sum, 0.0f, 1.0f)));
+    cut = cut || sum > 1.0f;
+    const auto halves = static_cast<std::uint16_t>(std::lround(32767.0f * std::clamp(sum, 0.0f, 1.0f)));
+    light.data[i] = static_cast<std::uint16_t>(2 * halves + (cut ? 1 : 0));
   }
   return light;
 }

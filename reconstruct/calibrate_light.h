@@ -8,7 +8,10 @@
 
 namespace lumigraft {
 
-/// Linear luminance; the brightest that the picture can hold is 65535.
+/// Linear luminance; the brightest that the picture can hold is 65534. The last bit is set where the picture ends, in
+/// some channel: the light is that or more.
 Image<std::uint16_t> linear_light(const Picture& picture, const Response& response);
+
+inline bool is_cut(std::uint16_t light) { return (light & 1) != 0; }
 
 }  // namespace lumigraft
