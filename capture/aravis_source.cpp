@@ -47,6 +47,7 @@ class AravisSource::Camera {
     if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
       throw CameraFault("found it in use by another program, or by one that ended some seconds ago without a word");
     }
+    stop_what_runs();
     choose_format();
     choose_region();
     fix_exposure();
@@ -94,6 +95,13 @@ class AravisSource::Camera {
   std::string take_warning() { return std::exchange(warning_, ""); }
 
  private:
+  /// What a program that was killed had started may go on: such a camera refuses other settings, or sends its pictures
+  /// to where nobody is.
+  void stop_what_runs() {
+    Check ignored;
+    arv_camera_stop_acquisition(camera_.get(), ignored);
+  }
+
   void choose_format() {
     Check check;
     guint count = 0;
