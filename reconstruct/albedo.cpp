@@ -33,20 +33,12 @@ constexpr double kMoreSurface = 1.1;  ///< when so much more is known, they are 
 constexpr float kLampTurn = 0.9999f;  ///< cosine (0.8°): so far a lamp turns, and
 constexpr float kLampShare = 0.05f;   ///< so much its irradiance changes, before it is looked for again;
 constexpr float kLampPlace = 0.01f;   ///< and of its distance, where its tag says that
-constexpr int kRigKept = 50;    ///< solves after which the rig is checked again: somebody may have stood before it
-constexpr int kSolvesKept = 8;  ///< solves after which it is, whatever happened
-constexpr float kKnownSigma = 0.25f;      ///< of log distance: surely known
-constexpr float kFar_m = 8;               ///< where the search ends, and a lamp is as good as infinitely far,
-constexpr float kNotFar = 2;              ///< and so many sigma from there, an uncertain distance is better than none
-constexpr float kGuessed = 0.3f;          ///< of log power; beyond it that is a guess
-constexpr float kFarthestKnown_m = 7.5f;  ///< nearly there
+constexpr int kRigKept = 50;      ///< solves after which the rig is checked again: somebody may have stood before it
+constexpr int kSolvesKept = 8;    ///< solves after which it is, whatever happened
+constexpr float kGuessed = 0.3f;  ///< of log power; beyond it that is a guess
+constexpr float kFarthestKnown_m = 7.5f;  ///< beyond it a lamp is as good as infinitely far
 
-/// Several lamps share what shading tells: each may be uncertain alone, and yet all of them be where they were found
-/// together, and none far away.
-bool is_known(const LampEstimate& estimate) {
-  const float certain = std::max(kKnownSigma, std::log(kFar_m / estimate.distance_m) / kNotFar);
-  return estimate.log_sigma < certain && estimate.distance_m < kFarthestKnown_m;
-}
+bool is_known(const LampEstimate& estimate) { return !estimate.far && estimate.distance_m < kFarthestKnown_m; }
 
 std::vector<PointLight> placed(const Illumination& illumination, const std::vector<LampEstimate>& estimates) {
   std::vector<PointLight> lights = illumination.lights;

@@ -82,13 +82,8 @@ std::vector<LampEstimate> LampFilter::combine(const std::vector<PointLight>& lig
     const LampEstimate& estimate = now.lamps[k];
     const auto place = static_cast<Eigen::Index>(k);
     const Block own = covariance.block<kPerLamp, kPerLamp>(kPerLamp * place, kPerLamp * place);
-    const Track anew{light.id,
-                     estimate.flat,
-                     estimate.beam,
-                     light.clipped,
-                     light.direction,
-                     light.irradiance,
-                     axes_across(light.direction),
+    const Track anew{light.id,          estimate.flat,   estimate.beam,    estimate.far,
+                     light.clipped,     light.direction, light.irradiance, axes_across(light.direction),
                      Parameters::Zero()};
     const auto was = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& t) { return t.id == light.id; });
     bool goes_on = was != tracks_.end() && was->clipped == light.clipped &&
@@ -101,8 +96,8 @@ std::vector<LampEstimate> LampFilter::combine(const std::vector<PointLight>& lig
       const Eigen::Index from = was - tracks_.begin();
       const Block known = before.block<kPerLamp, kPerLamp>(kPerLamp * from, kPerLamp * from);
       const Parameters off = value - mean_.segment<kPerLamp>(kPerLamp * from);
-      const bool contradicts =
-          track.flat != estimate.flat || track.beam != estimate.beam || far_apart(off, known + own);
+      const bool contradicts = track.flat != estimate.flat || track.beam != estimate.beam ||
+                               track.far != estimate.far || far_apart(off, known + own);
       if (contradicts && track.contradicted && !far_apart(value - track.last, 2 * own)) {
         goes_on = false;
         track = anew;
@@ -157,6 +152,7 @@ std::vector<LampEstimate> LampFilter::combine(const std::vector<PointLight>& lig
     estimate.flat = track.flat;
     if (track.beam) estimate.log_sigma = std::max(estimate.log_sigma, now.lamps[k].log_sigma);
     estimate.beam = track.beam;
+    estimate.far = track.far;
     if (track.flat) {
       estimate.normal = (-lights[k].direction + static_cast<float>(mean_[at + 1]) * track.across[0] +
                          static_cast<float>(mean_[at + 2]) * track.across[1])

@@ -25,7 +25,7 @@ class LampFilter {
   using Parameters = Eigen::Matrix<double, kPerLamp, 1>;  ///< log distance, tilt, log power of three channels
   struct Track {
     int id;
-    bool flat, beam, clipped;
+    bool flat, beam, far, clipped;
     Eigen::Vector3f direction, irradiance;  ///< as the fish-eye gave them when the track began
     std::array<Eigen::Vector3f, 2> across;  ///< what tilts are along
     Parameters last;                        ///< as newest solved

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "reconstruct/albedo_far.h"
 #include "reconstruct/albedo_refine.h"
 #include "reconstruct/albedo_shading.h"
 
@@ -12,7 +13,7 @@ namespace {
 
 constexpr double kNearest_m = 0.4, kFarthest_m = 8.0, kUsual_m = 1.5;
 constexpr int kGridSteps = 16;
-constexpr int kFineSteps = 7, kFineRays = 5;
+constexpr int kFineSteps = 7;
 constexpr double kFineReach = 0.22;       ///< of log distance, either way
 constexpr double kLargestGain = 1 << 18;  ///< the sun over a sky that is well exposed
 constexpr int kGainSteps = 19;            ///< powers of two
@@ -132,14 +133,33 @@ class LampSearch {
 
   /// The last refinement, on all pairs and with finer visibility.
   LampSolution finish() {
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) tabulate_near(lamp);
+    const Refinement near = refine_lamps(model_, pairs_, paper_, shapes_, Search::fine);
+    const std::vector<std::optional<LampShape>> far = far_lamps(model_, pairs_, near.shapes, near.pair_variance);
+    if (std::none_of(far.begin(), far.end(), [](const auto& shape) { return shape.has_value(); }))
+      return solution(near);
+    shapes_ = near.shapes;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
-      const double at = shapes_[lamp].log_distance;
-      if (model_.placed(lamp))
-        model_.tabulate(lamp, {at}, kFineRays);
-      else
-        model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), kFineRays);
+      if (far[lamp]) {
+        shapes_[lamp] = *far[lamp];
+        model_.tabulate(lamp, {shapes_[lamp].log_distance}, kFineRays);
+      } else {
+        tabulate_near(lamp);
+      }
     }
-    return solution(refine_lamps(model_, pairs_, paper_, shapes_, Search::fine));
+    Refinement result = refine_lamps(model_, pairs_, paper_, shapes_, Search::fine);
+    for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
+      if (far[lamp]) result.shapes[lamp].log_distance = near.shapes[lamp].log_distance;
+    }
+    return solution(result);
+  }
+
+  void tabulate_near(std::size_t lamp) {
+    const double at = shapes_[lamp].log_distance;
+    if (model_.placed(lamp))
+      model_.tabulate(lamp, {at}, kFineRays);
+    else
+      model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), kFineRays);
   }
 
   LampSolution solution(const Refinement& last) const {
@@ -152,6 +172,7 @@ class LampSearch {
       estimate.gain_log_sigma = clipped(lamp) ? static_cast<float>(last.gain_log_sigma[lamp]) : 0.0f;
       estimate.flat = shape.flat;
       estimate.beam = shape.beam;
+      estimate.far = shape.far;
       if (shape.beam) estimate.log_sigma = std::hypot(estimate.log_sigma, kBeamSigma);
       if (shape.flat) estimate.normal = model_.normal(lamp, shape);
       for (std::size_t c = 0; c < 3; ++c) {

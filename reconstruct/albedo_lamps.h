@@ -20,6 +20,7 @@ namespace lumigraft {
 struct LampEstimate {
   float distance_m = kInfinitelyFar;
   float log_sigma = 0;  ///< 1σ of log distance; large where the shading says nothing
+  bool far = false;     ///< infinitely far explains the room as well; distance_m is then the best of those near by
   bool flat = false;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< where flat
   bool beam = false;                                 ///< and flat: it stands deep in a shade, or has a lens

@@ -53,12 +53,12 @@ class Evaluation : public ceres::EvaluationCallback {
 
   LampShape shape(std::size_t lamp) const {
     const double* p = &parameters_[kPerLamp * lamp];
-    return {p[0], shapes_[lamp].flat, {p[1], p[2]}, {p[3], p[4], p[5]}, shapes_[lamp].beam};
+    return {p[0], shapes_[lamp].flat, {p[1], p[2]}, {p[3], p[4], p[5]}, shapes_[lamp].beam, shapes_[lamp].far};
   }
   /// Which of a lamp's parameters are known.
   std::vector<int> fixed(std::size_t lamp) const {
     std::vector<int> result;
-    if (model_.placed(lamp)) result = {0};
+    if (model_.placed(lamp) || shapes_[lamp].far) result = {0};
     if (!shapes_[lamp].flat || (model_.placed(lamp) && model_.light(lamp).flat)) result.insert(result.end(), {1, 2});
     if (!model_.light(lamp).clipped) result.insert(result.end(), {3, 4, 5});
     return result;
@@ -212,10 +212,15 @@ struct Prior {
   }
 };
 
+struct Spread {
+  Eigen::MatrixXd covariance;
+  double pair_variance;
+};
+
 /// Covariance of all parameters from the curvature of the robust cost (weights 1 / (1 + r²)²), of the gauge where a
 /// gauge is needed, and of wide priors.
-Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evaluation,
-                              const std::vector<SamplePair>& pairs, int paper, bool gauged) {
+Spread spread_of(const ShadingModel& model, const Evaluation& evaluation, const std::vector<SamplePair>& pairs,
+                 int paper, bool gauged) {
   const auto size = static_cast<Eigen::Index>(evaluation.parameters());
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd row(size), raised = Eigen::VectorXd::Ones(size);  // of lamps that send next to nothing
@@ -244,7 +249,7 @@ Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evalu
   curvature = curvature.selfadjointView<Eigen::Lower>();
   const double least = std::pow(kModelShare / kPairScale, 2) / 3;
   const double variance = kPairsPerObservation * std::max(least, squares / std::max(weights, 1e-9));
-  curvature /= std::max(variance, 1e-9);
+  curvature /= variance;
   const Gauge gauge = gauge_of(paper);
   for (int c = 0; gauged && c < 3; ++c) {
     for (Eigen::Index p = 0; p < size; ++p) {
@@ -256,19 +261,19 @@ Eigen::MatrixXd covariance_of(const ShadingModel& model, const Evaluation& evalu
     const Eigen::Index place = p % kPerLamp;
     curvature(p, p) += place == 0 ? 0.25 : place < 3 ? 1 : kGainPrior;
   }
-  return curvature.inverse();
+  return {curvature.inverse(), variance};
 }
 
 }  // namespace
 
-double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs) {
+double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs, double level) {
   double sum = 0;
   const float scale = static_cast<float>(kChannelScale * kChannelScale);
   for (const SamplePair& pair : pairs) {
     const Eigen::Array3f d =
         log_albedo[static_cast<std::size_t>(pair.a)] - log_albedo[static_cast<std::size_t>(pair.b)];
     const double squared = scale * d.square().sum();
-    sum += kWideLevel * squared / (kWideLevel + squared);
+    sum += level * squared / (level + squared);
   }
   return sum;
 }
@@ -343,7 +348,9 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
   result.cost = robust_cost(evaluation.log_albedo, pairs);
   if (gauged) result.cost += gauge_cost(model, evaluation.log_albedo, paper);
-  result.covariance = covariance_of(model, evaluation, pairs, paper, gauged);
+  const Spread spread = spread_of(model, evaluation, pairs, paper, gauged);
+  result.covariance = spread.covariance;
+  result.pair_variance = spread.pair_variance;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     const auto p = static_cast<Eigen::Index>(kPerLamp * lamp);
     result.log_sigma.push_back(std::sqrt(std::max(0.0, result.covariance(p, p))));

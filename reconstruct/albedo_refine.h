@@ -13,6 +13,7 @@ struct Refinement {
   std::vector<double> gain_log_sigma;  ///< and of its log gain, RMS of the channels; where it is clipped
   Eigen::MatrixXd covariance;          ///< of all of it: kPerLamp for each lamp
   double cost = 0;                     ///< robust_cost at the end, and that of the gauge
+  double pair_variance = 1;            ///< of r as below, so large that all pairs together tell what they know
 };
 
 /// Difference of log albedo, RMS over channels, that counts as large: textures vary by about so much.
@@ -22,7 +23,8 @@ constexpr double kPairScale = 0.1;
 /// another colour than the next says nothing about the light, however many such pairs there are. The search goes by a
 /// wide level a, kWideLevel, and ends with a = 1 (graduated non-convexity, Blake and Zisserman 1987).
 constexpr double kWideLevel = 4;
-double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs);
+double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vector<SamplePair>& pairs,
+                   double level = kWideLevel);
 
 /// What holds the scale of albedo where a lamp's power is unknown: white paper, or, loosely, what rooms usually are.
 struct Gauge {

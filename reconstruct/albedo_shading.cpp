@@ -13,6 +13,27 @@ namespace {
 /// What neither light nor picture reaches has this albedo, neither white nor black.
 constexpr float kDarkAlbedo = 0.35f;
 
+/// Places in a table and their shares.
+using Blend = std::array<std::pair<std::size_t, float>, 4>;
+
+/// Cubic B-spline weights (evenly spaced knots; the ends repeated). They smooth alike wherever `at` lies. Linear ones
+/// are sharp at the knots alone, where shadows then fit best: the search would stop at one.
+Blend blended(const std::vector<double>& knots, double at) {
+  const std::size_t last = knots.size() - 1;
+  if (last == 0) return {{{0, 1.0f}}};
+  const double place =
+      std::clamp((at - knots.front()) / (knots.back() - knots.front()), 0.0, 1.0) * static_cast<double>(last);
+  const double low = std::min(std::floor(place), static_cast<double>(last) - 1), t = place - low;
+  const double weights[] = {std::pow(1 - t, 3) / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
+                            (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6};
+  Blend result;
+  for (int k = 0; k < 4; ++k) {
+    const double knot = std::clamp(low + k - 1, 0.0, static_cast<double>(last));
+    result[static_cast<std::size_t>(k)] = {static_cast<std::size_t>(knot), static_cast<float>(weights[k])};
+  }
+  return result;
+}
+
 }  // namespace
 
 ShadingModel::ShadingModel(const RoomLight& room, const Illumination& illumination,
@@ -69,20 +90,14 @@ std::array<double, 2> ShadingModel::tilt_of(std::size_t lamp, const Eigen::Vecto
 
 void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector<float>& result) const {
   const Table& table = tables_[lamp];
-  const auto above = std::lower_bound(table.log_distances.begin(), table.log_distances.end(), shape.log_distance);
-  const std::size_t last = table.log_distances.size() - 1;
-  const std::size_t high = std::min<std::size_t>(above - table.log_distances.begin(), last);
-  const std::size_t low = high == 0 ? 0 : high - 1;
-  const double span = table.log_distances[high] - table.log_distances[low];
-  const double place = span > 0 ? (shape.log_distance - table.log_distances[low]) / span : 0;
-  const float share = static_cast<float>(std::clamp(place, 0.0, 1.0));
-
+  const Blend blend = blended(table.log_distances, shape.log_distance);
   const float distance = static_cast<float>(std::exp(shape.log_distance));
   const Eigen::Vector3f position = probe_ + distance * lights_[lamp].direction;
   const Eigen::Vector3f facing = axis(lamp, shape);
   result.assign(samples_.size(), 0.0f);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    const float visible = (1 - share) * table.visibility[low][i] + share * table.visibility[high][i];
+    float visible = 0;
+    for (std::size_t k = 0; k < blend.size(); ++k) visible += blend[k].second * table.visibility[blend[k].first][i];
     if (!(visible > 0)) continue;
     const Eigen::Vector3f way = position - samples_[i].position;
     const float squared = way.squaredNorm(), length = std::sqrt(squared);

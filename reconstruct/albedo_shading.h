@@ -19,7 +19,11 @@ struct LampShape {
   std::array<double, 2> tilt{};
   std::array<double, 3> log_gain{};  ///< of a clipped lamp: true over measured irradiance, per channel
   bool beam = false;                 ///< and flat: what it sends falls with the fourth power of the cosine
+  bool far = false;                  ///< its distance is not looked for
 };
+
+/// Over a lamp's disk, for visibility that is to be fine.
+constexpr int kFineRays = 5;
 
 constexpr int kPerLamp = 6;  ///< numbers in it, but for its kind: log distance, tilt, log gain
 
@@ -37,14 +41,15 @@ class ShadingModel {
   bool placed(std::size_t lamp) const { return lights_[lamp].distance_known; }
   double log_distance_of(const PointLight& placed) const;
 
-  /// Visibility of the lamp from every sample at each of these distances (rising), `rays` rays over the lamp's disk.
+  /// Visibility of the lamp from every sample at each of these distances (rising evenly), `rays` rays over the lamp's
+  /// disk.
   void tabulate(std::size_t lamp, std::vector<double> log_distances, int rays);
   const std::vector<double>& tabulated(std::size_t lamp) const { return tables_[lamp].log_distances; }
 
   Eigen::Vector3f normal(std::size_t lamp, const LampShape& shape) const;  ///< unit
   std::array<double, 2> tilt_of(std::size_t lamp, const Eigen::Vector3f& normal) const;
 
-  /// Irradiance factor of every sample, visibility interpolated in log distance.
+  /// Irradiance factor of every sample, visibility smoothed over neighbouring distances.
   void factors(std::size_t lamp, const LampShape& shape, std::vector<float>& result) const;
 
   /// Irradiance of a lamp at the probe, with its gain.

@@ -289,6 +289,22 @@ TEST(AlbedoStage, AClippedSunIsAsStrongAsItsShadowsTell) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c] / truth[c], 1, 0.25) << c;
 }
 
+// Tiles whose mean rises slowly over the floor are explained a little by a lamp near by: by less than tiles differ.
+TEST(AlbedoStage, ASunOverAMotleyFloorStaysFar) {
+  TestRoom room;
+  room.lamps = {{{40, -50, 60}, {9500, 8900, 7600}, 0.4f}};
+  room.ambient = Eigen::Vector3f(0.2f, 0.25f, 0.3f);
+  room.boxes = {{{-0.3f, 0.2f, 0.0f}, {-0.15f, 0.35f, 0.2f}}, {{0.2f, -0.1f, 0.0f}, {0.3f, 0.0f, 0.15f}}};
+  room.albedo = [](const Eigen::Vector3f& p) -> Eigen::Vector3f {
+    const Eigen::Vector2f tile = (9 * p.head<2>()).array().floor();
+    const float grain = 1 + 0.5f * std::sin(37 * tile.x() + 11 * std::sin(23 * tile.y()));
+    const float slope = 1 + 0.12f * (p.x() - p.y());
+    return grain * slope * Eigen::Vector3f(0.4f, 0.36f, 0.3f);
+  };
+  AlbedoStage stage{Session()};
+  EXPECT_FALSE(stage.solve(room.field(), room.illumination()).illumination->lights[0].distance_known);
+}
+
 TEST(AlbedoStage, ASmallPatchDoesNotTellTheDistance) {
   TestRoom room;
   room.half_m = 0.128f;
