@@ -190,22 +190,53 @@ class AravisSource::Camera {
     }
   }
 
+  /// FEATURE, or FEATURE[ENTRY] where FEATURESelector says which of several is meant, as GenICam writes it.
   void set_controls() {
-    ArvDevice* device = arv_camera_get_device(camera_.get());
     for (const auto& [name, value] : spec_.settings.controls) {
-      ArvGcNode* node = arv_device_get_feature(device, name.c_str());
-      Check check;
-      if (ARV_IS_GC_FLOAT(node)) {
-        arv_camera_set_float(camera_.get(), name.c_str(), value, check);
-      } else if (ARV_IS_GC_BOOLEAN(node)) {
-        arv_camera_set_boolean(camera_.get(), name.c_str(), value != 0.0, check);
-      } else if (ARV_IS_GC_INTEGER(node)) {
-        arv_camera_set_integer(camera_.get(), name.c_str(), static_cast<gint64>(value), check);
-      } else {
-        throw InputError("controls." + name + ": found no such number among the camera's features");
+      const std::size_t bracket = name.find('[');
+      const std::string feature = name.substr(0, bracket);
+      if (bracket != std::string::npos) {
+        choose(feature + "Selector", name.substr(bracket + 1, name.find(']') - bracket - 1), "controls." + name);
       }
-      check.or_throw("controls." + name);
+      set_control(feature, value, "controls." + name);
     }
+  }
+
+  void choose(const std::string& selector, const std::string& entry, const std::string& key) {
+    if (!ARV_IS_GC_ENUMERATION(arv_device_get_feature(arv_camera_get_device(camera_.get()), selector.c_str()))) {
+      throw InputError(key + ": found no " + selector + " among the camera's features");
+    }
+    Check check;
+    guint count = 0;
+    const std::unique_ptr<const char*, aravis::FreeMemory> offered(
+        arv_camera_dup_available_enumerations_as_strings(camera_.get(), selector.c_str(), &count, check));
+    check.or_throw(key);
+    std::string names;
+    bool found = false;
+    for (guint i = 0; i < count; ++i) {
+      names += std::string(i > 0 ? ", " : "") + offered.get()[i];
+      found = found || entry == offered.get()[i];
+    }
+    if (!found) {
+      throw InputError(key + ": found \"" + entry + "\", allowed: " + names);
+    }
+    arv_camera_set_string(camera_.get(), selector.c_str(), entry.c_str(), check);
+    check.or_throw(key);
+  }
+
+  void set_control(const std::string& feature, double value, const std::string& key) {
+    ArvGcNode* node = arv_device_get_feature(arv_camera_get_device(camera_.get()), feature.c_str());
+    Check check;
+    if (ARV_IS_GC_FLOAT(node)) {
+      arv_camera_set_float(camera_.get(), feature.c_str(), value, check);
+    } else if (ARV_IS_GC_BOOLEAN(node)) {
+      arv_camera_set_boolean(camera_.get(), feature.c_str(), value != 0.0, check);
+    } else if (ARV_IS_GC_INTEGER(node)) {
+      arv_camera_set_integer(camera_.get(), feature.c_str(), static_cast<gint64>(value), check);
+    } else {
+      throw InputError(key + ": found no such number among the camera's features");
+    }
+    check.or_throw(key);
   }
 
   void use_chunks() {

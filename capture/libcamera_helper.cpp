@@ -83,12 +83,18 @@ void list(libcamera::Camera& camera) {
     const bool gain = id->id() == libcamera::controls::AnalogueGain.id();
     const auto low = number_in(info.min());
     const auto high = number_in(info.max());
-    if (low && high) {
-      std::cout << "control\t"
-                << (exposure ? "exposure_us"
-                    : gain   ? "gain"
-                             : id->name())
-                << '\t' << *low << '\t' << *high << '\t' << number_in(info.def()).value_or(*low) << '\n';
+    if (!low || !high) {
+      continue;
+    }
+    std::vector<std::string> names = {exposure ? "exposure_us" : gain ? "gain" : id->name()};
+    if (id->id() == libcamera::controls::ColourGains.id()) {
+      names = {kRedGain, kBlueGain};
+    } else if (holds_several(*id)) {
+      continue;
+    }
+    for (const std::string& name : names) {
+      std::cout << "control\t" << name << '\t' << *low << '\t' << *high << '\t' << number_in(info.def()).value_or(*low)
+                << '\n';
     }
   }
 }

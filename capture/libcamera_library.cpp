@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -71,6 +72,39 @@ void switch_off(libcamera::ControlList& list, const libcamera::ControlInfoMap& o
   }
 }
 
+std::optional<double> named(const CameraSettings& settings, const std::string& name) {
+  const auto found = std::find_if(settings.controls.begin(), settings.controls.end(),
+                                  [&](const auto& control) { return control.first == name; });
+  return found != settings.controls.end() ? std::optional(found->second) : std::nullopt;
+}
+
+/// Both gains at once, since libcamera has one control for them.
+void set_white_balance(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered,
+                       const CameraSettings& settings) {
+  const std::optional<double> red = named(settings, kRedGain), blue = named(settings, kBlueGain);
+  if (!red && !blue) {
+    return;
+  }
+  const std::string key = std::string("controls.") + (red ? kRedGain : kBlueGain);
+  const auto found = offered.find(libcamera::controls::ColourGains.id());
+  if (found == offered.end()) {
+    throw InputError(key +
+                     ": found no such number among the camera's controls, allowed: what `lumigraft devices` lists");
+  }
+  if (!red || !blue) {
+    throw InputError(key + ": found it alone, allowed: beside " + (red ? kBlueGain : kRedGain));
+  }
+  const double low = number_in(found->second.min()).value_or(0.0);
+  const double high = number_in(found->second.max()).value_or(std::numeric_limits<double>::max());
+  for (const auto& [name, gain] : {std::pair(kRedGain, *red), std::pair(kBlueGain, *blue)}) {
+    if (!(gain >= low && gain <= high)) {
+      throw InputError(std::string("controls.") + name + ": found " + std::to_string(gain) +
+                       ", allowed: " + std::to_string(low) + " to " + std::to_string(high));
+    }
+  }
+  list.set(libcamera::controls::ColourGains, {static_cast<float>(*red), static_cast<float>(*blue)});
+}
+
 }  // namespace
 
 std::vector<std::shared_ptr<libcamera::Camera>> cameras() { return manager().cameras(); }
@@ -111,10 +145,18 @@ std::optional<double> number_in(const libcamera::ControlValue& value) {
   }
 }
 
+bool holds_several(const libcamera::ControlId& control) {
+  namespace known = libcamera::controls;
+  const unsigned ids[] = {known::ColourGains.id(), known::ColourCorrectionMatrix.id(), known::FrameDurationLimits.id(),
+                          known::SensorBlackLevels.id(), known::AfWindows.id()};
+  return std::find(std::begin(ids), std::end(ids), control.id()) != std::end(ids);
+}
+
 void set_number(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered, const std::string& name,
                 const std::string& key, double number) {
   const auto found = std::find_if(offered.begin(), offered.end(), [&](const auto& c) {
-    return c.first->name() == name && number_in(c.second.min()) && number_in(c.second.max());
+    return c.first->name() == name && !holds_several(*c.first) && number_in(c.second.min()) &&
+           number_in(c.second.max());
   });
   if (found == offered.end()) {
     throw InputError(key +
@@ -146,8 +188,11 @@ libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, co
     const auto period_us = static_cast<std::int64_t>(std::llround(1e6 / *settings.rate_hz));
     list.set(libcamera::controls::FrameDurationLimits, {period_us, period_us});
   }
+  set_white_balance(list, offered, settings);
   for (const auto& [name, value] : settings.controls) {
-    set_number(list, offered, name, "controls." + name, value);
+    if (name != kRedGain && name != kBlueGain) {
+      set_number(list, offered, name, "controls." + name, value);
+    }
   }
   return list;
 }

@@ -26,6 +26,12 @@ std::optional<libcamera::PixelFormat> libcamera_format_of(PixelFormat format);
 /// Of its kinds of streams those that we take: for pictures, and the sensor's own Bayer.
 inline constexpr libcamera::StreamRole kRoles[] = {libcamera::StreamRole::VideoRecording, libcamera::StreamRole::Raw};
 
+/// White balance, the one control of several numbers that a session may set, as `controls` name its two.
+inline constexpr const char* kRedGain = "ColourGains[Red]";
+inline constexpr const char* kBlueGain = "ColourGains[Blue]";
+/// Controls that hold several numbers, though their bounds are of one.
+bool holds_several(const libcamera::ControlId& control);
+
 /// A control that holds one number; empty where it holds something else.
 std::optional<double> number_in(const libcamera::ControlValue& value);
 /// Throws InputError under the key that it was given as, where the camera has no such control or another range.

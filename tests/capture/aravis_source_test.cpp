@@ -1,6 +1,7 @@
 // The real Aravis library with its own GigE Vision camera on a loopback address, in a process that can be killed.
 #include "capture/aravis_source.h"
 
+#include <arv.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -122,6 +123,30 @@ TEST(Aravis, SettingsReachTheCamera) {
   };
   EXPECT_NEAR(control("exposure_us"), 4321.0, 1.0);
   EXPECT_NEAR(control("gain"), 3.0, 0.5);
+}
+
+TEST(Aravis, WhiteBalanceIsAFeatureOfTwoEntries) {
+  const CameraProcess camera("0", "chunks");
+  ASSERT_TRUE(camera.running());
+  StreamSpec spec = spec_of(PixelFormat::bayer_rggb8);
+  spec.settings.controls = {{"BalanceRatio[Blue]", 1.25}, {"BalanceRatio[Red]", 1.75}};
+  {
+    AravisSource source(kName, spec);
+    EXPECT_TRUE(source.next(3000ms));
+  }
+  ArvCamera* after = arv_camera_new(kName, nullptr);
+  ASSERT_NE(after, nullptr);
+  for (const auto& [entry, ratio] : {std::pair("Red", 1.75), std::pair("Blue", 1.25)}) {
+    arv_camera_set_string(after, "BalanceRatioSelector", entry, nullptr);
+    EXPECT_EQ(arv_camera_get_float(after, "BalanceRatio", nullptr), ratio) << entry;
+  }
+  g_object_unref(after);
+  spec.settings.controls = {{"BalanceRatio[Green]", 1.0}};
+  EXPECT_NE(error(kName, spec).find("controls.BalanceRatio[Green]: found \"Green\", allowed: Red, Blue"),
+            std::string::npos)
+      << error(kName, spec);
+  spec.settings.controls = {{"TestRegister[Red]", 1.0}};
+  EXPECT_NE(error(kName, spec).find("controls.TestRegister[Red]: found no TestRegisterSelector"), std::string::npos);
 }
 
 TEST(Aravis, WhatItDoesNotOfferIsRefusedAndSaid) {

@@ -41,6 +41,20 @@ constexpr char kFeatures[] = R"(
     <Address>0x4010</Address><pIndex Offset="4">ChunkSelectorRegister</pIndex><Length>4</Length>
     <AccessMode>RW</AccessMode><pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
   </IntReg>
+  <Enumeration Name="BalanceRatioSelector" NameSpace="Standard">
+    <EnumEntry Name="Red"><Value>0</Value></EnumEntry>
+    <EnumEntry Name="Blue"><Value>1</Value></EnumEntry>
+    <pValue>BalanceRatioSelectorRegister</pValue>
+  </Enumeration>
+  <IntReg Name="BalanceRatioSelectorRegister">
+    <Address>0x4020</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
+  </IntReg>
+  <Float Name="BalanceRatio" NameSpace="Standard"><pValue>BalanceRatioRegister</pValue><Min>0.0</Min><Max>8.0</Max></Float>
+  <FloatReg Name="BalanceRatioRegister">
+    <Address>0x4030</Address><pIndex Offset="4">BalanceRatioSelectorRegister</pIndex><Length>4</Length>
+    <AccessMode>RW</AccessMode><pPort>Device</pPort><Endianess>BigEndian</Endianess>
+  </FloatReg>
   <Float Name="Gain" NameSpace="Standard">
     <pValue>GainConverter</pValue><Min>0.0</Min><Max>10.0</Max><Unit>dB</Unit>
   </Float>

@@ -2,6 +2,8 @@
 // obey and answer are rarer than kernels: those in tests/camera_vm have no such metadata.
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "capture/error.h"
 #include "capture/libcamera_library.h"
 
@@ -42,6 +44,37 @@ TEST(LibcameraSettings, WhatIsOutOfRangeIsRefused) {
   } catch (const InputError& e) {
     EXPECT_STREQ(e.what(), "exposure_us: found 50000.000000, allowed: 100.000000 to 33000.000000");
   }
+}
+
+std::string error(const libcamera::ControlInfoMap& offered, const CameraSettings& settings) {
+  try {
+    libcam::controls_for(offered, settings);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(LibcameraSettings, WhiteBalanceIsTwoGains) {
+  const libcamera::ControlInfoMap offered({{&controls::AwbEnable, libcamera::ControlInfo(false, true)},
+                                           {&controls::ColourGains, libcamera::ControlInfo(0.0f, 32.0f)}},
+                                          controls::controls);
+  CameraSettings settings;
+  settings.controls = {{"ColourGains[Blue]", 1.5}, {"ColourGains[Red]", 1.75}};
+  const libcamera::ControlList list = libcam::controls_for(offered, settings);
+  EXPECT_EQ(list.get(controls::AwbEnable), false);
+  const auto gains = list.get(controls::ColourGains);
+  ASSERT_TRUE(gains);
+  EXPECT_EQ((*gains)[0], 1.75f) << "red";
+  EXPECT_EQ((*gains)[1], 1.5f) << "blue";
+  EXPECT_EQ(error(kOffered, settings).find("controls.ColourGains[Red]: found no such number"), 0u);
+  settings.controls = {{"ColourGains[Blue]", 1.5}};
+  EXPECT_EQ(error(offered, settings), "controls.ColourGains[Blue]: found it alone, allowed: beside ColourGains[Red]");
+  settings.controls = {{"ColourGains[Blue]", 40.0}, {"ColourGains[Red]", 1.75}};
+  EXPECT_EQ(error(offered, settings), "controls.ColourGains[Blue]: found 40.000000, allowed: 0.000000 to 32.000000");
+  settings.controls = {{"ColourGains", 1.5}};
+  EXPECT_EQ(error(offered, settings).find("controls.ColourGains: found no such number"), 0u)
+      << "libcamera would read a second one";
 }
 
 TEST(LibcameraSettings, APicturesExposureIsWhatItSaysItHad) {

@@ -101,6 +101,8 @@ TEST_F(SessionFile, SettingsOfLiveCameras) {
   EXPECT_EQ(live.color.settings.controls,
             (std::vector<std::pair<std::string, double>>{{"Another", -0.5}, {"BlackLevel", 3.0}}));
   EXPECT_EQ(live.fisheye->settings.gain, 2.0);
+  EXPECT_EQ(read({"color.controls.BalanceRatio[Red]=1.75"}).color.settings.controls.at(0),
+            (std::pair<std::string, double>{"BalanceRatio[Red]", 1.75}));
   EXPECT_FALSE(live.color.settings.input);
   EXPECT_EQ(read({"color.source=v4l2:/dev/video1", "color.input=HDMI 1"}).color.settings.input, "HDMI 1");
   EXPECT_NE(error({"color.source=aravis:A", "color.input=HDMI 1"}).find("color.input: found it beside \"aravis:A\", "),
