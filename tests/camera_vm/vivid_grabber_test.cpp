@@ -96,8 +96,9 @@ TEST_F(VividGrabber, GivesSixtyPicturesASecondOfTheSignalThatIsPluggedIn) {
       << "ms, by the numbers of lost ones too";
 }
 
-/// Its YUYV is BT.709's, which would be misread; RGB is not.
+/// YUV of BT.709, which most of HDMI is, would be misread; RGB is not.
 TEST_F(VividGrabber, OfAFreeChoiceColoursComeAsTheyAre) {
+  ASSERT_TRUE(hand_.set("Y'CbCr Encoding", 2));
   StreamSpec spec = spec_of(640, 480);
   spec.settings.controls = {{"osd_text_mode", 2}};
   auto source = std::make_unique<V4l2Source>(kGrabber, spec);
@@ -111,6 +112,7 @@ TEST_F(VividGrabber, OfAFreeChoiceColoursComeAsTheyAre) {
   }
   spec.settings.pixel_format = PixelFormat::yuyv;
   EXPECT_NE(error(spec).find("found yuyv of another kind than BT.601"), std::string::npos) << error(spec);
+  EXPECT_TRUE(hand_.set("Y'CbCr Encoding", 0));
 }
 
 TEST_F(VividGrabber, WithoutASignalItSaysSoAndIsLiveOnceThereIsOne) {
