@@ -8,6 +8,7 @@
 
 #include "reconstruct/albedo_bricks.h"
 #include "reconstruct/albedo_clipped.h"
+#include "reconstruct/albedo_dark.h"
 #include "reconstruct/albedo_filter.h"
 #include "reconstruct/albedo_gather.h"
 #include "reconstruct/albedo_irradiance.h"
@@ -17,6 +18,7 @@
 #include "reconstruct/albedo_reflections.h"
 #include "reconstruct/albedo_samples.h"
 #include "reconstruct/albedo_solve.h"
+#include "reconstruct/albedo_solved.h"
 #include "reconstruct/albedo_unseen.h"
 #include "reconstruct/enclosure.h"
 #include "reconstruct/light_pieces.h"
@@ -33,9 +35,12 @@ constexpr double kMoreSurface = 1.1;  ///< when so much more is known, they are 
 constexpr float kLampTurn = 0.9999f;  ///< cosine (0.8°): so far a lamp turns, and
 constexpr float kLampShare = 0.05f;   ///< so much its irradiance changes, before it is looked for again;
 constexpr float kLampPlace = 0.01f;   ///< and of its distance, where its tag says that
-constexpr int kRigKept = 50;      ///< solves after which the rig is checked again: somebody may have stood before it
-constexpr int kSolvesKept = 8;    ///< solves after which it is, whatever happened
-constexpr float kGuessed = 0.3f;  ///< of log power; beyond it that is a guess
+constexpr int kRigKept = 12;              ///< solves of all after which the rig is checked again: somebody stood before it
+constexpr int kSolvesKept = 8;            ///< solves after which it is, whatever happened
+constexpr int kNewSolvesKept = 32;        ///< solves of what is new, after which all is, whatever happened
+constexpr double kMostNew = 0.25;         ///< of the surface that may be solved apart from the rest
+constexpr float kOtherLight = 0.05f;      ///< and so much of the remainder may change meanwhile
+constexpr float kGuessed = 0.3f;          ///< of log power; beyond it that is a guess
 constexpr float kFarthestKnown_m = 7.5f;  ///< beyond it a lamp is as good as infinitely far
 
 bool is_known(const LampEstimate& estimate) { return !estimate.far && estimate.distance_m < kFarthestKnown_m; }
@@ -71,12 +76,10 @@ struct Located {
   std::vector<PointLight> lights;
   int solves = 0;
 
-  bool holds(const Illumination& illumination, std::size_t points_now) const {
+  bool grown(double points_now) const { return points_now > kMoreSurface * static_cast<double>(points); }
+  bool holds(const Illumination& illumination) const {
     const std::vector<PointLight>& now = illumination.lights;
-    if (solves >= kSolvesKept || static_cast<double>(points_now) > kMoreSurface * static_cast<double>(points) ||
-        now.size() != lights.size()) {
-      return false;
-    }
+    if (now.size() != lights.size()) return false;
     return std::all_of(now.begin(), now.end(), [&](const PointLight& light) {
       const auto was =
           std::find_if(lights.begin(), lights.end(), [&](const PointLight& other) { return other.id == light.id; });
@@ -113,6 +116,17 @@ std::string beam_warning(const std::vector<LampEstimate>& estimates) {
          " drawn as a panel, and may stand farther away; a tag on it would tell";
 }
 
+/// Of the remainder: what changed over all of it.
+float other_light(const EnvironmentPicture& now, const EnvironmentPicture& before) {
+  if (now.radiance.data.size() != before.radiance.data.size()) return 1;
+  double change = 0, sum = 0;
+  for (std::size_t i = 0; i < now.radiance.data.size(); ++i) {
+    change += std::abs(now.radiance.data[i] - before.radiance.data[i]);
+    sum += before.radiance.data[i];
+  }
+  return static_cast<float>(change / std::max(sum, 1e-12));
+}
+
 constexpr const char* kNoSurface =
     "no surface of the room is known: the depth pictures hold no measurements, or none within reach";
 
@@ -134,9 +148,14 @@ struct AlbedoStage::State {
   std::vector<LampEstimate> locate(const RoomLight& room, const Illumination& illumination, const Surface& surface,
                                    const std::vector<Eigen::Vector3f>& gathered);
 
+  /// Where lamps and most of the room are as they were: what is new solved with the rest as it is. Empty where
+  /// everything is to be solved.
+  std::optional<Result> solve_new(const DistanceField& field, const Illumination& illumination, bool even_if_due);
+  void add_warnings(const Illumination& lit);
+
   /// Looks again when so much more of the room is known.
-  const std::string& check_rig(const DistanceField& field, const FieldRays& rays, const Illumination& illumination,
-                               std::size_t points);
+  void check_rig(const DistanceField& field, const FieldRays& rays, const Illumination& illumination,
+                 std::size_t points);
 
   MetalSurfaces metal;
   std::optional<FisheyeCamera> fisheye;
@@ -159,6 +178,11 @@ struct AlbedoStage::State {
   EnclosureStage enclosure;
   std::shared_ptr<const Enclosure> closed;  ///< what `memory` was gathered in,
   bool rough = false;                       ///< and whether with few rays
+  SolvedSurface known;
+  bool empty = false;                     ///< no surface is known
+  RoomLight::Beyond beyond;               ///< as everything was solved with,
+  std::vector<Eigen::Vector3f> on_floor;  ///< what lamps made of the floor that nobody saw,
+  EnvironmentPicture remainder;           ///< and the remainder as it was measured
 };
 
 std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, const Illumination& illumination,
@@ -166,7 +190,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, cons
                                                      const std::vector<Eigen::Vector3f>& gathered) {
   const std::size_t points = surface.points.size();
   std::vector<LampEstimate> result;
-  if (located.holds(illumination, points)) {
+  if (located.solves < kSolvesKept && !located.grown(static_cast<double>(points)) && located.holds(illumination)) {
     ++located.solves;
     for (const PointLight& light : illumination.lights) result.push_back(estimates.at(light.id));
     return result;
@@ -177,8 +201,8 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, cons
   }
   std::vector<std::optional<LampEstimate>> before;
   for (const PointLight& light : illumination.lights) {
-    const auto known = estimates.find(light.id);
-    before.push_back(known == estimates.end() ? std::nullopt : std::optional(known->second));
+    const auto estimate = estimates.find(light.id);
+    before.push_back(estimate == estimates.end() ? std::nullopt : std::optional(estimate->second));
   }
   const LampSolution found =
       locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, tag_size_m), before,
@@ -199,8 +223,8 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, cons
   return result;
 }
 
-const std::string& AlbedoStage::State::check_rig(const DistanceField& field, const FieldRays& rays,
-                                                 const Illumination& illumination, std::size_t points) {
+void AlbedoStage::State::check_rig(const DistanceField& field, const FieldRays& rays, const Illumination& illumination,
+                                   std::size_t points) {
   const bool hidden = std::any_of(illumination.lights.begin(), illumination.lights.end(),
                                   [](const PointLight& light) { return light.hidden > 0; });
   const bool grown = static_cast<double>(points) > kGrown * static_cast<double>(rig_points);
@@ -210,7 +234,6 @@ const std::string& AlbedoStage::State::check_rig(const DistanceField& field, con
     const std::optional<RigError> error = rig_error(field, rays, metal, illumination, *fisheye);
     rig_found = error ? rig_warning(*error) : "";
   }
-  return rig_found;
 }
 
 AlbedoStage::AlbedoStage(const Session& session) : state_(std::make_unique<State>(session)) {}
@@ -230,11 +253,72 @@ void AlbedoStage::reset() {
   state_->memory.forget();
   state_->enclosure = {};
   state_->closed.reset();
+  state_->known.forget();
+}
+
+std::optional<AlbedoStage::Result> AlbedoStage::State::solve_new(const DistanceField& field,
+                                                                 const Illumination& illumination, bool even_if_due) {
+  if (!solved) return std::nullopt;
+  if (field_version == field.version && illumination_version == illumination.version) return last;
+  if (other_light(illumination.remainder, remainder) > kOtherLight) return std::nullopt;
+  const SolvedSurface::Change change = known.change(field);
+  const bool due = change.share > kMostNew || located.grown(change.points) || located.solves >= kNewSolvesKept;
+  if (due && !even_if_due) return std::nullopt;
+  const FieldRays rays(field);
+  auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
+  const UnseenLamps unseen(*lit, rays);
+  Illumination joined = *lit;
+  joined.lights = join_pieces(lit->lights);
+  if (!located.holds(joined)) return std::nullopt;
+  ++located.solves;
+  std::vector<LampEstimate> lamps;
+  for (const PointLight& light : joined.lights) lamps.push_back(estimates.at(light.id));
+  if (illumination.version != illumination_version) {
+    last_lamps = placed(joined, lamps);
+    raise_clipped(*lit, last_lamps, closed.get(), field, rays, metal);
+    lit->lights = place_pieces(lit->lights, joined.lights, last_lamps, lit->probe_position_m);
+    last.warnings.clear();
+    unseen.settle(*lit, marked, last.warnings);
+    add_warnings(*lit);
+    last.illumination = lit;
+  }
+  last.whole = false;
+  last.due = due;
+  const RoomLight room(field, rays, metal, closed.get(), beyond);
+  auto albedo = std::make_shared<AlbedoField>(*last.albedo);
+  last.samples =
+      known.solve(field, rays, metal, {room, *last.illumination, on_floor, kGatherRays}, change, albedo->bricks);
+  if (!change.bricks.empty()) {
+    albedo->version = ++version;
+    last.albedo = albedo;
+  }
+  field_version = field.version;
+  illumination_version = illumination.version;
+  return last;
+}
+
+void AlbedoStage::State::add_warnings(const Illumination& lit) {
+  if (empty) last.warnings.push_back(kNoSurface);
+  std::vector<LampEstimate> lamps;
+  for (const auto& [id, estimate] : estimates) lamps.push_back(estimate);
+  for (const std::string& warning :
+       {distance_warning(lit.lights), beam_warning(lamps), power_warning(lit.lights), rig_found})
+    if (!warning.empty()) last.warnings.push_back(warning);
+}
+
+std::optional<AlbedoStage::Result> AlbedoStage::solve_new(const DistanceField& field,
+                                                          const Illumination& illumination) {
+  return state_->solve_new(field, illumination, true);
 }
 
 AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumination& illumination) {
   State& s = *state_;
-  if (s.solved && s.field_version == field.version && s.illumination_version == illumination.version) return s.last;
+  const std::optional<Result> result = s.solve_new(field, illumination, false);
+  return result ? *result : solve_all(field, illumination);
+}
+
+AlbedoStage::Result AlbedoStage::solve_all(const DistanceField& field, const Illumination& illumination) {
+  State& s = *state_;
 
   const FieldRays rays(field);
   auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
@@ -262,9 +346,9 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
     const std::vector<RoomLight::Gathered> light =
         s.memory.gather(*room, *lit, surface.samples, surface.points.size(), s.rough ? kRoughRays : kGatherRays);
     const auto add_floor = [&] {
-      const std::vector<Eigen::Vector3f> on_floor = room->light_on_floor(lamps);
+      s.on_floor = room->light_on_floor(lamps);
       for (std::size_t i = 0; i < light.size(); ++i)
-        gathered[i] = light[i].irradiance + room->by_floor(light[i], on_floor);
+        gathered[i] = light[i].irradiance + room->by_floor(light[i], s.on_floor);
     };
     bool floor = false;
     for (std::size_t i = 0; i < light.size(); ++i) {
@@ -285,23 +369,24 @@ AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumin
   std::vector<std::string> warnings;
   unseen.settle(*lit, s.marked, warnings);
 
-  const LitSurface points(surface, *room, *lit, gathered);
+  const float dark = dark_radiance(surface.samples);
+  const LitSurface points(surface, *room, *lit, gathered, dark);
   const std::vector<SampleAlbedo> albedo =
-      solve_albedo(surface.samples, points.sample_light(), points.neighbours(), points.dark());
+      solve_albedo(surface.samples, points.sample_light(), points.neighbours(), dark);
+  const std::vector<PointAlbedo> of_points = points.albedo(albedo);
   auto result = std::make_shared<AlbedoField>();
   result->voxel_m = field.voxel_m;
   result->version = ++s.version;
-  result->bricks = albedo_bricks(surface.points, points.albedo(albedo));
+  result->bricks = albedo_bricks(surface.points, of_points);
   if (s.last.albedo) keep_unchanged(result->bricks, s.last.albedo->bricks);
 
-  s.last = {result, lit, std::move(warnings)};
-  if (surface.points.empty()) s.last.warnings.push_back(kNoSurface);
-  std::vector<LampEstimate> estimates;
-  for (const auto& [id, estimate] : s.estimates) estimates.push_back(estimate);
-  for (const std::string& warning : {distance_warning(lit->lights), beam_warning(estimates), power_warning(lit->lights),
-                                     s.check_rig(field, rays, illumination, surface.points.size())}) {
-    if (!warning.empty()) s.last.warnings.push_back(warning);
-  }
+  s.known.keep(field, surface, gathered, albedo, of_points, dark);
+  s.beyond = room->beyond();
+  s.remainder = illumination.remainder;
+  s.last = {result, lit, std::move(warnings), true, false, surface.samples.size()};
+  s.empty = surface.points.empty();
+  s.check_rig(field, rays, illumination, surface.points.size());
+  s.add_warnings(*lit);
   s.solved = true;
   s.field_version = field.version;
   s.illumination_version = illumination.version;

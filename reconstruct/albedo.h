@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,17 @@ class AlbedoStage {
     std::shared_ptr<const AlbedoField> albedo;
     std::shared_ptr<const Illumination> illumination;  ///< the input with lamp distances filled in
     std::vector<std::string> warnings;
+    bool whole = false;       ///< lamps and all samples were solved
+    bool due = false;         ///< they should be: a tenth more surface is known, a quarter of it changed, or long ago
+    std::size_t samples = 0;  ///< that were solved
   };
+  /// Solves what is new alone where that is as good, else everything.
   Result solve(const DistanceField& field, const Illumination& illumination);
+  Result solve_all(const DistanceField& field, const Illumination& illumination);
+  /// Solves the samples of the bricks that are new or changed since they were solved, with all others, the lamps and
+  /// what lies beyond the surface as they are: prior knowledge that is not touched. Empty where that does not hold,
+  /// since a lamp moved or changed, or the other light.
+  std::optional<Result> solve_new(const DistanceField& field, const Illumination& illumination);
   void reset();
 
  private:

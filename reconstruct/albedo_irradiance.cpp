@@ -96,68 +96,80 @@ RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const Me
       rays_(rays),
       metal_(metal),
       enclosure_(room),
-      probe_(illumination.probe_position_m),
       lift_m_(kLiftVoxels * field.voxel_m),
-      far_(without_near(illumination.remainder, rays, illumination.probe_position_m, room)) {
-  guessed_ = room && std::count_if(room->sides.begin(), room->sides.end(),
-                                   [](const Enclosure::Side& side) { return side.measured; }) >= kCorner;
+      beyond_{illumination.probe_position_m,
+              without_near(illumination.remainder, rays, illumination.probe_position_m, room)} {
+  beyond_.guessed = room && std::count_if(room->sides.begin(), room->sides.end(),
+                                          [](const Enclosure::Side& side) { return side.measured; }) >= kCorner;
   const EnvironmentPicture& whole = illumination.remainder;
   if (std::all_of(whole.seen.data.begin(), whole.seen.data.end(), [](std::uint8_t seen) { return seen != 0; })) return;
   const int width = whole.seen.width, height = whole.seen.height;
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u)
       if (whole.seen.at(u, v))
-        up_ += environment_solid_angle_sr(v, width, height) * environment_direction(u, v, width, height);
-  up_.normalize();
+        beyond_.up += environment_solid_angle_sr(v, width, height) * environment_direction(u, v, width, height);
+  beyond_.up.normalize();
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
       if (!whole.seen.at(u, v)) continue;
-      const float cosine = std::max(0.0f, up_.dot(environment_direction(u, v, width, height)));
-      on_floor_ += cosine * environment_solid_angle_sr(v, width, height) *
-                   Eigen::Map<const Eigen::Vector3f>(&whole.radiance.data[whole.radiance.index(u, v)]);
+      const float cosine = std::max(0.0f, beyond_.up.dot(environment_direction(u, v, width, height)));
+      beyond_.on_floor += cosine * environment_solid_angle_sr(v, width, height) *
+                          Eigen::Map<const Eigen::Vector3f>(&whole.radiance.data[whole.radiance.index(u, v)]);
     }
   }
   std::vector<float> heights;
-  for (const RoomPoint& point : room_points(field)) heights.push_back(up_.dot(point.position_m));
-  floor_m_ = up_.dot(probe_);
+  for (const RoomPoint& point : room_points(field)) heights.push_back(beyond_.up.dot(point.position_m));
+  beyond_.floor_m = beyond_.up.dot(beyond_.probe);
   if (heights.empty()) return;
   const auto low = heights.begin() + static_cast<std::ptrdiff_t>(kFloorShare * static_cast<float>(heights.size()));
   std::nth_element(heights.begin(), low, heights.end());
-  floor_m_ = std::min(floor_m_, *low);
+  beyond_.floor_m = std::min(beyond_.floor_m, *low);
 }
+
+RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+                     const Enclosure* room, Beyond beyond)
+    : field_(field),
+      rays_(rays),
+      metal_(metal),
+      enclosure_(room),
+      lift_m_(kLiftVoxels * field.voxel_m),
+      beyond_(std::move(beyond)) {}
 
 Eigen::Vector3f RoomLight::far_radiance(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const {
   const auto exit = enclosure_ ? enclosure_->leave(from_m, direction) : std::nullopt;
   const bool measured = exit && enclosure_->sides[exit->side].measured;
-  if (!measured && !(exit && guessed_)) return far_.sample(direction);
-  const Eigen::Vector3f there = far_.sample((from_m + exit->distance_m * direction - probe_).stableNormalized());
-  return measured ? there : (0.5f * (there + far_.sample(direction))).eval();
+  if (!measured && !(exit && beyond_.guessed)) return beyond_.far.sample(direction);
+  const Eigen::Vector3f there =
+      beyond_.far.sample((from_m + exit->distance_m * direction - beyond_.probe).stableNormalized());
+  return measured ? there : (0.5f * (there + beyond_.far.sample(direction))).eval();
 }
 
 std::optional<Eigen::Vector3f> RoomLight::floor_ahead(const Eigen::Vector3f& from_m,
                                                       const Eigen::Vector3f& direction) const {
-  const float fall = -up_.dot(direction), above_m = up_.dot(from_m) - floor_m_;
+  const float fall = -beyond_.up.dot(direction), above_m = beyond_.up.dot(from_m) - beyond_.floor_m;
   if (fall < 1e-3f || above_m < 0) return std::nullopt;
-  if (far_.seen.data[static_cast<std::size_t>(cell_of(direction, far_.seen.width, far_.seen.height))])
+  if (beyond_.far.seen
+          .data[static_cast<std::size_t>(cell_of(direction, beyond_.far.seen.width, beyond_.far.seen.height))])
     return std::nullopt;
   return from_m + above_m / fall * direction;
 }
 
 std::vector<Eigen::Vector3f> RoomLight::light_on_floor(const std::vector<PointLight>& lamps) const {
   std::vector<Eigen::Vector3f> squares(kFloorSquares * kFloorSquares, Eigen::Vector3f::Zero());
-  if (up_.isZero()) return squares;
-  const Frame frame = frame_around(up_);
-  const Eigen::Vector3f middle = probe_ + (floor_m_ + kAboveFloor_m - up_.dot(probe_)) * up_;
+  if (beyond_.up.isZero()) return squares;
+  const Frame frame = frame_around(beyond_.up);
+  const Eigen::Vector3f middle =
+      beyond_.probe + (beyond_.floor_m + kAboveFloor_m - beyond_.up.dot(beyond_.probe)) * beyond_.up;
   for (int i = 0; i < kFloorSquares * kFloorSquares; ++i) {
     const auto across = [&](int k) { return (static_cast<float>(k) + 0.5f - 0.5f * kFloorSquares) * kSquare_m; };
     const Eigen::Vector3f place = middle + across(i % kFloorSquares) * frame.x + across(i / kFloorSquares) * frame.y;
     for (const PointLight& lamp : lamps) {
-      const Eigen::Vector3f at = lamp.distance_known ? lamp.position_m : probe_ + kUsual_m * lamp.direction;
+      const Eigen::Vector3f at = lamp.distance_known ? lamp.position_m : beyond_.probe + kUsual_m * lamp.direction;
       const Eigen::Vector3f way = place - at, towards = way.normalized();
-      const float arriving = std::max(0.0f, -up_.dot(towards)) * lamp.emission(towards);
+      const float arriving = std::max(0.0f, -beyond_.up.dot(towards)) * lamp.emission(towards);
       if (arriving <= 0 || !rays_.free(place, at + (1.5f * lamp.radius_m + lift_m_) * towards)) continue;
       squares[static_cast<std::size_t>(i)] +=
-          arriving * (at - probe_).squaredNorm() / way.squaredNorm() * lamp.irradiance;
+          arriving * (at - beyond_.probe).squaredNorm() / way.squaredNorm() * lamp.irradiance;
     }
   }
   return squares;
@@ -165,10 +177,10 @@ std::vector<Eigen::Vector3f> RoomLight::light_on_floor(const std::vector<PointLi
 
 Eigen::Vector3f RoomLight::by_floor(const Gathered& gathered, const std::vector<Eigen::Vector3f>& on_floor) const {
   if (gathered.on_floor.empty()) return Eigen::Vector3f::Zero();
-  const Frame frame = frame_around(up_);
+  const Frame frame = frame_around(beyond_.up);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   for (const Eigen::Vector3f& place : gathered.on_floor) {
-    const Eigen::Vector3f way = (place - probe_) / kSquare_m;
+    const Eigen::Vector3f way = (place - beyond_.probe) / kSquare_m;
     const auto x = static_cast<int>(std::floor(way.dot(frame.x) + 0.5f * kFloorSquares)),
                y = static_cast<int>(std::floor(way.dot(frame.y) + 0.5f * kFloorSquares));
     if (x < 0 || y < 0 || x >= kFloorSquares || y >= kFloorSquares) continue;
@@ -195,7 +207,7 @@ RoomLight::Gathered RoomLight::gather(const Eigen::Vector3f& position_m, const E
     if (radiance) {
       sum += *radiance;
     } else if (const auto floor = hit ? std::nullopt : floor_ahead(from, direction)) {
-      sum += kFloorAlbedo / kPi * on_floor_;
+      sum += kFloorAlbedo / kPi * beyond_.on_floor;
       on_floor.push_back(*floor);
     } else {
       sum += far_radiance(from, direction);
@@ -209,7 +221,7 @@ float RoomLight::visibility(const PointLight& light, float distance_m, const Eig
                             const Eigen::Vector3f& normal, int rays) const {
   const bool far = distance_m == kInfinitelyFar;
   const float distance = far ? kRoom_m : distance_m;
-  const Eigen::Vector3f centre = (far ? position_m : probe_) + distance * light.direction;
+  const Eigen::Vector3f centre = (far ? position_m : beyond_.probe) + distance * light.direction;
   const Eigen::Vector3f way = centre - position_m;
   if (!(normal.dot(way) > 0)) return 0;
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
@@ -225,7 +237,7 @@ float RoomLight::visibility(const PointLight& light, float distance_m, const Eig
 }
 
 std::optional<Eigen::Vector3f> RoomLight::in_front_of(const PointLight& light) const {
-  return rays_.first_crossing(probe_, light.direction, kRoom_m);
+  return rays_.first_crossing(beyond_.probe, light.direction, kRoom_m);
 }
 
 }  // namespace lumigraft

@@ -18,6 +18,20 @@ class RoomLight {
   RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
             const Illumination& illumination, const Enclosure* room = nullptr);
 
+  /// What lies beyond all that is known.
+  struct Beyond {
+    Eigen::Vector3f probe;
+    EnvironmentPicture far;  ///< the remainder without what stands between the probe and the distance
+    bool guessed = false;    ///< what of the enclosure is guessed counts
+    Eigen::Vector3f up = Eigen::Vector3f::Zero();        ///< the middle of what the fish-eye sees; zero: it sees all
+    float floor_m = 0;                                   ///< along `up`, from the origin
+    Eigen::Vector3f on_floor = Eigen::Vector3f::Zero();  ///< the remainder's irradiance there
+  };
+  const Beyond& beyond() const { return beyond_; }
+  /// The same beyond a field of which somewhat more is known, or somewhat else.
+  RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, const Enclosure* room,
+            Beyond beyond);
+
   /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
   /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; one that goes down
   /// where no camera looked meets a floor of usual albedo, which the remainder lights; any other returns the far
@@ -56,13 +70,8 @@ class RoomLight {
   const FieldRays& rays_;
   const MetalSurfaces& metal_;
   const Enclosure* enclosure_;
-  bool guessed_ = false;  ///< what of it is guessed counts
-  Eigen::Vector3f probe_;
-  float lift_m_;            ///< rays start so far above the surface
-  EnvironmentPicture far_;  ///< the remainder without what stands between the probe and the distance
-  Eigen::Vector3f up_ = Eigen::Vector3f::Zero();        ///< the middle of what the fish-eye sees; zero: it sees all
-  float floor_m_ = 0;                                   ///< along `up_`, from the origin
-  Eigen::Vector3f on_floor_ = Eigen::Vector3f::Zero();  ///< the remainder's irradiance there
+  float lift_m_;  ///< rays start so far above the surface
+  Beyond beyond_;
 };
 
 }  // namespace lumigraft

@@ -9,7 +9,6 @@ namespace lumigraft {
 namespace {
 
 constexpr int kSampleRays = 8, kPointRays = 4;
-constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
 constexpr float kModelShare = 0.08f;     ///< 1σ of modelled irradiance over itself, away from shadows,
 constexpr float kPointShare = 0.01f;     ///< and of how much of that differs from point to point
 constexpr float kLampsShare = 0.02f;     ///< 1σ of the lamps' light over itself that is wrong for a whole surface, but
@@ -36,12 +35,12 @@ float distance_slope(const PointLight& light, const Eigen::Vector3f& probe, cons
 }  // namespace
 
 LitSurface::LitSurface(const Surface& surface, const RoomLight& room, const Illumination& illumination,
-                       const std::vector<Eigen::Vector3f>& gathered)
+                       const std::vector<Eigen::Vector3f>& gathered, float dark)
     : surface_(surface),
       room_(room),
       illumination_(illumination),
       gathered_(gathered),
-      dark_(dark_radiance(surface.samples)),
+      dark_(dark),
       neighbours_(lumigraft::neighbours(surface.samples, kNeighbourReach)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});

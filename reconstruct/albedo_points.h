@@ -12,14 +12,16 @@ namespace lumigraft {
 
 class LitSurface {
  public:
+  static constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
+
   /// `gathered` is RoomLight::gather of each sample; points take it from the samples around them. Visibility is cast
-  /// for samples, and for points where samples next to each other differ.
+  /// for samples, and for points where samples next to each other differ. `dark` is dark_radiance of the room's
+  /// samples.
   LitSurface(const Surface& surface, const RoomLight& room, const Illumination& illumination,
-             const std::vector<Eigen::Vector3f>& gathered);
+             const std::vector<Eigen::Vector3f>& gathered, float dark);
 
   const std::vector<SampleLight>& sample_light() const { return sample_light_; }
   const std::vector<std::vector<int>>& neighbours() const { return neighbours_; }
-  float dark() const { return dark_; }
 
   /// Each point's own π B / E, and the samples' albedo around it, by their uncertainties.
   std::vector<PointAlbedo> albedo(const std::vector<SampleAlbedo>& samples) const;

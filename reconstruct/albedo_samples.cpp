@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
 
 namespace lumigraft {
 namespace {
@@ -16,6 +15,12 @@ constexpr float kTagThickness_m = 0.015f;
 constexpr std::size_t kLeastSloped = 8;  // points of a patch whose slope of light is looked for
 constexpr float kSmooth = 0.95f;         // length of a patch's mean normal
 
+/// Cells double at one and at two metres from the tag: what is far is seen coarsely, and matters less.
+int level_at(const Eigen::Vector3f& position) {
+  const float squared = position.squaredNorm();
+  return squared < 1 ? 0 : squared < 4 ? 1 : 2;
+}
+
 std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays,
                                          const MetalSurfaces& metal) {
   std::vector<BrickKey> keys;
@@ -23,52 +28,61 @@ std::vector<SurfacePoint> surface_points(const DistanceField& field, const Field
   std::sort(keys.begin(), keys.end());
   std::vector<SurfacePoint> points;
   for (const BrickKey& key : keys) {
-    const FieldBrick& brick = *field.brick(key);
-    for (int index = 0; index < kBrickVoxels; ++index) {
-      const float distance = brick.distance_m[index];
-      // Half a voxel either way: on a plane along the axes one layer of voxels.
-      if (brick.weight[index] <= 0 || brick.radiance_weight[index] <= 0 || distance > 0.5f * field.voxel_m ||
-          distance <= -0.5f * field.voxel_m) {
-        continue;
-      }
-      const Eigen::Vector3i voxel(key[0] * kBrickEdge + (index & 7), key[1] * kBrickEdge + ((index >> 3) & 7),
-                                  key[2] * kBrickEdge + (index >> 6));
-      SurfacePoint point;
-      point.normal = rays.normal_at(voxel);
-      if (point.normal.isZero()) continue;
-      point.brick = key;
-      point.index = index;
-      point.position = voxel.cast<float>() * field.voxel_m - distance * point.normal;
-      point.radiance = brick.radiance[index];
-      if (!point.radiance.allFinite() || point.radiance.minCoeff() < 0) continue;
-      point.metal = metal.contains(point.position);
-      points.push_back(point);
-    }
+    const std::vector<SurfacePoint> own = points_in(field, key, rays, metal);
+    points.insert(points.end(), own.begin(), own.end());
   }
   return points;
 }
 
-/// A cell in space, how large it is, and the axis that the normal is nearest to.
-using CellKey = std::tuple<int, int, int, int, int>;
-
-/// Cells double at one and at two metres from the tag: what is far is seen coarsely, and matters less.
-int level_at(const Eigen::Vector3f& position) {
-  const float squared = position.squaredNorm();
-  return squared < 1 ? 0 : squared < 4 ? 1 : 2;
+bool on_paper(const Eigen::Vector3f& p, double tag_size_m, float margin_m) {
+  // With the white rim, one cell of eight wide.
+  const float reach_m = static_cast<float>(0.5 * tag_size_m * 10 / 8) + margin_m;
+  return std::abs(p.x()) < reach_m && std::abs(p.y()) < reach_m && std::abs(p.z()) < kTagThickness_m + margin_m;
 }
 
-CellKey cell_of(const SurfacePoint& point, float edge_m) {
+}  // namespace
+
+bool on_surface(const FieldBrick& brick, int index, float voxel_m) {
+  const float distance = brick.distance_m[index];
+  // Half a voxel either way: on a plane along the axes one layer of voxels.
+  return brick.weight[index] > 0 && brick.radiance_weight[index] > 0 && distance <= 0.5f * voxel_m &&
+         distance > -0.5f * voxel_m;
+}
+
+std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& key, const FieldRays& rays,
+                                    const MetalSurfaces& metal) {
+  std::vector<SurfacePoint> points;
+  const FieldBrick& brick = *field.brick(key);
+  for (int index = 0; index < kBrickVoxels; ++index) {
+    if (!on_surface(brick, index, field.voxel_m)) continue;
+    const Eigen::Vector3i voxel(key[0] * kBrickEdge + (index & 7), key[1] * kBrickEdge + ((index >> 3) & 7),
+                                key[2] * kBrickEdge + (index >> 6));
+    SurfacePoint point;
+    point.normal = rays.normal_at(voxel);
+    if (point.normal.isZero()) continue;
+    point.brick = key;
+    point.index = index;
+    point.position = voxel.cast<float>() * field.voxel_m - brick.distance_m[index] * point.normal;
+    point.radiance = brick.radiance[index];
+    if (!point.radiance.allFinite() || point.radiance.minCoeff() < 0) continue;
+    point.metal = metal.contains(point.position);
+    points.push_back(point);
+  }
+  return points;
+}
+
+SampleCell cell_of(const SurfacePoint& point, float sample_m) {
   int axis = 0;
   point.normal.cwiseAbs().maxCoeff(&axis);
   const int level = level_at(point.position);
-  const Eigen::Vector3f at = (point.position / (edge_m * static_cast<float>(1 << level))).array().floor();
+  const Eigen::Vector3f at = (point.position / (sample_m * static_cast<float>(1 << level))).array().floor();
   return {level, int(at.x()), int(at.y()), int(at.z()), 2 * axis + (point.normal[axis] > 0)};
 }
 
-float size_of(const CellKey& key, float edge_m) { return edge_m * static_cast<float>(1 << std::get<0>(key)); }
-
-SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<int>& members) {
+SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<int>& members, const SampleCell& cell,
+                    float sample_m) {
   SurfaceSample sample;
+  sample.size_m = sample_m * static_cast<float>(1 << std::get<0>(cell));
   Eigen::Vector3f middle = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero(), radiance = middle;
   double log_sum = 0, log_squares = 0;
   for (const int i : members) {
@@ -103,14 +117,6 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
   return sample;
 }
 
-bool on_paper(const Eigen::Vector3f& p, double tag_size_m, float margin_m) {
-  // With the white rim, one cell of eight wide.
-  const float reach_m = static_cast<float>(0.5 * tag_size_m * 10 / 8) + margin_m;
-  return std::abs(p.x()) < reach_m && std::abs(p.y()) < reach_m && std::abs(p.z()) < kTagThickness_m + margin_m;
-}
-
-}  // namespace
-
 bool on_tag(const SurfaceSample& sample, double tag_size_m) {
   return on_paper(sample.position, tag_size_m, 0.5f * sample.size_m);
 }
@@ -135,7 +141,7 @@ std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, 
   // White that clips is not fused: then what is left of it is grey.
   const auto third = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() * 7 / 20);
   if (radiance_sum(*third) < kLeastOfWhite * radiance_sum(*last)) return std::nullopt;
-  SurfaceSample paper = patch(points, std::vector<int>(first, last));
+  SurfaceSample paper = patch(points, std::vector<int>(first, last), {}, 0);
   paper.position = Eigen::Vector3f::Zero();
   paper.normal = Eigen::Vector3f::UnitZ();
   paper.usable = true;
@@ -147,7 +153,7 @@ Surface find_surface(const DistanceField& field, const FieldRays& rays, const Me
   Surface surface;
   surface.points = surface_points(field, rays, metal);
   surface.sample_m = std::max(kFinestCellVoxels * field.voxel_m, least_m);
-  std::map<CellKey, std::vector<int>> cells;
+  std::map<SampleCell, std::vector<int>> cells;
   for (;;) {
     cells.clear();
     for (std::size_t i = 0; i < surface.points.size(); ++i) {
@@ -159,8 +165,8 @@ Surface find_surface(const DistanceField& field, const FieldRays& rays, const Me
   }
   for (const auto& [key, members] : cells) {
     for (const int i : members) surface.points[i].sample = static_cast<int>(surface.samples.size());
-    surface.samples.push_back(patch(surface.points, members));
-    surface.samples.back().size_m = size_of(key, surface.sample_m);
+    surface.samples.push_back(patch(surface.points, members, key, surface.sample_m));
+    surface.cells.push_back(key);
   }
   return surface;
 }

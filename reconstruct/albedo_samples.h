@@ -2,6 +2,7 @@
 // The coloured surface of the distance field as points, and a thinned set of them to solve on.
 #include <Eigen/Core>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "reconstruct/albedo_materials.h"
@@ -32,11 +33,26 @@ struct SurfaceSample {
   bool usable = true;        ///< one smooth piece of surface: not the rim of something
 };
 
+/// Where a sample's points lie: how large the cell is, its place, and the axis that their normals are nearest to.
+using SampleCell = std::tuple<int, int, int, int, int>;
+
 struct Surface {
-  std::vector<SurfacePoint> points;    ///< in a fixed order
+  std::vector<SurfacePoint> points;    ///< in a fixed order: by brick, then by index
   std::vector<SurfaceSample> samples;  ///< of those that are not metal
+  std::vector<SampleCell> cells;       ///< of each sample
   float sample_m = 0;                  ///< edge of the smallest cells that samples were taken from
 };
+
+/// Whether a voxel of a brick is one that the surface is next to, and colour was seen there.
+bool on_surface(const FieldBrick& brick, int index, float voxel_m);
+/// The points of one brick.
+std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& key, const FieldRays& rays,
+                                    const MetalSurfaces& metal);
+/// The cell of a point that is not metal, smallest cells being `sample_m` wide.
+SampleCell cell_of(const SurfacePoint& point, float sample_m);
+/// What some points of one cell are together.
+SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<int>& members, const SampleCell& cell,
+                    float sample_m);
 
 /// Whether some of a patch is the tag's print.
 bool on_tag(const SurfaceSample& sample, double tag_size_m);

@@ -70,10 +70,12 @@ std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& sampl
 }
 
 std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples, const std::vector<SampleLight>& light,
-                                       const std::vector<std::vector<int>>& neighbours, float dark) {
+                                       const std::vector<std::vector<int>>& neighbours, float dark,
+                                       const std::vector<SampleAlbedo>& held) {
   if (samples.empty()) return {};
   std::vector<std::array<double, 3>> albedo(samples.size());
   std::vector<double> information(samples.size(), 0.0);  // 1/σ² of albedo, mean of channels
+  const std::size_t open = samples.size() - held.size();
   ceres::Problem problem;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Eigen::Array3f start = direct(samples[i], light[i], dark), sigma = data_sigma(samples[i], light[i], dark);
@@ -85,6 +87,7 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
       data->irradiance[c] = light[i].irradiance[k];
       data->sigma[c] = sigma[k];
       information[i] += std::pow(data->irradiance[c] / data->sigma[c], 2) / 3;
+      if (i >= open) albedo[i][c] = held[i - open].albedo[k];
     }
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Data, 3, 3>(data), new ceres::HuberLoss(2),
                              albedo[i].data());
@@ -92,12 +95,14 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
       problem.SetParameterLowerBound(albedo[i].data(), c, 0.0);
       problem.SetParameterUpperBound(albedo[i].data(), c, 1.0);
     }
+    if (i >= open) problem.SetParameterBlockConstant(albedo[i].data());
   }
   const std::vector<double> data_information = information;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     for (const int j : neighbours[i]) {
       const auto other = static_cast<std::size_t>(j);
       if (other < i && std::count(neighbours[other].begin(), neighbours[other].end(), static_cast<int>(i))) continue;
+      if (i >= open && other >= open) continue;
       // An edge counts by how sure it is: across a shadow's rim the light is in doubt, not the albedo.
       const Eigen::Array3f step =
           (direct(samples[i], light[i], dark) / direct(samples[other], light[other], dark)).log();
@@ -123,7 +128,8 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
   ceres::Solve(options, &problem, &summary);
 
   std::vector<SampleAlbedo> result(samples.size());
-  for (std::size_t i = 0; i < samples.size(); ++i) {
+  std::copy(held.begin(), held.end(), result.begin() + static_cast<std::ptrdiff_t>(open));
+  for (std::size_t i = 0; i < open; ++i) {
     for (std::size_t c = 0; c < 3; ++c)
       result[i].albedo[static_cast<Eigen::Index>(c)] = static_cast<float>(albedo[i][c]);
     const double misfit = (result[i].albedo.array() - direct(samples[i], light[i], dark)).abs().mean() *

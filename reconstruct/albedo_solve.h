@@ -22,7 +22,9 @@ std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& sampl
 
 /// Minimises robust (π B - a E) / σ over all samples, a in [0, 1], plus smoothness between neighbours where the picture
 /// shows no edge. Gauge: none is needed, E and B are absolute. `dark` is the radiance below which a code says nothing.
+/// The last samples, as many as `held`, keep the albedo that these give, and support their neighbours.
 std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples, const std::vector<SampleLight>& light,
-                                       const std::vector<std::vector<int>>& neighbours, float dark);
+                                       const std::vector<std::vector<int>>& neighbours, float dark,
+                                       const std::vector<SampleAlbedo>& held = {});
 
 }  // namespace lumigraft

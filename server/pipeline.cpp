@@ -40,6 +40,12 @@ struct PosedFrame {
   PoseStage::Result located;
 };
 
+struct AlbedoTurn {
+  AlbedoSchedule schedule;
+  bool due = true;   ///< everything is to be solved
+  bool must = true;  ///< and what is new cannot be solved alone
+};
+
 /// Threads that work behind the picture, with lower priority.
 class ThreadsBehind {
  public:
@@ -97,7 +103,8 @@ struct Pipeline::State {
   Mailbox<std::shared_ptr<const PosedFrame>> to_geometry{"fuse"};
   Mailbox<std::shared_ptr<const PosedFrame>> to_light{"light"};
   Mailbox<ShownPicture> to_encode{"encode"};
-  Rest geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery}, room_rest{kRoomEvery};
+  Rest geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery}, all_albedo_rest{kAlbedoEvery},
+      room_rest{kRoomEvery};
 
   mutable std::mutex newest_mutex;
   ShownPicture newest;
@@ -168,7 +175,7 @@ struct Pipeline::State {
   void relight_turn();
   void geometry_turn();
   void light_turn();
-  void albedo_turn(AlbedoSchedule& schedule);
+  void albedo_turn(AlbedoTurn& turn);
   void room_turn();
   void encode_turn();
 };
@@ -318,31 +325,47 @@ void Pipeline::State::light_turn() {
   }
 }
 
-void Pipeline::State::albedo_turn(AlbedoSchedule& schedule) {
+void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
+  AlbedoSchedule& schedule = turn.schedule;
   const std::shared_ptr<const DistanceField> field = board.newest().field;
   const std::shared_ptr<const Illumination> measured = board.measured_light();
   if (field && measured) {
     learning = schedule.changed_much(*field, *measured);
   }
-  if (!field || !measured || !albedo_rest.over(learning ? kRest : kAlbedoRestLater) ||
-      !schedule.changed(*field, *measured)) {
+  const int times = learning ? kRest : kAlbedoRestLater;
+  const bool all = turn.due && (turn.must || all_albedo_rest.over(times));
+  Rest& rest = all ? all_albedo_rest : albedo_rest;
+  if (!field || !measured || !rest.over(times) || !schedule.changed(*field, *measured)) {
     sleep_until(Clock::now() + kTick / 2);
     return;
   }
-  if (!learning && !albedo_rest.over(kAlbedoRestLater * schedule.patience()) && !schedule.moved(*field, *measured)) {
+  if (!learning && !rest.over(kAlbedoRestLater * schedule.patience()) && !schedule.moved(*field, *measured)) {
     sleep_until(Clock::now() + 10 * kTick);  // looking for what moved takes some milliseconds
     return;
   }
-  const AtWork work(albedo_rest);
-  const StageTimer timer(metrics, "albedo");
-  schedule.begin(field, *measured);
-  AlbedoStage::Result solution = albedo.solve(*field, *measured);
+  AlbedoStage::Result solution;
+  if (all) {
+    const AtWork work(rest);
+    const StageTimer timer(metrics, "albedo");
+    turn.due = turn.must = false;
+    schedule.begin(field, *measured);
+    solution = albedo.solve_all(*field, *measured);
+    if (solution.illumination) {
+      board.publish_enclosure(enclosure.close(*field, *solution.illumination));
+      board.publish_measures(*solution.illumination, *field);
+    }
+  } else {
+    const AtWork work(rest);
+    const StageTimer timer(metrics, "albedo/new");
+    std::optional<AlbedoStage::Result> found = albedo.solve_new(*field, *measured);
+    turn.must = !found;
+    turn.due = turn.must || found->due;
+    if (turn.must) return;
+    schedule.begin(field, *measured);
+    solution = *std::move(found);
+  }
   schedule.solved(solution.albedo);
   metrics.decided("albedo_patience", schedule.patience());
-  if (solution.illumination) {
-    board.publish_enclosure(enclosure.close(*field, *solution.illumination));
-    board.publish_measures(*solution.illumination, *field);
-  }
   board.publish_solution(std::move(solution), field->version, measured);
   board.publish_warnings("albedo stage", {});
 }
@@ -397,7 +420,7 @@ void Pipeline::start() {
   s.run("pose", false, [&s, round = std::uint64_t{0}]() mutable { s.pose_turn(round); });
   s.run("light", true, [&s] { s.light_turn(); });
   s.run("geometry", true, [&s] { s.geometry_turn(); });
-  s.run("albedo", true, [&s, schedule = AlbedoSchedule()]() mutable { s.albedo_turn(schedule); });
+  s.run("albedo", true, [&s, turn = AlbedoTurn()]() mutable { s.albedo_turn(turn); });
   if (s.relighter.draws_prepared()) s.run("room", true, [&s] { s.room_turn(); });
   s.run("capture", false, [&s] { s.capture_turn(); });
 }

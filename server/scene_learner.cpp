@@ -60,12 +60,12 @@ struct SceneLearner::State {
         if (parts().light) {
           solution.illumination = measured;
         }
-        if (solution.illumination) {
+        if (solution.whole && solution.illumination) {
           const std::shared_ptr<const Enclosure> truth =
               parts().geometry ? oracle->enclosure(*solution.illumination) : nullptr;
           board.publish_enclosure(truth ? truth : enclosure.close(*field, *solution.illumination));
         }
-        if (solution.illumination) board.publish_measures(*solution.illumination, *field);
+        if (solution.whole && solution.illumination) board.publish_measures(*solution.illumination, *field);
         board.publish_solution(std::move(solution), field->version, measured);
       });
     }

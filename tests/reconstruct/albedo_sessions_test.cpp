@@ -21,6 +21,7 @@
 #include "reconstruct/light_environment.h"
 #include "reconstruct/light_view.h"
 #include "reconstruct/pose.h"
+#include "tests/reconstruct/albedo_agreement.h"
 #include "tests/reconstruct/albedo_room.h"
 
 namespace lumigraft {
@@ -289,6 +290,66 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
   }
   EXPECT_LT(errors.unknown, 0.03);
 }
+
+class AlbedoNewSessions : public testing::TestWithParam<const char*> {};
+
+// A camera goes around: what it comes to see is solved alone, and ends as near to the truth as all solved together.
+TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
+  const std::filesystem::path folder = folder_of(GetParam());
+  if (!std::filesystem::exists(folder / "session.toml")) {
+    GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << GetParam();
+  }
+  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
+  const auto frames = open_frames(session);
+  PoseStage locate(session.tag, session.color.model, session.color.response);
+  FusionStage fuse(session, {});
+  LightStage light(session, {});
+  AlbedoStage solve(session);
+  std::optional<FrameSet> first;
+  std::optional<Pose> first_pose;
+  std::shared_ptr<const DistanceField> field;
+  std::shared_ptr<const Illumination> seen;
+  AlbedoStage::Result last;
+  int alone = 0, whole = 0;
+  double alone_ms = 0, whole_ms = 0;
+  while (const auto frame = frames->next(std::chrono::seconds(1))) {
+    const auto pose = locate.locate(*frame).pose;
+    ASSERT_TRUE(pose);
+    field = fuse.fuse(*frame, *pose);
+    seen = light.extract(*frame).illumination;
+    if (!first) {
+      first = frame;
+      first_pose = pose;
+    }
+    const std::clock_t start = std::clock();
+    last = whole == 0 ? solve.solve(*field, *seen) : *solve.solve_new(*field, *seen);
+    (last.whole ? whole_ms : alone_ms) += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    ++(last.whole ? whole : alone);
+  }
+  const auto all = solve.solve_all(*field, *seen);
+  const Agreement agree = agreement(*last.albedo, *all.albedo);
+  std::printf("new: %-16s %d times all, %.0f CPU ms each, %d times what is new, %.0f CPU ms each\n", GetParam(), whole,
+              whole_ms / whole, alone, alone_ms / std::max(alone, 1));
+  const Image<float> truth = read_radiance(folder / "truth/000000/albedo.exr");
+  std::vector<AlbedoErrors> both;
+  for (const AlbedoField* albedo : {last.albedo.get(), all.albedo.get()}) {
+    const AlbedoErrors errors = albedo_errors(*albedo, truth, *first, session, *first_pose);
+    both.push_back(errors);
+    std::printf("    median %.1f %%, chromaticity %.2f deg, %.0f %% within one sigma (%.1f %%), %.1f %% unknown\n",
+                100 * errors.relative, errors.chromaticity_deg, 100 * errors.within_sigma, 100 * errors.sigma,
+                100 * errors.unknown);
+  }
+  std::printf("    %.1f %% within one sigma of all solved together, mean %.4f, known %.4f\n", 100 * agree.within_sigma,
+              agree.mean, agree.known);
+  EXPECT_EQ(whole, 1);
+  EXPECT_LT(both[0].relative, both[1].relative + 0.01);
+  EXPECT_LT(both[0].unknown, both[1].unknown + 0.01);
+  EXPECT_NEAR(both[0].within_sigma, both[1].within_sigma, 0.05);
+  EXPECT_GT(agree.within_sigma, 0.68);
+  EXPECT_NEAR(agree.mean, 1, 0.03);
+  EXPECT_GT(agree.known, 0.95);
+}
+INSTANTIATE_TEST_SUITE_P(All, AlbedoNewSessions, testing::Values("recording", "tabletop-orbit"));
 
 constexpr const char* kClipped = "fisheye-ldr.txt";
 INSTANTIATE_TEST_SUITE_P(
