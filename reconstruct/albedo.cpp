@@ -29,13 +29,13 @@ namespace {
 
 constexpr int kSamples = 2500;
 constexpr int kGatherRays = 64, kRoughRays = 16;
-constexpr float kMostMetal = 0.1f;    ///< share of what a sample sees that may be metal
-constexpr double kGrown = 1.5;        ///< when so much more surface is known, lamps are searched from nothing
-constexpr double kMoreSurface = 1.1;  ///< when so much more is known, they are looked for around where they were
-constexpr float kLampTurn = 0.9999f;  ///< cosine (0.8°): so far a lamp turns, and
-constexpr float kLampShare = 0.05f;   ///< so much its irradiance changes, before it is looked for again;
-constexpr float kLampPlace = 0.01f;   ///< and of its distance, where its tag says that
-constexpr int kRigKept = 12;              ///< solves of all after which the rig is checked again: somebody stood before it
+constexpr float kMostMetal = 0.1f;        ///< share of what a sample sees that may be metal
+constexpr double kGrown = 1.5;            ///< when so much more surface is known, lamps are searched from nothing
+constexpr double kMoreSurface = 1.1;      ///< when so much more is known, they are looked for around where they were
+constexpr float kLampTurn = 0.9999f;      ///< cosine (0.8°): so far a lamp turns, and
+constexpr float kLampShare = 0.05f;       ///< so much its irradiance changes, before it is looked for again;
+constexpr float kLampPlace = 0.01f;       ///< and of its distance, where its tag says that
+constexpr int kRigKept = 12;              ///< solves of all after which the rig is checked again
 constexpr int kSolvesKept = 8;            ///< solves after which it is, whatever happened
 constexpr int kNewSolvesKept = 32;        ///< solves of what is new, after which all is, whatever happened
 constexpr double kMostNew = 0.25;         ///< of the surface that may be solved apart from the rest
