@@ -11,6 +11,7 @@
 
 #include "reconstruct/fusion_brick.h"
 #include "reconstruct/fusion_colour.h"
+#include "reconstruct/fusion_pages.h"
 #include "reconstruct/fusion_sight.h"
 #include "reconstruct/fusion_update.h"
 #include "reconstruct/fusion_view.h"
@@ -75,6 +76,8 @@ struct FusionStage::State {
   bool rests(const WorkingBrick& brick, std::size_t place) const;
   BrickUpdate::Wait may_wait(const WorkingBrick& brick) const;
   void consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told);
+  bool publication_due() const { return pictures - last_publication >= kWait || new_place; }
+  void renew(WorkingBrick& brick) const;
   void publish();
 
   CameraModel camera;
@@ -94,6 +97,7 @@ struct FusionStage::State {
   bool urgent = false;                                     ///< one of them at once
   bool new_place = false;                                  ///< in seen_from_m, not published yet
   WorkingBricks bricks;
+  FieldBrickMaker maker;  ///< of those that are published
   std::unordered_map<BrickKey, std::size_t, BrickKeyHash> places;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const DepthPicture> last_depth;
@@ -205,24 +209,33 @@ void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpd
   if (brick.urgent || brick.model || brick.may_have_drifted()) await_publication(brick);
 }
 
+/// What is published of a brick that awaits it, where that has drifted.
+void FusionStage::State::renew(WorkingBrick& brick) const {
+  std::optional<FieldBrick> with_model;
+  if (brick.model) with_model = merged(brick.now, *brick.model, voxel_m);
+  const FieldBrick& whole = with_model ? *with_model : brick.now;
+  const bool drifted = brick.urgent || brick.drifted(whole, voxel_m);
+  brick.waiting = brick.urgent = false;
+  if (!drifted) return;
+  brick.published = maker.copy(whole);
+  brick.drift = WorkingBrick::kDriftUnknown;
+  brick.renewed = true;
+}
+
 void FusionStage::State::publish() {
-  const std::uint32_t ago = pictures - last_publication;
-  const bool due = ago >= kWait || new_place;
+  const bool due = publication_due();
   if (!urgent && !(due && (new_place || !waiting.empty()))) return;
   auto next = std::make_shared<DistanceField>(*field);
   next->version += 1;
   next->seen_from_m = seen_from_m;
   bool changed = new_place;
   std::erase_if(waiting, [&](WorkingBrick* brick) {
-    if (!due && !brick->urgent) return false;
-    std::optional<FieldBrick> with_model;
-    if (brick->model) with_model = merged(brick->now, *brick->model, voxel_m);
-    const FieldBrick& whole = with_model ? *with_model : brick->now;
-    const bool drifted = brick->urgent || brick->drifted(whole, voxel_m);
-    brick->waiting = brick->urgent = false;
-    if (!drifted) return true;
-    brick->published = std::make_shared<FieldBrick>(whole);
-    brick->drift = WorkingBrick::kDriftUnknown;
+    if (brick->waiting) {
+      if (!due && !brick->urgent) return false;
+      renew(*brick);
+    }
+    if (!brick->renewed) return true;
+    brick->renewed = false;
     next->bricks.insert_or_assign(brick->key, brick->published);
     changed = true;
     return true;
@@ -273,6 +286,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
       continue;
     seen.emplace_back(&brick, sight);
   }
+  const bool due = s.publication_due();
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (i + 1 < seen.size() && seen[i + 1].second.kind == Sight::Kind::surface)
       picture.fetch(*seen[i + 1].first, seen[i + 1].second);
@@ -281,6 +295,8 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
     const BrickUpdate::Told told =
         open ? picture.clear(*brick) : picture.update(*brick, sight.far_m, s.may_wait(*brick));
     if (told.any) s.consider(*brick, open, told);
+    // At once, while the brick is in the cache.
+    if (brick->waiting && (due || brick->urgent)) s.renew(*brick);
   }
   s.publish();
   ++s.pictures;

@@ -18,25 +18,28 @@ constexpr float kDriftNearShare = 0.02f, kDriftAwayShare = 0.1f, kDriftNearVoxel
 constexpr float kDriftMargin = 0.5f;
 
 struct WorkingBrick {
+  // What is asked of every brick in every picture lies together, before what few need.
   BrickKey key{};
-  FieldBrick now;
-  std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null without
-  std::shared_ptr<const FieldBrick> published;
   std::uint32_t looks = 0;         ///< pictures that said something about it
   std::uint32_t last_look = 0;     ///< picture that was the last of them
   std::uint32_t lively_until = 0;  ///< look, while what is there seems to change
+  std::uint32_t turn = 0;          ///< counts looks, whether they told anything or not
   /// By row, y + 8 z: what the last look at it found.
   std::uint64_t free_rows = 0;    ///< free, and known to be, all along
   std::uint64_t silent_rows = 0;  ///< nothing told
-  std::uint32_t turn = 0;         ///< counts looks, whether they told anything or not
   bool open = false;              ///< every voxel is known to be free, far from surfaces
   bool waiting = false;           ///< to be published, if it drifted
   bool urgent = false;            ///< at once
+  bool renewed = false;           ///< `published` is not in the field yet
 
   /// Drift since what was published at most, over what it may be; and of radiance, in its units. What a look changes is
   /// added up, since looking at both fields costs as much as a look.
   float drift = kDriftUnknown, radiance_drift = 0, most_radiance_drift = 0;
   static constexpr float kDriftUnknown = 1e9f;
+
+  std::shared_ptr<const FieldBrick> published;
+  std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null without
+  alignas(64) FieldBrick now;                 ///< a row never in two lines of the cache
 
   /// After a look. `more_known`: distance or colour of a voxel.
   void add_drift(bool more_known, float look_drift, float look_radiance_drift) {

@@ -120,8 +120,12 @@ bool DepthReader::seen_at(const Eigen::Vector2f& pixel, const DepthView::Block& 
 
 /// Of the blocks around, the plane that a pixel beside a jump lies on; null for one that lies between surfaces.
 const DepthView::Block* DepthReader::plane_through(int u, int v) const {
-  std::int32_t& found = view_.plane_through[static_cast<std::size_t>(view_.pixel_index(u, v))];
-  if (found == DepthView::kNotAsked) found = find_plane_through(u, v);
+  const std::int32_t pixel = view_.pixel_index(u, v);
+  std::int32_t& found = view_.plane_through[static_cast<std::size_t>(pixel)];
+  if (found == DepthView::kNotAsked) {
+    found = find_plane_through(u, v);
+    view_.asked.push_back(pixel);
+  }
   return found < 0 ? nullptr : &view_.blocks[static_cast<std::size_t>(found)];
 }
 

@@ -45,17 +45,26 @@ std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPrepa
     const Four surface = origin + z / voxel_m * ray;
     // Every cell around the surface needs all its voxels.
     const FourInt low = brick_of(surface - 1.5f), high = brick_of(surface + 1.5f);
+    const float band = std::min(truncation_m / block.normal.dot(in_camera), kBehindSteep * truncation_m);
+    const int steps = static_cast<int>(std::ceil(band / (4 * voxel_m)));
+    const auto along_ray = [&](const auto& visit) {
+      for (int first = 1; first <= steps; first += 4) {
+        const Four away = band * (all(static_cast<float>(first)) + Four{0, 1, 2, 3}) / all(static_cast<float>(steps));
+        const Four before = (z - away) / voxel_m, behind = (z + away) / voxel_m;
+        for (int k = 0; k < std::min(4, steps + 1 - first); ++k) {
+          visit(brick_of(origin + before[k] * ray));
+          visit(brick_of(origin + behind[k] * ray));
+        }
+      }
+    };
+    // Nearly always all of it was met before.
+    bool all_met = met.has_all(low, high);
+    along_ray([&](FourInt at) { all_met &= met.has(at); });
+    if (all_met) return;
     for (int c = low[2]; c <= high[2]; ++c)
       for (int b = low[1]; b <= high[1]; ++b)
         for (int a = low[0]; a <= high[0]; ++a) touch({a, b, c});
-    const float band = std::min(truncation_m / block.normal.dot(in_camera), kBehindSteep * truncation_m);
-    const int steps = static_cast<int>(std::ceil(band / (4 * voxel_m)));
-    for (int i = -steps; i <= steps; ++i) {
-      if (i == 0) continue;  // the surface itself
-      const FourInt at =
-          brick_of(origin + (z + band * static_cast<float>(i) / static_cast<float>(steps)) / voxel_m * ray);
-      touch({at[0], at[1], at[2]});
-    }
+    along_ray([&](FourInt at) { touch({at[0], at[1], at[2]}); });
   };
   // One block in kStride² says enough of a surface that is near and faces the camera.
   constexpr int kStride = 4;

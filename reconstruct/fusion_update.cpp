@@ -263,8 +263,8 @@ void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
 }
 
 /// Running mean; the past counts for the cap at most.
-void BrickUpdate::colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share,
-                         Told& told) const {
+[[gnu::always_inline]] inline void BrickUpdate::colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest,
+                                                       float share, Told& told) const {
   Four radiance;
   if (!colour_.read(u, v, nearest, radiance)) return;
   Vector3f& mean = brick.radiance[i];

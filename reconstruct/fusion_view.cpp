@@ -1,9 +1,11 @@
 #include "reconstruct/fusion_view.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
+#include "reconstruct/eight.h"
 #include "reconstruct/fusion_noise.h"
 
 namespace lumigraft {
@@ -15,10 +17,11 @@ constexpr float kLeastFacing = 0.1f;  // cos 84°
 constexpr float kLeastSquare = static_cast<float>(kLeastSigmaM * kLeastSigmaM);
 constexpr float kSurelyNoise = 4;  // σ
 constexpr float kSurelyBent = 3;   // σ
+constexpr int kAround = 2;         // blocks to either side that a slope may take in
 
 /// σ of the second difference of three blocks: a block's mean has half the noise of a pixel.
 template <typename Value>
-Value bend_noise(Value q) {
+[[gnu::always_inline]] inline Value bend_noise(Value q) {
   constexpr float kRoot6 = 2.44948974f;
   return 0.5f * kRoot6 * inverse_sigma(q);
 }
@@ -26,20 +29,21 @@ Value bend_noise(Value q) {
 /// On a plane 1/z is affine in the picture: in inverse depth q the slope of a surface inclined by θ is q tan θ / f per
 /// pixel. A jump is more than the steepest of them and the sensor's noise.
 template <typename Value>
-Value steepest(Value q, float pixels, float focal) {
+[[gnu::always_inline]] inline Value steepest(Value q, float pixels, float focal) {
   return q * (pixels * kSteepest / focal) + kSurelyNoise * inverse_sigma(q);
 }
 
 }  // namespace
 
-DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, double far_m)
+DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, double far_m, bool wide)
     : width_(camera.width),
       height_(camera.height),
       blocks_x_(camera.width / 2),
       blocks_y_(camera.height / 2),
       focal_(static_cast<float>((camera.fx + camera.fy) / 2)),
       voxel_m_(static_cast<float>(voxel_m)),
-      far_m_(static_cast<float>(far_m)) {
+      far_m_(static_cast<float>(far_m)),
+      wide_(wide && has_eight()) {
   for (std::size_t i = 0; i < oblique_.size(); ++i) {
     const double facing = std::min(1.0, (static_cast<double>(i) + 0.5) / kObliqueSteps);
     oblique_[i] = static_cast<float>(oblique_noise(std::acos(facing)));
@@ -74,41 +78,60 @@ void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
   view.blocks_y = blocks_y_;
   view.tiles_x = (width_ + DepthView::kTile - 1) / DepthView::kTile;
   view.tiles_y = (height_ + DepthView::kTile - 1) / DepthView::kTile;
-  view.plane_through.assign(rays_.size(), DepthView::kNotAsked);
-  invert(depth_m, view);
-  find_jumps(view);
-  average_blocks(view);
+  view.forget_planes_through();
+  view.plane_through.resize(rays_.size(), DepthView::kNotAsked);
+  view.inverse_depth.resize(rays_.size());
+  view.tiles.assign(static_cast<std::size_t>(view.tiles_x) * view.tiles_y, {});
+  view.jumps.clear();
+  rough_.resize(rays_.size());
+  block_inverse_.resize(static_cast<std::size_t>(blocks_x_) * blocks_y_);
+  block_jumps_.resize(block_inverse_.size());
+  // A row of tiles at a time, while it is in the cache.
+  for (int y = 0; y < view.tiles_y; ++y) {
+    const int v = y * DepthView::kTile, end = std::min(v + DepthView::kTile, height_);
+    invert(depth_m, view, v, end);
+    find_jumps(view, v, end);
+    average_blocks(view, v / 2, end / 2);
+    measure_tiles(view, y);
+  }
   measure_noise(view);
-  fit_planes(view);
+  if (wide_) {
+    fit_planes_wide(view);
+  } else {
+    fit_planes(view);
+  }
   spread_jumps(view);
-  measure_tiles(view);
 }
 
-void DepthPreparation::invert(const Image<float>& depth_m, DepthView& view) const {
-  view.inverse_depth.resize(rays_.size());
-  std::size_t i = 0;
-  for (; i + 4 <= rays_.size(); i += 4) {
+void DepthPreparation::invert(const Image<float>& depth_m, DepthView& view, int first_v, int end_v) const {
+  const std::size_t first = static_cast<std::size_t>(first_v) * width_, end = static_cast<std::size_t>(end_v) * width_;
+  std::size_t i = first;
+  for (; i + 4 <= end; i += 4) {
     const Four depth = load(&depth_m.data[i]);
     store(&view.inverse_depth[i], select((depth > 0) & (depth <= far_m_), 1 / depth, Four{}));
   }
-  for (; i < rays_.size(); ++i) {
+  for (; i < end; ++i) {
     const float depth = depth_m.data[i];
     view.inverse_depth[i] = depth > 0 && depth <= far_m_ ? 1 / depth : 0;
   }
-  for (const std::uint32_t blind : blind_) view.inverse_depth[blind] = 0;
+  for (auto blind = std::lower_bound(blind_.begin(), blind_.end(), first); blind != blind_.end() && *blind < end;
+       ++blind)
+    view.inverse_depth[*blind] = 0;
 }
 
-void DepthPreparation::find_jumps(DepthView& view) {
-  rough_.assign(rays_.size(), 0);
-  view.jumps.clear();
-  block_jumps_.assign(static_cast<std::size_t>(blocks_x_) * blocks_y_, -1);
+/// From the last row before these on, which needs the first of them.
+void DepthPreparation::find_jumps(DepthView& view, int first_v, int end_v) {
+  std::fill(rough_.begin() + std::ptrdiff_t{first_v} * width_, rough_.begin() + std::ptrdiff_t{end_v} * width_,
+            std::uint8_t{0});
+  std::fill(block_jumps_.begin() + std::ptrdiff_t{first_v / 2} * blocks_x_,
+            block_jumps_.begin() + std::ptrdiff_t{end_v / 2} * blocks_x_, -1);
   const auto differ = [&]<typename Value>(Value a, Value b, Value c, Value d, const Value& none) {
     const Value low_ab = a < b ? a : b, low_cd = c < d ? c : d, high_ab = a > b ? a : b, high_cd = c > d ? c : d;
     const Value low = low_ab < low_cd ? low_ab : low_cd, high = high_ab > high_cd ? high_ab : high_cd;
     // What is missing is as far from what was measured as can be.
     return high - low > (low > 0 ? steepest(high, 1, focal_) : none);
   };
-  for (int v = 0; v + 1 < height_; ++v) {
+  for (int v = std::max(first_v - 1, 0); v + 1 < end_v; ++v) {
     const float* q = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
     std::uint8_t* rough = &rough_[static_cast<std::size_t>(v) * width_];
     int u = 0;
@@ -153,9 +176,8 @@ void DepthPreparation::add_jump(DepthView& view, int u, int v) {
   view.jumps.push_back(jump);
 }
 
-void DepthPreparation::average_blocks(const DepthView& view) {
-  block_inverse_.resize(static_cast<std::size_t>(blocks_x_) * blocks_y_);
-  for (int v = 0; v < blocks_y_; ++v)
+void DepthPreparation::average_blocks(const DepthView& view, int first_v, int end_v) {
+  for (int v = first_v; v < end_v; ++v)
     for (int u = 0; u < blocks_x_; ++u) {
       const std::size_t i = static_cast<std::size_t>(2 * v) * width_ + 2 * u;
       const float* q = &view.inverse_depth[i];
@@ -185,31 +207,18 @@ float DepthPreparation::slope(const float* q, std::ptrdiff_t step, int before, i
   return ahead ? 0.5f * (q[step] - here) : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// The same of four pixels in a row.
-Four DepthPreparation::slopes(const float* q, std::ptrdiff_t step, int before, int after, Four bend) const {
-  const Four here = load(q), back = load(q - step), ahead = load(q + step), most = steepest(here, 2, focal_);
-  const FourInt with_back = (back > 0) & (size_of(here - back) <= most);
-  const FourInt with_ahead = (ahead > 0) & (size_of(ahead - here) <= most);
-  const Four one_side = select(with_back, 0.5f * (here - back), 0.5f * (ahead - here));
-  Four slopes = select(with_back & with_ahead, 0.25f * (ahead - back), one_side);
-  slopes = select(with_back | with_ahead, slopes, all(std::numeric_limits<float>::quiet_NaN()));
-  const FourInt bent = with_back & with_ahead & (size_of(ahead - 2 * here + back) > bend);
-  if (any(bent))
-    for (int k = 0; k < 4; ++k)
-      if (bent[k]) slopes[k] = slope(q + k, step, before, after, bend[k]);
-  return slopes;
-}
+LUMIGRAFT_EIGHT_WIDE void DepthPreparation::fit_planes_wide(DepthView& view) const { fit_planes(view); }
 
-void DepthPreparation::fit_planes(DepthView& view) const {
+[[gnu::always_inline]] inline void DepthPreparation::fit_planes(DepthView& view) const {
   view.blocks.resize(block_inverse_.size());
   view.planes.resize(block_inverse_.size());
   for (int v = 0; v < blocks_y_; ++v) {
-    const bool inside = v > 1 && v + 2 < blocks_y_;
+    const bool inside = v >= kAround && v + kAround < blocks_y_;
     int u = 0;
     while (u < blocks_x_) {
-      if (inside && u > 1 && u + 6 <= blocks_x_) {
-        fit_four(view, u, v);
-        u += 4;
+      if (inside && u >= kAround && u + 8 + kAround <= blocks_x_) {
+        fit_eight(view, u, v);
+        u += 8;
       } else {
         fit_plane(view, u++, v);
       }
@@ -243,40 +252,65 @@ void DepthPreparation::fit_plane(DepthView& view, int u, int v) const {
   view.planes[i] = Four{a, b, c, block.weight};
 }
 
-/// As fit_plane, of four blocks in a row with two more on every side.
-void DepthPreparation::fit_four(DepthView& view, int u, int v) const {
+/// As fit_plane, of eight blocks in a row with kAround more on every side.
+[[gnu::always_inline]] inline void DepthPreparation::fit_eight(DepthView& view, int u, int v) const {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
-  const Four q = load(&block_inverse_[i]);
-  const Four bend = kSurelyBent * view.noise_scale * bend_noise(q);
-  Four a = slopes(&block_inverse_[i], 1, 2, 2, bend) * load(&block_rays_.per_x[i]);
-  Four b = slopes(&block_inverse_[i], blocks_x_, 2, 2, bend) * load(&block_rays_.per_y[i]);
-  Four c = q - a * load(&block_rays_.x[i]) - b * load(&block_rays_.y[i]);
-  Four distance = 1 / root(a * a + b * b + c * c);
-  const Four facing = least(all(1), q * distance * load(&block_rays_.inverse_length[i]));  // keeps a NaN
-  const FourInt known = (q > 0) & (facing >= kLeastFacing);
-  const FourInt step = __builtin_convertvector(select(known, facing, Four{}) * kObliqueSteps, FourInt);
-  const Four oblique = {oblique_[static_cast<std::size_t>(step[0])], oblique_[static_cast<std::size_t>(step[1])],
-                        oblique_[static_cast<std::size_t>(step[2])], oblique_[static_cast<std::size_t>(step[3])]};
-  const Four sigma = straight_sigma_m(q) + 0.0001f * root(q) * oblique;
-  Four weight = select(known, kLeastSquare / (sigma * sigma), Four{});
-  const Four weights = weight, facings = select(known, facing, Four{});
-  a = select(known, a, Four{});
-  b = select(known, b, Four{});
-  c = select(known, c, Four{});
-  distance = select(known, distance, Four{});
-  Four normal[4] = {distance * a, distance * b, distance * c, distance};
-  transpose(normal[0], normal[1], normal[2], normal[3]);
-  transpose(a, b, c, weight);
-  const Four planes[4] = {a, b, c, weight};
-  for (std::size_t k = 0; k < 4; ++k) {
-    view.planes[i + k] = planes[k];
-    DepthView::Block& block = view.blocks[i + k];
-    block.normal = {normal[k][0], normal[k][1], normal[k][2]};
-    block.distance_m = normal[k][3];
-    block.weight = weights[k];
-    block.facing = facings[k];
-    block.jump = -1;
-  }
+  const Eight q = load_eight(&block_inverse_[i]);
+  const Eight bend = kSurelyBent * view.noise_scale * bend_noise(q);
+  const Eight most = steepest(q, 2, focal_);
+  // As `slope`, along u or v.
+  const auto slopes = [&](std::ptrdiff_t step) __attribute__((always_inline)) {
+    const Eight back = load_eight(&block_inverse_[i] - step), ahead = load_eight(&block_inverse_[i] + step);
+    const EightInt with_back = (back > 0) & (size_of(q - back) <= most);
+    const EightInt with_ahead = (ahead > 0) & (size_of(ahead - q) <= most);
+    const Eight one_side = select(with_back, 0.5f * (q - back), 0.5f * (ahead - q));
+    Eight found = select(with_back & with_ahead, 0.25f * (ahead - back), one_side);
+    found = select(with_back | with_ahead, found, all_eight(std::numeric_limits<float>::quiet_NaN()));
+    unsigned bent = bits_of(with_back & with_ahead & (size_of(ahead - 2 * q + back) > bend));
+    for (; bent != 0; bent &= bent - 1) {
+      const int k = std::countr_zero(bent);
+      found[k] = slope(&block_inverse_[i] + k, step, kAround, kAround, bend[k]);
+    }
+    return found;
+  };
+  Eight a = slopes(1) * load_eight(&block_rays_.per_x[i]);
+  Eight b = slopes(blocks_x_) * load_eight(&block_rays_.per_y[i]);
+  Eight c = q - a * load_eight(&block_rays_.x[i]) - b * load_eight(&block_rays_.y[i]);
+  Eight distance = 1 / root(a * a + b * b + c * c);
+  const Eight facing = least(all_eight(1), q * distance * load_eight(&block_rays_.inverse_length[i]));  // keeps a NaN
+  const EightInt known = (q > 0) & (facing >= kLeastFacing);
+  const EightInt step = __builtin_convertvector(select(known, facing, Eight{}) * kObliqueSteps, EightInt);
+  const auto oblique_at = [&](int lane) { return oblique_[static_cast<std::size_t>(step[lane])]; };
+  const Eight oblique = {oblique_at(0), oblique_at(1), oblique_at(2), oblique_at(3),
+                         oblique_at(4), oblique_at(5), oblique_at(6), oblique_at(7)};
+  const Eight sigma = straight_sigma_m(q) + 0.0001f * root(q) * oblique;
+  const Eight weights = select(known, kLeastSquare / (sigma * sigma), Eight{});
+  const Eight facings = select(known, facing, Eight{});
+  a = select(known, a, Eight{});
+  b = select(known, b, Eight{});
+  c = select(known, c, Eight{});
+  distance = select(known, distance, Eight{});
+  const Eight x = distance * a, y = distance * b, z = distance * c;
+  const auto write = [&](std::size_t from, auto half_of) __attribute__((always_inline)) {
+    Four normal[4] = {half_of(x), half_of(y), half_of(z), half_of(distance)};
+    transpose(normal[0], normal[1], normal[2], normal[3]);
+    Four planes[4] = {half_of(a), half_of(b), half_of(c), half_of(weights)};
+    transpose(planes[0], planes[1], planes[2], planes[3]);
+    const Four its_weights = half_of(weights), its_facings = half_of(facings);
+    for (std::size_t k = 0; k < 4; ++k) {
+      view.planes[from + k] = planes[k];
+      DepthView::Block& block = view.blocks[from + k];
+      block.normal = {normal[k][0], normal[k][1], normal[k][2]};
+      block.distance_m = normal[k][3];
+      block.weight = its_weights[k];
+      block.facing = its_facings[k];
+      block.jump = -1;
+    }
+  };
+  write(
+      i, [](Eight of) __attribute__((always_inline)) { return low_of(of); });
+  write(
+      i + 4, [](Eight of) __attribute__((always_inline)) { return high_of(of); });
 }
 
 /// Tells each block the closest jump, in two sweeps over neighbours (Danielsson 1980).
@@ -349,44 +383,43 @@ void DepthPreparation::measure_noise(DepthView& view) const {
   view.noise_scale = count > 0 ? static_cast<float>(sum / count) : 0.0f;
 }
 
-void DepthPreparation::measure_tiles(DepthView& view) const {
-  view.tiles.assign(static_cast<std::size_t>(view.tiles_x) * view.tiles_y, {});
+/// One row of them.
+void DepthPreparation::measure_tiles(DepthView& view, int y) const {
   constexpr float kMost = std::numeric_limits<float>::max();
-  for (int y = 0; y < view.tiles_y; ++y)
-    for (int x = 0; x < view.tiles_x; ++x) {
-      const int first_u = x * DepthView::kTile, end_u = std::min(first_u + DepthView::kTile, width_),
-                end_v = std::min((y + 1) * DepthView::kTile, height_);
-      Four lows = all(kMost), highs{};
-      FourInt measured{-1, -1, -1, -1};
-      float low = kMost, high = 0;
-      bool whole = true;
-      for (int v = y * DepthView::kTile; v < end_v; ++v) {
-        const float* row = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
-        int u = first_u;
-        for (; u + 4 <= end_u; u += 4) {
-          const Four q = load(row + u);
-          const FourInt seen = q > 0;
-          highs = most(highs, q);
-          lows = least(lows, select(seen, q, all(kMost)));
-          measured &= seen;
-        }
-        for (; u < end_u; ++u) {
-          high = std::max(high, row[u]);
-          whole &= row[u] > 0;
-          low = std::min(low, row[u] > 0 ? row[u] : low);
-        }
+  for (int x = 0; x < view.tiles_x; ++x) {
+    const int first_u = x * DepthView::kTile, end_u = std::min(first_u + DepthView::kTile, width_),
+              end_v = std::min((y + 1) * DepthView::kTile, height_);
+    Four lows = all(kMost), highs{};
+    FourInt measured{-1, -1, -1, -1};
+    float low = kMost, high = 0;
+    bool whole = true;
+    for (int v = y * DepthView::kTile; v < end_v; ++v) {
+      const float* row = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
+      int u = first_u;
+      for (; u + 4 <= end_u; u += 4) {
+        const Four q = load(row + u);
+        const FourInt seen = q > 0;
+        highs = most(highs, q);
+        lows = least(lows, select(seen, q, all(kMost)));
+        measured &= seen;
       }
-      for (int k = 0; k < 4; ++k) {
-        low = std::min(low, lows[k]);
-        high = std::max(high, highs[k]);
-        whole &= measured[k] != 0;
+      for (; u < end_u; ++u) {
+        high = std::max(high, row[u]);
+        whole &= row[u] > 0;
+        low = std::min(low, row[u] > 0 ? row[u] : low);
       }
-      DepthView::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
-      tile.whole = whole;
-      if (high == 0) continue;
-      tile.near_m = 1 / high;
-      tile.far_m = 1 / low;
     }
+    for (int k = 0; k < 4; ++k) {
+      low = std::min(low, lows[k]);
+      high = std::max(high, highs[k]);
+      whole &= measured[k] != 0;
+    }
+    DepthView::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
+    tile.whole = whole;
+    if (high == 0) continue;
+    tile.near_m = 1 / high;
+    tile.far_m = 1 / low;
+  }
 }
 
 }  // namespace lumigraft

@@ -46,6 +46,11 @@ struct DepthView {
   /// By pixel beside a jump, which block's plane it was found to lie on (see DepthReader); many voxels ask. −1 = none.
   mutable std::vector<std::int32_t> plane_through;
   static constexpr std::int32_t kNotAsked = -2;
+  mutable std::vector<std::int32_t> asked;  ///< pixels of which that was found
+  void forget_planes_through() {
+    for (const std::int32_t pixel : asked) plane_through[static_cast<std::size_t>(pixel)] = kNotAsked;
+    asked.clear();
+  }
   float noise_scale = 0;  ///< how noisy the picture is, over the sensor noise model
 
   std::int32_t pixel_index(int u, int v) const { return v * width + u; }
@@ -60,7 +65,8 @@ constexpr float kJumpVoxels = 4;
 /// Prepares depth pictures of one camera.
 class DepthPreparation {
  public:
-  DepthPreparation(const CameraModel& camera, double voxel_m, double far_m);
+  /// Not `wide`: as a processor works that has no vectors of eight; the result is the same, to the bit.
+  DepthPreparation(const CameraModel& camera, double voxel_m, double far_m, bool wide = true);
   /// `depth_m` has the camera's size. Buffers of `view` are used again.
   void prepare(const Image<float>& depth_m, DepthView& view);
   /// x/z, y/z of a pixel's centre; NaN where it sees nothing.
@@ -68,21 +74,22 @@ class DepthPreparation {
   float focal() const { return focal_; }
 
  private:
-  void average_blocks(const DepthView& view);
+  void average_blocks(const DepthView& view, int first_v, int end_v);
   float slope(const float* inverse_depth, std::ptrdiff_t step, int before, int after, float bend) const;
-  Four slopes(const float* inverse_depth, std::ptrdiff_t step, int before, int after, Four bend) const;
   void fit_plane(DepthView& view, int u, int v) const;
-  void fit_four(DepthView& view, int u, int v) const;
-  void invert(const Image<float>& depth_m, DepthView& view) const;
-  void find_jumps(DepthView& view);
+  void fit_eight(DepthView& view, int u, int v) const;
+  void invert(const Image<float>& depth_m, DepthView& view, int first_v, int end_v) const;
+  void find_jumps(DepthView& view, int first_v, int end_v);
   void add_jump(DepthView& view, int u, int v);
   void fit_planes(DepthView& view) const;
+  void fit_planes_wide(DepthView& view) const;
   void spread_jumps(DepthView& view);
   void measure_noise(DepthView& view) const;
-  void measure_tiles(DepthView& view) const;
+  void measure_tiles(DepthView& view, int y) const;
 
   int width_, height_, blocks_x_, blocks_y_;
   float focal_, voxel_m_, far_m_;
+  bool wide_;
   static constexpr int kObliqueSteps = 256;
   std::array<float, kObliqueSteps + 1> oblique_{};  ///< angular part of the noise, by cosine of incidence
   std::vector<Eigen::Vector2f> rays_;               ///< per pixel

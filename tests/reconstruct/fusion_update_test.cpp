@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "tests/reconstruct/fusion_views.h"
 
 namespace lumigraft {
@@ -23,7 +25,7 @@ CameraModel coarse_camera() {
 TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
   const CameraModel camera = coarse_camera();
   const PixelMap map(camera);
-  DepthPreparation preparation(camera, kVoxelM, 5);
+  DepthPreparation preparation(camera, kVoxelM, 5), narrow(camera, kVoxelM, 5, false);
   RecentBricks met;
   std::vector<WorkingBrick> wide, plain;
   for (unsigned i = 0; i < 3; ++i) {
@@ -31,6 +33,14 @@ TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
     const FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
     DepthView view;
     preparation.prepare(frame.depth->depth_m, view);
+    DepthView by_four_too;
+    narrow.prepare(frame.depth->depth_m, by_four_too);
+    for (std::size_t k = 0; k < view.blocks.size(); ++k) {
+      const DepthView::Block &a = view.blocks[k], &b = by_four_too.blocks[k];
+      EXPECT_EQ(a.normal, b.normal);
+      EXPECT_EQ(std::tie(a.distance_m, a.weight, a.facing, a.jump), std::tie(b.distance_m, b.weight, b.facing, b.jump));
+      for (int c = 0; c < 4; ++c) EXPECT_EQ(view.planes[k][c], by_four_too.planes[k][c]);
+    }
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
     const ColourReader colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
@@ -54,6 +64,30 @@ TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
     }
   }
   EXPECT_GT(wide.size(), 100u);
+}
+
+TEST(RecentBricks, EachIsMetOnceNearAndFar) {
+  RecentBricks bricks;
+  for (const int far : {0, -64, 63, 64, -1000, 100000}) {
+    const BrickKey key{far, 3, -far};
+    EXPECT_TRUE(bricks.meet(key)) << far;
+    EXPECT_FALSE(bricks.meet(key)) << far;
+    EXPECT_FALSE(bricks.has(FourInt{far + 1, 3, -far, 0})) << far;
+  }
+  EXPECT_TRUE(bricks.has(FourInt{63, 3, -63, 0}));
+  EXPECT_FALSE(bricks.has(FourInt{64, 3, -64, 0})) << "nothing that far is told without a search";
+}
+
+TEST(RecentBricks, AllOfEightAreToldOnlyOnceEachWasMet) {
+  RecentBricks bricks;
+  const FourInt low{-1, 7, 20, 0}, high{0, 8, 21, 0};
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_FALSE(bricks.has_all(low, high)) << i;
+    bricks.meet({low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2)});
+  }
+  EXPECT_TRUE(bricks.has_all(low, high));
+  EXPECT_TRUE(bricks.has_all(low, low));
+  EXPECT_FALSE(bricks.has_all(high, high + FourInt{1, 0, 0, 0}));
 }
 
 // A brick that may not have drifted need not be compared with what was published: it never has.

@@ -1,0 +1,58 @@
+// Bricks that are published and dropped.
+#include "reconstruct/fusion_pages.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <thread>
+#include <vector>
+
+namespace lumigraft {
+namespace {
+
+FieldBrick brick_of(float distance_m) {
+  FieldBrick brick;
+  brick.distance_m.fill(distance_m);
+  brick.radiance_weight.back() = distance_m;
+  return brick;
+}
+
+TEST(FieldBrickMaker, BricksHoldWhatTheyCopyAndOutliveTheirMaker) {
+  std::vector<std::shared_ptr<const FieldBrick>> bricks;
+  {
+    const FieldBrickMaker maker;
+    for (int i = 0; i < 1000; ++i) bricks.push_back(maker.copy(brick_of(static_cast<float>(i))));
+  }
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    EXPECT_EQ(bricks[i]->distance_m.front(), static_cast<float>(i));
+    EXPECT_EQ(bricks[i]->radiance_weight.back(), static_cast<float>(i));
+  }
+}
+
+TEST(FieldBrickMaker, OneTakesThePlaceOfAnother) {
+  const FieldBrickMaker maker;
+  std::set<const FieldBrick*> places;
+  for (int round = 0; round < 10; ++round) {
+    std::vector<std::shared_ptr<const FieldBrick>> bricks;
+    for (int i = 0; i < 300; ++i) places.insert(bricks.emplace_back(maker.copy(brick_of(1))).get());
+  }
+  EXPECT_EQ(places.size(), 300u);
+}
+
+TEST(FieldBrickMaker, OthersDropBricksMeanwhile) {
+  const FieldBrickMaker maker;
+  std::vector<std::thread> threads;
+  for (int round = 0; round < 20; ++round) {
+    std::vector<std::shared_ptr<const FieldBrick>> bricks;
+    for (int i = 0; i < 100; ++i) bricks.push_back(maker.copy(brick_of(static_cast<float>(100 * round + i))));
+    threads.emplace_back([round, held = std::move(bricks)]() mutable {
+      for (std::size_t i = 0; i < held.size(); ++i)
+        EXPECT_EQ(held[i]->distance_m.back(), static_cast<float>(100 * round) + static_cast<float>(i));
+      held.clear();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace
+}  // namespace lumigraft
