@@ -1,8 +1,9 @@
 #include "reconstruct/albedo_rays.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "reconstruct/four.h"
 
 namespace lumigraft {
 namespace {
@@ -14,6 +15,11 @@ Eigen::Vector3i nearest_voxel(const Eigen::Vector3f& p) {
   constexpr int kShift = 1 << 13;
   return {static_cast<int>(p.x() + (kShift + 0.5f)) - kShift, static_cast<int>(p.y() + (kShift + 0.5f)) - kShift,
           static_cast<int>(p.z() + (kShift + 0.5f)) - kShift};
+}
+
+/// Of a voxel in its brick.
+int index_of(const Eigen::Vector3i& voxel) {
+  return (voxel.x() & 7) + kBrickEdge * ((voxel.y() & 7) + kBrickEdge * (voxel.z() & 7));
 }
 
 constexpr float kSteepest = 4;  // change of distance over way, of a surface whose distances are somewhat wrong
@@ -63,46 +69,49 @@ void FieldRays::measure_gaps() {
   }
 }
 
-std::optional<float> FieldRays::distance_at(const Eigen::Vector3i& voxel) const {
+[[gnu::always_inline]] inline std::optional<float> FieldRays::distance_at(const Eigen::Vector3i& voxel) const {
   const int at = place(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
   const FieldBrick* brick = at == kOutside ? nullptr : table_[static_cast<std::size_t>(at)];
   if (!brick) return std::nullopt;
-  const int index = (voxel.x() & 7) + kBrickEdge * ((voxel.y() & 7) + kBrickEdge * (voxel.z() & 7));
-  if (brick->weight[index] <= 0) return std::nullopt;
-  return brick->distance_m[index] / voxel_m_;
+  const int index = index_of(voxel);
+  if (brick->weight[static_cast<std::size_t>(index)] <= 0) return std::nullopt;
+  return brick->distance_m[static_cast<std::size_t>(index)] / voxel_m_;
 }
 
-std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position) const {
-  const auto nearest = distance_at(nearest_voxel(position));
-  if (!nearest || std::abs(*nearest) > 2) return nearest;
+std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position, const Eigen::Vector3i& voxel,
+                                              const FieldBrick& brick) const {
+  const auto at = static_cast<std::size_t>(index_of(voxel));
+  if (brick.weight[at] <= 0) return std::nullopt;
+  const float nearest = brick.distance_m[at] / voxel_m_;
+  if (std::abs(nearest) > 2) return nearest;
   const Eigen::Vector3i base = nearest_voxel(position - Eigen::Vector3f::Constant(0.5f));
   const Eigen::Vector3f f = position - base.cast<float>();
   const Eigen::Vector3f g = Eigen::Vector3f::Ones() - f;
-  const std::array shares = {g.x() * g.y() * g.z(), f.x() * g.y() * g.z(), g.x() * f.y() * g.z(),
-                             f.x() * f.y() * g.z(), g.x() * g.y() * f.z(), f.x() * g.y() * f.z(),
-                             g.x() * f.y() * f.z(), f.x() * f.y() * f.z()};
+  const Four low_shares = Four{g.x(), f.x(), g.x(), f.x()} * Four{g.y(), g.y(), f.y(), f.y()};
+  const Four shares[2] = {low_shares * g.z(), low_shares * f.z()};
   float sum = 0, weights = 0;
-  const auto add = [&](int corner, float distance) {
-    sum += shares[static_cast<std::size_t>(corner)] * distance;
-    weights += shares[static_cast<std::size_t>(corner)];
+  const auto add = [&](float share, float distance) {
+    sum += share * distance;
+    weights += share;
   };
   const Eigen::Vector3i in_brick = base.unaryExpr([](int i) { return i & (kBrickEdge - 1); });
   if (in_brick.maxCoeff() < kBrickEdge - 1) {
-    // All eight in one brick, as most are; it exists, for the nearest voxel is one of them.
-    const FieldBrick& brick = *table_[static_cast<std::size_t>(place(base.x() >> 3, base.y() >> 3, base.z() >> 3))];
-    const int first = in_brick.x() + kBrickEdge * (in_brick.y() + kBrickEdge * in_brick.z());
-    for (int corner = 0; corner < 8; ++corner) {
-      const auto i = static_cast<std::size_t>(first + (corner & 1) +
-                                              kBrickEdge * (((corner >> 1) & 1) + kBrickEdge * (corner >> 2)));
-      if (brick.weight[i] > 0) add(corner, brick.distance_m[i] / voxel_m_);
+    // All eight in one brick, as most are: that of the nearest, which is one of them.
+    for (int z = 0; z < 2; ++z) {
+      const auto i = static_cast<std::size_t>(index_of(base) + kBrickEdge * kBrickEdge * z), j = i + kBrickEdge;
+      const Four known = {brick.weight[i], brick.weight[i + 1], brick.weight[j], brick.weight[j + 1]};
+      const Four distances =
+          Four{brick.distance_m[i], brick.distance_m[i + 1], brick.distance_m[j], brick.distance_m[j + 1]} / voxel_m_;
+      for (int k = 0; k < 4; ++k)
+        if (known[k] > 0) add(shares[z][k], distances[k]);
     }
   } else {
     for (int corner = 0; corner < 8; ++corner) {
       const auto distance = distance_at(base + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2));
-      if (distance) add(corner, *distance);
+      if (distance) add(shares[corner >> 2][corner & 3], *distance);
     }
   }
-  return weights > 0 ? std::optional<float>(sum / weights) : nearest;
+  return weights > 0 ? sum / weights : nearest;
 }
 
 std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& from_m,
@@ -145,7 +154,7 @@ std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& 
       t += std::max(leave, 0.0f) + 1e-3f;
       continue;
     }
-    const auto distance = distance_near(p);
+    const auto distance = distance_near(p, voxel, *table_[static_cast<std::size_t>(here)]);
     if (!distance) {
       state = In::unknown;
       t += 0.7f;

@@ -38,8 +38,11 @@ class FieldRays {
     return inside ? x + size_.x() * (y + size_.y() * z) : kOutside;
   }
   void measure_gaps();
-  std::optional<float> distance_at(const Eigen::Vector3i& voxel) const;       ///< voxels; empty where unknown
-  std::optional<float> distance_near(const Eigen::Vector3f& position) const;  ///< voxels; trilinear near the surface
+  std::optional<float> distance_at(const Eigen::Vector3i& voxel) const;  ///< voxels; empty where unknown
+  /// In voxels, trilinear near the surface; empty where unknown. In `brick` is the `voxel` that is nearest to the
+  /// position.
+  std::optional<float> distance_near(const Eigen::Vector3f& position, const Eigen::Vector3i& voxel,
+                                     const FieldBrick& brick) const;
 
   float voxel_m_;
   /// The tables' lowest brick and size.
