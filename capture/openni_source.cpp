@@ -140,10 +140,11 @@ class OpenNiSource::Reader {
   Reader(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs, std::chrono::milliseconds silence)
       : kind_(kind), silence_(silence) {
     if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK) {
+      const std::string why = openni_error();  // the next call forgets it
       if (is_forbidden(uri)) {
         throw CameraFault(kForbiddenUsb);
       }
-      throw CameraFault("found nothing OpenNI2 can open: " + openni_error());
+      throw CameraFault("found nothing OpenNI2 can open: " + why);
     }
     if (device_.isFile() != (kind == Kind::recording)) {
       throw InputError(std::string("found a ") + (device_.isFile() ? "recording" : "device") +

@@ -152,6 +152,16 @@ TEST_F(OpenNiFaults, AbsentAtTheStartThenLive) {
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
 
+/// The library has no error of its own for it: what the driver says is handed on.
+TEST_F(OpenNiFaults, InUseByAnotherProgramUntilItIsFree) {
+  set("in-use");
+  const auto reader = open_frames(session());
+  wait_for_trouble(*reader, "found nothing OpenNI2 can open: ");
+  wait_for_trouble(*reader, "device is busy");
+  clear("in-use");
+  EXPECT_LT(wait_for_frame(*reader), 2s);
+}
+
 TEST_F(OpenNiFaults, UnpluggedAgainAndAgain) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);

@@ -3,11 +3,11 @@
 //
 // LUMIGRAFT_TEST_UNPLUG_AFTER=N in the environment makes the device disappear after N pictures. LUMIGRAFT_TEST_PLUG
 // names a folder. While a file "absent" lies there the device is unplugged, while "frozen" does it gives no pictures.
-// With "paced" its pictures come when their times say. Of every eight pictures, while the file lies there: "lossy"
-// leaves one out, "repeating" gives one again, "swapping" gives one after its successor, "late" gives one of depth 80
-// ms after its time. "jumped" sets the device's clock forward by an hour, "resized" gives pictures of half the height.
-// Colour's exposure and gain are automatic at first, and "stubborn" keeps them so; what is set before the start is
-// lost, as on a PS1080.
+// With "paced" its pictures come when their times say, with "in-use" it cannot be opened. Of every eight pictures,
+// while the file lies there: "lossy" leaves one out, "repeating" gives one again, "swapping" gives one after its
+// successor, "late" gives one of depth 80 ms after its time. "jumped" sets the device's clock forward by an hour,
+// "resized" gives pictures of half the height. Colour's exposure and gain are automatic at first, and "stubborn" keeps
+// them so; what is set before the start is lost, as on a PS1080.
 #include <OniCTypes.h>
 #include <unistd.h>
 
@@ -268,6 +268,10 @@ class TestDriver : public oni::driver::DriverBase {
     return ONI_STATUS_OK;
   }
   oni::driver::DeviceBase* deviceOpen(const char*, const char*) override {
+    if (plug_says("in-use")) {  // as the driver of PrimeSense's devices, which asks libusb
+      getServices().errorLoggerAppend("Failed to open the USB device: device is busy");
+      return nullptr;
+    }
     const char* last = std::getenv("LUMIGRAFT_TEST_UNPLUG_AFTER");
     gone_ = false;
     return new TestDevice(last == nullptr ? -1 : std::atoi(last), [this] {
