@@ -1,6 +1,7 @@
 #pragma once
-// Chunks and a white balance for Aravis's camera of GigE Vision, which has none: features for its description of itself, and the packets of
-// its pictures with chunks behind the pixels. Read by the real library; GigE Vision 2.0, chunk data and GVSP.
+// Chunks and a white balance for Aravis's camera of GigE Vision, which has none: features for its description of
+// itself, and the packets of its pictures with chunks behind the pixels. Read by the real library; GigE Vision 2.0,
+// chunk data and GVSP.
 #include <arv.h>
 
 #include <string>
