@@ -335,7 +335,7 @@ void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
   const int times = learning ? kRest : kAlbedoRestLater;
   const bool all = turn.due && (turn.must || all_albedo_rest.over(times));
   Rest& rest = all ? all_albedo_rest : albedo_rest;
-  if (!field || !measured || !rest.over(times) || !schedule.changed(*field, *measured)) {
+  if (!field || !measured || !rest.over(times) || !(all || schedule.changed(*field, *measured))) {
     sleep_until(Clock::now() + kTick / 2);
     return;
   }
