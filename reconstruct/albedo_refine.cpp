@@ -119,7 +119,6 @@ constexpr double kRoomAlbedo = 0.35, kRoomSigma = 0.5;  // geometric mean over a
 double gauge_scale(const Gauge& gauge) { return std::sqrt(kGaugePairs / 3) / gauge.sigma; }
 const double kChannelScale = 1 / (kPairScale * std::sqrt(3.0));
 
-/// s / (1 + s) of a squared residual s.
 /// a s / (a + s) of a squared residual s.
 class GemanMcClure : public ceres::LossFunction {
  public:
@@ -212,15 +211,59 @@ struct Prior {
   }
 };
 
+/// Clipped lamps of one kind in a room are usually alike. Where shading tells what they send together, and not which of
+/// them, this shares it out.
+constexpr double kAlikeSigma = 0.7;  ///< of log radiance, mean of the channels
+
+struct AlikeLamps {
+  std::size_t first, second;
+  double information;       ///< 1/σ² of
+  double log_gain_between;  ///< second's less first's, were their radiance equal
+};
+
+std::vector<AlikeLamps> alike_lamps(const ShadingModel& model, const std::vector<LampShape>& shapes) {
+  const auto log_measured = [&](std::size_t lamp) {
+    const PointLight& light = model.light(lamp);
+    return static_cast<double>(light.irradiance.cwiseMax(1e-12f).array().log().mean()) -
+           2 * std::log(static_cast<double>(light.angular_radius_rad));
+  };
+  std::vector<AlikeLamps> result;
+  for (const bool flat : {false, true}) {
+    std::vector<std::size_t> kind;
+    for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
+      const PointLight& light = model.light(lamp);
+      if (light.clipped && light.shown == PointLight::Shown::yes && shapes[lamp].flat == flat) kind.push_back(lamp);
+    }
+    for (std::size_t i = 0; i < kind.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        result.push_back({kind[k], kind[i], 2 / (static_cast<double>(kind.size()) * kAlikeSigma * kAlikeSigma),
+                          log_measured(kind[k]) - log_measured(kind[i])});
+      }
+    }
+  }
+  return result;
+}
+
+struct Alike {
+  double weight, log_gain_between;
+  template <typename T>
+  bool operator()(const T* first, const T* second, T* residual) const {
+    T between = T(0);
+    for (int c = 0; c < 3; ++c) between += (second[3 + c] - first[3 + c]) / 3.0;
+    residual[0] = weight * (between - log_gain_between);
+    return true;
+  }
+};
+
 struct Spread {
   Eigen::MatrixXd covariance;
   double pair_variance;
 };
 
 /// Covariance of all parameters from the curvature of the robust cost (weights 1 / (1 + r²)²), of the gauge where a
-/// gauge is needed, and of wide priors.
+/// gauge is needed, of lamps that are alike, and of wide priors.
 Spread spread_of(const ShadingModel& model, const Evaluation& evaluation, const std::vector<SamplePair>& pairs,
-                 int paper, bool gauged) {
+                 int paper, bool gauged, const std::vector<AlikeLamps>& alikes) {
   const auto size = static_cast<Eigen::Index>(evaluation.parameters());
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd row(size), raised = Eigen::VectorXd::Ones(size);  // of lamps that send next to nothing
@@ -260,6 +303,12 @@ Spread spread_of(const ShadingModel& model, const Evaluation& evaluation, const 
   for (Eigen::Index p = 0; p < size; ++p) {
     const Eigen::Index place = p % kPerLamp;
     curvature(p, p) += place == 0 ? 0.25 : place < 3 ? 1 : kGainPrior;
+  }
+  for (const AlikeLamps& alike : alikes) {
+    row.setZero();
+    row.segment<3>(static_cast<Eigen::Index>(kPerLamp * alike.first + 3)).setConstant(-1.0 / 3);
+    row.segment<3>(static_cast<Eigen::Index>(kPerLamp * alike.second + 3)).setConstant(1.0 / 3);
+    curvature += alike.information * row * row.transpose();
   }
   return {curvature.inverse(), variance};
 }
@@ -334,6 +383,12 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
     }
     if (!known.empty()) problem.SetManifold(p, new ceres::SubsetManifold(kPerLamp, known));
   }
+  const std::vector<AlikeLamps> alikes = alike_lamps(model, start);
+  for (const AlikeLamps& alike : alikes) {
+    auto* cost = new Alike{std::sqrt(alike.information * kGaugePairs / 3), alike.log_gain_between};
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Alike, 1, kPerLamp, kPerLamp>(cost), nullptr,
+                             evaluation.of_lamp(alike.first), evaluation.of_lamp(alike.second));
+  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = how == Search::fine ? kLastIterations : kIterations;
@@ -348,7 +403,7 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
   result.cost = robust_cost(evaluation.log_albedo, pairs);
   if (gauged) result.cost += gauge_cost(model, evaluation.log_albedo, paper);
-  const Spread spread = spread_of(model, evaluation, pairs, paper, gauged);
+  const Spread spread = spread_of(model, evaluation, pairs, paper, gauged, alikes);
   result.covariance = spread.covariance;
   result.pair_variance = spread.pair_variance;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {

@@ -243,9 +243,8 @@ TEST(AlbedoStage, TwoLampsAtOnce) {
   }
 }
 
-// Four panels in a ceiling over a floor of tiles: which of them is how far away is told badly, that none is endlessly
-// far, well.
-TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
+/// Four panels in a ceiling over a floor of tiles.
+TestRoom ceiling_of_panels() {
   TestRoom room;
   room.half_m = 0.9f;
   for (const auto& [x, y] : {std::pair{-0.8f, -0.6f}, {0.8f, -0.6f}, {-0.8f, 0.8f}, {0.8f, 0.8f}}) {
@@ -259,6 +258,12 @@ TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
     const float grain = 1 + 0.1f * std::sin(37 * p.x() + 11 * std::sin(23 * p.y()));
     return grain * (dark ? Eigen::Vector3f(0.16f, 0.2f, 0.24f) : Eigen::Vector3f(0.6f, 0.56f, 0.5f));
   };
+  return room;
+}
+
+// Which of them is how far away is told badly, that none is endlessly far, well.
+TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
+  const TestRoom room = ceiling_of_panels();
   AlbedoStage stage{Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   const Eigen::Vector3f object(0, 0.33f, 0.1f);
@@ -271,6 +276,28 @@ TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
     off_if_far += (light.direction - truth).squaredNorm() / 4;
   }
   EXPECT_LT(std::sqrt(off), 0.6 * std::sqrt(off_if_far));
+}
+
+// Which of them sends how much is told badly, too: they are alike.
+TEST(AlbedoStage, ClippedPanelsThatShareARoomShareItsLight) {
+  const TestRoom room = ceiling_of_panels();
+  Illumination seen = room.illumination();
+  std::vector<float> truth;
+  for (PointLight& light : seen.lights) {
+    truth.push_back(light.irradiance.mean());
+    light.irradiance = Eigen::Vector3f::Constant(light.irradiance.mean() / 6);
+    light.clipped = true;
+  }
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(room.field(), seen);
+  ASSERT_EQ(result.illumination->lights.size(), truth.size());
+  std::vector<float> off;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    off.push_back(std::log(result.illumination->lights[i].irradiance.mean() / truth[i]));
+    EXPECT_LT(std::abs(off.back()), 2 * result.illumination->lights[i].power_log_sigma) << i;
+  }
+  const auto [least, most] = std::minmax_element(off.begin(), off.end());
+  EXPECT_LT(*most - *least, 0.3f);  // .65 where each is by itself
 }
 
 // The sun is many thousand times brighter than what the picture of its sky ends at; shadows tell its power.
