@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "reconstruct/light_environment.h"
@@ -108,10 +109,51 @@ std::shared_ptr<const Illumination> SceneBoard::measured_light() const {
   return light_;
 }
 
+namespace {
+
+bool has_disk_at(const std::vector<PointLight>& lamps, const Eigen::Vector3f& direction, float margin_rad) {
+  return std::any_of(lamps.begin(), lamps.end(), [&](const PointLight& lamp) {
+    return lamp.direction.dot(direction) > std::cos(lamp.angular_radius_rad + margin_rad);
+  });
+}
+
+/// Cells of the newest remainder that are clipped, or that no camera saw, as much brighter as solving found them. Where
+/// solving put lamps' disks back they are left as they are.
+bool raise_as_before(EnvironmentPicture& newest, const EnvironmentPicture& measured, const EnvironmentPicture& solved,
+                     const std::vector<PointLight>& put_back) {
+  const Image<float>& to = newest.radiance;
+  const auto alike = [&](const Image<float>& other) { return other.width == to.width && other.height == to.height; };
+  if (newest.clipped.empty() || measured.clipped.empty() || !alike(measured.radiance) || !alike(solved.radiance))
+    return false;
+  const float cell_rad = std::numbers::pi_v<float> / static_cast<float>(to.height);
+  bool raised = false;
+  for (int v = 0; v < to.height; ++v) {
+    for (int u = 0; u < to.width; ++u) {
+      const auto cell = static_cast<std::size_t>(v) * static_cast<std::size_t>(to.width) + static_cast<std::size_t>(u);
+      const bool unseen = !newest.seen.empty() && !newest.seen.data[cell];
+      if (!unseen && !(newest.clipped.data[cell] && measured.clipped.data[cell])) continue;
+      if (has_disk_at(put_back, environment_direction(u, v, to.width, to.height), cell_rad)) continue;
+      for (std::size_t c = 3 * cell; c < 3 * cell + 3; ++c) {
+        const float gain = solved.radiance.data[c] / std::max(measured.radiance.data[c], 1e-12f);
+        if (!(gain > 1)) continue;
+        newest.radiance.data[c] *= gain;
+        raised = true;
+      }
+    }
+  }
+  return raised;
+}
+
+}  // namespace
+
 std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,
                                                 const Illumination& solved) {
   auto carried = std::make_shared<Illumination>(newest);
   carried->lights.clear();
+  std::vector<PointLight> put_back;
+  for (const PointLight& lamp : measured.lights)
+    if (!lamp_of(solved, lamp.id)) put_back.push_back(lamp);
+  const bool raised = raise_as_before(carried->remainder, measured.remainder, solved.remainder, put_back);
   for (PointLight lamp : newest.lights) {
     const PointLight* before = lamp_of(measured, lamp.id);
     const PointLight* known = lamp_of(solved, lamp.id);
@@ -143,7 +185,7 @@ std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, cons
     }
     carried->lights.push_back(lamp);
   }
-  if (carried->lights.size() != newest.lights.size()) {
+  if (raised || carried->lights.size() != newest.lights.size()) {
     carried->remainder_sh = project_sh(carried->remainder);
   }
   return carried;

@@ -51,7 +51,8 @@ class SceneBoard {
 /// `newest` with what solving made of the lamps of `measured`, by id: light is seen ten times a second, solved once.
 /// Distance and plane hold; a clipped lamp stays as much stronger than its lower bound as it was found; what was a
 /// reflection belongs to the remainder. A lamp whose tag says where it stands stands there; one that no fish-eye sees
-/// keeps its power, or none. Other energy at the probe stays the newest picture's.
+/// keeps its power, or none. What of the remainder is clipped stays as much brighter as it was found. Other energy at
+/// the probe stays the newest picture's.
 std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,
                                                 const Illumination& solved);
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "reconstruct/light_environment.h"
 #include "server/albedo_schedule.h"
 
 namespace lumigraft {
@@ -132,6 +133,34 @@ TEST(SceneBoard, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
   EXPECT_TRUE(carry_lamps(newest, measured, solved)->lights.empty());
   newest.lights[0].shown = PointLight::Shown::yes;  // switched on since: a lamp, and no reflection
   EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 2);
+}
+
+// A wall clips beside a lamp; solving raised it to what the lamp makes of it, and what no camera saw with it.
+TEST(SceneBoard, AClippedWallStaysAsBrightAsItWasFound) {
+  constexpr std::size_t kClipped = 10 * 64 + 20, kUnseen = 30 * 64 + 5, kPlain = 10 * 64 + 40;
+  Illumination measured = one_lamp(1, 10);
+  measured.remainder.radiance = Image<float>(64, 32, 3);
+  std::fill(measured.remainder.radiance.data.begin(), measured.remainder.radiance.data.end(), 1.0f);
+  measured.remainder.clipped = Image<std::uint8_t>(64, 32, 1);
+  measured.remainder.clipped.data[kClipped] = 1;
+  measured.remainder.seen = Image<std::uint8_t>(64, 32, 1);
+  std::fill(measured.remainder.seen.data.begin(), measured.remainder.seen.data.end(), std::uint8_t{1});
+  measured.remainder.seen.data[kUnseen] = 0;
+  Illumination newest = measured, solved = at_two_metres(measured);
+  newest.version = 2;
+  for (const std::size_t cell : {kClipped, kUnseen, kPlain}) solved.remainder.radiance.data[3 * cell] = 5;
+  newest.remainder.radiance.data[3 * kClipped] = 1.1f;
+  const auto carried = carry_lamps(newest, measured, solved);
+  const std::vector<float>& found = carried->remainder.radiance.data;
+  EXPECT_FLOAT_EQ(found[3 * kClipped], 5.5f);
+  EXPECT_FLOAT_EQ(found[3 * kUnseen], 5);
+  EXPECT_FLOAT_EQ(found[3 * kPlain], 1) << "that was measured";
+  EXPECT_FLOAT_EQ(found[3 * kClipped + 1], 1);
+  EXPECT_EQ(carried->remainder_sh[0], project_sh(carried->remainder)[0]);
+
+  newest.remainder.clipped.data[kClipped] = 0;
+  EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->remainder.radiance.data[3 * kClipped], 1.1f)
+      << "now it is, too";
 }
 
 TEST(SceneBoard, AReflectionStaysOne) {
