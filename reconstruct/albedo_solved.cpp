@@ -168,7 +168,7 @@ std::size_t SolvedSurface::solve(const DistanceField& field, const FieldRays& ra
   const std::set<SampleCell> cells = refresh_points(field, rays, metal, changed);
 
   // All points of these cells, of other bricks too.
-  std::set<BrickKey> holding;
+  std::set<BrickKey> holding(changed.begin(), changed.end());
   const float brick_m = voxel_m_ * kBrickEdge, half_voxel_m = 0.5f * voxel_m_;
   for (const auto& [level, x, y, z, side] : cells) {
     const float edge_m = sample_m_ * static_cast<float>(1 << level);
