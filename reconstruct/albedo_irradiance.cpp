@@ -19,9 +19,11 @@ constexpr float kSquare_m = 0.15f;      ///< edge of one
 constexpr float kAboveFloor_m = 0.05f;  ///< it is known to about so much
 constexpr float kUsual_m = 1.5f;        ///< distance of a lamp of which it is not known
 constexpr float kFloorShare = 0.02f;    ///< of the known surface, that may lie below the floor: noise
-constexpr float kRoom_m = 10;           ///< longest ray
-constexpr int kCorner = 2;              ///< measured sides that tell how a room lies: one alone may be a table's
-constexpr float kOnSide = 0.97f;        ///< of the way to a side of the enclosure: there
+/// How far from a point what nobody saw may cover a lamp, looked at in these steps; and how wide hidden space is.
+constexpr float kHiddenFar_m = 1.0f, kHiddenStep_m = 0.015f, kHiddenWide_m = 0.03f;
+constexpr float kRoom_m = 10;     ///< longest ray
+constexpr int kCorner = 2;        ///< measured sides that tell how a room lies: one alone may be a table's
+constexpr float kOnSide = 0.97f;  ///< of the way to a side of the enclosure: there
 constexpr float kLiftVoxels = 1.5f;
 
 /// Van der Corput's radical inverse in base 2.
@@ -234,6 +236,24 @@ float RoomLight::visibility(const PointLight& light, float distance_m, const Eig
     lit += rays_.free(from, end + rho * std::cos(phi) * frame.x + rho * std::sin(phi) * frame.y);
   }
   return static_cast<float>(lit) / rays;
+}
+
+bool RoomLight::hidden_way(const PointLight& light, const Eigen::Vector3f& position_m,
+                           const Eigen::Vector3f& normal) const {
+  if (field_.seen_from_m.empty()) return false;
+  const Eigen::Vector3f from = position_m + lift_m_ * normal;
+  const Eigen::Vector3f way = light.distance_known ? Eigen::Vector3f(light.position_m - from) : light.direction;
+  const float far_m = light.distance_known ? std::min(way.norm(), kHiddenFar_m) : kHiddenFar_m;
+  const Eigen::Vector3f direction = way.normalized();
+  float hidden_m = 0;
+  for (float t = 2 * kHiddenStep_m; t < far_m; t += kHiddenStep_m) {
+    const Eigen::Vector3f at = from + t * direction;
+    const bool seen = std::any_of(field_.seen_from_m.begin(), field_.seen_from_m.end(),
+                                  [&](const Eigen::Vector3f& camera_m) { return rays_.free(camera_m, at); });
+    hidden_m = seen ? 0 : hidden_m + kHiddenStep_m;
+    if (hidden_m > kHiddenWide_m) return true;
+  }
+  return false;
 }
 
 std::optional<Eigen::Vector3f> RoomLight::in_front_of(const PointLight& light) const {

@@ -55,6 +55,10 @@ class RoomLight {
   float visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,
                    const Eigen::Vector3f& normal, int rays) const;
 
+  /// Whether the way from a point to a lamp leads through space that something hides from every place a camera looked
+  /// from: what nobody saw may stand there.
+  bool hidden_way(const PointLight& light, const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal) const;
+
   /// Where the probe's own ray to the lamp meets the field; empty where it does not.
   std::optional<Eigen::Vector3f> in_front_of(const PointLight& light) const;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "reconstruct/albedo_dark.h"
+#include "reconstruct/albedo_hidden.h"
 
 namespace lumigraft {
 namespace {
@@ -35,7 +36,7 @@ float distance_slope(const PointLight& light, const Eigen::Vector3f& probe, cons
 }  // namespace
 
 LitSurface::LitSurface(const Surface& surface, const RoomLight& room, const Illumination& illumination,
-                       const std::vector<Eigen::Vector3f>& gathered, float dark)
+                       const std::vector<Eigen::Vector3f>& gathered, float dark, const std::vector<SampleAlbedo>& held)
     : surface_(surface),
       room_(room),
       illumination_(illumination),
@@ -45,24 +46,36 @@ LitSurface::LitSurface(const Surface& surface, const RoomLight& room, const Illu
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
   std::vector<Eigen::Vector3f> doubt(samples.size(), Eigen::Vector3f::Zero());
+  std::vector<std::vector<Eigen::Vector3f>> from_lamp;
   for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
     const PointLight& light = illumination.lights[lamp];
-    std::vector<float> visible(samples.size()), contrast(samples.size(), 0.0f);
+    std::vector<float> visible(samples.size());
+    std::vector<Eigen::Vector3f> irradiance(samples.size());
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const float distance =
           light.distance_known ? (light.position_m - illumination.probe_position_m).norm() : kInfinitelyFar;
       visible[i] = room.visibility(light, distance, samples[i].position, samples[i].normal, kSampleRays);
+      irradiance[i] = lamp_irradiance(lamp, samples[i].position, samples[i].normal, visible[i]);
+      sample_light_[i].irradiance += irradiance[i];
+    }
+    visible_.push_back(std::move(visible));
+    from_lamp.push_back(std::move(irradiance));
+  }
+  left_ = hidden_shadows(samples, room, illumination.lights, sample_light_, from_lamp, dark, held);
+  for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
+    std::vector<float>& visible = visible_[lamp];
+    std::vector<float> contrast(samples.size(), 0.0f);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      visible[i] *= left_[lamp][i];
+      sample_light_[i].irradiance -= (1 - left_[lamp][i]) * from_lamp[lamp][i];
     }
     for (std::size_t i = 0; i < samples.size(); ++i) {
       contrast[i] = std::min(visible[i], 1 - visible[i]);
       for (const int j : neighbours_[i]) {
         contrast[i] = std::max(contrast[i], std::abs(visible[i] - visible[static_cast<std::size_t>(j)]));
       }
-      const SurfaceSample& sample = samples[i];
-      sample_light_[i].irradiance += lamp_irradiance(lamp, sample.position, sample.normal, visible[i]);
-      doubt[i] += kEdgeShare * contrast[i] * lamp_irradiance(lamp, sample.position, sample.normal, 1);
+      doubt[i] += kEdgeShare * contrast[i] * lamp_irradiance(lamp, samples[i].position, samples[i].normal, 1);
     }
-    visible_.push_back(std::move(visible));
     contrast_.push_back(std::move(contrast));
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -86,7 +99,7 @@ float LitSurface::visibility(std::size_t lamp, const SurfacePoint& point) const 
   const PointLight& light = illumination_.lights[lamp];
   const float distance =
       light.distance_known ? (light.position_m - illumination_.probe_position_m).norm() : kInfinitelyFar;
-  return room_.visibility(light, distance, point.position, point.normal, kPointRays);
+  return left_[lamp][sample] * room_.visibility(light, distance, point.position, point.normal, kPointRays);
 }
 
 std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& samples) const {

@@ -16,9 +16,9 @@ class LitSurface {
 
   /// `gathered` is RoomLight::gather of each sample; points take it from the samples around them. Visibility is cast
   /// for samples, and for points where samples next to each other differ. `dark` is dark_radiance of the room's
-  /// samples.
+  /// samples. `held`: albedo of the last samples, where that is known already.
   LitSurface(const Surface& surface, const RoomLight& room, const Illumination& illumination,
-             const std::vector<Eigen::Vector3f>& gathered, float dark);
+             const std::vector<Eigen::Vector3f>& gathered, float dark, const std::vector<SampleAlbedo>& held = {});
 
   const std::vector<SampleLight>& sample_light() const { return sample_light_; }
   const std::vector<std::vector<int>>& neighbours() const { return neighbours_; }
@@ -38,7 +38,8 @@ class LitSurface {
   const std::vector<Eigen::Vector3f>& gathered_;
   float dark_;
   std::vector<std::vector<int>> neighbours_;
-  std::vector<std::vector<float>> visible_;   ///< per lamp, per sample
+  std::vector<std::vector<float>> visible_;  ///< per lamp, per sample
+  std::vector<std::vector<float>> left_;     ///< of that, per lamp, per sample: what nobody saw leaves (hidden_shadows)
   std::vector<std::vector<float>> contrast_;  ///< per lamp, per sample: how much visibility varies around it
   std::vector<SampleLight> sample_light_;
 };

@@ -229,7 +229,7 @@ std::size_t SolvedSurface::solve(const DistanceField& field, const FieldRays& ra
     }
   }
 
-  const LitSurface lit(part, light.room, light.illumination, gathered, dark_);
+  const LitSurface lit(part, light.room, light.illumination, gathered, dark_, held);
   const std::vector<SampleAlbedo> albedo =
       solve_albedo(part.samples, lit.sample_light(), lit.neighbours(), dark_, held);
   const std::vector<PointAlbedo> points = lit.albedo(albedo);
