@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "reconstruct/albedo_dark.h"
+#include "reconstruct/median.h"
 
 namespace lumigraft {
 namespace {
@@ -29,12 +30,6 @@ struct Around {
   float spread = 0;                                    ///< 1σ, from the median of differences
   std::size_t count = 0;
 };
-
-float median(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Around look_around(std::size_t own, const std::vector<SurfaceSample>& samples, const std::vector<Eigen::Array3f>& known,
                    const std::vector<bool>& counts) {

@@ -6,23 +6,17 @@
 
 #include "reconstruct/calibrate_start.h"
 #include "reconstruct/calibrate_verdict.h"
+#include "reconstruct/median.h"
 
 namespace lumigraft {
 namespace {
 
 using Eigen::Isometry3d;
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_error_px(const Adjustment& adjusted) {
   std::vector<double> errors;
   for (const Residual& residual : adjusted.residuals) errors.push_back(residual.error_px.norm());
-  return median(std::move(errors));
+  return median(errors);
 }
 
 /// The one that most of the others agree with.
@@ -34,7 +28,7 @@ Isometry3d middle_of(const std::vector<Isometry3d>& guesses) {
     for (const Isometry3d& other : guesses)
       apart.push_back((guess.translation() - other.translation()).norm() +
                       Eigen::AngleAxisd(Eigen::Matrix3d(guess.linear().transpose() * other.linear())).angle());
-    if (const double middle = median(std::move(apart)); middle < least) {
+    if (const double middle = median(apart); middle < least) {
       least = middle;
       best = guess;
     }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "reconstruct/light_environment.h"
+#include "reconstruct/median.h"
 
 namespace lumigraft {
 namespace {
@@ -15,13 +16,6 @@ using Eigen::Vector3f;
 constexpr float kBeside_m = 0.06f;  // how far apart points are whose normals are compared, at most
 constexpr float kOnPlane_m = 0.015f, kAlike = 0.95f;
 constexpr std::size_t kSeeds = 40;  // points tried as the largest plane's
-
-float median(std::vector<float>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

@@ -91,6 +91,15 @@ TEST(LampFilter, OneSolveFarOffChangesNothingTwoThatAgreeDo) {
   EXPECT_NEAR(std::log(filter.combine({panel(7)}, {{estimate(0.91, 1)}, sure})[0].distance_m), 0.91, 1e-3);
 }
 
+TEST(LampFilter, ALampIsFarOnceTwoSolvesSaySo) {
+  LampFilter filter;
+  filter.combine({panel(7)}, {{estimate(0.4, 1)}, covariance(0.05, 0.02)});
+  LampEstimate far = estimate(0.4, 1);
+  far.far = true;
+  EXPECT_FALSE(filter.combine({panel(7)}, {{far}, covariance(0.05, 0.02)})[0].far);
+  EXPECT_TRUE(filter.combine({panel(7)}, {{far}, covariance(0.05, 0.02)})[0].far);
+}
+
 TEST(LampFilter, ALampThatTurnsStartsAnewAndOthersGoOn) {
   LampFilter filter;
   const Eigen::MatrixXd sure = covariance(0.05, 0.05, 2);

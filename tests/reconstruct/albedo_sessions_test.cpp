@@ -354,13 +354,13 @@ INSTANTIATE_TEST_SUITE_P(All, AlbedoNewSessions, testing::Values("recording", "t
 constexpr const char* kClipped = "fisheye-ldr.txt";
 INSTANTIATE_TEST_SUITE_P(
     All, AlbedoSessions,
-    testing::Values(Case{"tabletop", "", 1, 1.5f, 0.08f, 0.06}, Case{"tabletop", kClipped, 1, 2.0f, 0.25f, 0.07},
+    testing::Values(Case{"tabletop", "", 1, 1.5f, 0.08f, 0.06}, Case{"tabletop", kClipped, 1, 1.5f, 0.09f, 0.05},
                     Case{"cornell", "", 1, 1.0f, 0.06f, 0.04}, Case{"cornell", kClipped, 1, 1.0f, 0.15f, 0.05},
                     Case{"box-with-inside", "", 1, 1.0f, 0.05f, 0.03},
                     Case{"box-with-inside", kClipped, 1, 1.0f, 0.15f, 0.04},
                     Case{"brushed-metal", "", 1, 3.5f, 0.08f, 0.03},
-                    Case{"brushed-metal", kClipped, 1, 6.0f, 0.45f, 0.03},
-                    Case{"tabletop-orbit", "", 12, 2.5f, 0.3f, 0.08}, Case{"recording", "", 12, 2.0f, 0.1f, 0.06}));
+                    Case{"brushed-metal", kClipped, 1, 3.0f, 0.25f, 0.03},
+                    Case{"tabletop-orbit", "", 12, 1.5f, 0.15f, 0.05}, Case{"recording", "", 12, 2.0f, 0.1f, 0.06}));
 
 }  // namespace
 }  // namespace lumigraft
