@@ -9,9 +9,7 @@
 #include "reconstruct/albedo.h"
 #include "reconstruct/distance_field.h"
 #include "reconstruct/enclosure.h"
-#include "reconstruct/gloss.h"
 #include "reconstruct/light.h"
-#include "reconstruct/measures.h"
 #include "reconstruct/pose.h"
 
 namespace lumigraft {
@@ -22,9 +20,6 @@ struct Scene {
   std::shared_ptr<const Illumination> illumination;  ///< null until a fish-eye picture was seen
   std::shared_ptr<const AlbedoField> albedo;         ///< null until solved
   std::shared_ptr<const Enclosure> enclosure;        ///< null where nothing closes what no camera saw
-  std::shared_ptr<const GlossField> gloss;           ///< null until views told of some surface how it reflects
-  std::shared_ptr<const SceneMeasures> measures;     ///< null until light and geometry are known
-  float changed_share = 0;                           ///< of the field, by the newest depth pictures
   std::vector<std::string> warnings;
 };
 

@@ -24,6 +24,7 @@
 
 #include "reconstruct/scene.h"
 #include "relight/exhibit.h"
+#include "relight/light_measures.h"
 #include "relight/placement.h"
 #include "relight/plan.h"
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "reconstruct/measures.h"
+#include "server/scene_change.h"
 
 namespace lumigraft {
 

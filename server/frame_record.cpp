@@ -35,27 +35,6 @@ Json lamp(const PointLight& light) {
   return json;
 }
 
-Json measures(const FrameRecord& record) {
-  const Scene& scene = record.scene;
-  if (!scene.measures) return Json();
-  const LightMeasures& light = scene.measures->light;
-  Json json{{"lamps", light.lamp_share},
-            {"remainder", light.remainder_share},
-            {"bands", light.band_share},
-            {"bands_left_out", light.bands_left_out},
-            {"changed", scene.changed_share},
-            {"glossy", scene.measures->glossy_share},
-            {"gloss_known", scene.measures->gloss_known_share},
-            {"objects", Json::array()}};
-  for (const ObjectSurroundings& object : record.objects) {
-    json["objects"].push_back(Json{{"name", object.name},
-                                   {"points", object.surface.points},
-                                   {"curvature_per_m", object.surface.curvature_per_m},
-                                   {"clutter", object.surface.clutter}});
-  }
-  return json;
-}
-
 /// One line; whatever bytes a file name brought into a warning, the line is UTF-8.
 std::string line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -92,7 +71,6 @@ std::string frame_record_line(const FrameSet& frame, const FrameRecord& record) 
   for (const gpu::PassTime& pass : record.picture.passes) {
     json["pass_ms"][pass.name] = json["pass_ms"].value(pass.name, 0.0) + pass.gpu_ms;
   }
-  json["measures"] = measures(record);
   json["warnings"] = record.warnings;
   return line(json);
 }
@@ -109,7 +87,6 @@ std::string skipped_frame_line(std::uint64_t index, const std::vector<std::strin
                    {"stage_ms", Json::object()},
                    {"stage_cpu_ms", Json::object()},
                    {"pass_ms", Json::object()},
-                   {"measures", Json()},
                    {"warnings", warnings}});
 }
 

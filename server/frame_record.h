@@ -11,9 +11,7 @@ namespace lumigraft {
 
 /// Without a line break. Keys: index, time_s, T_tag_camera (4x4 rows or null), lights, sh (9x3 or null), plan, planned
 /// (of what follows the scene: key, most, value, left_out: share of the irradiance), stage_ms and stage_cpu_ms by
-/// stage, pass_ms by GPU pass, warnings, and measures (null until known): shares of light by lamp, of the remainder,
-/// and of its harmonics' bands; of the field what the frame changed; of the surface what is known to be glossy, and
-/// what gloss is known of; by object how curved and cluttered the room is around it.
+/// stage, pass_ms by GPU pass, and warnings.
 std::string frame_record_line(const FrameSet& frame, const FrameRecord& record);
 
 /// A colour picture that could not be had: the same keys, "skipped": true, and no picture beside it.

@@ -2,31 +2,11 @@
 
 #include <utility>
 
-#include "relight/placement.h"
 #include "server/camera_picture.h"
 #include "server/make_renderer.h"
 #include "server/scene_board.h"
 
 namespace lumigraft {
-namespace {
-
-constexpr float kAround_m = 0.15f;  // beyond an object, that it changes most
-
-std::vector<ObjectSurroundings> surroundings(const Exhibit& exhibit, const SceneMeasures& measures,
-                                             std::int64_t time_ns) {
-  std::vector<ObjectSurroundings> all;
-  for (const VirtualObject& object : exhibit.objects) {
-    if (!object.visible) continue;
-    const BoundingSphere sphere = bounding_sphere(object.model->positions_m);
-    const Eigen::Affine3d T = object.T_tag_model(1e-9 * static_cast<double>(time_ns));
-    const Eigen::Vector3f centre_m = (T * sphere.centre_m.cast<double>()).cast<float>();
-    const float radius_m = sphere.radius_m * static_cast<float>(object.scale) + kAround_m;
-    all.push_back({object.name, measure_surface(measures.surface, centre_m, radius_m)});
-  }
-  return all;
-}
-
-}  // namespace
 
 LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
                    std::unique_ptr<Oracle> oracle)
@@ -50,9 +30,7 @@ FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
                      .picture = {},
                      .stages = std::move(learnt.stages),
                      .warnings = std::move(learnt.warnings),
-                     .objects = {},
                      .choices = {}};
-  if (record.scene.measures) record.objects = surroundings(exhibit_, *record.scene.measures, sensed.time_ns);
   const CostClock clock;
   Planner::Decision decision = planner_.decide(record.scene, exhibit_, 1e-9 * static_cast<double>(sensed.time_ns));
   record.choices = std::move(decision.choices);

@@ -13,19 +13,12 @@
 
 namespace lumigraft {
 
-/// The room around a virtual object.
-struct ObjectSurroundings {
-  std::string name;
-  SurfaceMeasures surface;
-};
-
 struct FrameRecord {
   Scene scene;
   RelitPicture picture;
   std::map<std::string, StageCost> stages;
   std::vector<std::string> warnings;  ///< of every stage, in the order they ran
-  std::vector<ObjectSurroundings> objects;
-  std::vector<PlanChoice> choices;  ///< of the plan, that follow the scene
+  std::vector<PlanChoice> choices;    ///< of the plan, that follow the scene
 };
 
 class LockStep {

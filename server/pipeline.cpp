@@ -14,6 +14,7 @@
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
 #include "reconstruct/marks.h"
+#include "reconstruct/mirror_suspect.h"
 #include "reconstruct/pose.h"
 #include "relight/planner.h"
 #include "server/albedo_schedule.h"
@@ -89,7 +90,6 @@ struct Pipeline::State {
   LightStage light;
   AlbedoStage albedo;
   EnclosureStage enclosure;
-  GlossStage gloss;
   Planner planner;
   LiveRelighter relighter;
   EncodeStage encode;
@@ -131,7 +131,6 @@ struct Pipeline::State {
         marks(session),
         light(session, LightSettings{}),
         albedo(session),
-        gloss(session),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {}
@@ -304,11 +303,6 @@ void Pipeline::State::geometry_turn() {
     board.publish_field(fusion.fuse(*posed->played.frame, *posed->located.pose));
     board.publish_warnings("geometry", fusion.warnings());
     board.publish_warnings("geometry stage", {});
-    const Scene known = board.newest();
-    if (known.field && known.illumination) {
-      board.publish_gloss(gloss.look(*posed->played.frame, *posed->located.pose, *known.field, *known.illumination,
-                                     known.albedo.get()));
-    }
   }
 }
 
@@ -352,7 +346,7 @@ void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
     solution = albedo.solve_all(*field, *measured);
     if (solution.illumination) {
       board.publish_enclosure(enclosure.close(*field, *solution.illumination));
-      board.publish_measures(*solution.illumination, *field);
+      board.publish_warnings("mirrors", mirror_warnings(room_points(*field), *field));
     }
   } else {
     const AtWork work(rest);

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "reconstruct/light_environment.h"
-#include "reconstruct/mirror_suspect.h"
 
 namespace lumigraft {
 namespace {
@@ -20,10 +19,7 @@ const PointLight* lamp_of(const Illumination& light, int id) {
 }  // namespace
 
 void SceneBoard::publish_field(std::shared_ptr<const DistanceField> field) {
-  const std::shared_ptr<const DistanceField> before = newest().field;
-  const float changed = !field || field == before ? 0 : before ? changed_share(*field, *before) : 1;
   std::lock_guard lock(mutex_);
-  scene_.changed_share = changed;
   same_field_again_ = field && field == scene_.field;
   scene_.field = std::move(field);
 }
@@ -56,21 +52,6 @@ void SceneBoard::publish_albedo(std::shared_ptr<const AlbedoField> albedo) {
 void SceneBoard::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
   std::lock_guard lock(mutex_);
   scene_.enclosure = std::move(enclosure);
-}
-
-void SceneBoard::publish_gloss(std::shared_ptr<const GlossField> gloss) {
-  std::lock_guard lock(mutex_);
-  scene_.gloss = std::move(gloss);
-}
-
-void SceneBoard::publish_measures(const Illumination& solved, const DistanceField& field) {
-  std::vector<RoomPoint> points = room_points(field);
-  std::vector<std::string> mirrors = mirror_warnings(points, field);
-  const std::shared_ptr<const GlossField> gloss = newest().gloss;
-  auto measures = std::make_shared<SceneMeasures>(measure_scene(solved, std::move(points), gloss.get()));
-  std::lock_guard lock(mutex_);
-  scene_.measures = std::move(measures);
-  warnings_["mirrors"] = std::move(mirrors);
 }
 
 void SceneBoard::publish_warnings(const std::string& stage, std::vector<std::string> warnings) {

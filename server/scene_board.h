@@ -22,9 +22,6 @@ class SceneBoard {
   /// Replaces the albedo alone.
   void publish_albedo(std::shared_ptr<const AlbedoField> albedo);
   void publish_enclosure(std::shared_ptr<const Enclosure> enclosure);
-  void publish_gloss(std::shared_ptr<const GlossField> gloss);
-  /// What the solved light and the surface it was solved for measure; warns of mirrors in the surface.
-  void publish_measures(const Illumination& solved, const DistanceField& field);
   /// What a stage complains about, until its next word. Shown with every frame.
   void publish_warnings(const std::string& stage, std::vector<std::string> warnings);
 

@@ -5,6 +5,7 @@
 #include "reconstruct/fusion.h"
 #include "reconstruct/light.h"
 #include "reconstruct/marks.h"
+#include "reconstruct/mirror_suspect.h"
 #include "reconstruct/pose.h"
 #include "server/albedo_schedule.h"
 #include "server/scene_board.h"
@@ -34,7 +35,6 @@ struct SceneLearner::State {
   LightStage light;
   AlbedoStage albedo;
   EnclosureStage enclosure;
-  GlossStage gloss;
   AlbedoSchedule schedule;
   SceneBoard board;
 
@@ -44,8 +44,7 @@ struct SceneLearner::State {
         fusion(session, FusionSettings{}),
         marks(session),
         light(session, LightSettings{}),
-        albedo(session),
-        gloss(session) {}
+        albedo(session) {}
 
   OracleParts parts() const { return oracle ? oracle->parts() : OracleParts{}; }
 
@@ -64,8 +63,8 @@ struct SceneLearner::State {
           const std::shared_ptr<const Enclosure> truth =
               parts().geometry ? oracle->enclosure(*solution.illumination) : nullptr;
           board.publish_enclosure(truth ? truth : enclosure.close(*field, *solution.illumination));
+          board.publish_warnings("mirrors", mirror_warnings(room_points(*field), *field));
         }
-        if (solution.whole && solution.illumination) board.publish_measures(*solution.illumination, *field);
         board.publish_solution(std::move(solution), field->version, measured);
       });
     }
@@ -115,12 +114,6 @@ LearntFrame SceneLearner::learn(const FrameSet& sensed) {
       s.board.publish_field(s.fusion.fuse(frame, *pose));
       s.board.publish_warnings("geometry", s.fusion.warnings());
     });
-    const Scene known = s.board.newest();
-    if (known.field && known.illumination) {
-      run_stage(learnt, "gloss", [&] {
-        s.board.publish_gloss(s.gloss.look(frame, *pose, *known.field, *known.illumination, known.albedo.get()));
-      });
-    }
   }
   s.solve_albedo(learnt, pose);
 

@@ -19,7 +19,6 @@
 #include "capture/source.h"
 #include "reconstruct/albedo.h"
 #include "reconstruct/fusion.h"
-#include "reconstruct/gloss.h"
 #include "reconstruct/light.h"
 #include "reconstruct/pose.h"
 
@@ -41,7 +40,6 @@ class Stages {
       : pose_(session.tag, session.color.model, session.color.response),
         light_(session, LightSettings{}),
         fusion_(session, FusionSettings{}),
-        gloss_(session),
         albedo_(session) {}
 
   void learn(const FrameSet& frame, std::size_t count) {
@@ -51,9 +49,6 @@ class Stages {
     if (!pose || pose->age_ns != 0 || !frame.depth) return;
     timed("fusion", [&] { field_ = fusion_.fuse(frame, *pose); });
     if (!field_ || !measured_) return;
-    if (solved_.illumination) {
-      timed("gloss", [&] { gloss_.look(frame, *pose, *field_, *solved_.illumination, solved_.albedo.get()); });
-    }
     if (count % (count < kLearning ? kSolveThen : kSolveLater) != 0) return;
     const double start_ms = cpu_ms();
     solved_ = albedo_.solve(*field_, *measured_);
@@ -73,7 +68,6 @@ class Stages {
   PoseStage pose_;
   LightStage light_;
   FusionStage fusion_;
-  GlossStage gloss_;
   AlbedoStage albedo_;
   std::shared_ptr<const DistanceField> field_;
   std::shared_ptr<const Illumination> measured_;

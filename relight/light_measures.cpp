@@ -1,0 +1,42 @@
+#include "relight/light_measures.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "reconstruct/light_environment.h"
+
+namespace lumigraft {
+
+LightMeasures measure_light(const Illumination& light) {
+  LightMeasures measures;
+  const Image<float>& rest = light.remainder.radiance;
+  double remainder = 0;
+  for (int v = 0; v < rest.height; ++v) {
+    const double solid_angle = environment_solid_angle_sr(v, rest.width, rest.height) / 3;
+    for (int u = 0; u < rest.width; ++u)
+      for (int c = 0; c < 3; ++c) remainder += solid_angle * rest.at(u, v, c);
+  }
+  double all = remainder;
+  for (const PointLight& lamp : light.lights) all += lamp.irradiance.mean();
+  const double scale = all > 0 ? 1 / all : 0;
+  measures.remainder_share = static_cast<float>(scale * remainder);
+
+  // Squared over the sphere the bands add up: their functions are orthonormal (Ramamoorthi & Hanrahan 2001, eq. 7, 8).
+  constexpr std::array kCosine = {std::numbers::pi_v<float>, 2 * std::numbers::pi_v<float> / 3,
+                                  std::numbers::pi_v<float> / 4};
+  std::array<float, 3> energy{};
+  for (std::size_t i = 0; i < light.remainder_sh.size(); ++i) {
+    const std::size_t band = i == 0 ? 0 : i < 4 ? 1 : 2;
+    energy[band] += (kCosine[band] * light.remainder_sh[i]).squaredNorm();
+  }
+  // The mean over all normals of a source's irradiance is a quarter of what it sends to a sphere's middle.
+  const auto mean = static_cast<float>(all / 4);
+  float higher = 0;
+  for (std::size_t band = energy.size(); band-- > 1;) {
+    higher += energy[band];
+    measures.bands_left_out[band - 1] = mean > 0 ? std::sqrt(higher / (12 * std::numbers::pi_v<float>)) / mean : 0;
+  }
+  return measures;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,51 @@
+#include "relight/light_measures.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "reconstruct/light_environment.h"
+
+namespace lumigraft {
+namespace {
+
+Illumination light_of(const std::function<float(const Eigen::Vector3f&)>& radiance) {
+  Illumination light;
+  light.remainder.radiance = Image<float>(128, 64, 3);
+  for (int v = 0; v < 64; ++v)
+    for (int u = 0; u < 128; ++u)
+      for (int c = 0; c < 3; ++c) light.remainder.radiance.at(u, v, c) = radiance(environment_direction(u, v, 128, 64));
+  light.remainder_sh = project_sh(light.remainder);
+  return light;
+}
+
+TEST(LightMeasures, SharesOfLight) {
+  Illumination light = light_of([](const Eigen::Vector3f&) { return 0.25f; });  // π W/m² in all
+  for (const float irradiance : {3.0f, 1.0f}) {
+    PointLight lamp;
+    lamp.irradiance.setConstant(irradiance);
+    light.lights.push_back(lamp);
+  }
+  const LightMeasures measures = measure_light(light);
+  const float all = 4 + 3.14159f;
+  EXPECT_NEAR(measures.remainder_share, 3.14159 / all, 1e-3);
+  EXPECT_NEAR(measures.bands_left_out[0], 0, 1e-3);
+  EXPECT_NEAR(measures.bands_left_out[1], 0, 1e-3);
+}
+
+// Irradiance of 1 + z is pi (1 + 2/3 cos), whose slope has 2 / (3 sqrt 3) of the mean as its root mean square.
+TEST(LightMeasures, LinearLightIsInTheFirstTwoBands) {
+  const LightMeasures measures = measure_light(light_of([](const Eigen::Vector3f& d) { return 1 + d.z(); }));
+  EXPECT_NEAR(measures.bands_left_out[0], 2 / (3 * std::sqrt(3.0)), 2e-3);
+  EXPECT_NEAR(measures.bands_left_out[1], 0, 2e-3);
+}
+
+TEST(LightMeasures, NoLightHasNoShares) {
+  const LightMeasures measures = measure_light(light_of([](const Eigen::Vector3f&) { return 0.0f; }));
+  EXPECT_EQ(measures.remainder_share, 0);
+  EXPECT_EQ(measures.bands_left_out[0], 0);
+}
+
+}  // namespace
+}  // namespace lumigraft
