@@ -17,6 +17,7 @@ struct ConfigTable::Document {
   std::filesystem::path file;
   toml::table root;
   std::set<std::string> overridden;  ///< dotted keys that a --set gave
+  std::vector<std::string> warnings;
 };
 
 /// One table of the document and what has been asked of it. Shared by every ConfigTable for the same table, so that
@@ -109,17 +110,27 @@ bool ConfigTable::has(std::string_view key) const {
   return node_->table->contains(key);
 }
 
-void ConfigTable::fail(std::string_view key, const std::string& found_and_allowed) const {
+/// Where a line about a key begins: "session.toml:7: color.width: ".
+std::string ConfigTable::place_of(std::string_view key) const {
   const std::string path = join(node_->path, key);
-  if (was_overridden(document_->overridden, path)) {
-    throw InputError("--set " + path + ": " + found_and_allowed);
-  }
+  if (was_overridden(document_->overridden, path)) return "--set " + path + ": ";
   const toml::node* value = node_->table->get(key);
   const int line =
       value != nullptr && value->source().begin ? static_cast<int>(value->source().begin.line) : node_->line;
-  throw InputError(document_->file.string() + (line > 0 ? ":" + std::to_string(line) : "") + ": " + path + ": " +
-                   found_and_allowed);
+  return document_->file.string() + (line > 0 ? ":" + std::to_string(line) : "") + ": " + path + ": ";
 }
+
+void ConfigTable::fail(std::string_view key, const std::string& found_and_allowed) const {
+  throw InputError(place_of(key) + found_and_allowed);
+}
+
+void ConfigTable::obsolete(std::string_view key) const {
+  if (!node_->table->contains(key)) return;
+  node_->read.emplace(key);
+  document_->warnings.push_back(place_of(key) + "has no effect any more");
+}
+
+const std::vector<std::string>& ConfigTable::warnings() const { return document_->warnings; }
 
 double ConfigTable::number(std::string_view key, double low, double high) const {
   const toml::node* node = node_->ask(key);

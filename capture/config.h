@@ -59,6 +59,10 @@ class ConfigTable {
   std::filesystem::path folder() const;  ///< where relative paths start
 
   [[noreturn]] void fail(std::string_view key, const std::string& found_and_allowed) const;
+  /// Accepts a key of earlier versions that nothing reads any more; where it is given, a warning says so.
+  void obsolete(std::string_view key) const;
+  /// Of all tables of the document: one line for every obsolete key that was found.
+  const std::vector<std::string>& warnings() const;
   /// Refuses keys that were never asked for, in this table and those taken from it.
   void finish() const;
 
@@ -66,6 +70,7 @@ class ConfigTable {
   struct Document;
   struct Node;
   ConfigTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node);
+  std::string place_of(std::string_view key) const;
   std::shared_ptr<Document> document_;
   std::shared_ptr<Node> node_;
 };

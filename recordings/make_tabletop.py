@@ -70,7 +70,6 @@ model = "models/statue.glb"    # glTF: its up axis is y
 position_m = {position}
 rotation_wxyz = {rotation}
 scale = 1.0
-rigid = true
 
 [object.material]
 base_color = {color}

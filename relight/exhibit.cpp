@@ -89,7 +89,7 @@ VirtualObject read_object(const ConfigTable& table, ModelCache* cache) {
   object.position_m = read_position(table, object.position_m);
   object.rotation = read_rotation(table, object.rotation);
   object.scale = table.number("scale", 1e-6, 1e6, 1.0);
-  object.rigid = table.flag("rigid", true);
+  table.obsolete("rigid");
   object.motion = read_motion(table, object);
 
   std::shared_ptr<const Model>& model = (*cache)[{file, up}];

@@ -54,7 +54,6 @@ struct VirtualObject {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< tag frame
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   double scale = 1.0;
-  bool rigid = true;
   bool visible = true;
   std::optional<Material> material;  ///< overrides the model's own
   std::vector<KeyFrame> motion;      ///< sorted by time; position linear, rotation slerp, held at both ends

@@ -87,6 +87,7 @@ std::vector<NamedInput> open_sessions(const BenchCommand& command) {
   for (const fs::path& folder : command.sessions) {
     ServiceInput input =
         open_bench_session(folder, wants(command, kErrorBudget) ? budget_cases().front().oracle : command.oracle);
+    for (const std::string& warning : input.warnings) std::cerr << "lumigraft: " << warning << '\n';
     std::string name = input.session.name;
     for (int n = 2; !taken.insert(name).second; ++n) {
       name = input.session.name + "-" + std::to_string(n);

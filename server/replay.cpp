@@ -105,6 +105,7 @@ void write_maps(const fs::path& stem, const RelightMaps& maps) {
 
 bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupted) {
   ServiceInput input = read_service(command.files, replay_plan());
+  for (const std::string& warning : input.warnings) std::cerr << "lumigraft: " << warning << '\n';
   std::unique_ptr<FrameReader> frames = command.from_s > 0.0
                                             ? open_frames_from(input.session, std::llround(1e9 * command.from_s))
                                             : open_frames(input.session);

@@ -47,6 +47,7 @@ WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& met
 void run_serve(const ServiceFiles& files, const std::string& listen) {
   static StopSignal stop;  // its thread waits until the process ends
   ServiceInput input = read_service(files, interactive_plan());
+  for (const std::string& warning : input.warnings) std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
   if (!listen.empty()) {
     read_listen(listen, "--listen", input.server);
   }

@@ -32,11 +32,11 @@ ServerSettings read_server(const ConfigTable& root) {
   return settings;
 }
 
-Exhibit read_exhibit_file(const std::filesystem::path& file) {
+void read_exhibit_file(const std::filesystem::path& file, ServiceInput& input) {
   const ConfigTable root = ConfigTable::load(file);
-  Exhibit exhibit = read_exhibit(root);
+  input.exhibit = read_exhibit(root);
   root.finish();
-  return exhibit;
+  input.warnings.insert(input.warnings.end(), root.warnings().begin(), root.warnings().end());
 }
 
 }  // namespace
@@ -124,7 +124,7 @@ ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan) {
     exhibit_file = input.session.folder / "exhibit.toml";
   }
   if (!exhibit_file.empty()) {
-    input.exhibit = read_exhibit_file(exhibit_file);
+    read_exhibit_file(exhibit_file, input);
   }
   return input;
 }

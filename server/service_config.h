@@ -40,6 +40,7 @@ struct ServiceInput {
   Exhibit exhibit;
   Plan plan;
   ServerSettings server;
+  std::vector<std::string> warnings;  ///< about keys of these files that have no effect any more
 };
 
 /// A configuration holds cameras itself, as a session.toml does, or names a recorded one: session = "FOLDER" (and then

@@ -100,6 +100,15 @@ TEST(Config, UnknownKeysAreRefusedEverywhere) {
   EXPECT_EQ(error_of([&] { array.finish(); }), "kiosk.toml:4: object.1.y: found an unknown key, allowed: x");
 }
 
+TEST(Config, ObsoleteKeysAreAcceptedWithAWarning) {
+  const ConfigTable root = parse("a = 1\n[color]\nold = 2\n");
+  root.integer("a", 0, 10);
+  root.obsolete("never_given");
+  root.table("color").obsolete("old");
+  EXPECT_NO_THROW(root.finish());
+  EXPECT_EQ(root.warnings(), std::vector<std::string>{"kiosk.toml:3: color.old: has no effect any more"});
+}
+
 TEST(Config, TwoReadersOfOneTableCountTogether) {
   const ConfigTable root = parse("[color]\nwidth = 1\nheight = 2\n");
   root.table("color").integer("width", 0, 10);

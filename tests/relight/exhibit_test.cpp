@@ -51,7 +51,6 @@ model = "square.ply"
 position_m = [0.05, 0.25, -0.0002]
 rotation_wxyz = [2, 0, 0, 2]
 scale = 0.5
-rigid = false
 up = "z"
 
 [object.material]
@@ -63,7 +62,6 @@ specular = 0.0
   ASSERT_EQ(exhibit.objects.size(), 1u);
   const VirtualObject& object = exhibit.objects[0];
   EXPECT_EQ(object.name, "statue");
-  EXPECT_FALSE(object.rigid);
   EXPECT_TRUE(object.visible);
   ASSERT_TRUE(object.material.has_value());
   EXPECT_FLOAT_EQ(object.material->base_color.y(), 0.68f);
@@ -80,13 +78,22 @@ TEST_F(ReadExhibit, Defaults) {
   const Exhibit exhibit = read("[[object]]\nmodel = \"square.ply\"\n[[object]]\nmodel = \"triangle.gltf\"\n");
   ASSERT_EQ(exhibit.objects.size(), 2u);
   EXPECT_EQ(exhibit.objects[0].name, "square");
-  EXPECT_TRUE(exhibit.objects[0].rigid);
   EXPECT_FALSE(exhibit.objects[0].material.has_value());
   EXPECT_TRUE(exhibit.objects[0].T_tag_model(0).isApprox(Eigen::Affine3d::Identity()));
   // PLY is z up, so the square lies flat; glTF is y up, so the triangle in its z = 0 stands.
   for (const auto& p : exhibit.objects[0].model->positions_m) EXPECT_EQ(p.z(), 0.0f);
   for (const auto& p : exhibit.objects[1].model->positions_m) EXPECT_EQ(p.y(), 0.0f);
   EXPECT_TRUE(read("").objects.empty());
+}
+
+// Nothing ever followed from it, but files hold it.
+TEST_F(ReadExhibit, RigidIsAcceptedAndSaidToHaveNoEffect) {
+  const ConfigTable root =
+      ConfigTable::load(folder_.write("exhibit.toml", "[[object]]\nmodel = \"square.ply\"\nrigid = false\n"));
+  EXPECT_EQ(read_exhibit(root).objects.size(), 1u);
+  EXPECT_NO_THROW(root.finish());
+  ASSERT_EQ(root.warnings().size(), 1u);
+  EXPECT_NE(root.warnings()[0].find("exhibit.toml:3: object.0.rigid: has no effect"), std::string::npos);
 }
 
 TEST_F(ReadExhibit, OneModelIsLoadedOnce) {

@@ -60,6 +60,18 @@ TEST(ServiceConfig, AConfigurationMayHoldCamerasItself) {
   EXPECT_EQ(input.server.port, 81);
 }
 
+TEST(ServiceConfig, ObsoleteKeysOfAnExhibitAreWarnedOf) {
+  const TinySession tiny("obsolete");
+  ServiceFiles files;
+  files.session = tiny.folder;
+  EXPECT_TRUE(read_service(files, Plan{}).warnings.empty());
+  tiny.write("exhibit.toml", "[[object]]\nrigid = true\nmodel = \"pyramid.obj\"\n");
+  const ServiceInput input = read_service(files, Plan{});
+  EXPECT_EQ(input.exhibit.objects.size(), 1u);
+  ASSERT_EQ(input.warnings.size(), 1u);
+  EXPECT_NE(input.warnings[0].find("exhibit.toml:2: object.0.rigid"), std::string::npos) << input.warnings[0];
+}
+
 TEST(ServiceConfig, TheProjectsOwnConfigurationIsReadable) {
   if (!std::filesystem::exists(LUMIGRAFT_SOURCE_DIR "/recordings/tabletop/session.toml")) {
     GTEST_SKIP() << "recordings/tabletop is not there";
