@@ -239,23 +239,6 @@ void AlbedoStage::State::check_rig(const DistanceField& field, const FieldRays& 
 AlbedoStage::AlbedoStage(const Session& session) : state_(std::make_unique<State>(session)) {}
 AlbedoStage::~AlbedoStage() = default;
 
-void AlbedoStage::reset() {
-  state_->solved = false;
-  state_->last = {};
-  state_->estimates.clear();
-  state_->searched_points = 0;
-  state_->rig_points = 0;
-  state_->rig_found.clear();
-  state_->sample_m = 0;
-  state_->located = {};
-  state_->filter.reset();
-  state_->last_lamps.clear();
-  state_->memory.forget();
-  state_->enclosure = {};
-  state_->closed.reset();
-  state_->known.forget();
-}
-
 std::optional<AlbedoStage::Result> AlbedoStage::State::solve_new(const DistanceField& field,
                                                                  const Illumination& illumination, bool even_if_due) {
   if (!solved) return std::nullopt;

@@ -50,7 +50,6 @@ class AlbedoStage {
   /// what lies beyond the surface as they are: prior knowledge that is not touched. Empty where that does not hold,
   /// since a lamp moved or changed, or the other light.
   std::optional<Result> solve_new(const DistanceField& field, const Illumination& illumination);
-  void reset();
 
  private:
   struct State;

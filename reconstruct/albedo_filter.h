@@ -19,7 +19,6 @@ class LampFilter {
  public:
   /// `lights` are those that were solved for, in the same order; PointLight::id says which is which.
   std::vector<LampEstimate> combine(const std::vector<PointLight>& lights, const LampSolution& now);
-  void reset() { *this = {}; }
 
  private:
   using Parameters = Eigen::Matrix<double, kPerLamp, 1>;  ///< log distance, tilt, log power of three channels

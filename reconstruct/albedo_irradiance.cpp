@@ -256,8 +256,4 @@ bool RoomLight::hidden_way(const PointLight& light, const Eigen::Vector3f& posit
   return false;
 }
 
-std::optional<Eigen::Vector3f> RoomLight::in_front_of(const PointLight& light) const {
-  return rays_.first_crossing(beyond_.probe, light.direction, kRoom_m);
-}
-
 }  // namespace lumigraft

@@ -59,9 +59,6 @@ class RoomLight {
   /// from: what nobody saw may stand there.
   bool hidden_way(const PointLight& light, const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal) const;
 
-  /// Where the probe's own ray to the lamp meets the field; empty where it does not.
-  std::optional<Eigen::Vector3f> in_front_of(const PointLight& light) const;
-
  private:
   /// Of what a ray meets beyond all that is known: the fish-eye saw the same place of the enclosure, in another
   /// direction. Without an enclosure it is infinitely far; a guessed side may stand anywhere beyond, and is taken half
