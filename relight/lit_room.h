@@ -43,7 +43,7 @@ struct LightKey {
   static bool same_light(const Plan& a, const Plan& b) {
     return a.method == b.method && a.volume == b.volume && a.trace_scale == b.trace_scale &&
            a.in_cells() == b.in_cells() && a.rsm == b.rsm && a.max_lights == b.max_lights && a.sh_bands == b.sh_bands &&
-           a.bounces == b.bounces && a.lpv_steps == b.lpv_steps;
+           a.bounces == b.bounces && a.lpv_steps == b.lpv_steps && a.quality == b.quality;
   }
 };
 

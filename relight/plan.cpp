@@ -46,7 +46,7 @@ const std::vector<IntegerKey>& integer_keys() {
 }
 
 const std::vector<std::string>& methods() {
-  static const std::vector<std::string> words = {"dvct", "dlpv", "rays", "reference", "dvct-thesis"};
+  static const std::vector<std::string> words = {"dvct", "dlpv", "rays", "reference"};
   return words;
 }
 

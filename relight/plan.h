@@ -1,5 +1,6 @@
 #pragma once
 // What relight decided to do for a frame: a plain value, printed, recorded, settable by hand (plan.KEY).
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -8,11 +9,11 @@
 
 namespace lumigraft {
 
+struct Quality;
+
 struct Plan {
   /// How the change of light reaches real surfaces: "dvct", by cones; "dlpv", from cell to cell; "rays", by rays that
   /// end on surfaces, without a GPU. "reference": path tracing, which reads `samples` and nothing else of the plan.
-  /// "dvct-thesis": dvct with the cones of the thesis, nine of a hemisphere, one of a mirror and one to every lamp, at
-  /// trace_scale 1; to be measured against.
   std::string method = "dvct";
   int volume = 64;  ///< voxels along the edge of each cascade: 32, 64, 128 or 256
   /// Light is traced at 1/trace_scale of the picture: 1, 2 or 4. 4 is live, which takes cells = 1; by rays 8 is.
@@ -27,6 +28,8 @@ struct Plan {
   int samples = 64;    ///< camera paths a pixel; of the reference alone
   int follow_scene = 1;  ///< 1: what was not set by hand follows what the scene measures (planner.h); 0: nothing
   std::set<std::string> by_hand;  ///< keys that were set by hand: nothing changes them
+  /// In place of what quality_of() derives; no key of a file sets it. Benchmarks draw other methods' settings by it.
+  std::shared_ptr<const Quality> quality;
 
   /// Whether the method draws on a device, by lamps, bands and maps of the plan; the others read all that is known.
   bool on_device() const { return method != "reference" && method != "rays"; }

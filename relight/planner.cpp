@@ -94,7 +94,7 @@ Planner::Decision Planner::decide(const Scene& scene, const Exhibit& exhibit, do
     decision.plan.*value = taken;
     decision.choices.push_back({key, most, taken, left_out[at]});
   };
-  if (!asked_.by_hand.contains("rsm") && !asked_.in_cells() && asked_.method != "dvct-thesis") {
+  if (!asked_.by_hand.contains("rsm") && !asked_.in_cells()) {
     decision.plan.rsm = std::min(asked_.rsm, 2 * asked_.volume);
     decision.choices.push_back({"rsm", asked_.rsm, decision.plan.rsm, 0});
   }

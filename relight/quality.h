@@ -25,9 +25,7 @@ struct Quality {
 /// Full resolution is the careful setting; coarser tracing goes with fewer cones. 9 is the least that covers a
 /// hemisphere evenly (Crassin et al. 2011 use 5 to 9).
 inline Quality quality_of(const Plan& plan) {
-  if (plan.method == "dvct-thesis") {  // Franke 2015, section 5.4: for every pixel, and nothing is filtered
-    return {0.5f, 9, 9, 9, 1, 0, 256, 1, 1, 1, 9, 0, 4, false, false};
-  }
+  if (plan.quality) return *plan.quality;
   if (plan.in_cells() && plan.trace_scale < 4) return {1.0f, 0, 0, 20, 6, 32, 256, 1, 1, 16, 12, 0, 2, false, true};
   switch (plan.trace_scale) {
     case 1:

@@ -10,7 +10,7 @@ struct Traced {
   int trace_scale, cells, rsm;
 };
 constexpr Traced kLive{"live", 4, 0, 128}, kCells{"cells", 2, 1, 256}, kHalf{"half", 2, 0, 256},
-    kCareful{"careful", 1, 0, 256}, kThesis{"thesis", 1, 0, 1024};
+    kCareful{"careful", 1, 0, 256};
 
 BenchSetting setting(const std::string& method, const Traced& traced, int volume) {
   Plan plan;
@@ -62,9 +62,6 @@ std::vector<BenchSetting> bench_settings(const std::string& method) {
   }
   if (method == "rays") {
     return {gathered(8, 8), gathered(4, 8), gathered(4, 20), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
-  }
-  if (method == "dvct-thesis") {  // tables 5.6 and 5.7, but for 256³ voxels, which are slow on software devices
-    return {with_bounces(setting(method, kThesis, 64), 1), with_bounces(setting(method, kThesis, 128), 1)};
   }
   const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
   std::vector<BenchSetting> settings{

@@ -13,6 +13,7 @@
 #include "comparators/room_model.h"
 #include "comparators/vct_difference.h"
 #include "relight/placement.h"
+#include "relight/quality.h"
 #include "relight/reference/scene_of.h"
 #include "server/bench_settings.h"
 #include "server/make_renderer.h"
@@ -70,15 +71,44 @@ Drawn with_difference(const Contest& contest, const std::shared_ptr<const Refere
   return {shown(contest, difference(with, without, coverage), coverage), of_room, of_mask};
 }
 
+Contender by_plan(const Contest& contest, const std::string& method, const std::string& setting, const Plan& plan) {
+  const std::shared_ptr<Renderer> renderer = make_renderer(contest.input.session, plan, kTrue, contest.device);
+  return {method, setting, plan, true, false, [&contest, plan, renderer](const Exhibit& exhibit) {
+            return Drawn{renderer->relight(contest.scene.frame, contest.scene.scene, exhibit, plan).srgb, {}, {}};
+          }};
+}
+
 Contender ours(const Contest& contest, const std::string& method, const std::string& setting) {
-  for (const BenchSetting& known : bench_settings(method)) {
-    if (known.name != setting) continue;
-    const std::shared_ptr<Renderer> renderer = make_renderer(contest.input.session, known.plan, kTrue, contest.device);
-    return {method, setting, known.plan, true, false, [&contest, plan = known.plan, renderer](const Exhibit& exhibit) {
-              return Drawn{renderer->relight(contest.scene.frame, contest.scene.scene, exhibit, plan).srgb, {}, {}};
-            }};
-  }
+  for (const BenchSetting& known : bench_settings(method))
+    if (known.name == setting) return by_plan(contest, method, setting, known.plan);
   throw std::invalid_argument(method + " has no setting " + setting);
+}
+
+/// Franke 2015, section 5.4, tables 5.6 and 5.7: nine cones of a hemisphere, one of a mirror, one to every lamp, for
+/// every pixel, and nothing is filtered; but for 256³ voxels, which are slow on software devices.
+Contender thesis(const Contest& contest, int volume) {
+  Plan plan;
+  plan.method = "dvct";
+  plan.volume = volume;
+  plan.trace_scale = 1;
+  plan.rsm = 1024;
+  plan.bounces = 1;
+  plan.quality = std::make_shared<Quality>(Quality{.least_codes = 0.5f,
+                                                   .delta_cones = 9,
+                                                   .change_cones = 9,
+                                                   .hemisphere_cones = 9,
+                                                   .shadow_cones = 1,
+                                                   .lamp_maps = 0,
+                                                   .lamp_map_edge = 256,
+                                                   .shadow_scale = 1,
+                                                   .ambient_scale = 1,
+                                                   .glossy_cones = 1,
+                                                   .voxel_cones = 9,
+                                                   .window = 0,
+                                                   .supersampling = 4,
+                                                   .simple_models = false,
+                                                   .cells = false});
+  return by_plan(contest, "dvct-thesis", "thesis-" + std::to_string(volume) + "-1-bounce", plan);
 }
 
 Contender vct_difference(const Contest& contest, Plan plan, const std::string& setting) {
@@ -106,7 +136,11 @@ Contest open_contest(const std::filesystem::path& session, const std::shared_ptr
 }
 
 std::vector<Contender> cone_contenders(const Contest& contest) {
-  return {ours(contest, "dvct", "half-64"), ours(contest, "dlpv", "half-64"), ours(contest, "rays", "half-20-rays"),
+  return {ours(contest, "dvct", "half-64"),
+          ours(contest, "dlpv", "half-64"),
+          ours(contest, "rays", "half-20-rays"),
+          thesis(contest, 64),
+          thesis(contest, 128),
           vct_difference(contest, Plan{}, "half-64")};
 }
 

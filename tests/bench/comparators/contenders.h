@@ -36,7 +36,8 @@ struct Contest {
 };
 Contest open_contest(const std::filesystem::path& session, const std::shared_ptr<gpu::Device>& device);
 
-/// Settings of ours, the first dvct half-64; and the difference of two voxel cone tracing solutions by the same plan.
+/// Settings of ours, the first dvct half-64; dvct with the thesis's settings; and the difference of two voxel cone
+/// tracing solutions by the plan of the first.
 std::vector<Contender> cone_contenders(const Contest& contest);
 /// Differential instant radiosity; and path tracing with as many samples as take `budget_ms` of processor time, once
 /// the difference of two pictures and once the change alone.
