@@ -113,10 +113,6 @@ bool SessionRecorder::write(Stream stream, const SourceItem& item) {
   return kept;
 }
 
-std::uint64_t SessionRecorder::pictures(Stream stream) const {
-  return streams_[at(stream)] ? streams_[at(stream)]->pictures() : 0;
-}
-
 void SessionRecorder::compress_depth(const std::stop_token& stop) {
   streams_ = {};
   const fs::path file = folder_ / "depth.mkv", partial = folder_ / "depth.mkv.partial";

@@ -26,8 +26,6 @@ class SessionRecorder {
   /// As StreamRecorder::write.
   bool write(Stream stream, const SourceItem& item);
 
-  std::uint64_t pictures(Stream stream) const;
-
   /// Ends the recording. Depth that was kept uncompressed becomes FFV1, in its place once it is whole: whatever ends
   /// this, the session replays the same. Returns soon after `stop`. Throws as write.
   void compress_depth(const std::stop_token& stop);

@@ -308,20 +308,4 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
 
 std::vector<std::string> FusionStage::warnings() const { return state_->surfaces.warnings(); }
 
-void FusionStage::reset() {
-  State& s = *state_;
-  s.field.reset();
-  s.waiting.clear();
-  s.urgent = false;
-  s.bricks.clear();
-  s.places.clear();
-  s.found = {};
-  s.pictures = s.last_publication = 0;
-  s.last_depth.reset();
-  s.last_color.reset();
-  s.seen_from_m.clear();
-  s.surfaces.forget();
-  s.new_place = false;
-}
-
 }  // namespace lumigraft

@@ -43,7 +43,6 @@ class FusionStage {
   std::shared_ptr<const DistanceField> fuse(const FrameSet& frame, const Pose& pose);
   /// What is wrong with what the session says about real surfaces (see real_surface.h).
   std::vector<std::string> warnings() const;
-  void reset();
 
  private:
   struct State;

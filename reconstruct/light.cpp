@@ -196,14 +196,4 @@ LightStage::Result LightStage::extract(const FrameSet& frame, const std::vector<
   return result;
 }
 
-void LightStage::reset() {
-  state_->tracker.reset();
-  state_->watch.reset();
-  state_->level_warning.clear();
-  state_->last_pictures.clear();
-  state_->marked.reset();
-  state_->seen.reset();
-  state_->last.reset();
-}
-
 }  // namespace lumigraft

@@ -83,7 +83,6 @@ class LightStage {
   };
   /// `marks`: where lamps stand that carry tags, in this very frame.
   Result extract(const FrameSet& frame, const std::vector<LampMark>& marks = {});
-  void reset();
 
  private:
   struct State;

@@ -20,7 +20,6 @@ class CoverWatch {
   /// `flux` is the integral of radiance over the fish-eye picture, mean of channels; `level` the room_level of the
   /// colour picture with it. `clipped`: the flux is a lower bound.
   Finding look(double flux, std::optional<float> level, bool clipped);
-  void reset() { *this = CoverWatch(); }
 
  private:
   bool seen_ = false;

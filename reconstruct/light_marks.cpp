@@ -75,8 +75,6 @@ std::string dark_warning(const std::string& name, const std::vector<PointLight>&
 MarkedLights::MarkedLights(const Session& session)
     : lamps_(session.lamps), camera_(session.fisheye), powers_(session.lamps.size()) {}
 
-void MarkedLights::reset() { powers_.assign(lamps_.size(), {}); }
-
 void MarkedLights::identify(const std::vector<LampMark>& marks, std::vector<PointLight>& lights,
                             const Vector3f& probe_m) const {
   struct Pair {

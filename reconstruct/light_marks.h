@@ -28,7 +28,6 @@ class MarkedLights {
   /// show follow, with the intensity that they had when last seen, else the configured one; or of unknown power.
   /// `id_of` gives them the ids of their marks.
   Result place(const Illumination& seen, const std::vector<LampMark>& marks, const std::function<int(int)>& id_of);
-  void reset();
 
  private:
   void place_seen(PointLight& lamp, const LampMark& mark, const Eigen::Vector3f& probe_m);

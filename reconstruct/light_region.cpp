@@ -125,12 +125,6 @@ Pixels ring_around(const Pixels& region, const FisheyeView& view, int from_px, i
   return ring;
 }
 
-float solid_angle_sr(const Pixels& region, const FisheyeView& view) {
-  double sum = 0;
-  for (const std::uint32_t pixel : region) sum += view.solid_angle_sr[pixel];
-  return static_cast<float>(sum);
-}
-
 float roundness(const Pixels& region, const FisheyeView& view) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double weight = 0;

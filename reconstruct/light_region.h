@@ -22,8 +22,6 @@ Pixels connected_region(const std::vector<std::uint8_t>& mask, const FisheyeView
 /// Seen pixels within `from_px` < distance <= `to_px` (chessboard) of the region.
 Pixels ring_around(const Pixels& region, const FisheyeView& view, int from_px, int to_px);
 
-float solid_angle_sr(const Pixels& region, const FisheyeView& view);
-
 /// Smaller over larger principal width of the region on the sphere, 1 for a disk.
 float roundness(const Pixels& region, const FisheyeView& view);
 

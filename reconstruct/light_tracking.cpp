@@ -122,8 +122,6 @@ void LightTracker::name(const std::vector<PointLight>& before, const std::vector
   }
 }
 
-void LightTracker::reset() { *this = LightTracker(most_); }
-
 void LightTracker::update(const Illumination* last, Illumination& now) {
   const std::vector<PointLight> none;
   const std::vector<PointLight>& before = last ? last->lights : none;

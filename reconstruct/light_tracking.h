@@ -21,7 +21,6 @@ class LightTracker {
   void update(const Illumination* last, Illumination& now);
   /// The id of the lamp with this mark, which none of `lights` is: a new one where another has it.
   int id_of_mark(int mark, const std::vector<PointLight>& lights);
-  void reset();
 
  private:
   static constexpr int kHeld = 3, kFaded = 4, kFirstHeld = 1000;

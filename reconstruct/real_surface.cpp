@@ -76,10 +76,6 @@ DepthGrid RealSurfaces::sample(const Image<float>& depth_m) const {
   return grid;
 }
 
-void RealSurfaces::forget() {
-  for (Found& found : found_) found = {found.name};
-}
-
 /// What depth shows of a model: points on it, near enough for ICP, and pixels that see through where it should be.
 struct RealSurfaces::Sight {
   DepthGrid near;

@@ -37,7 +37,6 @@ class RealSurfaces {
   bool any() const { return !models_.empty(); }
   /// Whether what is to be merged is another than before.
   bool look(const Image<float>& depth_m, const Eigen::Isometry3d& T_tag_camera);
-  void forget();
 
   /// Distances to the nearest used model in the tag's grid; weight 0 where there is none.
   std::map<BrickKey, std::shared_ptr<const SurfaceBrick>> bricks() const;

@@ -18,15 +18,6 @@ void put(std::vector<std::uint8_t>& out, std::size_t offset, T value) {
   }
 }
 
-template <typename T>
-T get(std::span<const std::uint8_t> in, std::size_t offset) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    value |= static_cast<std::uint64_t>(in[offset + i]) << (8 * i);
-  }
-  return static_cast<T>(value);
-}
-
 struct Refused {
   std::string error;
 };
@@ -198,22 +189,6 @@ std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& hea
   put(out, 24, header.send_time_ns);
   std::copy(payload.begin(), payload.end(), out.begin() + kStreamHeaderBytes);
   return message;
-}
-
-std::optional<StreamHeader> parse_stream_header(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() < kStreamHeaderBytes || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin()) ||
-      bytes[4] != kProtocolVersion || bytes[5] < 1 || bytes[5] > 4) {
-    return std::nullopt;
-  }
-  StreamHeader header;
-  header.kind = static_cast<StreamKind>(bytes[5]);
-  header.flags = get<std::uint16_t>(bytes, 6);
-  header.sequence = get<std::uint32_t>(bytes, 8);
-  header.width = get<std::uint16_t>(bytes, 12);
-  header.height = get<std::uint16_t>(bytes, 14);
-  header.capture_time_ns = get<std::int64_t>(bytes, 16);
-  header.send_time_ns = get<std::int64_t>(bytes, 24);
-  return header;
 }
 
 Command parse_command(std::string_view text) {

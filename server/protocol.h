@@ -39,8 +39,6 @@ struct StreamMessage {
 };
 std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& header,
                                                          std::span<const std::uint8_t> payload);
-/// Empty where the bytes are no such message.
-std::optional<StreamHeader> parse_stream_header(std::span<const std::uint8_t> bytes);
 
 enum class Codec { none, h264, jpeg };
 

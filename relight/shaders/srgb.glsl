@@ -5,7 +5,4 @@ vec3 srgb(vec3 x) {
   x = clamp(x, vec3(0), vec3(1));
   return mix(12.92 * x, 1.055 * pow(max(x, vec3(1e-12)), vec3(1.0 / 2.4)) - 0.055, greaterThan(x, vec3(0.0031308)));
 }
-vec3 srgb_linear(vec3 code) {
-  return mix(code / 12.92, pow((code + 0.055) / 1.055, vec3(2.4)), greaterThan(code, vec3(0.04045)));
-}
 #endif

@@ -281,8 +281,7 @@ TEST(Fusion, NothingNewChangesNothing) {
   old.age_ns = 1;
   EXPECT_EQ(stage.fuse(frame, old), field) << "a pose that was not measured in this frame";
 
-  stage.reset();
-  EXPECT_EQ(stage.fuse(without_depth, pose_at(T)), nullptr);
+  EXPECT_EQ(FusionStage(session_with(camera), {}).fuse(without_depth, pose_at(T)), nullptr);
 }
 
 TEST(Fusion, APublishedFieldNeverChanges) {

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "stream_header.h"
+
 namespace lumigraft {
 namespace {
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "stream_header.h"
 #include "websocket_client.h"
 
 namespace lumigraft {
