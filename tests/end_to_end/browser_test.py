@@ -6,14 +6,11 @@
 Checks that pictures arrive and change, that the object is in them, that moving, hiding and repainting it does what it
 says, that JPEG works where H.264 is not wanted, and that the page comes back after the service was restarted.
 """
-import base64
 import json
 import os
 import re
 import shutil
-import signal
 import socket
-import subprocess
 import sys
 import tempfile
 import time
@@ -22,13 +19,11 @@ import unittest
 
 import cv2
 import numpy as np
-from selenium import webdriver
-from selenium.webdriver.chrome.options import Options
-from selenium.webdriver.chrome.service import Service
-from selenium.webdriver.support.ui import Select
+
+from browser_page import WAIT_S, Page, free_port
+from child_process import interrupt, start
 
 PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
-WAIT_S = 300  # software rendering on two busy cores: nothing here is about time, so waits are long
 CHANGED = 12  # code values: above the codec's own noise
 
 
@@ -48,70 +43,15 @@ def still_session(folder):
     return session
 
 
-def free_port():
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]
-
-
-class Service_:
+class Service:
     def __init__(self, session, port):
         self.port = port
-        self.process = subprocess.Popen([PROGRAM, "serve", "--session", session, "--listen", f"127.0.0.1:{port}"])
+        self.process = start([PROGRAM, "serve", "--session", session, "--listen", f"127.0.0.1:{port}"])
 
     def stop(self):
-        self.process.send_signal(signal.SIGINT)
-        start = time.monotonic()
-        code = self.process.wait(10)
-        return code, time.monotonic() - start
-
-
-class Page:
-    def __init__(self, profile):
-        options = Options()
-        options.binary_location = "/usr/bin/chromium"
-        for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-                     "--disable-component-update", "--disable-sync", "--window-size=1280,900", f"--user-data-dir={profile}"):
-            options.add_argument(flag)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-
-    def open(self, port):
-        self.driver.get(f"http://127.0.0.1:{port}/")
-
-    def data(self, key):
-        return self.driver.execute_script(f"return document.getElementById('picture').dataset.{key} ?? null")
-
-    def pictures(self):
-        return int(self.data("pictures") or 0)
-
-    def wait(self, condition, what):
-        end = time.monotonic() + WAIT_S
-        while time.monotonic() < end:
-            value = condition()
-            if value:
-                return value
-            time.sleep(0.1)
-        logs = json.dumps(self.driver.get_log("browser"))
-        raise AssertionError(f"waited {WAIT_S} s for {what}; the browser said {logs}")
-
-    def fresh(self, count=3):
-        """The picture after `count` more were drawn."""
-        target = self.pictures() + count
-        self.wait(lambda: self.pictures() >= target, "pictures")
-        url = self.driver.execute_script("return document.getElementById('picture').toDataURL('image/png')")
-        data = base64.b64decode(url.split(",", 1)[1])
-        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).astype(float)
-
-    def set(self, control, value):
-        self.driver.execute_script(
-            "const e = document.getElementById(arguments[0]); e.value = arguments[1]; e.dispatchEvent(new Event('change'))", control, value)
-
-    def click(self, control):
-        self.driver.find_element("id", control).click()
-
-    def text(self, element):
-        return self.driver.find_element("id", element).text
+        begin = time.monotonic()
+        code = interrupt(self.process)
+        return code, time.monotonic() - begin
 
 
 def changed(a, b):
@@ -124,14 +64,17 @@ class BrowserTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="lumigraft-browser-")
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         cls.session = still_session(cls.folder)
         with open(os.path.join(cls.session, "session.toml"), "rb") as f:
             cls.color = tomllib.load(f)["color"]
         with open(os.path.join(RECORDING, "truth/000000/pose.json")) as f:
             cls.T_tag_camera = np.array(json.load(f)["T_tag_from_camera"])
         cls.port = free_port()
-        cls.service = Service_(cls.session, cls.port)
+        cls.service = Service(cls.session, cls.port)
+        cls.addClassCleanup(lambda: cls.service.stop())  # the one that runs by then
         cls.page = Page(os.path.join(cls.folder, "profile"))
+        cls.addClassCleanup(cls.page.driver.quit)
         end = time.monotonic() + WAIT_S
         while time.monotonic() < end:  # the service opens its port first and warms up behind it
             with socket.socket() as s:
@@ -139,12 +82,6 @@ class BrowserTest(unittest.TestCase):
                     break
             time.sleep(0.1)
         cls.page.open(cls.port)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.page.driver.quit()
-        cls.service.stop()
-        shutil.rmtree(cls.folder, ignore_errors=True)
 
     def column_of(self, x_m, y_m, z_m):
         p = np.linalg.inv(self.T_tag_camera) @ [x_m, y_m, z_m, 1]
@@ -226,7 +163,7 @@ class BrowserTest(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertLess(seconds, 1.0, "Ctrl-C ends the service within a second")
         page.wait(lambda: "lost" in page.text("connection") or "connecting" in page.text("connection"), "the page to notice")
-        type(self).service = Service_(RECORDING, self.port)
+        type(self).service = Service(RECORDING, self.port)
         page.wait(lambda: page.text("connection") == "connected", "the page to come back by itself")
         count = page.pictures()
         page.wait(lambda: page.pictures() >= count + 5, "pictures again")

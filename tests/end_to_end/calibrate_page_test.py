@@ -7,7 +7,6 @@ Checks that the page shows where corners were seen and what is missing, and tell
 """
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -17,8 +16,8 @@ import unittest
 import cv2
 import numpy as np
 
-sys.argv.append("")  # browser_test wants a recording too
-from browser_test import Page, free_port  # noqa: E402
+from browser_page import Page, free_port
+from child_process import interrupt, start
 
 PROGRAM = os.path.abspath(sys.argv[1])
 ROWS, COLUMNS, SIZE_M, SPACING_M = 3, 4, 0.05, 0.0125
@@ -73,27 +72,24 @@ def session(folder, views, rounds=1):
 class CalibratePageTest(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="lumigraft-calibrate-page-")
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
         self.page = Page(os.path.join(self.folder, "profile"))
-
-    def tearDown(self):
-        self.page.driver.quit()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self.addCleanup(self.page.driver.quit)
 
     def calibrate(self, views, rounds=1):
         recorded = os.path.join(self.folder, "session")
         session(recorded, views, rounds)
         port = free_port()
-        program = subprocess.Popen([PROGRAM, "calibrate", "--board", os.path.join(recorded, "board.toml"), recorded, "--out",
-                                    os.path.join(self.folder, "calibration.toml"), "--listen", f"127.0.0.1:{port}"], stdout=subprocess.PIPE, text=True)
+        program = self.enterContext(start([PROGRAM, "calibrate", "--board", os.path.join(recorded, "board.toml"), recorded, "--out",
+                                           os.path.join(self.folder, "calibration.toml"), "--listen", f"127.0.0.1:{port}"],
+                                          stdout=subprocess.PIPE, text=True))
         self.addCleanup(program.kill)  # where a test fails on the way
         self.assertIn("guiding on", program.stdout.readline())
         self.page.open(port)
         return program
 
     def end(self, program, code):
-        program.send_signal(signal.SIGINT)
-        program.communicate()
-        self.assertEqual(program.returncode, code)
+        self.assertEqual(interrupt(program), code)
 
     def test_a_result_is_told(self):
         page = self.page

@@ -9,8 +9,6 @@ its picture goes on, and that a step shows the next picture.
 import os
 import re
 import shutil
-import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -18,16 +16,22 @@ import unittest
 
 import numpy as np
 
-from browser_test import PROGRAM, RECORDING, Page, free_port
+from browser_page import Page, free_port
+from child_process import interrupt, start
+
+PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
 
 
 class PlaybackPageTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="lumigraft-playback-page-")
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         cls.port = free_port()
-        cls.service = subprocess.Popen([PROGRAM, "serve", "--session", RECORDING, "--listen", f"127.0.0.1:{cls.port}", "--set", "plan.method=rays", "--set", "plan.trace_scale=8"])
+        cls.service = start([PROGRAM, "serve", "--session", RECORDING, "--listen", f"127.0.0.1:{cls.port}", "--set", "plan.method=rays", "--set", "plan.trace_scale=8"])
+        cls.addClassCleanup(interrupt, cls.service)
         cls.page = Page(os.path.join(cls.folder, "profile"))
+        cls.addClassCleanup(cls.page.driver.quit)
         time.sleep(1)
         cls.page.wait(cls.opened, "the service")
 
@@ -38,13 +42,6 @@ class PlaybackPageTest(unittest.TestCase):
             return True
         except Exception:
             return False
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.page.driver.quit()
-        cls.service.send_signal(signal.SIGINT)
-        cls.service.wait(10)
-        shutil.rmtree(cls.folder, ignore_errors=True)
 
     def moment(self):
         said = re.match(r"(\d+):(\d\d\.\d) of (\d+):(\d\d\.\d)", self.page.text("moment"))

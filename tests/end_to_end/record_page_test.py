@@ -16,10 +16,10 @@ import socket
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
-from browser_test import Page, free_port
+from browser_page import Page, free_port
+from child_process import interrupt, start
 
 PROGRAM, CAMERA = (os.path.abspath(p) for p in sys.argv[1:3])
 CONFIG = """format = 1
@@ -46,34 +46,25 @@ class RecordPageTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         # GigE Vision has one port an address: other tests with such a camera wait until this one is over.
-        cls.turn = open(os.path.join(tempfile.gettempdir(), "lumigraft-gige-camera.lock"), "a")
+        cls.turn = cls.enterClassContext(open(os.path.join(tempfile.gettempdir(), "lumigraft-gige-camera.lock"), "a"))
         fcntl.flock(cls.turn, fcntl.LOCK_EX)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.turn.close()
 
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="lumigraft-record-page-")
-        self.camera = subprocess.Popen([CAMERA, "127.0.0.1", "GV78", "0"], stdout=subprocess.PIPE)
-        self.camera.stdout.readline()
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        camera = self.enterContext(start([CAMERA, "127.0.0.1", "GV78", "0"], stdout=subprocess.PIPE))
+        self.addCleanup(camera.kill)
+        camera.stdout.readline()
         self.config = os.path.join(self.folder, "kiosk.toml")
         with open(self.config, "w") as f:
             f.write(CONFIG)
         self.page = Page(os.path.join(self.folder, "profile"))
+        self.addCleanup(self.page.driver.quit)
 
-    def tearDown(self):
-        self.page.driver.quit()
-        self.service.send_signal(signal.SIGINT)
-        self.assertEqual(self.service.wait(10), 0)
-        self.camera.kill()
-        self.camera.wait()
-        self.camera.stdout.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def serve(self, **how):
+    def serve(self, before=None):
         port = free_port()
-        self.service = subprocess.Popen([PROGRAM, "serve", "--config", self.config, "--listen", f"127.0.0.1:{port}"], **how)
+        service = start([PROGRAM, "serve", "--config", self.config, "--listen", f"127.0.0.1:{port}"], before)
+        self.addCleanup(lambda: self.assertEqual(interrupt(service), 0))
 
         def answers():
             with socket.socket() as s:
@@ -115,7 +106,7 @@ class RecordPageTest(unittest.TestCase):
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (4_000_000, 4_000_000))
 
-        self.serve(preexec_fn=small_disk)
+        self.serve(small_disk)
         page.click("record")
         page.wait(lambda: self.state().startswith("the recording ended: "), "the disk to be full")
         self.assertIn("color.mkv: File too large", self.state())
