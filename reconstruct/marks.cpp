@@ -130,11 +130,11 @@ void MarkStage::State::read(Track& track, const std::vector<TagSighting>& sighti
       nearest = &sighting;
   }
   if (!nearest || (count > 1 && !where)) return;
-  std::vector<PoseCandidate> candidates = track.reader.explain(nearest->corners, *frame.color, hints);
+  const std::vector<PoseCandidate> candidates = track.reader.explain(nearest->corners, *frame.color, hints);
   if (candidates.empty()) return;
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const PoseCandidate& a, const PoseCandidate& b) { return a.cost < b.cost; });
-  const PoseCandidate& best = candidates.front();
+  const PoseCandidate& best =
+      *std::min_element(candidates.begin(), candidates.end(),
+                        [](const PoseCandidate& a, const PoseCandidate& b) { return a.cost < b.cost; });
   double spread_m = 0;  // of what explains the tag as well
   for (const PoseCandidate& other : candidates)
     if (other.cost - best.cost < kDoubt)
