@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capture/image.h"
-#include "capture/pixel_format.h"
+#include "capture/formats/pixel_format.h"
 
 namespace lumigraft {
 

@@ -2,18 +2,18 @@
 #include <cmath>
 #include <map>
 
-#include "capture/aravis_source.h"
-#include "capture/depth_registration.h"
+#include "capture/live/aravis/source.h"
+#include "capture/sync/depth_registration.h"
 #include "capture/error.h"
-#include "capture/image_source.h"
-#include "capture/libcamera_source.h"
-#include "capture/live_source.h"
-#include "capture/mkv_source.h"
-#include "capture/oni_source.h"
-#include "capture/openni_source.h"
-#include "capture/pairing_reader.h"
-#include "capture/source_uri.h"
-#include "capture/v4l2_source.h"
+#include "capture/recorded/image_source.h"
+#include "capture/live/libcamera/source.h"
+#include "capture/live/live_source.h"
+#include "capture/recorded/mkv_source.h"
+#include "capture/recorded/oni_source.h"
+#include "capture/live/openni/source.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/session/source_uri.h"
+#include "capture/live/v4l2/source.h"
 
 namespace lumigraft {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "capture/session.h"
+#include "capture/session/session.h"
 
 namespace lumigraft {
 

@@ -5,7 +5,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "reconstruct/distance_field.h"
 
 namespace lumigraft {

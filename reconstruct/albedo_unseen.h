@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "reconstruct/albedo_rays.h"
 #include "reconstruct/light.h"
 

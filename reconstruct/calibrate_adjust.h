@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "reconstruct/calibrate_lens.h"
 #include "reconstruct/calibrate_views.h"
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/config.h"
+#include "capture/session/config.h"
 #include "reconstruct/pose_tag.h"
 
 namespace lumigraft {

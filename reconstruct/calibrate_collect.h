@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "reconstruct/calibrate_camera.h"
 #include "reconstruct/calibrate_time.h"
 

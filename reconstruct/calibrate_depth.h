@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/image.h"
 #include "reconstruct/calibrate_board.h"
 

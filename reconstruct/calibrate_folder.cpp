@@ -7,7 +7,7 @@
 #include <string>
 
 #include "capture/error.h"
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 
 namespace lumigraft {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 
 namespace lumigraft {
 

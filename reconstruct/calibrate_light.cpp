@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "capture/radiance.h"
+#include "capture/camera/radiance.h"
 #include "reconstruct/pose_picture.h"
 
 namespace lumigraft {

@@ -4,7 +4,7 @@
 // Edges of a print lie where a pixel mixes ink and paper by area, and that holds for light alone: in code values a
 // blurred edge lies a quarter of a pixel towards the dark.
 #include "capture/frame.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "capture/error.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "reconstruct/calibrate_adjust.h"
 
 namespace lumigraft {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "reconstruct/calibrate_views.h"
 
 namespace lumigraft {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/image.h"
 #include "reconstruct/calibrate_board.h"
 #include "reconstruct/calibrate_corners.h"

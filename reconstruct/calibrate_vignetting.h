@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/camera_model.h"
-#include "capture/vignetting.h"
+#include "capture/camera/camera_model.h"
+#include "capture/camera/vignetting.h"
 #include "reconstruct/calibrate_views.h"
 
 namespace lumigraft {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "reconstruct/distance_field.h"
 #include "reconstruct/pose.h"
 

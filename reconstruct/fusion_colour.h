@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "capture/frame.h"
-#include "capture/radiance.h"
+#include "capture/camera/radiance.h"
 #include "reconstruct/four.h"
 
 namespace lumigraft {

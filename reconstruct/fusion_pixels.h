@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "reconstruct/four.h"
 
 namespace lumigraft {

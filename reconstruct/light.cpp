@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "capture/radiance.h"
+#include "capture/camera/radiance.h"
 #include "reconstruct/light_cover.h"
 #include "reconstruct/light_environment.h"
 #include "reconstruct/light_marks.h"

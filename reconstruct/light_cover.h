@@ -4,7 +4,7 @@
 #include <string>
 
 #include "capture/frame.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 

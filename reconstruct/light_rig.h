@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "reconstruct/albedo_materials.h"
 #include "reconstruct/albedo_rays.h"
 #include "reconstruct/distance_field.h"

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 
 namespace lumigraft {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "reconstruct/pose.h"
 
 namespace lumigraft {

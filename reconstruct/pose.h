@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "capture/response.h"
-#include "capture/session.h"
+#include "capture/camera/response.h"
+#include "capture/session/session.h"
 #include "reconstruct/distance_field.h"
 #include "reconstruct/pose_covariance.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <tuple>
 
-#include "capture/radiance.h"
+#include "capture/camera/radiance.h"
 
 namespace lumigraft {
 namespace {

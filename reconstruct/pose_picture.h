@@ -3,9 +3,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/frame.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 

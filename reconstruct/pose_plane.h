@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/image.h"
 #include "reconstruct/pose_tag.h"
 

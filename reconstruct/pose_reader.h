@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/frame.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "reconstruct/pose_alignment.h"
 #include "reconstruct/pose_covariance.h"
 #include "reconstruct/pose_tag.h"

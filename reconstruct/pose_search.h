@@ -2,7 +2,7 @@
 // Where tags are looked for: in a part of the picture where they were, or all over it.
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/frame.h"
 #include "reconstruct/pose_picture.h"
 #include "reconstruct/pose_tag.h"

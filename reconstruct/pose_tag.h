@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capture/image.h"
-#include "capture/session.h"
+#include "capture/session/session.h"
 
 namespace lumigraft {
 

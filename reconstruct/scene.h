@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "reconstruct/albedo.h"
 #include "reconstruct/distance_field.h"
 #include "reconstruct/enclosure.h"

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "capture/frame.h"
-#include "capture/radiance.h"
-#include "capture/session.h"
+#include "capture/camera/radiance.h"
+#include "capture/session/session.h"
 #include "relight/passes/screen.h"
 
 namespace lumigraft {

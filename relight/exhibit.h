@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/config.h"
+#include "capture/session/config.h"
 #include "capture/image.h"
 
 namespace lumigraft {

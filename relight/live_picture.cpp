@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "capture/radiance.h"
+#include "capture/camera/radiance.h"
 
 namespace lumigraft {
 namespace {

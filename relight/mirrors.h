@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "relight/flat_pieces.h"
 #include "relight/gpu/device.h"
 

@@ -11,7 +11,7 @@
 #include <map>
 
 #include "capture/error.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "relight/model_corners.h"
 #include "relight/model_materials.h"
 #include "relight/model_ply.h"

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 namespace {

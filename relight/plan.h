@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/config.h"
+#include "capture/session/config.h"
 
 namespace lumigraft {
 

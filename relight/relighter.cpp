@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "capture/radiance.h"
+#include "capture/camera/radiance.h"
 #include "relight/approximations.h"
 #include "relight/brick_pool.h"
 #include "relight/camera_view.h"

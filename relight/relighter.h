@@ -2,7 +2,7 @@
 // Scene + exhibit + camera picture become the composited picture.
 #include <memory>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "relight/renderer.h"
 
 namespace lumigraft {

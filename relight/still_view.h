@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/image.h"
 
 namespace lumigraft {

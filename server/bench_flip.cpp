@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "capture/error.h"
-#include "capture/picture_file.h"
-#include "capture/response.h"
+#include "capture/formats/picture_file.h"
+#include "capture/camera/response.h"
 #include "server/bench_flip.h"
 
 namespace lumigraft {

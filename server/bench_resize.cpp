@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 namespace {

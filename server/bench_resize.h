@@ -1,6 +1,6 @@
 #pragma once
 // Pictures of sessions with more or fewer pixels, for what they cost.
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/frame.h"
 
 namespace lumigraft {

@@ -12,9 +12,9 @@
 #include <thread>
 
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
-#include "capture/picture_file.h"
-#include "capture/picture_list.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/formats/picture_file.h"
+#include "capture/formats/picture_list.h"
 #include "capture/source.h"
 #include "reconstruct/calibrate_board.h"
 #include "reconstruct/calibrate_collect.h"

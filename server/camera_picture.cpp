@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 

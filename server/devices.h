@@ -3,7 +3,7 @@
 #include <ostream>
 #include <vector>
 
-#include "capture/camera_list.h"
+#include "capture/live/camera_list.h"
 
 namespace lumigraft {
 

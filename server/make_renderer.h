@@ -2,7 +2,7 @@
 // The renderer that a plan's method asks for.
 #include <memory>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "relight/renderer.h"
 #include "server/oracle.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "capture/error.h"
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 #include "reconstruct/light.h"
 #include "server/true_surface.h"
 #include "server/truth.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "reconstruct/scene.h"
 #include "server/truth.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/frames_from.h"
+#include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
 #include "server/playback.h"
 

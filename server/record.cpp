@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
+#include "capture/sync/pairing_reader.h"
 #include "server/recording_lanes.h"
 
 namespace lumigraft {

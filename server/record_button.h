@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "capture/source_tap.h"
+#include "capture/record/source_observer.h"
 #include "server/recording_lanes.h"
 
 namespace lumigraft {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "capture/niceness.h"
+#include "capture/live/thread_priority.h"
 
 namespace lumigraft {
 namespace {

@@ -12,7 +12,7 @@
 #include <stop_token>
 #include <thread>
 
-#include "capture/session_recorder.h"
+#include "capture/record/session_recorder.h"
 
 namespace lumigraft {
 

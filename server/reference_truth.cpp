@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "capture/error.h"
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 #include "relight/object_surface.h"
 #include "relight/reference/scene_of.h"
 #include "server/truth.h"

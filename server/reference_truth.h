@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "capture/frame.h"
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "relight/reference/reference_scene.h"
 
 namespace lumigraft {

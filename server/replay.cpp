@@ -6,7 +6,7 @@
 #include <regex>
 
 #include "capture/error.h"
-#include "capture/frames_from.h"
+#include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
 #include "reconstruct/surface_mesh.h"
 #include "server/frame_record.h"

@@ -3,8 +3,8 @@
 #include <cstdio>
 
 #include "capture/error.h"
-#include "capture/frames_from.h"
-#include "capture/source_tap.h"
+#include "capture/recorded/seekable_reader.h"
+#include "capture/record/source_observer.h"
 #include "server/page.h"
 #include "server/pipeline.h"
 #include "server/record_button.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "server/exhibit_board.h"
 #include "server/metrics.h"
 #include "server/pipeline.h"

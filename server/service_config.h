@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/session.h"
-#include "capture/session_text.h"
+#include "capture/session/session.h"
+#include "capture/session/session_text.h"
 #include "relight/exhibit.h"
 #include "relight/gpu/device.h"
 #include "relight/plan.h"

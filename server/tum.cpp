@@ -7,10 +7,10 @@
 #include <fstream>
 
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
-#include "capture/picture_file.h"
-#include "capture/picture_list.h"
-#include "capture/session_text.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/formats/picture_file.h"
+#include "capture/formats/picture_list.h"
+#include "capture/session/session_text.h"
 #include "server/record.h"
 #include "server/write_picture.h"
 

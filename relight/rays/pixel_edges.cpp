@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "relight/rays/threads.h"
 
 namespace lumigraft::rays {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "relight/rays/threads.h"
 
 namespace lumigraft::rays {

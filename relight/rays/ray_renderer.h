@@ -8,7 +8,7 @@
 // plans give new light to an eighth of them in a frame, and all of them have it when things rest.
 #include <memory>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "relight/rays/ray_room.h"
 #include "relight/renderer.h"
 

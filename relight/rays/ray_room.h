@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "relight/reference/enclosure_mesh.h"
 #include "relight/reference/meshes.h"
 #include "relight/reference/scene_of.h"

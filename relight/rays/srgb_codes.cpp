@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft::rays {
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "relight/placement.h"
 
 namespace lumigraft::reference {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "relight/camera_upload.h"
 #include "relight/reference/delta_path_tracer.h"
 #include "relight/reference/scene_of.h"

@@ -3,7 +3,7 @@
 #include <functional>
 #include <memory>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "relight/renderer.h"
 
 namespace lumigraft {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "reconstruct/light.h"
 #include "relight/exhibit.h"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "reconstruct/scene.h"
 #include "relight/reference/reference_scene.h"
 

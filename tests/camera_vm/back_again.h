@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-#include "capture/live_source.h"
+#include "capture/live/live_source.h"
 #include "tests/capture/leaks.h"
 
 namespace lumigraft::test {

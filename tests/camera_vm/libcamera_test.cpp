@@ -10,10 +10,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "capture/camera_list.h"
+#include "capture/live/camera_list.h"
 #include "capture/error.h"
-#include "capture/libcamera_source.h"
-#include "capture/live_source.h"
+#include "capture/live/libcamera/source.h"
+#include "capture/live/live_source.h"
 #include "tests/camera_vm/back_again.h"
 #include "tests/camera_vm/driver_memory.h"
 #include "tests/camera_vm/usb_plug.h"

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <fstream>
 
-#include "capture/camera_list.h"
+#include "capture/live/camera_list.h"
 #include "capture/error.h"
-#include "capture/live_source.h"
-#include "capture/pairing_reader.h"
-#include "capture/v4l2_source.h"
+#include "capture/live/live_source.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/live/v4l2/source.h"
 #include "tests/camera_vm/back_again.h"
 #include "tests/camera_vm/usb_plug.h"
 #include "tests/camera_vm/vivid_camera.h"

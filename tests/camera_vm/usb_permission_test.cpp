@@ -9,10 +9,10 @@
 #include <fstream>
 #include <thread>
 
-#include "capture/aravis_source.h"
-#include "capture/camera_list.h"
+#include "capture/live/aravis/source.h"
+#include "capture/live/camera_list.h"
 #include "capture/error.h"
-#include "capture/openni_source.h"
+#include "capture/live/openni/source.h"
 #include "tests/capture/child_process.h"
 
 namespace lumigraft {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "capture/error.h"
-#include "capture/v4l2_device.h"
+#include "capture/live/v4l2/device.h"
 #include "tests/capture/child_process.h"
 
 namespace lumigraft::test {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "capture/stream_spec.h"
+#include "capture/session/stream_spec.h"
 
 namespace lumigraft::test {
 

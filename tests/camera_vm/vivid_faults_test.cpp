@@ -10,8 +10,8 @@
 #include <fstream>
 
 #include "capture/error.h"
-#include "capture/live_source.h"
-#include "capture/v4l2_source.h"
+#include "capture/live/live_source.h"
+#include "capture/live/v4l2/source.h"
 #include "tests/camera_vm/vivid_camera.h"
 #include "tests/capture/leaks.h"
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/camera_list.h"
+#include "capture/live/camera_list.h"
 #include "capture/error.h"
-#include "capture/live_source.h"
-#include "capture/v4l2_source.h"
+#include "capture/live/live_source.h"
+#include "capture/live/v4l2/source.h"
 #include "tests/camera_vm/vivid_camera.h"
 
 namespace lumigraft {

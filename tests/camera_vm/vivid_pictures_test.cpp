@@ -7,9 +7,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "capture/camera_list.h"
+#include "capture/live/camera_list.h"
 #include "capture/error.h"
-#include "capture/v4l2_source.h"
+#include "capture/live/v4l2/source.h"
 #include "tests/camera_vm/driver_memory.h"
 #include "tests/camera_vm/vivid_camera.h"
 #include "tests/capture/recorded.h"

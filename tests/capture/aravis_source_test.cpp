@@ -1,5 +1,5 @@
 // The real Aravis library with its own GigE Vision camera on a loopback address, in a process that can be killed.
-#include "capture/aravis_source.h"
+#include "capture/live/aravis/source.h"
 
 #include <arv.h>
 #include <gtest/gtest.h>
@@ -10,11 +10,11 @@
 #include <fstream>
 #include <optional>
 
-#include "capture/camera_list.h"
-#include "capture/config.h"
+#include "capture/live/camera_list.h"
+#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/live_source.h"
-#include "capture/pairing_reader.h"
+#include "capture/live/live_source.h"
+#include "capture/sync/pairing_reader.h"
 #include "tests/capture/gige_camera.h"
 #include "tests/capture/leaks.h"
 #include "tests/capture/recorded.h"

@@ -1,4 +1,4 @@
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "capture/config.h"
+#include "capture/session/config.h"
 
 #include <gtest/gtest.h>
 

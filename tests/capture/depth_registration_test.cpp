@@ -1,4 +1,4 @@
-#include "capture/depth_registration.h"
+#include "capture/sync/depth_registration.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "capture/device_clock.h"
+#include "capture/live/device_clock.h"
 
 #include <gtest/gtest.h>
 

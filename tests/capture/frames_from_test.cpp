@@ -1,14 +1,14 @@
 // From a moment on a recording gives what it gives there when it is played from its beginning.
-#include "capture/frames_from.h"
+#include "capture/recorded/seekable_reader.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
 #include "capture/error.h"
-#include "capture/mkv_source.h"
-#include "capture/pairing_reader.h"
-#include "capture/session_recorder.h"
+#include "capture/recorded/mkv_source.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/record/session_recorder.h"
 #include "tests/capture/png_writer.h"
 #include "tests/capture/scratch_folder.h"
 

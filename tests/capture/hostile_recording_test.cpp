@@ -9,8 +9,8 @@
 #include <fstream>
 
 #include "capture/error.h"
-#include "capture/mkv_source.h"
-#include "capture/stream_recorder.h"
+#include "capture/recorded/mkv_source.h"
+#include "capture/record/stream_recorder.h"
 #include "tests/capture/mkv_writer.h"
 #include "tests/capture/scratch_folder.h"
 

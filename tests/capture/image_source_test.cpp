@@ -1,11 +1,11 @@
-#include "capture/image_source.h"
+#include "capture/recorded/image_source.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
 #include "capture/error.h"
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 #include "tests/capture/exr_writer.h"
 #include "tests/capture/png_writer.h"
 #include "tests/capture/scratch_folder.h"

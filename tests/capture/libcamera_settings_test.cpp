@@ -5,7 +5,7 @@
 #include <string>
 
 #include "capture/error.h"
-#include "capture/libcamera_library.h"
+#include "capture/live/libcamera/library.h"
 
 namespace lumigraft {
 namespace {

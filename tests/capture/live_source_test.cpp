@@ -1,5 +1,5 @@
 // Cameras that come and go: made-up ones. Real ones are in openni_faults_test, aravis_source_test and camera_vm.
-#include "capture/live_source.h"
+#include "capture/live/live_source.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -8,7 +8,7 @@
 #include <atomic>
 
 #include "capture/error.h"
-#include "capture/stream_spec.h"
+#include "capture/session/stream_spec.h"
 
 namespace lumigraft {
 namespace {

@@ -1,4 +1,4 @@
-#include "capture/mkv_source.h"
+#include "capture/recorded/mkv_source.h"
 
 #include <gtest/gtest.h>
 

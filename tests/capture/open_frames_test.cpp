@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "capture/config.h"
+#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
+#include "capture/sync/pairing_reader.h"
 #include "capture/source.h"
 #include "tests/capture/exr_writer.h"
 #include "tests/capture/mkv_writer.h"

@@ -9,10 +9,10 @@
 #include <fstream>
 #include <vector>
 
-#include "capture/config.h"
+#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
-#include "capture/stream_spec.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/session/stream_spec.h"
 #include "tests/capture/gige_camera.h"
 #include "tests/capture/leaks.h"
 #include "tests/capture/openni_test_pictures.h"

@@ -1,5 +1,5 @@
 // The real OpenNI2 library, recorder and player, with a device of our own (openni_test_driver.cpp).
-#include "capture/openni_source.h"
+#include "capture/live/openni/source.h"
 
 #include <OpenNI.h>
 #include <gtest/gtest.h>
@@ -14,9 +14,9 @@
 #include <optional>
 #include <thread>
 
-#include "capture/camera_list.h"
+#include "capture/live/camera_list.h"
 #include "capture/error.h"
-#include "capture/oni_source.h"
+#include "capture/recorded/oni_source.h"
 #include "tests/capture/leaks.h"
 #include "tests/capture/oni_recording.h"
 #include "tests/capture/openni_test_pictures.h"

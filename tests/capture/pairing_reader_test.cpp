@@ -1,4 +1,4 @@
-#include "capture/pairing_reader.h"
+#include "capture/sync/pairing_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <thread>
 
-#include "capture/device_clock.h"
+#include "capture/live/device_clock.h"
 
 namespace lumigraft {
 namespace {

@@ -1,4 +1,4 @@
-#include "capture/pixel_format.h"
+#include "capture/formats/pixel_format.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "capture/radiance.h"
+#include "capture/camera/radiance.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "capture/vignetting.h"
+#include "capture/camera/vignetting.h"
 
 namespace lumigraft {
 namespace {

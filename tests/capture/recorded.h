@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "capture/config.h"
-#include "capture/pairing_reader.h"
-#include "capture/session_recorder.h"
+#include "capture/session/config.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/record/session_recorder.h"
 
 namespace lumigraft::test {
 

@@ -1,4 +1,4 @@
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 #include <gtest/gtest.h>
 

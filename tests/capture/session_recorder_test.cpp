@@ -1,5 +1,5 @@
 // What is recorded replays: the same pictures, the same times, whatever ends the recording.
-#include "capture/session_recorder.h"
+#include "capture/record/session_recorder.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -9,10 +9,10 @@
 #include <csignal>
 #include <fstream>
 
-#include "capture/config.h"
+#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/mkv_source.h"
-#include "capture/pairing_reader.h"
+#include "capture/recorded/mkv_source.h"
+#include "capture/sync/pairing_reader.h"
 #include "tests/capture/scratch_folder.h"
 
 namespace lumigraft {

@@ -1,4 +1,4 @@
-#include "capture/session.h"
+#include "capture/session/session.h"
 
 #include <gtest/gtest.h>
 

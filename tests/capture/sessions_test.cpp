@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "capture/config.h"
-#include "capture/radiance.h"
+#include "capture/session/config.h"
+#include "capture/camera/radiance.h"
 #include "capture/source.h"
 
 namespace lumigraft {

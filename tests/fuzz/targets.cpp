@@ -9,12 +9,12 @@
 #include <string>
 #include <string_view>
 
-#include "capture/config.h"
+#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/mkv_source.h"
-#include "capture/oni_source.h"
-#include "capture/openni_source.h"
-#include "capture/session.h"
+#include "capture/recorded/mkv_source.h"
+#include "capture/recorded/oni_source.h"
+#include "capture/live/openni/source.h"
+#include "capture/session/session.h"
 
 namespace lumigraft::fuzz {
 namespace {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 #include "reconstruct/albedo.h"
 #include "reconstruct/fusion.h"
 #include "reconstruct/light_environment.h"

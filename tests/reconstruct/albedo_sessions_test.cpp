@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "capture/picture_file.h"
-#include "capture/session.h"
+#include "capture/formats/picture_file.h"
+#include "capture/session/session.h"
 #include "capture/source.h"
 #include "reconstruct/albedo.h"
 #include "reconstruct/fusion.h"

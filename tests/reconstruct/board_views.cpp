@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft::test {
 namespace {

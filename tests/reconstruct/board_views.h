@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/camera/camera_model.h"
 #include "capture/frame.h"
 #include "reconstruct/calibrate_board.h"
 #include "reconstruct/calibrate_camera.h"

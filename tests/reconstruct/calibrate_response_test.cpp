@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "capture/error.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "tests/capture/scratch_folder.h"
 
 namespace lumigraft {

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <limits>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "capture/source.h"
 #include "reconstruct/fusion.h"
 #include "reconstruct/pose.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <random>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "reconstruct/fusion.h"
 #include "reconstruct/fusion_noise.h"
 #include "tests/reconstruct/pose_views.h"

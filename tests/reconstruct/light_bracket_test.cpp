@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "capture/radiance.h"
+#include "capture/camera/radiance.h"
 #include "reconstruct/calibrate_folder.h"
 #include "reconstruct/light.h"
 #include "reconstruct/light_view.h"

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 #include "reconstruct/light_environment.h"
 #include "reconstruct/light_split.h"
 #include "tests/reconstruct/light_views.h"

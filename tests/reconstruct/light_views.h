@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "capture/image.h"
-#include "capture/session.h"
+#include "capture/session/session.h"
 
 namespace lumigraft {
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 #include "reconstruct/fusion.h"
 #include "reconstruct/mirror_suspect.h"
 #include "reconstruct/pose.h"

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "capture/source.h"
 #include "reconstruct/fusion.h"
 #include "reconstruct/pose.h"

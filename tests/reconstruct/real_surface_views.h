@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 
 namespace lumigraft::test {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "model_shapes.h"
 
 namespace lumigraft::test {

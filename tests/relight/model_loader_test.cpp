@@ -4,7 +4,7 @@
 #include <ctime>
 
 #include "capture/error.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "model_files.h"
 #include "model_shapes.h"
 #include "relight/exhibit.h"

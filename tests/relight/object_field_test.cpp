@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "model_shapes.h"
 
 namespace lumigraft {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <random>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "closed_scene.h"
 #include "relight/rays/change_cells.h"
 #include "relight/rays/coarse_view.h"

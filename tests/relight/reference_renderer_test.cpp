@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "closed_scene.h"
 #include "model_shapes.h"
 #include "relight/reference/reference_scene.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "capture/error.h"
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft {
 namespace {

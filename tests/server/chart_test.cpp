@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 
 namespace lumigraft::chart {
 namespace {

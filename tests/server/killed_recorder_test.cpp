@@ -6,8 +6,8 @@
 #include <fstream>
 #include <random>
 
-#include "capture/config.h"
-#include "capture/pairing_reader.h"
+#include "capture/session/config.h"
+#include "capture/sync/pairing_reader.h"
 #include "program.h"
 #include "tests/capture/gige_camera.h"
 #include "tests/capture/leaks.h"

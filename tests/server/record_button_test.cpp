@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "capture/stream_spec.h"
+#include "capture/session/stream_spec.h"
 #include "server/service_config.h"
 #include "tiny_session.h"
 

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
+#include "capture/sync/pairing_reader.h"
 #include "tiny_session.h"
 
 namespace lumigraft {

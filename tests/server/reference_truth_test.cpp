@@ -10,7 +10,7 @@
 #include <ctime>
 #include <filesystem>
 
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 #include "relight/reference/delta_path_tracer.h"
 #include "relight/reference/scene_of.h"
 #include "server/service_config.h"

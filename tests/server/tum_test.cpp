@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
+#include "capture/sync/pairing_reader.h"
 #include "server/service_config.h"
 #include "tests/capture/oni_recording.h"
 #include "tests/capture/openni_test_pictures.h"

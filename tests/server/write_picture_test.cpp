@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "capture/picture_file.h"
+#include "capture/formats/picture_file.h"
 #include "server/camera_picture.h"
 #include "server/truth.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "reconstruct/albedo.h"
 #include "reconstruct/fusion.h"
 #include "sweep.h"

@@ -6,8 +6,8 @@
 #include <memory>
 #include <random>
 
-#include "capture/device_clock.h"
-#include "capture/pairing_reader.h"
+#include "capture/live/device_clock.h"
+#include "capture/sync/pairing_reader.h"
 #include "sweep.h"
 
 namespace lumigraft::test {

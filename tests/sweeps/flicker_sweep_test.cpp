@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "sweep.h"
 
 namespace lumigraft::test {

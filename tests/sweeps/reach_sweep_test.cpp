@@ -1,7 +1,7 @@
 // What an object changes where the volumes around it end.
 #include <algorithm>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "sweep.h"
 
 namespace lumigraft::test {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "relight/reference/reference_renderer.h"
 #include "server/chart.h"
 

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "capture/config.h"
-#include "capture/picture_file.h"
-#include "capture/session.h"
+#include "capture/session/config.h"
+#include "capture/formats/picture_file.h"
+#include "capture/session/session.h"
 #include "server/bench_measures.h"
 #include "server/service_config.h"
 

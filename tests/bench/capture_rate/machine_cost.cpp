@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "capture/pixel_format.h"
+#include "capture/formats/pixel_format.h"
 
 namespace lumigraft {
 namespace {

@@ -12,11 +12,11 @@
 #include <random>
 #include <vector>
 
-#include "capture/config.h"
+#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/pairing_reader.h"
-#include "capture/session_recorder.h"
-#include "capture/stream_spec.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/record/session_recorder.h"
+#include "capture/session/stream_spec.h"
 
 namespace lumigraft {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft::comparators {
 namespace {

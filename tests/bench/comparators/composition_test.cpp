@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 #include "reference_rooms.h"
 
 namespace lumigraft::comparators {

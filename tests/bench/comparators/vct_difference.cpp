@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "capture/response.h"
+#include "capture/camera/response.h"
 
 namespace lumigraft::comparators {
 namespace {

@@ -7,7 +7,7 @@
 // hold the whole of the room that is given, where dvct's finer one holds the objects alone.
 #include <memory>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "relight/gpu/device.h"
 #include "relight/relighter.h"
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "capture/source.h"
 #include "reconstruct/albedo.h"
 #include "reconstruct/fusion.h"

@@ -1,0 +1,128 @@
+#include "capture/camera/radiance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+constexpr int kTrustedUpTo = 230;  // from here to full scale the weight falls to zero, so that merging leaves no seam
+
+void finish_mask(RadiancePicture& out) {
+  const auto clipped = std::count(out.clipped.data.begin(), out.clipped.data.end(), std::uint8_t{1});
+  out.clipped_fraction =
+      out.clipped.data.empty() ? 0.0 : static_cast<double>(clipped) / static_cast<double>(out.clipped.data.size());
+}
+
+RadiancePicture pass_through(const Picture& picture) {
+  RadiancePicture out;
+  out.radiance = picture.radiance;
+  out.clipped = Image<std::uint8_t>(picture.radiance.width, picture.radiance.height, 1);
+  for (std::size_t i = 0; i < out.radiance.data.size(); ++i) {
+    float& value = out.radiance.data[i];
+    if (!std::isfinite(value)) {  // says nothing but that there may be light: a lower bound of 0
+      out.clipped.data[i / 3] = 1;
+      value = 0.0f;
+    }
+    value = std::max(value, 0.0f);
+  }
+  finish_mask(out);
+  return out;
+}
+
+/// Inverse variance of linear / exposure under half a code value of rounding, faded out towards full scale.
+std::array<std::array<double, 256>, 3> weights_of(const Response& response, double exposure) {
+  std::array<std::array<double, 256>, 3> weights{};
+  for (int c = 0; c < 3; ++c) {
+    for (int code = 0; code < kFullScale; ++code) {
+      const int below = std::max(code - 1, 0);
+      const double rise = response.to_linear(static_cast<std::uint8_t>(code + 1), c) -
+                          response.to_linear(static_cast<std::uint8_t>(below), c);
+      const double slope = std::max(rise / (code + 1 - below), 1e-6);
+      const double fade = std::min(1.0, static_cast<double>(kFullScale - code) / (kFullScale - kTrustedUpTo));
+      weights[c][code] = fade * (exposure / slope) * (exposure / slope);
+    }
+  }
+  return weights;
+}
+
+}  // namespace
+
+RadiancePicture to_radiance(const Picture& picture, const Response& response) {
+  if (!picture.radiance.empty()) {
+    return pass_through(picture);
+  }
+  RadiancePicture out;
+  const Image<std::uint8_t>& codes = picture.encoded;
+  out.radiance = Image<float>(codes.width, codes.height, 3);
+  out.clipped = Image<std::uint8_t>(codes.width, codes.height, 1);
+  std::array<std::array<float, 256>, 3> table{};
+  for (int c = 0; c < 3; ++c) {
+    for (int code = 0; code < 256; ++code) {
+      table[c][code] = static_cast<float>(response.to_linear(static_cast<std::uint8_t>(code), c) / picture.exposure);
+    }
+  }
+  for (std::size_t pixel = 0; pixel < out.clipped.data.size(); ++pixel) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint8_t code = codes.data[3 * pixel + c];
+      out.radiance.data[3 * pixel + c] = table[c][code];
+      out.clipped.data[pixel] |= code >= kFullScale ? 1 : 0;
+    }
+  }
+  finish_mask(out);
+  return out;
+}
+
+RadiancePicture merge_bracket(const std::vector<std::shared_ptr<const Picture>>& pictures, const Response& response) {
+  if (pictures.empty()) {
+    return {};
+  }
+  std::vector<std::shared_ptr<const Picture>> sorted;  // shortest exposure first
+  for (const auto& picture : pictures) {
+    if (!picture->radiance.empty() || pictures.size() == 1) {
+      return to_radiance(*picture, response);
+    }
+    sorted.push_back(picture);
+  }
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a->exposure < b->exposure; });
+
+  std::vector<std::array<std::array<double, 256>, 3>> weights;
+  weights.reserve(sorted.size());
+  for (const auto& picture : sorted) {
+    weights.push_back(weights_of(response, picture->exposure));
+  }
+  const Image<std::uint8_t>& shortest = sorted.front()->encoded;
+  RadiancePicture out;
+  out.radiance = Image<float>(shortest.width, shortest.height, 3);
+  out.clipped = Image<std::uint8_t>(shortest.width, shortest.height, 1);
+  for (std::size_t i = 0; i < out.radiance.data.size(); ++i) {
+    const int c = static_cast<int>(i % 3);
+    double sum = 0.0;
+    double weight_sum = 0.0;
+    for (std::size_t p = 0; p < sorted.size(); ++p) {
+      const std::uint8_t code = sorted[p]->encoded.data[i];
+      sum += weights[p][c][code] * response.to_linear(code, c) / sorted[p]->exposure;
+      weight_sum += weights[p][c][code];
+    }
+    if (weight_sum > 0.0) {
+      out.radiance.data[i] = static_cast<float>(sum / weight_sum);
+    } else {
+      out.radiance.data[i] = static_cast<float>(response.to_linear(shortest.data[i], c) / sorted.front()->exposure);
+      out.clipped.data[i / 3] = 1;
+    }
+  }
+  finish_mask(out);
+  return out;
+}
+
+void undo_vignetting(RadiancePicture& picture, const Image<float>& gain) {
+  for (std::size_t pixel = 0; pixel < gain.data.size(); ++pixel) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      picture.radiance.data[3 * pixel + c] *= gain.data[pixel];
+    }
+  }
+}
+
+}  // namespace lumigraft

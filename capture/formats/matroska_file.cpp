@@ -1,0 +1,203 @@
+#include "capture/formats/matroska_file.h"
+
+#include <fcntl.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <stdexcept>
+#include <system_error>
+
+namespace lumigraft {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+// Element IDs of RFC 8794 (EBML) and RFC 9559 (Matroska).
+enum Id : std::uint32_t {
+  kEbml = 0x1A45DFA3,
+  kEbmlVersion = 0x4286,
+  kEbmlReadVersion = 0x42F7,
+  kEbmlMaxIdLength = 0x42F2,
+  kEbmlMaxSizeLength = 0x42F3,
+  kDocType = 0x4282,
+  kDocTypeVersion = 0x4287,
+  kDocTypeReadVersion = 0x4285,
+  kSegment = 0x18538067,
+  kInfo = 0x1549A966,
+  kTimestampScale = 0x2AD7B1,
+  kMuxingApp = 0x4D80,
+  kWritingApp = 0x5741,
+  kTracks = 0x1654AE6B,
+  kTrackEntry = 0xAE,
+  kTrackNumber = 0xD7,
+  kTrackUid = 0x73C5,
+  kTrackType = 0x83,
+  kFlagLacing = 0x9C,
+  kCodecId = 0x86,
+  kCodecPrivate = 0x63A2,
+  kVideo = 0xE0,
+  kPixelWidth = 0xB0,
+  kPixelHeight = 0xBA,
+  kUncompressedFourCc = 0x2EB524,
+  kCluster = 0x1F43B675,
+  kTimestamp = 0xE7,
+  kMaxBlockAdditionId = 0x55EE,
+  kBlockGroup = 0xA0,
+  kBlock = 0xA1,
+  kBlockAdditions = 0x75A1,
+  kBlockMore = 0xA6,
+  kBlockAddId = 0xEE,
+  kBlockAdditional = 0xA5,
+};
+
+void add_big_endian(Bytes& out, std::uint64_t value, int bytes) {
+  for (int i = bytes - 1; i >= 0; --i) {
+    out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+  }
+}
+
+void add_id(Bytes& out, Id id) { add_big_endian(out, id, id > 0xFFFFFF ? 4 : id > 0xFFFF ? 3 : id > 0xFF ? 2 : 1); }
+
+/// A size in eight bytes: one length marker and 56 bits.
+void add_size(Bytes& out, std::uint64_t size) { add_big_endian(out, size | (std::uint64_t{1} << 56), 8); }
+
+void add(Bytes& out, Id id, std::span<const std::uint8_t> data) {
+  add_id(out, id);
+  add_size(out, data.size());
+  out.insert(out.end(), data.begin(), data.end());
+}
+
+void add(Bytes& out, Id id, std::uint64_t value) {
+  Bytes data;
+  add_big_endian(data, value, 8);
+  add(out, id, data);
+}
+
+void add(Bytes& out, Id id, const std::string& text) { add(out, id, Bytes(text.begin(), text.end())); }
+
+Bytes file_header(const MatroskaTrack& track) {
+  Bytes ebml;
+  add(ebml, kEbmlVersion, 1);
+  add(ebml, kEbmlReadVersion, 1);
+  add(ebml, kEbmlMaxIdLength, 4);
+  add(ebml, kEbmlMaxSizeLength, 8);
+  add(ebml, kDocType, std::string("matroska"));
+  add(ebml, kDocTypeVersion, 4);
+  add(ebml, kDocTypeReadVersion, 2);
+
+  Bytes info;
+  add(info, kTimestampScale, 1);  // ticks of one nanosecond
+  add(info, kMuxingApp, std::string("lumigraft"));
+  add(info, kWritingApp, std::string("lumigraft"));
+
+  Bytes video;
+  add(video, kPixelWidth, static_cast<std::uint64_t>(track.width));
+  add(video, kPixelHeight, static_cast<std::uint64_t>(track.height));
+  if (track.codec == "V_UNCOMPRESSED") {
+    add(video, kUncompressedFourCc, Bytes(track.uncompressed_fourcc.begin(), track.uncompressed_fourcc.end()));
+  }
+  Bytes entry;
+  add(entry, kTrackNumber, 1);
+  add(entry, kTrackUid, 1);
+  add(entry, kTrackType, 1);  // video
+  add(entry, kFlagLacing, 0);
+  add(entry, kMaxBlockAdditionId, MatroskaFile::kExposureId);
+  add(entry, kCodecId, track.codec);
+  if (!track.codec_private.empty()) {
+    add(entry, kCodecPrivate, track.codec_private);
+  }
+  add(entry, kVideo, video);
+  Bytes tracks;
+  add(tracks, kTrackEntry, entry);
+
+  Bytes out;
+  add(out, kEbml, ebml);
+  add_id(out, kSegment);
+  add_big_endian(out, 0x01FFFFFFFFFFFFFF, 8);  // of unknown length: up to the end of the file, wherever that is
+  add(out, kInfo, info);
+  add(out, kTracks, tracks);
+  return out;
+}
+
+}  // namespace
+
+MatroskaFile::MatroskaFile(const std::filesystem::path& file, const MatroskaTrack& track)
+    : file_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
+  if (descriptor_ < 0) {
+    throw std::runtime_error(file.string() + ": " + std::generic_category().message(errno));
+  }
+  try {
+    write({file_header(track)});
+  } catch (...) {
+    close(descriptor_);
+    throw;
+  }
+}
+
+MatroskaFile::~MatroskaFile() { close(descriptor_); }
+
+void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> picture, std::optional<double> exposure) {
+  Bytes after;  // what follows the picture in its group
+  if (exposure) {
+    Bytes number, more, additions;
+    add_big_endian(number, std::bit_cast<std::uint64_t>(*exposure), 8);
+    add(more, kBlockAddId, kExposureId);
+    add(more, kBlockAdditional, number);
+    add(additions, kBlockMore, more);
+    add(after, kBlockAdditions, additions);
+  }
+  Bytes timestamp;
+  add(timestamp, kTimestamp, static_cast<std::uint64_t>(time_ns));
+  constexpr std::uint64_t kBlockHead = 4;        // track 1, two bytes of time after the cluster's, flags
+  constexpr std::uint64_t kElementHead = 1 + 8;  // of kBlock and kBlockGroup: ID and size
+  const std::uint64_t block = kBlockHead + picture.size();
+  const std::uint64_t group = kElementHead + block + after.size();
+  Bytes head;
+  add_id(head, kCluster);
+  add_size(head, timestamp.size() + kElementHead + group);
+  head.insert(head.end(), timestamp.begin(), timestamp.end());
+  add_id(head, kBlockGroup);
+  add_size(head, group);
+  add_id(head, kBlock);
+  add_size(head, block);
+  add_big_endian(head, 0x81000000, kBlockHead);
+  write({head, picture, after});
+}
+
+/// All of it or nothing.
+void MatroskaFile::write(const std::vector<std::span<const std::uint8_t>>& pieces) {
+  std::vector<iovec> left;
+  std::int64_t size = 0;
+  for (const auto& piece : pieces) {
+    left.push_back({const_cast<std::uint8_t*>(piece.data()), piece.size()});
+    size += static_cast<std::int64_t>(piece.size());
+  }
+  for (std::int64_t done = 0; done < size;) {
+    const ssize_t written = writev(descriptor_, left.data(), static_cast<int>(left.size()));
+    if (written < 0 && errno == EINTR) {
+      continue;
+    }
+    if (written <= 0) {
+      const int why = written < 0 ? errno : ENOSPC;
+      // Readers cope with a torn end as well; a clean one is kinder where there is still somebody to make it.
+      if (ftruncate(descriptor_, length_) == 0) {
+        lseek(descriptor_, length_, SEEK_SET);
+      }
+      throw std::runtime_error(file_.string() + ": " + std::generic_category().message(why));
+    }
+    done += written;
+    auto rest = static_cast<std::size_t>(written);
+    for (iovec& piece : left) {
+      const std::size_t taken = std::min(rest, piece.iov_len);
+      piece.iov_base = static_cast<std::uint8_t*>(piece.iov_base) + taken;
+      piece.iov_len -= taken;
+      rest -= taken;
+    }
+  }
+  length_ += size;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,65 @@
+#include "capture/formats/pixel_format.h"
+
+namespace lumigraft {
+namespace {
+
+struct Known {
+  PixelFormat format;
+  std::string_view name;
+  std::array<char, 4> fourcc;
+};
+
+// The four characters are those under which libav, and so most players, know the same bytes.
+constexpr std::array<Known, 10> kKnown = {{
+    {PixelFormat::rgb8, "rgb8", {'R', 'G', 'B', 24}},
+    {PixelFormat::bgr8, "bgr8", {'B', 'G', 'R', 24}},
+    {PixelFormat::grey8, "grey8", {'Y', '8', '0', '0'}},
+    {PixelFormat::grey16, "grey16", {'Y', '1', 0, 16}},
+    {PixelFormat::bayer_rggb8, "bayer-rggb8", {static_cast<char>(0xBA), 'R', 'G', 8}},
+    {PixelFormat::bayer_bggr8, "bayer-bggr8", {static_cast<char>(0xBA), 'B', 'G', 8}},
+    {PixelFormat::bayer_gbrg8, "bayer-gbrg8", {static_cast<char>(0xBA), 'G', 'B', 8}},
+    {PixelFormat::bayer_grbg8, "bayer-grbg8", {static_cast<char>(0xBA), 'G', 'R', 8}},
+    {PixelFormat::yuyv, "yuyv", {'Y', 'U', 'Y', '2'}},
+    {PixelFormat::nv12, "nv12", {'N', 'V', '1', '2'}},
+}};
+
+const Known* known(PixelFormat format) {
+  for (const Known& k : kKnown) {
+    if (k.format == format) {
+      return &k;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::string_view name_of(PixelFormat format) {
+  const Known* k = known(format);
+  return k != nullptr ? k->name : "mjpeg";
+}
+
+std::optional<PixelFormat> pixel_format_named(std::string_view name) {
+  for (const Known& k : kKnown) {
+    if (k.name == name) {
+      return k.format;
+    }
+  }
+  return name == "mjpeg" ? std::optional(PixelFormat::mjpeg) : std::nullopt;
+}
+
+std::optional<std::array<char, 4>> fourcc_of(PixelFormat format) {
+  const Known* k = known(format);
+  return k != nullptr ? std::optional(k->fourcc) : std::nullopt;
+}
+
+std::optional<PixelFormat> pixel_format_of(const std::array<char, 4>& fourcc) {
+  for (const Known& k : kKnown) {
+    if (k.fourcc == fourcc) {
+      return k.format;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,39 @@
+#include "capture/formats/rgb_frame.h"
+
+extern "C" {
+#include <libavutil/frame.h>
+#include <libswscale/swscale.h>
+}
+
+#include <cstring>
+
+namespace lumigraft {
+
+void RgbFrame::FreeScaler::operator()(SwsContext* p) const { sws_freeContext(p); }
+
+Image<std::uint8_t> RgbFrame::convert(const AVFrame& frame, bool full_range) {
+  const auto format = static_cast<AVPixelFormat>(frame.format);
+  constexpr int kFlags = SWS_BILINEAR | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP | SWS_ACCURATE_RND | SWS_BITEXACT;
+  scaler_.reset(sws_getCachedContext(scaler_.release(), frame.width, frame.height, format, frame.width, frame.height,
+                                     AV_PIX_FMT_RGB24, kFlags, nullptr, nullptr, nullptr));
+  if (!scaler_) {
+    return {};
+  }
+  const int* from = sws_getCoefficients(frame.colorspace == AVCOL_SPC_BT709 ? SWS_CS_ITU709 : SWS_CS_ITU601);
+  sws_setColorspaceDetails(scaler_.get(), from, full_range ? 1 : 0, sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, 1 << 16,
+                           1 << 16);
+  // libswscale writes whole vectors: rows are padded here and copied out.
+  const int stride = (3 * frame.width + 63) / 64 * 64;
+  padded_.resize(static_cast<std::size_t>(stride) * frame.height + 64);
+  std::uint8_t* planes[4] = {padded_.data(), nullptr, nullptr, nullptr};
+  const int strides[4] = {stride, 0, 0, 0};
+  sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);
+  Image<std::uint8_t> rgb(frame.width, frame.height, 3);
+  for (int y = 0; y < frame.height; ++y) {
+    std::memcpy(&rgb.at(0, y), padded_.data() + static_cast<std::ptrdiff_t>(y) * stride,
+                3 * static_cast<std::size_t>(frame.width));
+  }
+  return rgb;
+}
+
+}  // namespace lumigraft

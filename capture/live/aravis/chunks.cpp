@@ -1,0 +1,262 @@
+#include "capture/live/aravis/chunks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <span>
+
+namespace lumigraft::aravis {
+namespace {
+
+constexpr std::uint64_t kNsPerS = 1'000'000'000;
+constexpr std::size_t kNumber = 4;         ///< bytes of a chunk's name, and of its length
+constexpr std::size_t kTag = 2 * kNumber;  ///< what stands behind each chunk
+
+bool says_no(const CameraSettings& settings) {
+  return std::any_of(settings.controls.begin(), settings.controls.end(),
+                     [](const auto& control) { return control.first == "ChunkModeActive" && control.second == 0.0; });
+}
+
+/// Ticks of f a second, without leaving 64 bits.
+std::uint64_t ns_of(std::uint64_t ticks, std::uint64_t f) { return ticks / f * kNsPerS + ticks % f * kNsPerS / f; }
+
+/// Two times of one picture on one clock lie as far apart as its exposure and its way to the wire may be long.
+bool are_near(std::uint64_t a_ns, std::uint64_t b_ns) {
+  return std::min(a_ns - b_ns, b_ns - a_ns) <= kNsPerS;  // unsigned: the smaller one is the distance
+}
+
+std::uint64_t number_at(std::span<const std::uint8_t> bytes, std::size_t at, bool big_endian) {
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < kNumber; ++i) {
+    number = number << 8 | bytes[at + (big_endian ? i : kNumber - 1 - i)];
+  }
+  return number;
+}
+
+std::vector<ArvGcPropertyNode*> properties_of(ArvGcNode* node) {
+  std::vector<ArvGcPropertyNode*> out;
+  for (ArvDomNode* child = node != nullptr ? arv_dom_node_get_first_child(ARV_DOM_NODE(node)) : nullptr;
+       child != nullptr; child = arv_dom_node_get_next_sibling(child)) {
+    if (ARV_IS_GC_PROPERTY_NODE(child)) {
+      out.push_back(ARV_GC_PROPERTY_NODE(child));
+    }
+  }
+  return out;
+}
+
+/// What a port leads to; empty where that is not a chunk.
+std::optional<std::uint32_t> chunk_of(ArvGcNode* port) {
+  for (ArvGcPropertyNode* property : properties_of(port)) {
+    if (arv_gc_property_node_get_node_type(property) == ARV_GC_PROPERTY_NODE_TYPE_CHUNK_ID) {
+      const char* name = arv_gc_property_node_get_string(property, nullptr);
+      return static_cast<std::uint32_t>(std::strtoull(name != nullptr ? name : "", nullptr, 16));
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Chunks::Chunks(ArvCamera& camera, const StreamSpec& spec) : spec_(spec) {
+  Check check;
+  ArvDevice* device = arv_camera_get_device(&camera);
+  if (says_no(spec.settings) || !arv_camera_are_chunks_available(&camera, check)) {
+    return;
+  }
+  arv_camera_set_chunk_mode(&camera, TRUE, check);
+  if (check.failed()) {
+    refused_ = check.text();
+    return;
+  }
+  big_endian_ = ARV_IS_GV_DEVICE(device);
+  if (ARV_IS_GV_DEVICE(device)) {
+    ticks_per_s_ = arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device), check);
+  }
+  time_ = switched_on(camera, "Timestamp", ARV_TYPE_GC_INTEGER);
+  // The session says what one exposure and one gain make of light; others stand in proportion to those.
+  if (spec.settings.exposure_us) {
+    exposure_ = switched_on(camera, "ExposureTime", ARV_TYPE_GC_FLOAT);
+  }
+  ArvGcNode* gain = arv_device_get_feature(device, "Gain");  // without it `gain` is in the camera's own steps
+  if (spec.settings.gain && ARV_IS_GC_FLOAT(gain)) {
+    const char* unit = arv_gc_float_get_unit(ARV_GC_FLOAT(gain));
+    gain_in_db_ = unit != nullptr && std::string(unit) == "dB";
+    if (gain_in_db_ || *spec.settings.gain > 0.0) {
+      gain_ = switched_on(camera, "Gain", ARV_TYPE_GC_FLOAT);
+    }
+  }
+  if (time_ || exposure_ || gain_) {
+    parser_.reset(arv_camera_create_chunk_parser(&camera));
+  } else {
+    arv_camera_set_chunk_mode(&camera, FALSE, check);
+  }
+}
+
+/// The registers that a feature is made of: in which chunk each lies, and where it ends.
+std::vector<Chunks::Need> Chunks::needs_of(ArvGcNode* node, int depth) {
+  constexpr int kDeepest = 8;  // a description may go in circles
+  std::vector<Need> out;
+  if (depth > kDeepest) {
+    return out;
+  }
+  for (ArvGcPropertyNode* property : properties_of(node)) {
+    const ArvGcPropertyNodeType type = arv_gc_property_node_get_node_type(property);
+    if (type == ARV_GC_PROPERTY_NODE_TYPE_P_VALUE || type == ARV_GC_PROPERTY_NODE_TYPE_P_VARIABLE) {
+      const std::vector<Need> deeper = needs_of(arv_gc_property_node_get_linked_node(property), depth + 1);
+      out.insert(out.end(), deeper.begin(), deeper.end());
+    } else if (type == ARV_GC_PROPERTY_NODE_TYPE_P_PORT && ARV_IS_GC_REGISTER(node)) {
+      Check address, size;
+      const guint64 from = arv_gc_register_get_address(ARV_GC_REGISTER(node), address);
+      const guint64 length = arv_gc_register_get_length(ARV_GC_REGISTER(node), size);
+      const auto chunk = chunk_of(arv_gc_property_node_get_linked_node(property));
+      if (chunk && !address.failed() && !size.failed() && from <= G_MAXUINT32 && length <= G_MAXUINT32) {
+        out.push_back({*chunk, from + length});
+      }
+    }
+  }
+  return out;
+}
+
+/// What the camera does not offer, or will not do, is left out.
+std::optional<Chunks::Feature> Chunks::switched_on(ArvCamera& camera, const std::string& name, GType type) {
+  Check check;
+  guint count = 0;
+  const std::unique_ptr<const char*, FreeMemory> offered(
+      arv_camera_dup_available_enumerations_as_strings(&camera, "ChunkSelector", &count, check));
+  const std::span<const char*> all(offered.get(), offered != nullptr ? count : 0);
+  if (std::find(all.begin(), all.end(), name) == all.end()) {
+    return std::nullopt;
+  }
+  Feature feature{"Chunk" + name, {}};
+  ArvGcNode* node = arv_device_get_feature(arv_camera_get_device(&camera), feature.name.c_str());
+  if (node == nullptr || !G_TYPE_CHECK_INSTANCE_TYPE(node, type)) {
+    return std::nullopt;
+  }
+  feature.needs = needs_of(node);
+  if (feature.needs.empty()) {
+    return std::nullopt;
+  }
+  arv_camera_set_chunk_state(&camera, name.c_str(), TRUE, check);
+  const std::string why = check.text();
+  if (!arv_camera_get_chunk_state(&camera, name.c_str(), check) || check.failed()) {  // some are on and cannot be set
+    refused_ = feature.name + (why.empty() ? "" : ": " + why);
+    return std::nullopt;
+  }
+  return feature;
+}
+
+bool Chunks::are_whole(ArvBuffer& buffer, std::size_t picture_bytes) const {
+  std::size_t size = 0;
+  const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(&buffer, &size));
+  const std::span<const std::uint8_t> bytes(data, data != nullptr ? size : 0);
+  // From the end to the picture, which may be a chunk like the others.
+  for (std::size_t end = bytes.size(); end >= picture_bytes + kTag;) {
+    const std::size_t tag = end - kTag;
+    const std::uint64_t length = number_at(bytes, tag + kNumber, big_endian_);
+    if (length > tag) {
+      return false;
+    }
+    end = tag - length;
+    if (end == picture_bytes || (end == 0 && tag == picture_bytes)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Empty where its chunks are there and long enough.
+std::string Chunks::reason_against(const Feature& feature, ArvBuffer& buffer) const {
+  for (const Need& need : feature.needs) {
+    std::size_t length = 0;
+    if (arv_buffer_get_chunk_data(&buffer, need.chunk, &length) == nullptr) {
+      return feature.name + " is missing";
+    }
+    if (length < need.bytes) {
+      return feature.name + " has " + std::to_string(length) + " bytes, not " + std::to_string(need.bytes);
+    }
+  }
+  return {};
+}
+
+std::optional<std::int64_t> Chunks::time_ns(ArvBuffer& buffer, std::string& trouble) const {
+  trouble = reason_against(*time_, buffer);
+  if (!trouble.empty()) {
+    return std::nullopt;
+  }
+  Check check;
+  const auto told = static_cast<std::uint64_t>(
+      arv_chunk_parser_get_integer_value(parser_.get(), &buffer, time_->name.c_str(), check));
+  if (check.failed()) {
+    trouble = check.text();
+    return std::nullopt;
+  }
+  // Some cameras' features are in nanoseconds, those of others in the ticks of their clock; the leader's are ticks.
+  const std::uint64_t leader_ns = arv_buffer_get_timestamp(&buffer);
+  if (are_near(told, leader_ns)) {
+    return static_cast<std::int64_t>(told);
+  }
+  if (ticks_per_s_ > 0 && ticks_per_s_ <= kNsPerS && are_near(ns_of(told, ticks_per_s_), leader_ns)) {
+    return static_cast<std::int64_t>(ns_of(told, ticks_per_s_));
+  }
+  trouble = time_->name + " is of another moment than its picture";
+  return std::nullopt;
+}
+
+std::optional<double> Chunks::number(const Feature& feature, ArvBuffer& buffer, std::string& trouble) const {
+  trouble = reason_against(feature, buffer);
+  if (!trouble.empty()) {
+    return std::nullopt;
+  }
+  Check check;
+  const double told = arv_chunk_parser_get_float_value(parser_.get(), &buffer, feature.name.c_str(), check);
+  if (check.failed()) {
+    trouble = check.text();
+    return std::nullopt;
+  }
+  return told;
+}
+
+OwnSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
+  OwnSettings own;
+  if (!arv_buffer_has_chunks(&buffer)) {
+    own.trouble = "it has none";
+    return own;
+  }
+  if (!are_whole(buffer, picture_bytes)) {
+    own.trouble = "they have not the lengths that they say";
+    return own;
+  }
+  std::string trouble;
+  const auto note = [&] {
+    if (own.trouble.empty()) {
+      own.trouble = trouble;
+    }
+  };
+  if (time_) {
+    own.time_ns = time_ns(buffer, trouble);
+    note();
+  }
+  double ratio = 1.0;  // of the light that makes one code, to that of the session's exposure and gain
+  if (exposure_) {
+    const auto exposure_us = number(*exposure_, buffer, trouble);
+    note();
+    ratio *= exposure_us ? *exposure_us / *spec_.settings.exposure_us : std::nan("");
+  }
+  if (gain_) {
+    constexpr double kDbPerTen = 20.0;  // of an amplitude
+    const auto gain = number(*gain_, buffer, trouble);
+    note();
+    ratio *= !gain         ? std::nan("")
+             : gain_in_db_ ? std::pow(10.0, (*gain - *spec_.settings.gain) / kDbPerTen)
+                           : *gain / *spec_.settings.gain;
+  }
+  constexpr double kMost = 1e4;  // of what a sensor can do, far above
+  if (ratio > 1.0 / kMost && ratio < kMost) {
+    own.exposure = spec_.exposure * ratio;
+  } else if (own.trouble.empty()) {
+    own.trouble = "its exposure and gain cannot be true";
+  }
+  return own;
+}
+
+}  // namespace lumigraft::aravis

@@ -1,0 +1,72 @@
+#include "capture/live/aravis/library.h"
+#include "capture/live/camera_list.h"
+#include "capture/live/usb_permission.h"
+
+namespace lumigraft {
+namespace {
+
+using aravis::Check;
+
+void look_into(ArvCamera* camera, CameraListing& listing) {
+  Check check;
+  gint width = 0, height = 0;
+  arv_camera_get_sensor_size(camera, &width, &height, check);
+  check.or_throw("size");
+  double slowest_hz = 0.0, fastest_hz = 0.0;
+  if (arv_camera_is_frame_rate_available(camera, check)) {
+    arv_camera_get_frame_rate_bounds(camera, &slowest_hz, &fastest_hz, check);
+    check.or_throw("rate");
+  }
+  guint count = 0;
+  const std::unique_ptr<gint64, aravis::FreeMemory> formats(
+      arv_camera_dup_available_pixel_formats(camera, &count, check));
+  check.or_throw("pixel formats");
+  for (guint i = 0; i < count; ++i) {
+    const auto ours = aravis::pixel_format_of(formats.get()[i]);
+    listing.formats.push_back({ours ? std::string(name_of(*ours)) : "GenICam " + std::to_string(formats.get()[i]),
+                               width, height, fastest_hz});
+  }
+  OfferedControl exposure{.name = "exposure_us"};
+  if (arv_camera_is_exposure_time_available(camera, check)) {
+    arv_camera_get_exposure_time_bounds(camera, &exposure.low, &exposure.high, check);
+    exposure.value = arv_camera_get_exposure_time(camera, check);
+    check.or_throw("exposure");
+    listing.controls.push_back(exposure);
+  }
+  OfferedControl gain{.name = "gain"};
+  if (arv_camera_is_gain_available(camera, check)) {
+    arv_camera_get_gain_bounds(camera, &gain.low, &gain.high, check);
+    gain.value = arv_camera_get_gain(camera, check);
+    check.or_throw("gain");
+    listing.controls.push_back(gain);
+  }
+}
+
+}  // namespace
+
+std::vector<CameraListing> list_aravis_cameras() {
+  std::vector<CameraListing> out;
+  arv_update_device_list();
+  for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
+    const auto text = [](const char* word) { return std::string(word != nullptr ? word : ""); };
+    const std::string id = text(arv_get_device_id(i));
+    CameraListing listing{.source = "aravis:" + id,
+                          .name = text(arv_get_device_vendor(i)) + " " + text(arv_get_device_model(i)) + " " +
+                                  text(arv_get_device_serial_nbr(i)) + ", " + text(arv_get_device_protocol(i))};
+    try {
+      Check check;
+      const aravis::Ref<ArvCamera> camera(arv_camera_new(id.c_str(), check));
+      check.or_throw("open");
+      look_into(camera.get(), listing);
+    } catch (const InputError& e) {
+      listing.why_not = e.what();
+    }
+    out.push_back(std::move(listing));
+  }
+  if (aravis::usb3_vision_is_forbidden()) {
+    out.push_back({.source = "aravis:", .name = "a camera of USB3 Vision", .why_not = kForbiddenUsb});
+  }
+  return out;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,417 @@
+#include "capture/live/aravis/source.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "capture/live/aravis/chunks.h"
+#include "capture/live/aravis/library.h"
+#include "capture/live/usb_permission.h"
+#include "capture/live/error_context.h"
+
+namespace lumigraft {
+namespace {
+
+using aravis::Check;
+using aravis::Ref;
+
+constexpr int kBuffers = 8;
+
+/// Colour before grey, and what takes a third of the wire before what does not.
+constexpr PixelFormat kPreferred[] = {PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8,
+                                      PixelFormat::bayer_grbg8, PixelFormat::rgb8,        PixelFormat::bgr8,
+                                      PixelFormat::grey8,       PixelFormat::grey16};
+
+}  // namespace
+
+/// One connection. The constructor throws with the reason alone.
+class AravisSource::Camera {
+ public:
+  Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
+    Check check;
+    if (name.empty()) {
+      arv_update_device_list();
+    }
+    camera_.reset(arv_camera_new(name.empty() ? nullptr : name.c_str(), check));
+    if (!camera_) {
+      if (aravis::usb3_vision_is_forbidden()) {
+        throw CameraFault("found no such camera but one of USB3 Vision: " + std::string(kForbiddenUsb));
+      }
+      throw CameraFault("found no such camera that answers: " + (check.failed() ? check.text() : "none is there"));
+    }
+    ArvDevice* device = arv_camera_get_device(camera_.get());
+    if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
+      throw CameraFault("found it in use by another program, or by one that ended some seconds ago without a word");
+    }
+    stop_what_runs();
+    choose_format();
+    choose_region();
+    fix_exposure();
+    set_controls();
+    use_chunks();
+    start();
+  }
+
+  /// A camera that is gone keeps the library waiting for a dozen seconds, which it may do alone.
+  ~Camera() {
+    if (device_ != nullptr) {
+      g_signal_handlers_disconnect_by_data(device_, this);
+    }
+    constexpr std::chrono::milliseconds kAnswersWithin{500};
+    std::promise<void> promise;
+    const std::future<void> closed = promise.get_future();
+    std::thread([started = started_, camera = std::move(camera_), stream = std::move(stream_),
+                 chunks = std::move(chunks_), promise = std::move(promise)]() mutable {
+      if (started) {
+        Check ignored;
+        arv_camera_stop_acquisition(camera.get(), ignored);
+      }
+      chunks.reset();  // it watches the stream's pictures
+      stream.reset();
+      camera.reset();
+      promise.set_value();
+    }).detach();
+    closed.wait_for(kAnswersWithin);
+  }
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+
+  std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
+    ArvBuffer* buffer =
+        arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(std::chrono::microseconds(timeout).count()));
+    if (buffer == nullptr) {
+      return std::nullopt;
+    }
+    SourceItem item = take(*buffer);
+    arv_stream_push_buffer(stream_.get(), buffer);
+    return item;
+  }
+
+  bool lost() const { return lost_; }
+  std::string take_warning() { return std::exchange(warning_, ""); }
+
+ private:
+  /// What a program that was killed had started may go on: such a camera refuses other settings, or sends its pictures
+  /// to where nobody is.
+  void stop_what_runs() {
+    Check ignored;
+    arv_camera_stop_acquisition(camera_.get(), ignored);
+  }
+
+  void choose_format() {
+    Check check;
+    guint count = 0;
+    const std::unique_ptr<gint64, aravis::FreeMemory> offered(
+        arv_camera_dup_available_pixel_formats(camera_.get(), &count, check));
+    check.or_throw("pixel formats");
+    std::vector<PixelFormat> known;
+    for (guint i = 0; i < count; ++i) {
+      if (const auto format = aravis::pixel_format_of(offered.get()[i])) {
+        known.push_back(*format);
+      }
+    }
+    const auto offers = [&known](PixelFormat f) { return std::find(known.begin(), known.end(), f) != known.end(); };
+    if (spec_.settings.pixel_format) {
+      format_ = *spec_.settings.pixel_format;
+    } else if (const auto* best = std::find_if(std::begin(kPreferred), std::end(kPreferred), offers);
+               best != std::end(kPreferred)) {
+      format_ = *best;
+    }
+    if (!offers(format_)) {
+      std::string names;
+      for (const PixelFormat format : known) {
+        names += " " + std::string(name_of(format));
+      }
+      throw InputError("found no pixel format " + std::string(name_of(format_)) + ", offered:" + names);
+    }
+    if (!bytes_of(format_, spec_.width, spec_.height)) {
+      throw InputError("found " + size_text(spec_.width, spec_.height) + ", allowed with " +
+                       std::string(name_of(format_)) + ": even numbers");
+    }
+    arv_camera_set_pixel_format(camera_.get(), *aravis::aravis_format_of(format_), check);
+    check.or_throw("pixel format");
+  }
+
+  void choose_region() {
+    Check check;
+    gint widest = 0, highest = 0;
+    arv_camera_get_sensor_size(camera_.get(), &widest, &highest, check);
+    check.or_throw("sensor size");
+    if (spec_.width > widest || spec_.height > highest) {
+      throw InputError("found a sensor of " + size_text(widest, highest) +
+                       ", allowed by the session: " + size_text(spec_.width, spec_.height));
+    }
+    arv_camera_set_region(camera_.get(), 0, 0, spec_.width, spec_.height, check);
+    check.or_throw("size");
+    gint x = 0, y = 0, width = 0, height = 0;
+    arv_camera_get_region(camera_.get(), &x, &y, &width, &height, check);
+    check.or_throw("size");
+    if (width != spec_.width || height != spec_.height) {
+      throw InputError("found a camera that gives " + size_text(width, height) +
+                       ", allowed by the session: " + size_text(spec_.width, spec_.height));
+    }
+  }
+
+  /// Radiance = response / exposure holds for a fixed exposure alone; cameras without these features have one.
+  void fix_exposure() {
+    ArvCamera* camera = camera_.get();
+    Check check;
+    const auto answer = [&](bool available, const char* what) {
+      check.or_throw(what);  // unanswered is not unavailable
+      return available;
+    };
+    if (answer(arv_camera_is_exposure_auto_available(camera, check), "auto-exposure")) {
+      arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, check);
+      check.or_throw("auto-exposure");
+    }
+    if (answer(arv_camera_is_gain_auto_available(camera, check), "auto-gain")) {
+      arv_camera_set_gain_auto(camera, ARV_AUTO_OFF, check);
+      check.or_throw("auto-gain");
+    }
+    if (answer(arv_camera_is_feature_available(camera, "BalanceWhiteAuto", check), "white balance")) {
+      arv_camera_set_string(camera, "BalanceWhiteAuto", "Off", check);
+      check.or_throw("white balance");
+    }
+    if (spec_.settings.exposure_us) {
+      arv_camera_set_exposure_time(camera, *spec_.settings.exposure_us, check);
+      check.or_throw("exposure_us");
+    }
+    if (spec_.settings.gain) {
+      arv_camera_set_gain(camera, *spec_.settings.gain, check);
+      check.or_throw("gain");
+    }
+    if (spec_.settings.rate_hz) {
+      arv_camera_set_frame_rate(camera, *spec_.settings.rate_hz, check);
+      check.or_throw("rate_hz");
+    }
+  }
+
+  /// FEATURE, or FEATURE[ENTRY] where FEATURESelector says which of several is meant, as GenICam writes it.
+  void set_controls() {
+    for (const auto& [name, value] : spec_.settings.controls) {
+      const std::size_t bracket = name.find('[');
+      const std::string feature = name.substr(0, bracket);
+      if (bracket != std::string::npos) {
+        choose(feature + "Selector", name.substr(bracket + 1, name.find(']') - bracket - 1), "controls." + name);
+      }
+      set_control(feature, value, "controls." + name);
+    }
+  }
+
+  void choose(const std::string& selector, const std::string& entry, const std::string& key) {
+    if (!ARV_IS_GC_ENUMERATION(arv_device_get_feature(arv_camera_get_device(camera_.get()), selector.c_str()))) {
+      throw InputError(key + ": found no " + selector + " among the camera's features");
+    }
+    Check check;
+    guint count = 0;
+    const std::unique_ptr<const char*, aravis::FreeMemory> offered(
+        arv_camera_dup_available_enumerations_as_strings(camera_.get(), selector.c_str(), &count, check));
+    check.or_throw(key);
+    std::string names;
+    bool found = false;
+    for (guint i = 0; i < count; ++i) {
+      names += std::string(i > 0 ? ", " : "") + offered.get()[i];
+      found = found || entry == offered.get()[i];
+    }
+    if (!found) {
+      throw InputError(key + ": found \"" + entry + "\", allowed: " + names);
+    }
+    arv_camera_set_string(camera_.get(), selector.c_str(), entry.c_str(), check);
+    check.or_throw(key);
+  }
+
+  void set_control(const std::string& feature, double value, const std::string& key) {
+    ArvGcNode* node = arv_device_get_feature(arv_camera_get_device(camera_.get()), feature.c_str());
+    Check check;
+    if (ARV_IS_GC_FLOAT(node)) {
+      arv_camera_set_float(camera_.get(), feature.c_str(), value, check);
+    } else if (ARV_IS_GC_BOOLEAN(node)) {
+      arv_camera_set_boolean(camera_.get(), feature.c_str(), value != 0.0, check);
+    } else if (ARV_IS_GC_INTEGER(node)) {
+      arv_camera_set_integer(camera_.get(), feature.c_str(), static_cast<gint64>(value), check);
+    } else {
+      throw InputError(key + ": found no such number among the camera's features");
+    }
+    check.or_throw(key);
+  }
+
+  void use_chunks() {
+    auto chunks = std::make_unique<aravis::Chunks>(*camera_, spec_);
+    if (!chunks->refused().empty()) {
+      warn(chunks->refused());
+    }
+    if (chunks->active()) {
+      chunks_ = std::move(chunks);
+    }
+  }
+
+  /// Once, for a camera that does so with one picture does so with many.
+  void warn(const std::string& trouble) {
+    if (!std::exchange(warned_, true)) {
+      warning_ = std::string(name_of(spec_.stream)) +
+                 ": the camera's chunks do not tell of every picture when and how it was taken (" + trouble +
+                 "); its leader's time and the session's exposure stand in";
+    }
+  }
+
+  void start() {
+    Check check;
+    if (arv_camera_is_gv_device(camera_.get())) {
+      arv_camera_gv_set_stream_options(camera_.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);  // needs no root
+    }
+    arv_camera_set_acquisition_mode(camera_.get(), ARV_ACQUISITION_MODE_CONTINUOUS, check);
+    check.or_throw("acquisition mode");
+    stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, check));
+    check.or_throw("stream");
+    const guint payload = arv_camera_get_payload(camera_.get(), check);
+    check.or_throw("payload");
+    if (ARV_IS_GV_STREAM(stream_.get())) {
+      // Two pictures may wait in the kernel where net.core.rmem_max lets them; the default holds a fifth of a megabyte.
+      g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+                   static_cast<gint>(std::min<guint64>(2 * guint64{payload}, G_MAXINT)), nullptr);
+    }
+    for (int i = 0; i < kBuffers; ++i) {
+      arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(payload));
+    }
+    device_ = arv_camera_get_device(camera_.get());
+    g_signal_connect(device_, "control-lost", G_CALLBACK(control_lost), this);
+    arv_camera_start_acquisition(camera_.get(), check);
+    check.or_throw("start");
+    started_ = true;
+  }
+
+  static void control_lost(ArvDevice*, gpointer self) { static_cast<Camera*>(self)->lost_ = true; }
+
+  /// Pictures are numbered with 16 bits, of which 0 is not used, or with 64.
+  std::uint64_t steps_to(guint64 id) const {
+    constexpr guint64 kLast16 = 65535;
+    constexpr guint64 kCredible = 1000;  // a longer gap is a counter that was set anew
+    const guint64 steps = id > *last_id_ ? id - *last_id_ : id + kLast16 - *last_id_;
+    return steps >= 1 && steps <= kCredible ? steps : 1;
+  }
+
+  struct Pixels {
+    const std::uint8_t* data = nullptr;
+    std::size_t bytes = 0;  ///< padding included
+    std::size_t row_padding = 0;
+  };
+
+  /// Empty where they are not what was asked for.
+  Pixels pixels_in(ArvBuffer& buffer, std::size_t wanted) const {
+    std::size_t size = 0;
+    if (arv_buffer_get_payload_type(&buffer) == ARV_BUFFER_PAYLOAD_TYPE_CHUNK_DATA) {
+      // Its leader says nothing of the picture, which is the first chunk and as was asked for, or its length would
+      // differ.
+      const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(&buffer, &size));
+      const bool whole = data != nullptr && chunks_ && chunks_->are_whole(buffer, wanted);
+      return whole ? Pixels{data, wanted} : Pixels{};
+    }
+    const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(&buffer, &size));
+    gint row_padding = 0, picture_padding = 0;
+    arv_buffer_get_image_padding(&buffer, &row_padding, &picture_padding);
+    const auto rows = static_cast<std::size_t>(spec_.height);
+    const std::size_t bytes =
+        wanted + rows * static_cast<std::size_t>(row_padding) + static_cast<std::size_t>(picture_padding);
+    if (data == nullptr || arv_buffer_get_image_width(&buffer) != spec_.width ||
+        arv_buffer_get_image_height(&buffer) != spec_.height ||
+        arv_buffer_get_image_pixel_format(&buffer) != *aravis::aravis_format_of(format_) || size < wanted) {
+      return {};
+    }
+    return {data, std::min(bytes, size), static_cast<std::size_t>(row_padding)};
+  }
+
+  /// The picture's own time and exposure. A time that its chunk does not tell is its leader's, moved as the last
+  /// chunk's was, so that no picture changes places with its neighbour.
+  void read_chunks(ArvBuffer& buffer, std::size_t picture_bytes, Stamp& stamp, double& exposure) {
+    const aravis::OwnSettings own = chunks_->read(buffer, picture_bytes);
+    if (!own.trouble.empty()) {
+      warn(own.trouble);
+    }
+    if (own.time_ns) {
+      ahead_ns_ = *own.time_ns - stamp.time_ns;
+    }
+    stamp.time_ns += ahead_ns_;
+    exposure = own.exposure.value_or(exposure);
+  }
+
+  SourceItem take(ArvBuffer& buffer) {
+    const ArvBufferStatus status = arv_buffer_get_status(&buffer);
+    std::uint64_t sequence = next_sequence_;
+    if (status == ARV_BUFFER_STATUS_SUCCESS) {  // the number of a damaged picture may be anything
+      const guint64 id = arv_buffer_get_frame_id(&buffer);
+      sequence = last_id_ ? std::max(sequence, last_whole_ + steps_to(id)) : sequence;
+      last_id_ = id;
+      last_whole_ = sequence;
+    }
+    next_sequence_ = sequence + 1;
+    const guint64 time_ns = arv_buffer_get_timestamp(&buffer);
+    Stamp stamp{static_cast<std::int64_t>(time_ns != 0 ? time_ns : arv_buffer_get_system_timestamp(&buffer)),
+                steady_now_ns(), sequence};
+    if (status != ARV_BUFFER_STATUS_SUCCESS) {
+      const bool packets = status == ARV_BUFFER_STATUS_MISSING_PACKETS || status == ARV_BUFFER_STATUS_TIMEOUT;
+      return LostPicture{stamp, spec_.stream,
+                         packets ? "packets are missing" : "the picture is damaged (" + std::to_string(status) + ")"};
+    }
+    const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
+    const Pixels pixels = pixels_in(buffer, wanted);
+    if (pixels.data == nullptr) {
+      return LostPicture{stamp, spec_.stream, "the picture has another size or format"};
+    }
+    Picture picture;
+    picture.exposure = spec_.exposure;
+    if (chunks_) {
+      read_chunks(buffer, pixels.bytes, stamp, picture.exposure);
+    }
+    picture.stamp = stamp;
+    picture.stream = spec_.stream;
+    std::vector<std::uint8_t> own;
+    std::span<const std::uint8_t> bytes(pixels.data, wanted);
+    if (pixels.row_padding > 0) {
+      const std::size_t row = wanted / static_cast<std::size_t>(spec_.height) + pixels.row_padding;
+      own = without_padding(format_, spec_.width, spec_.height, row, {pixels.data, pixels.bytes});
+      bytes = own;
+    }
+    std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
+    if (!rgb) {
+      return LostPicture{stamp, spec_.stream, "the picture is damaged"};
+    }
+    picture.encoded = std::move(*rgb);
+    if (format_ != PixelFormat::rgb8) {
+      picture.original = std::make_shared<CameraPicture>(format_, std::vector(bytes.begin(), bytes.end()));
+    }
+    return picture;
+  }
+
+  StreamSpec spec_;
+  PixelFormat format_ = PixelFormat::rgb8;
+  PixelConverter pixels_;
+  Ref<ArvCamera> camera_;
+  Ref<ArvStream> stream_;
+  std::unique_ptr<aravis::Chunks> chunks_;  ///< empty where the camera has none
+  std::int64_t ahead_ns_ = 0;               ///< of the last chunk's time, to its leader's
+  bool warned_ = false;
+  std::string warning_;
+  ArvDevice* device_ = nullptr;  ///< the camera's
+  bool started_ = false;
+  std::atomic<bool> lost_{false};
+  std::optional<guint64> last_id_;  ///< of the newest whole picture
+  std::uint64_t last_whole_ = 0;    ///< its sequence
+  std::uint64_t next_sequence_ = 0;
+};
+
+AravisSource::AravisSource(const std::string& camera, const StreamSpec& spec)
+    : camera_(with_source("aravis:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
+
+AravisSource::~AravisSource() = default;
+
+std::optional<SourceItem> AravisSource::next(std::chrono::milliseconds timeout) { return camera_->next(timeout); }
+
+bool AravisSource::finished() const { return camera_->lost(); }
+
+std::string AravisSource::take_warning() { return camera_->take_warning(); }
+
+}  // namespace lumigraft

@@ -1,0 +1,59 @@
+#include "capture/live/helper_process.h"
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <thread>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+
+HelperProcess::HelperProcess(const char* program, std::vector<std::string> words, int theirs, int as) {
+  const std::string file = (std::filesystem::read_symlink("/proc/self/exe").parent_path() / program).string();
+  words.insert(words.begin(), file);
+  std::vector<char*> argv;
+  for (std::string& word : words) {
+    argv.push_back(word.data());
+  }
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, theirs, as);
+  posix_spawn_file_actions_addclosefrom_np(&actions, std::max(as, STDERR_FILENO) + 1);
+  const int error = posix_spawn(&id_, file.c_str(), &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) {
+    id_ = -1;
+    throw CameraFault(file + ": " + std::strerror(error));
+  }
+}
+
+HelperProcess::~HelperProcess() {
+  if (id_ > 0) {
+    kill(id_, SIGKILL);  // the kernel closes its camera
+    waitpid(id_, nullptr, 0);
+  }
+}
+
+std::string HelperProcess::how_it_ended() {
+  using namespace std::chrono_literals;
+  // The kernel closes descriptors a little before it tells how the process ended.
+  int status = 0;
+  for (int tries = 0; tries < 1000; ++tries) {
+    if (waitpid(id_, &status, WNOHANG) == id_) {
+      id_ = -1;
+      return WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : WEXITSTATUS(status) != 0 ? "it ends the program" : "";
+    }
+    std::this_thread::sleep_for(1ms);
+  }
+  return "it closed its descriptor and goes on";
+}
+
+}  // namespace lumigraft

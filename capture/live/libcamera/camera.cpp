@@ -1,0 +1,181 @@
+#include "capture/live/libcamera/camera.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "capture/error.h"
+
+namespace lumigraft::libcam {
+namespace {
+
+constexpr unsigned kBuffers = 8;
+
+/// Colour before grey, and what was never compressed, or is not yet interpolated, before JPEG.
+constexpr PixelFormat kPreferred[] = {PixelFormat::yuyv,        PixelFormat::nv12,        PixelFormat::rgb8,
+                                      PixelFormat::bgr8,        PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8,
+                                      PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8, PixelFormat::mjpeg,
+                                      PixelFormat::grey8};
+
+/// Of a camera whose files it may not open libcamera says nothing.
+bool some_are_forbidden() {
+  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
+    if (entry.path().filename().string().starts_with("media") &&
+        faccessat(AT_FDCWD, entry.path().c_str(), R_OK | W_OK, AT_EACCESS) != 0 && errno == EACCES) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::shared_ptr<libcamera::Camera> find(const std::string& name) {
+  for (const auto& camera : cameras()) {
+    if (name.empty() || camera->id() == name || model_of(*camera) == name) {
+      return camera;
+    }
+  }
+  throw CameraFault(some_are_forbidden()
+                        ? "found no permission to use all cameras, allowed: root and members of the group video"
+                        : "found no such camera, or another program has it");
+}
+
+void check(int result, const char* what) {
+  if (result < 0) {
+    throw CameraFault(std::string(what) + ": " + std::strerror(-result));
+  }
+}
+
+/// What to_rgb takes for granted of a format must be what the camera means by it.
+void check_colors(const libcamera::StreamConfiguration& stream, PixelFormat format) {
+  using Space = libcamera::ColorSpace;
+  if (stream.colorSpace && (format == PixelFormat::yuyv || format == PixelFormat::nv12) &&
+      (stream.colorSpace->ycbcrEncoding != Space::YcbcrEncoding::Rec601 ||
+       stream.colorSpace->range != Space::Range::Limited)) {
+    throw InputError("found " + std::string(name_of(format)) +
+                     " of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8 or mjpeg");
+  }
+}
+
+}  // namespace
+
+Camera::Camera(const std::string& name, const StreamSpec& spec, Tell tell)
+    : spec_(spec), tell_(std::move(tell)), camera_(find(name)) {
+  if (const int error = camera_->acquire(); error != 0) {
+    throw CameraFault(error == -EBUSY ? "the camera is in use by another program" : std::strerror(-error));
+  }
+  agree();
+  make_requests();
+}
+
+const std::vector<std::unique_ptr<libcamera::FrameBuffer>>& Camera::buffers() const {
+  return allocator_->buffers(configuration_->at(0).stream());
+}
+
+void Camera::agree() {
+  std::string offered;
+  for (const libcamera::StreamRole role : kRoles) {
+    configuration_ = camera_->generateConfiguration({role});
+    if (!configuration_ || configuration_->empty()) {
+      continue;
+    }
+    for (const libcamera::PixelFormat& format : configuration_->at(0).formats().pixelformats()) {
+      const auto ours = pixel_format_of(format);
+      const std::string name = ours ? " " + std::string(name_of(*ours)) : "";
+      offered += offered.find(name) == std::string::npos ? name : "";
+    }
+    for (const PixelFormat format : kPreferred) {
+      if ((!spec_.settings.pixel_format || spec_.settings.pixel_format == format) && agree(format)) {
+        return;
+      }
+    }
+  }
+  const auto wanted = spec_.settings.pixel_format;
+  throw InputError("found no pixel format " + std::string(wanted ? name_of(*wanted) : "that is known") +
+                   ", offered:" + offered);
+}
+
+/// False where the camera has no such format.
+bool Camera::agree(PixelFormat format) {
+  libcamera::StreamConfiguration& stream = configuration_->at(0);
+  const auto formats = stream.formats().pixelformats();
+  const libcamera::PixelFormat theirs = *libcamera_format_of(format);
+  if (std::find(formats.begin(), formats.end(), theirs) == formats.end()) {
+    return false;
+  }
+  stream.pixelFormat = theirs;
+  stream.size = {static_cast<unsigned>(spec_.width), static_cast<unsigned>(spec_.height)};
+  stream.bufferCount = std::max(stream.bufferCount, kBuffers);
+  const auto verdict = configuration_->validate();
+  const libcamera::Size given = stream.size;
+  if (verdict == libcamera::CameraConfiguration::Invalid || stream.pixelFormat != theirs ||
+      static_cast<int>(given.width) != spec_.width || static_cast<int>(given.height) != spec_.height) {
+    throw InputError("found a camera that gives " + stream.toString() + ", allowed by the session: " +
+                     size_text(spec_.width, spec_.height) + ", " + std::string(name_of(format)));
+  }
+  check_colors(stream, format);
+  check(camera_->configure(configuration_.get()), "format");
+  format_ = format;
+  return true;
+}
+
+void Camera::make_requests() {
+  libcamera::Stream* stream = configuration_->at(0).stream();
+  allocator_ = std::make_unique<libcamera::FrameBufferAllocator>(camera_);
+  check(allocator_->allocate(stream), "buffers");
+  for (const auto& buffer : buffers()) {
+    auto request = camera_->createRequest(requests_.size());
+    if (!request || request->addBuffer(stream, buffer.get()) != 0 || buffer->planes().size() > kMostPlanes) {
+      throw CameraFault("buffers: libcamera takes no request");
+    }
+    requests_.push_back(std::move(request));
+  }
+  for (const auto& [id, value] : controls_for(camera_->controls(), spec_.settings)) {
+    requests_.front()->controls().set(id, value);  // with the first picture, for all
+  }
+}
+
+void Camera::start() {
+  camera_->requestCompleted.connect(this, &Camera::completed);
+  camera_->disconnected.connect(this, &Camera::disconnected);
+  check(camera_->start(), "start");
+  for (const auto& request : requests_) {
+    check(camera_->queueRequest(request.get()), "start");
+  }
+}
+
+void Camera::give_back(std::uint32_t index) {
+  if (index < requests_.size()) {
+    requests_[index]->reuse(libcamera::Request::ReuseBuffers);
+    camera_->queueRequest(requests_[index].get());  // a camera that is gone says so by itself
+  }
+}
+
+void Camera::completed(libcamera::Request* request) {
+  if (request->status() != libcamera::Request::RequestComplete) {
+    return;
+  }
+  const libcamera::FrameMetadata& said = request->buffers().begin()->second->metadata();
+  const libcamera::ControlList& metadata = request->metadata();
+  HelperMessage message;
+  message.kind = HelperMessage::Kind::picture;
+  message.index = static_cast<std::uint32_t>(request->cookie());
+  message.whole = said.status == libcamera::FrameMetadata::FrameSuccess;
+  for (std::size_t i = 0; i < std::min<std::size_t>(said.planes().size(), kMostPlanes); ++i) {
+    message.used[i] = said.planes()[i].bytesused;
+  }
+  message.time_ns =
+      metadata.get(libcamera::controls::SensorTimestamp).value_or(static_cast<std::int64_t>(said.timestamp));
+  message.sequence = said.sequence;
+  message.exposure = exposure_of(metadata, spec_);
+  tell_(message);
+}
+
+/// libcamera would abort at the next call.
+void Camera::disconnected() { _exit(0); }
+
+}  // namespace lumigraft::libcam

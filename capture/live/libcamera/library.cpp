@@ -1,0 +1,211 @@
+#include "capture/live/libcamera/library.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include "capture/error.h"
+
+namespace lumigraft::libcam {
+namespace {
+
+/// One a process is all that libcamera allows. Once started it hears of cameras that come and go by itself.
+libcamera::CameraManager& manager() {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  static bool started = false;
+  if (!started && std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr) {
+    libcamera::logSetTarget(libcamera::LoggingTargetNone);  // its errors are told by our own words
+  }
+  static libcamera::CameraManager one;
+  if (!started) {
+    if (const int error = one.start(); error != 0) {
+      throw CameraFault(std::string("libcamera does not start: ") + std::strerror(-error));
+    }
+    started = true;
+  }
+  return one;
+}
+
+/// libcamera names packed formats as a little-endian word, first letter uppermost.
+const std::array<std::pair<PixelFormat, libcamera::PixelFormat>, 10> kFormats = {
+    {{PixelFormat::rgb8, libcamera::formats::BGR888},
+     {PixelFormat::bgr8, libcamera::formats::RGB888},
+     {PixelFormat::grey8, libcamera::formats::R8},
+     {PixelFormat::bayer_rggb8, libcamera::formats::SRGGB8},
+     {PixelFormat::bayer_bggr8, libcamera::formats::SBGGR8},
+     {PixelFormat::bayer_gbrg8, libcamera::formats::SGBRG8},
+     {PixelFormat::bayer_grbg8, libcamera::formats::SGRBG8},
+     {PixelFormat::yuyv, libcamera::formats::YUYV},
+     {PixelFormat::nv12, libcamera::formats::NV12},
+     {PixelFormat::mjpeg, libcamera::formats::MJPEG}}};
+
+libcamera::ControlValue value_of(libcamera::ControlType type, double number) {
+  switch (type) {
+    case libcamera::ControlTypeBool:
+      return number != 0.0;
+    case libcamera::ControlTypeByte:
+      return static_cast<std::uint8_t>(number);
+    case libcamera::ControlTypeInteger32:
+      return static_cast<std::int32_t>(std::lround(number));
+    case libcamera::ControlTypeInteger64:
+      return static_cast<std::int64_t>(std::llround(number));
+    default:
+      return static_cast<float>(number);
+  }
+}
+
+/// ControlInfoMap::count() answers for every control that libcamera knows.
+bool offers(const libcamera::ControlInfoMap& offered, const libcamera::ControlId& control) {
+  return offered.find(control.id()) != offered.end();
+}
+
+void switch_off(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered,
+                const libcamera::Control<bool>& control) {
+  if (offers(offered, control)) {
+    list.set(control, false);
+  }
+}
+
+std::optional<double> named(const CameraSettings& settings, const std::string& name) {
+  const auto found = std::find_if(settings.controls.begin(), settings.controls.end(),
+                                  [&](const auto& control) { return control.first == name; });
+  return found != settings.controls.end() ? std::optional(found->second) : std::nullopt;
+}
+
+/// Both gains at once, since libcamera has one control for them.
+void set_white_balance(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered,
+                       const CameraSettings& settings) {
+  const std::optional<double> red = named(settings, kRedGain), blue = named(settings, kBlueGain);
+  if (!red && !blue) {
+    return;
+  }
+  const std::string key = std::string("controls.") + (red ? kRedGain : kBlueGain);
+  const auto found = offered.find(libcamera::controls::ColourGains.id());
+  if (found == offered.end()) {
+    throw InputError(key +
+                     ": found no such number among the camera's controls, allowed: what `lumigraft devices` lists");
+  }
+  if (!red || !blue) {
+    throw InputError(key + ": found it alone, allowed: beside " + (red ? kBlueGain : kRedGain));
+  }
+  const double low = number_in(found->second.min()).value_or(0.0);
+  const double high = number_in(found->second.max()).value_or(std::numeric_limits<double>::max());
+  for (const auto& [name, gain] : {std::pair(kRedGain, *red), std::pair(kBlueGain, *blue)}) {
+    if (!(gain >= low && gain <= high)) {
+      throw InputError(std::string("controls.") + name + ": found " + std::to_string(gain) +
+                       ", allowed: " + std::to_string(low) + " to " + std::to_string(high));
+    }
+  }
+  list.set(libcamera::controls::ColourGains, {static_cast<float>(*red), static_cast<float>(*blue)});
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<libcamera::Camera>> cameras() { return manager().cameras(); }
+
+std::shared_ptr<libcamera::Camera> camera_of_node(dev_t node) { return manager().get(node); }
+
+std::string model_of(const libcamera::Camera& camera) {
+  return camera.properties().get(libcamera::properties::Model).value_or("");
+}
+
+std::optional<PixelFormat> pixel_format_of(const libcamera::PixelFormat& format) {
+  const auto* found = std::find_if(kFormats.begin(), kFormats.end(), [&](const auto& f) { return f.second == format; });
+  return found != kFormats.end() ? std::optional(found->first) : std::nullopt;
+}
+
+std::optional<libcamera::PixelFormat> libcamera_format_of(PixelFormat format) {
+  const auto* found = std::find_if(kFormats.begin(), kFormats.end(), [&](const auto& f) { return f.first == format; });
+  return found != kFormats.end() ? std::optional(found->second) : std::nullopt;
+}
+
+std::optional<double> number_in(const libcamera::ControlValue& value) {
+  if (value.isArray()) {
+    return std::nullopt;
+  }
+  switch (value.type()) {
+    case libcamera::ControlTypeBool:
+      return value.get<bool>() ? 1.0 : 0.0;
+    case libcamera::ControlTypeByte:
+      return value.get<std::uint8_t>();
+    case libcamera::ControlTypeInteger32:
+      return value.get<std::int32_t>();
+    case libcamera::ControlTypeInteger64:
+      return static_cast<double>(value.get<std::int64_t>());
+    case libcamera::ControlTypeFloat:
+      return static_cast<double>(value.get<float>());
+    default:
+      return std::nullopt;
+  }
+}
+
+bool holds_several(const libcamera::ControlId& control) {
+  namespace known = libcamera::controls;
+  const unsigned ids[] = {known::ColourGains.id(), known::ColourCorrectionMatrix.id(), known::FrameDurationLimits.id(),
+                          known::SensorBlackLevels.id(), known::AfWindows.id()};
+  return std::find(std::begin(ids), std::end(ids), control.id()) != std::end(ids);
+}
+
+void set_number(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered, const std::string& name,
+                const std::string& key, double number) {
+  const auto found = std::find_if(offered.begin(), offered.end(), [&](const auto& c) {
+    return c.first->name() == name && !holds_several(*c.first) && number_in(c.second.min()) &&
+           number_in(c.second.max());
+  });
+  if (found == offered.end()) {
+    throw InputError(key +
+                     ": found no such number among the camera's controls, allowed: what `lumigraft devices` lists");
+  }
+  const double low = *number_in(found->second.min());
+  const double high = *number_in(found->second.max());
+  if (!(number >= low && number <= high)) {
+    throw InputError(key + ": found " + std::to_string(number) + ", allowed: " + std::to_string(low) + " to " +
+                     std::to_string(high));
+  }
+  list.set(found->first->id(), value_of(found->first->type(), number));
+}
+
+libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, const CameraSettings& settings) {
+  libcamera::ControlList list(offered);
+  switch_off(list, offered, libcamera::controls::AeEnable);
+  switch_off(list, offered, libcamera::controls::AwbEnable);
+  if (settings.exposure_us) {
+    set_number(list, offered, libcamera::controls::ExposureTime.name(), "exposure_us", *settings.exposure_us);
+  }
+  if (settings.gain) {
+    set_number(list, offered, libcamera::controls::AnalogueGain.name(), "gain", *settings.gain);
+  }
+  if (settings.rate_hz) {
+    if (!offers(offered, libcamera::controls::FrameDurationLimits)) {
+      throw InputError("rate_hz: found a camera whose rate is not set this way");
+    }
+    const auto period_us = static_cast<std::int64_t>(std::llround(1e6 / *settings.rate_hz));
+    list.set(libcamera::controls::FrameDurationLimits, {period_us, period_us});
+  }
+  set_white_balance(list, offered, settings);
+  for (const auto& [name, value] : settings.controls) {
+    if (name != kRedGain && name != kBlueGain) {
+      set_number(list, offered, name, "controls." + name, value);
+    }
+  }
+  return list;
+}
+
+double exposure_of(const libcamera::ControlList& metadata, const StreamSpec& spec) {
+  double out = spec.exposure;
+  if (const auto time_us = metadata.get(libcamera::controls::ExposureTime); time_us && spec.settings.exposure_us) {
+    out *= *time_us / *spec.settings.exposure_us;
+  }
+  if (const auto gain = metadata.get(libcamera::controls::AnalogueGain); gain && spec.settings.gain) {
+    out *= static_cast<double>(*gain) / *spec.settings.gain;
+  }
+  return out;
+}
+
+}  // namespace lumigraft::libcam

@@ -1,0 +1,76 @@
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "capture/live/camera_list.h"
+#include "capture/error.h"
+#include "capture/live/helper_process.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kPatience_ms = 10'000;
+
+/// What the helper writes until it ends.
+std::string listing() {
+  int ends[2];
+  if (pipe(ends) != 0) {
+    return {};
+  }
+  std::string out;
+  try {
+    const HelperProcess helper("lumigraft_libcamera", {"list"}, ends[1], STDOUT_FILENO);
+    close(ends[1]);
+    ends[1] = -1;
+    char piece[4096];
+    pollfd waiting{ends[0], POLLIN, 0};
+    for (ssize_t size = 1; size > 0 && poll(&waiting, 1, kPatience_ms) > 0;) {
+      size = read(ends[0], piece, sizeof piece);
+      out.append(piece, static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+    }
+  } catch (const CameraFault& e) {
+    out = std::string("failed\t") + e.what() + "\n";
+  }
+  close(ends[0]);
+  if (ends[1] >= 0) {
+    close(ends[1]);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<CameraListing> list_libcamera_cameras() {
+  std::vector<CameraListing> out;
+  std::istringstream lines(listing());
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    const auto field = [&fields] {
+      std::string text;
+      std::getline(fields, text, '\t');
+      return text;
+    };
+    const std::string kind = field();
+    if (kind == "camera") {
+      const std::string id = field();
+      out.push_back({.source = "libcamera:" + id, .name = field()});
+    } else if (kind == "node" && !out.empty()) {
+      out.back().nodes.push_back(field());
+    } else if (kind == "failed") {
+      out.push_back({.source = "libcamera:", .name = "libcamera", .why_not = field()});
+    } else if (kind == "format" && !out.empty()) {
+      OfferedFormat format{.pixels = field()};
+      fields >> format.width >> format.height;
+      out.back().formats.push_back(std::move(format));
+    } else if (kind == "control" && !out.empty()) {
+      OfferedControl control{.name = field()};
+      fields >> control.low >> control.high >> control.value;
+      out.back().controls.push_back(std::move(control));
+    }
+  }
+  return out;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,38 @@
+#include "capture/live/thread_priority.h"
+
+#include <sched.h>
+#include <sys/resource.h>
+
+namespace lumigraft {
+namespace {
+
+constexpr int kThisThread = 0;  // Linux counts all of this by thread
+
+}  // namespace
+
+Niceness::Niceness(int wanted) : before_(getpriority(PRIO_PROCESS, kThisThread)) {
+  setpriority(PRIO_PROCESS, kThisThread, wanted);
+}
+
+Niceness::~Niceness() { setpriority(PRIO_PROCESS, kThisThread, before_); }
+
+Urgent::Urgent() : policy_before_(sched_getscheduler(kThisThread)) {
+  sched_param param{};
+  sched_getparam(kThisThread, &param);
+  priority_before_ = param.sched_priority;
+  param.sched_priority = sched_get_priority_min(SCHED_RR);
+  if (sched_setscheduler(kThisThread, SCHED_RR, &param) != 0) {
+    constexpr int kBeforeMost = -10;
+    instead_.emplace(kBeforeMost);
+  }
+}
+
+Urgent::~Urgent() {
+  if (!instead_) {
+    sched_param param{};
+    param.sched_priority = priority_before_;
+    sched_setscheduler(kThisThread, policy_before_, &param);
+  }
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,178 @@
+#include "capture/live/v4l2/controls.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+
+#include "capture/error.h"
+
+namespace lumigraft::v4l2 {
+namespace {
+
+/// As v4l2-ctl does: letters and digits in lower case, and one underscore for whatever stands between them.
+std::string plain_name(const std::string& driver_name) {
+  std::string out;
+  bool gap = false;
+  for (const char c : driver_name) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (letter) {
+      out += gap && !out.empty() ? "_" : "";
+      out += static_cast<char>(c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c);
+    }
+    gap = !letter;
+  }
+  return out;
+}
+
+bool is_number(const v4l2_query_ext_ctrl& query) {
+  switch (query.type) {
+    case V4L2_CTRL_TYPE_INTEGER:
+    case V4L2_CTRL_TYPE_BOOLEAN:
+    case V4L2_CTRL_TYPE_MENU:
+    case V4L2_CTRL_TYPE_INTEGER_MENU:
+    case V4L2_CTRL_TYPE_INTEGER64:
+      return query.nr_of_dims == 0 && (query.flags & (V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_WRITE_ONLY)) == 0;
+    default:
+      return false;
+  }
+}
+
+const Control* find(const std::vector<Control>& all, std::uint32_t id) {
+  const auto found = std::find_if(all.begin(), all.end(), [id](const Control& c) { return c.id == id; });
+  return found != all.end() ? &*found : nullptr;
+}
+
+bool is_wide(const Device& device, std::uint32_t id) {
+  v4l2_query_ext_ctrl query{};
+  query.id = id;
+  return device.call(VIDIOC_QUERY_EXT_CTRL, &query) == 0 && query.type == V4L2_CTRL_TYPE_INTEGER64;
+}
+
+/// 0 or the errno.
+int set(const Device& device, std::uint32_t id, std::int64_t value) {
+  v4l2_ext_control one{};
+  one.id = id;
+  if (is_wide(device, id)) {
+    one.value64 = value;
+  } else {
+    one.value = static_cast<__s32>(value);
+  }
+  v4l2_ext_controls request{};
+  request.which = V4L2_CTRL_WHICH_CUR_VAL;
+  request.count = 1;
+  request.controls = &one;
+  return device.call(VIDIOC_S_EXT_CTRLS, &request);
+}
+
+/// Refuses what the driver would cut to its range.
+void set_within(const Device& device, const Control& control, double value, const std::string& key) {
+  const std::int64_t whole = std::llround(value);
+  if (control.read_only) {
+    throw InputError(key + ": found a control that can only be read");
+  }
+  if (whole < control.low || whole > control.high) {
+    throw InputError(key + ": found " + std::to_string(whole) + ", allowed: " + std::to_string(control.low) + " to " +
+                     std::to_string(control.high));
+  }
+  const int error = set(device, control.id, whole);
+  if (error == EINVAL || error == ERANGE || error == EACCES) {  // the last where another control has the say
+    throw InputError(key + ": found " + std::to_string(whole) + ", which the camera does not take now");
+  }
+  if (error != 0) {
+    fail(error, key);
+  }
+}
+
+void fix(const Device& device, const std::vector<Control>& all, std::uint32_t id, std::int64_t value,
+         const char* what) {
+  const Control* control = find(all, id);
+  if (control == nullptr || control->read_only) {
+    return;
+  }
+  const int error = set(device, id, value);
+  if (error == EINVAL || error == ERANGE) {
+    throw InputError(std::string("found ") + what + " that cannot be switched off");
+  }
+  if (error != 0) {
+    fail(error, what);
+  }
+}
+
+/// Cameras offer at least one of the two: an exposure that is set, the iris left alone or not.
+void fix_exposure(const Device& device, const std::vector<Control>& all) {
+  if (find(all, V4L2_CID_EXPOSURE_AUTO) != nullptr && set(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL) != 0) {
+    fix(device, all, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_SHUTTER_PRIORITY, "an automatic exposure");
+  }
+}
+
+}  // namespace
+
+std::vector<Control> controls(const Device& device) {
+  std::vector<Control> out;
+  v4l2_query_ext_ctrl query{};
+  query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
+  while (device.call(VIDIOC_QUERY_EXT_CTRL, &query) == 0) {
+    if (is_number(query)) {
+      const std::string name(query.name, strnlen(query.name, sizeof query.name));
+      const bool read_only = (query.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0;
+      out.push_back({query.id, plain_name(name), query.minimum, query.maximum, read_only});
+    }
+    query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
+  }
+  return out;
+}
+
+std::int64_t value_of(const Device& device, const Control& control) {
+  v4l2_ext_control one{};
+  one.id = control.id;
+  v4l2_ext_controls request{};
+  request.which = V4L2_CTRL_WHICH_CUR_VAL;
+  request.count = 1;
+  request.controls = &one;
+  device.demand(VIDIOC_G_EXT_CTRLS, &request, control.name);
+  return is_wide(device, control.id) ? one.value64 : one.value;
+}
+
+double set_exposure_us(const Device& device, double exposure_us) {
+  const std::vector<Control> all = controls(device);
+  const Control* control = find(all, V4L2_CID_EXPOSURE_ABSOLUTE);
+  if (control == nullptr) {
+    throw InputError("exposure_us: found a camera whose exposure is not known in time, allowed: controls by its names");
+  }
+  set_within(device, *control, exposure_us / kExposureUnit_us, "exposure_us / 100");
+  return kExposureUnit_us * static_cast<double>(value_of(device, *control));
+}
+
+void set_controls(const Device& device, const CameraSettings& settings) {
+  const std::vector<Control> all = controls(device);
+  // Radiance = response / exposure holds for a fixed exposure alone; cameras without these controls have one.
+  fix_exposure(device, all);
+  fix(device, all, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "a rate that follows the exposure");
+  fix(device, all, V4L2_CID_AUTOGAIN, 0, "an automatic gain");
+  fix(device, all, V4L2_CID_AUTOBRIGHTNESS, 0, "an automatic brightness");
+  fix(device, all, V4L2_CID_AUTO_WHITE_BALANCE, 0, "an automatic white balance");
+  fix(device, all, V4L2_CID_HUE_AUTO, 0, "an automatic hue");
+  if (settings.exposure_us) {
+    set_exposure_us(device, *settings.exposure_us);
+  }
+  if (settings.gain) {
+    const Control* gain = find(all, V4L2_CID_GAIN);
+    gain = gain != nullptr ? gain : find(all, V4L2_CID_ANALOGUE_GAIN);
+    if (gain == nullptr) {
+      throw InputError("gain: found a camera without");
+    }
+    set_within(device, *gain, *settings.gain, "gain");
+  }
+  for (const auto& [name, value] : settings.controls) {
+    const std::string wanted = plain_name(name);
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Control& c) { return c.name == wanted; });
+    if (found == all.end()) {
+      throw InputError("controls." + name + ": found no such number among the camera's controls");
+    }
+    set_within(device, *found, value, "controls." + name);
+  }
+}
+
+}  // namespace lumigraft::v4l2

@@ -1,0 +1,216 @@
+#include "capture/live/v4l2/format.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "capture/error.h"
+
+namespace lumigraft::v4l2 {
+namespace {
+
+/// Colour before grey, and what was never compressed, or is not yet interpolated, before JPEG.
+constexpr PixelFormat kPreferred[] = {PixelFormat::yuyv,        PixelFormat::nv12,        PixelFormat::rgb8,
+                                      PixelFormat::bgr8,        PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8,
+                                      PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8, PixelFormat::mjpeg,
+                                      PixelFormat::grey8,       PixelFormat::grey16};
+constexpr double kFastEnough_hz = 25.0;
+
+struct Offer {
+  std::uint32_t fourcc = 0;
+  PixelFormat format = PixelFormat::rgb8;
+  bool size = false;  ///< holds the session's
+  double rate_hz = 0.0;
+};
+
+std::vector<Offer> offers(const Device& device, const StreamSpec& spec) {
+  std::vector<Offer> out;
+  for (const std::uint32_t fourcc : formats(device)) {
+    const std::optional<PixelFormat> format = pixel_format_of(fourcc);
+    if (!format || (*format != PixelFormat::mjpeg && !bytes_of(*format, spec.width, spec.height))) {
+      continue;
+    }
+    out.push_back({fourcc, *format, sizes(device, fourcc).holds(spec.width, spec.height),
+                   highest_rate_hz(device, fourcc, {spec.width, spec.height})});
+  }
+  return out;
+}
+
+/// That hold the session's size: the most preferred of those that are fast enough first, else the fastest.
+std::vector<Offer> choices(const Device& device, const StreamSpec& spec) {
+  std::vector<Offer> all = offers(device, spec);
+  std::string names;
+  for (const Offer& offer : all) {
+    names += " " + std::string(name_of(offer.format));
+  }
+  const auto drop = [&all](const auto& unfit) { all.erase(std::remove_if(all.begin(), all.end(), unfit), all.end()); };
+  if (spec.settings.pixel_format) {
+    drop([&](const Offer& o) { return o.format != *spec.settings.pixel_format; });
+    if (all.empty()) {
+      throw InputError("found no pixel format " + std::string(name_of(*spec.settings.pixel_format)) + " for " +
+                       size_text(spec.width, spec.height) + ", offered:" + names);
+    }
+  }
+  drop([](const Offer& o) { return !o.size; });
+  if (all.empty()) {
+    throw InputError("found no pictures of " + size_text(spec.width, spec.height) +
+                     ", allowed: what `lumigraft devices` lists");
+  }
+  const double wanted_hz = spec.settings.rate_hz.value_or(kFastEnough_hz) * 0.99;
+  const auto rank = [&](const Offer& o) {
+    const bool fast = o.rate_hz == 0.0 || o.rate_hz >= wanted_hz;
+    const auto preference = std::find(std::begin(kPreferred), std::end(kPreferred), o.format) - std::begin(kPreferred);
+    return std::tuple(fast ? 0 : 1, fast ? 0.0 : -o.rate_hz, preference);
+  };
+  std::stable_sort(all.begin(), all.end(), [&](const Offer& a, const Offer& b) { return rank(a) < rank(b); });
+  return all;
+}
+
+/// What both kinds of v4l2_format say.
+struct Said {
+  int width, height;
+  std::uint32_t fourcc, field, colorspace, encoding, quantization;
+};
+
+Said said(const v4l2_format& f, bool planar) {
+  const auto of = [](const auto& p) {
+    return Said{static_cast<int>(p.width),
+                static_cast<int>(p.height),
+                p.pixelformat,
+                p.field,
+                p.colorspace,
+                p.ycbcr_enc,
+                p.quantization};
+  };
+  return planar ? of(f.fmt.pix_mp) : of(f.fmt.pix);
+}
+
+/// What to_rgb takes for granted of a format must be what the camera means by it.
+void check_colors(const Said& s, PixelFormat format) {
+  const bool yuv = format == PixelFormat::yuyv || format == PixelFormat::nv12;
+  const bool rgb = format == PixelFormat::rgb8 || format == PixelFormat::bgr8;
+  std::uint32_t encoding = s.encoding;
+  if (encoding == V4L2_YCBCR_ENC_DEFAULT) {
+    encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(s.colorspace);
+  }
+  std::uint32_t range = s.quantization;
+  if (range == V4L2_QUANTIZATION_DEFAULT) {
+    range = V4L2_MAP_QUANTIZATION_DEFAULT(rgb, s.colorspace, encoding);
+  }
+  if (yuv && (encoding != V4L2_YCBCR_ENC_601 || range != V4L2_QUANTIZATION_LIM_RANGE)) {
+    throw InputError("found " + std::string(name_of(format)) +
+                     " of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8 or mjpeg");
+  }
+  if (rgb && range == V4L2_QUANTIZATION_LIM_RANGE) {
+    throw InputError("found " + std::string(name_of(format)) + " from 16 to 235, allowed: 0 to 255");
+  }
+}
+
+/// Without one asked for a usual one, since a driver starts with whatever it had last.
+void set_rate(const Device& device, const std::optional<double>& wanted_hz) {
+  constexpr double kUsual_hz = 30.0;
+  const double rate_hz = wanted_hz.value_or(kUsual_hz);
+  v4l2_streamparm parameters{};
+  parameters.type = device.buffers();
+  constexpr __u32 kFine = 1'000'000;
+  parameters.parm.capture.timeperframe = {kFine, static_cast<__u32>(std::lround(rate_hz * kFine))};
+  const int error = device.call(VIDIOC_S_PARM, &parameters);
+  if (!wanted_hz) {
+    return;
+  }
+  if (error == ENOTTY || error == EINVAL) {
+    throw InputError("rate_hz: found a camera whose rate is not set this way");
+  }
+  if (error != 0) {
+    fail(error, "rate_hz");
+  }
+  const v4l2_fract& period = parameters.parm.capture.timeperframe;
+  const double given_hz = period.numerator > 0 ? static_cast<double>(period.denominator) / period.numerator : 0.0;
+  if (std::abs(given_hz - rate_hz) > 0.02 * rate_hz) {
+    throw InputError("rate_hz: found a camera that gives " + std::to_string(given_hz) + " Hz, wanted " +
+                     std::to_string(rate_hz));
+  }
+}
+
+/// Throws InputError for what the session does not want, or PixelConverter would misread.
+v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer& offer) {
+  const bool planar = device.multi_planar();
+  v4l2_format format{};
+  format.type = device.buffers();
+  if (planar) {
+    format.fmt.pix_mp.width = static_cast<__u32>(spec.width);
+    format.fmt.pix_mp.height = static_cast<__u32>(spec.height);
+    format.fmt.pix_mp.pixelformat = offer.fourcc;
+    format.fmt.pix_mp.field = V4L2_FIELD_NONE;
+  } else {
+    format.fmt.pix.width = static_cast<__u32>(spec.width);
+    format.fmt.pix.height = static_cast<__u32>(spec.height);
+    format.fmt.pix.pixelformat = offer.fourcc;
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+  }
+  device.demand(VIDIOC_S_FMT, &format, "format");
+  const Said given = said(format, planar);
+  if (given.width != spec.width || given.height != spec.height || given.fourcc != offer.fourcc) {
+    throw InputError("found a camera that gives " + fourcc_text(given.fourcc) + " of " +
+                     size_text(given.width, given.height) +
+                     ", allowed by the session: " + size_text(spec.width, spec.height));
+  }
+  if (given.field != V4L2_FIELD_NONE && given.field != V4L2_FIELD_ANY) {
+    throw InputError("found interlaced pictures, allowed: whole ones");
+  }
+  check_colors(given, offer.format);
+  return format;
+}
+
+bool is_grey(PixelFormat format) { return format == PixelFormat::grey8 || format == PixelFormat::grey16; }
+
+/// The first choice that can be read: grabbers of HDMI often mean another YUV than webcams, and offer RGB beside it.
+std::pair<Offer, v4l2_format> settle(const Device& device, const StreamSpec& spec) {
+  const std::vector<Offer> all = choices(device, spec);
+  std::optional<InputError> refused;
+  for (const Offer& offer : all) {
+    if (refused && is_grey(offer.format)) {
+      continue;  // a camera of colours is to show them
+    }
+    try {
+      return {offer, set_format(device, spec, offer)};
+    } catch (const CameraFault&) {
+      throw;
+    } catch (const InputError& e) {
+      refused = refused ? refused : e;
+    }
+  }
+  throw InputError(*refused);
+}
+
+}  // namespace
+
+Agreed agree(const Device& device, const StreamSpec& spec) {
+  const auto [offer, format] = settle(device, spec);
+  const bool planar = device.multi_planar();
+  set_rate(device, spec.settings.rate_hz);
+
+  Agreed out{.format = offer.format, .planes = planar ? format.fmt.pix_mp.num_planes : 1};
+  if (out.planes < 1 || out.planes > (offer.fourcc == V4L2_PIX_FMT_NV12M ? 2 : 1)) {
+    throw InputError("found pictures in " + std::to_string(out.planes) + " pieces");
+  }
+  if (offer.format == PixelFormat::mjpeg) {
+    return out;
+  }
+  const auto width = static_cast<std::size_t>(spec.width);
+  const std::size_t row = offer.format == PixelFormat::nv12 ? width
+                                                            : *bytes_of(offer.format, spec.width, spec.height) /
+                                                                  static_cast<std::size_t>(spec.height);
+  for (int i = 0; i < out.planes; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    const std::size_t said_bytes = planar ? format.fmt.pix_mp.plane_fmt[i].bytesperline : format.fmt.pix.bytesperline;
+    out.row_bytes[n] = said_bytes != 0 ? said_bytes : row;
+    out.padded = out.padded || out.row_bytes[n] != row;
+  }
+  return out;
+}
+
+}  // namespace lumigraft::v4l2

@@ -1,0 +1,120 @@
+#include "capture/live/v4l2/input.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "capture/error.h"
+
+namespace lumigraft::v4l2 {
+namespace {
+
+/// What the errors of VIDIOC_QUERY_DV_TIMINGS mean; nullptr for others.
+const char* why_no_signal(int error) {
+  switch (error) {
+    case ENOLINK:
+      return "no signal";
+    case ENOLCK:
+      return "a signal that is not steady";
+    case ERANGE:
+      return "a signal that is beyond the camera";
+    default:
+      return nullptr;
+  }
+}
+
+std::string text_of(const v4l2_bt_timings& timings) {
+  const double pixels = static_cast<double>(V4L2_DV_BT_FRAME_WIDTH(&timings)) * V4L2_DV_BT_FRAME_HEIGHT(&timings);
+  char rate[32];
+  std::snprintf(rate, sizeof rate, " at %.4g Hz", static_cast<double>(timings.pixelclock) / std::max(pixels, 1.0));
+  return std::to_string(timings.width) + "x" + std::to_string(timings.height) + rate;
+}
+
+/// Grabbers that scale would make any signal fit: what its camera sees would then lie elsewhere in the picture.
+void check_shape(const v4l2_bt_timings& signal, const StreamSpec& spec, const Input& input) {
+  const double wanted = static_cast<double>(spec.width) / spec.height;
+  const double found = static_cast<double>(signal.width) / std::max(signal.height, __u32{1});
+  if (std::abs(found - wanted) > 0.01 * wanted) {
+    throw InputError("found a signal of " + text_of(signal) + " at its input \"" + input.name +
+                     "\", allowed by the session: " + size_text(spec.width, spec.height) + " or of that shape");
+  }
+}
+
+/// Drivers forget what was plugged in last time, and start with a size of their own.
+void follow_signal(const Device& device, const StreamSpec& spec, const Input& input) {
+  v4l2_dv_timings timings{};
+  const int error = device.call(VIDIOC_QUERY_DV_TIMINGS, &timings);
+  if (const char* why = why_no_signal(error)) {
+    throw CameraFault(std::string("found ") + why + " at its input \"" + input.name + "\"");
+  }
+  if (error == 0) {  // else it cannot look, and has the timings that somebody set
+    check_shape(timings.bt, spec, input);
+    device.demand(VIDIOC_S_DV_TIMINGS, &timings, "the signal's timings");
+  }
+}
+
+}  // namespace
+
+std::vector<Input> inputs(const Device& device) {
+  std::vector<Input> out;
+  v4l2_input entry{};
+  while (device.call(VIDIOC_ENUMINPUT, &entry) == 0) {
+    const char* name = reinterpret_cast<const char*>(entry.name);
+    out.push_back({entry.index, std::string(name, strnlen(name, sizeof entry.name)),
+                   (entry.capabilities & V4L2_IN_CAP_DV_TIMINGS) != 0});
+    const __u32 next = entry.index + 1;
+    entry = {};
+    entry.index = next;
+  }
+  return out;
+}
+
+std::optional<Input> chosen_input(const Device& device) {
+  int index = 0;
+  if (device.call(VIDIOC_G_INPUT, &index) != 0) {
+    return std::nullopt;
+  }
+  for (const Input& input : inputs(device)) {
+    if (input.index == static_cast<std::uint32_t>(index)) {
+      return input;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string signal_text(const Device& device) {
+  const std::optional<Input> input = chosen_input(device);
+  if (!input || !input->digital) {
+    return "";
+  }
+  v4l2_dv_timings timings{};
+  const int error = device.call(VIDIOC_QUERY_DV_TIMINGS, &timings);
+  if (const char* why = why_no_signal(error)) {
+    return why;
+  }
+  return error == 0 ? text_of(timings.bt) : "";
+}
+
+void choose_input(const Device& device, const StreamSpec& spec) {
+  if (const std::optional<std::string>& name = spec.settings.input) {
+    const std::vector<Input> all = inputs(device);
+    const auto wanted = std::find_if(all.begin(), all.end(), [&](const Input& i) { return i.name == *name; });
+    if (wanted == all.end()) {
+      std::string names;
+      for (const Input& input : all) {
+        names += (names.empty() ? "\"" : ", \"") + input.name + "\"";
+      }
+      throw InputError("input: found \"" + *name +
+                       "\", allowed: " + (names.empty() ? "none, since it has no inputs to choose from" : names));
+    }
+    int index = static_cast<int>(wanted->index);
+    device.demand(VIDIOC_S_INPUT, &index, "input");
+  }
+  if (const std::optional<Input> input = chosen_input(device); input && input->digital) {
+    follow_signal(device, spec, *input);
+  }
+}
+
+}  // namespace lumigraft::v4l2

@@ -1,0 +1,186 @@
+#include "capture/record/session_recorder.h"
+
+#include <fstream>
+#include <stdexcept>
+
+#include "capture/session/config_override.h"
+#include "capture/error.h"
+#include "capture/recorded/mkv_source.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
+constexpr std::array kTables = {"color", "depth", "fisheye"};
+
+std::size_t at(Stream stream) { return static_cast<std::size_t>(stream); }
+
+StreamSpec spec_of(Stream stream, const Session& session) {
+  const CameraModel& model = stream == Stream::color   ? session.color.model
+                             : stream == Stream::depth ? session.depth->model
+                                                       : session.fisheye->model;
+  StreamSpec spec{.stream = stream, .width = model.width, .height = model.height};
+  if (stream != Stream::depth) {
+    spec.exposure = stream == Stream::color ? session.color.exposure : session.fisheye->exposure;
+  }
+  return spec;
+}
+
+/// What a calibration says becomes part of the text itself.
+void take_in_calibration(toml::table& root, const fs::path& folder) {
+  const auto named = root["calibration"].value<std::string>();
+  if (!named) {
+    return;
+  }
+  const fs::path file = folder / *named;
+  toml::table calibration = toml::parse_file(file.string());
+  for (const char* name : kTables) {
+    toml::table *lens = calibration[name].as_table(), *camera = root[name].as_table();
+    if (lens == nullptr || camera == nullptr) {
+      continue;
+    }
+    for (auto&& [key, value] : *lens) {
+      camera->insert_or_assign(key, value);
+    }
+    const auto response = (*lens)["response"].value<std::string>();
+    if (response && fs::is_regular_file(file.parent_path() / *response)) {
+      camera->insert_or_assign("response", (file.parent_path() / *response).string());
+    }
+  }
+}
+
+toml::table parse(const SessionText& text) {
+  try {
+    toml::table root = toml::parse(text_with_overrides(text));
+    take_in_calibration(root, text.file.parent_path());
+    return root;
+  } catch (const toml::parse_error& e) {
+    throw InputError(text.file.string() + ": " + std::string(e.description()));
+  }
+}
+
+/// Copies the file that `key` of `table` names, and lets the key name the copy.
+void take_along(toml::table& table, std::string_view key, const std::string& new_stem, const fs::path& from,
+                const fs::path& to) {
+  const auto named = table[key].value<std::string>();
+  if (!named || !fs::is_regular_file(from / *named)) {
+    return;  // a word as "srgb"
+  }
+  const std::string name = new_stem + fs::path(*named).extension().string();
+  fs::copy_file(from / *named, to / name, fs::copy_options::overwrite_existing);
+  table.insert_or_assign(key, name);
+}
+
+}  // namespace
+
+SessionRecorder::SessionRecorder(const SessionText& text, const Session& session, fs::path folder, DepthCoding coding)
+    : text_(text),
+      name_(session.name),
+      serials_{session.color.serial, session.depth ? session.depth->serial : "",
+               session.fisheye ? session.fisheye->serial : ""},
+      folder_(std::move(folder)) {
+  std::error_code error;
+  if (fs::exists(folder_) && (!fs::is_directory(folder_) || !fs::is_empty(folder_, error))) {
+    throw InputError("--out: found " + folder_.string() + " in use, allowed: a folder that is new or empty");
+  }
+  fs::create_directories(folder_, error);
+  if (error) {
+    throw InputError("--out: " + folder_.string() + ": " + error.message());
+  }
+  for (const Stream stream : kStreams) {
+    if (stream == Stream::color ||
+        (stream == Stream::depth ? session.depth.has_value() : session.fisheye.has_value())) {
+      const std::string file = std::string(kTables[at(stream)]) + ".mkv";
+      streams_[at(stream)] = std::make_unique<StreamRecorder>(folder_ / file, spec_of(stream, session), coding);
+    }
+  }
+  if (session.depth && coding == DepthCoding::uncompressed) {
+    uncompressed_depth_ = spec_of(Stream::depth, session);
+  }
+}
+
+bool SessionRecorder::write(Stream stream, const SourceItem& item) {
+  const bool kept = streams_[at(stream)]->write(item);
+  if (kept && streams_[at(stream)]->pictures() == 1) {
+    const std::lock_guard lock(mutex_);
+    seen_[at(stream)] = true;
+    if (seen_[at(Stream::color)]) {
+      write_session_text();
+    }
+  }
+  return kept;
+}
+
+void SessionRecorder::compress_depth(const std::stop_token& stop) {
+  streams_ = {};
+  const fs::path file = folder_ / "depth.mkv", partial = folder_ / "depth.mkv.partial";
+  if (!uncompressed_depth_ || !seen_[at(Stream::depth)]) {
+    return;
+  }
+  try {
+    MkvSource from(file, *uncompressed_depth_);
+    StreamRecorder to(partial, *uncompressed_depth_);
+    while (const auto item = from.next(std::chrono::milliseconds(0))) {
+      if (stop.stop_requested()) {
+        fs::remove(partial);
+        return;
+      }
+      to.write(*item);
+    }
+  } catch (...) {
+    std::error_code gone_anyway;
+    fs::remove(partial, gone_anyway);
+    throw;
+  }
+  fs::rename(partial, file);
+}
+
+/// Names the streams that have a picture, so that each of them opens. Replaces an earlier text in one step.
+void SessionRecorder::write_session_text() {
+  toml::table root = parse(text_);
+  toml::table out{{"format", 1}, {"name", name_}};
+  if (const auto about = root["about"].value<std::string>()) {
+    out.insert("about", *about);
+  }
+  for (const Stream stream : kStreams) {
+    const char* name = kTables[at(stream)];
+    toml::table* table = root[name].as_table();
+    if (table == nullptr || !seen_[at(stream)]) {
+      continue;
+    }
+    if (!serials_[at(stream)].empty()) {
+      table->insert("serial", serials_[at(stream)]);  // what the text says stays
+    }
+    table->insert_or_assign("source", "mkv:" + std::string(name) + ".mkv");
+    take_along(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);
+    out.insert(name, *table);
+  }
+  if (const toml::table* tag = root["tag"].as_table()) {
+    out.insert("tag", *tag);
+  }
+  if (const toml::array* lamps = root["lamp"].as_array()) {
+    out.insert("lamp", *lamps);
+  }
+  if (toml::array* surfaces = root["real_surface"].as_array()) {
+    int number = 0;
+    for (toml::node& surface : *surfaces) {
+      take_along(*surface.as_table(), "mesh", "real-surface-" + std::to_string(number++), text_.file.parent_path(),
+                 folder_);
+    }
+    out.insert("real_surface", *surfaces);
+  }
+  const fs::path partial = folder_ / "session.toml.partial";
+  {
+    std::ofstream file(partial);
+    file << toml::toml_formatter(out, toml::toml_formatter::default_flags & ~toml::format_flags::indentation) << '\n';
+    file.close();
+    if (!file) {
+      throw std::runtime_error(partial.string() + ": cannot be written, the disk may be full");
+    }
+  }
+  fs::rename(partial, folder_ / "session.toml");
+}
+
+}  // namespace lumigraft

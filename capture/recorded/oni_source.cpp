@@ -1,0 +1,170 @@
+#include "capture/recorded/oni_source.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <span>
+
+#include "capture/error.h"
+#include "capture/live/helper_process.h"
+#include "capture/recorded/oni_messages.h"
+
+namespace lumigraft {
+namespace {
+
+using Bytes = std::span<std::uint8_t>;
+constexpr std::chrono::seconds kPatience{20};  ///< the program ends itself before
+
+/// The reading end of a pipe; the other goes to a process.
+struct Pipe {
+  Pipe() {
+    if (pipe2(ends, O_CLOEXEC) != 0) {
+      throw InputError(std::string("found no pipe to read it through: ") + std::strerror(errno));
+    }
+    constexpr int kOneMegabyte = 1 << 20;
+    fcntl(ends[0], F_SETPIPE_SZ, kOneMegabyte);  // where that is not allowed it is slower
+  }
+  ~Pipe() {
+    close(ends[0]);
+    close_theirs();
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  void close_theirs() {
+    if (ends[1] >= 0) {
+      close(ends[1]);
+      ends[1] = -1;
+    }
+  }
+
+  int ends[2] = {-1, -1};
+};
+
+std::vector<std::string> words_for(const std::string& file, const std::vector<StreamSpec>& specs) {
+  std::vector<std::string> words = {file};
+  for (const StreamSpec& spec : specs) {
+    char unit[32];
+    std::snprintf(unit, sizeof unit, "%.17g", spec.unit_m);
+    words.insert(words.end(), {spec.stream == Stream::depth ? "depth" : "color", std::to_string(spec.width),
+                               std::to_string(spec.height), unit});
+  }
+  return words;
+}
+
+}  // namespace
+
+/// One pass over the recording. The constructor throws InputError with the reason alone.
+class OniSource::Reader {
+ public:
+  Reader(const std::string& file, const std::vector<StreamSpec>& specs)
+      : specs_(specs), process_("lumigraft_oni", words_for(file, specs), pipe_.ends[1], kOniPipe) {
+    pipe_.close_theirs();
+    OniMessage opened;
+    if (!hear({reinterpret_cast<std::uint8_t*>(&opened), sizeof opened})) {
+      throw InputError(file + ": found a recording that OpenNI2 does not survive reading: " + why_it_ended());
+    }
+    if (opened.kind != OniMessage::Kind::opened) {
+      opened.text.back() = '\0';
+      throw InputError(opened.text.data());
+    }
+  }
+
+  std::optional<SourceItem> next() {
+    OniMessage said;
+    if (finished_ || !hear({reinterpret_cast<std::uint8_t*>(&said), sizeof said}) || said.stream >= specs_.size()) {
+      return ended();
+    }
+    const StreamSpec& spec = specs_[said.stream];
+    last_ = {said.time_ns, steady_now_ns(), said.sequence};
+    last_stream_ = spec.stream;
+    if (said.kind != OniMessage::Kind::picture) {
+      said.text.back() = '\0';
+      return LostPicture{last_, spec.stream, said.text.data()};
+    }
+    if (spec.stream == Stream::depth) {
+      RawDepth depth{last_, Image<std::uint16_t>(spec.width, spec.height, 1)};
+      const Bytes bytes(reinterpret_cast<std::uint8_t*>(depth.counts.data.data()), 2 * depth.counts.data.size());
+      return hear(bytes) ? std::optional<SourceItem>(std::move(depth)) : ended();
+    }
+    Picture picture;
+    picture.stamp = last_;
+    picture.stream = spec.stream;
+    picture.exposure = spec.exposure;
+    picture.encoded = Image<std::uint8_t>(spec.width, spec.height, 3);
+    return hear(picture.encoded.data) ? std::optional<SourceItem>(std::move(picture)) : ended();
+  }
+
+  bool finished() const { return finished_; }
+  const std::string& trouble() const { return trouble_; }
+
+ private:
+  /// All of these bytes; false where they do not come any more.
+  bool hear(Bytes bytes) {
+    while (!bytes.empty()) {
+      pollfd waiting{pipe_.ends[0], POLLIN, 0};
+      const int ready = poll(&waiting, 1, static_cast<int>(std::chrono::milliseconds(kPatience).count()));
+      if (ready < 0 && errno == EINTR) {
+        continue;
+      }
+      silent_ = ready == 0;
+      const ssize_t got = ready > 0 ? read(pipe_.ends[0], bytes.data(), bytes.size()) : 0;
+      if (got <= 0) {
+        return false;
+      }
+      bytes = bytes.subspan(static_cast<std::size_t>(got));
+    }
+    return true;
+  }
+
+  std::string why_it_ended() { return silent_ ? "it does not answer" : process_.how_it_ended(); }
+
+  std::optional<SourceItem> ended() {
+    if (finished_) {
+      return std::nullopt;
+    }
+    finished_ = true;
+    const std::string why = why_it_ended();
+    if (why.empty()) {
+      return std::nullopt;
+    }
+    trouble_ = "OpenNI2 does not survive reading the rest of the recording: " + why;
+    return LostPicture{{last_.time_ns, steady_now_ns(), last_.sequence + 1}, last_stream_, trouble_};
+  }
+
+  std::vector<StreamSpec> specs_;
+  Pipe pipe_;
+  HelperProcess process_;
+  Stamp last_;
+  Stream last_stream_ = Stream::color;
+  bool silent_ = false, finished_ = false;
+  std::string trouble_;
+};
+
+OniSource::OniSource(std::string file, std::vector<StreamSpec> specs)
+    : file_(std::move(file)), specs_(std::move(specs)), reader_(std::make_unique<Reader>(file_, specs_)) {}
+
+OniSource::~OniSource() = default;
+
+std::optional<SourceItem> OniSource::next(std::chrono::milliseconds) {
+  return reader_ == nullptr ? std::nullopt : reader_->next();
+}
+
+bool OniSource::finished() const { return reader_ == nullptr || reader_->finished(); }
+
+void OniSource::rewind() {
+  reader_.reset();
+  try {
+    reader_ = std::make_unique<Reader>(file_, specs_);
+  } catch (const InputError&) {
+    // The file has gone meanwhile: finished() says so.
+  }
+}
+
+std::string OniSource::trouble() const { return reader_ == nullptr ? "" : reader_->trouble(); }
+
+}  // namespace lumigraft

@@ -1,0 +1,386 @@
+#include "capture/session/session.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "capture/camera/camera_serial.h"
+#include "capture/session/source_uri.h"
+#include "capture/session/stream_spec.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kLargestSide = 16384;
+constexpr double kLargestFocal = 1e6;
+constexpr double kShortestExposure_us = 1.0;
+constexpr double kLongestExposure_us = 60e6;
+constexpr double kLeastTransmission = 0.02, kMostTransmission = 2.0;
+constexpr double kMostOffset_s = 1.0;
+
+/// A source URI of a kind this build can open. The file behind it is looked at when the session is opened.
+std::string source_uri(const ConfigTable& table) {
+  std::string uri = table.text("source");
+  const std::optional<SourceUri> source = parse_source(uri);
+  if (!source) {
+    table.fail("source", "found \"" + uri + "\", allowed in this build: " + std::string(kSourceKinds));
+  }
+  if (!source->live && source->rest.empty()) {
+    table.fail("source", "found \"" + uri + "\", allowed: a file after the colon");
+  }
+  return uri;
+}
+
+Response read_response(const ConfigTable& table) {
+  const std::string name = table.text("response", "srgb");
+  if (name == "srgb") {
+    return Response::srgb();
+  }
+  return name == "linear" ? Response::linear() : Response::from_file(table.existing_file("response"));
+}
+
+void read_principal_point(const ConfigTable& table, CameraModel& model) {
+  model.cx = table.number("cx", -kLargestSide, 2.0 * kLargestSide);
+  model.cy = table.number("cy", -kLargestSide, 2.0 * kLargestSide);
+}
+
+CameraModel read_pinhole(const ConfigTable& table) {
+  CameraModel model;
+  model.fx = table.number("fx", 1.0, kLargestFocal);
+  model.fy = table.number("fy", 1.0, kLargestFocal);
+  read_principal_point(table, model);
+  if (table.has("distortion")) {
+    const std::vector<double> d = table.numbers("distortion", 5);
+    std::copy(d.begin(), d.end(), model.distortion.begin());
+  }
+  return model;
+}
+
+CameraModel read_fisheye_model(const ConfigTable& table) {
+  CameraModel model;
+  model.width = table.integer("width", 1, kLargestSide);
+  model.height = table.integer("height", 1, kLargestSide);
+  read_principal_point(table, model);
+  model.fov_rad = table.number("fov_degrees", 1.0, 360.0) * std::numbers::pi / 180.0;
+  if (table.choice("model", {"equidistant", "kannala-brandt"}, "equidistant") == "equidistant") {
+    model.kind = CameraModel::Kind::equidistant;
+    model.fx = model.fy = table.number("f", 1.0, kLargestFocal);
+    return model;
+  }
+  model.kind = CameraModel::Kind::kannala_brandt;
+  model.fx = table.number("fx", 1.0, kLargestFocal);
+  model.fy = table.number("fy", 1.0, kLargestFocal);
+  const std::vector<double> k = table.numbers("k", 4);
+  std::copy(k.begin(), k.end(), model.k.begin());
+  const double edge = 0.5 * model.fov_rad * (1.0 - 1e-9);
+  if (!model.project({std::sin(edge), 0.0, std::cos(edge)})) {
+    table.fail("k", "found a polynomial that turns back within fov_degrees, allowed: one that grows up to half of it");
+  }
+  return model;
+}
+
+Vignetting read_vignetting(const ConfigTable& table, const CameraModel& camera) {
+  Vignetting vignetting;
+  if (!table.has("vignetting")) {
+    return vignetting;
+  }
+  const std::vector<double> terms = table.numbers("vignetting", vignetting.terms.size());
+  std::copy(terms.begin(), terms.end(), vignetting.terms.begin());
+  constexpr int kSteps = 100;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double angle_rad = 0.5 * camera.fov_rad * i / kSteps, t = vignetting.transmission(angle_rad);
+    if (!(t >= kLeastTransmission && t <= kMostTransmission)) {
+      table.fail("vignetting", "found " + std::to_string(t) + " of the axis' light at " +
+                                   std::to_string(std::lround(angle_rad * 180.0 / std::numbers::pi)) +
+                                   " degrees from it, allowed: 0.02 to 2 all over the field");
+    }
+  }
+  return vignetting;
+}
+
+/// The nearest rotation is kept, since ten printed digits are not quite orthonormal and inverses rely on it.
+Eigen::Isometry3d read_transform(const ConfigTable& table, std::string_view key) {
+  const std::vector<double> rows = table.rigid_transform(key);
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(rows.data());
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix.topLeftCorner<3, 3>(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.linear() = svd.matrixU() * svd.matrixV().transpose();
+  out.translation() = matrix.topRightCorner<3, 1>();
+  return out;
+}
+
+CameraSettings read_settings(const ConfigTable& table) {
+  CameraSettings settings;
+  if (table.has("pixel_format")) {
+    const std::string name = table.text("pixel_format");
+    settings.pixel_format = pixel_format_named(name);
+    if (!settings.pixel_format) {
+      table.fail("pixel_format", "found \"" + name +
+                                     "\", allowed: rgb8, bgr8, grey8, grey16, bayer-rggb8, bayer-bggr8, "
+                                     "bayer-gbrg8, bayer-grbg8, yuyv, nv12, mjpeg");
+    }
+  }
+  if (table.has("input")) {
+    const std::string source = table.text("source");
+    if (const auto uri = parse_source(source); !uri || uri->kind != "v4l2") {
+      table.fail("input", "found it beside \"" + source + "\", allowed: with a source of v4l2:");
+    }
+    settings.input = table.text("input");
+  }
+  const auto number = [&table](std::string_view key, double low, double high) {
+    return table.has(key) ? std::optional(table.number(key, low, high)) : std::nullopt;
+  };
+  settings.rate_hz = number("rate_hz", 0.01, 1000.0);
+  settings.exposure_us = number("exposure_us", kShortestExposure_us, kLongestExposure_us);
+  settings.gain = number("gain", -1e6, 1e6);
+  if (const auto controls = table.optional_table("controls")) {
+    for (const std::string& name : controls->keys()) {
+      settings.controls.emplace_back(name, controls->number(name, -2147483648.0, 2147483647.0));
+    }
+  }
+  return settings;
+}
+
+double read_exposure(const ConfigTable& table) { return table.number("exposure", 1e-9, 1e9); }
+
+/// The session's word for the camera, else what its source calls it by.
+std::string read_serial(const ConfigTable& table) { return table.text("serial", serial_in(table.text("source"))); }
+
+/// Where neither is there, that of the camera whose lens it is said to have.
+std::string read_serial(const ConfigTable& table, const ConfigTable& lens) {
+  const std::string own = read_serial(table);
+  return own.empty() ? lens.text("serial", "") : own;
+}
+
+struct Size {
+  int width, height;
+};
+
+Size read_size(const ConfigTable& table) {
+  return {table.integer("width", 1, kLargestSide), table.integer("height", 1, kLargestSide)};
+}
+
+/// The table that says what the lens of `camera` is: that of the calibration where it has one, else its own.
+ConfigTable lens_table(const ConfigTable& camera, const Size& size, const std::optional<ConfigTable>& calibration,
+                       std::string_view name) {
+  const auto lens = calibration ? calibration->optional_table(name) : std::nullopt;
+  if (!lens) {
+    return camera;
+  }
+  const std::string other = ", allowed: that of the camera in " + camera.file().string() + ", ";
+  for (const auto& [side, wanted] : {std::pair("width", size.width), std::pair("height", size.height)}) {
+    const int found = lens->integer(side, 1, kLargestSide);
+    if (found != wanted) {
+      lens->fail(side, "found " + std::to_string(found) + other + std::to_string(wanted));
+    }
+  }
+  const std::string wanted = read_serial(camera), found = lens->text("serial", "");
+  if (!wanted.empty() && !found.empty() && found != wanted) {
+    lens->fail("serial", "found \"" + found + "\"" + other + "\"" + wanted + "\"");
+  }
+  for (const std::string& key : camera.keys()) {
+    const bool of_the_lens = key == "f" || (lens->has(key) && key != "width" && key != "height" && key != "serial");
+    if (of_the_lens) {
+      camera.fail(key, "found beside " + lens->file().string() + ", which says what the lens is, allowed: without it");
+    }
+  }
+  return *lens;
+}
+
+/// Refuses keys that nobody read, but for those of cameras that are not there.
+void finish_calibration(const ConfigTable& calibration, const Session& session) {
+  const std::map<std::string, bool> used = {
+      {"color", true}, {"depth", session.depth.has_value()}, {"fisheye", session.fisheye.has_value()}};
+  for (const std::string& key : calibration.keys()) {
+    if (const auto table = used.find(key); table == used.end()) {
+      if (key != "format") {
+        calibration.fail(key, "found an unknown key, allowed: format, color, depth, fisheye");
+      }
+    } else if (table->second) {
+      calibration.table(key).finish();
+    }
+  }
+}
+
+ColorCamera read_color(const ConfigTable& table, const ConfigTable& lens) {
+  ColorCamera camera;
+  camera.source = source_uri(table);
+  camera.serial = read_serial(table, lens);
+  camera.model = read_pinhole(lens);
+  camera.model.width = read_size(table).width;
+  camera.model.height = read_size(table).height;
+  camera.exposure = read_exposure(table);
+  camera.response = read_response(lens.has("response") ? lens : table);
+  camera.settings = read_settings(table);
+  return camera;
+}
+
+DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
+                       const std::optional<ConfigTable>& calibration) {
+  DepthCamera camera;
+  camera.source = source_uri(table);
+  camera.serial = read_serial(table);
+  camera.unit_m = table.number("unit_m", 1e-6, 1.0);
+  camera.registered = table.flag("registered", true);
+  if (camera.registered) {
+    if (const auto lens = calibration ? calibration->optional_table("depth") : std::nullopt) {
+      lens->fail("T_color_depth", "found it for depth on its own pixels, allowed: registered = false in " +
+                                      table.file().string() + ", or a calibration without it");
+    }
+    camera.model = color;
+    return camera;
+  }
+  camera.model = read_pinhole(table);
+  camera.model.width = table.integer("width", 1, kLargestSide, color.width);
+  camera.model.height = table.integer("height", 1, kLargestSide, color.height);
+  const ConfigTable lens = lens_table(table, {camera.model.width, camera.model.height}, calibration, "depth");
+  camera.serial = read_serial(table, lens);
+  camera.T_color_depth = read_transform(lens, "T_color_depth");
+  return camera;
+}
+
+FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
+  FisheyeCamera camera;
+  camera.source = source_uri(table);
+  camera.serial = read_serial(table, lens);
+  camera.model = read_fisheye_model(lens);
+  camera.exposure = read_exposure(table);
+  camera.response = read_response(lens.has("response") ? lens : table);
+  camera.vignetting = read_vignetting(lens.has("vignetting") ? lens : table, camera.model);
+  camera.time_offset_s =
+      (lens.has("time_offset_s") ? lens : table).number("time_offset_s", -kMostOffset_s, kMostOffset_s, 0.0);
+  camera.T_tag_fisheye = read_transform(lens.has("T_tag_fisheye") ? lens : table, "T_tag_fisheye");
+  camera.settings = read_settings(table);
+  if (table.has("bracket_us")) {
+    camera.settings.bracket_us = table.numbers("bracket_us", 2, 5);
+    for (const double exposure_us : camera.settings.bracket_us) {
+      if (exposure_us < kShortestExposure_us || exposure_us > kLongestExposure_us) {
+        table.fail("bracket_us", "found " + std::to_string(exposure_us) + ", allowed: 1 to 60000000");
+      }
+    }
+    if (!camera.settings.exposure_us) {
+      table.fail("bracket_us", "found no exposure_us beside it, allowed: the one that `exposure` holds for");
+    }
+  }
+  return camera;
+}
+
+/// Of a family's tags.
+int largest_id(const std::string& family) { return family == "tag36h11" ? 586 : family == "tag25h9" ? 34 : 29; }
+
+Tag read_tag(const ConfigTable& table) {
+  Tag tag;
+  tag.family = table.choice("family", {"tag36h11", "tag25h9", "tag16h5"}, "tag36h11");
+  const int largest = largest_id(tag.family);
+  tag.id = table.integer("id", 0, largest);
+  tag.size_m = table.number("size_m", 0.001, 10.0);
+  for (const ConfigTable& also : table.tables("also")) {
+    FurtherTag& further = tag.also.emplace_back();
+    further.id = also.integer("id", 0, largest);
+    const bool taken = further.id == tag.id || std::any_of(tag.also.begin(), tag.also.end() - 1,
+                                                           [&](const FurtherTag& t) { return t.id == further.id; });
+    if (taken) {
+      also.fail("id", "found " + std::to_string(further.id) + " twice, allowed: each tag once");
+    }
+    further.size_m = also.number("size_m", 0.001, 10.0, tag.size_m);
+    if (also.has("T_tag_also")) {
+      further.T_tag_also = read_transform(also, "T_tag_also");
+    }
+  }
+  return tag;
+}
+
+/// `others` are the lamps above it.
+MarkedLamp read_lamp(const ConfigTable& table, const Tag& tag, const std::vector<MarkedLamp>& others) {
+  MarkedLamp lamp;
+  lamp.tag_id = table.integer("tag_id", 0, largest_id(tag.family));
+  const bool taken =
+      lamp.tag_id == tag.id ||
+      std::any_of(tag.also.begin(), tag.also.end(), [&](const FurtherTag& t) { return t.id == lamp.tag_id; }) ||
+      std::any_of(others.begin(), others.end(), [&](const MarkedLamp& l) { return l.tag_id == lamp.tag_id; });
+  if (taken) {
+    table.fail("tag_id", "found " + std::to_string(lamp.tag_id) + " twice, allowed: each tag once");
+  }
+  lamp.name = table.text("name", "with tag " + std::to_string(lamp.tag_id));
+  lamp.tag_size_m = table.number("tag_size_m", 0.001, 10.0);
+  lamp.radius_m = table.number("radius_m", 0.001, 2.0);
+  const auto three = [&table](std::string_view key, double low, double high, const char* allowed) {
+    const std::vector<double> numbers = table.numbers(key, 3);
+    for (const double number : numbers) {
+      if (!(number >= low && number <= high)) {
+        table.fail(key, "found " + std::to_string(number) + ", allowed: three numbers " + allowed);
+      }
+    }
+    return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
+  };
+  lamp.position_m = three("position_m", -5.0, 5.0, "from -5 to 5, metres from the middle of its tag");
+  if (table.has("normal")) {
+    const Eigen::Vector3d normal = three("normal", -1.0, 1.0, "from -1 to 1");
+    if (normal.norm() < 0.5) {
+      table.fail("normal", "found a vector of length " + std::to_string(normal.norm()) + ", allowed: about 1");
+    }
+    lamp.normal = normal.normalized();
+  }
+  if (table.has("intensity")) {
+    lamp.intensity = three("intensity", 0.0, 1e6, "from 0 to 1000000, W/sr").cast<float>();
+    if (lamp.intensity->isZero()) {
+      table.fail("intensity", "found none, allowed: what the lamp sends when it is on");
+    }
+  }
+  return lamp;
+}
+
+RealSurface read_real_surface(const ConfigTable& table) {
+  RealSurface surface;
+  surface.mesh = table.existing_file("mesh");
+  surface.name = table.text("name", surface.mesh.stem().string());
+  surface.roughness = static_cast<float>(table.number("roughness", 0.0, 1.0));
+  surface.metallic = static_cast<float>(table.number("metallic", 0.0, 1.0));
+  surface.specular = static_cast<float>(table.number("specular", 0.0, 1.0));
+  const std::vector<double> base = table.numbers("base_color", 3);
+  for (int c = 0; c < 3; ++c) {
+    if (base[c] < 0.0 || base[c] > 1.0) {
+      table.fail("base_color", "found " + std::to_string(base[c]) + ", allowed: three numbers from 0 to 1");
+    }
+    surface.base_color[c] = static_cast<float>(base[c]);
+  }
+  return surface;
+}
+
+}  // namespace
+
+Session read_session(const ConfigTable& root) {
+  root.integer("format", 1, 1);
+  Session session;
+  session.folder = root.folder();
+  session.name = root.text("name", std::filesystem::weakly_canonical(session.folder).filename().string());
+  root.text("about", "");
+  std::optional<ConfigTable> calibration;
+  if (root.has("calibration")) {
+    calibration = ConfigTable::load(root.existing_file("calibration"));
+    calibration->integer("format", 1, 1);
+  }
+  const ConfigTable color = root.table("color");
+  session.color = read_color(color, lens_table(color, read_size(color), calibration, "color"));
+  if (const auto depth = root.optional_table("depth")) {
+    session.depth = read_depth(*depth, session.color.model, calibration);
+  }
+  if (const auto fisheye = root.optional_table("fisheye")) {
+    session.fisheye = read_fisheye(*fisheye, lens_table(*fisheye, read_size(*fisheye), calibration, "fisheye"));
+  }
+  if (calibration) {
+    finish_calibration(*calibration, session);
+  }
+  session.tag = read_tag(root.table("tag"));
+  for (const ConfigTable& table : root.tables("lamp")) {
+    session.lamps.push_back(read_lamp(table, session.tag, session.lamps));
+  }
+  for (const ConfigTable& table : root.tables("real_surface")) {
+    session.real_surfaces.push_back(read_real_surface(table));
+  }
+  return session;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,32 @@
+#pragma once
+// What a session expects of one of its streams, and two small things that every source needs.
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "capture/session/camera_settings.h"
+#include "capture/frame.h"
+
+namespace lumigraft {
+
+struct StreamSpec {
+  Stream stream = Stream::color;
+  int width = 0;
+  int height = 0;
+  double exposure = 1.0;         ///< colour and fish-eye, where the source does not say it picture by picture
+  double unit_m = 0.001;         ///< depth
+  bool registered = true;        ///< depth: the device itself puts depth on the colour camera's pixels
+  CameraSettings settings = {};  ///< live colour and fish-eye
+  std::string serial = {};       ///< a live camera that says another one is refused; empty: any
+};
+
+inline std::string size_text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height) + " pixels";
+}
+
+inline std::int64_t steady_now_ns() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,361 @@
+#include "capture/sync/pairing_reader.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::int64_t kNsPerMs = 1'000'000;
+constexpr std::size_t kMostAhead = 16;  ///< colour pictures read ahead while another stream is behind
+constexpr std::int64_t kLatest_ns = 4'000'000'000'000'000'000;  ///< the year 2096; sums with bounds cannot overflow
+constexpr std::size_t kPeriodsKept = 15;                        ///< their median is the colour period
+constexpr std::int64_t kLongestLiveBound_ns = 250 * kNsPerMs;
+constexpr std::size_t kMostBuffered = 64;  ///< by a live source
+
+bool is_lost(const SourceItem& item) { return std::holds_alternative<LostPicture>(item); }
+
+std::int64_t time_of(const SourceItem& item) { return stamp_of(item).time_ns; }
+
+std::int64_t period_between(const Stamp& a, const Stamp& b) {
+  return (b.time_ns - a.time_ns) / static_cast<std::int64_t>(std::max<std::uint64_t>(b.sequence - a.sequence, 1));
+}
+
+std::string ms_text(std::int64_t ns) { return std::to_string((ns + kNsPerMs / 2) / kNsPerMs) + " ms"; }
+
+std::string lost_text(const SourceItem& item) {
+  const auto& lost = std::get<LostPicture>(item);
+  return std::string(name_of(lost.stream)) + " picture " + std::to_string(lost.stamp.sequence) +
+         " lost: " + lost.reason;
+}
+
+std::string alone_text(Stream stream, int count) {
+  return std::to_string(count) + " " + name_of(stream) + (count == 1 ? " picture" : " pictures") +
+         " late or without a colour picture: dropped";
+}
+
+}  // namespace
+
+PairingReader::PairingReader(PairedSources sources, Registration registration)
+    : sources_(std::move(sources)), registration_(std::move(registration)) {
+  color_.source = sources_.color.get();
+  depth_.source = sources_.depth.get();
+  fisheye_.source = sources_.fisheye.get();
+}
+
+PairingReader::Lane& PairingReader::lane_of(Stream stream) {
+  return stream == Stream::color ? color_ : stream == Stream::depth ? depth_ : fisheye_;
+}
+
+/// Puts an item into its lane, or drops it with a note where its time goes back.
+void PairingReader::accept(SourceItem item) {
+  const Stream stream = stream_of(item);
+  Stamp stamp = stamp_of(item);
+  Lane& lane = lane_of(stream);
+  const std::string name = name_of(stream);
+  if (stamp.sequence > lane.next_sequence) {
+    lane.notes.push_back(std::to_string(stamp.sequence - lane.next_sequence) + " " + name +
+                         " pictures missing before picture " + std::to_string(stamp.sequence));
+  }
+  lane.next_sequence = stamp.sequence + 1;
+  if (stamp.time_ns > kLatest_ns || stamp.time_ns < -kLatest_ns) {
+    lane.notes.push_back(name + " picture " + std::to_string(stamp.sequence) + " has an impossible time: dropped");
+    return;
+  }
+  if (stream == Stream::fisheye) {
+    stamp.time_ns += sources_.fisheye_offset_ns;
+    std::visit([&](auto& any) { any.stamp = stamp; }, item);
+  }
+  const bool bracket = stream == Stream::fisheye && stamp.time_ns == lane.last_time_ns;
+  if (stamp.time_ns <= lane.last_time_ns && !bracket) {
+    lane.notes.push_back(is_lost(item)
+                             ? lost_text(item)
+                             : name + " picture " + std::to_string(stamp.sequence) + " is " +
+                                   ms_text(lane.last_time_ns - stamp.time_ns) + " older than the one before: dropped");
+    return;
+  }
+  lane.last_time_ns = stamp.time_ns;
+  lane.queue.push_back({std::move(item), std::move(lane.notes)});
+  lane.notes.clear();
+  drop_oldest(lane);
+}
+
+/// While a live colour camera is away the others go on, for hours perhaps.
+void PairingReader::drop_oldest(Lane& lane) const {
+  if (!sources_.live) {
+    return;
+  }
+  while (lane.queue.size() > kMostAhead) {
+    lane.queue.pop_front();
+    ++lane.dropped;
+  }
+  if (lane.notes.size() > kMostAhead) {
+    lane.notes.erase(lane.notes.begin());
+  }
+}
+
+bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
+  std::optional<SourceItem> item = source.next(timeout);
+  if (item) {
+    if (std::string warning = source.take_warning(); !warning.empty()) {
+      lane_of(stream_of(*item)).notes.push_back(std::move(warning));
+    }
+    accept(std::move(*item));
+  }
+  return item.has_value();
+}
+
+void PairingReader::pull_all_waiting() {
+  using namespace std::chrono_literals;
+  for (Source* source : {color_.source, depth_.source, fisheye_.source}) {
+    // To the end of a bracket; a source that never runs dry must not keep us here.
+    for (std::size_t i = 0; i < kMostBuffered && source != nullptr && pull(*source, 0ms); ++i) {
+    }
+  }
+}
+
+std::vector<const Stamp*> PairingReader::good_colors() const {
+  std::vector<const Stamp*> out;
+  for (const Entry& entry : color_.queue) {
+    if (!is_lost(entry.item)) {
+      out.push_back(&stamp_of(entry.item));
+    }
+  }
+  return out;
+}
+
+/// Half the median period of the newest colour pictures, the first one waiting and its successor included and no later
+/// one, so that it does not depend on how far a source happens to have been read.
+std::int64_t PairingReader::bound_ns() const {
+  constexpr std::int64_t kUsualPeriod = 33 * kNsPerMs;
+  std::vector<std::int64_t> periods(periods_ns_.begin(), periods_ns_.end());
+  const std::vector<const Stamp*> good = good_colors();
+  if (last_color_ && !good.empty()) {
+    periods.push_back(period_between(*last_color_, *good[0]));
+  }
+  if (good.size() > 1) {
+    periods.push_back(period_between(*good[0], *good[1]));
+  }
+  if (periods.empty()) {
+    return kUsualPeriod / 2;
+  }
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  // A live camera's longest period may be the time that it was away.
+  return std::clamp(*middle / 2, kNsPerMs, sources_.live ? kLongestLiveBound_ns : kLatest_ns);
+}
+
+/// The source to read before the first colour picture can be paired for certain; null when it can.
+Source* PairingReader::wanted() const {
+  const std::vector<const Stamp*> good = good_colors();
+  const std::size_t enough = sources_.live ? 1 : 2;  // the second tells the period
+  if (good.size() < enough && !color_.source->finished() && (good.empty() || color_.queue.size() < kMostAhead)) {
+    return color_.source;
+  }
+  if (good.empty()) {
+    return nullptr;
+  }
+  const std::int64_t time_ns = good[0]->time_ns;
+  const auto must_read = [&](const Lane& lane, std::int64_t until_ns) {
+    const bool color_piles_up = lane.source == color_.source && color_.queue.size() >= kMostAhead;
+    return lane.source != nullptr && !lane.source->finished() && lane.last_time_ns < until_ns && !color_piles_up &&
+           lane.source->trouble().empty();
+  };
+  if (must_read(depth_, time_ns)) {
+    return depth_.source;
+  }
+  // A bracket is complete when a later picture is there. Live, the fish-eye is never waited for: its light is slow.
+  if (!sources_.live && must_read(fisheye_, time_ns + bound_ns() + 1)) {
+    return fisheye_.source;
+  }
+  return nullptr;
+}
+
+std::optional<FrameSet> PairingReader::next(std::chrono::milliseconds timeout) {
+  using Clock = std::chrono::steady_clock;
+  using std::chrono::milliseconds;
+  if (!sources_.live) {
+    while (Source* source = wanted()) {
+      if (!pull(*source, timeout) && !source->finished()) {
+        return std::nullopt;
+      }
+    }
+    return good_colors().empty() ? std::nullopt : std::optional<FrameSet>(emit());
+  }
+  const Clock::time_point deadline = Clock::now() + timeout;
+  std::optional<Clock::time_point> color_deadline;
+  for (;;) {
+    pull_all_waiting();
+    Source* source = wanted();
+    const bool color_waits = !good_colors().empty();
+    const Clock::time_point now = Clock::now();
+    if (color_waits && !color_deadline) {
+      color_deadline = now + std::chrono::nanoseconds(2 * bound_ns());
+    }
+    if (color_waits && (source == nullptr || now >= *color_deadline)) {
+      return emit();
+    }
+    if (source == nullptr || now >= deadline) {
+      return std::nullopt;
+    }
+    const Clock::time_point until = color_deadline ? std::min(deadline, *color_deadline) : deadline;
+    pull(*source, std::min(std::chrono::ceil<milliseconds>(until - now), milliseconds(50)));
+  }
+}
+
+/// Takes the front of a lane; notes before it and the loss of it become warnings.
+SourceItem PairingReader::pop(Lane& lane, Warnings& warnings) {
+  Entry entry = std::move(lane.queue.front());
+  lane.queue.pop_front();
+  warnings.insert(warnings.end(), entry.notes.begin(), entry.notes.end());
+  if (is_lost(entry.item)) {
+    warnings.push_back(lost_text(entry.item));
+  }
+  return std::move(entry.item);
+}
+
+FrameSet PairingReader::emit() {
+  FrameSet set;
+  const std::int64_t bound = bound_ns();
+  if (const int dropped = std::exchange(color_.dropped, 0); dropped > 0) {
+    set.warnings.push_back(std::to_string(dropped) + " damaged colour pictures dropped");
+  }
+  SourceItem color = pop(color_, set.warnings);
+  while (is_lost(color)) {
+    color = pop(color_, set.warnings);
+  }
+  set.color = std::make_shared<const Picture>(std::move(std::get<Picture>(color)));
+  const Stamp& stamp = set.color->stamp;
+  set.index = stamp.sequence;
+  set.time_ns = stamp.time_ns;
+  if (last_color_) {
+    periods_ns_.push_back(period_between(*last_color_, stamp));
+    if (periods_ns_.size() > kPeriodsKept) {
+      periods_ns_.pop_front();
+    }
+  }
+  last_color_ = stamp;
+  if (depth_.source != nullptr) {
+    set.depth = take_depth(set.time_ns, bound, set.warnings);
+  }
+  if (fisheye_.source != nullptr) {
+    set.fisheye = take_fisheye(set.time_ns, bound, set.warnings);
+  }
+  if (finished()) {
+    // What is lost at the very end has no FrameSet of its own to be named in.
+    while (!color_.queue.empty()) {
+      pop(color_, set.warnings);
+    }
+    for (Lane* lane : {&color_, &depth_, &fisheye_}) {
+      set.warnings.insert(set.warnings.end(), lane->notes.begin(), lane->notes.end());
+      lane->notes.clear();
+    }
+  }
+  return set;
+}
+
+/// The time of the picture (or loss of one) in a lane that is nearest to `time_ns`, if one lies within the bound.
+std::optional<std::int64_t> PairingReader::nearest_ns(const Lane& lane, bool lost, std::int64_t time_ns,
+                                                      std::int64_t bound) {
+  std::optional<std::int64_t> best_ns;
+  for (const Entry& entry : lane.queue) {
+    const std::int64_t distance = std::abs(time_of(entry.item) - time_ns);
+    if (is_lost(entry.item) == lost && distance <= bound && (!best_ns || distance < std::abs(*best_ns - time_ns))) {
+      best_ns = time_of(entry.item);
+    }
+  }
+  return best_ns;
+}
+
+std::optional<std::int64_t> PairingReader::newest_ns(const Lane& lane, std::int64_t from_ns, std::int64_t to_ns) {
+  std::optional<std::int64_t> newest;
+  for (const Entry& entry : lane.queue) {
+    const std::int64_t at_ns = time_of(entry.item);
+    if (!is_lost(entry.item) && at_ns >= from_ns && at_ns <= to_ns) {
+      newest = std::max(newest.value_or(at_ns), at_ns);
+    }
+  }
+  return newest;
+}
+
+std::shared_ptr<const DepthPicture> PairingReader::take_depth(std::int64_t time_ns, std::int64_t bound,
+                                                              Warnings& warnings) {
+  const std::optional<std::int64_t> best_ns = nearest_ns(depth_, false, time_ns, bound);
+  const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(depth_, true, time_ns, bound);
+  std::shared_ptr<DepthPicture> out;
+  const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
+  int alone = std::exchange(depth_.dropped, 0);
+  while (!depth_.queue.empty() && time_of(depth_.queue.front().item) <= drop_to) {
+    const SourceItem item = pop(depth_, warnings);
+    const auto* raw = std::get_if<RawDepth>(&item);
+    if (raw != nullptr && raw->stamp.time_ns == best_ns) {
+      out = std::make_shared<DepthPicture>();
+      out->stamp = raw->stamp;
+      out->depth_m = registration_(raw->counts);
+    } else if (raw != nullptr) {
+      ++alone;
+    }
+  }
+  if (alone > 0) {
+    warnings.push_back(alone_text(Stream::depth, alone));
+  }
+  if (!lost_ns) {
+    warnings.push_back("no depth picture within " + ms_text(bound) + " of the colour picture");
+  }
+  return out;
+}
+
+std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int64_t time_ns, std::int64_t bound,
+                                                                        Warnings& warnings) {
+  std::optional<std::int64_t> best_ns = nearest_ns(fisheye_, false, time_ns, bound);
+  if (!best_ns && sources_.live) {
+    best_ns = newest_ns(fisheye_, time_ns - kLongestLiveBound_ns, time_ns);
+  }
+  const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(fisheye_, true, time_ns, bound);
+  std::vector<std::shared_ptr<const Picture>> out;
+  const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
+  int alone = std::exchange(fisheye_.dropped, 0);
+  while (!fisheye_.queue.empty() && time_of(fisheye_.queue.front().item) <= drop_to) {
+    SourceItem item = pop(fisheye_, warnings);
+    auto* picture = std::get_if<Picture>(&item);
+    if (picture != nullptr && picture->stamp.time_ns == best_ns) {
+      out.push_back(std::make_shared<const Picture>(std::move(*picture)));
+    } else if (picture != nullptr) {
+      ++alone;
+    }
+  }
+  if (alone > 0) {
+    warnings.push_back(alone_text(Stream::fisheye, alone));
+  }
+  return out;
+}
+
+bool PairingReader::finished() const { return color_.source->finished() && good_colors().empty(); }
+
+std::vector<std::string> PairingReader::troubles() const {
+  std::vector<std::string> out;
+  for (const Source* source : {color_.source, depth_.source, fisheye_.source}) {
+    const std::string trouble = source != nullptr ? source->trouble() : "";
+    if (!trouble.empty() && std::find(out.begin(), out.end(), trouble) == out.end()) {
+      out.push_back(trouble);
+    }
+  }
+  return out;
+}
+
+void PairingReader::rewind() {
+  for (Lane* lane : {&color_, &depth_, &fisheye_}) {
+    Source* source = lane->source;
+    const bool done = lane == &depth_ && source == color_.source;
+    if (source != nullptr && !done) {
+      source->rewind();
+    }
+    *lane = Lane{};
+    lane->source = source;
+  }
+  last_color_.reset();
+  periods_ns_.clear();
+}
+
+}  // namespace lumigraft
