@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "capture/session/session.h"
-#include "reconstruct/albedo.h"
-#include "reconstruct/distance_field.h"
-#include "reconstruct/enclosure.h"
-#include "reconstruct/light.h"
-#include "reconstruct/pose.h"
+#include "reconstruct/albedo/albedo.h"
+#include "reconstruct/field/distance_field.h"
+#include "reconstruct/room/enclosure.h"
+#include "reconstruct/light/light.h"
+#include "reconstruct/pose/pose.h"
 
 namespace lumigraft {
 

@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <memory>
 
-#include "reconstruct/albedo.h"
-#include "reconstruct/distance_field.h"
+#include "reconstruct/albedo/albedo.h"
+#include "reconstruct/field/distance_field.h"
 #include "relight/gpu/device.h"
 #include "relight/shaders/interop.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "reconstruct/light_environment.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft {
 

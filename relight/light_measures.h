@@ -2,7 +2,7 @@
 // How much of the light each part of an illumination carries, at the probe.
 #include <array>
 
-#include "reconstruct/light.h"
+#include "reconstruct/light/light.h"
 
 namespace lumigraft {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "reconstruct/light.h"
+#include "reconstruct/light/light.h"
 #include "relight/shaders/interop.h"
 
 namespace lumigraft {

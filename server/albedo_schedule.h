@@ -10,9 +10,9 @@
 #include <optional>
 #include <vector>
 
-#include "reconstruct/albedo.h"
-#include "reconstruct/distance_field.h"
-#include "reconstruct/light.h"
+#include "reconstruct/albedo/albedo.h"
+#include "reconstruct/field/distance_field.h"
+#include "reconstruct/light/light.h"
 
 namespace lumigraft {
 

@@ -10,7 +10,7 @@
 namespace lumigraft {
 
 struct CalibrateCommand {
-  std::filesystem::path board;           ///< TOML, see reconstruct/calibrate_board.h
+  std::filesystem::path board;           ///< TOML, see reconstruct/calibrate/board.h
   std::filesystem::path draw;            ///< SVG to print; empty: none
   ServiceFiles files;                    ///< a session or a configuration whose cameras look at the board, or
   std::filesystem::path color, fisheye;  ///< folders of pictures; those of one name are of one moment

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "reconstruct/calibrate_verdict.h"
+#include "reconstruct/calibrate/acceptance.h"
 #include "server/page.h"
 
 namespace lumigraft {

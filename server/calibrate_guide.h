@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "reconstruct/calibrate_collect.h"
+#include "reconstruct/calibrate/view_selection.h"
 #include "server/encode_jpeg.h"
 #include "server/web_server.h"
 

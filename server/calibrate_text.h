@@ -4,11 +4,11 @@
 #include <ostream>
 #include <string>
 
-#include "reconstruct/calibrate_camera.h"
-#include "reconstruct/calibrate_depth.h"
-#include "reconstruct/calibrate_stand.h"
-#include "reconstruct/calibrate_time.h"
-#include "reconstruct/calibrate_vignetting.h"
+#include "reconstruct/calibrate/camera.h"
+#include "reconstruct/calibrate/depth.h"
+#include "reconstruct/calibrate/extrinsics.h"
+#include "reconstruct/calibrate/time_offset.h"
+#include "reconstruct/calibrate/vignetting.h"
 
 namespace lumigraft {
 

@@ -8,7 +8,7 @@
 
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
-#include "reconstruct/light.h"
+#include "reconstruct/light/light.h"
 #include "server/true_surface.h"
 #include "server/truth.h"
 

@@ -11,11 +11,11 @@
 #include <thread>
 #include <utility>
 
-#include "reconstruct/fusion.h"
-#include "reconstruct/light.h"
-#include "reconstruct/marks.h"
-#include "reconstruct/mirror_suspect.h"
-#include "reconstruct/pose.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/light/light.h"
+#include "reconstruct/pose/lamp_tags.h"
+#include "reconstruct/room/mirror_detection.h"
+#include "reconstruct/pose/pose.h"
 #include "relight/planner.h"
 #include "server/albedo_schedule.h"
 #include "server/mailbox.h"

@@ -8,7 +8,7 @@
 #include "capture/error.h"
 #include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
-#include "reconstruct/surface_mesh.h"
+#include "reconstruct/field/surface_mesh.h"
 #include "server/frame_record.h"
 #include "server/lock_step.h"
 #include "server/make_renderer.h"

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "reconstruct/light_environment.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft {
 namespace {

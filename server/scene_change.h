@@ -1,7 +1,7 @@
 #pragma once
 // By how much a field and its albedo differ from earlier ones.
-#include "reconstruct/albedo.h"
-#include "reconstruct/distance_field.h"
+#include "reconstruct/albedo/albedo.h"
+#include "reconstruct/field/distance_field.h"
 
 namespace lumigraft {
 

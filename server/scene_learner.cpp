@@ -2,11 +2,11 @@
 
 #include <utility>
 
-#include "reconstruct/fusion.h"
-#include "reconstruct/light.h"
-#include "reconstruct/marks.h"
-#include "reconstruct/mirror_suspect.h"
-#include "reconstruct/pose.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/light/light.h"
+#include "reconstruct/pose/lamp_tags.h"
+#include "reconstruct/room/mirror_detection.h"
+#include "reconstruct/pose/pose.h"
 #include "server/albedo_schedule.h"
 #include "server/scene_board.h"
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "reconstruct/enclosure.h"
+#include "reconstruct/room/enclosure.h"
 #include "relight/exhibit.h"
 #include "relight/object_surface.h"
 

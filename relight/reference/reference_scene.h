@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
-#include "reconstruct/light.h"
+#include "reconstruct/light/light.h"
 #include "relight/exhibit.h"
 
 namespace lumigraft {

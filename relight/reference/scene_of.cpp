@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruct/surface_mesh.h"
+#include "reconstruct/field/surface_mesh.h"
 #include "relight/light_set.h"
 #include "relight/object_surface.h"
 #include "relight/reference/bsdf.h"

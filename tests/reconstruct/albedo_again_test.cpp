@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "albedo_room.h"
-#include "reconstruct/albedo.h"
+#include "reconstruct/albedo/albedo.h"
 
 namespace lumigraft {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruct/albedo.h"
+#include "reconstruct/albedo/albedo.h"
 
 namespace lumigraft {
 

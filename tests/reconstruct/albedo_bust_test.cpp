@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "capture/formats/picture_file.h"
-#include "reconstruct/albedo.h"
-#include "reconstruct/fusion.h"
-#include "reconstruct/light_environment.h"
+#include "reconstruct/albedo/albedo.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/light/environment.h"
 #include "tests/reconstruct/albedo_room.h"
 #include "tests/reconstruct/real_data.h"
 

@@ -1,12 +1,12 @@
 // A wall so bright beside a lamp that the fish-eye's picture clips on it.
-#include "reconstruct/albedo_clipped.h"
+#include "reconstruct/shading/clipped_walls.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "albedo_room.h"
-#include "reconstruct/light_environment.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft {
 namespace {

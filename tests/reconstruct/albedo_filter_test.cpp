@@ -1,5 +1,5 @@
 // Successive estimates of lamps, put together.
-#include "reconstruct/albedo_filter.h"
+#include "reconstruct/lamps/lamp_filter.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // Shadows of what no camera saw, and paint that is none.
-#include "reconstruct/albedo_hidden.h"
+#include "reconstruct/albedo/unobserved_occluders.h"
 
 #include <gtest/gtest.h>
 
 #include "albedo_room.h"
-#include "reconstruct/albedo.h"
+#include "reconstruct/albedo/albedo.h"
 
 namespace lumigraft {
 namespace {

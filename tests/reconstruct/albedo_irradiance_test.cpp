@@ -1,11 +1,11 @@
-#include "reconstruct/albedo_irradiance.h"
+#include "reconstruct/shading/irradiance.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "albedo_room.h"
-#include "reconstruct/light_environment.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft {
 namespace {

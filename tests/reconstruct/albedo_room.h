@@ -8,8 +8,8 @@
 #include <numbers>
 #include <vector>
 
-#include "reconstruct/distance_field.h"
-#include "reconstruct/light.h"
+#include "reconstruct/field/distance_field.h"
+#include "reconstruct/light/light.h"
 
 namespace lumigraft {
 

@@ -1,12 +1,12 @@
 // The model of how lamps shade a room, between the distances that visibility was cast for.
-#include "reconstruct/albedo_shading.h"
+#include "reconstruct/lamps/shading_model.h"
 
 #include <gtest/gtest.h>
 
 #include "albedo_room.h"
-#include "reconstruct/albedo_irradiance.h"
-#include "reconstruct/albedo_materials.h"
-#include "reconstruct/albedo_rays.h"
+#include "reconstruct/shading/irradiance.h"
+#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/field/field_rays.h"
 
 namespace lumigraft {
 namespace {

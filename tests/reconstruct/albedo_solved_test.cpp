@@ -8,7 +8,7 @@
 
 #include "albedo_agreement.h"
 #include "albedo_room.h"
-#include "reconstruct/albedo.h"
+#include "reconstruct/albedo/albedo.h"
 
 namespace lumigraft {
 namespace {

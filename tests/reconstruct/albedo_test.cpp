@@ -1,4 +1,4 @@
-#include "reconstruct/albedo.h"
+#include "reconstruct/albedo/albedo.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "albedo_room.h"
 #include "capture/error.h"
-#include "reconstruct/albedo_samples.h"
+#include "reconstruct/shading/surface_samples.h"
 
 namespace lumigraft {
 namespace {

@@ -1,10 +1,10 @@
 // Marked lamps: their distance is not looked for, and the power of those that no fish-eye sees is.
-#include "reconstruct/albedo_unseen.h"
+#include "reconstruct/lamps/out_of_view_lamps.h"
 
 #include <gtest/gtest.h>
 
 #include "albedo_room.h"
-#include "reconstruct/albedo.h"
+#include "reconstruct/albedo/albedo.h"
 
 namespace lumigraft {
 namespace {

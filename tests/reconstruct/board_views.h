@@ -9,10 +9,10 @@
 
 #include "capture/camera/camera_model.h"
 #include "capture/frame.h"
-#include "reconstruct/calibrate_board.h"
-#include "reconstruct/calibrate_camera.h"
-#include "reconstruct/calibrate_light.h"
-#include "reconstruct/pose_picture.h"
+#include "reconstruct/calibrate/board.h"
+#include "reconstruct/calibrate/camera.h"
+#include "reconstruct/calibrate/linear_picture.h"
+#include "reconstruct/pose/gray_regions.h"
 
 namespace lumigraft::test {
 

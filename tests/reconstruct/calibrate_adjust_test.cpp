@@ -1,9 +1,9 @@
 // Bundle adjustment on corners that are where the camera model says, but for errors that are known.
-#include "reconstruct/calibrate_adjust.h"
+#include "reconstruct/calibrate/bundle_adjustment.h"
 
 #include <gtest/gtest.h>
 
-#include "reconstruct/calibrate_start.h"
+#include "reconstruct/calibrate/initial_guess.h"
 #include "tests/reconstruct/board_views.h"
 
 namespace lumigraft {

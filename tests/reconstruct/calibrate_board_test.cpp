@@ -1,4 +1,4 @@
-#include "reconstruct/calibrate_board.h"
+#include "reconstruct/calibrate/board.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Lenses found from drawn boards, against the lens they were drawn through.
-#include "reconstruct/calibrate_camera.h"
+#include "reconstruct/calibrate/camera.h"
 
 #include <gtest/gtest.h>
 

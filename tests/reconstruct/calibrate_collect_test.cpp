@@ -1,5 +1,5 @@
 // Which moments are kept: those with the board still, and somewhere new.
-#include "reconstruct/calibrate_collect.h"
+#include "reconstruct/calibrate/view_selection.h"
 
 #include <gtest/gtest.h>
 

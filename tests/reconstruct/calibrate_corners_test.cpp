@@ -1,11 +1,11 @@
 // Corners of drawn tags, which are where the camera model says.
-#include "reconstruct/calibrate_corners.h"
+#include "reconstruct/calibrate/corners.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 
-#include "reconstruct/calibrate_lens.h"
+#include "reconstruct/calibrate/lens.h"
 #include "tests/reconstruct/board_views.h"
 
 namespace lumigraft {

@@ -1,5 +1,5 @@
 // Where a depth camera stands, from the depth of boards whose pose the colour camera knows.
-#include "reconstruct/calibrate_depth.h"
+#include "reconstruct/calibrate/depth.h"
 
 #include <gtest/gtest.h>
 

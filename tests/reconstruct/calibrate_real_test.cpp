@@ -3,10 +3,10 @@
 
 #include <cstdlib>
 
-#include "reconstruct/calibrate_camera.h"
-#include "reconstruct/calibrate_folder.h"
-#include "reconstruct/calibrate_light.h"
-#include "reconstruct/pose_picture.h"
+#include "reconstruct/calibrate/camera.h"
+#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/calibrate/linear_picture.h"
+#include "reconstruct/pose/gray_regions.h"
 
 namespace lumigraft {
 namespace {

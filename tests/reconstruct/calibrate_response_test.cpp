@@ -1,5 +1,5 @@
 // The response found from pictures of known light at known exposures.
-#include "reconstruct/calibrate_response.h"
+#include "reconstruct/calibrate/response.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Two cameras before drawn boards: how they stand to each other, and to a tag in the room.
-#include "reconstruct/calibrate_stand.h"
+#include "reconstruct/calibrate/extrinsics.h"
 
 #include <gtest/gtest.h>
 

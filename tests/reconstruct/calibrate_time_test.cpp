@@ -1,5 +1,5 @@
 // The offset of a second camera's clock from corners of a board that moves.
-#include "reconstruct/calibrate_time.h"
+#include "reconstruct/calibrate/time_offset.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What calibration refuses, and that it says the one reason.
-#include "reconstruct/calibrate_verdict.h"
+#include "reconstruct/calibrate/acceptance.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The falloff of a lens from white paper in light that is not even.
-#include "reconstruct/calibrate_vignetting.h"
+#include "reconstruct/calibrate/vignetting.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "reconstruct/distance_field.h"
+#include "reconstruct/field/distance_field.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Rooms of known shape, of which a part is seen: where their sides are taken to be.
-#include "reconstruct/enclosure.h"
+#include "reconstruct/room/enclosure.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Bricks that are published and dropped.
-#include "reconstruct/fusion_pages.h"
+#include "reconstruct/fusion/brick_pages.h"
 
 #include <gtest/gtest.h>
 

@@ -12,9 +12,9 @@
 
 #include "capture/session/session.h"
 #include "capture/source.h"
-#include "reconstruct/fusion.h"
-#include "reconstruct/pose.h"
-#include "reconstruct/surface_mesh.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/pose/pose.h"
+#include "reconstruct/field/surface_mesh.h"
 
 namespace lumigraft {
 namespace {

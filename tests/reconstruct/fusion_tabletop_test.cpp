@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <map>
 
-#include "reconstruct/fusion.h"
-#include "reconstruct/mirror_suspect.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/room/mirror_detection.h"
 #include "tests/reconstruct/point_cloud.h"
 #include "tests/reconstruct/real_data.h"
 

@@ -1,8 +1,8 @@
-#include "reconstruct/fusion.h"
+#include "reconstruct/fusion/fusion.h"
 
 #include <gtest/gtest.h>
 
-#include "reconstruct/fusion_noise.h"
+#include "reconstruct/fusion/depth_noise.h"
 #include "tests/reconstruct/fusion_views.h"
 
 namespace lumigraft {

@@ -1,5 +1,5 @@
 // One depth picture into bricks.
-#include "reconstruct/fusion_update.h"
+#include "reconstruct/fusion/brick_update.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "capture/camera/response.h"
-#include "reconstruct/fusion.h"
-#include "reconstruct/fusion_noise.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/fusion/depth_noise.h"
 #include "tests/reconstruct/pose_views.h"
 
 namespace lumigraft::test {

@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "capture/camera/radiance.h"
-#include "reconstruct/calibrate_folder.h"
-#include "reconstruct/light.h"
-#include "reconstruct/light_view.h"
+#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/light/light.h"
+#include "reconstruct/light/fisheye_rays.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/reconstruct/real_data.h"
 

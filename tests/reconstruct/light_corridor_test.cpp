@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "reconstruct/calibrate_folder.h"
-#include "reconstruct/light.h"
+#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/light/light.h"
 #include "tests/reconstruct/light_views.h"
 #include "tests/reconstruct/real_data.h"
 

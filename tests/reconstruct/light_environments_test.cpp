@@ -7,8 +7,8 @@
 #include <filesystem>
 
 #include "capture/formats/picture_file.h"
-#include "reconstruct/light_environment.h"
-#include "reconstruct/light_split.h"
+#include "reconstruct/light/environment.h"
+#include "reconstruct/light/split.h"
 #include "tests/reconstruct/light_views.h"
 #include "tests/reconstruct/real_data.h"
 

@@ -1,5 +1,5 @@
 // Lamps of the fish-eye picture and lamps that tags place, in made-up light.
-#include "reconstruct/light_marks.h"
+#include "reconstruct/light/lamp_tag_matching.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Pieces of one wide lamp: joined, placed, and cut again.
-#include "reconstruct/light_pieces.h"
+#include "reconstruct/light/lamp_merge.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // A fish-eye that stands otherwise than it is said to.
-#include "reconstruct/light_rig.h"
+#include "reconstruct/light/extrinsics_check.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <filesystem>
 
 #include "capture/source.h"
-#include "reconstruct/fusion.h"
-#include "reconstruct/pose.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/pose/pose.h"
 
 namespace lumigraft {
 namespace {

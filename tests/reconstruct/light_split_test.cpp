@@ -1,4 +1,4 @@
-#include "reconstruct/light_split.h"
+#include "reconstruct/light/split.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "reconstruct/light_cut.h"
-#include "reconstruct/light_environment.h"
+#include "reconstruct/light/variance_cut.h"
+#include "reconstruct/light/environment.h"
 #include "tests/reconstruct/light_views.h"
 
 namespace lumigraft {

@@ -1,4 +1,4 @@
-#include "reconstruct/light.h"
+#include "reconstruct/light/light.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "reconstruct/light_view.h"
+#include "reconstruct/light/fisheye_rays.h"
 
 namespace lumigraft {
 namespace {

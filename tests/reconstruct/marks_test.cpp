@@ -1,5 +1,5 @@
 // Lamps that carry a tag: found, followed, hidden, doubled, of another size.
-#include "reconstruct/marks.h"
+#include "reconstruct/pose/lamp_tags.h"
 
 #include <gtest/gtest.h>
 

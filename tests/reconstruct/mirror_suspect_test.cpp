@@ -1,4 +1,4 @@
-#include "reconstruct/mirror_suspect.h"
+#include "reconstruct/room/mirror_detection.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <filesystem>
 
 #include "capture/source.h"
-#include "reconstruct/fusion.h"
-#include "reconstruct/pose.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/fusion_views.h"
 #include "tests/reconstruct/real_surface_views.h"
 

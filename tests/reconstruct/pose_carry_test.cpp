@@ -1,5 +1,5 @@
 // The pose while the tag is hidden: a camera moves past furniture, someone covers the tag for a while.
-#include "reconstruct/pose_carry.h"
+#include "reconstruct/pose/depth_tracking.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/pose.h"
+#include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/pose_room.h"
 #include "tests/reconstruct/pose_views.h"
 

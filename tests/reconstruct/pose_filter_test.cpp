@@ -1,4 +1,4 @@
-#include "reconstruct/pose_filter.h"
+#include "reconstruct/pose/filter.h"
 
 #include <gtest/gtest.h>
 

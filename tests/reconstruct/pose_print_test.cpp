@@ -1,5 +1,5 @@
 // The print of a tag as a function of the plane.
-#include "reconstruct/pose_print.h"
+#include "reconstruct/pose/tag_print.h"
 
 #include <gtest/gtest.h>
 

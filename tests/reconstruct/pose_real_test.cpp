@@ -9,10 +9,10 @@
 #include <fstream>
 
 #include "capture/formats/picture_file.h"
-#include "reconstruct/fusion.h"
-#include "reconstruct/mirror_suspect.h"
-#include "reconstruct/pose.h"
-#include "reconstruct/pose_carry.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/room/mirror_detection.h"
+#include "reconstruct/pose/pose.h"
+#include "reconstruct/pose/depth_tracking.h"
 #include "tests/reconstruct/pose_views.h"
 #include "tests/reconstruct/real_data.h"
 

@@ -11,8 +11,8 @@
 
 #include "capture/session/session.h"
 #include "capture/source.h"
-#include "reconstruct/fusion.h"
-#include "reconstruct/pose.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/pose_views.h"
 
 namespace lumigraft {

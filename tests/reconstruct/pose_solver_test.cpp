@@ -1,4 +1,4 @@
-#include "reconstruct/pose_solver.h"
+#include "reconstruct/pose/planar_pose.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "reconstruct/pose_surface.h"
+#include "reconstruct/pose/icp.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // Several tags in one room: bundles, doubles, wrong sizes, hands in front.
-#include "reconstruct/pose_tags.h"
+#include "reconstruct/pose/multi_tag_pose.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "reconstruct/pose.h"
+#include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/pose_views.h"
 
 namespace lumigraft {

@@ -1,9 +1,9 @@
-#include "reconstruct/pose.h"
+#include "reconstruct/pose/pose.h"
 
 #include <gtest/gtest.h>
 
 #include "capture/error.h"
-#include "reconstruct/pose_alignment.h"
+#include "reconstruct/pose/print_alignment.h"
 #include "tests/reconstruct/pose_views.h"
 
 namespace lumigraft {

@@ -6,7 +6,7 @@
 #include "capture/camera/camera_model.h"
 #include "capture/frame.h"
 #include "capture/camera/response.h"
-#include "reconstruct/pose_tag.h"
+#include "reconstruct/pose/tag.h"
 
 namespace lumigraft::test {
 

@@ -1,9 +1,9 @@
-#include "reconstruct/real_surface.h"
+#include "reconstruct/fusion/real_surface.h"
 
 #include <gtest/gtest.h>
 
-#include "reconstruct/fusion.h"
-#include "reconstruct/real_surface_field.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/field/real_surface_field.h"
 #include "tests/reconstruct/fusion_views.h"
 #include "tests/reconstruct/real_surface_views.h"
 

@@ -1,4 +1,4 @@
-#include "reconstruct/spherical_harmonics.h"
+#include "reconstruct/math/spherical_harmonics.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "reconstruct/surface_mesh.h"
+#include "reconstruct/field/surface_mesh.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

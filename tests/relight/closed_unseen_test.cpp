@@ -6,7 +6,7 @@
 
 #include "closed_scene.h"
 #include "device_fixture.h"
-#include "reconstruct/enclosure.h"
+#include "reconstruct/room/enclosure.h"
 #include "reference_rooms.h"
 #include "relight/reference/scene_of.h"
 

@@ -5,7 +5,7 @@
 
 #include "capture/source.h"
 #include "device_fixture.h"
-#include "reconstruct/fusion.h"
+#include "reconstruct/fusion/fusion.h"
 #include "relight/relighter.h"
 
 namespace lumigraft {

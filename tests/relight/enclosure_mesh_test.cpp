@@ -3,7 +3,7 @@
 #include "relight/reference/enclosure_mesh.h"
 
 #include "closed_scene.h"
-#include "reconstruct/enclosure.h"
+#include "reconstruct/room/enclosure.h"
 
 namespace lumigraft::test {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "closed_scene.h"
-#include "reconstruct/enclosure.h"
+#include "reconstruct/room/enclosure.h"
 #include "reference_rooms.h"
 #include "relight/rays/ray_renderer.h"
 #include "relight/reference/scene_of.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "reconstruct/light_environment.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft {
 namespace {

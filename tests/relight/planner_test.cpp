@@ -6,7 +6,7 @@
 #include <functional>
 #include <numbers>
 
-#include "reconstruct/light_environment.h"
+#include "reconstruct/light/environment.h"
 
 namespace lumigraft {
 namespace {

@@ -7,9 +7,9 @@
 #include <functional>
 #include <vector>
 
-#include "reconstruct/calibrate_response.h"
-#include "reconstruct/calibrate_stand.h"
-#include "reconstruct/calibrate_vignetting.h"
+#include "reconstruct/calibrate/response.h"
+#include "reconstruct/calibrate/extrinsics.h"
+#include "reconstruct/calibrate/vignetting.h"
 #include "traced_boards.h"
 
 namespace lumigraft {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "reconstruct/light_environment.h"
+#include "reconstruct/light/environment.h"
 #include "server/albedo_schedule.h"
 
 namespace lumigraft {

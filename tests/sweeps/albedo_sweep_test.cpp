@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "capture/camera/response.h"
-#include "reconstruct/albedo.h"
-#include "reconstruct/fusion.h"
+#include "reconstruct/albedo/albedo.h"
+#include "reconstruct/fusion/fusion.h"
 #include "sweep.h"
 #include "tests/reconstruct/pose_room.h"
 #include "tests/reconstruct/pose_views.h"

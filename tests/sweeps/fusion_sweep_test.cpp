@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "reconstruct/fusion.h"
+#include "reconstruct/fusion/fusion.h"
 #include "sweep.h"
 #include "tests/reconstruct/fusion_views.h"
 #include "tests/reconstruct/real_surface_views.h"

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "reconstruct/spherical_harmonics.h"
+#include "reconstruct/math/spherical_harmonics.h"
 #include "sweep.h"
 
 namespace lumigraft::test {

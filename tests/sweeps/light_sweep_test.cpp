@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruct/albedo.h"
-#include "reconstruct/light_split.h"
+#include "reconstruct/albedo/albedo.h"
+#include "reconstruct/light/split.h"
 #include "sweep.h"
 #include "tests/reconstruct/albedo_room.h"
 #include "tests/reconstruct/light_views.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "reconstruct/pose.h"
-#include "reconstruct/pose_filter.h"
+#include "reconstruct/pose/pose.h"
+#include "reconstruct/pose/filter.h"
 #include "sweep.h"
 #include "tests/reconstruct/pose_room.h"
 #include "tests/reconstruct/pose_views.h"

@@ -17,10 +17,10 @@
 
 #include "capture/session/session.h"
 #include "capture/source.h"
-#include "reconstruct/albedo.h"
-#include "reconstruct/fusion.h"
-#include "reconstruct/light.h"
-#include "reconstruct/pose.h"
+#include "reconstruct/albedo/albedo.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/light/light.h"
+#include "reconstruct/pose/pose.h"
 
 namespace lumigraft {
 namespace {

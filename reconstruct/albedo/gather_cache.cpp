@@ -1,0 +1,73 @@
+#include "reconstruct/albedo/gather_cache.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+namespace lumigraft {
+namespace {
+
+constexpr float kNearCells = 0.4f;
+constexpr float kSameNormal = 0.97f;  // cosine
+
+BrickKey cell_of(const Eigen::Vector3f& position, float edge_m) {
+  const Eigen::Vector3i cell = (position / edge_m).array().floor().cast<int>();
+  return {cell.x(), cell.y(), cell.z()};
+}
+
+float light_of(const Illumination& illumination) {
+  float sum = 0;
+  for (const PointLight& light : illumination.lights) sum += light.irradiance.sum();
+  for (const float value : illumination.remainder.radiance.data) {
+    sum += value / static_cast<float>(illumination.remainder.radiance.data.size());
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<RoomLight::Gathered> GatherMemory::gather(const RoomLight& room, const Illumination& illumination,
+                                                      const std::vector<SurfaceSample>& samples,
+                                                      std::size_t surface_points, int rays) {
+  const float light = light_of(illumination);
+  const bool grown = static_cast<double>(surface_points) > kGrown * static_cast<double>(points_);
+  if (grown || std::abs(light - light_) > kLightShare * light_) {
+    forget();
+    light_ = light;
+    points_ = surface_points;
+  }
+  float edge_m = 1e-3f;
+  for (const SurfaceSample& sample : samples) edge_m = std::max(edge_m, kNearCells * sample.size_m);
+  std::unordered_map<BrickKey, std::vector<std::size_t>, BrickKeyHash> cells;
+  for (std::size_t i = 0; i < entries_.size(); ++i) cells[cell_of(entries_[i].position, edge_m)].push_back(i);
+
+  std::vector<Entry> next;
+  std::vector<RoomLight::Gathered> result;
+  for (const SurfaceSample& sample : samples) {
+    const Entry* best = nullptr;
+    float least = std::pow(kNearCells * sample.size_m, 2.0f);
+    const BrickKey cell = cell_of(sample.position, edge_m);
+    for (int k = 0; k < 27; ++k) {
+      const auto found = cells.find({cell[0] + k % 3 - 1, cell[1] + k / 3 % 3 - 1, cell[2] + k / 9 - 1});
+      if (found == cells.end()) continue;
+      for (const std::size_t i : found->second) {
+        const float away = (entries_[i].position - sample.position).squaredNorm();
+        if (away >= least || entries_[i].normal.dot(sample.normal) < kSameNormal) continue;
+        least = away;
+        best = &entries_[i];
+      }
+    }
+    if (best && best->turn != solves_ % kRefresh) {
+      next.push_back(*best);
+    } else {
+      const std::uint32_t turn = best ? best->turn : ++turns_ % kRefresh;
+      next.push_back({sample.position, sample.normal, room.gather(sample.position, sample.normal, rays), turn});
+    }
+    result.push_back(next.back().light);
+  }
+  entries_ = std::move(next);
+  ++solves_;
+  return result;
+}
+
+}  // namespace lumigraft

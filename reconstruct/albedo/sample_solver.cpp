@@ -1,0 +1,143 @@
+#include "reconstruct/albedo/sample_solver.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "reconstruct/shading/noise_floor.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+constexpr int kNeighbours = 6;
+constexpr float kSameOrientation = 0.8f;  // cosine
+constexpr double kSmoothSigma = 0.03;     // of albedo between neighbours the picture shows no edge between
+constexpr double kEdgeSigma = 0.15;       // of log ratio B/E that makes an edge
+constexpr int kIterations = 15;
+constexpr float kUselessSigma = 0.35f;  // of albedo: as good as a guess
+
+/// (π B - a E) / σ, per channel.
+struct Data {
+  std::array<double, 3> radiance, irradiance, sigma;
+  template <typename T>
+  bool operator()(const T* albedo, T* residual) const {
+    for (std::size_t c = 0; c < 3; ++c) residual[c] = (albedo[c] * irradiance[c] - kPi * radiance[c]) / sigma[c];
+    return true;
+  }
+};
+
+struct Smooth {
+  double weight;
+  template <typename T>
+  bool operator()(const T* a, const T* b, T* residual) const {
+    for (int c = 0; c < 3; ++c) residual[c] = weight * (a[c] - b[c]);
+    return true;
+  }
+};
+
+Eigen::Array3f direct(const SurfaceSample& sample, const SampleLight& light, float dark) {
+  return matt_albedo(sample.radiance, light.irradiance, dark);
+}
+
+/// 1σ of π B: the code's step, and the model of the light.
+Eigen::Array3f data_sigma(const SurfaceSample& sample, const SampleLight& light, float dark) {
+  const Eigen::Array3f model = light.sigma_share * kPi * sample.radiance.array();
+  return (model.square() + std::pow(dark_sigma(dark), 2.0f)).sqrt();
+}
+
+}  // namespace
+
+std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& samples, float reach_cells) {
+  std::vector<std::vector<int>> result(samples.size());
+  std::vector<std::pair<float, int>> near;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    near.clear();
+    const float reach = reach_cells * samples[i].size_m;
+    for (std::size_t j = 0; j < samples.size(); ++j) {
+      const float squared = (samples[i].position - samples[j].position).squaredNorm();
+      if (i == j || squared > reach * reach) continue;
+      if (samples[i].normal.dot(samples[j].normal) < kSameOrientation) continue;
+      near.emplace_back(squared, static_cast<int>(j));
+    }
+    const auto count = std::min<std::ptrdiff_t>(kNeighbours, static_cast<std::ptrdiff_t>(near.size()));
+    std::partial_sort(near.begin(), near.begin() + count, near.end());
+    for (std::ptrdiff_t k = 0; k < count; ++k) result[i].push_back(near[static_cast<std::size_t>(k)].second);
+  }
+  return result;
+}
+
+std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples, const std::vector<SampleLight>& light,
+                                       const std::vector<std::vector<int>>& neighbours, float dark,
+                                       const std::vector<SampleAlbedo>& held) {
+  if (samples.empty()) return {};
+  std::vector<std::array<double, 3>> albedo(samples.size());
+  std::vector<double> information(samples.size(), 0.0);  // 1/σ² of albedo, mean of channels
+  const std::size_t open = samples.size() - held.size();
+  ceres::Problem problem;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Eigen::Array3f start = direct(samples[i], light[i], dark), sigma = data_sigma(samples[i], light[i], dark);
+    auto* data = new Data;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto k = static_cast<Eigen::Index>(c);
+      albedo[i][c] = std::clamp<double>(start[k], 0.0, 1.0);
+      data->radiance[c] = samples[i].radiance[k];
+      data->irradiance[c] = light[i].irradiance[k];
+      data->sigma[c] = sigma[k];
+      information[i] += std::pow(data->irradiance[c] / data->sigma[c], 2) / 3;
+      if (i >= open) albedo[i][c] = held[i - open].albedo[k];
+    }
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Data, 3, 3>(data), new ceres::HuberLoss(2),
+                             albedo[i].data());
+    for (int c = 0; c < 3; ++c) {
+      problem.SetParameterLowerBound(albedo[i].data(), c, 0.0);
+      problem.SetParameterUpperBound(albedo[i].data(), c, 1.0);
+    }
+    if (i >= open) problem.SetParameterBlockConstant(albedo[i].data());
+  }
+  const std::vector<double> data_information = information;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    for (const int j : neighbours[i]) {
+      const auto other = static_cast<std::size_t>(j);
+      if (other < i && std::count(neighbours[other].begin(), neighbours[other].end(), static_cast<int>(i))) continue;
+      if (i >= open && other >= open) continue;
+      // An edge counts by how sure it is: across a shadow's rim the light is in doubt, not the albedo.
+      const Eigen::Array3f step =
+          (direct(samples[i], light[i], dark) / direct(samples[other], light[other], dark)).log();
+      const double doubt = std::hypot(kEdgeSigma, light[i].sigma_share, light[other].sigma_share);
+      const double weight = std::exp(-0.5 * step.square().mean() / (doubt * doubt)) / kSmoothSigma;
+      if (weight * kSmoothSigma < 0.01) continue;
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Smooth, 3, 3, 3>(new Smooth{weight}),
+                               new ceres::HuberLoss(2), albedo[i].data(), albedo[other].data());
+      // A neighbour tells at most what it knows itself.
+      const double link = weight * weight;
+      information[i] += link * data_information[other] / (link + data_information[other]);
+      information[other] += link * data_information[i] / (link + data_information[i]);
+    }
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::CGNR;
+  options.max_num_iterations = kIterations;
+  options.max_linear_solver_iterations = 40;
+  options.function_tolerance = 1e-4;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+
+  std::vector<SampleAlbedo> result(samples.size());
+  std::copy(held.begin(), held.end(), result.begin() + static_cast<std::ptrdiff_t>(open));
+  for (std::size_t i = 0; i < open; ++i) {
+    for (std::size_t c = 0; c < 3; ++c)
+      result[i].albedo[static_cast<Eigen::Index>(c)] = static_cast<float>(albedo[i][c]);
+    const double misfit = (result[i].albedo.array() - direct(samples[i], light[i], dark)).abs().mean() *
+                          std::min(1.0, 0.1 / std::max(light[i].sigma_share, 0.01f));
+    const double sigma = std::hypot(1 / std::sqrt(std::max(information[i], 1e-9)), 0.5 * misfit);
+    result[i].sigma = sigma < kUselessSigma ? static_cast<float>(sigma) : -1;
+  }
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,24 @@
+#pragma once
+// Whether a calibration may be used, and if not, the one reason that matters most to the person who holds the board.
+#include <string>
+
+#include "reconstruct/calibrate/camera.h"
+#include "reconstruct/calibrate/depth.h"
+#include "reconstruct/calibrate/extrinsics.h"
+#include "reconstruct/calibrate/time_offset.h"
+#include "reconstruct/calibrate/vignetting.h"
+
+namespace lumigraft {
+
+constexpr int kFewestViews = 8;
+constexpr int kFewestMoments = 5;  ///< at which two cameras see the board together
+
+/// Empty where it may be used.
+std::string why_not(const CameraCalibration& calibration);
+std::string why_not(const StandCalibration& stand);
+std::string why_not(const TagPlace& place);
+std::string why_not(const VignettingCalibration& vignetting);
+std::string why_not(const TimeCalibration& time);
+std::string why_not(const DepthCalibration& depth);
+
+}  // namespace lumigraft

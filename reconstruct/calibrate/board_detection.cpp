@@ -1,0 +1,93 @@
+#include "reconstruct/calibrate/board_detection.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace lumigraft {
+namespace {
+
+/// 1σ by which a fitted corner is off for what its covariance does not know: a lens that blurs unlike a box, a printer
+/// that spreads its ink.
+constexpr double kUnknown_px = 0.02;
+
+}  // namespace
+
+BoardFinder::BoardFinder(const Board& board) : board_(board) {
+  if (board_.kind == Board::Kind::tags) finder_ = std::make_unique<TagFinder>(board_.tag_list());
+}
+
+BoardFinder::~BoardFinder() = default;
+
+SeenPoints BoardFinder::tag(int tag, const PrintCorners& corners) const {
+  const auto corners_m = board_.corners_m(tag);
+  const Eigen::Matrix<double, 8, 8> all =
+      corners.covariance + kUnknown_px * kUnknown_px * Eigen::Matrix<double, 8, 8>::Identity();
+  SeenPoints seen;
+  seen.place = tag;
+  seen.points_m.assign(corners_m.begin(), corners_m.end());
+  seen.pixels.assign(corners.pixels.begin(), corners.pixels.end());
+  seen.paper = corners.paper;
+  seen.whitening = all.llt().matrixL().solve(Eigen::MatrixXd::Identity(8, 8));
+  return seen;
+}
+
+BoardView BoardFinder::find(const Image<std::uint8_t>& grey, const Image<std::uint16_t>& light) const {
+  if (!finder_) return find_chessboard(grey);
+  std::vector<TagSighting> sightings = finder_->find(grey, 1);
+  std::stable_sort(sightings.begin(), sightings.end(),
+                   [](const TagSighting& a, const TagSighting& b) { return a.id < b.id; });
+  BoardView view;
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    const auto same = [&](std::size_t j) { return j < sightings.size() && sightings[j].id == sightings[i].id; };
+    if ((i > 0 && same(i - 1)) || same(i + 1)) continue;  // of two tags with one number, at least one is another's
+    const int index = sightings[i].id - board_.first_id;
+    const auto corners =
+        print_corners(light, finder_->pattern(static_cast<std::size_t>(index)), sightings[i].corners, nullptr);
+    if (corners) view.seen.push_back(tag(index, *corners));
+  }
+  return view;
+}
+
+BoardView BoardFinder::again(const BoardView& view, const Image<std::uint16_t>& light,
+                             const CameraModel& camera) const {
+  if (!finder_) return view;
+  BoardView result;
+  for (const SeenPoints& seen : view.seen) {
+    const TagCorners start = {seen.pixels[0], seen.pixels[1], seen.pixels[2], seen.pixels[3]};
+    const auto corners = print_corners(light, finder_->pattern(static_cast<std::size_t>(seen.place)), start, &camera);
+    if (!corners) continue;
+    result.seen.push_back(tag(seen.place, *corners));
+    if (!(seen.paper > 0)) result.seen.back().paper = 0;
+  }
+  return result;
+}
+
+BoardView BoardFinder::find_chessboard(const Image<std::uint8_t>& grey) const {
+  const cv::Mat picture(grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.data.data()));
+  std::vector<cv::Point2f> corners;
+  if (!cv::findChessboardCorners(picture, {board_.columns, board_.rows}, corners)) return {};
+  // The window of the search for the saddle must not reach the next corner.
+  float nearest = 1e9f;
+  for (std::size_t i = 1; i < corners.size(); ++i)
+    if (i % static_cast<std::size_t>(board_.columns) != 0)
+      nearest = std::min(nearest, static_cast<float>(cv::norm(corners[i] - corners[i - 1])));
+  for (std::size_t i = static_cast<std::size_t>(board_.columns); i < corners.size(); ++i)
+    nearest = std::min(
+        nearest, static_cast<float>(cv::norm(corners[i] - corners[i - static_cast<std::size_t>(board_.columns)])));
+  const int window = std::clamp(static_cast<int>(nearest / 3), 2, 6);
+  cv::cornerSubPix(picture, corners, {window, window}, {-1, -1},
+                   {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-3});
+  BoardView view;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    SeenPoints& seen = view.seen.emplace_back();
+    seen.place = static_cast<int>(i);
+    seen.points_m = {board_.place_m(seen.place)};
+    seen.pixels = {{corners[i].x, corners[i].y}};
+    seen.whitening = Eigen::Matrix2d::Identity();
+  }
+  return view;
+}
+
+}  // namespace lumigraft

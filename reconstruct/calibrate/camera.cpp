@@ -1,0 +1,135 @@
+#include "reconstruct/calibrate/camera.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "reconstruct/calibrate/initial_guess.h"
+#include "reconstruct/calibrate/acceptance.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kPi = std::numbers::pi;
+
+/// The value below which a share of the values lies.
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// 1σ of the place at which the lens shows a direction, in pixels: the longer axis of its ellipse.
+double place_sigma_px(const CameraCalibration& calibration, const Vector3d& direction) {
+  const LensNumbers lens = lens_numbers(calibration.model);
+  const bool pinhole = calibration.model.kind == CameraModel::Kind::pinhole;
+  Eigen::Matrix<double, 2, kLensNumbers> j;
+  for (int i = 0; i < kLensNumbers; ++i) {
+    const double step = std::max(1e-6, 1e-6 * std::abs(lens[static_cast<std::size_t>(i)]));
+    LensNumbers more = lens, less = lens;
+    more[static_cast<std::size_t>(i)] += step;
+    less[static_cast<std::size_t>(i)] -= step;
+    Vector2d a, b;
+    if (!project_through(pinhole, more.data(), direction, a) || !project_through(pinhole, less.data(), direction, b))
+      return 0;
+    j.col(i) = (a - b) / (2 * step);
+  }
+  const Eigen::Matrix2d covariance = j * calibration.covariance * j.transpose();
+  const double half = 0.5 * covariance.trace();
+  return std::sqrt(half + std::sqrt(std::max(0.0, half * half - covariance.determinant())));
+}
+
+/// Over the whole picture of a pinhole, and the whole field of a fish-eye.
+double widest_sigma_px(const CameraCalibration& calibration) {
+  const CameraModel& model = calibration.model;
+  constexpr int kSteps = 12;
+  double widest = 0;
+  for (int i = 0; i <= kSteps; ++i)
+    for (int k = 0; k <= kSteps; ++k) {
+      if (model.kind == CameraModel::Kind::pinhole) {
+        const auto d = model.unproject({i * (model.width - 1.0) / kSteps, k * (model.height - 1.0) / kSteps});
+        if (d) widest = std::max(widest, place_sigma_px(calibration, *d));
+      } else {
+        const double theta = (0.001 + 0.499 * i / kSteps) * model.fov_rad, phi = 2 * kPi * k / kSteps;
+        const Vector3d d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+        const auto pixel = model.project(d);
+        if (pixel && model.inside(*pixel)) widest = std::max(widest, place_sigma_px(calibration, d));
+      }
+    }
+  return widest;
+}
+
+std::size_t points_in(const std::vector<BoardView>& views) {
+  std::size_t points = 0;
+  for (const BoardView& view : views) points += view.seen.size();
+  return points;
+}
+
+/// `said` is the camera as it came.
+void take_over(CameraCalibration& calibration, const CameraModel& said, const Adjustment& adjusted) {
+  calibration.model = adjusted.rig.cameras[0];
+  calibration.covariance = adjusted.covariance.block<kLensNumbers, kLensNumbers>(0, 0);
+  for (int i = 0; i < kLensNumbers; ++i)
+    calibration.sigma[static_cast<std::size_t>(i)] = std::sqrt(calibration.covariance(i, i));
+  std::vector<double> errors;
+  std::vector<Vector2d> pixels;
+  calibration.corners = calibration.outliers = 0;
+  for (const Residual& residual : adjusted.residuals) {
+    ++calibration.corners;
+    calibration.outliers += residual.outlier;
+    errors.push_back(residual.error_px.norm());
+    if (!residual.outlier) pixels.push_back(residual.pixel);
+  }
+  calibration.median_px = quantile(errors, 0.5);
+  calibration.percent95_px = quantile(errors, 0.95);
+  calibration.model.fov_rad = 0;
+  if (calibration.model.kind != CameraModel::Kind::pinhole && said.fov_rad > 0) {
+    // As it is said to be, as far as the polynomial goes on to grow.
+    const double edge = 0.5 * said.fov_rad;
+    if (calibration.model.project({std::sin(edge), 0, std::cos(edge)})) calibration.model.fov_rad = said.fov_rad;
+  }
+  calibration.coverage = coverage_of(calibration.model, pixels);
+  if (calibration.model.kind != CameraModel::Kind::pinhole && calibration.model.fov_rad == 0)
+    calibration.model.fov_rad = 2 * calibration.coverage.widest_rad;  // as far as it was seen
+  calibration.widest_sigma_px = widest_sigma_px(calibration);
+}
+
+}  // namespace
+
+CameraCalibration calibrate_camera(const CameraModel& camera, const BoardFinder& finder,
+                                   std::vector<BoardPicture>& pictures) {
+  CameraCalibration calibration;
+  calibration.model = camera;
+  calibration.covariance.setZero();
+  std::vector<BoardView> views;
+  for (const BoardPicture& picture : pictures) {
+    views.push_back(picture.view);
+    calibration.views += !picture.view.seen.empty();
+  }
+  calibration.refusal = why_not(calibration);
+  if (calibration.views < kFewestViews) return calibration;
+
+  const auto start = start_camera(camera, views);
+  auto adjusted = start ? adjust(*start, {views}, Freedom::all) : std::nullopt;
+  // Once through the lens as the first round found it, once as the second did: a third changes nothing any more.
+  for (int round = 0; adjusted && round < 2; ++round) {
+    std::vector<BoardView> again;
+    for (std::size_t i = 0; i < views.size(); ++i)
+      again.push_back(finder.again(views[i], pictures[i].light, adjusted->rig.cameras[0]));
+    if (2 * points_in(again) < points_in(views)) break;  // that was no lens
+    views = again;
+    adjusted = adjust(adjusted->rig, {views}, Freedom::all);
+  }
+  if (!adjusted) return calibration;
+  take_over(calibration, camera, *adjusted);
+  for (std::size_t i = 0; i < views.size(); ++i) pictures[i].view = views[i];
+  calibration.refusal = why_not(calibration);
+  return calibration;
+}
+
+}  // namespace lumigraft

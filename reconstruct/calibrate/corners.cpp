@@ -1,0 +1,320 @@
+#include "reconstruct/calibrate/corners.h"
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "reconstruct/calibrate/linear_picture.h"
+#include "reconstruct/pose/gray_regions.h"
+#include "reconstruct/pose/tag_print.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Homography = Eigen::Matrix<double, 8, 1>;  // row by row; the last entry is 1
+
+constexpr double kCornerX[4] = {-1, 1, 1, -1}, kCornerY[4] = {-1, -1, 1, 1};  // TagCorners, in half edges
+
+/// The plane before the camera, in units of about a pixel, with its origin at the tag's centre.
+class Chart {
+ public:
+  static std::optional<Chart> at(const Vector2d& centre, const CameraModel* camera) {
+    Chart chart;
+    chart.centre_ = centre;
+    chart.camera_ = camera;
+    if (camera == nullptr) return chart;
+    const auto direction = camera->unproject(centre);
+    if (!direction) return std::nullopt;
+    // The smallest turn that takes the direction to the axis.
+    const Vector3d& d = *direction;
+    chart.turn_ = Eigen::Quaterniond(1 + d.z(), d.y(), -d.x(), 0).normalized().toRotationMatrix();
+    const auto right = chart.from_pixel(centre + Vector2d(1, 0)), below = chart.from_pixel(centre + Vector2d(0, 1));
+    if (!right || !below) return std::nullopt;
+    const double area = std::abs(right->x() * below->y() - right->y() * below->x());
+    if (!(area > 0)) return std::nullopt;
+    chart.pixels_ = 1 / std::sqrt(area);
+    return chart;
+  }
+
+  std::optional<Vector2d> from_pixel(const Vector2d& pixel) const {
+    if (camera_ == nullptr) return Vector2d(pixel - centre_);
+    const auto direction = camera_->unproject(pixel);
+    if (!direction) return std::nullopt;
+    const Vector3d turned = turn_ * *direction;
+    if (turned.z() < 0.2) return std::nullopt;
+    return Vector2d(pixels_ * turned.head<2>() / turned.z());
+  }
+  std::optional<Vector2d> to_pixel(const Vector2d& q) const {
+    if (camera_ == nullptr) return Vector2d(q + centre_);
+    return camera_->project(turn_.transpose() * Vector3d(q.x(), q.y(), pixels_));
+  }
+
+ private:
+  Vector2d centre_;
+  const CameraModel* camera_ = nullptr;
+  Matrix3d turn_ = Matrix3d::Identity();
+  double pixels_ = 1;
+};
+
+struct ChartPixel {
+  Vector2d q, by_u, by_v;  ///< place on the chart, and its change from pixel to pixel
+  double light = 0;
+  bool cut = false;  ///< the light is that or more
+};
+
+std::optional<Homography> homography_to(const std::array<Vector2d, 4>& corners) {
+  Eigen::Matrix<double, 8, 8> a;
+  Homography b;
+  for (int i = 0; i < 4; ++i) {
+    const double x = kCornerX[i], y = kCornerY[i], u = corners[i].x(), v = corners[i].y();
+    a.row(2 * i) << x, y, 1, 0, 0, 0, -u * x, -u * y;
+    a.row(2 * i + 1) << 0, 0, 0, x, y, 1, -v * x, -v * y;
+    b[2 * i] = u;
+    b[2 * i + 1] = v;
+  }
+  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> lu(a);
+  return lu.isInvertible() ? std::optional<Homography>(lu.solve(b)) : std::nullopt;
+}
+
+Matrix3d matrix_of(const Homography& h) {
+  Matrix3d m;
+  m << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
+  return m;
+}
+
+/// How the place q of a print's point (x, y) changes by the homography.
+Eigen::Matrix<double, 2, 8> by_homography(const Homography& h, double x, double y, const Vector2d& q) {
+  const double w = h[6] * x + h[7] * y + 1;
+  Eigen::Matrix<double, 2, 8> j;
+  j << x, y, 1, 0, 0, 0, -q.x() * x, -q.x() * y,  //
+      0, 0, 0, x, y, 1, -q.y() * x, -q.y() * y;
+  return j / w;
+}
+
+Vector2d mapped(const Homography& h, double x, double y) {
+  const double w = h[6] * x + h[7] * y + 1;
+  return {(h[0] * x + h[1] * y + h[2]) / w, (h[3] * x + h[4] * y + h[5]) / w};
+}
+
+// Unknowns: the homography; ink, paper and paper's slopes across the tag; how much wider than a pixel the lens blurs.
+constexpr int kUnknowns = 13;
+using Row = Eigen::Matrix<double, kUnknowns, 1>;
+using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+
+// As in pose_alignment, where paper is cut off.
+constexpr double kBlurHold = 0.04;
+
+struct Fit {
+  Square jtj = Square::Zero();
+  Row jtr = Row::Zero();
+  double error = 0;  ///< Σ ρ(r), Huber's ρ
+  int told = 0;      ///< pixels that were not cut off, or contradict that they were
+  bool folded = false;
+};
+
+class Problem {
+ public:
+  Problem(const std::vector<ChartPixel>& pixels, const TagPattern& pattern)
+      : pixels_(pixels), print_(pattern), cells_(pattern.square_cells / 2.0), middle_(pattern.cells / 2.0) {}
+
+  /// A pixel that the picture cuts off counts only where the print would have it darker (Tobin 1958): taken at its word
+  /// it would draw edges into the ink. `hold` keeps the blur near a pixel's width.
+  Fit linearise(const Row& p, double limit, double hold) const {
+    Fit fit;
+    fit.jtj(12, 12) = hold * hold;
+    fit.jtr[12] = hold * hold * (p[12] - 1);
+    fit.error = hold * hold * (p[12] - 1) * (p[12] - 1);
+    const Homography h = p.head<8>();
+    const Matrix3d to_print = matrix_of(h).inverse();
+    const double ink = p[8], contrast = p[9] - p[8], blur = p[12];
+    for (const ChartPixel& pixel : pixels_) {
+      const Vector3d s = to_print * pixel.q.homogeneous();
+      const double x = s.x() / s.z(), y = s.y() / s.z(), w = h[6] * x + h[7] * y + 1;
+      if (!(w > 0.1)) {
+        fit.folded = true;
+        return fit;
+      }
+      Matrix2d by_place;  // of q by (x, y)
+      by_place << h[0] - pixel.q.x() * h[6], h[1] - pixel.q.x() * h[7], h[3] - pixel.q.y() * h[6],
+          h[4] - pixel.q.y() * h[7];
+      const Matrix2d to_place = (by_place / w).inverse();
+      // The pixel's footprint, as the axis-parallel box with the same second moments.
+      const Vector2d u = to_place * pixel.by_u, v = to_place * pixel.by_v;
+      const double width = blur * cells_ * std::sqrt(u.x() * u.x() + v.x() * v.x());
+      const double height = blur * cells_ * std::sqrt(u.y() * u.y() + v.y() * v.y());
+      const auto mean = blurred(middle_ + cells_ * x, middle_ - cells_ * y, width, height);
+      const double white = mean.white, paper = contrast + p[10] * x + p[11] * y;
+      const double residual = ink + paper * white - pixel.light;
+      if (pixel.cut && residual >= 0) continue;
+      ++fit.told;
+      const double size = std::abs(residual), weight = size <= limit ? 1 : limit / size;
+      fit.error += size <= limit ? residual * residual : limit * (2 * size - limit);
+
+      Row j;
+      j.tail<5>() << 1 - white, white, white * x, white * y, 0;
+      if (mean.flat) {  // no edge in sight: the pixel says nothing about places
+        fit.jtj.block<4, 4>(8, 8) += weight * j.segment<4>(8) * j.segment<4>(8).transpose();
+        fit.jtr.segment<4>(8) += weight * residual * j.segment<4>(8);
+        continue;
+      }
+      // A pixel stays where it is, so its place on the print moves against the homography.
+      const Vector2d gradient = paper * cells_ * Vector2d(mean.by_centre.x(), -mean.by_centre.y());
+      j.head<8>() = -(by_homography(h, x, y, pixel.q).transpose() * (to_place.transpose() * gradient));
+      j[12] = paper * mean.by_scale / blur;
+      fit.jtj.noalias() += (weight * j) * j.transpose();
+      fit.jtr += weight * residual * j;
+    }
+    return fit;
+  }
+
+ private:
+  /// Mean over a footprint of the second moments of this box, and a Gaussian's fourth: that of two boxes, since lenses
+  /// blur softly. By one box alone tags seem smaller the smaller they are, by 0.04 px of a corner at 13 px.
+  PrintIntegral::Mean blurred(double x, double y, double width, double height) const {
+    constexpr double kWide = 1.342, kNarrow = 0.447;  // squares: 1 ± 0.8
+    const auto a = print_.mean(x, y, kWide * width, kWide * height);
+    if (a.flat) return a;
+    const auto b = print_.mean(x, y, kNarrow * width, kNarrow * height);
+    return {(a.white + b.white) / 2, false, (a.by_centre + b.by_centre) / 2, (a.by_scale + b.by_scale) / 2};
+  }
+
+  const std::vector<ChartPixel>& pixels_;
+  PrintIntegral print_;
+  double cells_, middle_;
+};
+
+/// Pixels within half a cell around the black square: its edges count, and its neighbours do not.
+std::vector<ChartPixel> pixels_on_print(const Image<std::uint16_t>& light, const TagPattern& pattern,
+                                        const TagCorners& corners, const Chart& chart, const Homography& h) {
+  Vector2d low = corners[0], high = corners[0];
+  for (const Vector2d& corner : corners) {
+    low = low.cwiseMin(corner);
+    high = high.cwiseMax(corner);
+  }
+  const Vector2d around = (high - low) / pattern.square_cells + Vector2d::Constant(3);
+  const PixelRegion region = region_around(low - around, high + around, light.width, light.height);
+  std::vector<std::optional<Vector2d>> chart_of;
+  chart_of.reserve(static_cast<std::size_t>(region.width) * region.height);
+  for (int v = region.top; v < region.top + region.height; ++v)
+    for (int u = region.left; u < region.left + region.width; ++u) chart_of.push_back(chart.from_pixel({u, v}));
+
+  const Matrix3d to_print = matrix_of(h).inverse();
+  const double reach = 1 + 1.0 / pattern.square_cells;
+  std::vector<ChartPixel> pixels;
+  for (int y = 1; y + 1 < region.height; ++y)
+    for (int x = 1; x + 1 < region.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * region.width + x;
+      const auto stride = static_cast<std::size_t>(region.width);
+      if (!chart_of[i] || !chart_of[i - 1] || !chart_of[i + 1] || !chart_of[i - stride] || !chart_of[i + stride])
+        continue;
+      const Vector3d s = to_print * chart_of[i]->homogeneous();
+      if (!(std::abs(s.x()) <= reach * std::abs(s.z()) && std::abs(s.y()) <= reach * std::abs(s.z()))) continue;
+      pixels.push_back(
+          {*chart_of[i], (*chart_of[i + 1] - *chart_of[i - 1]) / 2, (*chart_of[i + stride] - *chart_of[i - stride]) / 2,
+           light.at(region.left + x, region.top + y) / 65535.0, is_cut(light.at(region.left + x, region.top + y))});
+    }
+  return pixels;
+}
+
+/// Ink and paper as the darkest and brightest tenth have them; a lens that blurs little.
+std::optional<Row> first_look(const Homography& h, const std::vector<ChartPixel>& pixels) {
+  std::vector<double> light;
+  for (const ChartPixel& pixel : pixels) light.push_back(pixel.light);
+  const auto tenth = static_cast<std::ptrdiff_t>(light.size() / 10);
+  std::nth_element(light.begin(), light.begin() + tenth, light.end());
+  const double ink = light[static_cast<std::size_t>(tenth)];
+  std::nth_element(light.begin(), light.end() - tenth, light.end());
+  Row p;
+  p << h, ink, *(light.end() - tenth), 0, 0, 1;
+  return p[9] > p[8] ? std::optional(p) : std::nullopt;
+}
+
+/// Corners in pixels with their covariance, from the homography and its own.
+std::optional<PrintCorners> corners_of(const Homography& h, const Eigen::Matrix<double, 8, 8>& covariance,
+                                       const Chart& chart) {
+  PrintCorners result;
+  Eigen::Matrix<double, 8, 8> j;
+  for (int i = 0; i < 4; ++i) {
+    const Vector2d q = mapped(h, kCornerX[i], kCornerY[i]);
+    constexpr double kStep = 0.5;
+    const auto pixel = chart.to_pixel(q), right = chart.to_pixel(q + Vector2d(kStep, 0)),
+               below = chart.to_pixel(q + Vector2d(0, kStep));
+    if (!pixel || !right || !below) return std::nullopt;
+    Matrix2d to_pixels;
+    to_pixels << (*right - *pixel) / kStep, (*below - *pixel) / kStep;
+    result.pixels[static_cast<std::size_t>(i)] = *pixel;
+    j.middleRows<2>(2 * i) = to_pixels * by_homography(h, kCornerX[i], kCornerY[i], q);
+  }
+  result.covariance = j * covariance * j.transpose();
+  return result;
+}
+
+}  // namespace
+
+std::optional<PrintCorners> print_corners(const Image<std::uint16_t>& light, const TagPattern& pattern,
+                                          const TagCorners& start, const CameraModel* camera) {
+  for (const Vector2d& corner : start)
+    if (!(corner.x() > 2 && corner.y() > 2 && corner.x() < light.width - 3 && corner.y() < light.height - 3))
+      return std::nullopt;
+  const auto chart = Chart::at((start[0] + start[1] + start[2] + start[3]) / 4, camera);
+  if (!chart) return std::nullopt;
+  std::array<Vector2d, 4> q;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto on_chart = chart->from_pixel(start[i]);
+    if (!on_chart) return std::nullopt;
+    q[i] = *on_chart;
+  }
+  const auto h = homography_to(q);
+  if (!h) return std::nullopt;
+  const std::vector<ChartPixel> pixels = pixels_on_print(light, pattern, start, *chart, *h);
+  if (pixels.size() < 100) return std::nullopt;
+  const auto look = first_look(*h, pixels);
+  if (!look) return std::nullopt;
+
+  const Problem problem(pixels, pattern);
+  Row p = *look;
+  const bool cut = std::any_of(pixels.begin(), pixels.end(), [](const ChartPixel& pixel) { return pixel.cut; });
+  const double contrast = p[9] - p[8], limit = 0.15 * contrast, hold = cut ? kBlurHold * contrast : 0;
+  Fit fit = problem.linearise(p, limit, hold);
+  double damping = 1e-4;
+  for (int iteration = 0; iteration < 30 && !fit.folded; ++iteration) {
+    Square damped = fit.jtj;
+    damped.diagonal() *= 1 + damping;
+    const Row step = damped.ldlt().solve(-fit.jtr);
+    if (!step.allFinite()) return std::nullopt;
+    Row next = p + step;
+    next[12] = std::clamp(next[12], 0.5, 4.0);
+    const Fit next_fit = problem.linearise(next, limit, hold);
+    const bool settled = std::abs(fit.error - next_fit.error) < 1e-5 * fit.error;
+    if (next_fit.folded || !(next_fit.error < fit.error)) {
+      if (settled || damping > 1e6) break;
+      damping *= 10;
+      continue;
+    }
+    p = next;
+    fit = next_fit;
+    damping /= 10;
+    if (settled) break;
+  }
+  if (fit.told <= 2 * kUnknowns) return std::nullopt;
+  const double variance = fit.error / (fit.told - kUnknowns);
+  const Square covariance = variance * fit.jtj.ldlt().solve(Square::Identity());
+  auto result = corners_of(p.head<8>(), covariance.topLeftCorner<8, 8>(), *chart);
+  if (fit.folded || !result || !result->covariance.allFinite()) return std::nullopt;
+  result->paper = p[9];
+  result->contrast_error = std::sqrt(variance) / (cut ? contrast : p[9] - p[8]);
+  if (!(p[9] > p[8]) || result->contrast_error > 0.25) return std::nullopt;
+  // Where it went farther than a detector errs, it found something else.
+  const double edge = (start[1] - start[0]).norm();
+  for (std::size_t i = 0; i < 4; ++i)
+    if ((result->pixels[i] - start[i]).norm() > std::max(2.0, 0.05 * edge)) return std::nullopt;
+  return result;
+}
+
+}  // namespace lumigraft

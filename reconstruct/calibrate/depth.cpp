@@ -1,0 +1,196 @@
+#include "reconstruct/calibrate/depth.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/math/pose_covariance.h"
+#include "reconstruct/pose/gray_regions.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Row = Eigen::Matrix<double, 6, 1>;
+using Square = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kInner = 0.9;              // of the board: its rim mixes with what is behind
+constexpr double kFirstGate_m = 0.15;       // from the board, while the start may be wrong
+constexpr std::size_t kFewestPixels = 100;  // of a board
+constexpr double kPixelsOfView = 400;
+constexpr double kNoise =
+    0.0015;  // 1σ over z², 1/m, of depth by triangulation (Khoshelham & Elberink 2012); ratios count
+
+struct Point {
+  Vector3d depth_m;  ///< in the depth camera's frame
+  std::size_t view;
+  double distance_m, weight;
+};
+
+class DepthFit {
+ public:
+  DepthFit(const CameraModel& depth, const Board& board, const std::vector<DepthView>& views)
+      : depth_(depth), half_(0.5 * kInner * board.extent_m()), views_(views) {
+    for (int v = 0; v < depth.height; ++v)
+      for (int u = 0; u < depth.width; ++u) {
+        const auto ray = depth.unproject({u, v});
+        rays_.push_back(ray && ray->z() > 0 ? Vector3d(*ray / ray->z()) : Vector3d::Zero());
+      }
+  }
+
+  /// The points of all boards that lie within `gate` of them.
+  std::vector<Point> points(const Isometry3d& T_color_depth, double gate_m) const {
+    std::vector<Point> all;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const Isometry3d T_board_depth = views_[i].T_color_board.inverse() * T_color_depth;
+      std::vector<Point> here;
+      const PixelRegion region = around(T_board_depth.inverse(), gate_m);
+      for (int at = 0; at < region.width * region.height; ++at) {
+        const std::size_t pixel = static_cast<std::size_t>(region.top + at / region.width) * depth_.width +
+                                  static_cast<std::size_t>(region.left + at % region.width);
+        const float z = views_[i].depth_m->data[pixel];
+        if (!(z > 0)) continue;
+        const Vector3d point = z * rays_[pixel], on_board = T_board_depth * point;
+        if (std::abs(on_board.x()) > half_.x() || std::abs(on_board.y()) > half_.y() || std::abs(on_board.z()) > gate_m)
+          continue;
+        here.push_back({point, i, on_board.z(), 1 / std::pow(kNoise * z * z, 2)});
+      }
+      if (here.size() < kFewestPixels) continue;
+      const double step = std::max(1.0, static_cast<double>(here.size()) / kPixelsOfView);
+      for (double at = 0; at < static_cast<double>(here.size()); at += step)
+        all.push_back(here[static_cast<std::size_t>(at)]);
+    }
+    return all;
+  }
+
+  /// How the distance from its board changes as T_color_depth turns and shifts, from the left.
+  Row slope(const Point& point, const Isometry3d& T_color_depth) const {
+    const Vector3d normal = views_[point.view].T_color_board.linear().col(2);
+    Row j;
+    j << (T_color_depth * point.depth_m).cross(normal), normal;
+    return j;
+  }
+
+ private:
+  /// Where the picture shows the board and what lies before and behind it; all of it where that cannot be said.
+  PixelRegion around(const Isometry3d& T_depth_board, double gate_m) const {
+    Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vector3d p(corner & 1 ? half_.x() : -half_.x(), corner & 2 ? half_.y() : -half_.y(),
+                       corner & 4 ? gate_m : -gate_m);
+      const Vector3d there = T_depth_board * p;
+      const auto pixel = there.z() > 0.05 ? depth_.project(there) : std::nullopt;
+      if (!pixel) return {0, 0, depth_.width, depth_.height};
+      low = low.cwiseMin(*pixel);
+      high = high.cwiseMax(*pixel);
+    }
+    return region_around(low, high, depth_.width, depth_.height);
+  }
+
+  CameraModel depth_;
+  Eigen::Vector2d half_;
+  const std::vector<DepthView>& views_;
+  std::vector<Vector3d> rays_;
+};
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_distance_m(const std::vector<Point>& points) {
+  std::vector<double> distances;
+  for (const Point& point : points) distances.push_back(std::abs(point.distance_m));
+  return median_of(std::move(distances));
+}
+
+struct Normal {
+  Square jtj = Square::Zero();
+  Row jtr = Row::Zero();
+  std::vector<Row> by_view;  ///< Jᵀr of each
+};
+
+/// Huber's weights beyond `limit`, a multiple of the noise.
+Normal normal_equations(const DepthFit& fit, const std::vector<Point>& points, const Isometry3d& T_color_depth,
+                        double limit, std::size_t views) {
+  Normal n;
+  n.by_view.assign(views, Row::Zero());
+  for (const Point& point : points) {
+    const double whitened = std::abs(point.distance_m) * std::sqrt(point.weight);
+    const double weight = point.weight * std::min(1.0, limit / std::max(whitened, 1e-12));
+    const Row j = fit.slope(point, T_color_depth);
+    n.jtj += weight * j * j.transpose();
+    n.by_view[point.view] += weight * point.distance_m * j;
+  }
+  for (const Row& view : n.by_view) n.jtr += view;
+  return n;
+}
+
+/// Boards that are all parallel say nothing about three of the six numbers.
+bool well_posed(const Square& jtj) {
+  constexpr double kLeast = 1e-4;  // of the square of a slant, in radians
+  Row size;                        // turns to what they shift
+  size << Vector3d::Constant(std::sqrt(jtj.diagonal().head<3>().sum() / 3)),
+      Vector3d::Constant(std::sqrt(jtj.diagonal().tail<3>().sum() / 3));
+  const Square scaled = size.cwiseInverse().asDiagonal() * jtj * size.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues()[0] > kLeast * solver.eigenvalues()[5];
+}
+
+int views_in(const std::vector<Point>& points) {
+  int views = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) views += i == 0 || points[i].view != points[i - 1].view;
+  return views;
+}
+
+}  // namespace
+
+DepthCalibration calibrate_depth(const CameraModel& depth, const Isometry3d& start, const Board& board,
+                                 const std::vector<DepthView>& views) {
+  DepthCalibration result;
+  result.T_color_depth = start;
+  const DepthFit fit(depth, board, views);
+  double gate_m = kFirstGate_m, limit = 2;
+  std::vector<Point> points;
+  Normal normal;
+  for (int round = 0; round < 25; ++round) {
+    points = fit.points(result.T_color_depth, gate_m);
+    result.views = views_in(points);
+    if (result.views < kFewestViews) break;
+    std::vector<double> whitened;
+    for (const Point& point : points) whitened.push_back(std::abs(point.distance_m) * std::sqrt(point.weight));
+    limit = 2 * median_of(std::move(whitened)) / 0.6745;
+    normal = normal_equations(fit, points, result.T_color_depth, limit, views.size());
+    if (!well_posed(normal.jtj)) break;
+    const Row step = solved(normal.jtj, -normal.jtr);
+    Isometry3d T = Isometry3d::Identity();
+    const double angle = step.head<3>().norm();
+    if (angle > 0) T.linear() = Eigen::AngleAxisd(angle, step.head<3>() / angle).toRotationMatrix();
+    T.translation() = step.tail<3>();
+    result.T_color_depth = T * result.T_color_depth;
+    gate_m = std::clamp(10 * median_distance_m(points), 0.02, gate_m);
+    if (step.norm() < 1e-7) break;
+  }
+  if (result.views >= kFewestViews) result.median_m = median_distance_m(points);
+  if (result.views >= kFewestViews && !well_posed(normal.jtj)) {
+    result.turn_sigma_rad.setConstant(std::numbers::pi);
+    result.shift_sigma_m.setConstant(10);
+  } else if (result.views >= kFewestViews) {
+    // Neighbouring pixels err together, and so do all of a board by the error of its pose: views are what is
+    // independent, so the covariance is that of clusters (Liang & Zeger 1986).
+    const Square inverse = information_of(normal.jtj);
+    Square meat = Square::Zero();
+    for (const Row& view : normal.by_view) meat += view * view.transpose();
+    const Square covariance = inverse * meat * inverse * (result.views / std::max(1.0, result.views - 6.0));
+    result.turn_sigma_rad = covariance.diagonal().head<3>().cwiseSqrt();
+    result.shift_sigma_m = covariance.diagonal().tail<3>().cwiseSqrt();
+  }
+  result.refusal = why_not(result);
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,33 @@
+#pragma once
+// How a depth camera stands to the colour camera, from boards that both see: the depth camera's points of a board must
+// lie on the plane on which the colour camera puts it (Zhang & Zhang 2011, "Calibration between depth and color sensors
+// for commodity depth cameras", eq. 6). The depth camera's lens is known.
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "capture/camera/camera_model.h"
+#include "capture/image.h"
+#include "reconstruct/calibrate/board.h"
+
+namespace lumigraft {
+
+struct DepthView {
+  const Image<float>* depth_m = nullptr;  ///< on the depth camera's own pixels, along its z; 0 = no measurement
+  Eigen::Isometry3d T_color_board;
+};
+
+struct DepthCalibration {
+  Eigen::Isometry3d T_color_depth = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d turn_sigma_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d shift_sigma_m = Eigen::Vector3d::Zero();
+  int views = 0;        ///< that show enough of the board
+  double median_m = 0;  ///< of the points' distances from the board
+  std::string refusal;  ///< why it is not to be used, on one line; empty where it is
+};
+
+/// `start` is right to some centimetres and degrees.
+DepthCalibration calibrate_depth(const CameraModel& depth, const Eigen::Isometry3d& start, const Board& board,
+                                 const std::vector<DepthView>& views);
+
+}  // namespace lumigraft

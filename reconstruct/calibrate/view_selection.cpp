@@ -1,0 +1,173 @@
+#include "reconstruct/calibrate/view_selection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "reconstruct/calibrate/linear_picture.h"
+#include "reconstruct/pose/gray_regions.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr double kLookEvery_s = 0.1;
+constexpr double kStill = 0.06;         ///< of the picture's width in a second
+constexpr double kSequenceGap_s = 0.5;  ///< pictures farther apart are no sequence that shows motion
+constexpr std::size_t kLongestPath = 300;
+constexpr int kClipped = 250;  ///< as in radiance.cpp: from this code value on a reading says "at least"
+constexpr double kMostClipped = 0.01;
+
+std::size_t corners_in(const BoardView& view) {
+  std::size_t corners = 0;
+  for (const SeenPoints& seen : view.seen) corners += seen.pixels.size();
+  return corners;
+}
+
+/// Mean distance in pixels that the board's points moved; infinite where fewer than half of them are in both.
+double moved_px(const BoardView& a, const BoardView& b) {
+  double sum = 0;
+  std::size_t both = 0, i = 0, j = 0;
+  while (i < a.seen.size() && j < b.seen.size()) {  // in the order of their places
+    if (a.seen[i].place == b.seen[j].place) {
+      sum += (a.seen[i].pixels[0] - b.seen[j].pixels[0]).norm();
+      ++both;
+      ++i;
+      ++j;
+    } else {
+      ++(a.seen[i].place < b.seen[j].place ? i : j);
+    }
+  }
+  if (both == 0 || 2 * both < std::max(a.seen.size(), b.seen.size())) return std::numeric_limits<double>::infinity();
+  return sum / static_cast<double>(both);
+}
+
+/// Paper that is clipped says nothing about light.
+void forget_clipped_paper(const Picture& picture, BoardView& view) {
+  if (picture.encoded.empty()) return;
+  for (SeenPoints& seen : view.seen) {
+    Eigen::Vector2d low = seen.pixels[0], high = seen.pixels[0];
+    for (const Eigen::Vector2d& pixel : seen.pixels) {
+      low = low.cwiseMin(pixel);
+      high = high.cwiseMax(pixel);
+    }
+    int clipped = 0, all = 0;
+    for (int v = std::max(0, static_cast<int>(low.y())); v <= high.y() && v < picture.encoded.height; ++v)
+      for (int u = std::max(0, static_cast<int>(low.x())); u <= high.x() && u < picture.encoded.width; ++u, ++all)
+        for (int c = 0; c < 3; ++c)
+          if (picture.encoded.at(u, v, c) >= kClipped) {
+            ++clipped;
+            break;
+          }
+    if (clipped > kMostClipped * all) seen.paper = 0;
+  }
+}
+
+struct Looked {
+  BoardPicture picture;
+  BoardView room_tag;
+};
+
+Looked found(const BoardFinder& finder, const std::optional<BoardFinder>& room_finder, const Picture& picture,
+             const Response& response) {
+  Looked result;
+  BoardPicture& board = result.picture;
+  board.light = linear_light(picture, response);
+  const float gain = picture.encoded.empty() ? detector_gain(picture.radiance) : 1.0f;
+  const auto grey = detector_codes(picture, {0, 0, board.light.width, board.light.height}, gain);
+  board.view = finder.find(grey, board.light);
+  forget_clipped_paper(picture, board.view);
+  if (room_finder) result.room_tag = room_finder->find(grey, board.light);
+  return result;
+}
+
+/// The tag alone is a board of one, whose frame is the tag's.
+Board board_of(const Tag& tag) {
+  Board board;
+  board.family = tag.family;
+  board.first_id = tag.id;
+  board.rows = board.columns = 1;
+  board.size_m = tag.size_m;
+  return board;
+}
+
+}  // namespace
+
+BoardCollector::BoardCollector(const Board& board, const std::optional<Tag>& room_tag) : finder_(board) {
+  if (room_tag) room_finder_.emplace(board_of(*room_tag));
+}
+
+std::vector<SeenPoints> BoardCollector::room_tag(std::size_t camera, const CameraModel& lens) const {
+  std::vector<SeenPoints> all;
+  for (const BoardMoment& moment : moments_) {
+    if (moment.room_tag[camera].seen.empty()) continue;
+    const BoardView again = room_finder_->again(moment.room_tag[camera], moment.by_camera[camera].light, lens);
+    all.insert(all.end(), again.seen.begin(), again.seen.end());
+  }
+  return all;
+}
+
+bool BoardCollector::somewhere_new(const BoardMoment& moment) const {
+  for (std::size_t c = 0; c < moment.by_camera.size(); ++c) {
+    const BoardPicture& now = moment.by_camera[c];
+    if (now.view.seen.empty()) continue;
+    const bool known = std::any_of(moments_.begin(), moments_.end(), [&](const BoardMoment& kept) {
+      return moved_px(kept.by_camera[c].view, now.view) < apart_ * now.light.width;
+    });
+    if (!known) return true;
+  }
+  return false;
+}
+
+/// Asks for places that are farther apart until half of the moments are gone.
+void BoardCollector::thin_out() {
+  while (2 * moments_.size() > kMost) {
+    apart_ *= 1.3;
+    std::vector<BoardMoment> all = std::move(moments_);
+    moments_.clear();
+    for (BoardMoment& moment : all)
+      if (somewhere_new(moment)) moments_.push_back(std::move(moment));
+  }
+}
+
+BoardCollector::Seen BoardCollector::look(std::int64_t time_ns, const Picture* color, const Response& color_response,
+                                          const std::vector<std::shared_ptr<const Picture>>& fisheye,
+                                          const Response& fisheye_response,
+                                          const std::shared_ptr<const DepthPicture>& depth) {
+  const double passed_s = 1e-9 * static_cast<double>(time_ns - last_time_ns_);
+  Seen seen;
+  if (any_ && passed_s >= 0 && passed_s < kLookEvery_s) return seen;
+  BoardMoment moment;
+  moment.time_ns = time_ns;
+  moment.depth = depth;
+  const auto take = [&](std::size_t camera, Looked one) {
+    BoardPicture& best = moment.by_camera[camera];
+    if (!best.light.empty() && one.picture.view.seen.size() <= best.view.seen.size()) return;
+    best = std::move(one.picture);
+    moment.room_tag[camera] = std::move(one.room_tag);
+  };
+  if (color != nullptr) take(0, found(finder_, room_finder_, *color, color_response));
+  for (const auto& picture : fisheye) take(1, found(finder_, room_finder_, *picture, fisheye_response));
+  bool moving = false;
+  for (std::size_t c = 0; c < 2; ++c) {
+    const BoardPicture& now = moment.by_camera[c];
+    seen.corners[c] = corners_in(now.view);
+    const double moved = moved_px(last_[c], now.view);
+    moving |= any_ && passed_s > 0 && passed_s < kSequenceGap_s && seen.corners[c] > 0 &&
+              moved > kStill * passed_s * now.light.width;
+    last_[c] = now.view;
+    if (seen.corners[c] == 0) continue;
+    std::vector<TimedView>& path = paths_[c];
+    if (path.size() == kLongestPath) path.erase(path.begin(), path.begin() + kLongestPath / 4);
+    path.push_back({c == 0 ? color->stamp.time_ns : fisheye.front()->stamp.time_ns, now.view});
+  }
+  any_ = true;
+  last_time_ns_ = time_ns;
+  if (!moving && somewhere_new(moment)) {
+    seen.kept = true;
+    moments_.push_back(std::move(moment));
+    if (moments_.size() > kMost) thin_out();
+  }
+  return seen;
+}
+
+}  // namespace lumigraft

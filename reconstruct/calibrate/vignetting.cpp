@@ -1,0 +1,199 @@
+#include "reconstruct/calibrate/vignetting.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "reconstruct/calibrate/acceptance.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kTerms = 3;               // of the lens: θ², θ⁴, θ⁶
+constexpr int kSlopes = 2, kBends = 3;  // of the light on the board
+constexpr int kOwn = 1 + kSlopes + kBends;
+constexpr double kAlike = 4.0;        // moments that one lamp lights alike
+constexpr double kLeastNoise = 1e-4;  // readings are no better than that, however smooth made-up pictures are
+constexpr double kNoVariance = 1e-8;
+constexpr double kOutlier = 4.0;  // σ: a finger's shadow, a highlight
+
+Eigen::Matrix<double, 1, kTerms> lens_row(double angle_rad) {
+  const double s = angle_rad * angle_rad;
+  return {s, s * s, s * s * s};
+}
+
+/// What one moment says: ln(light) = own · (constant, slopes, bends) + lens · terms + noise.
+struct Moment {
+  MatrixXd own, lens;
+  VectorXd ln_light;
+  std::vector<std::size_t> samples;  ///< rows, by index of what came in
+};
+
+std::vector<Moment> moments_of(const std::vector<WhiteSample>& samples, const std::vector<char>& left_out) {
+  std::map<std::size_t, std::vector<std::size_t>> by_moment;
+  double size_m = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    if (!left_out[i]) {
+      by_moment[samples[i].moment].push_back(i);
+      size_m = std::max(size_m, samples[i].on_board_m.norm());
+    }
+  std::vector<Moment> moments;
+  for (auto& [number, rows] : by_moment) {
+    if (rows.size() < 2) continue;
+    Moment& moment = moments.emplace_back();
+    const auto count = static_cast<Eigen::Index>(rows.size());
+    moment.own.resize(count, kOwn);
+    moment.lens.resize(count, kTerms);
+    moment.ln_light.resize(count);
+    for (Eigen::Index r = 0; r < count; ++r) {
+      const WhiteSample& sample = samples[rows[static_cast<std::size_t>(r)]];
+      const Eigen::Vector2d p = sample.on_board_m / std::max(size_m, 1e-9);
+      moment.own.row(r) << 1, p.x(), p.y(), p.x() * p.x(), p.x() * p.y(), p.y() * p.y();
+      moment.lens.row(r) = lens_row(sample.angle_rad);
+      moment.ln_light[r] = std::log(sample.light);
+    }
+    moment.samples = std::move(rows);
+  }
+  return moments;
+}
+
+struct Variances {
+  double noise = 1e-4, slope = 1e-2, bend = 1e-3;
+};
+
+struct Solution {
+  Eigen::Vector3d terms = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  std::vector<VectorXd> own;         ///< by moment
+  std::vector<MatrixXd> own_spread;  ///< covariance of it, that of the terms included
+  std::vector<VectorXd> residuals;
+  std::vector<double> noise_trace;  ///< of the residuals' own covariance
+};
+
+/// Henderson's mixed model equations (1950): every moment's own numbers are eliminated, the lens's are solved for.
+Solution solve(const std::vector<Moment>& moments, const Variances& v) {
+  Eigen::DiagonalMatrix<double, kOwn> prior(kOwn);
+  prior.diagonal() << 0, 1 / v.slope, 1 / v.slope, 1 / v.bend, 1 / v.bend, 1 / v.bend;
+  Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  std::vector<MatrixXd> own_inverse, cross;
+  for (const Moment& m : moments) {
+    MatrixXd own = m.own.transpose() * m.own / v.noise;
+    own += MatrixXd(prior);
+    own_inverse.push_back(own.llt().solve(MatrixXd::Identity(kOwn, kOwn)));
+    cross.push_back(m.own.transpose() * m.lens / v.noise);
+    a += m.lens.transpose() * m.lens / v.noise - cross.back().transpose() * own_inverse.back() * cross.back();
+    b += m.lens.transpose() * m.ln_light / v.noise -
+         cross.back().transpose() * own_inverse.back() * (m.own.transpose() * m.ln_light) / v.noise;
+  }
+  Solution s;
+  const Eigen::Vector3d size = a.diagonal().cwiseSqrt().cwiseMax(1e-12);
+  const Eigen::Matrix3d scaled = size.cwiseInverse().asDiagonal() * a * size.cwiseInverse().asDiagonal();
+  s.covariance = size.cwiseInverse().asDiagonal() * Eigen::Matrix3d(scaled.ldlt().solve(Eigen::Matrix3d::Identity())) *
+                 size.cwiseInverse().asDiagonal();
+  s.terms = s.covariance * b;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    const Moment& m = moments[i];
+    const VectorXd without_lens = m.ln_light - m.lens * s.terms;
+    s.own.push_back(own_inverse[i] * (m.own.transpose() * without_lens) / v.noise);
+    const MatrixXd by_terms = own_inverse[i] * cross[i];
+    s.own_spread.push_back(own_inverse[i] + by_terms * s.covariance * by_terms.transpose());
+    s.residuals.push_back(without_lens - m.own * s.own.back());
+    const MatrixXd lens_left = m.lens - m.own * by_terms;
+    s.noise_trace.push_back((m.own * own_inverse[i] * m.own.transpose()).trace() +
+                            (lens_left * s.covariance * lens_left.transpose()).trace());
+  }
+  return s;
+}
+
+/// One round of expectation and maximisation.
+Variances next_variances(const std::vector<Moment>& moments, const Solution& s) {
+  Variances sum{0, 0, 0};
+  double samples = 0;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    sum.noise += s.residuals[i].squaredNorm() + s.noise_trace[i];
+    samples += static_cast<double>(moments[i].ln_light.size());
+    for (int k = 0; k < kOwn - 1; ++k)
+      (k < kSlopes ? sum.slope : sum.bend) += s.own[i][1 + k] * s.own[i][1 + k] + s.own_spread[i](1 + k, 1 + k);
+  }
+  const double count = static_cast<double>(moments.size());
+  return {std::max(sum.noise / samples, kLeastNoise * kLeastNoise),
+          std::max(sum.slope / (kSlopes * count), kNoVariance), std::max(sum.bend / (kBends * count), kNoVariance)};
+}
+
+Solution fitted(const std::vector<Moment>& moments, Variances& v) {
+  constexpr int kRounds = 200;
+  for (int round = 0; round < kRounds; ++round) {
+    const Variances next = next_variances(moments, solve(moments, v));
+    const double change = std::abs(std::log(next.noise / v.noise)) + std::abs(std::log(next.slope / v.slope)) +
+                          std::abs(std::log(next.bend / v.bend));
+    v = next;
+    if (change < 1e-3) break;
+  }
+  return solve(moments, v);
+}
+
+}  // namespace
+
+std::vector<WhiteSample> white_of(const std::vector<BoardView>& views, const CameraModel& camera) {
+  std::vector<WhiteSample> samples;
+  for (std::size_t moment = 0; moment < views.size(); ++moment)
+    for (const SeenPoints& seen : views[moment].seen) {
+      Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+      Eigen::Vector3d on_board = Eigen::Vector3d::Zero();
+      for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
+        pixel += seen.pixels[i] / static_cast<double>(seen.pixels.size());
+        on_board += seen.points_m[i] / static_cast<double>(seen.pixels.size());
+      }
+      const auto direction = camera.unproject(pixel);
+      if (!(seen.paper > 0) || !direction) continue;
+      samples.push_back(
+          {moment, on_board.head<2>(), std::atan2(direction->head<2>().norm(), direction->z()), seen.paper});
+    }
+  return samples;
+}
+
+VignettingCalibration calibrate_vignetting(const std::vector<WhiteSample>& samples, double field_rad) {
+  VignettingCalibration result;
+  result.field_rad = field_rad;
+  std::vector<char> left_out(samples.size(), 0);
+  for (std::size_t i = 0; i < samples.size(); ++i) left_out[i] = !(samples[i].light > 0);
+  Variances variances;
+  Solution solution;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (int round = 0; round < 2; ++round) {
+    const std::vector<Moment> moments = moments_of(samples, left_out);
+    result.moments = static_cast<int>(moments.size());
+    if (result.moments < kFewestViews) break;
+    solution = fitted(moments, variances);
+    const Eigen::Matrix3d by_noise = solve(moments, {variances.noise, kNoVariance, kNoVariance}).covariance;
+    covariance = by_noise + kAlike * (solution.covariance - by_noise);
+    result.samples = 0;
+    for (std::size_t i = 0; i < moments.size(); ++i)
+      for (std::size_t r = 0; r < moments[i].samples.size(); ++r) {
+        const std::size_t at = moments[i].samples[r];
+        if (round == 0)
+          left_out[at] =
+              std::abs(solution.residuals[i][static_cast<Eigen::Index>(r)]) > kOutlier * std::sqrt(variances.noise);
+        result.widest_rad = std::max(result.widest_rad, samples[at].angle_rad);
+        ++result.samples;
+      }
+  }
+  for (int k = 0; k < kTerms; ++k) result.vignetting.terms[static_cast<std::size_t>(k)] = solution.terms[k];
+  result.edge = result.vignetting.transmission(field_rad);
+  result.unevenness = 2 * std::sqrt(variances.slope);
+  result.residual = std::sqrt(variances.noise);
+  constexpr int kSteps = 50;
+  for (int i = 1; i <= kSteps; ++i) {
+    const auto row = lens_row(field_rad * i / kSteps);
+    result.widest_sigma = std::max(result.widest_sigma, std::sqrt((row * covariance * row.transpose())(0)));
+  }
+  result.refusal = why_not(result);
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,242 @@
+#include "reconstruct/field/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+int brick_of(int voxel) { return voxel >> 3; }  // rounds down, negative indices too
+/// Without SSE 4.1, which plain x86-64 lacks, std::floor is a call.
+int rounded_down(float x) {
+  const int toward_zero = static_cast<int>(x);
+  return toward_zero - (x < static_cast<float>(toward_zero) ? 1 : 0);
+}
+Eigen::Vector3i rounded_down(const Eigen::Vector3f& p) {
+  return {rounded_down(p.x()), rounded_down(p.y()), rounded_down(p.z())};
+}
+int place_in_brick(int voxel) { return voxel & 7; }
+int index_in_brick(int x, int y, int z) { return x + kBrickEdge * (y + kBrickEdge * z); }
+
+/// The eight voxels around a point, and where the point lies between them.
+struct Cell {
+  std::array<const FieldBrick*, 8> bricks{};  ///< per corner; bit 0 = +x, bit 1 = +y, bit 2 = +z
+  std::array<int, 8> index{};
+  Eigen::Vector3f fraction;
+
+  float corner_weight(int corner) const {
+    return ((corner & 1) ? fraction.x() : 1 - fraction.x()) * ((corner & 2) ? fraction.y() : 1 - fraction.y()) *
+           ((corner & 4) ? fraction.z() : 1 - fraction.z());
+  }
+};
+
+/// Looks cells up along a path: keeps the brick it is in and the seven towards +x, +y, +z, so that steps inside one
+/// brick cost no hash look-up.
+class Reader {
+ public:
+  explicit Reader(const DistanceField& field) : field_(field) {}
+
+  /// False where the brick that holds the cell's lowest corner does not exist: then the cell is unknown. Other
+  /// corners may still be null.
+  bool find(const Eigen::Vector3f& position_voxels, Cell& cell) {
+    const Eigen::Vector3i voxel = rounded_down(position_voxels);
+    const BrickKey key{brick_of(voxel.x()), brick_of(voxel.y()), brick_of(voxel.z())};
+    if (!here_ || key != key_) {
+      key_ = key;
+      here_ = true;
+      known_.fill(false);
+    }
+    if (!neighbour(0)) return false;
+    cell.fraction = position_voxels - voxel.cast<float>();
+    const int x = place_in_brick(voxel.x()), y = place_in_brick(voxel.y()), z = place_in_brick(voxel.z());
+    for (int corner = 0; corner < 8; ++corner) {
+      const int cx = x + (corner & 1), cy = y + ((corner >> 1) & 1), cz = z + (corner >> 2);
+      cell.bricks[corner] = neighbour((cx >> 3) | ((cy >> 3) << 1) | ((cz >> 3) << 2));
+      cell.index[corner] = index_in_brick(cx & 7, cy & 7, cz & 7);
+    }
+    return true;
+  }
+
+  std::optional<FieldSample> sample(const Eigen::Vector3f& position_voxels) {
+    Cell cell;
+    if (!find(position_voxels, cell)) return std::nullopt;
+    FieldSample result;
+    for (int corner = 0; corner < 8; ++corner) {
+      if (!cell.bricks[corner]) return std::nullopt;
+      const float weight = cell.bricks[corner]->weight[cell.index[corner]];
+      if (weight <= 0) return std::nullopt;
+      const float share = cell.corner_weight(corner);
+      result.distance_m += share * cell.bricks[corner]->distance_m[cell.index[corner]];
+      result.weight += share * weight;
+    }
+    return result;
+  }
+
+ private:
+  const FieldBrick* neighbour(int offset) {
+    if (!known_[offset]) {
+      bricks_[offset] =
+          field_.brick({key_[0] + (offset & 1), key_[1] + ((offset >> 1) & 1), key_[2] + ((offset >> 2) & 1)});
+      known_[offset] = true;
+    }
+    return bricks_[offset];
+  }
+
+  const DistanceField& field_;
+  bool here_ = false;
+  BrickKey key_{};
+  std::array<bool, 8> known_{};
+  std::array<const FieldBrick*, 8> bricks_{};
+};
+
+/// The trilinear interpolant with its gradient, in metres per voxel; known wherever the sample is.
+std::optional<FieldSlope> cell_slope(Reader& reader, const Eigen::Vector3f& position_voxels) {
+  Cell cell;
+  if (!reader.find(position_voxels, cell)) return std::nullopt;
+  FieldSlope slope{0, Eigen::Vector3f::Zero()};
+  for (int corner = 0; corner < 8; ++corner) {
+    if (!cell.bricks[corner] || cell.bricks[corner]->weight[cell.index[corner]] <= 0) return std::nullopt;
+    const float distance = cell.bricks[corner]->distance_m[cell.index[corner]];
+    const Eigen::Vector3f share((corner & 1) ? cell.fraction.x() : 1 - cell.fraction.x(),
+                                (corner & 2) ? cell.fraction.y() : 1 - cell.fraction.y(),
+                                (corner & 4) ? cell.fraction.z() : 1 - cell.fraction.z());
+    slope.distance_m += share.x() * share.y() * share.z() * distance;
+    slope.gradient.x() += ((corner & 1) ? distance : -distance) * share.y() * share.z();
+    slope.gradient.y() += ((corner & 2) ? distance : -distance) * share.x() * share.z();
+    slope.gradient.z() += ((corner & 4) ? distance : -distance) * share.x() * share.y();
+  }
+  return slope;
+}
+
+std::optional<Eigen::Vector3f> unit(const Eigen::Vector3f& v) {
+  const float length = v.norm();
+  if (!(length > 0)) return std::nullopt;
+  return v / length;
+}
+
+std::optional<Eigen::Vector3f> normal_at(Reader& reader, const Eigen::Vector3f& position_voxels) {
+  Eigen::Vector3f gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3f step = Eigen::Vector3f::Unit(axis);
+    const auto ahead = reader.sample(position_voxels + step);
+    const auto behind = reader.sample(position_voxels - step);
+    if (!ahead || !behind) return std::nullopt;
+    gradient[axis] = ahead->distance_m - behind->distance_m;
+  }
+  return unit(gradient);
+}
+
+}  // namespace
+
+const FieldBrick* DistanceField::brick(const BrickKey& key) const {
+  const auto found = bricks.find(key);
+  return found == bricks.end() ? nullptr : found->second.get();
+}
+
+std::optional<FieldSample> DistanceField::sample(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  return reader.sample(position_m / voxel_m);
+}
+
+std::optional<Eigen::Vector3f> DistanceField::normal(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  return normal_at(reader, position_m / voxel_m);
+}
+
+std::optional<FieldSlope> DistanceField::slope(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  auto result = cell_slope(reader, position_m / voxel_m);
+  if (result) result->gradient /= voxel_m;
+  return result;
+}
+
+std::optional<Eigen::Vector3f> DistanceField::radiance(const Eigen::Vector3f& position_m) const {
+  Reader reader(*this);
+  Cell cell;
+  if (!reader.find(position_m / voxel_m, cell)) return std::nullopt;
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  float weight_sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    if (!cell.bricks[corner]) continue;
+    const float weight = cell.corner_weight(corner) * cell.bricks[corner]->radiance_weight[cell.index[corner]];
+    sum += weight * cell.bricks[corner]->radiance[cell.index[corner]];
+    weight_sum += weight;
+  }
+  if (!(weight_sum > 0)) return std::nullopt;
+  return sum / weight_sum;
+}
+
+std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction,
+                                             float near_m, float far_m) const {
+  // All in voxels: bricks are then 8 long and cells start at integers.
+  Reader reader(*this);
+  const Eigen::Vector3f origin = from_m / voxel_m;
+  const float end = far_m / voxel_m;
+  float t = std::min(near_m / voxel_m, end);
+  std::optional<float> last_distance;  // of the sample before, in voxels; empty where unknown
+  float last_t = t;
+
+  for (bool last_step = false; !last_step;) {
+    if (t >= end) {
+      t = end;
+      last_step = true;
+    }
+    const Eigen::Vector3f p = origin + t * direction;
+    const auto here = reader.sample(p);
+    if (here) {
+      const float distance = here->distance_m / voxel_m;
+      if (last_distance && *last_distance > 0 && distance <= 0) {
+        // The crossing lies in [last_t, t]: regula falsi, where the interpolant is known.
+        float low = last_t, high = t, low_distance = *last_distance, high_distance = distance;
+        float crossing = high;
+        for (int i = 0; i < 4; ++i) {
+          crossing = low + (high - low) * low_distance / (low_distance - high_distance);
+          const auto between = reader.sample(origin + crossing * direction);
+          if (!between) break;
+          const float value = between->distance_m / voxel_m;
+          if (value > 0) {
+            low = crossing;
+            low_distance = value;
+          } else {
+            high = crossing;
+            high_distance = value;
+          }
+          if (std::abs(value) < 1e-4f) break;
+        }
+        RayHit hit;
+        const Eigen::Vector3f at = origin + crossing * direction;
+        hit.position_m = at * voxel_m;
+        hit.distance_m = crossing * voxel_m;
+        auto normal = normal_at(reader, at);
+        if (!normal) {
+          if (const auto slope = cell_slope(reader, at)) normal = unit(slope->gradient);
+        }
+        hit.normal = normal.value_or(-direction);
+        return hit;
+      }
+      last_distance = distance;
+      last_t = t;
+      // Half the distance keeps the step short of the surface even where distances are overestimated at grazing views.
+      t += std::max(0.5f, 0.5f * distance);
+      continue;
+    }
+    last_distance.reset();
+    const Eigen::Vector3i voxel = rounded_down(p);
+    const BrickKey key{brick_of(voxel.x()), brick_of(voxel.y()), brick_of(voxel.z())};
+    if (brick(key)) {
+      t += 0.5f;
+      continue;
+    }
+    // Nothing in this brick: on to where the ray leaves it.
+    float leave = end - t;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (direction[axis] == 0) continue;
+      const float wall = static_cast<float>(kBrickEdge * (key[axis] + (direction[axis] > 0 ? 1 : 0)));
+      leave = std::min(leave, (wall - p[axis]) / direction[axis]);
+    }
+    t += std::max(leave, 0.0f) + 1e-3f;
+  }
+  return std::nullopt;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,55 @@
+#include "reconstruct/field/metal_mask.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "reconstruct/field/real_surface_mesh.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr float kCell_m = 0.012f;
+constexpr double kTagPaper =
+    0.5 * 10.0 / 8.0;  // half the paper's edge over the black square's: one white cell around 8
+constexpr float kTagThickness_m = 0.015f;
+
+}  // namespace
+
+MetalSurfaces::MetalSurfaces(const Session& session) : tag_reach_m_(kTagPaper * session.tag.size_m) {
+  for (const RealSurface& surface : session.real_surfaces) {
+    if (surface.metallic < 0.5f) continue;
+    for (const auto& [a, b, c] : read_triangles(surface)) {
+      const float longest = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
+      const int steps = std::max(1, static_cast<int>(std::ceil(2 * longest / kCell_m)));
+      for (int i = 0; i <= steps; ++i) {
+        for (int j = 0; i + j <= steps; ++j) {
+          cells_.insert(cell(a + (b - a) * (float(i) / steps) + (c - a) * (float(j) / steps)));
+        }
+      }
+    }
+  }
+}
+
+BrickKey MetalSurfaces::cell(const Eigen::Vector3f& position_m) const {
+  const Eigen::Vector3f at = (position_m / kCell_m).array().round();
+  return {static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z())};
+}
+
+bool MetalSurfaces::contains(const Eigen::Vector3f& position_m) const {
+  if (cells_.empty()) return false;
+  if (std::abs(position_m.x()) < tag_reach_m_ && std::abs(position_m.y()) < tag_reach_m_ &&
+      std::abs(position_m.z()) < kTagThickness_m) {
+    return false;
+  }
+  const BrickKey centre = cell(position_m);
+  for (int dz = -1; dz <= 1; ++dz) {
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        if (cells_.count({centre[0] + dx, centre[1] + dy, centre[2] + dz})) return true;
+      }
+    }
+  }
+  return false;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,143 @@
+#include "reconstruct/field/surface_mesh.h"
+
+#include <pcl/PolygonMesh.h>
+#include <pcl/point_types.h>
+#include <pcl/surface/marching_cubes.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <unordered_map>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Marching cubes over one brick at a time: PCL wants a dense grid, which a room would not fit. The grid's first layer
+/// is outside PCL's loop; the next nine are the brick and its neighbours' first layer.
+class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
+ public:
+  BrickCubes() {
+    setGridResolution(kLayers, kLayers, kLayers);
+    // PCL measures its input's bounding box, which voxelizeData then replaces.
+    auto corners = std::make_shared<pcl::PointCloud<pcl::PointNormal>>();
+    corners->resize(2);
+    setInputCloud(corners);
+  }
+
+  /// Triangle corners in voxels from the brick's first voxel, three per triangle.
+  const pcl::PointCloud<pcl::PointNormal>& run(const DistanceField& field, const BrickKey& key) {
+    field_ = &field;
+    key_ = key;
+    performReconstruction(points_, polygons_);
+    return points_;
+  }
+
+ private:
+  static constexpr int kLayers = kBrickEdge + 2;
+
+  void voxelizeData() override {
+    lower_boundary_ = Eigen::Array3f::Constant(-1);
+    size_voxel_ = Eigen::Array3f::Constant(1);
+    const FieldBrick* bricks[8];
+    for (int i = 0; i < 8; ++i)
+      bricks[i] = field_->brick({key_[0] + (i & 1), key_[1] + (i >> 1 & 1), key_[2] + (i >> 2)});
+    for (int x = 0; x <= kBrickEdge; ++x)
+      for (int y = 0; y <= kBrickEdge; ++y)
+        for (int z = 0; z <= kBrickEdge; ++z) {
+          const FieldBrick* brick = bricks[(x >> 3) | (y >> 3) << 1 | (z >> 3) << 2];
+          const int i = (x & 7) + kBrickEdge * ((y & 7) + kBrickEdge * (z & 7));
+          // PCL passes over cells with a NaN: unknown space has no surface.
+          grid_[((x + 1) * kLayers + y + 1) * kLayers + z + 1] =
+              brick && brick->weight[i] > 0 ? brick->distance_m[i] : std::numeric_limits<float>::quiet_NaN();
+        }
+  }
+
+  const DistanceField* field_ = nullptr;
+  BrickKey key_{};
+  pcl::PointCloud<pcl::PointNormal> points_;
+  std::vector<pcl::Vertices> polygons_;
+};
+
+/// Where on the grid a vertex lies: a grid point (all even) or an edge between two (one odd), exactly, since marching
+/// cubes leaves two coordinates of every vertex on the grid. Vertices of neighbouring cells meet in it.
+using GridPlace = std::array<std::int64_t, 3>;
+struct GridPlaceHash {
+  std::size_t operator()(const GridPlace& p) const {
+    return static_cast<std::size_t>(p[0] * 73856093 ^ p[1] * 19349663 ^ p[2] * 83492791);
+  }
+};
+
+GridPlace place_of(const Vector3f& in_brick, const BrickKey& key) {
+  GridPlace place;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float low = std::floor(in_brick[axis]);
+    place[axis] = 2 * (static_cast<std::int64_t>(key[axis]) * kBrickEdge + static_cast<std::int64_t>(low)) +
+                  (in_brick[axis] != low ? 1 : 0);
+  }
+  return place;
+}
+
+}  // namespace
+
+SurfaceMesh extract_surface(const DistanceField& field) {
+  std::vector<BrickKey> keys;
+  for (const auto& [key, brick] : field.bricks) keys.push_back(key);
+  std::sort(keys.begin(), keys.end());
+
+  SurfaceMesh mesh;
+  std::unordered_map<GridPlace, int, GridPlaceHash> vertex_at;
+  BrickCubes cubes;
+  for (const BrickKey& key : keys) {
+    const auto& corners = cubes.run(field, key);
+    const Vector3f origin = Eigen::Map<const Eigen::Vector3i>(key.data()).cast<float>() * kBrickEdge;
+    for (std::size_t t = 0; t + 2 < corners.size(); t += 3) {
+      std::array<int, 3> triangle{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Vector3f in_brick = corners[t + c].getVector3fMap();
+        const auto [found, is_new] =
+            vertex_at.try_emplace(place_of(in_brick, key), static_cast<int>(mesh.vertices_m.size()));
+        if (is_new) mesh.vertices_m.emplace_back(field.voxel_m * (origin + in_brick));
+        triangle[c] = found->second;
+      }
+      if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
+        mesh.triangles.push_back(triangle);
+    }
+  }
+
+  // Normals from the field; where it is not known far enough around a vertex, from the triangles.
+  std::vector<Vector3f> facing(mesh.vertices_m.size(), Vector3f::Zero());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vector3f across = (mesh.vertices_m[b] - mesh.vertices_m[a]).cross(mesh.vertices_m[c] - mesh.vertices_m[a]);
+    for (const int corner : {a, b, c}) facing[corner] += across;
+  }
+  for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i)
+    mesh.normals.push_back(field.normal(mesh.vertices_m[i]).value_or(facing[i].stableNormalized()));
+  return mesh;
+}
+
+void write_ply(const SurfaceMesh& mesh, const std::filesystem::path& path) {
+  std::ofstream out(path, std::ios::binary);
+  out << "ply\nformat binary_little_endian 1.0\nelement vertex " << mesh.vertices_m.size()
+      << "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float "
+         "nz\nelement face "
+      << mesh.triangles.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    out.write(reinterpret_cast<const char*>(mesh.vertices_m[i].data()), 3 * sizeof(float));
+    out.write(reinterpret_cast<const char*>(mesh.normals[i].data()), 3 * sizeof(float));
+  }
+  for (const auto& triangle : mesh.triangles) {
+    out.put(3);
+    out.write(reinterpret_cast<const char*>(triangle.data()), 3 * sizeof(int));
+  }
+  out.close();
+  if (!out) throw InputError(path.string() + ": cannot be written");
+}
+
+}  // namespace lumigraft

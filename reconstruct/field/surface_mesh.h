@@ -1,0 +1,21 @@
+#pragma once
+// The zero surface as triangles, through pcl::MarchingCubes.
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <vector>
+
+#include "reconstruct/field/distance_field.h"
+
+namespace lumigraft {
+
+struct SurfaceMesh {
+  std::vector<Eigen::Vector3f> vertices_m;  ///< tag frame
+  std::vector<Eigen::Vector3f> normals;     ///< unit, towards free space
+  std::vector<std::array<int, 3>> triangles;
+};
+
+SurfaceMesh extract_surface(const DistanceField& field);
+void write_ply(const SurfaceMesh& mesh, const std::filesystem::path& path);
+
+}  // namespace lumigraft

@@ -1,0 +1,425 @@
+#include "reconstruct/fusion/depth_preprocess.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "reconstruct/math/simd8.h"
+#include "reconstruct/fusion/depth_noise.h"
+
+namespace lumigraft {
+namespace {
+
+// Beyond this incidence two neighbouring pixels count as two surfaces, and a plane is not to be trusted.
+constexpr float kSteepest = 5.0f;     // tan 79°
+constexpr float kLeastFacing = 0.1f;  // cos 84°
+constexpr float kLeastSquare = static_cast<float>(kLeastSigmaM * kLeastSigmaM);
+constexpr float kSurelyNoise = 4;  // σ
+constexpr float kSurelyBent = 3;   // σ
+constexpr int kAround = 2;         // blocks to either side that a slope may take in
+
+/// σ of the second difference of three blocks: a block's mean has half the noise of a pixel.
+template <typename Value>
+[[gnu::always_inline]] inline Value bend_noise(Value q) {
+  constexpr float kRoot6 = 2.44948974f;
+  return 0.5f * kRoot6 * inverse_sigma(q);
+}
+
+/// On a plane 1/z is affine in the picture: in inverse depth q the slope of a surface inclined by θ is q tan θ / f per
+/// pixel. A jump is more than the steepest of them and the sensor's noise.
+template <typename Value>
+[[gnu::always_inline]] inline Value steepest(Value q, float pixels, float focal) {
+  return q * (pixels * kSteepest / focal) + kSurelyNoise * inverse_sigma(q);
+}
+
+}  // namespace
+
+DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, double far_m, bool wide)
+    : width_(camera.width),
+      height_(camera.height),
+      blocks_x_(camera.width / 2),
+      blocks_y_(camera.height / 2),
+      focal_(static_cast<float>((camera.fx + camera.fy) / 2)),
+      voxel_m_(static_cast<float>(voxel_m)),
+      far_m_(static_cast<float>(far_m)),
+      wide_(wide && has_eight()) {
+  for (std::size_t i = 0; i < oblique_.size(); ++i) {
+    const double facing = std::min(1.0, (static_cast<double>(i) + 0.5) / kObliqueSteps);
+    oblique_[i] = static_cast<float>(oblique_noise(std::acos(facing)));
+  }
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  const auto ray_at = [&](double u, double v) {
+    const auto d = camera.unproject({u, v});
+    return d && d->z() > 0 ? Eigen::Vector2f((d->head<2>() / d->z()).cast<float>()) : Eigen::Vector2f(kNaN, kNaN);
+  };
+  for (int v = 0; v < height_; ++v)
+    for (int u = 0; u < width_; ++u) {
+      const Eigen::Vector2f ray = ray_at(u, v);
+      if (std::isnan(ray.x())) blind_.push_back(static_cast<std::uint32_t>(rays_.size()));
+      rays_.push_back(ray);
+    }
+  for (int v = 0; v < blocks_y_; ++v)
+    for (int u = 0; u < blocks_x_; ++u) {
+      const double x = 2 * u + 0.5, y = 2 * v + 0.5;
+      const Eigen::Vector2f ray = ray_at(x, y);
+      block_rays_.x.push_back(ray.x());
+      block_rays_.y.push_back(ray.y());
+      block_rays_.per_x.push_back(2 / (ray_at(x + 1, y) - ray_at(x - 1, y)).x());
+      block_rays_.per_y.push_back(2 / (ray_at(x, y + 1) - ray_at(x, y - 1)).y());
+      block_rays_.inverse_length.push_back(1 / std::sqrt(1 + ray.squaredNorm()));
+    }
+}
+
+void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
+  view.width = width_;
+  view.height = height_;
+  view.blocks_x = blocks_x_;
+  view.blocks_y = blocks_y_;
+  view.tiles_x = (width_ + DepthView::kTile - 1) / DepthView::kTile;
+  view.tiles_y = (height_ + DepthView::kTile - 1) / DepthView::kTile;
+  view.forget_planes_through();
+  view.plane_through.resize(rays_.size(), DepthView::kNotAsked);
+  view.inverse_depth.resize(rays_.size());
+  view.tiles.assign(static_cast<std::size_t>(view.tiles_x) * view.tiles_y, {});
+  view.jumps.clear();
+  rough_.resize(rays_.size());
+  block_inverse_.resize(static_cast<std::size_t>(blocks_x_) * blocks_y_);
+  block_jumps_.resize(block_inverse_.size());
+  // A row of tiles at a time, while it is in the cache.
+  for (int y = 0; y < view.tiles_y; ++y) {
+    const int v = y * DepthView::kTile, end = std::min(v + DepthView::kTile, height_);
+    invert(depth_m, view, v, end);
+    find_jumps(view, v, end);
+    average_blocks(view, v / 2, end / 2);
+    measure_tiles(view, y);
+  }
+  measure_noise(view);
+  if (wide_) {
+    fit_planes_wide(view);
+  } else {
+    fit_planes(view);
+  }
+  spread_jumps(view);
+}
+
+void DepthPreparation::invert(const Image<float>& depth_m, DepthView& view, int first_v, int end_v) const {
+  const std::size_t first = static_cast<std::size_t>(first_v) * width_, end = static_cast<std::size_t>(end_v) * width_;
+  std::size_t i = first;
+  for (; i + 4 <= end; i += 4) {
+    const Four depth = load(&depth_m.data[i]);
+    store(&view.inverse_depth[i], select((depth > 0) & (depth <= far_m_), 1 / depth, Four{}));
+  }
+  for (; i < end; ++i) {
+    const float depth = depth_m.data[i];
+    view.inverse_depth[i] = depth > 0 && depth <= far_m_ ? 1 / depth : 0;
+  }
+  for (auto blind = std::lower_bound(blind_.begin(), blind_.end(), first); blind != blind_.end() && *blind < end;
+       ++blind)
+    view.inverse_depth[*blind] = 0;
+}
+
+/// From the last row before these on, which needs the first of them.
+void DepthPreparation::find_jumps(DepthView& view, int first_v, int end_v) {
+  std::fill(rough_.begin() + std::ptrdiff_t{first_v} * width_, rough_.begin() + std::ptrdiff_t{end_v} * width_,
+            std::uint8_t{0});
+  std::fill(block_jumps_.begin() + std::ptrdiff_t{first_v / 2} * blocks_x_,
+            block_jumps_.begin() + std::ptrdiff_t{end_v / 2} * blocks_x_, -1);
+  const auto differ = [&]<typename Value>(Value a, Value b, Value c, Value d, const Value& none) {
+    const Value low_ab = a < b ? a : b, low_cd = c < d ? c : d, high_ab = a > b ? a : b, high_cd = c > d ? c : d;
+    const Value low = low_ab < low_cd ? low_ab : low_cd, high = high_ab > high_cd ? high_ab : high_cd;
+    // What is missing is as far from what was measured as can be.
+    return high - low > (low > 0 ? steepest(high, 1, focal_) : none);
+  };
+  for (int v = std::max(first_v - 1, 0); v + 1 < end_v; ++v) {
+    const float* q = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
+    std::uint8_t* rough = &rough_[static_cast<std::size_t>(v) * width_];
+    int u = 0;
+    for (; u + 5 <= width_; u += 4) {
+      const FourInt jumps =
+          differ(load(q + u), load(q + u + 1), load(q + u + width_), load(q + u + width_ + 1), Four{});
+      if (!any(jumps)) continue;
+      for (int k = 0; k < 4; ++k) {
+        if (!jumps[k]) continue;
+        rough[u + k] = 1;
+        add_jump(view, u + k, v);
+      }
+    }
+    for (; u + 1 < width_; ++u) {
+      if (!differ(q[u], q[u + 1], q[u + width_], q[u + width_ + 1], 0.0f)) continue;
+      rough[u] = 1;
+      add_jump(view, u, v);
+    }
+  }
+}
+
+void DepthPreparation::add_jump(DepthView& view, int u, int v) {
+  std::int32_t& in_block = block_jumps_[static_cast<std::size_t>(std::min(v / 2, blocks_y_ - 1) * blocks_x_ +
+                                                                 std::min(u / 2, blocks_x_ - 1))];
+  if (in_block >= 0) return;  // one tells enough
+  const std::int32_t first = view.pixel_index(u, v);
+  const auto q = [&](std::int32_t pixel) { return view.inverse_depth[static_cast<std::size_t>(pixel)]; };
+  DepthView::Jump jump;
+  jump.near = jump.far = -1;
+  for (const std::int32_t pixel : {first, first + 1, first + width_, first + width_ + 1}) {
+    if (q(pixel) == 0) continue;
+    if (jump.near < 0 || q(pixel) > q(jump.near)) jump.near = pixel;
+    if (jump.far < 0 || q(pixel) < q(jump.far)) jump.far = pixel;
+  }
+  const float near = q(jump.near);
+  // What is missing says nothing about what is behind.
+  if (near - q(jump.far) <= steepest(near, 1, focal_)) jump.far = -1;
+  jump.divide = jump.far < 0 ? 0 : (near + q(jump.far)) / 2;
+  jump.pixel = Eigen::Vector2f(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f);
+  jump.voxel_pixels = voxel_m_ * focal_ * near;
+  in_block = static_cast<std::int32_t>(view.jumps.size());
+  view.jumps.push_back(jump);
+}
+
+void DepthPreparation::average_blocks(const DepthView& view, int first_v, int end_v) {
+  for (int v = first_v; v < end_v; ++v)
+    for (int u = 0; u < blocks_x_; ++u) {
+      const std::size_t i = static_cast<std::size_t>(2 * v) * width_ + 2 * u;
+      const float* q = &view.inverse_depth[i];
+      const float sum = q[0] + q[1] + q[width_] + q[width_ + 1];
+      block_inverse_[static_cast<std::size_t>(v) * blocks_x_ + u] = rough_[i] ? 0 : 0.25f * sum;
+    }
+}
+
+/// Per pixel, from the blocks to either side that are on the same surface; NaN where there is none. Where the surface
+/// has a crease, which shows as more than `bend`, from the side that is straighter (as in ENO schemes, Harten et al.
+/// 1987). `before` and `after` are how many blocks there are on either side.
+float DepthPreparation::slope(const float* q, std::ptrdiff_t step, int before, int after, float bend) const {
+  const float here = *q, most = steepest(here, 2, focal_);
+  const bool back = before > 0 && q[-step] > 0 && std::abs(here - q[-step]) <= most;
+  const bool ahead = after > 0 && q[step] > 0 && std::abs(q[step] - here) <= most;
+  if (back && ahead) {
+    const float bent = std::abs(q[step] - 2 * here + q[-step]);
+    if (bent > bend && before > 1 && after > 1) {
+      const float bent_back = q[-2 * step] > 0 ? std::abs(here - 2 * q[-step] + q[-2 * step]) : bent;
+      const float bent_ahead = q[2 * step] > 0 ? std::abs(here - 2 * q[step] + q[2 * step]) : bent;
+      if (std::min(bent_back, bent_ahead) < 0.5f * bent)
+        return bent_back < bent_ahead ? 0.5f * (here - q[-step]) : 0.5f * (q[step] - here);
+    }
+    return 0.25f * (q[step] - q[-step]);
+  }
+  if (back) return 0.5f * (here - q[-step]);
+  return ahead ? 0.5f * (q[step] - here) : std::numeric_limits<float>::quiet_NaN();
+}
+
+LUMIGRAFT_EIGHT_WIDE void DepthPreparation::fit_planes_wide(DepthView& view) const { fit_planes(view); }
+
+[[gnu::always_inline]] inline void DepthPreparation::fit_planes(DepthView& view) const {
+  view.blocks.resize(block_inverse_.size());
+  view.planes.resize(block_inverse_.size());
+  for (int v = 0; v < blocks_y_; ++v) {
+    const bool inside = v >= kAround && v + kAround < blocks_y_;
+    int u = 0;
+    while (u < blocks_x_) {
+      if (inside && u >= kAround && u + 8 + kAround <= blocks_x_) {
+        fit_eight(view, u, v);
+        u += 8;
+      } else {
+        fit_plane(view, u++, v);
+      }
+    }
+  }
+}
+
+void DepthPreparation::fit_plane(DepthView& view, int u, int v) const {
+  const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
+  DepthView::Block& block = view.blocks[i];
+  block = {};
+  view.planes[i] = Four{};
+  const float q = block_inverse_[i];
+  if (q == 0) return;
+  const float bend = kSurelyBent * view.noise_scale * bend_noise(q);
+  const float by_u = slope(&block_inverse_[i], 1, u, blocks_x_ - 1 - u, bend);
+  const float by_v = slope(&block_inverse_[i], blocks_x_, v, blocks_y_ - 1 - v, bend);
+  // q = A x/z + B y/z + C, and (A, B, C) is the plane's normal over its distance.
+  const float a = by_u * block_rays_.per_x[i], b = by_v * block_rays_.per_y[i];
+  const float c = q - a * block_rays_.x[i] - b * block_rays_.y[i];
+  const float distance = 1 / std::sqrt(a * a + b * b + c * c);
+  const float facing = std::min(q * distance * block_rays_.inverse_length[i], 1.0f);
+  if (!(facing >= kLeastFacing)) return;  // slopes that are not known, too
+  // depth_sigma_m(1 / q, acos(facing)), its angular part from the table.
+  const float sigma =
+      straight_sigma_m(q) + 0.0001f * std::sqrt(q) * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
+  block.normal = distance * Eigen::Vector3f(a, b, c);
+  block.distance_m = distance;
+  block.weight = kLeastSquare / (sigma * sigma);
+  block.facing = facing;
+  view.planes[i] = Four{a, b, c, block.weight};
+}
+
+/// As fit_plane, of eight blocks in a row with kAround more on every side.
+[[gnu::always_inline]] inline void DepthPreparation::fit_eight(DepthView& view, int u, int v) const {
+  const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
+  const Eight q = load_eight(&block_inverse_[i]);
+  const Eight bend = kSurelyBent * view.noise_scale * bend_noise(q);
+  const Eight most = steepest(q, 2, focal_);
+  // As `slope`, along u or v.
+  const auto slopes = [&](std::ptrdiff_t step) __attribute__((always_inline)) {
+    const Eight back = load_eight(&block_inverse_[i] - step), ahead = load_eight(&block_inverse_[i] + step);
+    const EightInt with_back = (back > 0) & (size_of(q - back) <= most);
+    const EightInt with_ahead = (ahead > 0) & (size_of(ahead - q) <= most);
+    const Eight one_side = select(with_back, 0.5f * (q - back), 0.5f * (ahead - q));
+    Eight found = select(with_back & with_ahead, 0.25f * (ahead - back), one_side);
+    found = select(with_back | with_ahead, found, all_eight(std::numeric_limits<float>::quiet_NaN()));
+    unsigned bent = bits_of(with_back & with_ahead & (size_of(ahead - 2 * q + back) > bend));
+    for (; bent != 0; bent &= bent - 1) {
+      const int k = std::countr_zero(bent);
+      found[k] = slope(&block_inverse_[i] + k, step, kAround, kAround, bend[k]);
+    }
+    return found;
+  };
+  Eight a = slopes(1) * load_eight(&block_rays_.per_x[i]);
+  Eight b = slopes(blocks_x_) * load_eight(&block_rays_.per_y[i]);
+  Eight c = q - a * load_eight(&block_rays_.x[i]) - b * load_eight(&block_rays_.y[i]);
+  Eight distance = 1 / root(a * a + b * b + c * c);
+  const Eight facing = least(all_eight(1), q * distance * load_eight(&block_rays_.inverse_length[i]));  // keeps a NaN
+  const EightInt known = (q > 0) & (facing >= kLeastFacing);
+  const EightInt step = __builtin_convertvector(select(known, facing, Eight{}) * kObliqueSteps, EightInt);
+  const auto oblique_at = [&](int lane) { return oblique_[static_cast<std::size_t>(step[lane])]; };
+  const Eight oblique = {oblique_at(0), oblique_at(1), oblique_at(2), oblique_at(3),
+                         oblique_at(4), oblique_at(5), oblique_at(6), oblique_at(7)};
+  const Eight sigma = straight_sigma_m(q) + 0.0001f * root(q) * oblique;
+  const Eight weights = select(known, kLeastSquare / (sigma * sigma), Eight{});
+  const Eight facings = select(known, facing, Eight{});
+  a = select(known, a, Eight{});
+  b = select(known, b, Eight{});
+  c = select(known, c, Eight{});
+  distance = select(known, distance, Eight{});
+  const Eight x = distance * a, y = distance * b, z = distance * c;
+  const auto write = [&](std::size_t from, auto half_of) __attribute__((always_inline)) {
+    Four normal[4] = {half_of(x), half_of(y), half_of(z), half_of(distance)};
+    transpose(normal[0], normal[1], normal[2], normal[3]);
+    Four planes[4] = {half_of(a), half_of(b), half_of(c), half_of(weights)};
+    transpose(planes[0], planes[1], planes[2], planes[3]);
+    const Four its_weights = half_of(weights), its_facings = half_of(facings);
+    for (std::size_t k = 0; k < 4; ++k) {
+      view.planes[from + k] = planes[k];
+      DepthView::Block& block = view.blocks[from + k];
+      block.normal = {normal[k][0], normal[k][1], normal[k][2]};
+      block.distance_m = normal[k][3];
+      block.weight = its_weights[k];
+      block.facing = its_facings[k];
+      block.jump = -1;
+    }
+  };
+  write(
+      i, [](Eight of) __attribute__((always_inline)) { return low_of(of); });
+  write(
+      i + 4, [](Eight of) __attribute__((always_inline)) { return high_of(of); });
+}
+
+/// Tells each block the closest jump, in two sweeps over neighbours (Danielsson 1980).
+void DepthPreparation::spread_jumps(DepthView& view) {
+  const auto adopt = [&](std::size_t i, int u, int v, std::int32_t candidate) {
+    if (candidate < 0 || candidate == block_jumps_[i]) return;
+    const Eigen::Vector2f here(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
+    const DepthView::Jump& jump = view.jumps[static_cast<std::size_t>(candidate)];
+    const float away = (jump.pixel - here).squaredNorm();
+    const float reach = std::clamp(kJumpVoxels * jump.voxel_pixels, 2.0f, 48.0f);
+    if (away > reach * reach) return;
+    const std::int32_t own = block_jumps_[i];
+    if (own < 0 || away < (view.jumps[static_cast<std::size_t>(own)].pixel - here).squaredNorm())
+      block_jumps_[i] = candidate;
+  };
+  const std::ptrdiff_t row = blocks_x_;
+  const auto visit = [&](int u, int v, int step) {
+    const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
+    const std::int32_t* at = &block_jumps_[i];
+    const bool before_u = step > 0 ? u > 0 : u + 1 < blocks_x_, after_u = step > 0 ? u + 1 < blocks_x_ : u > 0;
+    const bool before_v = step > 0 ? v > 0 : v + 1 < blocks_y_;
+    if (before_u) adopt(i, u, v, at[-step]);
+    if (!before_v) return;
+    adopt(i, u, v, at[-step * row]);
+    if (before_u) adopt(i, u, v, at[-step * row - step]);
+    if (after_u) adopt(i, u, v, at[-step * row + step]);
+  };
+  // Most of most pictures is far from jumps: only what has one beside it, or before it in its own row, is visited.
+  const auto sweep = [&](int v, int step) {
+    const std::int32_t* own = &block_jumps_[static_cast<std::size_t>(v) * blocks_x_];
+    const bool before_v = step > 0 ? v > 0 : v + 1 < blocks_y_;
+    const std::int32_t* before = before_v ? own - step * row : own;
+    const int end = step > 0 ? blocks_x_ : -1;
+    for (int u = step > 0 ? 0 : blocks_x_ - 1; u != end;) {
+      const int next = u + 8 * step;
+      if (next * step <= end * step && std::min(u, next - step) > 0 && std::max(u, next - step) + 1 < blocks_x_) {
+        const int low = std::min(u, next - step) - 1;
+        bool none = true;
+        for (int k = 0; k < 10; ++k) none &= (own[low + k] & before[low + k]) < 0;
+        if (none) {
+          u = next;
+          continue;
+        }
+      }
+      visit(u, v, step);
+      u += step;
+    }
+  };
+  for (int v = 0; v < blocks_y_; ++v) sweep(v, 1);
+  for (int v = blocks_y_ - 1; v >= 0; --v) sweep(v, -1);
+  for (std::size_t i = 0; i < block_jumps_.size(); ++i) {
+    if (block_jumps_[i] < 0) continue;
+    view.blocks[i].jump = block_jumps_[i];
+    view.planes[i][3] = -1;
+  }
+}
+
+/// Second differences along rows vanish on planes; their mean size over what the model says they would be.
+void DepthPreparation::measure_noise(DepthView& view) const {
+  double sum = 0;
+  int count = 0;
+  for (int v = 0; v < blocks_y_; v += 3)
+    for (int u = 1; u + 1 < blocks_x_; u += 3) {
+      const float* q = &block_inverse_[static_cast<std::size_t>(v) * blocks_x_ + u];
+      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > steepest(q[0], 4, focal_)) continue;
+      // E|x| = 0.8 σ.
+      sum += static_cast<double>(std::abs(q[-1] - 2 * q[0] + q[1]) / (0.8f * bend_noise(*q)));
+      ++count;
+    }
+  view.noise_scale = count > 0 ? static_cast<float>(sum / count) : 0.0f;
+}
+
+/// One row of them.
+void DepthPreparation::measure_tiles(DepthView& view, int y) const {
+  constexpr float kMost = std::numeric_limits<float>::max();
+  for (int x = 0; x < view.tiles_x; ++x) {
+    const int first_u = x * DepthView::kTile, end_u = std::min(first_u + DepthView::kTile, width_),
+              end_v = std::min((y + 1) * DepthView::kTile, height_);
+    Four lows = all(kMost), highs{};
+    FourInt measured{-1, -1, -1, -1};
+    float low = kMost, high = 0;
+    bool whole = true;
+    for (int v = y * DepthView::kTile; v < end_v; ++v) {
+      const float* row = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
+      int u = first_u;
+      for (; u + 4 <= end_u; u += 4) {
+        const Four q = load(row + u);
+        const FourInt seen = q > 0;
+        highs = most(highs, q);
+        lows = least(lows, select(seen, q, all(kMost)));
+        measured &= seen;
+      }
+      for (; u < end_u; ++u) {
+        high = std::max(high, row[u]);
+        whole &= row[u] > 0;
+        low = std::min(low, row[u] > 0 ? row[u] : low);
+      }
+    }
+    for (int k = 0; k < 4; ++k) {
+      low = std::min(low, lows[k]);
+      high = std::max(high, highs[k]);
+      whole &= measured[k] != 0;
+    }
+    DepthView::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
+    tile.whole = whole;
+    if (high == 0) continue;
+    tile.near_m = 1 / high;
+    tile.far_m = 1 / low;
+  }
+}
+
+}  // namespace lumigraft

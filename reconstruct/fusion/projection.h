@@ -1,0 +1,39 @@
+#pragma once
+// Where in the picture points are seen.
+#include <Eigen/Core>
+#include <vector>
+
+#include "capture/camera/camera_model.h"
+#include "reconstruct/math/simd4.h"
+
+namespace lumigraft {
+
+/// Pixels of points in the camera's frame, fast: a distorted lens goes through a table.
+class PixelMap {
+ public:
+  explicit PixelMap(const CameraModel& camera);
+  Eigen::Vector2f pixel(float x_over_z, float y_over_z) const {
+    const float u = fx_ * x_over_z + cx_, v = fy_ * y_over_z + cy_;
+    return table_.empty() ? Eigen::Vector2f(u, v) : distorted(u, v);
+  }
+  void pixels(Four x_over_z, Four y_over_z, Four& u, Four& v) const {
+    u = fx_ * x_over_z + cx_;
+    v = fy_ * y_over_z + cy_;
+    if (table_.empty()) return;
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Vector2f pixel = distorted(u[k], v[k]);
+      u[k] = pixel.x();
+      v[k] = pixel.y();
+    }
+  }
+
+ private:
+  Eigen::Vector2f distorted(float u, float v) const;
+
+  static constexpr int kMargin = 32;
+  float fx_, fy_, cx_, cy_;
+  int width_, height_;
+  std::vector<Eigen::Vector2f> table_;  ///< per pixel of the undistorted camera, margin included; empty without lens
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,158 @@
+#include "reconstruct/lamps/shading_model.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "reconstruct/shading/noise_floor.h"
+
+namespace lumigraft {
+namespace {
+
+/// What neither light nor picture reaches has this albedo, neither white nor black.
+constexpr float kDarkAlbedo = 0.35f;
+
+/// Places in a table and their shares.
+using Blend = std::array<std::pair<std::size_t, float>, 4>;
+
+/// Cubic B-spline weights (evenly spaced knots; the ends repeated). They smooth alike wherever `at` lies. Linear ones
+/// are sharp at the knots alone, where shadows then fit best: the search would stop at one.
+Blend blended(const std::vector<double>& knots, double at) {
+  const std::size_t last = knots.size() - 1;
+  if (last == 0) return {{{0, 1.0f}}};
+  const double place =
+      std::clamp((at - knots.front()) / (knots.back() - knots.front()), 0.0, 1.0) * static_cast<double>(last);
+  const double low = std::min(std::floor(place), static_cast<double>(last) - 1), t = place - low;
+  const double weights[] = {std::pow(1 - t, 3) / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
+                            (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6};
+  Blend result;
+  for (int k = 0; k < 4; ++k) {
+    const double knot = std::clamp(low + k - 1, 0.0, static_cast<double>(last));
+    result[static_cast<std::size_t>(k)] = {static_cast<std::size_t>(knot), static_cast<float>(weights[k])};
+  }
+  return result;
+}
+
+}  // namespace
+
+ShadingModel::ShadingModel(const RoomLight& room, const Illumination& illumination,
+                           const std::vector<SurfaceSample>& samples, const std::vector<Eigen::Vector3f>& gathered)
+    : room_(room),
+      probe_(illumination.probe_position_m),
+      lights_(illumination.lights),
+      samples_(samples),
+      gathered_(gathered),
+      dark_(dark_radiance(samples)),
+      tables_(illumination.lights.size()) {
+  for (const PointLight& light : lights_) {
+    const Eigen::Vector3f first = light.direction.unitOrthogonal();
+    across_.push_back({first, light.direction.cross(first)});
+  }
+  for (const SurfaceSample& sample : samples)
+    log_radiance_.push_back((sample.radiance.array() + kDarkAlbedo * dark_).log());
+}
+
+void ShadingModel::tabulate(std::size_t lamp, std::vector<double> log_distances, int rays) {
+  Table& table = tables_[lamp];
+  table.log_distances = std::move(log_distances);
+  table.visibility.assign(table.log_distances.size(), std::vector<float>(samples_.size(), 0.0f));
+  for (std::size_t k = 0; k < table.log_distances.size(); ++k) {
+    const float distance = static_cast<float>(std::exp(table.log_distances[k]));
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      if (!samples_[i].usable) continue;
+      table.visibility[k][i] =
+          room_.visibility(lights_[lamp], distance, samples_[i].position, samples_[i].normal, rays);
+    }
+  }
+}
+
+double ShadingModel::log_distance_of(const PointLight& placed) const {
+  return std::log((placed.position_m - probe_).norm());
+}
+
+/// Its cosine with a direction is the emission that way over that towards the probe.
+Eigen::Vector3f ShadingModel::axis(std::size_t lamp, const LampShape& shape) const {
+  const PointLight& light = lights_[lamp];
+  if (placed(lamp) && light.flat) return light.normal / std::max(-light.normal.dot(light.direction), kLeastSlant);
+  return -light.direction + static_cast<float>(shape.tilt[0]) * across_[lamp][0] +
+         static_cast<float>(shape.tilt[1]) * across_[lamp][1];
+}
+
+Eigen::Vector3f ShadingModel::normal(std::size_t lamp, const LampShape& shape) const {
+  return axis(lamp, shape).normalized();
+}
+
+std::array<double, 2> ShadingModel::tilt_of(std::size_t lamp, const Eigen::Vector3f& normal) const {
+  const double along = std::max(-normal.dot(lights_[lamp].direction), kLeastSlant);
+  return {normal.dot(across_[lamp][0]) / along, normal.dot(across_[lamp][1]) / along};
+}
+
+void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector<float>& result) const {
+  const Table& table = tables_[lamp];
+  const Blend blend = blended(table.log_distances, shape.log_distance);
+  const float distance = static_cast<float>(std::exp(shape.log_distance));
+  const Eigen::Vector3f position = probe_ + distance * lights_[lamp].direction;
+  const Eigen::Vector3f facing = axis(lamp, shape);
+  result.assign(samples_.size(), 0.0f);
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    float visible = 0;
+    for (std::size_t k = 0; k < blend.size(); ++k) visible += blend[k].second * table.visibility[blend[k].first][i];
+    if (!(visible > 0)) continue;
+    const Eigen::Vector3f way = position - samples_[i].position;
+    const float squared = way.squaredNorm(), length = std::sqrt(squared);
+    const float cosine = samples_[i].normal.dot(way) / length;
+    if (!(cosine > 0)) continue;
+    const float ahead = std::max(0.0f, -facing.dot(way) / length);
+    const float emission = shape.beam ? ahead * ahead * ahead * ahead : shape.flat ? ahead : 1.0f;
+    result[i] = visible * emission * cosine * distance * distance / squared;
+  }
+}
+
+Eigen::Array3f ShadingModel::power(std::size_t lamp, const LampShape& shape) const {
+  Eigen::Array3f result = lights_[lamp].irradiance;
+  for (int c = 0; c < 3; ++c) result[c] *= static_cast<float>(std::exp(shape.log_gain[static_cast<std::size_t>(c)]));
+  return result;
+}
+
+Eigen::Array3f ShadingModel::irradiance(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+                                        const std::vector<std::vector<float>>& factors) const {
+  Eigen::Array3f sum = gathered_[sample].array();
+  for (std::size_t lamp = 0; lamp < lights_.size(); ++lamp) sum += powers[lamp] * factors[lamp][sample];
+  return sum;
+}
+
+void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& powers, const std::vector<std::vector<float>>& factors,
+                              std::vector<Eigen::Array3f>& result) const {
+  result.resize(samples_.size());
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    if (!samples_[i].usable) continue;
+    result[i] = log_radiance_[i] - (irradiance(i, powers, factors) * std::numbers::inv_pi_v<float> + dark_).log();
+  }
+}
+
+float ShadingModel::told(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+                         const std::vector<std::vector<float>>& factors) const {
+  const float lit = irradiance(sample, powers, factors).mean() * std::numbers::inv_pi_v<float>;
+  const float brighter = std::max(lit, samples_[sample].radiance.mean());
+  return brighter / (brighter + dark_);
+}
+
+Eigen::Array3f ShadingModel::gauged(const std::vector<Eigen::Array3f>& values, int paper) const {
+  if (paper >= 0) return values[static_cast<std::size_t>(paper)];
+  Eigen::Array3d sum = Eigen::Array3d::Zero();
+  int count = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!samples_[i].usable) continue;
+    sum += values[i].cast<double>();
+    ++count;
+  }
+  return (sum / std::max(count, 1)).cast<float>();
+}
+
+Eigen::Array3f ShadingModel::slope(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+                                   const std::vector<std::vector<float>>& factors) const {
+  return -1 / (irradiance(sample, powers, factors) + dark_ * std::numbers::pi_v<float>);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,199 @@
+#include "reconstruct/light/light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+
+#include "capture/camera/radiance.h"
+#include "reconstruct/light/occlusion_check.h"
+#include "reconstruct/light/environment.h"
+#include "reconstruct/light/lamp_tag_matching.h"
+#include "reconstruct/light/split.h"
+#include "reconstruct/light/tracking.h"
+#include "reconstruct/light/fisheye_rays.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kEnvironmentWidth = 128, kEnvironmentHeight = 64;
+
+using Pictures = std::vector<std::shared_ptr<const Picture>>;
+
+bool same_content(const Pictures& a, const Pictures& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
+    return p == q ||
+           (p->exposure == q->exposure && p->encoded.data == q->encoded.data && p->radiance.data == q->radiance.data);
+  });
+}
+
+PointLight point_light(const Lamp& lamp) {
+  PointLight light;
+  light.direction = lamp.direction;
+  light.irradiance = lamp.irradiance;
+  const double cosine = 1 - lamp.solid_angle_sr / (2 * std::numbers::pi);
+  light.angular_radius_rad = static_cast<float>(std::acos(std::clamp(cosine, -1.0, 1.0)));
+  light.clipped = lamp.clipped;
+  light.squareness = lamp.squareness;
+  light.region = lamp.region;
+  return light;
+}
+
+double flux_of(const Image<float>& radiance, const FisheyeView& view) {
+  double sum = 0;
+  for (std::size_t i = 0; i < view.solid_angle_sr.size(); ++i) {
+    const float* const rgb = &radiance.data[3 * i];
+    if (view.sees(i)) sum += double(rgb[0] + rgb[1] + rgb[2]) / 3 * view.solid_angle_sr[i];
+  }
+  return sum;
+}
+
+/// Where no lamp was taken out of clipped pixels.
+Image<std::uint8_t> still_clipped(const RadiancePicture& picture, const LightSplit& split) {
+  Image<std::uint8_t> result = picture.clipped;
+  for (std::size_t i = 0; i < result.data.size(); ++i) {
+    const auto same = std::equal(&split.rest.data[3 * i], &split.rest.data[3 * i] + 3, &picture.radiance.data[3 * i]);
+    if (!same) result.data[i] = 0;
+  }
+  return result;
+}
+
+std::string hidden_warning(const Illumination& illumination) {
+  const auto count = std::count_if(illumination.lights.begin(), illumination.lights.end(),
+                                   [](const PointLight& light) { return light.hidden > 0; });
+  if (count == 0) return "";
+  return std::to_string(count) + (count == 1 ? " lamp is" : " lamps are") +
+         " no longer seen: held for a moment, then faded out";
+}
+
+std::string clipped_warning(const Illumination& illumination) {
+  const auto count = std::count_if(illumination.lights.begin(), illumination.lights.end(),
+                                   [](const PointLight& light) { return light.clipped; });
+  char line[160];
+  std::snprintf(line, sizeof line,
+                "%d lamp%s clipped in the fish-eye picture: %s power is a lower bound (%.2f %% of pixels)",
+                static_cast<int>(count), count == 1 ? " is" : "s are", count == 1 ? "its" : "their",
+                100 * illumination.clipped_fraction);
+  return count > 0 ? line : "";
+}
+
+}  // namespace
+
+float PointLight::emission(const Eigen::Vector3f& towards) const {
+  return flat ? std::max(0.0f, normal.dot(towards)) / std::max(-normal.dot(direction), kLeastSlant) : 1.0f;
+}
+
+struct LightStage::State {
+  State(const Session& session, const LightSettings& the_settings)
+      : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)), marked(session) {}
+
+  LightSettings settings;
+  Illumination illuminate(const RadiancePicture& picture) const;
+  void place(const std::vector<LampMark>& marks, bool fresh);
+
+  std::optional<FisheyeCamera> camera;
+  Response color_response = Response::srgb();
+  CoverWatch watch;
+  std::string level_warning;  ///< of the last picture that was not covered
+  FisheyeView view;
+  Image<float> vignetting_gain;
+  std::optional<EnvironmentResampler> resampler;
+  LightTracker tracker;
+  MarkedLights marked;
+  Pictures last_pictures;
+  std::shared_ptr<const Illumination> seen;  ///< what the last picture showed, no more;
+  std::shared_ptr<const Illumination> last;  ///< and with what marks say of lamps
+  std::vector<std::string> mark_warnings;
+  std::uint64_t version = 0;
+};
+
+LightStage::LightStage(const Session& session, const LightSettings& settings)
+    : state_(std::make_unique<State>(session, settings)) {
+  state_->camera = session.fisheye;
+  state_->color_response = session.color.response;
+  if (!session.fisheye) return;
+  state_->view = fisheye_view(*session.fisheye);
+  state_->vignetting_gain = vignetting_gain(session.fisheye->vignetting, session.fisheye->model);
+  state_->resampler.emplace(*session.fisheye, state_->view, kEnvironmentWidth, kEnvironmentHeight);
+}
+
+LightStage::~LightStage() = default;
+
+Illumination LightStage::State::illuminate(const RadiancePicture& picture) const {
+  const LightSplit split = split_lamps(picture.radiance, picture.clipped, view, settings.max_lights);
+  Illumination now;
+  now.probe_position_m = camera->T_tag_fisheye.translation().cast<float>();
+  for (const Lamp& lamp : split.lamps) {
+    now.lights.push_back(point_light(lamp));
+    now.lights.back().id = static_cast<int>(now.lights.size());  // until it is known who is who
+  }
+  const Image<std::uint8_t> clipped = still_clipped(picture, split);
+  now.remainder = resampler->resample(split.rest, view, clipped.empty() ? nullptr : &clipped);
+  now.remainder_sh = project_sh(now.remainder);
+  now.clipped_fraction = picture.clipped_fraction;
+  return now;
+}
+
+/// Puts what the picture showed and what marks say together, anew where either changed.
+void LightStage::State::place(const std::vector<LampMark>& marks, bool fresh) {
+  if (!marks.empty()) {
+    auto known = std::make_shared<Illumination>(*seen);
+    marked.identify(marks, known->lights, known->probe_position_m);
+    seen = std::move(known);
+  }
+  MarkedLights::Result placed =
+      marked.place(*seen, marks, [this](int mark) { return tracker.id_of_mark(mark, seen->lights); });
+  mark_warnings = std::move(placed.warnings);
+  if (!fresh && last && same_places(placed.lights, last->lights)) return;
+  auto now = std::make_shared<Illumination>(*seen);
+  now->lights = std::move(placed.lights);
+  now->version = ++version;
+  last = std::move(now);
+}
+
+LightStage::Result LightStage::extract(const FrameSet& frame, const std::vector<LampMark>& marks) {
+  State& s = *state_;
+  Result result;
+  bool fresh = false;  // a picture that says something new
+  const bool at_rest = s.seen && std::none_of(s.seen->lights.begin(), s.seen->lights.end(),
+                                              [](const PointLight& light) { return light.hidden > 0; });
+  if (s.camera && !frame.fisheye.empty() && !(at_rest && same_content(frame.fisheye, s.last_pictures))) {
+    RadiancePicture picture = merge_bracket(frame.fisheye, s.camera->response);
+    if (picture.radiance.width == s.view.width && picture.radiance.height == s.view.height) {
+      if (frame.fisheye.front()->radiance.empty()) {  // radiance has no lens in it any more
+        undo_vignetting(picture, s.vignetting_gain);
+      }
+      const CoverWatch::Finding finding =
+          s.watch.look(flux_of(picture.radiance, s.view), room_level(frame.color.get(), s.color_response),
+                       picture.clipped_fraction > 0);
+      if (finding.covered) {
+        result.warnings.push_back(finding.warning);
+      } else {
+        s.level_warning = finding.warning;
+        auto now = std::make_shared<Illumination>(s.illuminate(picture));
+        s.marked.identify(marks, now->lights, now->probe_position_m);
+        s.tracker.update(s.seen.get(), *now);
+        s.seen = std::move(now);
+        fresh = true;
+        s.last_pictures = frame.fisheye;
+      }
+    } else {
+      result.warnings.push_back("the fish-eye picture is not of the size of its camera: skipped");
+    }
+  }
+  if (s.seen) s.place(marks, fresh);
+  result.illumination = s.last;
+  if (!s.last) {
+    result.warnings.push_back("no fish-eye picture: where light comes from is unknown");
+    return result;
+  }
+  const std::string level_warning = result.warnings.empty() ? s.level_warning : "";
+  result.warnings.insert(result.warnings.end(), s.mark_warnings.begin(), s.mark_warnings.end());
+  for (const std::string& warning : {level_warning, hidden_warning(*s.last), clipped_warning(*s.last)}) {
+    if (!warning.empty()) result.warnings.push_back(warning);
+  }
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,56 @@
+#include "reconstruct/math/pose_covariance.h"
+
+#include <cmath>
+
+namespace lumigraft {
+
+Eigen::Isometry3d moved(const Eigen::Isometry3d& T_tag_camera, const Eigen::Matrix<double, 6, 1>& step) {
+  Eigen::Isometry3d result = T_tag_camera;
+  const Eigen::Vector3d turn = step.tail<3>();
+  if (turn.norm() > 0)
+    result.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * T_tag_camera.linear();
+  result.translation() += step.head<3>();
+  return result;
+}
+
+Eigen::Matrix<double, 6, 1> step_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
+  Eigen::Matrix<double, 6, 1> step;
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(to.linear() * from.linear().transpose()));
+  step << to.translation() - from.translation(), turn.angle() * turn.axis();
+  return step;
+}
+
+PoseCovariance camera_covariance(const Eigen::Matrix<double, 6, 6>& of_tag, const Eigen::Isometry3d& T_camera_tag) {
+  // The camera sits at -Rᵀt. A turn ω of the tag moves it by Rᵀ(ω × t), a shift s by -Rᵀs, and turns it by -Rᵀω.
+  const Eigen::Matrix3d to_tag = T_camera_tag.linear().transpose();
+  const Eigen::Vector3d t = T_camera_tag.translation();
+  Eigen::Matrix3d cross_t;  // ω × t
+  cross_t << 0, t.z(), -t.y(), -t.z(), 0, t.x(), t.y(), -t.x(), 0;
+  Eigen::Matrix<double, 6, 6> j = Eigen::Matrix<double, 6, 6>::Zero();
+  j.topLeftCorner<3, 3>() = to_tag * cross_t;
+  j.topRightCorner<3, 3>() = -to_tag;
+  j.bottomLeftCorner<3, 3>() = -to_tag;
+  return j * of_tag * j.transpose();
+}
+
+PoseCovariance information_of(const PoseCovariance& covariance) {
+  return covariance.ldlt().solve(PoseCovariance::Identity());
+}
+
+Eigen::Matrix<double, 6, 1> solved(const Eigen::Matrix<double, 6, 6>& a, const Eigen::Matrix<double, 6, 1>& b) {
+  return a.ldlt().solve(b);
+}
+
+double squared_sigmas(const Eigen::Matrix<double, 6, 1>& step, const PoseCovariance& covariance) {
+  return step.dot(solved(covariance, step));
+}
+
+double position_sigma_m(const PoseCovariance& covariance) {
+  return std::sqrt(covariance.topLeftCorner<3, 3>().trace());
+}
+
+double angle_sigma_rad(const PoseCovariance& covariance) {
+  return std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+}
+
+}  // namespace lumigraft

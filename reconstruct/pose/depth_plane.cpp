@@ -1,0 +1,79 @@
+#include "reconstruct/pose/depth_plane.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+bool inside(const TagCorners& corners, const Vector2d& p) {
+  int left = 0, right = 0;
+  for (int i = 0; i < 4; ++i) {
+    const Vector2d edge = corners[(i + 1) % 4] - corners[i], arm = p - corners[i];
+    (edge.x() * arm.y() - edge.y() * arm.x() > 0 ? left : right)++;
+  }
+  return left == 4 || right == 4;
+}
+
+}  // namespace
+
+std::optional<DepthPlane> plane_inside(const Image<float>& depth_m, const CameraModel& camera,
+                                       const TagCorners& corners) {
+  Vector2d low = corners[0], high = corners[0];
+  for (const Vector2d& corner : corners) {
+    low = low.cwiseMin(corner);
+    high = high.cwiseMax(corner);
+  }
+  // On a plane, 1/z is an affine function of x/z and y/z: linear least squares.
+  struct Point {
+    Vector3d place;  // x/z, y/z, 1
+    double inverse_depth;
+  };
+  std::vector<Point> points;
+  int pixels = 0;
+  for (int v = std::max(0, static_cast<int>(low.y())); v <= std::min(depth_m.height - 1.0, high.y()); ++v)
+    for (int u = std::max(0, static_cast<int>(low.x())); u <= std::min(depth_m.width - 1.0, high.x()); ++u) {
+      if (!inside(corners, Vector2d(u, v))) continue;
+      ++pixels;
+      const float depth = depth_m.at(u, v);
+      const auto direction = camera.unproject(Vector2d(u, v));
+      if (depth > 0 && direction && direction->z() > 0)
+        points.push_back({*direction / direction->z(), 1.0 / static_cast<double>(depth)});
+    }
+
+  Vector3d plane = Vector3d::Zero();
+  double sigma = 0;
+  Eigen::Matrix3d covariance;
+  for (int round = 0; round < 3; ++round) {
+    if (points.size() < 30 || 2 * static_cast<int>(points.size()) < pixels) return std::nullopt;
+    Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+    Vector3d b = Vector3d::Zero();
+    for (const Point& point : points) {
+      a += point.place * point.place.transpose();
+      b += point.inverse_depth * point.place;
+    }
+    covariance = a.inverse();
+    plane = covariance * b;
+    if (!plane.allFinite() || !(plane.norm() > 0)) return std::nullopt;
+    double sum = 0;
+    for (const Point& point : points) sum += std::pow(plane.dot(point.place) - point.inverse_depth, 2);
+    sigma = std::sqrt(sum / static_cast<double>(points.size() - 3));
+    std::erase_if(points, [&](const Point& point) {
+      return std::abs(plane.dot(point.place) - point.inverse_depth) > 2.5 * sigma + 1e-9;
+    });
+  }
+  DepthPlane result;
+  result.normal = -plane.normalized();
+  result.inverse_depth = plane;
+  // Neighbouring pixels of depth cameras err together: count one in nine. A degree for the camera's own distortion.
+  const double tilt = 3 * sigma * std::sqrt(covariance.topLeftCorner<2, 2>().trace()) / plane.norm();
+  result.angle_sigma_rad = std::hypot(tilt, M_PI / 180);
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,45 @@
+#include "reconstruct/pose/filter.h"
+
+#include <algorithm>
+
+namespace lumigraft {
+namespace {
+
+constexpr double kLongest = 30;      // measurements in the mean of a still camera: one second at 30 Hz
+constexpr double kJump = 3;          // innovation in σ beyond which the camera moved
+constexpr double kDriftRate = 0.25;  // share of the newest innovation in the drift; noise alone keeps it below 1 σ
+constexpr double kDrift = 1.0;
+
+}  // namespace
+
+Eigen::Isometry3d PoseFilter::update(const Eigen::Isometry3d& T_camera_tag, double position_sigma_m,
+                                     double angle_sigma_rad) {
+  const Eigen::Vector3d position = T_camera_tag.translation();
+  const Eigen::Quaterniond rotation(T_camera_tag.linear());
+  if (count_ == 0) {
+    count_ = 1;
+    position_ = position;
+    rotation_ = rotation;
+    drift_.setZero();
+  } else {
+    const Eigen::AngleAxisd turn(rotation_.conjugate() * rotation);
+    Eigen::Matrix<double, 6, 1> innovation;
+    innovation.head<3>() = (position - position_) / position_sigma_m;
+    innovation.tail<3>() = turn.angle() / angle_sigma_rad * turn.axis();
+    drift_ += kDriftRate * (innovation - drift_);
+    // A jump is seen at once, a slow motion by innovations that keep pointing the same way.
+    const double jump = std::max(innovation.head<3>().norm(), innovation.tail<3>().norm()) / kJump;
+    const double drift = std::max(drift_.head<3>().norm(), drift_.tail<3>().norm()) / kDrift;
+    const double motion = std::max(jump, drift);
+    count_ = std::min(count_ + 1, kLongest);
+    if (motion > 1) count_ = std::max(1.0, count_ / (motion * motion));
+    position_ += (position - position_) / count_;
+    rotation_ = rotation_.slerp(1 / count_, rotation).normalized();
+  }
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  result.linear() = rotation_.toRotationMatrix();
+  result.translation() = position_;
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,109 @@
+#include "reconstruct/pose/gray_regions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "capture/camera/radiance.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // Rec. 709 luminance
+
+float luminance(const float* rgb) { return kRed * rgb[0] + kGreen * rgb[1] + kBlue * rgb[2]; }
+
+}  // namespace
+
+PixelRegion region_around(const Vector2d& low, const Vector2d& high, int picture_width, int picture_height, int grid) {
+  const auto side = [grid](double from, double to, int length) {
+    const double begin = std::clamp(std::floor(from), 0.0, static_cast<double>(length));
+    const double end = std::clamp(std::ceil(to) + 1, begin, static_cast<double>(length));
+    const int first = static_cast<int>(begin) / grid * grid;
+    return std::pair(first, std::min(length, (static_cast<int>(end) + grid - 1) / grid * grid) - first);
+  };
+  PixelRegion region;
+  std::tie(region.left, region.width) = side(low.x(), high.x(), picture_width);
+  std::tie(region.top, region.height) = side(low.y(), high.y(), picture_height);
+  return region;
+}
+
+float detector_gain(const Image<float>& radiance) {
+  std::vector<float> sorted(radiance.data.size() / 3);
+  if (sorted.empty()) return 1.0f;
+  for (std::size_t i = 0; i < sorted.size(); ++i) sorted[i] = luminance(&radiance.data[3 * i]);
+  const auto bright = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 95 / 100);
+  std::nth_element(sorted.begin(), bright, sorted.end());
+  return *bright > 0 ? 0.9f / *bright : 1.0f;
+}
+
+Image<std::uint8_t> detector_codes(const Picture& picture, const PixelRegion& region, float gain) {
+  Image<std::uint8_t> codes(region.width, region.height, 1);
+  for (int y = 0; y < region.height; ++y) {
+    std::uint8_t* row = &codes.data[codes.index(0, y)];
+    if (!picture.encoded.empty()) {
+      const std::uint8_t* rgb = &picture.encoded.data[picture.encoded.index(region.left, region.top + y)];
+      for (int x = 0; x < region.width; ++x, rgb += 3)
+        row[x] = static_cast<std::uint8_t>((54 * rgb[0] + 183 * rgb[1] + 19 * rgb[2]) >> 8);
+    } else {
+      const float* rgb = &picture.radiance.data[picture.radiance.index(region.left, region.top + y)];
+      for (int x = 0; x < region.width; ++x, rgb += 3)
+        row[x] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(gain * luminance(rgb))));
+    }
+  }
+  return codes;
+}
+
+std::vector<SeenPixel> seen_pixels(const Picture& picture, const Response& response, const CameraModel& camera,
+                                   const PixelRegion& region) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Vector2d> rays;
+  rays.reserve(static_cast<std::size_t>(region.width) * region.height);
+  for (int v = region.top; v < region.top + region.height; ++v)
+    for (int u = region.left; u < region.left + region.width; ++u) {
+      const auto direction = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      rays.push_back(direction && direction->z() > 0 ? Vector2d(direction->head<2>() / direction->z())
+                                                     : Vector2d(kNaN, kNaN));
+    }
+  std::vector<SeenPixel> pixels;
+  pixels.reserve(rays.size());
+  for (int y = 1; y + 1 < region.height; ++y)
+    for (int x = 1; x + 1 < region.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * region.width + x;
+      SeenPixel pixel;
+      pixel.u = region.left + x;
+      pixel.v = region.top + y;
+      pixel.ray = rays[i];
+      pixel.ray_by_u = (rays[i + 1] - rays[i - 1]) / 2;
+      pixel.ray_by_v = (rays[i + region.width] - rays[i - region.width]) / 2;
+      if (!(pixel.ray + pixel.ray_by_u + pixel.ray_by_v).allFinite()) continue;
+      if (!picture.encoded.empty()) {
+        const std::uint8_t* rgb = &picture.encoded.data[picture.encoded.index(pixel.u, pixel.v)];
+        float linear[3];
+        for (int c = 0; c < 3; ++c) {
+          linear[c] = response.to_linear(std::min(rgb[c], kFullScale), c);
+          pixel.cut = pixel.cut || rgb[c] >= kFullScale;
+        }
+        pixel.light = luminance(linear);
+      } else {
+        pixel.light = luminance(&picture.radiance.data[picture.radiance.index(pixel.u, pixel.v)]);
+      }
+      pixels.push_back(pixel);
+    }
+  return pixels;
+}
+
+std::vector<SeenPixel> thinned(const std::vector<SeenPixel>& pixels) {
+  // Lattices whose points are a knight's move apart: no row or column of the print is seen more often than another.
+  constexpr std::size_t kEnough = 1000;
+  const bool many = pixels.size() > 13 * kEnough;
+  std::vector<SeenPixel> few;
+  for (const SeenPixel& pixel : pixels)
+    if (many ? (pixel.u + 5 * pixel.v) % 13 == 0 : (pixel.u + 2 * pixel.v) % 5 == 0) few.push_back(pixel);
+  return few;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,134 @@
+#include "reconstruct/pose/multi_tag_pose.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Isometry3d;
+
+constexpr double kApart = 60;  // squared σ in six directions, beyond which two tags contradict each other
+
+/// A candidate as a pose of the camera in the world.
+struct Witness {
+  Isometry3d T_world_camera;
+  PoseCovariance noise, bias;
+  const PoseCandidate* candidate;
+};
+
+PoseCovariance turned(const PoseCovariance& covariance, const Eigen::Matrix3d& rotation) {
+  PoseCovariance both = PoseCovariance::Zero();
+  both.topLeftCorner<3, 3>() = both.bottomRightCorner<3, 3>() = rotation;
+  return both * covariance * both.transpose();
+}
+
+Witness witness_of(const PoseCandidate& candidate, const TagPlace& place) {
+  const Isometry3d& T_world_tag = *place.T_world_tag();
+  return {T_world_tag * candidate.T_camera_tag.inverse(), turned(candidate.noise, T_world_tag.linear()),
+          turned(candidate.bias + place.slack(candidate.T_camera_tag), T_world_tag.linear()), &candidate};
+}
+
+double apart(const Witness& a, const Witness& b) {
+  const Eigen::Matrix<double, 6, 1> step = step_between(a.T_world_camera, b.T_world_camera);
+  return squared_sigmas(step, a.noise + a.bias + b.noise + b.bias);
+}
+
+/// Weighted by certainty. The noise that is left is what averages out over time.
+void average(const std::vector<Witness>& witnesses, TagsPose& result) {
+  PoseCovariance information = PoseCovariance::Zero();
+  Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+  std::vector<PoseCovariance> certainties;
+  for (const Witness& witness : witnesses) {
+    certainties.push_back(information_of(witness.noise + witness.bias));
+    information += certainties.back();
+    sum += certainties.back() * step_between(result.T_tag_camera, witness.T_world_camera);
+  }
+  const PoseCovariance covariance = information_of(information);
+  result.T_tag_camera = moved(result.T_tag_camera, covariance * sum);
+  result.noise.setZero();
+  for (std::size_t i = 0; i < witnesses.size(); ++i) {
+    const PoseCovariance share = covariance * certainties[i];
+    result.noise += share * witnesses[i].noise * share.transpose();
+  }
+  result.bias = covariance - result.noise;
+}
+
+}  // namespace
+
+std::optional<TagsPose> pose_of_tags(const std::vector<TagReading>& readings, const std::vector<TagPlace>& places) {
+  std::vector<std::vector<Witness>> witnesses(readings.size());
+  bool first_seen = false;
+  for (std::size_t r = 0; r < readings.size(); ++r) {
+    if (!places[readings[r].tag].T_world_tag()) continue;
+    first_seen |= readings[r].tag == 0;
+    for (const PoseCandidate& candidate : readings[r].candidates)
+      witnesses[r].push_back(witness_of(candidate, places[readings[r].tag]));
+  }
+  // Which candidate of which reading all others speak against least.
+  TagsPose result;
+  double best = std::numeric_limits<double>::max();
+  std::size_t base = 0;
+  for (std::size_t r = 0; r < readings.size(); ++r) {
+    if (first_seen && readings[r].tag != 0) continue;
+    for (std::size_t c = 0; c < witnesses[r].size(); ++c) {
+      double cost = witnesses[r][c].candidate->cost;
+      std::vector<std::size_t> choice(readings.size(), 0);
+      choice[r] = c;
+      for (std::size_t q = 0; q < readings.size(); ++q) {
+        if (q == r) continue;
+        double least = std::numeric_limits<double>::max();
+        for (std::size_t d = 0; d < witnesses[q].size(); ++d) {
+          const double against =
+              witnesses[q][d].candidate->cost + std::min(kWitnessCap, apart(witnesses[r][c], witnesses[q][d]));
+          if (against >= least) continue;
+          least = against;
+          choice[q] = d;
+        }
+        if (!witnesses[q].empty()) cost += least;
+      }
+      if (cost >= best) continue;
+      best = cost;
+      base = r;
+      result.choice = std::move(choice);
+    }
+  }
+  if (result.choice.empty()) return std::nullopt;
+
+  const Witness& chosen = witnesses[base][result.choice[base]];
+  // How much worse the base's other explanation is.
+  result.rival = std::numeric_limits<double>::max();
+  for (const Witness& other : witnesses[base]) {
+    if (&other == &chosen) continue;
+    double cost = other.candidate->cost - chosen.candidate->cost;
+    for (std::size_t q = 0; q < readings.size(); ++q)
+      if (q != base && !witnesses[q].empty()) {
+        const Witness& agreed = witnesses[q][result.choice[q]];
+        cost += std::min(kWitnessCap, apart(other, agreed)) - std::min(kWitnessCap, apart(chosen, agreed));
+      }
+    result.rival = cost;
+  }
+  result.T_tag_camera = chosen.T_world_camera;
+  result.noise = chosen.noise;
+  result.bias = chosen.bias;
+  result.position_sigma_m = chosen.candidate->position_sigma_m;
+  result.angle_sigma_rad = chosen.candidate->angle_sigma_rad;
+  result.error_px = chosen.candidate->error_px;
+  result.printed = chosen.candidate->alignment.has_value();
+  std::vector<Witness> agreeing;
+  for (std::size_t r = 0; r < readings.size(); ++r) {
+    if (witnesses[r].empty()) continue;
+    const Witness& witness = witnesses[r][result.choice[r]];
+    if (r != base && apart(chosen, witness) > kApart) {
+      result.apart.push_back(readings[r].tag);
+      continue;
+    }
+    agreeing.push_back(witness);
+  }
+  if (agreeing.size() > 1) average(agreeing, result);
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,158 @@
+#include "reconstruct/pose/planar_pose.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::array<Vector3d, 4> tag_corners(double size_m) {
+  const double h = size_m / 2;
+  return {Vector3d(-h, -h, 0), Vector3d(h, -h, 0), Vector3d(h, h, 0), Vector3d(-h, h, 0)};
+}
+
+Matrix3d nearest_rotation(const Matrix3d& m) {
+  const Eigen::JacobiSVD<Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d u = svd.matrixU();
+  if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
+  return u * svd.matrixV().transpose();
+}
+
+/// The homography from the tag's plane through four points, read as a pose (Zhang 2000, §3.1).
+std::optional<Isometry3d> pose_of_homography(const SquareCorners& corners, double size_m) {
+  const auto tag = tag_corners(size_m);
+  Eigen::Matrix<double, 8, 8> a;
+  Eigen::Matrix<double, 8, 1> b;
+  for (int i = 0; i < 4; ++i) {
+    const double x = tag[i].x(), y = tag[i].y(), u = corners[i].x(), v = corners[i].y();
+    a.row(2 * i) << x, y, 1, 0, 0, 0, -u * x, -u * y;
+    a.row(2 * i + 1) << 0, 0, 0, x, y, 1, -v * x, -v * y;
+    b[2 * i] = u;
+    b[2 * i + 1] = v;
+  }
+  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> lu(a);
+  if (!lu.isInvertible()) return std::nullopt;
+  const Eigen::Matrix<double, 8, 1> h = lu.solve(b);
+  const Vector3d h1(h[0], h[3], h[6]), h2(h[1], h[4], h[7]), h3(h[2], h[5], 1);
+  const double scale = 2 / (h1.norm() + h2.norm());
+  if (!std::isfinite(scale)) return std::nullopt;
+  Matrix3d r;
+  r.col(0) = scale * h1;
+  r.col(1) = scale * h2;
+  r.col(2) = r.col(0).cross(r.col(1));
+  Isometry3d pose = Isometry3d::Identity();
+  pose.linear() = nearest_rotation(r);
+  pose.translation() = scale * h3;
+  return pose;
+}
+
+/// How a corner's x/z, y/z change by a turn about the tag's centre and a shift, in the camera's frame.
+Eigen::Matrix<double, 2, 6> corner_by_pose(const Isometry3d& pose, const Vector3d& corner) {
+  const Vector3d turned = pose.linear() * corner;
+  const Vector3d p = turned + pose.translation();
+  Eigen::Matrix<double, 2, 3> by_point;
+  by_point << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
+  Eigen::Matrix<double, 3, 6> by_pose;
+  by_pose << 0, turned.z(), -turned.y(), 1, 0, 0, -turned.z(), 0, turned.x(), 0, 1, 0, turned.y(), -turned.x(), 0, 0, 0,
+      1;
+  return by_point * by_pose;
+}
+
+/// Levenberg-Marquardt on the reprojection error; increments turn about the tag's centre, in the camera's frame.
+SquarePose refine(Isometry3d pose, const SquareCorners& corners, double size_m) {
+  const auto tag = tag_corners(size_m);
+  double error = square_error(pose, corners, size_m);
+  double damping = 1e-6;
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    Eigen::Matrix<double, 6, 6> jtj = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> jtr = Eigen::Matrix<double, 6, 1>::Zero();
+    for (int i = 0; i < 4; ++i) {
+      const Vector3d p = pose * tag[i];
+      const Eigen::Matrix<double, 2, 6> j = corner_by_pose(pose, tag[i]);
+      const Vector2d r = p.head<2>() / p.z() - corners[i];
+      jtj += j.transpose() * j;
+      jtr += j.transpose() * r;
+    }
+    Eigen::Matrix<double, 6, 6> damped = jtj;
+    damped.diagonal() *= 1 + damping;
+    const Eigen::Matrix<double, 6, 1> step = solved(damped, -jtr);
+    if (!step.allFinite()) break;
+    Isometry3d next = pose;
+    const Vector3d turn = step.head<3>();
+    if (turn.norm() > 0) next.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * pose.linear();
+    next.translation() += step.tail<3>();
+    const double next_error = square_error(next, corners, size_m);
+    if (!(next_error < error)) {
+      damping = std::max(damping, 1e-6) * 10;
+      if (damping > 1e6) break;
+      continue;
+    }
+    const bool settled = error - next_error < 1e-12;
+    pose = next;
+    error = next_error;
+    damping /= 10;
+    if (settled) break;
+  }
+  pose.linear() = nearest_rotation(pose.linear());
+  return {pose, error};
+}
+
+}  // namespace
+
+PoseCovariance square_covariance(const Isometry3d& T_camera_tag, double size_m, double corner_sigma) {
+  PoseCovariance information = PoseCovariance::Zero();
+  for (const Vector3d& corner : tag_corners(size_m)) {
+    const Eigen::Matrix<double, 2, 6> j = corner_by_pose(T_camera_tag, corner);
+    information += j.transpose() * j / (corner_sigma * corner_sigma);
+  }
+  return camera_covariance(information_of(information), T_camera_tag);
+}
+
+Isometry3d mirrored(const Isometry3d& pose) {
+  const Vector3d sight = pose.translation().normalized();
+  Matrix3d r;
+  for (int i = 0; i < 2; ++i) r.col(i) = pose.linear().col(i) - 2 * pose.linear().col(i).dot(sight) * sight;
+  r.col(2) = r.col(0).cross(r.col(1));
+  Isometry3d result = Isometry3d::Identity();
+  result.linear() = nearest_rotation(r);
+  result.translation() = pose.translation();
+  return result;
+}
+
+double square_error(const Isometry3d& T_camera_tag, const SquareCorners& corners, double size_m) {
+  double sum = 0;
+  const auto tag = tag_corners(size_m);
+  for (int i = 0; i < 4; ++i) {
+    const Vector3d p = T_camera_tag * tag[i];
+    if (p.z() <= 0) return std::numeric_limits<double>::infinity();
+    sum += (p.head<2>() / p.z() - corners[i]).squaredNorm();
+  }
+  return std::sqrt(sum / 4);
+}
+
+std::vector<SquarePose> solve_square(const SquareCorners& corners, double size_m) {
+  const auto first = pose_of_homography(corners, size_m);
+  if (!first || !std::isfinite(square_error(*first, corners, size_m))) return {};
+  std::vector<SquarePose> poses = {refine(*first, corners, size_m)};
+  const Isometry3d other = mirrored(poses[0].T_camera_tag);
+  if (std::isfinite(square_error(other, corners, size_m))) {
+    const SquarePose second = refine(other, corners, size_m);
+    const double apart =
+        Eigen::AngleAxisd(second.T_camera_tag.linear().transpose() * poses[0].T_camera_tag.linear()).angle();
+    // A tag seen from behind is not a second explanation.
+    const bool faces_camera = second.T_camera_tag.linear().col(2).dot(second.T_camera_tag.translation()) < 0;
+    if (apart > 1e-3 && faces_camera) poses.push_back(second);
+  }
+  if (poses.size() == 2 && poses[1].error < poses[0].error) std::swap(poses[0], poses[1]);
+  return poses;
+}
+
+}  // namespace lumigraft

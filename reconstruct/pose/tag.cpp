@@ -1,0 +1,137 @@
+#include "reconstruct/pose/tag.h"
+
+#include <apriltag/apriltag.h>
+#include <apriltag/tag16h5.h>
+#include <apriltag/tag25h9.h>
+#include <apriltag/tag36h10.h>
+#include <apriltag/tag36h11.h>
+#include <apriltag/tagCircle21h7.h>
+#include <apriltag/tagCircle49h12.h>
+#include <apriltag/tagCustom48h12.h>
+#include <apriltag/tagStandard41h12.h>
+#include <apriltag/tagStandard52h13.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+struct Family {
+  const char* name;
+  apriltag_family_t* (*create)();
+  void (*destroy)(apriltag_family_t*);
+};
+
+constexpr Family kFamilies[] = {
+    {"tag36h11", tag36h11_create, tag36h11_destroy},
+    {"tag36h10", tag36h10_create, tag36h10_destroy},
+    {"tag25h9", tag25h9_create, tag25h9_destroy},
+    {"tag16h5", tag16h5_create, tag16h5_destroy},
+    {"tagCircle21h7", tagCircle21h7_create, tagCircle21h7_destroy},
+    {"tagCircle49h12", tagCircle49h12_create, tagCircle49h12_destroy},
+    {"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
+    {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
+    {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
+};
+
+const Family& family_named(const std::string& name) {
+  std::string allowed;
+  for (const Family& family : kFamilies) {
+    if (name == family.name) return family;
+    allowed += allowed.empty() ? "" : ", ";
+    allowed += family.name;
+  }
+  throw InputError("tag.family: found \"" + name + "\", allowed: " + allowed);
+}
+
+TagPattern pattern_of(apriltag_family_t* family, int id) {
+  // image_u8_destroy is not exported; the picture is two plain allocations.
+  image_u8_t* picture = apriltag_to_image(family, id);
+  TagPattern pattern;
+  pattern.cells = picture->width;
+  pattern.square_cells = family->width_at_border;
+  for (int y = 0; y < picture->height; ++y)
+    for (int x = 0; x < picture->width; ++x) pattern.white.push_back(picture->buf[y * picture->stride + x] > 127);
+  std::free(picture->buf);
+  std::free(picture);
+  return pattern;
+}
+
+}  // namespace
+
+bool TagPattern::white_at(int column, int row) const {
+  column = std::clamp(column, 0, cells - 1);
+  row = std::clamp(row, 0, cells - 1);
+  return white[static_cast<std::size_t>(row) * cells + column] != 0;
+}
+
+struct TagFinder::Detector {
+  explicit Detector(const Tag& tag) : family_functions(family_named(tag.family)), ids{tag.id} {
+    for (const FurtherTag& also : tag.also) ids.push_back(also.id);
+    family = family_functions.create();
+    for (const int id : ids) {
+      if (id >= 0 && id < static_cast<int>(family->ncodes)) continue;
+      const auto count = family->ncodes;
+      family_functions.destroy(family);
+      throw InputError("tag.id: found " + std::to_string(id) + ", allowed: 0 to " + std::to_string(count - 1) + " in " +
+                       tag.family);
+    }
+    detector = apriltag_detector_create();
+    apriltag_detector_add_family_bits(detector, family, 1);
+    detector->nthreads = 1;
+    detector->refine_edges = true;
+  }
+  Detector(const Detector&) = delete;
+  Detector& operator=(const Detector&) = delete;
+  ~Detector() {
+    apriltag_detector_destroy(detector);
+    family_functions.destroy(family);
+  }
+
+  const Family& family_functions;
+  std::vector<int> ids;
+  apriltag_family_t* family = nullptr;
+  apriltag_detector_t* detector = nullptr;
+};
+
+TagFinder::TagFinder(const Tag& tag) : detector_(std::make_unique<Detector>(tag)) {
+  for (const int id : detector_->ids) patterns_.push_back(pattern_of(detector_->family, id));
+}
+
+TagFinder::~TagFinder() = default;
+
+std::vector<TagSighting> TagFinder::find(const Image<std::uint8_t>& grey, int decimate) {
+  detector_->detector->quad_decimate = static_cast<float>(decimate);
+  image_u8_t picture = {grey.width, grey.height, grey.width, const_cast<std::uint8_t*>(grey.data.data())};
+  zarray_t* detections = apriltag_detector_detect(detector_->detector, &picture);
+
+  struct Sure {
+    TagSighting sighting;
+    float margin;
+  };
+  std::vector<Sure> seen;
+  for (int i = 0; i < zarray_size(detections); ++i) {
+    apriltag_detection_t* detection = nullptr;
+    zarray_get(detections, i, &detection);
+    const std::vector<int>& ids = detector_->ids;
+    if (std::find(ids.begin(), ids.end(), detection->id) == ids.end()) continue;
+    // The library's pixel (0, 0) spans [0, 1]; ours is centred at 0. Its corners start bottom left and run
+    // counter-clockwise around the tag.
+    Sure& sure = seen.emplace_back();
+    sure.sighting.id = detection->id;
+    for (int c = 0; c < 4; ++c) sure.sighting.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
+    sure.margin = detection->decision_margin;
+  }
+  apriltag_detections_destroy(detections);
+
+  std::stable_sort(seen.begin(), seen.end(), [](const Sure& a, const Sure& b) { return a.margin > b.margin; });
+  std::vector<TagSighting> result;
+  for (const Sure& sure : seen) result.push_back(sure.sighting);
+  return result;
+}
+
+}  // namespace lumigraft

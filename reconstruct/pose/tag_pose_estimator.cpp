@@ -1,0 +1,214 @@
+#include "reconstruct/pose/tag_pose_estimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "reconstruct/pose/gray_regions.h"
+#include "reconstruct/pose/depth_plane.h"
+#include "reconstruct/pose/planar_pose.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kCornerPx = 0.1;  // 1σ of a corner as the detector finds it
+constexpr double kBiasPx = 0.015;  // 1σ at the corners, by which lens and print are not what they are taken for
+constexpr int kTile = 8;           // pixels of the detector's tiles
+constexpr double kFollowM = 0.04, kFollowRad = 0.05;  // how far a print is followed that shows in part
+constexpr double kFollowContrast = 0.2;               // and how well what shows must fit
+
+/// Edges that are told by their dark side alone are off by twice as much.
+double bias_px(const PoseCandidate& candidate) {
+  return kBiasPx * (1 + (candidate.alignment ? candidate.alignment->cut_share : 0));
+}
+
+std::pair<Vector2d, Vector2d> extent(const TagCorners& points) {
+  Vector2d low = points[0], high = points[0];
+  for (const Vector2d& point : points) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  return {low, high};
+}
+
+/// Around the corners, by the paper that alignment reads and the neighbours that its pixels need.
+PixelRegion region_of_corners(const TagCorners& corners, const TagPattern& pattern, const CameraModel& camera) {
+  const auto [low, high] = extent(corners);
+  const Vector2d around = (high - low) / pattern.square_cells + Vector2d::Constant(3);
+  return region_around(low - around, high + around, camera.width, camera.height);
+}
+
+std::optional<TagCorners> projected(const Isometry3d& T_camera_tag, double half_m, const CameraModel& camera) {
+  constexpr double kX[4] = {-1, 1, 1, -1}, kY[4] = {-1, -1, 1, 1};
+  TagCorners corners;
+  for (int i = 0; i < 4; ++i) {
+    const auto pixel = camera.project(T_camera_tag * Vector3d(kX[i] * half_m, kY[i] * half_m, 0));
+    if (!pixel) return std::nullopt;
+    corners[i] = *pixel;
+  }
+  return corners;
+}
+
+double angle_between(const Isometry3d& a, const Isometry3d& b) {
+  return Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle();
+}
+
+}  // namespace
+
+PixelRegion tiles_around(const TagCorners& points, const CameraModel& camera) {
+  const auto [low, high] = extent(points);
+  const Vector2d around = ((high - low) / 2).cwiseMax(16);
+  return region_around(low - around, high + around, camera.width, camera.height, kTile);
+}
+
+double narrowest_px(const TagCorners& points) {
+  double twice_area = 0, longest = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector2d &a = points[i], &b = points[(i + 1) % points.size()];
+    twice_area += a.x() * b.y() - a.y() * b.x();
+    longest = std::max(longest, (b - a).norm());
+  }
+  return longest > 0 ? std::abs(twice_area) / 2 / longest : 0;
+}
+
+TagReader::TagReader(const TagPattern& pattern, double size_m, const CameraModel& camera, const Response& response)
+    : pattern_(pattern), size_m_(size_m), camera_(camera), response_(response) {}
+
+std::optional<TagReader::Place> TagReader::place(const Isometry3d& T_camera_tag) const {
+  const auto print = projected(T_camera_tag, size_m_ / 2 * pattern_.cells / pattern_.square_cells, camera_);
+  if (!print) return std::nullopt;
+  const PixelRegion region = tiles_around(*print, camera_);
+  if (region.width < 4 * kTile || region.height < 4 * kTile ||
+      2 * region.width * region.height > camera_.width * camera_.height)
+    return std::nullopt;
+  return Place{region, narrowest_px(*print)};
+}
+
+void TagReader::align(PoseCandidate& candidate, const std::vector<SeenPixel>& pixels) const {
+  const auto& before = candidate.alignment;
+  candidate.alignment = align_to_print(pixels, pattern_, size_m_, candidate.T_camera_tag,
+                                       before ? std::optional(before->look) : std::nullopt);
+  if (!candidate.alignment) return;
+  candidate.T_camera_tag = candidate.alignment->T_camera_tag;
+  // The residuals call noise independent from pixel to pixel; measured errors are three times as large.
+  candidate.position_sigma_m = std::max(3 * candidate.alignment->position_sigma_m, 1e-5);
+  candidate.angle_sigma_rad = std::max(3 * candidate.alignment->angle_sigma_rad, 1e-5);
+  candidate.noise = 9 * candidate.alignment->covariance;
+}
+
+void TagReader::weigh(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const {
+  double best_contrast = std::numeric_limits<double>::max();
+  for (const PoseCandidate& pose : candidates)
+    if (pose.alignment) best_contrast = std::min(best_contrast, pose.alignment->contrast_error);
+  for (PoseCandidate& pose : candidates) {
+    pose.cost = std::min(kWitnessCap, std::pow(pose.error_px / 0.2, 2));
+    if (best_contrast < std::numeric_limits<double>::max()) {
+      const double ratio = pose.alignment ? pose.alignment->contrast_error / best_contrast : 10;
+      const double independent = pose.alignment ? pose.alignment->pixels / 10.0 : 10;
+      pose.cost += std::min(kWitnessCap, independent * (ratio * ratio - 1));
+    }
+    if (hints.T_camera_tag_before) {
+      const double angle = angle_between(pose.T_camera_tag, *hints.T_camera_tag_before);
+      pose.cost += std::min(kWitnessCap, std::pow(angle / ((2 + 60 * hints.passed_s) * kDegree), 2));
+    }
+  }
+}
+
+std::vector<PoseCandidate> TagReader::explain(const TagCorners& corners, const Picture& picture,
+                                              const PoseHints& hints) const {
+  SquareCorners rays;
+  for (int i = 0; i < 4; ++i) {
+    const auto direction = camera_.unproject(corners[i]);
+    if (!direction || direction->z() <= 0) return {};
+    rays[i] = direction->head<2>() / direction->z();
+  }
+  const double focal_px = (camera_.fx + camera_.fy) / 2;
+  std::vector<SquarePose> starts = solve_square(rays, size_m_);
+  const std::size_t minima = starts.size();
+  if (minima == 1) {
+    // Noise can merge both minima of four corners; the whole print may still have two.
+    const Isometry3d other = mirrored(starts[0].T_camera_tag);
+    starts.push_back({other, square_error(other, rays, size_m_)});
+  }
+  const std::vector<SeenPixel> pixels =
+      seen_pixels(picture, response_, camera_, region_of_corners(corners, pattern_, camera_));
+  const std::vector<SeenPixel> few = thinned(pixels);
+  const auto aligned = [&](PoseCandidate& candidate, const std::vector<SeenPixel>& seen) {
+    align(candidate, seen);
+    if (candidate.alignment) candidate.error_px = square_error(candidate.T_camera_tag, rays, size_m_) * focal_px;
+  };
+  std::vector<PoseCandidate> result;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const SquarePose& start = starts[i];
+    // Four corners alone settle it where one pose misses them by pixels.
+    if (i > 0 && (start.error - starts[0].error) * focal_px > 1.5) break;
+    PoseCandidate candidate;
+    candidate.T_camera_tag = start.T_camera_tag;
+    candidate.error_px = start.error * focal_px;
+    // Corners that miss a square's are off by that much at least. Their share in the pose grows with distance over
+    // size.
+    const double corner_px = std::max(kCornerPx, candidate.error_px);
+    const double distance_m = start.T_camera_tag.translation().norm();
+    candidate.angle_sigma_rad = corner_px / focal_px * distance_m / size_m_;
+    candidate.position_sigma_m = candidate.angle_sigma_rad * distance_m;
+    candidate.noise = square_covariance(start.T_camera_tag, size_m_, corner_px / focal_px);
+    // A share of the pixels brings a pose near to where all of them would, and tells most wrong ones.
+    aligned(candidate, few);
+    if (!candidate.alignment && few.size() < pixels.size()) aligned(candidate, pixels);
+    if (!candidate.alignment && i >= minima) break;  // a mirror image that is no minimum explains nothing
+    result.push_back(candidate);
+  }
+  weigh(result, hints);
+  // What depth has to say is not worth asking for where the rest outvotes it.
+  if (result.size() == 2 && std::abs(result[0].cost - result[1].cost) > kWitnessCap)
+    result.erase(result.begin() + (result[0].cost > result[1].cost ? 0 : 1));
+  for (PoseCandidate& candidate : result)
+    if (candidate.alignment) aligned(candidate, pixels);
+  if (result.size() == 2 && angle_between(result[0].T_camera_tag, result[1].T_camera_tag) < 0.1 * kDegree)
+    result.pop_back();
+  weigh(result, hints);
+  const auto plane =
+      result.size() == 2 && hints.depth_m ? plane_inside(*hints.depth_m, camera_, corners) : std::nullopt;
+  for (PoseCandidate& candidate : result) {
+    candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);
+    if (!plane) continue;
+    const double cosine = std::clamp(plane->normal.dot(candidate.T_camera_tag.linear().col(2)), -1.0, 1.0);
+    candidate.cost += std::min(kWitnessCap, std::pow(std::acos(cosine) / (2 * plane->angle_sigma_rad), 2));
+  }
+  return result;
+}
+
+std::optional<PoseCandidate> TagReader::follow(const Picture& picture, const Isometry3d& T_camera_tag,
+                                               const PrintLook& look) const {
+  const auto corners = projected(T_camera_tag, size_m_ / 2, camera_);
+  if (!corners) return std::nullopt;
+  const PixelRegion region = region_of_corners(*corners, pattern_, camera_);
+  if (region.width < 3 || region.height < 3) return std::nullopt;
+  const std::vector<SeenPixel> pixels = seen_pixels(picture, response_, camera_, region);
+  PoseCandidate candidate;
+  candidate.T_camera_tag = T_camera_tag;
+  candidate.alignment.emplace();
+  candidate.alignment->look = look;
+  // A share of the pixels tells that nothing shows; it is asked in every picture while the tag is hidden.
+  align(candidate, thinned(pixels));
+  if (!candidate.alignment || candidate.alignment->contrast_error > kFollowContrast) return std::nullopt;
+  align(candidate, pixels);
+  if (!candidate.alignment || candidate.alignment->contrast_error > kFollowContrast) return std::nullopt;
+  const PrintLook& now = candidate.alignment->look;
+  const double contrast = now.contrast() / look.contrast();
+  if (!(contrast > 0.5 && contrast < 2)) return std::nullopt;
+  if ((candidate.T_camera_tag.translation() - T_camera_tag.translation()).norm() > kFollowM ||
+      angle_between(candidate.T_camera_tag, T_camera_tag) > kFollowRad)
+    return std::nullopt;
+  const double focal_px = (camera_.fx + camera_.fy) / 2;
+  candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);
+  return candidate;
+}
+
+}  // namespace lumigraft
