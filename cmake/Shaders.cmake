@@ -1,31 +1,45 @@
 # GLSL becomes SPIR-V inside the program.
 #
-#   lumigraft_shaders(TARGET FUNCTION name FOLDER folder [INCLUDES folders...] FILES cone_trace.comp ...)
+#   lumigraft_shaders(TARGET cone_trace.comp ...)
 #
-# compiles FOLDER/FILE for Vulkan 1.3 and adds to TARGET a source with
-#   std::span<const lumigraft::gpu::ShaderCode> lumigraft::gpu::name();
-# in which every shader goes by its file name. #include (with GL_GOOGLE_include_directive) looks beside the shader and in
-# INCLUDES; what a shader includes is followed, so a changed header builds the right shaders again.
+# notes shaders of the current folder for TARGET, and
+#
+#   lumigraft_compile_shaders(TARGET FUNCTION name [INCLUDES folders...])
+#
+# compiles all that were noted for Vulkan 1.3 and adds to TARGET a source with
+#   std::span<const lumigraft::relight::gpu::ShaderCode> lumigraft::relight::gpu::name();
+# in which every shader goes by its file name, without the folder. #include (with GL_GOOGLE_include_directive) looks in
+# the shader's folder and in INCLUDES; what a shader includes is followed, so a changed header builds the right shaders.
 find_program(GLSLANG glslangValidator REQUIRED)
 
 function(lumigraft_shaders target)
-  cmake_parse_arguments(ARG "" "FUNCTION;FOLDER" "FILES;INCLUDES" ${ARGN})
-  cmake_path(ABSOLUTE_PATH ARG_FOLDER)
+  list(TRANSFORM ARGN PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  set_property(TARGET ${target} APPEND PROPERTY LUMIGRAFT_SHADERS ${ARGN})
+endfunction()
+
+function(lumigraft_compile_shaders target)
+  cmake_parse_arguments(ARG "" "FUNCTION" "INCLUDES" ${ARGN})
   set(generated ${CMAKE_CURRENT_BINARY_DIR}/${target}_shaders)
   file(MAKE_DIRECTORY ${generated})
   list(TRANSFORM ARG_INCLUDES PREPEND -I)
+  get_property(shaders TARGET ${target} PROPERTY LUMIGRAFT_SHADERS)
 
   set(spirv_files)
   set(includes "")
   set(rows "")
-  foreach(shader ${ARG_FILES})
+  foreach(source ${shaders})
+    cmake_path(GET source FILENAME shader)
+    cmake_path(GET source PARENT_PATH folder)
     string(MAKE_C_IDENTIFIER ${shader} words)
     set(spirv ${generated}/${shader}.h)
+    if(spirv IN_LIST spirv_files)
+      message(FATAL_ERROR "Two shaders are called ${shader}")
+    endif()
     add_custom_command(
       OUTPUT ${spirv}
-      COMMAND ${GLSLANG} --quiet -V --target-env vulkan1.3 -I${ARG_FOLDER} ${ARG_INCLUDES} --vn ${words}
-              --depfile ${spirv}.d -o ${spirv} ${ARG_FOLDER}/${shader}
-      DEPENDS ${ARG_FOLDER}/${shader}
+      COMMAND ${GLSLANG} --quiet -V --target-env vulkan1.3 -I${folder} ${ARG_INCLUDES} --vn ${words}
+              --depfile ${spirv}.d -o ${spirv} ${source}
+      DEPENDS ${source}
       DEPFILE ${spirv}.d
       COMMENT "Shader ${shader}"
       VERBATIM)
@@ -41,7 +55,7 @@ function(lumigraft_shaders target)
 namespace {
 @includes@}  // namespace
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 std::span<const ShaderCode> @ARG_FUNCTION@();
 std::span<const ShaderCode> @ARG_FUNCTION@() {
@@ -50,8 +64,8 @@ std::span<const ShaderCode> @ARG_FUNCTION@() {
   return shaders;
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu
 ")
-  set_source_files_properties(${table} PROPERTIES OBJECT_DEPENDS "${spirv_files}")
+  set_source_files_properties(${table} TARGET_DIRECTORY ${target} PROPERTIES OBJECT_DEPENDS "${spirv_files}")
   target_sources(${target} PRIVATE ${table} ${spirv_files})
 endfunction()

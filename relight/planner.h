@@ -23,9 +23,9 @@
 #include <vector>
 
 #include "reconstruct/scene.h"
-#include "relight/exhibit.h"
+#include "relight/exhibit/exhibit.h"
 #include "relight/light_measures.h"
-#include "relight/placement.h"
+#include "relight/objects/placement.h"
 #include "relight/plan.h"
 
 namespace lumigraft {

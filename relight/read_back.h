@@ -2,7 +2,7 @@
 // What the passes left on the device, as pictures of the program.
 #include <memory>
 
-#include "relight/passes/screen.h"
+#include "relight/passes/screen/screen.h"
 #include "relight/renderer.h"
 
 namespace lumigraft {

@@ -5,17 +5,17 @@
 #include <optional>
 
 #include "capture/camera/radiance.h"
-#include "relight/approximations.h"
-#include "relight/brick_pool.h"
+#include "relight/quality_warnings.h"
+#include "relight/upload/brick_pool.h"
 #include "relight/camera_view.h"
-#include "relight/known_room.h"
-#include "relight/light_rounds.h"
-#include "relight/light_set.h"
-#include "relight/mirrors.h"
-#include "relight/object_store.h"
-#include "relight/passes/lamp_maps.h"
-#include "relight/passes/lamp_shadows.h"
-#include "relight/placement.h"
+#include "relight/scene_update_throttle.h"
+#include "relight/amortized_light_update.h"
+#include "relight/upload/light_set.h"
+#include "relight/upload/mirrors.h"
+#include "relight/upload/object_store.h"
+#include "relight/passes/lamps/lamp_maps.h"
+#include "relight/passes/screen/lamp_shadows.h"
+#include "relight/objects/placement.h"
 #include "relight/quality.h"
 
 namespace lumigraft {

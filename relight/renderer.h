@@ -7,7 +7,7 @@
 
 #include "capture/frame.h"
 #include "reconstruct/scene.h"
-#include "relight/exhibit.h"
+#include "relight/exhibit/exhibit.h"
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
 

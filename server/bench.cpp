@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "capture/error.h"
-#include "relight/model_simplify.h"
+#include "relight/objects/mesh_simplify.h"
 #include "server/bench_budget.h"
 #include "server/bench_error_time.h"
 #include "server/bench_json.h"

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "relight/light_rounds.h"
+#include "relight/amortized_light_update.h"
 #include "relight/planner.h"
 #include "server/bench_resize.h"
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "relight/model_simplify.h"
+#include "relight/objects/mesh_simplify.h"
 #include "server/bench_resize.h"
 
 namespace lumigraft {

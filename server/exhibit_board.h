@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "relight/exhibit.h"
+#include "relight/exhibit/exhibit.h"
 #include "server/protocol.h"
 
 namespace lumigraft {

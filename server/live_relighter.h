@@ -6,7 +6,7 @@
 #include <memory>
 #include <mutex>
 
-#include "relight/rays/ray_renderer.h"
+#include "relight/gather/ray_renderer.h"
 
 namespace lumigraft {
 

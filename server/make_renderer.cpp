@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "relight/rays/ray_renderer.h"
+#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
 #include "relight/relighter.h"
 #include "server/reference_truth.h"

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "relight/exhibit.h"
+#include "relight/exhibit/exhibit.h"
 
 namespace lumigraft {
 

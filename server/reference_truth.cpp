@@ -6,8 +6,8 @@
 
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
-#include "relight/object_surface.h"
-#include "relight/reference/scene_of.h"
+#include "relight/objects/closest_point.h"
+#include "relight/tracing/build_trace_scene.h"
 #include "server/truth.h"
 
 namespace lumigraft {

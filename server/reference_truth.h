@@ -9,7 +9,7 @@
 
 #include "capture/frame.h"
 #include "capture/session/session.h"
-#include "relight/reference/reference_scene.h"
+#include "relight/tracing/trace_scene.h"
 
 namespace lumigraft {
 

@@ -8,7 +8,7 @@
 
 #include "capture/session/session.h"
 #include "capture/session/session_text.h"
-#include "relight/exhibit.h"
+#include "relight/exhibit/exhibit.h"
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
 

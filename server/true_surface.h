@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "reconstruct/room/enclosure.h"
-#include "relight/exhibit.h"
-#include "relight/object_surface.h"
+#include "relight/exhibit/exhibit.h"
+#include "relight/objects/closest_point.h"
 
 namespace lumigraft {
 

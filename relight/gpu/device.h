@@ -4,7 +4,7 @@
 //
 // Shaders are named; their SPIR-V is built into the program. Every shader uses descriptor set 0 with explicit
 // bindings. Binding 0 is always the uniform block of the pass (std140, at most 4096 bytes, one struct from
-// relight/shaders/interop.h shared by C++ and GLSL); the command list copies it at record time. Every slot that a
+// relight/shaders/common/interop.h shared by C++ and GLSL); the command list copies it at record time. Every slot that a
 // shader reads or writes wants a binding; one that it only declares (in a header) may be left out.
 //
 // A CommandList records; submit() runs it once and waits. Between two commands everything written is visible to what

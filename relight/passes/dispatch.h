@@ -1,7 +1,7 @@
 #pragma once
 // One thread per texel, in the local sizes that every pass's shaders use.
 #include "relight/gpu/device.h"
-#include "relight/shaders/interop.h"
+#include "relight/shaders/common/interop.h"
 
 namespace lumigraft {
 

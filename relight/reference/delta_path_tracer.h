@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "relight/reference/reference_scene.h"
+#include "relight/tracing/trace_scene.h"
 
 namespace lumigraft {
 

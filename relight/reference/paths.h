@@ -1,6 +1,6 @@
 #pragma once
 // The paths of one sample of a pixel. See delta_path_tracer.h for the estimator.
-#include "relight/reference/vertex.h"
+#include "relight/tracing/vertex.h"
 
 namespace lumigraft::reference {
 

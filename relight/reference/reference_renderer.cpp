@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "capture/camera/response.h"
-#include "relight/camera_upload.h"
+#include "relight/passes/screen/camera_upload.h"
 #include "relight/reference/delta_path_tracer.h"
-#include "relight/reference/scene_of.h"
+#include "relight/tracing/build_trace_scene.h"
 
 namespace lumigraft {
 namespace {

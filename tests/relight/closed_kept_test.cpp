@@ -5,7 +5,7 @@
 #include <random>
 
 #include "closed_scene.h"
-#include "relight/still_view.h"
+#include "relight/static_view_cache.h"
 
 namespace lumigraft::test {
 namespace {

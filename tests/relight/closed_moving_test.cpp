@@ -6,7 +6,7 @@
 
 #include "closed_scene.h"
 #include "limited_device.h"
-#include "relight/light_rounds.h"
+#include "relight/amortized_light_update.h"
 
 namespace lumigraft::test {
 namespace {

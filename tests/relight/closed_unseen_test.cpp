@@ -8,7 +8,7 @@
 #include "device_fixture.h"
 #include "reconstruct/room/enclosure.h"
 #include "reference_rooms.h"
-#include "relight/reference/scene_of.h"
+#include "relight/tracing/build_trace_scene.h"
 
 namespace lumigraft::test {
 namespace {

@@ -1,6 +1,6 @@
 // What no camera saw of a room, as the path-traced reference takes it: its albedo is what the fish-eye saw of it for
 // the light that falls there, and where that is no surface's, there is none.
-#include "relight/reference/enclosure_mesh.h"
+#include "relight/tracing/enclosure_mesh.h"
 
 #include "closed_scene.h"
 #include "reconstruct/room/enclosure.h"

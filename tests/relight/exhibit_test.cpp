@@ -1,4 +1,4 @@
-#include "relight/exhibit.h"
+#include "relight/exhibit/exhibit.h"
 
 #include <gtest/gtest.h>
 

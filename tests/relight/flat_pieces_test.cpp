@@ -1,4 +1,4 @@
-#include "relight/flat_pieces.h"
+#include "relight/objects/flat_pieces.h"
 
 #include <gtest/gtest.h>
 

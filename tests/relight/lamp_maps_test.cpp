@@ -1,5 +1,5 @@
 // What a lamp's map says of whole blocks is true of every texel in them.
-#include "relight/passes/lamp_maps.h"
+#include "relight/passes/lamps/lamp_maps.h"
 
 #include <algorithm>
 #include <cmath>

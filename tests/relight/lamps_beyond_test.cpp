@@ -5,8 +5,8 @@
 #include "closed_scene.h"
 #include "reconstruct/room/enclosure.h"
 #include "reference_rooms.h"
-#include "relight/rays/ray_renderer.h"
-#include "relight/reference/scene_of.h"
+#include "relight/gather/ray_renderer.h"
+#include "relight/tracing/build_trace_scene.h"
 
 namespace lumigraft::test {
 namespace {

@@ -1,11 +1,11 @@
 // Propagation through free space, and past a wall: what is carried, how far, and how evenly.
-#include "relight/passes/lpv_propagate.h"
+#include "relight/passes/lpv/propagate.h"
 
 #include <cmath>
 #include <numbers>
 
 #include "device_fixture.h"
-#include "relight/shaders/lpv_kernel.h"
+#include "relight/shaders/lpv/lpv_kernel.h"
 
 namespace lumigraft::gpu {
 namespace {

@@ -7,7 +7,7 @@
 #include "capture/camera/response.h"
 #include "model_files.h"
 #include "model_shapes.h"
-#include "relight/exhibit.h"
+#include "relight/exhibit/exhibit.h"
 
 namespace lumigraft {
 namespace {

@@ -1,4 +1,4 @@
-#include "relight/model_refine.h"
+#include "relight/objects/mesh_refine.h"
 
 #include <gtest/gtest.h>
 

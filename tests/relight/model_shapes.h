@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "relight/exhibit.h"
+#include "relight/exhibit/exhibit.h"
 
 namespace lumigraft::test {
 

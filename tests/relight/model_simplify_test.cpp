@@ -1,4 +1,4 @@
-#include "relight/model_simplify.h"
+#include "relight/objects/mesh_simplify.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <set>
 
 #include "model_shapes.h"
-#include "relight/object_surface.h"
+#include "relight/objects/closest_point.h"
 
 namespace lumigraft {
 namespace {

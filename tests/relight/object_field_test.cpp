@@ -1,4 +1,4 @@
-#include "relight/object_field.h"
+#include "relight/objects/distance_field.h"
 
 #include <gtest/gtest.h>
 

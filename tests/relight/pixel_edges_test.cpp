@@ -1,6 +1,6 @@
 // Two planes that meet, as a field of voxels shows them: round along the edge. Every pixel gets back the plane that it
 // lies on.
-#include "relight/rays/pixel_edges.h"
+#include "relight/gather/pixel_edges.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "closed_scene.h"
-#include "relight/rays/ray_renderer.h"
+#include "relight/gather/ray_renderer.h"
 
 namespace lumigraft::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "cube_room.h"
-#include "relight/rays/ray_renderer.h"
+#include "relight/gather/ray_renderer.h"
 
 namespace lumigraft::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "closed_scene.h"
-#include "relight/rays/ray_renderer.h"
+#include "relight/gather/ray_renderer.h"
 
 namespace lumigraft::test {
 namespace {

@@ -4,12 +4,12 @@
 
 #include "capture/camera/response.h"
 #include "closed_scene.h"
-#include "relight/rays/change_cells.h"
-#include "relight/rays/coarse_view.h"
-#include "relight/rays/lamp_points.h"
-#include "relight/rays/object_window.h"
-#include "relight/rays/srgb_codes.h"
-#include "relight/reference/lamps.h"
+#include "relight/gather/irradiance_change_cache.h"
+#include "relight/gather/low_res_view.h"
+#include "relight/gather/light_samples.h"
+#include "relight/gather/object_window.h"
+#include "relight/gather/srgb_codes.h"
+#include "relight/tracing/lamps.h"
 
 namespace lumigraft::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "closed_scene.h"
 #include "model_files.h"
-#include "relight/rays/ray_renderer.h"
+#include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
 
 namespace lumigraft::test {

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "reference_rooms.h"
-#include "relight/reference/bsdf.h"
-#include "relight/reference/meshes.h"
-#include "relight/reference/sky.h"
+#include "relight/tracing/bsdf.h"
+#include "relight/tracing/meshes.h"
+#include "relight/tracing/sky.h"
 
 namespace lumigraft::test {
 namespace {

@@ -6,8 +6,8 @@
 #include "capture/camera/response.h"
 #include "closed_scene.h"
 #include "model_shapes.h"
-#include "relight/reference/reference_scene.h"
-#include "relight/reference/scene_of.h"
+#include "relight/tracing/trace_scene.h"
+#include "relight/tracing/build_trace_scene.h"
 
 namespace lumigraft::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "relight/surface_lattice.h"
+#include "relight/upload/coarse_distance_grid.h"
 
 #include <gtest/gtest.h>
 

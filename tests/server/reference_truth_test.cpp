@@ -12,7 +12,7 @@
 
 #include "capture/formats/picture_file.h"
 #include "relight/reference/delta_path_tracer.h"
-#include "relight/reference/scene_of.h"
+#include "relight/tracing/build_trace_scene.h"
 #include "server/service_config.h"
 #include "server/truth.h"
 

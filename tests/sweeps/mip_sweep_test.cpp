@@ -5,7 +5,7 @@
 #include <cstring>
 #include <random>
 
-#include "relight/passes/filter.h"
+#include "relight/passes/volume/filter.h"
 #include "sweep.h"
 
 namespace lumigraft::test {

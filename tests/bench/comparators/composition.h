@@ -5,7 +5,7 @@
 
 #include "capture/image.h"
 #include "relight/reference/delta_path_tracer.h"
-#include "relight/reference/world.h"
+#include "relight/tracing/world.h"
 
 namespace lumigraft::comparators {
 

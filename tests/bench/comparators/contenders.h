@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "relight/gpu/device.h"
-#include "relight/reference/reference_scene.h"
+#include "relight/tracing/trace_scene.h"
 #include "server/bench_results.h"
 #include "server/bench_session.h"
 #include "server/service_config.h"

@@ -7,7 +7,7 @@
 
 #include "comparators/composition.h"
 #include "comparators/imperfect_shadow_map.h"
-#include "relight/reference/vertex.h"
+#include "relight/tracing/vertex.h"
 
 namespace lumigraft::comparators {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "relight/model_refine.h"
+#include "relight/objects/mesh_refine.h"
 
 namespace lumigraft::comparators {
 namespace {

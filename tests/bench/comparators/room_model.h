@@ -2,7 +2,7 @@
 // The true room as a model, so that what draws virtual objects can draw all of it.
 #include <memory>
 
-#include "relight/reference/world.h"
+#include "relight/tracing/world.h"
 
 namespace lumigraft::comparators {
 

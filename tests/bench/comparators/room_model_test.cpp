@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "reference_rooms.h"
-#include "relight/object_solid.h"
+#include "relight/objects/solid_voxels.h"
 
 namespace lumigraft::comparators {
 namespace {

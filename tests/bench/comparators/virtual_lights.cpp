@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "relight/placement.h"
+#include "relight/objects/placement.h"
 
 namespace lumigraft::comparators {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "relight/reference/world.h"
+#include "relight/tracing/world.h"
 
 namespace lumigraft::comparators {
 

@@ -1,0 +1,247 @@
+#include "relight/amortized_light_update.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "relight/quality.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kSlices = 8;
+// More from one frame to the next is a jump, which is not faded but shown at once.
+constexpr float kMostMove = 0.25f;         // radii of the object
+constexpr float kMostTurn_rad = 0.26f;     // 15°
+constexpr float kMostLampMove = 0.1f;      // of its distance
+constexpr float kMostLightChange = 0.25f;  // of a lamp or of the rest
+constexpr std::uint64_t kYoungField = 64;  // publications, before which it still changes much
+
+bool near(const PlacedObject& a, const PlacedObject& b) {
+  if (a.stored != b.stored || a.material.has_value() != b.material.has_value()) return false;
+  PlacedObject moved = a;
+  moved.T_tag_model = b.T_tag_model;
+  if (!(moved == b)) return false;
+  const Eigen::Matrix3f turn = a.T_tag_model.linear().inverse() * b.T_tag_model.linear();
+  const float scale = std::cbrt(turn.determinant());
+  const float cosine = 0.5f * (turn.trace() / scale - 1);
+  return std::abs(scale - 1) < 0.02f && cosine > std::cos(kMostTurn_rad) &&
+         (a.bounds.sphere.centre_m - b.bounds.sphere.centre_m).norm() < kMostMove * a.bounds.sphere.radius_m;
+}
+
+bool near(float a, float b) { return std::abs(a - b) <= kMostLightChange * std::max(std::abs(a), std::abs(b)); }
+
+bool near(const Illumination& a, const Illumination& b) {
+  if (&a == &b) return true;
+  if (a.lights.size() != b.lights.size()) return false;
+  for (std::size_t i = 0; i < a.lights.size(); ++i) {
+    const PointLight &p = a.lights[i], &q = b.lights[i];
+    if (p.id != q.id || p.distance_known != q.distance_known || p.flat != q.flat) return false;
+    if (!near(p.irradiance.maxCoeff(), q.irradiance.maxCoeff())) return false;
+    if (p.distance_known && !near(p.intensity.maxCoeff(), q.intensity.maxCoeff())) return false;
+    if ((p.direction - q.direction).norm() > kMostLampMove) return false;
+    if (p.distance_known &&
+        (p.position_m - q.position_m).norm() > kMostLampMove * (p.position_m - a.probe_position_m).norm())
+      return false;
+  }
+  return near(a.remainder_sh[0].maxCoeff(), b.remainder_sh[0].maxCoeff());
+}
+
+bool near(const LightKey& a, const LightKey& b) {
+  return LightKey::same_light(a.plan, b.plan) && near(*a.illumination, *b.illumination) &&
+         ((a.field == b.field && a.enclosure == b.enclosure) || b.field->version >= kYoungField) &&
+         std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(),
+                    [](const PlacedObject& p, const PlacedObject& q) { return near(p, q); });
+}
+
+void upload_environment(gpu::Device& device, const LightSet& lights, const Volumes& volumes) {
+  for (int mip = 0; mip < kEnvironmentMips; ++mip) {
+    const Image<float>& level = lights.environment[static_cast<std::size_t>(mip)];
+    std::vector<Eigen::half> halves(level.data.size());
+    std::transform(level.data.begin(), level.data.end(), halves.begin(),
+                   [](float x) { return Eigen::half(std::min(x, 65504.0f)); });
+    device.upload(*volumes.environment, mip, std::as_bytes(std::span(halves)));
+  }
+}
+
+}  // namespace
+
+LightRounds::LightRounds(gpu::Device& device)
+    : device_(device), light_(device), mix_(device.create_compute("irradiance_mix.comp")) {}
+
+void LightRounds::fit(const Plan& plan, const gpu::Texture& mirror_outlines) {
+  if (!shown_ || shown_->volumes.edge != plan.volume) {
+    shown_.reset();  // there may be no room for more than one
+    next_.reset();
+    running_ = fading_ = false;
+    last_.reset();
+    auto room = std::make_unique<LitRoom>(device_, plan.volume);
+    room->volumes.fit_cells(device_, smooths_cells(plan));
+    room->volumes.mirror_outlines = &mirror_outlines;
+    shown_ = std::move(room);
+    older_irradiance_.reset();
+    mixed_irradiance_.reset();
+    why_no_rounds_.clear();
+  }
+  for (LitRoom* room : {shown_.get(), next_.get()}) {
+    if (room) room->volumes.fit_cells(device_, smooths_cells(plan));
+  }
+  light_.fit(plan);
+}
+
+const gpu::Texture& LightRounds::irradiance() const {
+  return fading_ ? *mixed_irradiance_ : *shown_->volumes.real_irradiance;
+}
+
+LightRounds::Done LightRounds::advance(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
+  const bool in_rounds = now.gently && shown_->lit && last_ && near(*last_, now.key) && why_no_rounds_.empty();
+  if (!in_rounds) return all_at_once(list, now, bricks);
+  last_ = now.key;
+  Done done;
+  if (running_ || fading_) {
+    ++frame_;
+    done.changed = fading_;
+    if (running_) {
+      try {
+        record_part(list);
+      } catch (const gpu::DeviceLost&) {
+        throw;
+      } catch (const gpu::GpuError& e) {
+        next_.reset();
+        older_irradiance_.reset();
+        mixed_irradiance_.reset();
+        why_no_rounds_ = e.what();
+        return all_at_once(list, now, bricks);
+      }
+    }
+    done.recorded = running_ || fading_;
+    if (frame_ >= kRoundFrames && (!running_ || done_ == steps_.size())) end_round();
+  }
+  if (!running_ && frame_ % kRoundFrames == 0 && !(*shown_->lit == now.key)) {
+    if (!next_ && !make_next()) return all_at_once(list, now, bricks);
+    frame_ = 0;
+    running_ = true;
+    done_ = 0;
+    next_key_ = now.key;
+    steps_ = begin(now, kSlices, bricks, *next_);
+  }
+  if (fading_) fade(list, shown_->params);
+  return done;
+}
+
+/// Everything beside what is shown; false where the device has no room for it.
+bool LightRounds::make_next() {
+  try {
+    const gpu::TextureDesc irradiance = shown_->volumes.real_irradiance->desc();
+    older_irradiance_ = device_.create_texture(irradiance);
+    mixed_irradiance_ = device_.create_texture(irradiance);
+    next_ = std::make_unique<LitRoom>(device_, shown_->volumes.edge);
+    next_->volumes.fit_cells(device_, shown_->volumes.rough_irradiance != nullptr);
+  } catch (const gpu::DeviceLost&) {
+    throw;
+  } catch (const gpu::GpuError& e) {
+    older_irradiance_.reset();
+    mixed_irradiance_.reset();
+    why_no_rounds_ = e.what();
+    return false;
+  }
+  next_->volumes.mirror_outlines = shown_->volumes.mirror_outlines;
+  return true;
+}
+
+LightRounds::Done LightRounds::all_at_once(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
+  const bool under_way = running_ || fading_;
+  running_ = fading_ = false;
+  frame_ = 0;
+  last_ = now.key;
+  if (shown_->lit && *shown_->lit == now.key) return {false, under_way};
+  Done done{true, true};
+  const std::vector<LightStep> steps = begin(now, 1, bricks, *shown_);
+  const auto on_host = [](const LightStep& step) { return step.on_host != nullptr; };
+  auto step = steps.begin();
+  for (auto wait = std::find_if(step, steps.end(), on_host); wait != steps.end();
+       wait = std::find_if(step, steps.end(), on_host)) {
+    const auto before = device_.begin();
+    for (; step != wait; ++step) {
+      before->begin_pass(step->pass);
+      step->record(*before);
+    }
+    const std::vector<gpu::PassTime> passes = device_.submit(*before);
+    done.passes.insert(done.passes.end(), passes.begin(), passes.end());
+    step++->on_host();
+  }
+  for (; step != steps.end(); ++step) {
+    list.begin_pass(step->pass);
+    step->record(list);
+  }
+  shown_->real = now.key.real();
+  shown_->lit = now.key;
+  return done;
+}
+
+/// What follows the lamps and the room on the host's side, and what is left to record.
+std::vector<LightStep> LightRounds::begin(const Now& now, int slices, BrickPool& bricks, LitRoom& room) {
+  const Placement& placement = now.key.placement;
+  // Bricks around what cones can reach, and half as far again for the pixels from which they start.
+  const float edge = static_cast<float>(now.key.plan.volume) * placement.cascade[1].w();
+  const Eigen::Vector3f reach = Eigen::Vector3f::Constant(0.75f * edge);
+  bricks.update(now.key.field, now.key.albedo, {placement.sphere.centre_m - reach, placement.sphere.centre_m + reach});
+  room.volumes.fit_virtual(device_, placement.virtual_size);
+  upload_environment(device_, now.lights, room.volumes);
+  room.params = now.params;
+  bricks.describe(room.params);
+  std::vector<LightStep> steps =
+      light_.steps({room.params, now.key, now.live, &now.maps, now.brightest, slices}, bricks, now.white, room);
+  room.lit.reset();  // until all is done
+  if (room.real && !(*room.real == now.key.real())) room.real.reset();
+  return steps;
+}
+
+void LightRounds::record_part(gpu::CommandList& list) {
+  float all = 0, before = 0;
+  for (const LightStep& step : steps_) all += step.cost;
+  for (std::size_t i = 0; i < done_; ++i) before += steps_[i].cost;
+  const float until = all * static_cast<float>(frame_) / kRoundFrames;
+  bool recorded = false;
+  while (done_ < steps_.size() && (before < until || frame_ >= kRoundFrames)) {
+    const LightStep& step = steps_[done_];
+    if (step.on_host) {
+      if (recorded) return;  // what it waits for runs after this frame's list
+      step.on_host();
+    } else {
+      list.begin_pass(step.pass);
+      step.record(list);
+      recorded = true;
+    }
+    before += step.cost;
+    ++done_;
+  }
+}
+
+void LightRounds::end_round() {
+  frame_ = 0;
+  fading_ = running_;
+  if (!running_) return;
+  running_ = false;
+  steps_.clear();
+  next_->real = next_key_.real();
+  next_->lit = next_key_;
+  std::copy_n(shown_->params.cascade, shader::kCascades, older_cascade_);
+  std::swap(shown_, next_);
+  std::swap(older_gathered_, next_->gathered);
+  std::swap(older_irradiance_, next_->volumes.real_irradiance);
+}
+
+void LightRounds::fade(gpu::CommandList& list, const shader::FrameParams& lit_params) const {
+  shader::FrameParams params = lit_params;
+  params.pass_f = older_cascade_[0];
+  params.pass_g = older_cascade_[1];
+  params.pass_m(0, 0) = share();
+  const int cells = shown_->volumes.edge / 2;
+  list.begin_pass("fade");
+  dispatch_3d(list, *mix_,
+              {gpu::sampled(1, *older_irradiance_, gpu::Filter::linear),
+               gpu::image(2, *shown_->volumes.real_irradiance), gpu::image(3, *mixed_irradiance_)},
+              params, cells, cells, cells * shader::kCascades);
+}
+
+}  // namespace lumigraft

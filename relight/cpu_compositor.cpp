@@ -1,0 +1,187 @@
+#include "relight/cpu_compositor.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "capture/camera/radiance.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kBins = 4096;
+
+/// sRGB code values and what they stand for.
+struct Codes {
+  std::array<float, 256> linear;             ///< of a code value
+  std::array<float, 257> first;              ///< from which linear value on it is a code
+  std::array<std::uint8_t, kBins> at_least;  ///< code of the lowest value of each bin of linear values in [0, 1)
+  std::array<float, 256> slope;              ///< of the sRGB curve in 1 / 2.4 powers, code values
+
+  Codes() {
+    for (int code = 0; code < 256; ++code) {
+      const auto i = static_cast<std::size_t>(code);
+      const float value = static_cast<float>(code) / 255;
+      linear[i] = srgb_to_linear(value);
+      first[i] = code == 0 ? 0.0f : srgb_to_linear((static_cast<float>(code) - 0.5f) / 255);
+      slope[i] = 255 * (value <= 0.04045f ? 2.4f * value : value + 0.055f);
+    }
+    first[256] = INFINITY;
+    std::uint8_t code = 0;
+    for (std::size_t bin = 0; bin < kBins; ++bin) {
+      while (first[code + 1u] <= static_cast<float>(bin) / kBins) ++code;
+      at_least[bin] = code;
+    }
+  }
+
+  std::uint8_t code_of(float value) const {
+    if (!(value > 0)) return 0;
+    if (value >= 1) return 255;
+    std::uint8_t code = at_least[static_cast<std::size_t>(value * kBins)];
+    while (first[code + 1u] <= value) ++code;
+    return code;
+  }
+};
+
+const Codes& codes() {
+  static const Codes table;
+  return table;
+}
+
+void multiply(const float* gain, std::uint8_t* code, int pixels) {
+  const Codes& table = codes();
+  const float more[3] = {gain[0] - 1, gain[1] - 1, gain[2] - 1};
+  if (std::max({std::abs(more[0]), std::abs(more[1]), std::abs(more[2])}) * table.slope[255] < 0.5f) return;
+  for (int i = 0; i < 3 * pixels; ++i) {
+    const float now = static_cast<float>(code[i]) + table.slope[code[i]] * more[i % 3];
+    code[i] = static_cast<std::uint8_t>(std::clamp(now + 0.5f, 0.0f, 255.0f));
+  }
+}
+
+int left_of(std::uint32_t place) { return kTile_px * static_cast<int>(place & 0xffff); }
+int top_of(std::uint32_t place) { return kTile_px * static_cast<int>(place >> 16); }
+
+}  // namespace
+
+void LivePicture::read(gpu::Device& device, const Screen& screen, const std::vector<char>& considered) {
+  width_ = screen.width;
+  height_ = screen.height;
+  fine_step_ = screen.fine_step;
+  columns_ = (width_ + kTile_px - 1) / kTile_px;
+  const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  kinds_.resize(considered.size(), Kind::untouched);
+  for (std::size_t i = 0; i < considered.size(); ++i) {
+    if (considered[i]) kinds_[i] = Kind::untouched;
+  }
+  gain_.resize(3 * pixels);
+  objects_.resize(4 * pixels);
+
+  const auto mark = [&](const std::vector<std::uint32_t>& places, Kind kind) {
+    for (const std::uint32_t place : places) {
+      kinds_[(place >> 16) * static_cast<std::size_t>(columns_) + (place & 0xffff)] = kind;
+    }
+  };
+  const Tiles& tiles = *screen.tiles;
+  mark(tiles.smooth_places(), Kind::smooth);
+  mark(tiles.shaded_alone_places(), Kind::real);
+  mark(tiles.object_places(), Kind::object);
+
+  // Of every listed block, `step` pixels apart, the first `channels` of four halves.
+  const auto take = [&](const gpu::Texture& texture, const std::vector<std::uint32_t>& places, int step, int channels,
+                        std::vector<float>* out) {
+    if (places.empty()) return;
+    const std::vector<std::byte> bytes = device.download(texture);
+    const auto* texels = reinterpret_cast<const Eigen::half*>(bytes.data());
+    const int columns = texture.desc().width, rows = texture.desc().height;
+    out->resize(static_cast<std::size_t>(channels) * static_cast<std::size_t>(columns) *
+                static_cast<std::size_t>(rows));
+    for (const std::uint32_t place : places) {
+      for (int v = top_of(place) / step; v < std::min((top_of(place) + kTile_px) / step, rows); ++v) {
+        for (int u = left_of(place) / step; u < std::min((left_of(place) + kTile_px) / step, columns); ++u) {
+          const auto at = static_cast<std::size_t>(v * columns + u), n = static_cast<std::size_t>(channels);
+          for (std::size_t c = 0; c < n; ++c) (*out)[n * at + c] = static_cast<float>(texels[4 * at + c]);
+        }
+      }
+    }
+  };
+  std::vector<std::uint32_t> fine = tiles.shaded_alone_places();
+  fine.insert(fine.end(), tiles.object_places().begin(), tiles.object_places().end());
+  take(*screen.gain, tiles.smooth_places(), kSmoothStep, 3, &smooth_);
+  take(*screen.live_gain, fine, fine_step_, 3, &fine_);
+  for (const std::uint32_t place : fine) spread_fine(left_of(place), top_of(place));
+  take(*screen.live_object, tiles.object_places(), 1, 4, &objects_);
+}
+
+/// A pixel between those of fine_step_ is their mean; blocks beside that are not as fine have none to give.
+void LivePicture::spread_fine(int left, int top) {
+  const int columns = (width_ + fine_step_ - 1) / fine_step_;
+  const auto fine_at = [&](int u, int v) {
+    const Kind kind = u < width_ && v < height_
+                          ? kinds_[static_cast<std::size_t>(v / kTile_px * columns_ + u / kTile_px)]
+                          : Kind::untouched;
+    return kind == Kind::real || kind == Kind::object;
+  };
+  for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
+    for (int u = left; u < std::min(left + kTile_px, width_); ++u) {
+      const int right = u % fine_step_ != 0 && fine_at(u + 1, v) ? 1 : 0;
+      const int below = v % fine_step_ != 0 && fine_at(u, v + 1) && fine_at(u + right, v + 1) ? columns : 0;
+      const float* first = &fine_[static_cast<std::size_t>(3 * (v / fine_step_ * columns + u / fine_step_))];
+      float* gain = &gain_[static_cast<std::size_t>(3 * (v * width_ + u))];
+      for (int c = 0; c < 3; ++c) {
+        gain[c] = 0.25f * (first[c] + first[3 * right + c] + first[3 * below + c] + first[3 * (right + below) + c]);
+      }
+    }
+  }
+}
+
+Image<std::uint8_t> LivePicture::over(const Image<std::uint8_t>& coded, float exposure) const {
+  Image<std::uint8_t> picture = coded;
+  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+    const int left = kTile_px * static_cast<int>(i % static_cast<std::size_t>(columns_));
+    const int top = kTile_px * static_cast<int>(i / static_cast<std::size_t>(columns_));
+    if (kinds_[i] == Kind::smooth) over_smooth(left, top, &picture);
+    if (kinds_[i] == Kind::real) over_real(left, top, &picture);
+    if (kinds_[i] == Kind::object) over_object(left, top, exposure, &picture);
+  }
+  return picture;
+}
+
+void LivePicture::over_smooth(int left, int top, Image<std::uint8_t>* picture) const {
+  const int columns = (width_ + kSmoothStep - 1) / kSmoothStep;
+  for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
+    for (int u = left; u < std::min(left + kTile_px, width_); u += kSmoothStep) {
+      const auto cell = static_cast<std::size_t>(v / kSmoothStep * columns + u / kSmoothStep);
+      multiply(&smooth_[3 * cell], &picture->at(u, v), std::min(kSmoothStep, width_ - u));
+    }
+  }
+}
+
+void LivePicture::over_real(int left, int top, Image<std::uint8_t>* picture) const {
+  const Codes& table = codes();
+  for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
+    const std::size_t first = picture->index(left, v), last = picture->index(std::min(left + kTile_px, width_), v);
+    for (std::size_t i = first; i < last; ++i) {
+      if (gain_[i] == 1) continue;
+      std::uint8_t& code = picture->data[i];
+      code = table.code_of(gain_[i] * table.linear[code]);
+    }
+  }
+}
+
+void LivePicture::over_object(int left, int top, float exposure, Image<std::uint8_t>* picture) const {
+  const Codes& table = codes();
+  for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
+    for (int u = left; u < std::min(left + kTile_px, width_); ++u) {
+      const std::size_t at = picture->index(u, v);
+      const float *gain = &gain_[at], *object = &objects_[at / 3 * 4];
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (gain[c] == 1 && object[c] == 0 && object[3] == 0) continue;
+        std::uint8_t& code = picture->data[at + c];
+        code = table.code_of((1 - object[3]) * gain[c] * table.linear[code] + exposure * object[c]);
+      }
+    }
+  }
+}
+
+}  // namespace lumigraft

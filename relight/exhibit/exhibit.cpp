@@ -1,0 +1,138 @@
+#include "relight/exhibit/exhibit.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+using ModelCache = std::map<std::pair<std::filesystem::path, char>, std::shared_ptr<const Model>>;
+
+Eigen::Vector3d read_position(const ConfigTable& table, const Eigen::Vector3d& fallback) {
+  if (!table.has("position_m")) return fallback;
+  const std::vector<double> p = table.numbers("position_m", 3);
+  return {p[0], p[1], p[2]};
+}
+
+Eigen::Quaterniond read_rotation(const ConfigTable& table, const Eigen::Quaterniond& fallback) {
+  if (!table.has("rotation_wxyz")) return fallback;
+  const std::vector<double> q = table.numbers("rotation_wxyz", 4);
+  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+  const double length = rotation.norm();
+  if (!(length > 1e-9 && std::isfinite(length))) {
+    table.fail("rotation_wxyz",
+               "found a quaternion of length " + std::to_string(length) + ", allowed: one that can be normalised");
+  }
+  return Eigen::Quaterniond(rotation.coeffs() / length);
+}
+
+float read_unit(const ConfigTable& table, const char* key, float fallback) {
+  return static_cast<float>(table.number(key, 0.0, 1.0, fallback));
+}
+
+Material overridden(const ConfigTable& table, Material material) {
+  if (table.has("base_color")) {
+    const std::vector<double> color = table.numbers("base_color", 3);
+    if (*std::min_element(color.begin(), color.end()) < 0 || *std::max_element(color.begin(), color.end()) > 1) {
+      table.fail("base_color", "found a value outside 0 to 1, allowed: three linear reflectances from 0 to 1");
+    }
+    material.base_color = Eigen::Vector3d(color[0], color[1], color[2]).cast<float>();
+  }
+  material.metallic = read_unit(table, "metallic", material.metallic);
+  material.roughness = read_unit(table, "roughness", material.roughness);
+  material.specular = read_unit(table, "specular", material.specular);
+  return material;
+}
+
+// Keys that are not given stay each part's own. So an incomplete override of a model of several materials goes into
+// a copy of the model, and every other one into the object.
+void override_material(const ConfigTable& table, VirtualObject* object) {
+  const Material first = overridden(table, object->model->parts.front().material);
+  const bool complete =
+      table.has("base_color") && table.has("metallic") && table.has("roughness") && table.has("specular");
+  if (complete || object->model->parts.size() == 1) {
+    object->material = first;
+    return;
+  }
+  auto model = std::make_shared<Model>(*object->model);
+  for (Model::Part& part : model->parts) part.material = overridden(table, part.material);
+  object->model = std::move(model);
+}
+
+std::vector<KeyFrame> read_motion(const ConfigTable& table, const VirtualObject& object) {
+  std::vector<KeyFrame> motion;
+  for (const ConfigTable& entry : table.tables("motion")) {
+    KeyFrame key;
+    key.time_s = entry.number("time_s", -1e9, 1e9);
+    key.position_m = read_position(entry, object.position_m);
+    key.rotation = read_rotation(entry, object.rotation);
+    if (!motion.empty() && key.time_s < motion.back().time_s) {
+      entry.fail("time_s", "found " + std::to_string(key.time_s) + ", allowed: no earlier than the key frame before, " +
+                               std::to_string(motion.back().time_s));
+    }
+    motion.push_back(key);
+  }
+  return motion;
+}
+
+VirtualObject read_object(const ConfigTable& table, ModelCache* cache) {
+  VirtualObject object;
+  const std::filesystem::path file = table.existing_file("model");
+  const std::string extension = file.extension().string();
+  const bool gltf = extension == ".gltf" || extension == ".glb" || extension == ".GLTF" || extension == ".GLB";
+  const char up = table.choice("up", {"x", "y", "z"}, gltf ? "y" : "z").front();
+  object.name = table.text("name", file.stem().string());
+  object.position_m = read_position(table, object.position_m);
+  object.rotation = read_rotation(table, object.rotation);
+  object.scale = table.number("scale", 1e-6, 1e6, 1.0);
+  table.obsolete("rigid");
+  object.motion = read_motion(table, object);
+
+  std::shared_ptr<const Model>& model = (*cache)[{file, up}];
+  try {
+    if (!model) model = load_model(file, up);
+  } catch (const InputError& error) {
+    table.fail("model", error.what());
+  }
+  object.model = model;
+  if (const auto material = table.optional_table("material")) override_material(*material, &object);
+  return object;
+}
+
+}  // namespace
+
+Eigen::Affine3d VirtualObject::T_tag_model(double time_s) const {
+  KeyFrame at{time_s, position_m, rotation};
+  if (!motion.empty()) {
+    const auto after = std::upper_bound(motion.begin(), motion.end(), time_s,
+                                        [](double t, const KeyFrame& key) { return t < key.time_s; });
+    const KeyFrame& b = after == motion.end() ? motion.back() : *after;
+    const KeyFrame& a = after == motion.begin() ? motion.front() : *(after - 1);
+    const double span_s = b.time_s - a.time_s;
+    const double s = span_s > 0 ? (time_s - a.time_s) / span_s : 0.0;
+    at.position_m = a.position_m + s * (b.position_m - a.position_m);
+    at.rotation = a.rotation.slerp(s, b.rotation);
+  }
+  return Eigen::Translation3d(at.position_m) * at.rotation * Eigen::Scaling(scale);
+}
+
+Exhibit read_exhibit(const ConfigTable& root) {
+  Exhibit exhibit;
+  ModelCache cache;
+  std::set<std::string> names;
+  for (const ConfigTable& table : root.tables("object")) {
+    exhibit.objects.push_back(read_object(table, &cache));
+    const std::string& name = exhibit.objects.back().name;
+    if (!names.insert(name).second) {
+      table.fail(table.has("name") ? "name" : "model",
+                 "found a second object named \"" + name + "\", allowed: a name of its own for each");
+    }
+  }
+  return exhibit;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,62 @@
+#include "relight/exhibit/model_corners.h"
+
+#include <meshoptimizer.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace lumigraft {
+namespace {
+
+constexpr float crease_cosine = 0.5f;  // 60°
+
+float angle_between(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+}  // namespace
+
+void fill_missing_normals(std::span<Corner> corners) {
+  const std::size_t count = corners.size();
+  if (std::none_of(corners.begin(), corners.end(), [](const Corner& c) { return c.normal.isZero(0.0f); })) return;
+
+  // Corners at the same place, as lists: those of position v are at[first[v]] ... at[first[v + 1] - 1].
+  std::vector<Eigen::Vector3f> positions(count);
+  std::transform(corners.begin(), corners.end(), positions.begin(), [](const Corner& c) { return c.position_m; });
+  std::vector<std::uint32_t> place(count);
+  const std::size_t places =
+      meshopt_generateVertexRemap(place.data(), nullptr, count, positions.data(), count, sizeof(Eigen::Vector3f));
+  std::vector<std::uint32_t> first(places + 1, 0), at(count);
+  for (std::uint32_t p : place) ++first[p + 1];
+  for (std::size_t v = 0; v < places; ++v) first[v + 1] += first[v];
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::uint32_t c = 0; c < count; ++c) at[next[place[c]]++] = c;
+
+  std::vector<Eigen::Vector3f> face_normal(count / 3), weighted(count);
+  for (std::size_t c = 0; c < count; c += 3) {
+    const Eigen::Vector3f& p0 = positions[c];
+    face_normal[c / 3] =
+        (positions[c + 1] - p0).cast<double>().cross((positions[c + 2] - p0).cast<double>()).normalized().cast<float>();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3f& p = positions[c + k];
+      weighted[c + k] =
+          face_normal[c / 3] * angle_between(positions[c + (k + 1) % 3] - p, positions[c + (k + 2) % 3] - p);
+    }
+  }
+
+  for (std::size_t c = 0; c < count; ++c) {
+    if (!corners[c].normal.isZero(0.0f)) continue;
+    const Eigen::Vector3f& own = face_normal[c / 3];
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (std::uint32_t i = first[place[c]]; i < first[place[c] + 1]; ++i) {
+      if (face_normal[at[i] / 3].dot(own) > crease_cosine) sum += weighted[at[i]];
+    }
+    const float length = sum.norm();
+    corners[c].normal = length > 1e-12f ? Eigen::Vector3f(sum / length) : own;
+  }
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,234 @@
+#include "relight/gather/delta_light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lumigraft::rays {
+
+using Eigen::Vector3f;
+using reference::Sampler;
+using reference::Surface;
+using reference::Vertex;
+
+namespace {
+
+constexpr float kOff_m = 1e-4f;  // from the surface they leave
+
+Surface with_look(Surface surface, const reference::Look& look) {
+  surface.look = look;
+  return surface;
+}
+
+}  // namespace
+
+Rgb diffuse_under(const reference::Look& look, float cos_v) {
+  if (!look.mirrors()) return look.diffuse;
+  const float m = 1 - std::clamp(cos_v, 0.0f, 1.0f), m2 = m * m;
+  const Rgb seen = look.f0 + (look.f90 - look.f0) * (m2 * m2 * m);
+  const Rgb evenly = look.f0 + (look.f90 - look.f0) / 21;  // the mean of Schlick's over the cosine
+  return look.diffuse * (1 - seen) * (1 - evenly);
+}
+
+Surface white_surface(Surface surface) {
+  surface.look = {};
+  surface.look.diffuse.setOnes();
+  return surface;
+}
+
+reference::Look mirror_of(const reference::Look& look) {
+  reference::Look mirror = look;
+  mirror.diffuse.setZero();
+  return mirror;
+}
+
+DeltaLight::Arrival DeltaLight::in_room(const Ray& ray) const {
+  const float infinity = std::numeric_limits<float>::infinity();
+  const auto hit = room_.meshes().hit(ray.from_m, ray.w, infinity);
+  return hit ? Arrival{Arrival::At::real, hit->t_m, *hit} : Arrival{Arrival::At::sky, infinity, {}};
+}
+
+std::optional<DeltaLight::Arrival> DeltaLight::on_objects(const Ray& ray, float limit_m) const {
+  const auto hit = objects_.meshes().hit(ray.from_m, ray.w, limit_m);
+  if (!hit) return std::nullopt;
+  return Arrival{Arrival::At::object, hit->t_m, *hit};
+}
+
+Rgb DeltaLight::lamps_along(const Ray& ray, float near_m, float far_m) const {
+  Rgb sum = Rgb::Zero();
+  if (!(ray.pdf > 0)) return sum;
+  for (const ReferenceLamp& lamp : room_.lamps()) {
+    const std::optional<float> t_m = reference::lamp_hit(lamp, ray.from_m, ray.w);
+    if (!t_m || *t_m < near_m || *t_m > far_m) continue;
+    sum += reference::lamp_radiance(lamp, ray.from_m, ray.w) *
+           reference::balanced(ray.pdf, reference::lamp_pdf(lamp, ray.from_m, ray.w));
+  }
+  return sum;
+}
+
+bool DeltaLight::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float limit_m, std::size_t lamp) const {
+  return reference::behind_other_lamp(room_.lamps(), lamp, from_m, w, limit_m) ||
+         room_.meshes().blocked(from_m, w, limit_m);
+}
+
+template <typename Counts>
+Rgb DeltaLight::lamps(const Vertex& vertex, Sampler& sampler, Counts counts) const {
+  Rgb sum = Rgb::Zero();
+  const Vector3f from_m = vertex.leave();
+  for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
+    const reference::LightSample s = reference::sample_lamp(room_.lamps()[i], from_m, sampler.two());
+    if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) continue;
+    const Rgb f = vertex.response(s.w);
+    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - reference::kBeforeLamp_m, i)) continue;
+    // Only mirrors send rays on that may meet lamps.
+    const float share = vertex.mirrors() ? reference::balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
+    sum += f * s.radiance * (share / s.pdf);
+  }
+  return sum;
+}
+
+Rgb DeltaLight::lit(const Vertex& vertex, Sampler& sampler) const {
+  return lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
+    return !objects_.meshes().blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
+  });
+}
+
+Rgb DeltaLight::hidden(const Vertex& vertex, Sampler& sampler) const {
+  return lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
+    return objects_.meshes().blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
+  });
+}
+
+std::uint32_t DeltaLight::behind_room(const reference::RayFan& fan, std::size_t lamp) const {
+  std::uint32_t behind = room_.meshes().blocked(fan);
+  for (std::size_t k = 0; k < reference::RayFan::kMost; ++k) {
+    if (!((fan.some & ~behind) >> k & 1)) continue;
+    if (reference::behind_other_lamp(room_.lamps(), lamp, fan.from_m, fan.w[k], fan.limit_m[k])) behind |= 1u << k;
+  }
+  return behind;
+}
+
+std::optional<Ray> DeltaLight::sent_on(const Vertex& vertex, Sampler& sampler, Rgb* throughput) const {
+  Ray ray;
+  ray.w = vertex.sample(sampler);
+  ray.from_m = vertex.leave(ray.w);
+  ray.pdf = vertex.pdf(ray.w);
+  *throughput = vertex.response(ray.w) / std::max(ray.pdf, std::numeric_limits<float>::min());
+  if (!(throughput->maxCoeff() > 0 && throughput->allFinite())) return std::nullopt;
+  return ray;
+}
+
+bool DeltaLight::may_hide(std::size_t lamp, const Vector3f& p_m) const {
+  const ReferenceLamp& l = room_.lamps()[lamp];
+  const Vector3f to = l.centre_m - p_m;
+  const float along = std::clamp((sphere_.centre_m - p_m).dot(to) / to.squaredNorm(), 0.0f, 1.0f);
+  return (p_m + along * to - sphere_.centre_m).norm() <= sphere_.radius_m + reference::lamp_reach_m(l);
+}
+
+Rgb DeltaLight::hidden_from(const Vector3f& p_m, const Vector3f& normal, Sampler& sampler) const {
+  Rgb sum = Rgb::Zero();
+  for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
+    if (!may_hide(i, p_m)) continue;
+    const reference::LightSample s = reference::sample_lamp(room_.lamps()[i], p_m, sampler.two());
+    const float cosine = normal.dot(s.w), limit = s.distance_m - reference::kBeforeLamp_m;
+    if (!(s.pdf > 0) || cosine <= 0 || s.radiance.maxCoeff() <= 0) continue;
+    if (!objects_.meshes().blocked(p_m, s.w, limit) || blocked_by_room(p_m, s.w, limit, i)) continue;
+    sum += s.radiance * (cosine / s.pdf);
+  }
+  return sum;
+}
+
+Rgb DeltaLight::mirrored_by_object(const Vertex& lobe, Sampler& sampler, int mirrors) const {
+  Rgb sum = lit(lobe, sampler), throughput;
+  if (const auto next = sent_on(lobe, sampler, &throughput)) {
+    sum += throughput * with_objects(*next, sampler, mirrors - 1);
+  }
+  return sum;
+}
+
+Rgb DeltaLight::arriving_before(const Ray& ray, float near_m, const Arrival& a, Sampler& sampler, int mirrors) const {
+  const bool ends = a.at == Arrival::At::real && room_.meshes().hides(a.hit);
+  return lamps_along(ray, near_m, ends ? a.t_m : std::numeric_limits<float>::infinity()) +
+         left_before(ray, a, sampler, mirrors);
+}
+
+Rgb DeltaLight::left_before(const Ray& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
+  if (a.at == Arrival::At::sky) return room_.sky().radiance(ray.w);
+  if (const RoomFacet* facet = room_.facet(a.hit)) return room_.before(*facet, ray.from_m + a.t_m * ray.w);
+  const RealPoint point = room_.point(a.hit, ray.w);
+  if (point.is_even()) return point.before;
+  const Vertex vertex(point.surface, ray.w);
+  Rgb sum = lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& to, float limit, std::size_t lamp) {
+    return !blocked_by_room(from, to, limit, lamp);
+  });
+  Rgb throughput;
+  if (mirrors > 0) {
+    if (const auto next = sent_on(vertex, sampler, &throughput))
+      sum += throughput * before(*next, sampler, mirrors - 1);
+  }
+  return sum;
+}
+
+Rgb DeltaLight::left_change(const Ray& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
+  if (const RoomFacet* facet = room_.facet(a.hit)) {
+    if (facet->albedo.maxCoeff() <= 0) return Rgb::Zero();
+    const Vector3f normal = facet->normal.dot(ray.w) < 0 ? facet->normal : (-facet->normal).eval();
+    const Vector3f p = ray.from_m + a.t_m * ray.w;
+    return facet->albedo / reference::kPi * (cells_.at(p, normal) - hidden_from(p + kOff_m * normal, normal, sampler));
+  }
+  const RealPoint point = room_.point(a.hit, ray.w);
+  const Vertex vertex(point.surface, ray.w);
+  Rgb sum = -hidden(vertex, sampler);
+  if (point.is_even()) {
+    return sum + point.surface.look.diffuse / reference::kPi * cells_.at(point.surface.position_m, point.surface.face);
+  }
+  Rgb throughput;
+  if (mirrors > 0) {
+    if (const auto next = sent_on(vertex, sampler, &throughput))
+      sum += throughput * change(*next, sampler, mirrors - 1);
+  }
+  return sum;
+}
+
+Rgb DeltaLight::left_object(const Ray& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
+  if (const Rgb* even = objects_.even_radiance(a.hit, ray.w)) return *even;
+  const Surface surface = objects_.meshes().surface(a.hit, ray.w);
+  const RayObjects::Irradiance e = objects_.irradiance(a.hit, surface.face);
+  const reference::Look& look = surface.look;
+  const Rgb sum = diffuse_under(look, -surface.normal.dot(ray.w)) / reference::kPi * (e.direct + e.indirect);
+  if (mirrors == 0) return sum + look.f0 / reference::kPi * (e.direct + e.indirect);
+  return sum + mirrored_by_object(Vertex(with_look(surface, mirror_of(look)), ray.w), sampler, mirrors);
+}
+
+Rgb DeltaLight::before(const Ray& ray, Sampler& sampler, int mirrors) const {
+  return arriving_before(ray, 0, in_room(ray), sampler, mirrors);
+}
+
+Rgb DeltaLight::change(const Ray& ray, Sampler& sampler, int mirrors, float* to_object_m) const {
+  const Arrival room = in_room(ray);
+  if (const auto object = on_objects(ray, room.t_m)) {
+    if (to_object_m) *to_object_m = std::min(*to_object_m, object->t_m);
+    return left_object(ray, *object, sampler, mirrors) - arriving_before(ray, object->t_m, room, sampler, mirrors);
+  }
+  if (room.at != Arrival::At::real) return Rgb::Zero();  // the sky, the same in both worlds
+  return left_change(ray, room, sampler, mirrors);
+}
+
+Rgb DeltaLight::with_objects_unless(const Ray& ray, Sampler& sampler, int mirrors, const Rgb** end) const {
+  const Arrival room = in_room(ray);
+  if (const auto object = on_objects(ray, room.t_m)) {
+    *end = objects_.even_radiance(object->hit, ray.w);
+    const Rgb nearer = lamps_along(ray, 0, object->t_m);
+    return *end ? nearer : (nearer + left_object(ray, *object, sampler, mirrors)).eval();
+  }
+  const Rgb before = arriving_before(ray, 0, room, sampler, mirrors);
+  return room.at == Arrival::At::real ? (before + left_change(ray, room, sampler, mirrors)).eval() : before;
+}
+
+Rgb DeltaLight::with_objects(const Ray& ray, Sampler& sampler, int mirrors) const {
+  const Rgb* end = nullptr;
+  const Rgb light = with_objects_unless(ray, sampler, mirrors, &end);
+  return end ? (light + *end).eval() : light;
+}
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,184 @@
+#include "relight/gather/gather_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "relight/gather/fast_exp.h"
+#include "relight/tracing/parallel_for.h"
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+using reference::Sampler;
+using reference::Vertex;
+
+constexpr int kRow = 4;               // rows, a thread's turn
+constexpr int kSteps = 2;             // of the filter: one pixel apart, then two
+constexpr float kOffPlane_px = 1.5f;  // as far from the other's plane as a surface goes on
+constexpr float kNearShare = 0.5f;    // of the distance to an object: so far its light changes little
+
+float alike(const reference::Surface& a, const reference::Surface& b, float pixel_m, float near_m) {
+  const Vector3f apart = b.position_m - a.position_m;
+  const float turn = std::max(a.normal.dot(b.normal), 0.0f), off = a.normal.dot(apart) / (kOffPlane_px * pixel_m);
+  const float far2 = apart.squaredNorm() / (near_m * near_m);
+  return to_the_32nd(turn) * falloff(off * off + far2);
+}
+
+}  // namespace
+
+GatherGrid::GatherGrid(const std::vector<PixelSurface>& seen, const CameraModel& camera, int scale, Of kind)
+    : seen_(seen),
+      camera_(camera),
+      scale_(scale),
+      kind_(kind),
+      width_((camera.width + scale - 1) / scale),
+      height_((camera.height + scale - 1) / scale),
+      cells_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
+      shares_(seen.size()) {
+  for_each_block(height_, kRow, [&](int first, int last) {
+    for (int y = first; y < last; ++y) {
+      for (int x = 0; x < width_; ++x) choose_pixel(x, y);
+    }
+  });
+  for_each_block(camera_.height, kRow, [&](int first, int last) {
+    for (int v = first; v < last; ++v) {
+      for (int u = 0; u < camera_.width; ++u) {
+        const auto pixel = static_cast<std::size_t>(v * camera_.width + u);
+        if (is_meant(seen_[pixel])) shares_[pixel] = shares_around(u, v, seen_[pixel].surface);
+      }
+    }
+  });
+}
+
+/// The block's pixel nearest to its middle that shows such a surface.
+void GatherGrid::choose_pixel(int x, int y) {
+  Cell& cell = cells_[at(x, y)];
+  float least = std::numeric_limits<float>::infinity();
+  for (int v = y * scale_; v < std::min((y + 1) * scale_, camera_.height); ++v) {
+    for (int u = x * scale_; u < std::min((x + 1) * scale_, camera_.width); ++u) {
+      const int pixel = v * camera_.width + u;
+      const PixelSurface& p = seen_[static_cast<std::size_t>(pixel)];
+      const float off = std::hypot(static_cast<float>(u - x * scale_) - 0.4f * static_cast<float>(scale_),
+                                   static_cast<float>(v - y * scale_) - 0.4f * static_cast<float>(scale_));
+      if (!is_meant(p) || off >= least) continue;
+      least = off;
+      cell.pixel = pixel;
+      cell.pixel_m = static_cast<float>(scale_) * p.depth_m / static_cast<float>(camera_.fx);
+    }
+  }
+}
+
+std::array<float, 9> GatherGrid::shares_around(int u, int v, const reference::Surface& own) const {
+  std::array<float, 9> shares{};
+  float sum = 0;
+  for (int j = -1; j <= 1; ++j) {
+    for (int i = -1; i <= 1; ++i) {
+      const int x = u / scale_ + i, y = v / scale_ + j;
+      if (x < 0 || y < 0 || x >= width_ || y >= height_) continue;
+      const Cell& cell = cells_[at(x, y)];
+      if (cell.pixel < 0) continue;
+      const float du = static_cast<float>(cell.pixel % camera_.width - u) / static_cast<float>(scale_),
+                  dv = static_cast<float>(cell.pixel / camera_.width - v) / static_cast<float>(scale_);
+      float& share = shares[static_cast<std::size_t>(3 * (j + 1) + i + 1)];
+      share = falloff(2 * (du * du + dv * dv)) *
+                  alike(own, surface(cell), cell.pixel_m, std::numeric_limits<float>::infinity()) +
+              1e-8f;
+      sum += share;
+    }
+  }
+  if (sum > 0) {
+    for (float& share : shares) share /= sum;
+  }
+  return shares;
+}
+
+void GatherGrid::gather(const DeltaLight& light, const std::vector<reference::Place>& places, int rays,
+                        std::uint32_t seed, const Turn& turn) {
+  const auto irradiance = [&](std::uint32_t cell, const Vertex& vertex, float* near_m) {
+    // Most of what changes comes from all around, a little from objects and shadows that rays may miss.
+    const RayCounts counts{std::max(3 * rays / 5, 1), std::max(rays / 4, 1)};
+    return changed_irradiance(light, vertex, counts, seed, cell, near_m);
+  };
+  const auto radiance = [&](std::uint32_t cell, const Vertex& vertex, float* near_m) {
+    Rgb sum = Rgb::Zero();
+    const int samples = std::max(rays / 2, 1);
+    for (int k = 0; k < samples; ++k) {
+      Sampler sampler(seed, cell, static_cast<std::uint32_t>(k));
+      sum += changed_radiance(light, vertex, sampler, near_m);
+    }
+    return (sum / static_cast<float>(samples)).eval();
+  };
+  for_each_block(static_cast<int>(cells_.size()), 32, [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      Cell& cell = cells_[static_cast<std::size_t>(i)];
+      if (cell.pixel < 0 || !turn.is_of(4 * (i / width_ % 2) + i % width_ % 4)) continue;
+      const PixelSurface& pixel = seen_[static_cast<std::size_t>(cell.pixel)];
+      const bool glossy = kind_ == Of::glossy;
+      Vertex vertex(glossy ? pixel.surface : white_surface(pixel.surface), pixel.w);
+      vertex.look_for(places);
+      cell.near_m = std::numeric_limits<float>::infinity();
+      const auto number = static_cast<std::uint32_t>(i);
+      cell.light = glossy ? radiance(number, vertex, &cell.near_m) : irradiance(number, vertex, &cell.near_m);
+      // A lobe of GGX is about as wide as its alpha.
+      cell.near_m *= glossy ? std::min(pixel.surface.look.alpha, kNearShare) : kNearShare;
+    }
+  });
+}
+
+std::vector<Eigen::Array4f> GatherGrid::smoothed() const {
+  constexpr std::array<float, 3> kernel = {3.0f / 8, 1.0f / 4, 1.0f / 16};
+  std::vector<Eigen::Array4f> light;
+  for (const Cell& cell : cells_) light.emplace_back(cell.light[0], cell.light[1], cell.light[2], 0);
+  for (int step = 0; step < kSteps; ++step) {
+    const std::vector<Eigen::Array4f> from = light;
+    for_each_block(height_, kRow, [&](int first, int last) {
+      for (int y = first; y < last; ++y) {
+        for (int x = 0; x < width_; ++x) {
+          const Cell& cell = cells_[at(x, y)];
+          if (cell.pixel < 0) continue;
+          Eigen::Array4f sum = Eigen::Array4f::Zero();
+          float weights = 0;
+          for (int j = -2; j <= 2; ++j) {
+            for (int i = -2; i <= 2; ++i) {
+              const int u = x + (i << step), v = y + (j << step);
+              if (u < 0 || v < 0 || u >= width_ || v >= height_) continue;
+              const Cell& other = cells_[at(u, v)];
+              if (other.pixel < 0) continue;
+              const float w = kernel[static_cast<std::size_t>(std::abs(i))] *
+                              kernel[static_cast<std::size_t>(std::abs(j))] *
+                              alike(surface(cell), surface(other), cell.pixel_m * static_cast<float>(1 << step),
+                                    std::min(cell.near_m, other.near_m));
+              sum += w * from[at(u, v)];
+              weights += w;
+            }
+          }
+          if (weights > 0) light[at(x, y)] = sum / weights;
+        }
+      }
+    });
+  }
+  return light;
+}
+
+std::vector<Eigen::Array4f> GatherGrid::at_pixels() const {
+  const std::vector<Eigen::Array4f> light = smoothed();
+  std::vector<Eigen::Array4f> pixels(seen_.size(), Eigen::Array4f::Zero());
+  for_each_block(camera_.height, kRow, [&](int first, int last) {
+    for (int v = first; v < last; ++v) {
+      for (int u = 0; u < camera_.width; ++u) {
+        const auto pixel = static_cast<std::size_t>(v * camera_.width + u);
+        if (!is_meant(seen_[pixel])) continue;
+        for (std::size_t k = 0; k < 9; ++k) {
+          const float share = shares_[pixel][k];
+          if (share <= 0) continue;
+          const int x = u / scale_ + static_cast<int>(k % 3) - 1, y = v / scale_ + static_cast<int>(k / 3) - 1;
+          pixels[pixel] += share * light[at(x, y)];
+        }
+      }
+    }
+  });
+  return pixels;
+}
+
+}  // namespace lumigraft::rays

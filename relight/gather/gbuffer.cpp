@@ -1,0 +1,87 @@
+#include "relight/gather/gbuffer.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "relight/tracing/parallel_for.h"
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+using reference::RayFan;
+
+constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against what is around it
+
+/// `hit`: null where there is nothing. `radiance`: what the camera sees there.
+PixelSurface pixel_of(const RayRoom& room, const Vector3f& w, const reference::MeshHit* hit, const Rgb& radiance) {
+  PixelSurface p;
+  p.w = w;
+  if (!hit) return p;
+  const RealPoint point = room.point(*hit, w);
+  p.known = true;
+  p.glossy = !point.is_even();
+  p.surface = point.surface;
+  p.depth_m = hit->t_m;
+  if (p.glossy) return p;
+  // The room's triangles are coarser than pixels: the picture's own detail rides on what they carry.
+  const Rgb detail = (radiance / point.before.max(1e-5f)).max(kLeastDetail).min(kMostDetail);
+  p.albedo = (point.surface.look.diffuse * detail).min(1.0f);
+  return p;
+}
+
+}  // namespace
+
+PixelRays::PixelRays(const CameraModel& camera) : across_(camera.width + 1) {
+  corners_.reserve(static_cast<std::size_t>(across_) * static_cast<std::size_t>(camera.height + 1));
+  for (int v = 0; v <= camera.height; ++v) {
+    for (int u = 0; u <= camera.width; ++u) {
+      const auto w = camera.unproject({u - 0.5, v - 0.5});
+      corners_.push_back(w ? w->normalized().cast<float>().eval()
+                           : Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()).eval());
+    }
+  }
+}
+
+Vector3f PixelRays::at(int u, int v, const Eigen::Vector2f& within) const {
+  const Vector3f* top =
+      &corners_[static_cast<std::size_t>(v) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(u)];
+  const Vector3f* bottom = top + across_;
+  const float x = within.x(), y = within.y();
+  const Vector3f w = (1 - y) * ((1 - x) * top[0] + x * top[1]) + y * ((1 - x) * bottom[0] + x * bottom[1]);
+  const float length = w.norm();
+  return length > 0 ? (w / length).eval() : Vector3f::Zero().eval();  // NaN is none either
+}
+
+void see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance, std::vector<PixelSurface>& seen) {
+  const int width = eye.camera.model.width, height = eye.camera.model.height;
+  RayFan all;
+  all.from_m = eye.camera.T_tag_camera.translation();
+  all.limit_m.fill(std::numeric_limits<float>::infinity());
+  seen.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  for_each_block(height, 4, [&](int first, int last) {
+    RayFan fan = all;
+    std::array<reference::MeshHit, RayFan::kMost> hits;
+    for (int v = first; v < last; ++v) {
+      for (int from = 0; from < width; from += RayFan::kMost) {
+        const int count = std::min(width - from, RayFan::kMost);
+        fan.some = 0;
+        for (int k = 0; k < count; ++k) {
+          fan.w[static_cast<std::size_t>(k)] = eye.ray(from + k, v);
+          if (!fan.w[static_cast<std::size_t>(k)].isZero(0)) fan.some |= 1u << k;
+        }
+        const std::uint32_t met = room.meshes().hits(fan, hits);
+        for (int k = 0; k < count; ++k) {
+          const std::size_t i =
+              static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(from + k);
+          const Rgb b(radiance.data[3 * i], radiance.data[3 * i + 1], radiance.data[3 * i + 2]);
+          seen[i] = pixel_of(room, fan.w[static_cast<std::size_t>(k)],
+                             met >> k & 1 ? &hits[static_cast<std::size_t>(k)] : nullptr, b);
+        }
+      }
+    }
+  });
+}
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,97 @@
+#include "relight/gather/hole_fill.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "capture/camera/response.h"
+#include "relight/tracing/parallel_for.h"
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kReach = 0.04f;                        // of the picture's width
+constexpr float kUnlikeColor = 0.15f;                  // of codes from 0 to 1: farther apart is another surface
+constexpr float kNearerColor = 0.1f;                   // that reach counts as much as so much colour
+constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against the one beside
+constexpr float kLeastCosine = 0.05f;                  // of a plane seen from the camera
+
+struct Filled {
+  int pixel;
+  PixelSurface surface;
+};
+
+bool is_hole(const PixelSurface& p) { return !p.known || (!p.glossy && p.albedo.maxCoeff() <= 0); }
+
+Rgb pixel(const Image<float>& image, int i) {
+  const float* at = &image.data[3 * static_cast<std::size_t>(i)];
+  return {at[0], at[1], at[2]};
+}
+
+Rgb coded(const Rgb& light, float exposure) {
+  return {linear_to_srgb(exposure * light[0]), linear_to_srgb(exposure * light[1]),
+          linear_to_srgb(exposure * light[2])};
+}
+
+}  // namespace
+
+void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, float exposure,
+                std::vector<PixelSurface>& seen) {
+  constexpr std::array<std::array<int, 2>, 8> ways = {
+      {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
+  const int width = camera.model.width, height = camera.model.height;
+  const float reach = kReach * static_cast<float>(width);
+  std::vector<std::vector<Filled>> filled(
+      static_cast<std::size_t>(height));  // by row; what is there stays until all looked
+  const auto usable = [&](int u, int v) {
+    if (u < 0 || v < 0 || u >= width || v >= height) return false;
+    const PixelSurface& p = seen[static_cast<std::size_t>(v * width + u)];
+    return !is_hole(p) && !p.glossy;
+  };
+  for_each_block(height, 4, [&](int first, int last) {
+    for (int v = first; v < last; ++v) {
+      for (int u = 0; u < width; ++u) {
+        const PixelSurface& hole = seen[static_cast<std::size_t>(v * width + u)];
+        if (!is_hole(hole) || hole.w.isZero(0)) continue;
+        const Rgb own = pixel(radiance, v * width + u), own_code = coded(own, exposure);
+        float least = kUnlikeColor;
+        int best = -1;
+        for (const auto& [x, y] : ways) {
+          for (int s = 1; s <= static_cast<int>(reach); ++s) {
+            if (!usable(u + s * x, v + s * y)) continue;
+            // The fused surface is round at its end: a little farther in it is flat again.
+            const int in = usable(u + (s + 2) * x, v + (s + 2) * y) ? s + 2 : s;
+            const int at = (v + in * y) * width + u + in * x;
+            const float unlike = std::sqrt((coded(pixel(radiance, at), exposure) - own_code).square().sum()) +
+                                 kNearerColor * static_cast<float>(s) / reach;
+            if (unlike < least) {
+              least = unlike;
+              best = at;
+            }
+            break;
+          }
+        }
+        if (best < 0) continue;
+        const PixelSurface& beside = seen[static_cast<std::size_t>(best)];
+        const Vector3f eye_m = camera.T_tag_camera.translation(), &n = beside.surface.normal;
+        const float fall = n.dot(hole.w), t = n.dot(beside.surface.position_m - eye_m) / fall;
+        if (fall > -kLeastCosine || !(std::abs(t - beside.depth_m) < 0.5f * beside.depth_m)) continue;
+        Filled& now = filled[static_cast<std::size_t>(v)].emplace_back(Filled{v * width + u, beside});
+        PixelSurface& p = now.surface;
+        p.w = hole.w;
+        p.depth_m = t;
+        p.surface.position_m = eye_m + t * hole.w;
+        p.surface.face = n;
+        const Rgb detail = (own / pixel(radiance, best).max(1e-5f)).max(kLeastDetail).min(kMostDetail);
+        p.albedo = (beside.albedo * detail).min(1.0f);
+      }
+    }
+  });
+  for (const std::vector<Filled>& row : filled) {
+    for (const Filled& f : row) seen[static_cast<std::size_t>(f.pixel)] = f.surface;
+  }
+}
+
+}  // namespace lumigraft::rays

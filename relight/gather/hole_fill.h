@@ -1,0 +1,12 @@
+#pragma once
+// What a pixel shows where nothing tells its surface or colour: as shaders/beside.glsl.
+#include "relight/gather/gbuffer.h"
+
+namespace lumigraft::rays {
+
+/// Such pixels take the plane and albedo of the pixel beside that looks most like them. `exposure`: radiance times that
+/// is what the camera shows, 1 at most.
+void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, float exposure,
+                std::vector<PixelSurface>& seen);
+
+}  // namespace lumigraft::rays

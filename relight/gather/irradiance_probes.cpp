@@ -1,0 +1,115 @@
+#include "relight/gather/irradiance_probes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "relight/objects/mesh_refine.h"
+#include "relight/objects/placement.h"
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kAcross = 16;      // places along the radius of the object's sphere
+constexpr float kLikeNormals = 4;  // power of the cosine by which a vertex mixes places
+constexpr float kReach = 1.2f;     // of the edge between places
+
+struct Side {
+  Vector3f position_m, normal;
+};
+
+std::int64_t key_of(const Eigen::Vector3i& cell) {
+  std::int64_t key = 0;
+  for (int i = 0; i < 3; ++i) key = key << 20 | ((cell[i] + (1 << 19)) & 0xfffff);
+  return key;
+}
+
+int facing(const Vector3f& normal) {
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return 2 * axis + (normal[axis] < 0 ? 1 : 0);
+}
+
+}  // namespace
+
+ObjectPlaces find_places(const Model& coarse) {
+  ObjectPlaces found;
+  const BoundingSphere sphere = bounding_sphere(coarse.positions_m);
+  const float edge_m = sphere.radius_m / kAcross;
+  found.model = refine_model(coarse, edge_m);
+  found.tree = std::make_shared<const reference::ModelTree>(found.model);
+  found.closed = is_closed(coarse);
+  const Model& model = *found.model;
+
+  std::vector<Side> sides;
+  for (std::size_t v = 0; v < model.positions_m.size(); ++v) sides.push_back({model.positions_m[v], model.normals[v]});
+  if (!found.closed) {
+    for (std::size_t v = 0; v < model.positions_m.size(); ++v)
+      sides.push_back({model.positions_m[v], -model.normals[v]});
+  }
+  const auto cell_of = [&](const Vector3f& p) {
+    return ((p - sphere.centre_m) / edge_m).array().floor().matrix().cast<int>().eval();
+  };
+
+  // The mean of the vertices that face alike in a cell, and of these the one nearest to it.
+  struct Cell {
+    std::array<Vector3f, 6> sum;
+    std::array<int, 6> count{}, place{-1, -1, -1, -1, -1, -1};
+    std::array<float, 6> least;
+  };
+  std::unordered_map<std::int64_t, Cell> cells;
+  for (const Side& side : sides) {
+    Cell& cell = cells[key_of(cell_of(side.position_m))];
+    const auto f = static_cast<std::size_t>(facing(side.normal));
+    if (cell.count[f]++ == 0) cell.sum[f].setZero();
+    cell.sum[f] += side.position_m;
+    cell.least[f] = std::numeric_limits<float>::infinity();
+  }
+  for (const Side& side : sides) {
+    Cell& cell = cells[key_of(cell_of(side.position_m))];
+    const auto f = static_cast<std::size_t>(facing(side.normal));
+    const float off = (cell.sum[f] / static_cast<float>(cell.count[f]) - side.position_m).squaredNorm();
+    if (off >= cell.least[f]) continue;
+    cell.least[f] = off;
+    if (cell.place[f] < 0) {
+      cell.place[f] = static_cast<int>(found.places.size());
+      found.places.emplace_back();
+    }
+    found.places[static_cast<std::size_t>(cell.place[f])] = {side.position_m, side.normal};
+  }
+
+  for (const Side& side : sides) {
+    found.first.push_back(static_cast<std::uint32_t>(found.shares.size()));
+    float sum = 0;
+    // The eight cells whose middles are around the vertex.
+    const Eigen::Vector3i low = cell_of(side.position_m - Vector3f::Constant(0.5f * edge_m));
+    for (int i = 0; i < 8; ++i) {
+      const auto cell = cells.find(key_of(low + Eigen::Vector3i(i & 1, i >> 1 & 1, i >> 2)));
+      if (cell == cells.end()) continue;
+      for (const int place : cell->second.place) {
+        if (place < 0) continue;
+        const auto& p = found.places[static_cast<std::size_t>(place)];
+        const float turn = p.normal.dot(side.normal), off = (p.position_m - side.position_m).norm() / (kReach * edge_m);
+        if (turn <= 0 || off >= 1) continue;
+        const float weight = std::pow(turn, kLikeNormals) * (1 - off) * (1 - off);
+        found.shares.push_back({place, weight});
+        sum += weight;
+      }
+    }
+    const std::size_t begin = found.first.back();
+    if (sum <= 0) {  // a vertex alone in its cell that has moved out of reach: its own cell's place
+      const Cell& own = cells[key_of(cell_of(side.position_m))];
+      found.shares.push_back({own.place[static_cast<std::size_t>(facing(side.normal))], 1});
+      sum = 1;
+    }
+    for (std::size_t i = begin; i < found.shares.size(); ++i) found.shares[i].weight /= sum;
+  }
+  found.first.resize(2 * model.positions_m.size() + 1, static_cast<std::uint32_t>(found.shares.size()));
+  return found;
+}
+
+}  // namespace lumigraft::rays

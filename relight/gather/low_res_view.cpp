@@ -1,0 +1,107 @@
+#include "relight/gather/low_res_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "relight/gather/fast_exp.h"
+#include "relight/tracing/parallel_for.h"
+
+namespace lumigraft::rays {
+namespace {
+
+constexpr int kRow = 4;               // rows, a thread's turn
+constexpr float kOffPlane_px = 1.5f;  // of blocks: as far from the other's plane as a surface goes on
+constexpr float kAlike = 0.95f;       // from here on two count as one surface
+constexpr float kUnlike = 1e-6f;      // blocks of other surfaces count so much: only where there are no others
+
+float alike(const reference::Surface& a, const PixelSurface& b, float block_m) {
+  const float turn = std::max(a.normal.dot(b.surface.normal), 0.0f);
+  const float off = a.normal.dot(b.surface.position_m - a.position_m) / (kOffPlane_px * block_m);
+  return to_the_32nd(turn) * falloff(off * off);
+}
+
+}  // namespace
+
+CoarseView::CoarseView(const std::vector<PixelSurface>& seen, const CameraModel& camera, int block)
+    : block_(block), camera_(camera) {
+  camera_.width = (camera.width + block - 1) / block;
+  camera_.height = (camera.height + block - 1) / block;
+  camera_.fx /= block;
+  camera_.fy /= block;
+  right_ = camera_.width > 1 ? 1 : 0;
+  below_ = camera_.height > 1 ? static_cast<std::size_t>(camera_.width) : 0;
+  seen_.resize(static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height));
+  const float middle = 0.4f * static_cast<float>(block);  // of two in the middle always the same
+  for_each_block(camera_.height, kRow, [&](int first, int last) {
+    for (int y = first; y < last; ++y) {
+      for (int x = 0; x < camera_.width; ++x) {
+        const PixelSurface* nearest = nullptr;
+        float least = std::numeric_limits<float>::infinity();
+        for (int v = y * block; v < std::min((y + 1) * block, camera.height); ++v) {
+          for (int u = x * block; u < std::min((x + 1) * block, camera.width); ++u) {
+            const PixelSurface& p = seen[static_cast<std::size_t>(v * camera.width + u)];
+            const float off =
+                std::hypot(static_cast<float>(u - x * block) - middle, static_cast<float>(v - y * block) - middle);
+            if (!p.known || p.glossy || off >= least) continue;
+            least = off;
+            nearest = &p;
+          }
+        }
+        if (nearest) seen_[static_cast<std::size_t>(y * camera_.width + x)] = *nearest;
+      }
+    }
+  });
+  even_.resize(seen_.size());
+  for_each_block(camera_.height, kRow, [&](int first, int last) {
+    const auto width = static_cast<std::size_t>(camera_.width);
+    for (std::size_t i = static_cast<std::size_t>(first) * width; i < static_cast<std::size_t>(last) * width; ++i) {
+      even_[i] = is_even(i);
+    }
+  });
+}
+
+bool CoarseView::is_even(std::size_t first) const {
+  const PixelSurface& own = seen_[first];
+  for (std::size_t other : {first, first + right_, first + below_, first + right_ + below_}) {
+    if (other >= seen_.size() || !seen_[other].known) return false;
+    if (alike(own.surface, seen_[other], block_m(own)) < kAlike) return false;
+  }
+  return true;
+}
+
+BlockMix CoarseView::mix(int u, int v, const reference::Surface& surface) const {
+  const float to_middle = 0.5f * static_cast<float>(block_ - 1);
+  const float x = (static_cast<float>(u) - to_middle) / static_cast<float>(block_),
+              y = (static_cast<float>(v) - to_middle) / static_cast<float>(block_);
+  const int left = std::clamp(static_cast<int>(std::floor(x)), 0, std::max(camera_.width - 2, 0)),
+            top = std::clamp(static_cast<int>(std::floor(y)), 0, std::max(camera_.height - 2, 0));
+  const float right_share = std::clamp(x - static_cast<float>(left), 0.0f, 1.0f),
+              bottom_share = std::clamp(y - static_cast<float>(top), 0.0f, 1.0f);
+  BlockMix mix;
+  mix.first = top * camera_.width + left;
+  std::array<float, 4> weight{};
+  float sum = 0;
+  const auto first = static_cast<std::size_t>(mix.first);
+  // Where the four lie in one plane, and the pixel in it, they are all alike.
+  const bool even = even_[first] && alike(surface, seen_[first], block_m(seen_[first])) > kAlike;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const PixelSurface& other = seen_[first + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
+    if (!other.known) continue;
+    const float share = (k & 1 ? right_share : 1 - right_share) * (k >> 1 ? bottom_share : 1 - bottom_share);
+    weight[k] = even ? share : (share + kUnlike) * (alike(surface, other, block_m(other)) + kUnlike);
+    sum += weight[k];
+  }
+  if (!(sum > 0)) return mix;
+  // Rounded so that all are together 255.
+  int left_over = 255;
+  for (std::size_t k = 0; k < 4; ++k) {
+    mix.weight[k] = static_cast<std::uint8_t>(255 * weight[k] / sum);
+    left_over -= mix.weight[k];
+  }
+  const auto most = std::max_element(mix.weight.begin(), mix.weight.end());
+  *most = static_cast<std::uint8_t>(*most + left_over);
+  return mix;
+}
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,352 @@
+#include "relight/gather/object_pixels.h"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "relight/gather/low_res_view.h"
+#include "relight/gather/object_window.h"
+#include "relight/tracing/parallel_for.h"
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+using reference::MeshHit;
+using reference::RayFan;
+using reference::Sampler;
+using reference::Surface;
+using reference::Vertex;
+
+constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays of a pixel
+constexpr int kMirrors = 2;
+constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
+constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; of what shares the shadows of a pixel
+constexpr float kSurelyFarther = 1.02f;                    // than the object
+constexpr float kJump_px = 8;                              // in depth, to what is no neighbour of the surface
+constexpr int kRow = 4;                                    // rows of pixels, a thread's turn
+
+/// What the rays in the middle of a pixel find of the objects.
+struct Found {
+  int u = 0;
+  std::uint32_t some = 0;  ///< by bit, the rays that do
+  std::array<Vector3f, kMostInside> w;
+  std::array<MeshHit, kMostInside> hits;
+};
+
+/// All rays of a pixel.
+struct Looks {
+  std::uint32_t some = 0;
+  std::array<Vector3f, kMost> w;
+  std::array<MeshHit, kMost> hits;
+  std::array<Surface, kMost> surfaces;
+};
+
+/// All below by pixel of the window, unless it says otherwise.
+class ObjectView {
+ public:
+  ObjectView(const DeltaLight& light, const std::vector<LampPoints>& lamps, const std::vector<PixelSurface>& room,
+             const Eye& eye, const Detail& detail, std::vector<PixelSurface> memory)
+      : light_(light),
+        lamps_(lamps),
+        room_(room),
+        eye_(eye),
+        detail_(detail),
+        eye_m_(eye.camera.T_tag_camera.translation()),
+        window_(window_of(light.objects().meshes().spheres(), eye)),
+        model_(eye.camera.model),
+        first_(std::move(memory)),
+        rows_(static_cast<std::size_t>(window_.height)) {
+    first_.resize(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height));
+    model_.width = window_.width;
+    model_.height = window_.height;
+    for (std::uint32_t k = 0; k < within_.size(); ++k) within_[k] = Sampler(kCameraSeed, 0, k).two();  // even sixteens
+  }
+
+  ObjectPixels see() {
+    if (first_.empty()) return {};
+    for_each_block(window_.height, kRow, [&](int from, int to) {
+      for (int v = from; v < to; ++v) look_at_row(v);
+    });
+    if (detail_.inside == 1) add_outlines();
+    if (detail_.on_object > 1) {
+      blocks_.emplace(first_, model_, detail_.on_object);
+      open_ = open_to_lamps(light_, lamps_, blocks_->seen(), blocks_->camera(), detail_);
+    } else {
+      open_ = open_to_lamps(light_, lamps_, first_, model_, detail_);
+    }
+    ObjectPixels out{window_.left,
+                     window_.top,
+                     Image<float>(window_.width, window_.height, 3),
+                     Image<float>(window_.width, window_.height, 1),
+                     {}};
+    for_each_block(window_.height, 1, [&](int from, int to) {
+      for (int v = from; v < to; ++v) {
+        for (const Found& found : rows_[static_cast<std::size_t>(v)]) shade(v, found, out);
+      }
+    });
+    out.surfaces = std::move(first_);
+    return out;
+  }
+
+ private:
+  std::size_t index(int u, int v) const {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(window_.width) + static_cast<std::size_t>(u);
+  }
+  const PixelSurface& room_at(int u, int v) const {
+    return room_[static_cast<std::size_t>(v + window_.top) * static_cast<std::size_t>(eye_.camera.model.width) +
+                 static_cast<std::size_t>(u + window_.left)];
+  }
+
+  /// Of the pixel's rays, the first in within_; the first four are even too.
+  static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kMost * (4 * (v & 3) + (u & 3))); }
+
+  /// Whether a pixel's ray goes through its middle, as those do by which the room is seen.
+  bool is_central(int ray) const { return detail_.inside == 1 && ray == 0; }
+
+  /// Whether any ray of the pixel may meet an object.
+  bool may_see(int u, int v) const {
+    const Vector3f& w = room_at(u, v).w;
+    if (w.isZero(0)) return true;  // its corners may have rays all the same
+    for (const Eigen::Vector4f& sphere : light_.objects().meshes().spheres()) {
+      const Vector3f to = sphere.head<3>() - eye_m_;
+      const float along = std::max(to.dot(w), 0.0f);
+      const float pixel_m = to.norm() / static_cast<float>(std::min(eye_.camera.model.fx, eye_.camera.model.fy));
+      if ((to - along * w).squaredNorm() <= (sphere.w() + pixel_m) * (sphere.w() + pixel_m)) return true;
+    }
+    return false;
+  }
+
+  /// Whether the room may be nearer than `t_m` there: what is narrower than a pixel apart.
+  bool may_hide(int u, int v, float t_m) const {
+    const int left = std::max(u + window_.left - 1, 0) - window_.left,
+              right = std::min(u + window_.left + 1, eye_.camera.model.width - 1) - window_.left,
+              top = std::max(v + window_.top - 1, 0) - window_.top,
+              bottom = std::min(v + window_.top + 1, eye_.camera.model.height - 1) - window_.top;
+    for (int y = top; y <= bottom; ++y) {
+      for (int x = left; x <= right; ++x) {
+        const PixelSurface& room = room_at(x, y);
+        if (room.known && room.depth_m < kSurelyFarther * t_m) return true;
+      }
+    }
+    return false;
+  }
+
+  /// Sends `rays` of each of these pixels' rays, from `first` on, all in one fan. `found(pixel, ray, w, hit)`.
+  template <typename Found>
+  void look(int v, std::span<const int> pixels, int first, int rays, Found found) const {
+    const int slots = static_cast<int>(pixels.size()) * rays;
+    RayFan fan;
+    fan.from_m = eye_m_;
+    for (int slot = 0; slot < slots; ++slot) {
+      const int u = pixels[static_cast<std::size_t>(slot / rays)];
+      const auto i = static_cast<std::size_t>(slot);
+      const int ray = first + slot % rays;
+      fan.w[i] = is_central(ray) ? room_at(u, v).w
+                                 : eye_.ray(u + window_.left, v + window_.top,
+                                            within_[pattern(u, v) + static_cast<std::size_t>(ray)]);
+      fan.limit_m[i] = std::numeric_limits<float>::infinity();
+      if (!fan.w[i].isZero(0)) fan.some |= 1u << slot;
+    }
+    std::array<MeshHit, RayFan::kMost> hits;
+    const std::uint32_t met = light_.objects().meshes().hits(fan, hits);
+    fan.some = 0;
+    for (int slot = 0; slot < slots; ++slot) {
+      if (!(met >> slot & 1)) continue;
+      const float t_m = fan.limit_m[static_cast<std::size_t>(slot)] = hits[static_cast<std::size_t>(slot)].t_m;
+      if (may_hide(pixels[static_cast<std::size_t>(slot / rays)], v, t_m)) fan.some |= 1u << slot;
+    }
+    const std::uint32_t open = met & ~light_.room().meshes().blocked(fan);
+    for (int slot = 0; slot < slots; ++slot) {
+      const auto i = static_cast<std::size_t>(slot);
+      if (open >> slot & 1) found(static_cast<std::size_t>(slot / rays), first + slot % rays, fan.w[i], hits[i]);
+    }
+  }
+
+  void look_at_row(int v) {
+    std::array<int, kMost> pixels;
+    std::array<Found, kMost> together;
+    std::size_t count = 0;
+    const auto look_at = [&] {
+      look(v, std::span(pixels).first(count), 0, detail_.inside,
+           [&](std::size_t pixel, int ray, const Vector3f& w, const MeshHit& hit) {
+             together[pixel].some |= 1u << ray;
+             together[pixel].w[static_cast<std::size_t>(ray)] = w;
+             together[pixel].hits[static_cast<std::size_t>(ray)] = hit;
+           });
+      for (std::size_t i = 0; i < count; ++i) {
+        if (together[i].some) keep(v, together[i]);
+      }
+      count = 0;
+    };
+    for (int u = 0; u < window_.width; ++u) {
+      first_[index(u, v)].known = false;
+      if (!may_see(u, v)) continue;
+      pixels[count] = together[count].u = u;
+      together[count++].some = 0;
+      if (count == static_cast<std::size_t>(kMost / detail_.inside)) look_at();
+    }
+    if (count > 0) look_at();
+  }
+
+  void keep(int v, const Found& found) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(found.some));
+    first_[index(found.u, v)] = seen_by(found.w[k], found.hits[k]);
+    rows_[static_cast<std::size_t>(v)].push_back(found);
+  }
+
+  PixelSurface seen_by(const Vector3f& w, const MeshHit& hit) const {
+    PixelSurface pixel;
+    pixel.known = true;
+    pixel.surface = light_.objects().meshes().surface(hit, w);
+    pixel.w = w;
+    pixel.depth_m = hit.t_m;
+    pixel.albedo = pixel.surface.look.diffuse;
+    return pixel;
+  }
+
+  /// Pixels of one ray that found nothing, beside those that did.
+  void add_outlines() {
+    for_each_block(window_.height, kRow, [&](int from, int to) {
+      for (int v = from; v < to; ++v) {
+        for (int u = 0; u < window_.width; ++u) {
+          if (first_[index(u, v)].known || !is_edge(u, v)) continue;
+          rows_[static_cast<std::size_t>(v)].emplace_back().u = u;
+        }
+      }
+    });
+  }
+
+  /// Whether what a pixel shows ends between it and one beside it.
+  bool is_edge(int u, int v) const {
+    const PixelSurface& own = first_[index(u, v)];
+    const auto ends = [&](int x, int y) {
+      if (x < 0 || y < 0 || x >= window_.width || y >= window_.height) return false;
+      const PixelSurface& other = first_[index(x, y)];
+      const float apart_px = std::abs(own.depth_m - other.depth_m) * static_cast<float>(model_.fx);
+      return own.known != other.known || (own.known && apart_px > kJump_px * own.depth_m);
+    };
+    return ends(u - 1, v) || ends(u + 1, v) || ends(u, v - 1) || ends(u, v + 1);
+  }
+
+  void shade(int v, const Found& found, ObjectPixels& out) const {
+    Looks looks;
+    looks.some = found.some;
+    PixelSurface first = first_[index(found.u, v)];
+    bool edge = detail_.inside == 1 ? is_edge(found.u, v) : std::popcount(found.some) < detail_.inside;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(detail_.inside); ++k) {
+      if (!(found.some >> k & 1)) continue;
+      looks.w[k] = found.w[k];
+      looks.hits[k] = found.hits[k];
+      looks.surfaces[k] = k == static_cast<std::size_t>(std::countr_zero(found.some))
+                              ? first.surface
+                              : light_.objects().meshes().surface(found.hits[k], found.w[k]);
+      edge |= !goes_on(first, looks.surfaces[k]);
+    }
+    int rays = detail_.inside;
+    if (edge) {
+      look(v, std::span(&found.u, 1), rays, detail_.at_edges - rays,
+           [&](std::size_t, int ray, const Vector3f& w, const MeshHit& hit) {
+             const auto k = static_cast<std::size_t>(ray);
+             looks.some |= 1u << ray;
+             looks.w[k] = w;
+             looks.hits[k] = hit;
+             looks.surfaces[k] = light_.objects().meshes().surface(hit, w);
+             if (!first.known) first = seen_by(w, hit);
+           });
+      rays = detail_.at_edges;
+    }
+    Rgb sum = Rgb::Zero();
+    for (int k = 0; k < rays; ++k) {
+      if (!(looks.some >> k & 1)) continue;
+      const auto i = static_cast<std::size_t>(k);
+      Sampler sampler(kLightSeed, static_cast<std::uint32_t>(index(found.u, v)), static_cast<std::uint32_t>(k));
+      sum += radiance(looks.w[i], looks.hits[i], looks.surfaces[i],
+                      lit(looks.surfaces[i], found.u, v, k, goes_on(first, looks.surfaces[i])), sampler,
+                      edge ? 1 : detail_.mirrored);
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      out.radiance.data[3 * index(found.u, v) + c] = sum[static_cast<Eigen::Index>(c)] / static_cast<float>(rays);
+    }
+    out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(looks.some)) / static_cast<float>(rays);
+  }
+
+  bool goes_on(const PixelSurface& first, const Surface& surface) const {
+    const float pixel_m = first.depth_m / static_cast<float>(eye_.camera.model.fx);
+    return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) < kOffPlane_px * pixel_m &&
+           first.surface.normal.dot(surface.normal) > kLikeNormals;
+  }
+
+  /// Irradiance of lamps over π.
+  Rgb lit(const Surface& surface, int u, int v, int ray, bool shares) const {
+    Rgb sum = Rgb::Zero();
+    const BlockMix mix = blocks_ ? blocks_->mix(u, v, surface) : BlockMix{};
+    for (std::size_t lamp = 0; lamp < lamps_.size(); ++lamp) {
+      const Rgb radiance = lamps_[lamp].lamp().radiance / reference::kPi;
+      if (const auto open = open_to(lamp, mix, u, v, shares)) {
+        if (*open > 0) sum += radiance * (*open * lamps_[lamp].unhidden(surface));
+        continue;
+      }
+      // Where shadows are sharp, every ray's own: a few points, others for each.
+      LampFan fan = lamps_[lamp].from(surface, (4 * (v & 3) + (u & 3) + ray) % LampPoints::kSets);
+      fan.rays.some &= 0xfu << (4 * (ray & 3));
+      std::uint32_t open = fan.rays.some & ~light_.objects().meshes().blocked(fan.rays);
+      fan.rays.some = open;
+      open &= ~light_.behind_room(fan.rays, lamp);
+      for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+        if (open >> k & 1) sum += 4 * radiance * fan.weight[k];
+      }
+    }
+    return sum;
+  }
+
+  /// The share of a lamp that surfaces of a pixel have in common, where they do.
+  std::optional<float> open_to(std::size_t lamp, const BlockMix& mix, int u, int v, bool shares) const {
+    if (!blocks_) {
+      const LampShare& share = open_[lamp][index(u, v)];
+      return shares && share.holds_near ? std::optional(share.open) : std::nullopt;
+    }
+    if (mix.empty()) return std::nullopt;
+    return blocks_->mixed(mix, [&](std::size_t block) { return open_[lamp][block].open; });
+  }
+
+  Rgb radiance(const Vector3f& w, const MeshHit& hit, const Surface& surface, const Rgb& lamps, Sampler& sampler,
+               int mirror_rays) const {
+    const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / reference::kPi;
+    const Rgb sum = diffuse_under(surface.look, -surface.normal.dot(w)) * (arriving + lamps);
+    if (!surface.look.mirrors()) return sum;
+    Surface mirror = surface;
+    mirror.look = mirror_of(surface.look);
+    const Vertex lobe(mirror, w);
+    Rgb mirrored = Rgb::Zero();
+    for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kMirrors);
+    return sum + mirrored / static_cast<float>(mirror_rays);
+  }
+
+  const DeltaLight& light_;
+  const std::vector<LampPoints>& lamps_;
+  const std::vector<PixelSurface>& room_;  ///< by pixel of the picture
+  const Eye& eye_;
+  Detail detail_;
+  Vector3f eye_m_;
+  Window window_;
+  CameraModel model_;                               ///< of the window; only its size and focal lengths mean something
+  std::array<Eigen::Vector2f, 16 * kMost> within_;  ///< where rays go in each of 4 × 4 pixels
+  std::vector<PixelSurface> first_;                 ///< what the first of a pixel's rays finds that finds anything
+  std::vector<std::vector<Found>> rows_;
+  std::optional<CoarseView> blocks_;
+  std::vector<std::vector<LampShare>> open_;  ///< by lamp, then pixel or block
+};
+
+}  // namespace
+
+ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
+                         const std::vector<PixelSurface>& room, const Eye& eye, const Detail& detail,
+                         ObjectPixels last) {
+  return ObjectView(light, lamps, room, eye, detail, std::move(last.surfaces)).see();
+}
+
+}  // namespace lumigraft::rays

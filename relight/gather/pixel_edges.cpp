@@ -1,0 +1,205 @@
+#include "relight/gather/pixel_edges.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "capture/camera/response.h"
+#include "relight/tracing/parallel_for.h"
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kRound_voxels = 1.5f;    // how far from an edge the fused surface turns
+constexpr float kReach_voxels = 6;       // to the next plane, and as much in depth
+constexpr float kFlat = 0.96f;           // cosine of 16°, as a ball of six voxels' radius turns in so far
+constexpr float kTurn = 0.87f;           // cosine of 30°: less is the same plane, with noise
+constexpr float kOff_voxels = 1.5f;      // of the plane from what was measured
+constexpr float kLeastCosine = 0.05f;    // of a plane seen from the camera
+constexpr float kUnlikeColor = 0.1f;     // of codes from 0 to 1: that far from a side's colour ...
+constexpr float kUnlike_voxels = 0.25f;  // ... is as unlikely as that far from the side's plane
+constexpr float kLift_voxels = 0.1f;     // above the plane, whose noise would hide lamps from what lies in it
+constexpr float kLeastDetail = 0.2f, kMostDetail = 4;
+constexpr std::array<std::array<int, 2>, 8> kWays = {
+    {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
+
+struct Side {
+  int pixel = -1, steps = 0;
+};
+
+class Edges {
+ public:
+  Edges(const ReferenceCamera& camera, const Image<float>& radiance, float exposure, float voxel_m,
+        const std::vector<PixelSurface>& seen)
+      : eye_m_(camera.T_tag_camera.translation()),
+        focal_px_(static_cast<float>(camera.model.fx)),
+        width_(camera.model.width),
+        height_(camera.model.height),
+        radiance_(radiance),
+        exposure_(exposure),
+        voxel_m_(voxel_m),
+        seen_(seen) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+  bool turns_at(int u, int v) const {
+    const PixelSurface& p = at(u, v);
+    if (!is_even(p)) return false;
+    const int r = round_px(p);
+    return std::any_of(kWays.begin(), kWays.begin() + 4, [&](const auto& way) {
+      const PixelSurface* q = beside(p, u + r * way[0], v + r * way[1]);
+      return q && q->surface.normal.dot(p.surface.normal) < kTurn;
+    });
+  }
+
+  std::optional<PixelSurface> sharp(int u, int v, const std::vector<std::uint8_t>& turns) const {
+    const PixelSurface& p = at(u, v);
+    const auto [a, b] = sides(u, v, turns);
+    if (b.pixel < 0) return std::nullopt;
+    const PixelSurface &of_a = seen_[static_cast<std::size_t>(a.pixel)],
+                       &of_b = seen_[static_cast<std::size_t>(b.pixel)];
+    const Vector3f apart = of_b.surface.position_m - of_a.surface.position_m;
+    const float from_a = of_a.surface.normal.dot(apart), from_b = -of_b.surface.normal.dot(apart);
+    if (!(from_a * from_b > 0)) return std::nullopt;
+    const bool convex = from_a < 0;
+    const auto t_a = meets(p.w, of_a), t_b = meets(p.w, of_b);
+    if (!t_a && !t_b) return std::nullopt;
+    bool takes_a = t_a.has_value();
+    if (t_a && t_b) {
+      // Into what the planes bound, a ray gets at the last of them; out of a crease, at the first.
+      const float t = convex ? std::max(*t_a, *t_b) : std::min(*t_a, *t_b);
+      const int own = v * width_ + u;
+      const auto cost = [&](float t_side, int pixel) {
+        return std::abs(t_side - t) / (kUnlike_voxels * voxel_m_) + unlike(own, pixel) / kUnlikeColor;
+      };
+      takes_a = cost(*t_a, a.pixel) <= cost(*t_b, b.pixel);
+    }
+    return on(p, takes_a ? of_a : of_b, v * width_ + u, takes_a ? a.pixel : b.pixel, takes_a ? *t_a : *t_b);
+  }
+
+ private:
+  static bool is_even(const PixelSurface& p) { return p.known && !p.glossy && p.albedo.maxCoeff() > 0; }
+  const PixelSurface& at(int u, int v) const { return seen_[static_cast<std::size_t>(v * width_ + u)]; }
+  float reach_px(const PixelSurface& p, float voxels) const { return voxels * voxel_m_ * focal_px_ / p.depth_m; }
+
+  int round_px(const PixelSurface& p) const {
+    return std::max(static_cast<int>(std::lround(reach_px(p, kRound_voxels))), 1);
+  }
+
+  const PixelSurface* beside(const PixelSurface& p, int u, int v) const {
+    if (u < 0 || v < 0 || u >= width_ || v >= height_) return nullptr;
+    const PixelSurface& q = at(u, v);
+    return is_even(q) && std::abs(q.depth_m - p.depth_m) < kReach_voxels * voxel_m_ ? &q : nullptr;
+  }
+
+  /// As far on as an edge is round.
+  bool is_flat(int u, int v, const std::array<int, 2>& way) const {
+    const PixelSurface& p = at(u, v);
+    const int r = round_px(p);
+    const PixelSurface* on = beside(p, u + r * way[0], v + r * way[1]);
+    return on && on->surface.normal.dot(p.surface.normal) > kFlat;
+  }
+
+  /// The nearest plane beside a pixel, and the nearest that is another one; pixel -1: none.
+  std::array<Side, 2> sides(int u, int v, const std::vector<std::uint8_t>& turns) const {
+    const PixelSurface& p = at(u, v);
+    const int reach = static_cast<int>(std::ceil(reach_px(p, kReach_voxels)));
+    std::array<Side, kWays.size()> found;
+    for (std::size_t i = 0; i < kWays.size(); ++i) {
+      const auto& [x, y] = kWays[i];
+      for (int s = 1; s <= reach; ++s) {
+        if (!beside(p, u + s * x, v + s * y)) break;
+        const int pixel = (v + s * y) * width_ + u + s * x;
+        if (turns[static_cast<std::size_t>(pixel)]) continue;
+        if (is_flat(u + s * x, v + s * y, kWays[i])) found[i] = {pixel, s};
+        break;
+      }
+    }
+    std::array<Side, 2> two;
+    const auto normal = [&](const Side& s) -> const Vector3f& {
+      return seen_[static_cast<std::size_t>(s.pixel)].surface.normal;
+    };
+    for (const Side& s : found) {
+      if (s.pixel >= 0 && (two[0].pixel < 0 || s.steps < two[0].steps)) two[0] = s;
+    }
+    for (const Side& s : found) {
+      if (s.pixel < 0 || !(normal(s).dot(normal(two[0])) < kTurn)) continue;
+      if (two[1].pixel < 0 || s.steps < two[1].steps) two[1] = s;
+    }
+    return two;
+  }
+
+  std::optional<float> meets(const Vector3f& w, const PixelSurface& side) const {
+    const float fall = side.surface.normal.dot(w);
+    if (fall > -kLeastCosine) return std::nullopt;
+    return side.surface.normal.dot(side.surface.position_m - eye_m_) / fall;
+  }
+
+  Rgb pixel(int i) const {
+    const float* at = &radiance_.data[3 * static_cast<std::size_t>(i)];
+    return {at[0], at[1], at[2]};
+  }
+
+  float unlike(int a, int b) const {
+    const Rgb x = exposure_ * pixel(a), y = exposure_ * pixel(b);
+    float sum = 0;
+    for (Eigen::Index c = 0; c < 3; ++c) sum += std::pow(linear_to_srgb(x[c]) - linear_to_srgb(y[c]), 2.0f);
+    return std::sqrt(sum);
+  }
+
+  /// The pixel on a side's plane, `t` along its ray.
+  std::optional<PixelSurface> on(const PixelSurface& p, const PixelSurface& side, int own, int of_side, float t) const {
+    if (!(std::abs(t - p.depth_m) < kOff_voxels * voxel_m_)) return std::nullopt;
+    PixelSurface sharp = p;
+    sharp.surface.normal = sharp.surface.face = side.surface.normal;
+    // Not below the fused surface, which would hide everything from there; nor below the plane, which would likewise.
+    const float below = std::max(side.surface.normal.dot(eye_m_ + t * p.w - p.surface.position_m), 0.0f);
+    sharp.surface.position_m += (below + kLift_voxels * voxel_m_) * side.surface.normal;
+    const Rgb detail = (pixel(own) / pixel(of_side).max(1e-5f)).max(kLeastDetail).min(kMostDetail);
+    sharp.albedo = (side.albedo * detail).min(1.0f);
+    return sharp;
+  }
+
+  Vector3f eye_m_;
+  float focal_px_;
+  int width_, height_;
+  const Image<float>& radiance_;
+  float exposure_, voxel_m_;
+  const std::vector<PixelSurface>& seen_;
+};
+
+}  // namespace
+
+void sharpen_edges(const ReferenceCamera& camera, const Image<float>& radiance, float exposure, float voxel_m,
+                   std::vector<PixelSurface>& seen) {
+  const Edges edges(camera, radiance, exposure, voxel_m, seen);
+  const int width = edges.width(), height = edges.height();
+  std::vector<std::uint8_t> turns(seen.size());
+  for_each_block(height, 4, [&](int first, int last) {
+    for (int v = first; v < last; ++v) {
+      for (int u = 0; u < width; ++u) turns[static_cast<std::size_t>(v * width + u)] = edges.turns_at(u, v);
+    }
+  });
+  std::vector<std::vector<std::pair<int, PixelSurface>>> sharp(static_cast<std::size_t>(height));
+  for_each_block(height, 4, [&](int first, int last) {
+    for (int v = first; v < last; ++v) {
+      for (int u = 0; u < width; ++u) {
+        if (!turns[static_cast<std::size_t>(v * width + u)]) continue;
+        if (const auto found = edges.sharp(u, v, turns)) {
+          sharp[static_cast<std::size_t>(v)].emplace_back(v * width + u, *found);
+        }
+      }
+    }
+  });
+  for (const auto& row : sharp) {
+    for (const auto& [i, surface] : row) seen[static_cast<std::size_t>(i)] = surface;
+  }
+}
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,128 @@
+#include "relight/gather/ray_objects.h"
+
+#include <cmath>
+#include <limits>
+
+#include "relight/tracing/parallel_for.h"
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kBlock = 1024;  // of vertices or triangles, a thread's turn
+
+std::vector<ReferenceMesh> meshes_of(const std::vector<PlacedModel>& objects) {
+  std::vector<ReferenceMesh> meshes;
+  for (const PlacedModel& o : objects) meshes.push_back({o.places->model, o.T_tag_model, o.material, false});
+  return meshes;
+}
+
+std::vector<std::shared_ptr<const reference::ModelTree>> trees_of(const std::vector<PlacedModel>& objects) {
+  std::vector<std::shared_ptr<const reference::ModelTree>> trees;
+  for (const PlacedModel& o : objects) trees.push_back(o.places->tree);
+  return trees;
+}
+
+}  // namespace
+
+std::vector<ObjectFacet> find_facets(const ObjectPlaces& places, const std::optional<Material>& material) {
+  const Model& model = *places.model;
+  const reference::Meshes meshes({{places.model, Eigen::Affine3f::Identity(), material, false}}, {places.tree});
+  std::vector<ObjectFacet> facets;
+  for (std::uint32_t t = 0; 3 * t + 2 < model.indices.size(); ++t) {
+    const Vector3f& out = model.normals[model.indices[3 * t]];
+    const reference::Surface s = meshes.surface({0, 0, t, 1 / 3.0f, 1 / 3.0f}, -out);
+    facets.push_back({s.face, s.look.diffuse, s.look.mirrors()});
+  }
+  return facets;
+}
+
+RayObjects::RayObjects(std::vector<PlacedModel> objects)
+    : objects_(std::move(objects)), meshes_(meshes_of(objects_), trees_of(objects_)) {
+  for (const PlacedModel& object : objects_) {
+    first_.push_back(places_.size());
+    normals_.push_back(object.T_tag_model.linear().inverse().transpose());
+    for (const ObjectPlaces::Place& p : object.places->places) {
+      places_.push_back({object.T_tag_model * p.position_m, (normals_.back() * p.normal).stableNormalized()});
+    }
+    const Model& model = *object.places->model;
+    irradiance_.emplace_back(2 * model.positions_m.size());
+    radiance_.emplace_back(object.facets->size(), std::array<Rgb, 2>{Rgb::Zero(), Rgb::Zero()});
+  }
+  direct_.assign(places_.size(), Rgb::Zero());
+  indirect_.assign(places_.size(), Rgb::Zero());
+}
+
+void RayObjects::spread() {
+  for (std::size_t o = 0; o < objects_.size(); ++o) {
+    const ObjectPlaces& places = *objects_[o].places;
+    const Model& model = *places.model;
+    const std::size_t vertices = model.positions_m.size(), sides = places.closed ? 1 : 2;
+    for_each_block(static_cast<int>(sides * vertices), kBlock, [&](int from, int to) {
+      for (auto side = static_cast<std::size_t>(from); side < static_cast<std::size_t>(to); ++side) {
+        Irradiance sum;
+        for (std::uint32_t i = places.first[side]; i < places.first[side + 1]; ++i) {
+          const std::size_t place = first_[o] + static_cast<std::size_t>(places.shares[i].place);
+          sum.direct += places.shares[i].weight * direct_[place];
+          sum.indirect += places.shares[i].weight * indirect_[place];
+        }
+        irradiance_[o][side] = sum;
+      }
+    });
+    for_each_block(static_cast<int>(radiance_[o].size()), kBlock, [&](int from, int to) {
+      for (auto t = static_cast<std::size_t>(from); t < static_cast<std::size_t>(to); ++t) {
+        std::array<Rgb, 2>& radiance = radiance_[o][t];
+        for (std::size_t side = 0; side < sides; ++side) {
+          Rgb e = Rgb::Zero();
+          for (std::size_t k = 3 * t; k < 3 * t + 3; ++k) {
+            const Irradiance& at = irradiance_[o][model.indices[k] + side * vertices];
+            e += (at.direct + at.indirect) / 3;
+          }
+          radiance[side] = (*objects_[o].facets)[t].albedo / reference::kPi * e;
+        }
+        if (places.closed) radiance[1] = radiance[0];
+      }
+    });
+  }
+}
+
+void RayObjects::set_direct(std::vector<Rgb> by_place) {
+  direct_ = std::move(by_place);
+  spread();
+}
+
+void RayObjects::set_indirect(std::vector<Rgb> by_place) {
+  indirect_ = std::move(by_place);
+  spread();
+}
+
+void RayObjects::go_on_from(const RayObjects& others) {
+  direct_ = others.direct_;
+  indirect_ = others.indirect_;
+}
+
+bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {
+  const auto hit = meshes_.hit(p_m, w, std::numeric_limits<float>::infinity());
+  if (!hit || !objects_[hit->mesh].places->closed) return false;
+  const Model& model = *objects_[hit->mesh].places->model;
+  const std::uint32_t* corner = &model.indices[3 * std::size_t{hit->triangle}];
+  return (normals_[hit->mesh] * model.normals[corner[0]]).dot(w) > 0;
+}
+
+RayObjects::Irradiance RayObjects::irradiance(const reference::MeshHit& hit, const Vector3f& face) const {
+  const ObjectPlaces& places = *objects_[hit.mesh].places;
+  const Model& model = *places.model;
+  const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
+  const float weight[3] = {1 - hit.u - hit.v, hit.u, hit.v};
+  Irradiance sum;
+  for (int i = 0; i < 3; ++i) {
+    const bool front = places.closed || (normals_[hit.mesh] * model.normals[corner[i]]).dot(face) >= 0;
+    const Irradiance& e = irradiance_[hit.mesh][corner[i] + (front ? 0 : model.positions_m.size())];
+    sum.direct += weight[i] * e.direct;
+    sum.indirect += weight[i] * e.indirect;
+  }
+  return sum;
+}
+
+}  // namespace lumigraft::rays

@@ -1,0 +1,313 @@
+#include "relight/gather/ray_renderer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <optional>
+
+#include "relight/quality_warnings.h"
+#include "relight/passes/screen/camera_upload.h"
+#include "relight/gather/low_res_view.h"
+#include "relight/gather/gather_grid.h"
+#include "relight/gather/object_pixels.h"
+#include "relight/gather/pixel_edges.h"
+#include "relight/gather/hole_fill.h"
+#include "relight/gather/ray_light.h"
+#include "relight/gather/srgb_codes.h"
+#include "relight/tracing/parallel_for.h"
+#include "relight/tracing/build_trace_scene.h"
+#include "relight/static_view_cache.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kRow = 4;                   // rows of pixels, a thread's turn
+constexpr double kLeastNearest_m = 0.05;  // of the objects, where the camera is among them
+constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
+
+class Clock {
+ public:
+  explicit Clock(std::vector<gpu::PassTime>& passes) : passes_(passes) {}
+  void done(const char* pass) {
+    const auto now = std::chrono::steady_clock::now();
+    passes_.push_back({pass, std::chrono::duration<double, std::milli>(now - last_).count()});
+    last_ = now;
+  }
+
+ private:
+  std::vector<gpu::PassTime>& passes_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::string what_is_missing(const Scene& scene, const std::vector<ReferenceMesh>& objects) {
+  if (objects.empty()) return "no visible object";
+  if (!scene.pose) return "no pose";
+  if (!scene.illumination) return "no light is known yet";
+  if (!scene.field) return "no geometry is known yet";
+  return {};
+}
+
+Rgb pixel(const Image<float>& image, std::size_t i) {
+  return {image.data[3 * i], image.data[3 * i + 1], image.data[3 * i + 2]};
+}
+
+void set(Image<float>& image, std::size_t i, const Rgb& value) {
+  for (std::size_t c = 0; c < 3; ++c) image.data[3 * i + c] = value[static_cast<Eigen::Index>(c)];
+}
+
+}  // namespace
+
+namespace {
+
+/// What a pixel makes of irradiance on the room; of glossy surfaces nothing.
+struct Receiver {
+  Eigen::Array4f reflects = Eigen::Array4f::Zero();  ///< albedo over π, and 0
+  rays::BlockMix mix;                                ///< where blocks share light
+};
+
+}  // namespace
+
+struct RayRenderer::State {
+  Session session;
+  Rooms rooms;
+  std::vector<KnownSurface> known;
+  CameraUpload camera;
+  rays::RayLight light;
+
+  std::shared_ptr<const rays::RayRoom> room;
+  std::vector<rays::LampPoints> lamps;
+
+  // What the last camera saw.
+  StillView still;
+  rays::PixelRays pixel_rays;
+  Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
+  std::shared_ptr<const rays::RayRoom> seen_room;
+  rays::Detail detail;
+  std::vector<rays::PixelSurface> seen;
+  std::vector<Receiver> receivers;         ///< by pixel
+  std::optional<rays::CoarseView> blocks;  ///< where blocks of pixels share light
+  std::optional<rays::GatherGrid> indirect, gloss;
+  bool new_view = false;  ///< of which nothing was gathered yet
+  Image<float> change;    ///< 3 channels, L_Δ of real pixels, W/sr/m²
+  rays::ObjectPixels objects;
+  rays::SrgbCodes codes;
+
+  State(const Session& s, Rooms the_rooms)
+      : session(s),
+        rooms(the_rooms),
+        known(known_surfaces(s.real_surfaces)),
+        camera(s.color),
+        still(s.color.model),
+        pixel_rays(s.color.model) {}
+
+  std::shared_ptr<const rays::RayRoom> room_of(const Scene& scene) const {
+    return std::make_shared<const rays::RayRoom>(scene, known, static_cast<float>(session.tag.size_m));
+  }
+
+  void follow(const Scene& scene) {
+    if (rooms == Rooms::made_here) {
+      if (!room || !room->has_surfaces_of(scene) || room->illumination() != scene.illumination) enter(room_of(scene));
+    } else if (room->illumination() != scene.illumination) {
+      enter(std::make_shared<const rays::RayRoom>(*room, scene.illumination));
+    }
+  }
+
+  void enter(std::shared_ptr<const rays::RayRoom> next) {
+    room = std::move(next);
+    lamps = rays::lamp_points_of(*room);
+  }
+
+  /// The last pose, unless the objects have moved in the picture since.
+  const Eigen::Isometry3d& held(const Eigen::Isometry3d& T) {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector4f& sphere : light.light().objects().meshes().spheres()) {
+      const double far_m = (sphere.head<3>().cast<double>() - T.translation()).norm();
+      nearest_m = std::min(nearest_m, far_m - static_cast<double>(sphere.w()));
+    }
+    bool moved = false;
+    return still.hold(T, std::max(nearest_m, kLeastNearest_m), &moved);
+  }
+
+  /// What the camera sees of the room, unless it has seen it so.
+  void look(const rays::Eye& eye, const rays::Detail& asked, Clock& clock) {
+    const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
+    const bool same_view = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
+    if (same_view && detail == asked) return;
+    seen_room.reset();  // until all below is there: memory may run out
+    const CameraModel& model = eye.camera.model;
+    if (!same_view) {
+      const Image<float> radiance = camera.radiance();
+      rays::see_room(*room, eye, radiance, seen);
+      rays::fill_holes(eye.camera, radiance, camera.exposure(), seen);
+      rays::sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
+      T_tag_camera = T;
+    }
+    detail = asked;
+    blocks.reset();
+    gloss.reset();
+    if (detail.block > 1) blocks.emplace(seen, model, detail.block);
+    find_receivers();
+    indirect.emplace(shared(), of_shared(), detail.gather / detail.block, rays::GatherGrid::Of::even);
+    if (!known.empty()) gloss.emplace(seen, model, detail.gather, rays::GatherGrid::Of::glossy);
+    seen_room = room;
+    new_view = true;
+    clock.done("pixels");
+  }
+
+  /// Surfaces that pixels share, or their own.
+  const std::vector<rays::PixelSurface>& shared() const { return blocks ? blocks->seen() : seen; }
+  const CameraModel& of_shared() const { return blocks ? blocks->camera() : session.color.model; }
+
+  void find_receivers() {
+    const CameraModel& model = session.color.model;
+    receivers.assign(seen.size(), {});
+    change = Image<float>(model.width, model.height, 3);
+    rays::for_each_block(model.height, kRow, [&](int first, int last) {
+      for (int v = first; v < last; ++v) {
+        for (int u = 0; u < model.width; ++u) {
+          const auto i = static_cast<std::size_t>(v * model.width + u);
+          if (!seen[i].known || seen[i].glossy) continue;
+          receivers[i].reflects.head<3>() = seen[i].albedo / reference::kPi;
+          if (blocks) receivers[i].mix = blocks->mix(u, v, seen[i].surface);
+        }
+      }
+    });
+  }
+
+  void see(const rays::Eye& eye, int rays, Clock& clock) {
+    const rays::Turn turn = new_view ? rays::Turn{} : light.turn();
+    new_view = true;  // where this fails, all is due
+    find_change(rays, turn, clock);
+    if (gloss) {
+      gloss->gather(light.light(), light.places(), rays, kGlossSeed, turn);
+      const std::vector<Eigen::Array4f> found = gloss->at_pixels();
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        if (seen[i].glossy) set(change, i, found[i].head<3>());
+      }
+      clock.done("gloss");
+    }
+    objects = rays::see_objects(light.light(), lamps, seen, eye, detail, std::move(objects));
+    clock.done("object pixels");
+    new_view = false;
+  }
+
+  void find_change(int rays, const rays::Turn& turn, Clock& clock) {
+    const std::vector<Eigen::Array4f> hidden =
+        rays::hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail);
+    clock.done("shadows");
+    indirect->gather(light.light(), light.places(), rays, kPixelSeed, turn);
+    std::vector<Eigen::Array4f> delta = indirect->at_pixels();
+    for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= hidden[i];
+    const CameraModel& model = session.color.model;
+    rays::for_each_block(model.height, kRow, [&](int first, int last) {
+      const auto width = static_cast<std::size_t>(model.width);
+      for (std::size_t i = static_cast<std::size_t>(first) * width; i < static_cast<std::size_t>(last) * width; ++i) {
+        const Receiver& r = receivers[i];
+        const Eigen::Array4f irradiance =
+            blocks ? blocks->mixed(r.mix, [&](std::size_t block) { return delta[block]; }) : delta[i];
+        set(change, i, (r.reflects * irradiance).head<3>());
+      }
+    });
+    clock.done("gather");
+  }
+
+  std::shared_ptr<const RelightMaps> maps() const {
+    auto maps = std::make_shared<RelightMaps>();
+    maps->mask = Image<float>(change.width, change.height, 1);
+    maps->delta = change;
+    maps->albedo = maps->normals = Image<float>(change.width, change.height, 3);
+    maps->depth_m = Image<float>(change.width, change.height, 1);
+    const Eigen::Vector3f eye_m = T_tag_camera.topRightCorner<3, 1>(), forward = T_tag_camera.block<3, 1>(0, 2);
+    const auto tell = [&](std::size_t i, const rays::PixelSurface& p) {
+      set(maps->albedo, i, p.albedo);
+      set(maps->normals, i, p.surface.normal.array());
+      maps->depth_m.data[i] = forward.dot(p.surface.position_m - eye_m);
+    };
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (seen[i].known) tell(i, seen[i]);
+    }
+    // Where an object shows, the maps say what it is.
+    for_objects([&](std::size_t i, std::size_t of_window) {
+      maps->mask.data[i] = objects.coverage.data[of_window];
+      if (maps->mask.data[i] >= 0.5f && objects.surfaces[of_window].known) tell(i, objects.surfaces[of_window]);
+    });
+    return maps;
+  }
+
+  /// `look(pixel of the picture, pixel of the window)` for each of the objects' window.
+  template <typename Look>
+  void for_objects(Look look) const {
+    for (int v = 0; v < objects.coverage.height; ++v) {
+      for (int u = 0; u < objects.coverage.width; ++u) {
+        look(static_cast<std::size_t>((v + objects.top) * change.width + u + objects.left),
+             objects.coverage.index(u, v));
+      }
+    }
+  }
+
+  /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
+  void compose(Image<std::uint8_t>& picture) const {
+    rays::for_each_block(change.height, kRow, [&](int first, int last) {
+      for (int v = first; v < last; ++v) {
+        for (int u = 0; u < change.width; ++u) compose(u, v, picture);
+      }
+    });
+  }
+
+  void compose(int u, int v, Image<std::uint8_t>& picture) const {
+    const auto i = static_cast<std::size_t>(v) * static_cast<std::size_t>(change.width) + static_cast<std::size_t>(u);
+    float coverage = 0;
+    Rgb object = Rgb::Zero();
+    const int x = u - objects.left, y = v - objects.top;
+    if (x >= 0 && y >= 0 && x < objects.coverage.width && y < objects.coverage.height) {
+      const std::size_t at = objects.coverage.index(x, y);
+      coverage = objects.coverage.data[at];
+      object = pixel(objects.radiance, at);
+    }
+    const Rgb change_here = pixel(change, i);
+    if (coverage == 0 && change_here.isZero(0) && camera.codes_are_srgb()) return;
+    const Rgb before = camera.radiance(i);
+    const Rgb light_now = (1 - coverage) * (before + change_here).max(0) + object;
+    if (!light_now.allFinite()) return;
+    for (std::size_t c = 0; c < 3; ++c) {
+      picture.data[3 * i + c] = codes(camera.exposure() * light_now[static_cast<Eigen::Index>(c)]);
+    }
+  }
+};
+
+RayRenderer::RayRenderer(const Session& session, Rooms rooms) : state_(std::make_unique<State>(session, rooms)) {}
+RayRenderer::~RayRenderer() = default;
+
+std::shared_ptr<const rays::RayRoom> RayRenderer::room_of(const Scene& scene) const { return state_->room_of(scene); }
+void RayRenderer::take(std::shared_ptr<const rays::RayRoom> room) { state_->enter(std::move(room)); }
+
+RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
+                                  bool with_maps) {
+  State& s = *state_;
+  RelitPicture result;
+  result.plan = plan;
+  s.camera.take(frame.color);
+  result.srgb = s.camera.coded();
+  const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
+  std::string missing = what_is_missing(scene, objects);
+  if (missing.empty() && s.rooms == Rooms::taken && !s.room) missing = "the room is not ready for rays yet";
+  if (!missing.empty()) {
+    result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
+    result.passed_through = true;
+    return result;
+  }
+  for (const VirtualObject& object : exhibit.objects) {
+    if (const auto line = left_out(object); line && object.visible) result.warnings.push_back("relight: " + *line);
+  }
+  Clock clock(result.passes);
+  s.follow(scene);
+  const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
+  const rays::Eye eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
+  s.look(eye, rays::detail_of(plan.trace_scale), clock);
+  if (lit_anew || s.new_view) s.see(eye, plan.rays, clock);
+  s.compose(result.srgb);
+  if (with_maps) result.maps = s.maps();
+  return result;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,140 @@
+#include "relight/gather/ray_room.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kTagWithBorder = 10.0f / 8;  // tag36h11: eight modules of black square, one of white on each side
+constexpr float kPaperNear_m = 0.005f;       // to the tag's plane
+constexpr float kPatch_m = 0.02f;            // between patches of known surfaces
+
+bool is_flat_enough(const Vector3f& p_m) { return std::abs(p_m.z()) < kPaperNear_m; }
+
+void add_patches(const Model& model, std::vector<Patch>& patches) {
+  for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
+    const Vector3f &a = model.positions_m[model.indices[t]], &b = model.positions_m[model.indices[t + 1]],
+                   &c = model.positions_m[model.indices[t + 2]];
+    const Vector3f n = (b - a).cross(c - a).stableNormalized();
+    const int steps = std::clamp(static_cast<int>(std::max((b - a).norm(), (c - a).norm()) / kPatch_m) + 1, 1, 200);
+    for (int i = 0; i < steps; ++i) {
+      for (int j = 0; i + j < steps; ++j) {
+        const float u = (static_cast<float>(i) + 0.33f) / static_cast<float>(steps),
+                    v = (static_cast<float>(j) + 0.33f) / static_cast<float>(steps);
+        patches.push_back({a + u * (b - a) + v * (c - a), n});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+RayRoom::RayRoom(const Scene& scene, const std::vector<KnownSurface>& known, float tag_size_m)
+    : light_(reference_room_of(scene, known)), illumination_(scene.illumination) {
+  auto made = std::make_shared<Surfaces>();
+  Surfaces& s = *made;
+  s.real = std::exchange(light_.real, {});
+  s.paper_m = tag_size_m * kTagWithBorder;
+  s.field = scene.field;
+  s.albedo = scene.albedo;
+  s.enclosure = scene.enclosure;
+  s.meshes = std::make_unique<reference::Meshes>(s.real, nullptr);
+  s.vertices.resize(s.real.size());
+  s.facets.resize(s.real.size());
+  for (std::size_t i = 0; i < s.real.size(); ++i) {
+    const Model& model = *s.real[i].model;
+    const bool is_known = s.real[i].material.has_value();
+    if (is_known) {
+      add_patches(model, s.patches);
+      continue;
+    }
+    const bool fused = i == 0;
+    for (std::size_t v = 0; v < model.positions_m.size(); ++v) {
+      const Vector3f& p = model.positions_m[v];
+      const auto measured = fused ? scene.field->radiance(p) : std::nullopt;
+      MeasuredVertex& vertex = s.vertices[i].emplace_back();
+      vertex.position_m = p;
+      vertex.normal = model.normals[v];
+      vertex.albedo = model.colors[v];
+      vertex.before = measured ? *measured : fisheye_radiance(*scene.illumination, p);
+      vertex.colored = (!fused || measured) && model.colors[v].maxCoeff() > 0;
+      s.patches.push_back({p, model.normals[v]});
+    }
+    for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
+      const std::uint32_t* corner = &model.indices[t];
+      const auto& p = model.positions_m;
+      RoomFacet& facet = s.facets[i].emplace_back();
+      facet.fused = fused;
+      facet.normal = (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]]).stableNormalized();
+      for (int k = 0; k < 3; ++k) {
+        facet.albedo += model.colors[corner[k]].array() / 3;
+        facet.before += s.vertices[i][corner[k]].before / 3;
+      }
+    }
+  }
+  surfaces_ = std::move(made);
+  sky_ = std::make_unique<reference::Sky>(light_);
+}
+
+RayRoom::RayRoom(const RayRoom& room, std::shared_ptr<const Illumination> illumination)
+    : surfaces_(room.surfaces_), illumination_(std::move(illumination)) {
+  light_room(*illumination_, light_);
+  sky_ = std::make_unique<reference::Sky>(light_);
+}
+
+bool RayRoom::has_surfaces_of(const Scene& scene) const {
+  return surfaces_->field == scene.field && surfaces_->albedo == scene.albedo &&
+         surfaces_->enclosure == scene.enclosure;
+}
+
+RealPoint RayRoom::point(const reference::MeshHit& hit, const Vector3f& w) const {
+  if (facet(hit)) return measured_point(hit, w);
+  RealPoint point{surfaces_->meshes->surface(hit, w)};
+  const Vector3f& p = point.surface.position_m;
+  if (is_flat_enough(p) && p.head<2>().cwiseAbs().maxCoeff() < 0.5f * surfaces_->paper_m) {
+    if (const auto measured = surfaces_->field->radiance(p)) {
+      point.surface.look = {};
+      if (surfaces_->albedo) point.surface.look.diffuse = albedo_near(*surfaces_->albedo, p).array();
+      point.before = measured->array();
+      return point;
+    }
+  }
+  point.before.setConstant(std::numeric_limits<float>::quiet_NaN());
+  return point;
+}
+
+RealPoint RayRoom::measured_point(const reference::MeshHit& hit, const Vector3f& w) const {
+  const std::uint32_t* corner = &surfaces_->real[hit.mesh].model->indices[3 * std::size_t{hit.triangle}];
+  const float weight[3] = {1 - hit.u - hit.v, hit.u, hit.v};
+  const MeasuredVertex* vertices[3];
+  float known[3], sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    vertices[k] = &surfaces_->vertices[hit.mesh][corner[k]];
+    // At the end of what is known, that alone counts.
+    known[k] = vertices[k]->colored ? std::max(weight[k], 1e-6f) : 0;
+    sum += known[k];
+  }
+  RealPoint point;
+  reference::Surface& s = point.surface;
+  s.normal.setZero();
+  for (int k = 0; k < 3; ++k) {
+    const float share = sum > 0 ? known[k] / sum : weight[k];
+    s.position_m += weight[k] * vertices[k]->position_m;
+    s.normal += weight[k] * vertices[k]->normal;
+    point.before += share * vertices[k]->before;
+    s.look.diffuse += share * vertices[k]->albedo;
+  }
+  s.face = surfaces_->facets[hit.mesh][hit.triangle].normal;
+  if (s.face.dot(w) > 0) s.face = -s.face;
+  s.normal.normalize();
+  if (s.normal.dot(s.face) < 0) s.normal = -s.normal;
+  if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // a smooth normal that can't be seen from here
+  return point;
+}
+
+}  // namespace lumigraft::rays

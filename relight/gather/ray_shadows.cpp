@@ -1,0 +1,274 @@
+#include "relight/gather/ray_shadows.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "relight/gather/fast_exp.h"
+#include "relight/tracing/parallel_for.h"
+#include "relight/tracing/lamps.h"
+
+namespace lumigraft::rays {
+namespace {
+
+using Eigen::Vector3f;
+using reference::MeshHit;
+using reference::RayFan;
+
+constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr float kOfPenumbra = 0.35f;  // standard deviation of the smoothing
+constexpr float kOffPlane_px = 1.5f;
+constexpr float kWide_px = 4;    // penumbra that is the same all over a pixel
+constexpr float kSparse_px = 6;  // penumbra of which one of 2 × 2 pixels tells enough
+constexpr int kReach = 2;        // pixels, of the smoothing
+constexpr int kRow = 4;          // rows of pixels, a thread's turn
+constexpr std::uint32_t kLampSeed = 31;
+
+enum class On { room, objects };
+
+struct Shadow {
+  float hidden = 0;         ///< share of the lamp's light that does not arrive for what is looked for
+  float penumbra_m = kFar;  ///< how wide the narrowest penumbra is that falls here
+  bool known = true;        ///< else the pixels around it tell
+};
+
+class LampShadow {
+ public:
+  /// On the room: what objects alone keep from it. On objects: what anything keeps from them.
+  LampShadow(On on, const DeltaLight& light, std::size_t lamp, const LampPoints& points,
+             const std::vector<PixelSurface>& seen, const CameraModel& camera, const Detail& detail)
+      : on_(on),
+        light_(light),
+        points_(points),
+        lamp_(lamp),
+        seen_(seen),
+        width_(camera.width),
+        height_(camera.height),
+        focal_px_(static_cast<float>(camera.fx)),
+        rays_(detail.lamp_rays),
+        sparse_(detail.sparse),
+        shadows_(seen.size()) {}
+
+  void look(int step) {
+    // First at the corners of blocks of pixels.
+    const int across = (width_ + step - 2) / step + 1, down = (height_ + step - 2) / step + 1;
+    std::vector<std::uint8_t> corners(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
+    const auto corner = [&](int i, int j) -> std::uint8_t& {
+      return corners[static_cast<std::size_t>(std::clamp(j, 0, down - 1)) * static_cast<std::size_t>(across) +
+                     static_cast<std::size_t>(std::clamp(i, 0, across - 1))];
+    };
+    for_each_block(down, 1, [&](int first, int last) {
+      for (int j = first; j < last; ++j) {
+        for (int i = 0; i < across; ++i) {
+          corner(i, j) = trace(std::min(i * step, width_ - 1), std::min(j * step, height_ - 1));
+        }
+      }
+    });
+    for_each_block(down, 1, [&](int first, int last) {
+      for (int j = first; j < last; ++j) {
+        for (int i = 0; i < across; ++i) {
+          std::uint8_t around = 0;
+          bool sparse = sparse_;
+          for (int y = j - 1; y <= j + 2; ++y) {
+            for (int x = i - 1; x <= i + 2; ++x) {
+              around |= corner(x, y);
+              sparse = sparse && is_wide(std::clamp(x, 0, across - 1) * step, std::clamp(y, 0, down - 1) * step);
+            }
+          }
+          fill(i * step, j * step, step, around, sparse);
+        }
+      }
+    });
+  }
+
+  /// `add(pixel, shadow, narrowest penumbra around over a pixel's width)` for every pixel that is looked at.
+  template <typename Add>
+  void smoothed(Add add) const {
+    const std::vector<std::uint8_t> at_edge = near_edges();
+    for_each_block(height_, kRow, [&](int first, int last) {
+      for (int v = first; v < last; ++v) {
+        for (int u = 0; u < width_; ++u) {
+          const std::size_t pixel = at(u, v);
+          if (!is_wanted(seen_[pixel])) continue;
+          if (at_edge[pixel]) {
+            add_mean(u, v, add);
+          } else {
+            add(pixel, shadows_[pixel].hidden, kFar);
+          }
+        }
+      }
+    });
+  }
+
+ private:
+  enum Kind : std::uint8_t { kOpen = 1, kHidden = 2, kPartly = 4 };  // 0: nothing can be said
+
+  std::size_t at(int u, int v) const {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
+  }
+  bool is_wanted(const PixelSurface& p) const { return p.known && !(on_ == On::room && p.glossy); }
+
+  std::uint8_t trace(int u, int v) {
+    const PixelSurface& p = seen_[at(u, v)];
+    if (!is_wanted(p)) return 0;
+    if (on_ == On::room && !light_.may_hide(lamp_, p.surface.position_m)) return kOpen;
+    LampFan fan = points_.from(p.surface, 4 * (v & 3) + (u & 3));
+    if (rays_ < RayFan::kMost) fan.keep_first(rays_);
+    if (!(fan.all > 0)) return 0;
+    std::array<MeshHit, RayFan::kMost> found;
+    const std::uint32_t objects = light_.objects().meshes().hits(fan.rays, found);
+    RayFan others = fan.rays;
+    others.some = on_ == On::room ? objects : fan.rays.some & ~objects;
+    const std::uint32_t room = light_.behind_room(others, lamp_);
+    const std::uint32_t hidden = on_ == On::room ? objects & ~room : objects | room;
+    float sum = 0;
+    for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+      if (hidden >> k & 1) sum += fan.weight[k];
+    }
+    Shadow& shadow = shadows_[at(u, v)];
+    const float lamp_m = (points_.lamp().centre_m - p.surface.position_m).norm();
+    for (std::size_t k = 0; k < RayFan::kMost; ++k) {
+      if (!(objects >> k & 1)) continue;
+      const float beyond_m = std::max(lamp_m - found[k].t_m, 1e-3f);
+      shadow.penumbra_m =
+          std::min(shadow.penumbra_m, 2 * reference::lamp_reach_m(points_.lamp()) * found[k].t_m / beyond_m);
+    }
+    shadow.hidden = sum / fan.all;
+    if (hidden == 0) return kOpen;
+    if (hidden == fan.rays.some) return kHidden;
+    return kPartly;
+  }
+
+  bool is_wide(int u, int v) const {
+    const std::size_t pixel = at(std::min(u, width_ - 1), std::min(v, height_ - 1));
+    return shadows_[pixel].penumbra_m * focal_px_ > kSparse_px * seen_[pixel].depth_m;
+  }
+
+  void fill(int from_u, int from_v, int step, std::uint8_t around, bool sparse) {
+    for (int v = from_v; v < std::min(from_v + step, height_); ++v) {
+      for (int u = from_u; u < std::min(from_u + step, width_); ++u) {
+        if (u == from_u && v == from_v) continue;
+        if (around == kHidden) {
+          shadows_[at(u, v)].hidden = 1;
+        } else if (around == kOpen) {
+          continue;
+        } else if (sparse && ((u | v) & 1) != 0) {
+          shadows_[at(u, v)].known = false;
+        } else {
+          trace(u, v);
+        }
+      }
+    }
+  }
+
+  /// Whether a part of the lamp is hidden at a pixel, or all of it where a pixel beside it finds it open.
+  bool is_edge(int u, int v) const {
+    if (!shadows_[at(u, v)].known) return true;
+    const float own = shadows_[at(u, v)].hidden;
+    return (own > 0 && own < 1) || (u + 1 < width_ && shadows_[at(u + 1, v)].hidden != own) ||
+           (v + 1 < height_ && shadows_[at(u, v + 1)].hidden != own);
+  }
+
+  /// Pixels with an edge within reach.
+  std::vector<std::uint8_t> near_edges() const {
+    std::vector<std::uint8_t> rows(shadows_.size()), out(shadows_.size());
+    for_each_block(height_, kRow, [&](int first, int last) {
+      for (int v = first; v < last; ++v) {
+        for (int u = 0; u < width_; ++u) {
+          if (!is_edge(u, v)) continue;
+          std::fill(&rows[at(std::max(u - kReach, 0), v)], &rows[at(std::min(u + kReach, width_ - 1), v)] + 1, 1);
+        }
+      }
+    });
+    for_each_block(height_, kRow, [&](int first, int last) {
+      for (int v = first; v < last; ++v) {
+        for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, height_ - 1); ++y) {
+          for (int u = 0; u < width_; ++u) out[at(u, v)] |= rows[at(u, y)];
+        }
+      }
+    });
+    return out;
+  }
+
+  template <typename Add>
+  void add_mean(int u, int v, Add add) const {
+    constexpr std::array<float, 3> kernel = {3.0f / 8, 1.0f / 4, 1.0f / 16};
+    const PixelSurface& own = seen_[at(u, v)];
+    const float pixel_m = own.depth_m / focal_px_;
+    float mean = 0, weights = 0, narrowest_m = kFar;
+    for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, height_ - 1); ++y) {
+      for (int x = std::max(u - kReach, 0); x <= std::min(u + kReach, width_ - 1); ++x) {
+        const PixelSurface& other = seen_[at(x, y)];
+        const Shadow& shadow = shadows_[at(x, y)];
+        if (!shadow.known || !is_wanted(other)) continue;
+        narrowest_m = std::min(narrowest_m, shadow.penumbra_m);
+        const float turn = own.surface.normal.dot(other.surface.normal);
+        if (turn <= 0) continue;
+        const Vector3f apart = other.surface.position_m - own.surface.position_m;
+        const float within_m = kOfPenumbra * std::min(shadows_[at(u, v)].penumbra_m, shadow.penumbra_m);
+        const float off = own.surface.normal.dot(apart) / (kOffPlane_px * pixel_m);
+        const float w = kernel[static_cast<std::size_t>(std::abs(x - u))] *
+                        kernel[static_cast<std::size_t>(std::abs(y - v))] * turn * turn *
+                        falloff(off * off + 0.5f * apart.squaredNorm() / (within_m * within_m + 1e-12f));
+        mean += w * shadow.hidden;
+        weights += w;
+      }
+    }
+    add(at(u, v), weights > 0 ? mean / weights : shadows_[at(u, v)].hidden, narrowest_m / pixel_m);
+  }
+
+  On on_;
+  const DeltaLight& light_;
+  const LampPoints& points_;
+  std::size_t lamp_;
+  const std::vector<PixelSurface>& seen_;
+  int width_, height_;
+  float focal_px_;
+  int rays_;  ///< of a pixel
+  bool sparse_;
+  std::vector<Shadow> shadows_;
+};
+
+}  // namespace
+
+std::vector<LampPoints> lamp_points_of(const RayRoom& room) {
+  std::vector<LampPoints> points;
+  for (const ReferenceLamp& lamp : room.lamps()) {
+    points.emplace_back(lamp, kLampSeed + static_cast<std::uint32_t>(points.size()));
+  }
+  return points;
+}
+
+std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
+                                              const std::vector<PixelSurface>& seen, const CameraModel& camera,
+                                              const Detail& detail) {
+  std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
+  for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
+    LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera, detail);
+    shadow.look(detail.step);
+    shadow.smoothed([&](std::size_t pixel, float hidden, float) {
+      if (hidden <= 0) return;
+      const float all = lamps[lamp].unhidden(seen[pixel].surface);
+      sum[pixel].head<3>() += lamps[lamp].lamp().radiance * (hidden * all);
+    });
+  }
+  return sum;
+}
+
+std::vector<std::vector<LampShare>> open_to_lamps(const DeltaLight& light, const std::vector<LampPoints>& lamps,
+                                                  const std::vector<PixelSurface>& seen, const CameraModel& camera,
+                                                  const Detail& detail) {
+  std::vector<std::vector<LampShare>> open;
+  for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
+    LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera, detail);
+    shadow.look(detail.step);
+    std::vector<LampShare>& by_pixel = open.emplace_back(seen.size());
+    shadow.smoothed([&](std::size_t pixel, float hidden, float narrowest_px) {
+      by_pixel[pixel] = {1 - hidden, narrowest_px > kWide_px};
+    });
+  }
+  return open;
+}
+
+}  // namespace lumigraft::rays

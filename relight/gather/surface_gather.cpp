@@ -1,0 +1,116 @@
+#include "relight/gather/surface_gather.h"
+
+#include "relight/tracing/parallel_for.h"
+
+namespace lumigraft::rays {
+
+using Eigen::Vector3f;
+using reference::Sampler;
+using reference::Surface;
+using reference::Vertex;
+
+namespace {
+
+constexpr int kBlock = 64;  // of places, a thread's turn
+constexpr int kMirrors = 2;
+
+Vertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
+  Surface s;
+  s.position_m = position_m;
+  s.face = s.normal = normal;
+  return Vertex(white_surface(s), -normal);
+}
+
+/// `gather(vertex, sampler, ray)` is the irradiance over π that one of the samples of a place finds.
+template <typename Gather>
+std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, const Turn& turn,
+                           const std::vector<Rgb>& kept, Gather gather) {
+  std::vector<Rgb> found = kept;
+  for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      if (!turn.is_of(i)) continue;
+      const auto& place = objects.places()[static_cast<std::size_t>(i)];
+      const Vertex vertex = white_vertex(place.position_m, place.normal);
+      Rgb sum = Rgb::Zero();
+      for (int k = 0; k < samples; ++k) {
+        Sampler sampler(seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
+        sum += gather(vertex, sampler,
+                      static_cast<std::size_t>(i) * static_cast<std::size_t>(samples) + static_cast<std::size_t>(k));
+      }
+      found[static_cast<std::size_t>(i)] = sum * (reference::kPi / static_cast<float>(samples));
+    }
+  });
+  return found;
+}
+
+}  // namespace
+
+void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const Turn& turn, RayObjects& objects) {
+  objects.set_direct(at_places(objects, samples, seed, turn, objects.direct(),
+                               [&](const Vertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
+}
+
+void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, const Turn& turn,
+                    RayObjects& objects) {
+  const std::size_t per_place = static_cast<std::size_t>(rays);
+  std::vector<const Rgb*> ends(objects.places().size() * per_place, nullptr);
+  const std::vector<Rgb> first = at_places(
+      objects, rays, seed, turn, objects.indirect(), [&](const Vertex& vertex, Sampler& sampler, std::size_t ray) {
+        const Vector3f w = vertex.sample(sampler);
+        return light.with_objects_unless({vertex.leave(w), w, 0}, sampler, kMirrors, &ends[ray]);
+      });
+  for (int bounce = 0; bounce < bounces; ++bounce) {
+    std::vector<Rgb> all = first;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      if (ends[i]) all[i / per_place] += *ends[i] * (reference::kPi / static_cast<float>(rays));
+    }
+    objects.set_indirect(std::move(all));
+  }
+}
+
+void gather_cells(const DeltaLight& light, const std::vector<reference::Place>& places, int rays, std::uint32_t seed,
+                  const Turn& turn, ChangeCells& cells) {
+  std::vector<Rgb> found = cells.irradiance;
+  for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      if (!turn.is_of(i)) continue;
+      const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
+      Vertex vertex = white_vertex(cell.position_m, cell.normal);
+      vertex.look_for(places);
+      found[static_cast<std::size_t>(i)] =
+          changed_irradiance(light, vertex, {rays, rays}, seed, static_cast<std::uint32_t>(i), nullptr);
+    }
+  });
+  cells.irradiance = std::move(found);
+}
+
+Rgb changed_radiance(const DeltaLight& light, const Vertex& vertex, Sampler& sampler, float* to_object_m) {
+  const auto towards = [&](const Vector3f& w) -> Rgb {
+    const float pdf = vertex.pdf(w) + vertex.aim_pdf(w);
+    const Rgb response = vertex.response(w);
+    if (!(response.maxCoeff() > 0 && pdf > 0)) return Rgb::Zero();
+    return light.change({vertex.leave(w), w, pdf}, sampler, kMirrors, to_object_m) * response / pdf;
+  };
+  Rgb sum = towards(vertex.sample(sampler)) - light.hidden(vertex, sampler);
+  if (vertex.looks()) sum += towards(vertex.aim(sampler));
+  return sum;
+}
+
+Rgb changed_irradiance(const DeltaLight& light, const Vertex& vertex, const RayCounts& rays, std::uint32_t seed,
+                       std::uint32_t place, float* to_object_m) {
+  const int aimed = vertex.looks() ? rays.aimed : 0;
+  Rgb sum = Rgb::Zero();
+  for (int k = 0; k < rays.hemisphere + aimed; ++k) {
+    const bool aim = k >= rays.hemisphere;
+    Sampler sampler(seed, 2 * place + aim, static_cast<std::uint32_t>(aim ? k - rays.hemisphere : k));
+    const Vector3f w = aim ? vertex.aim(sampler) : vertex.sample(sampler);
+    // The balance heuristic of both kinds (Veach & Guibas 1995). A white vertex sends all colours alike.
+    const float pdf =
+        static_cast<float>(rays.hemisphere) * vertex.pdf(w) + static_cast<float>(aimed) * vertex.aim_pdf(w);
+    const float share = vertex.response(w)[0] / pdf;
+    if (share > 0) sum += share * light.change({vertex.leave(w), w, 0}, sampler, kMirrors, to_object_m);
+  }
+  return sum * reference::kPi;
+}
+
+}  // namespace lumigraft::rays

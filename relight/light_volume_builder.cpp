@@ -1,0 +1,171 @@
+#include "relight/light_volume_builder.h"
+
+#include "relight/quality.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kVertexCones = 9;  // over the hemisphere of a vertex of an object
+
+}  // namespace
+
+RoomLight::RoomLight(gpu::Device& device)
+    : device_(device),
+      real_fill_(device),
+      virtual_fill_(device),
+      virtual_area_(device),
+      voxel_list_(device),
+      resolve_(device),
+      filter_(device),
+      bounce_(device),
+      enclosure_(device),
+      object_light_(device) {}
+
+void RoomLight::fit(const Plan& plan) {
+  if (rsm_ != plan.rsm) inject_ = std::make_unique<Inject>(device_, plan.rsm);
+  rsm_ = plan.rsm;
+  if (plan.method == "dlpv") {
+    if (!lpv_) lpv_ = std::make_unique<Lpv>(device_);
+    lpv_->fit(device_, plan.volume, plan.lpv_steps);
+  } else {
+    lpv_.reset();
+  }
+}
+
+std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white,
+                                        LitRoom& room) {
+  std::vector<LightStep> steps;
+  Volumes& volumes = room.volumes;
+  const Quality quality = quality_of(work.key.plan);
+  const bool surfaces = !room.real || !(*room.real == work.key.real());
+  add_chunks(work, bricks, surfaces, room, &steps);
+  if (surfaces) add_surfaces(work, bricks, room, &steps);
+  steps.push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
+                     virtual_area_.record(list, work.params, work.key.objects, volumes);
+                     bounce_.list_cells(list, work.params, kLeastShare, volumes);
+                   }});
+  steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
+                     // The first resolve must not see what bounced under other lamps.
+                     for (const auto* texture :
+                          {&volumes.gathered_virtual, &volumes.real_irradiance, &volumes.rough_irradiance,
+                           &volumes.virtual_radiance, &volumes.real_change, &volumes.enclosure_change,
+                           &volumes.enclosure_change_before}) {
+                       if (*texture) list.clear(**texture, {});
+                     }
+                     Inject::clear(list, volumes);
+                   }});
+  for (int lamp = 0; lamp < work.params.counts.x(); ++lamp) {
+    steps.push_back({"inject", 40, [this, work, lamp, &white, &volumes](gpu::CommandList& list) {
+                       inject_->record(list, work.params, lamp, work.key.objects, white, volumes);
+                     }});
+  }
+  add_resolve(work, room, &steps);
+  Work coarse = work;
+  coarse.params.counts.y() = coarse.params.counts.z() = quality.voxel_cones;
+  if (work.key.enclosure) {
+    steps.push_back({"enclosure", 40, [this, coarse, &volumes](gpu::CommandList& list) {
+                       enclosure_.light(list, coarse.params, volumes);
+                     }});
+  }
+  for (int i = 1; i < work.key.plan.bounces; ++i) {
+    for (int slice = 0; slice < work.slices; ++slice) {
+      steps.push_back({"bounce of virtual", 90.0f / static_cast<float>(work.slices),
+                       [this, coarse, slice, &volumes](gpu::CommandList& list) {
+                         bounce_.gather_virtual(list, coarse.params, {slice, coarse.slices}, *coarse.maps, volumes);
+                       }});
+    }
+    // Propagation adds what virtual surfaces gathered by itself: they must not be resolved with it before.
+    if (work.key.enclosure && !quality.cells && !lpv_) {
+      add_resolve(work, room, &steps);
+      add_enclosure_change(coarse, room, &steps);
+    }
+    add_real_gather(coarse, room, "bounce of real", i - 1, &steps);
+    add_resolve(work, room, &steps);
+  }
+  if (work.key.enclosure) add_enclosure_change(coarse, room, &steps);
+  if (quality.cells || lpv_) add_real_gather(coarse, room, "cells", work.key.plan.bounces - 1, &steps);
+  if (work.live && ObjectLight::enough_for(work.key.objects)) {
+    ObjectLight::fit(device_, work.key.objects, &room.gathered);
+    for (int slice = 0; slice < work.slices; ++slice) {
+      steps.push_back(
+          {"object light", 90.0f / static_cast<float>(work.slices), [this, work, slice, &room](gpu::CommandList& list) {
+             object_light_.gather(list, work.params, kVertexCones, {slice, work.slices}, work.key.objects, *work.maps,
+                                  room.volumes, room.gathered);
+           }});
+    }
+  }
+  return steps;
+}
+
+/// Where surfaces are, and room for what is to be kept of them.
+void RoomLight::add_chunks(const Work& work, const BrickPool& bricks, bool real, LitRoom& room,
+                           std::vector<LightStep>* steps) {
+  Volumes& volumes = room.volumes;
+  if (real) {
+    steps->push_back({"volumes", 60, [this, work, &bricks, &volumes](gpu::CommandList& list) {
+                        real_fill_.distances(list, work.params, bricks, volumes);
+                        voxel_list_.near_real(list, work.params, volumes);
+                      }});
+  }
+  steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
+                      virtual_fill_.record(device_, list, work.params, work.key.objects, volumes);
+                      voxel_list_.near_virtual(list, work.params, volumes);
+                    }});
+  steps->push_back({"volumes", 0, {}, [this, real, &volumes] {
+                      if (real) volumes.fit_chunks(device_, Surfaces::real);
+                      volumes.fit_chunks(device_, Surfaces::virt);
+                    }});
+}
+
+void RoomLight::add_surfaces(const Work& work, const BrickPool& bricks, LitRoom& room, std::vector<LightStep>* steps) {
+  const Volumes& volumes = room.volumes;
+  steps->push_back({"volumes", 80, [this, work, &bricks, &volumes](gpu::CommandList& list) {
+                      real_fill_.surfaces(list, work.params, bricks, volumes);
+                    }});
+  steps->push_back({"volumes", 20, [this, work, &volumes](gpu::CommandList& list) {
+                      filter_.record(list, work.params, volumes.real_chunks, *volumes.real_radiance, volumes);
+                    }});
+}
+
+void RoomLight::add_resolve(const Work& work, const LitRoom& room, std::vector<LightStep>* steps) {
+  const Volumes& volumes = room.volumes;
+  steps->push_back(
+      {"resolve", 20, [this, work, &volumes](gpu::CommandList& list) { resolve_.record(list, work.params, volumes); }});
+  steps->push_back({"resolve", 20, [this, work, &volumes](gpu::CommandList& list) {
+                      filter_.record(list, work.params, volumes.virtual_chunks, *volumes.virtual_radiance, volumes);
+                      filter_.record(list, work.params, volumes.real_chunks, *volumes.real_change, volumes);
+                    }});
+}
+
+void RoomLight::add_enclosure_change(const Work& work, LitRoom& room, std::vector<LightStep>* steps) {
+  steps->push_back({"enclosure", 40, [this, work, &room](gpu::CommandList& list) {
+                      enclosure_.change(list, work.params, room.volumes);
+                    }});
+}
+
+void RoomLight::add_real_gather(const Work& work, const LitRoom& room, const char* pass, int round,
+                                std::vector<LightStep>* steps) {
+  const Volumes& volumes = room.volumes;
+  if (lpv_) {
+    steps->push_back({pass, 200, [this, work, round, &volumes](gpu::CommandList& list) {
+                        lpv_->gather_real(list, work.params, work.brightest, round, work.key.plan.bounces, volumes);
+                      }});
+    return;
+  }
+  const bool last = round + 1 == work.key.plan.bounces;
+  const gpu::Texture& irradiance = last ? *volumes.rough_irradiance : *volumes.real_irradiance;
+  for (int slice = 0; slice < work.slices; ++slice) {
+    steps->push_back({pass, 110.0f / static_cast<float>(work.slices),
+                      [this, work, last, slice, &irradiance, &volumes](gpu::CommandList& list) {
+                        bounce_.gather_real(list, work.params, kChangeCones, !last || work.live, {slice, work.slices},
+                                            *work.maps, irradiance, volumes);
+                      }});
+  }
+  if (last) {
+    steps->push_back({pass, 10, [this, work, &volumes](gpu::CommandList& list) {
+                        bounce_.smooth_real(list, work.params, volumes);
+                      }});
+  }
+}
+
+}  // namespace lumigraft

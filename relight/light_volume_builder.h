@@ -1,0 +1,77 @@
+#pragma once
+// Fills the light volumes: what does not depend on the camera and is made once for a room, its lamps and the objects.
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "relight/upload/brick_pool.h"
+#include "relight/upload/light_set.h"
+#include "relight/passes/volume/light_volume_state.h"
+#include "relight/passes/volume/bounce.h"
+#include "relight/passes/volume/enclosure.h"
+#include "relight/passes/volume/filter.h"
+#include "relight/passes/volume/inject.h"
+#include "relight/passes/lpv/lpv.h"
+#include "relight/passes/volume/object_light.h"
+#include "relight/passes/volume/real_fill.h"
+#include "relight/passes/volume/resolve.h"
+#include "relight/passes/volume/virtual_area.h"
+#include "relight/passes/volume/virtual_fill.h"
+#include "relight/passes/volume/voxel_list.h"
+
+namespace lumigraft {
+
+/// Part of the work, to be done in its order.
+struct LightStep {
+  const char* pass;
+  float cost;  ///< relative to others
+  std::function<void(gpu::CommandList&)> record;
+  std::function<void()> on_host = {};  ///< in place of `record`, when all that was recorded before has run
+};
+
+class RoomLight {
+ public:
+  explicit RoomLight(gpu::Device& device);
+  void fit(const Plan& plan);
+
+  struct Work {
+    shader::FrameParams params;
+    LightKey key;
+    bool live = false;  ///< gather at matt objects' vertices too, and for real surfaces also what comes by mirrors
+    const LampMaps* maps = nullptr;
+    float brightest = 0;  ///< of the environment and of what the camera can tell, W/sr/m²
+    int slices = 1;       ///< of long passes
+  };
+  /// What is left to do where `room` holds older light. The bricks hold the work's room; everything named must stay as
+  /// it is until the last step was recorded and has run.
+  std::vector<LightStep> steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white, LitRoom& room);
+
+  const Inject& inject() const { return *inject_; }
+  ObjectLight& object_light() { return object_light_; }
+  const ObjectLight& object_light() const { return object_light_; }
+  const Lpv* lpv() const { return lpv_.get(); }  ///< null where cones carry the change
+
+ private:
+  void add_chunks(const Work& work, const BrickPool& bricks, bool real, LitRoom& room, std::vector<LightStep>* steps);
+  void add_surfaces(const Work& work, const BrickPool& bricks, LitRoom& room, std::vector<LightStep>* steps);
+  void add_resolve(const Work& work, const LitRoom& room, std::vector<LightStep>* steps);
+  void add_enclosure_change(const Work& work, LitRoom& room, std::vector<LightStep>* steps);
+  void add_real_gather(const Work& work, const LitRoom& room, const char* pass, int round,
+                       std::vector<LightStep>* steps);
+
+  gpu::Device& device_;
+  RealFill real_fill_;
+  VirtualFill virtual_fill_;
+  VirtualArea virtual_area_;
+  VoxelList voxel_list_;
+  std::unique_ptr<Inject> inject_;
+  int rsm_ = 0;
+  Resolve resolve_;
+  Filter filter_;
+  Bounce bounce_;
+  EnclosureLight enclosure_;
+  std::unique_ptr<Lpv> lpv_;
+  ObjectLight object_light_;
+};
+
+}  // namespace lumigraft

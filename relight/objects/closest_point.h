@@ -1,0 +1,39 @@
+#pragma once
+// Nearest points and rays on the triangles of a model. Private to the object field.
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "relight/exhibit/exhibit.h"
+
+namespace lumigraft {
+
+struct SurfacePoint {
+  float distance_m = 0;
+  std::uint32_t triangle = 0;
+  Eigen::Vector3f position_m;
+  Eigen::Vector3f barycentric;  ///< weights of the triangle's three vertices
+};
+
+class ObjectSurface {
+ public:
+  explicit ObjectSurface(const Model& model);  ///< keeps a reference
+  ~ObjectSurface();
+
+  /// Empty where nothing lies within `radius_m`. Of triangles that are equally near, the one of lowest index.
+  std::optional<SurfacePoint> nearest(const Eigen::Vector3f& p_m, float radius_m) const;
+
+  /// Distance to the first triangle along the ray that `accept` takes, given its index and unit normal.
+  using Accept = std::function<bool(std::uint32_t triangle, const Eigen::Vector3f& normal)>;
+  std::optional<float> first_hit(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, float limit_m,
+                                 const Accept& accept) const;
+
+ private:
+  struct Scene;
+  const Model& model_;
+  std::unique_ptr<Scene> scene_;
+};
+
+}  // namespace lumigraft

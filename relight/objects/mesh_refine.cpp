@@ -1,0 +1,104 @@
+#include "relight/objects/mesh_refine.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+
+namespace lumigraft {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+using Triangle = std::array<std::uint32_t, 3>;
+
+class Refinement {
+ public:
+  Refinement(const Model& model, float longest_m) : model_(model), longest_m_(longest_m) {
+    model_.indices.clear();
+    model_.parts.clear();
+  }
+
+  void add(const Model::Part& part, const std::vector<std::uint32_t>& indices) {
+    Model::Part& refined = model_.parts.emplace_back(part);
+    refined.first_index = static_cast<std::uint32_t>(model_.indices.size());
+    for (std::uint32_t i = 0; i + 2 < part.index_count; i += 3) {
+      const std::uint32_t* v = &indices[part.first_index + i];
+      split({v[0], v[1], v[2]});
+    }
+    refined.index_count = static_cast<std::uint32_t>(model_.indices.size()) - refined.first_index;
+  }
+
+  Model take() { return std::move(model_); }
+
+ private:
+  /// At the middle of its longest edge, until that is short enough.
+  void split(const Triangle& first) {
+    std::vector<Triangle> waiting{first};
+    while (!waiting.empty()) {
+      const Triangle t = waiting.back();
+      waiting.pop_back();
+      std::size_t longest = 0;
+      for (std::size_t i = 1; i < 3; ++i) {
+        if (length(t, i) > length(t, longest)) longest = i;
+      }
+      if (!(length(t, longest) > longest_m_)) {
+        model_.indices.insert(model_.indices.end(), t.begin(), t.end());
+        continue;
+      }
+      const std::uint32_t a = t[longest], b = t[(longest + 1) % 3], c = t[(longest + 2) % 3], m = middle(a, b);
+      waiting.push_back({a, m, c});
+      waiting.push_back({m, b, c});
+    }
+  }
+
+  float length(const Triangle& t, std::size_t i) const {
+    return (model_.positions_m[t[i]] - model_.positions_m[t[(i + 1) % 3]]).norm();
+  }
+
+  std::uint32_t middle(std::uint32_t a, std::uint32_t b) {
+    const auto [found, is_new] = middles_.try_emplace(Edge(std::min(a, b), std::max(a, b)),
+                                                      static_cast<std::uint32_t>(model_.positions_m.size()));
+    if (is_new) {
+      const auto mean = [&](auto& values) { values.push_back(0.5f * (values[a] + values[b])); };
+      mean(model_.positions_m);
+      mean(model_.texcoords);
+      mean(model_.colors);
+      const Eigen::Vector3f normal = model_.normals[a] + model_.normals[b];
+      model_.normals.push_back(normal.norm() > 1e-6f ? Eigen::Vector3f(normal.normalized()) : model_.normals[a]);
+    }
+    return found->second;
+  }
+
+  Model model_;
+  float longest_m_;
+  std::map<Edge, std::uint32_t> middles_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Model> refine_model(const Model& model, float longest_m) {
+  Refinement refinement(model, longest_m);
+  for (const Model::Part& part : model.parts) refinement.add(part, model.indices);
+  return std::make_shared<Model>(refinement.take());
+}
+
+bool is_closed(const Model& model) {
+  const auto before = [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  };
+  std::map<Eigen::Vector3f, std::uint32_t, decltype(before)> places(before);
+  std::vector<std::uint32_t> place;
+  for (const auto& p : model.positions_m) {
+    place.push_back(places.try_emplace(p, static_cast<std::uint32_t>(places.size())).first->second);
+  }
+  std::map<Edge, int> surplus;  // of runs from the lower number to the higher one
+  for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t a = place[model.indices[t + i]], b = place[model.indices[t + (i + 1) % 3]];
+      surplus[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+    }
+  }
+  return std::all_of(surplus.begin(), surplus.end(), [](const auto& edge) { return edge.second == 0; });
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,69 @@
+#include "relight/objects/placement.h"
+
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+constexpr float kInnerEdge = 2.6f;  // of the sphere's radius
+constexpr float kOuterEdge = 3.5f;  // of the inner edge
+constexpr int kMargin = 3;          // voxels of the virtual volume on either side
+
+shader::vec4 centred(const Eigen::Vector3f& centre_m, float edge_m, int voxels) {
+  const float voxel = edge_m / static_cast<float>(voxels);
+  const Eigen::Vector3f low = centre_m - Eigen::Vector3f::Constant(0.5f * edge_m);
+  shader::vec4 grid;
+  // A voxel's edge may lie in the middle of the objects; rounding must not choose between the two beside it.
+  grid << ((low / voxel).array() + 1e-3f).floor().matrix() * voxel, voxel;
+  return grid;
+}
+
+BoundingSphere join(const BoundingSphere& a, const BoundingSphere& b) {
+  const Eigen::Vector3f to = b.centre_m - a.centre_m;
+  const float apart = to.norm();
+  if (apart + b.radius_m <= a.radius_m) return a;
+  if (apart + a.radius_m <= b.radius_m) return b;
+  const float radius = 0.5f * (apart + a.radius_m + b.radius_m);
+  return {a.centre_m + to * ((radius - a.radius_m) / apart), radius};
+}
+
+}  // namespace
+
+BoundingSphere bounding_sphere(const std::vector<Eigen::Vector3f>& points_m) {
+  Eigen::AlignedBox3f box;
+  for (const auto& p : points_m) box.extend(p);
+  BoundingSphere sphere{box.center(), 0};
+  for (const auto& p : points_m) sphere.radius_m = std::max(sphere.radius_m, (p - sphere.centre_m).norm());
+  return sphere;
+}
+
+bool Placement::operator==(const Placement& o) const {
+  return cascade[0] == o.cascade[0] && cascade[1] == o.cascade[1] && virtual_grid == o.virtual_grid &&
+         virtual_size == o.virtual_size && sphere.centre_m == o.sphere.centre_m && sphere.radius_m == o.sphere.radius_m;
+}
+
+Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels) {
+  Placement placement;
+  Eigen::AlignedBox3f box;
+  BoundingSphere sphere = objects.front().sphere;
+  for (const auto& object : objects) {
+    box.extend(object.box);
+    sphere = join(sphere, object.sphere);
+  }
+  // The box's own sphere may be the smaller one where there are many objects.
+  const BoundingSphere around_box{box.center(), 0.5f * box.diagonal().norm()};
+  placement.sphere = around_box.radius_m < sphere.radius_m ? around_box : sphere;
+
+  const float edge = kInnerEdge * sphere.radius_m;
+  placement.cascade[0] = centred(placement.sphere.centre_m, edge, voxels);
+  placement.cascade[1] = centred(placement.sphere.centre_m, kOuterEdge * edge, voxels);
+
+  const float voxel = box.sizes().maxCoeff() / static_cast<float>(voxels - 2 * kMargin - 1);
+  const Eigen::Vector3f low = ((box.min() / voxel).array().floor() - kMargin).matrix() * voxel;
+  placement.virtual_grid << low, voxel;
+  placement.virtual_size =
+      (((box.max() - low) / voxel).array().ceil() + kMargin + 1).matrix().cast<int>().cwiseMin(voxels + 2);
+  return placement;
+}
+
+}  // namespace lumigraft

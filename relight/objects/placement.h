@@ -1,0 +1,38 @@
+#pragma once
+// Where the volumes lie: two cascades around the virtual objects, and a tight box for the objects' own distances.
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "relight/exhibit/exhibit.h"
+#include "relight/shaders/common/interop.h"
+
+namespace lumigraft {
+
+struct BoundingSphere {
+  Eigen::Vector3f centre_m = Eigen::Vector3f::Zero();
+  float radius_m = 0;
+};
+
+/// Around the middle of the bounding box.
+BoundingSphere bounding_sphere(const std::vector<Eigen::Vector3f>& points_m);
+
+struct PlacedBounds {
+  BoundingSphere sphere;    ///< in the tag frame
+  Eigen::AlignedBox3f box;  ///< in the tag frame
+};
+
+struct Placement {
+  shader::vec4 cascade[2];  ///< centre of voxel (0, 0, 0), voxel size; tag frame
+  shader::vec4 virtual_grid;
+  Eigen::Vector3i virtual_size;
+  BoundingSphere sphere;  ///< around all objects
+
+  bool operator==(const Placement&) const;
+};
+
+/// Cascade 0 is a cube of 1.3 times the sphere's diameter, cascade 1 one of 3.5 times cascade 0's edge, both snapped to
+/// their own voxels so that nothing swims while objects move. The virtual volume takes the longest edge of the objects'
+/// box and a margin of three voxels.
+Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels);
+
+}  // namespace lumigraft

@@ -1,0 +1,31 @@
+#pragma once
+// Base colour of a point on a model's surface. Private to the object field.
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "relight/exhibit/exhibit.h"
+
+namespace lumigraft {
+
+/// Texture × vertex colour × the part's own base colour, linear. Textures repeat, and are read from the level of a
+/// mean pyramid whose texels are about as large as the footprint.
+class ObjectColor {
+ public:
+  explicit ObjectColor(const Model& model);  ///< keeps a reference
+  Eigen::Vector3f at(std::uint32_t triangle, const Eigen::Vector3f& barycentric, float footprint_m) const;
+
+ private:
+  using Picture = Image<std::uint8_t>;
+  using Pyramid = std::vector<Image<float>>;  ///< linear; the first is half the texture's size
+  Eigen::Vector3f texture_at(const Picture& texture, std::uint32_t triangle, const Eigen::Vector3f& barycentric,
+                             float footprint_m) const;
+
+  const Model& model_;
+  std::vector<std::uint32_t> part_of_triangle_;
+  std::map<const Picture*, Pyramid> pyramids_;  ///< looked up only, never walked
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,20 @@
+#pragma once
+// Draw calls of virtual objects, part by part.
+#include <deque>
+
+#include "relight/upload/object_store.h"
+#include "relight/shaders/common/interop.h"
+
+namespace lumigraft {
+
+/// Draw calls keep spans into `params`, which must live until they are recorded.
+struct ObjectDraws {
+  std::deque<shader::DrawParams> params;
+  std::vector<gpu::DrawCall> calls;
+
+  /// `view` holds what all parts share: T_view_tag, projection, distortion, more.
+  void add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model, const std::optional<Material>& material,
+           int number, const shader::DrawParams& view, const gpu::Texture& white);
+};
+
+}  // namespace lumigraft

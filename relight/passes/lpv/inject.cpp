@@ -1,0 +1,71 @@
+#include "relight/passes/lpv/inject.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "relight/passes/volume/virtual_area.h"
+
+namespace lumigraft {
+
+LpvInject::LpvInject(gpu::Device& device)
+    : block_(device.create_compute("lpv_blocking.comp")),
+      virtual_(device.create_compute("lpv_virtual.comp")),
+      real_(device.create_compute("lpv_real.comp")),
+      sum_(device.create_compute("lpv_source.comp")) {}
+
+void LpvInject::choose_unit(const shader::FrameParams& params, float brightest) {
+  // The lamps' part is that of the flux volumes (Inject::choose_unit). Objects as convex as their sphere at most: as
+  // much goes through, and as much again is reflected.
+  const double pi = std::numbers::pi, radius_m = params.sphere.w();
+  const double lamps_W = 1e9 * static_cast<double>(params.field.w());
+  const double even_W = 2 * 4 * pi * radius_m * radius_m * pi * brightest;
+  unit_ = static_cast<float>(5e8 / (lamps_W + even_W));
+}
+
+shader::FrameParams LpvInject::with_units(shader::FrameParams params, const LpvGrid& grid) const {
+  params.pass_i.x() = grid.edge;
+  params.pass_f << unit_, 1 / unit_, 1.0f / VirtualArea::kUnitsPerFace, 0;
+  return params;
+}
+
+void LpvInject::block(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes,
+                      const LpvGrid& grid) const {
+  params.pass_i.x() = grid.edge;
+  dispatch_3d(list, *block_,
+              joined(volumes.bindings(), {gpu::image(12, *grid.from_low), gpu::image(13, *grid.from_high)}), params,
+              grid.edge, grid.edge, grid.edge * shader::kCascades);
+}
+
+void LpvInject::at_virtual(gpu::CommandList& list, const shader::FrameParams& params, bool add_gathered,
+                           const Volumes& volumes, const LpvGrid& grid) const {
+  shader::FrameParams own = with_units(params, grid);
+  own.pass_i.y() =
+      std::max(params.counts.z() / 2, 3);  // each voxel turns them its own way, a cell holds the mean of several
+  own.pass_i.z() = add_gathered ? 1 : 0;
+  list.fill(*grid.of_virtual, 0);
+  list.dispatch(
+      *virtual_,
+      joined(volumes.bindings(), {gpu::storage(28, *volumes.listed_virtual), gpu::storage(15, *volumes.virtual_area),
+                                  gpu::image(25, *volumes.virtual_radiance), gpu::image(26, *volumes.gathered_virtual),
+                                  gpu::storage(16, *grid.of_virtual), gpu::image(17, *grid.from_low)}),
+      gpu::bytes_of(own), kListGroups);
+}
+
+void LpvInject::at_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
+                        const LpvGrid& grid) const {
+  list.fill(*grid.of_real, 0);
+  list.dispatch(*real_,
+                joined(volumes.bindings(), {gpu::storage(28, *volumes.listed_real),
+                                            gpu::image(26, *volumes.real_change), gpu::image(27, *volumes.real_normal),
+                                            gpu::storage(16, *grid.of_real), gpu::image(17, *grid.from_low)}),
+                gpu::bytes_of(with_units(params, grid)), kListGroups);
+}
+
+void LpvInject::sum(gpu::CommandList& list, const shader::FrameParams& params, const LpvGrid& grid) const {
+  dispatch_3d(list, *sum_,
+              {gpu::storage(15, *grid.of_virtual), gpu::storage(16, *grid.of_real), gpu::image(12, *grid.source[0]),
+               gpu::image(13, *grid.source[1]), gpu::image(14, *grid.source[2])},
+              with_units(params, grid), grid.edge, grid.edge, grid.edge * shader::kCascades);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,18 @@
+#pragma once
+// Propagation (thesis §5.3.1). In: source, from_low, from_high. Out: light.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/lpv/grid.h"
+
+namespace lumigraft {
+
+class LpvPropagate {
+ public:
+  explicit LpvPropagate(gpu::Device& device);
+  /// Sweeps over all cells, of two steps each, from nothing or on from what `light` holds.
+  void record(gpu::CommandList& list, shader::FrameParams params, int sweeps, bool go_on, const LpvGrid& grid) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> step_;
+};
+
+}  // namespace lumigraft

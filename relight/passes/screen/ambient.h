@@ -1,0 +1,20 @@
+#pragma once
+// Light on virtual surfaces that varies slowly over them: how much of the lamps they see, and everything but the lamps
+// (thesis eq. 5.23-5.24). In: every volume, object_normal,
+// object_base, object_surface, rays. Out: object_irradiance, object_mirrored, object_open.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen/screen.h"
+#include "relight/passes/volume/volumes.h"
+
+namespace lumigraft {
+
+class Ambient {
+ public:
+  explicit Ambient(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

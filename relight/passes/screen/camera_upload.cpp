@@ -1,0 +1,91 @@
+#include "relight/passes/screen/camera_upload.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+bool is_srgb(const Response& response) {
+  for (int code = 0; code < 256; ++code) {
+    for (int c = 0; c < 3; ++c) {
+      const float truth = srgb_to_linear(static_cast<float>(code) / 255.0f);
+      if (std::abs(response.to_linear(static_cast<std::uint8_t>(code), c) - truth) > 1e-5f) return false;
+    }
+  }
+  return true;
+}
+
+template <typename T>
+std::vector<T> with_fourth(const Image<T>& rgb, T fourth) {
+  std::vector<T> out(rgb.data.size() / 3 * 4, fourth);
+  for (std::size_t i = 0; i < rgb.data.size() / 3; ++i) std::copy_n(&rgb.data[3 * i], 3, &out[4 * i]);
+  return out;
+}
+
+}  // namespace
+
+CameraUpload::CameraUpload(const ColorCamera& camera) : camera_(camera), response_is_srgb_(is_srgb(camera.response)) {}
+
+void CameraUpload::take(const std::shared_ptr<const Picture>& picture) {
+  picture_ = picture;
+  const bool encoded = !picture->encoded.empty();
+  codes_are_srgb_ = encoded && response_is_srgb_;
+  exposure_ = static_cast<float>(encoded ? picture->exposure : camera_.exposure);
+  for (int code = 0; encoded && code < 256; ++code) {
+    for (int c = 0; c < 3; ++c) {
+      const double linear = camera_.response.to_linear(static_cast<std::uint8_t>(code), c);
+      radiance_of_[static_cast<std::size_t>(code)][c] = static_cast<float>(linear / picture->exposure);
+    }
+  }
+  if (codes_are_srgb_) {
+    coded_ = picture->encoded;
+    return;
+  }
+  const Image<float> linear = radiance();
+  coded_ = Image<std::uint8_t>(linear.width, linear.height, 3);
+  for (std::size_t i = 0; i < coded_.data.size(); ++i) {
+    coded_.data[i] = static_cast<std::uint8_t>(linear_to_srgb(exposure_ * linear.data[i]) * 255.0f + 0.5f);
+  }
+}
+
+Image<float> CameraUpload::radiance() const { return to_radiance(*picture_, camera_.response).radiance; }
+
+Eigen::Array3f CameraUpload::radiance(std::size_t pixel) const {
+  if (picture_->encoded.empty()) {
+    const float* of_pixel = &picture_->radiance.data[3 * pixel];
+    Eigen::Array3f light(of_pixel[0], of_pixel[1], of_pixel[2]);
+    for (float& value : light) value = std::isfinite(value) ? std::max(value, 0.0f) : 0;
+    return light;
+  }
+  const std::uint8_t* codes = &picture_->encoded.data[3 * pixel];
+  return {radiance_of_[codes[0]][0], radiance_of_[codes[1]][1], radiance_of_[codes[2]][2]};
+}
+
+void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {
+  rays_.clear();
+  rays_.reserve(2 * static_cast<std::size_t>(screen.width) * screen.height);
+  for (int v = 0; v < screen.height; ++v) {
+    for (int u = 0; u < screen.width; ++u) {
+      const auto ray = camera_.model.unproject({u, v});
+      rays_.push_back(ray ? static_cast<float>(ray->x() / ray->z()) : 0.0f);
+      rays_.push_back(ray ? static_cast<float>(ray->y() / ray->z()) : 0.0f);
+    }
+  }
+  device.upload(*screen.rays, 0, std::as_bytes(std::span(rays_)));
+}
+
+void CameraUpload::upload(gpu::Device& device, const FrameSet& frame, bool with_radiance, const Screen& screen) const {
+  const std::vector<std::uint8_t> codes = with_fourth<std::uint8_t>(coded_, 255);
+  device.upload(*screen.codes, 0, std::as_bytes(std::span(codes)));
+  if (with_radiance) {
+    const std::vector<float> linear = with_fourth(radiance(), 1.0f);
+    device.upload(*screen.radiance, 0, std::as_bytes(std::span(linear)));
+  }
+  const std::size_t pixels = static_cast<std::size_t>(screen.width) * screen.height;
+  const bool has_depth = frame.depth && frame.depth->depth_m.data.size() == pixels;
+  const std::vector<float> none(has_depth ? 0 : pixels, 0.0f);
+  device.upload(*screen.depth, 0, std::as_bytes(std::span(has_depth ? frame.depth->depth_m.data : none)));
+}
+
+}  // namespace lumigraft

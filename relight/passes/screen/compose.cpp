@@ -1,0 +1,25 @@
+#include "relight/passes/screen/compose.h"
+
+namespace lumigraft {
+
+Compose::Compose(gpu::Device& device) : pipeline_(device.create_compute("compose.comp")) {}
+
+void Compose::record(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const {
+  const std::vector<gpu::Binding> bindings{gpu::sampled(1, *screen.codes),
+                                           gpu::sampled(2, *screen.radiance),
+                                           gpu::sampled(3, *screen.real_normal),
+                                           gpu::sampled(4, *screen.real_albedo),
+                                           gpu::sampled(5, *screen.direct_lost),
+                                           gpu::sampled(6, *screen.indirect),
+                                           gpu::sampled(7, *screen.mirror_gained_smooth),
+                                           gpu::sampled(8, *screen.mirror_share_smooth),
+                                           gpu::sampled(9, *screen.object_radiance),
+                                           gpu::sampled(10, *screen.object_surface),
+                                           gpu::sampled(14, *screen.object_normal),
+                                           gpu::sampled(15, *screen.object_other),
+                                           gpu::image(12, *screen.picture),
+                                           gpu::image(13, *screen.delta)};
+  dispatch_tiles(list, *pipeline_, bindings, params, screen.tiles->views());
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,18 @@
+#pragma once
+// The final picture (thesis §5.4.4). In: camera codes and radiance, the real view, all changes, object_radiance,
+// object_surface. Out: picture, delta.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen/screen.h"
+
+namespace lumigraft {
+
+class Compose {
+ public:
+  explicit Compose(gpu::Device& device);
+  void record(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,67 @@
+#include "relight/passes/screen/object_view.h"
+
+#include <array>
+
+namespace lumigraft {
+shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
+  shader::DrawParams view{};
+  const float s = static_cast<float>(samples), shift = 0.5f * (s - 1);  // pixel centres stay where they are
+  view.T_view_tag = frame.T_camera_tag;
+  view.projection << s * frame.pinhole.x(), s * frame.pinhole.y(), s * frame.pinhole.z() + shift,
+      s * frame.pinhole.w() + shift;
+  view.distortion = frame.distortion;
+  view.more << frame.camera.x(), frame.camera.w(), s * static_cast<float>(frame.picture.x()),
+      s * static_cast<float>(frame.picture.y());
+  return view;
+}
+
+ObjectView::ObjectView(gpu::Device& device)
+    : raster_(device.create_raster(
+          {.vertex_shader = "object.vert",
+           .fragment_shader = "object.frag",
+           .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
+           .attributes = vertex_attributes(),
+           .color_formats = {gpu::Format::rgba16_float, gpu::Format::rgba16_float, gpu::Format::rg32_float}})),
+      resolve_(device.create_compute("object_resolve.comp")) {}
+
+void ObjectView::draw(gpu::CommandList& list, const shader::FrameParams& params,
+                      const std::vector<PlacedObject>& objects, bool simple, const gpu::Texture& white,
+                      const Screen& screen) const {
+  ObjectDraws draws;
+  const shader::DrawParams view = camera_view(params, screen.supersampling);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const auto& mesh = simple ? objects[i].stored->simple : objects[i].stored->full;
+    draws.add(mesh, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view, white);
+  }
+  const std::array<gpu::Attachment, 3> colors{gpu::Attachment{screen.sample_normal.get()},
+                                              gpu::Attachment{screen.sample_base.get()},
+                                              gpu::Attachment{screen.sample_depth.get()}};
+  const gpu::Attachment depth{screen.sample_z.get()};
+  list.draw(*raster_, colors, &depth, draws.calls);
+}
+
+void ObjectView::draw_known(gpu::CommandList& list, const shader::FrameParams& params,
+                            const std::vector<StoredModel::Mesh>& surfaces, const gpu::Texture& white,
+                            const Screen& screen) const {
+  ObjectDraws draws;
+  const shader::DrawParams view = camera_view(params, 1);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    draws.add(surfaces[i], Eigen::Affine3f::Identity(), Material{.specular = 0}, static_cast<int>(i), view, white);
+  }
+  const std::array<gpu::Attachment, 3> colors{gpu::Attachment{screen.known_normal.get()},
+                                              gpu::Attachment{screen.known_base.get()},
+                                              gpu::Attachment{screen.known_depth.get()}};
+  const gpu::Attachment depth{screen.known_z.get()};
+  list.draw(*raster_, colors, &depth, draws.calls);
+}
+
+void ObjectView::resolve(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const {
+  dispatch_tiles(list, *resolve_,
+                 {gpu::sampled(1, *screen.sample_normal), gpu::sampled(2, *screen.sample_base),
+                  gpu::sampled(3, *screen.sample_depth), gpu::sampled(4, *screen.real_position),
+                  gpu::image(12, *screen.object_normal), gpu::image(13, *screen.object_base),
+                  gpu::image(14, *screen.object_surface), gpu::image(15, *screen.object_other)},
+                 params, screen.tiles->objects());
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,29 @@
+#pragma once
+// What virtual surface every pixel shows. draw: triangles into the supersampled targets; in: objects; out: sample_*.
+// draw_known: the same for real surfaces of known material; out: known_*. resolve: samples in front of the real surface
+// become one surface a pixel; in: sample_*, real_position; out: object_normal, object_base, object_surface.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/lamps/object_draw.h"
+#include "relight/passes/screen/screen.h"
+
+namespace lumigraft {
+
+/// What all draw calls share that show the camera's picture, with so many samples along each axis of a pixel.
+shader::DrawParams camera_view(const shader::FrameParams& frame, int samples);
+
+class ObjectView {
+ public:
+  explicit ObjectView(gpu::Device& device);
+  void draw(gpu::CommandList& list, const shader::FrameParams& params, const std::vector<PlacedObject>& objects,
+            bool simple, const gpu::Texture& white, const Screen& screen) const;
+  void draw_known(gpu::CommandList& list, const shader::FrameParams& params,
+                  const std::vector<StoredModel::Mesh>& surfaces, const gpu::Texture& white,
+                  const Screen& screen) const;
+  void resolve(gpu::CommandList& list, const shader::FrameParams& params, const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::RasterPipeline> raster_;
+  std::unique_ptr<gpu::ComputePipeline> resolve_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,25 @@
+#pragma once
+// The real surface in every pixel. In: rays, depth, camera radiance, known materials, and either the bricks or the
+// light volumes. Out: real_position, real_normal with the footprint, real_albedo; from volumes also indirect.
+#include "relight/upload/brick_pool.h"
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen/screen.h"
+#include "relight/passes/volume/volumes.h"
+
+namespace lumigraft {
+
+class RealView {
+ public:
+  explicit RealView(gpu::Device& device);
+  /// Pixels that the objects cannot change by more than `least_codes` code values, by a bound that is several times too
+  /// careful, are left out of the footprint.
+  void from_bricks(gpu::CommandList& list, shader::FrameParams params, float least_codes, const BrickPool& bricks,
+                   const Screen& screen) const;
+  void from_volumes(gpu::CommandList& list, shader::FrameParams params, float least_codes, const Volumes& volumes,
+                    const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> bricks_, volumes_;
+};
+
+}  // namespace lumigraft

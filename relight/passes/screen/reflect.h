@@ -1,0 +1,19 @@
+#pragma once
+// Change of the mirror part of real surfaces whose material is known (thesis eq. 5.22). In: every volume, the real
+// view, mirror_lost and mirror_all (Shadow), camera radiance. Out: mirror_gained, mirror_share, and both smooth.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen/screen.h"
+#include "relight/passes/volume/volumes.h"
+
+namespace lumigraft {
+
+class Reflect {
+ public:
+  explicit Reflect(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes, const Screen& screen) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> trace_, smooth_;
+};
+
+}  // namespace lumigraft

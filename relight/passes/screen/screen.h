@@ -1,0 +1,59 @@
+#pragma once
+// The pictures that passes hand to one another. Linear radiance, W/sr/m², unless said otherwise.
+#include <memory>
+#include <optional>
+
+#include "relight/gpu/device.h"
+#include "relight/passes/screen/tiles.h"
+
+namespace lumigraft {
+
+struct Screen {
+  int width = 0, height = 0, scale = 0, shadow_scale = 1, ambient_scale = 1, supersampling = 0;
+  /// Pixels along each axis that one stands for where lamps' shadows change it: pictures of shadows are no finer, and
+  /// where pixels are small neighbours differ by less.
+  int fine_step = 1;
+  std::unique_ptr<Tiles> tiles;  ///< the blocks that passes work on; what lies outside is cleared
+  // What the camera gave.
+  std::unique_ptr<gpu::Texture> rays;   ///< x/z and y/z of every pixel
+  std::unique_ptr<gpu::Texture> codes;  ///< 8-bit code values
+  std::unique_ptr<gpu::Texture> radiance;
+  std::unique_ptr<gpu::Texture> depth;  ///< metres along z, 0: none
+  // Virtual surfaces.
+  std::unique_ptr<gpu::Texture> sample_normal, sample_base, sample_depth, sample_z;  ///< supersampled
+  std::unique_ptr<gpu::Texture> lit_samples;                                         ///< radiance; z in the camera
+  std::unique_ptr<gpu::Texture> object_normal;                                       ///< tag frame; roughness
+  std::unique_ptr<gpu::Texture> object_base;                                         ///< base colour; metallic
+  std::unique_ptr<gpu::Texture> object_surface;     ///< z, coverage, specular, share of it that shows another surface
+  std::unique_ptr<gpu::Texture> object_other;       ///< that surface: normal, tag frame; z
+  std::unique_ptr<gpu::Texture> object_irradiance;  ///< but for the lamps, at 1/ambient_scale
+  std::unique_ptr<gpu::Texture> object_mirrored;  ///< radiance of the mirror part but for the lamps, at 1/ambient_scale
+  std::unique_ptr<gpu::Texture> object_open;      ///< share of lamps 0-3 that is seen; below it that of lamps 4-7
+  std::unique_ptr<gpu::Texture> object_radiance;
+  // Known materials of real surfaces, as seen by the camera.
+  std::unique_ptr<gpu::Texture> known_normal, known_base, known_depth, known_z;
+  // Real surfaces.
+  std::unique_ptr<gpu::Texture> real_position;  ///< tag frame; z, 0: unknown
+  std::unique_ptr<gpu::Texture> real_normal;    ///< tag frame; how far inside the delta's footprint
+  std::unique_ptr<gpu::Texture> real_albedo;    ///< diffuse; number + 1 of a known surface, 0: solved, -1: unknown
+  std::unique_ptr<gpu::Texture> shadowed;       ///< irradiance that lamps no longer bring, at 1/shadow_scale
+  std::unique_ptr<gpu::Texture> direct_lost;    ///< the same, full size
+  std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< off known glossy surfaces, by lamps
+  std::unique_ptr<gpu::Texture> traced;                   ///< change of irradiance at 1/scale
+  std::unique_ptr<gpu::Texture> indirect;                 ///< the same, filtered, full size
+  std::unique_ptr<gpu::Texture> gain;                     ///< factor of the radiance in smooth tiles, at 1/kSmoothStep
+  std::unique_ptr<gpu::Texture> live_gain;                ///< the same in the other tiles, at 1/fine_step
+  std::unique_ptr<gpu::Texture> live_object;              ///< radiance of objects times coverage, coverage
+  std::unique_ptr<gpu::Texture> mirror_gained, mirror_share, mirror_gained_smooth, mirror_share_smooth;
+  // What leaves.
+  std::unique_ptr<gpu::Texture> picture;  ///< sRGB codes
+  std::unique_ptr<gpu::Texture> delta;    ///< change of radiance of real pixels; coverage
+
+  /// The part of the supersampled targets that the objects' tiles cover; empty where there are none.
+  std::optional<gpu::Area> object_area() const;
+
+  Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int coarse_ambient,
+         int samples);
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,87 @@
+#pragma once
+// Which 8 × 8 blocks of pixels the objects can change or cover. Software devices run every branch of a shader, so work
+// that is not needed must not be dispatched.
+#include <Eigen/Geometry>
+#include <memory>
+#include <vector>
+
+#include "capture/frame.h"
+#include "relight/gpu/device.h"
+#include "relight/upload/object_store.h"
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen/lamp_shadows.h"
+#include "relight/shaders/common/interop.h"
+
+namespace lumigraft {
+
+constexpr int kBlurredStep = 2;  ///< the same where gloss blurs what it mirrors over more
+constexpr int kSmoothStep = 4;   ///< pixels along each axis that one stands for where all that changes is smooth
+
+/// Around a known glossy surface, tag frame, with room for what is not exactly known.
+struct GlossyBounds {
+  Eigen::AlignedBox3f box;
+  float alpha = 1;  ///< of GGX
+};
+
+class Tiles {
+ public:
+  Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale, int trace_scale, int ambient_scale,
+        int fine_step);
+
+  struct Picture {
+    const std::vector<float>& rays;  ///< x/z and y/z of every pixel
+    const Image<float>* depth_m;     ///< null: none
+    const Image<std::uint8_t>& codes;
+  };
+  struct Choice {
+    float least_codes = 0;                      ///< as in quality.h
+    const std::vector<GlossyBounds>& glossy;    ///< where known glossy surfaces can be
+    const LampShadows* lamp_shadows = nullptr;  ///< null: shadows of the sphere around the objects
+    bool all = false;                           ///< take every block
+    const std::vector<char>* only = nullptr;    ///< null: choose among all blocks, else among those that are not 0
+  };
+  void choose(gpu::Device& device, const shader::FrameParams& params, const Picture& picture,
+              const std::vector<PlacedObject>& objects, const Choice& choice);
+
+  const TileList& views() const { return views_; }  ///< changed or covered
+  /// The same as column | row << 16.
+  const std::vector<std::uint32_t>& view_places() const { return view_places_; }
+  /// The views in two parts: objects and shadows, of the grid of one pixel of `fine_step` along each axis, and what
+  /// else changes, of that of kSmoothStep; the lists reach into one another.
+  const TileList& fine() const { return fine_; }
+  const TileList& smooth() const { return smooth_; }
+  /// Those that are drawn pixel by pixel (inside the objects' bounds, and glossy ones), of the other ones those with
+  /// shadows, and the rest, as column | row << 16 of the grid of pixels.
+  const std::vector<std::uint32_t>& object_places() const { return object_places_; }
+  const std::vector<std::uint32_t>& shaded_alone_places() const { return shaded_alone_places_; }
+  const std::vector<std::uint32_t>& smooth_places() const { return smooth_places_; }
+  const Eigen::AlignedBox2i& covered() const { return covered_; }  ///< around objects(), in blocks
+  const TileList& changed() const { return changed_; }
+  const TileList& objects() const { return objects_; }    ///< inside the objects' bounds
+  const TileList& ambients() const { return ambients_; }  ///< the same, of the grid of ambient cells
+  const TileList& shaded() const { return shaded_; }      ///< where objects can stand before a lamp
+  const TileList& shadows() const { return shadows_; }    ///< the same, of the grid of shadow cells
+  const TileList& traces() const { return traces_; }      ///< of the grid of traced cells
+  const TileList& glossy() const { return glossy_; }      ///< of changed(), those that can show known glossy surfaces
+  /// The same in two parts: where gloss blurs what it mirrors of the objects over so many pixels that one of
+  /// kBlurredStep along each axis will do, of the grid of those; and the rest. The first reaches into the rest.
+  const TileList& blurred() const { return blurred_; }
+  const TileList& sharp() const { return sharp_; }
+
+ private:
+  std::size_t tile_of(int u, int v) const {
+    return static_cast<std::size_t>(v / kTile_px) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(u / kTile_px);
+  }
+  std::vector<std::uint32_t> places(const std::vector<char>& marked, int scale) const;
+  std::vector<std::uint32_t> send(gpu::Device& device, TileList& list, const std::vector<char>& marked,
+                                  int scale) const;
+  void cover(const shader::FrameParams& params, const std::vector<PlacedObject>& objects, std::vector<char>* covered);
+
+  int width_, height_, columns_, rows_, shadow_scale_, trace_scale_, ambient_scale_, fine_step_;
+  TileList views_, changed_, objects_, ambients_, shaded_, shadows_, traces_, fine_, smooth_, glossy_, blurred_, sharp_;
+  std::vector<std::uint32_t> view_places_, object_places_, shaded_alone_places_, smooth_places_;
+  Eigen::AlignedBox2i covered_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,19 @@
+#pragma once
+// Joint bilateral filter over the real surface, from 1/scale (or full size) to full size. In: a traced picture,
+// real_position, real_normal. Out: the smooth picture.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/screen/screen.h"
+
+namespace lumigraft {
+
+class Upsample {
+ public:
+  explicit Upsample(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const Screen& screen, const TileList& tiles,
+              const gpu::Texture& traced, const gpu::Texture& smooth, int scale, int window) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,50 @@
+#include "relight/passes/volume/bounce.h"
+
+namespace lumigraft {
+
+Bounce::Bounce(gpu::Device& device)
+    : cells_(device.create_compute("cell_list.comp")),
+      virtual_(device.create_compute("bounce_virtual.comp")),
+      real_(device.create_compute("bounce_real.comp")),
+      smooth_(device.create_compute("cell_smooth.comp")) {}
+
+void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, float least_share,
+                        const Volumes& volumes) const {
+  params.pass_f.x() = least_share;
+  list.fill(*volumes.cells, 0);
+  dispatch_3d(list, *cells_,
+              {gpu::storage(28, *volumes.cells), gpu::image(1, *volumes.real_radiance), volumes.chunks()}, params,
+              volumes.edge / 2, volumes.edge / 2, volumes.edge / 2 * shader::kCascades);
+}
+
+void Bounce::gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, Slice slice,
+                            const LampMaps& maps, const Volumes& volumes) const {
+  dispatch_slice(
+      list, *virtual_,
+      joined(joined(volumes.bindings(), maps.bindings()),
+             {gpu::storage(28, *volumes.listed_virtual), gpu::sampled(17, *volumes.virtual_color, gpu::Filter::linear),
+              gpu::image(18, *volumes.gathered_virtual)}),
+      params, slice);
+}
+
+void Bounce::gather_real(gpu::CommandList& list, shader::FrameParams params, int change_cones, bool mirrored_lamps,
+                         Slice slice, const LampMaps& maps, const gpu::Texture& irradiance,
+                         const Volumes& volumes) const {
+  params.pass_i.x() = change_cones;
+  params.pass_i.y() = mirrored_lamps ? params.counts.w() : 0;
+  dispatch_slice(list, *real_,
+                 joined(joined(volumes.bindings(), maps.bindings()),
+                        {gpu::storage(28, *volumes.cells), gpu::image(18, irradiance),
+                         gpu::image(25, *volumes.real_radiance), gpu::image(26, *volumes.real_normal)}),
+                 params, slice);
+}
+
+void Bounce::smooth_real(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes) const {
+  dispatch_slice(list, *smooth_,
+                 {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
+                  gpu::sampled(7, *volumes.real_normal, gpu::Filter::linear), gpu::image(8, *volumes.rough_irradiance),
+                  gpu::image(18, *volumes.real_irradiance), gpu::storage(28, *volumes.cells), volumes.chunks()},
+                 params, {});
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,19 @@
+#pragma once
+// The hierarchy of a pool of chunks, level by level. In: level 0, premultiplied by its weight. Out: the levels above
+// it.
+#include "relight/passes/dispatch.h"
+#include "relight/passes/volume/volumes.h"
+
+namespace lumigraft {
+
+class Filter {
+ public:
+  explicit Filter(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const ChunkSet& chunks, const gpu::Texture& pool,
+              const Volumes& volumes) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

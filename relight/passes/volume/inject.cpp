@@ -1,0 +1,96 @@
+#include "relight/passes/volume/inject.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+struct LampView {
+  shader::DrawParams draw{};
+  float inverse_tan = 1;
+  float solid_angle_sr = 0;
+};
+
+/// The lamp's view of the sphere around the objects. From within or beside the sphere a view cannot hold all of it;
+/// then it is as wide as a flat map may be, 75° to either side.
+LampView lamp_view(const shader::FrameParams& frame, const shader::Lamp& lamp) {
+  LampView view;
+  const Eigen::Vector3f from = lamp.position_radius.head<3>(), to = frame.sphere.head<3>() - from;
+  const float far = std::max(to.norm(), 1e-3f), radius = frame.sphere.w();
+  const float sine = std::min(radius / far, std::sin(1.3f)), cosine = std::sqrt(1 - sine * sine);
+  view.inverse_tan = 0.98f * cosine / sine;  // a margin of a few texels
+  view.solid_angle_sr = 6.2832f * (1 - cosine);
+  Eigen::Matrix3f rotation;
+  rotation.row(2) = to / far;
+  rotation.row(0) = rotation.row(2).unitOrthogonal();
+  rotation.row(1) = rotation.row(2).cross(rotation.row(0));
+  view.draw.T_view_tag.setIdentity();
+  view.draw.T_view_tag.topLeftCorner<3, 3>() = rotation;
+  view.draw.T_view_tag.topRightCorner<3, 1>() = -rotation * from;
+  view.draw.projection << view.inverse_tan, 0, 0, 0;
+  view.draw.more << far + 1.5f * radius, std::max(far - 1.5f * radius, 0.02f * radius), 0, 0;
+  return view;
+}
+
+}  // namespace
+
+Inject::Inject(gpu::Device& device, int map_edge)
+    : edge_(map_edge),
+      raster_(device.create_raster(
+          {.vertex_shader = "rsm.vert",
+           .fragment_shader = "rsm.frag",
+           .vertex_stride_bytes = kVertexFloats * static_cast<int>(sizeof(float)),
+           .attributes = vertex_attributes(),
+           .color_formats = {gpu::Format::rgba32_float, gpu::Format::rgba16_float, gpu::Format::rgba16_float}})),
+      inject_(device.create_compute("inject.comp")) {
+  const auto make = [&](const char* name, gpu::Format format) {
+    return device.create_texture({.name = name, .width = edge_, .height = edge_, .format = format, .attachment = true});
+  };
+  position_ = make("RSM position", gpu::Format::rgba32_float);
+  albedo_ = make("RSM albedo", gpu::Format::rgba16_float);
+  normal_ = make("RSM normal", gpu::Format::rgba16_float);
+  z_ = make("RSM z buffer", gpu::Format::depth32_float);
+}
+
+void Inject::choose_unit(shader::FrameParams& params) const {
+  double most = 1e-6;  // W: everything that all lamps send towards the objects, in the strongest channel
+  for (int i = 0; i < params.counts.x(); ++i) {
+    const shader::Lamp& lamp = params.lamps[i];
+    most += lamp.intensity.head<3>().maxCoeff() * std::max(lamp.facing.w(), 1.0f) *
+            lamp_view(params, lamp).solid_angle_sr * 2.0;
+  }
+  params.field.z() = static_cast<float>(1e9 / most);
+  params.field.w() = 1.0f / params.field.z();
+}
+
+void Inject::clear(gpu::CommandList& list, const Volumes& volumes) {
+  list.fill(*volumes.virtual_flux, 0);
+  list.fill(*volumes.real_flux, 0);
+}
+
+void Inject::record(gpu::CommandList& list, shader::FrameParams params, int lamp,
+                    const std::vector<PlacedObject>& objects, const gpu::Texture& white, const Volumes& volumes) const {
+  const LampView view = lamp_view(params, params.lamps[lamp]);
+  ObjectDraws draws;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    draws.add(objects[i].stored->simple, objects[i].T_tag_model, objects[i].material, static_cast<int>(i), view.draw,
+              white);
+  }
+  const std::array<gpu::Attachment, 3> colors{gpu::Attachment{position_.get()}, gpu::Attachment{albedo_.get()},
+                                              gpu::Attachment{normal_.get()}};
+  const gpu::Attachment depth{z_.get()};
+  list.draw(*raster_, colors, &depth, draws.calls);
+
+  params.pass_i.x() = lamp;
+  params.pass_f.x() = view.inverse_tan;
+  dispatch_2d(
+      list, *inject_,
+      joined(volumes.bindings(), {gpu::sampled(12, *position_), gpu::sampled(13, *albedo_), gpu::sampled(18, *normal_),
+                                  gpu::sampled(14, *volumes.real_albedo, gpu::Filter::linear),
+                                  gpu::storage(16, *volumes.virtual_flux), gpu::storage(17, *volumes.real_flux)}),
+      params, edge_, edge_);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,60 @@
+#pragma once
+// The light volumes of a room and what they were made from.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "reconstruct/scene.h"
+#include "relight/upload/object_store.h"
+#include "relight/passes/volume/object_light.h"
+#include "relight/passes/volume/volumes.h"
+#include "relight/objects/placement.h"
+#include "relight/plan.h"
+
+namespace lumigraft {
+
+/// What of a room its surfaces in the volumes depend on.
+struct RealKey {
+  shader::vec4 cascade[shader::kCascades];
+  std::shared_ptr<const DistanceField> field;
+  std::shared_ptr<const AlbedoField> albedo;
+
+  bool operator==(const RealKey& o) const {
+    return cascade[0] == o.cascade[0] && cascade[1] == o.cascade[1] && field == o.field && albedo == o.albedo;
+  }
+};
+
+/// Everything that the light volumes depend on.
+struct LightKey {
+  std::vector<PlacedObject> objects;
+  Placement placement;
+  std::shared_ptr<const Illumination> illumination;
+  std::shared_ptr<const Enclosure> enclosure;
+  std::shared_ptr<const DistanceField> field;
+  std::shared_ptr<const AlbedoField> albedo;
+  Plan plan;
+
+  RealKey real() const { return {{placement.cascade[0], placement.cascade[1]}, field, albedo}; }
+  bool operator==(const LightKey& o) const {
+    return objects == o.objects && placement == o.placement && illumination == o.illumination &&
+           enclosure == o.enclosure && field == o.field && albedo == o.albedo && same_light(plan, o.plan);
+  }
+  static bool same_light(const Plan& a, const Plan& b) {
+    return a.method == b.method && a.volume == b.volume && a.trace_scale == b.trace_scale &&
+           a.in_cells() == b.in_cells() && a.rsm == b.rsm && a.max_lights == b.max_lights && a.sh_bands == b.sh_bands &&
+           a.bounces == b.bounces && a.lpv_steps == b.lpv_steps && a.quality == b.quality;
+  }
+};
+
+struct LitRoom {
+  Volumes volumes;
+  std::optional<LightKey> lit;   ///< empty: the volumes hold no light yet
+  std::optional<RealKey> real;   ///< empty: nor surfaces
+  shader::FrameParams params{};  ///< with which they were filled
+  VertexLight gathered;          ///< by the objects' vertices; of the live setting alone
+
+  LitRoom(gpu::Device& device, int edge_voxels) : volumes(device, edge_voxels) {}
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,73 @@
+#include "relight/passes/volume/object_light.h"
+
+#include <algorithm>
+
+namespace lumigraft {
+namespace {
+
+constexpr int kVerticesAGroup = 64;
+constexpr int kShadowCones = 2;  // of a lamp, past real surfaces
+
+bool is_matt(const Material& material) { return material.specular == 0 && material.metallic == 0; }
+
+}  // namespace
+
+ObjectLight::ObjectLight(gpu::Device& device)
+    : gather_(device.create_compute("object_gather.comp")), light_up_(device.create_compute("object_light.comp")) {}
+
+bool ObjectLight::enough_for(const std::vector<PlacedObject>& objects) {
+  return std::all_of(objects.begin(), objects.end(), [](const PlacedObject& object) {
+    if (object.material) return is_matt(*object.material);
+    const auto& parts = object.stored->simple.parts;
+    return std::all_of(parts.begin(), parts.end(), [](const auto& part) { return is_matt(part.material); });
+  });
+}
+
+void ObjectLight::fit(gpu::Device& device, const std::vector<PlacedObject>& objects, VertexLight* light) {
+  light->resize(objects.size());
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::size_t bytes =
+        2 * sizeof(shader::vec4) * static_cast<std::size_t>(objects[i].stored->simple.vertex_count);
+    auto& buffer = (*light)[i];
+    if (!buffer || buffer->size_bytes() < bytes) buffer = device.create_buffer(bytes, "light on vertices");
+  }
+}
+
+void ObjectLight::gather(gpu::CommandList& list, shader::FrameParams params, int cones, Slice slice,
+                         const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes,
+                         const VertexLight& gathered) const {
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const StoredModel::Mesh& mesh = objects[i].stored->simple;
+    const int groups = (mesh.vertex_count + kVerticesAGroup - 1) / kVerticesAGroup;
+    const int first = groups * slice.number / slice.of, last = groups * (slice.number + 1) / slice.of;
+    if (first == last) continue;
+    params.pass_m = objects[i].T_tag_model.matrix();
+    params.pass_i << mesh.vertex_count, cones, mesh.closed ? 0 : 1, kVerticesAGroup * first;
+    list.dispatch(*gather_,
+                  joined(joined(volumes.bindings(), maps.bindings()),
+                         {gpu::storage(16, *mesh.vertices), gpu::storage(17, *gathered[i])}),
+                  gpu::bytes_of(params), last - first);
+  }
+}
+
+void ObjectLight::record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
+                         const VertexLight& older, const VertexLight& newer, float share,
+                         const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes) {
+  fit(device, objects, &light_);
+  params.pass_f.x() = share;
+  params.counts.w() = kShadowCones;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const StoredModel::Mesh& mesh = objects[i].stored->simple;
+    params.pass_m = objects[i].T_tag_model.matrix();
+    params.pass_i << mesh.vertex_count, 0, mesh.closed ? 0 : 1, 0;
+    list.dispatch(
+        *light_up_,
+        joined(maps.bindings(), {gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),
+                                 gpu::sampled(2, *volumes.real_distance, gpu::Filter::linear),
+                                 gpu::storage(16, *mesh.vertices), gpu::storage(17, *light_[i]),
+                                 gpu::storage(18, *(share < 1 ? older : newer)[i]), gpu::storage(19, *newer[i])}),
+        gpu::bytes_of(params), (mesh.vertex_count + kVerticesAGroup - 1) / kVerticesAGroup);
+  }
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,28 @@
+#include "relight/passes/volume/real_fill.h"
+
+namespace lumigraft {
+
+RealFill::RealFill(gpu::Device& device)
+    : distances_(device.create_compute("real_fill.comp")), surfaces_(device.create_compute("real_surface.comp")) {}
+
+void RealFill::distances(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+                         const Volumes& volumes) const {
+  dispatch_3d(list, *distances_, joined(bricks.distance_bindings(), {gpu::image(1, *volumes.real_distance)}), params,
+              volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
+}
+
+void RealFill::surfaces(gpu::CommandList& list, const shader::FrameParams& params, const BrickPool& bricks,
+                        const Volumes& volumes) const {
+  list.clear(*volumes.real_radiance, {});
+  list.clear(*volumes.real_albedo, {});
+  list.clear(*volumes.real_normal, {});
+  list.clear(*volumes.real_response, {});
+  list.dispatch(*surfaces_,
+                joined(bricks.bindings(),
+                       {gpu::storage(28, *volumes.listed_real), gpu::image(1, *volumes.real_distance),
+                        gpu::image(2, *volumes.real_radiance), gpu::image(3, *volumes.real_albedo),
+                        gpu::image(4, *volumes.real_normal), gpu::image(5, *volumes.real_response), volumes.chunks()}),
+                gpu::bytes_of(params), kListGroups);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,22 @@
+#pragma once
+// Area of virtual surfaces by voxel. In: objects' surface samples, virtual_distance. Out: virtual_area.
+#include "relight/upload/object_store.h"
+#include "relight/passes/dispatch.h"
+#include "relight/passes/volume/volumes.h"
+
+namespace lumigraft {
+
+class VirtualArea {
+ public:
+  static constexpr float kUnitsPerFace =
+      65536.0f;  ///< fixed point; a voxel holds thousands of faces before it overflows
+
+  explicit VirtualArea(gpu::Device& device);
+  void record(gpu::CommandList& list, shader::FrameParams params, const std::vector<PlacedObject>& objects,
+              const Volumes& volumes) const;
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+};
+
+}  // namespace lumigraft

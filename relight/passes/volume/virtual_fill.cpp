@@ -1,0 +1,34 @@
+#include "relight/passes/volume/virtual_fill.h"
+
+#include <array>
+
+namespace lumigraft {
+
+VirtualFill::VirtualFill(gpu::Device& device) : pipeline_(device.create_compute("virtual_fill.comp")) {}
+
+void VirtualFill::record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
+                         const std::vector<PlacedObject>& objects, const Volumes& volumes) {
+  while (places_.size() < objects.size()) {
+    places_.push_back(device.create_buffer(5 * sizeof(shader::vec4), "object's place"));
+  }
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const PlacedObject& object = objects[i];
+    const Eigen::Matrix4f T_model_tag = object.T_tag_model.inverse().matrix();
+    std::array<shader::vec4, 5> place;
+    for (int row = 0; row < 3; ++row) place[static_cast<std::size_t>(row)] = T_model_tag.row(row).transpose();
+    place[3] << object.stored->grid_origin_m, object.stored->grid_voxel_m;
+    place[4] << object.T_tag_model.linear().col(0).norm(), 0, 0, 0;
+    device.upload(*places_[i], 0, std::as_bytes(std::span(place)));
+
+    params.pass_i.x() = i == 0 ? 1 : 0;
+    params.pass_f.setZero();
+    if (object.material) params.pass_f << object.material->base_color, 1;
+    dispatch_3d(list, *pipeline_,
+                {gpu::sampled(1, *object.stored->distance, gpu::Filter::linear),
+                 gpu::sampled(2, *object.stored->color, gpu::Filter::linear), gpu::image(3, *volumes.virtual_distance),
+                 gpu::image(4, *volumes.virtual_color), gpu::storage(5, *places_[i])},
+                params, params.grid.y(), params.grid.z(), params.grid.w());
+  }
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,22 @@
+#pragma once
+// The distance fields of all virtual objects in one volume. In: each object's own field and place. Out:
+// virtual_distance, virtual_color.
+#include "relight/upload/object_store.h"
+#include "relight/passes/dispatch.h"
+#include "relight/passes/volume/volumes.h"
+
+namespace lumigraft {
+
+class VirtualFill {
+ public:
+  explicit VirtualFill(gpu::Device& device);
+  /// Uploads the objects' places at once, before the list runs.
+  void record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
+              const std::vector<PlacedObject>& objects, const Volumes& volumes);
+
+ private:
+  std::unique_ptr<gpu::ComputePipeline> pipeline_;
+  std::vector<std::unique_ptr<gpu::Buffer>> places_;
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,56 @@
+#include "relight/quality_warnings.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace lumigraft {
+namespace {
+
+constexpr float kLeastVoxels = 6;  // of an object's longest edge
+
+std::string quoted(const VirtualObject& object) { return "object \"" + object.name + "\""; }
+
+std::string rounded(float value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", static_cast<double>(value));
+  return text;
+}
+
+}  // namespace
+
+std::optional<std::string> left_out(const VirtualObject& object) {
+  const std::size_t n = object.model ? object.model->unusable_triangles : 0;
+  if (n == 0) return std::nullopt;
+  return quoted(object) + ": " + std::to_string(n) + " triangles without area or place are left out";
+}
+
+std::vector<std::string> approximations(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
+                                        const Placement& placement, const Scene& scene) {
+  std::vector<std::string> lines;
+  const Eigen::Vector3f eye_m = scene.pose->T_tag_camera.translation().cast<float>();
+  std::size_t i = 0;
+  for (const VirtualObject& object : exhibit.objects) {
+    if (!object.model || !object.visible) continue;
+    const Eigen::AlignedBox3f& box = objects.at(i).bounds.box;
+    if (const std::string& why = objects.at(i++).stored->why_simple; !why.empty()) {
+      lines.push_back(quoted(object) + " is drawn with fewer triangles: " + why);
+    }
+    if (const auto line = left_out(object)) lines.push_back(*line);
+    const float voxels = box.sizes().maxCoeff() / placement.cascade[0].w();
+    if (voxels < kLeastVoxels) {
+      lines.push_back(quoted(object) + " is " + rounded(voxels) +
+                      " voxels long, because objects are far apart: its light on what is near it is coarse");
+    }
+    if (box.contains(eye_m)) {
+      lines.push_back("the camera is within the bounds of " + quoted(object) + ": what is nearer than 2 cm is cut");
+    }
+    for (const PointLight& lamp : scene.illumination->lights) {
+      if (!lamp.distance_known || !box.contains(lamp.position_m)) continue;
+      lines.push_back("lamp " + std::to_string(lamp.id) + " is within the bounds of " + quoted(object) +
+                      ": shadows of its light come from voxels");
+    }
+  }
+  return lines;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,40 @@
+#include "relight/scene_update_throttle.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::uint64_t kMostBehind = 24, kMostBehindCalm = 64;  // publications of the field
+constexpr double kCalmShare = 0.1;                               // of bricks
+
+/// Share of the bricks of `now` that are not those of `before`. Bricks are immutable: one that is the same has not
+/// changed.
+template <typename Field>
+double changed_share(const std::shared_ptr<const Field>& before, const std::shared_ptr<const Field>& now) {
+  if (!now || before == now) return 0;
+  if (!before) return 1;
+  const auto changed = std::count_if(now->bricks.begin(), now->bricks.end(), [&](const auto& entry) {
+    const auto found = before->bricks.find(entry.first);
+    return found == before->bricks.end() || found->second != entry.second;
+  });
+  return static_cast<double>(changed) / static_cast<double>(std::max<std::size_t>(now->bricks.size(), 1));
+}
+
+}  // namespace
+
+void KnownRoom::follow(const Scene& scene) {
+  const std::uint64_t now = scene.field->version;
+  const bool again = !field_ || now < field_->version;
+  const std::uint64_t behind = again ? 0 : now - field_->version;
+  const bool due = again || behind >= kMostBehindCalm ||
+                   (behind >= std::clamp<std::uint64_t>(field_->version / 4, 1, kMostBehind) &&
+                    changed_share(field_, scene.field) > kCalmShare) ||
+                   changed_share(albedo_, scene.albedo) > kCalmShare;
+  if (!due) return;
+  field_ = scene.field;
+  albedo_ = scene.albedo;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,75 @@
+// glTF 2.0 metallic-roughness: Lambert under GGX (Walter et al. 2007), height-correlated Smith masking (Heitz 2014,
+// eq. 99), Schlick's Fresnel.
+#ifndef BRDF_GLSL
+#define BRDF_GLSL
+#include "common/frame.glsl"
+
+struct Look {
+  vec3 diffuse;  // albedo of the Lambert part
+  vec3 f0;
+  float f90;
+  float alpha;  // GGX
+};
+
+Look look_of(vec3 base, float roughness, float metallic, float specular) {
+  Look l;
+  l.diffuse = base * (1.0 - metallic);
+  l.f0 = mix(vec3(0.04 * specular), base, metallic);
+  l.f90 = mix(specular, 1.0, metallic);
+  l.alpha = max(roughness * roughness, 2e-3);  // below it the lobe is narrower than any cone or lamp here
+  return l;
+}
+
+vec3 fresnel(Look l, float cos_half) { return l.f0 + (l.f90 - l.f0) * pow(1.0 - clamp(cos_half, 0.0, 1.0), 5.0); }
+
+// Light reaches the Lambert part through the layer and leaves through it again (Ashikhmin & Shirley 2000): what each way
+// lets pass, and the mean over light that comes evenly from the hemisphere.
+vec3 through(Look l, float cosine) { return 1.0 - fresnel(l, cosine); }
+vec3 through_evenly(Look l) { return 1.0 - l.f0 - (l.f90 - l.f0) / 21.0; }
+
+float smith_lambda(float alpha, float cosine) {
+  float c2 = cosine * cosine;
+  return 0.5 * (sqrt(1.0 + alpha * alpha * (1.0 - c2) / c2) - 1.0);
+}
+
+// Reflected radiance per irradiance of the mirror part, times nothing else: D F G / (4 n·v n·l).
+vec3 ggx(Look l, vec3 n, vec3 v, vec3 w) {
+  float nv = max(dot(n, v), 1e-3), nl = dot(n, w);
+  if (nl <= 0.0 || l.f90 + l.f0.x + l.f0.y + l.f0.z <= 0.0) return vec3(0);
+  vec3 h = normalize(v + w);
+  float nh = clamp(dot(n, h), 0.0, 1.0), a2 = l.alpha * l.alpha;
+  float q = nh * nh * (a2 - 1.0) + 1.0;
+  float d = a2 / (kPi * q * q);
+  float g = 1.0 / (1.0 + smith_lambda(l.alpha, nv) + smith_lambda(l.alpha, nl));
+  return fresnel(l, dot(v, h)) * (d * g / (4.0 * nv * nl));
+}
+
+// A lamp share of half angle a is no point: its lobe is GGX widened to α' = α + tan(a)/2, with the energy kept by
+// (α/α')² (Karis 2013, "Real Shading in Unreal Engine 4", representative spheres).
+vec3 ggx_wide(Look l, vec3 n, vec3 v, vec3 w, float tan_half) {
+  Look wide = l;
+  wide.alpha = min(1.0, l.alpha + 0.5 * tan_half);
+  return ggx(wide, n, v, w);
+}
+
+// A visible microfacet (Dupuy & Benyoub 2023, spherical caps); u in [0,1)². Returns the mirrored direction and its
+// weight F G2/G1.
+vec3 ggx_sample(Look l, vec3 n, vec3 v, vec2 u, out vec3 weight) {
+  vec3 x, y;
+  basis(n, x, y);
+  vec3 vl = vec3(dot(v, x), dot(v, y), max(dot(v, n), 1e-3));
+  vec3 vs = normalize(vec3(l.alpha * vl.xy, vl.z));
+  float phi = 2.0 * kPi * u.x, z = (1.0 - u.y) * (1.0 + vs.z) - vs.z;
+  float s = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
+  vec3 h = vec3(s * cos(phi), s * sin(phi), z) + vs;
+  h = normalize(vec3(l.alpha * h.xy, max(h.z, 1e-6)));
+  vec3 wl = reflect(-vl, h);
+  if (wl.z <= 0.0) {
+    weight = vec3(0);
+    return n;
+  }
+  float lv = smith_lambda(l.alpha, vl.z);
+  weight = fresnel(l, dot(vl, h)) * (1.0 + lv) / (1.0 + lv + smith_lambda(l.alpha, wl.z));
+  return wl.x * x + wl.y * y + wl.z * n;
+}
+#endif

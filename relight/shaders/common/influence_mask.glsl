@@ -1,0 +1,38 @@
+// The delta's footprint in the picture: where the objects can change what the camera sees.
+#ifndef FOOTPRINT_GLSL
+#define FOOTPRINT_GLSL
+#include "common/frame.glsl"
+
+// By how much the objects can change the indirect light at p, from the solid angle of the sphere around them: 0 where by
+// less than pass_f.x code values, then fading in to 1, so that the footprint has no edge. `root`: the brightest channel
+// of the coded picture to the power of 1 / 2.4.
+float indirect_footprint_of(vec3 p, vec3 n, float root, bool glossy) {
+  vec3 to = frame.sphere.xyz - p;
+  float far2 = dot(to, to), r2 = frame.sphere.w * frame.sphere.w;
+  if (far2 < 1.5 * r2) return 1.0;
+  float far = sqrt(far2);
+  float upmost = clamp(dot(n, to) / far + frame.sphere.w / far, 0.0, 1.0);
+  // Coded pictures: the change of the code value, with the slope of the sRGB curve above its linear part.
+  float codes = 255.0 * 1.055 / 2.4 * clamp(root, 0.1, 1.0) * (r2 / far2) * (glossy ? 4.0 : upmost);
+  return clamp(codes / frame.pass_f.x - 1.0, 0.0, 1.0);
+}
+float indirect_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {
+  float level = frame.camera.y * max(max(b.x, b.y), b.z);
+  return indirect_footprint_of(p, n, pow(max(level, 0.004), 1.0 / 2.4), glossy);
+}
+
+const float kShadowOnly = 1e-3;  // a footprint in which lamps alone can change anything
+
+// The same, and at least kShadowOnly where the objects can stand before a lamp.
+float in_footprint(vec3 p, vec3 n, vec3 b, bool glossy) {
+  float indirect = indirect_footprint(p, n, b, glossy), far = length(frame.sphere.xyz - p);
+  if (indirect > 0.0) return max(indirect, kShadowOnly);
+  for (int i = 0; i < frame.counts.x; ++i) {
+    vec3 w = frame.lamps[i].position_radius.xyz - p;
+    float l = length(w);
+    vec2 hit = ray_sphere(p, w / l, frame.sphere.xyz, frame.sphere.w + far * frame.lamps[i].position_radius.w / l);
+    if (hit.x < hit.y && hit.y > 0.0 && hit.x < l) return kShadowOnly;
+  }
+  return 0.0;
+}
+#endif

@@ -1,0 +1,134 @@
+// Looking up what points of lamps see of the objects (passes/lamp_maps.h).
+#ifndef LAMP_MAPS_GLSL
+#define LAMP_MAPS_GLSL
+#include "common/lamp.glsl"
+layout(binding = 7) uniform sampler2D lamp_depths;
+layout(std430, binding = 8) readonly buffer LampViews { LampMap lamp_views[]; };
+#include "lamps/lamp_bounds.glsl"
+layout(std430, binding = 11) readonly buffer LampBounds { uint lamp_bounds[]; };
+
+// How far in front of a real surface the objects must be to hide it.
+const float kBefore_m = 5e-4;
+const float kClear_m = 1e-3, kClearTexels = 1.5;
+const int kSoftTaps = 8;
+const float kFurthestTap = 0.97;  // of the radius
+const float kLeastSoft = 0.7, kMostSoft = 24.0;  // texels; a disc no larger than the first is 2 × 2 comparisons
+
+// What a map's point stands for, one of n of its lamp.
+LampSample map_share(Lamp lamp, LampMap m, vec3 p, int n) {
+  vec3 to = m.from.xyz - p;
+  LampSample s;
+  s.distance = length(to);
+  s.w = to / s.distance;
+  s.tan_half = min(kLampShare * inversesqrt(float(n)) * lamp.position_radius.w / s.distance, 0.3);
+  s.irradiance = lamp.intensity.rgb * emission(lamp, -s.w) / (float(n) * s.distance * s.distance);
+  return s;
+}
+
+// The depth before which texels hide what lies at z.
+float map_threshold(LampMap m, float z) { return min(m.place.z - m.place.w / z, 1.0); }  // empty texels are at 1
+
+// Where a map sees p: texel, z along its axis, and the depth before which texels hide it. False where it sees nothing.
+bool map_place(LampMap m, vec3 p, float before_m, out vec2 at, out float z, out float depth) {
+  vec3 d = p - m.from.xyz, v = vec3(dot(m.x.xyz, d), dot(m.y.xyz, d), dot(m.z.xyz, d));
+  if (v.z <= before_m || any(greaterThan(abs(v.xy), v.zz))) return false;
+  at = (0.5 + 0.5 * v.xy / v.z) * m.more.x - 0.5;
+  z = v.z;
+  depth = map_threshold(m, v.z - before_m);
+  return true;
+}
+float map_depth(LampMap m, ivec2 q) {
+  return texelFetch(lamp_depths, ivec2(m.place.xy) + clamp(q, ivec2(0), ivec2(m.more.x) - 1), 0).r;
+}
+
+// Which part of a texel's width around a place is nearer than depth: 2 × 2 comparisons, weighed by their share (Reeves
+// et al. 1987).
+float map_nearer(LampMap m, vec2 at, float depth) {
+  vec2 low = clamp(floor(at), vec2(0.0), vec2(m.more.x - 2.0)), f = clamp(at - low, 0.0, 1.0);
+  vec2 middle = (m.place.xy + low + 1.0) / vec2(textureSize(lamp_depths, 0));
+  vec4 nearer = vec4(lessThan(textureGather(lamp_depths, middle), vec4(depth)));
+  return mix(mix(nearer.w, nearer.z, f.x), mix(nearer.x, nearer.y, f.x), f.y);
+}
+
+// Width of the image of a map's share of its lamp, through the nearest that may hide what lies at z; radius in texels.
+float disc_texels(LampMap m, float z) {
+  float nearest = m.place.w / m.place.z;
+  return min(m.more.z * (1.0 / min(nearest, z) - 1.0 / z), kMostSoft);
+}
+
+// What the bounds of blocks tell of texels from `from` to `to`, rounded, for what lies between two depths: 1 every one is
+// nearer, 0 none is, -1 they don't tell.
+float map_bounded(LampMap m, vec2 from, vec2 to, float near, float far) {
+  int edge = int(m.more.x);
+  ivec2 low = clamp(ivec2(floor(from + 0.5)), ivec2(0), ivec2(edge - 1));
+  ivec2 high = clamp(ivec2(floor(to + 0.5)), ivec2(0), ivec2(edge - 1));
+  int span = max(high.x - low.x, high.y - low.y), level = span > 16 ? 3 : span > 8 ? 2 : span > 4 ? 1 : 0;
+  if (span > kBoundBlock << (kBoundLevels - 1)) return -1.0;
+  int shift = kBoundShift + level, blocks = edge >> shift, first = int(m.from.w) + bound_level(edge, level);
+  low >>= shift;
+  high >>= shift;
+  uint a = lamp_bounds[first + low.y * blocks + low.x], b = lamp_bounds[first + low.y * blocks + high.x];
+  uint c = lamp_bounds[first + high.y * blocks + low.x], d = lamp_bounds[first + high.y * blocks + high.x];
+  if (float(min(min(a >> 16, b >> 16), min(c >> 16, d >> 16))) >= far * kBoundScale) return 0.0;
+  return float(max(max(a & 0xffffu, b & 0xffffu), max(c & 0xffffu, d & 0xffffu))) < near * kBoundScale ? 1.0 : -1.0;
+}
+
+// Whether the objects hide p from a map's point. before_m: how far in front of p they must be.
+float map_hidden(LampMap m, vec3 p, float before_m) {
+  vec2 at;
+  float z, depth;
+  return map_place(m, p, before_m, at, z, depth) ? map_nearer(m, at, depth) : 0.0;
+}
+
+// The way from one leaf of a sunflower (Vogel 1979) to the next.
+const vec2 kGoldenTurn = vec2(-0.73736888, 0.67549029);  // cos, sin of the golden angle
+vec2 turned(vec2 q, vec2 turn) { return vec2(turn.x * q.x - turn.y * q.y, turn.y * q.x + turn.x * q.y); }
+float leaf(int i) { return sqrt((float(i) + 0.5) / float(kSoftTaps)); }
+
+// Which part of a map's share of its lamp, a disc, the objects hide from p: comparisons over the disc's image through
+// what hides it, whose mean distance 8 of them find first (Fernando 2005).
+float share_hidden(LampMap m, vec3 p, float before_m) {
+  vec2 at;
+  float z, depth;
+  bool seen = map_place(m, p, before_m, at, z, depth);
+  float radius = disc_texels(m, z), reach = max(kFurthestTap * radius, 0.5);
+  // Software devices run both ways of a branch and leave loops alone early.
+  float bounded = seen ? map_bounded(m, at - reach, at + reach, depth, depth) : 0.0;
+  bool small = radius < kLeastSoft;
+  vec2 turn = vec2(cos(m.more.w), sin(m.more.w));
+  float found = 0.0, way = 0.0;
+  int taps = bounded >= 0.0 || small ? 0 : kSoftTaps;
+  vec2 way_out = turn;
+  for (int i = 0; i < taps; ++i) {
+    float d = map_depth(m, ivec2(round(at + radius * leaf(i) * way_out)));
+    way_out = turned(way_out, kGoldenTurn);
+    bool nearer = d < depth;
+    found += nearer ? 1.0 : 0.0;
+    way += nearer ? (m.place.z - d) / m.place.w : 0.0;  // 1 / z
+  }
+  if (found > 0.0) radius = min(m.more.z * (way / found - 1.0 / z), radius);
+  small = small || radius < kLeastSoft;
+  taps = found == 0.0 || small ? 0 : kSoftTaps;
+  float hidden = 0.0;
+  way_out = turn;
+  for (int i = 0; i < taps; ++i) {
+    hidden += map_depth(m, ivec2(round(at + radius * leaf(i) * way_out))) < depth ? 1.0 : 0.0;
+    way_out = turned(way_out, kGoldenTurn);
+  }
+  if (bounded >= 0.0) return bounded;
+  return small ? map_nearer(m, at, depth) : hidden / float(kSoftTaps);
+}
+
+// The share of a lamp's light that reaches a virtual surface past the objects. It starts so far off the surface that the
+// texels in which maps hold it, and the simpler triangles that they are drawn from, do not hide it from itself.
+float map_open(int first, int count, vec3 p, vec3 n) {
+  vec3 off = p + (kClear_m + kClearTexels * lamp_views[first].more.y) * n;
+  float open = 0.0, all = 1e-6;
+  for (int i = first; i < first + count; ++i) {
+    float cosine = max(dot(n, normalize(lamp_views[i].from.xyz - p)), 0.0);
+    open += cosine * (1.0 - map_hidden(lamp_views[i], off, kBefore_m));
+    all += cosine;
+  }
+  return open / all;
+}
+#endif

@@ -1,0 +1,86 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The final picture (thesis §5.4.4): camera picture plus change where it shows the real room, virtual radiance where it
+// shows an object, mixed by coverage. Pixels that nothing changes keep their code values.
+#include "common/frame.glsl"
+#include "common/brdf.glsl"
+#include "common/srgb.glsl"
+#include "common/tiles.glsl"
+#include "common/material_mask.glsl"
+
+const float kUnlike = 0.5;  // of surfaces: a turn by 60°, or 2.5 % of the distance
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 1) uniform sampler2D picture;   // code values of the camera
+layout(binding = 2) uniform sampler2D radiance;  // the same, linear
+layout(binding = 3) uniform sampler2D real_normal;
+layout(binding = 4) uniform sampler2D real_albedo;
+layout(binding = 5) uniform sampler2D direct_lost;
+layout(binding = 6) uniform sampler2D indirect;
+layout(binding = 7) uniform sampler2D mirror_gained;
+layout(binding = 8) uniform sampler2D mirror_share;
+layout(binding = 9) uniform sampler2D object_radiance;
+layout(binding = 10) uniform sampler2D object_surface;
+layout(binding = 14) uniform sampler2D object_normal;
+layout(binding = 15) uniform sampler2D object_other;
+layout(binding = 12, rgba8) uniform writeonly image2D out_picture;
+layout(binding = 13, rgba16f) uniform writeonly image2D out_delta;
+#include "common/exclude_tag.glsl"
+
+vec3 lit(ivec2 at) {
+  vec3 l = max(texelFetch(object_radiance, at, 0).rgb, vec3(0));
+  return any(isnan(l)) || any(isinf(l)) ? vec3(0) : l;
+}
+
+// An edge between two virtual surfaces: each pixel is lit for one of them, so the other's share looks like the pixel
+// around it that shows most nearly the same.
+vec3 virtual_color(ivec2 at) {
+  vec3 own = lit(at);
+  float share = texelFetch(object_surface, at, 0).w;
+  if (share == 0.0) return own;
+  vec4 other = texelFetch(object_other, at, 0);
+  float least = kUnlike;
+  vec3 mixed = own;
+  for (int i = 0; i < 9; ++i) {
+    ivec2 q = clamp(at + ivec2(i % 3, i / 3) - 1, ivec2(0), frame.picture.xy - 1);
+    vec4 surface = texelFetch(object_surface, q, 0);
+    float unlike = 20.0 * abs(surface.x - other.w) / max(other.w, 1e-3) + 1.0 -
+                   dot(texelFetch(object_normal, q, 0).xyz, other.xyz);
+    if (i == 4 || surface.y == 0.0 || unlike >= least) continue;
+    least = unlike;
+    mixed = mix(own, lit(q), share);
+  }
+  return mixed;
+}
+
+void main() {
+  ivec2 at = tile_texel();
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  vec3 b = texelFetch(radiance, at, 0).rgb, delta = vec3(0);
+  float coverage = texelFetch(object_surface, at, 0).y;
+  float footprint = texelFetch(real_normal, at, 0).a;
+  if (footprint > 0.0 && coverage < 0.999) {
+    vec4 albedo = texelFetch(real_albedo, at, 0);
+    int known = int(albedo.a);
+    vec3 diffuse = albedo.rgb, under = vec3(1), mirror = vec3(0);
+    if (known > 0) {
+      Surface s = frame.surfaces[known - 1];
+      float paper = paper_share(albedo.a);
+      Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+      diffuse = mix(look.diffuse, albedo.rgb, paper);
+      under = mix(through_evenly(look) * through_evenly(look), vec3(1), paper);
+      mirror = (1.0 - paper) * (texelFetch(mirror_gained, at, 0).rgb -
+                                without_paper(at, b, albedo.a) * texelFetch(mirror_share, at, 0).rgb);
+    }
+    // What lamps no longer bring has passed the layer above already.
+    vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
+    delta = max(diffuse / kPi * change + mirror, -b);
+    if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);
+  }
+  vec3 code = texelFetch(picture, at, 0).rgb;
+  if (coverage > 0.0 || delta != vec3(0) || frame.camera.z == 0.0) {
+    vec3 object = virtual_color(at);
+    code = srgb(frame.camera.y * mix(b + delta, object, coverage));
+  }
+  imageStore(out_picture, at, vec4(round(code * 255.0) / 255.0, 1.0));
+  imageStore(out_delta, at, vec4(delta, coverage));
+}

@@ -1,0 +1,32 @@
+// Looking up what lamp_shadow.comp found.
+#ifndef LAMP_SHADOW_GLSL
+#define LAMP_SHADOW_GLSL
+#include "common/lamp.glsl"
+layout(binding = 10) uniform sampler2D lamp_shadows;
+
+// Share of a lamp's light that objects take from p. What lies further from the lamp than the surface on which its light
+// ends, by more than `slack`, has lost it already.
+float lamp_hidden(int lamp, vec3 p, float slack) {
+  ShadowView view = frame.shadow_views[lamp];
+  vec3 to = p - frame.lamps[lamp].position_radius.xyz;
+  float z = dot(to, view.z_far.xyz), edge = float(textureSize(lamp_shadows, 0).x);
+  vec2 q = vec2(dot(to, view.x_scale.xyz), dot(to, view.y.xyz)) * (view.x_scale.w / max(z, 1e-4));
+  vec2 uv = clamp(0.5 + 0.5 * q, vec2(0.5 / edge), vec2(1.0 - 0.5 / edge));
+  vec2 s = textureLod(lamp_shadows, vec2(uv.x, (uv.y + float(lamp)) / float(kMaxLamps)), 0.0).xy;
+  float inside = z > 0.0 ? clamp(16.0 * (1.0 - max(abs(q.x), abs(q.y))), 0.0, 1.0) : 0.0;
+  return inside * s.x * clamp(2.0 - (z - view.z_far.w - s.y) / slack, 0.0, 1.0);
+}
+
+// Irradiance that lamps no longer bring to a real surface.
+vec3 lamps_lost(vec3 p, vec3 n, float slack) {
+  vec3 lost = vec3(0);
+  for (int i = 0; i < frame.counts.x; ++i) {
+    Lamp lamp = frame.lamps[i];
+    vec3 to = lamp.position_radius.xyz - p;
+    float far2 = dot(to, to);
+    vec3 w = to * inversesqrt(far2);
+    lost += lamp.intensity.rgb * (emission(lamp, -w) * max(dot(n, w), 0.0) * lamp_hidden(i, p, slack) / far2);
+  }
+  return lost;
+}
+#endif

@@ -1,0 +1,19 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The same as live_object.comp where the objects' radiance depends on the view and was found pixel by pixel.
+#include "common/frame.glsl"
+#include "common/half.glsl"
+#include "common/tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 11) uniform sampler2D object_radiance;
+layout(binding = 14) uniform sampler2D object_surface;  // y: coverage
+layout(binding = 13, rgba16f) uniform writeonly image2D out_object;
+
+void main() {
+  ivec2 at = tile_texel();
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  float share = texelFetch(object_surface, at, 0).y;
+  vec3 object = max(texelFetch(object_radiance, at, 0).rgb, vec3(0));
+  if (any(isnan(object)) || any(isinf(object))) object = vec3(0);
+  imageStore(out_object, at, to_half(vec4(share * object, share)));
+}

@@ -1,0 +1,18 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Where indirect light alone changes: the factor by which it changes real surfaces, for one pixel of every pass_i.x along
+// each axis. It is smoother than the picture, whose own detail it multiplies. To the power of 1 / 2.4, for above its linear
+// part the sRGB curve is code = 1.055 x^(1/2.4) - 0.055, and a factor of x one of code + 0.055.
+#include "screen/live_real.glsl"
+#include "common/half.glsl"
+#include "common/tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 12, rgba16f) uniform writeonly image2D out_gain;
+
+void main() {
+  ivec2 cell = tile_texel(), at = frame.pass_i.x * cell;
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  LiveReal r = live_real(at, texelFetch(codes, at, 0).rgb);
+  vec3 gain = bounded_gain(1.0 + r.response * r.indirect);
+  imageStore(out_gain, cell, to_half(vec4(pow(gain, vec3(1.0 / 2.4)), 1.0)));
+}

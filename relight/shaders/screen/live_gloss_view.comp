@@ -1,0 +1,81 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Known glossy surfaces in a live picture: where they are, the change of their diffuse part, and what lamps send to the eye
+// by their mirror part, with and without the objects: share by share of a lamp, since what objects hide of it may be what the
+// surface mirrors most. The pictures that lamps have of shadows tell where to ask.
+#include "screen/live_real.glsl"
+#include "volume/cone.glsl"
+#include "screen/lamp_shadow.glsl"
+#include "lamps/lamp_maps.glsl"
+#include "common/material_mask.glsl"
+#include "common/half.glsl"
+#include "common/tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 23) uniform sampler2D radiance;
+layout(binding = 28) uniform sampler2D surfaces;  // depth along z and number + 1 of known surfaces
+layout(binding = 12, rgba32f) uniform writeonly image2D out_position;     // a: z in the camera, 0: unknown
+layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;       // a: in the delta's footprint, up to 1
+layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;       // a: number + 1 of a known surface, else 0
+layout(binding = 15, rgba16f) uniform writeonly image2D out_diffuse;      // change of radiance
+layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance
+layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;
+
+void main() {
+  ivec2 at = tile_texel();
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  LiveReal r = live_real(at, texelFetch(codes, at, 0).rgb);
+  float z = (frame.T_camera_tag * vec4(r.p, 1.0)).z;
+  vec2 surface = texelFetch(surfaces, at, 0).xy;
+  float known = 0.0;
+  if (surface.y > 0.0 && dot(r.n, r.n) > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
+    mat3 turn = mat3(frame.T_tag_camera);
+    ivec2 last = frame.picture.xy - 1;
+    vec2 ray = texelFetch(rays, at, 0).xy, right = texelFetch(rays, min(at + ivec2(1, 0), last), 0).xy - ray,
+         down = texelFetch(rays, min(at + ivec2(0, 1), last), 0).xy - ray;
+    float paper = paper_in_pixel(r.p, turn * vec3(ray, 1.0), turn * vec3(right, 0.0), turn * vec3(down, 0.0));
+    known = paper < 1.0 ? pack_known(floor(0.5 * surface.y), paper) : 0.0;
+  }
+  vec3 diffuse = vec3(0), mirror_lost = vec3(0), mirror_all = vec3(0);
+  if (known > 0.0) {
+    Surface s = frame.surfaces[int(known) - 1];
+    Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    float paper = paper_share(known);
+    vec3 under = mix(through_evenly(look) * through_evenly(look), vec3(1), paper);
+    vec3 share = mix(look.diffuse / kPi, r.response * texelFetch(radiance, at, 0).rgb, paper);
+    diffuse = share * under * (r.indirect - lamps_lost(r.p, r.n, r.slack));
+    Cone k;
+    k.from_virtual = r.p;
+    k.from_real = r.p + cone_start_m() * r.n;
+    vec3 v = normalize(frame.T_tag_camera[3].xyz - r.p);
+    for (int l = 0, map = 0; l < frame.counts.x; ++l) {
+      Lamp lamp = frame.lamps[l];
+      int maps = int(lamp.intensity.a), count = maps > 0 ? maps : frame.counts.w;
+      float mostly = lamp_hidden(l, r.p, r.slack);
+      vec3 sent = vec3(0), gone = vec3(0);
+      for (int i = 0; i < count; ++i) {
+        LampSample q = maps > 0 ? map_share(lamp, lamp_views[map + i], r.p, count) : lamp_share(lamp, r.p, i, count);
+        vec3 f = q.irradiance * max(dot(r.n, q.w), 0.0) * ggx_wide(look, r.n, v, q.w, q.tan_half);
+        float hidden = mostly;
+        for (int j = 0; j < (maps > 0 && mostly > 0.0 ? 1 : 0); ++j) {
+          hidden = share_hidden(lamp_views[map + i], r.p, kBefore_m);
+        }
+        sent += f;
+        gone += hidden * f;
+      }
+      vec3 to = lamp.position_radius.xyz - r.p;
+      float far = length(to);
+      k.w = to / far;
+      k.tan_half = lamp.position_radius.w / far;
+      float open = 1.0 - real_shadow(k, sent != vec3(0) ? far : 0.0);
+      mirror_all += open * sent;
+      mirror_lost += open * gone;
+      map += maps;
+    }
+  }
+  imageStore(out_position, at, vec4(r.p, z));
+  imageStore(out_normal, at, to_half(vec4(r.n, known > 0.0 ? 1.0 : 0.0)));
+  imageStore(out_albedo, at, to_half(vec4(0.0, 0.0, 0.0, known)));
+  imageStore(out_diffuse, at, to_half(vec4(diffuse, 0.0)));
+  imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
+  imageStore(out_mirror_all, at, to_half(vec4(mirror_all, 0.0)));
+}

@@ -1,0 +1,93 @@
+// The real surface that a pixel shows and how its light changes, where all that the change needs was gathered once for
+// the room. A Lambert surface sends out what it receives times ρ/π; `response` is ρ/π over the radiance that was measured
+// there, so the camera picture times 1 + response · change is the changed picture, with its own detail.
+#ifndef LIVE_REAL_GLSL
+#define LIVE_REAL_GLSL
+#include "screen/real_depth.glsl"
+#include "common/influence_mask.glsl"
+#include "screen/unoccluded_irradiance.glsl"
+layout(binding = 27) uniform sampler2D codes;    // of the camera, sRGB
+layout(binding = 20) uniform sampler3D real_response;    // times weight, weight
+layout(binding = 21) uniform sampler3D real_normal;      // and distance
+layout(binding = 22) uniform sampler3D real_irradiance;  // change of it, times weight, weight
+
+vec3 normal_at(ivec2 at, vec3 p) {
+  int c = in_cascade(0, p, 1.0) ? 0 : 1;
+  vec3 n = real_at(real_normal, c, p).xyz;
+  float l = length(n);
+  return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
+}
+vec3 coded(ivec2 at) { return texelFetch(codes, at, 0).rgb; }
+#include "screen/hole_fill.glsl"
+
+struct LivePlace {
+  vec3 p, n;    // tag frame; n 0: unknown
+  float z;      // in the camera, 0: unknown
+  int cascade;
+  bool inside;  // of the volumes
+};
+
+LivePlace live_place(ivec2 at) {
+  vec3 eye = frame.T_tag_camera[3].xyz;
+  vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);  // per metre of z
+  float z = texelFetch(depth, at, 0).x;
+  bool measured = z > 0.0;
+  if (!measured) z = trace_volume(eye, w);
+  vec3 p = eye + z * w;
+  int c = in_cascade(0, p, 1.0) ? 0 : 1;
+  bool inside = z > 0.0 && in_cascade(1, p, 1.0);
+  vec4 surface = real_at(real_normal, c, p);
+  float l = length(surface.xyz);
+  vec3 n = surface.xyz / max(l, 1e-6);
+  if (inside && l > 0.5) {
+    // The fused surface is less noisy than one picture's depth: move along the ray on to it.
+    float slope = dot(n, w);
+    if (measured && slope < -0.2 * length(w)) {
+      float dz = clamp(-surface.a / slope, -frame.field.x, frame.field.x);
+      z += dz;
+      p += dz * w;
+    }
+  } else {
+    n = z > 0.0 && measured ? depth_normal(at) : vec3(0);
+  }
+  return LivePlace(p, n, z, c, inside);
+}
+
+struct LiveReal {
+  vec3 p, n;      // tag frame; n 0: unknown
+  float slack;    // how exactly its place is known, m
+  vec3 response;  // 0: unknown
+  vec3 indirect;  // change of irradiance, fading out at the edge of the footprint
+};
+
+LiveReal live_real(ivec2 at, vec3 code) {
+  LivePlace q = live_place(at);
+  vec4 k = real_at(real_response, q.cascade, q.p);
+  vec3 like = q.p;  // what color and change of light are known are of there
+  bool measured = texelFetch(depth, at, 0).x > 0.0;
+  Plane plane = plane_beside(at, !measured || q.n == vec3(0) || q.inside && k.a <= 1e-3);
+  // Distances beside what is unknown can be anything: what is traced behind the plane lies in it.
+  vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);
+  float there = measured ? 0.0 : on_plane(plane, w);
+  bool guessed = there > 0.0 && (q.z == 0.0 || q.n == vec3(0) || there < q.z);
+  if (plane.z > 0.0 && (guessed || measured && q.n == vec3(0) || q.z > 0.0 && k.a <= 1e-3)) {
+    if (guessed) q.p = frame.T_tag_camera[3].xyz + there * w;
+    if (guessed || q.n == vec3(0)) q.n = plane.n;
+    like = plane.p;
+    q.cascade = in_cascade(0, like, 1.0) ? 0 : 1;
+    k = real_at(real_response, q.cascade, like);
+  }
+  vec4 e = textureLod(real_irradiance, cascade_place(q.cascade, like, 1.0), 0.0);
+  // Beyond the volumes the light tells the response, from 1 / E there to what is known within.
+  float within = edge_fade(q.p);
+  vec3 response = k.a > 1e-3 ? within / k.a * k.rgb : vec3(0);
+  if (within < 1.0) response += (1.0 - within) / max(open_irradiance(q.p, q.n), vec3(1e-6));
+  float root = (max(max(code.x, code.y), code.z) + 0.055) / 1.055;
+  float footprint = indirect_footprint_of(q.p, q.n, root, false);
+  return LiveReal(q.p, q.n, 2.0 * frame.cascade[q.cascade].w, dot(q.n, q.n) > 0.0 ? response : vec3(0),
+                  e.a > 1e-3 ? footprint / e.a * e.rgb : vec3(0));
+}
+
+// Factor of the radiance.
+vec3 bounded_gain(vec3 gain) { return any(isnan(gain)) || any(isinf(gain)) ? vec3(1) : max(gain, vec3(0)); }
+#endif

@@ -1,0 +1,18 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The factor by which light changes on real surfaces where objects can stand before a lamp: for one pixel of every
+// pass_i.x along each axis.
+#include "screen/live_real.glsl"
+#include "screen/lamp_shadow.glsl"
+#include "common/half.glsl"
+#include "common/tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 12, rgba16f) uniform writeonly image2D out_gain;
+
+void main() {
+  ivec2 cell = tile_texel(), at = frame.pass_i.x * cell;
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  LiveReal r = live_real(at, texelFetch(codes, at, 0).rgb);
+  vec3 gain = bounded_gain(1.0 + r.response * (r.indirect - lamps_lost(r.p, r.n, r.slack)));
+  imageStore(out_gain, cell, to_half(vec4(gain, 1.0)));
+}

@@ -1,0 +1,21 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/surface_color.glsl"
+layout(location = 0) in vec3 world;
+layout(location = 1) in vec3 world_normal;
+layout(location = 2) in vec2 uv;
+layout(location = 3) in vec3 tint;
+layout(location = 4) in float depth_m;
+layout(location = 0) out vec4 out_normal;  // roughness in a
+layout(location = 1) out vec4 out_base;    // metallic in a
+layout(location = 2) out vec2 out_depth;   // metres along z; specular + 2 · object's number, 0: nothing
+
+void main() {
+  float l = length(world_normal);
+  vec3 n = l > 1e-9 ? world_normal / l : vec3(0, 0, 1);
+  vec3 eye = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
+  if (dot(n, eye - world) < 0.0 && !gl_FrontFacing) n = -n;
+  out_normal = vec4(n, draw.material.x);
+  out_base = vec4(surface_color(uv, tint), draw.material.y);
+  out_depth = vec2(depth_m, draw.material.z + 2.0 * draw.material.w);
+}

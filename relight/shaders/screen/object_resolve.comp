@@ -1,0 +1,71 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The supersampled object buffer becomes one surface a pixel with its coverage, and what a second one looks like where an
+// edge runs through the pixel; samples behind real surfaces don't count.
+#include "common/frame.glsl"
+#include "common/half.glsl"
+#include "common/tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 1) uniform sampler2D sample_normal;
+layout(binding = 2) uniform sampler2D sample_base;
+layout(binding = 3) uniform sampler2D sample_depth;
+layout(binding = 4) uniform sampler2D real_position;                     // a: z in the camera, 0: unknown
+layout(binding = 12, rgba16f) uniform writeonly image2D object_normal;   // a: roughness
+layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic
+layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, share of another surface
+layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that one's normal; z
+
+const float kSameNormal = 0.8, kSameDepth = 0.02, kSameBase = 0.15;
+
+struct Sum {
+  vec4 normal, base;
+  float z, specular;
+  int count;
+};
+
+vec3 direction(vec3 sum) {
+  float l = length(sum);
+  return l > 1e-6 ? sum / l : vec3(0, 0, 1);
+}
+
+void main() {
+  ivec2 at = tile_texel();
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  int s = frame.picture.w;
+  float real = texelFetch(real_position, at, 0).a;
+  // Contact: an object that stands on a real surface is not cut by that surface's own error.
+  float behind = real > 0.0 ? real + max(0.3 * frame.field.x, 0.003 * real) : 1e9;
+  // The first covered sample's surface, and all that is not of it; the larger of both is what the pixel shows.
+  Sum sums[2] = Sum[](Sum(vec4(0), vec4(0), 0.0, 0.0, 0), Sum(vec4(0), vec4(0), 0.0, 0.0, 0));
+  vec3 first_normal = vec3(0), first_base = vec3(0);
+  float first_z = 0.0;
+  for (int i = 0; i < s * s; ++i) {
+    ivec2 q = s * at + ivec2(i % s, i / s);
+    vec2 depth = texelFetch(sample_depth, q, 0).xy;
+    if (depth.y == 0.0 || depth.x > behind) continue;
+    vec4 normal = texelFetch(sample_normal, q, 0), base = texelFetch(sample_base, q, 0);
+    if (sums[0].count == 0) {
+      first_normal = normal.xyz;
+      first_base = base.rgb;
+      first_z = depth.x;
+    }
+    vec3 off = abs(base.rgb - first_base);
+    bool same = dot(normal.xyz, first_normal) > kSameNormal && abs(depth.x - first_z) < kSameDepth * first_z &&
+                max(max(off.r, off.g), off.b) < kSameBase;
+    int which = same ? 0 : 1;
+    sums[which].normal += normal;
+    sums[which].base += base;
+    sums[which].z += depth.x;
+    sums[which].specular += mod(depth.y, 2.0);
+    ++sums[which].count;
+  }
+  int covered = sums[0].count + sums[1].count;
+  bool first = sums[0].count >= sums[1].count;
+  Sum most = first ? sums[0] : sums[1], other = first ? sums[1] : sums[0];
+  float k = most.count > 0 ? 1.0 / float(most.count) : 0.0, all = max(float(covered), 1.0);
+  imageStore(object_normal, at, to_half(vec4(direction(most.normal.xyz), most.normal.a * k)));
+  imageStore(object_base, at, to_half(most.base * k));
+  imageStore(object_surface, at, vec4(most.z * k, float(covered) / float(s * s), most.specular * k,
+                                      float(other.count) / all));
+  imageStore(object_other, at, to_half(vec4(direction(other.normal.xyz), other.z / max(float(other.count), 1.0))));
+}

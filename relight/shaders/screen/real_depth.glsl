@@ -1,0 +1,42 @@
+// Where the real surface is that a pixel shows, from the depth picture and the distance volumes.
+#ifndef REAL_DEPTH_GLSL
+#define REAL_DEPTH_GLSL
+#include "volume/volume.glsl"
+layout(binding = 25) uniform sampler2D rays;   // x/z, y/z of every pixel
+layout(binding = 26) uniform sampler2D depth;  // metres along z, 0: none
+
+vec3 camera_point(ivec2 at) {
+  vec2 ray = texelFetch(rays, at, 0).xy;
+  float z = texelFetch(depth, at, 0).x;
+  return vec3(ray * z, z);
+}
+
+// Plane through the depth a few pixels to either side, where that is one surface: for what the volumes don't reach.
+vec3 depth_normal(ivec2 at) {
+  const int kApart_px = 4;
+  ivec2 last = frame.picture.xy - 1;
+  vec3 p = camera_point(at), a = camera_point(clamp(at - ivec2(kApart_px, 0), ivec2(0), last)),
+       b = camera_point(clamp(at + ivec2(kApart_px, 0), ivec2(0), last)),
+       c = camera_point(clamp(at - ivec2(0, kApart_px), ivec2(0), last)),
+       d = camera_point(clamp(at + ivec2(0, kApart_px), ivec2(0), last));
+  vec4 apart = abs(vec4(a.z, b.z, c.z, d.z) - p.z);
+  vec3 n = cross(d - c, b - a);
+  float l = length(n);
+  bool one = max(max(apart.x, apart.y), max(apart.z, apart.w)) < 0.03 * p.z;
+  return one && l > 0.0 ? mat3(frame.T_tag_camera) * (n / l) : vec3(0);
+}
+
+// The surface along the ray where depth has a hole, inside the volumes; in units of |w|, 0: none.
+float trace_volume(vec3 eye, vec3 w) {
+  float l = length(w), least = 0.5 * frame.cascade[0].w;
+  vec3 u = w / l;
+  vec2 known = ray_box(eye, u, grid_low(frame.cascade[1]), cascade_high(1));
+  float t = max(known.x + frame.cascade[1].w, 0.0);  // distances begin half a voxel inside
+  for (int i = 0; i < 64 && t < known.y; ++i) {
+    float d = real_distance(eye + t * u);
+    if (d < 0.1 * least) return t / l;
+    t += max(d, least);
+  }
+  return 0.0;
+}
+#endif

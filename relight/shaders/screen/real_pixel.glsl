@@ -1,0 +1,108 @@
+// The real surface that a pixel shows, from the light volumes, with the change of irradiance that their cells gathered:
+// one look-up each where the bricks (real_view_bricks.comp) take dozens. Coarser where the outer cascade is coarser than
+// the field. pass_f.x: least_codes of the footprint.
+#ifndef REAL_PIXEL_GLSL
+#define REAL_PIXEL_GLSL
+#include "screen/real_depth.glsl"
+#include "common/influence_mask.glsl"
+#include "screen/unoccluded_irradiance.glsl"
+#include "common/material_mask.glsl"
+layout(binding = 27) uniform sampler2D radiance; // the camera picture, linear
+layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
+layout(binding = 7) uniform sampler3D real_albedo_volume;
+layout(binding = 8) uniform sampler3D real_normal_volume;
+layout(binding = 9) uniform sampler3D real_irradiance;  // times weight, weight
+
+vec3 normal_at(ivec2 at, vec3 p) {
+  int c = in_cascade(0, p, 1.0) ? 0 : 1;
+  vec3 n = real_at(real_normal_volume, c, p).xyz;
+  float l = length(n);
+  return in_cascade(1, p, 1.0) && l > 0.5 ? n / l : depth_normal(at);
+}
+vec3 coded(ivec2 at) { return pow(frame.camera.y * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
+#include "screen/hole_fill.glsl"
+
+struct RealPixel {
+  vec3 p, n;        // tag frame; n 0: unknown
+  float z;          // in the camera, < 0: a guess, 0: unknown
+  float footprint;  // up to 1: how far inside the delta's
+  vec4 albedo;      // a: number + 1 of a known surface, 0: solved, -1: unknown
+  vec3 indirect;    // change of irradiance
+};
+
+RealPixel real_pixel(ivec2 at) {
+  vec3 ray = vec3(texelFetch(rays, at, 0).xy, 1.0), eye = frame.T_tag_camera[3].xyz;
+  vec3 w = mat3(frame.T_tag_camera) * ray;  // per metre of z
+  float z = texelFetch(depth, at, 0).x;
+  bool measured = z > 0.0;
+  if (!measured) z = trace_volume(eye, w);
+  vec3 p = eye + z * w, n = vec3(0), b = texelFetch(radiance, at, 0).rgb;
+  vec4 albedo = vec4(0);
+  float footprint = 0.0;
+  vec3 indirect = vec3(0);
+  int c = in_cascade(0, p, 1.0) ? 0 : 1;
+  bool inside = in_cascade(1, p, 1.0);
+  if (z > 0.0) {
+    n = real_at(real_normal_volume, c, p).xyz;
+    float l = length(n);
+    if (inside && l > 0.5) {
+      n /= l;
+      // The fused surface is less noisy than one picture's depth: move along the ray on to it.
+      float d = textureLod(real_distance_m, cascade_place(c, p, 0.5), 0.0).r, slope = dot(n, w);
+      if (measured && slope < -0.2 * length(w)) {
+        float dz = clamp(-d / slope, -frame.field.x, frame.field.x);
+        z += dz;
+        p += dz * w;
+      }
+    } else {
+      n = measured ? depth_normal(at) : vec3(0);
+    }
+    albedo = real_at(real_albedo_volume, c, p);
+  }
+  vec3 like = p;  // what color and change of light are known are of there
+  Plane plane = plane_beside(at, !measured || n == vec3(0) || inside && albedo.a <= 1e-3);
+  // Distances beside what is unknown can be anything: what is traced behind the plane lies in it.
+  float there = measured ? 0.0 : on_plane(plane, w);
+  bool guessed = there > 0.0 && (z == 0.0 || n == vec3(0) || there < z);
+  if (plane.z > 0.0 && (guessed || n == vec3(0) || albedo.a <= 1e-3)) {
+    z = guessed ? there : z;
+    p = eye + z * w;
+    n = guessed || n == vec3(0) ? plane.n : n;
+    like = plane.p;
+    c = in_cascade(0, like, 1.0) ? 0 : 1;
+    inside = in_cascade(1, like, 1.0);
+    albedo = real_at(real_albedo_volume, c, like);
+  }
+  if (z > 0.0) {
+    vec2 surface = texelFetch(surfaces, at, 0).xy;
+    float known = 0.0;
+    if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
+      mat3 turn = mat3(frame.T_tag_camera);
+      ivec2 last = frame.picture.xy - 1;
+      vec2 right = texelFetch(rays, min(at + ivec2(1, 0), last), 0).xy - ray.xy,
+           down = texelFetch(rays, min(at + ivec2(0, 1), last), 0).xy - ray.xy;
+      float paper = paper_in_pixel(p, w, turn * vec3(right, 0.0), turn * vec3(down, 0.0));
+      if (paper < 1.0) known = pack_known(floor(0.5 * surface.y), paper);
+    }
+    // Blocks that no shadow can reach were not dispatched to the shadow pass: no need to ask again here.
+    if (dot(n, n) > 0.0) footprint = max(indirect_footprint(p, n, b, known > 0.0), kShadowOnly);
+    vec4 mean = real_at(real_radiance_volume, c, like);
+    if (inside && albedo.a > 1e-3 && mean.a > 1e-3) {
+      // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
+      vec3 detail = clamp(b / max(mean.rgb / mean.a, vec3(1e-5)), vec3(0.2), vec3(4.0));
+      albedo.rgb = min(albedo.rgb / albedo.a * detail, vec3(1));
+    } else {
+      albedo = vec4(0);
+    }
+    // Beyond the volumes the light tells it.
+    float within = edge_fade(p);
+    if (within < 1.0 && dot(n, n) > 0.0) {
+      albedo = vec4(mix(albedo_by_light(p, n, b), albedo.rgb, albedo.a > 0.0 ? within : 0.0), 1.0);
+    }
+    vec4 e = textureLod(real_irradiance, cascade_place(c, like, 1.0), 0.0);
+    if (inside && e.a > 1e-3) indirect = e.rgb / e.a;
+    albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);
+  }
+  return RealPixel(p, n, guessed ? -z : z, footprint, albedo, indirect);
+}
+#endif

@@ -1,0 +1,138 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// What real surface every pixel shows: where, how turned, how coloured, and whether the objects can change its light.
+#include "common/bricks.glsl"
+#include "common/influence_mask.glsl"
+#include "common/material_mask.glsl"
+#include "screen/unoccluded_irradiance.glsl"
+#include "common/half.glsl"
+#include "common/tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 1) uniform sampler2D rays;     // x/z, y/z of every pixel
+layout(binding = 2) uniform sampler2D depth;    // metres along z, 0: none
+layout(binding = 3) uniform sampler2D radiance; // the camera picture, linear
+layout(binding = 4) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
+layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, < 0: a guess, 0: unknown
+layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: in the delta's footprint, up to 1
+layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a known surface
+
+vec3 camera_point(ivec2 at) {
+  vec2 ray = texelFetch(rays, at, 0).xy;
+  float z = texelFetch(depth, at, 0).x;
+  return vec3(ray * z, z);
+}
+
+// Plane through the depth around a pixel, of what lies within 3 % of its depth.
+vec3 depth_normal(ivec2 at) {
+  vec3 p = camera_point(at), dx = vec3(0), dy = vec3(0);
+  for (int j = -2; j <= 2; ++j) {
+    for (int i = 1; i <= 2; ++i) {
+      ivec2 x0 = at + ivec2(-i, j), x1 = at + ivec2(i, j), y0 = at + ivec2(j, -i), y1 = at + ivec2(j, i);
+      ivec2 low = min(min(x0, x1), min(y0, y1)), high = max(max(x0, x1), max(y0, y1));
+      if (any(lessThan(low, ivec2(0))) || any(greaterThanEqual(high, frame.picture.xy))) continue;
+      vec3 a = camera_point(x0), b = camera_point(x1), c = camera_point(y0), d = camera_point(y1);
+      float tolerance = 0.03 * p.z;
+      if (abs(a.z - p.z) < tolerance && abs(b.z - p.z) < tolerance) dx += b - a;
+      if (abs(c.z - p.z) < tolerance && abs(d.z - p.z) < tolerance) dy += d - c;
+    }
+  }
+  vec3 n = cross(dy, dx);
+  float l = length(n);
+  return l > 0.0 ? mat3(frame.T_tag_camera) * (n / l) : vec3(0);
+}
+
+vec3 normal_at(ivec2 at, vec3 p) {
+  float d;
+  vec3 g;
+  return field_distance(p, d) && field_gradient(p, d, g) ? normalize(g) : depth_normal(at);
+}
+vec3 coded(ivec2 at) { return pow(frame.camera.y * texelFetch(radiance, at, 0).rgb, vec3(1.0 / 2.4)); }
+#include "screen/hole_fill.glsl"
+
+// The field's surface along the ray where depth has a hole.
+float trace_field(vec3 eye, vec3 w, float far) {
+  float t = 0.2, before = 0.0;
+  for (int i = 0; i < 128 && t < far; ++i) {
+    float d;
+    vec3 p = eye + t * w;
+    if (!field_distance(p, d)) d = max(field_clearance(p), 0.5 * frame.field.x) ;
+    else if (d <= 0.0) return before > 0.0 ? t : 0.0;
+    before = d;
+    t += max(d, 0.25 * frame.field.x);
+  }
+  return 0.0;
+}
+
+void main() {
+  ivec2 at = tile_texel();
+  if (any(greaterThanEqual(at, frame.picture.xy))) return;
+  vec3 ray = vec3(texelFetch(rays, at, 0).xy, 1.0), eye = frame.T_tag_camera[3].xyz;
+  vec3 w = mat3(frame.T_tag_camera) * ray;  // per metre of z
+  float z = texelFetch(depth, at, 0).x;
+  bool measured = z > 0.0;
+  if (!measured) z = trace_field(eye, normalize(w), 4.0) / length(w);
+  vec3 p = eye + z * w, n = vec3(0), b = texelFetch(radiance, at, 0).rgb;
+  vec4 albedo = vec4(0);
+  float footprint = 0.0;
+  vec2 surface = texelFetch(surfaces, at, 0).xy;
+  // Seen from any side the objects fill this much of its light: pixels that stay below need no surface at all. Seen from
+  // a known glossy surface they fill more.
+  bool within = z > 0.0 && in_footprint(p, normalize(frame.sphere.xyz - p), b, surface.y > 0.0) > 0.0;
+  if (within) {
+    float d;
+    vec3 g;
+    bool fused = field_distance(p, d) && abs(d) < 0.8 * frame.field.y && field_gradient(p, d, g);
+    if (fused) {
+      n = normalize(g);
+      // The fused surface is less noisy than one picture's depth: move along the ray on to it.
+      float slope = dot(g, w);
+      if (measured && slope < -0.2 * length(w)) {
+        float dz = clamp(-d / slope, -frame.field.x, frame.field.x);
+        z += dz;
+        p += dz * w;
+      }
+    } else if (measured) {
+      n = depth_normal(at);
+    }
+    albedo = field_albedo(p);
+  }
+  vec3 like = p;  // what color is known is of there
+  bool guessed = !measured && (z == 0.0 || within && n == vec3(0));
+  Plane plane = plane_beside(at, guessed || within && (n == vec3(0) || albedo.a == 0.0 && held(p)));
+  if (plane.z > 0.0) {
+    if (guessed) {
+      z = on_plane(plane, w);
+      p = eye + z * w;
+      within = z > 0.0 && in_footprint(p, plane.n, b, surface.y > 0.0) > 0.0;
+    }
+    if (n == vec3(0)) n = plane.n;
+    like = plane.p;
+    albedo = field_albedo(like);
+  }
+  if (within) {
+    float known = 0.0;
+    if (surface.y > 0.0 && abs(surface.x - z) < max(0.01, 0.01 * z)) {
+      mat3 turn = mat3(frame.T_tag_camera);
+      ivec2 last = frame.picture.xy - 1;
+      vec2 right = texelFetch(rays, min(at + ivec2(1, 0), last), 0).xy - ray.xy,
+           down = texelFetch(rays, min(at + ivec2(0, 1), last), 0).xy - ray.xy;
+      float paper = paper_in_pixel(p, w, turn * vec3(right, 0.0), turn * vec3(down, 0.0));
+      if (paper < 1.0) known = pack_known(floor(0.5 * surface.y), paper);
+    }
+    if (dot(n, n) > 0.0) footprint = in_footprint(p, n, b, known > 0.0);
+    if (footprint > 0.0) {
+      vec4 mean = field_radiance(like);
+      if (albedo.a > 0.0 && mean.a > 0.0) {
+        // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
+        vec3 detail = clamp(b / max(mean.rgb, vec3(1e-5)), vec3(0.2), vec3(4.0));
+        albedo.rgb = min(albedo.rgb * detail, vec3(1));
+      } else if (!held(like)) {  // shadows are longer than what is held of the field
+        albedo = vec4(albedo_by_light(p, n, b), 1.0);
+      }
+    }
+    albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);
+  }
+  imageStore(out_position, at, vec4(p, guessed ? -z : z));  // a guess hides no object
+  imageStore(out_normal, at, to_half(vec4(n, footprint)));
+  imageStore(out_albedo, at, to_half(albedo));
+}

@@ -1,0 +1,60 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Direct change T_delta_1 (thesis eq. 5.20): what lamps no longer bring to a real surface. Every lamp is a handful of
+// narrow shadow cones; light that a real surface blocks already is not taken twice. Where cells stand for blocks of pixels
+// they take every second share of a lamp in turn, like the fields of a chessboard: the filter that upsamples them weighs
+// both alike.
+#include "screen/shadow_cell.glsl"
+#include "lamps/lamp_maps.glsl"
+#include "common/half.glsl"
+#include "common/tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;  // irradiance; which pixel of the block, plus 1; 0: none
+
+vec3 lost_by_cones(Cone k, Lamp lamp, vec3 n, ivec2 cell) {
+  vec3 lost = vec3(0);
+  int stride = frame.pass_i.x > 1 && frame.counts.w > 1 ? 2 : 1;
+  for (int i = (cell.x + cell.y) % stride; i < frame.counts.w; i += stride) {
+    LampSample s = lamp_share(lamp, k.from_virtual, i, frame.counts.w);
+    float cosine = dot(n, s.w);
+    k.w = s.w;
+    k.tan_half = s.tan_half;
+    float hidden = virtual_shadow(k, cosine > 0.0 ? s.distance : 0.0);
+    if (hidden == 0.0) continue;
+    lost += s.irradiance * (cosine * hidden * (1.0 - real_shadow(k, s.distance)) * float(stride));
+  }
+  return lost;
+}
+
+// Each map's share of the lamp is hidden by objects or is not; what real surfaces hide of the whole is hidden of each.
+vec3 lost_by_maps(Cone k, Lamp lamp, int first, int count, vec3 n) {
+  vec3 lost = vec3(0), p = k.from_virtual;
+  for (int i = first; i < first + count; ++i) {
+    LampSample s = map_share(lamp, lamp_views[i], p, count);
+    lost += s.irradiance * (max(dot(n, s.w), 0.0) * share_hidden(lamp_views[i], p, kBefore_m));
+  }
+  if (lost == vec3(0)) return lost;
+  vec3 to = lamp.position_radius.xyz - p;
+  float far = length(to);
+  k.w = to / far;
+  k.tan_half = lamp.position_radius.w / far;
+  return lost * (1.0 - real_shadow(k, far));
+}
+
+void main() {
+  ivec2 cell = tile_texel(), at;
+  if (any(greaterThanEqual(cell, imageSize(out_lost)))) return;
+  vec3 n, lost = vec3(0);
+  int block = shadow_pixel(cell, at, n);
+  if (block >= 0) {
+    vec3 p = texelFetch(real_position, at, 0).xyz;
+    Cone k = shadow_cone(p, n);
+    int stride = frame.pass_i.x > 1 && frame.counts.w > 1 ? 2 : 1;
+    for (int l = 0, map = 0; l < frame.counts.x; ++l) {
+      int maps = int(frame.lamps[l].intensity.a);
+      lost += maps > 0 ? lost_by_maps(k, frame.lamps[l], map, maps, n) : lost_by_cones(k, frame.lamps[l], n, cell);
+      map += maps;
+    }
+  }
+  imageStore(out_lost, cell, to_half(vec4(lost, float(block + 1))));
+}

@@ -1,0 +1,68 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The same as shadow.comp where the material of real surfaces is known: with the lamps' highlights on them, in every pixel.
+// pass_i.y: shares of a lamp's image in a mirror.
+#include "screen/shadow_cell.glsl"
+#include "volume/mirror_lamp.glsl"
+#include "common/half.glsl"
+#include "common/material_mask.glsl"
+#include "common/tiles.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 14) uniform sampler2D real_albedo;
+layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irradiance
+layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance off known glossy surfaces
+layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // what lamps send there without objects
+
+void main() {
+  ivec2 cell = tile_texel(), at;
+  if (any(greaterThanEqual(cell, imageSize(out_lost)))) return;
+  vec3 n, lost = vec3(0), mirror_lost = vec3(0), mirror_all = vec3(0);
+  if (shadow_pixel(cell, at, n) >= 0) {
+    vec3 p = texelFetch(real_position, at, 0).xyz, v = normalize(frame.T_tag_camera[3].xyz - p);
+    int known = int(texelFetch(real_albedo, at, 0).a);
+    bool glossy = known > 0;
+    Look look;
+    if (glossy) {
+      Surface s = frame.surfaces[known - 1];
+      look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+    }
+    Cone k = shadow_cone(p, n);
+    for (int l = 0, map = 0; l < frame.counts.x; ++l) {
+      Lamp lamp = frame.lamps[l];
+      int maps = int(lamp.intensity.a), count = maps > 0 ? maps : frame.counts.w;
+      vec3 gone = vec3(0), mirror_gone = vec3(0), mirror_sent = vec3(0);
+      for (int i = 0; i < count; ++i) {
+        LampSample s = maps > 0 ? map_share(lamp, lamp_views[map + i], p, count) : lamp_share(lamp, p, i, count);
+        float cosine = dot(n, s.w);
+        if (cosine <= 0.0) continue;
+        k.w = s.w;
+        k.tan_half = s.tan_half;
+        float hidden = maps > 0 ? share_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
+        if (hidden == 0.0 && !glossy) continue;
+        // Light reaches the body through its layer, and leaves through it again.
+        vec3 under = glossy ? through(look, cosine) * through(look, dot(n, v)) : vec3(1);
+        gone += s.irradiance * under * (cosine * hidden);
+        if (glossy) {
+          vec3 f = s.irradiance * cosine * ggx_wide(look, n, v, s.w, s.tan_half);
+          mirror_gone += hidden * f;
+          mirror_sent += f;
+        }
+      }
+      // What real surfaces hide of the whole lamp is hidden of each share.
+      vec3 to = lamp.position_radius.xyz - p;
+      float far = length(to);
+      k.w = to / far;
+      k.tan_half = lamp.position_radius.w / far;
+      bool asked = gone != vec3(0) || mirror_sent != vec3(0);
+      float open = 1.0 - real_shadow(k, asked ? far : 0.0);
+      lost += open * gone;
+      mirror_lost += open * mirror_gone;
+      mirror_all += open * mirror_sent;
+      map += maps;
+    }
+    lost += mirrored_lost(p, n, k, is_metal(texelFetch(real_albedo, at, 0).a) ? 0 : frame.pass_i.y, 0.0);
+  }
+  imageStore(out_lost, cell, to_half(vec4(lost, 0.0)));
+  imageStore(out_mirror_lost, at, to_half(vec4(mirror_lost, 0.0)));
+  imageStore(out_mirror_all, at, to_half(vec4(mirror_all, 0.0)));
+}

@@ -1,0 +1,47 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Where every lamp's light ends: the first real surface along its way, and which part of it passes other real surfaces
+// before. It depends on the room, the lamps and about where the objects are, not on how they stand.
+#include "volume/cone.glsl"
+#include "common/lamp.glsl"
+#include "common/half.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+const float kNowhere = 1e4;  // depth where a lamp's light does not end
+layout(binding = 9) uniform sampler3D real_normal_volume;
+layout(binding = 16, rgba32f) uniform writeonly image2D out_place;   // tag frame; depth beyond the sphere's middle, or kNowhere
+layout(binding = 17, rgba16f) uniform writeonly image2D out_normal;  // share that passes
+
+void main() {
+  ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+  int edge = imageSize(out_place).x, lamp = at.y / edge;
+  if (at.x >= edge || lamp >= frame.counts.x) return;
+  ShadowView view = frame.shadow_views[lamp];
+  Lamp source = frame.lamps[lamp];
+  vec3 from = source.position_radius.xyz;
+  vec2 q = (2.0 * (vec2(at.x, at.y - lamp * edge) + 0.5) / float(edge) - 1.0) / view.x_scale.w;
+  vec3 w = normalize(q.x * view.x_scale.xyz + q.y * view.y.xyz + view.z_far.xyz);
+
+  vec2 known = ray_box(from, w, grid_low(frame.cascade[1]), cascade_high(1));
+  float least = 0.5 * frame.cascade[0].w, t = max(known.x + frame.cascade[1].w, 0.0);
+  bool hit = false;
+  for (int i = 0; i < 128 && t < known.y && !hit; ++i) {
+    float d = real_distance(from + t * w);
+    hit = d < 0.1 * least;
+    t += hit ? 0.0 : max(d, 0.5 * least);
+  }
+  // Where nothing is known the light ends at the volumes' edge; what lies beyond takes the shadow from there.
+  vec3 p = from + (hit ? t : max(known.y, view.z_far.w)) * w, n = -w;
+  if (hit) {
+    vec3 normal = real_at(real_normal_volume, in_cascade(0, p, 1.0) ? 0 : 1, p).xyz;
+    if (dot(normal, normal) > 0.25) n = normalize(normal);
+  }
+  vec3 to = from - p;
+  float far = length(to);
+  Cone k;
+  k.from_virtual = p;
+  k.from_real = p + cone_start_m() * n;
+  k.w = to / far;
+  k.tan_half = source.position_radius.w / far;
+  imageStore(out_place, at, vec4(p, hit ? dot(p - from, view.z_far.xyz) - view.z_far.w : kNowhere));
+  imageStore(out_normal, at, to_half(vec4(n, 1.0 - real_shadow(k, far))));
+}

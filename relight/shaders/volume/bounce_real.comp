@@ -1,0 +1,30 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Change of the irradiance on real surfaces (thesis eq. 3.13, 5.21), gathered from the volumes as they are, once in every
+// listed cell. It does not depend on the view, and varies over a cell as little as the voxels that it is gathered from.
+#include "volume/gather.glsl"
+#include "volume/cells.glsl"
+#include "volume/cell_surface.glsl"
+#include "volume/mirror_lamp.glsl"
+#include "common/slice.glsl"
+#include "common/half.glsl"
+layout(local_size_x = 64) in;
+layout(binding = 18, rgba16f) uniform writeonly image3D irradiance;  // times weight, weight
+
+void main() {
+  for (uint i = slice_first(); i < cells_listed(); i += slice_stride()) {
+    ivec3 at = listed_cell(i);
+    CellSurface surface = cell_surface(at);
+    if (surface.weight == 0.0) continue;
+    vec3 on = surface.p, n = surface.n, off = on + cone_start_m() * n;
+    vec3 gained, lost;
+    gather_delta(on, off, n, frame.counts.y, cell_turn(at), gained, lost);
+    vec3 e = gained - lost + gather_change(off, on, n, frame.pass_i.x, cell_turn(at));
+    // What lamps no longer bring by way of mirrors, as long as it is other surfaces that want to know.
+    Cone k;
+    k.from_virtual = on;
+    k.from_real = off;
+    e -= mirrored_lost(on, n, k, frame.pass_i.y, cell_turn(at));
+    imageStore(irradiance, at, to_half(vec4(e * surface.weight, surface.weight)));
+  }
+}

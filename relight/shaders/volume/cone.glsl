@@ -1,0 +1,273 @@
+// The cone operators of the delta radiance field (thesis §5.4.1, eq. 5.18-5.19; delta formalism §3.2-3.4).
+//
+// One march carries two hidden fractions of the cone: m_v by virtual surfaces, m_r by real ones. The radiance of the
+// changed scene is  sum (1 - m_r) dm_v L_virtual + (1 - m_v) dm_r (L_mu + L_delta) + (1 - m_v)(1 - m_r) L_env,  that of
+// the real scene the same with m_v = 0. Their difference needs no second march: it is zero until the cone meets
+// something virtual; there antiradiance starts (eq. 3.14) and goes on through the real scene alone (eq. 3.15).
+//
+// Hidden fraction at one place: the part of the cone's disk behind a straight edge at the signed distance d,
+// and along the way its greatest value, not the product of all: a silhouette that hides 30 % of the cone at every step
+// hides 30 % in all. A product would shut cones that only graze an edge.
+//
+// The march looks up distances alone; radiance is looked up once, at the step that hid most. (Software devices run every
+// branch of every step.)
+#ifndef CONE_GLSL
+#define CONE_GLSL
+#include "volume/volume.glsl"
+#include "volume/mirror.glsl"
+
+const int kMaxSteps = 64;
+
+// Part of a disk behind a straight edge at signed distance x radii from its centre: (acos x - x sqrt(1 - x²)) / π
+// within 0.02 while the axis is free. Once the axis itself is blocked the rest closes twice as fast: a wall half as
+// thick as the cone is wide would else be a leak.
+float hidden_fraction(float x) {
+  x = clamp(x < 0.0 ? 2.0 * x : x, -1.0, 1.0);
+  return 0.5 - x * (0.75 - 0.25 * x * x);
+}
+
+// Distances are the axis's, so most of one is free of all but the cone's rim; near surfaces a third of the radius finds
+// the deepest place of a wall as thin as the cone.
+float next_step(float d, float r, float least) { return max(max(0.75 * abs(d), 0.35 * r), least); }
+
+// The march past virtual surfaces. They may be sheets thinner than the cone is wide, whose inside says nothing about how
+// far their edge is: so an axis that meets one is blocked, whatever is left of the disk, and before it the disk closes
+// over a shorter way, that edges hide little more than their due. Sheets thinner than a voxel have no inside at all: a
+// wide cone whose axis runs at a surface (falls by more than half of what it goes) has met it within the skin of it, the
+// most that is left of the distance to a sheet between two voxels. A narrow cone would see thin limbs thicker by that.
+const float kClosing = 2.0;
+const float kSkin = 0.55, kNarrowSkin = 0.3;  // voxels
+struct Past {
+  float d, t, fall;  // at the last place
+};
+float virtual_hidden(inout Past past, float d, float t, float reach) {
+  float fall = (past.d - d) / max(t - past.t, 1e-6);
+  past = Past(d, t, fall);
+  float voxel = frame.virtual_grid.w, skin = voxel * clamp(kSkin * reach / voxel, kNarrowSkin, kSkin);
+  bool met = d < 0.0 || (d < skin && fall > 0.5);
+  return met ? 1.0 : hidden_fraction(kClosing * d / reach);
+}
+// An axis that runs at a virtual surface goes on slowly, or it would come out behind a sheet without having been in it.
+float careful_step(Past past, float d, float r, float least) {
+  return max(max(0.75 * abs(d), (past.fall > 0.3 && past.d < r ? 0.12 : 0.35) * r), least);
+}
+
+struct Cone {
+  vec3 from_real;     // start for looking up real surfaces, moved off them against self-hits
+  vec3 from_virtual;  // the same for virtual ones
+  vec3 w;
+  float tan_half;
+};
+
+// Where real surfaces are looked up: the start's offset shrinks to nothing over eight times its length, or everything
+// would seem lower by it.
+vec3 real_place(Cone k, float t) {
+  vec3 off = k.from_real - k.from_virtual;
+  return k.from_virtual + max(1.0 - t / (8.0 * length(off) + 1e-6), 0.0) * off + t * k.w;
+}
+
+// The stretch of a ray that the volumes cover, and where it can meet anything virtual.
+vec2 known_stretch(Cone k) {
+  vec2 box = ray_box(k.from_real, k.w, grid_low(frame.cascade[1]), cascade_high(1));
+  return vec2(max(box.x, 0.0), box.y);
+}
+vec2 virtual_stretch(Cone k) {
+  vec3 d = frame.sphere.xyz - k.from_virtual;
+  return ray_sphere(k.from_virtual, k.w, frame.sphere.xyz, frame.sphere.w + k.tan_half * length(d));
+}
+
+// One kind of surface along a cone: how much it hides, with what weight it is seen, and where mostly.
+struct Layer {
+  float hidden, seen, most, at;
+};
+void meet(inout Layer layer, float h, float open, float t) {
+  float more = max(h - layer.hidden, 0.0), weight = open * more;
+  layer.hidden += more;
+  layer.seen += weight;
+  layer.at = weight > layer.most ? t : layer.at;
+  layer.most = max(layer.most, weight);
+}
+
+float reach_of(Cone k, float t, float least) { return max(t * k.tan_half, least); }
+
+// Objects are seen whole from real surfaces, and one side at a time from each other (virtual_radiance()).
+const float kFocusFar = 0.25, kFocusNear = 0.5;
+
+// L_mu of what a cone shows at t. What the camera saw of a metal was not meant for the cone: that shows what the metal
+// mirrors its way, which far from it is the environment, and lamps, which are counted by themselves (mirror_lamp.glsl).
+vec3 real_seen(Cone k, float t, float reach) {
+  vec3 p = real_place(k, t), seen = real_radiance(p, reach);
+  int mirror = mirror_at(p, k.w, reach + 2.0 * frame.cascade[0].w);
+  if (mirror < 0) return seen;
+  Bend bend = bend_at(mirror, k.w, k.tan_half);
+  return mix(seen, bend.factor * environment_radiance(bend.w, bend.tan_half), bend.metallic);
+}
+
+// The same of the changed scene, in which the metal mirrors virtual surfaces too.
+vec3 changed_seen(Cone k, float t, float reach) {
+  vec3 p = real_place(k, t), seen = max(real_radiance(p, reach) + real_change(p, reach), vec3(0));
+  int mirror = mirror_at(p, k.w, reach + 2.0 * frame.cascade[0].w);
+  if (mirror < 0) return seen;
+  Bend bend = bend_at(mirror, k.w, k.tan_half);
+  vec3 n = frame.mirrors[mirror].plane.xyz;
+  Cone on;
+  on.from_virtual = on.from_real = p - (dot(n, p) - frame.mirrors[mirror].plane.w) * n;
+  on.w = bend.w;
+  on.tan_half = min(bend.tan_half, 1.0);
+  vec2 virt = virtual_stretch(on);
+  Layer v = Layer(0.0, 0.0, 0.0, 0.0);
+  float least = 0.5 * frame.virtual_grid.w, at = max(least, virt.x);
+  Past past = Past(0.0, 0.0, 0.0);
+  float end = virt.x < virt.y ? virt.y : 0.0;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (at >= end || v.hidden > 0.995) break;
+    float wide = reach_of(on, at, least), d = virtual_distance(on.from_virtual + at * on.w);
+    meet(v, virtual_hidden(past, d, at, wide), 1.0, at);
+    at += careful_step(past, d, wide, least);
+  }
+  vec3 mirrored = (1.0 - v.hidden) * environment_radiance(bend.w, bend.tan_half) +
+                  v.seen * virtual_radiance(on.from_virtual + v.at * on.w, on.w, reach_of(on, v.at, least), kFocusNear);
+  return mix(seen, bend.factor * mirrored, bend.metallic);
+}
+
+// What the objects bring and take along a cone from a real surface: C_delta but for the real surfaces' own change.
+//   gained: radiance of virtual surfaces;  lost: L_mu that they hide;  hidden: the hidden fraction of the real view.
+void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
+  vec2 known = known_stretch(k), virt = virtual_stretch(k);
+  Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
+  float least = 0.5 * frame.virtual_grid.w, t = least;
+  Past past = Past(0.0, 0.0, 0.0);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    // Nothing virtual ahead: if none was met the change is 0, else only what the real scene still hides counts.
+    if (virt.x > virt.y || (t > virt.y && (v.hidden == 0.0 || t > known.y)) || r.hidden > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
+    dv = t > virt.y ? kFar : dv;
+    dr = t < known.x ? known.x - t + reach : dr;
+    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
+    meet(r, hidden_fraction(dr / reach), v.hidden, t);
+    t += careful_step(past, min(dv, dr), reach, least);
+  }
+  gained = lost = vec3(0);
+  hidden = v.hidden;
+  if (v.hidden > 0.0) {
+    gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusFar);
+    lost = r.seen * real_seen(k, r.at, reach_of(k, r.at, least)) +
+           v.hidden * (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half);
+  }
+}
+
+// What a mirror's cone shows of the change, all of C_delta, and of the room as it was: for mirrors, which want both.
+//   gained: radiance of virtual surfaces, and the change of real ones;  lost: L_mu that virtual ones hide;  all: C_mu.
+void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
+  vec2 known = known_stretch(k), virt = virtual_stretch(k);
+  Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
+  float behind = 0.0;  // share of what is seen of real surfaces that is behind virtual ones
+  bool meets = virt.x < virt.y;
+  float least = 0.5 * min(frame.cascade[0].w, meets ? frame.virtual_grid.w : kFar), t = max(least, meets ? 0.0 : known.x);
+  Past past = Past(0.0, 0.0, 0.0);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if ((t > known.y && (t > virt.y || !meets)) || r.hidden > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
+    dv = t > virt.y || !meets ? kFar : dv;
+    dr = t < known.x ? known.x - t + reach : dr;
+    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
+    float before = r.seen;
+    meet(r, hidden_fraction(dr / reach), 1.0, t);
+    behind += (r.seen - before) * v.hidden;
+    t += careful_step(past, min(dv, dr), reach, least);
+  }
+  float reach = reach_of(k, r.at, least), open = 1.0 - r.hidden;
+  vec3 seen = real_seen(k, r.at, reach), sky = open * beyond_radiance(k.from_virtual, k.w, k.tan_half);
+  all = r.seen * seen + sky;
+  lost = behind * seen + v.hidden * sky;
+  gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusFar) +
+           (r.seen - behind) * real_change(real_place(k, r.at), reach) +
+           open * (1.0 - v.hidden) * beyond_change(k.from_virtual, k.w);
+}
+
+// The change that real surfaces' own change brings to another real surface: the rest of C_delta. beyond: the enclosure's.
+vec3 change_cone(Cone k, out vec3 beyond) {
+  vec2 known = known_stretch(k), virt = virtual_stretch(k);
+  Layer r = Layer(0.0, 0.0, 0.0, 0.0);
+  float m_v = 0.0, least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  Past past = Past(0.0, 0.0, 0.0);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (t >= known.y || max(r.hidden, m_v) > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
+    dv = virt.x > virt.y || t > virt.y ? kFar : dv;
+    m_v = max(m_v, virtual_hidden(past, dv, t, reach));
+    meet(r, hidden_fraction(dr / reach), 1.0 - m_v, t);
+    t += careful_step(past, min(dv, dr), reach, least);
+  }
+  beyond = (1.0 - m_v) * (1.0 - r.hidden) * beyond_change(k.from_virtual, k.w);
+  return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, least));
+}
+
+// C_rho: radiance of the changed scene along a cone.
+vec3 rho_cone(Cone k) {
+  vec2 known = known_stretch(k), virt = virtual_stretch(k);
+  Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
+  float least = 0.5 * frame.virtual_grid.w, t = least;
+  Past past = Past(0.0, 0.0, 0.0);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if ((t > known.y && t > virt.y) || max(r.hidden, v.hidden) > 0.995) break;
+    float reach = reach_of(k, t, least);
+    float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
+    dv = t > virt.y ? kFar : dv;
+    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
+    meet(r, hidden_fraction(dr / reach), 1.0 - v.hidden, t);
+    t += careful_step(past, min(dv, dr), reach, least);
+  }
+  float reach = reach_of(k, r.at, least);
+  return v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusNear) +
+         r.seen * changed_seen(k, r.at, reach) +
+         (1.0 - v.hidden) * (1.0 - r.hidden) *
+             max(beyond_radiance(k.from_virtual, k.w, k.tan_half) + beyond_change(k.from_virtual, k.w), vec3(0));
+}
+
+// C_mu: radiance of the real scene along a cone.
+vec3 mu_cone(Cone k) {
+  vec2 known = known_stretch(k);
+  Layer r = Layer(0.0, 0.0, 0.0, 0.0);
+  float least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (t >= known.y || r.hidden > 0.995) break;
+    float reach = reach_of(k, t, least), d = real_distance(real_place(k, t));
+    meet(r, hidden_fraction(d / reach), 1.0, t);
+    t += next_step(d, reach, least);
+  }
+  return r.seen * real_seen(k, r.at, reach_of(k, r.at, least)) +
+         (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half);
+}
+
+// Shadow cones C_s (eq. 5.20): what virtual, and what real surfaces hide of a narrow cone up to t_far. Two marches, since
+// each takes longer steps alone, and most cones meet nothing virtual and need no second one.
+float virtual_shadow(Cone k, float t_far) {
+  vec2 virt = virtual_stretch(k);
+  float m = 0.0, least = 0.5 * frame.virtual_grid.w, t = max(least, virt.x);
+  Past past = Past(0.0, 0.0, 0.0);
+  t_far = virt.x < virt.y ? min(t_far, virt.y) : 0.0;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (t >= t_far || m > 0.995) break;
+    float reach = reach_of(k, t, least), d = virtual_distance(k.from_virtual + t * k.w);
+    m = max(m, virtual_hidden(past, d, t, reach));
+    t += careful_step(past, d, reach, least);
+  }
+  return m;
+}
+float real_shadow(Cone k, float t_far) {
+  vec2 known = known_stretch(k);
+  float m = 0.0, least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  t_far = min(t_far, known.y);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (t >= t_far || m > 0.995) break;
+    float reach = reach_of(k, t, least), d = real_distance(real_place(k, t));
+    m = max(m, hidden_fraction(d / reach));
+    t += next_step(d, reach, least);
+  }
+  return m;
+}
+#endif

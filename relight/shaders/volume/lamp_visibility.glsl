@@ -1,0 +1,29 @@
+// How much of a lamp arrives at a virtual surface.
+#ifndef LAMP_OPEN_GLSL
+#define LAMP_OPEN_GLSL
+#include "volume/cone.glsl"
+#include "common/lamp.glsl"
+
+// By shadow cones through real surfaces, and through virtual ones where no maps say what passes them, for every stride-th
+// of the lamp's parts from the first on. x: the irradiance per intensity, 1/m²; y: the share of the light that would
+// arrive without shadows.
+vec2 lamp_open(vec3 p, vec3 n, vec3 from_real, vec3 from_virtual, Lamp lamp, int first, int stride) {
+  float open = 0.0, all = 0.0, irradiance = 0.0;
+  Cone k;
+  k.from_real = from_real;
+  k.from_virtual = from_virtual;
+  for (int i = first; i < frame.counts.w; i += stride) {
+    LampSample s = lamp_share(lamp, p, i, frame.counts.w);
+    float cosine = dot(n, s.w);
+    if (cosine <= 0.0) continue;
+    k.w = s.w;
+    k.tan_half = s.tan_half;
+    float passed = lamp.intensity.a > 0.0 ? 1.0 : 1.0 - virtual_shadow(k, s.distance);
+    passed *= 1.0 - real_shadow(k, passed > 0.005 ? s.distance : 0.0);
+    open += cosine * passed;
+    all += cosine;
+    irradiance += emission(lamp, -s.w) * cosine * passed / (s.distance * s.distance);
+  }
+  return vec2(irradiance * float(stride) / float(frame.counts.w), all > 0.0 ? open / all : 0.0);
+}
+#endif

@@ -1,0 +1,44 @@
+// Flat pieces of known real surfaces (relight/upload/mirrors.h). For passes that include volume.glsl.
+#ifndef MIRROR_GLSL
+#define MIRROR_GLSL
+#include "common/brdf.glsl"
+
+Look mirror_look(Mirror m) {
+  Surface s = frame.surfaces[int(m.centre.w)];
+  return look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
+}
+
+// Whether a point of the plane is on the piece. The tag's paper covers what it lies on.
+bool on_mirror(int i, vec3 p) {
+  vec3 d = p - frame.mirrors[i].centre.xyz;
+  vec2 q = vec2(dot(frame.mirrors[i].along.xyz, d), dot(frame.mirrors[i].across.xyz, d));
+  float half_texel = 0.5 / float(kOutline);
+  vec2 uv = clamp(0.5 + 0.5 * q, vec2(half_texel), vec2(1.0 - half_texel));
+  bool covered = textureLod(mirror_outlines, vec2(uv.x, (uv.y + float(i)) / float(kMaxMirrors)), 0.0).r > 0.5;
+  bool on_tag = all(lessThan(abs(p), vec3(frame.tag.xx, 0.01)));
+  return covered && !on_tag && all(lessThan(abs(q), vec2(1.0)));
+}
+
+// Which piece, if any, a cone along w shows at a place of a real surface; -1: none.
+int mirror_at(vec3 p, vec3 w, float within_m) {
+  int found = -1;
+  for (int i = 0; i < frame.mirror_counts.x; ++i) {
+    vec3 n = frame.mirrors[i].plane.xyz;
+    float off = dot(n, p) - frame.mirrors[i].plane.w;
+    if (found < 0 && dot(n, w) < 0.0 && abs(off) < within_m && on_mirror(i, p - off * n)) found = i;
+  }
+  return found;
+}
+
+// Where a cone goes on after a piece: the factor of the light that it meets there, its direction and aperture.
+struct Bend {
+  vec3 factor, w;
+  float tan_half, metallic;
+};
+Bend bend_at(int mirror, vec3 w, float tan_half) {
+  Mirror m = frame.mirrors[mirror];
+  Look look = mirror_look(m);
+  return Bend(fresnel(look, -dot(m.plane.xyz, w)), reflect(w, m.plane.xyz), tan_half + 2.0 * look.alpha,
+              frame.surfaces[int(m.centre.w)].metallic_specular.x);
+}
+#endif

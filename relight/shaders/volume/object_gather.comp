@@ -1,0 +1,31 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Irradiance at the vertices of a virtual object but for what lamps send straight there (thesis eq. 5.23-5.24): by cones
+// over the hemisphere, and of lamps' images in mirrors.
+// It depends on the room, the lamps and the objects alone, not on the camera. pass_m: T_tag_model; pass_i: number of
+// vertices, cones over the hemisphere, 1: surfaces have two sides, first vertex.
+#include "volume/gather.glsl"
+#include "volume/mirror_lamp.glsl"
+layout(local_size_x = 64) in;
+layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };    // 11 floats: position, normal, ...
+layout(std430, binding = 17) writeonly buffer Gathered { vec4 gathered[]; };    // of the front, then of the back
+
+vec3 arriving(vec3 p, vec3 n) {
+  Cone k;
+  k.from_real = p + 0.25 * frame.field.x * n;
+  k.from_virtual = p + frame.virtual_grid.w * n;
+  return gather_rho(k.from_real, k.from_virtual, n, frame.pass_i.y, 0.0) +
+         mirrored_irradiance(p, n, k, frame.counts.w, 0.0);
+}
+
+void main() {
+  uint i = uint(frame.pass_i.w) + gl_GlobalInvocationID.x;
+  if (i >= uint(frame.pass_i.x)) return;
+  vec3 p = (frame.pass_m * vec4(vertices[11u * i], vertices[11u * i + 1u], vertices[11u * i + 2u], 1.0)).xyz;
+  vec3 n = mat3(frame.pass_m) * vec3(vertices[11u * i + 3u], vertices[11u * i + 4u], vertices[11u * i + 5u]);
+  n /= max(length(n), 1e-9);
+  vec3 front = arriving(p, n), back = front;
+  for (int side = 0; side < frame.pass_i.z; ++side) back = arriving(p, -n);
+  gathered[2u * i] = vec4(front, 0.0);
+  gathered[2u * i + 1u] = vec4(back, 0.0);
+}

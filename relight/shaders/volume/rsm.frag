@@ -1,0 +1,18 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/surface_color.glsl"
+layout(location = 0) in vec3 world;
+layout(location = 1) in vec2 uv;
+layout(location = 2) in vec3 tint;
+layout(location = 3) in vec3 world_normal;
+layout(location = 0) out vec4 out_position;  // a: 1 where an object is
+layout(location = 1) out vec4 out_albedo;
+layout(location = 2) out vec4 out_normal;
+
+void main() {
+  out_position = vec4(world, 1.0);
+  out_normal = vec4(normalize(world_normal + vec3(0, 0, 1e-9)), 0.0);
+  // What a lobe scatters counts as scattered evenly: metals keep their colour in the volumes.
+  vec3 base = surface_color(uv, tint);
+  out_albedo = vec4(min(mix(base + 0.04 * draw.material.z, base, draw.material.y), vec3(1)), 1.0);
+}

@@ -1,0 +1,83 @@
+#include "relight/static_view_cache.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "relight/passes/dispatch.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr int kStep_px = 2;
+constexpr int kLeastPixels = 2;
+constexpr float kDepthShare = 0.02f;  // of the distance
+constexpr int kLeastCodes = 8, kCodesShare = 8;
+
+bool other_depth(float z, float before, float least_m) {
+  // A hole is filled from the fused field: that a pixel has one or not says nothing.
+  return z > 0 && before > 0 && std::abs(z - before) > std::max(least_m, kDepthShare * before);
+}
+
+bool other_code(int code, int before) { return std::abs(code - before) > std::max(kLeastCodes, before / kCodesShare); }
+
+}  // namespace
+
+const Eigen::Isometry3d& StillView::hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved) {
+  double most_px = any_ ? 0 : 2 * kStill_px;
+  const Eigen::Isometry3d T_now_held = T_tag_camera.inverse() * held_;
+  for (int i = 0; i < 9 && most_px <= kStill_px; ++i) {
+    const Eigen::Vector2d pixel(0.5 * (i % 3) * (camera_.width - 1), 0.5 * (i / 3) * (camera_.height - 1));
+    const auto ray = camera_.unproject(pixel);
+    if (!ray) continue;
+    const auto now = camera_.project(T_now_held * (nearest_m * *ray));
+    most_px = now ? std::max(most_px, (*now - pixel).norm()) : 2 * kStill_px;
+  }
+  *moved = most_px > kStill_px;
+  if (*moved) held_ = T_tag_camera;
+  any_ = true;
+  return held_;
+}
+
+std::vector<char> StillView::changed_tiles(const Image<std::uint8_t>& codes, const Image<float>* depth_m, float least_m,
+                                           bool all) {
+  const int columns = (codes.width + kTile_px - 1) / kTile_px, rows = (codes.height + kTile_px - 1) / kTile_px;
+  std::vector<char> changed(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), all);
+  const auto samples =
+      static_cast<std::size_t>((codes.width + 1) / kStep_px) * static_cast<std::size_t>((codes.height + 1) / kStep_px);
+  const bool first = codes_.size() != samples;
+  depth_m_.resize(samples);
+  codes_.resize(samples);
+  const auto each = [&](int column, int row, auto&& act) {
+    for (int v = row * kTile_px; v < std::min((row + 1) * kTile_px, codes.height); v += kStep_px) {
+      std::size_t at = static_cast<std::size_t>(v / kStep_px) * static_cast<std::size_t>((codes.width + 1) / kStep_px) +
+                       static_cast<std::size_t>(column * kTile_px / kStep_px);
+      for (int u = column * kTile_px; u < std::min((column + 1) * kTile_px, codes.width); u += kStep_px, ++at) {
+        const std::uint8_t* c = &codes.data[codes.index(u, v)];
+        act(at, std::max({c[0], c[1], c[2]}), depth_m != nullptr ? depth_m->at(u, v) : 0.0f);
+      }
+    }
+  };
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      char& tile =
+          changed[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)];
+      if (!all && !first) {
+        int others = 0;
+        each(column, row, [&](std::size_t at, int code, float z) {
+          others += other_depth(z, depth_m_[at], least_m) || other_code(code, codes_[at]);
+        });
+        tile = others >= kLeastPixels;
+      }
+      tile = tile || first;
+      if (!tile) continue;
+      each(column, row, [&](std::size_t at, int code, float z) {
+        depth_m_[at] = z;
+        codes_[at] = static_cast<std::uint8_t>(code);
+      });
+    }
+  }
+  return changed;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,98 @@
+#include "relight/tracing/bsdf.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft::reference {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kLeastAlpha = 2e-3f;   // as in brdf.glsl
+constexpr float kLeastCosine = 1e-3f;  // of v, as there
+
+Rgb fresnel(const Look& look, float cos_half) {
+  const float m = 1 - std::clamp(cos_half, 0.0f, 1.0f), m2 = m * m;
+  return look.f0 + (look.f90 - look.f0) * (m2 * m2 * m);
+}
+
+float smith_lambda(float alpha, float cosine) {
+  const float c2 = cosine * cosine;
+  return 0.5f * (std::sqrt(1 + alpha * alpha * (1 - c2) / c2) - 1);
+}
+
+float normals_density(float alpha, const Vector3f& h) {
+  const float a2 = alpha * alpha, q = a2 * h.z() * h.z() + h.x() * h.x() + h.y() * h.y();
+  return a2 / (kPi * q * q);
+}
+
+/// How often the mirror lobe is sampled.
+float mirror_share(const Look& look, const Vector3f& v) {
+  if (!look.mirrors()) return 0;
+  const Rgb f = fresnel(look, v.z());
+  const float mirror = luminance(f), diffuse = luminance(look.diffuse * (1 - f));
+  if (diffuse <= 0) return 1;
+  return std::clamp(mirror / (mirror + diffuse), 0.1f, 0.9f);
+}
+
+/// Visible microfacets by spherical caps (Dupuy & Benyoub 2023).
+Vector3f sample_microfacet(float alpha, const Vector3f& v, const Eigen::Vector2f& u) {
+  const Vector3f stretched = Vector3f(alpha * v.x(), alpha * v.y(), v.z()).normalized();
+  const float phi = 2 * kPi * u.x(), z = (1 - u.y()) * (1 + stretched.z()) - stretched.z();
+  const float s = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
+  const Vector3f h = Vector3f(s * std::cos(phi), s * std::sin(phi), z) + stretched;
+  return Vector3f(alpha * h.x(), alpha * h.y(), std::max(h.z(), 1e-6f)).normalized();
+}
+
+Vector3f lifted(const Vector3f& v) { return {v.x(), v.y(), std::max(v.z(), kLeastCosine)}; }
+
+}  // namespace
+
+Look look_of(const Rgb& base, const Material& m) {
+  Look look;
+  look.diffuse = base * (1 - m.metallic);
+  look.f0 = 0.04f * m.specular * (1 - m.metallic) + base * m.metallic;
+  look.f90 = m.specular * (1 - m.metallic) + m.metallic;
+  look.alpha = std::max(m.roughness * m.roughness, kLeastAlpha);
+  return look;
+}
+
+Look look_of(const Rgb& diffuse, const Rgb& f0, float alpha) {
+  return {diffuse, f0, f0.maxCoeff() > 0 ? 1.0f : 0.0f, std::max(alpha, kLeastAlpha)};
+}
+
+Rgb reflected(const Look& look, const Vector3f& seen_from, const Vector3f& w) {
+  if (w.z() <= 0) return Rgb::Zero();
+  if (!look.mirrors()) return look.diffuse / kPi;
+  const Vector3f v = lifted(seen_from), h = (v + w).normalized();
+  const Rgb f = fresnel(look, v.dot(h));
+  const float masking = 1 / (1 + smith_lambda(look.alpha, v.z()) + smith_lambda(look.alpha, w.z()));
+  const Rgb under = (1 - fresnel(look, v.z())) * (1 - fresnel(look, w.z()));
+  return look.diffuse * under / kPi + f * (normals_density(look.alpha, h) * masking / (4 * v.z() * w.z()));
+}
+
+Vector3f sample_direction(const Look& look, const Vector3f& seen_from, Sampler& sampler) {
+  const Vector3f v = lifted(seen_from);
+  const bool mirror = sampler.one() < mirror_share(look, v);
+  const Eigen::Vector2f u = sampler.two();
+  if (mirror) {
+    const Vector3f h = sample_microfacet(look.alpha, v, u);
+    return (2 * v.dot(h) * h - v).normalized();
+  }
+  const float r = std::sqrt(u.x()), phi = 2 * kPi * u.y();
+  return {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(1 - u.x(), 0.0f))};
+}
+
+float direction_pdf(const Look& look, const Vector3f& seen_from, const Vector3f& w) {
+  if (w.z() <= 0) return 0;
+  const Vector3f v = lifted(seen_from);
+  const float share = mirror_share(look, v);
+  float pdf = (1 - share) * w.z() / kPi;
+  if (share > 0) {
+    const Vector3f h = (v + w).normalized();
+    pdf += share * normals_density(look.alpha, h) / (4 * v.z() * (1 + smith_lambda(look.alpha, v.z())));
+  }
+  return pdf;
+}
+
+}  // namespace lumigraft::reference

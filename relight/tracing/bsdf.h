@@ -1,0 +1,39 @@
+#pragma once
+// glTF 2.0 metallic-roughness with KHR_materials_specular: Lambert under GGX (Walter et al. 2007), height-correlated
+// Smith masking (Heitz 2014, eq. 99), Schlick's Fresnel, all as in shaders/brdf.glsl. What the Lambert part sends back
+// went through the surface twice: diffuse / π · (1 - F(n·l)) (1 - F(n·v)); what the inside of the surface throws back
+// into the body is counted as lost. (1 - F(v·h)), which glTF suggests, is brighter at grazing angles than a layer is.
+//
+// All directions are in the shading frame: unit, away from the surface, z along the normal; v towards where light goes.
+#include <Eigen/Core>
+
+#include "relight/tracing/trace_scene.h"
+#include "relight/tracing/sampler.h"
+
+namespace lumigraft::reference {
+
+constexpr float kPi = 3.14159265358979f;
+
+struct Look {
+  Rgb diffuse = Rgb::Zero();  ///< albedo of the Lambert part
+  Rgb f0 = Rgb::Zero();
+  float f90 = 0;
+  float alpha = 1;
+
+  bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0; }
+};
+
+Look look_of(const Rgb& base_color, const Material& material);
+Look look_of(const Rgb& diffuse, const Rgb& f0, float alpha);
+
+/// Reflected radiance over irradiance; 0 below the surface.
+Rgb reflected(const Look& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);
+
+/// A direction w for a given v, with a density that follows the material; z <= 0 where it goes under the surface.
+Eigen::Vector3f sample_direction(const Look& look, const Eigen::Vector3f& v, Sampler& sampler);
+float direction_pdf(const Look& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);  ///< 1/sr
+
+/// Y of linear sRGB.
+inline float luminance(const Rgb& c) { return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2]; }
+
+}  // namespace lumigraft::reference

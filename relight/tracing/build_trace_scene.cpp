@@ -1,0 +1,145 @@
+#include "relight/tracing/build_trace_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "reconstruct/field/surface_mesh.h"
+#include "relight/upload/light_set.h"
+#include "relight/objects/closest_point.h"
+#include "relight/tracing/bsdf.h"
+#include "relight/tracing/enclosure_mesh.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kSameSurface_voxels = 2.0f;
+constexpr float kLeastRadius_m = 1e-3f, kLeastAngle_rad = 1e-3f;  // of lamps that are known as points
+constexpr int kSkyWidth = 128, kSkyHeight = 64;                   // of spherical harmonics as a picture
+
+bool lies_on(const Vector3f& p_m, const std::vector<std::unique_ptr<ObjectSurface>>& surfaces, float within_m) {
+  return std::any_of(surfaces.begin(), surfaces.end(),
+                     [&](const auto& surface) { return surface->nearest(p_m, within_m).has_value(); });
+}
+
+std::shared_ptr<const Model> field_model(const DistanceField& field, const AlbedoField* albedo,
+                                         const std::vector<KnownSurface>& known) {
+  const SurfaceMesh mesh = extract_surface(field);
+  std::vector<std::unique_ptr<ObjectSurface>> surfaces;
+  for (const KnownSurface& surface : known) surfaces.push_back(std::make_unique<ObjectSurface>(*surface.model));
+
+  auto model = std::make_shared<Model>();
+  model->positions_m = mesh.vertices_m;
+  model->normals = mesh.normals;
+  model->texcoords.assign(mesh.vertices_m.size(), Eigen::Vector2f::Zero());
+  std::vector<bool> replaced;
+  for (const Vector3f& p : mesh.vertices_m) {
+    model->colors.push_back(albedo ? albedo_near(*albedo, p) : Vector3f::Zero());
+    replaced.push_back(lies_on(p, surfaces, kSameSurface_voxels * field.voxel_m));
+  }
+  for (const auto& [a, b, c] : mesh.triangles) {
+    if (replaced[static_cast<std::size_t>(a)] && replaced[static_cast<std::size_t>(b)] &&
+        replaced[static_cast<std::size_t>(c)])
+      continue;
+    for (const int corner : {a, b, c}) model->indices.push_back(static_cast<std::uint32_t>(corner));
+  }
+  Model::Part part;
+  part.material.base_color.setOnes();
+  part.material.specular = 0;
+  part.index_count = static_cast<std::uint32_t>(model->indices.size());
+  model->parts.push_back(part);
+  return model;
+}
+
+ReferenceLamp lamp_of(const PointLight& light, const Vector3f& probe_m) {
+  ReferenceLamp lamp;
+  // The rest of the light that comes from its direction is in the remainder; a glow is several discs, which overlap.
+  lamp.hides = false;
+  if (!light.distance_known) {
+    const float d = kUnknownLampDistance_m;
+    lamp.centre_m = probe_m + d * light.direction;
+    lamp.radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kLeastAngle_rad, 1.0f));
+    lamp.radiance = light.irradiance.array() * (d * d / (reference::kPi * lamp.radius_m * lamp.radius_m));
+    return lamp;
+  }
+  lamp.centre_m = light.position_m;
+  lamp.radius_m = std::max(light.radius_m, kLeastRadius_m);
+  lamp.radiance = light.intensity.array() / (reference::kPi * lamp.radius_m * lamp.radius_m);
+  if (light.flat) {
+    lamp.shape = ReferenceLamp::Shape::disc;
+    lamp.normal = light.normal;
+    // The intensity is that towards the probe, and falls with the cosine.
+    lamp.radiance /= std::max(light.normal.dot((probe_m - light.position_m).normalized()), 1e-2f);
+  }
+  return lamp;
+}
+
+EnvironmentPicture picture_of(const Sh9& sh) {
+  EnvironmentPicture picture{Image<float>(kSkyWidth, kSkyHeight, 3), {}};
+  for (int y = 0; y < kSkyHeight; ++y) {
+    const float theta = reference::kPi * (static_cast<float>(y) + 0.5f) / kSkyHeight;
+    for (int x = 0; x < kSkyWidth; ++x) {
+      const float phi = 2 * reference::kPi * (static_cast<float>(x) + 0.5f) / kSkyWidth - reference::kPi;
+      const Vector3f w(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+      const Vector3f radiance = sh_radiance(sh, w).cwiseMax(0.0f);
+      for (int c = 0; c < 3; ++c) picture.radiance.at(x, y, c) = radiance[c];
+    }
+  }
+  return picture;
+}
+
+}  // namespace
+
+Vector3f albedo_near(const AlbedoField& field, const Vector3f& p_m) {
+  const Vector3f at = p_m / field.voxel_m, low = at.array().floor();
+  Vector3f sum = Vector3f::Zero();
+  float weights = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3i corner(i & 1, i >> 1 & 1, i >> 2), voxel = low.cast<int>() + corner;
+    const auto found = field.bricks.find({voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3});
+    if (found == field.bricks.end()) continue;
+    const auto in_brick = static_cast<std::size_t>((voxel.x() & 7) + 8 * ((voxel.y() & 7) + 8 * (voxel.z() & 7)));
+    if (found->second->sigma[in_brick] < 0) continue;
+    const Vector3f off = (corner.cast<float>() - (at - low)).cwiseAbs();
+    const float weight = (1 - off.x()) * (1 - off.y()) * (1 - off.z()) + 1e-6f;
+    sum += weight * found->second->albedo[in_brick];
+    weights += weight;
+  }
+  return weights > 0 ? (sum / weights).eval() : sum;
+}
+
+std::vector<KnownSurface> known_surfaces(const std::vector<RealSurface>& surfaces) {
+  std::vector<KnownSurface> known;
+  for (const RealSurface& s : surfaces) {
+    known.push_back({load_model(s.mesh, 'z'), {s.base_color, s.metallic, s.roughness, s.specular}});
+  }
+  return known;
+}
+
+ReferenceScene reference_room_of(const Scene& scene, const std::vector<KnownSurface>& known) {
+  ReferenceScene room;
+  room.real.push_back({field_model(*scene.field, scene.albedo.get(), known), Eigen::Affine3f::Identity(), {}, false});
+  for (const KnownSurface& surface : known) {
+    room.real.push_back({surface.model, Eigen::Affine3f::Identity(), surface.material, false});
+  }
+  if (auto unseen = enclosure_mesh(scene, room.real)) room.real.push_back(std::move(*unseen));
+  light_room(*scene.illumination, room);
+  return room;
+}
+
+void light_room(const Illumination& light, ReferenceScene& room) {
+  room.lamps.clear();
+  for (const PointLight& lamp : light.lights) room.lamps.push_back(lamp_of(lamp, light.probe_position_m));
+  room.environment = light.remainder.radiance.empty() ? picture_of(light.remainder_sh) : light.remainder;
+}
+
+std::vector<ReferenceMesh> reference_objects_of(const Exhibit& exhibit, double time_s) {
+  std::vector<ReferenceMesh> objects;
+  for (const VirtualObject& o : exhibit.objects) {
+    if (o.visible && o.model) objects.push_back({o.model, o.T_tag_model(time_s).cast<float>(), o.material, false});
+  }
+  return objects;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,148 @@
+#include "relight/tracing/enclosure_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "relight/tracing/meshes.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+using Polygon = std::vector<Vector3f>;
+
+constexpr int kCells = 12;  // along a side
+constexpr int kRays = 96;   // over the hemisphere of a cell
+constexpr float kBehind_voxels = 3, kOff_m = 1e-3f;
+constexpr float kMostAlbedo = 1.0f;  // the middle of where enclosure_light.comp fades out
+
+/// The part in front of a plane (Sutherland & Hodgman 1974).
+Polygon cut(const Polygon& polygon, const Enclosure::Side& side) {
+  Polygon left;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector3f &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const float at_a = side.normal.dot(a) + side.offset_m, at_b = side.normal.dot(b) + side.offset_m;
+    if (at_a >= 0) left.push_back(a);
+    if ((at_a >= 0) != (at_b >= 0)) left.push_back(a + at_a / (at_a - at_b) * (b - a));
+  }
+  return left;
+}
+
+Polygon cut_by_others(Polygon polygon, const Enclosure& room, std::size_t own) {
+  for (std::size_t i = 0; i < room.sides.size() && !polygon.empty(); ++i) {
+    if (i != own) polygon = cut(polygon, room.sides[i]);
+  }
+  return polygon;
+}
+
+Vector3f mean_of(const Polygon& polygon) {
+  Vector3f sum = Vector3f::Zero();
+  for (const Vector3f& p : polygon) sum += p;
+  return sum / static_cast<float>(polygon.size());
+}
+
+/// What falls on the sides in the room without objects.
+class Lighting {
+ public:
+  Lighting(const Scene& scene, const Enclosure& room, const std::vector<ReferenceMesh>& known)
+      : scene_(scene), room_(room), known_(known, nullptr) {}
+
+  Vector3f seen_towards(const Vector3f& p) const { return fisheye_radiance(*scene_.illumination, p); }
+
+  Vector3f irradiance(const Vector3f& p, const Vector3f& n) const {
+    Vector3f e = Vector3f::Zero();
+    const Vector3f from = p + kOff_m * n;
+    for (const PointLight& lamp : scene_.illumination->lights) {
+      const Vector3f to = lamp.distance_known ? (lamp.position_m - from).eval() : lamp.direction;
+      const float far = to.norm(), cosine = n.dot(to) / far;
+      const float nearly = lamp.distance_known ? std::max(far - lamp.radius_m, 0.0f) : 1e3f;
+      if (cosine <= 0 || known_.blocked(from, to / far, nearly)) continue;
+      e += cosine *
+           (lamp.distance_known ? (lamp.intensity * (lamp.emission(-to / far) / (far * far))).eval() : lamp.irradiance);
+    }
+    const Vector3f x = n.unitOrthogonal(), y = n.cross(x);
+    for (int i = 0; i < kRays; ++i) {  // by the cosine
+      const float s2 = (static_cast<float>(i) + 0.5f) / kRays, phi = 2.39996323f * static_cast<float>(i);
+      const Vector3f w = std::sqrt(s2) * (std::cos(phi) * x + std::sin(phi) * y) + std::sqrt(1 - s2) * n;
+      e += reference::kPi / kRays * arriving(from, w);
+    }
+    return e;
+  }
+
+ private:
+  Vector3f arriving(const Vector3f& from, const Vector3f& w) const {
+    if (const auto hit = known_.hit(from, w, 1e3f)) {
+      const Vector3f at = from + hit->t_m * w;
+      return scene_.field->radiance(at).value_or(seen_towards(at));
+    }
+    const auto exit = room_.leave(from, w);
+    return exit ? seen_towards(from + exit->distance_m * w) : Vector3f::Zero().eval();
+  }
+
+  const Scene& scene_;
+  const Enclosure& room_;
+  reference::Meshes known_;
+};
+
+void add_cell(const Polygon& cell, const Vector3f& normal, const Vector3f& albedo, Model& model) {
+  const auto first = static_cast<std::uint32_t>(model.positions_m.size());
+  for (const Vector3f& p : cell) {
+    model.positions_m.push_back(p);
+    model.normals.push_back(normal);
+    model.texcoords.push_back(Eigen::Vector2f::Zero());
+    model.colors.push_back(albedo);
+  }
+  for (std::uint32_t i = 2; i < cell.size(); ++i) {
+    for (const std::uint32_t corner : {0U, i - 1, i}) model.indices.push_back(first + corner);
+  }
+}
+
+}  // namespace
+
+Vector3f fisheye_radiance(const Illumination& light, const Vector3f& p_m) {
+  const Vector3f w = (p_m - light.probe_position_m).normalized();
+  return light.remainder.radiance.empty() ? sh_radiance(light.remainder_sh, w).cwiseMax(0.0f).eval()
+                                          : light.remainder.sample(w);
+}
+
+std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vector<ReferenceMesh>& known) {
+  if (!scene.enclosure || !scene.illumination) return std::nullopt;
+  Enclosure room = *scene.enclosure;
+  for (Enclosure::Side& side : room.sides) side.offset_m += kBehind_voxels * scene.field->voxel_m;
+
+  const Lighting lighting(scene, room, known);
+  auto model = std::make_shared<Model>();
+  for (std::size_t i = 0; i < room.sides.size(); ++i) {
+    const Vector3f n = room.sides[i].normal, x = n.unitOrthogonal(), y = n.cross(x);
+    const Vector3f middle = room.middle_m - (n.dot(room.middle_m) + room.sides[i].offset_m) * n;
+    // As large as the whole side, however far its corners are: where it goes on without end there is nothing to light.
+    constexpr float most_m = 1e3f;
+    const auto at = [&](float u, float v) -> Vector3f { return middle + u * x + v * y; };
+    const Polygon side =
+        cut_by_others({at(-most_m, -most_m), at(most_m, -most_m), at(most_m, most_m), at(-most_m, most_m)}, room, i);
+    Eigen::AlignedBox2f extent;
+    for (const Vector3f& p : side) extent.extend(Eigen::Vector2f(x.dot(p - middle), y.dot(p - middle)));
+    if (extent.isEmpty() || extent.sizes().maxCoeff() > most_m) continue;
+    const Eigen::Vector2f step = extent.sizes() / kCells;
+    for (int j = 0; j < kCells * kCells; ++j) {
+      const Eigen::Vector2f low =
+          extent.min() + step.cwiseProduct(Eigen::Vector2i(j % kCells, j / kCells).cast<float>());
+      const Eigen::Vector2f high = low + step;
+      const Polygon cell = cut_by_others(
+          {at(low.x(), low.y()), at(high.x(), low.y()), at(high.x(), high.y()), at(low.x(), high.y())}, room, i);
+      if (cell.size() < 3) continue;
+      const Vector3f p = mean_of(cell);
+      const Vector3f albedo =
+          reference::kPi * lighting.seen_towards(p).cwiseQuotient(lighting.irradiance(p, n).cwiseMax(1e-6f));
+      if (albedo.maxCoeff() < kMostAlbedo) add_cell(cell, n, albedo, *model);
+    }
+  }
+  Model::Part part;
+  part.material.base_color.setOnes();
+  part.material.specular = 0;
+  part.index_count = static_cast<std::uint32_t>(model->indices.size());
+  model->parts.push_back(part);
+  return ReferenceMesh{std::move(model), Eigen::Affine3f::Identity(), {}, false, false};
+}
+
+}  // namespace lumigraft

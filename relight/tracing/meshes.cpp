@@ -1,0 +1,302 @@
+#include "relight/tracing/meshes.h"
+
+#include <embree3/rtcore.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+#include <type_traits>
+
+#include "capture/camera/response.h"
+#include "relight/objects/placement.h"
+
+namespace lumigraft::reference {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+constexpr float kSameDepth = 0.004f;  // of the depth: a pixel shows the point when its depth is as near
+
+struct Placed {
+  ReferenceMesh mesh;
+  Eigen::Matrix3f normals = Eigen::Matrix3f::Identity();
+  std::vector<std::uint32_t> part;  // by triangle; none where the model has only one
+};
+
+RTCGeometry triangles_of(RTCDevice device, const Model& model, const Eigen::Affine3f& T) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  // Embree reads 16 bytes at each vertex, so the positions are copied into a buffer that it pads.
+  auto* vertices = static_cast<Vector3f*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vector3f), model.positions_m.size()));
+  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                          3 * sizeof(std::uint32_t), model.indices.size() / 3);
+  for (std::size_t i = 0; i < model.positions_m.size(); ++i) vertices[i] = T * model.positions_m[i];
+  std::copy(model.indices.begin(), model.indices.end(), static_cast<std::uint32_t*>(indices));
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+void let_through(const RTCFilterFunctionNArguments* found) { std::fill_n(found->valid, found->N, 0); }
+
+/// One for all, so that trees go from one scene to another.
+RTCDevice shared_device() {
+  static const std::unique_ptr<std::remove_pointer_t<RTCDevice>, decltype(&rtcReleaseDevice)> device(
+      rtcNewDevice("threads=1"), &rtcReleaseDevice);  // one thread: the same tree each time
+  if (!device) throw std::runtime_error("Embree has no device");
+  return device.get();
+}
+
+struct OwnScene {
+  RTCScene scene = rtcNewScene(shared_device());
+  OwnScene() { rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST); }
+  OwnScene(const OwnScene&) = delete;
+  OwnScene& operator=(const OwnScene&) = delete;
+  ~OwnScene() { rtcReleaseScene(scene); }
+
+  void add(RTCGeometry geometry, std::size_t id) {
+    rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(id));
+    rtcReleaseGeometry(geometry);
+  }
+};
+
+/// sRGB texture, bilinear between texel centres; repeats.
+Rgb texel(const Image<std::uint8_t>& texture, const Vector2f& uv) {
+  const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(texture.width) - 0.5f;
+  const float y = (uv.y() - std::floor(uv.y())) * static_cast<float>(texture.height) - 0.5f;
+  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
+  Rgb sum = Rgb::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const int u = (x0 + (i & 1) + texture.width) % texture.width;
+    const int v = (y0 + (i >> 1) + texture.height) % texture.height;
+    const float share = (i & 1 ? fx : 1 - fx) * (i >> 1 ? fy : 1 - fy);
+    for (int c = 0; c < 3; ++c) sum[c] += share * srgb_to_linear(static_cast<float>(texture.at(u, v, c)) / 255);
+  }
+  return sum;
+}
+
+Rgb pixel(const Image<float>& image, int u, int v) { return {image.at(u, v, 0), image.at(u, v, 1), image.at(u, v, 2)}; }
+
+/// The material that the picture shows at a point: where its pixel's own ray meets the surface's plane at the depth
+/// that the pixel has.
+std::optional<Look> seen_look(const SeenMaterials& seen, const Vector3f& p_m, const Vector3f& face) {
+  const Vector3f p = seen.T_camera_tag * p_m, n = seen.T_camera_tag.linear() * face;
+  if (p.z() <= 0) return std::nullopt;
+  const auto at = seen.camera.project(p.cast<double>());
+  if (!at || !seen.camera.inside(*at)) return std::nullopt;
+  const int u = static_cast<int>(std::lround(at->x())), v = static_cast<int>(std::lround(at->y()));
+  const auto ray = seen.camera.unproject({u, v});
+  if (!ray) return std::nullopt;
+  const Vector3f w = (*ray / ray->z()).cast<float>();
+  const float z = n.dot(p) / n.dot(w), depth = seen.depth_m.at(u, v);
+  if (!(depth > 0 && std::abs(depth - z) < kSameDepth * depth)) return std::nullopt;
+  return look_of(pixel(seen.diffuse, u, v), pixel(seen.f0, u, v), seen.alpha.at(u, v));
+}
+
+}  // namespace
+
+struct ModelTree::State {
+  std::shared_ptr<const Model> model;
+  OwnScene triangles;
+  BoundingSphere sphere;
+};
+
+ModelTree::ModelTree(std::shared_ptr<const Model> model) : state_(std::make_unique<State>()) {
+  state_->model = std::move(model);
+  state_->triangles.add(triangles_of(shared_device(), *state_->model, Eigen::Affine3f::Identity()), 0);
+  rtcCommitScene(state_->triangles.scene);
+  state_->sphere = bounding_sphere(state_->model->positions_m);
+}
+
+ModelTree::~ModelTree() = default;
+
+struct Meshes::State {
+  std::vector<Placed> placed;
+  std::vector<Eigen::Vector4f> spheres;
+  const SeenMaterials* seen = nullptr;
+  std::vector<std::shared_ptr<const ModelTree>> trees;
+  OwnScene all;
+
+  void place(const ReferenceMesh& mesh, const BoundingSphere& around) {
+    const Model& model = *mesh.model;
+    Placed& p = placed.emplace_back();
+    p.mesh = mesh;
+    p.normals = mesh.T_tag_model.linear().inverse().transpose();
+    if (model.parts.size() > 1) p.part.assign(model.indices.size() / 3, 0);
+    for (std::uint32_t i = 1; i < model.parts.size(); ++i) {
+      const auto first = p.part.begin() + model.parts[i].first_index / 3;
+      std::fill(first, first + model.parts[i].index_count / 3, i);
+    }
+    spheres.emplace_back(around.centre_m.x(), around.centre_m.y(), around.centre_m.z(), around.radius_m);
+  }
+
+  void add(const ReferenceMesh& mesh) {
+    std::vector<Vector3f> positions_m;
+    for (const Vector3f& x : mesh.model->positions_m) positions_m.push_back(mesh.T_tag_model * x);
+    RTCGeometry triangles = triangles_of(shared_device(), *mesh.model, mesh.T_tag_model);
+    if (!mesh.hides) {
+      rtcSetGeometryOccludedFilterFunction(triangles, let_through);
+      rtcCommitGeometry(triangles);
+    }
+    all.add(triangles, placed.size());
+    place(mesh, bounding_sphere(positions_m));
+  }
+
+  void add(const ReferenceMesh& mesh, const ModelTree::State& tree) {
+    RTCGeometry geometry = rtcNewGeometry(shared_device(), RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, tree.triangles.scene);
+    const Eigen::Matrix<float, 3, 4> T = mesh.T_tag_model.affine();
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, T.data());
+    rtcCommitGeometry(geometry);
+    all.add(geometry, placed.size());
+    const Eigen::Matrix3f& linear = mesh.T_tag_model.linear();
+    // Of whatever shape the transform makes of the sphere, the longest radius.
+    const float scale = std::sqrt((linear.transpose() * linear).selfadjointView<Eigen::Lower>().eigenvalues()[2]);
+    place(mesh, {mesh.T_tag_model * tree.sphere.centre_m, scale * tree.sphere.radius_m});
+  }
+
+  /// The mesh, whether it stands in the scene itself or as an instance.
+  static std::uint32_t mesh_of(unsigned geometry, unsigned instance) {
+    return instance == RTC_INVALID_GEOMETRY_ID ? geometry : instance;
+  }
+};
+
+Meshes::Meshes(const std::vector<ReferenceMesh>& meshes, const SeenMaterials* seen)
+    : state_(std::make_unique<State>()) {
+  state_->seen = seen;
+  for (const ReferenceMesh& mesh : meshes) state_->add(mesh);
+  rtcCommitScene(state_->all.scene);
+}
+
+Meshes::Meshes(const std::vector<ReferenceMesh>& meshes, const std::vector<std::shared_ptr<const ModelTree>>& trees)
+    : state_(std::make_unique<State>()) {
+  state_->trees = trees;
+  for (std::size_t i = 0; i < meshes.size(); ++i) state_->add(meshes[i], *trees[i]->state_);
+  rtcCommitScene(state_->all.scene);
+}
+
+Meshes::~Meshes() = default;
+
+bool Meshes::empty() const { return state_->placed.empty(); }
+bool Meshes::hides(const MeshHit& hit) const { return state_->placed[hit.mesh].mesh.hides; }
+const std::vector<Eigen::Vector4f>& Meshes::spheres() const { return state_->spheres; }
+
+std::optional<MeshHit> Meshes::hit(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit query{};
+  query.ray = {from_m.x(), from_m.y(), from_m.z(), 0, w.x(), w.y(), w.z(), 0, limit_m, ~0u, 0, 0};
+  query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(state_->all.scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return MeshHit{query.ray.tfar, State::mesh_of(query.hit.geomID, query.hit.instID[0]), query.hit.primID, query.hit.u,
+                 query.hit.v};
+}
+
+bool Meshes::blocked(const Vector3f& from_m, const Vector3f& w, float limit_m) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay ray{from_m.x(), from_m.y(), from_m.z(), 0, w.x(), w.y(), w.z(), 0, limit_m, ~0u, 0, 0};
+  rtcOccluded1(state_->all.scene, &context, &ray);
+  return ray.tfar < 0;
+}
+
+namespace {
+
+/// `valid`: -1 for a ray that is meant, as Embree wants it; the others are set to something harmless. The rays are
+/// coherent, but saying so to Embree (3.13) has kept rtcOccluded16 in a scene of instances from ever returning.
+void set_rays(const RayFan& fan, std::array<int, RayFan::kMost>& valid, RTCRay16& rays) {
+  const auto some = static_cast<std::size_t>(std::countr_zero(fan.some));
+  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+    const bool meant = fan.some >> i & 1;
+    const Vector3f& w = fan.w[meant ? i : some];
+    valid[i] = meant ? -1 : 0;
+    rays.org_x[i] = fan.from_m.x();
+    rays.org_y[i] = fan.from_m.y();
+    rays.org_z[i] = fan.from_m.z();
+    rays.tnear[i] = 0;
+    rays.dir_x[i] = w.x();
+    rays.dir_y[i] = w.y();
+    rays.dir_z[i] = w.z();
+    rays.time[i] = 0;
+    rays.tfar[i] = meant ? fan.limit_m[i] : -1;
+    rays.mask[i] = ~0u;
+    rays.id[i] = 0;
+    rays.flags[i] = 0;
+  }
+}
+
+}  // namespace
+
+std::uint32_t Meshes::hits(const RayFan& fan, std::array<MeshHit, RayFan::kMost>& found) const {
+  if (fan.some == 0) return 0;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  alignas(64) std::array<int, RayFan::kMost> valid;
+  alignas(64) RTCRayHit16 query;
+  set_rays(fan, valid, query.ray);
+  std::fill_n(query.hit.geomID, RayFan::kMost, RTC_INVALID_GEOMETRY_ID);
+  std::fill_n(query.hit.instID[0], RayFan::kMost, RTC_INVALID_GEOMETRY_ID);
+  rtcIntersect16(valid.data(), state_->all.scene, &context, &query);
+  std::uint32_t which = 0;
+  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+    if (!valid[i] || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    which |= 1u << i;
+    found[i] = {query.ray.tfar[i], State::mesh_of(query.hit.geomID[i], query.hit.instID[0][i]), query.hit.primID[i],
+                query.hit.u[i], query.hit.v[i]};
+  }
+  return which;
+}
+
+std::uint32_t Meshes::blocked(const RayFan& fan) const {
+  if (fan.some == 0) return 0;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  alignas(64) std::array<int, RayFan::kMost> valid;
+  alignas(64) RTCRay16 rays;
+  set_rays(fan, valid, rays);
+  rtcOccluded16(valid.data(), state_->all.scene, &context, &rays);
+  std::uint32_t which = 0;
+  for (std::size_t i = 0; i < RayFan::kMost; ++i) {
+    if (valid[i] && rays.tfar[i] < 0) which |= 1u << i;
+  }
+  return which;
+}
+
+Surface Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
+  const Placed& placed = state_->placed[hit.mesh];
+  const Model& model = *placed.mesh.model;
+  const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
+  const auto mixed = [&](const auto& values) {
+    return ((1 - hit.u - hit.v) * values[corner[0]] + hit.u * values[corner[1]] + hit.v * values[corner[2]]).eval();
+  };
+  Surface s;
+  const auto& p = model.positions_m;
+  s.position_m = placed.mesh.T_tag_model * mixed(p);
+  s.face = (placed.normals * (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]])).stableNormalized();
+  s.normal = (placed.normals * mixed(model.normals)).stableNormalized();
+  if (s.face.dot(w) > 0) s.face = -s.face;
+  if (s.normal.dot(s.face) < 0) s.normal = -s.normal;
+  if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // a smooth normal that can't be seen from here
+
+  if (placed.mesh.seen && state_->seen) {
+    if (const std::optional<Look> look = seen_look(*state_->seen, s.position_m, s.face)) {
+      s.look = *look;
+      return s;
+    }
+  }
+  if (placed.mesh.material) {
+    s.look = look_of(placed.mesh.material->base_color.array(), *placed.mesh.material);
+    return s;
+  }
+  const Model::Part& part = model.parts[placed.part.empty() ? 0 : placed.part[hit.triangle]];
+  Rgb base = part.material.base_color.array() * mixed(model.colors).array();
+  if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords));
+  s.look = look_of(base, part.material);
+  return s;
+}
+
+}  // namespace lumigraft::reference

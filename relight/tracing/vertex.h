@@ -1,0 +1,84 @@
+#pragma once
+// A surface that a path has come to: its shading frame, and ways to choose where to look from there.
+#include <cmath>
+#include <vector>
+
+#include "relight/tracing/world.h"
+
+namespace lumigraft::reference {
+
+/// Where a ray along w starts, a little off the surface.
+inline Eigen::Vector3f leave(const Surface& surface, const Eigen::Vector3f& w) {
+  constexpr float kLift = 3e-5f;  // of a metre, at 1 m from the origin
+  const float lift = kLift * (1 + surface.position_m.cwiseAbs().maxCoeff());
+  return surface.position_m + std::copysign(lift, surface.face.dot(w)) * surface.face;
+}
+
+class Vertex {
+ public:
+  Vertex(const Surface& surface, const Eigen::Vector3f& arriving_along) : surface_(surface) {
+    Eigen::Vector3f x, y;
+    basis(surface.normal, x, y);
+    frame_ << x, y, surface.normal;
+    v_ = frame_.transpose() * -arriving_along;
+  }
+
+  /// Reflected radiance over radiance per solid angle that arrives from w.
+  Rgb response(const Eigen::Vector3f& w) const {
+    const Eigen::Vector3f local = frame_.transpose() * w;
+    if (!(surface_.face.dot(w) > 0 && local.z() > 0)) return Rgb::Zero();
+    return reflected(surface_.look, v_, local) * local.z();
+  }
+
+  /// By the material.
+  Eigen::Vector3f sample(Sampler& sampler) const {
+    return (frame_ * sample_direction(surface_.look, v_, sampler)).normalized();
+  }
+  float pdf(const Eigen::Vector3f& w) const { return direction_pdf(surface_.look, v_, frame_.transpose() * w); }
+
+  /// By where light changes: rays into the cones that places fill. Those around the vertex have none.
+  void look_for(const std::vector<Place>& places) {
+    float sum = 0;
+    for (const Place& place : places) {
+      const Eigen::Vector3f to = place.centre_m - surface_.position_m;
+      const float distance = to.norm();
+      if (!(distance > 1.02f * place.radius_m && place.radius_m > 0)) continue;
+      cones_.push_back({to / distance, cone_of_sphere(place.radius_m, distance), place.share});
+      sum += place.share;
+    }
+    for (Cone& cone : cones_) cone.share /= sum;
+  }
+  bool mirrors() const { return surface_.look.mirrors(); }
+  bool looks() const { return !cones_.empty(); }
+  Eigen::Vector3f aim(Sampler& sampler) const {
+    float choice = sampler.one();
+    std::size_t i = 0;
+    for (; i + 1 < cones_.size() && choice >= cones_[i].share; ++i) choice -= cones_[i].share;
+    return in_cone(cones_[i].axis, cones_[i].one_minus_cos, sampler.two());
+  }
+  float aim_pdf(const Eigen::Vector3f& w) const {
+    float sum = 0;
+    for (const Cone& cone : cones_) {
+      // 1 - cos from the chord: no cancellation for narrow cones.
+      if (0.5f * (w - cone.axis).squaredNorm() <= cone.one_minus_cos)
+        sum += cone.share / (2 * kPi * cone.one_minus_cos);
+    }
+    return sum;
+  }
+
+  Eigen::Vector3f leave(const Eigen::Vector3f& w) const { return reference::leave(surface_, w); }
+  Eigen::Vector3f leave() const { return leave(surface_.face); }
+
+ private:
+  struct Cone {
+    Eigen::Vector3f axis;
+    float one_minus_cos, share;
+  };
+
+  Surface surface_;
+  Eigen::Matrix3f frame_;  // columns x, y, normal
+  Eigen::Vector3f v_;      // in the frame, to where the light goes
+  std::vector<Cone> cones_;
+};
+
+}  // namespace lumigraft::reference

@@ -1,0 +1,70 @@
+#include "relight/tracing/world.h"
+
+#include <array>
+#include <limits>
+
+#include "relight/objects/placement.h"
+
+namespace lumigraft::reference {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kRaysAround = 8;
+constexpr float kWider = 1.1f;  // than what the rays have found
+
+/// The lamp's middle and ends.
+std::array<Vector3f, 5> points_of(const ReferenceLamp& lamp, const Vector3f& towards_m) {
+  Vector3f u = lamp.half_u_m, v = lamp.half_v_m;
+  if (lamp.shape != ReferenceLamp::Shape::rectangle) {
+    basis((towards_m - lamp.centre_m).normalized(), u, v);
+    u *= lamp.radius_m;
+    v *= lamp.radius_m;
+  }
+  return {lamp.centre_m, lamp.centre_m + u, lamp.centre_m - u, lamp.centre_m + v, lamp.centre_m - v};
+}
+
+/// Where rays from the lamp past the sphere's middle and rim meet the room behind it.
+void add_shadow(const ReferenceLamp& lamp, const Eigen::Vector4f& sphere, const Meshes& real,
+                std::vector<Vector3f>& found_m) {
+  const Vector3f middle = sphere.head<3>();
+  for (const Vector3f& from : points_of(lamp, middle)) {
+    const float distance = (middle - from).norm();
+    if (distance <= sphere.w()) continue;
+    const Vector3f axis = (middle - from) / distance;
+    const float rim = cone_of_sphere(sphere.w(), distance);
+    for (int i = 0; i <= kRaysAround; ++i) {
+      const float turn = static_cast<float>(i) / kRaysAround;
+      const Vector3f w = i == 0 ? axis : in_cone(axis, rim, {1, turn});
+      const auto hit = real.hit(from + (distance - sphere.w()) * w, w, std::numeric_limits<float>::infinity());
+      if (hit) found_m.push_back(from + (distance - sphere.w() + hit->t_m) * w);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Place> places_of_change(const std::vector<ReferenceLamp>& lamps, const Meshes& real,
+                                    const Meshes& objects) {
+  std::vector<Place> places;
+  for (const Eigen::Vector4f& sphere : objects.spheres()) {
+    places.push_back({sphere.head<3>(), sphere.w(), 1 / static_cast<float>(objects.spheres().size())});
+  }
+  for (const ReferenceLamp& lamp : lamps) {
+    std::vector<Vector3f> shadow_m;
+    for (const Eigen::Vector4f& sphere : objects.spheres()) add_shadow(lamp, sphere, real, shadow_m);
+    if (shadow_m.empty()) continue;
+    const BoundingSphere around = bounding_sphere(shadow_m);
+    places.push_back({around.centre_m, kWider * around.radius_m, 1 / static_cast<float>(lamps.size())});
+  }
+  return places;
+}
+
+World::World(std::shared_ptr<const ReferenceScene> the_scene)
+    : scene(std::move(the_scene)),
+      real(scene->real, scene->seen.get()),
+      objects(scene->objects, nullptr),
+      sky(*scene),
+      places(places_of_change(scene->lamps, real, objects)) {}
+
+}  // namespace lumigraft::reference
