@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "capture/error.h"
-#include "server/version.h"
+#include "server/metrics/version.h"
 
 namespace lumigraft {
 namespace {

@@ -6,12 +6,12 @@
 #include <variant>
 #include <vector>
 
-#include "server/bench.h"
-#include "server/calibrate.h"
-#include "server/record.h"
-#include "server/replay.h"
-#include "server/service_config.h"
-#include "server/tum.h"
+#include "server/bench/bench.h"
+#include "server/commands/calibrate.h"
+#include "server/commands/record.h"
+#include "server/commands/replay.h"
+#include "server/pipeline/service_config.h"
+#include "server/commands/tum.h"
 
 namespace lumigraft {
 

@@ -9,9 +9,9 @@
 
 #include "capture/error.h"
 #include "server/command_line.h"
-#include "server/devices.h"
-#include "server/doctor.h"
-#include "server/serve.h"
+#include "server/commands/devices.h"
+#include "server/commands/doctor.h"
+#include "server/commands/serve.h"
 
 namespace {
 

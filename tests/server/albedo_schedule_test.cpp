@@ -1,4 +1,4 @@
-#include "server/albedo_schedule.h"
+#include "server/pipeline/albedo_schedule.h"
 
 #include <gtest/gtest.h>
 

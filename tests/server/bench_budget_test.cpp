@@ -1,4 +1,4 @@
-#include "server/bench_budget.h"
+#include "server/bench/error_budget.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/bench_error_time.h"
+#include "server/bench/error_time_chart.h"
 
 #include <gtest/gtest.h>
 

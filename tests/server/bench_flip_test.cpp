@@ -1,4 +1,4 @@
-#include "server/bench_flip.h"
+#include "server/bench/flip.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/bench_measures.h"
+#include "server/bench/measures.h"
 
 #include <gtest/gtest.h>
 

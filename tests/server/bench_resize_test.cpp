@@ -1,4 +1,4 @@
-#include "server/bench_resize.h"
+#include "server/bench/resize.h"
 
 #include <gtest/gtest.h>
 

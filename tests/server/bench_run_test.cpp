@@ -1,4 +1,4 @@
-#include "server/bench_run.h"
+#include "server/bench/setting_run.h"
 
 #include <gtest/gtest.h>
 

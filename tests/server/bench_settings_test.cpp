@@ -1,11 +1,11 @@
-#include "server/bench_settings.h"
+#include "server/bench/settings.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 #include <string>
 
-#include "server/service_config.h"
+#include "server/pipeline/service_config.h"
 
 namespace lumigraft {
 namespace {

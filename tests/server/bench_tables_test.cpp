@@ -1,4 +1,4 @@
-#include "server/bench_tables.h"
+#include "server/bench/tables.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/bench_work.h"
+#include "server/bench/work.h"
 
 #include <gtest/gtest.h>
 

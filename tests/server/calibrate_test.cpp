@@ -1,5 +1,5 @@
 // From pictures of a board to a calibration that a session takes.
-#include "server/calibrate.h"
+#include "server/commands/calibrate.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "capture/error.h"
-#include "server/calibrate_guide.h"
-#include "server/write_picture.h"
+#include "server/commands/calibrate_guide.h"
+#include "capture/formats/picture_writer.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/reconstruct/board_views.h"
 

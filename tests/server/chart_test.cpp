@@ -1,4 +1,4 @@
-#include "server/chart.h"
+#include "server/bench/chart.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "server/encode_h264.h"
-#include "server/encode_jpeg.h"
-#include "server/encode_stage.h"
+#include "server/stream/encode_h264.h"
+#include "server/stream/encode_jpeg.h"
+#include "server/stream/encode_stage.h"
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libswscale/swscale.h>

@@ -1,4 +1,4 @@
-#include "server/exhibit_board.h"
+#include "server/pipeline/exhibit_state.h"
 
 #include <gtest/gtest.h>
 

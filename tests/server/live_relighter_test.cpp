@@ -1,4 +1,4 @@
-#include "server/live_relighter.h"
+#include "server/pipeline/live_relighter.h"
 
 #include <gtest/gtest.h>
 

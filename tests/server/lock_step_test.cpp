@@ -1,4 +1,4 @@
-#include "server/lock_step.h"
+#include "server/pipeline/offline_pipeline.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "capture/source.h"
 #include "lost_device/lose.h"
-#include "server/service_config.h"
+#include "server/pipeline/service_config.h"
 
 namespace lumigraft {
 namespace {

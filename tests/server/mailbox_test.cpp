@@ -1,4 +1,4 @@
-#include "server/mailbox.h"
+#include "server/pipeline/mailbox.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "server/metrics.h"
+#include "server/metrics/metrics.h"
 
 #include <gtest/gtest.h>
 
-#include "server/serve_log.h"
+#include "server/commands/serve_log.h"
 
 namespace lumigraft {
 namespace {

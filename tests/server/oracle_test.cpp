@@ -1,4 +1,4 @@
-#include "server/oracle.h"
+#include "server/truth/oracle.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "capture/error.h"
-#include "server/truth.h"
+#include "server/truth/truth.h"
 
 namespace lumigraft {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/pacing.h"
+#include "server/pipeline/pacing.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/played_frames.h"
+#include "server/pipeline/frame_player.h"
 
 #include <gtest/gtest.h>
 

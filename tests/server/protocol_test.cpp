@@ -1,4 +1,4 @@
-#include "server/protocol.h"
+#include "server/stream/protocol.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // The record button with a made-up live camera; the page with a real one is in tests/end_to_end/record_page_test.py.
-#include "server/record_button.h"
+#include "server/commands/record_button.h"
 
 #include <gtest/gtest.h>
 
 #include "capture/session/stream_spec.h"
-#include "server/service_config.h"
+#include "server/pipeline/service_config.h"
 #include "tiny_session.h"
 
 namespace lumigraft {

@@ -1,5 +1,5 @@
 // A session that is recorded again is the same session.
-#include "server/record.h"
+#include "server/commands/record.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The true room of sessions with truth, path traced: the change against the truth's own, and what it saves against the
 // difference of two pictures.
-#include "server/reference_truth.h"
+#include "server/truth/reference_truth.h"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 #include "capture/formats/picture_file.h"
 #include "relight/reference/delta_path_tracer.h"
 #include "relight/tracing/build_trace_scene.h"
-#include "server/service_config.h"
-#include "server/truth.h"
+#include "server/pipeline/service_config.h"
+#include "server/truth/truth.h"
 
 namespace lumigraft {
 namespace {

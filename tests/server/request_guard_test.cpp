@@ -1,4 +1,4 @@
-#include "server/request_guard.h"
+#include "server/stream/request_guard.h"
 
 #include <gtest/gtest.h>
 

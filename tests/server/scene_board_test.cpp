@@ -1,9 +1,9 @@
-#include "server/scene_board.h"
+#include "server/pipeline/scene_board.h"
 
 #include <gtest/gtest.h>
 
 #include "reconstruct/light/environment.h"
-#include "server/albedo_schedule.h"
+#include "server/pipeline/albedo_schedule.h"
 
 namespace lumigraft {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/scene_change.h"
+#include "server/pipeline/scene_change.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/service_config.h"
+#include "server/pipeline/service_config.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "server/protocol.h"
+#include "server/stream/protocol.h"
 
 namespace lumigraft {
 

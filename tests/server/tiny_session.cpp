@@ -8,7 +8,7 @@
 #include <iterator>
 #include <vector>
 
-#include "server/write_picture.h"
+#include "capture/formats/picture_writer.h"
 
 namespace lumigraft {
 namespace {

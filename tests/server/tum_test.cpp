@@ -1,5 +1,5 @@
 // To TUM's layout and back, and from what that benchmark's own cameras gave.
-#include "server/tum.h"
+#include "server/commands/tum.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "capture/error.h"
 #include "capture/sync/pairing_reader.h"
-#include "server/service_config.h"
+#include "server/pipeline/service_config.h"
 #include "tests/capture/oni_recording.h"
 #include "tests/capture/openni_test_pictures.h"
 #include "tiny_session.h"

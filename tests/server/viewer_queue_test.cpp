@@ -1,4 +1,4 @@
-#include "server/viewer_queue.h"
+#include "server/stream/viewer_queue.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/web_server.h"
+#include "server/stream/web_server.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

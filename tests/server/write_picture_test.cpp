@@ -1,4 +1,4 @@
-#include "server/write_picture.h"
+#include "capture/formats/picture_writer.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <iterator>
 
 #include "capture/formats/picture_file.h"
-#include "server/camera_picture.h"
-#include "server/truth.h"
+#include "server/pipeline/camera_picture.h"
+#include "server/truth/truth.h"
 
 namespace lumigraft {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "capture/camera/response.h"
 #include "relight/reference/reference_renderer.h"
-#include "server/chart.h"
+#include "server/bench/chart.h"
 
 namespace lumigraft::test {
 namespace {

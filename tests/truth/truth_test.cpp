@@ -15,8 +15,8 @@
 #include "capture/session/config.h"
 #include "capture/formats/picture_file.h"
 #include "capture/session/session.h"
-#include "server/bench_measures.h"
-#include "server/service_config.h"
+#include "server/bench/measures.h"
+#include "server/pipeline/service_config.h"
 
 namespace lumigraft {
 namespace {

@@ -15,9 +15,9 @@
 #include "relight/objects/placement.h"
 #include "relight/quality.h"
 #include "relight/tracing/build_trace_scene.h"
-#include "server/bench_settings.h"
-#include "server/make_renderer.h"
-#include "server/reference_truth.h"
+#include "server/bench/settings.h"
+#include "server/pipeline/make_renderer.h"
+#include "server/truth/reference_truth.h"
 
 namespace lumigraft::comparators {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "relight/gpu/device.h"
 #include "relight/tracing/trace_scene.h"
-#include "server/bench_results.h"
-#include "server/bench_session.h"
-#include "server/service_config.h"
+#include "server/bench/results.h"
+#include "server/bench/bench_session.h"
+#include "server/pipeline/service_config.h"
 
 namespace lumigraft::comparators {
 

@@ -9,8 +9,8 @@
 
 #include "capture/error.h"
 #include "comparators/contenders.h"
-#include "server/bench_error_time.h"
-#include "server/bench_tables.h"
+#include "server/bench/error_time_chart.h"
+#include "server/bench/tables.h"
 
 namespace {
 

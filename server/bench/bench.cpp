@@ -1,0 +1,247 @@
+#include "server/bench/bench.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <set>
+#include <utility>
+
+#include "capture/error.h"
+#include "relight/objects/mesh_simplify.h"
+#include "server/bench/error_budget.h"
+#include "server/bench/error_time_chart.h"
+#include "server/bench/results_json.h"
+#include "server/bench/resize.h"
+#include "server/bench/bench_session.h"
+#include "server/bench/settings.h"
+#include "server/bench/tables.h"
+#include "server/bench/work.h"
+#include "server/pipeline/make_renderer.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Method {
+  std::string name;
+  std::vector<BenchSetting> settings;
+};
+
+struct NamedInput {
+  std::string name;  ///< the session's own, and a number where another has the same
+  ServiceInput input;
+};
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    text += (text.empty() ? "" : ", ") + word;
+  }
+  return text;
+}
+
+const std::string kErrorTime = "error-time", kCostWork = "cost-work", kErrorBudget = "error-budget";
+
+bool contains(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+void check_words(const char* option, const std::vector<std::string>& found, const std::vector<std::string>& allowed) {
+  for (const std::string& word : found) {
+    if (!contains(allowed, word)) {
+      throw InputError(std::string(option) + ": found \"" + word + "\", allowed: " + joined(allowed));
+    }
+  }
+}
+
+std::vector<Method> choose_methods(const BenchCommand& command) {
+  check_words("--methods", command.methods, plan_methods());
+  std::vector<Method> chosen;
+  std::vector<std::string> names;
+  for (const std::string& name : plan_methods()) {
+    if (!command.methods.empty() && !contains(command.methods, name)) {
+      continue;
+    }
+    Method method{name, {}};
+    for (BenchSetting& setting : bench_settings(name)) {
+      names.push_back(setting.name);
+      if (command.settings.empty() || contains(command.settings, setting.name)) {
+        method.settings.push_back(std::move(setting));
+      }
+    }
+    chosen.push_back(std::move(method));
+  }
+  check_words("--settings", command.settings, names);
+  return chosen;
+}
+
+bool wants(const BenchCommand& command, const std::string& chart) {
+  return command.charts.empty() || contains(command.charts, chart);
+}
+
+std::vector<NamedInput> open_sessions(const BenchCommand& command) {
+  std::vector<NamedInput> sessions;
+  std::set<std::string> taken;
+  for (const fs::path& folder : command.sessions) {
+    ServiceInput input =
+        open_bench_session(folder, wants(command, kErrorBudget) ? budget_cases().front().oracle : command.oracle);
+    for (const std::string& warning : input.warnings) std::cerr << "lumigraft: " << warning << '\n';
+    std::string name = input.session.name;
+    for (int n = 2; !taken.insert(name).second; ++n) {
+      name = input.session.name + "-" + std::to_string(n);
+    }
+    sessions.push_back({std::move(name), std::move(input)});
+  }
+  return sessions;
+}
+
+void make_folder(const fs::path& out) {
+  std::error_code error;
+  fs::create_directories(out, error);
+  if (error || !fs::is_directory(out)) {
+    throw InputError("--out: " + out.string() + " cannot be made, allowed: a folder, there or not");
+  }
+}
+
+void say(const BenchRow& row, std::size_t done, std::size_t all) {
+  char text[256];
+  std::snprintf(text, sizeof text, "relight_error %.3f, %.0f ms CPU, %.0f ms wall", row.run.measures.relight_error,
+                row.run.moving.host.cpu_ms, row.run.moving.host.wall_ms);
+  std::cerr << "lumigraft: " << done << '/' << all << ' ' << row.session << ", " << row.method << ' ' << row.setting
+            << ": " << text << '\n';
+  for (const std::string& warning : row.run.warnings) {
+    std::cerr << "lumigraft: " << row.session << ", " << row.method << ' ' << row.setting << ": " << warning << '\n';
+  }
+}
+
+Exhibit simplified(Exhibit exhibit, int most_triangles) {
+  for (VirtualObject& object : exhibit.objects) {
+    if (most_triangles > 0) object.model = simplify_model(*object.model, most_triangles);
+  }
+  return exhibit;
+}
+
+/// Every session with every setting; what is done is in `results` and on the disk after each. False when interrupted.
+bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>& sessions,
+                      const std::vector<Method>& methods, const std::shared_ptr<gpu::Device>& device,
+                      const std::atomic<bool>& interrupted, BenchResults& results) {
+  CsvFile table(command.out / "results.csv", result_columns()), stages(command.out / "stages.csv", stage_columns());
+  std::size_t all = 0;
+  for (const Method& method : methods) {
+    all += sessions.size() * method.settings.size();
+  }
+  for (const auto& [name, input] : sessions) {
+    BenchScene scene = learn_bench_scene(input.session, command.oracle, command.oracle);
+    Session session = input.session;
+    resize_picture(command.enlarge, session.color.model, scene.frame);
+    const Exhibit exhibit = simplified(input.exhibit, command.triangles);
+    for (const std::string& warning : scene.warnings) {
+      std::cerr << "lumigraft: " << name << ": " << warning << '\n';
+    }
+    results.stages[name] = scene.stages;
+    for (const auto& [stage, cost] : scene.stages) {
+      stages.add(stage_cells(name, stage, cost));
+    }
+    for (const Method& method : methods) {
+      std::unique_ptr<Renderer> renderer;  // shared by all settings of a method
+      for (const BenchSetting& setting : method.settings) {
+        if (interrupted) {
+          return false;
+        }
+        if (!renderer) {
+          renderer = make_renderer(session, setting.plan, command.oracle, device);
+        }
+        BenchRow row{name, method.name, setting.name, results.oracle, setting.plan, {}};
+        row.run =
+            run_setting(*renderer, scene, exhibit, setting.plan, results.machine.hardware && setting.plan.on_device());
+        table.add(result_cells(row));
+        results.rows.push_back(std::move(row));
+        say(results.rows.back(), results.rows.size(), all);
+      }
+    }
+  }
+  return true;
+}
+
+/// The first session, with what serve draws: there every millisecond counts.
+bool measure_work(const BenchCommand& command, const NamedInput& session, const std::shared_ptr<gpu::Device>& device,
+                  const std::atomic<bool>& interrupted, BenchResults& results) {
+  CsvFile table(command.out / "cost_work.csv", work_columns());
+  const BenchScene scene = learn_bench_scene(session.input.session, command.oracle, command.oracle);
+  results.work_session = session.name;
+  results.work_setting = "the plan of serve";
+  for (const WorkCase& work : work_cases(session.input.session, scene, session.input.exhibit, interactive_plan())) {
+    if (interrupted) {
+      return false;
+    }
+    const auto same =
+        std::find_if(results.work.begin(), results.work.end(), [](const WorkRow& row) { return row.base; });
+    FrameCost cost;
+    if (work.base && same != results.work.end()) {
+      cost = same->cost;
+    } else {
+      const std::unique_ptr<Renderer> renderer = make_renderer(work.session, work.plan, command.oracle, device);
+      cost = cost_of_turning(*renderer, work.frame, work.scene, work.exhibit, work.plan, results.machine.hardware);
+    }
+    results.work.push_back({work.work, work.amount, work.base, cost});
+    table.add(work_cells(results.work.back()));
+    std::cerr << "lumigraft: cost of " << std::llround(work.amount) << ' ' << work.work << ": "
+              << std::llround(cost.host.cpu_ms) << " ms CPU\n";
+  }
+  return true;
+}
+
+bool measure_budgets(const BenchCommand& command, const std::vector<NamedInput>& sessions,
+                     const std::shared_ptr<gpu::Device>& device, const std::atomic<bool>& interrupted,
+                     BenchResults& results) {
+  CsvFile table(command.out / "error_budget.csv", budget_columns());
+  results.budget_setting = "the plan of replay";
+  for (const auto& [name, input] : sessions) {
+    for (const BudgetCase& budget : budget_cases()) {
+      if (interrupted) {
+        return false;
+      }
+      results.budget.push_back(measure_budget(device, name, input.session, input.exhibit, replay_plan(), budget));
+      const BudgetRow& row = results.budget.back();
+      table.add(budget_cells(row));
+      std::cerr << "lumigraft: " << name << ", estimated: " << row.estimated << ": relight_error " << row.relight_error
+                << '\n';
+    }
+  }
+  return true;
+}
+
+void write_down(const fs::path& out, const BenchResults& results) {
+  write_results_json(out / "results.json", results);
+  draw_error_time(results, CostKind::cpu, out / "error_time");
+  if (results.machine.hardware) {
+    draw_error_time(results, CostKind::gpu, out / "error_gpu_time");
+  }
+  draw_cost_work(results, out / "cost_work");
+  draw_error_budget(results, out / "error_budget");
+}
+
+}  // namespace
+
+bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted) {
+  check_words("--charts", command.charts, {kErrorTime, kCostWork, kErrorBudget});
+  const std::vector<Method> methods = choose_methods(command);
+  const std::vector<NamedInput> sessions = open_sessions(command);
+  make_folder(command.out);
+  const std::shared_ptr<gpu::Device> device = gpu::create_device(command.backend, gpu::DeviceOptions{});
+  BenchResults results;
+  results.machine = describe_machine(*device);
+  results.oracle = name_of(command.oracle);
+  results.enlarged = command.enlarge;
+  results.most_triangles = command.triangles;
+  const bool done =
+      (!wants(command, kErrorTime) || measure_settings(command, sessions, methods, device, interrupted, results)) &&
+      (!wants(command, kErrorBudget) || measure_budgets(command, sessions, device, interrupted, results)) &&
+      (!wants(command, kCostWork) || measure_work(command, sessions.front(), device, interrupted, results));
+  write_down(command.out, results);
+  return done;
+}
+
+}  // namespace lumigraft

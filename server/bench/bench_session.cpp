@@ -1,0 +1,102 @@
+#include "server/bench/bench_session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "capture/error.h"
+#include "capture/source.h"
+#include "server/pipeline/camera_picture.h"
+#include "server/pipeline/scene_board.h"
+#include "server/truth/truth.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::unique_ptr<Oracle> make_oracle(const Session& session, const OracleParts& parts) {
+  return parts.any() ? std::make_unique<Oracle>(session, parts) : nullptr;
+}
+
+/// Whether a frame can be scored, and truth/ has these parts of it.
+bool has_truth(const fs::path& truth, const OracleParts& needed) {
+  return fs::exists(truth / "augmented.exr") && (!needed.pose || fs::exists(truth / "pose.json")) &&
+         (!needed.geometry || fs::exists(truth / "depth.exr")) &&
+         (!needed.light || fs::exists(truth / "lights.json")) && (!needed.albedo || fs::exists(truth / "albedo.exr"));
+}
+
+/// The last frame of those that the bench looks at.
+std::uint64_t last_with_truth(const fs::path& session, const OracleParts& needed) {
+  std::uint64_t last = 0;
+  for (std::uint64_t i = 0; i < kBenchFrames; ++i) {
+    last = has_truth(truth_folder(session, i), needed) ? i : last;
+  }
+  return last;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::map<std::string, StageCost> medians(const std::map<std::string, std::vector<StageCost>>& runs) {
+  std::map<std::string, StageCost> result;
+  for (const auto& [name, costs] : runs) {
+    std::vector<double> wall_ms, cpu_ms;
+    for (const StageCost& cost : costs) {
+      wall_ms.push_back(cost.wall_ms);
+      cpu_ms.push_back(cost.cpu_ms);
+    }
+    result[name] = {median(wall_ms), median(cpu_ms)};
+  }
+  return result;
+}
+
+}  // namespace
+
+ServiceInput open_bench_session(const fs::path& folder, const OracleParts& oracle) {
+  ServiceInput input = read_service({.config = {}, .session = folder, .exhibit = {}, .overrides = {}}, replay_plan());
+  if (!fs::exists(truth_folder(input.session.folder, 0) / "augmented.exr")) {
+    throw InputError(folder.string() + ": found no truth/000000/augmented.exr, allowed: a session with truth");
+  }
+  if (input.exhibit.objects.empty()) {
+    throw InputError(folder.string() + ": found no object, allowed: a session with an exhibit.toml");
+  }
+  open_frames(input.session);
+  make_oracle(input.session, oracle);
+  return input;
+}
+
+BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, const OracleParts& needed) {
+  const std::unique_ptr<FrameReader> frames = open_frames(session);
+  SceneLearner learner(session, make_oracle(session, oracle));
+  BenchScene result;
+  fs::path truth;
+  std::map<std::string, std::vector<StageCost>> runs;
+  const std::uint64_t last = last_with_truth(session.folder, needed);
+  while (const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10))) {
+    if (frame->index > last) {
+      break;
+    }
+    LearntFrame learnt = learner.learn(*frame);
+    append_warnings(result.warnings, learnt.warnings);
+    for (const auto& [name, cost] : learnt.stages) {
+      runs[name].push_back(cost);
+    }
+    if (const fs::path folder = truth_folder(session.folder, frame->index); has_truth(folder, needed)) {
+      truth = folder;
+      result.frame = std::move(learnt.frame);
+      result.scene = std::move(learnt.scene);
+    }
+  }
+  if (truth.empty()) {
+    throw InputError(session.folder.string() + ": no colour picture that has truth can be read");
+  }
+  result.camera = camera_picture(*result.frame.color);
+  result.truth = read_true_pictures(truth, session.color.exposure);
+  result.stages = medians(runs);
+  return result;
+}
+
+}  // namespace lumigraft

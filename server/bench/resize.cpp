@@ -1,0 +1,74 @@
+#include "server/bench/resize.h"
+
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "capture/camera/response.h"
+
+namespace lumigraft {
+namespace {
+
+template <typename T>
+Image<T> resampled(const Image<T>& from, int width, int height) {
+  Image<T> to(width, height, from.channels);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < from.channels; ++c) {
+        to.at(x, y, c) = from.at(x * from.width / width, y * from.height / height, c);
+      }
+    }
+  }
+  return to;
+}
+
+/// The same view on more or fewer pixels; the centre of pixel (u, v) is at integer u, v.
+CameraModel resized(CameraModel camera, double factor) {
+  camera.width = static_cast<int>(std::lround(camera.width * factor));
+  camera.height = static_cast<int>(std::lround(camera.height * factor));
+  camera.fx *= factor;
+  camera.fy *= factor;
+  camera.cx = (camera.cx + 0.5) * factor - 0.5;
+  camera.cy = (camera.cy + 0.5) * factor - 0.5;
+  return camera;
+}
+
+}  // namespace
+
+void resize_picture(double factor, CameraModel& camera, FrameSet& frame) {
+  camera = resized(camera, factor);
+  auto color = std::make_shared<Picture>(*frame.color);
+  if (!color->encoded.empty()) {
+    color->encoded = resampled(color->encoded, camera.width, camera.height);
+  }
+  if (!color->radiance.empty()) {
+    color->radiance = resampled(color->radiance, camera.width, camera.height);
+  }
+  frame.color = std::move(color);
+  if (frame.depth) {
+    auto depth = std::make_shared<DepthPicture>(*frame.depth);
+    depth->depth_m = resampled(depth->depth_m, camera.width, camera.height);
+    frame.depth = std::move(depth);
+  }
+}
+
+Image<std::uint8_t> shrunk(const Image<std::uint8_t>& srgb, int factor) {
+  if (factor == 1) return srgb;
+  Image<std::uint8_t> small(srgb.width / factor, srgb.height / factor, srgb.channels);
+  for (int y = 0; y < small.height; ++y) {
+    for (int x = 0; x < small.width; ++x) {
+      for (int c = 0; c < small.channels; ++c) {
+        float sum = 0;
+        for (int i = 0; i < factor * factor; ++i) {
+          const std::uint8_t code = srgb.at(x * factor + i % factor, y * factor + i / factor, c);
+          sum += srgb_to_linear(static_cast<float>(code) / 255);
+        }
+        const float mean = sum / static_cast<float>(factor * factor);
+        small.at(x, y, c) = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(mean)));
+      }
+    }
+  }
+  return small;
+}
+
+}  // namespace lumigraft

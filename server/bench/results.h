@@ -1,0 +1,44 @@
+#pragma once
+// What the bench measured, on which machine.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "server/bench/machine.h"
+#include "server/bench/setting_run.h"
+
+namespace lumigraft {
+
+struct BenchRow {
+  std::string session, method, setting, oracle;
+  Plan plan;
+  BenchRun run;
+};
+
+/// What one kind of work costs at one size.
+struct WorkRow {
+  std::string work;  ///< pixels, triangles, voxels, lights, objects, bounces
+  double amount = 0;
+  bool base = false;  ///< as it is in the session
+  FrameCost cost;
+};
+
+/// The error with some of the scene estimated and the rest true.
+struct BudgetRow {
+  std::string session, estimated;  ///< "nothing", "pose" ... "everything"
+  double relight_error = 0, object_error = 0;
+};
+
+struct BenchResults {
+  BenchMachine machine;
+  std::string oracle;
+  int enlarged = 1, most_triangles = 0;  ///< as BenchCommand
+  std::vector<BenchRow> rows;
+  std::string work_session, work_setting;  ///< what the work rows are measured on
+  std::vector<WorkRow> work;
+  std::string budget_setting;
+  std::vector<BudgetRow> budget;
+  std::map<std::string, std::map<std::string, StageCost>> stages;  ///< by session and stage
+};
+
+}  // namespace lumigraft

@@ -1,0 +1,78 @@
+#include "server/bench/settings.h"
+
+#include "server/pipeline/service_config.h"
+
+namespace lumigraft {
+namespace {
+
+struct Traced {
+  const char* name;
+  int trace_scale, cells, rsm;
+};
+constexpr Traced kLive{"live", 4, 0, 128}, kCells{"cells", 2, 1, 256}, kHalf{"half", 2, 0, 256},
+    kCareful{"careful", 1, 0, 256};
+
+BenchSetting setting(const std::string& method, const Traced& traced, int volume) {
+  Plan plan;
+  plan.method = method;
+  plan.trace_scale = traced.trace_scale;
+  plan.cells = traced.cells;
+  plan.rsm = traced.rsm;
+  plan.volume = volume;
+  plan.follow_scene = 0;
+  return {std::string(traced.name) + "-" + std::to_string(volume), plan};
+}
+
+BenchSetting with_bounces(BenchSetting setting, int bounces) {
+  setting.name += "-" + std::to_string(bounces) + (bounces == 1 ? "-bounce" : "-bounces");
+  setting.plan.bounces = bounces;
+  return setting;
+}
+
+BenchSetting as_needed(BenchSetting setting) {
+  setting.name += "-as-needed";
+  setting.plan.follow_scene = 1;
+  return setting;
+}
+
+BenchSetting paths(const std::string& method, int samples) {
+  Plan plan;
+  plan.method = method;
+  plan.samples = samples;
+  return {std::to_string(samples) + "-paths", plan};
+}
+
+BenchSetting gathered(int trace_scale, int rays) {
+  Plan plan;
+  plan.method = "rays";
+  plan.trace_scale = trace_scale;
+  plan.rays = rays;
+  const char* name = trace_scale == 1   ? "careful-"
+                     : trace_scale == 2 ? "half-"
+                     : trace_scale == 4 ? "quarter-"
+                                        : "live-";
+  return {name + std::to_string(rays) + "-rays", plan};
+}
+
+}  // namespace
+
+std::vector<BenchSetting> bench_settings(const std::string& method) {
+  if (method == "reference") {
+    return {paths(method, 16), paths(method, 64)};
+  }
+  if (method == "rays") {
+    return {gathered(8, 8), gathered(4, 8), gathered(4, 20), gathered(2, 20), gathered(2, 64), gathered(1, 64)};
+  }
+  const auto of = [&](const Traced& traced, int volume) { return setting(method, traced, volume); };
+  std::vector<BenchSetting> settings{
+      of(kLive, 32), of(kLive, 64), of(kCells, 64), of(kCells, 128), with_bounces(of(kHalf, 64), 1), of(kHalf, 64)};
+  if (method == "dvct") {
+    settings.push_back(as_needed(of(kLive, 64)));
+    settings.push_back(as_needed(of(kHalf, 64)));
+    settings.push_back(of(kHalf, 128));
+    settings.push_back(of(kCareful, 64));
+  }
+  return settings;
+}
+
+}  // namespace lumigraft

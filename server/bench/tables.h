@@ -1,0 +1,33 @@
+#pragma once
+// The bench's tables: CSV, whole on the disk after every row.
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "server/bench/results.h"
+
+namespace lumigraft {
+
+class CsvFile {
+ public:
+  /// Throws InputError where the file cannot be written.
+  CsvFile(const std::filesystem::path& path, const std::vector<std::string>& columns);
+  void add(const std::vector<std::string>& cells);
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream out_;
+};
+
+// Numbers that are not there (no such pixels, no GPU) are empty cells.
+std::vector<std::string> result_columns();
+std::vector<std::string> result_cells(const BenchRow& row);
+std::vector<std::string> work_columns();
+std::vector<std::string> work_cells(const WorkRow& row);
+std::vector<std::string> budget_columns();
+std::vector<std::string> budget_cells(const BudgetRow& row);
+std::vector<std::string> stage_columns();
+std::vector<std::string> stage_cells(const std::string& session, const std::string& stage, const StageCost& cost);
+
+}  // namespace lumigraft

@@ -1,0 +1,452 @@
+#include "server/commands/calibrate.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "capture/error.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/formats/picture_file.h"
+#include "capture/formats/picture_list.h"
+#include "capture/source.h"
+#include "reconstruct/calibrate/board.h"
+#include "reconstruct/calibrate/view_selection.h"
+#include "reconstruct/calibrate/depth.h"
+#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/calibrate/response.h"
+#include "reconstruct/calibrate/extrinsics.h"
+#include "reconstruct/calibrate/initial_guess.h"
+#include "reconstruct/calibrate/time_offset.h"
+#include "reconstruct/calibrate/vignetting.h"
+#include "server/commands/calibrate_guide.h"
+#include "server/commands/calibrate_text.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kTick{50};
+constexpr std::array kNames = {"colour", "fish-eye"};
+
+/// What is known of the cameras before, and what they saw.
+struct Input {
+  std::array<std::optional<CameraModel>, 2> cameras;  // colour, fish-eye
+  std::array<std::string, 2> serials;
+};
+
+Board board_in(const fs::path& file) {
+  const ConfigTable root = ConfigTable::load(file);
+  const Board board = read_board(root);
+  root.finish();
+  return board;
+}
+
+void draw_board(const Board& board, const fs::path& file) {
+  std::ofstream out(file);
+  write_board_svg(out, board);
+  out.close();
+  if (!out) {
+    throw InputError("--draw: " + file.string() + " cannot be written");
+  }
+}
+
+void say_view(std::ostream& report, std::size_t number, const BoardCollector::Seen& seen) {
+  report << "view " << number << ":";
+  for (std::size_t c = 0; c < 2; ++c) {
+    if (seen.corners[c] > 0) {
+      report << ' ' << kNames[c] << ' ' << seen.corners[c] << " corners";
+    }
+  }
+  report << std::endl;  // a person with a board in hand waits for it
+}
+
+Input cameras_of(const Session& session) {
+  Input input;
+  input.cameras[0] = session.color.model;
+  input.serials[0] = session.color.serial;
+  if (session.fisheye) {
+    input.cameras[1] = session.fisheye->model;
+    input.serials[1] = session.fisheye->serial;
+  }
+  return input;
+}
+
+/// Frames as the sensors gave them: the fish-eye on its own clock, depth on its own pixels.
+std::unique_ptr<FrameReader> open_raw_frames(Session raw, PairedSources& sources) {
+  if (raw.fisheye) {
+    raw.fisheye->time_offset_s = 0;
+  }
+  sources = open_sources(raw);
+  if (raw.depth) {
+    raw.depth->registered = true;
+  }
+  return pair_sources(raw, sources);
+}
+
+/// Until the end of a recording or of live cameras' time, or what was seen seems enough: true then.
+bool look_through(FrameReader& reader, const std::function<bool()>& late, const Session& session,
+                  const std::atomic<bool>& interrupted, BoardCollector& collector, CalibrateGuide* guide,
+                  std::ostream& report) {
+  while (!interrupted && !reader.finished() && !(reader.live() && late())) {
+    if (guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()))) {
+      return true;
+    }
+    const std::optional<FrameSet> frame = reader.next(kTick);
+    if (!frame) {
+      continue;
+    }
+    const Response none = Response::srgb();
+    const auto seen = collector.look(frame->time_ns, frame->color.get(), session.color.response, frame->fisheye,
+                                     session.fisheye ? session.fisheye->response : none, frame->depth);
+    if (guide != nullptr) {
+      guide->look(*frame, collector);
+    }
+    if (seen.kept && reader.live()) {
+      say_view(report, collector.moments().size(), seen);
+    }
+  }
+  return false;
+}
+
+/// Every picture of one camera has the size of the first.
+void check_size(const Picture& picture, const fs::path& file, std::optional<CameraModel>& camera, bool fisheye,
+                std::optional<double> fov_degrees) {
+  if (!camera) {
+    camera.emplace();
+    camera->kind = fisheye ? CameraModel::Kind::kannala_brandt : CameraModel::Kind::pinhole;
+    camera->width = picture.encoded.width;
+    camera->height = picture.encoded.height;
+    camera->fov_rad = fisheye && fov_degrees ? *fov_degrees * std::numbers::pi / 180 : 0;
+  }
+  if (camera->width != picture.encoded.width || camera->height != picture.encoded.height) {
+    throw InputError(file.string() + ": found " + std::to_string(picture.encoded.width) + "x" +
+                     std::to_string(picture.encoded.height) + " pixels, allowed: " + std::to_string(camera->width) +
+                     "x" + std::to_string(camera->height) + " as the pictures before it");
+  }
+}
+
+Input look_through_folders(const CalibrateCommand& command, const std::atomic<bool>& interrupted,
+                           BoardCollector& collector) {
+  std::map<std::string, std::array<fs::path, 2>> moments;  // by the pictures' name
+  for (std::size_t c = 0; c < 2; ++c) {
+    const fs::path& folder = c == 0 ? command.color : command.fisheye;
+    if (folder.empty()) {
+      continue;
+    }
+    for (const fs::path& file : picture_files(folder)) {
+      moments[file.stem().string()][c] = file;
+    }
+  }
+  Input input;
+  std::int64_t time_ns = 0;
+  for (const auto& [name, files] : moments) {
+    if (interrupted) {
+      break;
+    }
+    std::array<std::shared_ptr<const Picture>, 2> pictures;
+    for (std::size_t c = 0; c < 2; ++c) {
+      if (!files[c].empty()) {
+        auto picture = std::make_shared<Picture>(read_any_picture(files[c]));
+        check_size(*picture, files[c], input.cameras[c], c == 1, command.fov_degrees);
+        picture->stamp.time_ns = time_ns;
+        pictures[c] = std::move(picture);
+      }
+    }
+    std::vector<std::shared_ptr<const Picture>> fisheye;
+    if (pictures[1]) {
+      fisheye.push_back(pictures[1]);
+    }
+    collector.look(time_ns, pictures[0].get(), Response::srgb(), fisheye, Response::srgb());
+    time_ns += 1'000'000'000;  // each a picture of its own, and of no movement
+  }
+  return input;
+}
+
+/// The room's tag, where it cannot be taken for one of the board's.
+std::optional<Tag> room_tag_of(const Session& session, const Board& board) {
+  const bool on_board = board.kind == Board::Kind::tags && session.tag.family == board.family &&
+                        session.tag.id >= board.first_id && session.tag.id < board.first_id + board.tags();
+  return on_board ? std::nullopt : std::optional(session.tag);
+}
+
+/// Calibrates a camera from what it saw; its views come back as measured through its lens, by moment.
+CalibratedCamera calibrated(const CameraModel& camera, const BoardCollector& collector, std::size_t c,
+                            std::vector<BoardView>& views, std::ostream& report) {
+  std::vector<BoardPicture> pictures;
+  for (const BoardMoment& moment : collector.moments()) {
+    pictures.push_back(moment.by_camera[c]);
+  }
+  const CameraCalibration found = calibrate_camera(camera, collector.finder(), pictures);
+  write_calibration_report(report, kNames[c], found);
+  if (!found.refusal.empty()) {
+    throw std::runtime_error(std::string("calibration refused: ") + kNames[c] + ": " + found.refusal);
+  }
+  for (BoardPicture& picture : pictures) {
+    views.push_back(std::move(picture.view));
+  }
+  return {found, {}};
+}
+
+bool saw_board(const BoardCollector& collector, std::size_t camera) {
+  return std::any_of(collector.moments().begin(), collector.moments().end(),
+                     [&](const BoardMoment& moment) { return !moment.by_camera[camera].view.seen.empty(); });
+}
+
+using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
+
+using Views = std::array<std::vector<BoardView>, 2>;
+
+/// How the fish-eye stands to the colour camera, and its clock to that one's.
+std::optional<Eigen::Isometry3d> find_stand(const BoardCollector& collector, const Board& board, const Cameras& cameras,
+                                            const Views& views, CalibratedRest& rest, std::ostream& report) {
+  if (!cameras[0] || !cameras[1] || board.kind != Board::Kind::tags) {  // a chessboard looks the same upside down
+    return std::nullopt;
+  }
+  const CameraModel &color = cameras[0]->calibration.model, &fisheye = cameras[1]->calibration.model;
+  const StandCalibration stand = calibrate_stand(color, fisheye, views[0], views[1]);
+  write_stand_report(report, stand);
+  if (!stand.refusal.empty()) {
+    return std::nullopt;
+  }
+  const TimeCalibration time =
+      calibrate_time(color, fisheye, stand.T_second_first, collector.path(0), collector.path(1));
+  write_time_report(report, time);
+  if (time.refusal.empty()) {
+    rest.time_offset_s = time.offset_s;
+  }
+  return stand.T_second_first;
+}
+
+/// Where the fish-eye is in the room, by the room's tag.
+std::optional<Eigen::Isometry3d> find_room_tag(const BoardCollector& collector, const Cameras& cameras,
+                                               const std::optional<Eigen::Isometry3d>& T_fisheye_color,
+                                               std::ostream& report) {
+  if (!cameras[1]) {
+    return std::nullopt;
+  }
+  std::array<std::vector<SeenPoints>, 2> seen;
+  for (std::size_t c = 0; c < 2; ++c) {
+    if (cameras[c]) {
+      seen[c] = collector.room_tag(c, cameras[c]->calibration.model);
+    }
+  }
+  const CameraModel& fisheye = cameras[1]->calibration.model;
+  const TagPlace place =
+      place_room_tag(cameras[0] ? cameras[0]->calibration.model : fisheye, fisheye, T_fisheye_color, seen);
+  if (!place.refusal.empty()) {
+    report << "the room's tag: not placed: " << place.refusal << '\n';
+    return std::nullopt;
+  }
+  report << "the room's tag: placed by " << place.pictures << " pictures\n";
+  return place.T_camera_tag.inverse();
+}
+
+std::optional<Vignetting> find_vignetting(const CalibratedCamera& fisheye, const std::vector<BoardView>& views,
+                                          std::ostream& report) {
+  const CameraModel& model = fisheye.calibration.model;
+  const VignettingCalibration found = calibrate_vignetting(white_of(views, model), 0.5 * model.fov_rad);
+  write_vignetting_report(report, found);
+  return found.refusal.empty() ? std::optional(found.vignetting) : std::nullopt;
+}
+
+/// How a depth camera that does not register itself stands to the colour camera.
+std::optional<CalibratedRest::Depth> find_depth(const DepthCamera& depth, const CalibratedCamera& color,
+                                                const BoardCollector& collector, const Board& board,
+                                                const std::vector<BoardView>& color_views, std::ostream& report) {
+  std::vector<DepthView> views;
+  for (std::size_t i = 0; i < color_views.size(); ++i) {
+    const auto& picture = collector.moments()[i].depth;
+    const auto pose = picture ? refined_pose(color_views[i], color.calibration.model) : std::nullopt;
+    if (pose) {
+      views.push_back({&picture->depth_m, *pose});
+    }
+  }
+  const DepthCalibration found = calibrate_depth(depth.model, depth.T_color_depth, board, views);
+  write_depth_report(report, found);
+  if (!found.refusal.empty()) {
+    return std::nullopt;
+  }
+  return CalibratedRest::Depth{depth.model.width, depth.model.height, depth.serial, found.T_color_depth};
+}
+
+/// The file appears whole or not at all.
+void write_whole(const fs::path& file, const std::string& text) {
+  const fs::path partial = file.string() + ".partial";
+  std::ofstream out(partial);
+  out << text;
+  out.close();
+  if (!out) {
+    throw std::runtime_error(partial.string() + ": cannot be written");
+  }
+  fs::rename(partial, file);
+}
+
+void find_response(const CalibrateCommand& command, std::ostream& report) {
+  std::vector<ExposedPicture> pictures;
+  for (const ListedPicture& listed : read_picture_list(command.sweep, {.exposures = true, .brackets = true})) {
+    const std::string where = command.sweep.string() + ":" + std::to_string(listed.line) + ": ";
+    if (!listed.exposure) {
+      throw InputError(where + "found no exposure, allowed: \"time path exposure\" in every line");
+    }
+    try {
+      pictures.push_back({*listed.exposure, read_encoded(listed.path)});
+    } catch (const InputError& e) {
+      throw InputError(where + listed.name + ": " + e.what());
+    }
+  }
+  const ResponseCalibration found = calibrate_response(pictures);
+  if (!found.refusal.empty()) {
+    throw std::runtime_error("calibration refused: response: " + found.refusal);
+  }
+  std::ostringstream text;
+  write_response_file(text, found);
+  write_whole(command.out, text.str());
+  report << "response: " << pictures.size() << " pictures, code values " << found.darkest << " to " << found.brightest
+         << " at two exposures or more\nwritten to " << command.out.string() << '\n';
+}
+
+/// Calculates and writes. `session` is null for folders.
+void conclude(const CalibrateCommand& command, const Board& board, const Session* session, const Input& input,
+              const BoardCollector& collector, std::ostream& report) {
+  Cameras cameras;
+  Views views;
+  for (std::size_t c = 0; c < 2; ++c) {
+    if (input.cameras[c] && saw_board(collector, c)) {
+      cameras[c] = calibrated(*input.cameras[c], collector, c, views[c], report);
+      cameras[c]->serial = input.serials[c];
+    } else if (input.cameras[c]) {
+      report << kNames[c] << ": saw no board\n";
+    }
+  }
+  if (!cameras[0] && !cameras[1]) {
+    throw std::runtime_error("calibration refused: no picture shows the board of " + command.board.string());
+  }
+  CalibratedRest rest;
+  const auto T_fisheye_color = find_stand(collector, board, cameras, views, rest, report);
+  rest.T_tag_fisheye = find_room_tag(collector, cameras, T_fisheye_color, report);
+  const bool tags = board.kind == Board::Kind::tags;
+  if (cameras[1] && tags) {
+    rest.vignetting = find_vignetting(*cameras[1], views[1], report);
+  }
+  if (session != nullptr && session->depth && !session->depth->registered && cameras[0] && tags) {
+    rest.depth = find_depth(*session->depth, *cameras[0], collector, board, views[0], report);
+  }
+  std::ostringstream text;
+  write_calibration_file(text, cameras[0], cameras[1], rest);
+  write_whole(command.out, text.str());
+  report << "written to " << command.out.string() << '\n';
+}
+
+/// Looks, calculates and writes. Where nobody looks on, `guide` is null.
+void find_lenses_in(const Session& session, const CalibrateCommand& command, const Board& board,
+                    const std::atomic<bool>& interrupted, CalibrateGuide* guide, std::ostream& report) {
+  BoardCollector collector(board, room_tag_of(session, board));
+  PairedSources sources;
+  const std::unique_ptr<FrameReader> reader = open_raw_frames(session, sources);
+  const auto late = [&command, begin = Clock::now()] {
+    return command.seconds && std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
+  };
+  for (;;) {
+    const bool may_go_on = look_through(*reader, late, session, interrupted, collector, guide, report);
+    if (guide != nullptr) {
+      guide->calculating();
+    }
+    std::ostringstream found;
+    try {
+      Session named = session;
+      take_serials(named, sources);
+      conclude(command, board, &named, cameras_of(named), collector, found);
+      report << found.str();
+      return;
+    } catch (const std::runtime_error& e) {
+      if (interrupted || !may_go_on) {
+        report << found.str();
+        throw;
+      }
+      guide->go_on(e.what());
+    }
+  }
+}
+
+void find_lenses_in_folders(const CalibrateCommand& command, const Board& board, const std::atomic<bool>& interrupted,
+                            std::ostream& report) {
+  BoardCollector collector(board, std::nullopt);
+  const Input input = look_through_folders(command, interrupted, collector);
+  conclude(command, board, nullptr, input, collector, report);
+}
+
+/// The same, with a page beside it that stays until it is interrupted.
+void find_lenses_guided(const CalibrateCommand& command, const Board& board, const Session& session,
+                        const std::atomic<bool>& interrupted, std::ostream& report) {
+  ServerSettings listen;
+  read_listen(command.listen, "--listen", listen);
+  CalibrateGuide guide(cameras_of(session).cameras);
+  Demand demand;
+  Metrics metrics;
+  WebHandlers handlers;
+  handlers.get = [&guide](std::string_view path) { return guide.reply(path); };
+  handlers.post = [&guide](std::string_view path) { return guide.ask(path); };
+  handlers.hello = handlers.state = [] { return std::string("{}"); };
+  handlers.change_object = [](const ObjectCommand&) { return std::optional<std::string>("found no objects here"); };
+  handlers.playback = [](const PlaybackCommand&) { return std::optional<std::string>("found nothing to play here"); };
+  handlers.record = [](bool) { return std::optional<std::string>("found no recording here"); };
+  WebServer web({.address = listen.address, .port = listen.port}, std::move(handlers), demand, metrics);
+  web.start();
+  report << "guiding on http://" << listen.address << ':' << web.port() << "/ until interrupted" << std::endl;
+  std::ostringstream found;
+  std::exception_ptr failure;
+  std::string refusal;
+  try {
+    find_lenses_in(session, command, board, interrupted, &guide, found);
+  } catch (const std::exception& e) {
+    failure = std::current_exception();
+    refusal = e.what();
+  }
+  report << found.str() << std::flush;
+  guide.done(found.str(), refusal);
+  while (!interrupted) {
+    std::this_thread::sleep_for(kTick);
+  }
+  web.stop();
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
+
+}  // namespace
+
+void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
+  if (!command.sweep.empty()) {
+    find_response(command, report);
+    return;
+  }
+  const Board board = board_in(command.board);
+  if (!command.draw.empty()) {
+    draw_board(board, command.draw);
+    report << "drawn to " << command.draw.string() << ": print it at its own size, without scaling\n";
+  }
+  if (command.out.empty()) {
+    return;
+  }
+  if (!command.color.empty() || !command.fisheye.empty()) {
+    find_lenses_in_folders(command, board, interrupted, report);
+    return;
+  }
+  const Session session = read_service(command.files, interactive_plan()).session;
+  if (command.listen.empty()) {
+    find_lenses_in(session, command, board, interrupted, nullptr, report);
+  } else {
+    find_lenses_guided(command, board, session, interrupted, report);
+  }
+}
+
+}  // namespace lumigraft

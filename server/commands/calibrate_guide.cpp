@@ -1,0 +1,196 @@
+#include "server/commands/calibrate_guide.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "reconstruct/calibrate/acceptance.h"
+#include "server/stream/page.h"
+
+namespace lumigraft {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr std::array kNames = {"colour", "fish-eye"};
+
+std::size_t corners_in(const BoardView& view) {
+  std::size_t count = 0;
+  for (const SeenPoints& seen : view.seen) {
+    count += seen.pixels.size();
+  }
+  return count;
+}
+
+void mark(Image<std::uint8_t>& rgb, const Eigen::Vector2d& pixel) {
+  const int x0 = static_cast<int>(std::lround(pixel.x())), y0 = static_cast<int>(std::lround(pixel.y()));
+  const int arm = std::max(2, rgb.width / 160);
+  for (int d = -arm; d <= arm; ++d) {
+    for (const auto& [x, y] : {std::pair(x0 + d, y0), std::pair(x0, y0 + d)}) {
+      if (x >= 0 && x < rgb.width && y >= 0 && y < rgb.height) {
+        rgb.at(x, y, 0) = 60;
+        rgb.at(x, y, 1) = 255;
+        rgb.at(x, y, 2) = 60;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+CalibrateGuide::CalibrateGuide(const std::array<std::optional<CameraModel>, 2>& cameras) {
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (cameras[c]) {
+      cameras_[c].emplace();
+      cameras_[c]->model = *cameras[c];
+      cameras_[c]->coverage = coverage_of(*cameras[c], {});
+    }
+  }
+}
+
+void CalibrateGuide::look(const FrameSet& frame, const BoardCollector& collector) {
+  const std::lock_guard lock(mutex_);
+  const bool more = collector.moments().size() != moments_;
+  moments_ = collector.moments().size();
+  kept_ += more ? 1 : 0;
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    if (!cameras_[c]) {
+      continue;
+    }
+    Camera& camera = *cameras_[c];
+    const auto newest = c == 0 ? frame.color : frame.fisheye.empty() ? nullptr : frame.fisheye.back();
+    if (newest && !newest->encoded.empty()) {
+      camera.picture = newest;
+      camera.view = collector.newest()[c];
+    }
+    if (more) {
+      std::vector<Eigen::Vector2d> pixels;
+      camera.views = 0;
+      for (const BoardMoment& moment : collector.moments()) {
+        camera.views += moment.by_camera[c].view.seen.empty() ? 0 : 1;
+        for (const SeenPoints& seen : moment.by_camera[c].view.seen) {
+          pixels.insert(pixels.end(), seen.pixels.begin(), seen.pixels.end());
+        }
+      }
+      camera.coverage = coverage_of(camera.model, pixels);
+    }
+  }
+}
+
+void CalibrateGuide::calculating() {
+  const std::lock_guard lock(mutex_);
+  doing_ = "calculating";
+}
+
+void CalibrateGuide::done(const std::string& report, const std::string& refusal) {
+  const std::lock_guard lock(mutex_);
+  doing_ = refusal.empty() ? "done" : "refused";
+  report_ = report;
+  refusal_ = refusal;
+}
+
+bool CalibrateGuide::covered() const {
+  const std::lock_guard lock(mutex_);
+  return kept_ >= wanted_ && std::all_of(cameras_.begin(), cameras_.end(), [](const std::optional<Camera>& camera) {
+           return !camera || (camera->views >= kEnoughViews && camera->coverage.missing().empty());
+         });
+}
+
+void CalibrateGuide::go_on(const std::string& refusal) {
+  const std::lock_guard lock(mutex_);
+  finish_asked_ = false;
+  doing_ = "looking";
+  wanted_ = kept_ + kMoreAfterRefusal;
+  refusal_ = refusal + ". Go on.";
+}
+
+bool CalibrateGuide::finish_asked() const {
+  const std::lock_guard lock(mutex_);
+  return finish_asked_;
+}
+
+/// Every camera that saw the board saw it often enough for a result.
+bool CalibrateGuide::can_finish() const {
+  int most = 0;
+  for (const std::optional<Camera>& camera : cameras_) {
+    if (camera && camera->views > 0 && camera->views < kFewestViews) {
+      return false;
+    }
+    most = std::max(most, camera ? camera->views : 0);
+  }
+  return most >= kFewestViews && !finish_asked_ && doing_ == std::string_view("looking");
+}
+
+std::string CalibrateGuide::json() const {
+  Json json{{"doing", doing_},
+            {"can_finish", can_finish()},
+            {"cameras", Json::array()},
+            {"report", report_},
+            {"refusal", refusal_}};
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    if (!cameras_[c]) {
+      continue;
+    }
+    const Camera& camera = *cameras_[c];
+    const Coverage& coverage = camera.coverage;
+    std::vector<bool> wanted;
+    for (const char cell : coverage.wanted) {
+      wanted.push_back(cell != 0);
+    }
+    json["cameras"].push_back({{"name", kNames[c]},
+                               {"picture", c == 0 ? "color.jpg" : "fisheye.jpg"},
+                               {"corners_now", corners_in(camera.view)},
+                               {"views", camera.views},
+                               {"views_wanted", kEnoughViews},
+                               {"rings", coverage.rings},
+                               {"columns", coverage.columns},
+                               {"rows", coverage.rows},
+                               {"corners", coverage.corners},
+                               {"wanted", wanted},
+                               {"reached", coverage.reached()},
+                               {"missing", coverage.missing()}});
+  }
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+WebReply CalibrateGuide::picture(std::size_t camera) {
+  if (!cameras_[camera] || !cameras_[camera]->picture) {
+    return {503, "text/plain; charset=utf-8", "no picture yet\n"};
+  }
+  Image<std::uint8_t> rgb = cameras_[camera]->picture->encoded;
+  for (const SeenPoints& seen : cameras_[camera]->view.seen) {
+    for (const Eigen::Vector2d& pixel : seen.pixels) {
+      mark(rgb, pixel);
+    }
+  }
+  const std::vector<std::uint8_t> file = jpeg_.encode(rgb);
+  return {200, "image/jpeg", std::string(file.begin(), file.end())};
+}
+
+WebReply CalibrateGuide::reply(std::string_view path) {
+  const std::lock_guard lock(mutex_);
+  if (path == "/calibrate.json") {
+    return {200, "application/json", json()};
+  }
+  if (path == "/color.jpg" || path == "/fisheye.jpg") {
+    return picture(path == "/color.jpg" ? 0 : 1);
+  }
+  if (const std::optional<PageFile> file = find_page_file(path == "/" ? "/calibrate.html" : path)) {
+    return {200, std::string(file->type), std::string(file->bytes)};
+  }
+  return {404, "text/plain; charset=utf-8", "no such page\n"};
+}
+
+WebReply CalibrateGuide::ask(std::string_view path) {
+  const std::lock_guard lock(mutex_);
+  if (path != "/finish") {
+    return {404, "text/plain; charset=utf-8", "no such request\n"};
+  }
+  if (!can_finish()) {
+    return {409, "text/plain; charset=utf-8",
+            "too few views, allowed: at least " + std::to_string(kFewestViews) + " of every camera\n"};
+  }
+  finish_asked_ = true;
+  return {200, "text/plain; charset=utf-8", "calculating\n"};
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,69 @@
+#include "server/commands/doctor.h"
+
+#include <Eigen/Core>
+#include <thread>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+}
+
+#include "relight/gpu/device.h"
+#include "server/stream/encode_h264.h"
+#include "server/stream/encode_jpeg.h"
+#include "server/metrics/version.h"
+
+namespace lumigraft {
+namespace {
+
+/// One line: what was tried, and "ok" with a detail or the reason why not.
+template <typename Function>
+bool check(std::ostream& out, const char* what, Function function) {
+  try {
+    const std::string detail = function();
+    out << "  " << what << ": ok, " << detail << '\n';
+    return true;
+  } catch (const std::exception& e) {
+    out << "  " << what << ": cannot be used: " << e.what() << '\n';
+    return false;
+  }
+}
+
+/// Every device with its backend, or why it cannot be used. One good device is enough.
+void list_gpus(std::ostream& out) {
+  for (const gpu::DeviceListing& device : gpu::list_devices()) {
+    out << "  " << gpu::name_of(device.backend) << ": " << device.name;
+    if (!device.why_not.empty()) {
+      out << ": cannot be used: " << device.why_not << '\n';
+    } else {
+      out << ": ok, " << (device.software ? "software" : "hardware") << '\n';
+    }
+  }
+}
+
+}  // namespace
+
+bool write_doctor_report(std::ostream& out) {
+  out << version_line() << ", " << std::thread::hardware_concurrency() << " cores, "
+      << Eigen::SimdInstructionSetsInUse() << '\n';
+  list_gpus(out);
+  bool good = check(out, "GPU", [] {
+    const gpu::Backend backend = gpu::best_backend();
+    return std::string(gpu::name_of(backend)) + " draws unless --backend says otherwise, on " +
+           gpu::create_device(backend, gpu::DeviceOptions{})->name();
+  });
+  const Image<std::uint8_t> grey(64, 64, 3, 128);
+  good &= check(out, "H.264", [&] {
+    H264Encoder encoder(grey.width, grey.height);
+    encoder.encode(grey, 0, true);
+    const unsigned v = avcodec_version();
+    return encoder.codec_string() + ", libavcodec " + std::to_string(AV_VERSION_MAJOR(v)) + '.' +
+           std::to_string(AV_VERSION_MINOR(v)) + '.' + std::to_string(AV_VERSION_MICRO(v)) + " with libx264";
+  });
+  good &= check(out, "JPEG",
+                [&] { return std::to_string(JpegEncoder(85).encode(grey).size()) + " bytes for a grey tile"; });
+  out << (good ? "  everything that serve and replay need is here\n"
+               : "  something that serve and replay need is missing\n");
+  return good;
+}
+
+}  // namespace lumigraft

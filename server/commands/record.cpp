@@ -1,0 +1,171 @@
+#include "server/commands/record.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "capture/error.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/record/recording_lanes.h"
+
+namespace lumigraft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kTick{50};
+
+/// A stream's own seconds.
+struct Span {
+  std::optional<std::int64_t> first_time_ns;
+  bool over = false;
+};
+
+class Recording {
+ public:
+  Recording(const RecordCommand& command, const ServiceInput& input)
+      : sources_(open_sources(input.session)),
+        lanes_(input.session_text, named(input.session, sources_), command.out, false),
+        seconds_(command.seconds) {
+    for (const auto& source : {sources_.color, sources_.depth, sources_.fisheye}) {
+      if (source) {
+        distinct_.insert(source.get());
+      }
+    }
+    used_ = {true, sources_.depth != nullptr, sources_.fisheye != nullptr};
+  }
+
+  void run(const std::atomic<bool>& interrupted) {
+    std::vector<std::jthread> readers;
+    reading_ = static_cast<int>(distinct_.size());
+    for (Source* source : distinct_) {
+      readers.emplace_back([this, source] { read(*source); });
+    }
+    // A live camera that gives nothing never reaches the end of its seconds.
+    constexpr std::chrono::seconds kGrace{2};
+    const bool limited = sources_.live && seconds_;
+    const Clock::time_point deadline =
+        Clock::now() + kGrace +
+        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds_.value_or(0)));
+    while (reading_ > 0 && !interrupted && !stop_ && !lanes_.failure() && (!limited || Clock::now() < deadline)) {
+      say_troubles();
+      std::this_thread::sleep_for(kTick);
+    }
+    stop_ = true;
+    if (lanes_.failure()) {
+      lanes_.finish();  // a reader may wait for room in one
+    }
+    readers.clear();
+    say_troubles();
+    lanes_.finish();
+    for (const std::exception_ptr& failure : {failure_, lanes_.failure()}) {
+      if (failure) {
+        std::rethrow_exception(failure);
+      }
+    }
+  }
+
+  void report(std::ostream& out, const std::filesystem::path& folder) const {
+    out << "recorded to " << folder.string() << ":\n";
+    for (const Stream stream : {Stream::color, Stream::depth, Stream::fisheye}) {
+      if (used_[static_cast<std::size_t>(stream)]) {
+        const RecordingLanes::Count count = lanes_.count(stream);
+        out << "  " << name_of(stream) << ": " << count.pictures << " pictures";
+        if (count.lost > 0) {
+          out << ", " << count.lost << " lost";
+        }
+        if (count.unusable > 0) {
+          out << ", " << count.unusable << " whose time does not go on left out";
+        }
+        out << '\n';
+      }
+    }
+  }
+
+  std::uint64_t pictures() const { return lanes_.count(Stream::color).pictures; }
+
+ private:
+  static Session named(Session session, const PairedSources& sources) {
+    take_serials(session, sources);
+    return session;
+  }
+  /// A camera's trouble once it begins.
+  void say_troubles() {
+    std::set<std::string> now;
+    for (const Source* source : distinct_) {
+      now.insert(source->trouble());
+    }
+    now.erase("");
+    for (const std::string& trouble : now) {
+      if (said_.count(trouble) == 0) {
+        std::fprintf(stderr, "lumigraft: %s\n", trouble.c_str());
+      }
+    }
+    said_ = std::move(now);
+  }
+  /// True where the picture still lies within the seconds that were asked for.
+  bool within(Span& span, std::int64_t time_ns) const {
+    span.first_time_ns = span.first_time_ns.value_or(time_ns);
+    span.over = span.over || (seconds_ && static_cast<double>(time_ns - *span.first_time_ns) >= 1e9 * *seconds_);
+    return !span.over;
+  }
+
+  /// True once every stream of this source has had its seconds.
+  bool all_over(const Source& source) const {
+    const auto over = [&](const std::shared_ptr<Source>& s, Stream stream) {
+      return s.get() != &source || spans_[static_cast<std::size_t>(stream)].over;
+    };
+    return over(sources_.color, Stream::color) && over(sources_.depth, Stream::depth) &&
+           over(sources_.fisheye, Stream::fisheye);
+  }
+
+  void read(Source& source) {
+    try {
+      while (!stop_ && !source.finished() && !all_over(source)) {
+        std::optional<SourceItem> item = source.next(kTick);
+        if (!item) {
+          continue;
+        }
+        Span& span = spans_[static_cast<std::size_t>(stream_of(*item))];
+        if (within(span, stamp_of(*item).time_ns)) {
+          lanes_.put(std::move(*item), sources_.live);
+        }
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      failure_ = failure_ ? failure_ : std::current_exception();
+      stop_ = true;
+    }
+    --reading_;
+  }
+
+  PairedSources sources_;
+  RecordingLanes lanes_;
+  std::optional<double> seconds_;
+  std::set<Source*> distinct_;
+  std::set<std::string> said_;
+  std::array<bool, 3> used_{};
+  std::array<Span, 3> spans_;  ///< by Stream, each of one thread
+  std::atomic<int> reading_ = 0;
+  std::atomic<bool> stop_ = false;
+  std::mutex mutex_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+void run_record(const RecordCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
+  const ServiceInput input = read_service(command.files, interactive_plan());
+  Recording recording(command, input);
+  recording.run(interrupted);
+  recording.report(report, command.out);
+  if (recording.pictures() == 0) {
+    throw std::runtime_error("no colour picture came: " + command.out.string() + " cannot be replayed");
+  }
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,133 @@
+#include "server/commands/record_button.h"
+
+#include <array>
+#include <ctime>
+#include <utility>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+/// As 2026-11-22T05-04-03Z, which every file system takes.
+std::string time_name() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H-%M-%SZ", &utc);
+  return text.data();
+}
+
+/// What is kept of an item: the picture that is shown takes no part in it where the camera gave another.
+SourceItem kept(const SourceItem& item) {
+  const auto* picture = std::get_if<Picture>(&item);
+  if (picture == nullptr || !picture->original) {
+    return item;
+  }
+  Picture out;
+  out.stamp = picture->stamp;
+  out.stream = picture->stream;
+  out.exposure = picture->exposure;
+  out.original = picture->original;
+  return out;
+}
+
+std::string reason_of(const std::exception_ptr& failure) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const std::exception& e) {
+    return e.what();
+  } catch (...) {
+    return "it failed";
+  }
+}
+
+}  // namespace
+
+RecordButton::RecordButton(SessionText text, Session session, std::filesystem::path folder, SourceTap& tap)
+    : text_(std::move(text)), session_(std::move(session)), folder_(std::move(folder)), tap_(tap) {}
+
+RecordButton::~RecordButton() {
+  const std::lock_guard lock(mutex_);
+  end();
+}
+
+void RecordButton::press(bool on) {
+  const std::lock_guard lock(mutex_);
+  if (!on || state_.doing != Doing::nothing) {
+    return on ? void() : end();
+  }
+  finisher_ = {};  // it may compress the last one's depth, and takes no lock any more
+  const std::filesystem::path folder = folder_ / time_name();
+  state_ = {};
+  state_.folder = folder.string();
+  try {
+    lanes_ = std::make_shared<RecordingLanes>(text_, session_, folder, true);
+  } catch (const std::exception& e) {
+    state_.error = e.what();
+    return;
+  }
+  state_.doing = Doing::recording;
+  began_ = Clock::now();
+  tap_.listen([lanes = lanes_](const SourceItem& item) { lanes->put(kept(item), true); });
+}
+
+/// Hears nothing any more, and lets what was heard be written on a thread of its own.
+void RecordButton::end() {
+  if (state_.doing != Doing::recording) {
+    return;
+  }
+  tap_.listen({});
+  count();
+  state_.doing = Doing::finishing;
+  finisher_ = std::jthread([this, lanes = lanes_](const std::stop_token& stop) {
+    lanes->finish();
+    {
+      const std::lock_guard lock(mutex_);
+      count();
+      if (state_.error.empty() && lanes->count(Stream::color).pictures == 0) {
+        state_.error = "no colour picture came, so it cannot be replayed";
+      }
+      compressing_ = state_.error.empty();
+      state_.doing = Doing::nothing;
+      lanes_.reset();
+    }
+    try {
+      if (compressing_) {
+        lanes->compress_depth(stop);
+      }
+    } catch (const std::exception&) {  // as on a full disk: it is whole, though larger
+    }
+    compressing_ = false;
+  });
+}
+
+void RecordButton::count() {
+  if (state_.doing == Doing::recording) {
+    state_.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
+  }
+  state_.pictures = state_.lost = 0;
+  for (const Stream stream : {Stream::color, Stream::depth, Stream::fisheye}) {
+    state_.pictures += lanes_->count(stream).pictures;
+    state_.lost += lanes_->count(stream).lost;
+  }
+  if (const std::exception_ptr failure = lanes_->failure()) {
+    state_.error = reason_of(failure);
+  }
+}
+
+RecordButton::State RecordButton::state() {
+  const std::lock_guard lock(mutex_);
+  if (lanes_) {
+    count();
+    if (!state_.error.empty()) {
+      end();
+    }
+  }
+  State state = state_;
+  state.doing = state.doing == Doing::nothing && compressing_ ? Doing::compressing : state.doing;
+  return state;
+}
+
+}  // namespace lumigraft

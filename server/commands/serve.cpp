@@ -1,0 +1,131 @@
+#include "server/commands/serve.h"
+
+#include <cstdio>
+
+#include "capture/error.h"
+#include "capture/recorded/seekable_reader.h"
+#include "capture/record/source_observer.h"
+#include "server/stream/page.h"
+#include "server/pipeline/pipeline.h"
+#include "server/commands/record_button.h"
+#include "server/commands/serve_log.h"
+#include "server/commands/serve_texts.h"
+#include "server/commands/stop_signal.h"
+#include "server/stream/web_server.h"
+
+namespace lumigraft {
+namespace {
+
+WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
+  const ShownPicture newest = pipeline.newest();
+  if (!newest.srgb) {
+    return {503, "text/plain; charset=utf-8", "no picture yet\n"};
+  }
+  const std::vector<std::uint8_t> file = encoder.encode(*newest.srgb);
+  return {200, "image/jpeg", std::string(file.begin(), file.end())};
+}
+
+WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& metrics, JpegEncoder& encoder) {
+  if (path == "/healthz") {
+    const Health h = health(metrics);
+    return {h.ok ? 200u : 503u, "application/json", h.json};
+  }
+  if (path == "/metrics") {
+    return {200, "text/plain; version=0.0.4; charset=utf-8", metrics.prometheus()};
+  }
+  if (path == "/snapshot.jpg") {
+    return snapshot(pipeline, encoder);
+  }
+  if (const std::optional<PageFile> file = find_page_file(path)) {
+    return {200, std::string(file->type), std::string(file->bytes)};
+  }
+  return {404, "text/plain; charset=utf-8", "no such page\n"};
+}
+
+}  // namespace
+
+void run_serve(const ServiceFiles& files, const std::string& listen) {
+  static StopSignal stop;  // its thread waits until the process ends
+  ServiceInput input = read_service(files, interactive_plan());
+  for (const std::string& warning : input.warnings) std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
+  if (!listen.empty()) {
+    read_listen(listen, "--listen", input.server);
+  }
+  if (input.plan.method == "reference") {
+    throw InputError("plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
+  }
+  const Session session = input.session;
+  const ServerSettings server = input.server;
+  SourceTap tap;
+  Session named = session;  // as the cameras call themselves
+  const auto open = [&tap, &named, session]() -> std::unique_ptr<FrameReader> {
+    PairedSources sources = open_sources(session);
+    if (!sources.live) {
+      return seekable_frames(session, std::move(sources));
+    }
+    take_serials(named, sources);
+    return pair_sources(session, tap.on(sources));
+  };
+  std::unique_ptr<FrameReader> frames = open();
+  const bool live = frames->live();
+  std::optional<RecordButton> button;
+  if (live && !server.recordings.empty()) {
+    button.emplace(input.session_text, named, server.recordings, tap);
+  }
+
+  Demand demand;
+  Metrics metrics;
+  JpegEncoder snapshots(server.jpeg_quality);
+  WebServer* web_pointer = nullptr;
+  Pipeline pipeline(
+      std::move(input), std::move(frames), open,
+      [backend = server.backend] { return gpu::create_device(backend, gpu::DeviceOptions{}); }, demand, metrics,
+      [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); });
+
+  WebSettings settings;
+  settings.address = server.address;
+  settings.port = server.port;
+  settings.max_viewers = server.max_viewers;
+  settings.max_connections = 4 * server.max_viewers;
+  WebHandlers handlers;
+  handlers.get = [&](std::string_view path) { return get(path, pipeline, metrics, snapshots); };
+  handlers.hello = [&] { return hello_text(session, pipeline.exhibit()); };
+  handlers.state = [&] { return state_text(pipeline.exhibit()); };
+  handlers.change_object = [&](const ObjectCommand& command) { return pipeline.exhibit().apply(command); };
+  handlers.record = [&](bool on) -> std::optional<std::string> {
+    if (!button) {
+      return "record: found a service that does not, allowed where its configuration has server.recordings and cameras";
+    }
+    button->press(on);
+    return std::nullopt;
+  };
+  handlers.playback = [&](const PlaybackCommand& command) -> std::optional<std::string> {
+    if (live) {
+      return "playback: found live cameras, allowed where a recording plays";
+    }
+    pipeline.playback().apply(command);
+    return std::nullopt;
+  };
+  WebServer web(settings, std::move(handlers), demand, metrics);
+  web_pointer = &web;
+  stop.arm();
+  pipeline.start();
+  web.start();
+  const bool v6 = server.address.find(':') != std::string::npos;
+  std::fprintf(stderr, "lumigraft: serving http://%s%s%s:%u/  (session %s)\n", v6 ? "[" : "", server.address.c_str(),
+               v6 ? "]" : "", web.port(), session.name.c_str());
+
+  ServeLog log;
+  while (!stop.wait(std::chrono::seconds(1))) {
+    const Pipeline::Record record = pipeline.newest_record();
+    web.publish_text("stats",
+                     stats_text(record, metrics, metrics.take_interval(),
+                                button ? std::optional(button->state()) : std::nullopt, pipeline.playback().state()));
+    log.tick(record.warnings, metrics.drops());
+  }
+  pipeline.stop();  // tells every stage, while viewers are told
+  web.stop();
+  pipeline.join();  // or the stop signal's patience ends first
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,45 @@
+#include "server/commands/serve_log.h"
+
+#include <cstdio>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::size_t kMostRemembered = 200;  // warnings with numbers in them must not fill memory
+
+}  // namespace
+
+std::vector<std::string> ServeLog::lines(const std::vector<std::string>& warnings,
+                                         const std::map<std::string, std::uint64_t>& drops, Clock::time_point now) {
+  std::vector<std::string> out;
+  for (const std::string& warning : warnings) {
+    const auto said = said_.find(warning);
+    if (said == said_.end() || now - said->second >= kWarningAgain) {
+      if (said_.size() >= kMostRemembered) {
+        said_.clear();
+      }
+      said_[warning] = now;
+      out.push_back("warning: " + warning);
+    }
+  }
+  if (now - drops_time_ < kDropsEvery) {
+    return out;
+  }
+  std::string counts;
+  for (const auto& [stage, count] : drops) {
+    if (const std::uint64_t fresh = count - drops_said_[stage]; fresh > 0) {
+      counts += (counts.empty() ? "" : ", ") + stage + " " + std::to_string(fresh);
+    }
+  }
+  if (!counts.empty()) {
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now - drops_time_).count();
+    out.push_back("dropped in the last " + std::to_string(seconds) + " s because busy: " + counts);
+  }
+  drops_said_ = drops;
+  drops_time_ = now;
+  return out;
+}
+
+void ServeLog::write(const std::string& line) { std::fprintf(stderr, "lumigraft: %s\n", line.c_str()); }
+
+}  // namespace lumigraft

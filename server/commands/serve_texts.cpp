@@ -1,0 +1,96 @@
+#include "server/commands/serve_texts.h"
+
+#include <nlohmann/json.hpp>
+
+#include "server/pipeline/plan_json.h"
+#include "server/metrics/version.h"
+
+namespace lumigraft {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr double kStaleAfter_s = 5.0;
+
+std::string text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json recording_json(const RecordButton::State& state) {
+  constexpr const char* kDoing[] = {"nothing", "recording", "finishing", "compressing"};
+  return {{"doing", kDoing[static_cast<int>(state.doing)]},
+          {"seconds", state.seconds},
+          {"folder", state.folder},
+          {"pictures", state.pictures},
+          {"lost", state.lost},
+          {"error", state.error}};
+}
+
+Json playback_json(const Playback::State& state) {
+  return {{"at_s", state.at_s}, {"length_s", state.length_s}, {"paused", state.paused}};
+}
+
+}  // namespace
+
+std::string hello_text(const Session& session, const ExhibitBoard& exhibit) {
+  const CameraModel& c = session.color.model;
+  return text({{"type", "hello"},
+               {"protocol", kProtocolVersion},
+               {"program", version_line()},
+               {"session", session.name},
+               {"width", c.width},
+               {"height", c.height},
+               {"camera", {{"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy}}},
+               {"objects", Json::parse(exhibit.objects_json())}});
+}
+
+std::string state_text(const ExhibitBoard& exhibit) {
+  return text({{"type", "state"}, {"objects", Json::parse(exhibit.objects_json())}});
+}
+
+std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
+                       const std::optional<RecordButton::State>& recording,
+                       const std::optional<Playback::State>& playback) {
+  Json json{{"type", "stats"},
+            {"fps", interval.seconds > 0 ? static_cast<double>(interval.frames) / interval.seconds : 0.0},
+            {"frames", metrics.frames()},
+            {"clients", metrics.viewers()},
+            {"stage_ms", Json::object()},
+            {"drops", Json::object()},
+            {"plan", plan_json(record.plan)},
+            {"T_tag_camera", Json()},
+            {"scene",
+             {{"learning", record.learning},
+              {"settled", record.settled},
+              {"field", record.field_version},
+              {"light", record.light_version},
+              {"albedo", record.albedo_version}}},
+            {"warnings", record.warnings},
+            {"recording", recording ? recording_json(*recording) : Json()},
+            {"playback", playback ? playback_json(*playback) : Json()}};
+  for (const auto& [stage, s] : interval.stages) {
+    json["stage_ms"][stage] = {{"mean", s.mean_ms}, {"p95", s.p95_ms}, {"max", s.max_ms}};
+  }
+  for (const auto& [stage, count] : metrics.drops()) {
+    json["drops"][stage] = count;
+  }
+  if (record.T_tag_camera) {
+    json["T_tag_camera"] = Json::array();
+    for (int r = 0; r < 4; ++r) {
+      const Eigen::Isometry3d& t = *record.T_tag_camera;
+      json["T_tag_camera"].push_back({t(r, 0), t(r, 1), t(r, 2), t(r, 3)});
+    }
+  }
+  return text(json);
+}
+
+Health health(const Metrics& metrics) {
+  Health health;
+  const double age_s = metrics.age_of_last_frame_s();
+  health.ok = age_s >= 0 && age_s < kStaleAfter_s;
+  health.json = text({{"ok", health.ok},
+                      {"frames", metrics.frames()},
+                      {"age_of_last_frame_s", age_s < 0 ? Json() : Json(age_s)},
+                      {"viewers", metrics.viewers()}}) +
+                "\n";
+  return health;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,29 @@
+#pragma once
+// What the service says about itself, as text: for viewers, monitors and the log.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/session/session.h"
+#include "server/pipeline/exhibit_state.h"
+#include "server/metrics/metrics.h"
+#include "server/pipeline/pipeline.h"
+#include "server/commands/record_button.h"
+
+namespace lumigraft {
+
+std::string hello_text(const Session& session, const ExhibitBoard& exhibit);
+std::string state_text(const ExhibitBoard& exhibit);
+/// `recording` is empty where the page may not record, `playback` where cameras are live.
+std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
+                       const std::optional<RecordButton::State>& recording,
+                       const std::optional<Playback::State>& playback);
+
+/// `ok` is false where no picture was made for 5 s.
+struct Health {
+  bool ok = false;
+  std::string json;
+};
+Health health(const Metrics& metrics);
+
+}  // namespace lumigraft

@@ -1,0 +1,48 @@
+#include "server/commands/stop_signal.h"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <thread>
+
+namespace lumigraft {
+
+StopSignal::StopSignal() {
+  std::signal(SIGPIPE, SIG_IGN);  // a viewer that leaves is an error code
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  std::thread([this, set] {
+    int number = 0;
+    sigwait(&set, &number);
+    came();
+    // A second signal does not wait; nor does the first for long: a solver or a software GPU may be in the middle of a
+    // call that cannot be cut short, and nothing of it is needed.
+    const timespec patience{0, std::chrono::nanoseconds(kPatience).count()};
+    sigtimedwait(&set, nullptr, &patience);
+    _exit(0);
+  }).detach();
+}
+
+void StopSignal::came() {
+  std::lock_guard lock(mutex_);
+  if (!armed_) {
+    _exit(0);
+  }
+  came_ = true;
+  changed_.notify_all();  // under the lock: who hears of it may end the program, and this object with it
+}
+
+void StopSignal::arm() {
+  std::lock_guard lock(mutex_);
+  armed_ = true;
+}
+
+bool StopSignal::wait(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, timeout, [this] { return came_; });
+}
+
+}  // namespace lumigraft

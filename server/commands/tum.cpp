@@ -1,0 +1,231 @@
+#include "server/commands/tum.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include "capture/error.h"
+#include "capture/sync/pairing_reader.h"
+#include "capture/formats/picture_file.h"
+#include "capture/formats/picture_list.h"
+#include "capture/session/session_text.h"
+#include "server/commands/record.h"
+#include "capture/formats/picture_writer.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double kCountsPerMetre = 5000.0;
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
+    throw InputError("--out: found " + folder.string() + " in use, allowed: a folder that is new or empty");
+  }
+  fs::create_directories(folder, error);
+  if (error) {
+    throw InputError("--out: " + folder.string() + ": " + error.message());
+  }
+}
+
+std::string seconds_text(std::int64_t time_ns) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%lld.%09lld", static_cast<long long>(time_ns / 1'000'000'000),
+                static_cast<long long>(time_ns % 1'000'000'000));
+  return text;
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream out(file);
+  out << text;
+  out.close();
+  if (!out) {
+    throw std::runtime_error(file.string() + ": cannot be written, the disk may be full");
+  }
+}
+
+/// What a session needs and neither kind of recording says. The lens is the one that the TUM benchmark names for
+/// registered pictures of its first kind of camera, in proportion to the width.
+std::string session_text(const std::string& name, const std::string& color, const std::string& depth, int width,
+                         int height, double unit_m) {
+  const double f = 525.0 * width / 640.0;
+  std::string text = "format = 1\nname = \"" + name + "\"\n\n[color]\nsource = \"" + color +
+                     "\"\nwidth = " + std::to_string(width) + "\nheight = " + std::to_string(height) +
+                     "\nfx = " + std::to_string(f) + "\nfy = " + std::to_string(f) +
+                     "\ncx = " + std::to_string(0.5 * (width - 1)) + "\ncy = " + std::to_string(0.5 * (height - 1)) +
+                     "\nexposure = 1.0\n";
+  if (!depth.empty()) {
+    char unit[32];
+    std::snprintf(unit, sizeof unit, "%.6f", unit_m);
+    text += "\n[depth]\nsource = \"" + depth + "\"\nunit_m = " + unit + "\nregistered = true\n";
+  }
+  return text + "\n[tag]\nid = 0\nsize_m = 0.16\n";
+}
+
+/// A stream's list and pictures from `from` to `out`, under names of ours.
+std::size_t copy_stream(const fs::path& from, const fs::path& out, const std::string& name,
+                        const std::atomic<bool>& interrupted) {
+  const std::vector<ListedPicture> pictures = read_picture_list(from, {});
+  fs::create_directories(out / name);
+  std::string list = "# timestamp_s path\n";
+  std::size_t count = 0;
+  for (const ListedPicture& picture : pictures) {
+    if (interrupted) {
+      throw std::runtime_error("interrupted, " + out.string() + " is not whole");
+    }
+    char file[32];
+    std::snprintf(file, sizeof file, "/%06zu", count++);
+    const std::string to = name + file + picture.path.extension().string();
+    std::error_code error;
+    fs::copy_file(picture.path, out / to, error);
+    if (error) {
+      throw InputError(from.string() + ":" + std::to_string(picture.line) + ": " + picture.name + ": " +
+                       error.message());
+    }
+    list += seconds_text(picture.time_ns) + " " + to + "\n";
+  }
+  write_text(out / (name + ".txt"), list);
+  return count;
+}
+
+void import_tum(const ImportCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
+  const fs::path rgb = command.from / "rgb.txt", depth = command.from / "depth.txt";
+  const PictureHeader first = read_picture_header(read_picture_list(rgb, {}).front().path);
+  make_folder(command.out);
+  const bool with_depth = fs::exists(depth);
+  const std::size_t colors = copy_stream(rgb, command.out, "color", interrupted);
+  const std::size_t depths = with_depth ? copy_stream(depth, command.out, "depth", interrupted) : 0;
+  const std::string name = fs::absolute(command.from).lexically_normal().filename().string();
+  const fs::path session = command.out / "session.toml";
+  write_text(session, session_text(name, "images:color.txt", with_depth ? "images:depth.txt" : "", first.width,
+                                   first.height, 1.0 / kCountsPerMetre));
+  write_text(session, text_with_overrides({session, command.overrides}));
+  open_frames(read_session(ConfigTable::load(session)));  // whatever is wrong with it is said now
+  report << "imported to " << command.out.string() << ":\n  colour: " << colors << " pictures\n  depth: " << depths
+         << " pictures\n";
+}
+
+void import_oni(const ImportCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
+  const fs::path file = fs::absolute(command.from);
+  const fs::path text = fs::temp_directory_path() / ("lumigraft-import-" + std::to_string(::getpid()) + ".toml");
+  const std::string source = "oni:" + file.string();
+  write_text(text, session_text(file.stem().string(), source, source, 640, 480, 0.001));
+  RecordCommand record{.files = {}, .out = command.out, .seconds = std::nullopt};
+  record.files.config = text;
+  record.files.overrides = command.overrides;
+  try {
+    run_record(record, interrupted, report);
+  } catch (...) {
+    fs::remove(text);
+    throw;
+  }
+  fs::remove(text);
+}
+
+/// Depth in the counts of TUM. What lies beyond their 13.1 m counts as not measured.
+Image<std::uint16_t> counts_of(const Image<float>& depth_m, std::uint64_t& too_far) {
+  Image<std::uint16_t> counts(depth_m.width, depth_m.height, 1);
+  for (std::size_t i = 0; i < counts.data.size(); ++i) {
+    const double value = std::round(kCountsPerMetre * static_cast<double>(depth_m.data[i]));
+    const bool fits = value <= 65535.0;
+    counts.data[i] = fits ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
+    too_far += fits ? 0 : 1;
+  }
+  return counts;
+}
+
+}  // namespace
+
+void run_import(const ImportCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
+  if (fs::is_regular_file(command.from / "rgb.txt")) {
+    import_tum(command, interrupted, report);
+  } else if (fs::is_regular_file(command.from) && command.from.extension() == ".oni") {
+    import_oni(command, interrupted, report);
+  } else {
+    throw InputError(command.from.string() + ": found neither, allowed: a TUM folder (rgb.txt) or an .oni file");
+  }
+}
+
+void run_export(const ExportCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
+  ServiceFiles files;
+  files.session = command.session;
+  files.overrides = command.overrides;
+  const Session session = read_service(files, interactive_plan()).session;
+  const std::unique_ptr<FrameReader> frames = open_frames(session);
+  if (frames->live()) {
+    throw InputError("export: " + session.name + " has live cameras, allowed: a recorded session");
+  }
+  make_folder(command.out);
+  const CameraModel& lens = session.color.model;
+  char camera[160];
+  std::snprintf(camera, sizeof camera, "# fx %.9g fy %.9g cx %.9g cy %.9g\n", lens.fx, lens.fy, lens.cx, lens.cy);
+  std::string rgb = "# timestamp filename\n" + std::string(camera), depth = "# timestamp filename\n",
+              fisheye = "# timestamp filename exposure\n";
+  std::uint64_t colors = 0, depths = 0, fisheyes = 0, radiance = 0, too_far = 0, warnings = 0;
+  for (const char* stream : {"rgb", "depth", "fisheye"}) {
+    fs::create_directory(command.out / stream);
+  }
+  while (const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10))) {
+    if (interrupted) {
+      break;
+    }
+    warnings += frame->warnings.size();
+    const auto line = [](const char* folder, const Stamp& stamp, const std::string& suffix = "") {
+      const std::string time = seconds_text(stamp.time_ns);
+      return std::pair(std::string(folder) + "/" + time + suffix + ".png", time);
+    };
+    if (frame->color->encoded.empty()) {
+      ++radiance;
+    } else {
+      const auto [file, time] = line("rgb", frame->color->stamp);
+      write_png(command.out / file, frame->color->encoded);
+      rgb += time + " " + file + "\n";
+      ++colors;
+    }
+    if (frame->depth) {
+      const auto [file, time] = line("depth", frame->depth->stamp);
+      write_png(command.out / file, counts_of(frame->depth->depth_m, too_far));
+      depth += time + " " + file + "\n";
+      ++depths;
+    }
+    for (std::size_t i = 0; i < frame->fisheye.size(); ++i) {
+      const Picture& picture = *frame->fisheye[i];
+      if (picture.encoded.empty()) {
+        ++radiance;
+        continue;
+      }
+      const auto [file, time] = line("fisheye", picture.stamp, i > 0 ? "-" + std::to_string(i) : "");
+      write_png(command.out / file, picture.encoded);
+      char exposure[32];
+      std::snprintf(exposure, sizeof exposure, " %.9g\n", picture.exposure);
+      fisheye += time + " " + file + exposure;
+      ++fisheyes;
+    }
+  }
+  write_text(command.out / "rgb.txt", rgb);
+  write_text(command.out / "depth.txt", depth);
+  if (fisheyes > 0) {
+    write_text(command.out / "fisheye.txt", fisheye);
+  } else {
+    fs::remove(command.out / "fisheye");
+  }
+  report << "exported to " << command.out.string() << ":\n  colour: " << colors << " pictures\n  depth: " << depths
+         << " pictures\n  fish-eye: " << fisheyes << " pictures\n";
+  if (radiance > 0) {
+    report << "  left out: " << radiance << " pictures of radiance, since PNG holds none\n";
+  }
+  if (too_far > 0) {
+    report << "  depth beyond 13.1 m, which counts of 1/5000 m cannot say: " << too_far << " pixels\n";
+  }
+  if (warnings > 0) {
+    report << "  warnings of the recording, as of lost pictures: " << warnings << "\n";
+  }
+  if (colors == 0) {
+    throw std::runtime_error("no colour picture came: " + command.out.string() + " holds none");
+  }
+}
+
+}  // namespace lumigraft

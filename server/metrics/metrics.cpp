@@ -1,0 +1,164 @@
+#include "server/metrics/metrics.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::size_t kMostInterval = 4096;  // no one asked for the interval for long: the oldest half goes
+
+StageSummary summarise(std::vector<float>& times_ms) {
+  StageSummary s;
+  s.count = times_ms.size();
+  if (times_ms.empty()) {
+    return s;
+  }
+  std::sort(times_ms.begin(), times_ms.end());
+  for (const float t : times_ms) {
+    s.mean_ms += t;
+  }
+  s.mean_ms /= static_cast<double>(times_ms.size());
+  s.p95_ms = times_ms[(times_ms.size() - 1) * 95 / 100];
+  s.max_ms = times_ms.back();
+  return s;
+}
+
+}  // namespace
+
+void Metrics::time(const std::string& stage, double seconds) {
+  std::lock_guard lock(mutex_);
+  Stage& s = stages_[stage];
+  const auto bucket = std::lower_bound(kBuckets_s.begin(), kBuckets_s.end(), seconds) - kBuckets_s.begin();
+  ++s.buckets[static_cast<std::size_t>(bucket)];
+  s.sum_s += seconds;
+  if (s.interval_ms.size() >= kMostInterval) {
+    s.interval_ms.erase(s.interval_ms.begin(), s.interval_ms.begin() + kMostInterval / 2);
+  }
+  s.interval_ms.push_back(static_cast<float>(1e3 * seconds));
+}
+
+void Metrics::drop(const std::string& slow_stage, std::uint64_t count) {
+  std::lock_guard lock(mutex_);
+  drops_[slow_stage] += count;
+}
+
+void Metrics::frame_made() {
+  std::lock_guard lock(mutex_);
+  ++frames_;
+  ++interval_frames_;
+  last_frame_ = Clock::now();
+}
+
+void Metrics::warn(std::uint64_t count) {
+  std::lock_guard lock(mutex_);
+  warnings_ += count;
+}
+
+void Metrics::encoded(const std::string& codec, std::size_t bytes) {
+  std::lock_guard lock(mutex_);
+  ++encoded_[codec].first;
+  encoded_[codec].second += bytes;
+}
+
+void Metrics::refused_connection() {
+  std::lock_guard lock(mutex_);
+  ++refused_;
+}
+
+void Metrics::decided(const std::string& key, int value, double left_out) {
+  std::lock_guard lock(mutex_);
+  decided_[key] = {value, left_out};
+}
+
+std::uint64_t Metrics::frames() const {
+  std::lock_guard lock(mutex_);
+  return frames_;
+}
+
+double Metrics::age_of_last_frame_s() const {
+  std::lock_guard lock(mutex_);
+  return frames_ == 0 ? -1.0 : std::chrono::duration<double>(Clock::now() - last_frame_).count();
+}
+
+std::map<std::string, std::uint64_t> Metrics::drops() const {
+  std::lock_guard lock(mutex_);
+  return drops_;
+}
+
+Metrics::Interval Metrics::take_interval() {
+  std::lock_guard lock(mutex_);
+  Interval interval;
+  const Clock::time_point now = Clock::now();
+  interval.seconds = std::chrono::duration<double>(now - interval_start_).count();
+  interval.frames = interval_frames_;
+  interval_start_ = now;
+  interval_frames_ = 0;
+  for (auto& [name, stage] : stages_) {
+    if (!stage.interval_ms.empty()) {
+      interval.stages[name] = summarise(stage.interval_ms);
+      stage.interval_ms.clear();
+    }
+  }
+  return interval;
+}
+
+std::string Metrics::prometheus() const {
+  const double age_s = age_of_last_frame_s();
+  std::lock_guard lock(mutex_);
+  std::ostringstream out;
+  const auto head = [&out](const char* name, const char* kind, const char* help) {
+    out << "# HELP " << name << ' ' << help << "\n# TYPE " << name << ' ' << kind << '\n';
+  };
+  head("lumigraft_frames_total", "counter", "Pictures made.");
+  out << "lumigraft_frames_total " << frames_ << '\n';
+  head("lumigraft_last_frame_age_seconds", "gauge", "Age of the newest picture; -1 before the first.");
+  out << "lumigraft_last_frame_age_seconds " << age_s << '\n';
+  head("lumigraft_viewers", "gauge", "Open streams.");
+  out << "lumigraft_viewers " << viewers_ << '\n';
+  head("lumigraft_cameras_in_trouble", "gauge", "Cameras that give no pictures now.");
+  out << "lumigraft_cameras_in_trouble " << cameras_in_trouble_ << '\n';
+  head("lumigraft_connections_refused_total", "counter", "Connections and streams refused or cut short by a limit.");
+  out << "lumigraft_connections_refused_total " << refused_ << '\n';
+  head("lumigraft_warnings_total", "counter", "Warnings that frames carried.");
+  out << "lumigraft_warnings_total " << warnings_ << '\n';
+  head("lumigraft_dropped_total", "counter", "Items dropped because the named stage was busy.");
+  for (const auto& [stage, count] : drops_) {
+    out << "lumigraft_dropped_total{stage=\"" << stage << "\"} " << count << '\n';
+  }
+  head("lumigraft_encoded_pictures_total", "counter", "Pictures encoded.");
+  for (const auto& [codec, done] : encoded_) {
+    out << "lumigraft_encoded_pictures_total{codec=\"" << codec << "\"} " << done.first << '\n';
+  }
+  head("lumigraft_encoded_bytes_total", "counter", "Bytes of encoded pictures.");
+  for (const auto& [codec, done] : encoded_) {
+    out << "lumigraft_encoded_bytes_total{codec=\"" << codec << "\"} " << done.second << '\n';
+  }
+  head("lumigraft_plan", "gauge", "What was decided of a key of the plan.");
+  for (const auto& [key, decided] : decided_) {
+    out << "lumigraft_plan{key=\"" << key << "\"} " << decided.first << '\n';
+  }
+  head("lumigraft_plan_left_out", "gauge", "Share of the irradiance that the decision leaves out.");
+  for (const auto& [key, decided] : decided_) {
+    out << "lumigraft_plan_left_out{key=\"" << key << "\"} " << decided.second << '\n';
+  }
+  head("lumigraft_stage_seconds", "histogram", "Wall time of a stage.");
+  for (const auto& [name, stage] : stages_) {
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < stage.buckets.size(); ++i) {
+      count += stage.buckets[i];
+      out << "lumigraft_stage_seconds_bucket{stage=\"" << name << "\",le=\"";
+      if (i < kBuckets_s.size()) {
+        out << kBuckets_s[i];
+      } else {
+        out << "+Inf";
+      }
+      out << "\"} " << count << '\n';
+    }
+    out << "lumigraft_stage_seconds_sum{stage=\"" << name << "\"} " << stage.sum_s << '\n';
+    out << "lumigraft_stage_seconds_count{stage=\"" << name << "\"} " << count << '\n';
+  }
+  return out.str();
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,110 @@
+#include "server/pipeline/exhibit_state.h"
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace lumigraft {
+namespace {
+
+/// The material an object starts from when a viewer changes a part of it.
+Material current_material(const VirtualObject& object) {
+  if (object.material) {
+    return *object.material;
+  }
+  return object.model && !object.model->parts.empty() ? object.model->parts.front().material : Material{};
+}
+
+std::optional<Material> changed(const VirtualObject& object, const MaterialChange& change) {
+  if (change.models_own) {
+    return std::nullopt;
+  }
+  Material material = current_material(object);
+  material.base_color = change.base_color.value_or(material.base_color);
+  material.metallic = change.metallic.value_or(material.metallic);
+  material.roughness = change.roughness.value_or(material.roughness);
+  material.specular = change.specular.value_or(material.specular);
+  return material;
+}
+
+}  // namespace
+
+ExhibitBoard::ExhibitBoard(Exhibit exhibit) {
+  for (const VirtualObject& object : exhibit.objects) {
+    rest_.push_back(object.rotation);
+    yaw_degrees_.push_back(0.0);
+  }
+  exhibit_ = std::make_shared<const Exhibit>(std::move(exhibit));
+}
+
+std::shared_ptr<const Exhibit> ExhibitBoard::newest() const {
+  std::lock_guard lock(mutex_);
+  return exhibit_;
+}
+
+std::optional<std::string> ExhibitBoard::apply(const ObjectCommand& command) {
+  std::lock_guard lock(mutex_);
+  auto next = std::make_shared<Exhibit>(*exhibit_);  // models are shared: a copy is small
+  std::size_t index = next->objects.size();
+  if (const auto* number = std::get_if<std::size_t>(&command.object)) {
+    index = *number;
+  } else {
+    for (index = 0; index < next->objects.size(); ++index) {
+      if (next->objects[index].name == std::get<std::string>(command.object)) {
+        break;
+      }
+    }
+  }
+  if (index >= next->objects.size()) {
+    return "object: there are " + std::to_string(next->objects.size()) + " objects, see hello";
+  }
+  VirtualObject& object = next->objects[index];
+  if (command.position_m) {
+    object.position_m = *command.position_m;
+  }
+  if (command.rotation) {
+    object.rotation = *command.rotation;
+    rest_[index] = object.rotation;
+    yaw_degrees_[index] = 0.0;
+  }
+  if (command.yaw_degrees) {
+    yaw_degrees_[index] = *command.yaw_degrees;
+    const double yaw_rad = *command.yaw_degrees * std::numbers::pi / 180.0;
+    object.rotation = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) * rest_[index];
+  }
+  if (command.position_m || command.rotation || command.yaw_degrees) {
+    object.motion.clear();
+  }
+  object.visible = command.visible.value_or(object.visible);
+  if (command.material) {
+    object.material = changed(object, *command.material);
+  }
+  exhibit_ = std::move(next);
+  return std::nullopt;
+}
+
+std::string ExhibitBoard::objects_json() const {
+  std::lock_guard lock(mutex_);
+  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < exhibit_->objects.size(); ++i) {
+    const VirtualObject& o = exhibit_->objects[i];
+    nlohmann::ordered_json json{{"index", i},
+                                {"name", o.name},
+                                {"visible", o.visible},
+                                {"position_m", {o.position_m.x(), o.position_m.y(), o.position_m.z()}},
+                                {"rotation_wxyz", {o.rotation.w(), o.rotation.x(), o.rotation.y(), o.rotation.z()}},
+                                {"yaw_degrees", yaw_degrees_[i]},
+                                {"scale", o.scale},
+                                {"material", nullptr}};
+    if (o.material) {
+      const Eigen::Vector3f& c = o.material->base_color;
+      json["material"] = {{"base_color", {c.x(), c.y(), c.z()}},
+                          {"metallic", o.material->metallic},
+                          {"roughness", o.material->roughness},
+                          {"specular", o.material->specular}};
+    }
+    objects.push_back(std::move(json));
+  }
+  return objects.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,169 @@
+#include "server/pipeline/frame_player.h"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <utility>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::chrono::milliseconds kPatience{100};
+/// Further behind than this, a recording goes on from now instead of catching up in a burst.
+constexpr std::chrono::milliseconds kTooLate{500};
+
+std::size_t bytes_of(const Picture& picture) {
+  return picture.encoded.data.size() + sizeof(float) * picture.radiance.data.size() +
+         (picture.original ? picture.original->bytes.size() : 0);
+}
+
+std::size_t bytes_of(const FrameSet& frame) {
+  std::size_t bytes = bytes_of(*frame.color);
+  if (frame.depth) {
+    bytes += sizeof(float) * frame.depth->depth_m.data.size();
+  }
+  for (const auto& picture : frame.fisheye) {
+    bytes += bytes_of(*picture);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+PlayedFrames::PlayedFrames(std::unique_ptr<FrameReader> reader, std::size_t memory_bytes)
+    : reader_(std::move(reader)),
+      seekable_(dynamic_cast<SeekableReader*>(reader_.get())),
+      memory_bytes_(memory_bytes),
+      length_ns_(seekable_ != nullptr ? seekable_->length_ns().value_or(0) : 0) {}
+
+std::shared_ptr<const FrameSet> PlayedFrames::read() {
+  if (from_memory_) {
+    return position_ < kept_.size() ? kept_[position_] : nullptr;
+  }
+  std::optional<FrameSet> set = reader_->next(kPatience);
+  if (!set) {
+    return nullptr;
+  }
+  auto frame = std::make_shared<const FrameSet>(std::move(*set));
+  if (!reader_->live() && all_kept_) {
+    kept_bytes_ += bytes_of(*frame);
+    too_large_ = kept_bytes_ > memory_bytes_;
+    all_kept_ = !too_large_;
+    if (all_kept_) {
+      kept_.push_back(frame);
+    } else {
+      kept_.clear();
+    }
+  }
+  return frame;
+}
+
+void PlayedFrames::seek(std::int64_t from_ns) {
+  if (from_memory_) {
+    const auto before = [&](const std::shared_ptr<const FrameSet>& frame, std::int64_t moment_ns) {
+      return frame->time_ns - first_time_ns_ < moment_ns;
+    };
+    position_ = static_cast<std::size_t>(std::lower_bound(kept_.begin(), kept_.end(), from_ns, before) - kept_.begin());
+  } else if (seekable_ != nullptr) {
+    seekable_->seek(from_ns);
+    kept_.clear();
+    all_kept_ = false;
+  } else {
+    return;
+  }
+  jumped_ = true;
+  ++round_;
+}
+
+bool PlayedFrames::begin_again() {
+  if (position_ == 0 && !jumped_) {
+    return false;
+  }
+  from_memory_ = from_memory_ || all_kept_;
+  if (!from_memory_) {
+    seekable_ != nullptr ? seekable_->seek(0) : reader_->rewind();
+    all_kept_ = !too_large_;
+    kept_bytes_ = 0;
+  }
+  position_ = 0;
+  jumped_ = false;
+  ++round_;
+  return true;
+}
+
+void PlayedFrames::set_due(const FrameSet& frame) {
+  const Clock::time_point now = Clock::now();
+  if (jumped_ || !newest_) {
+    due_ = now;
+  } else if (position_ == 0) {
+    due_ += usual_gap_;
+  } else {
+    usual_gap_ = std::chrono::nanoseconds(std::max<std::int64_t>(frame.time_ns - last_time_ns_, 1'000'000));
+    due_ += usual_gap_;
+  }
+  last_time_ns_ = frame.time_ns;
+  if (now > due_ + kTooLate) {
+    due_ = now;
+  }
+}
+
+bool PlayedFrames::wait_until_due(const std::stop_token& stop) const {
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any().wait_until(lock, stop, due_, [] { return false; });
+  return !stop.stop_requested();
+}
+
+/// The newest frame once more, a little later.
+std::optional<PlayedFrame> PlayedFrames::stand_still(const std::stop_token& stop) {
+  due_ = std::max(due_ + usual_gap_, Clock::now());
+  stood_still_ns_ += usual_gap_.count();
+  auto again = std::make_shared<FrameSet>(*newest_);
+  again->time_ns += stood_still_ns_;
+  again->warnings.clear();
+  return wait_until_due(stop) ? std::optional(PlayedFrame{std::move(again), due_, round_}) : std::nullopt;
+}
+
+std::optional<PlayedFrame> PlayedFrames::next(const std::stop_token& stop, const Playback::Orders& orders) {
+  if (newest_ && orders.at_s) {
+    seek(std::llround(1e9 * *orders.at_s));
+  }
+  if (newest_ && orders.paused && !orders.step && !jumped_) {
+    return stand_still(stop);
+  }
+  if (stood_still_ns_ > 0) {
+    stood_still_ns_ = 0;
+    ++round_;  // what comes now is older than what stood still
+  }
+  std::shared_ptr<const FrameSet> frame = read();
+  if (!frame && !reader_->live() && (from_memory_ || reader_->finished())) {
+    if (!begin_again()) {
+      gone_ = true;
+      return std::nullopt;
+    }
+    frame = read();
+  }
+  if (!frame) {
+    return std::nullopt;
+  }
+  PlayedFrame played{frame, Clock::now(), round_};
+  if (!reader_->live()) {
+    set_due(*frame);
+    if (!wait_until_due(stop)) {
+      return std::nullopt;
+    }
+    played.captured = due_;
+    played.round = round_;
+    first_time_ns_ = newest_ ? first_time_ns_ : frame->time_ns;
+    length_ns_ = std::max(length_ns_, frame->time_ns - first_time_ns_);
+    newest_ = frame;
+    jumped_ = false;
+  } else if (const std::int64_t host_ns = frame->color->stamp.host_time_ns; host_ns > 0) {
+    played.captured = Clock::time_point(std::chrono::nanoseconds(host_ns));
+  }
+  ++position_;
+  return played;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,93 @@
+#include "server/pipeline/frame_record.h"
+
+#include <nlohmann/json.hpp>
+
+#include "server/pipeline/plan_json.h"
+
+namespace lumigraft {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json rgb(const Eigen::Vector3f& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json transform(const Eigen::Isometry3d& t) {
+  Json rows = Json::array();
+  for (int r = 0; r < 4; ++r) {
+    rows.push_back(Json::array({t(r, 0), t(r, 1), t(r, 2), t(r, 3)}));
+  }
+  return rows;
+}
+
+Json lamp(const PointLight& light) {
+  Json json{{"id", light.id},
+            {"direction", rgb(light.direction)},
+            {"irradiance", rgb(light.irradiance)},
+            {"angular_radius_rad", light.angular_radius_rad},
+            {"clipped", light.clipped},
+            {"power_log_sigma", light.power_log_sigma}};
+  if (light.distance_known) {
+    json["position"] = rgb(light.position_m);
+    json["intensity"] = rgb(light.intensity);
+    json["radius_m"] = light.radius_m;
+    json["distance_log_sigma"] = light.distance_log_sigma;
+  }
+  return json;
+}
+
+/// One line; whatever bytes a file name brought into a warning, the line is UTF-8.
+std::string line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+}  // namespace
+
+std::string frame_record_line(const FrameSet& frame, const FrameRecord& record) {
+  const Scene& scene = record.scene;
+  Json json{{"index", frame.index}, {"time_s", 1e-9 * static_cast<double>(frame.time_ns)}};
+  json["T_tag_camera"] = scene.pose ? transform(scene.pose->T_tag_camera) : Json();
+  json["lights"] = Json::array();
+  json["sh"] = Json();
+  if (scene.illumination) {
+    for (const PointLight& light : scene.illumination->lights) {
+      json["lights"].push_back(lamp(light));
+    }
+    json["sh"] = Json::array();
+    for (const Eigen::Vector3f& coefficient : scene.illumination->remainder_sh) {
+      json["sh"].push_back(rgb(coefficient));
+    }
+  }
+  json["plan"] = plan_json(record.picture.plan);
+  json["planned"] = Json::array();
+  for (const PlanChoice& choice : record.choices) {
+    json["planned"].push_back(
+        Json{{"key", choice.key}, {"most", choice.most}, {"value", choice.value}, {"left_out", choice.left_out}});
+  }
+  json["stage_ms"] = Json::object();
+  json["stage_cpu_ms"] = Json::object();
+  for (const auto& [stage, cost] : record.stages) {
+    json["stage_ms"][stage] = cost.wall_ms;
+    json["stage_cpu_ms"][stage] = cost.cpu_ms;
+  }
+  json["pass_ms"] = Json::object();
+  for (const gpu::PassTime& pass : record.picture.passes) {
+    json["pass_ms"][pass.name] = json["pass_ms"].value(pass.name, 0.0) + pass.gpu_ms;
+  }
+  json["warnings"] = record.warnings;
+  return line(json);
+}
+
+std::string skipped_frame_line(std::uint64_t index, const std::vector<std::string>& warnings) {
+  return line(Json{{"index", index},
+                   {"skipped", true},
+                   {"time_s", Json()},
+                   {"T_tag_camera", Json()},
+                   {"lights", Json::array()},
+                   {"sh", Json()},
+                   {"plan", Json()},
+                   {"planned", Json::array()},
+                   {"stage_ms", Json::object()},
+                   {"stage_cpu_ms", Json::object()},
+                   {"pass_ms", Json::object()},
+                   {"warnings", warnings}});
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,80 @@
+#include "server/pipeline/live_relighter.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "relight/relighter.h"
+#include "server/pipeline/camera_picture.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first try comes with the next frame
+
+}  // namespace
+
+LiveRelighter::LiveRelighter(const Session& session, const Plan& plan, MakeDevice make_device)
+    : session_(session), plan_(plan), make_device_(std::move(make_device)) {
+  make();
+}
+
+void LiveRelighter::make() {
+  if (plan_.on_device()) {
+    renderer_ = std::make_unique<Relighter>(make_device_(), session_);
+    return;
+  }
+  auto rays = std::make_unique<RayRenderer>(session_, RayRenderer::Rooms::taken);
+  rays_ = rays.get();
+  renderer_ = std::move(rays);
+}
+
+bool LiveRelighter::wants_prepared(const Scene& scene) const {
+  if (!scene.field || !scene.illumination) return false;
+  std::lock_guard lock(prepared_mutex_);
+  return !prepared_ || !prepared_->has_surfaces_of(scene);
+}
+
+void LiveRelighter::prepare(const Scene& scene) {
+  std::shared_ptr<const rays::RayRoom> room = rays_->room_of(scene);
+  std::lock_guard lock(prepared_mutex_);
+  prepared_ = std::move(room);
+}
+
+LiveRelighter::Result LiveRelighter::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
+                                             const Plan& plan) {
+  Result result;
+  try {
+    if (!renderer_ && std::chrono::steady_clock::now() >= next_try_) {
+      make();
+    }
+    if (rays_) {
+      std::lock_guard lock(prepared_mutex_);
+      if (prepared_ && prepared_ != drawn_with_) rays_->take(drawn_with_ = prepared_);
+      result.up_to_date = prepared_ && prepared_->has_surfaces_of(scene);
+    }
+    if (renderer_) {
+      result.picture = renderer_->relight(frame, scene, exhibit, plan);
+      pause_ = std::chrono::seconds(0);
+      failure_.clear();
+    }
+  } catch (const gpu::GpuError& e) {
+    renderer_.reset();  // frees the device before the next one is made
+    next_try_ = std::chrono::steady_clock::now() + pause_;
+    pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
+    failure_ = std::string("the GPU failed and is made again: ") + e.what();
+  } catch (const std::exception& e) {
+    failure_ = std::string("relight: ") + e.what();
+  }
+  if (!failure_.empty()) {
+    result.picture.warnings.push_back(failure_);
+  }
+  if (result.picture.srgb.empty()) {
+    result.picture.srgb = camera_picture(*frame.color);
+    result.picture.plan = plan;
+    result.picture.passed_through = true;
+  }
+  result.passed_through = result.picture.passed_through;
+  return result;
+}
+
+}  // namespace lumigraft

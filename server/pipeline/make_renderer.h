@@ -1,0 +1,17 @@
+#pragma once
+// The renderer that a plan's method asks for.
+#include <memory>
+
+#include "capture/session/session.h"
+#include "relight/renderer.h"
+#include "server/truth/oracle.h"
+
+namespace lumigraft {
+
+/// Where all parts of the scene are to be true, the reference takes the true room itself (reference_truth.h) in place
+/// of what reconstruct makes of it. `device` may be null where the plan is not drawn on one. Throws InputError,
+/// gpu::GpuError.
+std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, const OracleParts& truth,
+                                        std::shared_ptr<gpu::Device> device);
+
+}  // namespace lumigraft

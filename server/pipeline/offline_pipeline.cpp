@@ -1,0 +1,60 @@
+#include "server/pipeline/offline_pipeline.h"
+
+#include <utility>
+
+#include "server/pipeline/camera_picture.h"
+#include "server/pipeline/make_renderer.h"
+#include "server/pipeline/scene_board.h"
+
+namespace lumigraft {
+
+LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
+                   std::unique_ptr<Oracle> oracle)
+    : session_(session),
+      exhibit_(std::move(exhibit)),
+      plan_(plan),
+      planner_(plan),
+      make_device_(std::move(make_device)),
+      truth_(oracle ? oracle->parts() : OracleParts{}),
+      learner_(session, std::move(oracle)) {
+  make();
+}
+
+void LockStep::make() {
+  renderer_ = make_renderer(session_, plan_, truth_, plan_.on_device() ? make_device_() : nullptr);
+}
+
+FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
+  LearntFrame learnt = learner_.learn(sensed);
+  FrameRecord record{.scene = std::move(learnt.scene),
+                     .picture = {},
+                     .stages = std::move(learnt.stages),
+                     .warnings = std::move(learnt.warnings),
+                     .choices = {}};
+  const CostClock clock;
+  Planner::Decision decision = planner_.decide(record.scene, exhibit_, 1e-9 * static_cast<double>(sensed.time_ns));
+  record.choices = std::move(decision.choices);
+  try {
+    if (!renderer_) make();  // the frame before lost its device, and there was no other
+    try {
+      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, decision.plan, with_maps);
+    } catch (const gpu::DeviceLost& e) {
+      append_warnings(record.warnings, {std::string("the GPU was lost, another one draws the frame: ") + e.what()});
+      renderer_.reset();  // frees the device before the next one is made
+      make();
+      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, decision.plan, with_maps);
+    }
+  } catch (const gpu::GpuError&) {
+    throw;
+  } catch (const std::exception& e) {
+    append_warnings(record.warnings, {std::string("relight: ") + e.what()});
+  }
+  record.stages["relight"] = clock.elapsed();
+  append_warnings(record.warnings, record.picture.warnings);
+  if (record.picture.srgb.empty()) {
+    record.picture.srgb = camera_picture(*sensed.color);
+  }
+  return record;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,69 @@
+#pragma once
+// The live clock: the only place with threads. Stages are functions; here each gets a thread, and mailboxes of one item
+// join them, so the picture never waits for what is slower than it.
+//
+//   capture ──> pose ──> relight ──> encode ──> publish
+//      │          └─> geometry: fuse ──┐    (what geometry, light and albedo know meets relight on the SceneBoard)
+//      └──> light ─────────────────────┴─> albedo ─> room   (for rays alone: what they meet of the room)
+//
+// Pose takes the newest frame just in time for relight to come free: poses that nobody draws are not found.
+// Geometry, light, albedo and room run behind, with lower priority and rests, so that on two cores the picture comes
+// first.
+#include <Eigen/Geometry>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/source.h"
+#include "server/stream/encoder_demand.h"
+#include "server/stream/encode_stage.h"
+#include "server/pipeline/exhibit_state.h"
+#include "server/pipeline/live_relighter.h"
+#include "server/metrics/metrics.h"
+#include "server/pipeline/playback.h"
+#include "server/pipeline/service_config.h"
+
+namespace lumigraft {
+
+class Pipeline {
+ public:
+  using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
+  using Publish = std::function<void(std::shared_ptr<const StreamMessage>)>;
+
+  /// Makes every stage and the GPU device; throws what they throw. `publish` is called on the encode thread.
+  /// `open_again` is called when a live device is gone; the first reader is `frames`.
+  Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, OpenFrames open_again,
+           LiveRelighter::MakeDevice make_device, Demand& demand, Metrics& metrics, Publish publish);
+  ~Pipeline();  ///< stops and joins
+
+  void start();
+  /// Tells every thread to stop, and does not wait for it.
+  void stop();
+  /// Waits until every thread has stopped, however long a stage takes. After it nothing is published.
+  void join();
+
+  ExhibitBoard& exhibit();
+  /// Where a recording plays; without effect on live cameras.
+  Playback& playback();
+  /// The newest picture; its srgb is null before the first.
+  ShownPicture newest() const;
+  /// What belongs to the newest picture.
+  struct Record {
+    std::vector<std::string> warnings;
+    std::optional<Eigen::Isometry3d> T_tag_camera;
+    Plan plan;
+    bool learning = true;  ///< albedo was not solved yet, or from far less of the room or other light than known now
+    bool settled = false;  ///< nothing is left to learn: see SceneBoard
+    std::uint64_t field_version = 0, light_version = 0, albedo_version = 0;  ///< 0: not known yet
+  };
+  Record newest_record() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumigraft

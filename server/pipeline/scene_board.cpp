@@ -1,0 +1,183 @@
+#include "server/pipeline/scene_board.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "reconstruct/light/environment.h"
+
+namespace lumigraft {
+namespace {
+
+const PointLight* lamp_of(const Illumination& light, int id) {
+  const auto found =
+      std::find_if(light.lights.begin(), light.lights.end(), [&](const PointLight& l) { return l.id == id; });
+  return found == light.lights.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+void SceneBoard::publish_field(std::shared_ptr<const DistanceField> field) {
+  std::lock_guard lock(mutex_);
+  same_field_again_ = field && field == scene_.field;
+  scene_.field = std::move(field);
+}
+
+void SceneBoard::publish_light(std::shared_ptr<const Illumination> light) {
+  std::lock_guard lock(mutex_);
+  same_light_again_ = light && light == light_;
+  if (light_ != light) {
+    light_ = std::move(light);
+    combine();
+  }
+}
+
+void SceneBoard::publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
+                                  std::shared_ptr<const Illumination> measured) {
+  std::lock_guard lock(mutex_);
+  scene_.albedo = std::move(solution.albedo);
+  solved_light_ = std::move(solution.illumination);
+  solved_field_version_ = field_version;
+  solved_from_ = std::move(measured);
+  warnings_["albedo"] = std::move(solution.warnings);
+  combine();
+}
+
+void SceneBoard::publish_albedo(std::shared_ptr<const AlbedoField> albedo) {
+  std::lock_guard lock(mutex_);
+  scene_.albedo = std::move(albedo);
+}
+
+void SceneBoard::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
+  std::lock_guard lock(mutex_);
+  scene_.enclosure = std::move(enclosure);
+}
+
+void SceneBoard::publish_warnings(const std::string& stage, std::vector<std::string> warnings) {
+  std::lock_guard lock(mutex_);
+  warnings_[stage] = std::move(warnings);
+}
+
+void SceneBoard::combine() {
+  if (!light_ || !solved_light_) {
+    scene_.illumination = light_;
+  } else if (light_->version == solved_from_->version) {
+    scene_.illumination = solved_light_;
+  } else {
+    scene_.illumination = carry_lamps(*light_, *solved_from_, *solved_light_);
+  }
+}
+
+Scene SceneBoard::newest() const {
+  std::lock_guard lock(mutex_);
+  Scene scene = scene_;
+  for (const auto& [stage, lines] : warnings_) {
+    append_warnings(scene.warnings, lines);
+  }
+  return scene;
+}
+
+bool SceneBoard::settled(const Scene& scene) const {
+  std::lock_guard lock(mutex_);
+  return same_field_again_ && same_light_again_ && scene_.albedo && solved_from_ &&
+         scene_.field->version == solved_field_version_ && light_->version == solved_from_->version &&
+         scene.field == scene_.field && scene.albedo == scene_.albedo && scene.illumination == scene_.illumination;
+}
+
+std::shared_ptr<const Illumination> SceneBoard::measured_light() const {
+  std::lock_guard lock(mutex_);
+  return light_;
+}
+
+namespace {
+
+bool has_disk_at(const std::vector<PointLight>& lamps, const Eigen::Vector3f& direction, float margin_rad) {
+  return std::any_of(lamps.begin(), lamps.end(), [&](const PointLight& lamp) {
+    return lamp.direction.dot(direction) > std::cos(lamp.angular_radius_rad + margin_rad);
+  });
+}
+
+/// Cells of the newest remainder that are clipped, or that no camera saw, as much brighter as solving found them. Where
+/// solving put lamps' disks back they are left as they are.
+bool raise_as_before(EnvironmentPicture& newest, const EnvironmentPicture& measured, const EnvironmentPicture& solved,
+                     const std::vector<PointLight>& put_back) {
+  const Image<float>& to = newest.radiance;
+  const auto alike = [&](const Image<float>& other) { return other.width == to.width && other.height == to.height; };
+  if (newest.clipped.empty() || measured.clipped.empty() || !alike(measured.radiance) || !alike(solved.radiance))
+    return false;
+  const float cell_rad = std::numbers::pi_v<float> / static_cast<float>(to.height);
+  bool raised = false;
+  for (int v = 0; v < to.height; ++v) {
+    for (int u = 0; u < to.width; ++u) {
+      const auto cell = static_cast<std::size_t>(v) * static_cast<std::size_t>(to.width) + static_cast<std::size_t>(u);
+      const bool unseen = !newest.seen.empty() && !newest.seen.data[cell];
+      if (!unseen && !(newest.clipped.data[cell] && measured.clipped.data[cell])) continue;
+      if (has_disk_at(put_back, environment_direction(u, v, to.width, to.height), cell_rad)) continue;
+      for (std::size_t c = 3 * cell; c < 3 * cell + 3; ++c) {
+        const float gain = solved.radiance.data[c] / std::max(measured.radiance.data[c], 1e-12f);
+        if (!(gain > 1)) continue;
+        newest.radiance.data[c] *= gain;
+        raised = true;
+      }
+    }
+  }
+  return raised;
+}
+
+}  // namespace
+
+std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,
+                                                const Illumination& solved) {
+  auto carried = std::make_shared<Illumination>(newest);
+  carried->lights.clear();
+  std::vector<PointLight> put_back;
+  for (const PointLight& lamp : measured.lights)
+    if (!lamp_of(solved, lamp.id)) put_back.push_back(lamp);
+  const bool raised = raise_as_before(carried->remainder, measured.remainder, solved.remainder, put_back);
+  for (PointLight lamp : newest.lights) {
+    const PointLight* before = lamp_of(measured, lamp.id);
+    const PointLight* known = lamp_of(solved, lamp.id);
+    const bool unseen = lamp.shown != PointLight::Shown::yes;
+    const bool was_unseen = before && before->shown != PointLight::Shown::yes;
+    if (was_unseen && !known && unseen) continue;  // it was found to be off
+    if (before && !known && !was_unseen) {
+      add_disk(carried->remainder, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);
+      continue;
+    }
+    if (known && ((unseen && was_unseen) || (lamp.clipped && before->clipped))) {
+      lamp.irradiance =
+          lamp.irradiance.cwiseProduct(known->irradiance.cwiseQuotient(before->irradiance.cwiseMax(1e-12f)));
+      lamp.power_log_sigma = known->power_log_sigma;
+    }
+    if (known && known->distance_known) {
+      if (!lamp.distance_known) {
+        const float distance_m = (known->position_m - solved.probe_position_m).norm();
+        lamp.distance_known = true;
+        lamp.position_m = carried->probe_position_m + distance_m * lamp.direction;
+        lamp.radius_m = distance_m * std::tan(lamp.angular_radius_rad);
+      }
+      if (!lamp.flat) {
+        lamp.flat = known->flat;
+        lamp.normal = known->normal;
+      }
+      // E = I / d² at the probe, facing the lamp
+      lamp.intensity = lamp.irradiance * (lamp.position_m - carried->probe_position_m).squaredNorm();
+    }
+    carried->lights.push_back(lamp);
+  }
+  if (raised || carried->lights.size() != newest.lights.size()) {
+    carried->remainder_sh = project_sh(carried->remainder);
+  }
+  return carried;
+}
+
+void append_warnings(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  for (const std::string& line : from) {
+    if (std::find(to.begin(), to.end(), line) == to.end()) {
+      to.push_back(line);
+    }
+  }
+}
+
+}  // namespace lumigraft

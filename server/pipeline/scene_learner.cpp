@@ -1,0 +1,126 @@
+#include "server/pipeline/scene_learner.h"
+
+#include <utility>
+
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/light/light.h"
+#include "reconstruct/pose/lamp_tags.h"
+#include "reconstruct/room/mirror_detection.h"
+#include "reconstruct/pose/pose.h"
+#include "server/pipeline/albedo_schedule.h"
+#include "server/pipeline/scene_board.h"
+
+namespace lumigraft {
+namespace {
+
+/// Runs one stage of a frame: its cost is noted, what it throws becomes a warning.
+template <typename Function>
+void run_stage(LearntFrame& learnt, const std::string& name, Function function) {
+  const CostClock clock;
+  try {
+    function();
+  } catch (const std::exception& e) {
+    append_warnings(learnt.warnings, {name + ": " + e.what()});
+  }
+  learnt.stages[name] = clock.elapsed();
+}
+
+}  // namespace
+
+struct SceneLearner::State {
+  std::unique_ptr<Oracle> oracle;
+  PoseStage pose;
+  FusionStage fusion;
+  MarkStage marks;
+  LightStage light;
+  AlbedoStage albedo;
+  EnclosureStage enclosure;
+  AlbedoSchedule schedule;
+  SceneBoard board;
+
+  State(const Session& session, std::unique_ptr<Oracle> the_oracle)
+      : oracle(std::move(the_oracle)),
+        pose(session.tag, session.color.model, session.color.response),
+        fusion(session, FusionSettings{}),
+        marks(session),
+        light(session, LightSettings{}),
+        albedo(session) {}
+
+  OracleParts parts() const { return oracle ? oracle->parts() : OracleParts{}; }
+
+  void solve_albedo(LearntFrame& learnt, const std::optional<Pose>& where) {
+    const std::shared_ptr<const DistanceField> field = board.newest().field;
+    const std::shared_ptr<const Illumination> measured = board.measured_light();
+    if (field && measured && schedule.due(*field, *measured)) {
+      schedule.begin(field, *measured);
+      run_stage(learnt, "albedo", [&] {
+        AlbedoStage::Result solution = albedo.solve(*field, *measured);
+        schedule.solved(solution.albedo);
+        if (parts().light) {
+          solution.illumination = measured;
+        }
+        if (solution.whole && solution.illumination) {
+          const std::shared_ptr<const Enclosure> truth =
+              parts().geometry ? oracle->enclosure(*solution.illumination) : nullptr;
+          board.publish_enclosure(truth ? truth : enclosure.close(*field, *solution.illumination));
+          board.publish_warnings("mirrors", mirror_warnings(room_points(*field), *field));
+        }
+        board.publish_solution(std::move(solution), field->version, measured);
+      });
+    }
+    if (parts().albedo && where && field) {
+      run_stage(learnt, "true albedo", [&] { board.publish_albedo(oracle->albedo(learnt.frame, *where, *field)); });
+    }
+  }
+};
+
+SceneLearner::SceneLearner(const Session& session, std::unique_ptr<Oracle> oracle)
+    : state_(std::make_unique<State>(session, std::move(oracle))) {}
+
+SceneLearner::~SceneLearner() = default;
+
+LearntFrame SceneLearner::learn(const FrameSet& sensed) {
+  State& s = *state_;
+  const OracleParts truth = s.parts();
+  LearntFrame learnt;
+  std::optional<Pose> pose;
+  append_warnings(learnt.warnings, sensed.warnings);
+  learnt.frame = truth.geometry ? s.oracle->with_true_depth(sensed) : sensed;
+  const FrameSet& frame = learnt.frame;
+
+  run_stage(learnt, "pose", [&] {
+    if (truth.pose) {
+      pose = s.oracle->pose(frame);
+      return;
+    }
+    PoseStage::Result result = s.pose.locate(frame, s.board.newest().field.get());
+    pose = result.pose;
+    append_warnings(learnt.warnings, result.warnings);
+  });
+  run_stage(learnt, "light", [&] {
+    if (truth.light) {
+      s.board.publish_light(s.oracle->illumination(frame));
+      return;
+    }
+    const MarkStage::Result marked = s.marks.locate(frame, pose);
+    append_warnings(learnt.warnings, marked.warnings);
+    LightStage::Result result = s.light.extract(frame, marked.marks);
+    s.board.publish_light(result.illumination);
+    s.board.publish_warnings("light", result.warnings);
+  });
+  // Depth seen from a pose of the past would smear the field.
+  if (pose && pose->age_ns == 0 && frame.depth) {
+    run_stage(learnt, "fuse", [&] {
+      s.board.publish_field(s.fusion.fuse(frame, *pose));
+      s.board.publish_warnings("geometry", s.fusion.warnings());
+    });
+  }
+  s.solve_albedo(learnt, pose);
+
+  learnt.scene = s.board.newest();
+  learnt.scene.pose = pose;
+  append_warnings(learnt.warnings, learnt.scene.warnings);
+  return learnt;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,36 @@
+#pragma once
+// From frames to the scene, frame by frame on the caller's thread: pose, light, geometry and albedo in a fixed order.
+// Nothing is dropped, nothing depends on a clock, and the same frames give the same scene on every run.
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "reconstruct/scene.h"
+#include "server/truth/oracle.h"
+#include "server/metrics/stage_cost.h"
+
+namespace lumigraft {
+
+struct LearntFrame {
+  FrameSet frame;  ///< as sensed, but for true depth where the oracle has it
+  Scene scene;
+  std::map<std::string, StageCost> stages;
+  std::vector<std::string> warnings;  ///< of every stage, in the order they ran
+};
+
+class SceneLearner {
+ public:
+  /// `oracle` may be null.
+  SceneLearner(const Session& session, std::unique_ptr<Oracle> oracle);
+  ~SceneLearner();
+
+  /// A stage that throws becomes a warning of the frame.
+  LearntFrame learn(const FrameSet& sensed);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumigraft

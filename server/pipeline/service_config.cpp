@@ -1,0 +1,163 @@
+#include "server/pipeline/service_config.h"
+
+#include <arpa/inet.h>
+
+#include <array>
+#include <charconv>
+
+#include "capture/error.h"
+
+namespace lumigraft {
+namespace {
+
+/// True where `override` sets a key of the configuration itself and not of the session it names.
+bool of_configuration(const std::string& override_line) {
+  const std::string head = override_line.substr(0, override_line.find_first_of(".="));
+  return head == "server" || head == "plan" || head == "session" || head == "exhibit";
+}
+
+ServerSettings read_server(const ConfigTable& root) {
+  ServerSettings settings;
+  if (const auto table = root.optional_table("server")) {
+    if (table->has("listen")) {
+      read_listen(table->text("listen"), table->file().filename().string() + ": server.listen", settings);
+    }
+    settings.max_viewers = table->integer("max_viewers", 1, 10000, settings.max_viewers);
+    settings.jpeg_quality = table->integer("jpeg_quality", 1, 100, settings.jpeg_quality);
+    if (table->has("recordings")) {
+      settings.recordings = table->folder() / table->text("recordings");
+    }
+    settings.backend = *gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
+  }
+  return settings;
+}
+
+void read_exhibit_file(const std::filesystem::path& file, ServiceInput& input) {
+  const ConfigTable root = ConfigTable::load(file);
+  input.exhibit = read_exhibit(root);
+  root.finish();
+  input.warnings.insert(input.warnings.end(), root.warnings().begin(), root.warnings().end());
+}
+
+}  // namespace
+
+void read_listen(const std::string& text, const std::string& where, ServerSettings& settings) {
+  const auto refuse = [&]() {
+    throw InputError(where + ": found \"" + text +
+                     "\", allowed: ADDRESS:PORT, as 127.0.0.1:8080, 0.0.0.0:8080, [::1]:8080 or :8080");
+  };
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos) {
+    refuse();
+  }
+  std::string address = text.substr(0, colon);
+  int port = -1;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, port);
+  if (error != std::errc() || stop != end || port < 0 || port > 65535) {
+    refuse();
+  }
+  if (address.empty() || address == "localhost") {
+    address = "127.0.0.1";
+  }
+  if (address.size() > 2 && address.front() == '[' && address.back() == ']') {
+    address = address.substr(1, address.size() - 2);
+  } else if (address.find(':') != std::string::npos) {
+    refuse();
+  }
+  std::array<unsigned char, sizeof(in6_addr)> binary{};
+  if (inet_pton(AF_INET, address.c_str(), binary.data()) != 1 &&
+      inet_pton(AF_INET6, address.c_str(), binary.data()) != 1) {
+    refuse();
+  }
+  settings.address = address;
+  settings.port = static_cast<std::uint16_t>(port);
+}
+
+ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan) {
+  ServiceInput input;
+  std::filesystem::path exhibit_file = files.exhibit;
+  const auto read_own_keys = [&](const ConfigTable& root) {
+    input.plan = read_plan(root, default_plan);
+    input.server = read_server(root);
+    if (root.has("exhibit")) {
+      const std::filesystem::path named = root.existing_file("exhibit");
+      exhibit_file = exhibit_file.empty() ? named : exhibit_file;
+    }
+  };
+  const auto read_cameras = [&](const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                                bool with_own_keys) {
+    const ConfigTable root = ConfigTable::load(file, overrides);
+    input.session = read_session(root);
+    input.session_text = {file, overrides};
+    if (with_own_keys) {
+      read_own_keys(root);
+    }
+    root.finish();
+  };
+
+  if (files.config.empty()) {
+    if (!std::filesystem::is_directory(files.session)) {
+      throw InputError(files.session.string() + ": no such folder; a session is a folder with a session.toml");
+    }
+    read_cameras(files.session / "session.toml", files.overrides, true);
+  } else if (!ConfigTable::load(files.config, files.overrides).has("session")) {
+    read_cameras(files.config, files.overrides, true);
+  } else {
+    std::vector<std::string> own, of_session;
+    for (const std::string& line : files.overrides) {
+      (of_configuration(line) ? own : of_session).push_back(line);
+    }
+    const ConfigTable root = ConfigTable::load(files.config, own);
+    const std::filesystem::path folder = root.folder() / root.text("session");
+    if (!std::filesystem::exists(folder / "session.toml")) {
+      root.fail("session", "found \"" + root.text("session") + "\", allowed: a folder with a session.toml");
+    }
+    root.text("name", "");
+    root.text("about", "");
+    read_own_keys(root);
+    root.finish();
+    read_cameras(folder / "session.toml", of_session, false);
+  }
+
+  if (exhibit_file.empty() && std::filesystem::exists(input.session.folder / "exhibit.toml")) {
+    exhibit_file = input.session.folder / "exhibit.toml";
+  }
+  if (!exhibit_file.empty()) {
+    read_exhibit_file(exhibit_file, input);
+  }
+  return input;
+}
+
+std::string settable_keys() {
+  std::string text =
+      "Any key of session.toml or of the configuration, by its dotted name: fisheye.source, tag.id ...\n\n";
+  for (const PlanKey& key : plan_keys()) {
+    text += "  " + key.key + "  (" + key.allowed + ")\n      " + key.meaning + "\n";
+  }
+  text +=
+      "  server.listen  (ADDRESS:PORT)\n      where serve listens; 127.0.0.1:8080\n"
+      "  server.max_viewers  (1 to 10000)\n      streams at the same time; 64\n"
+      "  server.jpeg_quality  (1 to 100)\n      of JPEG streams and snapshots; 85\n"
+      "  server.recordings  (DIR)\n      where the page's record button writes sessions of live cameras; none: no "
+      "button\n"
+      "  server.backend  (best, vulkan, egl)\n      what draws; best: a hardware GPU before software, Vulkan before "
+      "EGL\n";
+  return text;
+}
+
+Plan replay_plan() {
+  Plan plan;
+  plan.method = "rays";
+  return plan;
+}
+
+Plan interactive_plan() {
+  Plan plan;
+  plan.volume = 64;
+  plan.trace_scale = 4;
+  plan.rsm = 128;
+  return plan;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,148 @@
+#include "server/stream/encode_h264.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavutil/imgutils.h>
+#include <libavutil/opt.h>
+#include <libswscale/swscale.h>
+}
+
+#include <array>
+#include <cstdio>
+#include <stdexcept>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::int64_t kKeyEvery_ns = 2'000'000'000;
+constexpr int kTicksPerSecond = 90'000;  // the clock of video; x264 refuses finer ones at high levels
+
+std::runtime_error failure(const char* what, int code) {
+  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
+  av_strerror(code, text.data(), text.size());
+  return std::runtime_error(std::string("H.264: ") + what + ": " + text.data());
+}
+
+/// The three bytes behind the sequence parameter set's NAL header name profile, constraints and level.
+std::string find_codec_string(const std::vector<std::uint8_t>& annex_b) {
+  for (std::size_t i = 0; i + 6 < annex_b.size(); ++i) {
+    if (annex_b[i] == 0 && annex_b[i + 1] == 0 && annex_b[i + 2] == 1 && (annex_b[i + 3] & 0x1f) == 7) {
+      std::array<char, 16> text{};
+      std::snprintf(text.data(), text.size(), "avc1.%02x%02x%02x", annex_b[i + 4], annex_b[i + 5], annex_b[i + 6]);
+      return text.data();
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+struct H264Encoder::State {
+  AVCodecContext* codec = nullptr;
+  AVFrame* frame = nullptr;
+  AVPacket* packet = nullptr;
+  SwsContext* to_yuv = nullptr;
+  std::int64_t first_time_ns = 0, last_key_ns = 0, last_pts = -1;
+  std::string codec_string;
+
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    sws_freeContext(to_yuv);
+    av_packet_free(&packet);
+    av_frame_free(&frame);
+    avcodec_free_context(&codec);
+  }
+};
+
+H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  const AVCodec* x264 = avcodec_find_encoder_by_name("libx264");
+  if (x264 == nullptr) {
+    throw std::runtime_error("H.264: libavcodec was built without libx264");
+  }
+  s.codec = avcodec_alloc_context3(x264);
+  s.frame = av_frame_alloc();
+  s.packet = av_packet_alloc();
+  if (s.codec == nullptr || s.frame == nullptr || s.packet == nullptr) {
+    throw std::runtime_error("H.264: out of memory");
+  }
+  s.codec->width = width & ~1;
+  s.codec->height = height & ~1;
+  s.codec->pix_fmt = AV_PIX_FMT_YUV420P;
+  s.codec->time_base = {1, kTicksPerSecond};
+  s.codec->framerate = {30, 1};  // for the level alone: pictures carry their own times
+  s.codec->gop_size = 600;       // key pictures are made by time, in encode()
+  s.codec->max_b_frames = 0;
+  s.codec->thread_count = 1;
+  s.codec->log_level_offset = AV_LOG_INFO - AV_LOG_ERROR;  // of x264's talk only errors reach stderr
+  s.codec->color_range = AVCOL_RANGE_MPEG;
+  s.codec->colorspace = AVCOL_SPC_BT709;
+  s.codec->color_primaries = AVCOL_PRI_BT709;
+  s.codec->color_trc = AVCOL_TRC_IEC61966_2_1;
+  av_opt_set(s.codec->priv_data, "preset", "ultrafast", 0);
+  av_opt_set(s.codec->priv_data, "tune", "zerolatency", 0);
+  av_opt_set(s.codec->priv_data, "profile", "baseline", 0);
+  av_opt_set(s.codec->priv_data, "crf", "21", 0);
+  av_opt_set(s.codec->priv_data, "forced-idr", "1", 0);
+  av_opt_set(s.codec->priv_data, "x264-params", "sliced-threads=0:repeat-headers=1:annexb=1", 0);
+  if (const int code = avcodec_open2(s.codec, x264, nullptr); code < 0) {
+    throw failure("does not open", code);
+  }
+  s.frame->format = s.codec->pix_fmt;
+  s.frame->width = s.codec->width;
+  s.frame->height = s.codec->height;
+  if (const int code = av_frame_get_buffer(s.frame, 0); code < 0) {
+    throw failure("no picture", code);
+  }
+  s.to_yuv = sws_getContext(s.codec->width, s.codec->height, AV_PIX_FMT_RGB24, s.codec->width, s.codec->height,
+                            AV_PIX_FMT_YUV420P, SWS_BILINEAR, nullptr, nullptr, nullptr);
+  if (s.to_yuv == nullptr) {
+    throw std::runtime_error("H.264: no conversion to 4:2:0");
+  }
+  const int* bt709 = sws_getCoefficients(SWS_CS_ITU709);
+  sws_setColorspaceDetails(s.to_yuv, bt709, 1, bt709, 0, 0, 1 << 16, 1 << 16);
+}
+
+H264Encoder::~H264Encoder() = default;
+
+H264Encoder::AccessUnit H264Encoder::encode(const Image<std::uint8_t>& srgb, std::int64_t time_ns, bool key) {
+  State& s = *state_;
+  const bool first = s.last_pts < 0;
+  if (first) {
+    s.first_time_ns = time_ns;
+  }
+  key = key || first || time_ns - s.last_key_ns >= kKeyEvery_ns;
+  if (key) {
+    s.last_key_ns = time_ns;
+  }
+  if (const int code = av_frame_make_writable(s.frame); code < 0) {
+    throw failure("no picture", code);
+  }
+  const std::uint8_t* rows[] = {srgb.data.data()};
+  const int stride[] = {3 * srgb.width};
+  sws_scale(s.to_yuv, rows, stride, 0, s.codec->height, s.frame->data, s.frame->linesize);
+  const std::int64_t pts = (time_ns - s.first_time_ns) / (1'000'000'000 / 1000) * kTicksPerSecond / 1000;
+  s.last_pts = std::max(pts, s.last_pts + 1);
+  s.frame->pts = s.last_pts;
+  s.frame->pict_type = key ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
+  if (const int code = avcodec_send_frame(s.codec, s.frame); code < 0) {
+    throw failure("encoding", code);
+  }
+  if (const int code = avcodec_receive_packet(s.codec, s.packet); code < 0) {
+    throw failure("encoding", code);
+  }
+  AccessUnit unit;
+  unit.key = (s.packet->flags & AV_PKT_FLAG_KEY) != 0;
+  unit.bytes.assign(s.packet->data, s.packet->data + s.packet->size);
+  av_packet_unref(s.packet);
+  if (unit.key) {
+    s.codec_string = find_codec_string(unit.bytes);
+  }
+  return unit;
+}
+
+const std::string& H264Encoder::codec_string() const { return state_->codec_string; }
+
+}  // namespace lumigraft

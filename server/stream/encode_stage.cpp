@@ -1,0 +1,83 @@
+#include "server/stream/encode_stage.h"
+
+#include <string>
+
+namespace lumigraft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// A viewer that asks for key pictures without end must not take the others' picture quality.
+constexpr std::chrono::milliseconds kKeysApart{500};
+
+std::span<const std::uint8_t> bytes(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+}  // namespace
+
+EncodeStage::EncodeStage(int jpeg_quality, Demand& demand, Metrics& metrics)
+    : demand_(demand), metrics_(metrics), jpeg_(jpeg_quality) {}
+
+std::shared_ptr<const StreamMessage> EncodeStage::message(const ShownPicture& picture, StreamKind kind,
+                                                          std::span<const std::uint8_t> payload) const {
+  StreamHeader header;
+  header.kind = kind;
+  header.flags = picture.passed_through ? StreamHeader::kPassedThrough : 0;
+  header.sequence = picture.sequence;
+  header.width = static_cast<std::uint16_t>(kind == StreamKind::jpeg ? picture.srgb->width : picture.srgb->width & ~1);
+  header.height =
+      static_cast<std::uint16_t>(kind == StreamKind::jpeg ? picture.srgb->height : picture.srgb->height & ~1);
+  header.capture_time_ns = unix_time_ns(picture.captured);
+  header.send_time_ns = unix_time_ns(Clock::now());
+  return make_stream_message(header, payload);
+}
+
+void EncodeStage::encode_h264(const ShownPicture& picture, std::vector<std::shared_ptr<const StreamMessage>>& out) {
+  const StageTimer timer(metrics_, "encode h264");
+  const Clock::time_point now = Clock::now();
+  if (!h264_ || picture.srgb->width != width_ || picture.srgb->height != height_) {
+    width_ = picture.srgb->width;
+    height_ = picture.srgb->height;
+    h264_.emplace(width_, height_);
+  }
+  bool key = false;
+  if (demand_.key && now - last_asked_key_ >= kKeysApart) {
+    demand_.key = false;
+    key = true;
+    last_asked_key_ = now;
+  }
+  try {
+    const H264Encoder::AccessUnit unit = h264_->encode(*picture.srgb, now.time_since_epoch().count(), key);
+    if (unit.key && h264_->codec_string() != codec_string_) {
+      codec_string_ = h264_->codec_string();
+      out.push_back(message(picture, StreamKind::config, bytes(codec_string_)));
+    }
+    out.push_back(message(picture, unit.key ? StreamKind::h264_key : StreamKind::h264_delta, unit.bytes));
+    metrics_.encoded("h264", unit.bytes.size());
+  } catch (...) {
+    h264_.reset();
+    throw;
+  }
+}
+
+std::vector<std::shared_ptr<const StreamMessage>> EncodeStage::encode(const ShownPicture& picture) {
+  std::vector<std::shared_ptr<const StreamMessage>> out;
+  if (demand_.jpeg > 0) {
+    const StageTimer timer(metrics_, "encode jpeg");
+    const std::vector<std::uint8_t> file = jpeg_.encode(*picture.srgb);
+    metrics_.encoded("jpeg", file.size());
+    out.push_back(message(picture, StreamKind::jpeg, file));
+  }
+  if (demand_.h264 > 0) {
+    encode_h264(picture, out);
+  }
+  return out;
+}
+
+std::int64_t unix_time_ns(Clock::time_point moment) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now - (Clock::now() - moment)).count();
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,49 @@
+#pragma once
+// One picture into the messages that viewers want: each kind encoded once, however many watch.
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "capture/image.h"
+#include "server/stream/encoder_demand.h"
+#include "server/stream/encode_h264.h"
+#include "server/stream/encode_jpeg.h"
+#include "server/metrics/metrics.h"
+#include "server/stream/protocol.h"
+
+namespace lumigraft {
+
+/// A finished picture on its way to viewers.
+struct ShownPicture {
+  std::shared_ptr<const Image<std::uint8_t>> srgb;
+  std::uint32_t sequence = 0;
+  bool passed_through = false;
+  std::chrono::steady_clock::time_point captured;
+};
+
+class EncodeStage {
+ public:
+  EncodeStage(int jpeg_quality, Demand& demand, Metrics& metrics);
+
+  /// Throws std::runtime_error where an encoder refuses; the next call starts that encoder anew.
+  std::vector<std::shared_ptr<const StreamMessage>> encode(const ShownPicture& picture);
+
+ private:
+  std::shared_ptr<const StreamMessage> message(const ShownPicture& picture, StreamKind kind,
+                                               std::span<const std::uint8_t> payload) const;
+  void encode_h264(const ShownPicture& picture, std::vector<std::shared_ptr<const StreamMessage>>& out);
+
+  Demand& demand_;
+  Metrics& metrics_;
+  JpegEncoder jpeg_;
+  std::optional<H264Encoder> h264_;
+  int width_ = 0, height_ = 0;
+  std::string codec_string_;
+  std::chrono::steady_clock::time_point last_asked_key_{};
+};
+
+/// The same moment in nanoseconds since 1970 UTC.
+std::int64_t unix_time_ns(std::chrono::steady_clock::time_point moment);
+
+}  // namespace lumigraft

@@ -1,0 +1,213 @@
+#include "server/stream/protocol.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::array<std::uint8_t, 4> kMagic{'L', 'U', 'M', 'I'};
+constexpr double kFarthest_m = 100.0;
+constexpr std::size_t kLongestName = 200;
+
+template <typename T>
+void put(std::vector<std::uint8_t>& out, std::size_t offset, T value) {
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    out[offset + i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * i));
+  }
+}
+
+struct Refused {
+  std::string error;
+};
+
+double number(const nlohmann::json& value, const std::string& key, double low, double high) {
+  if (!value.is_number() || !std::isfinite(value.get<double>()) || value.get<double>() < low ||
+      value.get<double>() > high) {
+    throw Refused{key + ": a number from " + std::to_string(low) + " to " + std::to_string(high)};
+  }
+  return value.get<double>();
+}
+
+template <int N>
+Eigen::Matrix<double, N, 1> vector(const nlohmann::json& value, const std::string& key, double low, double high) {
+  if (!value.is_array() || value.size() != N) {
+    throw Refused{key + ": an array of " + std::to_string(N) + " numbers"};
+  }
+  Eigen::Matrix<double, N, 1> result;
+  for (int i = 0; i < N; ++i) {
+    result[i] = number(value[static_cast<std::size_t>(i)], key, low, high);
+  }
+  return result;
+}
+
+MaterialChange material(const nlohmann::json& value) {
+  MaterialChange change;
+  if (value.is_null()) {
+    change.models_own = true;
+    return change;
+  }
+  if (!value.is_object()) {
+    throw Refused{"material: null or an object"};
+  }
+  for (const auto& [key, v] : value.items()) {
+    if (key == "base_color") {
+      change.base_color = vector<3>(v, key, 0, 1).cast<float>();
+    } else if (key == "metallic") {
+      change.metallic = static_cast<float>(number(v, key, 0, 1));
+    } else if (key == "roughness") {
+      change.roughness = static_cast<float>(number(v, key, 0, 1));
+    } else if (key == "specular") {
+      change.specular = static_cast<float>(number(v, key, 0, 1));
+    } else {
+      throw Refused{"material: base_color, metallic, roughness, specular"};
+    }
+  }
+  return change;
+}
+
+ObjectCommand object(const nlohmann::json& message) {
+  ObjectCommand command;
+  bool named = false;
+  for (const auto& [key, value] : message.items()) {
+    if (key == "type") {
+      continue;
+    }
+    if (key == "index") {
+      command.object = static_cast<std::size_t>(number(value, key, 0, 1e6));
+      named = true;
+    } else if (key == "name") {
+      if (!value.is_string() || value.get_ref<const std::string&>().size() > kLongestName) {
+        throw Refused{"name: a text of at most " + std::to_string(kLongestName) + " bytes"};
+      }
+      command.object = value.get<std::string>();
+      named = true;
+    } else if (key == "position_m") {
+      command.position_m = vector<3>(value, key, -kFarthest_m, kFarthest_m);
+    } else if (key == "rotation_wxyz") {
+      const auto q = vector<4>(value, key, -1e3, 1e3);
+      if (q.norm() < 1e-6) {
+        throw Refused{"rotation_wxyz: a quaternion other than zero"};
+      }
+      command.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();
+    } else if (key == "yaw_degrees") {
+      command.yaw_degrees = number(value, key, -36000, 36000);
+    } else if (key == "visible") {
+      if (!value.is_boolean()) {
+        throw Refused{"visible: true or false"};
+      }
+      command.visible = value.get<bool>();
+    } else if (key == "material") {
+      command.material = material(value);
+    } else {
+      throw Refused{"object: index or name, position_m, rotation_wxyz or yaw_degrees, visible, material"};
+    }
+  }
+  if (!named) {
+    throw Refused{"object: index or name must be there"};
+  }
+  if (command.rotation && command.yaw_degrees) {
+    throw Refused{"object: rotation_wxyz or yaw_degrees, not both"};
+  }
+  return command;
+}
+
+PlaybackCommand playback(const nlohmann::json& message) {
+  constexpr double kLongest_s = 1e7;
+  PlaybackCommand command;
+  for (const auto& [key, value] : message.items()) {
+    if (key == "at_s") {
+      command.at_s = number(value, key, 0, kLongest_s);
+    } else if (key == "paused" && value.is_boolean()) {
+      command.paused = value.get<bool>();
+    } else if (key == "step" && value.is_boolean()) {
+      command.step = value.get<bool>();
+    } else if (key != "type") {
+      throw Refused{"playback: at_s in seconds, paused and step true or false"};
+    }
+  }
+  return command;
+}
+
+Command parse(const nlohmann::json& message) {
+  if (!message.is_object() || !message.contains("type") || !message["type"].is_string()) {
+    throw Refused{"a message is a JSON object with a text \"type\""};
+  }
+  const std::string& type = message["type"].get_ref<const std::string&>();
+  if (type == "want") {
+    const std::string codec = message.value("codec", nlohmann::json()).is_string() ? message["codec"] : "";
+    if (codec == "h264") {
+      return WantCommand{Codec::h264};
+    }
+    if (codec == "jpeg") {
+      return WantCommand{Codec::jpeg};
+    }
+    if (codec == "none") {
+      return WantCommand{Codec::none};
+    }
+    throw Refused{"codec: h264, jpeg or none"};
+  }
+  if (type == "key") {
+    return KeyCommand{};
+  }
+  if (type == "ack") {
+    return AckCommand{
+        static_cast<std::uint32_t>(number(message.value("sequence", nlohmann::json()), "sequence", 0, 4294967295.0))};
+  }
+  if (type == "object") {
+    return object(message);
+  }
+  if (type == "record") {
+    if (!message.contains("on") || !message["on"].is_boolean()) {
+      throw Refused{"on: true or false"};
+    }
+    return RecordCommandOfViewer{message["on"].get<bool>()};
+  }
+  if (type == "playback") {
+    return playback(message);
+  }
+  throw Refused{"type: want, object, record, playback, key or ack"};
+}
+
+}  // namespace
+
+std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& header,
+                                                         std::span<const std::uint8_t> payload) {
+  auto message = std::make_shared<StreamMessage>();
+  message->header = header;
+  std::vector<std::uint8_t>& out = message->bytes;
+  out.resize(kStreamHeaderBytes + payload.size());
+  std::copy(kMagic.begin(), kMagic.end(), out.begin());
+  put(out, 4, static_cast<std::uint8_t>(kProtocolVersion));
+  put(out, 5, static_cast<std::uint8_t>(header.kind));
+  put(out, 6, header.flags);
+  put(out, 8, header.sequence);
+  put(out, 12, header.width);
+  put(out, 14, header.height);
+  put(out, 16, header.capture_time_ns);
+  put(out, 24, header.send_time_ns);
+  std::copy(payload.begin(), payload.end(), out.begin() + kStreamHeaderBytes);
+  return message;
+}
+
+Command parse_command(std::string_view text) {
+  const nlohmann::json message = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (message.is_discarded()) {
+    return BadCommand{"not JSON"};
+  }
+  try {
+    return parse(message);
+  } catch (const Refused& refused) {
+    return BadCommand{refused.error};
+  } catch (const nlohmann::json::exception& e) {
+    return BadCommand{e.what()};
+  }
+}
+
+std::string error_message(std::string_view error) {
+  return nlohmann::json{{"type", "error"}, {"error", error}}.dump(-1, ' ', false,
+                                                                  nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,71 @@
+#include "server/stream/viewer_hub.h"
+
+#include <chrono>
+
+namespace lumigraft {
+namespace {
+
+constexpr std::size_t kRememberedPictures = 256;
+
+}  // namespace
+
+void ViewerHub::add(std::shared_ptr<Viewer> viewer) {
+  viewers_.insert(std::move(viewer));
+  metrics_.viewers(static_cast<int>(viewers_.size()));
+}
+
+void ViewerHub::remove(const std::shared_ptr<Viewer>& viewer) {
+  if (viewers_.erase(viewer) > 0) {
+    metrics_.viewers(static_cast<int>(viewers_.size()));
+    count_demand();
+  }
+}
+
+void ViewerHub::count_demand() {
+  int h264 = 0, jpeg = 0;
+  for (const auto& viewer : viewers_) {
+    h264 += viewer->codec() == Codec::h264 ? 1 : 0;
+    jpeg += viewer->codec() == Codec::jpeg ? 1 : 0;
+  }
+  demand_.h264 = h264;
+  demand_.jpeg = jpeg;
+}
+
+void ViewerHub::publish(const std::shared_ptr<const StreamMessage>& message) {
+  if (message->header.kind == StreamKind::config) {
+    config_ = message;
+  } else {
+    capture_times_ns_.emplace_back(message->header.sequence, message->header.capture_time_ns);
+    if (capture_times_ns_.size() > kRememberedPictures) {
+      capture_times_ns_.pop_front();
+    }
+  }
+  for (const auto& viewer : std::set(viewers_)) {  // a copy: a viewer may leave meanwhile
+    viewer->offer(message);
+  }
+}
+
+void ViewerHub::publish_text(const std::string& kind, const std::string& text) {
+  for (const auto& viewer : std::set(viewers_)) {
+    viewer->offer_text(kind, text);
+  }
+}
+
+void ViewerHub::say_goodbye() {
+  for (const auto& viewer : std::set(viewers_)) {
+    viewer->say_goodbye();
+  }
+}
+
+void ViewerHub::acknowledged(std::uint32_t sequence) {
+  for (const auto& [known, capture_time_ns] : capture_times_ns_) {
+    if (known == sequence) {
+      const auto now = std::chrono::system_clock::now().time_since_epoch();
+      const auto now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+      metrics_.time("capture_to_ack", 1e-9 * static_cast<double>(now_ns - capture_time_ns));
+      return;
+    }
+  }
+}
+
+}  // namespace lumigraft

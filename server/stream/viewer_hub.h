@@ -1,0 +1,52 @@
+#pragma once
+// Who watches, and what everyone is told. No socket in here; the web server's thread alone uses it.
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "server/stream/encoder_demand.h"
+#include "server/metrics/metrics.h"
+#include "server/stream/protocol.h"
+
+namespace lumigraft {
+
+/// A viewer as the hub sees it. Any of these calls may end the viewer and so remove it from the hub.
+class Viewer {
+ public:
+  virtual ~Viewer() = default;
+  virtual Codec codec() const = 0;
+  virtual void offer(const std::shared_ptr<const StreamMessage>& message) = 0;
+  virtual void offer_text(const std::string& kind, const std::string& text) = 0;
+  virtual void say_goodbye() = 0;
+};
+
+class ViewerHub {
+ public:
+  ViewerHub(Demand& demand, Metrics& metrics) : demand_(demand), metrics_(metrics) {}
+
+  void add(std::shared_ptr<Viewer> viewer);
+  void remove(const std::shared_ptr<Viewer>& viewer);
+  std::size_t count() const { return viewers_.size(); }
+
+  /// After a viewer wants something else.
+  void count_demand();
+  void publish(const std::shared_ptr<const StreamMessage>& message);
+  void publish_text(const std::string& kind, const std::string& text);
+  void say_goodbye();
+  /// A viewer has the picture on its screen: how long that took goes to the metrics as capture_to_ack.
+  void acknowledged(std::uint32_t sequence);
+  /// The newest codec string message, for a new viewer; may be null.
+  const std::shared_ptr<const StreamMessage>& config() const { return config_; }
+
+ private:
+  Demand& demand_;
+  Metrics& metrics_;
+  std::set<std::shared_ptr<Viewer>> viewers_;
+  std::shared_ptr<const StreamMessage> config_;
+  std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns_;  ///< of recent pictures, by sequence
+};
+
+}  // namespace lumigraft

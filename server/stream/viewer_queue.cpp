@@ -1,0 +1,110 @@
+#include "server/stream/viewer_queue.h"
+
+#include <algorithm>
+
+namespace lumigraft {
+
+void ViewerQueue::want(Codec codec) {
+  codec_ = codec;
+  pictures_.clear();
+  needs_key_ = true;
+  config_sent_ = false;
+}
+
+bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message) {
+  // A viewer that loses pictures on its own side acknowledges them never: after as many again it is trusted anew.
+  if (owes_acknowledgements() && ++held_back_ >= kMostUnderWay) {
+    under_way_.clear();
+    held_back_ = 0;
+  }
+  return offer_picture(std::move(message));
+}
+
+bool ViewerQueue::offer_picture(std::shared_ptr<const StreamMessage> message) {
+  switch (message->header.kind) {
+    case StreamKind::config:
+      config_ = std::move(message);
+      config_sent_ = false;
+      return false;
+    case StreamKind::jpeg: {
+      if (codec_ != Codec::jpeg) {
+        return false;
+      }
+      const bool dropped = !pictures_.empty();
+      pictures_.clear();
+      pictures_.push_back(std::move(message));
+      return dropped;
+    }
+    case StreamKind::h264_key: {
+      if (codec_ != Codec::h264) {
+        return false;
+      }
+      const bool dropped = !pictures_.empty();
+      pictures_.clear();
+      pictures_.push_back(std::move(message));
+      needs_key_ = false;
+      return dropped;
+    }
+    case StreamKind::h264_delta:
+      break;
+  }
+  if (codec_ != Codec::h264) {
+    return false;
+  }
+  if (needs_key_) {
+    return true;
+  }
+  if (pictures_.size() >= kLongestRun) {
+    pictures_.clear();
+    needs_key_ = true;
+    return true;
+  }
+  pictures_.push_back(std::move(message));
+  return false;
+}
+
+void ViewerQueue::offer_text(const std::string& kind, std::string text) { texts_[kind] = std::move(text); }
+
+bool ViewerQueue::acknowledge(std::uint32_t sequence) {
+  acknowledges_ = true;
+  const auto known = std::find(under_way_.begin(), under_way_.end(), sequence);
+  if (known == under_way_.end()) {
+    return false;
+  }
+  under_way_.erase(under_way_.begin(), known + 1);  // those before it were passed over
+  held_back_ = 0;
+  return true;
+}
+
+std::optional<ViewerQueue::Outgoing> ViewerQueue::next_text() {
+  for (const char* kind : {"hello", "error", "state", "stats"}) {
+    if (auto found = texts_.find(kind); found != texts_.end()) {
+      Outgoing out = std::move(found->second);
+      texts_.erase(found);
+      return out;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<ViewerQueue::Outgoing> ViewerQueue::next() {
+  if (std::optional<Outgoing> text = next_text()) {
+    return text;
+  }
+  if (pictures_.empty() || owes_acknowledgements()) {
+    return std::nullopt;
+  }
+  if (pictures_.front()->header.kind == StreamKind::h264_key && config_ && !config_sent_) {
+    config_sent_ = true;
+    return config_;
+  }
+  auto picture = std::move(pictures_.front());
+  pictures_.pop_front();
+  under_way_.push_back(picture->header.sequence);
+  if (under_way_.size() > kMostUnderWay) {
+    under_way_.pop_front();
+  }
+  return picture;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,407 @@
+#include "server/stream/web_server.h"
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <list>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "server/stream/request_guard.h"
+#include "server/stream/viewer_hub.h"
+#include "server/stream/viewer_queue.h"
+
+namespace lumigraft {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::uint32_t kLongestHeader = 8 * 1024;
+constexpr std::size_t kLongestBody = 1024;
+constexpr int kSendBuffer_bytes = 256 * 1024;  // what the kernel holds for a slow viewer: a quarter second of stream
+constexpr std::chrono::milliseconds kStatesApart{50};
+constexpr std::chrono::milliseconds kGoodbye{100};
+
+class Connection;
+
+}  // namespace
+
+struct WebServer::State {
+  const WebSettings settings;
+  const WebHandlers handlers;
+  Demand& demand;
+  Metrics& metrics;
+  asio::io_context io{1};  // first: what follows holds sockets and timers of it
+  tcp::acceptor acceptor{io};
+  asio::steady_timer state_timer{io}, accept_timer{io}, stop_timer{io};
+  bool state_waits = false, loopback = true;
+  std::list<std::shared_ptr<Connection>> connections;  ///< oldest first
+  ViewerHub hub{demand, metrics};
+  std::thread thread;
+
+  State(const WebSettings& the_settings, WebHandlers the_handlers, Demand& the_demand, Metrics& the_metrics)
+      : settings(the_settings), handlers(std::move(the_handlers)), demand(the_demand), metrics(the_metrics) {}
+
+  void accept();
+  void admit(tcp::socket socket);
+  void forget(const std::shared_ptr<Connection>& connection);
+  void objects_changed();
+};
+
+namespace {
+
+/// One socket: requests, and after an upgrade a viewer.
+class Connection : public Viewer, public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(WebServer::State& server, tcp::socket socket)
+      : server_(server), stream_(std::move(socket)), write_timer_(server.io) {}
+
+  void read_request() {
+    parser_.emplace();
+    parser_->header_limit(kLongestHeader);
+    parser_->body_limit(kLongestBody);
+    stream_.expires_after(server_.settings.request_timeout);
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+      error ? self->close() : self->answer();
+    });
+  }
+
+  bool is_viewer() const { return websocket_.has_value(); }
+  Codec codec() const override { return queue_.codec(); }
+
+  void offer(const std::shared_ptr<const StreamMessage>& message) override {
+    if (queue_.offer(message)) {
+      server_.metrics.drop("viewer");
+    }
+    write_next();
+  }
+
+  void offer_text(const std::string& kind, const std::string& text) override {
+    queue_.offer_text(kind, text);
+    write_next();
+  }
+
+  void close() {
+    if (closed_) {
+      return;
+    }
+    closed_ = true;
+    write_timer_.cancel();
+    error_code ignored;
+    socket().shutdown(tcp::socket::shutdown_both, ignored);
+    socket().close(ignored);
+    server_.forget(shared_from_this());
+  }
+
+  void say_goodbye() override { leave(websocket::close_code::going_away); }
+
+ private:
+  tcp::socket& socket() { return websocket_ ? beast::get_lowest_layer(*websocket_).socket() : stream_.socket(); }
+
+  void answer() {
+    const auto& request = parser_->get();
+    const bool upgrade = websocket::is_upgrade(request) && request.target() == "/ws";
+    const auto text = [](beast::string_view v) { return std::string_view(v.data(), v.size()); };
+    if (!request_allowed(text(request[http::field::host]), text(request[http::field::origin]), server_.loopback)) {
+      return reply({403, "text/plain; charset=utf-8", "this host or origin is not served here\n"}, false);
+    }
+    std::string_view path = text(request.target());
+    path = path.substr(0, path.find('?'));
+    if (request.method() == http::verb::post && server_.handlers.post) {
+      return reply(server_.handlers.post(path), request.keep_alive());
+    }
+    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+      return reply({405, "text/plain; charset=utf-8", "GET or HEAD\n"}, false);
+    }
+    if (upgrade) {
+      if (static_cast<int>(server_.hub.count()) >= server_.settings.max_viewers) {
+        server_.metrics.refused_connection();
+        return reply({503, "text/plain; charset=utf-8", "enough viewers\n"}, false);
+      }
+      return become_viewer();
+    }
+    reply(path == "/ws" ? WebReply{426, "text/plain; charset=utf-8", "a websocket\n"} : server_.handlers.get(path),
+          request.keep_alive());
+  }
+
+  void reply(WebReply content, bool keep_alive) {
+    auto response = std::make_shared<http::response<http::string_body>>();
+    response->result(content.status);
+    response->version(parser_->get().version());
+    response->keep_alive(keep_alive);
+    response->set(http::field::content_type, content.type);
+    response->set(http::field::cache_control, "no-store");
+    response->set("X-Content-Type-Options", "nosniff");
+    response->set("Content-Security-Policy", "default-src 'self'; img-src 'self' blob: data:");
+    response->content_length(content.body.size());
+    if (parser_->get().method() != http::verb::head) {
+      response->body() = std::move(content.body);
+    }
+    stream_.expires_after(server_.settings.write_timeout);
+    http::async_write(stream_, *response,
+                      [self = shared_from_this(), response, keep_alive](error_code error, std::size_t) {
+                        error || !keep_alive ? self->close() : self->read_request();
+                      });
+  }
+
+  void become_viewer() {
+    stream_.expires_never();
+    websocket_.emplace(std::move(stream_));
+    server_.hub.add(shared_from_this());
+    websocket::stream_base::timeout timeout{};
+    timeout.handshake_timeout = server_.settings.request_timeout;
+    timeout.idle_timeout = server_.settings.silence_timeout;
+    timeout.keep_alive_pings = true;
+    websocket_->set_option(timeout);
+    websocket_->read_message_max(server_.settings.max_message_bytes);
+    websocket_->auto_fragment(false);  // a picture is one frame
+    error_code ignored;
+    socket().set_option(tcp::no_delay(true), ignored);
+    socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
+    websocket_->async_accept(parser_->get(), [self = shared_from_this()](error_code error) {
+      if (error) {
+        return self->close();
+      }
+      self->open_ = true;
+      self->buffer_.consume(self->buffer_.size());
+      self->queue_.offer_text("hello", self->server_.handlers.hello());
+      if (self->server_.hub.config()) {
+        self->queue_.offer(self->server_.hub.config());
+      }
+      self->write_next();
+      self->read_message();
+    });
+  }
+
+  void read_message() {
+    websocket_->async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) {
+        if (error == websocket::error::message_too_big) {
+          self->server_.metrics.refused_connection();
+        }
+        return self->close();
+      }
+      const std::string text = beast::buffers_to_string(self->buffer_.data());
+      self->buffer_.consume(self->buffer_.size());
+      self->obey(self->websocket_->got_text() ? parse_command(text) : BadCommand{"messages are JSON text"});
+      if (!self->leaving_) {
+        self->read_message();
+      }
+    });
+  }
+
+  void obey(const Command& command) {
+    std::optional<std::string> wrong;
+    if (const auto* want = std::get_if<WantCommand>(&command)) {
+      queue_.want(want->codec);
+      server_.hub.count_demand();
+      server_.demand.key = server_.demand.key || want->codec == Codec::h264;
+    } else if (std::holds_alternative<KeyCommand>(command)) {
+      server_.demand.key = true;
+    } else if (const auto* ack = std::get_if<AckCommand>(&command)) {
+      if (queue_.acknowledge(ack->sequence)) {
+        server_.hub.acknowledged(ack->sequence);
+      }
+      write_next();
+    } else if (const auto* object = std::get_if<ObjectCommand>(&command)) {
+      wrong = server_.handlers.change_object(*object);
+      if (!wrong) {
+        server_.objects_changed();
+      }
+    } else if (const auto* record = std::get_if<RecordCommandOfViewer>(&command)) {
+      wrong = server_.handlers.record(record->on);
+    } else if (const auto* playback = std::get_if<PlaybackCommand>(&command)) {
+      wrong = server_.handlers.playback(*playback);
+    } else {
+      wrong = std::get<BadCommand>(command).error;
+    }
+    if (wrong) {
+      queue_.offer_text("error", error_message(*wrong));
+      if (++bad_messages_ > 1) {
+        return leave(websocket::close_code::policy_error);
+      }
+      write_next();
+    }
+  }
+
+  void write_next() {
+    if (closed_ || !open_ || writing_) {
+      return;
+    }
+    std::optional<ViewerQueue::Outgoing> next = leaving_ ? queue_.next_text() : queue_.next();
+    if (!next) {
+      if (leaving_) {
+        send_close();
+      }
+      return;
+    }
+    writing_ = std::move(*next);
+    watch_write();
+    const auto* text = std::get_if<std::string>(&*writing_);
+    websocket_->text(text != nullptr);
+    const asio::const_buffer bytes =
+        text != nullptr ? asio::buffer(*text)
+                        : asio::buffer(std::get<std::shared_ptr<const StreamMessage>>(*writing_)->bytes);
+    websocket_->async_write(bytes, [self = shared_from_this()](error_code error, std::size_t) {
+      self->writing_.reset();
+      self->write_timer_.cancel();
+      error ? self->close() : self->write_next();
+    });
+  }
+
+  void send_close() {
+    if (std::exchange(close_sent_, true)) {
+      return;
+    }
+    watch_write();
+    websocket_->async_close(*leaving_, [self = shared_from_this()](error_code) { self->close(); });
+  }
+
+  /// Ends the websocket with a reason, after what is being written.
+  void leave(websocket::close_code code) {
+    if (closed_ || !open_ || leaving_) {
+      return;
+    }
+    leaving_ = code;
+    write_next();
+  }
+
+  /// A write that does not end within its time ends the connection: the reader does not read.
+  void watch_write() {
+    write_timer_.expires_after(server_.settings.write_timeout);
+    write_timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (!error && !self->closed_) {
+        self->server_.metrics.refused_connection();
+        self->close();
+      }
+    });
+  }
+
+  WebServer::State& server_;
+  beast::tcp_stream stream_;
+  std::optional<websocket::stream<beast::tcp_stream>> websocket_;
+  beast::flat_buffer buffer_{kLongestHeader + 64 * 1024};
+  std::optional<http::request_parser<http::string_body>> parser_;
+  ViewerQueue queue_;
+  std::optional<ViewerQueue::Outgoing> writing_;
+  asio::steady_timer write_timer_;
+  std::optional<websocket::close_code> leaving_;
+  int bad_messages_ = 0;
+  bool open_ = false, closed_ = false, close_sent_ = false;
+};
+
+}  // namespace
+
+void WebServer::State::accept() {
+  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted) {
+      return;
+    }
+    if (error) {  // no descriptors left: wait for some to come free
+      accept_timer.expires_after(std::chrono::milliseconds(100));
+      accept_timer.async_wait([this](error_code stopped) {
+        if (!stopped) {
+          accept();
+        }
+      });
+      return;
+    }
+    admit(std::move(socket));
+    accept();
+  });
+}
+
+void WebServer::State::admit(tcp::socket socket) {
+  const auto full = [&] { return static_cast<int>(connections.size()) >= settings.max_connections; };
+  const auto oldest =
+      std::find_if(connections.begin(), connections.end(), [](const auto& other) { return !other->is_viewer(); });
+  if (full() && oldest != connections.end()) {
+    metrics.refused_connection();
+    (*oldest)->close();
+  }
+  if (full()) {
+    metrics.refused_connection();
+    return;
+  }
+  connections.push_back(std::make_shared<Connection>(*this, std::move(socket)));
+  connections.back()->read_request();
+}
+
+void WebServer::State::forget(const std::shared_ptr<Connection>& connection) {
+  hub.remove(connection);
+  connections.remove(std::shared_ptr(connection));  // a copy: what is removed must not be the argument
+}
+
+void WebServer::State::objects_changed() {
+  if (std::exchange(state_waits, true)) {
+    return;
+  }
+  state_timer.expires_after(kStatesApart);
+  state_timer.async_wait([this](error_code error) {
+    state_waits = false;
+    if (!error) {
+      hub.publish_text("state", handlers.state());
+    }
+  });
+}
+
+WebServer::WebServer(const WebSettings& settings, WebHandlers handlers, Demand& demand, Metrics& metrics)
+    : state_(std::make_unique<State>(settings, std::move(handlers), demand, metrics)) {
+  State& s = *state_;
+  try {
+    const tcp::endpoint endpoint(asio::ip::make_address(settings.address), settings.port);
+    s.loopback = endpoint.address().is_loopback();
+    s.acceptor.open(endpoint.protocol());
+    s.acceptor.set_option(asio::socket_base::reuse_address(true));
+    s.acceptor.bind(endpoint);
+    s.acceptor.listen(1024);
+  } catch (const boost::system::system_error& e) {
+    throw std::runtime_error("cannot listen on " + settings.address + " port " + std::to_string(settings.port) + ": " +
+                             e.code().message());
+  }
+}
+
+WebServer::~WebServer() { stop(); }
+
+std::uint16_t WebServer::port() const { return state_->acceptor.local_endpoint().port(); }
+
+void WebServer::start() {
+  state_->accept();
+  state_->thread = std::thread([this] { state_->io.run(); });
+}
+
+void WebServer::publish(std::shared_ptr<const StreamMessage> message) {
+  asio::post(state_->io, [&s = *state_, message = std::move(message)] { s.hub.publish(message); });
+}
+
+void WebServer::publish_text(const std::string& kind, std::string text) {
+  asio::post(state_->io, [&s = *state_, kind, text = std::move(text)] { s.hub.publish_text(kind, text); });
+}
+
+void WebServer::stop() {
+  State& s = *state_;
+  if (!s.thread.joinable()) {
+    return;
+  }
+  asio::post(s.io, [&s] {
+    error_code ignored;
+    s.acceptor.close(ignored);
+    s.hub.say_goodbye();
+    s.stop_timer.expires_after(s.hub.count() == 0 ? std::chrono::milliseconds(0) : kGoodbye);
+    s.stop_timer.async_wait([&s](error_code) { s.io.stop(); });
+  });
+  s.thread.join();
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,285 @@
+#include "server/truth/oracle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+#include <utility>
+
+#include "capture/error.h"
+#include "capture/formats/picture_file.h"
+#include "reconstruct/light/light.h"
+#include "server/truth/true_surface.h"
+#include "server/truth/truth.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr float kSurfaceBand_voxels = 2.0f;  // as far from the surface as albedo is looked up
+constexpr float kSameSurface_voxels = 3.0f;  // a pixel shows the voxel when its depth is as near
+constexpr float kSameLamp_rad = 0.087f;      // 5°: the split's centroid against the lamp's centre
+constexpr float kTruthSigma = 0.01f;         // of albedo: what an 8-bit texture leaves open
+
+Image<float> read_true_picture(const std::filesystem::path& path) {
+  try {
+    return read_radiance(path);
+  } catch (const InputError& e) {
+    throw InputError(path.string() + ": " + e.what());
+  }
+}
+
+/// Bilinear between the pixels around, as fusion takes their radiance; the nearest pixel's own where those show several
+/// surfaces. Empty where that is not at `depth_m`, within `same_m`.
+std::optional<Eigen::Vector3f> picture_at(const Image<float>& picture, const Image<float>& depth_m,
+                                          const Eigen::Vector2d& pixel, double z_m, double same_m) {
+  const auto shows = [&](int u, int v) { return std::abs(depth_m.at(u, v) - z_m) <= same_m; };
+  const auto color = [&](int u, int v) -> Eigen::Vector3f {
+    return {picture.at(u, v, 0), picture.at(u, v, 1), picture.at(u, v, 2)};
+  };
+  const int u = static_cast<int>(std::floor(pixel.x())), v = static_cast<int>(std::floor(pixel.y()));
+  if (u >= 0 && v >= 0 && u + 1 < picture.width && v + 1 < picture.height && shows(u, v) && shows(u + 1, v) &&
+      shows(u, v + 1) && shows(u + 1, v + 1)) {
+    const auto a = static_cast<float>(pixel.x() - u), b = static_cast<float>(pixel.y() - v);
+    return (1 - b) * ((1 - a) * color(u, v) + a * color(u + 1, v)) +
+           b * ((1 - a) * color(u, v + 1) + a * color(u + 1, v + 1));
+  }
+  const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
+  return shows(x, y) ? std::optional(color(x, y)) : std::nullopt;
+}
+
+PointLight true_light(const TrueLamp& lamp, const Eigen::Vector3d& probe_m) {
+  PointLight light;
+  const Eigen::Vector3d to_lamp = lamp.centre_m - probe_m;
+  const double distance_m = to_lamp.norm();
+  light.direction = (to_lamp / distance_m).cast<float>();
+  light.irradiance = (lamp.radiance * (lamp.seen_area_m2(probe_m) / (distance_m * distance_m))).cast<float>();
+  light.distance_known = true;
+  light.position_m = lamp.centre_m.cast<float>();
+  light.intensity = (lamp.radiance * lamp.seen_area_m2(probe_m)).cast<float>();
+  light.radius_m = static_cast<float>(lamp.radius_m);
+  light.flat = !lamp.normal.isZero() && light.intensity.maxCoeff() > 0;
+  if (light.flat) {
+    light.normal = lamp.normal.cast<float>();
+  }
+  light.angular_radius_rad = static_cast<float>(std::atan(lamp.radius_m / distance_m));
+  return light;
+}
+
+}  // namespace
+
+OracleParts parse_oracle_parts(const std::string& list) {
+  OracleParts parts;
+  std::istringstream names(list);
+  for (std::string name; std::getline(names, name, ',');) {
+    if (name == "pose") {
+      parts.pose = true;
+    } else if (name == "geometry") {
+      parts.geometry = true;
+    } else if (name == "light") {
+      parts.light = true;
+    } else if (name == "albedo") {
+      parts.albedo = true;
+    } else {
+      throw InputError("--oracle: found \"" + name + "\", allowed: pose, geometry, light, albedo, with commas between");
+    }
+  }
+  return parts;
+}
+
+std::string name_of(const OracleParts& parts) {
+  std::string name;
+  const auto add = [&](bool taken, const char* part) {
+    if (taken) {
+      name += (name.empty() ? "" : "+") + std::string(part);
+    }
+  };
+  add(parts.pose, "pose");
+  add(parts.geometry, "geometry");
+  add(parts.light, "light");
+  add(parts.albedo, "albedo");
+  return name.empty() ? "none" : name;
+}
+
+Illumination with_true_lamps(const Illumination& split, const std::vector<TrueLamp>& lamps,
+                             const FisheyeCamera& fisheye) {
+  Illumination result = split;
+  const Eigen::Vector3d probe_m = split.probe_position_m.cast<double>();
+  int next_id = 0;
+  for (const PointLight& light : split.lights) {
+    next_id = std::max(next_id, light.id + 1);
+  }
+  for (const TrueLamp& lamp : lamps) {
+    PointLight light = true_light(lamp, probe_m);
+    const auto shows_it = [&](const PointLight& found) {
+      const float angle_rad = std::acos(std::clamp(found.direction.dot(light.direction), -1.0f, 1.0f));
+      return !found.distance_known && angle_rad < light.angular_radius_rad + kSameLamp_rad;
+    };
+    const auto found = std::find_if(result.lights.begin(), result.lights.end(), shows_it);
+    if (found != result.lights.end()) {
+      light.id = found->id;
+      result.lights.erase(std::remove_if(result.lights.begin(), result.lights.end(), shows_it), result.lights.end());
+      result.lights.push_back(light);
+      continue;
+    }
+    const Eigen::Vector3d seen_along = fisheye.T_tag_fisheye.rotation().transpose() * light.direction.cast<double>();
+    const std::optional<Eigen::Vector2d> pixel = fisheye.model.project(seen_along);
+    if (!pixel || !fisheye.model.inside(*pixel)) {
+      light.id = next_id++;
+      result.lights.push_back(light);
+    }
+  }
+  std::stable_sort(result.lights.begin(), result.lights.end(),
+                   [](const PointLight& a, const PointLight& b) { return a.irradiance.sum() > b.irradiance.sum(); });
+  return result;
+}
+
+struct Oracle::State {
+  Session session;
+  OracleParts parts;
+  LightStage light;
+  std::shared_ptr<AlbedoField> albedo;
+  std::optional<TrueSurface> surface;  ///< of the whole true room
+
+  State(const Session& the_session, const OracleParts& the_parts)
+      : session(the_session), parts(the_parts), light(the_session, LightSettings{}) {}
+
+  std::filesystem::path file(std::uint64_t index, const char* name) const {
+    return truth_folder(session.folder, index) / name;
+  }
+};
+
+Oracle::Oracle(const Session& session, const OracleParts& parts) : state_(std::make_unique<State>(session, parts)) {
+  if (parts.pose) {
+    read_true_pose(state_->file(0, "pose.json"));
+  }
+  if (parts.geometry) {
+    read_true_depth(state_->file(0, "depth.exr"));
+    const std::filesystem::path room = session.folder / "truth" / "real_scene.ply";
+    if (std::filesystem::exists(room)) {
+      state_->surface.emplace(room);
+    }
+  }
+  if (parts.light) {
+    read_true_lamps(state_->file(0, "lights.json"));
+    if (!session.fisheye) {
+      throw InputError("--oracle light: " + session.name + " has no [fisheye], allowed: a session with one");
+    }
+  }
+  if (parts.albedo) {
+    read_true_picture(state_->file(0, "albedo.exr"));
+    read_true_depth(state_->file(0, "depth.exr"));
+  }
+}
+
+Oracle::~Oracle() = default;
+
+const OracleParts& Oracle::parts() const { return state_->parts; }
+
+Pose Oracle::pose(const FrameSet& frame) const {
+  Pose pose;
+  pose.T_tag_camera = read_true_pose(state_->file(frame.index, "pose.json"));
+  pose.T_tag_camera_raw = pose.T_tag_camera;
+  pose.time_ns = frame.time_ns;
+  return pose;
+}
+
+FrameSet Oracle::with_true_depth(const FrameSet& frame) const {
+  FrameSet with = frame;
+  const std::filesystem::path file = state_->file(frame.index, "depth.exr");
+  if (!std::filesystem::exists(file)) {
+    with.depth = nullptr;
+    return with;
+  }
+  auto depth = std::make_shared<DepthPicture>();
+  depth->stamp = frame.depth ? frame.depth->stamp : frame.color->stamp;
+  depth->depth_m = read_true_depth(file);
+  const CameraModel& camera = state_->session.color.model;
+  if (depth->depth_m.width != camera.width || depth->depth_m.height != camera.height) {
+    throw InputError(file.string() + ": not of the colour picture's size");
+  }
+  with.depth = std::move(depth);
+  return with;
+}
+
+std::shared_ptr<const Illumination> Oracle::illumination(const FrameSet& frame) {
+  State& s = *state_;
+  FrameSet lit = frame;
+  for (const std::uint64_t index : {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may be there once
+    const std::filesystem::path file = s.file(index, "fisheye.exr");
+    if (std::filesystem::exists(file)) {
+      auto picture = std::make_shared<Picture>();
+      picture->stamp.time_ns = frame.time_ns;
+      picture->stream = Stream::fisheye;
+      picture->radiance = read_true_picture(file);
+      lit.fisheye = {picture};
+      break;
+    }
+  }
+  const std::shared_ptr<const Illumination> split = s.light.extract(lit).illumination;
+  if (!split) {
+    return nullptr;
+  }
+  return std::make_shared<const Illumination>(
+      with_true_lamps(*split, read_true_lamps(s.file(frame.index, "lights.json")), *s.session.fisheye));
+}
+
+std::shared_ptr<const Enclosure> Oracle::enclosure(const Illumination& light) const {
+  if (!state_->surface) {
+    return nullptr;
+  }
+  const std::optional<Enclosure> room = close_room(state_->surface->seen_from(light.probe_position_m), light, {});
+  return room ? std::make_shared<const Enclosure>(*room) : nullptr;
+}
+
+std::shared_ptr<const AlbedoField> Oracle::albedo(const FrameSet& frame, const Pose& pose, const DistanceField& field) {
+  State& s = *state_;
+  auto next = s.albedo ? std::make_shared<AlbedoField>(*s.albedo) : std::make_shared<AlbedoField>();
+  const std::filesystem::path file = s.file(frame.index, "albedo.exr");
+  if (s.albedo && !std::filesystem::exists(file)) {
+    return s.albedo;
+  }
+  const Image<float> albedo = read_true_picture(file);
+  const Image<float> depth_m = read_true_depth(s.file(frame.index, "depth.exr"));
+  const CameraModel& camera = s.session.color.model;
+  const Eigen::Isometry3d T_camera_tag = pose.T_tag_camera.inverse();
+  next->voxel_m = field.voxel_m;
+  ++next->version;
+  for (const auto& [key, brick] : field.bricks) {
+    std::shared_ptr<AlbedoBrick> seen;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      if (brick->weight[i] <= 0 || std::abs(brick->distance_m[i]) > kSurfaceBand_voxels * field.voxel_m) {
+        continue;
+      }
+      const Eigen::Vector3d voxel(kBrickEdge * key[0] + i % kBrickEdge,
+                                  kBrickEdge * key[1] + i / kBrickEdge % kBrickEdge,
+                                  kBrickEdge * key[2] + i / (kBrickEdge * kBrickEdge));
+      const Eigen::Vector3d p = T_camera_tag * (field.voxel_m * voxel);
+      const std::optional<Eigen::Vector2d> pixel = p.z() > 0 ? camera.project(p) : std::nullopt;
+      if (!pixel || !camera.inside(*pixel)) {
+        continue;
+      }
+      const std::optional<Eigen::Vector3f> seen_albedo =
+          picture_at(albedo, depth_m, *pixel, p.z(), kSameSurface_voxels * field.voxel_m);
+      if (!seen_albedo) {
+        continue;
+      }
+      if (!seen) {
+        const auto before = next->bricks.find(key);
+        seen = before != next->bricks.end() ? std::make_shared<AlbedoBrick>(*before->second)
+                                            : std::make_shared<AlbedoBrick>();
+        if (before == next->bricks.end()) {
+          seen->sigma.fill(-1.0f);
+        }
+      }
+      seen->albedo[i] = *seen_albedo;
+      seen->sigma[i] = kTruthSigma;
+    }
+    if (seen) {
+      next->bricks[key] = std::move(seen);
+    }
+  }
+  s.albedo = next;
+  return next;
+}
+
+}  // namespace lumigraft

@@ -1,0 +1,155 @@
+#include "server/truth/reference_truth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "capture/error.h"
+#include "capture/formats/picture_file.h"
+#include "relight/objects/closest_point.h"
+#include "relight/tracing/build_trace_scene.h"
+#include "server/truth/truth.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr float kSameSurface_m = 5e-5f;  // paper on a surface lies higher
+
+Image<float> read_true_colors(const std::filesystem::path& path) {
+  try {
+    return read_radiance(path);
+  } catch (const InputError& e) {
+    throw InputError(path.string() + ": " + e.what());
+  }
+}
+
+void expect_size(const CameraModel& camera, const Image<float>& image, const std::filesystem::path& path) {
+  if (image.width != camera.width || image.height != camera.height) {
+    throw InputError(path.string() + ": not of the colour picture's size");
+  }
+}
+
+SeenMaterials read_seen(const std::filesystem::path& folder, const CameraModel& camera) {
+  SeenMaterials seen;
+  seen.camera = camera;
+  seen.T_camera_tag = read_true_pose(folder / "pose.json").inverse().cast<float>();
+  seen.depth_m = read_true_depth(folder / "depth.exr");
+  seen.diffuse = read_true_colors(folder / "albedo.exr");
+  seen.f0 = read_true_colors(folder / "f0.exr");
+  seen.alpha = read_true_depth(folder / "roughness.exr");
+  expect_size(camera, seen.depth_m, folder / "depth.exr");
+  expect_size(camera, seen.diffuse, folder / "albedo.exr");
+  expect_size(camera, seen.f0, folder / "f0.exr");
+  expect_size(camera, seen.alpha, folder / "roughness.exr");
+  return seen;
+}
+
+/// The model's triangles in groups: those on each of the known surfaces, and last those on none.
+std::vector<std::vector<std::uint32_t>> grouped(const Model& model, const std::vector<KnownSurface>& known) {
+  std::vector<std::unique_ptr<ObjectSurface>> surfaces;
+  for (const KnownSurface& surface : known) {
+    surfaces.push_back(std::make_unique<ObjectSurface>(*surface.model));
+  }
+  std::vector<std::vector<std::uint32_t>> groups(known.size() + 1);
+  for (std::size_t i = 0; i < model.indices.size(); i += 3) {
+    const Eigen::Vector3f &a = model.positions_m[model.indices[i]], &b = model.positions_m[model.indices[i + 1]],
+                          &c = model.positions_m[model.indices[i + 2]], middle = (a + b + c) / 3;
+    const auto found = std::find_if(surfaces.begin(), surfaces.end(), [&](const auto& surface) {
+      return surface->nearest(a, kSameSurface_m) && surface->nearest(b, kSameSurface_m) &&
+             surface->nearest(c, kSameSurface_m) && surface->nearest(middle, kSameSurface_m);
+    });
+    auto& group = groups[static_cast<std::size_t>(found - surfaces.begin())];
+    group.insert(group.end(), model.indices.begin() + static_cast<std::ptrdiff_t>(i),
+                 model.indices.begin() + static_cast<std::ptrdiff_t>(i) + 3);
+  }
+  return groups;
+}
+
+std::vector<ReferenceMesh> read_meshes(const Session& session) {
+  const std::shared_ptr<const Model> all = load_model(session.folder / "truth" / "real_scene.ply", 'z');
+  const std::vector<KnownSurface> known = known_surfaces(session.real_surfaces);
+  const std::vector<std::vector<std::uint32_t>> groups = grouped(*all, known);
+  std::vector<ReferenceMesh> meshes;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (groups[i].empty()) {
+      continue;
+    }
+    auto model = std::make_shared<Model>(*all);
+    model->indices = groups[i];
+    model->parts.assign(1, {});
+    model->parts[0].material = {Eigen::Vector3f::Ones(), 0, 1, 0};
+    model->parts[0].index_count = static_cast<std::uint32_t>(groups[i].size());
+    ReferenceMesh mesh;
+    mesh.model = std::move(model);
+    if (i < known.size()) {
+      mesh.material = known[i].material;
+    }
+    mesh.seen = i == known.size();
+    meshes.push_back(std::move(mesh));
+  }
+  return meshes;
+}
+
+ReferenceLamp lamp_of(const TrueLamp& truth) {
+  ReferenceLamp lamp;
+  lamp.centre_m = truth.centre_m.cast<float>();
+  lamp.radiance = truth.radiance.cast<float>().array();
+  lamp.radius_m = static_cast<float>(truth.radius_m);
+  if (truth.normal.isZero()) {
+    return lamp;
+  }
+  lamp.normal = truth.normal.cast<float>();
+  lamp.shape = ReferenceLamp::Shape::disc;
+  if (!truth.size_m.isZero()) {
+    lamp.shape = ReferenceLamp::Shape::rectangle;
+    // Only the normal is told: the first edge is level, and along x where the lamp itself is.
+    const Eigen::Vector3d level = Eigen::Vector3d::UnitZ().cross(truth.normal);
+    const Eigen::Vector3d u = level.norm() > 1e-3 ? level.normalized() : Eigen::Vector3d::UnitX();
+    lamp.half_u_m = (0.5 * truth.size_m.x() * u).cast<float>();
+    lamp.half_v_m = (0.5 * truth.size_m.y() * truth.normal.cross(u).normalized()).cast<float>();
+  }
+  return lamp;
+}
+
+}  // namespace
+
+struct TrueRoom::State {
+  Session session;
+  std::vector<ReferenceMesh> meshes;
+  std::filesystem::path folder;
+  std::shared_ptr<const ReferenceScene> scene;
+
+  void take(const std::filesystem::path& now) {
+    auto next = std::make_shared<ReferenceScene>();
+    next->real = meshes;
+    for (const TrueLamp& lamp : read_true_lamps(now / "lights.json")) {
+      next->lamps.push_back(lamp_of(lamp));
+    }
+    const TrueSky sky = read_true_sky(now / "lights.json");
+    next->background = sky.constant.cast<float>().array();
+    if (sky.is_picture) {
+      next->environment.radiance = read_true_colors(session.folder / "truth" / "environment.exr");
+    }
+    // A frame without pictures of its materials takes those of the first, which has them all.
+    const bool own = std::filesystem::exists(now / "albedo.exr");
+    next->seen = std::make_shared<const SeenMaterials>(
+        read_seen(own ? now : truth_folder(session.folder, 0), session.color.model));
+    scene = std::move(next);
+    folder = now;
+  }
+};
+
+TrueRoom::TrueRoom(const Session& session) : state_(new State{session, read_meshes(session), {}, nullptr}) {
+  state_->take(truth_folder(session.folder, 0));
+}
+TrueRoom::~TrueRoom() = default;
+
+std::shared_ptr<const ReferenceScene> TrueRoom::at(const FrameSet& frame) {
+  const std::filesystem::path now = truth_folder(state_->session.folder, frame.index);
+  if (now != state_->folder) {
+    state_->take(now);
+  }
+  return state_->scene;
+}
+
+}  // namespace lumigraft

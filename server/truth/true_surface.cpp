@@ -1,0 +1,59 @@
+#include "server/truth/true_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumigraft {
+namespace {
+
+constexpr double kPoints = 4000;  // about as many in all
+constexpr float kOff_m = 1e-3f;   // from the surface a point looks
+
+std::vector<RoomPoint> points_on(const Model& model) {
+  const auto corner = [&](std::size_t i) { return model.positions_m[model.indices[i]]; };
+  const auto across = [&](std::size_t i) -> Eigen::Vector3f {  // the triangle's normal times twice its area
+    return (corner(i + 1) - corner(i)).cross(corner(i + 2) - corner(i));
+  };
+  double area_m2 = 0;
+  for (std::size_t i = 0; i < model.indices.size(); i += 3) area_m2 += 0.5 * across(i).norm();
+
+  // Rows of points between the edges that meet in the first corner; those beyond the third edge fold back.
+  std::vector<RoomPoint> points;
+  double owed = 0;
+  for (std::size_t i = 0; i < model.indices.size(); i += 3) {
+    owed += 0.5 * across(i).norm() / area_m2 * kPoints;
+    const auto edge = static_cast<int>(std::sqrt(owed));
+    owed -= edge * edge;
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+    for (std::size_t j = i; j < i + 3; ++j) normal += model.normals[model.indices[j]];
+    if (edge == 0 || normal.isZero()) continue;
+    normal.normalize();
+    for (int k = 0; k < edge * edge; ++k) {
+      float a = (static_cast<float>(k % edge) + 0.5f) / static_cast<float>(edge);
+      float b = (static_cast<float>(k / edge) + 0.25f) / static_cast<float>(edge);
+      if (a + b > 1) {
+        a = 1 - a;
+        b = 1 - b;
+      }
+      points.push_back({corner(i) + a * (corner(i + 1) - corner(i)) + b * (corner(i + 2) - corner(i)), normal});
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+TrueSurface::TrueSurface(const std::filesystem::path& real_scene_ply)
+    : model_(load_model(real_scene_ply, 'z')), triangles_(*model_), points_(points_on(*model_)) {}
+
+std::vector<RoomPoint> TrueSurface::seen_from(const Eigen::Vector3f& eye_m) const {
+  std::vector<RoomPoint> seen;
+  for (const RoomPoint& point : points_) {
+    const Eigen::Vector3f from = point.position_m + kOff_m * point.normal, to = eye_m - from;
+    const auto any = [](std::uint32_t, const Eigen::Vector3f&) { return true; };
+    if (to.dot(point.normal) > 0 && !triangles_.first_hit(from, to.normalized(), to.norm(), any)) seen.push_back(point);
+  }
+  return seen;
+}
+
+}  // namespace lumigraft

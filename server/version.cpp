@@ -1,7 +1,0 @@
-#include "server/version.h"
-
-namespace lumigraft {
-
-std::string version_line() { return "lumigraft " LUMIGRAFT_VERSION; }
-
-}  // namespace lumigraft
