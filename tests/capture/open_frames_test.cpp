@@ -8,11 +8,11 @@
 #include "capture/error.h"
 #include "capture/sync/pairing_reader.h"
 #include "capture/source.h"
-#include "tests/capture/exr_writer.h"
-#include "tests/capture/mkv_writer.h"
-#include "tests/capture/openni_test_pictures.h"
+#include "tests/capture/formats/exr_writer.h"
+#include "tests/capture/recorded/mkv_writer.h"
+#include "tests/capture/live/openni_test_pictures.h"
 #include "tests/capture/scratch_folder.h"
-#include "tests/capture/small_camera.h"
+#include "tests/capture/live/small_camera.h"
 
 namespace lumigraft {
 namespace {

@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include "capture/error.h"
-#include "closed_scene.h"
-#include "limited_device.h"
-#include "model_shapes.h"
+#include "tests/relight/closed_form/closed_scene.h"
+#include "tests/relight/gpu/limited_device.h"
+#include "tests/relight/exhibit/model_shapes.h"
 
 namespace lumigraft::test {
 namespace {

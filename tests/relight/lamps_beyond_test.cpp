@@ -2,9 +2,9 @@
 // away as the sun: it hides none of them.
 #include <cmath>
 
-#include "closed_scene.h"
+#include "tests/relight/closed_form/closed_scene.h"
 #include "reconstruct/room/enclosure.h"
-#include "reference_rooms.h"
+#include "tests/relight/reference/reference_rooms.h"
 #include "relight/gather/ray_renderer.h"
 #include "relight/tracing/build_trace_scene.h"
 

@@ -1,5 +1,5 @@
 // What a renderer asks a device to hold: near surfaces alone, so that volumes grow with their area.
-#include "closed_scene.h"
+#include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {

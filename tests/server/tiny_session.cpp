@@ -1,4 +1,4 @@
-#include "tiny_session.h"
+#include "tests/server/tiny_session.h"
 
 #include <gtest/gtest.h>
 #include <png.h>

@@ -1,7 +1,7 @@
 // Colour that bleeds to where it does not belong.
 #include <numbers>
 
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

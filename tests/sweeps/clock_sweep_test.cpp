@@ -8,7 +8,7 @@
 
 #include "capture/live/device_clock.h"
 #include "capture/sync/pairing_reader.h"
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "capture/camera/response.h"
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

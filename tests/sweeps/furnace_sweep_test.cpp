@@ -1,8 +1,8 @@
 // Energy: what a body sends out under an even sky, over its albedo.
 #include <numbers>
 
-#include "model_shapes.h"
-#include "sweep.h"
+#include "tests/relight/exhibit/model_shapes.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

@@ -6,9 +6,9 @@
 #include <random>
 
 #include "reconstruct/fusion/fusion.h"
-#include "sweep.h"
-#include "tests/reconstruct/fusion_views.h"
-#include "tests/reconstruct/real_surface_views.h"
+#include "tests/sweeps/sweep.h"
+#include "tests/reconstruct/fusion/fusion_views.h"
+#include "tests/reconstruct/fusion/real_surface_views.h"
 
 namespace lumigraft::test {
 namespace {

@@ -1,7 +1,7 @@
 // Cones along the surface that they start from, and through slits.
 #include <numbers>
 
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "reconstruct/math/spherical_harmonics.h"
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

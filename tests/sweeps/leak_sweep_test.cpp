@@ -1,5 +1,5 @@
 // Light through a partition that is thinner than a voxel.
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/light/split.h"
-#include "sweep.h"
-#include "tests/reconstruct/albedo_room.h"
-#include "tests/reconstruct/light_views.h"
+#include "tests/sweeps/sweep.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
+#include "tests/reconstruct/light/light_views.h"
 
 namespace lumigraft::test {
 namespace {

@@ -1,7 +1,7 @@
 // A shadow that is longer than the volumes reach.
 #include <numbers>
 
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "relight/passes/volume/filter.h"
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

@@ -1,7 +1,7 @@
 // Light that a surface sends to another close by: where sums over point lights on it have a singularity.
 #include <numbers>
 
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

@@ -1,7 +1,7 @@
 // How wide a penumbra is.
 #include <numbers>
 
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

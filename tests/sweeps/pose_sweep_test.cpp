@@ -7,9 +7,9 @@
 
 #include "reconstruct/pose/pose.h"
 #include "reconstruct/pose/filter.h"
-#include "sweep.h"
-#include "tests/reconstruct/pose_room.h"
-#include "tests/reconstruct/pose_views.h"
+#include "tests/sweeps/sweep.h"
+#include "tests/reconstruct/pose/pose_room.h"
+#include "tests/reconstruct/pose/pose_views.h"
 
 namespace lumigraft::test {
 namespace {

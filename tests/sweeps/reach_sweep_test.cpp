@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "capture/camera/response.h"
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

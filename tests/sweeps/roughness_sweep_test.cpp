@@ -2,7 +2,7 @@
 #include <map>
 #include <numbers>
 
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {

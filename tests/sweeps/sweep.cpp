@@ -1,4 +1,4 @@
-#include "sweep.h"
+#include "tests/sweeps/sweep.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "closed_scene.h"
+#include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 

@@ -1,4 +1,4 @@
-#include "comparators/composition.h"
+#include "tests/bench/comparators/composition.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "comparators/composition.h"
+#include "tests/bench/comparators/composition.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "capture/camera/response.h"
-#include "reference_rooms.h"
+#include "tests/relight/reference/reference_rooms.h"
 
 namespace lumigraft::comparators {
 namespace {

@@ -1,4 +1,4 @@
-#include "comparators/contenders.h"
+#include "tests/bench/comparators/contenders.h"
 
 #include <algorithm>
 #include <array>
@@ -8,10 +8,10 @@
 #include <tuple>
 #include <utility>
 
-#include "comparators/composition.h"
-#include "comparators/instant_radiosity.h"
-#include "comparators/room_model.h"
-#include "comparators/vct_difference.h"
+#include "tests/bench/comparators/composition.h"
+#include "tests/bench/comparators/instant_radiosity.h"
+#include "tests/bench/comparators/room_model.h"
+#include "tests/bench/comparators/vct_difference.h"
 #include "relight/objects/placement.h"
 #include "relight/quality.h"
 #include "relight/tracing/build_trace_scene.h"

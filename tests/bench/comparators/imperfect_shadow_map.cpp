@@ -1,4 +1,4 @@
-#include "comparators/imperfect_shadow_map.h"
+#include "tests/bench/comparators/imperfect_shadow_map.h"
 
 #include <algorithm>
 #include <cmath>

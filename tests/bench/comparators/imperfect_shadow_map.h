@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "comparators/virtual_lights.h"
+#include "tests/bench/comparators/virtual_lights.h"
 
 namespace lumigraft::comparators {
 

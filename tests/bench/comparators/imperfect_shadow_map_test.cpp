@@ -1,11 +1,11 @@
-#include "comparators/imperfect_shadow_map.h"
+#include "tests/bench/comparators/imperfect_shadow_map.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
-#include "reference_rooms.h"
+#include "tests/relight/reference/reference_rooms.h"
 
 namespace lumigraft::comparators {
 namespace {

@@ -1,12 +1,12 @@
-#include "comparators/instant_radiosity.h"
+#include "tests/bench/comparators/instant_radiosity.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
-#include "comparators/composition.h"
-#include "comparators/imperfect_shadow_map.h"
+#include "tests/bench/comparators/composition.h"
+#include "tests/bench/comparators/imperfect_shadow_map.h"
 #include "relight/tracing/vertex.h"
 
 namespace lumigraft::comparators {

@@ -1,9 +1,9 @@
 // Instant radiosity against the path-traced reference and against itself.
-#include "comparators/instant_radiosity.h"
+#include "tests/bench/comparators/instant_radiosity.h"
 
 #include <gtest/gtest.h>
 
-#include "reference_rooms.h"
+#include "tests/relight/reference/reference_rooms.h"
 
 namespace lumigraft::comparators {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "capture/error.h"
-#include "comparators/contenders.h"
+#include "tests/bench/comparators/contenders.h"
 #include "server/bench/error_time_chart.h"
 #include "server/bench/tables.h"
 

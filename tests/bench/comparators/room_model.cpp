@@ -1,4 +1,4 @@
-#include "comparators/room_model.h"
+#include "tests/bench/comparators/room_model.h"
 
 #include <optional>
 

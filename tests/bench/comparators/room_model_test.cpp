@@ -1,8 +1,8 @@
-#include "comparators/room_model.h"
+#include "tests/bench/comparators/room_model.h"
 
 #include <gtest/gtest.h>
 
-#include "reference_rooms.h"
+#include "tests/relight/reference/reference_rooms.h"
 #include "relight/objects/solid_voxels.h"
 
 namespace lumigraft::comparators {

@@ -1,4 +1,4 @@
-#include "comparators/vct_difference.h"
+#include "tests/bench/comparators/vct_difference.h"
 
 #include <utility>
 

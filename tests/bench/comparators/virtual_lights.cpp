@@ -1,4 +1,4 @@
-#include "comparators/virtual_lights.h"
+#include "tests/bench/comparators/virtual_lights.h"
 
 #include <algorithm>
 #include <cmath>

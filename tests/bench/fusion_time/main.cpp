@@ -7,7 +7,7 @@
 #include <ctime>
 #include <vector>
 
-#include "tests/reconstruct/fusion_views.h"
+#include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::test {
 namespace {

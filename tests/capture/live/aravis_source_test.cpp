@@ -1,0 +1,519 @@
+// The real Aravis library with its own GigE Vision camera on a loopback address, in a process that can be killed.
+#include "capture/live/aravis/source.h"
+
+#include <arv.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include "capture/live/camera_list.h"
+#include "capture/session/config.h"
+#include "capture/error.h"
+#include "capture/live/live_source.h"
+#include "capture/sync/pairing_reader.h"
+#include "tests/capture/live/gige_camera.h"
+#include "tests/capture/live/leaks.h"
+#include "tests/capture/recorded_frames.h"
+#include "tests/capture/scratch_folder.h"
+#include "tests/capture/live/small_camera.h"
+
+namespace lumigraft {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+// Small enough for a picture to wait in the kernel while a busy machine has no time for it.
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+
+using CameraProcess = test::GigeCamera;
+constexpr const char* kName = test::GigeCamera::kName;
+
+StreamSpec spec_of(PixelFormat format) {
+  StreamSpec spec{.stream = Stream::fisheye, .width = kWidth, .height = kHeight, .exposure = 2.5};
+  spec.settings.pixel_format = format;
+  return spec;
+}
+
+/// The camera shows a ramp that grows by one code, modulo 255, along rows and columns; what was put together from two
+/// pictures breaks it.
+bool is_whole(const Image<std::uint8_t>& grey) {
+  const auto follows = [](std::uint8_t after, std::uint8_t before) { return after == (before + 1) % 255; };
+  for (int y = 0; y < grey.height; ++y) {
+    for (int x = 0; x < grey.width; ++x) {
+      if ((x > 0 && !follows(grey.at(x, y), grey.at(x - 1, y))) ||
+          (y > 0 && !follows(grey.at(x, y), grey.at(x, y - 1)))) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+std::string error(const std::string& name, const StreamSpec& spec) {
+  try {
+    AravisSource source(name, spec);
+  } catch (const InputError& e) {
+    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(Aravis, GivesEveryFormatInOrder) {
+  const CameraProcess camera;
+  ASSERT_TRUE(camera.running());
+  for (const PixelFormat format : {PixelFormat::grey8, PixelFormat::grey16, PixelFormat::rgb8, PixelFormat::bayer_rggb8,
+                                   PixelFormat::bayer_gbrg8}) {
+    AravisSource source(kName, spec_of(format));
+    std::optional<Stamp> last;
+    int whole = 0;
+    // A busy machine may lose packets on its own loopback; what comes is right and in order.
+    for (int i = 0; whole < 5 && i < 30; ++i) {
+      const auto item = source.next(3000ms);
+      ASSERT_TRUE(item) << name_of(format);
+      const auto* picture = std::get_if<Picture>(&*item);
+      if (picture == nullptr) {
+        continue;
+      }
+      ++whole;
+      EXPECT_EQ(picture->stream, Stream::fisheye);
+      EXPECT_EQ(picture->exposure, 2.5);
+      EXPECT_EQ(picture->encoded.width, kWidth);
+      EXPECT_EQ(picture->original == nullptr, format == PixelFormat::rgb8);
+      EXPECT_TRUE(!last || picture->stamp.time_ns > last->time_ns);
+      EXPECT_TRUE(!last || picture->stamp.sequence > last->sequence);
+      if (format == PixelFormat::grey8) {
+        EXPECT_TRUE(is_whole(picture->encoded));
+      }
+      last = picture->stamp;
+    }
+    EXPECT_EQ(whole, 5) << name_of(format);
+    EXPECT_FALSE(source.finished());
+    EXPECT_EQ(source.take_warning(), "") << "of a camera without chunks";
+  }
+}
+
+TEST(Aravis, SettingsReachTheCamera) {
+  const CameraProcess camera;
+  ASSERT_TRUE(camera.running());
+  StreamSpec spec = spec_of(PixelFormat::grey8);
+  spec.settings.exposure_us = 4321.0;
+  spec.settings.gain = 3.0;
+  spec.settings.controls = {{"TestRegister", 77}};
+  {
+    AravisSource source(kName, spec);
+    EXPECT_TRUE(source.next(3000ms));
+  }
+  const std::vector<CameraListing> all = list_aravis_cameras();
+  const auto listed =
+      std::find_if(all.begin(), all.end(), [](const auto& c) { return c.source == "aravis:Aravis-Fake-GV77"; });
+  ASSERT_NE(listed, all.end());
+  EXPECT_EQ(listed->why_not, "");
+  EXPECT_TRUE(std::any_of(listed->formats.begin(), listed->formats.end(),
+                          [](const auto& f) { return f.pixels == "bayer-rggb8" && f.width == 2048; }));
+  const auto control = [&](const std::string& name) {
+    const auto found =
+        std::find_if(listed->controls.begin(), listed->controls.end(), [&](const auto& c) { return c.name == name; });
+    return found == listed->controls.end() ? -1.0 : found->value;
+  };
+  EXPECT_NEAR(control("exposure_us"), 4321.0, 1.0);
+  EXPECT_NEAR(control("gain"), 3.0, 0.5);
+}
+
+TEST(Aravis, WhiteBalanceIsAFeatureOfTwoEntries) {
+  const CameraProcess camera("0", "chunks");
+  ASSERT_TRUE(camera.running());
+  StreamSpec spec = spec_of(PixelFormat::bayer_rggb8);
+  spec.settings.controls = {{"BalanceRatio[Blue]", 1.25}, {"BalanceRatio[Red]", 1.75}};
+  {
+    AravisSource source(kName, spec);
+    EXPECT_TRUE(source.next(3000ms));
+  }
+  ArvCamera* after = arv_camera_new(kName, nullptr);
+  ASSERT_NE(after, nullptr);
+  for (const auto& [entry, ratio] : {std::pair("Red", 1.75), std::pair("Blue", 1.25)}) {
+    arv_camera_set_string(after, "BalanceRatioSelector", entry, nullptr);
+    EXPECT_EQ(arv_camera_get_float(after, "BalanceRatio", nullptr), ratio) << entry;
+  }
+  g_object_unref(after);
+  spec.settings.controls = {{"BalanceRatio[Green]", 1.0}};
+  EXPECT_NE(error(kName, spec).find("controls.BalanceRatio[Green]: found \"Green\", allowed: Red, Blue"),
+            std::string::npos)
+      << error(kName, spec);
+  spec.settings.controls = {{"TestRegister[Red]", 1.0}};
+  EXPECT_NE(error(kName, spec).find("controls.TestRegister[Red]: found no TestRegisterSelector"), std::string::npos);
+}
+
+TEST(Aravis, WhatItDoesNotOfferIsRefusedAndSaid) {
+  CameraProcess::take_loopback();
+  EXPECT_NE(
+      error("Aravis-Fake-GV99", spec_of(PixelFormat::grey8)).find("aravis:Aravis-Fake-GV99: found no such camera"),
+      std::string::npos);
+  const CameraProcess camera;
+  ASSERT_TRUE(camera.running());
+  EXPECT_NE(error(kName, spec_of(PixelFormat::nv12)).find("found no pixel format nv12, offered: "), std::string::npos);
+  StreamSpec spec = spec_of(PixelFormat::grey8);
+  spec.width = 5000;
+  EXPECT_NE(error(kName, spec).find("found a sensor of 2048x2048 pixels"), std::string::npos);
+  spec = spec_of(PixelFormat::bayer_rggb8);
+  spec.width = 161;
+  EXPECT_NE(error(kName, spec).find("even numbers"), std::string::npos);
+  spec = spec_of(PixelFormat::grey8);
+  spec.settings.controls = {{"NoSuchThing", 1}};
+  EXPECT_NE(error(kName, spec).find("controls.NoSuchThing"), std::string::npos);
+}
+
+TEST(Aravis, LostPacketsCostPicturesAndTearNone) {
+  const CameraProcess camera("0.02");
+  ASSERT_TRUE(camera.running());
+  AravisSource source(kName, spec_of(PixelFormat::grey8));
+  std::uint64_t whole = 0, lost = 0, next = 0;
+  Image<std::uint8_t> before;
+  const Clock::time_point deadline = Clock::now() + 6s;
+  while (whole + lost < 60 && Clock::now() < deadline) {
+    const auto item = source.next(500ms);
+    if (!item) {
+      continue;
+    }
+    const auto* picture = std::get_if<Picture>(&*item);
+    const Stamp& stamp = picture != nullptr ? picture->stamp : std::get<LostPicture>(*item).stamp;
+    lost += stamp.sequence - next + (picture == nullptr ? 1 : 0);
+    next = stamp.sequence + 1;
+    if (picture != nullptr) {
+      EXPECT_TRUE(is_whole(picture->encoded));
+      if (whole > 0) {
+        // What a torn one would look like: rows of the picture before.
+        const auto middle = static_cast<std::ptrdiff_t>(before.data.size() / 2);
+        std::copy(picture->encoded.data.begin(), picture->encoded.data.begin() + middle, before.data.begin());
+        EXPECT_FALSE(is_whole(before));
+      }
+      before = picture->encoded;
+      ++whole;
+    }
+  }
+  EXPECT_GT(whole, 5u);
+  EXPECT_GT(lost, 0u) << "or nothing was tested";
+}
+
+TEST(Aravis, LostPacketsAreAskedForAgain) {
+  for (const std::string network : {"forgetting", "resending"}) {
+    const CameraProcess camera("0", network);
+    ASSERT_TRUE(camera.running());
+    AravisSource source(kName, spec_of(PixelFormat::grey8));
+    const std::uint64_t enough = network == "resending" ? 20 : 5;
+    std::uint64_t whole = 0;
+    const Clock::time_point deadline = Clock::now() + 6s;
+    std::optional<Stamp> first, last;
+    while (whole < enough && Clock::now() < deadline) {
+      const auto item = source.next(500ms);
+      const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr;
+      if (picture == nullptr) {
+        continue;
+      }
+      EXPECT_TRUE(is_whole(picture->encoded));
+      ++whole;
+      last = picture->stamp;
+      first = first.value_or(*last);
+    }
+    ASSERT_GT(whole, 1u) << network;
+    const auto missing = last->sequence - first->sequence + 1 - whole;
+    std::printf("%s: %d of %d pictures missing\n", network.c_str(), static_cast<int>(missing),
+                static_cast<int>(missing + whole));
+    if (network == "resending") {
+      EXPECT_LT(missing, 4u) << "but what a busy machine loses";
+    } else {
+      EXPECT_GT(missing, 8u) << "most of them";
+    }
+  }
+}
+
+StreamSpec spec_with_exposure() {
+  StreamSpec spec = spec_of(PixelFormat::grey8);
+  spec.settings.exposure_us = 10000.0;
+  spec.settings.gain = 0.0;  // in decibels
+  return spec;
+}
+
+/// The exposure that chunks tell of a picture whose number is odd or even (gige_chunks.h), where 2.5 is the session's.
+double told_exposure(bool odd) { return 2.5 * (odd ? 3.0 : 2.0) * std::pow(10.0, 6.0 / 20.0); }
+
+TEST(Aravis, ChunksTellTimeExposureAndGainOfEachPicture) {
+  for (const std::string kind : {"chunks", "chunks-appended", "chunks-alone", "chunks-ticks"}) {
+    const CameraProcess camera("0", kind);
+    ASSERT_TRUE(camera.running());
+    AravisSource source(kName, spec_with_exposure());
+    int whole = 0, odd_ones = 0;
+    for (int i = 0; whole < 8 && i < 30; ++i) {
+      const auto item = source.next(3000ms);
+      ASSERT_TRUE(item) << kind;
+      const auto* picture = std::get_if<Picture>(&*item);
+      if (picture == nullptr) {
+        continue;  // a busy machine may lose packets
+      }
+      ++whole;
+      EXPECT_TRUE(is_whole(picture->encoded)) << kind;
+      const std::int64_t digits = picture->stamp.time_ns % 1000;
+      const bool odd = kind == "chunks-ticks" ? picture->exposure > 12.0 : digits == 501;
+      EXPECT_TRUE(digits == (kind == "chunks-ticks" ? 500 / 8 * 8 : odd ? 501 : 500)) << kind << ' ' << digits;
+      EXPECT_NEAR(picture->exposure, told_exposure(odd), 1e-6) << kind;
+      odd_ones += odd ? 1 : 0;
+    }
+    EXPECT_EQ(whole, 8) << kind;
+    EXPECT_TRUE(odd_ones > 0 && odd_ones < whole) << kind << ": or nothing was tested";
+    EXPECT_EQ(source.take_warning(), "") << kind;
+  }
+}
+
+TEST(Aravis, AGainWithoutAUnitIsAFactor) {
+  const CameraProcess camera("0", "chunks-factor");
+  ASSERT_TRUE(camera.running());
+  StreamSpec spec = spec_with_exposure();
+  spec.settings.gain = 2.0;
+  AravisSource source(kName, spec);
+  const auto item = source.next(3000ms);
+  ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
+  const auto& picture = std::get<Picture>(*item);
+  const double exposure_ratio = picture.stamp.time_ns % 1000 == 501 ? 3.0 : 2.0;
+  EXPECT_NEAR(picture.exposure, 2.5 * exposure_ratio * 8.0 / 2.0, 1e-6);
+}
+
+TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
+  const std::pair<std::string, std::string> kinds[] = {{"chunks-torn", "they have not the lengths that they say"},
+                                                       {"chunks-short", "ChunkTimestamp has 4 bytes, not 8"},
+                                                       {"chunks-missing", "ChunkTimestamp is missing"}};
+  for (const auto& [kind, says] : kinds) {
+    const CameraProcess camera("0", kind);
+    ASSERT_TRUE(camera.running());
+    AravisSource source(kName, spec_with_exposure());
+    int whole = 0, without = 0, warnings = 0;
+    std::optional<Stamp> last;
+    for (int i = 0; whole < 24 && i < 60; ++i) {
+      const auto item = source.next(3000ms);
+      ASSERT_TRUE(item) << kind;
+      const std::string warning = source.take_warning();
+      warnings += warning.empty() ? 0 : 1;
+      EXPECT_TRUE(warning.empty() || warning.find("(" + says + ")") != std::string::npos) << warning;
+      const auto* picture = std::get_if<Picture>(&*item);
+      if (picture == nullptr) {
+        EXPECT_EQ(std::get<LostPicture>(*item).reason, "packets are missing") << "which a busy machine may lose";
+        continue;
+      }
+      ++whole;
+      EXPECT_TRUE(is_whole(picture->encoded)) << kind;
+      without += picture->exposure == 2.5 ? 1 : 0;
+      const std::int64_t digits = picture->stamp.time_ns % 1000;
+      EXPECT_TRUE(digits == 500 || digits == 501)
+          << kind << ": its leader's ends in 000, and is moved as the last one was";
+      EXPECT_TRUE(!last || picture->stamp.time_ns > last->time_ns) << kind;
+      last = picture->stamp;
+    }
+    EXPECT_EQ(whole, 24) << kind;
+    EXPECT_EQ(warnings, 1) << kind;
+    if (kind == "chunks-torn") {
+      EXPECT_TRUE(without >= 2 && without <= 4) << without << ": one of eight has the session's exposure";
+    } else {
+      EXPECT_EQ(without, 0) << kind << ": only its time is not told";
+    }
+  }
+}
+
+TEST(Aravis, ChunksMayBeSwitchedOffByHand) {
+  const CameraProcess camera("0", "chunks");
+  ASSERT_TRUE(camera.running());
+  StreamSpec spec = spec_with_exposure();
+  spec.settings.controls = {{"ChunkModeActive", 0}};
+  AravisSource source(kName, spec);
+  const auto item = source.next(3000ms);
+  ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
+  EXPECT_EQ(std::get<Picture>(*item).exposure, 2.5);
+  EXPECT_EQ(std::get<Picture>(*item).stamp.time_ns % 1000, 0) << "its leader's";
+  EXPECT_EQ(source.take_warning(), "");
+}
+
+class LiveAravis : public test::ScratchFolder {
+ protected:
+  void SetUp() override {
+    ScratchFolder::SetUp();
+    std::ofstream(folder_ / "session.toml") << R"(format = 1
+[color]
+source = "aravis:Aravis-Fake-GV77"
+)" << test::kSmallCamera << R"(pixel_format = "bayer-rggb8"
+exposure_us = 5000
+[tag]
+id = 1
+size_m = 0.1
+)";
+  }
+  Session session(const std::vector<std::string>& overrides = {}) const {
+    const ConfigTable root = ConfigTable::load(folder_ / "session.toml", overrides);
+    Session read = read_session(root);
+    root.finish();
+    return read;
+  }
+  static Clock::duration wait_for_frame(FrameReader& reader) {
+    const Clock::time_point begin = Clock::now();
+    while (Clock::now() - begin < 15s) {
+      if (reader.next(100ms) && reader.troubles().empty()) {
+        return Clock::now() - begin;
+      }
+    }
+    ADD_FAILURE() << "no frame";
+    return 15s;
+  }
+  static void wait_for_trouble(FrameReader& reader, const std::string& says) {
+    const Clock::time_point begin = Clock::now();
+    std::vector<std::string> troubles;
+    while (Clock::now() - begin < 10s) {
+      reader.next(100ms);
+      troubles = reader.troubles();
+      if (troubles.size() == 1 && troubles[0].find("colour: ") == 0 && troubles[0].find(says) != std::string::npos) {
+        return;
+      }
+    }
+    ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << (troubles.empty() ? "" : troubles[0]) << '"';
+  }
+  static constexpr Clock::duration kBackWithin = 5s;
+};
+
+TEST_F(LiveAravis, AbsentAtTheStartItIsLookedFor) {
+  CameraProcess::take_loopback();
+  std::optional<CameraProcess> camera;
+  const auto reader = open_frames(session());
+  wait_for_trouble(*reader, "found no such camera that answers");
+  camera.emplace();
+  ASSERT_TRUE(camera->running());
+  EXPECT_LT(wait_for_frame(*reader), kBackWithin);
+}
+
+TEST_F(LiveAravis, KilledAndRestartedItComesBack) {
+  auto camera = std::make_unique<CameraProcess>();
+  ASSERT_TRUE(camera->running());
+  const auto reader = open_frames(session());
+  wait_for_frame(*reader);
+  test::Leaks leaks;
+  for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
+    camera.reset();
+    wait_for_trouble(*reader, "");
+    camera = std::make_unique<CameraProcess>();
+    ASSERT_TRUE(camera->running());
+    EXPECT_LT(wait_for_frame(*reader), kBackWithin) << "after it came back";
+    leaks.end_of_cycle();
+  }
+  leaks.expect_none();
+}
+
+/// As when its cable is out for a while: it goes on where it was.
+TEST_F(LiveAravis, FrozenWithoutAnError) {
+  const CameraProcess camera;
+  ASSERT_TRUE(camera.running());
+  const auto reader = open_frames(session());
+  wait_for_frame(*reader);
+  camera.signal(SIGSTOP);
+  wait_for_trouble(*reader, "the camera gives no pictures, it is opened again");
+  camera.signal(SIGCONT);
+  EXPECT_LT(wait_for_frame(*reader), kBackWithin);
+}
+
+/// What the network makes of the pictures; their numbers and times only grow, and they are whole, whatever it is.
+TEST_F(LiveAravis, PicturesRepeatedSwappedLateOrInPieces) {
+  constexpr double kPeriod_ms = 1e3 / 30;
+  for (const std::string fault : {"repeating", "swapping", "late", "shuffling"}) {
+    const CameraProcess camera("0", fault);
+    ASSERT_TRUE(camera.running());
+    const auto reader =
+        open_frames(session({"color.pixel_format=grey8", "color.rate_hz=30", "color.exposure_us=10000"}));
+    wait_for_frame(*reader);
+    std::optional<FrameSet> last;
+    int frames = 0, late = 0;
+    std::uint64_t missing = 0;
+    std::vector<double> steps_ms;
+    for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < 2s;) {
+      auto set = reader->next(100ms);
+      if (!set) {
+        continue;
+      }
+      EXPECT_TRUE(is_whole(set->color->encoded)) << fault;
+      EXPECT_TRUE(reader->troubles().empty()) << fault;
+      late += set->color->stamp.host_time_ns - set->time_ns > 60'000'000 ? 1 : 0;
+      if (last) {
+        EXPECT_GT(set->index, last->index) << fault;
+        EXPECT_GT(set->time_ns, last->time_ns) << fault;
+        missing += set->index - last->index - 1;
+        steps_ms.push_back(1e-6 * static_cast<double>(set->time_ns - last->time_ns));
+      }
+      last = std::move(set);
+      ++frames;
+    }
+    std::printf("%s: %d pictures, %d late, %d missing\n", fault.c_str(), frames, late, static_cast<int>(missing));
+    EXPECT_GT(frames, 30) << fault;
+    EXPECT_TRUE(fault != "swapping" || missing > 2) << "or nothing was tested";
+    EXPECT_TRUE(fault != "late" || late > 2) << "or nothing was tested";
+    ASSERT_FALSE(steps_ms.empty());
+    const auto middle = steps_ms.begin() + static_cast<std::ptrdiff_t>(steps_ms.size() / 2);
+    std::nth_element(steps_ms.begin(), middle, steps_ms.end());
+    EXPECT_NEAR(*middle, kPeriod_ms, 2.0) << fault << ": their moments, whenever they came";
+  }
+}
+
+TEST_F(LiveAravis, TornChunksAreAWarningOfOneFrame) {
+  const CameraProcess camera("0", "chunks-torn");
+  ASSERT_TRUE(camera.running());
+  constexpr double kSessionExposure = 2.0;  // of test::kSmallCamera
+  const auto reader = open_frames(session({"color.pixel_format=grey8", "color.exposure_us=10000"}));
+  int frames = 0, warnings = 0, without = 0;
+  for (const Clock::time_point begin = Clock::now(); frames < 30 && Clock::now() - begin < 15s;) {
+    const auto set = reader->next(100ms);
+    if (!set) {
+      continue;
+    }
+    ++frames;
+    EXPECT_TRUE(is_whole(set->color->encoded));
+    EXPECT_TRUE(reader->troubles().empty());
+    without += set->color->exposure == kSessionExposure ? 1 : 0;
+    warnings += std::count_if(set->warnings.begin(), set->warnings.end(), [](const std::string& warning) {
+      return warning.find("colour: the camera's chunks do not tell") == 0;
+    });
+  }
+  EXPECT_EQ(frames, 30);
+  EXPECT_EQ(warnings, 1);
+  EXPECT_GE(without, 3) << "or nothing was tested";
+}
+
+TEST_F(LiveAravis, EndsSoonThoughItsCameraIsGone) {
+  std::optional<CameraProcess> camera(std::in_place);
+  ASSERT_TRUE(camera->running());
+  auto reader = open_frames(session());
+  wait_for_frame(*reader);
+  camera.reset();
+  const Clock::time_point begin = Clock::now();
+  reader.reset();
+  EXPECT_LT(Clock::now() - begin, 1s);
+}
+
+TEST_F(LiveAravis, InUseByAnotherClient) {
+  const CameraProcess camera;
+  ASSERT_TRUE(camera.running());
+  auto other = std::make_unique<AravisSource>(kName, spec_of(PixelFormat::grey8));
+  ASSERT_TRUE(other->next(3000ms));
+  const auto reader = open_frames(session());
+  wait_for_trouble(*reader, "aravis:Aravis-Fake-GV77: found it in use by another program");
+  EXPECT_TRUE(other->next(3000ms)) << "who has it keeps it";
+  other.reset();
+  EXPECT_LT(wait_for_frame(*reader), kBackWithin);
+}
+
+TEST_F(LiveAravis, IsRecordedAsItCame) {
+  const CameraProcess camera;
+  ASSERT_TRUE(camera.running());
+  test::expect_to_replay_as_it_came(folder_, 5);
+  EXPECT_LT(std::filesystem::file_size(folder_ / "out" / "color.mkv"), 5u * (kWidth * kHeight + 200) + 1000u)
+      << "one byte a pixel, as on the wire";
+}
+
+}  // namespace
+}  // namespace lumigraft

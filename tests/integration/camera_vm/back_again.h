@@ -1,0 +1,74 @@
+#pragma once
+// A camera that goes and comes back, again and again.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "capture/live/live_source.h"
+#include "tests/capture/live/leaks.h"
+
+namespace lumigraft::test {
+
+/// The next whole picture but `after`.
+inline std::optional<Picture> picture_of(Source& source, int after = 0) {
+  for (int i = 0; i < 40; ++i) {
+    const auto item = source.next(std::chrono::milliseconds(3000));
+    if (const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr; picture != nullptr && after-- <= 0) {
+      return *picture;
+    }
+  }
+  ADD_FAILURE() << "no picture; " << source.trouble();
+  return std::nullopt;
+}
+
+/// How long it may take a camera that the system has to give pictures again.
+inline constexpr std::chrono::nanoseconds kBackWithin = std::chrono::seconds(2);
+
+/// That the source says `trouble` once its camera is gone, gives pictures soon after its return, with numbers that go
+/// on, and keeps nothing of former times. `longest` is asked whenever the camera is away, and its largest answer
+/// counts, since a busy machine's changes from second to second.
+template <typename Go, typename Return>
+void expect_back_again(
+    LiveSource& source, int usual_cycles, const std::string& trouble, const Go& go, const Return& come_back,
+    const std::function<std::chrono::nanoseconds()>& longest = [] { return kBackWithin; }) {
+  using Clock = std::chrono::steady_clock;
+  std::optional<std::uint64_t> last;
+  Leaks leaks;
+  std::chrono::nanoseconds slowest{}, within{};
+  for (int cycle = 0; cycle < cycles(usual_cycles); ++cycle) {
+    const auto picture = picture_of(source);
+    ASSERT_TRUE(picture);
+    EXPECT_TRUE(!last || picture->stamp.sequence > *last);
+    last = picture->stamp.sequence;
+    go();
+    const Clock::time_point begin = Clock::now();
+    while (source.trouble() != trouble && Clock::now() - begin < std::chrono::seconds(10)) {
+      source.next(std::chrono::milliseconds(20));
+    }
+    EXPECT_EQ(source.trouble(), trouble);
+    while (source.next(std::chrono::milliseconds(0))) {
+    }
+    within = std::max(within, longest());
+    come_back();
+    const Clock::time_point back = Clock::now();
+    ASSERT_TRUE(picture_of(source));
+    slowest = std::max<std::chrono::nanoseconds>(slowest, Clock::now() - back);
+    leaks.end_of_cycle();
+  }
+  if (slowest >= within) {  // was it slower meanwhile than it was before?
+    go();
+    within = std::max(within, longest());
+    come_back();
+  }
+  EXPECT_LT(slowest, within);
+  std::printf("back within %.2f s\n", 1e-9 * static_cast<double>(slowest.count()));
+  leaks.expect_none();
+}
+
+}  // namespace lumigraft::test

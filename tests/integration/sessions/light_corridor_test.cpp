@@ -1,0 +1,101 @@
+// Lamps of a real corridor through a real fish-eye. LUMIGRAFT_EXTRA names a folder that has data/ocam-corridor: one
+// photograph, its lens calibrated by others.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdio>
+
+#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/light/light.h"
+#include "tests/reconstruct/light/light_views.h"
+#include "tests/reconstruct/real_data.h"
+
+namespace lumigraft {
+namespace {
+
+// Scaramuzza's model: radius in pixels over the angle above the picture plane, lowest power first; centre in pixels.
+constexpr std::array kRadius = {772.405470, 504.754051, 7.034666,  45.327180, 54.651570,
+                                0.458049,   -7.873745,  15.588713, 13.743404, 2.968883};
+constexpr double kCentreX = 798.175741, kCentreY = 794.308657;
+
+double radius_px(double theta) {
+  double sum = 0, power = 1;
+  for (const double factor : kRadius) {
+    sum += factor * power;
+    power *= theta - std::numbers::pi / 2;
+  }
+  return sum;
+}
+
+/// The same lens as r = f (θ + k1 θ³ + ...), by least squares; how far off that is at most goes to `off_px`.
+CameraModel lens(double& off_px) {
+  constexpr int kSteps = 180;
+  Eigen::MatrixXd powers(kSteps, 5);
+  Eigen::VectorXd radius(kSteps);
+  for (int i = 0; i < kSteps; ++i) {
+    const double theta = (i + 1) * 0.5 * kDegree;
+    for (int k = 0; k < 5; ++k) powers(i, k) = std::pow(theta, 2 * k + 1);
+    radius[i] = radius_px(theta);
+  }
+  const Eigen::VectorXd f = powers.colPivHouseholderQr().solve(radius);
+  off_px = (powers * f - radius).cwiseAbs().maxCoeff();
+  CameraModel camera;
+  camera.kind = CameraModel::Kind::kannala_brandt;
+  camera.width = camera.height = 1600;
+  camera.fx = camera.fy = f[0];
+  camera.cx = kCentreX;
+  camera.cy = kCentreY;
+  for (int k = 0; k < 4; ++k) camera.k[k] = f[k + 1] / f[0];
+  camera.fov_rad = std::numbers::pi;
+  return camera;
+}
+
+// Where the spots of the ceiling are in the photograph, by eye, and the floor begins. Exposed for the walls: the spots
+// are clipped, and so is much of the polished floor below them, and the white paper of two printed tags on it.
+constexpr std::array kSpots = {std::pair{981, 154}, std::pair{921, 281}, std::pair{1152, 231}, std::pair{797, 478},
+                               std::pair{1380, 504}};
+constexpr int kFloorBelow = 960;
+
+TEST(LightCorridor, SpotsInTheCeiling) {
+  const auto folder = test::data_folder("ocam-corridor");
+  if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/ocam-corridor";
+  double off_px = 0;
+  Session session;
+  session.fisheye.emplace();
+  const CameraModel& model = session.fisheye->model = lens(off_px);
+  EXPECT_LT(off_px, 0.5);
+  auto picture = std::make_shared<Picture>(read_any_picture(*folder / "img0.jpg"));
+  picture->stream = Stream::fisheye;
+  FrameSet frame;
+  frame.fisheye = {picture};
+  LightStage stage(session, {});
+  const auto result = stage.extract(frame);
+  ASSERT_TRUE(result.illumination);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_NE(result.warnings.front().find("clipped"), std::string::npos) << "their power is unknown, and that is said";
+
+  const auto& lamps = result.illumination->lights;
+  double most_degrees = 0;
+  for (const auto& [x, y] : kSpots) {
+    const Eigen::Vector3f spot = model.unproject(Eigen::Vector2d(x, y))->cast<float>();
+    double least = 180;
+    for (const PointLight& lamp : lamps) least = std::min(least, angle_degrees(lamp.direction, spot));
+    EXPECT_LT(least, 1) << x << " " << y;
+    most_degrees = std::max(most_degrees, least);
+  }
+  int on_floor = 0;
+  for (const PointLight& lamp : lamps) {
+    EXPECT_TRUE(lamp.clipped);
+    const Eigen::Vector2d at = *model.project(lamp.direction.cast<double>());
+    if (at.y() < kFloorBelow) continue;
+    ++on_floor;
+    EXPECT_LT((at - Eigen::Vector2d(1180, 1255)).norm(), 60) << "no lamp, and no paper of a tag";
+  }
+  std::printf("light: corridor, %zu spots, %.2f deg off at most; %zu lamps, of which %d are a tag's paper\n",
+              kSpots.size(), most_degrees, lamps.size(), on_floor);
+  EXPECT_LE(on_floor, 3);
+}
+
+}  // namespace
+}  // namespace lumigraft

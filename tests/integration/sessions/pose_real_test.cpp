@@ -1,0 +1,164 @@
+// Poses on real pictures: a room without a tag (7-Scenes, red kitchen), and photographs of tags with known corners.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+
+#include "capture/formats/picture_file.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/room/mirror_detection.h"
+#include "reconstruct/pose/pose.h"
+#include "reconstruct/pose/depth_tracking.h"
+#include "tests/reconstruct/pose/pose_views.h"
+#include "tests/reconstruct/real_data.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Isometry3d;
+
+Isometry3d read_pose(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  Isometry3d pose = Isometry3d::Identity();
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) in >> pose.matrix()(r, c);
+  pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
+  return pose;
+}
+
+/// Median distance of a picture's points from a field's surface, in mm; what the field does not know is left out.
+double median_off_mm(const DepthGrid& grid, const DistanceField& field, const Isometry3d& T_tag_camera) {
+  std::vector<float> off;
+  for (const DepthGrid::Point& point : grid.points) {
+    if (point.place.z() == 0) continue;
+    if (const auto slope = field.slope(T_tag_camera.cast<float>() * point.place))
+      off.push_back(std::abs(slope->distance_m));
+  }
+  if (off.empty()) return 0;
+  std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
+  return 1e3 * static_cast<double>(off[off.size() / 2]);
+}
+
+// A Kinect through a kitchen, three pictures a second: 7 cm and 4° from one to the next. The first pose is given, all
+// others come from depth against the field that the pictures before them made.
+TEST(PoseReal, AKitchenWithoutATag) {
+  const auto folder = test::data_folder("redkitchen/data");
+  if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/redkitchen";
+  Session session;
+  session.color.model.width = 640;
+  session.color.model.height = 480;
+  session.color.model.fx = session.color.model.fy = 585;
+  session.color.model.cx = 320;
+  session.color.model.cy = 240;
+  FusionSettings settings;
+  settings.voxel_m = 0.016;
+  FusionStage fusion(session, settings), fusion_given(session, settings);
+  const DepthSampler sampler(session.color.model);
+  std::shared_ptr<const DistanceField> field_given;
+  double surface_mm = 0, surface_given_mm = 0;
+  PoseCarry carry(session.color.model);
+  std::shared_ptr<const DistanceField> field;
+  const auto gray = std::make_shared<const Picture>();
+  Isometry3d T_world_first = Isometry3d::Identity();
+  double most_mm = 0, most_degrees = 0, way_m = 0, cpu_ms = 0;
+  std::vector<double> off_mm;
+  Isometry3d before = Isometry3d::Identity();
+  constexpr int kPictures = 40;
+  for (int i = 0; i < kPictures; ++i) {
+    char name[40];
+    std::snprintf(name, sizeof(name), "frame-%06d", 10 * i);
+    const auto counts = read_depth(*folder / (std::string(name) + ".depth.png"));
+    DepthPicture depth;
+    depth.depth_m = Image<float>(640, 480, 1);
+    for (std::size_t p = 0; p < counts.data.size(); ++p)
+      depth.depth_m.data[p] = counts.data[p] == 65535 ? 0.0f : 0.001f * counts.data[p];
+    FrameSet frame;
+    frame.index = static_cast<std::uint64_t>(i);
+    frame.time_ns = i * 333'333'333ll;
+    frame.color = gray;
+    frame.depth = std::make_shared<DepthPicture>(std::move(depth));
+    const Isometry3d T_world_camera = read_pose(*folder / (std::string(name) + ".pose.txt"));
+    if (i == 0) T_world_first = T_world_camera;
+    const Isometry3d truth = T_world_first.inverse() * T_world_camera;
+    PoseEstimate pose;
+    if (i == 0) {
+      pose.T_tag_camera = carry.seen(frame, pose, nullptr);
+      carry.shown(pose.T_tag_camera);
+    } else {
+      const std::clock_t start = std::clock();
+      const auto carried = carry.hidden(frame, *field);
+      cpu_ms += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / (kPictures - 1);
+      ASSERT_TRUE(carried) << "picture " << i;
+      pose = *carried;
+    }
+    way_m += (truth.translation() - before.translation()).norm();
+    before = truth;
+    off_mm.push_back(test::millimetres_apart(pose.T_tag_camera, truth));
+    most_mm = std::max(most_mm, off_mm.back());
+    most_degrees = std::max(most_degrees, test::degrees_apart(pose.T_tag_camera, truth));
+    if (i > 0) {
+      const DepthGrid grid = sampler.sample(frame.depth->depth_m);
+      surface_mm += median_off_mm(grid, *field, pose.T_tag_camera) / (kPictures - 1);
+      surface_given_mm += median_off_mm(grid, *field_given, truth) / (kPictures - 1);
+    }
+    Pose fused;
+    fused.T_tag_camera = pose.T_tag_camera;
+    field = fusion.fuse(frame, fused);
+    fused.T_tag_camera = truth;
+    field_given = fusion_given.fuse(frame, fused);
+  }
+  std::sort(off_mm.begin(), off_mm.end());
+  std::printf(
+      "pose: kitchen without a tag, %.1f m in %d pictures: median %.0f mm, at most %.0f mm and %.1f deg from the "
+      "given poses, %.1f %% of the way; points off the surface so far %.1f mm, by the given poses %.1f mm; "
+      "%.1f CPU ms a picture\n",
+      way_m, kPictures, off_mm[off_mm.size() / 2], most_mm, most_degrees, 0.1 * most_mm / way_m, surface_mm,
+      surface_given_mm, cpu_ms);
+  EXPECT_TRUE(mirror_warnings(room_points(*field), *field).empty())
+      << "doors and windows, no mirror: " << mirror_warnings(room_points(*field), *field).front();
+  EXPECT_LT(surface_mm, surface_given_mm) << "or the given poses would explain the surface better";
+  EXPECT_LT(off_mm[off_mm.size() / 2], 40);
+  EXPECT_LT(most_mm, 0.04 * 1e3 * way_m);
+  EXPECT_LT(most_degrees, 4);
+}
+
+// Photographs of a tag of 65 mm that was turned by hand, through a fish-eye that was made rectilinear.
+TEST(PoseReal, ATagOnATurntable) {
+  const auto folder = test::data_folder("apriltag-images/duckietown");
+  if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/apriltag-images";
+  CameraModel camera;
+  camera.width = 1056;
+  camera.height = 792;
+  camera.fx = 329.8729619143081;
+  camera.fy = 332.94611303946357;
+  camera.cx = 528;
+  camera.cy = 396;
+  std::optional<Isometry3d> T_camera_front;
+  double most_degrees = 0, most_mm = 0, most_px = 0;
+  for (const int degrees : {0, -60, -30, 30, 60}) {
+    Picture picture;
+    picture.encoded = read_encoded(*folder / ("test_image_rotation_" + std::to_string(degrees) + ".png"));
+    PoseStage stage({"tag36h11", 76, 0.065}, camera);
+    const auto result = stage.locate(test::frame_of(std::move(picture), 0, 0));
+    ASSERT_TRUE(result.pose) << degrees;
+    const Isometry3d T_camera_tag = result.pose->T_tag_camera.inverse();
+    if (!T_camera_front) T_camera_front = T_camera_tag;
+    const double turned = test::degrees_apart(*T_camera_front, T_camera_tag);
+    most_degrees = std::max(most_degrees, std::abs(turned - std::abs(degrees)));
+    // Its own axis is not the tag's centre line for sure: only the distance is compared.
+    most_mm = std::max(most_mm, 1e3 * std::abs(T_camera_tag.translation().z() - T_camera_front->translation().z()));
+    most_px = std::max(most_px, result.pose->reprojection_error_px);
+  }
+  std::printf(
+      "pose: photographed tag on a turntable: %.3f m away, turns off by %.2f deg at most, distance by %.1f mm; "
+      "corners by %.2f px\n",
+      T_camera_front->translation().norm(), most_degrees, most_mm, most_px);
+  EXPECT_LT(most_degrees, 4);
+}
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,134 @@
+// Poses of recorded sessions against their truth.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "capture/session/session.h"
+#include "capture/source.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/pose/pose.h"
+#include "tests/reconstruct/pose/pose_views.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Isometry3d;
+
+/// Of frame `index`, or of the one truth of a session that stands still.
+Isometry3d true_pose(const std::filesystem::path& session, std::uint64_t index) {
+  char name[16];
+  std::snprintf(name, sizeof(name), "%06u", static_cast<unsigned>(index));
+  auto path = session / "truth" / name / "pose.json";
+  if (!std::filesystem::exists(path)) path = session / "truth/000000/pose.json";
+  std::ifstream in(path);
+  const auto rows = nlohmann::json::parse(in)["T_tag_from_camera"];
+  Isometry3d pose = Isometry3d::Identity();
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) pose.matrix()(r, c) = rows[r][c];
+  return pose;
+}
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+class PoseSessions : public testing::TestWithParam<const char*> {};
+
+TEST_P(PoseSessions, AreNearTheTruth) {
+  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
+  const auto folder = std::filesystem::path(extra ? extra : "") / "sessions" / GetParam();
+  if (!extra || !std::filesystem::exists(folder))
+    GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << GetParam();
+  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
+  const auto frames = open_frames(session);
+  PoseStage stage(session.tag, session.color.model, session.color.response);
+  std::vector<double> smooth_mm, smooth_deg, raw_mm, raw_deg, sigmas;
+  while (const auto frame = frames->next(std::chrono::seconds(1))) {
+    const auto result = stage.locate(*frame);
+    ASSERT_TRUE(result.pose) << frame->index;
+    EXPECT_TRUE(result.warnings.empty()) << frame->index << ": " << result.warnings[0];
+    const Isometry3d truth = true_pose(folder, frame->index);
+    smooth_mm.push_back(test::millimetres_apart(result.pose->T_tag_camera, truth));
+    smooth_deg.push_back(test::degrees_apart(result.pose->T_tag_camera, truth));
+    sigmas.push_back(smooth_mm.back() / (1e3 * position_sigma_m(result.pose->covariance)));
+    raw_mm.push_back(test::millimetres_apart(result.pose->T_tag_camera_raw, truth));
+    raw_deg.push_back(test::degrees_apart(result.pose->T_tag_camera_raw, truth));
+  }
+  ASSERT_FALSE(smooth_mm.empty());
+  std::printf(
+      "pose: %-16s %2zu frames  median / 95%%: %.2f / %.2f mm, %.3f / %.3f deg   raw %.2f / %.2f mm, %.3f / %.3f deg  "
+      "median %.2f sigma\n",
+      GetParam(), smooth_mm.size(), percentile(smooth_mm, 0.5), percentile(smooth_mm, 0.95),
+      percentile(smooth_deg, 0.5), percentile(smooth_deg, 0.95), percentile(raw_mm, 0.5), percentile(raw_mm, 0.95),
+      percentile(raw_deg, 0.5), percentile(raw_deg, 0.95), percentile(sigmas, 0.5));
+  EXPECT_LT(percentile(sigmas, 0.95), 3);
+  EXPECT_LT(percentile(smooth_mm, 0.5), 1);
+  EXPECT_LT(percentile(smooth_mm, 0.95), 2.5);
+  EXPECT_LT(percentile(smooth_deg, 0.5), 0.1);
+  EXPECT_LT(percentile(smooth_deg, 0.95), 0.3);
+}
+
+// An orbiting camera with sensor noise, twelve pictures a second; the tag is hidden while it passes a third of its way.
+TEST(PoseHidden, SurfacesCarryTheOrbitOn) {
+  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
+  const auto folder = std::filesystem::path(extra ? extra : "") / "sessions/tabletop-orbit";
+  if (!extra || !std::filesystem::exists(folder))
+    GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/tabletop-orbit";
+  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
+  const auto frames = open_frames(session);
+  PoseStage stage(session.tag, session.color.model, session.color.response);
+  FusionStage fusion(session, {});
+  std::shared_ptr<const DistanceField> field;
+  double most_mm = 0, most_degrees = 0, step_mm = 0, cpu_ms = 0;
+  int hidden_frames = 0;
+  std::optional<Isometry3d> last_error;
+  while (auto frame = frames->next(std::chrono::seconds(1))) {
+    const bool hidden = frame->index >= 8 && frame->index < 16;
+    if (hidden) {
+      auto covered = std::make_shared<Picture>(*frame->color);
+      std::fill(covered->encoded.data.begin(), covered->encoded.data.end(), std::uint8_t{90});
+      frame->color = covered;
+    }
+    const std::clock_t start = std::clock();
+    const auto result = stage.locate(*frame, field.get());
+    if (hidden) cpu_ms += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    ASSERT_TRUE(result.pose) << frame->index;
+    field = fusion.fuse(*frame, *result.pose);
+    const Isometry3d truth = true_pose(folder, frame->index);
+    const Isometry3d error = truth.inverse() * result.pose->T_tag_camera;
+    if (last_error) step_mm = std::max(step_mm, test::millimetres_apart(error, *last_error));
+    last_error = error;
+    if (!hidden) continue;
+    EXPECT_EQ(result.pose->from, Pose::From::surface);
+    ++hidden_frames;
+    most_mm = std::max(most_mm, test::millimetres_apart(result.pose->T_tag_camera, truth));
+    most_degrees = std::max(most_degrees, test::degrees_apart(result.pose->T_tag_camera, truth));
+    EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth),
+              3e3 * position_sigma_m(result.pose->covariance));
+  }
+  std::printf(
+      "pose: orbit, tag hidden for %d pictures: at most %.2f mm, %.3f deg off, error changes by %.2f mm at most; "
+      "%.1f CPU ms a hidden picture\n",
+      hidden_frames, most_mm, most_degrees, step_mm, cpu_ms / hidden_frames);
+  EXPECT_EQ(hidden_frames, 8);
+  EXPECT_LT(most_mm, 8);
+  EXPECT_LT(most_degrees, 0.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PoseSessions,
+                         testing::Values("box-with-inside", "brushed-metal", "cornell", "tabletop", "tabletop-orbit"),
+                         [](const auto& session) {
+                           std::string name = session.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,157 @@
+// Composited pictures against path-traced truth: a table, kept from getting worse by recorded bounds.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "capture/session/config.h"
+#include "capture/formats/picture_file.h"
+#include "capture/session/session.h"
+#include "server/bench/measures.h"
+#include "server/pipeline/service_config.h"
+
+namespace lumigraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> color_list(const fs::path& session) {
+  std::vector<std::string> paths;
+  std::ifstream list(session / "color.txt");
+  for (std::string line; std::getline(list, line);) {
+    std::istringstream words(line);
+    std::string time, path;
+    if (words >> time >> path && time[0] != '#') {
+      paths.push_back(path);
+    }
+  }
+  return paths;
+}
+
+// Software rendering takes seconds a frame: enough frames for the scene to be learnt, and no more.
+constexpr int kStillFrames = 2;
+constexpr int kMovingFrames = 8;
+
+struct SessionScore {
+  Measures mean;
+  double psnr_unchanged_db = 0;  ///< camera picture left as it is: what the result has to beat
+  int frames = 0;
+};
+
+/// Replays the beginning of a session with the program itself and scores every frame of it that has truth. A session
+/// that stands still has truth for its first frame alone; then the last replayed frame is scored, when the scene is
+/// learnt.
+SessionScore replay_and_score(const fs::path& session, const std::string& group, const std::string& options) {
+  const std::string name = group + "-" + session.filename().string() + "-" + std::to_string(getpid());
+  const fs::path out = fs::temp_directory_path() / ("lumigraft-truth-" + name);
+  fs::remove_all(out);
+  const ConfigTable root = ConfigTable::load(session / "session.toml");
+  const double exposure = read_session(root).color.exposure;
+  const std::vector<std::string> colors = color_list(session);
+  std::map<int, fs::path> truths;
+  for (const auto& entry : fs::directory_iterator(session / "truth")) {
+    if (entry.is_directory()) {
+      truths[std::stoi(entry.path().filename().string())] = entry.path();
+    }
+  }
+  const bool still = truths.size() == 1;
+  const int frames = std::min(static_cast<int>(colors.size()), still ? kStillFrames : kMovingFrames);
+  const std::string command = std::string(LUMIGRAFT_PROGRAM) + " replay " + session.string() + " --out " +
+                              out.string() + " --frames " + std::to_string(frames) + options + " > /dev/null";
+  SessionScore result;
+  if (std::system(command.c_str()) != 0) {
+    ADD_FAILURE() << command;
+    return result;
+  }
+  for (const auto& [index, truth] : truths) {
+    const int frame = still ? frames - 1 : index;
+    if (frame >= frames) {
+      continue;
+    }
+    char file[32];
+    std::snprintf(file, sizeof file, "frame_%06d.png", frame);
+    const TruePictures wanted = read_true_pictures(truth, exposure);
+    const Image<std::uint8_t> camera = read_encoded(session / colors[frame]);
+    const Measures measures = measure_picture(read_encoded(out / file), camera, wanted);
+    result.mean.relight_error += measures.relight_error;
+    result.mean.object_error += measures.object_error;
+    result.mean.psnr_db += measures.psnr_db;
+    result.mean.psnr_affected_db += measures.psnr_affected_db;
+    result.mean.flip += measures.flip;
+    result.psnr_unchanged_db += measure_picture(camera, camera, wanted).psnr_db;
+    ++result.frames;
+  }
+  for (double* sum : {&result.mean.relight_error, &result.mean.object_error, &result.mean.psnr_db,
+                      &result.mean.psnr_affected_db, &result.mean.flip, &result.psnr_unchanged_db}) {
+    *sum /= result.frames;
+  }
+  fs::remove_all(out);
+  return result;
+}
+
+/// Scores a session and holds it to its bound in bounds.toml: [group.session-name] relight_error = ..., psnr_db = ...
+void check(const fs::path& session, const std::string& group, const std::string& options = "") {
+  const std::string name = session.filename().string();
+  const SessionScore score = replay_and_score(session, group, options);
+  ASSERT_GT(score.frames, 0);
+  std::printf(
+      "TRUTH %-10s %-18s frames %2d  relight_error %.3f  object_error %.3f  psnr %.2f dB  affected %.2f dB  flip %.4f  "
+      "(unchanged %.2f dB)\n",
+      group.c_str(), name.c_str(), score.frames, score.mean.relight_error, score.mean.object_error, score.mean.psnr_db,
+      score.mean.psnr_affected_db, score.mean.flip, score.psnr_unchanged_db);
+  const ConfigTable bounds = ConfigTable::load(fs::path(LUMIGRAFT_SOURCE_DIR) / "tests/integration/truth/bounds.toml");
+  if (const auto bound = bounds.table(group).optional_table(name)) {
+    EXPECT_LE(score.mean.relight_error, bound->number("relight_error", 0, 10));
+    EXPECT_GE(score.mean.psnr_db, bound->number("psnr_db", 0, 100));
+  }
+  EXPECT_GT(score.mean.psnr_db, score.psnr_unchanged_db);
+}
+
+TEST(Truth, OwnRecordings) {
+  for (const auto& entry : fs::directory_iterator(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings")) {
+    if (fs::exists(entry.path() / "truth")) {
+      check(entry.path(), "recordings");
+    }
+  }
+}
+
+// With the plan that serve starts from where nothing else is asked for.
+TEST(Truth, OwnRecordingLive) {
+  const Plan live = interactive_plan();
+  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "live",
+        " --set plan.method=dvct --set plan.trace_scale=" + std::to_string(live.trace_scale) +
+            " --set plan.rsm=" + std::to_string(live.rsm));
+}
+
+// On a device.
+TEST(Truth, OwnRecordingByCones) {
+  check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "cones", " --set plan.method=dvct");
+}
+
+TEST(Truth, ExtraSessions) {
+  const char* extra = std::getenv("LUMIGRAFT_EXTRA");
+  if (extra == nullptr || !fs::exists(fs::path(extra) / "sessions")) {
+    GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions: only the project's own recordings are scored";
+  }
+  std::vector<fs::path> sessions;
+  for (const auto& entry : fs::directory_iterator(fs::path(extra) / "sessions")) {
+    if (fs::exists(entry.path() / "truth")) {
+      sessions.push_back(entry.path());
+    }
+  }
+  std::sort(sessions.begin(), sessions.end());
+  for (const fs::path& session : sessions) {
+    check(session, "extra");
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft

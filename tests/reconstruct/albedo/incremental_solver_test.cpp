@@ -1,0 +1,152 @@
+// Solving only what is new: as near to the truth as solving everything, for less.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <vector>
+
+#include "tests/reconstruct/albedo/albedo_agreement.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
+#include "reconstruct/albedo/albedo.h"
+
+namespace lumigraft {
+namespace {
+
+/// A tiled floor with two boxes in the light of two lamps.
+TestRoom large_room() {
+  TestRoom room;
+  room.half_m = 1.1f;
+  room.lamps = {{{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}, {{-0.8f, 0.7f, 1.4f}, {0.8f, 1.2f, 1.8f}, 0.05f}};
+  room.ambient = Eigen::Vector3f::Constant(0.03f);
+  room.boxes = {{{0.05f, -0.1f, 0.0f}, {0.15f, 0.05f, 0.15f}}, {{-0.6f, -0.5f, 0.0f}, {-0.45f, -0.4f, 0.12f}}};
+  room.albedo = [](const Eigen::Vector3f& p) {
+    const bool dark = static_cast<int>(std::floor(p.x() / 0.3f) + std::floor(p.y() / 0.3f)) % 2;
+    return Eigen::Vector3f((dark ? 0.3f : 0.6f) * Eigen::Vector3f(1, 0.8f, 0.6f));
+  };
+  return room;
+}
+
+/// The bricks of `whole` that a camera has seen that looked at so many of them, column by column: those of a field
+/// before are the same ones.
+DistanceField seen_part(const DistanceField& whole, std::size_t bricks, std::uint64_t version) {
+  std::vector<BrickKey> keys;
+  for (const auto& [key, brick] : whole.bricks) keys.push_back(key);
+  std::sort(keys.begin(), keys.end());
+  DistanceField field;
+  field.version = version;
+  for (std::size_t i = 0; i < std::min(bricks, keys.size()); ++i) field.bricks[keys[i]] = whole.bricks.at(keys[i]);
+  return field;
+}
+
+double cpu_ms() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
+TEST(AlbedoNew, ACameraThatSweepsARoomEndsWhereSolvingEverythingDoes) {
+  const TestRoom room = large_room();
+  const DistanceField whole = room.field();
+  const Illumination seen = room.illumination();
+  AlbedoStage sweeping{Session()};
+  constexpr int kSteps = 40;
+  int alone = 0;
+  AlbedoStage::Result last;
+  DistanceField field;
+  for (int step = 0; step <= kSteps; ++step) {
+    const double share = 0.5 + 0.5 * step / kSteps;
+    field = seen_part(whole, static_cast<std::size_t>(share * static_cast<double>(whole.bricks.size())),
+                      static_cast<std::uint64_t>(step + 1));
+    last = sweeping.solve(field, seen);
+    alone += !last.whole;
+  }
+  EXPECT_GT(alone, 25);
+  AlbedoStage at_once{Session()};
+  const auto all = at_once.solve(field, seen);
+  ASSERT_TRUE(all.whole);
+  const Agreement agree = agreement(*last.albedo, *all.albedo);
+  std::printf("sweep: %d of %d alone, within sigma %.4f, mean %.4f, known %.4f\n", alone, kSteps, agree.within_sigma,
+              agree.mean, agree.known);
+  EXPECT_GT(agree.within_sigma, 0.98);
+  EXPECT_NEAR(agree.mean, 1, 0.01);
+  EXPECT_GT(agree.known, 0.99);
+}
+
+// However often: what is held while others are solved does not go on by its own errors.
+TEST(AlbedoNew, NothingDriftsOverManySolves) {
+  TestRoom room = large_room();
+  room.half_m = 0.7f;
+  const DistanceField whole = room.field();
+  const Illumination seen = room.illumination();
+  AlbedoStage stage{Session()};
+  const auto first = stage.solve(whole, seen);
+  // A shadow passes over the floor to and fro, and is gone.
+  constexpr int kOnce = 36, kTimes = 5;
+  std::vector<Agreement> agree;
+  for (int i = 0; i < kOnce * kTimes; ++i) {
+    DistanceField field = whole;
+    field.version = static_cast<std::uint64_t>(i + 2);
+    const bool gone = i % kOnce == kOnce - 1;
+    for (auto& [key, brick] : field.bricks) {
+      if (gone || (key[0] != i % 18 - 9 && key[0] != i % 18 - 8)) continue;
+      auto darker = std::make_shared<FieldBrick>(*brick);
+      for (Eigen::Vector3f& radiance : darker->radiance) radiance *= 0.5f;
+      brick = darker;
+    }
+    const auto found = stage.solve_new(field, seen);
+    ASSERT_TRUE(found);
+    ASSERT_FALSE(found->whole);
+    if (gone) agree.push_back(agreement(*found->albedo, *first.albedo));
+  }
+  for (const Agreement& a : agree) {
+    std::printf("drift: within sigma %.4f, mean %.4f\n", a.within_sigma, a.mean);
+    EXPECT_GT(a.within_sigma, 0.95);
+    EXPECT_NEAR(a.mean, 1, 0.003);
+    EXPECT_EQ(a.known, 1);
+  }
+  EXPECT_NEAR(agree.back().within_sigma, agree.front().within_sigma, 2e-4);
+  EXPECT_NEAR(agree.back().mean, agree.front().mean, 2e-4);
+}
+
+TEST(AlbedoNew, ItsCostFollowsWhatIsNewAndNotTheRoom) {
+  struct Cost {
+    double all_ms = 0, new_ms = 1e9;
+    std::size_t samples = 0;
+  };
+  const auto cost = [](float half_m) {
+    TestRoom room = large_room();
+    room.half_m = half_m;
+    DistanceField whole = room.field(), without = whole;
+    // A patch of 3 by 3 bricks beside the tag.
+    std::erase_if(without.bricks, [](const auto& entry) {
+      const BrickKey& key = entry.first;
+      return key[0] >= 2 && key[0] <= 4 && key[1] >= 2 && key[1] <= 4;
+    });
+    AlbedoStage stage{Session()};
+    Cost result;
+    const double start_ms = cpu_ms();
+    stage.solve(without, room.illumination());
+    result.all_ms = cpu_ms() - start_ms;
+    for (int i = 0; i < 3; ++i) {
+      whole.version += 2;
+      const double begin_ms = cpu_ms();
+      const auto found = stage.solve_new(whole, room.illumination());
+      result.new_ms = std::min(result.new_ms, cpu_ms() - begin_ms);
+      result.samples = found ? found->samples : 0;
+      without.version = whole.version + 1;
+      stage.solve_new(without, room.illumination());
+    }
+    return result;
+  };
+  const Cost small = cost(0.5f), large = cost(1.2f);
+  for (const Cost& c : {small, large})
+    std::printf("cost: all %.0f ms, %zu samples alone %.1f ms\n", c.all_ms, c.samples, c.new_ms);
+  EXPECT_GT(small.samples, 0u);
+  EXPECT_LE(large.samples, small.samples);
+  EXPECT_LT(large.new_ms, 2 * small.new_ms);
+  EXPECT_LT(large.new_ms, 0.1 * large.all_ms);
+}
+
+}  // namespace
+}  // namespace lumigraft

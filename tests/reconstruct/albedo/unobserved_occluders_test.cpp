@@ -1,0 +1,70 @@
+// Shadows of what no camera saw, and paint that is none.
+#include "reconstruct/albedo/unobserved_occluders.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/reconstruct/albedo/albedo_room.h"
+#include "reconstruct/albedo/albedo.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kUnseenFrom_m = 0.04f;  ///< behind the front of a box
+
+/// A tall box between a camera before it and nothing behind: its sides, along which the camera looks, and its back are
+/// unseen. A lamp on its left throws its shadow to the right. Left of it a square is painted as dark as the shadow.
+struct HalfSeenBox {
+  TestRoom room;
+  TestBox box{{-0.05f, -0.05f, 0}, {0.05f, 0.15f, 0.3f}};
+  Vector3f in_shadow{0.15f, 0.05f, 0}, on_paint{-0.35f, -0.3f, 0}, elsewhere{0.3f, -0.4f, 0};
+
+  HalfSeenBox() {
+    room.half_m = 0.7f;
+    room.boxes = {box};
+    room.probe = {-0.2f, -0.35f, 0.03f};
+    room.lamps = {{{-1.2f, 0.05f, 1.0f}, {2.4f, 2.0f, 1.6f}, 0.04f}};
+    room.ambient = Vector3f(0.08f, 0.09f, 0.1f);
+    room.albedo = [paint = on_paint](const Vector3f& p) -> Vector3f {
+      const bool dark = (p - paint).cwiseAbs().maxCoeff() < 0.08f;
+      return dark ? Vector3f(0.15f, 0.14f, 0.13f) : Vector3f(0.5f, 0.45f, 0.4f);
+    };
+    room.seen = [this](const Vector3f& p) {
+      return box.distance(p) > kUnseenFrom_m || p.z() < kUnseenFrom_m || p.z() > box.high.z() - kUnseenFrom_m ||
+             p.y() < box.low.y() + kUnseenFrom_m;
+    };
+  }
+  DistanceField field() const {
+    DistanceField result = room.field();
+    result.seen_from_m = {{0, -0.9f, 0.5f}};
+    return result;
+  }
+};
+
+TEST(HiddenShadows, AShadowOfUnseenSidesIsNoPaintAndPaintIsNoShadow) {
+  const HalfSeenBox half;
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(half.field(), half.room.illumination());
+  const auto off = [&](const Vector3f& p) {
+    const auto [albedo, sigma] = albedo_at(*result.albedo, p);
+    EXPECT_GE(sigma, 0);
+    return (albedo - half.room.albedo(p)).cwiseAbs().mean();
+  };
+  EXPECT_LT(off(half.elsewhere), 0.03f);
+  EXPECT_LT(off(half.in_shadow), 0.06f);
+  EXPECT_LT(off(half.on_paint), 0.03f);
+}
+
+TEST(HiddenShadows, WhereNoCameraIsHinderedThereAreNone) {
+  HalfSeenBox half;
+  DistanceField field = half.field();
+  field.seen_from_m.push_back({0.9f, 0.05f, 0.4f});  // this one looks along the shadow into the box's place
+  field.seen_from_m.push_back({-0.9f, 0.05f, 0.4f});
+  AlbedoStage stage{Session()};
+  const auto result = stage.solve(field, half.room.illumination());
+  EXPECT_LT(albedo_at(*result.albedo, half.in_shadow).first.mean(), 0.3f) << "it saw nothing there: the floor is dark";
+}
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,137 @@
+// One depth picture into bricks.
+#include "reconstruct/fusion/brick_update.h"
+
+#include <gtest/gtest.h>
+
+#include <tuple>
+
+#include "tests/reconstruct/fusion/fusion_views.h"
+
+namespace lumigraft {
+namespace {
+
+constexpr float kVoxelM = 0.008f, kTruncationM = 0.032f;
+
+CameraModel coarse_camera() {
+  CameraModel camera;
+  camera.width = 160;
+  camera.height = 120;
+  camera.fx = camera.fy = 131;
+  camera.cx = 79.5;
+  camera.cy = 59.5;
+  return camera;
+}
+
+TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
+  const CameraModel camera = coarse_camera();
+  const PixelMap map(camera);
+  DepthPreparation preparation(camera, kVoxelM, 5), narrow(camera, kVoxelM, 5, false);
+  RecentBricks met;
+  std::vector<WorkingBrick> wide, plain;
+  for (unsigned i = 0; i < 3; ++i) {
+    const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8 + 0.05 * i, 50 * test::kDegree, -2.4 + 0.1 * i);
+    const FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
+    DepthView view;
+    preparation.prepare(frame.depth->depth_m, view);
+    DepthView by_four_too;
+    narrow.prepare(frame.depth->depth_m, by_four_too);
+    for (std::size_t k = 0; k < view.blocks.size(); ++k) {
+      const DepthView::Block &a = view.blocks[k], &b = by_four_too.blocks[k];
+      EXPECT_EQ(a.normal, b.normal);
+      EXPECT_EQ(std::tie(a.distance_m, a.weight, a.facing, a.jump), std::tie(b.distance_m, b.weight, b.facing, b.jump));
+      for (int c = 0; c < 4; ++c) EXPECT_EQ(view.planes[k][c], by_four_too.planes[k][c]);
+    }
+    const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
+    const ColourReader colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
+    for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
+                                                  PictureShare{}, met)) {
+      wide.emplace_back().key = key;
+      plain.emplace_back().key = key;
+    }
+    const BrickUpdate::Sizes sizes{kVoxelM, kTruncationM, 64};
+    const BrickUpdate by_eight(view, preparation, map, colour, T_camera_tag, sizes);
+    const BrickUpdate by_four(view, preparation, map, colour, T_camera_tag, sizes, false);
+    for (std::size_t k = 0; k < wide.size(); ++k) {
+      const auto a = by_eight.update(wide[k], 5, BrickUpdate::Wait::nothing);
+      const auto b = by_four.update(plain[k], 5, BrickUpdate::Wait::nothing);
+      EXPECT_EQ(a.learnt, b.learnt);
+      EXPECT_EQ(a.moved, b.moved);
+      EXPECT_EQ(wide[k].now.distance_m, plain[k].now.distance_m);
+      EXPECT_EQ(wide[k].now.weight, plain[k].now.weight);
+      EXPECT_EQ(wide[k].now.radiance, plain[k].now.radiance);
+      EXPECT_EQ(wide[k].free_rows, plain[k].free_rows);
+      EXPECT_EQ(wide[k].silent_rows, plain[k].silent_rows);
+    }
+  }
+  EXPECT_GT(wide.size(), 100u);
+}
+
+TEST(RecentBricks, EachIsMetOnceNearAndFar) {
+  RecentBricks bricks;
+  for (const int far : {0, -64, 63, 64, -1000, 100000}) {
+    const BrickKey key{far, 3, -far};
+    EXPECT_TRUE(bricks.meet(key)) << far;
+    EXPECT_FALSE(bricks.meet(key)) << far;
+    EXPECT_FALSE(bricks.has(FourInt{far + 1, 3, -far, 0})) << far;
+  }
+  EXPECT_TRUE(bricks.has(FourInt{63, 3, -63, 0}));
+  EXPECT_FALSE(bricks.has(FourInt{64, 3, -64, 0})) << "nothing that far is told without a search";
+}
+
+TEST(RecentBricks, AllOfEightAreToldOnlyOnceEachWasMet) {
+  RecentBricks bricks;
+  const FourInt low{-1, 7, 20, 0}, high{0, 8, 21, 0};
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_FALSE(bricks.has_all(low, high)) << i;
+    bricks.meet({low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2)});
+  }
+  EXPECT_TRUE(bricks.has_all(low, high));
+  EXPECT_TRUE(bricks.has_all(low, low));
+  EXPECT_FALSE(bricks.has_all(high, high + FourInt{1, 0, 0, 0}));
+}
+
+// A brick that may not have drifted need not be compared with what was published: it never has.
+TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
+  const CameraModel camera = coarse_camera();
+  const PixelMap map(camera);
+  DepthPreparation preparation(camera, kVoxelM, 5);
+  RecentBricks met;
+  std::vector<WorkingBrick> bricks;
+  int spared = 0, compared = 0, published = 0;
+  for (unsigned i = 0; i < 32; ++i) {
+    // A lamp brightens late, once all is settled.
+    const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, 50 * test::kDegree, -2.4 + 0.002 * i);
+    FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
+    if (i > 26) {
+      auto brighter = std::make_shared<Picture>(*frame.color);
+      for (std::uint8_t& code : brighter->encoded.data) code = static_cast<std::uint8_t>(std::min(255, code + 8));
+      frame.color = brighter;
+    }
+    DepthView view;
+    preparation.prepare(frame.depth->depth_m, view);
+    const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
+    const ColourReader colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
+    for (const BrickKey& key :
+         bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM, PictureShare{}, met))
+      bricks.emplace_back().key = key;
+    const BrickUpdate update(view, preparation, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
+    for (WorkingBrick& brick : bricks) {
+      const BrickUpdate::Told told = update.update(brick, 5, BrickUpdate::Wait::nothing);
+      brick.add_drift(told.learnt > 0 || told.coloured, told.drift, told.radiance_drift);
+      if (!brick.may_have_drifted()) {
+        ++spared;
+        EXPECT_FALSE(WorkingBrick(brick).drifted(brick.now, kVoxelM)) << i;
+        continue;
+      }
+      ++compared;
+      if (!brick.drifted(brick.now, kVoxelM)) continue;
+      ++published;
+      brick.published = std::make_shared<FieldBrick>(brick.now);
+    }
+  }
+  EXPECT_GT(spared, compared / 4);
+  EXPECT_GT(published, 500);
+}
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,388 @@
+#include "reconstruct/fusion/fusion.h"
+
+#include <gtest/gtest.h>
+
+#include "reconstruct/fusion/depth_noise.h"
+#include "tests/reconstruct/fusion/fusion_views.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using namespace test;
+
+TEST(Fusion, NoiseModelOfNguyen) {
+  EXPECT_NEAR(depth_sigma_m(0.4, 0), 0.0012, 1e-12);
+  EXPECT_NEAR(depth_sigma_m(2.4, 0), 0.0012 + 0.0019 * 4, 1e-12);
+  const double angle = 60 * kDegree;
+  EXPECT_NEAR(depth_sigma_m(1, angle), 0.0012 + 0.0019 * 0.36 + 0.0001 * angle * angle / std::pow(M_PI / 2 - angle, 2),
+              1e-12);
+}
+
+TEST(Fusion, ATableFromOnePicture) {
+  const CameraModel camera = test::small_camera();
+  for (const double tilt : {0.0, 40.0, 65.0}) {
+    const Isometry3d T_tag_camera = test::looking_at_tag(0.85, tilt * kDegree, -1.3);
+    FusionStage stage(session_with(camera), {});
+    const auto field = stage.fuse(frame_of(table, camera, T_tag_camera), pose_at(T_tag_camera));
+    ASSERT_TRUE(field);
+    EXPECT_EQ(field->version, 1u);
+    const Agreement seen = compare(*field, table, camera, T_tag_camera, 16);
+    EXPECT_LT(seen.largest_m, 1e-4) << tilt;
+    EXPECT_LT(seen.normal_deg, 0.1) << tilt;
+    EXPECT_EQ(seen.share, 1) << tilt << ": no holes";
+    // Distances are to the plane, not along the ray.
+    for (float z = -0.015f; z <= 0.03f; z += 0.005f) {
+      const auto sample = field->sample(Vector3f(0.02f, -0.03f, z));
+      ASSERT_TRUE(sample) << z;
+      EXPECT_NEAR(sample->distance_m, std::min(z, 0.032f), 2e-3f) << tilt << " " << z;
+    }
+    EXPECT_FALSE(field->sample(Vector3f(0.02f, -0.03f, -0.05f))) << "beyond truncation nothing is known";
+  }
+}
+
+TEST(Fusion, ABallOnATable) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T_tag_camera = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  const auto field = stage.fuse(frame_of(ball_on_table, camera, T_tag_camera), pose_at(T_tag_camera));
+  ASSERT_TRUE(field);
+  const Agreement seen = compare(*field, ball_on_table, camera, T_tag_camera);
+  EXPECT_LT(seen.mean_m, 3e-4);
+  EXPECT_GT(seen.share, 0.98);
+  EXPECT_LT(seen.normal_deg, 2);
+
+  // Between ball and table, seen from the side, no skirt: points well away from both are not inside anything.
+  int inside = 0;
+  for (const auto& [key, brick] : field->bricks)
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const Vector3d p = 0.008 * Vector3d(8 * key[0] + i % 8, 8 * key[1] + i / 8 % 8, 8 * key[2] + i / 64);
+      inside += brick->weight[i] > 0 && brick->distance_m[i] < 0 && ball_on_table(p) > 0.012;
+    }
+  EXPECT_EQ(inside, 0);
+}
+
+TEST(Fusion, SeveralViewsCloseTheBall) {
+  const CameraModel camera = test::small_camera();
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> field;
+  for (int i = 0; i < 12; ++i) {
+    const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, i * 30 * kDegree, {0.1, 0.15, 0});
+    field = stage.fuse(frame_of(ball_on_table, camera, T, i), pose_at(T));
+  }
+  EXPECT_EQ(field->version, 12u);
+  double sum = 0;
+  int hits = 0, rays = 0;
+  for (double polar = 5; polar < 100; polar += 6)
+    for (double azimuth = 0; azimuth < 360; azimuth += 20) {
+      const Vector3f n(std::sin(polar * kDegree) * std::cos(azimuth * kDegree),
+                       std::sin(polar * kDegree) * std::sin(azimuth * kDegree), std::cos(polar * kDegree));
+      const auto hit = field->raycast(kBall.cast<float>() + 0.15f * n, -n, 0, 0.15f);
+      ++rays;
+      if (!hit) continue;
+      ++hits;
+      sum += std::abs(ball(hit->position_m.cast<double>()));
+    }
+  EXPECT_GT(hits, rays * 98 / 100);
+  EXPECT_LT(sum / hits, 1e-3);
+}
+
+TEST(Fusion, NoisyPicturesAverage) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(1.2, 45 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  double first = 0;
+  std::shared_ptr<const DistanceField> field;
+  for (unsigned i = 0; i < 16; ++i) {
+    field = stage.fuse(frame_of(table, camera, T, i, {1, i + 1}), pose_at(T));
+    if (i == 0) first = compare(*field, table, camera, T, 16).mean_m;
+  }
+  const Agreement last = compare(*field, table, camera, T, 16);
+  EXPECT_LT(first, 2e-3);
+  EXPECT_LT(last.mean_m, 0.45 * first);
+  EXPECT_LT(last.normal_deg, 4);
+  EXPECT_GT(last.share, 0.995);
+}
+
+// What both sides of something thin say of the voxels between them, in noise and by poses that are off, is a number.
+TEST(Fusion, EveryDistanceIsANumber) {
+  const CameraModel camera = test::small_camera();
+  const Shape plate = [](const Vector3d& p) {
+    const Vector3d q = (p - Vector3d(0, 0, 0.2)).cwiseAbs() - Vector3d(0.25, 0.01, 0.2);
+    return std::min(table(p), q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0));
+  };
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> field;
+  for (unsigned i = 0; i < 12; ++i) {
+    const Isometry3d T = test::looking_at_tag(1.1, 60 * kDegree, (-90 + 75.0 * i) * kDegree);
+    Isometry3d off = T;
+    off.translation().y() += 0.012 * (i % 3 - 1.0);
+    field = stage.fuse(frame_of(plate, camera, T, i, {1, i + 1}), pose_at(off));
+  }
+  for (const auto& [key, brick] : field->bricks) {
+    for (std::size_t i = 0; i < brick->distance_m.size(); ++i) {
+      ASSERT_TRUE(std::isfinite(brick->distance_m[i]) && std::isfinite(brick->weight[i]))
+          << key[0] << ' ' << key[1] << ' ' << key[2] << ", voxel " << i;
+    }
+  }
+}
+
+TEST(Fusion, WhatIsTakenAwayIsCarved) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionSettings settings;
+  settings.weight_cap = 2;
+  FusionStage stage(session_with(camera), settings);
+  stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T));
+  std::shared_ptr<const DistanceField> field;
+  for (unsigned i = 1; i < 30; ++i) field = stage.fuse(frame_of(table, camera, T, i, {0.01, i}), pose_at(T));
+  EXPECT_LT(compare(*field, table, camera, T, 16).largest_m, 1e-3);
+}
+
+// Ten seconds of standing there fill the weights to their cap; what a picture shows since counts.
+TEST(Fusion, AVisitorIsGoneWithinASecond) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  constexpr double kLegRadius = 0.08;
+  const Vector3d leg(0.05, 0.15, 0);
+  const Shape visited = [&](const Vector3d& p) { return std::min(table(p), (p - leg).head<2>().norm() - kLegRadius); };
+  FusionStage stage(session_with(camera), {});
+  unsigned i = 0;
+  const auto fuse = [&](const FrameSet& frame) { return stage.fuse(frame, pose_at(T)); };
+  // A few pictures over and over: noise of its own for each would take minutes to make.
+  std::vector<FrameSet> with, without;
+  for (unsigned k = 0; k < 4; ++k) {
+    with.push_back(frame_of(visited, camera, T, k, {0.5, k + 1}));
+    without.push_back(frame_of(table, camera, T, k, {0.5, k + 11}));
+  }
+  const auto left = [&](const DistanceField& field) {  // rays that still meet the leg
+    int met = 0;
+    for (double z = 0.05; z < 0.3; z += 0.02)
+      for (double y = -0.06; y <= 0.06; y += 0.02) {
+        const Vector3d aim(leg.x(), leg.y() + y, z);
+        const Vector3d direction = (aim - T.translation()).normalized();
+        const auto hit = field.raycast(T.translation().cast<float>(), direction.cast<float>(), 0.05f, 3);
+        met += hit && hit->position_m.z() > 0.02f;
+      }
+    return met;
+  };
+  std::shared_ptr<const DistanceField> field;
+  for (; i < 10; ++i) field = fuse(without[i % 4]);
+  for (; i < 15; ++i) field = fuse(with[i % 4]);
+  EXPECT_GT(left(*field), 70) << "there within five pictures, of 91 rays";
+  for (; i < 300; ++i) field = fuse(with[i % 4]);
+  EXPECT_GT(left(*field), 70);
+  for (unsigned k = 0; k < 30; ++k, ++i) field = fuse(without[i % 4]);
+  EXPECT_EQ(left(*field), 0);
+}
+
+// Far away, where noise fills the truncation band, and in front of a jump in depth, a visitor fades no slower.
+TEST(Fusion, AFarVisitorBeforeAJumpIsGoneWithinASecond) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(3.4, 0, 0);
+  const Shape step = [](const Vector3d& p) {
+    return std::min(p.z(), std::max(p.x(), p.z() - 0.4));  // half of the floor is 0.4 m higher
+  };
+  const Shape visited = [&](const Vector3d& p) {
+    return std::min(step(p), (p.cwiseAbs() - Vector3d(0.2, 0.2, 0.56)).maxCoeff());  // near what is behind
+  };
+  FusionStage stage(session_with(camera), {});
+  std::vector<FrameSet> with, without;
+  for (unsigned k = 0; k < 4; ++k) {
+    with.push_back(frame_of(visited, camera, T, k, {0.3, k + 1}));
+    without.push_back(frame_of(step, camera, T, k, {0.3, k + 11}));
+  }
+  std::shared_ptr<const DistanceField> field;
+  const auto left = [&] {  // solid voxels of the visitor
+    int solid = 0;
+    for (const auto& [key, brick] : field->bricks)
+      for (std::size_t i = 0; i < kBrickVoxels; ++i)
+        solid += 8 * key[2] + static_cast<int>(i) / 64 > 60 && brick->weight[i] > 0 && brick->distance_m[i] < 0;
+    return solid;
+  };
+  unsigned i = 0;
+  for (; i < 10; ++i) field = stage.fuse(without[i % 4], pose_at(T));
+  EXPECT_EQ(left(), 0);
+  for (; i < 110; ++i) field = stage.fuse(with[i % 4], pose_at(T));
+  EXPECT_GT(left(), 5000);
+  for (unsigned k = 0; k < 30; ++k, ++i) field = stage.fuse(without[i % 4], pose_at(T));
+  EXPECT_EQ(left(), 0);
+}
+
+// A camera that measures nothing from a new place tells nothing of the room, but that it looked from there is known.
+TEST(Fusion, PlacesArePublishedThoughNothingDrifted) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 0, 0), T_away = test::looking_at_tag(1.5, 0, 0);
+  const Shape nothing = [](const Vector3d&) { return 10.0; };
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> before, field;
+  for (unsigned i = 0; i < 10; ++i) before = stage.fuse(frame_of(table, camera, T, i), pose_at(T));
+  for (unsigned i = 10; i < 20; ++i) field = stage.fuse(frame_of(nothing, camera, T_away, i), pose_at(T_away));
+  EXPECT_EQ(before->seen_from_m.size(), 1u);
+  ASSERT_EQ(field->seen_from_m.size(), 2u);
+  EXPECT_LT((field->seen_from_m[1] - T_away.translation().cast<float>()).norm(), 1e-3f);
+  EXPECT_EQ(field->version, before->version + 1);
+  for (const auto& [key, brick] : field->bricks) EXPECT_EQ(before->brick(key), brick.get());
+}
+
+// What relight packs again is what is another pointer than in the field before.
+TEST(Fusion, AnUpdateTouchesOnlyWhatChanged) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  std::shared_ptr<const DistanceField> before, field;
+  for (unsigned i = 0; i < 50; ++i) before = stage.fuse(frame_of(table, camera, T, i, {0.01, i + 1}), pose_at(T));
+  for (unsigned i = 50; i < 54; ++i)
+    field = stage.fuse(frame_of(ball_on_table, camera, T, i, {0.01, i + 1}), pose_at(T));
+  int near = 0, far = 0;
+  for (const auto& [key, brick] : field->bricks) {
+    if (before->brick(key) == brick.get()) continue;
+    const Vector3d middle = 0.064 * (Vector3d(key[0], key[1], key[2]) + Vector3d::Constant(0.5));
+    // The ball, and the table that it hides.
+    const Vector3d along = (middle - T.translation()).normalized(), to = kBall - T.translation();
+    const bool beside = (to - std::min(along.dot(to), to.norm()) * along).norm() < kBallRadius + 0.09;
+    ++(beside ? near : far);
+  }
+  EXPECT_GT(near, 10);
+  EXPECT_LT(far, 3) << "of " << field->bricks.size();
+}
+
+// Bricks stand where surfaces are: half the voxel, four times as many.
+TEST(Fusion, MemoryFollowsTheSurface) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  const FrameSet frame = frame_of(ball_on_table, camera, T);
+  const auto bricks = [&](double voxel_m) {
+    FusionSettings settings;
+    settings.voxel_m = voxel_m;
+    FusionStage stage(session_with(camera), settings);
+    return static_cast<double>(stage.fuse(frame, pose_at(T))->bricks.size());
+  };
+  const double growth = bricks(0.008) / bricks(0.016);
+  EXPECT_GT(growth, 3);
+  EXPECT_LT(growth, 5);
+}
+
+TEST(Fusion, NothingNewChangesNothing) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  const FrameSet frame = frame_of(ball_on_table, camera, T);
+  const auto field = stage.fuse(frame, pose_at(T));
+  EXPECT_EQ(stage.fuse(frame, pose_at(T)), field);
+  EXPECT_EQ(stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T)), field) << "the same content read again";
+
+  FrameSet without_depth = frame;
+  without_depth.depth = nullptr;
+  EXPECT_EQ(stage.fuse(without_depth, pose_at(T)), field);
+  Pose old = pose_at(test::looking_at_tag(0.85, 55 * kDegree, -1.3));
+  old.age_ns = 1;
+  EXPECT_EQ(stage.fuse(frame, old), field) << "a pose that was not measured in this frame";
+
+  EXPECT_EQ(FusionStage(session_with(camera), {}).fuse(without_depth, pose_at(T)), nullptr);
+}
+
+TEST(Fusion, APublishedFieldNeverChanges) {
+  const CameraModel camera = test::small_camera();
+  FusionStage stage(session_with(camera), {});
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  const auto field = stage.fuse(frame_of(table, camera, T), pose_at(T));
+  std::vector<std::pair<BrickKey, FieldBrick>> copy;
+  for (const auto& [key, brick] : field->bricks) copy.emplace_back(key, *brick);
+  const auto next = stage.fuse(frame_of(ball_on_table, camera, T, 1), pose_at(T));
+  EXPECT_GT(next->version, field->version);
+  EXPECT_EQ(copy.size(), field->bricks.size());
+  for (const auto& [key, brick] : copy) {
+    EXPECT_EQ(field->brick(key)->distance_m, brick.distance_m);
+    EXPECT_EQ(field->brick(key)->weight, brick.weight);
+  }
+}
+
+TEST(Fusion, AFieldThatHasConvergedStandsStill) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionSettings settings;
+  settings.weight_cap = 2;
+  FusionStage stage(session_with(camera), settings);
+  std::shared_ptr<const DistanceField> field;
+  const auto fuse = [&](const Shape& shape, unsigned i) {
+    field = stage.fuse(frame_of(shape, camera, T, i, {0.3, i + 1}), pose_at(T));
+  };
+  for (unsigned i = 0; i < 30; ++i) fuse(table, i);
+  std::size_t republished = 0;
+  for (unsigned i = 30; i < 50; ++i) {
+    const auto before = field;
+    fuse(table, i);
+    for (const auto& [key, brick] : field->bricks) republished += before->brick(key) != brick.get();
+  }
+  EXPECT_LT(republished, field->bricks.size()) << "less than one brick in twenty a picture";
+
+  // What moves slowly is not lost: a table that rises by 0.1 mm a picture.
+  for (unsigned i = 50; i < 140; ++i) {
+    const double rise = 1e-4 * std::min(i - 50, 50u);
+    fuse([&](const Vector3d& p) { return p.z() - rise; }, i);
+  }
+  const auto sample = field->sample(Vector3f(-0.05f, -0.03f, 0.005f));
+  ASSERT_TRUE(sample);
+  EXPECT_NEAR(sample->distance_m, 0, 2e-3f);
+}
+
+TEST(Fusion, TheSameFramesGiveTheSameField) {
+  const CameraModel camera = test::small_camera();
+  const auto run = [&] {
+    FusionStage stage(session_with(camera), {});
+    std::shared_ptr<const DistanceField> field;
+    for (unsigned i = 0; i < 3; ++i) {
+      const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3 + 0.1 * i);
+      field = stage.fuse(frame_of(ball_on_table, camera, T, i, {1, i}), pose_at(T));
+    }
+    return field;
+  };
+  const auto a = run(), b = run();
+  ASSERT_EQ(a->bricks.size(), b->bricks.size());
+  auto other = b->bricks.begin();
+  for (const auto& [key, brick] : a->bricks) {
+    EXPECT_EQ(other->first, key) << "even in the order of bricks";
+    EXPECT_EQ(other->second->distance_m, brick->distance_m);
+    EXPECT_EQ(other->second->radiance_weight, brick->radiance_weight);
+    ++other;
+  }
+}
+
+TEST(Fusion, ColourBecomesRadiance) {
+  const CameraModel camera = test::small_camera();
+  const Isometry3d T = test::looking_at_tag(0.85, 40 * kDegree, -1.3);
+  const auto light = [](const Vector3d& p) { return 0.2 + 0.5 * p.x(); };
+  FusionStage stage(session_with(camera), {});
+  const auto field = stage.fuse(frame_of(table, camera, T, 0, {}, light), pose_at(T));
+  for (float x = -0.2f; x <= 0.2f; x += 0.031f) {
+    const auto radiance = field->radiance(Vector3f(x, 0.01f, 0));
+    ASSERT_TRUE(radiance);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR((*radiance)[c] * (1 + c), light(Vector3d(x, 0, 0)), 3e-3);
+  }
+  EXPECT_FALSE(field->radiance(Vector3f(0, 0, 0.025f))) << "colour belongs to surfaces";
+
+  // Clipped pixels say nothing.
+  FusionStage bright(session_with(camera), {});
+  const auto clipped = bright.fuse(
+      frame_of(table, camera, T, 0, {}, [](const Vector3d& p) { return p.x() > 0 ? 2.0 : 0.2; }), pose_at(T));
+  EXPECT_FALSE(clipped->radiance(Vector3f(0.1f, 0, 0)));
+  ASSERT_TRUE(clipped->radiance(Vector3f(-0.1f, 0, 0)));
+  EXPECT_TRUE(clipped->sample(Vector3f(0.1f, 0, 0)));
+}
+
+TEST(Fusion, ADistortedLens) {
+  CameraModel camera = test::small_camera();
+  camera.distortion = {-0.2, 0.05, 0.001, -0.001, 0};
+  const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
+  FusionStage stage(session_with(camera), {});
+  const auto field = stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T));
+  const Agreement seen = compare(*field, ball_on_table, camera, T, 16);
+  EXPECT_LT(seen.mean_m, 5e-4);
+  EXPECT_GT(seen.share, 0.98);
+}
+
+}  // namespace
+}  // namespace lumigraft

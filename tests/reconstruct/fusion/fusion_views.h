@@ -1,0 +1,142 @@
+#pragma once
+// Depth pictures of shapes given by their distance functions, and how near a field comes to the shape.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+
+#include "capture/camera/response.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/fusion/depth_noise.h"
+#include "tests/reconstruct/pose/pose_views.h"
+
+namespace lumigraft::test {
+
+inline constexpr double kDegree = M_PI / 180;
+
+/// Signed distance to the nearest surface, tag frame; rays are marched through it to make pictures.
+using Shape = std::function<double(const Eigen::Vector3d&)>;
+
+inline double table(const Eigen::Vector3d& p) { return p.z(); }
+inline const Eigen::Vector3d kBall(0.1, 0.15, 0.12);
+inline constexpr double kBallRadius = 0.1;
+inline double ball(const Eigen::Vector3d& p) { return (p - kBall).norm() - kBallRadius; }
+inline double ball_on_table(const Eigen::Vector3d& p) { return std::min(table(p), ball(p)); }
+
+/// Where a ray meets the shape within 6 m.
+inline std::optional<double> march(const Shape& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
+  double along = 0;
+  for (int i = 0; i < 500 && along < 6; ++i) {
+    const double free = shape(from + along * direction);
+    if (free < 1e-7) break;
+    along += free;
+  }
+  if (along >= 6) return std::nullopt;
+  return along;
+}
+
+inline Eigen::Vector3d normal_of(const Shape& shape, const Eigen::Vector3d& p) {
+  Eigen::Vector3d normal;
+  for (int i = 0; i < 3; ++i)
+    normal[i] = shape(p + 1e-4 * Eigen::Vector3d::Unit(i)) - shape(p - 1e-4 * Eigen::Vector3d::Unit(i));
+  return normal.normalized();
+}
+
+inline Session session_with(const CameraModel& camera) {
+  Session session;
+  session.color.model = camera;
+  session.color.exposure = 2;
+  return session;
+}
+
+struct Noise {
+  double scale = 0;  ///< of the Kinect's noise model
+  unsigned seed = 1;
+  bool oblique = false;  ///< its part that grows with incidence, too
+};
+
+inline FrameSet frame_of(const Shape& shape, const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
+                         std::uint64_t index = 0, const Noise& noise = {},
+                         const std::function<double(const Eigen::Vector3d&)>& radiance = nullptr) {
+  auto depth = std::make_shared<DepthPicture>();
+  depth->depth_m = Image<float>(camera.width, camera.height, 1);
+  auto color = std::make_shared<Picture>();
+  color->exposure = 2;
+  color->encoded = Image<std::uint8_t>(camera.width, camera.height, 3);
+  std::mt19937 random(noise.seed);
+  std::normal_distribution<double> gauss;
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) {
+      const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      if (!ray) continue;
+      const Eigen::Vector3d direction = T_tag_camera.linear() * *ray;
+      const auto along = march(shape, T_tag_camera.translation(), direction);
+      if (!along) continue;
+      const double z = *along * ray->z();
+      double incidence_rad = 0;
+      if (noise.oblique) {
+        const Eigen::Vector3d normal = normal_of(shape, T_tag_camera.translation() + *along * direction);
+        incidence_rad = std::acos(std::clamp(-normal.dot(direction.normalized()), 0.0, 1.0));
+      }
+      depth->depth_m.at(u, v) = static_cast<float>(z + noise.scale * depth_sigma_m(z, incidence_rad) * gauss(random));
+      const double light = radiance ? radiance(T_tag_camera.translation() + *along * direction) : 0.25;
+      for (int c = 0; c < 3; ++c)
+        color->encoded.at(u, v, c) = static_cast<std::uint8_t>(std::lround(
+            255 * linear_to_srgb(std::min(1.0f, static_cast<float>(2 * light) / static_cast<float>(1 + c)))));
+    }
+  FrameSet frame;
+  frame.index = index;
+  frame.depth = depth;
+  frame.color = color;
+  return frame;
+}
+
+inline Pose pose_at(const Eigen::Isometry3d& T_tag_camera) {
+  Pose pose;
+  pose.T_tag_camera = pose.T_tag_camera_raw = T_tag_camera;
+  return pose;
+}
+
+/// Mean and largest |distance| of the field's zero surface from the shape, by casting a ray through every third pixel;
+/// and the share of rays that met it.
+struct Agreement {
+  double mean_m = 0, largest_m = 0, share = 0, normal_deg = 0;
+};
+inline Agreement compare(const DistanceField& field, const Shape& shape, const CameraModel& camera,
+                         const Eigen::Isometry3d& T_tag_camera, int margin = 8) {
+  Agreement result;
+  int rays = 0, hits = 0;
+  for (int v = margin; v < camera.height - margin; v += 3)
+    for (int u = margin; u < camera.width - margin; u += 3) {
+      const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
+      if (!ray) continue;
+      const Eigen::Vector3d direction = T_tag_camera.linear() * *ray;
+      const auto truth = march(shape, T_tag_camera.translation(), direction);
+      // Beyond the far limit and at the most grazing views nothing is promised.
+      if (!truth || *truth * ray->z() > 4.8 ||
+          -direction.dot(normal_of(shape, T_tag_camera.translation() + *truth * direction)) < 0.2)
+        continue;
+      ++rays;
+      const auto hit = field.raycast(T_tag_camera.translation().cast<float>(), direction.cast<float>(), 0.05f, 6);
+      if (!hit) continue;
+      ++hits;
+      const Eigen::Vector3d p = hit->position_m.cast<double>();
+      const double away = std::abs(shape(p));
+      result.mean_m += away;
+      result.largest_m = std::max(result.largest_m, away);
+      Eigen::Vector3d normal;
+      for (int i = 0; i < 3; ++i)
+        normal[i] = shape(p + 1e-4 * Eigen::Vector3d::Unit(i)) - shape(p - 1e-4 * Eigen::Vector3d::Unit(i));
+      const double cosine = std::min(1.0, normal.normalized().dot(hit->normal.cast<double>()));
+      result.normal_deg += std::acos(cosine) / kDegree;
+    }
+  result.mean_m /= hits;
+  result.normal_deg /= hits;
+  result.share = static_cast<double>(hits) / rays;
+  return result;
+}
+
+}  // namespace lumigraft::test

@@ -1,0 +1,55 @@
+// The model of how lamps shade a room, between the distances that visibility was cast for.
+#include "reconstruct/lamps/shading_model.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/reconstruct/albedo/albedo_room.h"
+#include "reconstruct/shading/irradiance.h"
+#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/field/field_rays.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+
+// Were shadows sharper at some distances than between them, they would fit best there, and the search would stop there.
+TEST(ShadingModel, ShadowsMoveSteadilyWithTheLampsDistance) {
+  TestRoom room;
+  room.boxes = {{{0.0f, 0.0f, 0.0f}, {0.1f, 0.1f, 0.25f}}};
+  room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, 0.02f}};
+  const DistanceField field = room.field();
+  const FieldRays rays(field);
+  const MetalSurfaces metal{Session()};
+  const Illumination light = room.illumination();
+  const RoomLight room_light(field, rays, metal, light);
+  std::vector<SurfaceSample> samples;
+  for (float x = -0.5f; x < 0.2f; x += 0.01f) {
+    for (float y = -0.1f; y < 0.5f; y += 0.01f)
+      samples.push_back({Vector3f(x, y, 0), Vector3f::UnitZ(), Vector3f::Ones(), 0.01f});
+  }
+  const std::vector<Vector3f> gathered(samples.size(), Vector3f::Zero());
+  ShadingModel model(room_light, light, samples, gathered);
+  const std::vector<double> knots{0.0, 0.07, 0.14, 0.21, 0.28, 0.35, 0.42};
+  model.tabulate(0, knots, kFineRays);
+
+  const auto at = [&](double log_distance) {
+    std::vector<float> factors;
+    model.factors(0, {.log_distance = log_distance}, factors);
+    return factors;
+  };
+  constexpr double kStep = 0.01;
+  int moving = 0;
+  for (std::size_t k = 2; k + 2 < knots.size(); ++k) {
+    const std::vector<float> before = at(knots[k] - kStep), here = at(knots[k]), after = at(knots[k] + kStep);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (std::abs(after[i] - before[i]) < 0.02f) continue;
+      ++moving;
+      EXPECT_LT(std::abs(after[i] - 2 * here[i] + before[i]), 0.5f * std::abs(after[i] - before[i]) + 0.03f);
+    }
+  }
+  EXPECT_GT(moving, 50) << "shadows move";
+}
+
+}  // namespace
+}  // namespace lumigraft

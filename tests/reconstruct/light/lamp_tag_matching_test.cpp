@@ -1,0 +1,189 @@
+// Lamps of the fish-eye picture and lamps that tags place, in made-up light.
+#include "reconstruct/light/lamp_tag_matching.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/reconstruct/light/light_views.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kRadius_m = 0.05f, kRadiance = 60;
+const Vector3f kLamp(0.5f, 0.1f, 0.9f);                       // where it stands at first
+const Vector3f kOther = Vector3f(-1, -1, 1.2f).normalized();  // direction of one without a tag
+
+Session session_with_lamp() {
+  Session session;
+  session.fisheye = fisheye(180);
+  session.lamps.push_back(
+      {.name = "desk", .tag_id = 9, .tag_size_m = 0.06, .radius_m = kRadius_m, .normal = {}, .intensity = {}});
+  return session;
+}
+
+/// What the fish-eye sees of a sphere there (none: it is off), of the other lamp and of the room.
+FrameSet frame_with(const Session& session, const std::optional<Vector3f>& lamp_m, float clip = 1e9f) {
+  const Vector3f probe = session.fisheye->T_tag_fisheye.translation().cast<float>();
+  auto picture = std::make_shared<Picture>();
+  picture->stream = Stream::fisheye;
+  picture->radiance = render(*session.fisheye, [&](const Vector3f& d) -> Vector3f {
+    const Vector3f to = lamp_m.value_or(Vector3f::UnitZ()) - probe;
+    if (lamp_m && within(d, to.normalized(), std::asin(kRadius_m / to.norm()) / kDegree))
+      return Vector3f::Constant(std::min(kRadiance, clip));
+    return Vector3f::Constant(within(d, kOther, 3) ? std::min(20.0f, clip) : 0.1f);
+  });
+  FrameSet frame;
+  frame.fisheye.push_back(picture);
+  return frame;
+}
+
+LampMark mark_at(const Vector3f& position_m, float sigma_m = 0.01f) { return {0, position_m, sigma_m, {0, 0, 0}}; }
+
+const PointLight* marked(const LightStage::Result& result) {
+  const auto& lights = result.illumination->lights;
+  const auto found = std::find_if(lights.begin(), lights.end(), [](const PointLight& l) { return l.mark == 0; });
+  return found == lights.end() ? nullptr : &*found;
+}
+
+bool says(const std::vector<std::string>& warnings, const std::string& text) {
+  return std::any_of(warnings.begin(), warnings.end(),
+                     [&](const std::string& line) { return line.find(text) != std::string::npos; });
+}
+
+const float kIntensity = static_cast<float>(kRadiance * M_PI * kRadius_m * kRadius_m);
+
+TEST(MarkedLights, TheLampOfThePictureStandsWhereTheTagSays) {
+  const Session session = session_with_lamp();
+  LightStage stage(session, {});
+  const Vector3f said = kLamp * 1.01f + Vector3f(0.005f, -0.005f, 0);
+  const auto result = stage.extract(frame_with(session, kLamp), {mark_at(said)});
+  ASSERT_EQ(result.illumination->lights.size(), 2u);
+  EXPECT_TRUE(result.warnings.empty());
+  const PointLight* lamp = marked(result);
+  ASSERT_TRUE(lamp);
+  EXPECT_TRUE(lamp->distance_known);
+  EXPECT_EQ(lamp->shown, PointLight::Shown::yes);
+  EXPECT_NEAR(lamp->position_m.norm(), said.norm(), 1e-5) << "the distance is the tag's";
+  EXPECT_LT(angle_degrees(lamp->direction, kLamp), 0.3) << "and the direction mostly the picture's";
+  EXPECT_NEAR(lamp->distance_log_sigma, 0.01 / said.norm(), 1e-5);
+  EXPECT_NEAR(lamp->radius_m, kRadius_m, 1e-4);
+  EXPECT_NEAR(lamp->intensity.x() / kIntensity, 1, 0.05);
+}
+
+TEST(MarkedLights, ItKeepsItsNameWhereverItGoes) {
+  const Session session = session_with_lamp();
+  LightStage stage(session, {});
+  const int id = stage.extract(frame_with(session, kLamp)).illumination->lights.at(0).id;
+  Vector3f there = kLamp;
+  for (int i = 0; i < 6; ++i) {
+    const auto result = stage.extract(frame_with(session, there), {mark_at(there)});
+    ASSERT_EQ(result.illumination->lights.size(), 2u) << i;
+    ASSERT_TRUE(marked(result)) << i;
+    EXPECT_EQ(marked(result)->id, id) << i;
+    EXPECT_LT((marked(result)->position_m - there).norm(), 0.01) << i;
+    there += Vector3f(-0.25f, 0.05f, 0.05f);  // 10 degrees and more
+  }
+  // Its tag has been hidden for too long: it goes on as a lamp without one.
+  there -= Vector3f(-0.25f, 0.05f, 0.05f);
+  const auto later = stage.extract(frame_with(session, there));
+  ASSERT_EQ(later.illumination->lights.size(), 2u);
+  EXPECT_FALSE(marked(later));
+  EXPECT_FALSE(later.illumination->lights[0].distance_known);
+  EXPECT_EQ(later.illumination->lights[0].id, id);
+}
+
+TEST(MarkedLights, WhatItsTagTellsWhileThePictureRestsMovesTheLamp) {
+  const Session session = session_with_lamp();
+  LightStage stage(session, {});
+  const FrameSet frame = frame_with(session, kLamp);
+  const auto first = stage.extract(frame, {mark_at(kLamp)});
+  EXPECT_EQ(stage.extract(frame, {mark_at(kLamp * 1.0005f)}).illumination, first.illumination) << "noise moves nothing";
+  const auto closer = stage.extract(frame, {mark_at(kLamp * 0.9f)});
+  EXPECT_GT(closer.illumination->version, first.illumination->version);
+  EXPECT_NEAR(marked(closer)->position_m.norm(), 0.9 * kLamp.norm(), 1e-3);
+  // No picture comes and the lamp goes elsewhere: as strong as it was.
+  const Vector3f elsewhere(-0.3f, 0.8f, 0.6f);
+  const auto moved = stage.extract(FrameSet(), {mark_at(elsewhere)});
+  EXPECT_LT((marked(moved)->position_m - elsewhere).norm(), 1e-3);
+  EXPECT_NEAR(marked(moved)->intensity.x() / marked(closer)->intensity.x(), 1, 1e-3);
+}
+
+TEST(MarkedLights, ALampThatIsOffIsSaidToBe) {
+  Session session = session_with_lamp();
+  session.lamps[0].intensity = Vector3f::Constant(5);
+  LightStage stage(session, {});
+  const int id = marked(stage.extract(frame_with(session, kLamp), {mark_at(kLamp)}))->id;
+  LightStage::Result result;
+  for (int i = 0; i < 8; ++i) result = stage.extract(frame_with(session, std::nullopt), {mark_at(kLamp)});
+  EXPECT_TRUE(says(result.warnings, "lamp desk: no light is seen where its tag says")) << result.warnings.at(0);
+  ASSERT_TRUE(marked(result)) << "it may be hidden: the room's shading tells";
+  EXPECT_EQ(marked(result)->shown, PointLight::Shown::dark);
+  EXPECT_LT(marked(result)->irradiance.x(), 0.01) << "till then next to nothing";
+  EXPECT_EQ(marked(result)->power_log_sigma, kUnknownPower);
+  result = stage.extract(frame_with(session, kLamp), {mark_at(kLamp)});
+  EXPECT_EQ(marked(result)->id, id);
+  EXPECT_EQ(marked(result)->shown, PointLight::Shown::yes);
+  EXPECT_TRUE(result.warnings.empty());
+}
+
+TEST(MarkedLights, ATagThatPutsItBesideIsNamed) {
+  const Session session = session_with_lamp();
+  LightStage stage(session, {});
+  const Vector3f beside = kLamp + Vector3f(0, 0.2f, 0);
+  const auto result = stage.extract(frame_with(session, kLamp), {mark_at(beside)});
+  EXPECT_TRUE(says(result.warnings, "the one 11 degrees beside, and position_m or tag_size_m is wrong"))
+      << result.warnings.at(0);
+  EXPECT_EQ(result.illumination->lights.size(), 3u);
+}
+
+TEST(MarkedLights, OutsideOfThePictureItsPowerIsTheLastOneOrTheConfigured) {
+  Session session = session_with_lamp();
+  const Vector3f below(0.6f, 0, -0.3f);
+  {
+    LightStage stage(session, {});
+    stage.extract(frame_with(session, kLamp), {mark_at(kLamp)});
+    const auto gone = stage.extract(frame_with(session, std::nullopt), {mark_at(below)});
+    ASSERT_TRUE(marked(gone));
+    EXPECT_LT((marked(gone)->position_m - below).norm(), 1e-5);
+    EXPECT_NEAR(marked(gone)->intensity.x() / kIntensity, 1, 0.05);
+  }
+  const auto unknown = LightStage(session, {}).extract(frame_with(session, std::nullopt), {mark_at(below)});
+  ASSERT_TRUE(marked(unknown));
+  EXPECT_EQ(marked(unknown)->shown, PointLight::Shown::outside);
+  EXPECT_LT(marked(unknown)->irradiance.x(), 0.01);
+  session.lamps[0].intensity = Vector3f(5, 4, 3);
+  const auto said = LightStage(session, {}).extract(frame_with(session, std::nullopt), {mark_at(below)});
+  ASSERT_TRUE(marked(said));
+  EXPECT_TRUE(marked(said)->intensity.isApprox(Vector3f(5, 4, 3)));
+  EXPECT_NEAR(marked(said)->irradiance.x(), 5 / below.squaredNorm(), 1e-4);
+}
+
+TEST(MarkedLights, AConfiguredIntensityStandsInForAClippedOne) {
+  Session session = session_with_lamp();
+  session.fisheye->exposure = 1;
+  session.fisheye->response = Response::srgb();
+  session.lamps[0].intensity = Vector3f::Constant(kIntensity);
+  FrameSet frame = frame_with(session, kLamp, 1);
+  auto clipped = std::make_shared<Picture>();
+  clipped->stream = Stream::fisheye;
+  clipped->exposure = 1;
+  const Image<float>& radiance = frame.fisheye[0]->radiance;
+  clipped->encoded = Image<std::uint8_t>(radiance.width, radiance.height, 3);
+  for (std::size_t i = 0; i < radiance.data.size(); ++i)
+    clipped->encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(radiance.data[i])));
+  frame.fisheye = {clipped};
+  const auto known = LightStage(session, {}).extract(frame, {mark_at(kLamp)});
+  ASSERT_TRUE(marked(known));
+  EXPECT_FALSE(marked(known)->clipped);
+  EXPECT_NEAR(marked(known)->intensity.x() / kIntensity, 1, 0.01);
+  session.lamps[0].intensity = Vector3f::Constant(1e-4f);  // less than is seen at least
+  const auto wrong = LightStage(session, {}).extract(frame, {mark_at(kLamp)});
+  ASSERT_TRUE(marked(wrong));
+  EXPECT_TRUE(marked(wrong)->clipped);
+}
+
+}  // namespace
+}  // namespace lumigraft

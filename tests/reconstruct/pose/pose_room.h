@@ -1,0 +1,33 @@
+#pragma once
+// What a depth camera sees of a room whose distances are known in closed form.
+#include <Eigen/Geometry>
+#include <limits>
+
+#include "tests/reconstruct/albedo/albedo_room.h"
+#include "tests/reconstruct/pose/pose_views.h"
+
+namespace lumigraft::test {
+
+/// A floor with two boxes: no direction and no turn leaves it as it is.
+inline TestRoom furnished_room() {
+  TestRoom room;
+  room.half_m = 0.9f;
+  room.boxes = {{{-0.45f, 0.2f, -0.1f}, {-0.15f, 0.5f, 0.35f}}, {{0.25f, -0.1f, -0.1f}, {0.5f, 0.4f, 0.2f}}};
+  return room;
+}
+
+/// By sphere tracing.
+inline DepthPicture depth_of_room(const TestRoom& room, const CameraModel& camera,
+                                  const Eigen::Isometry3d& T_tag_camera, unsigned seed, double noise_scale) {
+  return depth_picture(camera, T_tag_camera, seed, noise_scale,
+                       [&](const Eigen::Vector3d& from, const Eigen::Vector3d& d) -> double {
+                         float along = 0, near = 1;
+                         for (int i = 0; i < 200 && near > 1e-5f && along < 8; ++i) {
+                           near = room.distance(from.cast<float>() + along * d.cast<float>());
+                           along += near;
+                         }
+                         return near > 1e-3f ? std::numeric_limits<double>::infinity() : along;
+                       });
+}
+
+}  // namespace lumigraft::test

@@ -1,0 +1,90 @@
+// A wall so bright beside a lamp that the fish-eye's picture clips on it.
+#include "reconstruct/shading/clipped_walls.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/reconstruct/albedo/albedo_room.h"
+#include "reconstruct/light/environment.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kAlbedo = 0.5f;
+
+PointLight lamp_by_the_wall() {
+  PointLight lamp;
+  lamp.position_m = {-0.6f, 0.2f, 0.9f};
+  lamp.intensity = {0.6f, 0.5f, 0.4f};
+  lamp.distance_known = true;
+  lamp.radius_m = 0.02f;
+  return lamp;
+}
+
+Enclosure room(bool measured) {
+  Enclosure result;
+  result.sides = {{{1, 0, 0}, 1, measured},  {{-1, 0, 0}, 1, false}, {{0, 1, 0}, 1.2f, false},
+                  {{0, -1, 0}, 1.4f, false}, {{0, 0, 1}, 0, false},  {{0, 0, -1}, 2, false}};
+  return result;
+}
+
+/// The wall at x = -1 in that lamp's light; all else is black.
+Illumination seen(const PointLight& lamp) {
+  Illumination light;
+  light.probe_position_m = {0.3f, 0.1f, 0.03f};
+  light.remainder.radiance = Image<float>(128, 64, 3);
+  const Enclosure walls = room(true);
+  for (int v = 0; v < 64; ++v) {
+    for (int u = 0; u < 128; ++u) {
+      const Vector3f direction = environment_direction(u, v, 128, 64);
+      const auto exit = walls.leave(light.probe_position_m, direction);
+      if (exit->side != 0) continue;
+      const Vector3f way = lamp.position_m - light.probe_position_m - exit->distance_m * direction;
+      const float arriving = way.normalized().x() / way.squaredNorm();
+      Eigen::Map<Vector3f>(&light.remainder.radiance.at(u, v, 0)) = kAlbedo / kTestPi * arriving * lamp.intensity;
+    }
+  }
+  light.remainder_sh = project_sh(light.remainder);
+  return light;
+}
+
+void clip(Illumination& light, float end) {
+  light.remainder.clipped = Image<std::uint8_t>(128, 64, 1);
+  for (std::size_t i = 0; i < light.remainder.clipped.data.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& value = light.remainder.radiance.data[3 * i + c];
+      if (value > end) light.remainder.clipped.data[i] = 1;
+      value = std::min(value, end);
+    }
+  }
+}
+
+TEST(RaiseClipped, AWallBesideALampIsAsBrightAsTheLampMakesIt) {
+  const PointLight lamp = lamp_by_the_wall();
+  const Illumination exact = seen(lamp);
+  const DistanceField nothing;
+  const FieldRays rays(nothing);
+  const MetalSurfaces metal{Session()};
+  const auto energy = [](const Illumination& light) { return light.remainder_sh[0].sum(); };
+  Illumination clipped = exact;
+  clip(clipped, 0.1f);
+  clipped.remainder_sh = project_sh(clipped.remainder);
+  ASSERT_LT(energy(clipped) / energy(exact), 0.75);
+
+  Illumination raised = clipped;
+  const Enclosure measured = room(true);
+  raise_clipped(raised, {lamp}, &measured, nothing, rays, metal);
+  EXPECT_NEAR(energy(raised) / energy(exact), 1, 0.05);
+
+  // Where the wall stands is a guess: nothing is made up.
+  Illumination kept = clipped;
+  const Enclosure guess = room(false);
+  raise_clipped(kept, {lamp}, &guess, nothing, rays, metal);
+  EXPECT_EQ(kept.remainder.radiance.data, clipped.remainder.radiance.data);
+}
+
+}  // namespace
+}  // namespace lumigraft

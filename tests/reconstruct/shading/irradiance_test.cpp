@@ -1,0 +1,132 @@
+#include "reconstruct/shading/irradiance.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/reconstruct/albedo/albedo_room.h"
+#include "reconstruct/light/environment.h"
+
+namespace lumigraft {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kRays = 1024;
+constexpr float kFloor = 0.35f;  ///< albedo of floors that nobody saw
+const Vector3f kPlace(0.5f, 0, 0.3f), kOut(-1, 0, 0);
+
+/// A wall under a white sky, of which a camera saw the face towards -x, down to the floor but not the floor.
+TestRoom wall() {
+  TestRoom room;
+  room.ambient = Vector3f::Ones();
+  room.boxes = {{{0.5f, -0.55f, -0.1f}, {0.7f, 0.55f, 0.55f}}};
+  room.seen = [](const Vector3f& p) { return p.x() < 0.55f && p.x() > 0.46f && p.z() > 0.04f; };
+  return room;
+}
+
+/// What a fish-eye that looks up saw of the sky; it is as bright below, where nobody looked.
+Illumination seen_above(const TestRoom& room) {
+  Illumination light = room.illumination();
+  light.remainder.seen = Image<std::uint8_t>(128, 64, 1, 1);
+  for (int v = 32; v < 64; ++v)
+    for (int u = 0; u < 128; ++u) light.remainder.seen.at(u, v) = 0;
+  return light;
+}
+
+TEST(RoomLight, AFloorThatNobodySawReflectsTheSky) {
+  const TestRoom room = wall();
+  const DistanceField field = room.field();
+  const FieldRays rays(field);
+  const MetalSurfaces metal{Session()};
+  const RoomLight all(field, rays, metal, room.illumination());
+  EXPECT_NEAR(all.gather(kPlace, kOut, kRays).irradiance.y() / kTestPi, 1, 0.01);
+  EXPECT_TRUE(all.gather(kPlace, kOut, kRays).on_floor.empty());
+
+  const Illumination above = seen_above(room);
+  const RoomLight light(field, rays, metal, above);
+  const RoomLight::Gathered gathered = light.gather(kPlace, kOut, kRays);
+  EXPECT_NEAR(gathered.irradiance.y() / (0.5f * kTestPi * (1 + kFloor)), 1, 0.02);
+  EXPECT_EQ(light.by_floor(gathered, light.light_on_floor({})), Vector3f::Zero());
+}
+
+// The floor's light from a lamp against a sum over the floor itself, in squares of a centimetre.
+TEST(RoomLight, AFloorThatNobodySawReflectsLamps) {
+  TestRoom room = wall();
+  room.lamps = {{{-0.3f, 0.2f, 0.9f}, {2, 1, 0.5f}, 0.04f}};
+  const Illumination above = seen_above(room);
+  const DistanceField field = room.field();
+  const FieldRays rays(field);
+  const MetalSurfaces metal{Session()};
+  const RoomLight light(field, rays, metal, above);
+  std::vector<PointLight> lamps = above.lights;
+  lamps[0].distance_known = true;
+  lamps[0].position_m = room.lamps[0].position;
+
+  const float height = 0.05f;  // of what is known the lowest
+  double sum = 0;
+  for (float x = -4; x < 0.5f; x += 0.01f) {
+    for (float y = -4; y < 4; y += 0.01f) {
+      const Vector3f on(x + 0.005f, y + 0.005f, height), way = kPlace - on, to_lamp = room.lamps[0].position - on;
+      const float irradiance = to_lamp.normalized().z() / to_lamp.squaredNorm();
+      const Vector3f towards = way.normalized();
+      sum += 1e-4 * kFloor / kTestPi * irradiance * towards.z() * -kOut.dot(towards) / way.squaredNorm();
+    }
+  }
+  const Vector3f found = light.by_floor(light.gather(kPlace, kOut, kRays), light.light_on_floor(lamps));
+  EXPECT_NEAR(found.y() / sum, 1, 0.08);  // the lowest known place is known to a voxel
+  EXPECT_NEAR(found.x() / found.y(), 2, 1e-3);
+}
+
+/// A room of six sides, of which one is bright.
+Enclosure bright_room(bool measured) {
+  Enclosure room;
+  room.sides = {{{1, 0, 0}, 1, measured},     {{-1, 0, 0}, 1, measured}, {{0, 1, 0}, 1.2f, measured},
+                {{0, -1, 0}, 1.4f, measured}, {{0, 0, 1}, 0, measured},  {{0, 0, -1}, 2, measured}};
+  return room;
+}
+
+float bright(const Enclosure& room, const Vector3f& from, const Vector3f& direction) {
+  return room.leave(from, direction)->side == 0 ? 1.0f : 0.1f;
+}
+
+TEST(RoomLight, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
+  const Enclosure room = bright_room(true), guess = bright_room(false);
+  Illumination light;
+  light.probe_position_m = {0.3f, 0.1f, 0.03f};
+  light.remainder.radiance = Image<float>(128, 64, 3);
+  light.remainder.seen = Image<std::uint8_t>(128, 64, 1, 1);
+  for (int v = 0; v < 64; ++v)
+    for (int u = 0; u < 128; ++u)
+      for (int c = 0; c < 3; ++c)
+        light.remainder.radiance.at(u, v, c) =
+            bright(room, light.probe_position_m, environment_direction(u, v, 128, 64));
+  const DistanceField nothing;
+  const FieldRays rays(nothing);
+  const MetalSurfaces metal{Session()};
+  const Vector3f place(-0.8f, 0.5f, 0.02f), up = Vector3f::UnitZ();
+
+  double exact = 0;
+  constexpr int kSteps = 400;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      const float sine = std::sqrt((i + 0.5f) / kSteps), phi = 2 * kTestPi * (j + 0.5f) / kSteps;
+      const Vector3f direction(sine * std::cos(phi), sine * std::sin(phi), std::sqrt(1 - sine * sine));
+      exact += kTestPi * bright(room, place, direction) / (kSteps * kSteps);
+    }
+  }
+  const auto irradiance = [&](const Enclosure* enclosure) {
+    return RoomLight(nothing, rays, metal, light, enclosure).gather(place, up, kRays).irradiance.x();
+  };
+  EXPECT_NEAR(irradiance(&room) / exact, 1, 0.03);
+  const float far = irradiance(nullptr);
+  EXPECT_LT(far / exact, 0.6);
+  EXPECT_EQ(irradiance(&guess), far);  // of which nobody knows how it lies
+  Enclosure corner = guess;
+  corner.sides[2].measured = corner.sides[4].measured = true;
+  const float half = 0.5f * (far + irradiance(&room));
+  EXPECT_NEAR(irradiance(&corner), half, 0.02f * half);  // a guess is half believed
+}
+
+}  // namespace
+}  // namespace lumigraft

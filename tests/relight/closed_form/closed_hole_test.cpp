@@ -1,0 +1,122 @@
+// A strip of the floor of which too little is known, as in the shadow of a depth sensor's projector or where a surface
+// is seen too slantwise: its light changes as that of the floor beside it does.
+#include <cmath>
+
+#include "tests/relight/closed_form/closed_scene.h"
+#include "relight/gather/ray_renderer.h"
+
+namespace lumigraft::test {
+namespace {
+
+constexpr float kStripHalf_m = 0.016f;  // about 7 pixels in all, a voxel and more away from what is fused
+
+ClosedScene ball_before_lamp() {
+  ClosedScene scene;
+  scene.width = 240;
+  scene.height = 180;
+  scene.focal_px = 200;
+  scene.eye_m = {0, -0.6f, 0.6f};
+  scene.sky = 0.1f;
+  scene.radiance = [](const Eigen::Vector3f&) { return 0.15f; };
+  scene.lamps = {lamp_at({0.5f, 0.05f, 0.5f}, 0.02f, 0.3f)};
+  scene.exhibit.objects = {sphere_object(0.08f, {0.05f, 0, 0.1f}, 0.5f)};
+  return scene;
+}
+
+/// Across the shadow, which falls to the left of the ball.
+bool in_strip(const Eigen::Vector3f& p) { return std::abs(p.x() + 0.12f) < kStripHalf_m; }
+
+FrameSet without_strip(const ClosedScene& scene) {
+  FrameSet frame = scene.frame();
+  auto depth = std::make_shared<DepthPicture>(*frame.depth);
+  for (int v = 0; v < scene.height; ++v) {
+    for (int u = 0; u < scene.width; ++u) {
+      if (in_strip(scene.on_plane(u, v))) depth->depth_m.at(u, v) = 0;
+    }
+  }
+  frame.depth = depth;
+  return frame;
+}
+
+/// Its color is not known in the strip, and its surface neither unless `fused`.
+Scene unknown_strip(const ClosedScene& closed, bool fused) {
+  Scene scene = closed.scene();
+  auto field = std::make_shared<DistanceField>(*scene.field);
+  auto colors = std::make_shared<AlbedoField>(*scene.albedo);
+  for (auto& [key, shared] : field->bricks) {
+    auto brick = std::make_shared<FieldBrick>(*shared);
+    auto paint = std::make_shared<AlbedoBrick>(*colors->bricks.at(key));
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const Eigen::Vector3i voxel(8 * key[0] + i % 8, 8 * key[1] + i / 8 % 8, 8 * key[2] + i / 64);
+      if (!in_strip(field->voxel_m * voxel.cast<float>())) continue;
+      const auto k = static_cast<std::size_t>(i);
+      if (!fused) brick->weight[k] = 0;
+      brick->radiance_weight[k] = 0;
+      paint->sigma[k] = -1;
+    }
+    shared = brick;
+    colors->bricks.at(key) = paint;
+  }
+  scene.field = field;
+  scene.albedo = colors;
+  return scene;
+}
+
+/// RMS error over the strip's light, over its change; `make(session)` makes a renderer.
+template <typename Make>
+double strip_error(const Make& make, const Plan& plan, bool fused) {
+  const ClosedScene closed = ball_before_lamp();
+  const Session session = closed.session();
+  const auto relit = [&](const FrameSet& frame, const Scene& scene, const Exhibit& exhibit) {
+    return make(session)->relight(frame, scene, exhibit, plan, true);
+  };
+  const RelitPicture whole = relit(closed.frame(), closed.scene(), closed.exhibit);
+  const RelitPicture holed = relit(without_strip(closed), unknown_strip(closed, fused), closed.exhibit);
+  const RelitPicture unchanged = relit(closed.frame(), closed.scene(), {});
+  double off = 0, change = 0;
+  for (int v = 0; v < closed.height; ++v) {
+    for (int u = 0; u < closed.width; ++u) {
+      const Eigen::Vector3f p = closed.on_plane(u, v);
+      if (!in_strip(p) || std::abs(p.y()) > 0.15f || whole.maps->mask.at(u, v) > 0) continue;
+      const double there = picture_radiance(whole, u, v);
+      off += std::pow(picture_radiance(holed, u, v) - there, 2);
+      change += std::pow(picture_radiance(unchanged, u, v) - there, 2);
+    }
+  }
+  return std::sqrt(off / change);  // 1 where nothing changes
+}
+
+class ClosedHole : public ClosedTest {
+ protected:
+  double error(const Plan& plan, bool fused) const {
+    return strip_error([&](const Session& s) { return std::make_unique<Relighter>(device_, s); }, plan, fused);
+  }
+};
+ON_BOTH_DEVICES(ClosedHole);
+
+TEST_P(ClosedHole, NeitherDepthNorAnythingFused) { EXPECT_LT(error(careful_plan(), false), 0.3); }
+
+TEST_P(ClosedHole, NoColorWhereLightIsInCells) {
+  Plan plan = careful_plan();
+  plan.trace_scale = 2;
+  plan.cells = 1;
+  EXPECT_LT(error(plan, true), 0.15);
+}
+
+TEST_P(ClosedHole, NoColorLive) {
+  Plan plan = careful_plan();
+  plan.trace_scale = 4;
+  EXPECT_LT(error(plan, true), 0.15);
+}
+
+TEST(RaysHole, ColourOrSurfaceUnknown) {
+  Plan plan = careful_plan();
+  plan.method = "rays";
+  for (const bool fused : {false, true}) {
+    EXPECT_LT(strip_error([](const Session& s) { return std::make_unique<RayRenderer>(s); }, plan, fused), 0.3)
+        << fused;
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft::test

@@ -1,0 +1,195 @@
+// What is shown again, because nothing that it depends on has changed: it must be what a relighter would draw that
+// never saw anything else, or as near to it as is stated.
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "tests/relight/closed_form/closed_scene.h"
+#include "relight/static_view_cache.h"
+
+namespace lumigraft::test {
+namespace {
+
+ClosedScene ball_on_floor() {
+  ClosedScene scene;
+  scene.width = 160;
+  scene.height = 120;
+  scene.focal_px = 130;
+  scene.sky = 0.3f;
+  scene.lamps = {lamp_at({0.25f, 0.1f, 0.6f}, 0.03f, 0.2f)};
+  scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
+  return scene;
+}
+
+Plan live_plan() {
+  Plan plan = careful_plan(32);
+  plan.trace_scale = 4;
+  return plan;
+}
+
+/// As a camera with noise and quantisation of its own gives it.
+FrameSet noisy(const FrameSet& frame, unsigned seed, float sigma_codes, float sigma_m) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> normal;
+  FrameSet result = frame;
+  auto color = std::make_shared<Picture>();
+  color->exposure = 1;
+  color->encoded = Image<std::uint8_t>(frame.color->radiance.width, frame.color->radiance.height, 3);
+  for (std::size_t i = 0; i < color->encoded.data.size(); ++i) {
+    const float linear = std::clamp(frame.color->radiance.data[i], 0.0f, 1.0f);
+    const float code = 255 * (1.055f * std::pow(std::max(linear, 0.004f), 1 / 2.4f) - 0.055f);
+    color->encoded.data[i] = static_cast<std::uint8_t>(std::clamp(code + sigma_codes * normal(random), 0.0f, 255.0f));
+  }
+  result.color = color;
+  auto depth = std::make_shared<DepthPicture>(*frame.depth);
+  for (float& z : depth->depth_m.data) z = z > 0 ? z + sigma_m * normal(random) : 0;
+  result.depth = depth;
+  return result;
+}
+
+double rms_codes(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i) sum += (a.data[i] - b.data[i]) * (a.data[i] - b.data[i]);
+  return std::sqrt(sum / static_cast<double>(a.data.size()));
+}
+
+class ClosedKept : public ClosedTest {
+ protected:
+  Image<std::uint8_t> fresh(const ClosedScene& scene, const FrameSet& frame, const Plan& plan) const {
+    return Relighter(device_, scene.session()).relight(frame, scene.scene(), scene.exhibit, plan).srgb;
+  }
+};
+ON_BOTH_DEVICES(ClosedKept);
+
+TEST_P(ClosedKept, WhatIsStillTakesNoPass) {
+  const ClosedScene scene = ball_on_floor();
+  const FrameSet frame = noisy(scene.frame(), 1, 0, 0);
+  const Scene still = scene.scene();
+  for (const Plan& plan : {live_plan(), careful_plan(32)}) {
+    Relighter relighter(device_, scene.session());
+    const RelitPicture first = relighter.relight(frame, still, scene.exhibit, plan);
+    EXPECT_FALSE(first.passes.empty());
+    EXPECT_NE(first.srgb.data, frame.color->encoded.data);
+    const RelitPicture again = relighter.relight(frame, still, scene.exhibit, plan);
+    EXPECT_TRUE(again.passes.empty());
+    EXPECT_FALSE(again.passed_through);
+    EXPECT_EQ(again.srgb.data, first.srgb.data);
+  }
+}
+
+// Another picture of the same view: only the camera's noise is new. What is multiplied is the new picture; the factor
+// is that of the first.
+TEST_P(ClosedKept, NoiseOfTheCameraIsNoReasonToDrawAgain) {
+  const ClosedScene scene = ball_on_floor();
+  const Scene still = scene.scene();
+  const FrameSet one = noisy(scene.frame(), 1, 1.5f, 0.002f), two = noisy(scene.frame(), 2, 1.5f, 0.002f);
+  for (const Plan& plan : {live_plan(), careful_plan(32)}) {
+    Relighter relighter(device_, scene.session());
+    relighter.relight(one, still, scene.exhibit, plan);
+    const RelitPicture picture = relighter.relight(two, still, scene.exhibit, plan);
+    EXPECT_LE(picture.passes.size(), plan.trace_scale == 4 ? 0u : 1u);
+    EXPECT_LT(rms_codes(picture.srgb, fresh(scene, two, plan)), 0.35);
+  }
+}
+
+// A hand before the camera covers a corner of the floor beside the ball: these blocks alone are drawn again.
+TEST_P(ClosedKept, WhatEntersTheViewIsDrawn) {
+  const ClosedScene scene = ball_on_floor();
+  const FrameSet before = noisy(scene.frame(), 1, 0, 0);
+  FrameSet after = before;
+  auto color = std::make_shared<Picture>(*before.color);
+  auto depth = std::make_shared<DepthPicture>(*before.depth);
+  for (int v = 60; v < 90; ++v) {
+    for (int u = 60; u < 100; ++u) {
+      depth->depth_m.at(u, v) = 0.3f;
+      for (int c = 0; c < 3; ++c) color->encoded.at(u, v, c) = 90;
+    }
+  }
+  after.color = color;
+  after.depth = depth;
+  const Plan plan = live_plan();
+  const Scene still = scene.scene();
+  Relighter relighter(device_, scene.session());
+  const auto first = relighter.relight(before, still, scene.exhibit, plan);
+  const auto with_hand = relighter.relight(after, still, scene.exhibit, plan);
+  const auto wanted = fresh(scene, after, plan);
+  EXPECT_GT(rms_codes(with_hand.srgb, first.srgb), 3);
+  EXPECT_LT(rms_codes(with_hand.srgb, wanted), 0.1);  // normals from depth reach into the blocks beside
+  EXPECT_LT(rms_codes(relighter.relight(before, still, scene.exhibit, plan).srgb, first.srgb), 0.1);
+}
+
+TEST_P(ClosedKept, ACameraThatTremblesStandsStillAndOneThatMovesDoesNot) {
+  const ClosedScene scene = ball_on_floor();
+  const FrameSet frame = noisy(scene.frame(), 1, 0, 0);
+  const Scene still = scene.scene();
+  const auto moved = [&](double by_m) {
+    Scene result = still;
+    result.pose->T_tag_camera.translation().x() += by_m;
+    return result;
+  };
+  const Plan plan = live_plan();
+  Relighter relighter(device_, scene.session());
+  relighter.relight(frame, still, scene.exhibit, plan);
+  for (const double by_m : {0.0005, 0.004}) {  // of about 0.9 m: 0.07 and 0.6 pixels
+    const Scene now = moved(by_m);
+    const RelitPicture picture = relighter.relight(frame, now, scene.exhibit, plan);
+    const auto wanted = Relighter(device_, scene.session()).relight(frame, now, scene.exhibit, plan).srgb;
+    EXPECT_EQ(picture.passes.empty(), by_m < 0.001);
+    EXPECT_LT(rms_codes(picture.srgb, wanted), by_m < 0.001 ? 0.6 : 1e-9);
+  }
+}
+
+TEST_P(ClosedKept, WhatChangesInBetweenLeavesNoTrace) {
+  const ClosedScene scene = ball_on_floor();
+  ClosedScene other = scene;
+  other.lamps = {lamp_at({-0.3f, 0.2f, 0.5f}, 0.03f, 0.2f)};
+  other.exhibit.objects.front().position_m.x() += 0.04;
+  const FrameSet frame = noisy(scene.frame(), 1, 0, 0);
+  const Scene still = scene.scene();
+  Scene lit = still;
+  lit.illumination = other.scene().illumination;
+  Scene closed = still;  // by a ceiling
+  closed.enclosure = std::make_shared<const Enclosure>(
+      Enclosure{{{{0, 0, 1}, 0, true}, {{0, 0, -1}, 0.7f, false}}, Eigen::Vector3f(0, 0, 0.3f)});
+  const Plan plan = live_plan();
+  Relighter relighter(device_, scene.session());
+  const auto first = relighter.relight(frame, still, scene.exhibit, plan).srgb;
+  EXPECT_NE(relighter.relight(frame, closed, scene.exhibit, plan).srgb.data, first.data);
+  EXPECT_NE(relighter.relight(frame, lit, scene.exhibit, plan).srgb.data, first.data);
+  EXPECT_NE(relighter.relight(frame, still, other.exhibit, plan).srgb.data, first.data);
+  Exhibit none = scene.exhibit;
+  none.objects.front().visible = false;
+  EXPECT_EQ(relighter.relight(frame, still, none, plan).srgb.data, frame.color->encoded.data);
+  relighter.relight(frame, still, scene.exhibit, careful_plan(32));
+  relighter.relight(frame, still, scene.exhibit, plan, true);
+  EXPECT_EQ(relighter.relight(frame, still, scene.exhibit, plan).srgb.data, first.data);
+}
+
+TEST(StillView, HoldsThePoseUpToAnEighthOfAPixel) {
+  CameraModel camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 500;
+  camera.cx = 319.5;
+  camera.cy = 239.5;
+  StillView view(camera);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  bool moved = false;
+  view.hold(pose, 1.0, &moved);
+  EXPECT_TRUE(moved);
+  pose.translation().x() = 0.00015;  // of 0.8 m in the corners: 0.1 pixels
+  EXPECT_EQ(view.hold(pose, 1.0, &moved).translation().x(), 0);
+  EXPECT_FALSE(moved);
+  pose.translation().x() = 0.0003;
+  EXPECT_EQ(view.hold(pose, 1.0, &moved).translation().x(), 0.0003);
+  EXPECT_TRUE(moved);
+  pose.rotate(Eigen::AngleAxisd(0.0003, Eigen::Vector3d::UnitZ()));  // 0.12 pixels in the corners
+  view.hold(pose, 1.0, &moved);
+  EXPECT_FALSE(moved);
+  pose.rotate(Eigen::AngleAxisd(0.0001, Eigen::Vector3d::UnitZ()));
+  view.hold(pose, 1.0, &moved);
+  EXPECT_TRUE(moved) << "small steps add up";
+}
+
+}  // namespace
+}  // namespace lumigraft::test

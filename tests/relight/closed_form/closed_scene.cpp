@@ -1,0 +1,202 @@
+#include "tests/relight/closed_form/closed_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "capture/camera/response.h"
+#include "tests/relight/exhibit/model_shapes.h"
+
+namespace lumigraft::test {
+namespace {
+
+constexpr float kFar_m = 4;
+
+VirtualObject object_of(Model model, float albedo) {
+  VirtualObject object;
+  object.name = "object";
+  object.model = std::make_shared<const Model>(std::move(model));
+  Material material;
+  material.base_color.setConstant(albedo);
+  material.specular = 0;
+  object.material = material;
+  return object;
+}
+
+}  // namespace
+
+Eigen::Isometry3d ClosedScene::T_tag_camera() const {
+  const Eigen::Vector3d forward = (look_at_m - eye_m).cast<double>().normalized();
+  const Eigen::Vector3d up = std::abs(forward.z()) > 0.99 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d right = forward.cross(up).normalized();
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() << right, forward.cross(right), forward;
+  T.translation() = eye_m.cast<double>();
+  return T;
+}
+
+Session ClosedScene::session() const {
+  Session s;
+  s.color.model.width = width;
+  s.color.model.height = height;
+  s.color.model.fx = s.color.model.fy = focal_px;
+  s.color.model.cx = 0.5 * (width - 1);
+  s.color.model.cy = 0.5 * (height - 1);
+  return s;
+}
+
+Eigen::Vector3f ClosedScene::on_plane(int u, int v, float height_m) const {
+  const CameraModel model = session().color.model;
+  const Eigen::Vector3d w = T_tag_camera().linear() * *model.unproject({u, v});
+  return (eye_m.cast<double>() + w * ((height_m - eye_m.z()) / w.z())).cast<float>();
+}
+
+FrameSet ClosedScene::frame() const {
+  FrameSet f;
+  auto color = std::make_shared<Picture>();
+  color->radiance = Image<float>(width, height, 3, sky);
+  auto depth = std::make_shared<DepthPicture>();
+  depth->depth_m = Image<float>(width, height, 1, 0.0f);
+  const CameraModel model = session().color.model;
+  const Eigen::Isometry3d T = T_tag_camera();
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const Eigen::Vector3d ray = *model.unproject({u, v});
+      const Eigen::Vector3f w = (T.linear() * ray).cast<float>().normalized();
+      float t = 0, d = 1;
+      while (t < kFar_m && d > 1e-5f) t += d = distance(eye_m + t * w);
+      const Eigen::Vector3f hit = eye_m + t * w;
+      if (t >= kFar_m || !extent.contains(hit)) continue;
+      depth->depth_m.at(u, v) = t * static_cast<float>(ray.z() / ray.norm());
+      for (int c = 0; c < 3; ++c) color->radiance.at(u, v, c) = radiance(hit);
+    }
+  }
+  f.color = color;
+  f.depth = depth;
+  return f;
+}
+
+Scene ClosedScene::scene() const {
+  Scene scene;
+  Pose pose;
+  pose.T_tag_camera = pose.T_tag_camera_raw = T_tag_camera();
+  scene.pose = pose;
+
+  auto field = std::make_shared<DistanceField>();
+  auto colors = std::make_shared<AlbedoField>();
+  field->voxel_m = colors->voxel_m = voxel_m;
+  field->truncation_m = 4 * voxel_m;
+  field->version = colors->version = 1;
+  const float brick_m = kBrickEdge * voxel_m;
+  const Eigen::Vector3i low = (extent.min() / brick_m).array().floor().matrix().cast<int>();
+  const Eigen::Vector3i high = (extent.max() / brick_m).array().floor().matrix().cast<int>();
+  for (int z = low.z(); z <= high.z(); ++z) {
+    for (int y = low.y(); y <= high.y(); ++y) {
+      for (int x = low.x(); x <= high.x(); ++x) {
+        auto brick = std::make_shared<FieldBrick>();
+        auto paint = std::make_shared<AlbedoBrick>();
+        bool any = false;
+        for (int i = 0; i < kBrickVoxels; ++i) {
+          const Eigen::Vector3f p =
+              Eigen::Vector3i(8 * x + i % 8, 8 * y + i / 8 % 8, 8 * z + i / 64).cast<float>() * voxel_m;
+          const float d = distance(p);
+          const bool near = std::abs(d) < field->truncation_m;
+          const auto k = static_cast<std::size_t>(i);
+          any = any || near;
+          brick->distance_m[k] = std::clamp(d, -field->truncation_m, field->truncation_m);
+          brick->weight[k] = d > -field->truncation_m ? 1.0f : 0.0f;
+          brick->radiance_weight[k] = near ? 1.0f : 0.0f;
+          brick->radiance[k].setConstant(near ? radiance(p) : 0.0f);
+          paint->albedo[k].setConstant(albedo);
+          paint->sigma[k] = near ? 0.01f : -1.0f;
+        }
+        if (!any) continue;
+        field->bricks[{x, y, z}] = brick;
+        colors->bricks[{x, y, z}] = paint;
+      }
+    }
+  }
+  scene.field = field;
+  scene.albedo = colors;
+
+  auto light = std::make_shared<Illumination>();
+  light->probe_position_m = {0, 0, 0.3f};
+  light->remainder.radiance = Image<float>(32, 16, 3, sky);
+  light->remainder_sh.fill(Eigen::Vector3f::Zero());
+  light->remainder_sh[0].setConstant(sky * 2 * std::sqrt(std::numbers::pi_v<float>));
+  light->lights = lamps;
+  light->version = 1;
+  scene.illumination = light;
+  return scene;
+}
+
+RelitPicture ClosedScene::relit(Renderer& renderer, const Plan& plan) const {
+  return renderer.relight(frame(), scene(), exhibit, plan, true);
+}
+
+Plan careful_plan(int volume, int bounces) {
+  Plan plan;
+  plan.volume = volume;
+  plan.trace_scale = 1;
+  plan.bounces = bounces;
+  return plan;
+}
+
+Plan rays_plan(int trace_scale, int rays, int bounces) {
+  Plan plan;
+  plan.method = "rays";
+  plan.trace_scale = trace_scale;
+  plan.rays = rays;
+  plan.bounces = bounces;
+  return plan;
+}
+
+ClosedScene box_on_floor() {
+  ClosedScene scene;
+  scene.width = 112;
+  scene.height = 84;
+  scene.focal_px = 90;
+  scene.sky = 0.2f;
+  scene.radiance = [](const Eigen::Vector3f&) { return 0.25f; };
+  scene.lamps = {lamp_at({0.3f, 0.1f, 0.5f}, 0.03f, 0.2f)};
+  scene.exhibit.objects = {box_object({-0.1f, -0.05f, 0.01f}, {0.1f, 0.05f, 0.2f}, 0.9f)};
+  return scene;
+}
+
+PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity) {
+  PointLight lamp;
+  lamp.distance_known = true;
+  lamp.position_m = position_m;
+  lamp.radius_m = radius_m;
+  lamp.intensity.setConstant(intensity);
+  return lamp;
+}
+
+float irradiance(const PointLight& lamp, const Eigen::Vector3f& at_m, const Eigen::Vector3f& normal) {
+  const Eigen::Vector3f to = lamp.position_m - at_m;
+  const float d2 = to.squaredNorm();
+  return lamp.emission(-to.normalized()) * lamp.intensity.x() * std::max(normal.dot(to), 0.0f) / (d2 * std::sqrt(d2));
+}
+
+VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo) {
+  Model model = model_of(sphere(radius_m, 40));
+  for (std::size_t i = 0; i < model.normals.size(); ++i) model.normals[i] = model.positions_m[i].normalized();
+  VirtualObject object = object_of(std::move(model), albedo);
+  object.position_m = centre_m.cast<double>();
+  return object;
+}
+
+VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo) {
+  return object_of(model_of(box(low_m, high_m)), albedo);
+}
+
+float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m) {
+  const Eigen::Vector3f q = (p_m - box.center()).cwiseAbs() - 0.5f * box.sizes();
+  return q.cwiseMax(0.0f).norm() + std::min(q.maxCoeff(), 0.0f);
+}
+
+float picture_radiance(const RelitPicture& picture, int u, int v) {
+  return srgb_to_linear(static_cast<float>(picture.srgb.at(u, v, 0)) / 255.0f);
+}
+
+}  // namespace lumigraft::test

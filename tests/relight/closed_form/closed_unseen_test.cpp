@@ -1,0 +1,225 @@
+// A sealed room of which the camera sees a part: light that a black ball takes is missed on walls that were never seen,
+// and so on those that were.
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "tests/relight/closed_form/closed_scene.h"
+#include "tests/relight/gpu/device_fixture.h"
+#include "reconstruct/room/enclosure.h"
+#include "tests/relight/reference/reference_rooms.h"
+#include "relight/tracing/build_trace_scene.h"
+
+namespace lumigraft::test {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kHalf_m = 0.4f, kWalls = 0.5f, kBall_m = 0.09f;
+const Vector3f kBallAt(0.05f, 0.15f, -kHalf_m + kBall_m);
+const Vector3f kEye(0, -0.36f, 0.12f), kProbe(-0.2f, 0.05f, -0.37f);
+constexpr float kLampRadius_m = 0.02f, kLampRadiance = 600;
+const Vector3f kLampAt(-0.05f, 0.05f, 0.385f);
+
+ReferenceScene true_room() {
+  ReferenceScene room;
+  room.real = {mesh_of(box(Vector3f::Constant(-kHalf_m), Vector3f::Constant(kHalf_m)), lambert(kWalls))};
+  room.lamps = {round_panel(kLampAt, kLampRadius_m, kLampRadiance)};
+  return room;
+}
+
+PointLight lamp() {
+  PointLight light;
+  light.distance_known = light.flat = true;
+  light.position_m = kLampAt;
+  light.normal = {0, 0, -1};
+  light.radius_m = kLampRadius_m;
+  const Vector3f down = (kProbe - kLampAt).normalized();
+  light.direction = -down;
+  light.intensity.setConstant(kLampRadiance * kPi * kLampRadius_m * kLampRadius_m * light.normal.dot(down));
+  light.irradiance = light.intensity / (kProbe - kLampAt).squaredNorm();
+  return light;
+}
+
+/// L_mu of all six walls, path traced from the middle.
+class WallRadiance {
+ public:
+  WallRadiance() {
+    const DeltaPathTracer tracer = tracer_of(true_room());
+    for (int wall = 0; wall < 6; ++wall) {
+      ReferenceCamera camera;
+      camera.model.width = camera.model.height = kEdge;
+      camera.model.fx = camera.model.fy = 0.5 * kEdge;
+      camera.model.cx = camera.model.cy = 0.5 * (kEdge - 1);
+      camera.T_tag_camera.linear() = axes(wall);
+      const Image<float> seen = tracer.radiance(camera, samples_of(48), false);
+      Image<float>& picture = walls_[static_cast<std::size_t>(wall)];
+      picture = Image<float>(kEdge, kEdge, 1);
+      for (int v = 0; v < kEdge; ++v) {
+        for (int u = 0; u < kEdge; ++u) {  // the median takes the lamp out, which hangs before the ceiling
+          std::vector<float> around;
+          for (int j = 0; j < 25; ++j) {
+            around.push_back(
+                seen.at(std::clamp(u + j % 5 - 2, 0, kEdge - 1), std::clamp(v + j / 5 - 2, 0, kEdge - 1), 0));
+          }
+          std::nth_element(around.begin(), around.begin() + 12, around.end());
+          picture.at(u, v) = around[12];
+        }
+      }
+    }
+  }
+
+  float at(const Vector3f& p) const {
+    int axis = 0;
+    p.cwiseAbs().maxCoeff(&axis);
+    const int wall = 2 * axis + (p[axis] < 0);
+    const Vector3f q = axes(wall).transpose() * p;
+    const float u = 0.5f * kEdge * (q.x() / q.z() + 1) - 0.5f, v = 0.5f * kEdge * (q.y() / q.z() + 1) - 0.5f;
+    const auto texel = [&](float x, float y) {
+      return walls_[static_cast<std::size_t>(wall)].at(std::clamp(static_cast<int>(x), 0, kEdge - 1),
+                                                       std::clamp(static_cast<int>(y), 0, kEdge - 1));
+    };
+    const float x = std::floor(u), y = std::floor(v), a = u - x, b = v - y;
+    return (1 - b) * ((1 - a) * texel(x, y) + a * texel(x + 1, y)) +
+           b * ((1 - a) * texel(x, y + 1) + a * texel(x + 1, y + 1));
+  }
+
+ private:
+  static constexpr int kEdge = 20;
+  static Eigen::Matrix3f axes(int wall) {
+    Vector3f z = Vector3f::Zero();
+    z[wall / 2] = wall % 2 ? -1.0f : 1.0f;
+    const Vector3f x = z.unitOrthogonal();
+    Eigen::Matrix3f m;
+    m << x, z.cross(x), z;
+    return m;
+  }
+  std::array<Image<float>, 6> walls_;
+};
+
+/// The floor and the back wall are known, and the side walls as far as the ball; ceiling and front wall are not.
+ClosedScene seen_part(const WallRadiance& walls) {
+  ClosedScene scene;
+  scene.width = 48;
+  scene.height = 36;
+  scene.focal_px = 30;
+  scene.eye_m = kEye;
+  scene.look_at_m = {0, 0.2f, -0.25f};
+  scene.distance = [](const Vector3f& p) {
+    const float half_m = 0.025f, beyond_m = box_distance(
+                                     {Vector3f::Constant(-kHalf_m - half_m), Vector3f::Constant(kHalf_m + half_m)}, p);
+    return std::abs(beyond_m) - half_m;
+  };
+  scene.extent = {Vector3f(-0.5f, -0.05f, -0.5f), Vector3f(0.5f, 0.5f, 0.25f)};
+  scene.albedo = kWalls;
+  scene.radiance = [&walls](const Vector3f& p) { return walls.at(p); };
+  scene.lamps = {lamp()};
+  scene.exhibit.objects = {sphere_object(kBall_m, kBallAt, 0)};
+  return scene;
+}
+
+std::shared_ptr<const Illumination> fisheye_light(const WallRadiance& walls) {
+  auto light = std::make_shared<Illumination>();
+  light->probe_position_m = kProbe;
+  light->lights = {lamp()};
+  light->version = 1;
+  light->remainder.radiance = Image<float>(96, 48, 3);
+  for (int v = 0; v < 48; ++v) {
+    for (int u = 0; u < 96; ++u) {
+      const float phi = 2 * kPi * (static_cast<float>(u) + 0.5f) / 96 - kPi;
+      const float theta = kPi * (static_cast<float>(v) + 0.5f) / 48;
+      const Vector3f w(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+      float t = 1e9f;
+      for (int a = 0; a < 3; ++a) {
+        if (w[a] != 0) t = std::min(t, (std::copysign(kHalf_m, w[a]) - kProbe[a]) / w[a]);
+      }
+      for (int c = 0; c < 3; ++c) light->remainder.radiance.at(u, v, c) = walls.at(kProbe + t * w);
+    }
+  }
+  return light;
+}
+
+class ClosedUnseen : public ClosedTest {
+ protected:
+  /// Mean change over what is seen of the floor, out of the reach of the shadow.
+  static double far_floor(const ClosedScene& scene, const Image<float>& change, const Image<float>& coverage) {
+    double sum = 0;
+    int count = 0;
+    for (int v = 0; v < scene.height; ++v) {
+      for (int u = 0; u < scene.width; ++u) {
+        const Vector3f p = scene.on_plane(u, v, -kHalf_m);
+        const bool floor = p.cwiseAbs().maxCoeff() < 0.39f + 0.011f && p.y() > 0 && std::abs(p.x()) < 0.37f;
+        if (!floor || (p - kBallAt).head<2>().norm() < 2.2f * kBall_m || coverage.at(u, v) > 0) continue;
+        sum += change.at(u, v, 0);
+        ++count;
+      }
+    }
+    EXPECT_GT(count, 60);
+    return sum / count;
+  }
+};
+
+// With its complete geometry, the reference tells the truth. In the part that was seen it misses a fifth of it, and
+// with what is made of the rest 7 %. The volumes, at 32³ with three bounces, miss 44 %, and with the rest 23 %;
+// propagation misses 27 %, and with the rest 17 %.
+TEST_P(ClosedUnseen, ABlackBallIsMissedOnWallsThatWereNeverSeen) {
+  const WallRadiance walls;
+  const ClosedScene scene = seen_part(walls);
+  const ReferenceCamera camera{scene.session().color.model, scene.T_tag_camera().cast<float>()};
+  const auto traced = [&](ReferenceScene room) {
+    room.objects = reference_objects_of(scene.exhibit, 0);
+    const ReferencePicture picture = tracer_of(room).change(camera, samples_of(24));
+    return far_floor(scene, picture.change, picture.coverage);
+  };
+  const double truth = traced(true_room());
+
+  Scene seen = scene.scene();
+  seen.illumination = fisheye_light(walls);
+  const auto relit = [&](const char* method = "dvct") {
+    Relighter relighter(device_, scene.session());
+    Plan plan = careful_plan(32, 3);
+    plan.method = method;
+    const RelitPicture picture = relighter.relight(scene.frame(), seen, scene.exhibit, plan, true);
+    return far_floor(scene, picture.maps->delta, picture.maps->mask);
+  };
+  const double open = relit(), open_reference = traced(reference_room_of(seen, {}));
+  const std::optional<Enclosure> room = close_room(room_points(*seen.field), *seen.illumination, {kEye});
+  ASSERT_TRUE(room);
+  seen.enclosure = std::make_shared<const Enclosure>(*room);
+  const double closed = relit(), propagated = relit("dlpv"), closed_reference = traced(reference_room_of(seen, {}));
+  EXPECT_LT(truth, 0);
+  EXPECT_GT(open, 0.65 * truth);
+  EXPECT_NEAR(closed, truth, -0.3 * truth);
+  EXPECT_NEAR(propagated, truth, -0.22 * truth);
+  EXPECT_GT(open_reference, 0.85 * truth);
+  EXPECT_NEAR(closed_reference, truth, -0.15 * truth);
+}
+
+// Where the unseen shines by itself nothing reflects: a sky, however near the hull around the known is taken to be.
+// Nor does anything that the objects gathered count twice for it.
+TEST_P(ClosedUnseen, ASkyTakesNothingBack) {
+  ClosedScene scene;
+  scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.1f}, 0.5f)};
+  Relighter relighter(device_, scene.session());
+  Scene closed = scene.scene();
+  const std::optional<Enclosure> room = close_room(room_points(*closed.field), *closed.illumination, {});
+  ASSERT_TRUE(room);
+  closed.enclosure = std::make_shared<const Enclosure>(*room);
+  for (const char* method : {"dvct", "dlpv"}) {
+    Plan plan = careful_plan(32, 2);
+    plan.method = method;
+    const RelitPicture open = scene.relit(relighter, plan);
+    const RelitPicture shut = relighter.relight(scene.frame(), closed, scene.exhibit, plan, true);
+    double most = 0;
+    for (std::size_t i = 0; i < open.maps->delta.data.size(); ++i) {
+      if (open.maps->mask.data[i / 3] > 0) continue;
+      most = std::max(most, std::abs(double{open.maps->delta.data[i]} - double{shut.maps->delta.data[i]}));
+    }
+    EXPECT_LT(most, 0.02 * scene.sky) << method;
+  }
+}
+
+ON_BOTH_DEVICES(ClosedUnseen);
+
+}  // namespace
+}  // namespace lumigraft::test

@@ -1,0 +1,56 @@
+#pragma once
+// A cube of a room around the origin, of which one wall at a time fills the picture: what arrives at all six sums up to
+// what leaves an object.
+#include <numbers>
+
+#include "tests/relight/closed_form/closed_scene.h"
+
+namespace lumigraft::test {
+
+struct CubeRoom : ClosedScene {
+  float half_m, from_m;  ///< of the cube; the camera stands so far before its middle
+
+  CubeRoom(float half, float from, float wall_m = 0.05f) : half_m(half), from_m(from) {
+    width = height = 40;
+    focal_px = 0.5 * width * (half_m - from_m) / half_m;  // a wall fills the picture to its border
+    distance = [half, wall_m](const Eigen::Vector3f& p) {
+      const Eigen::Vector3f middle = Eigen::Vector3f::Constant(half + 0.5f * wall_m);
+      return std::abs(box_distance({-middle, middle}, p)) - 0.5f * wall_m;
+    };
+    const Eigen::Vector3f outside = Eigen::Vector3f::Constant(half_m + wall_m + 0.04f);
+    extent = {-outside, outside};
+  }
+
+  /// Walls of this albedo under one lamp, and no sky.
+  void light_walls(float walls, const PointLight& lamp) {
+    albedo = walls;
+    sky = 0;
+    lamps = {lamp};
+    radiance = [half = half_m, walls, lamp](const Eigen::Vector3f& p) {
+      int axis = 0;
+      p.cwiseAbs().maxCoeff(&axis);
+      Eigen::Vector3f n = Eigen::Vector3f::Zero(), on = p;
+      n[axis] = p[axis] > 0 ? -1.0f : 1.0f;
+      on[axis] = -half * n[axis];
+      return walls / std::numbers::pi_v<float> * irradiance(lamp, on, n);
+    };
+  }
+
+  /// Calls `visit` with the change of light that arrives, W, at what each pixel shows of each wall.
+  template <typename Visit>
+  void change_on_walls(Renderer& renderer, const Plan& plan, const Visit& visit) {
+    const float pixel_m = 2 * half_m / static_cast<float>(width);
+    for (int wall = 0; wall < 6; ++wall) {
+      Eigen::Vector3f axis = Eigen::Vector3f::Zero();
+      axis[wall / 2] = wall % 2 ? -1.0f : 1.0f;
+      eye_m = from_m * axis;
+      look_at_m = axis;
+      const RelitPicture picture = relit(renderer, plan);
+      for (std::size_t i = 0; i < picture.maps->delta.data.size(); i += 3) {
+        visit(std::numbers::pi_v<float> / albedo * picture.maps->delta.data[i] * pixel_m * pixel_m);
+      }
+    }
+  }
+};
+
+}  // namespace lumigraft::test

@@ -1,0 +1,188 @@
+#include "relight/exhibit/exhibit.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "capture/error.h"
+#include "tests/relight/exhibit/model_files.h"
+
+namespace lumigraft {
+namespace {
+
+using test::TemporaryFolder;
+
+class ReadExhibit : public ::testing::Test {
+ protected:
+  ReadExhibit() {
+    folder_.write("square.ply", test::ply_square());
+    folder_.write("triangle.gltf", test::GltfFile().gltf());
+    folder_.write("no_triangles.ply",
+                  "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                  "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n");
+    folder_.write("two.mtl", "newmtl red\nKd 0.6 0.1 0.1\nnewmtl green\nKd 0.1 0.6 0.1\n");
+    folder_.write("two.obj", "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl green\nf 1 3 2\n");
+  }
+
+  Exhibit read(const std::string& toml) {
+    const ConfigTable root = ConfigTable::load(folder_.write("exhibit.toml", toml));
+    Exhibit exhibit = read_exhibit(root);
+    root.finish();
+    return exhibit;
+  }
+
+  std::string error_of(const std::string& toml) {
+    try {
+      read(toml);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ReadExhibit, AllKeys) {
+  const Exhibit exhibit = read(R"(
+[[object]]
+name = "statue"
+model = "square.ply"
+position_m = [0.05, 0.25, -0.0002]
+rotation_wxyz = [2, 0, 0, 2]
+scale = 0.5
+up = "z"
+
+[object.material]
+base_color = [0.72, 0.68, 0.6]
+metallic = 0.25
+roughness = 0.5
+specular = 0.0
+)");
+  ASSERT_EQ(exhibit.objects.size(), 1u);
+  const VirtualObject& object = exhibit.objects[0];
+  EXPECT_EQ(object.name, "statue");
+  EXPECT_TRUE(object.visible);
+  ASSERT_TRUE(object.material.has_value());
+  EXPECT_FLOAT_EQ(object.material->base_color.y(), 0.68f);
+  EXPECT_FLOAT_EQ(object.material->metallic, 0.25f);
+  EXPECT_FLOAT_EQ(object.material->roughness, 0.5f);
+  EXPECT_FLOAT_EQ(object.material->specular, 0.0f);
+  EXPECT_NEAR(object.rotation.norm(), 1.0, 1e-12);
+  // Scaled by half, turned by 90° about z, moved.
+  const Eigen::Vector3d p = object.T_tag_model(7.0) * Eigen::Vector3d(1, 0, 0);
+  EXPECT_LT((p - Eigen::Vector3d(0.05, 0.75, -0.0002)).norm(), 1e-12);
+}
+
+TEST_F(ReadExhibit, Defaults) {
+  const Exhibit exhibit = read("[[object]]\nmodel = \"square.ply\"\n[[object]]\nmodel = \"triangle.gltf\"\n");
+  ASSERT_EQ(exhibit.objects.size(), 2u);
+  EXPECT_EQ(exhibit.objects[0].name, "square");
+  EXPECT_FALSE(exhibit.objects[0].material.has_value());
+  EXPECT_TRUE(exhibit.objects[0].T_tag_model(0).isApprox(Eigen::Affine3d::Identity()));
+  // PLY is z up, so the square lies flat; glTF is y up, so the triangle in its z = 0 stands.
+  for (const auto& p : exhibit.objects[0].model->positions_m) EXPECT_EQ(p.z(), 0.0f);
+  for (const auto& p : exhibit.objects[1].model->positions_m) EXPECT_EQ(p.y(), 0.0f);
+  EXPECT_TRUE(read("").objects.empty());
+}
+
+// Nothing ever followed from it, but files hold it.
+TEST_F(ReadExhibit, RigidIsAcceptedAndSaidToHaveNoEffect) {
+  const ConfigTable root =
+      ConfigTable::load(folder_.write("exhibit.toml", "[[object]]\nmodel = \"square.ply\"\nrigid = false\n"));
+  EXPECT_EQ(read_exhibit(root).objects.size(), 1u);
+  EXPECT_NO_THROW(root.finish());
+  ASSERT_EQ(root.warnings().size(), 1u);
+  EXPECT_NE(root.warnings()[0].find("exhibit.toml:3: object.0.rigid: has no effect"), std::string::npos);
+}
+
+TEST_F(ReadExhibit, OneModelIsLoadedOnce) {
+  const Exhibit exhibit =
+      read("[[object]]\nname = \"a\"\nmodel = \"square.ply\"\n[[object]]\nname = \"b\"\nmodel = \"square.ply\"\n");
+  EXPECT_EQ(exhibit.objects[0].model, exhibit.objects[1].model);
+}
+
+TEST_F(ReadExhibit, IncompleteMaterialKeepsTheRest) {
+  const VirtualObject square =
+      read("[[object]]\nmodel = \"square.ply\"\n[object.material]\nroughness = 0.3\n").objects[0];
+  ASSERT_TRUE(square.material.has_value());
+  EXPECT_FLOAT_EQ(square.material->roughness, 0.3f);
+  EXPECT_TRUE(square.material->base_color.isApprox(square.model->parts[0].material.base_color));
+  // Of several materials each keeps its own colour.
+  const VirtualObject two = read("[[object]]\nmodel = \"two.obj\"\n[object.material]\nroughness = 0.3\n").objects[0];
+  EXPECT_FALSE(two.material.has_value());
+  ASSERT_EQ(two.model->parts.size(), 2u);
+  for (const Model::Part& part : two.model->parts) EXPECT_FLOAT_EQ(part.material.roughness, 0.3f);
+  EXPECT_NE(two.model->parts[0].material.base_color, two.model->parts[1].material.base_color);
+}
+
+TEST_F(ReadExhibit, MotionIsInterpolatedAndHeldAtItsEnds) {
+  const VirtualObject object = read(R"(
+[[object]]
+model = "square.ply"
+position_m = [9, 9, 9]
+[[object.motion]]
+time_s = 1
+position_m = [0, 0, 0]
+[[object.motion]]
+time_s = 3
+position_m = [2, 0, 0]
+rotation_wxyz = [1, 0, 0, 1]
+[[object.motion]]
+time_s = 3
+position_m = [5, 0, 0]
+)")
+                                   .objects[0];
+  ASSERT_EQ(object.motion.size(), 3u);
+  const auto origin_x = [&](double t) { return (object.T_tag_model(t) * Eigen::Vector3d::Zero()).x(); };
+  EXPECT_DOUBLE_EQ(origin_x(-10), 0.0);
+  EXPECT_DOUBLE_EQ(origin_x(1), 0.0);
+  EXPECT_DOUBLE_EQ(origin_x(1.5), 0.5);
+  EXPECT_NEAR(origin_x(2.999), 1.999, 1e-12);
+  EXPECT_DOUBLE_EQ(origin_x(3), 5.0);  // two key frames at one time: a jump
+  EXPECT_DOUBLE_EQ(origin_x(100), 5.0);
+  // Halfway to 90° about z is 45°.
+  const Eigen::Vector3d x = object.T_tag_model(2).linear() * Eigen::Vector3d::UnitX();
+  EXPECT_NEAR(std::atan2(x.y(), x.x()), std::numbers::pi / 4, 1e-12);
+}
+
+TEST_F(ReadExhibit, BadInput) {
+  struct Case {
+    const char *toml, *where, *found;
+  };
+  for (const Case& c : {
+           Case{"[[object]]\n", "object.0.model: ", "found nothing"},
+           Case{"[[object]]\nmodel = \"missing.ply\"", ":2: object.0.model: ", "missing.ply"},
+           Case{"[[object]]\nmodel = \"exhibit.toml\"", ":2: object.0.model: ", "allowed: .gltf, .glb, .ply or .obj"},
+           Case{"[[object]]\nmodel = \"no_triangles.ply\"", ":2: object.0.model: ", "no triangles"},
+           Case{"[[object]]\nmodel = \"square.ply\"\nscale = 0", ":3: object.0.scale: ", "found 0"},
+           Case{"[[object]]\nmodel = \"square.ply\"\nscale = -1", ":3: object.0.scale: ", "found -1"},
+           Case{"[[object]]\nmodel = \"square.ply\"\nup = \"w\"", ":3: object.0.up: ", "found \"w\""},
+           Case{"[[object]]\nmodel = \"square.ply\"\nrotation_wxyz = [0, 0, 0, 0]",
+                ":3: object.0.rotation_wxyz: ", "normalised"},
+           Case{"[[object]]\nmodel = \"square.ply\"\nrotation_wxyz = [1, 0, 0, nan]",
+                ":3: object.0.rotation_wxyz: ", "nan"},
+           Case{"[[object]]\nmodel = \"square.ply\"\nposition_m = [0, 0]", ":3: object.0.position_m: ", "array of 2"},
+           Case{"[[object]]\nmodel = \"square.ply\"\ncolour = 3", ":3: object.0.colour: ", ""},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[object.material]\nroughness = 2",
+                ":4: object.0.material.roughness: ", "found 2"},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[object.material]\nbase_color = [0.5, 0.5, 1.5]",
+                ":4: object.0.material.base_color: ", "outside 0 to 1"},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[[object.motion]]\nposition_m = [0, 0, 0]",
+                "object.0.motion.0.time_s: ", "found nothing"},
+           Case{"[[object]]\nmodel = \"square.ply\"\n[[object.motion]]\ntime_s = 2\n[[object.motion]]\ntime_s = 1",
+                ":6: object.0.motion.1.time_s: ", "no earlier"},
+           Case{"[[object]]\nname = \"a\"\nmodel = \"square.ply\"\n[[object]]\nname = \"a\"\nmodel = \"square.ply\"",
+                ":5: object.1.name: ", "second object named \"a\""},
+           Case{"object = 3", ":1: object: ", "found 3"},
+       }) {
+    const std::string message = error_of(c.toml);
+    EXPECT_TRUE(message.starts_with((folder_.path() / "exhibit.toml").string())) << c.toml << " -> " << message;
+    EXPECT_NE(message.find(c.where), std::string::npos) << c.toml << " -> " << message;
+    EXPECT_NE(message.find(c.found), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,166 @@
+// The parts of delta final gathering that have answers of their own.
+#include <cmath>
+#include <random>
+
+#include "capture/camera/response.h"
+#include "tests/relight/closed_form/closed_scene.h"
+#include "relight/gather/irradiance_change_cache.h"
+#include "relight/gather/low_res_view.h"
+#include "relight/gather/light_samples.h"
+#include "relight/gather/object_window.h"
+#include "relight/gather/srgb_codes.h"
+#include "relight/tracing/lamps.h"
+
+namespace lumigraft::test {
+namespace {
+
+TEST(SrgbCodes, AreTheRoundedCurve) {
+  const rays::SrgbCodes codes;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> even(-0.1f, 1.1f), power(-8, 0);
+  for (int i = 0; i < 300000; ++i) {
+    const float linear = i % 2 ? even(random) : std::pow(10.0f, power(random));
+    ASSERT_EQ(codes(linear), std::lround(255 * linear_to_srgb(linear))) << linear;
+  }
+  EXPECT_EQ(codes(0), 0);
+  EXPECT_EQ(codes(std::nextafter(1.0f, 0.0f)), 255);
+  EXPECT_EQ(codes(INFINITY), 255);
+  EXPECT_EQ(codes(NAN), 0);
+}
+
+// Half of a fan stands for the whole lamp, and no ray of the other half is sent.
+TEST(LampFan, ItsFirstRaysStandForAll) {
+  ReferenceLamp lamp;
+  lamp.centre_m = {0.2f, 0, 1};
+  lamp.radius_m = 0.2f;
+  const rays::LampPoints points(lamp, 1);
+  reference::Surface floor;
+  for (int set = 0; set < rays::LampPoints::kSets; ++set) {
+    rays::LampFan fan = points.from(floor, set);
+    fan.keep_first(8);
+    EXPECT_EQ(fan.rays.some >> 8, 0u);
+    EXPECT_NEAR(fan.all, points.unhidden(floor), 0.05f * points.unhidden(floor)) << set;
+    for (std::size_t k = 8; k < fan.weight.size(); ++k) EXPECT_EQ(fan.weight[k], 0);
+  }
+}
+
+// What closes a room by a guess has vertices far apart; between them, too, light changes.
+TEST(ChangeCells, HoldBetweenPatchesThatLieFarApart) {
+  const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
+  std::vector<rays::Patch> floor;
+  for (int x = -8; x <= 8; ++x) {
+    for (int y = -8; y <= 8; ++y)
+      floor.push_back({{0.1f * static_cast<float>(x), 0.1f * static_cast<float>(y), 0}, up});
+  }
+  rays::ChangeCells cells(floor, {{0, 0, 0.2f}, 0.15f}, rays::RayObjects({}));
+  cells.irradiance.assign(cells.cells().size(), Rgb::Constant(-1));
+  for (int i = 0; i < 700; ++i) {
+    const Eigen::Vector3f p(-0.7f + 0.002f * static_cast<float>(i), 0.65f - 0.0017f * static_cast<float>(i), 0);
+    ASSERT_EQ(cells.at(p, up)[0], -1) << p.transpose();
+  }
+  EXPECT_EQ(cells.at({0.3f, 0.3f, 0}, -up)[0], 0) << "from below nothing is known";
+}
+
+// A wide glow stands as several discs that may overlap: the light of both counts.
+TEST(ReferenceLamps, ThoseOfUnknownPlaceHideNoOther) {
+  ReferenceLamp near, far;
+  near.centre_m = {0, 0, 90};
+  far.centre_m = {5, 0, 100};
+  near.radius_m = far.radius_m = 20;
+  const std::vector<ReferenceLamp> solid{near, far};
+  EXPECT_TRUE(reference::behind_other_lamp(solid, 1, {0, 0, 0}, Eigen::Vector3f::UnitZ(), 80));
+  near.hides = false;
+  const std::vector<ReferenceLamp> glow{near, far};
+  EXPECT_FALSE(reference::behind_other_lamp(glow, 1, {0, 0, 0}, Eigen::Vector3f::UnitZ(), 80));
+  EXPECT_TRUE(reference::behind_other_lamp(glow, 0, {0, 0, 20}, Eigen::Vector3f::UnitZ(), 80));
+}
+
+CameraModel camera_of(int width, int height) {
+  ClosedScene scene;
+  scene.width = width;
+  scene.height = height;
+  return scene.session().color.model;
+}
+
+/// A wall at 1 m left of a column, one at 2 m from there on.
+std::vector<rays::PixelSurface> two_walls(const CameraModel& camera, int column) {
+  std::vector<rays::PixelSurface> seen;
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      rays::PixelSurface& p = seen.emplace_back();
+      p.known = true;
+      p.depth_m = u < column ? 1 : 2;
+      p.surface.position_m = p.depth_m * camera.unproject({u, v})->cast<float>();
+      p.surface.face = p.surface.normal = -Eigen::Vector3f::UnitZ();
+    }
+  }
+  return seen;
+}
+
+TEST(CoarseView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
+  const CameraModel camera = camera_of(47, 31);
+  constexpr int column = 21, block = 4;
+  const std::vector<rays::PixelSurface> seen = two_walls(camera, column);
+  const rays::CoarseView view(seen, camera, block);
+  // What the blocks hold: the column of their middle on the near wall, and a thousand more on the far one.
+  const auto value = [&](std::size_t i) {
+    const float middle =
+        static_cast<float>(block) * static_cast<float>(i % static_cast<std::size_t>(view.camera().width)) + 1.5f;
+    return view.seen()[i].depth_m > 1.5f ? middle + 1000 : middle;
+  };
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const rays::BlockMix mix = view.mix(u, v, seen[static_cast<std::size_t>(v * camera.width + u)].surface);
+      int sum = 0;
+      for (const std::uint8_t weight : mix.weight) sum += weight;
+      ASSERT_EQ(sum, 255) << u << ", " << v;
+      const float mixed = view.mixed(mix, value), expected = static_cast<float>(u) + (u < column ? 0 : 1000);
+      // At the wall's end and the picture's there is a block on one side alone.
+      const bool between = (u >= 2 && u < column - block) || (u >= column + block && u < camera.width - block);
+      ASSERT_NEAR(mixed, expected, between ? 0.1 : block) << u << ", " << v;
+    }
+  }
+}
+
+TEST(CoarseView, SaysNothingWhereNothingIsSeen) {
+  const CameraModel camera = camera_of(8, 8);
+  std::vector<rays::PixelSurface> seen = two_walls(camera, 8);
+  const reference::Surface own = seen.front().surface;
+  for (rays::PixelSurface& p : seen) p.known = false;
+  const rays::CoarseView view(seen, camera, 2);
+  const rays::BlockMix mix = view.mix(3, 3, own);
+  EXPECT_TRUE(mix.empty());
+  EXPECT_EQ(view.mixed(mix, [](std::size_t) { return 5.0f; }), 0);
+}
+
+/// Whether the window holds every pixel that looks at a sphere, and how many pixels it holds.
+int pixels_of_window(const Eigen::Vector4f& sphere, const CameraModel& camera) {
+  const rays::PixelRays pixel_rays(camera);
+  const rays::Eye eye{pixel_rays, {camera, Eigen::Isometry3f::Identity()}};
+  const rays::Window window = rays::window_of({sphere}, eye);
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const Eigen::Vector3f w = eye.ray(u, v), to = sphere.head<3>();
+      const bool seen = to.norm() <= sphere.w() || (to.dot(w) > 0 && to.cross(w).norm() < sphere.w());
+      const bool within =
+          u >= window.left && u < window.left + window.width && v >= window.top && v < window.top + window.height;
+      EXPECT_TRUE(within || !seen) << u << ", " << v;
+    }
+  }
+  return window.width * window.height;
+}
+
+TEST(ObjectWindow, HoldsAllThatShowsAnObject) {
+  const CameraModel camera = camera_of(100, 70);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> place(-1.5f, 1.5f), size(0.01f, 0.5f);
+  for (int i = 0; i < 200; ++i) {
+    pixels_of_window({place(random), place(random), place(random), size(random)}, camera);
+  }
+  EXPECT_LE(pixels_of_window({0, 0, 2, 0.05f}, camera), 32 * 32);
+  EXPECT_EQ(pixels_of_window({0, 0, -2, 0.5f}, camera), 0);
+  EXPECT_EQ(pixels_of_window({0.1f, 0, 0, 0.5f}, camera), 7000);
+}
+
+}  // namespace
+}  // namespace lumigraft::test

@@ -1,0 +1,77 @@
+#include "relight/objects/mesh_refine.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/relight/exhibit/model_shapes.h"
+
+namespace lumigraft {
+namespace {
+
+float longest_edge(const Model& model) {
+  float longest = 0;
+  for (std::size_t t = 0; t < model.indices.size(); t += 3) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      longest = std::max(
+          longest,
+          (model.positions_m[model.indices[t + i]] - model.positions_m[model.indices[t + (i + 1) % 3]]).norm());
+    }
+  }
+  return longest;
+}
+
+double area_m2(const Model& model) {
+  double sum = 0;
+  for (std::size_t t = 0; t < model.indices.size(); t += 3) {
+    const Eigen::Vector3f& a = model.positions_m[model.indices[t]];
+    sum +=
+        0.5 * (model.positions_m[model.indices[t + 1]] - a).cross(model.positions_m[model.indices[t + 2]] - a).norm();
+  }
+  return sum;
+}
+
+Model box_of_two_parts() {
+  Model model;
+  test::add_part(&model, test::box({0, 0, 0}, {0.4f, 0.2f, 0.1f}));
+  test::add_part(&model, test::sphere(0.1f, 12));
+  for (std::size_t i = 0; i < model.positions_m.size(); ++i) {
+    model.colors[i] = model.positions_m[i];  // linear in space, so it must stay so
+  }
+  return model;
+}
+
+TEST(ModelRefine, EdgesAreShortTheShapeStaysAndNoGapOpens) {
+  const Model model = box_of_two_parts();
+  ASSERT_TRUE(is_closed(model));
+  const auto fine = refine_model(model, 0.03f);
+  EXPECT_LE(longest_edge(*fine), 0.03f);
+  EXPECT_TRUE(is_closed(*fine)) << "a halved edge is halved on both sides";
+  EXPECT_NEAR(area_m2(*fine), area_m2(model), 1e-6);
+  ASSERT_EQ(fine->parts.size(), 2u);
+  EXPECT_EQ(fine->parts[0].index_count + fine->parts[1].index_count, fine->indices.size());
+  EXPECT_EQ(fine->parts[1].first_index, fine->parts[0].index_count);
+  ASSERT_EQ(fine->normals.size(), fine->positions_m.size());
+  for (std::size_t i = 0; i < fine->positions_m.size(); ++i) {
+    EXPECT_LT((fine->colors[i] - fine->positions_m[i]).norm(), 1e-6f);
+    EXPECT_NEAR(fine->normals[i].norm(), 1, 1e-5f);
+  }
+}
+
+TEST(ModelRefine, WhatIsFineEnoughStaysAsItIs) {
+  const Model model = box_of_two_parts();
+  const auto same = refine_model(model, 1);
+  EXPECT_EQ(same->indices, model.indices);
+  EXPECT_EQ(same->positions_m.size(), model.positions_m.size());
+}
+
+TEST(ModelRefine, AHoleIsFound) {
+  Model model = box_of_two_parts();
+  model.indices.resize(model.indices.size() - 3);
+  model.parts.back().index_count -= 3;
+  EXPECT_FALSE(is_closed(model));
+}
+
+}  // namespace
+}  // namespace lumigraft

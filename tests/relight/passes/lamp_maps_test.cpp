@@ -1,0 +1,78 @@
+// What a lamp's map says of whole blocks is true of every texel in them.
+#include "relight/passes/lamps/lamp_maps.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/relight/closed_form/closed_scene.h"
+#include "tests/relight/gpu/device_fixture.h"
+
+namespace lumigraft {
+namespace {
+
+class LampMapsTest : public gpu::DeviceTest {};
+
+TEST_P(LampMapsTest, BoundsHoldEveryTexelAndNoMore) {
+  constexpr int kEdge = 64;
+  ObjectStore store(*device_);
+  Exhibit exhibit;
+  exhibit.objects = {test::sphere_object(0.1f, {0.05f, 0, 0.2f}, 0.5f),
+                     test::sphere_object(0.05f, {-0.2f, 0.1f, 0.1f}, 0.5f)};
+  const std::vector<PlacedObject> objects = store.place(exhibit, 0);
+  shader::FrameParams params{};
+  params.counts.x() = 2;
+  params.sphere << 0, 0, 0.15f, 0.3f;
+  params.lamps[0].position_radius << 0.3f, 0.1f, 1.1f, 0.06f;
+  params.lamps[1].position_radius << -0.6f, 0.4f, 0.8f, 0.1f;
+  for (auto& lamp : params.lamps) {
+    lamp.intensity << 1, 1, 1, 0;
+    lamp.facing.setZero();
+  }
+  LampMaps maps(*device_, kEdge, 6);
+  maps.choose(*device_, params);
+  const int count = static_cast<int>(params.lamps[0].intensity.w() + params.lamps[1].intensity.w());
+  ASSERT_GE(count, 4);
+  auto list = device_->begin();
+  list->begin_pass("lamp maps");
+  maps.record(*list, objects, false, store.white());
+  device_->submit(*list);
+
+  const std::vector<gpu::Binding> bindings = maps.bindings();
+  const gpu::Texture& depths = *bindings[0].texture;
+  const auto depth = gpu::values_of<float>(device_->download(depths));
+  const auto views = gpu::values_of<shader::LampMap>(device_->download(*bindings[1].buffer));
+  const auto bounds = gpu::values_of<std::uint32_t>(device_->download(*bindings[2].buffer));
+  int covered = 0, empty = 0;
+  for (int map = 0; map < count; ++map) {
+    const shader::LampMap& view = views[static_cast<std::size_t>(map)];
+    auto at = static_cast<std::size_t>(view.from.w());
+    for (int block = 4; block <= 32; block *= 2) {
+      for (int y = 0; y < kEdge; y += block) {
+        for (int x = 0; x < kEdge; x += block, ++at) {
+          float least = 1, most = 0;
+          for (int v = y; v < y + block; ++v) {
+            for (int u = x; u < x + block; ++u) {
+              const int column = static_cast<int>(view.place.x()) + u, row = static_cast<int>(view.place.y()) + v;
+              const float d = depth[static_cast<std::size_t>(row * depths.desc().width + column)];
+              least = std::min(least, d);
+              most = std::max(most, d);
+            }
+          }
+          ASSERT_EQ(bounds[at] >> 16, static_cast<std::uint32_t>(std::floor(least * 65535)))
+              << map << " " << block << " " << x << " " << y;
+          ASSERT_EQ(bounds[at] & 0xffff, static_cast<std::uint32_t>(std::ceil(most * 65535)))
+              << map << " " << block << " " << x << " " << y;
+          covered += most < 1;
+          empty += least == 1;
+        }
+      }
+    }
+  }
+  EXPECT_GT(covered, 10 * count);
+  EXPECT_GT(empty, 40 * count);
+}
+
+ON_BOTH_DEVICES(LampMapsTest);
+
+}  // namespace
+}  // namespace lumigraft

@@ -1,0 +1,214 @@
+// Propagation through free space, and past a wall: what is carried, how far, and how evenly.
+#include "relight/passes/lpv/propagate.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/relight/gpu/device_fixture.h"
+#include "relight/shaders/lpv/lpv_kernel.h"
+
+namespace lumigraft::gpu {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+constexpr int kEdge = 32;
+using Cell = Eigen::Vector4f;  // Φ, J
+
+std::size_t index_of(const Eigen::Vector3i& at, int cascade = 0) {
+  return static_cast<std::size_t>(at.x() + kEdge * (at.y() + kEdge * (at.z() + kEdge * cascade)));
+}
+
+/// One cascade's worth of cells or shares; the other cascade stays empty.
+struct Volume {
+  std::vector<Cell> cells = std::vector<Cell>(2u * kEdge * kEdge * kEdge, Cell::Zero());
+  Cell& at(const Eigen::Vector3i& place) { return cells[index_of(place)]; }
+  const Cell& at(const Eigen::Vector3i& place) const { return cells[index_of(place)]; }
+};
+
+/// Mean of the eight cells around, in cells from the low corner.
+Cell sample(const Volume& volume, const Eigen::Vector3f& place) {
+  const Eigen::Vector3f g = place - Eigen::Vector3f::Constant(0.5f);
+  const Eigen::Vector3i base = g.array().floor().matrix().cast<int>();
+  Cell sum = Cell::Zero();
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3i o(i & 1, (i >> 1) & 1, i >> 2);
+    const Eigen::Vector3f f = g - base.cast<float>();
+    float weight = 1;
+    for (int a = 0; a < 3; ++a) weight *= o[a] ? f[a] : 1 - f[a];
+    sum += weight * volume.at(base + o);
+  }
+  return sum;
+}
+
+/// As lpv_query.glsl looks it up, for cells of 1 m.
+float irradiance(const Volume& volume, const Eigen::Vector3f& place, const Eigen::Vector3f& normal) {
+  const Cell cell = sample(volume, place + shader::kLpvShift * normal);
+  return shader::kLpvEven * cell[0] - shader::kLpvDirected * normal.dot(cell.tail<3>());
+}
+
+class LpvPropagation : public DeviceTest {
+ protected:
+  /// `open`: share of light that gets from the first place to the second, its neighbour.
+  template <typename Open>
+  Volume carried(const Volume& source, int sweeps, Open&& open) {
+    LpvGrid grid(*device_, kEdge);
+    const std::size_t cells = source.cells.size();
+    std::vector<Eigen::half> low(4 * cells), high(4 * cells);
+    for (int z = 0; z < kEdge; ++z) {
+      for (int y = 0; y < kEdge; ++y) {
+        for (int x = 0; x < kEdge; ++x) {
+          const Eigen::Vector3i to(x, y, z);
+          for (int a = 0; a < 3; ++a) {
+            const Eigen::Vector3i step = Eigen::Vector3i::Unit(a);
+            const std::size_t i = 4 * index_of(to) + static_cast<std::size_t>(a);
+            low[i] = Eigen::half(to[a] > 0 ? open(to - step, to) : 0.0f);
+            high[i] = Eigen::half(to[a] < kEdge - 1 ? open(to + step, to) : 0.0f);
+          }
+        }
+      }
+    }
+    device_->upload(*grid.from_low, 0, std::as_bytes(std::span(low)));
+    device_->upload(*grid.from_high, 0, std::as_bytes(std::span(high)));
+    for (const auto& texture : grid.source) device_->upload(*texture, 0, std::as_bytes(std::span(source.cells)));
+    const LpvPropagate propagate(*device_);
+    const auto list = device_->begin();
+    propagate.record(*list, shader::FrameParams{}, sweeps, false, grid);
+    device_->submit(*list);
+    const std::vector<float> red = values_of<float>(device_->download(*grid.light[0]));
+    EXPECT_EQ(red, values_of<float>(device_->download(*grid.light[2])));
+    Volume light;
+    for (std::size_t i = 0; i < light.cells.size(); ++i) light.cells[i] = Eigen::Map<const Cell>(&red[4 * i]);
+    return light;
+  }
+  Volume carried(const Volume& source, int sweeps) {
+    return carried(source, sweeps, [](const auto&, const auto&) { return 1.0f; });
+  }
+};
+ON_BOTH_DEVICES(LpvPropagation);
+
+/// Flux out of the volume in every step so far.
+double left(const Volume& light) {
+  double sum = 0;
+  for (int z = 0; z < kEdge; ++z) {
+    for (int y = 0; y < kEdge; ++y) {
+      for (int x = 0; x < kEdge; ++x) {
+        const Eigen::Vector3i at(x, y, z);
+        const Cell& cell = light.at(at);
+        for (int a = 0; a < 3; ++a) {
+          if (at[a] == 0) sum += shader::kLpvStay * cell[0] - shader::kLpvAhead * cell[1 + a];
+          if (at[a] == kEdge - 1) sum += shader::kLpvStay * cell[0] + shader::kLpvAhead * cell[1 + a];
+        }
+      }
+    }
+  }
+  return sum;
+}
+
+Volume some_sources() {
+  Volume source;
+  source.at({9, 20, 14}) << 3, 1, -0.5f, 0.2f;
+  source.at({16, 15, 16}) << -1, 0, 0.6f, 0;
+  source.at({24, 7, 12}) << 1.5f, 0.3f, 0.3f, 0.9f;
+  return source;
+}
+
+// What six cells receive is what one held, of either sign: what has left in the end is what was put in.
+TEST_P(LpvPropagation, EnergyStaysTheSame) {
+  const Volume source = some_sources();
+  EXPECT_NEAR(left(carried(source, 100)), 3 - 1 + 1.5, 1e-3 * 5.5);
+}
+
+// The same with a box around that lets nothing out: what it absorbs is what was put in. Half-open faces absorb half.
+TEST_P(LpvPropagation, WallsAbsorbWhatDoesNotGetThrough) {
+  const Volume source = some_sources();
+  const auto inside = [](const Eigen::Vector3i& p) { return (p.array() >= 4).all() && (p.array() < 28).all(); };
+  const auto open = [&](const Eigen::Vector3i& from, const Eigen::Vector3i& to) {
+    if (inside(from) != inside(to)) return 0.0f;
+    return from.x() + to.x() == 25 ? 0.5f : 1.0f;  // a veil across the box
+  };
+  const Volume light = carried(source, 100, open);
+  double absorbed = 0, outside = 0;
+  for (int z = 0; z < kEdge; ++z) {
+    for (int y = 0; y < kEdge; ++y) {
+      for (int x = 0; x < kEdge; ++x) {
+        const Eigen::Vector3i at(x, y, z);
+        const Cell& cell = light.at(at);
+        if (!inside(at)) outside += cell.cwiseAbs().sum();
+        for (int face = 0; face < 6; ++face) {
+          const int a = face / 2, sign = face % 2 ? -1 : 1;
+          const Eigen::Vector3i to = at + sign * Eigen::Vector3i::Unit(a);
+          if ((to.array() < 0).any() || (to.array() >= kEdge).any()) continue;
+          const double sent = shader::kLpvStay * cell[0] + sign * shader::kLpvAhead * cell[1 + a];
+          absorbed += (1 - double{open(at, to)}) * sent;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(outside, 0);
+  EXPECT_NEAR(absorbed, 3 - 1 + 1.5, 1e-3 * 5.5);
+}
+
+TEST_P(LpvPropagation, IsLinearAndSigned) {
+  Volume source = some_sources();
+  const Volume once = carried(source, 8);
+  for (Cell& cell : source.cells) cell *= -2;
+  const Volume twice = carried(source, 8);
+  for (std::size_t i = 0; i < once.cells.size(); ++i) EXPECT_EQ(twice.cells[i], -2 * once.cells[i]);
+}
+
+// Axes exchanged, or one of them turned around: the light is exchanged and turned around alike, to rounding.
+TEST_P(LpvPropagation, TreatsAllAxesAlike) {
+  const auto turned = [](const Volume& volume, bool mirror) {
+    Volume result;
+    for (int z = 0; z < kEdge; ++z) {
+      for (int y = 0; y < kEdge; ++y) {
+        for (int x = 0; x < kEdge; ++x) {
+          const Cell& c = volume.at({x, y, z});
+          if (mirror)
+            result.at({x, kEdge - 1 - y, z}) << c[0], c[1], -c[2], c[3];
+          else
+            result.at({y, z, x}) << c[0], c[2], c[3], c[1];
+        }
+      }
+    }
+    return result;
+  };
+  const Volume source = some_sources(), light = carried(source, 60);
+  for (const bool mirror : {false, true}) {
+    const Volume got = carried(turned(source, mirror), 60), want = turned(light, mirror);
+    float most = 0;
+    for (std::size_t i = 0; i < got.cells.size(); ++i) {
+      most = std::max(most, (got.cells[i] - want.cells[i]).cwiseAbs().maxCoeff());
+    }
+    EXPECT_LT(most, 1e-4f);
+  }
+}
+
+// A point light of even intensity Φ / 4π: a surface that faces it receives Φ / (4π r²). Four coefficients a cell can
+// hold a beam's direction, not its width, so light that has gone far is too even: it falls off a little slower, and
+// some of it falls on what is turned away. Along the axes and the diagonals alike.
+TEST_P(LpvPropagation, FallsOffWithTheSquareOfTheDistance) {
+  Volume source;
+  source.at({16, 16, 16}) << 100, 0, 0, 0;
+  const Volume light = carried(source, 16);
+  double squares = 0, most = 0, away = 0;
+  int count = 0;
+  for (const Eigen::Vector3f& along : {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(1, 1, 0), Eigen::Vector3f(1, 1, 1),
+                                       Eigen::Vector3f(2, 1, 0), Eigen::Vector3f(-1, 2, 2)}) {
+    for (const float r : {3.0f, 4.0f, 5.5f, 7.0f, 9.0f}) {
+      const Eigen::Vector3f w = along.normalized(), p = Eigen::Vector3f::Constant(16.5f) + r * w;
+      const float want = 100 / (4 * kPi * r * r);
+      const double off = irradiance(light, p, -w) / want - 1;
+      squares += off * off;
+      most = std::max(most, std::abs(off));
+      away += irradiance(light, p, w) / want;
+      ++count;
+    }
+  }
+  EXPECT_LT(std::sqrt(squares / count), 0.4);
+  EXPECT_LT(most, 0.6);
+  EXPECT_LT(std::abs(away / count), 0.2);
+}
+
+}  // namespace
+}  // namespace lumigraft::gpu

@@ -1,0 +1,95 @@
+#include "server/pipeline/offline_pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+#include "capture/source.h"
+#include "tests/relight/gpu/lost_device/lose.h"
+#include "server/pipeline/service_config.h"
+
+namespace lumigraft {
+namespace {
+
+class LockStepOn : public testing::TestWithParam<gpu::Backend> {};
+INSTANTIATE_TEST_SUITE_P(BothDevices, LockStepOn, testing::Values(gpu::Backend::vulkan, gpu::Backend::egl),
+                         [](const auto& test) { return std::string(gpu::name_of(test.param)); });
+
+constexpr std::size_t kFrames = 3;
+
+/// `make` comes before a device is made, with how many there were.
+std::vector<FrameRecord> replayed(
+    const std::function<void(std::size_t)>& before_frame, const std::function<void(int)>& make = [](int) {}) {
+  Plan plan;
+  plan.volume = 32;
+  plan.rsm = 64;
+  plan.trace_scale = 4;
+  ServiceFiles files;
+  files.session = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
+  ServiceInput input = read_service(files, plan);
+  const std::unique_ptr<FrameReader> frames = open_frames(input.session);
+  LockStep pipeline(
+      input.session, std::move(input.exhibit), input.plan,
+      [&, made = 0]() mutable {
+        make(made++);
+        return gpu::create_device(LockStepOn::GetParam(), {});
+      },
+      nullptr);
+  std::vector<FrameRecord> records;
+  while (records.size() < kFrames) {
+    const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10));
+    if (!frame) break;
+    before_frame(records.size());
+    records.push_back(pipeline.step(*frame, false));
+  }
+  return records;
+}
+
+int farthest_apart(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
+  if (a.data.size() != b.data.size()) return 256;
+  int most = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i) most = std::max(most, std::abs(a.data[i] - b.data[i]));
+  return most;
+}
+
+// The pictures of a replay don't tell that a device was lost; its records do. But a code value may round the other way:
+// a new device gets all of the room, an old one hears of slight changes some pictures later.
+TEST_P(LockStepOn, ALostDeviceCostsNoPicture) {
+  const gpu::LosableDevices losable(GetParam());
+  const std::vector<FrameRecord> wanted = replayed([](std::size_t) {});
+  const std::vector<FrameRecord> got = replayed([&](std::size_t i) {
+    if (i == 1) losable.lose();
+  });
+  ASSERT_EQ(wanted.size(), kFrames);
+  ASSERT_EQ(got.size(), kFrames);
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    EXPECT_FALSE(got[i].picture.passes.empty()) << "nothing was drawn";
+    EXPECT_LE(farthest_apart(got[i].picture.srgb, wanted[i].picture.srgb), 1) << i;
+    const bool told = std::any_of(got[i].warnings.begin(), got[i].warnings.end(),
+                                  [](const std::string& w) { return w.find("the GPU was lost") == 0; });
+    EXPECT_EQ(told, i == 1) << i;
+  }
+}
+
+TEST_P(LockStepOn, WithoutAnotherDeviceTheNextFrameAsksAgain) {
+  const gpu::LosableDevices losable(GetParam());
+  const std::vector<FrameRecord> got = replayed(
+      [&](std::size_t i) {
+        if (i == 1) losable.lose();
+      },
+      [](int made) {
+        if (made == 1) throw std::runtime_error("no room");
+      });
+  ASSERT_EQ(got.size(), kFrames);
+  EXPECT_TRUE(got[1].picture.passes.empty());
+  EXPECT_FALSE(got[1].picture.srgb.empty()) << "the camera's own picture";
+  EXPECT_EQ(std::count(got[1].warnings.begin(), got[1].warnings.end(), "relight: no room"), 1);
+  EXPECT_FALSE(got[2].picture.passes.empty());
+}
+
+}  // namespace
+}  // namespace lumigraft

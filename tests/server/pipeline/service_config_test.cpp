@@ -1,0 +1,111 @@
+#include "server/pipeline/service_config.h"
+
+#include <gtest/gtest.h>
+
+#include "capture/error.h"
+#include "tests/server/tiny_session.h"
+
+namespace lumigraft {
+namespace {
+
+std::string error_of(const ServiceFiles& files) {
+  try {
+    read_service(files, Plan{});
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(ServiceConfig, ASessionBringsItsOwnExhibit) {
+  const TinySession tiny("own-exhibit");
+  ServiceFiles files;
+  files.session = tiny.folder;
+  files.overrides = {"plan.volume=32", "server.listen=0.0.0.0:9", "tag.id=7"};
+  const ServiceInput input = read_service(files, interactive_plan());
+  EXPECT_EQ(input.session.name, "tiny");
+  EXPECT_EQ(input.session.tag.id, 7);
+  ASSERT_EQ(input.exhibit.objects.size(), 1u);
+  EXPECT_EQ(input.plan.volume, 32);
+  EXPECT_EQ(input.plan.trace_scale, 4) << "what is not set stays interactive";
+  EXPECT_EQ(input.server.address, "0.0.0.0");
+  EXPECT_EQ(input.server.port, 9);
+}
+
+TEST(ServiceConfig, AConfigurationMayNameASession) {
+  const TinySession tiny("named");
+  tiny.write("other.toml", "");
+  tiny.write("kiosk.toml",
+             "session = \".\"\nexhibit = \"other.toml\"\n[server]\nmax_viewers = 3\n[plan]\nvolume = 64\n");
+  ServiceFiles files;
+  files.config = tiny.folder / "kiosk.toml";
+  files.overrides = {"tag.id=8", "server.jpeg_quality=50", "server.backend=egl"};
+  const ServiceInput input = read_service(files, Plan{});
+  EXPECT_EQ(input.session.name, "tiny");
+  EXPECT_EQ(input.session.tag.id, 8) << "--set reaches the session's keys";
+  EXPECT_TRUE(input.exhibit.objects.empty());
+  EXPECT_EQ(input.server.max_viewers, 3);
+  EXPECT_EQ(input.server.jpeg_quality, 50);
+  EXPECT_EQ(input.server.backend, gpu::Backend::egl);
+  EXPECT_EQ(input.plan.volume, 64);
+}
+
+TEST(ServiceConfig, AConfigurationMayHoldCamerasItself) {
+  const TinySession tiny("kiosk");
+  tiny.write("kiosk.toml", "exhibit = \"exhibit.toml\"\n" + tiny.read("session.toml") + "[server]\nlisten = \":81\"\n");
+  ServiceFiles files;
+  files.config = tiny.folder / "kiosk.toml";
+  const ServiceInput input = read_service(files, Plan{});
+  EXPECT_EQ(input.exhibit.objects.size(), 1u);
+  EXPECT_EQ(input.server.port, 81);
+}
+
+TEST(ServiceConfig, ObsoleteKeysOfAnExhibitAreWarnedOf) {
+  const TinySession tiny("obsolete");
+  ServiceFiles files;
+  files.session = tiny.folder;
+  EXPECT_TRUE(read_service(files, Plan{}).warnings.empty());
+  tiny.write("exhibit.toml", "[[object]]\nrigid = true\nmodel = \"pyramid.obj\"\n");
+  const ServiceInput input = read_service(files, Plan{});
+  EXPECT_EQ(input.exhibit.objects.size(), 1u);
+  ASSERT_EQ(input.warnings.size(), 1u);
+  EXPECT_NE(input.warnings[0].find("exhibit.toml:2: object.0.rigid"), std::string::npos) << input.warnings[0];
+}
+
+TEST(ServiceConfig, TheProjectsOwnConfigurationIsReadable) {
+  if (!std::filesystem::exists(LUMIGRAFT_SOURCE_DIR "/recordings/tabletop/session.toml")) {
+    GTEST_SKIP() << "recordings/tabletop is not there";
+  }
+  ServiceFiles files;
+  files.config = LUMIGRAFT_SOURCE_DIR "/configs/kiosk.toml";
+  EXPECT_EQ(error_of(files), "");
+}
+
+TEST(ServiceConfig, ErrorsSayWhere) {
+  const TinySession tiny("errors");
+  ServiceFiles files;
+  files.session = tiny.folder / "none";
+  EXPECT_NE(error_of(files).find("no such folder"), std::string::npos) << error_of(files);
+  files.session = tiny.folder;
+  for (const char* wrong : {"server.listen=8080", "server.listen=localhost:99999", "server.listen=kiosk:80",
+                            "server.listen=::1:80", "server.max_viewers=0", "server.backend=metal", "server.port=8080",
+                            "plan.volume=77", "color.wide=4", "nonsense=1"}) {
+    files.overrides = {wrong};
+    const std::string error = error_of(files);
+    EXPECT_NE(error.find(std::string(wrong).substr(0, std::string(wrong).find('='))), std::string::npos) << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+  }
+}
+
+TEST(ServiceConfig, Listen) {
+  ServerSettings s;
+  read_listen("[::1]:0", "--listen", s);
+  EXPECT_EQ(s.address, "::1");
+  EXPECT_EQ(s.port, 0);
+  read_listen("localhost:81", "--listen", s);
+  EXPECT_EQ(s.address, "127.0.0.1");
+  EXPECT_EQ(s.port, 81);
+}
+
+}  // namespace
+}  // namespace lumigraft
