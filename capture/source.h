@@ -42,7 +42,7 @@ class Source {
   /// Back to the first picture. Live sources do nothing.
   virtual void rewind() = 0;
   /// What keeps a camera from giving pictures, on one line; empty where nothing does.
-  virtual std::string trouble() const { return {}; }
+  virtual std::string fault() const { return {}; }
   /// What is wrong with its pictures though they come, on one line and told once; empty where nothing is.
   virtual std::string take_warning() { return {}; }
   /// What the camera itself says tells it from others of its kind; empty where it does not, or never was there.

@@ -65,16 +65,16 @@ void upload_environment(gpu::Device& device, const LightSet& lights, const Volum
 
 }  // namespace
 
-LightRounds::LightRounds(gpu::Device& device)
+AmortizedLightUpdate::AmortizedLightUpdate(gpu::Device& device)
     : device_(device), light_(device), mix_(device.create_compute("irradiance_mix.comp")) {}
 
-void LightRounds::fit(const Plan& plan, const gpu::Texture& mirror_outlines) {
+void AmortizedLightUpdate::fit(const Plan& plan, const gpu::Texture& mirror_outlines) {
   if (!shown_ || shown_->volumes.edge != plan.volume) {
     shown_.reset();  // there may be no room for more than one
     next_.reset();
     running_ = fading_ = false;
     last_.reset();
-    auto room = std::make_unique<LitRoom>(device_, plan.volume);
+    auto room = std::make_unique<LightVolumeState>(device_, plan.volume);
     room->volumes.fit_cells(device_, smooths_cells(plan));
     room->volumes.mirror_outlines = &mirror_outlines;
     shown_ = std::move(room);
@@ -82,18 +82,18 @@ void LightRounds::fit(const Plan& plan, const gpu::Texture& mirror_outlines) {
     mixed_irradiance_.reset();
     why_no_rounds_.clear();
   }
-  for (LitRoom* room : {shown_.get(), next_.get()}) {
+  for (LightVolumeState* room : {shown_.get(), next_.get()}) {
     if (room) room->volumes.fit_cells(device_, smooths_cells(plan));
   }
   light_.fit(plan);
 }
 
-const gpu::Texture& LightRounds::irradiance() const {
+const gpu::Texture& AmortizedLightUpdate::irradiance() const {
   return fading_ ? *mixed_irradiance_ : *shown_->volumes.real_irradiance;
 }
 
-LightRounds::Done LightRounds::advance(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
-  const bool in_rounds = now.gently && shown_->lit && last_ && near(*last_, now.key) && why_no_rounds_.empty();
+AmortizedLightUpdate::Done AmortizedLightUpdate::advance(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
+  const bool in_rounds = now.incremental && shown_->lit && last_ && near(*last_, now.key) && why_no_rounds_.empty();
   if (!in_rounds) return all_at_once(list, now, bricks);
   last_ = now.key;
   Done done;
@@ -129,12 +129,12 @@ LightRounds::Done LightRounds::advance(gpu::CommandList& list, const Now& now, B
 }
 
 /// Everything beside what is shown; false where the device has no room for it.
-bool LightRounds::make_next() {
+bool AmortizedLightUpdate::make_next() {
   try {
     const gpu::TextureDesc irradiance = shown_->volumes.real_irradiance->desc();
     older_irradiance_ = device_.create_texture(irradiance);
     mixed_irradiance_ = device_.create_texture(irradiance);
-    next_ = std::make_unique<LitRoom>(device_, shown_->volumes.edge);
+    next_ = std::make_unique<LightVolumeState>(device_, shown_->volumes.edge);
     next_->volumes.fit_cells(device_, shown_->volumes.rough_irradiance != nullptr);
   } catch (const gpu::DeviceLost&) {
     throw;
@@ -148,7 +148,7 @@ bool LightRounds::make_next() {
   return true;
 }
 
-LightRounds::Done LightRounds::all_at_once(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
+AmortizedLightUpdate::Done AmortizedLightUpdate::all_at_once(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
   const bool under_way = running_ || fading_;
   running_ = fading_ = false;
   frame_ = 0;
@@ -179,7 +179,7 @@ LightRounds::Done LightRounds::all_at_once(gpu::CommandList& list, const Now& no
 }
 
 /// What follows the lamps and the room on the host's side, and what is left to record.
-std::vector<LightStep> LightRounds::begin(const Now& now, int slices, BrickPool& bricks, LitRoom& room) {
+std::vector<LightStep> AmortizedLightUpdate::begin(const Now& now, int slices, BrickPool& bricks, LightVolumeState& room) {
   const Placement& placement = now.key.placement;
   // Bricks around what cones can reach, and half as far again for the pixels from which they start.
   const float edge = static_cast<float>(now.key.plan.volume) * placement.cascade[1].w();
@@ -196,7 +196,7 @@ std::vector<LightStep> LightRounds::begin(const Now& now, int slices, BrickPool&
   return steps;
 }
 
-void LightRounds::record_part(gpu::CommandList& list) {
+void AmortizedLightUpdate::record_part(gpu::CommandList& list) {
   float all = 0, before = 0;
   for (const LightStep& step : steps_) all += step.cost;
   for (std::size_t i = 0; i < done_; ++i) before += steps_[i].cost;
@@ -217,7 +217,7 @@ void LightRounds::record_part(gpu::CommandList& list) {
   }
 }
 
-void LightRounds::end_round() {
+void AmortizedLightUpdate::end_round() {
   frame_ = 0;
   fading_ = running_;
   if (!running_) return;
@@ -231,7 +231,7 @@ void LightRounds::end_round() {
   std::swap(older_irradiance_, next_->volumes.real_irradiance);
 }
 
-void LightRounds::fade(gpu::CommandList& list, const shader::FrameParams& lit_params) const {
+void AmortizedLightUpdate::fade(gpu::CommandList& list, const shader::FrameParams& lit_params) const {
   shader::FrameParams params = lit_params;
   params.pass_f = older_cascade_[0];
   params.pass_g = older_cascade_[1];

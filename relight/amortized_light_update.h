@@ -9,11 +9,11 @@
 
 namespace lumigraft {
 
-class LightRounds {
+class AmortizedLightUpdate {
  public:
   static constexpr int kRoundFrames = 24;
 
-  explicit LightRounds(gpu::Device& device);
+  explicit AmortizedLightUpdate(gpu::Device& device);
 
   struct Now {
     const shader::FrameParams& params;
@@ -22,7 +22,7 @@ class LightRounds {
     const LampMaps& maps;
     float brightest;
     bool live;    ///< also on vertices
-    bool gently;  ///< in rounds, if what has changed since the last frame allows it
+    bool incremental;  ///< in rounds, if what has changed since the last frame allows it
     const gpu::Texture& white;
   };
   struct Done {
@@ -36,12 +36,12 @@ class LightRounds {
 
   /// `mirror_outlines`: of known surfaces.
   void fit(const Plan& plan, const gpu::Texture& mirror_outlines);
-  RoomLight& passes() { return light_; }
-  const RoomLight& passes() const { return light_; }
+  LightVolumeBuilder& passes() { return light_; }
+  const LightVolumeBuilder& passes() const { return light_; }
   const std::string& why_no_rounds() const { return why_no_rounds_; }  ///< the device has no room for them; else empty
   bool any_room() const { return shown_ != nullptr; }                  ///< whether the last fit() left volumes
-  LitRoom& room() { return *shown_; }
-  const LitRoom& room() const { return *shown_; }
+  LightVolumeState& room() { return *shown_; }
+  const LightVolumeState& room() const { return *shown_; }
   const gpu::Texture& irradiance() const;  ///< change of it in real cells, as it is now
   /// Two rounds of light on the objects' vertices, and the share of the newer.
   const VertexLight& older() const { return older_gathered_; }
@@ -51,15 +51,15 @@ class LightRounds {
  private:
   bool make_next();
   Done all_at_once(gpu::CommandList& list, const Now& now, BrickPool& bricks);
-  std::vector<LightStep> begin(const Now& now, int slices, BrickPool& bricks, LitRoom& room);
+  std::vector<LightStep> begin(const Now& now, int slices, BrickPool& bricks, LightVolumeState& room);
   void record_part(gpu::CommandList& list);
   void end_round();
   void fade(gpu::CommandList& list, const shader::FrameParams& params) const;
 
   gpu::Device& device_;
-  RoomLight light_;
+  LightVolumeBuilder light_;
   std::unique_ptr<gpu::ComputePipeline> mix_;
-  std::unique_ptr<LitRoom> shown_, next_;  ///< next_: null before the first round
+  std::unique_ptr<LightVolumeState> shown_, next_;  ///< next_: null before the first round
   std::optional<LightKey> last_;           ///< of the last frame
   std::string why_no_rounds_;
   // The round under way.

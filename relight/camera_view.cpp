@@ -43,7 +43,7 @@ void CameraView::show_live(const FrameSet& frame, const View& view, const Light&
   if (std::find(changed.begin(), changed.end(), 1) != changed.end()) {
     camera_.upload(device_, frame, view.with_maps || !view.glossy.empty(), *screen_);
     screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), camera_.coded()}, view.objects,
-                           {quality_of(view.plan).least_codes, view.glossy, &shadows, view.with_maps, &changed});
+                           {quality_of(view.plan).min_code_change, view.glossy, &shadows, view.with_maps, &changed});
     auto list = device_.begin();
     if (view.with_maps) draw_full(*list, view, light);
     draw_live(*list, view, light, shadows, anew);
@@ -68,7 +68,7 @@ void CameraView::show_full(const FrameSet& frame, const View& view, const Light&
     camera_.upload(device_, frame, true, *screen_);
     if (anew) {
       screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), camera_.coded()}, view.objects,
-                             {quality_of(view.plan).least_codes, view.glossy, nullptr, view.with_maps, nullptr});
+                             {quality_of(view.plan).min_code_change, view.glossy, nullptr, view.with_maps, nullptr});
       draw_full(list, view, light);
     } else {
       list.begin_pass("compose");
@@ -101,9 +101,9 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
   if (glossy) object_view_.draw_known(list, params, view.known_surfaces, view.white, *screen_);
   list.begin_pass("real view");
   if (quality.cells) {
-    real_view_.from_volumes(list, params, quality.least_codes, volumes, *screen_);
+    real_view_.from_volumes(list, params, quality.min_code_change, volumes, *screen_);
   } else {
-    real_view_.from_bricks(list, params, quality.least_codes, light.bricks, *screen_);
+    real_view_.from_bricks(list, params, quality.min_code_change, light.bricks, *screen_);
   }
   list.begin_pass("object view");
   object_view_.resolve(list, params, *screen_);
@@ -134,7 +134,7 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
 /// `objects_anew`: false where they look as they did.
 void CameraView::draw_live(gpu::CommandList& list, const View& view, const Light& light, const LampShadows& shadows,
                            bool objects_anew) const {
-  const LightRounds& rounds = light.rounds;
+  const AmortizedLightUpdate& rounds = light.rounds;
   const bool matt = ObjectLight::enough_for(view.objects), glossy = !view.known_surfaces.empty();
   const Volumes& volumes = rounds.room().volumes;
   list.begin_pass("views");

@@ -32,7 +32,7 @@ class CameraView {
   void fit(const Plan& plan, bool glossy);
   CameraUpload& camera() { return camera_; }
   const CameraUpload& camera() const { return camera_; }
-  /// The pose to draw with; see StillView.
+  /// The pose to draw with; see StaticViewCache.
   const Eigen::Isometry3d& hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved) {
     return still_.hold(T_tag_camera, nearest_m, moved);
   }
@@ -49,7 +49,7 @@ class CameraView {
     bool live;       ///< the light was made for the live view
   };
   struct Light {
-    const LightRounds& rounds;
+    const AmortizedLightUpdate& rounds;
     const LampMaps& maps;
     const BrickPool& bricks;
   };
@@ -86,10 +86,10 @@ class CameraView {
   Compose compose_;
   LiveView live_view_;
   // What is kept from frame to frame.
-  StillView still_;
+  StaticViewCache still_;
   enum class Shown { nothing, live, full };
   Shown shown_ = Shown::nothing;  ///< what the screen holds of the last frame that a next one may show again
-  LivePicture live_picture_;
+  CpuCompositor live_picture_;
   Image<std::uint8_t> full_codes_, full_picture_;  ///< of the camera, and what became of it
   float full_exposure_ = 0;
 };

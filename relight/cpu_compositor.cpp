@@ -64,7 +64,7 @@ int top_of(std::uint32_t place) { return kTile_px * static_cast<int>(place >> 16
 
 }  // namespace
 
-void LivePicture::read(gpu::Device& device, const Screen& screen, const std::vector<char>& considered) {
+void CpuCompositor::read(gpu::Device& device, const Screen& screen, const std::vector<char>& considered) {
   width_ = screen.width;
   height_ = screen.height;
   fine_step_ = screen.fine_step;
@@ -114,7 +114,7 @@ void LivePicture::read(gpu::Device& device, const Screen& screen, const std::vec
 }
 
 /// A pixel between those of fine_step_ is their mean; blocks beside that are not as fine have none to give.
-void LivePicture::spread_fine(int left, int top) {
+void CpuCompositor::spread_fine(int left, int top) {
   const int columns = (width_ + fine_step_ - 1) / fine_step_;
   const auto fine_at = [&](int u, int v) {
     const Kind kind = u < width_ && v < height_
@@ -135,7 +135,7 @@ void LivePicture::spread_fine(int left, int top) {
   }
 }
 
-Image<std::uint8_t> LivePicture::over(const Image<std::uint8_t>& coded, float exposure) const {
+Image<std::uint8_t> CpuCompositor::over(const Image<std::uint8_t>& coded, float exposure) const {
   Image<std::uint8_t> picture = coded;
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     const int left = kTile_px * static_cast<int>(i % static_cast<std::size_t>(columns_));
@@ -147,7 +147,7 @@ Image<std::uint8_t> LivePicture::over(const Image<std::uint8_t>& coded, float ex
   return picture;
 }
 
-void LivePicture::over_smooth(int left, int top, Image<std::uint8_t>* picture) const {
+void CpuCompositor::over_smooth(int left, int top, Image<std::uint8_t>* picture) const {
   const int columns = (width_ + kSmoothStep - 1) / kSmoothStep;
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     for (int u = left; u < std::min(left + kTile_px, width_); u += kSmoothStep) {
@@ -157,7 +157,7 @@ void LivePicture::over_smooth(int left, int top, Image<std::uint8_t>* picture) c
   }
 }
 
-void LivePicture::over_real(int left, int top, Image<std::uint8_t>* picture) const {
+void CpuCompositor::over_real(int left, int top, Image<std::uint8_t>* picture) const {
   const Codes& table = codes();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     const std::size_t first = picture->index(left, v), last = picture->index(std::min(left + kTile_px, width_), v);
@@ -169,7 +169,7 @@ void LivePicture::over_real(int left, int top, Image<std::uint8_t>* picture) con
   }
 }
 
-void LivePicture::over_object(int left, int top, float exposure, Image<std::uint8_t>* picture) const {
+void CpuCompositor::over_object(int left, int top, float exposure, Image<std::uint8_t>* picture) const {
   const Codes& table = codes();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     for (int u = left; u < std::min(left + kTile_px, width_); ++u) {

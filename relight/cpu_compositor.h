@@ -10,7 +10,7 @@
 
 namespace lumigraft {
 
-class LivePicture {
+class CpuCompositor {
  public:
   /// Reads what LiveView left on the device for the blocks that screen.tiles chose among `considered`; other blocks
   /// stay as they are.

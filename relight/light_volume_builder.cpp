@@ -9,7 +9,7 @@ constexpr int kVertexCones = 9;  // over the hemisphere of a vertex of an object
 
 }  // namespace
 
-RoomLight::RoomLight(gpu::Device& device)
+LightVolumeBuilder::LightVolumeBuilder(gpu::Device& device)
     : device_(device),
       real_fill_(device),
       virtual_fill_(device),
@@ -21,7 +21,7 @@ RoomLight::RoomLight(gpu::Device& device)
       enclosure_(device),
       object_light_(device) {}
 
-void RoomLight::fit(const Plan& plan) {
+void LightVolumeBuilder::fit(const Plan& plan) {
   if (rsm_ != plan.rsm) inject_ = std::make_unique<Inject>(device_, plan.rsm);
   rsm_ = plan.rsm;
   if (plan.method == "dlpv") {
@@ -32,8 +32,8 @@ void RoomLight::fit(const Plan& plan) {
   }
 }
 
-std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white,
-                                        LitRoom& room) {
+std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white,
+                                        LightVolumeState& room) {
   std::vector<LightStep> steps;
   Volumes& volumes = room.volumes;
   const Quality quality = quality_of(work.key.plan);
@@ -98,7 +98,7 @@ std::vector<LightStep> RoomLight::steps(const Work& work, const BrickPool& brick
 }
 
 /// Where surfaces are, and room for what is to be kept of them.
-void RoomLight::add_chunks(const Work& work, const BrickPool& bricks, bool real, LitRoom& room,
+void LightVolumeBuilder::add_chunks(const Work& work, const BrickPool& bricks, bool real, LightVolumeState& room,
                            std::vector<LightStep>* steps) {
   Volumes& volumes = room.volumes;
   if (real) {
@@ -117,7 +117,7 @@ void RoomLight::add_chunks(const Work& work, const BrickPool& bricks, bool real,
                     }});
 }
 
-void RoomLight::add_surfaces(const Work& work, const BrickPool& bricks, LitRoom& room, std::vector<LightStep>* steps) {
+void LightVolumeBuilder::add_surfaces(const Work& work, const BrickPool& bricks, LightVolumeState& room, std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
   steps->push_back({"volumes", 80, [this, work, &bricks, &volumes](gpu::CommandList& list) {
                       real_fill_.surfaces(list, work.params, bricks, volumes);
@@ -127,7 +127,7 @@ void RoomLight::add_surfaces(const Work& work, const BrickPool& bricks, LitRoom&
                     }});
 }
 
-void RoomLight::add_resolve(const Work& work, const LitRoom& room, std::vector<LightStep>* steps) {
+void LightVolumeBuilder::add_resolve(const Work& work, const LightVolumeState& room, std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
   steps->push_back(
       {"resolve", 20, [this, work, &volumes](gpu::CommandList& list) { resolve_.record(list, work.params, volumes); }});
@@ -137,13 +137,13 @@ void RoomLight::add_resolve(const Work& work, const LitRoom& room, std::vector<L
                     }});
 }
 
-void RoomLight::add_enclosure_change(const Work& work, LitRoom& room, std::vector<LightStep>* steps) {
+void LightVolumeBuilder::add_enclosure_change(const Work& work, LightVolumeState& room, std::vector<LightStep>* steps) {
   steps->push_back({"enclosure", 40, [this, work, &room](gpu::CommandList& list) {
                       enclosure_.change(list, work.params, room.volumes);
                     }});
 }
 
-void RoomLight::add_real_gather(const Work& work, const LitRoom& room, const char* pass, int round,
+void LightVolumeBuilder::add_real_gather(const Work& work, const LightVolumeState& room, const char* pass, int round,
                                 std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
   if (lpv_) {

@@ -29,9 +29,9 @@ struct LightStep {
   std::function<void()> on_host = {};  ///< in place of `record`, when all that was recorded before has run
 };
 
-class RoomLight {
+class LightVolumeBuilder {
  public:
-  explicit RoomLight(gpu::Device& device);
+  explicit LightVolumeBuilder(gpu::Device& device);
   void fit(const Plan& plan);
 
   struct Work {
@@ -44,7 +44,7 @@ class RoomLight {
   };
   /// What is left to do where `room` holds older light. The bricks hold the work's room; everything named must stay as
   /// it is until the last step was recorded and has run.
-  std::vector<LightStep> steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white, LitRoom& room);
+  std::vector<LightStep> steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white, LightVolumeState& room);
 
   const Inject& inject() const { return *inject_; }
   ObjectLight& object_light() { return object_light_; }
@@ -52,11 +52,11 @@ class RoomLight {
   const Lpv* lpv() const { return lpv_.get(); }  ///< null where cones carry the change
 
  private:
-  void add_chunks(const Work& work, const BrickPool& bricks, bool real, LitRoom& room, std::vector<LightStep>* steps);
-  void add_surfaces(const Work& work, const BrickPool& bricks, LitRoom& room, std::vector<LightStep>* steps);
-  void add_resolve(const Work& work, const LitRoom& room, std::vector<LightStep>* steps);
-  void add_enclosure_change(const Work& work, LitRoom& room, std::vector<LightStep>* steps);
-  void add_real_gather(const Work& work, const LitRoom& room, const char* pass, int round,
+  void add_chunks(const Work& work, const BrickPool& bricks, bool real, LightVolumeState& room, std::vector<LightStep>* steps);
+  void add_surfaces(const Work& work, const BrickPool& bricks, LightVolumeState& room, std::vector<LightStep>* steps);
+  void add_resolve(const Work& work, const LightVolumeState& room, std::vector<LightStep>* steps);
+  void add_enclosure_change(const Work& work, LightVolumeState& room, std::vector<LightStep>* steps);
+  void add_real_gather(const Work& work, const LightVolumeState& room, const char* pass, int round,
                        std::vector<LightStep>* steps);
 
   gpu::Device& device_;

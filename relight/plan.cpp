@@ -38,7 +38,7 @@ const std::vector<IntegerKey>& integer_keys() {
       {"rays", &Plan::rays, from_to(4, 4096), "rays of a place or pixel; of method rays alone"},
       {"samples", &Plan::samples, from_to(1, 65536), "camera paths a pixel; of method reference alone"},
       {"follow_scene",
-       &Plan::follow_scene,
+       &Plan::adaptive,
        {0, 1},
        "1: what is not set by hand is only as much as the scene needs; 0: it stays as it is"},
   };
@@ -74,7 +74,7 @@ Plan read_plan(const ConfigTable& root, const Plan& defaults) {
       table->fail(key.key, "found " + std::to_string(value) + ", allowed: " + text_of(key.allowed));
     }
     plan.*key.value = value;
-    plan.by_hand.insert(key.key);
+    plan.user_set.insert(key.key);
   }
   if (plan.trace_scale == 8 && plan.method != "rays") {
     table->fail(table->has("trace_scale") ? "trace_scale" : "method",

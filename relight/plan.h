@@ -26,8 +26,8 @@ struct Plan {
   int lpv_steps = 16;  ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
   int rays = 20;       ///< rays: of a place on an object, or of a pixel that is gathered for
   int samples = 64;    ///< camera paths a pixel; of the reference alone
-  int follow_scene = 1;  ///< 1: what was not set by hand follows what the scene measures (planner.h); 0: nothing
-  std::set<std::string> by_hand;  ///< keys that were set by hand: nothing changes them
+  int adaptive = 1;  ///< 1: what was not set by hand follows what the scene measures (planner.h); 0: nothing
+  std::set<std::string> user_set;  ///< keys that were set by hand: nothing changes them
   /// In place of what quality_of() derives; no key of a file sets it. Benchmarks draw other methods' settings by it.
   std::shared_ptr<const Quality> quality;
 

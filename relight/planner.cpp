@@ -81,20 +81,20 @@ std::vector<float> Planner::shares_left_out(const Illumination& light, const Exh
 
 Planner::Decision Planner::decide(const Scene& scene, const Exhibit& exhibit, double time_s) {
   Decision decision{asked_, {}};
-  if (asked_.follow_scene == 0 || !asked_.on_device() || !scene.illumination) return decision;
+  if (asked_.adaptive == 0 || !asked_.on_device() || !scene.illumination) return decision;
   if (measured_ != scene.illumination) {
     measured_ = scene.illumination;
     measures_ = measure_light(*measured_);
   }
   const auto take = [&](const char* key, int Plan::*value, Held& held, const std::vector<float>& left_out, int first) {
-    if (asked_.by_hand.contains(key)) return;
+    if (asked_.user_set.contains(key)) return;
     const int most = asked_.*value;
     const int taken = std::min(held.hold(left_out) + first, most);
     const auto at = std::min(static_cast<std::size_t>(std::max(taken - first, 0)), left_out.size() - 1);
     decision.plan.*value = taken;
     decision.choices.push_back({key, most, taken, left_out[at]});
   };
-  if (!asked_.by_hand.contains("rsm") && !asked_.in_cells()) {
+  if (!asked_.user_set.contains("rsm") && !asked_.in_cells()) {
     decision.plan.rsm = std::min(asked_.rsm, 2 * asked_.volume);
     decision.choices.push_back({"rsm", asked_.rsm, decision.plan.rsm, 0});
   }

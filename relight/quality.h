@@ -5,7 +5,7 @@
 namespace lumigraft {
 
 struct Quality {
-  float least_codes;     ///< code values by which the objects must be able to change a pixel, at the most careful bound
+  float min_code_change;     ///< code values by which the objects must be able to change a pixel, at the most careful bound
   int delta_cones;       ///< aimed at the objects, per real pixel; unused with `cells`
   int change_cones;      ///< over the hemisphere of real pixels, for the change of other real surfaces; likewise
   int hemisphere_cones;  ///< over the hemisphere of virtual surfaces

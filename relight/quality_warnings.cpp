@@ -24,7 +24,7 @@ std::optional<std::string> left_out(const VirtualObject& object) {
   return quoted(object) + ": " + std::to_string(n) + " triangles without area or place are left out";
 }
 
-std::vector<std::string> approximations(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
+std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
                                         const Placement& placement, const Scene& scene) {
   std::vector<std::string> lines;
   const Eigen::Vector3f eye_m = scene.pose->T_tag_camera.translation().cast<float>();

@@ -50,7 +50,7 @@ struct Relighter::State {
   Mirrors mirrors;
 
   // Passes, in the order in which they run.
-  LightRounds light;
+  AmortizedLightUpdate light;
   std::unique_ptr<LampMaps> lamp_maps;
   std::unique_ptr<LampShadows> lamp_shadows;  ///< null where light is traced for pixels
   CameraView view;
@@ -60,7 +60,7 @@ struct Relighter::State {
   int most_voxels = 1 << 30;  ///< along the edge of volumes: with more the device had no room for them
   std::string why_not_more;
   std::optional<LightKey> directly_lit;  ///< what the lamp maps, and all that is made of them, were made for
-  KnownRoom room;
+  SceneUpdateThrottle room;
   std::shared_ptr<const Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
@@ -180,7 +180,7 @@ struct Relighter::State {
       }
     }
     p.tag << static_cast<float>(0.5 * session.tag.size_m * kTagWithBorder), 0, 0, 0;
-    p.pass_f.x() = quality.least_codes;
+    p.pass_f.x() = quality.min_code_change;
     light.passes().inject().choose_unit(p);
     lamp_maps->choose(*device, p);
     mirrors.describe(p);
@@ -206,7 +206,7 @@ struct Relighter::State {
   /// What lamps do to the objects and by them, which follows them at once.
   void light_directly(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key) {
     if (is_live(params)) {
-      const LitRoom& lit = light.room();
+      const LightVolumeState& lit = light.room();
       list.begin_pass("lamp shadows");
       lamp_shadows->record(list, params, *lamp_maps, lit);
       if (ObjectLight::enough_for(key.objects)) {
@@ -270,7 +270,7 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   std::vector<PlacedBounds> bounds;
   for (const auto& object : objects) bounds.push_back(object.bounds);
   const Placement placement = place_volumes(bounds, plan.volume);
-  for (const std::string& line : approximations(exhibit, objects, placement, scene)) {
+  for (const std::string& line : quality_warnings(exhibit, objects, placement, scene)) {
     result.warnings.push_back("relight: " + line);
   }
   s.take_lights(scene.illumination, plan.max_lights);
@@ -289,7 +289,7 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
     list->begin_pass("lamp maps");
     s.lamp_maps->record(*list, objects, quality_of(plan).simple_models, s.store.white());
   }
-  LightRounds::Done light;
+  AmortizedLightUpdate::Done light;
   try {
     light = s.light.advance(*list,
                             {params, key, s.lights, *s.lamp_maps, s.brightest, live,

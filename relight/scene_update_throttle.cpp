@@ -24,7 +24,7 @@ double changed_share(const std::shared_ptr<const Field>& before, const std::shar
 
 }  // namespace
 
-void KnownRoom::follow(const Scene& scene) {
+void SceneUpdateThrottle::follow(const Scene& scene) {
   const std::uint64_t now = scene.field->version;
   const bool again = !field_ || now < field_->version;
   const std::uint64_t behind = again ? 0 : now - field_->version;

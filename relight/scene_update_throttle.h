@@ -6,7 +6,7 @@
 
 namespace lumigraft {
 
-class KnownRoom {
+class SceneUpdateThrottle {
  public:
   /// Every depth picture changes the field a little, ever less as it is looked at longer: this follows at once in the
   /// beginning and lags behind by a quarter of its age, 24 publications at most, later; while less than a tenth of its

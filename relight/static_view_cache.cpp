@@ -23,7 +23,7 @@ bool other_code(int code, int before) { return std::abs(code - before) > std::ma
 
 }  // namespace
 
-const Eigen::Isometry3d& StillView::hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved) {
+const Eigen::Isometry3d& StaticViewCache::hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved) {
   double most_px = any_ ? 0 : 2 * kStill_px;
   const Eigen::Isometry3d T_now_held = T_tag_camera.inverse() * held_;
   for (int i = 0; i < 9 && most_px <= kStill_px; ++i) {
@@ -39,7 +39,7 @@ const Eigen::Isometry3d& StillView::hold(const Eigen::Isometry3d& T_tag_camera, 
   return held_;
 }
 
-std::vector<char> StillView::changed_tiles(const Image<std::uint8_t>& codes, const Image<float>* depth_m, float least_m,
+std::vector<char> StaticViewCache::changed_tiles(const Image<std::uint8_t>& codes, const Image<float>* depth_m, float least_m,
                                            bool all) {
   const int columns = (codes.width + kTile_px - 1) / kTile_px, rows = (codes.height + kTile_px - 1) / kTile_px;
   std::vector<char> changed(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), all);

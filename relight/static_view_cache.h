@@ -9,13 +9,13 @@
 
 namespace lumigraft {
 
-class StillView {
+class StaticViewCache {
  public:
   /// A camera that moves the picture by less stands still. Objects are drawn with two samples a pixel or more along
   /// each axis, so a silhouette that is off by this changes the coverage of a pixel by less than one sample does.
   static constexpr double kStill_px = 0.125;
 
-  explicit StillView(const CameraModel& camera) : camera_(camera) {}
+  explicit StaticViewCache(const CameraModel& camera) : camera_(camera) {}
 
   /// The pose to draw with: the one of before, while nothing that is `nearest_m` away or more moves by kStill_px in the
   /// picture. `moved` says whether it is another than before.

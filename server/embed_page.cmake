@@ -13,5 +13,5 @@ foreach(name IN LISTS files)
   math(EXPR number "${number} + 1")
 endforeach()
 file(WRITE "${OUT}"
-  "#include \"server/stream/page_files.h\"\n\nnamespace lumigraft {\nnamespace {\n${arrays}}  // namespace\n"
-  "const EmbeddedFile embedded_page_files[] = {\n${table}    {nullptr, nullptr, 0}};\n}  // namespace lumigraft\n")
+  "#include \"server/stream/page_files.h\"\n\nnamespace lumigraft::server {\nnamespace {\n${arrays}}  // namespace\n"
+  "const EmbeddedFile embedded_page_files[] = {\n${table}    {nullptr, nullptr, 0}};\n}  // namespace lumigraft::server\n")

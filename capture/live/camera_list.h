@@ -32,7 +32,7 @@ struct CameraListing {
   std::vector<OfferedInput> inputs = {};  ///< of a frame grabber; empty where there is nothing to choose or to plug in
   std::vector<OfferedFormat> formats = {};
   std::vector<OfferedControl> controls = {};
-  std::string why_not = {};                     ///< why it cannot be looked into; empty where it can
+  std::string rejection_reason = {};                     ///< why it cannot be looked into; empty where it can
   std::vector<std::string> nodes = {};          ///< of the kernel that it is read from, where it is known
   std::vector<std::string> same_hardware = {};  ///< sources of other libraries that are this camera too
 };

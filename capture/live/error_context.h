@@ -8,7 +8,7 @@ namespace lumigraft {
 
 /// What `open` returns; what it throws is of the same kind and begins with `source`.
 template <typename Open>
-auto with_source(const std::string& source, const Open& open) {
+auto with_error_context(const std::string& source, const Open& open) {
   try {
     return open();
   } catch (const CameraFault& e) {

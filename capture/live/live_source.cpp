@@ -21,7 +21,7 @@ constexpr std::size_t kMostWaiting = 32;  ///< pictures nobody took; after that 
 LiveSource::LiveSource(std::string name, Open open, LivePatience patience)
     : name_(std::move(name)), open_(std::move(open)), patience_(patience) {
   // Of a camera's threads, the library's and ours, which take a few hundredths of a core: a picture waits for nobody.
-  const Urgent urgent;
+  const RealtimeScope urgent;
   try {
     device_ = open_();
     serial_ = device_->serial();
@@ -52,7 +52,7 @@ std::string LiveSource::serial() const {
   return serial_;
 }
 
-std::string LiveSource::trouble() const {
+std::string LiveSource::fault() const {
   const std::lock_guard lock(mutex_);
   return trouble_;
 }
@@ -62,9 +62,9 @@ std::string LiveSource::take_warning() {
   return std::exchange(warning_, "");
 }
 
-void LiveSource::say(const std::string& trouble) {
+void LiveSource::say(const std::string& fault) {
   const std::lock_guard lock(mutex_);
-  trouble_ = trouble.empty() ? "" : name_ + ": " + trouble;
+  trouble_ = fault.empty() ? "" : name_ + ": " + fault;
 }
 
 void LiveSource::rest(const std::stop_token& stop) {
@@ -119,7 +119,7 @@ void LiveSource::listen(const std::stop_token& stop) {
       }
       accept(std::move(*item));
     } else if (device_->finished()) {
-      const std::string reason = device_->trouble();
+      const std::string reason = device_->fault();
       say((reason.empty() ? "the camera is gone" : reason) + ", it is looked for again");
       return;
     }

@@ -38,7 +38,7 @@ class LiveSource : public Source {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override { return false; }
   void rewind() override {}
-  std::string trouble() const override;
+  std::string fault() const override;
   std::string take_warning() override;
   std::string serial() const override;
 
@@ -47,7 +47,7 @@ class LiveSource : public Source {
   void listen(const std::stop_token& stop);
   void accept(SourceItem item);
   bool learns_its_clock();
-  void say(const std::string& trouble);
+  void say(const std::string& fault);
   void rest(const std::stop_token& stop);
 
   const std::string name_;

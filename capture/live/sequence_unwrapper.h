@@ -5,7 +5,7 @@
 
 namespace lumigraft {
 
-class DriverCount {
+class SequenceUnwrapper {
  public:
   /// `id` as the driver counts; from 0 on, with a gap for every picture that was lost before this one.
   std::uint64_t sequence_of(std::uint32_t id) {

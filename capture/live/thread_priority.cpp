@@ -10,13 +10,13 @@ constexpr int kThisThread = 0;  // Linux counts all of this by thread
 
 }  // namespace
 
-Niceness::Niceness(int wanted) : before_(getpriority(PRIO_PROCESS, kThisThread)) {
+ThreadPriority::ThreadPriority(int wanted) : before_(getpriority(PRIO_PROCESS, kThisThread)) {
   setpriority(PRIO_PROCESS, kThisThread, wanted);
 }
 
-Niceness::~Niceness() { setpriority(PRIO_PROCESS, kThisThread, before_); }
+ThreadPriority::~ThreadPriority() { setpriority(PRIO_PROCESS, kThisThread, before_); }
 
-Urgent::Urgent() : policy_before_(sched_getscheduler(kThisThread)) {
+RealtimeScope::RealtimeScope() : policy_before_(sched_getscheduler(kThisThread)) {
   sched_param param{};
   sched_getparam(kThisThread, &param);
   priority_before_ = param.sched_priority;
@@ -27,7 +27,7 @@ Urgent::Urgent() : policy_before_(sched_getscheduler(kThisThread)) {
   }
 }
 
-Urgent::~Urgent() {
+RealtimeScope::~RealtimeScope() {
   if (!instead_) {
     sched_param param{};
     param.sched_priority = priority_before_;

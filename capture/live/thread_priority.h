@@ -6,12 +6,12 @@
 namespace lumigraft {
 
 /// The calling thread's niceness, as `man 7 sched` has it.
-class Niceness {
+class ThreadPriority {
  public:
-  explicit Niceness(int wanted);
-  ~Niceness();
-  Niceness(const Niceness&) = delete;
-  Niceness& operator=(const Niceness&) = delete;
+  explicit ThreadPriority(int wanted);
+  ~ThreadPriority();
+  ThreadPriority(const ThreadPriority&) = delete;
+  ThreadPriority& operator=(const ThreadPriority&) = delete;
 
  private:
   int before_;
@@ -19,17 +19,17 @@ class Niceness {
 
 /// Goes before all that is not urgent: for work that is little and must not wait. Where the system lets nobody do so
 /// the thread stays as it is.
-class Urgent {
+class RealtimeScope {
  public:
-  Urgent();
-  ~Urgent();
-  Urgent(const Urgent&) = delete;
-  Urgent& operator=(const Urgent&) = delete;
+  RealtimeScope();
+  ~RealtimeScope();
+  RealtimeScope(const RealtimeScope&) = delete;
+  RealtimeScope& operator=(const RealtimeScope&) = delete;
 
  private:
   int policy_before_;
   int priority_before_ = 0;
-  std::optional<Niceness> instead_;  ///< where only that is allowed
+  std::optional<ThreadPriority> instead_;  ///< where only that is allowed
 };
 
 }  // namespace lumigraft

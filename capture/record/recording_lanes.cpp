@@ -54,7 +54,7 @@ std::optional<SourceItem> RecordingLanes::take(Lane& lane) const {
 }
 
 void RecordingLanes::write(Stream stream, bool behind) {
-  std::optional<Niceness> niceness;
+  std::optional<ThreadPriority> niceness;
   if (behind) {
     niceness.emplace(kBehindThePicture);
   }
@@ -92,7 +92,7 @@ void RecordingLanes::finish() {
 }
 
 void RecordingLanes::compress_depth(const std::stop_token& stop) {
-  const Niceness niceness(kBehindEverything);
+  const ThreadPriority niceness(kBehindEverything);
   recorder_.compress_depth(stop);
 }
 

@@ -5,7 +5,7 @@
 
 namespace lumigraft {
 
-class SourceTap::Tapped : public Source {
+class SourceObserver::Tapped : public Source {
  public:
   Tapped(std::shared_ptr<Source> source, std::shared_ptr<Ear> ear) : source_(std::move(source)), ear_(std::move(ear)) {}
 
@@ -21,7 +21,7 @@ class SourceTap::Tapped : public Source {
   }
   bool finished() const override { return source_->finished(); }
   void rewind() override { source_->rewind(); }
-  std::string trouble() const override { return source_->trouble(); }
+  std::string fault() const override { return source_->fault(); }
   std::string take_warning() override { return source_->take_warning(); }
   bool on_host_clock() const override { return source_->on_host_clock(); }
   bool bracket_goes_on() const override { return source_->bracket_goes_on(); }
@@ -31,9 +31,9 @@ class SourceTap::Tapped : public Source {
   std::shared_ptr<Ear> ear_;
 };
 
-SourceTap::SourceTap() : ear_(std::make_shared<Ear>()) {}
+SourceObserver::SourceObserver() : ear_(std::make_shared<Ear>()) {}
 
-PairedSources SourceTap::on(const PairedSources& sources) const {
+PairedSources SourceObserver::on(const PairedSources& sources) const {
   std::map<Source*, std::shared_ptr<Source>> tapped;  // a depth camera may be two of them
   const auto of = [&](const std::shared_ptr<Source>& source) -> std::shared_ptr<Source> {
     std::shared_ptr<Source>& one = tapped[source.get()];
@@ -49,7 +49,7 @@ PairedSources SourceTap::on(const PairedSources& sources) const {
   return out;
 }
 
-void SourceTap::listen(Listener listener) {
+void SourceObserver::listen(Listener listener) {
   const std::lock_guard lock(ear_->mutex);
   ear_->listener = std::move(listener);
 }

@@ -8,11 +8,11 @@
 
 namespace lumigraft {
 
-class SourceTap {
+class SourceObserver {
  public:
   using Listener = std::function<void(const SourceItem&)>;
 
-  SourceTap();
+  SourceObserver();
   /// The same sources, heard by this tap, which may go before them.
   PairedSources on(const PairedSources& sources) const;
   /// From now on; an empty one ends it. After it returns the former one is not called any more.

@@ -100,7 +100,7 @@ class OniSource::Reader {
   }
 
   bool finished() const { return finished_; }
-  const std::string& trouble() const { return trouble_; }
+  const std::string& fault() const { return trouble_; }
 
  private:
   /// All of these bytes; false where they do not come any more.
@@ -165,6 +165,6 @@ void OniSource::rewind() {
   }
 }
 
-std::string OniSource::trouble() const { return reader_ == nullptr ? "" : reader_->trouble(); }
+std::string OniSource::fault() const { return reader_ == nullptr ? "" : reader_->fault(); }
 
 }  // namespace lumigraft

@@ -20,7 +20,7 @@ class OniSource : public Source {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override;
   void rewind() override;
-  std::string trouble() const override;
+  std::string fault() const override;
 
  private:
   class Reader;

@@ -277,29 +277,29 @@ Tag read_tag(const ConfigTable& table) {
   tag.id = table.integer("id", 0, largest);
   tag.size_m = table.number("size_m", 0.001, 10.0);
   for (const ConfigTable& also : table.tables("also")) {
-    FurtherTag& further = tag.also.emplace_back();
+    ExtraTag& further = tag.also.emplace_back();
     further.id = also.integer("id", 0, largest);
     const bool taken = further.id == tag.id || std::any_of(tag.also.begin(), tag.also.end() - 1,
-                                                           [&](const FurtherTag& t) { return t.id == further.id; });
+                                                           [&](const ExtraTag& t) { return t.id == further.id; });
     if (taken) {
       also.fail("id", "found " + std::to_string(further.id) + " twice, allowed: each tag once");
     }
     further.size_m = also.number("size_m", 0.001, 10.0, tag.size_m);
     if (also.has("T_tag_also")) {
-      further.T_tag_also = read_transform(also, "T_tag_also");
+      further.T_tag_extra = read_transform(also, "T_tag_also");
     }
   }
   return tag;
 }
 
 /// `others` are the lamps above it.
-MarkedLamp read_lamp(const ConfigTable& table, const Tag& tag, const std::vector<MarkedLamp>& others) {
-  MarkedLamp lamp;
+TaggedLamp read_lamp(const ConfigTable& table, const Tag& tag, const std::vector<TaggedLamp>& others) {
+  TaggedLamp lamp;
   lamp.tag_id = table.integer("tag_id", 0, largest_id(tag.family));
   const bool taken =
       lamp.tag_id == tag.id ||
-      std::any_of(tag.also.begin(), tag.also.end(), [&](const FurtherTag& t) { return t.id == lamp.tag_id; }) ||
-      std::any_of(others.begin(), others.end(), [&](const MarkedLamp& l) { return l.tag_id == lamp.tag_id; });
+      std::any_of(tag.also.begin(), tag.also.end(), [&](const ExtraTag& t) { return t.id == lamp.tag_id; }) ||
+      std::any_of(others.begin(), others.end(), [&](const TaggedLamp& l) { return l.tag_id == lamp.tag_id; });
   if (taken) {
     table.fail("tag_id", "found " + std::to_string(lamp.tag_id) + " twice, allowed: each tag once");
   }

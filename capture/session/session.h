@@ -46,22 +46,22 @@ struct FisheyeCamera {
 };
 
 /// A further tag of the same family, fixed in the room.
-struct FurtherTag {
+struct ExtraTag {
   int id = 0;
   double size_m = 0.16;
-  std::optional<Eigen::Isometry3d> T_tag_also;  ///< its own frame in the tag's; empty: found while both are seen
+  std::optional<Eigen::Isometry3d> T_tag_extra;  ///< its own frame in the tag's; empty: found while both are seen
 };
 
 struct Tag {
   std::string family = "tag36h11";
   int id = 0;
   double size_m = 0.16;  ///< edge of the black square
-  std::vector<FurtherTag> also = {};
+  std::vector<ExtraTag> also = {};
 };
 
 /// A lamp that carries a tag of the family of `Tag`: where the colour camera sees that, it is known where the lamp
 /// stands.
-struct MarkedLamp {
+struct TaggedLamp {
   std::string name;  ///< for warnings
   int tag_id = 0;
   double tag_size_m = 0.06;                              ///< edge of the black square
@@ -88,7 +88,7 @@ struct Session {
   std::optional<DepthCamera> depth;
   std::optional<FisheyeCamera> fisheye;
   Tag tag;
-  std::vector<MarkedLamp> lamps;
+  std::vector<TaggedLamp> lamps;
   std::vector<RealSurface> real_surfaces;
 };
 

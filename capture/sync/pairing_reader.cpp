@@ -160,7 +160,7 @@ Source* PairingReader::wanted() const {
   const auto must_read = [&](const Lane& lane, std::int64_t until_ns) {
     const bool color_piles_up = lane.source == color_.source && color_.queue.size() >= kMostAhead;
     return lane.source != nullptr && !lane.source->finished() && lane.last_time_ns < until_ns && !color_piles_up &&
-           lane.source->trouble().empty();
+           lane.source->fault().empty();
   };
   if (must_read(depth_, time_ns)) {
     return depth_.source;
@@ -336,9 +336,9 @@ bool PairingReader::finished() const { return color_.source->finished() && good_
 std::vector<std::string> PairingReader::troubles() const {
   std::vector<std::string> out;
   for (const Source* source : {color_.source, depth_.source, fisheye_.source}) {
-    const std::string trouble = source != nullptr ? source->trouble() : "";
-    if (!trouble.empty() && std::find(out.begin(), out.end(), trouble) == out.end()) {
-      out.push_back(trouble);
+    const std::string fault = source != nullptr ? source->fault() : "";
+    if (!fault.empty() && std::find(out.begin(), out.end(), fault) == out.end()) {
+      out.push_back(fault);
     }
   }
   return out;

@@ -130,7 +130,7 @@ float other_light(const EnvironmentPicture& now, const EnvironmentPicture& befor
 constexpr const char* kNoSurface =
     "no surface of the room is known: the depth pictures hold no measurements, or none within reach";
 
-std::string rig_warning(const RigError& error) {
+std::string rig_warning(const ExtrinsicsError& error) {
   char line[160];
   std::snprintf(line, sizeof line,
                 "the fish-eye does not stand as T_tag_fisheye says: turned by about %.0f degrees and moved by about "
@@ -145,7 +145,7 @@ struct AlbedoStage::State {
   explicit State(const Session& session)
       : metal(session), fisheye(session.fisheye), tag_size_m(session.tag.size_m), marked(session.lamps) {}
 
-  std::vector<LampEstimate> locate(const RoomLight& room, const Illumination& illumination, const Surface& surface,
+  std::vector<LampEstimate> locate(const IrradianceModel& room, const Illumination& illumination, const Surface& surface,
                                    const std::vector<Eigen::Vector3f>& gathered);
 
   /// Where lamps and most of the room are as they were: what is new solved with the rest as it is. Empty where
@@ -157,13 +157,13 @@ struct AlbedoStage::State {
   void check_rig(const DistanceField& field, const FieldRays& rays, const Illumination& illumination,
                  std::size_t points);
 
-  MetalSurfaces metal;
+  MetalMask metal;
   std::optional<FisheyeCamera> fisheye;
   int rig_solves = 0;          ///< since it was
   std::size_t rig_points = 0;  ///< how much surface was known when the rig was last checked
   std::string rig_found;       ///< empty where it agrees
   double tag_size_m;
-  std::vector<MarkedLamp> marked;
+  std::vector<TaggedLamp> marked;
   std::uint64_t version = 0;
   bool solved = false;
   std::uint64_t field_version = 0, illumination_version = 0;
@@ -174,18 +174,18 @@ struct AlbedoStage::State {
   Located located;
   std::vector<PointLight> last_lamps;  ///< as they were placed
   float sample_m = 0;                  ///< cells only grow, so that samples stay what they were
-  GatherMemory memory;
+  GatherCache memory;
   EnclosureStage enclosure;
   std::shared_ptr<const Enclosure> closed;  ///< what `memory` was gathered in,
   bool rough = false;                       ///< and whether with few rays
-  SolvedSurface known;
+  IncrementalSolver known;
   bool empty = false;                     ///< no surface is known
-  RoomLight::Beyond beyond;               ///< as everything was solved with,
+  IrradianceModel::Beyond beyond;               ///< as everything was solved with,
   std::vector<Eigen::Vector3f> on_floor;  ///< what lamps made of the floor that nobody saw,
   EnvironmentPicture remainder;           ///< and the remainder as it was measured
 };
 
-std::vector<LampEstimate> AlbedoStage::State::locate(const RoomLight& room, const Illumination& illumination,
+std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room, const Illumination& illumination,
                                                      const Surface& surface,
                                                      const std::vector<Eigen::Vector3f>& gathered) {
   const std::size_t points = surface.points.size();
@@ -231,7 +231,7 @@ void AlbedoStage::State::check_rig(const DistanceField& field, const FieldRays& 
   if (fisheye && !hidden && (grown || ++rig_solves >= kRigKept)) {
     rig_points = points;
     rig_solves = 0;
-    const std::optional<RigError> error = rig_error(field, rays, metal, illumination, *fisheye);
+    const std::optional<ExtrinsicsError> error = rig_error(field, rays, metal, illumination, *fisheye);
     rig_found = error ? rig_warning(*error) : "";
   }
 }
@@ -244,12 +244,12 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_new(const DistanceF
   if (!solved) return std::nullopt;
   if (field_version == field.version && illumination_version == illumination.version) return last;
   if (other_light(illumination.remainder, remainder) > kOtherLight) return std::nullopt;
-  const SolvedSurface::Change change = known.change(field);
+  const IncrementalSolver::Change change = known.change(field);
   const bool due = change.share > kMostNew || located.grown(change.points) || located.solves >= kNewSolvesKept;
   if (due && !even_if_due) return std::nullopt;
   const FieldRays rays(field);
   auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
-  const UnseenLamps unseen(*lit, rays);
+  const OutOfViewLamps unseen(*lit, rays);
   Illumination joined = *lit;
   joined.lights = join_pieces(lit->lights);
   if (!located.holds(joined)) return std::nullopt;
@@ -267,7 +267,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_new(const DistanceF
   }
   last.whole = false;
   last.due = due;
-  const RoomLight room(field, rays, metal, closed.get(), beyond);
+  const IrradianceModel room(field, rays, metal, closed.get(), beyond);
   auto albedo = std::make_shared<AlbedoField>(*last.albedo);
   last.samples =
       known.solve(field, rays, metal, {room, *last.illumination, on_floor, kGatherRays}, change, albedo->bricks);
@@ -305,13 +305,13 @@ AlbedoStage::Result AlbedoStage::solve_all(const DistanceField& field, const Ill
 
   const FieldRays rays(field);
   auto lit = std::make_shared<Illumination>(without_reflections(illumination, field, rays));
-  const UnseenLamps unseen(*lit, rays);
+  const OutOfViewLamps unseen(*lit, rays);
   Surface surface = find_surface(field, rays, s.metal, kSamples, s.sample_m);
   s.sample_m = surface.sample_m;
   const std::vector<RoomPoint> known_points = room_points(field);
   Illumination whole = *lit;
   whole.lights = join_pieces(lit->lights);
-  std::optional<RoomLight> room;
+  std::optional<IrradianceModel> room;
   std::vector<Eigen::Vector3f> gathered(surface.samples.size());
   std::vector<bool> smooth;  // and no print, which is black and white
   for (const SurfaceSample& sample : surface.samples) smooth.push_back(sample.usable && !on_tag(sample, s.tag_size_m));
@@ -326,7 +326,7 @@ AlbedoStage::Result AlbedoStage::solve_all(const DistanceField& field, const Ill
     s.closed = closed;
     s.rough = first && closed;  // then there is a second round
     room.emplace(field, rays, s.metal, *lit, closed.get());
-    const std::vector<RoomLight::Gathered> light =
+    const std::vector<IrradianceModel::Gathered> light =
         s.memory.gather(*room, *lit, surface.samples, surface.points.size(), s.rough ? kRoughRays : kGatherRays);
     const auto add_floor = [&] {
       s.on_floor = room->light_on_floor(lamps);

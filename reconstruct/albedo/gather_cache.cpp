@@ -26,7 +26,7 @@ float light_of(const Illumination& illumination) {
 
 }  // namespace
 
-std::vector<RoomLight::Gathered> GatherMemory::gather(const RoomLight& room, const Illumination& illumination,
+std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel& room, const Illumination& illumination,
                                                       const std::vector<SurfaceSample>& samples,
                                                       std::size_t surface_points, int rays) {
   const float light = light_of(illumination);
@@ -42,7 +42,7 @@ std::vector<RoomLight::Gathered> GatherMemory::gather(const RoomLight& room, con
   for (std::size_t i = 0; i < entries_.size(); ++i) cells[cell_of(entries_[i].position, edge_m)].push_back(i);
 
   std::vector<Entry> next;
-  std::vector<RoomLight::Gathered> result;
+  std::vector<IrradianceModel::Gathered> result;
   for (const SurfaceSample& sample : samples) {
     const Entry* best = nullptr;
     float least = std::pow(kNearCells * sample.size_m, 2.0f);

@@ -11,9 +11,9 @@ namespace lumigraft {
 /// A sample near one of the solve before gathers what that one did; every kRefresh-th looks again all the same, so that
 /// a room that changes slowly is followed. All look again when the light changes by kLightShare, or when so much more
 /// of the room is known that rays end elsewhere.
-class GatherMemory {
+class GatherCache {
  public:
-  std::vector<RoomLight::Gathered> gather(const RoomLight& room, const Illumination& illumination,
+  std::vector<IrradianceModel::Gathered> gather(const IrradianceModel& room, const Illumination& illumination,
                                           const std::vector<SurfaceSample>& samples, std::size_t surface_points,
                                           int rays);
   void forget() { entries_.clear(); }
@@ -25,7 +25,7 @@ class GatherMemory {
 
   struct Entry {
     Eigen::Vector3f position, normal;
-    RoomLight::Gathered light;
+    IrradianceModel::Gathered light;
     std::uint32_t turn = 0;  ///< looks again when solves reach it, modulo kRefresh
   };
   std::vector<Entry> entries_;

@@ -51,7 +51,7 @@ AlbedoBrick unknown_brick() {
 
 }  // namespace
 
-SolvedSurface::Look SolvedSurface::look_of(const FieldBrick& brick, float voxel_m) {
+IncrementalSolver::Look IncrementalSolver::look_of(const FieldBrick& brick, float voxel_m) {
   Look look;
   Eigen::Vector3i sum = Eigen::Vector3i::Zero();
   for (int i = 0; i < kBrickVoxels; ++i) {
@@ -67,13 +67,13 @@ SolvedSurface::Look SolvedSurface::look_of(const FieldBrick& brick, float voxel_
   return look;
 }
 
-bool SolvedSurface::Look::differs(const Look& other) const {
+bool IncrementalSolver::Look::differs(const Look& other) const {
   return std::abs(count - other.count) > kOtherLook * std::max(count, other.count) + 1 ||
          (radiance - other.radiance).norm() > kOtherLook * std::max(radiance.norm(), other.radiance.norm()) ||
          (middle - other.middle).cwiseAbs().maxCoeff() > kElsewhere;
 }
 
-void SolvedSurface::keep(const DistanceField& field, const Surface& surface,
+void IncrementalSolver::keep(const DistanceField& field, const Surface& surface,
                          const std::vector<Eigen::Vector3f>& gathered, const std::vector<SampleAlbedo>& albedo,
                          const std::vector<PointAlbedo>& points, float dark) {
   forget();
@@ -98,7 +98,7 @@ void SolvedSurface::keep(const DistanceField& field, const Surface& surface,
     samples_.emplace_hint(samples_.end(), surface.cells[i], Sample{surface.samples[i], gathered[i], albedo[i]});
 }
 
-SolvedSurface::Change SolvedSurface::change(const DistanceField& field) const {
+IncrementalSolver::Change IncrementalSolver::change(const DistanceField& field) const {
   Change change;
   change.points = count_;
   std::set<BrickKey> others = since_all_;
@@ -127,8 +127,8 @@ SolvedSurface::Change SolvedSurface::change(const DistanceField& field) const {
 }
 
 /// Reads the points of these bricks again. Gives the cells that they are in, or were.
-std::set<SampleCell> SolvedSurface::refresh_points(const DistanceField& field, const FieldRays& rays,
-                                                   const MetalSurfaces& metal, const std::vector<BrickKey>& changed) {
+std::set<SampleCell> IncrementalSolver::refresh_points(const DistanceField& field, const FieldRays& rays,
+                                                   const MetalMask& metal, const std::vector<BrickKey>& changed) {
   std::set<SampleCell> cells;
   const auto touch = [&](const std::vector<SurfacePoint>& points) {
     for (const SurfacePoint& point : points)
@@ -152,7 +152,7 @@ std::set<SampleCell> SolvedSurface::refresh_points(const DistanceField& field, c
   return cells;
 }
 
-std::size_t SolvedSurface::solve(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+std::size_t IncrementalSolver::solve(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                                  const Light& light, const Change& change, BrickMap<AlbedoBrick>& bricks) {
   for (const BrickKey& key : change.published) {
     const auto now = field.bricks.find(key);
@@ -201,7 +201,7 @@ std::size_t SolvedSurface::solve(const DistanceField& field, const FieldRays& ra
   for (const SampleCell& cell : cells) samples_.erase(cell);
   for (const auto& [cell, of_cell] : members) {
     const SurfaceSample sample = patch(near, of_cell, cell, sample_m_);
-    const RoomLight::Gathered around_it = light.room.gather(sample.position, sample.normal, light.rays);
+    const IrradianceModel::Gathered around_it = light.room.gather(sample.position, sample.normal, light.rays);
     gathered.push_back(around_it.irradiance + light.room.by_floor(around_it, light.on_floor));
     place[cell] = static_cast<int>(part.samples.size());
     part.samples.push_back(sample);
@@ -244,7 +244,7 @@ std::size_t SolvedSurface::solve(const DistanceField& field, const FieldRays& ra
   return open;
 }
 
-void SolvedSurface::write(const std::vector<BrickKey>& changed, BrickMap<AlbedoBrick>& bricks) const {
+void IncrementalSolver::write(const std::vector<BrickKey>& changed, BrickMap<AlbedoBrick>& bricks) const {
   const std::set<BrickKey> own(changed.begin(), changed.end());
   std::set<BrickKey> written;
   for (const BrickKey& key : changed) around(key, [&](const BrickKey& k) { written.insert(k); });

@@ -15,7 +15,7 @@
 
 namespace lumigraft {
 
-class SolvedSurface {
+class IncrementalSolver {
  public:
   /// After a solve of everything. `gathered`, `albedo` by sample, `points` by point.
   void keep(const DistanceField& field, const Surface& surface, const std::vector<Eigen::Vector3f>& gathered,
@@ -32,14 +32,14 @@ class SolvedSurface {
 
   /// The light that new samples lie in.
   struct Light {
-    const RoomLight& room;
+    const IrradianceModel& room;
     const Illumination& illumination;
-    const std::vector<Eigen::Vector3f>& on_floor;  ///< RoomLight::light_on_floor
+    const std::vector<Eigen::Vector3f>& on_floor;  ///< IrradianceModel::light_on_floor
     int rays;                                      ///< gathered by each
   };
   /// Solves the samples of the changed bricks anew, with the others around them as they are, and writes their points'
   /// albedo into `bricks`. Gives the number of samples.
-  std::size_t solve(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, const Light& light,
+  std::size_t solve(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, const Light& light,
                     const Change& change, BrickMap<AlbedoBrick>& bricks);
 
  private:
@@ -64,7 +64,7 @@ class SolvedSurface {
   };
   using Bricks = std::unordered_map<BrickKey, Brick, BrickKeyHash>;
 
-  std::set<SampleCell> refresh_points(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+  std::set<SampleCell> refresh_points(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                                       const std::vector<BrickKey>& changed);
   void write(const std::vector<BrickKey>& changed, BrickMap<AlbedoBrick>& bricks) const;
 

@@ -35,7 +35,7 @@ float distance_slope(const PointLight& light, const Eigen::Vector3f& probe, cons
 
 }  // namespace
 
-LitSurface::LitSurface(const Surface& surface, const RoomLight& room, const Illumination& illumination,
+LitSurface::LitSurface(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
                        const std::vector<Eigen::Vector3f>& gathered, float dark, const std::vector<SampleAlbedo>& held)
     : surface_(surface),
       room_(room),

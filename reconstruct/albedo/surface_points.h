@@ -14,10 +14,10 @@ class LitSurface {
  public:
   static constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
 
-  /// `gathered` is RoomLight::gather of each sample; points take it from the samples around them. Visibility is cast
+  /// `gathered` is IrradianceModel::gather of each sample; points take it from the samples around them. Visibility is cast
   /// for samples, and for points where samples next to each other differ. `dark` is dark_radiance of the room's
   /// samples. `held`: albedo of the last samples, where that is known already.
-  LitSurface(const Surface& surface, const RoomLight& room, const Illumination& illumination,
+  LitSurface(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
              const std::vector<Eigen::Vector3f>& gathered, float dark, const std::vector<SampleAlbedo>& held = {});
 
   const std::vector<SampleLight>& sample_light() const { return sample_light_; }
@@ -33,7 +33,7 @@ class LitSurface {
   float visibility(std::size_t lamp, const SurfacePoint& point) const;
 
   const Surface& surface_;
-  const RoomLight& room_;
+  const IrradianceModel& room_;
   const Illumination& illumination_;
   const std::vector<Eigen::Vector3f>& gathered_;
   float dark_;

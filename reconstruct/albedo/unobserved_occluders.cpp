@@ -58,7 +58,7 @@ Around look_around(std::size_t own, const std::vector<SurfaceSample>& samples, c
 
 }  // namespace
 
-std::vector<std::vector<float>> hidden_shadows(const std::vector<SurfaceSample>& samples, const RoomLight& room,
+std::vector<std::vector<float>> hidden_shadows(const std::vector<SurfaceSample>& samples, const IrradianceModel& room,
                                                const std::vector<PointLight>& lights,
                                                const std::vector<SampleLight>& light,
                                                const std::vector<std::vector<Eigen::Vector3f>>& from_lamp, float dark,

@@ -17,7 +17,7 @@ namespace lumigraft {
 /// `light` is the irradiance of each sample, of it `from_lamp` (per lamp, per sample) straight from lamps; `held`, of
 /// the last samples, albedo that is known; these are not looked at.
 /// @return per lamp, per sample: the share of the lamp that is left, 1 nearly everywhere
-std::vector<std::vector<float>> hidden_shadows(const std::vector<SurfaceSample>& samples, const RoomLight& room,
+std::vector<std::vector<float>> hidden_shadows(const std::vector<SurfaceSample>& samples, const IrradianceModel& room,
                                                const std::vector<PointLight>& lights,
                                                const std::vector<SampleLight>& light,
                                                const std::vector<std::vector<Eigen::Vector3f>>& from_lamp, float dark,

@@ -26,7 +26,7 @@ constexpr double kMostFromBoard_m = 0.01;
 
 }  // namespace
 
-std::string why_not(const CameraCalibration& c) {
+std::string rejection_reason(const CameraCalibration& c) {
   if (c.views < kFewestViews)
     return text("too few views: found %d pictures that show the board in a new place, allowed: at least %d", c.views,
                 kFewestViews);
@@ -67,7 +67,7 @@ std::string why_not(const CameraCalibration& c) {
   return {};
 }
 
-std::string why_not(const StandCalibration& s) {
+std::string rejection_reason(const ExtrinsicsCalibration& s) {
   if (s.moments < kFewestMoments)
     return text("too few views: found %d moments at which both cameras see the board, allowed: at least %d", s.moments,
                 kFewestMoments);
@@ -86,7 +86,7 @@ std::string why_not(const StandCalibration& s) {
   return {};
 }
 
-std::string why_not(const TagPlace& place) {
+std::string rejection_reason(const RoomTagPose& place) {
   if (!(place.median_px <= kMost_px))
     return text(
         "residual: found its corners %.2f px in the median from one place in the room, allowed: at most %.1f px; "
@@ -95,7 +95,7 @@ std::string why_not(const TagPlace& place) {
   return {};
 }
 
-std::string why_not(const VignettingCalibration& v) {
+std::string rejection_reason(const VignettingCalibration& v) {
   if (v.moments < kFewestViews)
     return text("too few views: found %d pictures with white paper that is not clipped, allowed: at least %d",
                 v.moments, kFewestViews);
@@ -110,7 +110,7 @@ std::string why_not(const VignettingCalibration& v) {
   return {};
 }
 
-std::string why_not(const TimeCalibration& t) {
+std::string rejection_reason(const TimeOffsetCalibration& t) {
   if (t.pictures < kFewestMoments)
     return text(
         "too few pictures: found %d of the fish-eye that show the board between pictures of the colour camera, "
@@ -131,7 +131,7 @@ std::string why_not(const TimeCalibration& t) {
   return {};
 }
 
-std::string why_not(const DepthCalibration& d) {
+std::string rejection_reason(const DepthCalibration& d) {
   if (d.views < kFewestViews)
     return text("too few views: found %d pictures whose depth shows the board, allowed: at least %d", d.views,
                 kFewestViews);

@@ -14,11 +14,11 @@ constexpr int kFewestViews = 8;
 constexpr int kFewestMoments = 5;  ///< at which two cameras see the board together
 
 /// Empty where it may be used.
-std::string why_not(const CameraCalibration& calibration);
-std::string why_not(const StandCalibration& stand);
-std::string why_not(const TagPlace& place);
-std::string why_not(const VignettingCalibration& vignetting);
-std::string why_not(const TimeCalibration& time);
-std::string why_not(const DepthCalibration& depth);
+std::string rejection_reason(const CameraCalibration& calibration);
+std::string rejection_reason(const ExtrinsicsCalibration& stand);
+std::string rejection_reason(const RoomTagPose& place);
+std::string rejection_reason(const VignettingCalibration& vignetting);
+std::string rejection_reason(const TimeOffsetCalibration& time);
+std::string rejection_reason(const DepthCalibration& depth);
 
 }  // namespace lumigraft

@@ -111,7 +111,7 @@ CameraCalibration calibrate_camera(const CameraModel& camera, const BoardFinder&
     views.push_back(picture.view);
     calibration.views += !picture.view.seen.empty();
   }
-  calibration.refusal = why_not(calibration);
+  calibration.refusal = rejection_reason(calibration);
   if (calibration.views < kFewestViews) return calibration;
 
   const auto start = start_camera(camera, views);
@@ -128,7 +128,7 @@ CameraCalibration calibrate_camera(const CameraModel& camera, const BoardFinder&
   if (!adjusted) return calibration;
   take_over(calibration, camera, *adjusted);
   for (std::size_t i = 0; i < views.size(); ++i) pictures[i].view = views[i];
-  calibration.refusal = why_not(calibration);
+  calibration.refusal = rejection_reason(calibration);
   return calibration;
 }
 

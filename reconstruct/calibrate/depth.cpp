@@ -32,7 +32,7 @@ struct Point {
 
 class DepthFit {
  public:
-  DepthFit(const CameraModel& depth, const Board& board, const std::vector<DepthView>& views)
+  DepthFit(const CameraModel& depth, const Board& board, const std::vector<BoardDepthView>& views)
       : depth_(depth), half_(0.5 * kInner * board.extent_m()), views_(views) {
     for (int v = 0; v < depth.height; ++v)
       for (int u = 0; u < depth.width; ++u) {
@@ -92,7 +92,7 @@ class DepthFit {
 
   CameraModel depth_;
   Eigen::Vector2d half_;
-  const std::vector<DepthView>& views_;
+  const std::vector<BoardDepthView>& views_;
   std::vector<Vector3d> rays_;
 };
 
@@ -150,7 +150,7 @@ int views_in(const std::vector<Point>& points) {
 }  // namespace
 
 DepthCalibration calibrate_depth(const CameraModel& depth, const Isometry3d& start, const Board& board,
-                                 const std::vector<DepthView>& views) {
+                                 const std::vector<BoardDepthView>& views) {
   DepthCalibration result;
   result.T_color_depth = start;
   const DepthFit fit(depth, board, views);
@@ -189,7 +189,7 @@ DepthCalibration calibrate_depth(const CameraModel& depth, const Isometry3d& sta
     result.turn_sigma_rad = covariance.diagonal().head<3>().cwiseSqrt();
     result.shift_sigma_m = covariance.diagonal().tail<3>().cwiseSqrt();
   }
-  result.refusal = why_not(result);
+  result.refusal = rejection_reason(result);
   return result;
 }
 

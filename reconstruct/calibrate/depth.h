@@ -12,7 +12,7 @@
 
 namespace lumigraft {
 
-struct DepthView {
+struct BoardDepthView {
   const Image<float>* depth_m = nullptr;  ///< on the depth camera's own pixels, along its z; 0 = no measurement
   Eigen::Isometry3d T_color_board;
 };
@@ -28,6 +28,6 @@ struct DepthCalibration {
 
 /// `start` is right to some centimetres and degrees.
 DepthCalibration calibrate_depth(const CameraModel& depth, const Eigen::Isometry3d& start, const Board& board,
-                                 const std::vector<DepthView>& views);
+                                 const std::vector<BoardDepthView>& views);
 
 }  // namespace lumigraft

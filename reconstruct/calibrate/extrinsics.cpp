@@ -43,10 +43,10 @@ CameraModel unlimited(CameraModel camera) {
 
 }  // namespace
 
-StandCalibration calibrate_stand(const CameraModel& first, const CameraModel& second,
+ExtrinsicsCalibration calibrate_stand(const CameraModel& first, const CameraModel& second,
                                  const std::vector<BoardView>& first_views,
                                  const std::vector<BoardView>& second_views) {
-  StandCalibration stand;
+  ExtrinsicsCalibration stand;
   Rig rig{{unlimited(first), unlimited(second)}, {Isometry3d::Identity(), Isometry3d::Identity()}, {}};
   std::vector<std::array<std::optional<Isometry3d>, 2>> poses;
   std::vector<Isometry3d> guesses;
@@ -75,14 +75,14 @@ StandCalibration calibrate_stand(const CameraModel& first, const CameraModel& se
         stand.outliers += (residual.outlier ? 1.0 : 0.0) / static_cast<double>(adjusted->residuals.size());
     }
   }
-  stand.refusal = why_not(stand);
+  stand.refusal = rejection_reason(stand);
   return stand;
 }
 
-TagPlace place_room_tag(const CameraModel& first, const CameraModel& second,
+RoomTagPose place_room_tag(const CameraModel& first, const CameraModel& second,
                         const std::optional<Isometry3d>& T_second_first,
                         const std::array<std::vector<SeenPoints>, 2>& seen) {
-  TagPlace place;
+  RoomTagPose place;
   // The second camera leads: what it cannot see itself it knows through the first.
   Rig rig{{unlimited(second), unlimited(first)}, {Isometry3d::Identity(), Isometry3d::Identity()}, {}};
   if (T_second_first) rig.T_camera_first[1] = T_second_first->inverse();
@@ -102,7 +102,7 @@ TagPlace place_room_tag(const CameraModel& first, const CameraModel& second,
   }
   place.median_px = best ? median_error_px(*best) : std::numeric_limits<double>::infinity();
   if (best) place.T_camera_tag = best->rig.T_first_board[0];
-  place.refusal = why_not(place);
+  place.refusal = rejection_reason(place);
   return place;
 }
 

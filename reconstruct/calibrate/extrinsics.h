@@ -12,7 +12,7 @@
 namespace lumigraft {
 
 /// How a second camera stands to the first.
-struct StandCalibration {
+struct ExtrinsicsCalibration {
   Eigen::Isometry3d T_second_first = Eigen::Isometry3d::Identity();
   Eigen::Vector3d turn_sigma_rad = Eigen::Vector3d::Zero();
   Eigen::Vector3d shift_sigma_m = Eigen::Vector3d::Zero();
@@ -24,11 +24,11 @@ struct StandCalibration {
 
 /// `first_views` and `second_views` hold what each camera saw, by moment; views may be empty. Lenses are free to give
 /// way, so that what is not known of them counts in the uncertainty.
-StandCalibration calibrate_stand(const CameraModel& first, const CameraModel& second,
+ExtrinsicsCalibration calibrate_stand(const CameraModel& first, const CameraModel& second,
                                  const std::vector<BoardView>& first_views, const std::vector<BoardView>& second_views);
 
 /// Where a tag that hangs in the room is.
-struct TagPlace {
+struct RoomTagPose {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();
   int pictures = 0;
   double median_px = 0;
@@ -37,7 +37,7 @@ struct TagPlace {
 
 /// The tag's corners in pictures of one camera that stands still, or of two that do: then in the frame of the second,
 /// the fish-eye. `stand` is empty where they do not stand still to each other, and the first camera's say nothing.
-TagPlace place_room_tag(const CameraModel& first, const CameraModel& second,
+RoomTagPose place_room_tag(const CameraModel& first, const CameraModel& second,
                         const std::optional<Eigen::Isometry3d>& T_second_first,
                         const std::array<std::vector<SeenPoints>, 2>& seen);
 

@@ -181,7 +181,7 @@ class TimeFit {
 /// 1σ of the offset and how fast things moved. The corners of a picture share the error of the path below them, so
 /// pictures are what is independent: the covariance is that of clusters (Liang & Zeger 1986).
 void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double, kUnknowns>& x,
-                TimeCalibration& result) {
+                TimeOffsetCalibration& result) {
   using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
   Square bread = Square::Zero(), meat = Square::Zero();
   std::vector<double> errors;
@@ -216,11 +216,11 @@ void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double
 
 }  // namespace
 
-TimeCalibration calibrate_time(const CameraModel& first, const CameraModel& second, const Isometry3d& T_second_first,
+TimeOffsetCalibration calibrate_time(const CameraModel& first, const CameraModel& second, const Isometry3d& T_second_first,
                                const std::vector<TimedView>& first_views, const std::vector<TimedView>& second_views) {
-  TimeCalibration result;
+  TimeOffsetCalibration result;
   if (first_views.empty() || second_views.empty()) {
-    result.refusal = why_not(result);
+    result.refusal = rejection_reason(result);
     return result;
   }
   const std::int64_t origin_ns = first_views.front().time_ns;
@@ -256,7 +256,7 @@ TimeCalibration calibrate_time(const CameraModel& first, const CameraModel& seco
   result.pictures = static_cast<int>(pairs.size());
   result.offset_s = x[0];
   if (result.pictures >= kFewestMoments) find_sigma(pairs, x, result);
-  result.refusal = why_not(result);
+  result.refusal = rejection_reason(result);
   return result;
 }
 

@@ -21,7 +21,7 @@ struct TimedView {
   BoardView view;
 };
 
-struct TimeCalibration {
+struct TimeOffsetCalibration {
   double offset_s = 0;  ///< to be added to the second camera's times
   double sigma_s = 0;   ///< 1σ
   int pictures = 0;     ///< of the second camera, between pictures of the first
@@ -30,7 +30,7 @@ struct TimeCalibration {
   std::string refusal;  ///< why it is not to be used, on one line; empty where it is
 };
 
-TimeCalibration calibrate_time(const CameraModel& first, const CameraModel& second,
+TimeOffsetCalibration calibrate_time(const CameraModel& first, const CameraModel& second,
                                const Eigen::Isometry3d& T_second_first, const std::vector<TimedView>& first_views,
                                const std::vector<TimedView>& second_views);
 

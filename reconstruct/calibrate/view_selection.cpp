@@ -92,11 +92,11 @@ Board board_of(const Tag& tag) {
 
 }  // namespace
 
-BoardCollector::BoardCollector(const Board& board, const std::optional<Tag>& room_tag) : finder_(board) {
+ViewSelector::ViewSelector(const Board& board, const std::optional<Tag>& room_tag) : finder_(board) {
   if (room_tag) room_finder_.emplace(board_of(*room_tag));
 }
 
-std::vector<SeenPoints> BoardCollector::room_tag(std::size_t camera, const CameraModel& lens) const {
+std::vector<SeenPoints> ViewSelector::room_tag(std::size_t camera, const CameraModel& lens) const {
   std::vector<SeenPoints> all;
   for (const BoardMoment& moment : moments_) {
     if (moment.room_tag[camera].seen.empty()) continue;
@@ -106,7 +106,7 @@ std::vector<SeenPoints> BoardCollector::room_tag(std::size_t camera, const Camer
   return all;
 }
 
-bool BoardCollector::somewhere_new(const BoardMoment& moment) const {
+bool ViewSelector::somewhere_new(const BoardMoment& moment) const {
   for (std::size_t c = 0; c < moment.by_camera.size(); ++c) {
     const BoardPicture& now = moment.by_camera[c];
     if (now.view.seen.empty()) continue;
@@ -119,7 +119,7 @@ bool BoardCollector::somewhere_new(const BoardMoment& moment) const {
 }
 
 /// Asks for places that are farther apart until half of the moments are gone.
-void BoardCollector::thin_out() {
+void ViewSelector::thin_out() {
   while (2 * moments_.size() > kMost) {
     apart_ *= 1.3;
     std::vector<BoardMoment> all = std::move(moments_);
@@ -129,7 +129,7 @@ void BoardCollector::thin_out() {
   }
 }
 
-BoardCollector::Seen BoardCollector::look(std::int64_t time_ns, const Picture* color, const Response& color_response,
+ViewSelector::Seen ViewSelector::look(std::int64_t time_ns, const Picture* color, const Response& color_response,
                                           const std::vector<std::shared_ptr<const Picture>>& fisheye,
                                           const Response& fisheye_response,
                                           const std::shared_ptr<const DepthPicture>& depth) {

@@ -21,10 +21,10 @@ struct BoardMoment {
   std::shared_ptr<const DepthPicture> depth;  ///< as it came; null where there is none
 };
 
-class BoardCollector {
+class ViewSelector {
  public:
   /// `room_tag` is looked for beside the board where it is there.
-  BoardCollector(const Board& board, const std::optional<Tag>& room_tag);
+  ViewSelector(const Board& board, const std::optional<Tag>& room_tag);
 
   struct Seen {
     bool kept = false;

@@ -192,7 +192,7 @@ VignettingCalibration calibrate_vignetting(const std::vector<WhiteSample>& sampl
     const auto row = lens_row(field_rad * i / kSteps);
     result.widest_sigma = std::max(result.widest_sigma, std::sqrt((row * covariance * row.transpose())(0)));
   }
-  result.refusal = why_not(result);
+  result.refusal = rejection_reason(result);
   return result;
 }
 

@@ -87,8 +87,8 @@ std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position, c
   const Eigen::Vector3i base = nearest_voxel(position - Eigen::Vector3f::Constant(0.5f));
   const Eigen::Vector3f f = position - base.cast<float>();
   const Eigen::Vector3f g = Eigen::Vector3f::Ones() - f;
-  const Four low_shares = Four{g.x(), f.x(), g.x(), f.x()} * Four{g.y(), g.y(), f.y(), f.y()};
-  const Four shares[2] = {low_shares * g.z(), low_shares * f.z()};
+  const Simd4 low_shares = Simd4{g.x(), f.x(), g.x(), f.x()} * Simd4{g.y(), g.y(), f.y(), f.y()};
+  const Simd4 shares[2] = {low_shares * g.z(), low_shares * f.z()};
   float sum = 0, weights = 0;
   const auto add = [&](float share, float distance) {
     sum += share * distance;
@@ -99,9 +99,9 @@ std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position, c
     // All eight in one brick, as most are: that of the nearest, which is one of them.
     for (int z = 0; z < 2; ++z) {
       const auto i = static_cast<std::size_t>(index_of(base) + kBrickEdge * kBrickEdge * z), j = i + kBrickEdge;
-      const Four known = {brick.weight[i], brick.weight[i + 1], brick.weight[j], brick.weight[j + 1]};
-      const Four distances =
-          Four{brick.distance_m[i], brick.distance_m[i + 1], brick.distance_m[j], brick.distance_m[j + 1]} / voxel_m_;
+      const Simd4 known = {brick.weight[i], brick.weight[i + 1], brick.weight[j], brick.weight[j + 1]};
+      const Simd4 distances =
+          Simd4{brick.distance_m[i], brick.distance_m[i + 1], brick.distance_m[j], brick.distance_m[j + 1]} / voxel_m_;
       for (int k = 0; k < 4; ++k)
         if (known[k] > 0) add(shares[z][k], distances[k]);
     }

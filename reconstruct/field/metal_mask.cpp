@@ -15,7 +15,7 @@ constexpr float kTagThickness_m = 0.015f;
 
 }  // namespace
 
-MetalSurfaces::MetalSurfaces(const Session& session) : tag_reach_m_(kTagPaper * session.tag.size_m) {
+MetalMask::MetalMask(const Session& session) : tag_reach_m_(kTagPaper * session.tag.size_m) {
   for (const RealSurface& surface : session.real_surfaces) {
     if (surface.metallic < 0.5f) continue;
     for (const auto& [a, b, c] : read_triangles(surface)) {
@@ -30,12 +30,12 @@ MetalSurfaces::MetalSurfaces(const Session& session) : tag_reach_m_(kTagPaper * 
   }
 }
 
-BrickKey MetalSurfaces::cell(const Eigen::Vector3f& position_m) const {
+BrickKey MetalMask::cell(const Eigen::Vector3f& position_m) const {
   const Eigen::Vector3f at = (position_m / kCell_m).array().round();
   return {static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z())};
 }
 
-bool MetalSurfaces::contains(const Eigen::Vector3f& position_m) const {
+bool MetalMask::contains(const Eigen::Vector3f& position_m) const {
   if (cells_.empty()) return false;
   if (std::abs(position_m.x()) < tag_reach_m_ && std::abs(position_m.y()) < tag_reach_m_ &&
       std::abs(position_m.z()) < kTagThickness_m) {

@@ -10,10 +10,10 @@
 
 namespace lumigraft {
 
-class MetalSurfaces {
+class MetalMask {
  public:
   /// Reads the meshes of surfaces with metallic >= 0.5. Throws InputError.
-  explicit MetalSurfaces(const Session& session);
+  explicit MetalMask(const Session& session);
 
   /// Whether metal lies within about 1.5 voxels of the point. The tag, which is paper, is not metal.
   bool contains(const Eigen::Vector3f& position_m) const;

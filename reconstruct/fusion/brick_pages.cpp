@@ -16,9 +16,9 @@ constexpr std::size_t kPlace_bytes = (sizeof(FieldBrick) + 2 * kLine_bytes - 1) 
 template <typename Value>
 struct InPages {
   using value_type = Value;
-  std::shared_ptr<FieldPages> pages;
+  std::shared_ptr<BrickPages> pages;
 
-  explicit InPages(std::shared_ptr<FieldPages> in) : pages(std::move(in)) {}
+  explicit InPages(std::shared_ptr<BrickPages> in) : pages(std::move(in)) {}
   template <typename Other>
   InPages(const InPages<Other>& other) : pages(other.pages) {}  // NOLINT: allocators turn into another
 
@@ -35,9 +35,9 @@ struct InPages {
 
 }  // namespace
 
-FieldPages::FieldPages(std::size_t place_bytes) : place_bytes_(place_bytes) {}
+BrickPages::BrickPages(std::size_t place_bytes) : place_bytes_(place_bytes) {}
 
-void* FieldPages::take() {
+void* BrickPages::take() {
   const std::lock_guard lock(mutex_);
   if (free_.empty()) {
     void* chunk = std::aligned_alloc(kChunk_bytes, kChunk_bytes);
@@ -53,12 +53,12 @@ void* FieldPages::take() {
   return place;
 }
 
-void FieldPages::give_back(void* place) {
+void BrickPages::give_back(void* place) {
   const std::lock_guard lock(mutex_);
   free_.push_back(place);  // there is room for all
 }
 
-FieldBrickMaker::FieldBrickMaker() : pages_(std::make_shared<FieldPages>(kPlace_bytes)) {}
+FieldBrickMaker::FieldBrickMaker() : pages_(std::make_shared<BrickPages>(kPlace_bytes)) {}
 
 std::shared_ptr<const FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick) const {
   return std::allocate_shared<FieldBrick>(InPages<FieldBrick>(pages_), brick);

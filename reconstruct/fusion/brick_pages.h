@@ -12,11 +12,11 @@
 namespace lumigraft {
 
 /// Places of one size for one kind of thing. Threads that drop a field give places back while another publishes.
-class FieldPages {
+class BrickPages {
  public:
-  explicit FieldPages(std::size_t place_bytes);
-  FieldPages(const FieldPages&) = delete;
-  FieldPages& operator=(const FieldPages&) = delete;
+  explicit BrickPages(std::size_t place_bytes);
+  BrickPages(const BrickPages&) = delete;
+  BrickPages& operator=(const BrickPages&) = delete;
 
   void* take();
   void give_back(void* place);
@@ -38,7 +38,7 @@ class FieldBrickMaker {
   std::shared_ptr<const FieldBrick> copy(const FieldBrick& brick) const;
 
  private:
-  std::shared_ptr<FieldPages> pages_;
+  std::shared_ptr<BrickPages> pages_;
 };
 
 }  // namespace lumigraft

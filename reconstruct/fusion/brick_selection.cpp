@@ -17,40 +17,40 @@ using Eigen::Vector3f;
 constexpr float kStepVoxels = 3;  // surfaces are looked at as closely as this
 
 /// Of a place in voxels; the fourth is of no use.
-FourInt brick_of(Four voxel) {
-  const Four brick = voxel * (1.0f / kBrickEdge);
-  const FourInt toward_zero = __builtin_convertvector(brick, FourInt);
-  return toward_zero + (brick < __builtin_convertvector(toward_zero, Four));  // a comparison that holds is −1
+Simd4Int brick_of(Simd4 voxel) {
+  const Simd4 brick = voxel * (1.0f / kBrickEdge);
+  const Simd4Int toward_zero = __builtin_convertvector(brick, Simd4Int);
+  return toward_zero + (brick < __builtin_convertvector(toward_zero, Simd4));  // a comparison that holds is −1
 }
 
-Four four(const Vector3f& v) { return Four{v.x(), v.y(), v.z(), 0}; }
+Simd4 four(const Vector3f& v) { return Simd4{v.x(), v.y(), v.z(), 0}; }
 
 }  // namespace
 
-std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPreparation& preparation,
+std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthPreparation& preparation,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
                                          const PictureShare& share, RecentBricks& met) {
   std::vector<BrickKey> keys;
   const auto touch = [&](const BrickKey& key) {
     if (met.meet(key)) keys.push_back(key);
   };
-  const Four origin = four(T_tag_camera.translation() / voxel_m);
-  const std::array<Four, 3> axes = {four(T_tag_camera.linear().col(0)), four(T_tag_camera.linear().col(1)),
+  const Simd4 origin = four(T_tag_camera.translation() / voxel_m);
+  const std::array<Simd4, 3> axes = {four(T_tag_camera.linear().col(0)), four(T_tag_camera.linear().col(1)),
                                     four(T_tag_camera.linear().col(2))};
-  const auto touch_around = [&](int u, int v, const DepthView::Block& block) {
+  const auto touch_around = [&](int u, int v, const PreparedDepth::Block& block) {
     const std::int32_t pixel = view.pixel_index(2 * u, 2 * v);
     const Vector3f in_camera = preparation.ray(pixel).homogeneous();
-    const Four ray = axes[0] * in_camera.x() + axes[1] * in_camera.y() + axes[2] * in_camera.z();
+    const Simd4 ray = axes[0] * in_camera.x() + axes[1] * in_camera.y() + axes[2] * in_camera.z();
     const float z = 1 / view.inverse_depth[static_cast<std::size_t>(pixel)];
-    const Four surface = origin + z / voxel_m * ray;
+    const Simd4 surface = origin + z / voxel_m * ray;
     // Every cell around the surface needs all its voxels.
-    const FourInt low = brick_of(surface - 1.5f), high = brick_of(surface + 1.5f);
+    const Simd4Int low = brick_of(surface - 1.5f), high = brick_of(surface + 1.5f);
     const float band = std::min(truncation_m / block.normal.dot(in_camera), kBehindSteep * truncation_m);
     const int steps = static_cast<int>(std::ceil(band / (4 * voxel_m)));
     const auto along_ray = [&](const auto& visit) {
       for (int first = 1; first <= steps; first += 4) {
-        const Four away = band * (all(static_cast<float>(first)) + Four{0, 1, 2, 3}) / all(static_cast<float>(steps));
-        const Four before = (z - away) / voxel_m, behind = (z + away) / voxel_m;
+        const Simd4 away = band * (all(static_cast<float>(first)) + Simd4{0, 1, 2, 3}) / all(static_cast<float>(steps));
+        const Simd4 before = (z - away) / voxel_m, behind = (z + away) / voxel_m;
         for (int k = 0; k < std::min(4, steps + 1 - first); ++k) {
           visit(brick_of(origin + before[k] * ray));
           visit(brick_of(origin + behind[k] * ray));
@@ -59,34 +59,34 @@ std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPrepa
     };
     // Nearly always all of it was met before.
     bool all_met = met.has_all(low, high);
-    along_ray([&](FourInt at) { all_met &= met.has(at); });
+    along_ray([&](Simd4Int at) { all_met &= met.has(at); });
     if (all_met) return;
     for (int c = low[2]; c <= high[2]; ++c)
       for (int b = low[1]; b <= high[1]; ++b)
         for (int a = low[0]; a <= high[0]; ++a) touch({a, b, c});
-    along_ray([&](FourInt at) { touch({at[0], at[1], at[2]}); });
+    along_ray([&](Simd4Int at) { touch({at[0], at[1], at[2]}); });
   };
   // One block in kStride² says enough of a surface that is near and faces the camera.
   constexpr int kStride = 4;
-  const auto stride_of = [&](int u, int v, const DepthView::Block& block) {
+  const auto stride_of = [&](int u, int v, const PreparedDepth::Block& block) {
     const float inverse_depth = view.inverse_depth[static_cast<std::size_t>(view.pixel_index(2 * u, 2 * v))];
     const float blocks = kStepVoxels * voxel_m * preparation.focal() * inverse_depth * block.facing / 2;
     return blocks >= kStride ? kStride : blocks >= 2 ? 2 : 1;
   };
-  const auto block_at = [&](int u, int v) -> const DepthView::Block& {
+  const auto block_at = [&](int u, int v) -> const PreparedDepth::Block& {
     return view.blocks[static_cast<std::size_t>(v * view.blocks_x + u)];
   };
   for (int v = 0; v < view.blocks_y; v += kStride)
     for (int u = 0; u < view.blocks_x; u += kStride) {
       if ((u + v) / kStride % share.of != share.which) continue;
-      const DepthView::Block& first = block_at(u, v);
+      const PreparedDepth::Block& first = block_at(u, v);
       if (first.weight > 0 && first.jump < 0 && stride_of(u, v, first) == kStride) {
         touch_around(u, v, first);
         continue;
       }
       for (int y = v; y < std::min(v + kStride, view.blocks_y); ++y)
         for (int x = u; x < std::min(u + kStride, view.blocks_x); ++x) {
-          const DepthView::Block& block = block_at(x, y);
+          const PreparedDepth::Block& block = block_at(x, y);
           if (block.weight > 0 && ((x | y) & (stride_of(x, y, block) - 1)) == 0) touch_around(x, y, block);
         }
     }
@@ -100,7 +100,7 @@ Vector3f middle_of(const BrickKey& key, float voxel_m) {
                     Vector3f::Constant(0.5f * (kBrickEdge - 1)));
 }
 
-Sight sight_of(const BrickKey& key, const DepthView& view, const PixelMap& map, float focal,
+Sight sight_of(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
                const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m) {
   const float radius_m = voxel_m * 0.5f * std::sqrt(3.0f) * (kBrickEdge - 1);
   const Vector3f centre = T_camera_tag * middle_of(key, voxel_m);
@@ -109,14 +109,14 @@ Sight sight_of(const BrickKey& key, const DepthView& view, const PixelMap& map, 
   if (nearest < radius_m) return {Sight::Kind::surface, std::numeric_limits<float>::max()};
   const Vector2f pixel = map.pixel(centre.x() / centre.z(), centre.y() / centre.z());
   const float reach = radius_m / nearest * focal * 1.5f + 1;
-  const auto tile = [](float at) { return static_cast<int>(std::floor(at / DepthView::kTile)); };
+  const auto tile = [](float at) { return static_cast<int>(std::floor(at / PreparedDepth::kTile)); };
   const int low_u = tile(pixel.x() - reach), high_u = tile(pixel.x() + reach);
   const int low_v = tile(pixel.y() - reach), high_v = tile(pixel.y() + reach);
   bool whole = low_u >= 0 && low_v >= 0 && high_u < view.tiles_x && high_v < view.tiles_y;
   float near_m = 1e9f, far_m = 0;
   for (int y = std::max(low_v, 0); y <= std::min(high_v, view.tiles_y - 1); ++y)
     for (int x = std::max(low_u, 0); x <= std::min(high_u, view.tiles_x - 1); ++x) {
-      const DepthView::Tile& at = view.tiles[static_cast<std::size_t>(y * view.tiles_x + x)];
+      const PreparedDepth::Tile& at = view.tiles[static_cast<std::size_t>(y * view.tiles_x + x)];
       whole &= at.whole;
       if (at.far_m == 0) continue;
       far_m = std::max(far_m, at.far_m);

@@ -29,7 +29,7 @@ class RecentBricks {
   RecentBricks() : near_(std::size_t{kEdge} * kEdge * kEdge / 64), far_(std::size_t{1} << 14, {INT32_MAX, 0, 0}) {}
   /// Whether it is not among them; it is from then on.
   bool meet(const BrickKey& key) {
-    const FourInt brick = {key[0], key[1], key[2], 0};
+    const Simd4Int brick = {key[0], key[1], key[2], 0};
     if (near(brick)) {
       const std::uint32_t at = place(brick);
       const std::uint64_t bit = std::uint64_t{1} << at % 64;
@@ -45,9 +45,9 @@ class RecentBricks {
     return true;
   }
   /// Whether it is surely among them; the fourth of `brick` is 0.
-  bool has(FourInt brick) const { return near(brick) && bit_at(place(brick)); }
+  bool has(Simd4Int brick) const { return near(brick) && bit_at(place(brick)); }
   /// The same of all eight of which each coordinate is one of these two; `high` is at most one more than `low`.
-  bool has_all(FourInt low, FourInt high) const {
+  bool has_all(Simd4Int low, Simd4Int high) const {
     if (!near(low) || !near(high)) return false;
     const std::uint32_t first = place(low), x = static_cast<std::uint32_t>(high[0] - low[0]),
                         y = kEdge * static_cast<std::uint32_t>(high[1] - low[1]),
@@ -58,9 +58,9 @@ class RecentBricks {
 
  private:
   static constexpr int kEdge = 128;
-  static bool near(FourInt brick) { return !any((brick + kEdge / 2) & ~(kEdge - 1)); }
-  static std::uint32_t place(FourInt brick) {
-    const FourInt at = brick + kEdge / 2;
+  static bool near(Simd4Int brick) { return !any((brick + kEdge / 2) & ~(kEdge - 1)); }
+  static std::uint32_t place(Simd4Int brick) {
+    const Simd4Int at = brick + kEdge / 2;
     return static_cast<std::uint32_t>((at[2] * kEdge + at[1]) * kEdge + at[0]);
   }
   unsigned bit_at(std::uint32_t at) const { return static_cast<unsigned>(near_[at / 64] >> at % 64) & 1u; }
@@ -71,7 +71,7 @@ class RecentBricks {
 
 /// Bricks that the truncation band of any surface seen in this share touches, in order, each once, but for most of
 /// those that were `met`.
-std::vector<BrickKey> bricks_on_surfaces(const DepthView& view, const DepthPreparation& preparation,
+std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthPreparation& preparation,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
                                          const PictureShare& share, RecentBricks& met);
 
@@ -88,7 +88,7 @@ struct Sight {
   Eigen::Vector2f pixel{0, 0};  ///< of its middle
   float reach = 0;              ///< pixels, from there to all of it
 };
-Sight sight_of(const BrickKey& key, const DepthView& view, const PixelMap& map, float focal,
+Sight sight_of(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
                const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);
 
 }  // namespace lumigraft

@@ -14,7 +14,7 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
-constexpr Eight kAlong = {0, 1, 2, 3, 4, 5, 6, 7};
+constexpr Simd8 kAlong = {0, 1, 2, 3, 4, 5, 6, 7};
 /// What is seen, free or a surface, so far from where it was (of the truncation distance) that noise does not explain
 /// it has moved: then the past counts as so many looks. What lies hidden behind a surface denies nothing.
 constexpr float kDenies = 0.75f, kDeniedLooks = 3;
@@ -30,32 +30,32 @@ constexpr float kDeniesNoise = static_cast<float>(4 * kLeastSigmaM);  // of a re
 
 /// Eight voxels in the camera's frame, and the pixels they are seen at.
 struct BrickUpdate::Row {
-  Eight x, y, z, u, v;
+  Simd8 x, y, z, u, v;
 };
 
 /// What the picture says about them.
 struct BrickUpdate::Readings {
-  Eight distance, weight;  ///< distance may be beyond truncation
-  EightInt told;
-  EightInt denies;  ///< lanes that may say that the past is gone; beside a jump another surface may be seen
-  Eight facing;     ///< 0 = no colour
-  EightInt edge;
-  Eight normal[3];  ///< of the planes measured to, of any length, away from the camera
+  Simd8 distance, weight;  ///< distance may be beyond truncation
+  Simd8Int told;
+  Simd8Int denies;  ///< lanes that may say that the past is gone; beside a jump another surface may be seen
+  Simd8 facing;     ///< 0 = no colour
+  Simd8Int edge;
+  Simd8 normal[3];  ///< of the planes measured to, of any length, away from the camera
 };
 
 /// Where a reading and what was known cannot both hold.
 struct BrickUpdate::Conflict {
-  EightInt past_gone, reading_void;
+  Simd8Int past_gone, reading_void;
 };
 
 /// What changed, over what a brick may drift; squared, summed over rows.
 struct BrickUpdate::Squares {
-  Eight sum{};
+  Simd8 sum{};
   float mean_root() const { return std::sqrt(sum_of(low_of(sum) + high_of(sum)) / kBrickVoxels); }
 };
 
-BrickUpdate::BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
-                         const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes,
+BrickUpdate::BrickUpdate(const PreparedDepth& view, const DepthPreparation& preparation, const PixelMap& map,
+                         const ColorLookup& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes,
                          bool wide)
     : view_(view),
       map_(map),
@@ -90,7 +90,7 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
   Squares squares;
   const std::uint64_t in_turns = wait == Wait::nothing ? 0
                                  : wait == Wait::free  ? brick.free_rows
-                                                       : brick.free_rows | brick.silent_rows;
+                                                       : brick.free_rows | brick.unobserved_rows;
   for (int z = 0; z < kBrickEdge; ++z)
     for (int y = 0; y < kBrickEdge; ++y) {
       const auto at_row = static_cast<std::uint32_t>(y + kBrickEdge * z);
@@ -102,9 +102,9 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
       at.x = row.x() + kAlong * step(0, 0);
       at.y = row.y() + kAlong * step(1, 0);
       at.z = row.z() + kAlong * step(2, 0);
-      const Eight inverse_z = 1 / at.z;
-      const Eight across = at.x * inverse_z, down = at.y * inverse_z;
-      Four u[2], v[2];
+      const Simd8 inverse_z = 1 / at.z;
+      const Simd8 across = at.x * inverse_z, down = at.y * inverse_z;
+      Simd4 u[2], v[2];
       map_.pixels(low_of(across), low_of(down), u[0], v[0]);
       map_.pixels(high_of(across), high_of(down), u[1], v[1]);
       at.u = joined(u[0], u[1]);
@@ -112,13 +112,13 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
       const Readings readings = read(at);
       brick.free_rows &= ~bit;
       if (!any(readings.told)) {
-        brick.silent_rows |= bit;
+        brick.unobserved_rows |= bit;
         continue;
       }
-      brick.silent_rows &= ~bit;
+      brick.unobserved_rows &= ~bit;
       const std::size_t i = std::size_t{kBrickEdge} * at_row;
       fuse(brick.now, i, readings, told, squares);
-      const EightInt free =
+      const Simd8Int free =
           readings.told & (readings.distance > free_m) & (load_eight(&brick.now.distance_m[i]) > free_m);
       if (!any(~free)) brick.free_rows |= bit;
       if (!colour_) continue;
@@ -136,20 +136,20 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
 }
 
 [[gnu::always_inline]] inline BrickUpdate::Readings BrickUpdate::read(const Row& at) const {
-  const Eight u = at.u + 0.5f, v = at.v + 0.5f;
-  const EightInt ahead = at.z >= kNearestM;
-  const EightInt inside = ahead & (u >= 0) & (v >= 0) & (u < end_u_) & (v < end_v_);
+  const Simd8 u = at.u + 0.5f, v = at.v + 0.5f;
+  const Simd8Int ahead = at.z >= kNearestM;
+  const Simd8Int inside = ahead & (u >= 0) & (v >= 0) & (u < end_u_) & (v < end_v_);
   // Lanes that are outside read the first block.
-  const EightInt block =
-      (((__builtin_convertvector(v, EightInt) >> 1) * view_.blocks_x) + (__builtin_convertvector(u, EightInt) >> 1)) &
+  const Simd8Int block =
+      (((__builtin_convertvector(v, Simd8Int) >> 1) * view_.blocks_x) + (__builtin_convertvector(u, Simd8Int) >> 1)) &
       inside;
   const auto plane = [&](int lane) { return view_.planes[static_cast<std::size_t>(block[lane])]; };
-  Four low[4] = {plane(0), plane(1), plane(2), plane(3)}, high[4] = {plane(4), plane(5), plane(6), plane(7)};
+  Simd4 low[4] = {plane(0), plane(1), plane(2), plane(3)}, high[4] = {plane(4), plane(5), plane(6), plane(7)};
   transpose(low[0], low[1], low[2], low[3]);
   transpose(high[0], high[1], high[2], high[3]);
-  const Eight a = joined(low[0], high[0]), b = joined(low[1], high[1]), c = joined(low[2], high[2]);
+  const Simd8 a = joined(low[0], high[0]), b = joined(low[1], high[1]), c = joined(low[2], high[2]);
   // To the plane, not along the ray, so that distances hold at grazing views too.
-  const Eight share_of_plane = a * at.x + b * at.y + c * at.z, plane_m = 1 / root(a * a + b * b + c * c);
+  const Simd8 share_of_plane = a * at.x + b * at.y + c * at.z, plane_m = 1 / sqrt(a * a + b * b + c * c);
   Readings readings;
   readings.distance = (1 - share_of_plane) * plane_m;
   readings.weight = joined(low[3], high[3]);
@@ -159,14 +159,14 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
   readings.told = inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
                   (readings.distance * at.z >= -kBehindSteep * sizes_.truncation_m * plane_m * share_of_plane);
   readings.denies = readings.told;
-  readings.edge = EightInt{};
-  readings.facing = Eight{};
-  const EightInt shell = readings.told & (size_of(readings.distance) <= shell_m_);
+  readings.edge = Simd8Int{};
+  readings.facing = Simd8{};
+  const Simd8Int shell = readings.told & (size_of(readings.distance) <= shell_m_);
   if (colour_ && any(shell))
     readings.facing =
-        select(shell, plane_m * share_of_plane / root(at.x * at.x + at.y * at.y + at.z * at.z), readings.facing);
+        select(shell, plane_m * share_of_plane / sqrt(at.x * at.x + at.y * at.y + at.z * at.z), readings.facing);
   const float to_m = depth_.beyond_to_m(), to_pixels = depth_.beyond_to_pixels();
-  const EightInt beside = ahead & ~inside & (at.z <= to_m) & (at.u > -to_pixels) & (at.v > -to_pixels) &
+  const Simd8Int beside = ahead & ~inside & (at.z <= to_m) & (at.u > -to_pixels) & (at.v > -to_pixels) &
                           (at.u < end_u_ + to_pixels) & (at.v < end_v_ + to_pixels);
   for (unsigned alone = bits_of(beside | (inside & (readings.weight < 0))); alone != 0; alone &= alone - 1) {
     const int k = std::countr_zero(alone);
@@ -201,16 +201,16 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
 /// reading, the past is gone; else the reading says nothing.
 [[gnu::always_inline]] inline BrickUpdate::Conflict BrickUpdate::conflict(const FieldBrick& brick, std::size_t i,
                                                                           const Readings& readings) const {
-  const Eight was = load_eight(&brick.distance_m[i]);
-  const Eight found = least(readings.distance, all_eight(sizes_.truncation_m)), off = size_of(readings.distance - was);
-  const Eight noises = off * off * readings.weight;
+  const Simd8 was = load_eight(&brick.distance_m[i]);
+  const Simd8 found = min(readings.distance, all_eight(sizes_.truncation_m)), off = size_of(readings.distance - was);
+  const Simd8 noises = off * off * readings.weight;
   Conflict result;
   result.past_gone = readings.denies & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
                      (noises > kDeniesNoise * kDeniesNoise);
-  result.reading_void = EightInt{};
-  const EightInt apart = readings.told & (noises > kSideNoise * kSideNoise) & (load_eight(&brick.weight[i]) > 0);
-  const EightInt nearer = readings.denies & apart & (found > was) & (was < 0);
-  const EightInt farther = apart & (found < was) & (found < 0);
+  result.reading_void = Simd8Int{};
+  const Simd8Int apart = readings.told & (noises > kSideNoise * kSideNoise) & (load_eight(&brick.weight[i]) > 0);
+  const Simd8Int nearer = readings.denies & apart & (found > was) & (was < 0);
+  const Simd8Int farther = apart & (found < was) & (found < 0);
   for (unsigned thin = bits_of(nearer | farther); thin != 0; thin &= thin - 1) {
     const int k = std::countr_zero(thin);
     if (!from_other_side(brick, i + static_cast<std::size_t>(k),
@@ -225,22 +225,22 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
 /// Into running means.
 [[gnu::always_inline]] inline void BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& readings,
                                                      Told& told, Squares& squares) const {
-  const EightInt& read = readings.told;
+  const Simd8Int& read = readings.told;
   told.any = true;
-  const Eight found = least(readings.distance, all_eight(sizes_.truncation_m));
-  const Eight was = load_eight(&brick.distance_m[i]), past = load_eight(&brick.weight[i]);
-  const EightInt known = past > 0;
+  const Simd8 found = min(readings.distance, all_eight(sizes_.truncation_m));
+  const Simd8 was = load_eight(&brick.distance_m[i]), past = load_eight(&brick.weight[i]);
+  const Simd8Int known = past > 0;
   told.learnt += std::popcount(bits_of(read & ~known));
   told.moved += std::popcount(bits_of(read & known & (size_of(was - found) > sizes_.truncation_m)));
   const Conflict conflicts = conflict(brick, i, readings);
-  const Eight share = select(read & ~conflicts.reading_void, readings.weight, Eight{});
-  const Eight sum = select(conflicts.past_gone, least(past, kDeniedLooks * share), past) + share;
-  const Eight turn = share / select(read, sum, all_eight(1));
-  const Eight step = turn * (select(read, found, was) - was), now = was + step;
-  const EightInt near = least(size_of(was), size_of(now)) < near_m_;
+  const Simd8 share = select(read & ~conflicts.reading_void, readings.weight, Simd8{});
+  const Simd8 sum = select(conflicts.past_gone, min(past, kDeniedLooks * share), past) + share;
+  const Simd8 turn = share / select(read, sum, all_eight(1));
+  const Simd8 step = turn * (select(read, found, was) - was), now = was + step;
+  const Simd8Int near = min(size_of(was), size_of(now)) < near_m_;
   squares.sum += step * step * select(near, all_eight(per_near_square_), all_eight(per_away_square_));
   store(&brick.distance_m[i], now);
-  store(&brick.weight[i], select(read, least(sum, all_eight(sizes_.weight_cap)), past));
+  store(&brick.weight[i], select(read, min(sum, all_eight(sizes_.weight_cap)), past));
 }
 
 void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
@@ -265,7 +265,7 @@ void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
 /// Running mean; the past counts for the cap at most.
 [[gnu::always_inline]] inline void BrickUpdate::colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest,
                                                        float share, Told& told) const {
-  Four radiance;
+  Simd4 radiance;
   if (!colour_.read(u, v, nearest, radiance)) return;
   Vector3f& mean = brick.radiance[i];
   const float sum = brick.radiance_weight[i] + share;
@@ -287,11 +287,11 @@ BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
   Readings readings;
   readings.distance = all_eight(kOpenReach * sizes_.truncation_m);
   readings.weight = all_eight(share);
-  readings.told = readings.denies = ~EightInt{};
-  readings.facing = Eight{};
-  readings.edge = EightInt{};
-  for (Eight& axis : readings.normal) axis = Eight{};
-  EightInt free = ~EightInt{};
+  readings.told = readings.denies = ~Simd8Int{};
+  readings.facing = Simd8{};
+  readings.edge = Simd8Int{};
+  for (Simd8& axis : readings.normal) axis = Simd8{};
+  Simd8Int free = ~Simd8Int{};
   for (std::size_t i = 0; i < kBrickVoxels; i += kBrickEdge) {
     fuse(brick.now, i, readings, told, squares);
     free &= load_eight(&brick.now.distance_m[i]) > kFreeShare * sizes_.truncation_m;

@@ -18,8 +18,8 @@ class BrickUpdate {
   };
   /// All but `sizes` are kept by reference. Not `wide`: as a processor works that has no vectors of eight; the result
   /// is the same, to the bit.
-  BrickUpdate(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map,
-              const ColourReader& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes, bool wide = true);
+  BrickUpdate(const PreparedDepth& view, const DepthPreparation& preparation, const PixelMap& map,
+              const ColorLookup& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes, bool wide = true);
 
   struct Told {
     bool any = false;
@@ -55,9 +55,9 @@ class BrickUpdate {
   bool from_other_side(const FieldBrick& brick, std::size_t i, const Eigen::Vector3f& normal) const;
   void colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share, Told& told) const;
 
-  const DepthView& view_;
+  const PreparedDepth& view_;
   const PixelMap& map_;
-  const ColourReader& colour_;
+  const ColorLookup& colour_;
   const Eigen::Isometry3f& T_camera_tag_;
   Sizes sizes_;
   float shell_m_, denies_m_, end_u_, end_v_, near_m_, per_near_square_, per_away_square_;

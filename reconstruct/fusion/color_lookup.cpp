@@ -2,7 +2,7 @@
 
 namespace lumigraft {
 
-ColourReader::ColourReader(const Picture* picture, const Response& response, int width, int height) {
+ColorLookup::ColorLookup(const Picture* picture, const Response& response, int width, int height) {
   if (!picture) return;
   if (!picture->radiance.empty()) {
     radiance_ = to_radiance(*picture, response);
@@ -19,7 +19,7 @@ ColourReader::ColourReader(const Picture* picture, const Response& response, int
     const RadiancePicture values = to_radiance(every, response);
     for (int code = 0; code < 256; ++code)
       for (int c = 0; c < 3; ++c) {
-        Four& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(code)];
+        Simd4& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(code)];
         entry[c] = values.radiance.at(code, 0, c);
         entry[3] = values.clipped.at(code, 0) != 0 ? 1 : 0;
       }

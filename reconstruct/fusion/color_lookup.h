@@ -10,39 +10,39 @@
 
 namespace lumigraft {
 
-class ColourReader {
+class ColorLookup {
  public:
   /// `picture` may be null, or of another size than the camera: then nothing can be read.
-  ColourReader(const Picture* picture, const Response& response, int width, int height);
+  ColorLookup(const Picture* picture, const Response& response, int width, int height);
 
   explicit operator bool() const { return width_ > 0; }
   /// Bilinear, or of the nearest pixel; false outside the picture, and where any pixel it needs is clipped. The fourth
   /// of `radiance` is of no use.
-  bool read(float u, float v, bool nearest, Four& radiance) const;
+  bool read(float u, float v, bool nearest, Simd4& radiance) const;
   /// To be called some time before pixels are read.
   void fetch(int u, int v) const {
     if (codes_) __builtin_prefetch(codes_ + 3 * (v * width_ + u));
   }
 
  private:
-  Four at(std::size_t pixel) const;
+  Simd4 at(std::size_t pixel) const;
 
   int width_ = 0, height_ = 0;
   const std::uint8_t* codes_ = nullptr;  ///< null where the picture holds radiance
   RadiancePicture radiance_;
-  std::array<std::array<Four, 256>, 3> table_{};  ///< by channel and code; the fourth is 1 for clipped codes
+  std::array<std::array<Simd4, 256>, 3> table_{};  ///< by channel and code; the fourth is 1 for clipped codes
 };
 
-[[gnu::always_inline]] inline Four ColourReader::at(std::size_t pixel) const {
+[[gnu::always_inline]] inline Simd4 ColorLookup::at(std::size_t pixel) const {
   if (!codes_) {
     const float* radiance = &radiance_.radiance.data[3 * pixel];
-    return Four{radiance[0], radiance[1], radiance[2], static_cast<float>(radiance_.clipped.data[pixel])};
+    return Simd4{radiance[0], radiance[1], radiance[2], static_cast<float>(radiance_.clipped.data[pixel])};
   }
   const std::uint8_t* code = codes_ + 3 * pixel;
   return table_[0][code[0]] + table_[1][code[1]] + table_[2][code[2]];
 }
 
-[[gnu::always_inline]] inline bool ColourReader::read(float u, float v, bool nearest, Four& radiance) const {
+[[gnu::always_inline]] inline bool ColorLookup::read(float u, float v, bool nearest, Simd4& radiance) const {
   if (!(u >= 0 && v >= 0 && u < static_cast<float>(width_ - 1) && v < static_cast<float>(height_ - 1))) return false;
   const auto pixel = [&](int x, int y) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
@@ -54,7 +54,7 @@ class ColourReader {
   const int x = static_cast<int>(u), y = static_cast<int>(v);
   const float s = u - static_cast<float>(x), t = v - static_cast<float>(y);
   const std::size_t first = pixel(x, y), below = pixel(x, y + 1);
-  const Four a = at(first), b = at(first + 1), c = at(below), d = at(below + 1);
+  const Simd4 a = at(first), b = at(first + 1), c = at(below), d = at(below + 1);
   radiance = (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d);
   return a[3] + b[3] + c[3] + d[3] == 0;
 }

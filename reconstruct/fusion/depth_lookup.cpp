@@ -17,10 +17,10 @@ constexpr float kSurelyNoise = 3;      // σ
 
 }  // namespace
 
-Reading DepthReader::near_jump(const Eigen::Vector3f& p, int u, int v, const DepthView::Block& block) const {
+Reading DepthReader::near_jump(const Eigen::Vector3f& p, int u, int v, const PreparedDepth::Block& block) const {
   const std::int32_t pixel = view_.pixel_index(u, v);
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(pixel)];
-  const DepthView::Jump& jump = view_.jumps[static_cast<std::size_t>(block.jump)];
+  const PreparedDepth::Jump& jump = view_.jumps[static_cast<std::size_t>(block.jump)];
   if (inverse_depth == 0) return {};
   const bool near_side = inverse_depth > jump.divide;
   const float away = (jump.pixel - Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v))).norm();
@@ -31,7 +31,7 @@ Reading DepthReader::near_jump(const Eigen::Vector3f& p, int u, int v, const Dep
     return {};
 
   Reading reading;
-  const DepthView::Block* plane = block.weight > 0 ? &block : plane_through(u, v);
+  const PreparedDepth::Block* plane = block.weight > 0 ? &block : plane_through(u, v);
   if (plane) {
     float distance_m = plane->distance_m;
     if (plane != &block) distance_m = 0.5f * (distance_m + plane->normal.dot(surface(pixel)));
@@ -67,7 +67,7 @@ Reading DepthReader::beyond_picture(const Eigen::Vector3f& p, const Eigen::Vecto
   if (!(away < beyond_to_pixels())) return {};
   const int u = static_cast<int>(nearest.x() + 0.5f), v = static_cast<int>(nearest.y() + 0.5f);
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(view_.pixel_index(u, v))];
-  const DepthView::Block& block = view_.block_of(u, v);
+  const PreparedDepth::Block& block = view_.block_of(u, v);
   if (block.weight <= 0 || block.jump >= 0 || inverse_depth == 0 || !(inverse_depth * steady_to_m_ > 1) ||
       away > kRimVoxels * voxel_m_ * preparation_.focal() * inverse_depth + 1)
     return {};
@@ -82,8 +82,8 @@ Reading DepthReader::beyond_picture(const Eigen::Vector3f& p, const Eigen::Vecto
 Reading DepthReader::hidden(const Eigen::Vector3f& p, std::int32_t behind) const {
   const float inverse_depth = view_.inverse_depth[static_cast<std::size_t>(behind)];
   const int u = behind % view_.width, v = behind / view_.width;
-  const DepthView::Block& own = view_.block_of(u, v);
-  const DepthView::Block* plane = own.weight > 0 ? &own : plane_through(u, v);
+  const PreparedDepth::Block& own = view_.block_of(u, v);
+  const PreparedDepth::Block* plane = own.weight > 0 ? &own : plane_through(u, v);
   Reading reading;
   if (!plane || !(inverse_depth * steady_to_m_ > 1)) return reading;
   const float distance_m = plane->distance_m - plane->normal.dot(p);
@@ -97,7 +97,7 @@ Reading DepthReader::hidden(const Eigen::Vector3f& p, std::int32_t behind) const
 
 /// Whether the camera sees the plane at this place of it, or within a voxel of it: a cell that the rim passes through
 /// needs a corner behind the surface.
-bool DepthReader::stands(const Eigen::Vector3f& foot, const DepthView::Jump& jump, const DepthView::Block& block,
+bool DepthReader::stands(const Eigen::Vector3f& foot, const PreparedDepth::Jump& jump, const PreparedDepth::Block& block,
                          float distance_m) const {
   if (!(foot.z() > 0)) return false;
   const Eigen::Vector2f pixel = map_.pixel(foot.x() / foot.z(), foot.y() / foot.z());
@@ -107,7 +107,7 @@ bool DepthReader::stands(const Eigen::Vector3f& foot, const DepthView::Jump& jum
          seen_at(pixel + kRimSlack * jump.voxel_pixels * inside.normalized(), block, distance_m);
 }
 
-bool DepthReader::seen_at(const Eigen::Vector2f& pixel, const DepthView::Block& block, float distance_m) const {
+bool DepthReader::seen_at(const Eigen::Vector2f& pixel, const PreparedDepth::Block& block, float distance_m) const {
   const float x = pixel.x() + 0.5f, y = pixel.y() + 0.5f;
   // Nothing is known beyond the picture.
   if (!(x >= 0 && y >= 0 && x < static_cast<float>(view_.width) && y < static_cast<float>(view_.height))) return true;
@@ -119,10 +119,10 @@ bool DepthReader::seen_at(const Eigen::Vector2f& pixel, const DepthView::Block& 
 }
 
 /// Of the blocks around, the plane that a pixel beside a jump lies on; null for one that lies between surfaces.
-const DepthView::Block* DepthReader::plane_through(int u, int v) const {
+const PreparedDepth::Block* DepthReader::plane_through(int u, int v) const {
   const std::int32_t pixel = view_.pixel_index(u, v);
   std::int32_t& found = view_.plane_through[static_cast<std::size_t>(pixel)];
-  if (found == DepthView::kNotAsked) {
+  if (found == PreparedDepth::kNotAsked) {
     found = find_plane_through(u, v);
     view_.asked.push_back(pixel);
   }
@@ -140,7 +140,7 @@ std::int32_t DepthReader::find_plane_through(int u, int v) const {
   for (int y = std::max((v >> 1) - 1, 0); y <= std::min((v >> 1) + 1, view_.blocks_y - 1); ++y)
     for (int x = std::max((u >> 1) - 1, 0); x <= std::min((u >> 1) + 1, view_.blocks_x - 1); ++x) {
       const std::int32_t at = y * view_.blocks_x + x;
-      const DepthView::Block& block = view_.blocks[static_cast<std::size_t>(at)];
+      const PreparedDepth::Block& block = view_.blocks[static_cast<std::size_t>(at)];
       if (block.weight <= 0) continue;
       const float off = std::abs(block.normal.dot(ray) / block.distance_m - inverse_depth);
       if (off >= least) continue;

@@ -27,7 +27,7 @@ constexpr float kNearestReadM = 0.3f;
 
 class DepthReader {
  public:
-  DepthReader(const DepthView& view, const DepthPreparation& preparation, const PixelMap& map, float voxel_m,
+  DepthReader(const PreparedDepth& view, const DepthPreparation& preparation, const PixelMap& map, float voxel_m,
               float truncation_m, float shell_m)
       : view_(view),
         preparation_(preparation),
@@ -47,14 +47,14 @@ class DepthReader {
     if (!(x >= 0 && y >= 0 && x < static_cast<float>(2 * view_.blocks_x) && y < static_cast<float>(2 * view_.blocks_y)))
       return beyond_picture(p, pixel);
     const int u = static_cast<int>(x), v = static_cast<int>(y);
-    const DepthView::Block& block = view_.blocks[static_cast<std::size_t>((v >> 1) * view_.blocks_x + (u >> 1))];
+    const PreparedDepth::Block& block = view_.blocks[static_cast<std::size_t>((v >> 1) * view_.blocks_x + (u >> 1))];
     if (block.jump < 0) return from_plane(p, block, block.distance_m);
     return near_jump(p, u, v, block);
   }
 
  private:
   /// To the plane, not along the ray, so that distances hold at grazing views too.
-  Reading from_plane(const Eigen::Vector3f& p, const DepthView::Block& block, float distance_m) const {
+  Reading from_plane(const Eigen::Vector3f& p, const PreparedDepth::Block& block, float distance_m) const {
     const float to_voxel = block.normal.dot(p);
     const float distance = distance_m - to_voxel;
     Reading reading;
@@ -65,20 +65,20 @@ class DepthReader {
     reading.normal = block.normal;
     return reading;
   }
-  Reading near_jump(const Eigen::Vector3f& p, int u, int v, const DepthView::Block& block) const;
+  Reading near_jump(const Eigen::Vector3f& p, int u, int v, const PreparedDepth::Block& block) const;
   Reading beyond_picture(const Eigen::Vector3f& p, const Eigen::Vector2f& pixel) const;
   Reading hidden(const Eigen::Vector3f& p, std::int32_t behind) const;
-  bool stands(const Eigen::Vector3f& foot, const DepthView::Jump& jump, const DepthView::Block& block,
+  bool stands(const Eigen::Vector3f& foot, const PreparedDepth::Jump& jump, const PreparedDepth::Block& block,
               float distance_m) const;
-  bool seen_at(const Eigen::Vector2f& pixel, const DepthView::Block& block, float distance_m) const;
-  const DepthView::Block* plane_through(int u, int v) const;
+  bool seen_at(const Eigen::Vector2f& pixel, const PreparedDepth::Block& block, float distance_m) const;
+  const PreparedDepth::Block* plane_through(int u, int v) const;
   std::int32_t find_plane_through(int u, int v) const;
   float steady_to_m() const;
   Eigen::Vector3f surface(std::int32_t pixel) const {
     return preparation_.ray(pixel).homogeneous() / view_.inverse_depth[static_cast<std::size_t>(pixel)];
   }
 
-  const DepthView& view_;
+  const PreparedDepth& view_;
   const DepthPreparation& preparation_;
   const PixelMap& map_;
   float voxel_m_, truncation_m_, shell_m_;

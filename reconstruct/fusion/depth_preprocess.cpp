@@ -71,15 +71,15 @@ DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, do
     }
 }
 
-void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
+void DepthPreparation::prepare(const Image<float>& depth_m, PreparedDepth& view) {
   view.width = width_;
   view.height = height_;
   view.blocks_x = blocks_x_;
   view.blocks_y = blocks_y_;
-  view.tiles_x = (width_ + DepthView::kTile - 1) / DepthView::kTile;
-  view.tiles_y = (height_ + DepthView::kTile - 1) / DepthView::kTile;
+  view.tiles_x = (width_ + PreparedDepth::kTile - 1) / PreparedDepth::kTile;
+  view.tiles_y = (height_ + PreparedDepth::kTile - 1) / PreparedDepth::kTile;
   view.forget_planes_through();
-  view.plane_through.resize(rays_.size(), DepthView::kNotAsked);
+  view.plane_through.resize(rays_.size(), PreparedDepth::kNotAsked);
   view.inverse_depth.resize(rays_.size());
   view.tiles.assign(static_cast<std::size_t>(view.tiles_x) * view.tiles_y, {});
   view.jumps.clear();
@@ -88,7 +88,7 @@ void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
   block_jumps_.resize(block_inverse_.size());
   // A row of tiles at a time, while it is in the cache.
   for (int y = 0; y < view.tiles_y; ++y) {
-    const int v = y * DepthView::kTile, end = std::min(v + DepthView::kTile, height_);
+    const int v = y * PreparedDepth::kTile, end = std::min(v + PreparedDepth::kTile, height_);
     invert(depth_m, view, v, end);
     find_jumps(view, v, end);
     average_blocks(view, v / 2, end / 2);
@@ -103,12 +103,12 @@ void DepthPreparation::prepare(const Image<float>& depth_m, DepthView& view) {
   spread_jumps(view);
 }
 
-void DepthPreparation::invert(const Image<float>& depth_m, DepthView& view, int first_v, int end_v) const {
+void DepthPreparation::invert(const Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const {
   const std::size_t first = static_cast<std::size_t>(first_v) * width_, end = static_cast<std::size_t>(end_v) * width_;
   std::size_t i = first;
   for (; i + 4 <= end; i += 4) {
-    const Four depth = load(&depth_m.data[i]);
-    store(&view.inverse_depth[i], select((depth > 0) & (depth <= far_m_), 1 / depth, Four{}));
+    const Simd4 depth = load(&depth_m.data[i]);
+    store(&view.inverse_depth[i], select((depth > 0) & (depth <= far_m_), 1 / depth, Simd4{}));
   }
   for (; i < end; ++i) {
     const float depth = depth_m.data[i];
@@ -120,7 +120,7 @@ void DepthPreparation::invert(const Image<float>& depth_m, DepthView& view, int 
 }
 
 /// From the last row before these on, which needs the first of them.
-void DepthPreparation::find_jumps(DepthView& view, int first_v, int end_v) {
+void DepthPreparation::find_jumps(PreparedDepth& view, int first_v, int end_v) {
   std::fill(rough_.begin() + std::ptrdiff_t{first_v} * width_, rough_.begin() + std::ptrdiff_t{end_v} * width_,
             std::uint8_t{0});
   std::fill(block_jumps_.begin() + std::ptrdiff_t{first_v / 2} * blocks_x_,
@@ -136,8 +136,8 @@ void DepthPreparation::find_jumps(DepthView& view, int first_v, int end_v) {
     std::uint8_t* rough = &rough_[static_cast<std::size_t>(v) * width_];
     int u = 0;
     for (; u + 5 <= width_; u += 4) {
-      const FourInt jumps =
-          differ(load(q + u), load(q + u + 1), load(q + u + width_), load(q + u + width_ + 1), Four{});
+      const Simd4Int jumps =
+          differ(load(q + u), load(q + u + 1), load(q + u + width_), load(q + u + width_ + 1), Simd4{});
       if (!any(jumps)) continue;
       for (int k = 0; k < 4; ++k) {
         if (!jumps[k]) continue;
@@ -153,13 +153,13 @@ void DepthPreparation::find_jumps(DepthView& view, int first_v, int end_v) {
   }
 }
 
-void DepthPreparation::add_jump(DepthView& view, int u, int v) {
+void DepthPreparation::add_jump(PreparedDepth& view, int u, int v) {
   std::int32_t& in_block = block_jumps_[static_cast<std::size_t>(std::min(v / 2, blocks_y_ - 1) * blocks_x_ +
                                                                  std::min(u / 2, blocks_x_ - 1))];
   if (in_block >= 0) return;  // one tells enough
   const std::int32_t first = view.pixel_index(u, v);
   const auto q = [&](std::int32_t pixel) { return view.inverse_depth[static_cast<std::size_t>(pixel)]; };
-  DepthView::Jump jump;
+  PreparedDepth::Jump jump;
   jump.near = jump.far = -1;
   for (const std::int32_t pixel : {first, first + 1, first + width_, first + width_ + 1}) {
     if (q(pixel) == 0) continue;
@@ -176,7 +176,7 @@ void DepthPreparation::add_jump(DepthView& view, int u, int v) {
   view.jumps.push_back(jump);
 }
 
-void DepthPreparation::average_blocks(const DepthView& view, int first_v, int end_v) {
+void DepthPreparation::average_blocks(const PreparedDepth& view, int first_v, int end_v) {
   for (int v = first_v; v < end_v; ++v)
     for (int u = 0; u < blocks_x_; ++u) {
       const std::size_t i = static_cast<std::size_t>(2 * v) * width_ + 2 * u;
@@ -207,9 +207,9 @@ float DepthPreparation::slope(const float* q, std::ptrdiff_t step, int before, i
   return ahead ? 0.5f * (q[step] - here) : std::numeric_limits<float>::quiet_NaN();
 }
 
-LUMIGRAFT_EIGHT_WIDE void DepthPreparation::fit_planes_wide(DepthView& view) const { fit_planes(view); }
+LUMIGRAFT_EIGHT_WIDE void DepthPreparation::fit_planes_wide(PreparedDepth& view) const { fit_planes(view); }
 
-[[gnu::always_inline]] inline void DepthPreparation::fit_planes(DepthView& view) const {
+[[gnu::always_inline]] inline void DepthPreparation::fit_planes(PreparedDepth& view) const {
   view.blocks.resize(block_inverse_.size());
   view.planes.resize(block_inverse_.size());
   for (int v = 0; v < blocks_y_; ++v) {
@@ -226,11 +226,11 @@ LUMIGRAFT_EIGHT_WIDE void DepthPreparation::fit_planes_wide(DepthView& view) con
   }
 }
 
-void DepthPreparation::fit_plane(DepthView& view, int u, int v) const {
+void DepthPreparation::fit_plane(PreparedDepth& view, int u, int v) const {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
-  DepthView::Block& block = view.blocks[i];
+  PreparedDepth::Block& block = view.blocks[i];
   block = {};
-  view.planes[i] = Four{};
+  view.planes[i] = Simd4{};
   const float q = block_inverse_[i];
   if (q == 0) return;
   const float bend = kSurelyBent * view.noise_scale * bend_noise(q);
@@ -249,22 +249,22 @@ void DepthPreparation::fit_plane(DepthView& view, int u, int v) const {
   block.distance_m = distance;
   block.weight = kLeastSquare / (sigma * sigma);
   block.facing = facing;
-  view.planes[i] = Four{a, b, c, block.weight};
+  view.planes[i] = Simd4{a, b, c, block.weight};
 }
 
 /// As fit_plane, of eight blocks in a row with kAround more on every side.
-[[gnu::always_inline]] inline void DepthPreparation::fit_eight(DepthView& view, int u, int v) const {
+[[gnu::always_inline]] inline void DepthPreparation::fit_eight(PreparedDepth& view, int u, int v) const {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
-  const Eight q = load_eight(&block_inverse_[i]);
-  const Eight bend = kSurelyBent * view.noise_scale * bend_noise(q);
-  const Eight most = steepest(q, 2, focal_);
+  const Simd8 q = load_eight(&block_inverse_[i]);
+  const Simd8 bend = kSurelyBent * view.noise_scale * bend_noise(q);
+  const Simd8 most = steepest(q, 2, focal_);
   // As `slope`, along u or v.
   const auto slopes = [&](std::ptrdiff_t step) __attribute__((always_inline)) {
-    const Eight back = load_eight(&block_inverse_[i] - step), ahead = load_eight(&block_inverse_[i] + step);
-    const EightInt with_back = (back > 0) & (size_of(q - back) <= most);
-    const EightInt with_ahead = (ahead > 0) & (size_of(ahead - q) <= most);
-    const Eight one_side = select(with_back, 0.5f * (q - back), 0.5f * (ahead - q));
-    Eight found = select(with_back & with_ahead, 0.25f * (ahead - back), one_side);
+    const Simd8 back = load_eight(&block_inverse_[i] - step), ahead = load_eight(&block_inverse_[i] + step);
+    const Simd8Int with_back = (back > 0) & (size_of(q - back) <= most);
+    const Simd8Int with_ahead = (ahead > 0) & (size_of(ahead - q) <= most);
+    const Simd8 one_side = select(with_back, 0.5f * (q - back), 0.5f * (ahead - q));
+    Simd8 found = select(with_back & with_ahead, 0.25f * (ahead - back), one_side);
     found = select(with_back | with_ahead, found, all_eight(std::numeric_limits<float>::quiet_NaN()));
     unsigned bent = bits_of(with_back & with_ahead & (size_of(ahead - 2 * q + back) > bend));
     for (; bent != 0; bent &= bent - 1) {
@@ -273,33 +273,33 @@ void DepthPreparation::fit_plane(DepthView& view, int u, int v) const {
     }
     return found;
   };
-  Eight a = slopes(1) * load_eight(&block_rays_.per_x[i]);
-  Eight b = slopes(blocks_x_) * load_eight(&block_rays_.per_y[i]);
-  Eight c = q - a * load_eight(&block_rays_.x[i]) - b * load_eight(&block_rays_.y[i]);
-  Eight distance = 1 / root(a * a + b * b + c * c);
-  const Eight facing = least(all_eight(1), q * distance * load_eight(&block_rays_.inverse_length[i]));  // keeps a NaN
-  const EightInt known = (q > 0) & (facing >= kLeastFacing);
-  const EightInt step = __builtin_convertvector(select(known, facing, Eight{}) * kObliqueSteps, EightInt);
+  Simd8 a = slopes(1) * load_eight(&block_rays_.per_x[i]);
+  Simd8 b = slopes(blocks_x_) * load_eight(&block_rays_.per_y[i]);
+  Simd8 c = q - a * load_eight(&block_rays_.x[i]) - b * load_eight(&block_rays_.y[i]);
+  Simd8 distance = 1 / sqrt(a * a + b * b + c * c);
+  const Simd8 facing = min(all_eight(1), q * distance * load_eight(&block_rays_.inverse_length[i]));  // keeps a NaN
+  const Simd8Int known = (q > 0) & (facing >= kLeastFacing);
+  const Simd8Int step = __builtin_convertvector(select(known, facing, Simd8{}) * kObliqueSteps, Simd8Int);
   const auto oblique_at = [&](int lane) { return oblique_[static_cast<std::size_t>(step[lane])]; };
-  const Eight oblique = {oblique_at(0), oblique_at(1), oblique_at(2), oblique_at(3),
+  const Simd8 oblique = {oblique_at(0), oblique_at(1), oblique_at(2), oblique_at(3),
                          oblique_at(4), oblique_at(5), oblique_at(6), oblique_at(7)};
-  const Eight sigma = straight_sigma_m(q) + 0.0001f * root(q) * oblique;
-  const Eight weights = select(known, kLeastSquare / (sigma * sigma), Eight{});
-  const Eight facings = select(known, facing, Eight{});
-  a = select(known, a, Eight{});
-  b = select(known, b, Eight{});
-  c = select(known, c, Eight{});
-  distance = select(known, distance, Eight{});
-  const Eight x = distance * a, y = distance * b, z = distance * c;
+  const Simd8 sigma = straight_sigma_m(q) + 0.0001f * sqrt(q) * oblique;
+  const Simd8 weights = select(known, kLeastSquare / (sigma * sigma), Simd8{});
+  const Simd8 facings = select(known, facing, Simd8{});
+  a = select(known, a, Simd8{});
+  b = select(known, b, Simd8{});
+  c = select(known, c, Simd8{});
+  distance = select(known, distance, Simd8{});
+  const Simd8 x = distance * a, y = distance * b, z = distance * c;
   const auto write = [&](std::size_t from, auto half_of) __attribute__((always_inline)) {
-    Four normal[4] = {half_of(x), half_of(y), half_of(z), half_of(distance)};
+    Simd4 normal[4] = {half_of(x), half_of(y), half_of(z), half_of(distance)};
     transpose(normal[0], normal[1], normal[2], normal[3]);
-    Four planes[4] = {half_of(a), half_of(b), half_of(c), half_of(weights)};
+    Simd4 planes[4] = {half_of(a), half_of(b), half_of(c), half_of(weights)};
     transpose(planes[0], planes[1], planes[2], planes[3]);
-    const Four its_weights = half_of(weights), its_facings = half_of(facings);
+    const Simd4 its_weights = half_of(weights), its_facings = half_of(facings);
     for (std::size_t k = 0; k < 4; ++k) {
       view.planes[from + k] = planes[k];
-      DepthView::Block& block = view.blocks[from + k];
+      PreparedDepth::Block& block = view.blocks[from + k];
       block.normal = {normal[k][0], normal[k][1], normal[k][2]};
       block.distance_m = normal[k][3];
       block.weight = its_weights[k];
@@ -308,17 +308,17 @@ void DepthPreparation::fit_plane(DepthView& view, int u, int v) const {
     }
   };
   write(
-      i, [](Eight of) __attribute__((always_inline)) { return low_of(of); });
+      i, [](Simd8 of) __attribute__((always_inline)) { return low_of(of); });
   write(
-      i + 4, [](Eight of) __attribute__((always_inline)) { return high_of(of); });
+      i + 4, [](Simd8 of) __attribute__((always_inline)) { return high_of(of); });
 }
 
 /// Tells each block the closest jump, in two sweeps over neighbours (Danielsson 1980).
-void DepthPreparation::spread_jumps(DepthView& view) {
+void DepthPreparation::spread_jumps(PreparedDepth& view) {
   const auto adopt = [&](std::size_t i, int u, int v, std::int32_t candidate) {
     if (candidate < 0 || candidate == block_jumps_[i]) return;
     const Eigen::Vector2f here(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
-    const DepthView::Jump& jump = view.jumps[static_cast<std::size_t>(candidate)];
+    const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(candidate)];
     const float away = (jump.pixel - here).squaredNorm();
     const float reach = std::clamp(kJumpVoxels * jump.voxel_pixels, 2.0f, 48.0f);
     if (away > reach * reach) return;
@@ -369,7 +369,7 @@ void DepthPreparation::spread_jumps(DepthView& view) {
 }
 
 /// Second differences along rows vanish on planes; their mean size over what the model says they would be.
-void DepthPreparation::measure_noise(DepthView& view) const {
+void DepthPreparation::measure_noise(PreparedDepth& view) const {
   double sum = 0;
   int count = 0;
   for (int v = 0; v < blocks_y_; v += 3)
@@ -384,23 +384,23 @@ void DepthPreparation::measure_noise(DepthView& view) const {
 }
 
 /// One row of them.
-void DepthPreparation::measure_tiles(DepthView& view, int y) const {
+void DepthPreparation::measure_tiles(PreparedDepth& view, int y) const {
   constexpr float kMost = std::numeric_limits<float>::max();
   for (int x = 0; x < view.tiles_x; ++x) {
-    const int first_u = x * DepthView::kTile, end_u = std::min(first_u + DepthView::kTile, width_),
-              end_v = std::min((y + 1) * DepthView::kTile, height_);
-    Four lows = all(kMost), highs{};
-    FourInt measured{-1, -1, -1, -1};
+    const int first_u = x * PreparedDepth::kTile, end_u = std::min(first_u + PreparedDepth::kTile, width_),
+              end_v = std::min((y + 1) * PreparedDepth::kTile, height_);
+    Simd4 lows = all(kMost), highs{};
+    Simd4Int measured{-1, -1, -1, -1};
     float low = kMost, high = 0;
     bool whole = true;
-    for (int v = y * DepthView::kTile; v < end_v; ++v) {
+    for (int v = y * PreparedDepth::kTile; v < end_v; ++v) {
       const float* row = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
       int u = first_u;
       for (; u + 4 <= end_u; u += 4) {
-        const Four q = load(row + u);
-        const FourInt seen = q > 0;
-        highs = most(highs, q);
-        lows = least(lows, select(seen, q, all(kMost)));
+        const Simd4 q = load(row + u);
+        const Simd4Int seen = q > 0;
+        highs = max(highs, q);
+        lows = min(lows, select(seen, q, all(kMost)));
         measured &= seen;
       }
       for (; u < end_u; ++u) {
@@ -414,7 +414,7 @@ void DepthPreparation::measure_tiles(DepthView& view, int y) const {
       high = std::max(high, highs[k]);
       whole &= measured[k] != 0;
     }
-    DepthView::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
+    PreparedDepth::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
     tile.whole = whole;
     if (high == 0) continue;
     tile.near_m = 1 / high;

@@ -12,7 +12,7 @@
 
 namespace lumigraft {
 
-struct DepthView {
+struct PreparedDepth {
   /// What a block of 2 × 2 pixels sees.
   struct Block {
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, camera frame, away from the camera
@@ -40,7 +40,7 @@ struct DepthView {
   std::vector<Block> blocks;
   /// The same in short, for the many voxels that see one plane and no jump: normal over distance, and the weight; that
   /// is −1 in the reach of a jump.
-  std::vector<Four> planes;
+  std::vector<Simd4> planes;
   std::vector<Jump> jumps;
   std::vector<Tile> tiles;
   /// By pixel beside a jump, which block's plane it was found to lie on (see DepthReader); many voxels ask. −1 = none.
@@ -68,24 +68,24 @@ class DepthPreparation {
   /// Not `wide`: as a processor works that has no vectors of eight; the result is the same, to the bit.
   DepthPreparation(const CameraModel& camera, double voxel_m, double far_m, bool wide = true);
   /// `depth_m` has the camera's size. Buffers of `view` are used again.
-  void prepare(const Image<float>& depth_m, DepthView& view);
+  void prepare(const Image<float>& depth_m, PreparedDepth& view);
   /// x/z, y/z of a pixel's centre; NaN where it sees nothing.
   const Eigen::Vector2f& ray(std::int32_t pixel) const { return rays_[static_cast<std::size_t>(pixel)]; }
   float focal() const { return focal_; }
 
  private:
-  void average_blocks(const DepthView& view, int first_v, int end_v);
+  void average_blocks(const PreparedDepth& view, int first_v, int end_v);
   float slope(const float* inverse_depth, std::ptrdiff_t step, int before, int after, float bend) const;
-  void fit_plane(DepthView& view, int u, int v) const;
-  void fit_eight(DepthView& view, int u, int v) const;
-  void invert(const Image<float>& depth_m, DepthView& view, int first_v, int end_v) const;
-  void find_jumps(DepthView& view, int first_v, int end_v);
-  void add_jump(DepthView& view, int u, int v);
-  void fit_planes(DepthView& view) const;
-  void fit_planes_wide(DepthView& view) const;
-  void spread_jumps(DepthView& view);
-  void measure_noise(DepthView& view) const;
-  void measure_tiles(DepthView& view, int y) const;
+  void fit_plane(PreparedDepth& view, int u, int v) const;
+  void fit_eight(PreparedDepth& view, int u, int v) const;
+  void invert(const Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const;
+  void find_jumps(PreparedDepth& view, int first_v, int end_v);
+  void add_jump(PreparedDepth& view, int u, int v);
+  void fit_planes(PreparedDepth& view) const;
+  void fit_planes_wide(PreparedDepth& view) const;
+  void spread_jumps(PreparedDepth& view);
+  void measure_noise(PreparedDepth& view) const;
+  void measure_tiles(PreparedDepth& view, int y) const;
 
   int width_, height_, blocks_x_, blocks_y_;
   float focal_, voxel_m_, far_m_;

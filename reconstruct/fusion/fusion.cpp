@@ -85,7 +85,7 @@ struct FusionStage::State {
   float voxel_m, truncation_m, weight_cap;
   PixelMap map;
   DepthPreparation preparation;
-  DepthView view;
+  PreparedDepth view;
   RealSurfaces surfaces;
 
   std::uint32_t pictures = 0, last_publication = 0;
@@ -174,11 +174,11 @@ void FusionStage::State::remember(const Isometry3f& T_tag_camera) {
 
 bool FusionStage::State::rests(const WorkingBrick& brick, std::size_t place) const {
   const std::uint32_t ago = pictures - brick.last_look;
-  if (brick.looks < brick.lively_until || ago >= kLongestRest) return false;
+  if (brick.update_count < brick.active_until || ago >= kLongestRest) return false;
   // Not all bricks at once.
   constexpr std::uint32_t kTurns = 8;
   const float patience = 0.75f + 0.5f * static_cast<float>(place % kTurns) / kTurns;
-  auto steps = std::upper_bound(kSettled.begin(), kSettled.end(), brick.looks) - kSettled.begin();
+  auto steps = std::upper_bound(kSettled.begin(), kSettled.end(), brick.update_count) - kSettled.begin();
   if (moved_since[ago] > kFarAnew) return false;
   if (moved_since[ago] > patience) steps = steps > 1 ? 1 : 0;
   return ((pictures + place) & ((1u << steps) - 1)) != 0;
@@ -188,7 +188,7 @@ bool FusionStage::State::rests(const WorkingBrick& brick, std::size_t place) con
 BrickUpdate::Wait FusionStage::State::may_wait(const WorkingBrick& brick) const {
   constexpr std::uint32_t kOften = 2;
   const std::uint32_t ago = pictures - brick.last_look;
-  if (brick.looks < kSettled.front() || brick.looks < brick.lively_until || ago == 0 || ago > kOften)
+  if (brick.update_count < kSettled.front() || brick.update_count < brick.active_until || ago == 0 || ago > kOften)
     return BrickUpdate::Wait::nothing;
   return moved_since[ago] < kUnmoved ? BrickUpdate::Wait::free_and_silent : BrickUpdate::Wait::free;
 }
@@ -197,9 +197,9 @@ BrickUpdate::Wait FusionStage::State::may_wait(const WorkingBrick& brick) const 
 void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told) {
   if (!open) {
     brick.open = false;
-    if (told.moved > kLivelyVoxels) brick.lively_until = brick.looks + kLivelyLooks;
+    if (told.moved > kLivelyVoxels) brick.active_until = brick.update_count + kLivelyLooks;
   }
-  ++brick.looks;
+  ++brick.update_count;
   brick.last_look = pictures;
   // A look at what was published costs as much as an update: what is urgent is known without.
   brick.urgent |= !brick.published || told.learnt >= (pictures < kYoung ? kUrgentVoxels : kNewVoxels) ||
@@ -272,7 +272,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
   s.allocate(pose.T_tag_camera.cast<float>());
   if (s.surfaces.any() && s.surfaces.look(frame.depth->depth_m, pose.T_tag_camera)) s.lay_surfaces();
   s.remember(pose.T_tag_camera.cast<float>());
-  const ColourReader colour(frame.color.get(), s.response, s.camera.width, s.camera.height);
+  const ColorLookup colour(frame.color.get(), s.response, s.camera.width, s.camera.height);
   const BrickUpdate picture(s.view, s.preparation, s.map, colour, T_camera_tag,
                             {s.voxel_m, s.truncation_m, s.weight_cap});
   const float focal = static_cast<float>(std::max(s.camera.fx, s.camera.fy));

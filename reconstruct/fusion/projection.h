@@ -16,7 +16,7 @@ class PixelMap {
     const float u = fx_ * x_over_z + cx_, v = fy_ * y_over_z + cy_;
     return table_.empty() ? Eigen::Vector2f(u, v) : distorted(u, v);
   }
-  void pixels(Four x_over_z, Four y_over_z, Four& u, Four& v) const {
+  void pixels(Simd4 x_over_z, Simd4 y_over_z, Simd4& u, Simd4& v) const {
     u = fx_ * x_over_z + cx_;
     v = fy_ * y_over_z + cy_;
     if (table_.empty()) return;

@@ -23,15 +23,15 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
   if (!published) return true;
   const FieldBrick& old = *published;
   const float near = kDriftNearShare * voxel_m, away = kDriftAwayShare * voxel_m;
-  const Four near_square = all(near * near), away_square = all(away * away), reach = all(kDriftNearVoxels * voxel_m);
-  const Four noise_square = all(kNoise * kNoise);
-  const Four surely_away = all((kDriftNearVoxels + kDriftMargin) * voxel_m);
-  FourInt learnt{};
-  Four sum{}, most_sum{};
+  const Simd4 near_square = all(near * near), away_square = all(away * away), reach = all(kDriftNearVoxels * voxel_m);
+  const Simd4 noise_square = all(kNoise * kNoise);
+  const Simd4 surely_away = all((kDriftNearVoxels + kDriftMargin) * voxel_m);
+  Simd4Int learnt{};
+  Simd4 sum{}, most_sum{};
   for (std::size_t i = 0; i < kBrickVoxels; i += 4) {
-    const Four w = load(&next.weight[i]), d = load(&next.distance_m[i]), off = d - load(&old.distance_m[i]);
+    const Simd4 w = load(&next.weight[i]), d = load(&next.distance_m[i]), off = d - load(&old.distance_m[i]);
     learnt |= (w > 0) ^ (load(&old.weight[i]) > 0);
-    sum += off * off / most(select(size_of(d) < reach, near_square, away_square), noise_square / (w + 1e-6f));
+    sum += off * off / max(select(size_of(d) < reach, near_square, away_square), noise_square / (w + 1e-6f));
     // Noise forgives less as a voxel is known better, and one may come near.
     most_sum += off * off / select(size_of(d) < surely_away, near_square, away_square);
     // What has drifted far is known early.

@@ -37,15 +37,15 @@ class Arrangement {
   std::vector<Eigen::Array3f> log_albedo_;
 };
 
-struct FarLamp {
+struct DistantLamp {
   std::size_t lamp;
   LampShape shape;
   double cost;                 ///< with this one alone far
   std::vector<float> factors;  ///< of the state that the arrangement is not in
 };
 
-FarLamp best_far(ShadingModel& model, Arrangement& lamps, std::size_t lamp, const LampShape& near) {
-  FarLamp best{lamp, {}, std::numeric_limits<double>::infinity(), {}};
+DistantLamp best_far(ShadingModel& model, Arrangement& lamps, std::size_t lamp, const LampShape& near) {
+  DistantLamp best{lamp, {}, std::numeric_limits<double>::infinity(), {}};
   for (const double distance_m : kAsFar_m) {
     const LampShape shape{.log_distance = std::log(distance_m), .log_gain = near.log_gain, .far = true};
     std::vector<float> factors;
@@ -65,24 +65,24 @@ std::vector<std::optional<LampShape>> far_lamps(ShadingModel& model, const std::
                                                 const std::vector<LampShape>& near, double pair_variance) {
   Arrangement lamps(model, pairs, near);
   const double found = lamps.cost();
-  std::vector<FarLamp> doubtful;
+  std::vector<DistantLamp> doubtful;
   for (std::size_t lamp = 0; lamp < near.size(); ++lamp) {
     if (model.placed(lamp)) continue;
-    FarLamp far = best_far(model, lamps, lamp, near[lamp]);
+    DistantLamp far = best_far(model, lamps, lamp, near[lamp]);
     if (far.cost < found + pair_variance) doubtful.push_back(std::move(far));
   }
   std::vector<std::optional<LampShape>> result(near.size());
-  for (FarLamp& far : doubtful) {
+  for (DistantLamp& far : doubtful) {
     lamps.exchange(far.lamp, far.factors);
     if (lamps.cost() <= found)
       result[far.lamp] = far.shape;
     else
       lamps.exchange(far.lamp, far.factors);
   }
-  for (FarLamp& far : doubtful)
+  for (DistantLamp& far : doubtful)
     if (!result[far.lamp]) lamps.exchange(far.lamp, far.factors);
   if (lamps.cost() < found + pair_variance)
-    for (const FarLamp& far : doubtful) result[far.lamp] = far.shape;
+    for (const DistantLamp& far : doubtful) result[far.lamp] = far.shape;
   return result;
 }
 

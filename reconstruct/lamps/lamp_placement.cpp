@@ -342,7 +342,7 @@ class LampSearch {
 
 }  // namespace
 
-LampSolution locate_lamps(const RoomLight& room, const Illumination& illumination, std::vector<SurfaceSample> samples,
+LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illumination, std::vector<SurfaceSample> samples,
                           std::vector<Eigen::Vector3f> gathered, const std::optional<SurfaceSample>& paper,
                           const std::vector<std::optional<LampEstimate>>& before, Search how) {
   if (illumination.lights.empty()) return {};

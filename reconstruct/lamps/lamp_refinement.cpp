@@ -116,7 +116,7 @@ class Evaluation : public ceres::EvaluationCallback {
 constexpr double kPaperAlbedo = 0.8, kPaperSigma = 0.15;
 constexpr double kRoomAlbedo = 0.35, kRoomSigma = 0.5;  // geometric mean over a room
 
-double gauge_scale(const Gauge& gauge) { return std::sqrt(kGaugePairs / 3) / gauge.sigma; }
+double gauge_scale(const AlbedoScalePrior& gauge) { return std::sqrt(kGaugePairs / 3) / gauge.sigma; }
 const double kChannelScale = 1 / (kPairScale * std::sqrt(3.0));
 
 /// a s / (a + s) of a squared residual s.
@@ -159,9 +159,9 @@ class PairCost : public ceres::CostFunction {
   SamplePair pair_;
 };
 
-class GaugeCost : public ceres::CostFunction {
+class AlbedoScalePriorCost : public ceres::CostFunction {
  public:
-  GaugeCost(const ShadingModel& model, const Evaluation& evaluation, int paper)
+  AlbedoScalePriorCost(const ShadingModel& model, const Evaluation& evaluation, int paper)
       : model_(model), evaluation_(evaluation), gauge_(gauge_of(paper)) {
     set_num_residuals(3);
     for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) mutable_parameter_block_sizes()->push_back(kPerLamp);
@@ -183,7 +183,7 @@ class GaugeCost : public ceres::CostFunction {
  private:
   const ShadingModel& model_;
   const Evaluation& evaluation_;
-  Gauge gauge_;
+  AlbedoScalePrior gauge_;
 };
 
 /// Lamps glow or are made to look as if they did: their log colours (linear Rec. 709, less their mean) lie near the
@@ -293,7 +293,7 @@ Spread spread_of(const ShadingModel& model, const Evaluation& evaluation, const 
   const double least = std::pow(kModelShare / kPairScale, 2) / 3;
   const double variance = kPairsPerObservation * std::max(least, squares / std::max(weights, 1e-9));
   curvature /= variance;
-  const Gauge gauge = gauge_of(paper);
+  const AlbedoScalePrior gauge = gauge_of(paper);
   for (int c = 0; gauged && c < 3; ++c) {
     for (Eigen::Index p = 0; p < size; ++p) {
       row[p] = raised[p] * model.gauged(evaluation.derivative[static_cast<std::size_t>(p)], paper)[c] / gauge.sigma;
@@ -340,12 +340,12 @@ bool has_gauge(const ShadingModel& model, int paper) {
   return false;
 }
 
-Gauge gauge_of(int paper) {
-  return paper >= 0 ? Gauge{paper, kPaperAlbedo, kPaperSigma} : Gauge{-1, kRoomAlbedo, kRoomSigma};
+AlbedoScalePrior gauge_of(int paper) {
+  return paper >= 0 ? AlbedoScalePrior{paper, kPaperAlbedo, kPaperSigma} : AlbedoScalePrior{-1, kRoomAlbedo, kRoomSigma};
 }
 
 double gauge_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& log_albedo, int paper) {
-  const Gauge gauge = gauge_of(paper);
+  const AlbedoScalePrior gauge = gauge_of(paper);
   const Eigen::Array3f off = model.gauged(log_albedo, paper) - static_cast<float>(std::log(gauge.albedo));
   return gauge_scale(gauge) * gauge_scale(gauge) * off.square().sum();
 }
@@ -363,7 +363,7 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
                              blocks);
   }
   const bool gauged = has_gauge(model, paper);
-  if (gauged) problem.AddResidualBlock(new GaugeCost(model, evaluation, paper), nullptr, blocks);
+  if (gauged) problem.AddResidualBlock(new AlbedoScalePriorCost(model, evaluation, paper), nullptr, blocks);
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
     double* p = evaluation.of_lamp(lamp);
     auto* prior = new Prior{std::sqrt(kPriorPairs), {}};

@@ -27,11 +27,11 @@ double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vec
                    double level = kWideLevel);
 
 /// What holds the scale of albedo where a lamp's power is unknown: white paper, or, loosely, what rooms usually are.
-struct Gauge {
+struct AlbedoScalePrior {
   int paper;             ///< index of the sample that is paper, or -1: the mean of all others
   double albedo, sigma;  ///< the second of its logarithm
 };
-Gauge gauge_of(int paper);
+AlbedoScalePrior gauge_of(int paper);
 
 /// Whether a lamp is clipped in the fish-eye's picture.
 bool has_clipped(const ShadingModel& model);

@@ -17,7 +17,7 @@ constexpr float kBeside_m = 0.05f;  ///< what is so near to a lamp is its own sh
 
 }  // namespace
 
-UnseenLamps::UnseenLamps(Illumination& light, const FieldRays& rays) {
+OutOfViewLamps::OutOfViewLamps(Illumination& light, const FieldRays& rays) {
   all_light_ = light.remainder_sh[0].mean() * std::sqrt(4 * std::numbers::pi_v<float>);
   for (const PointLight& lamp : light.lights)
     if (lamp.shown == PointLight::Shown::yes) all_light_ += lamp.irradiance.mean();
@@ -35,7 +35,7 @@ UnseenLamps::UnseenLamps(Illumination& light, const FieldRays& rays) {
   }
 }
 
-void UnseenLamps::settle(Illumination& light, const std::vector<MarkedLamp>& named,
+void OutOfViewLamps::settle(Illumination& light, const std::vector<TaggedLamp>& named,
                          std::vector<std::string>& warnings) const {
   for (const Said& said : said_) {
     const auto lamp =

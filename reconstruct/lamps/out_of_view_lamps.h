@@ -9,15 +9,15 @@
 
 namespace lumigraft {
 
-class UnseenLamps {
+class OutOfViewLamps {
  public:
   /// Makes such lamps ones that are clipped far below what they send, so that locate_lamps looks for their power;
   /// leaves out those that a free sight from the fish-eye shows to be off.
-  UnseenLamps(Illumination& light, const FieldRays& rays);
+  OutOfViewLamps(Illumination& light, const FieldRays& rays);
 
   /// After their power was found: leaves out those that are off, and gives those the power back that was said before of
   /// which the shading says too little. `named` are the session's lamps, for warnings.
-  void settle(Illumination& light, const std::vector<MarkedLamp>& named, std::vector<std::string>& warnings) const;
+  void settle(Illumination& light, const std::vector<TaggedLamp>& named, std::vector<std::string>& warnings) const;
 
  private:
   struct Said {

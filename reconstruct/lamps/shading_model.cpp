@@ -36,7 +36,7 @@ Blend blended(const std::vector<double>& knots, double at) {
 
 }  // namespace
 
-ShadingModel::ShadingModel(const RoomLight& room, const Illumination& illumination,
+ShadingModel::ShadingModel(const IrradianceModel& room, const Illumination& illumination,
                            const std::vector<SurfaceSample>& samples, const std::vector<Eigen::Vector3f>& gathered)
     : room_(room),
       probe_(illumination.probe_position_m),

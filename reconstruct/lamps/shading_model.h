@@ -31,7 +31,7 @@ enum class Search { rough, fine };  ///< rough: not to the last digit, for a sta
 
 class ShadingModel {
  public:
-  ShadingModel(const RoomLight& room, const Illumination& illumination, const std::vector<SurfaceSample>& samples,
+  ShadingModel(const IrradianceModel& room, const Illumination& illumination, const std::vector<SurfaceSample>& samples,
                const std::vector<Eigen::Vector3f>& gathered);
 
   std::size_t lamps() const { return lights_.size(); }
@@ -75,7 +75,7 @@ class ShadingModel {
   Eigen::Array3f irradiance(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
                             const std::vector<std::vector<float>>& factors) const;
 
-  const RoomLight& room_;
+  const IrradianceModel& room_;
   Eigen::Vector3f probe_;
   std::vector<PointLight> lights_;
   std::vector<std::array<Eigen::Vector3f, 2>> across_;

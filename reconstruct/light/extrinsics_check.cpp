@@ -39,9 +39,9 @@ Eigen::Matrix3f turned(const Vector3f& axis, float degrees) {
   return Eigen::AngleAxisf(degrees * kDegree, axis).toRotationMatrix();
 }
 
-class RigCheck {
+class ExtrinsicsCheck {
  public:
-  RigCheck(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, const Illumination& light,
+  ExtrinsicsCheck(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, const Illumination& light,
            const FisheyeCamera& camera)
       : field_(field), rays_(rays), metal_(metal), light_(light) {
     axis_ = camera.T_tag_fisheye.linear().cast<float>().col(2);
@@ -49,7 +49,7 @@ class RigCheck {
     look_from(Vector3f::Zero());
   }
 
-  std::optional<RigError> find() {
+  std::optional<ExtrinsicsError> find() {
     const Place configured;
     const auto now = cost(configured);
     if (!now || *now < kAgrees) return std::nullopt;
@@ -67,7 +67,7 @@ class RigCheck {
     take(shifted, kShiftShare);
     const double turn = Eigen::AngleAxisf(best.turn).angle() / kDegree, shift = best.shift_m.norm();
     const bool differs = turn > kLeastTurn_deg || shift > kLeastShift_m;
-    return least < kFarBetter * *now && differs ? std::optional(RigError{turn, shift}) : std::nullopt;
+    return least < kFarBetter * *now && differs ? std::optional(ExtrinsicsError{turn, shift}) : std::nullopt;
   }
 
  private:
@@ -185,7 +185,7 @@ class RigCheck {
 
   const DistanceField& field_;
   const FieldRays& rays_;
-  const MetalSurfaces& metal_;
+  const MetalMask& metal_;
   const Illumination& light_;
   Vector3f axis_;
   float end_;
@@ -198,9 +198,9 @@ class RigCheck {
 
 }  // namespace
 
-std::optional<RigError> rig_error(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+std::optional<ExtrinsicsError> rig_error(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                                   const Illumination& illumination, const FisheyeCamera& camera) {
-  return RigCheck(field, rays, metal, illumination, camera).find();
+  return ExtrinsicsCheck(field, rays, metal, illumination, camera).find();
 }
 
 }  // namespace lumigraft

@@ -11,7 +11,7 @@
 
 namespace lumigraft {
 
-struct RigError {
+struct ExtrinsicsError {
   double turn_degrees = 0;  ///< by which T_tag_fisheye would explain the picture better
   double shift_m = 0;
 };
@@ -20,7 +20,7 @@ struct RigError {
 /// factor, over all directions in which both see the same surface. Where another pose near by or another turn makes
 /// them agree far better, that is the likely error (seldom the only one: a turn and a shift may look alike). Empty
 /// where the rig agrees, and where too little of the room is known to both, or too even, to tell.
-std::optional<RigError> rig_error(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+std::optional<ExtrinsicsError> rig_error(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                                   const Illumination& illumination, const FisheyeCamera& camera);
 
 }  // namespace lumigraft

@@ -32,13 +32,13 @@ struct Way {
   Vector3f direction;  ///< unit
   float distance_m;
 };
-Way way_to(const LampMark& mark, const Vector3f& probe_m) {
+Way way_to(const LampTagPose& mark, const Vector3f& probe_m) {
   const Vector3f to = mark.position_m - probe_m;
   return {to.stableNormalized(), std::max(to.norm(), kNearest_m)};
 }
 
-const LampMark* mark_of(const std::vector<LampMark>& marks, int lamp) {
-  const auto found = std::find_if(marks.begin(), marks.end(), [&](const LampMark& mark) { return mark.lamp == lamp; });
+const LampTagPose* mark_of(const std::vector<LampTagPose>& marks, int lamp) {
+  const auto found = std::find_if(marks.begin(), marks.end(), [&](const LampTagPose& mark) { return mark.lamp == lamp; });
   return found == marks.end() ? nullptr : &*found;
 }
 
@@ -47,7 +47,7 @@ bool has_mark(const std::vector<PointLight>& lights, int mark) {
 }
 
 /// How far from the mark's direction its lamp may be seen.
-float gate_rad(const LampMark& mark, float distance_m, const PointLight& light) {
+float gate_rad(const LampTagPose& mark, float distance_m, const PointLight& light) {
   return kLoose_rad + 3 * std::atan(mark.sigma_m / distance_m) + 0.5f * light.angular_radius_rad;
 }
 
@@ -72,10 +72,10 @@ std::string dark_warning(const std::string& name, const std::vector<PointLight>&
 
 }  // namespace
 
-MarkedLights::MarkedLights(const Session& session)
+TaggedLights::TaggedLights(const Session& session)
     : lamps_(session.lamps), camera_(session.fisheye), powers_(session.lamps.size()) {}
 
-void MarkedLights::identify(const std::vector<LampMark>& marks, std::vector<PointLight>& lights,
+void TaggedLights::identify(const std::vector<LampTagPose>& marks, std::vector<PointLight>& lights,
                             const Vector3f& probe_m) const {
   struct Pair {
     float angle;
@@ -84,7 +84,7 @@ void MarkedLights::identify(const std::vector<LampMark>& marks, std::vector<Poin
   };
   const std::vector<PointLight> joined = join_pieces(lights);
   std::vector<Pair> pairs;
-  for (const LampMark& mark : marks) {
+  for (const LampTagPose& mark : marks) {
     if (has_mark(lights, mark.lamp)) continue;
     const auto [by_mark, distance_m] = way_to(mark, probe_m);
     for (std::size_t i = 0; i < joined.size(); ++i) {
@@ -104,7 +104,7 @@ void MarkedLights::identify(const std::vector<LampMark>& marks, std::vector<Poin
   }
 }
 
-bool MarkedLights::in_view(const Vector3f& position_m) const {
+bool TaggedLights::in_view(const Vector3f& position_m) const {
   if (!camera_) return false;
   const Eigen::Vector3d p = camera_->T_tag_fisheye.inverse() * position_m.cast<double>();
   const double from_axis = std::atan2(p.head<2>().norm(), p.z());
@@ -113,8 +113,8 @@ bool MarkedLights::in_view(const Vector3f& position_m) const {
          pixel->x() < camera_->model.width - 1 && pixel->y() < camera_->model.height - 1;
 }
 
-void MarkedLights::place_seen(PointLight& lamp, const LampMark& mark, const Vector3f& probe_m) {
-  const MarkedLamp& configured = lamps_[static_cast<std::size_t>(mark.lamp)];
+void TaggedLights::place_seen(PointLight& lamp, const LampTagPose& mark, const Vector3f& probe_m) {
+  const TaggedLamp& configured = lamps_[static_cast<std::size_t>(mark.lamp)];
   Power& power = powers_[static_cast<std::size_t>(mark.lamp)];
   const auto [by_mark, distance_m] = way_to(mark, probe_m);
   // A picture that is older than the mark, since the fish-eye is covered, tells no direction.
@@ -144,8 +144,8 @@ void MarkedLights::place_seen(PointLight& lamp, const LampMark& mark, const Vect
   lamp.radius_m = distance_m * std::tan(lamp.angular_radius_rad);
 }
 
-PointLight MarkedLights::unseen(const LampMark& mark, const Illumination& seen, std::vector<std::string>& warnings) {
-  const MarkedLamp& configured = lamps_[static_cast<std::size_t>(mark.lamp)];
+PointLight TaggedLights::unseen(const LampTagPose& mark, const Illumination& seen, std::vector<std::string>& warnings) {
+  const TaggedLamp& configured = lamps_[static_cast<std::size_t>(mark.lamp)];
   Power& power = powers_[static_cast<std::size_t>(mark.lamp)];
   PointLight lamp;
   lamp.mark = mark.lamp;
@@ -176,7 +176,7 @@ PointLight MarkedLights::unseen(const LampMark& mark, const Illumination& seen, 
   return lamp;
 }
 
-MarkedLights::Result MarkedLights::place(const Illumination& seen, const std::vector<LampMark>& marks,
+TaggedLights::Result TaggedLights::place(const Illumination& seen, const std::vector<LampTagPose>& marks,
                                          const std::function<int(int)>& id_of) {
   Result result;
   std::vector<PointLight> lights = seen.lights;
@@ -200,7 +200,7 @@ MarkedLights::Result MarkedLights::place(const Illumination& seen, const std::ve
     else
       light.clipped = whole->clipped;
   }
-  for (const LampMark& mark : marks) {
+  for (const LampTagPose& mark : marks) {
     if (has_mark(lights, mark.lamp)) continue;
     result.lights.push_back(unseen(mark, seen, result.warnings));
     result.lights.back().id = id_of(mark.lamp);

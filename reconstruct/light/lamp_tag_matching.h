@@ -10,13 +10,13 @@
 
 namespace lumigraft {
 
-class MarkedLights {
+class TaggedLights {
  public:
-  explicit MarkedLights(const Session& session);
+  explicit TaggedLights(const Session& session);
 
   /// Says which lamps of the picture are the marked ones (PointLight::mark) where that is not known yet: the nearest to
   /// where the mark puts it, within what is unsure of both. Ids or regions must tell the lamps apart.
-  void identify(const std::vector<LampMark>& marks, std::vector<PointLight>& lights,
+  void identify(const std::vector<LampTagPose>& marks, std::vector<PointLight>& lights,
                 const Eigen::Vector3f& probe_m) const;
 
   struct Result {
@@ -27,14 +27,14 @@ class MarkedLights {
   /// One that is clipped has the configured intensity where that is no less. Marked lamps that the picture does not
   /// show follow, with the intensity that they had when last seen, else the configured one; or of unknown power.
   /// `id_of` gives them the ids of their marks.
-  Result place(const Illumination& seen, const std::vector<LampMark>& marks, const std::function<int(int)>& id_of);
+  Result place(const Illumination& seen, const std::vector<LampTagPose>& marks, const std::function<int(int)>& id_of);
 
  private:
-  void place_seen(PointLight& lamp, const LampMark& mark, const Eigen::Vector3f& probe_m);
-  PointLight unseen(const LampMark& mark, const Illumination& seen, std::vector<std::string>& warnings);
+  void place_seen(PointLight& lamp, const LampTagPose& mark, const Eigen::Vector3f& probe_m);
+  PointLight unseen(const LampTagPose& mark, const Illumination& seen, std::vector<std::string>& warnings);
   bool in_view(const Eigen::Vector3f& position_m) const;
 
-  std::vector<MarkedLamp> lamps_;
+  std::vector<TaggedLamp> lamps_;
   std::optional<FisheyeCamera> camera_;
   struct Power {
     std::optional<Eigen::Vector3f> seen;   ///< intensity straight ahead when the picture last showed it

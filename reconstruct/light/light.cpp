@@ -90,17 +90,17 @@ struct LightStage::State {
 
   LightSettings settings;
   Illumination illuminate(const RadiancePicture& picture) const;
-  void place(const std::vector<LampMark>& marks, bool fresh);
+  void place(const std::vector<LampTagPose>& marks, bool fresh);
 
   std::optional<FisheyeCamera> camera;
   Response color_response = Response::srgb();
-  CoverWatch watch;
+  OcclusionCheck watch;
   std::string level_warning;  ///< of the last picture that was not covered
   FisheyeView view;
   Image<float> vignetting_gain;
   std::optional<EnvironmentResampler> resampler;
   LightTracker tracker;
-  MarkedLights marked;
+  TaggedLights marked;
   Pictures last_pictures;
   std::shared_ptr<const Illumination> seen;  ///< what the last picture showed, no more;
   std::shared_ptr<const Illumination> last;  ///< and with what marks say of lamps
@@ -136,13 +136,13 @@ Illumination LightStage::State::illuminate(const RadiancePicture& picture) const
 }
 
 /// Puts what the picture showed and what marks say together, anew where either changed.
-void LightStage::State::place(const std::vector<LampMark>& marks, bool fresh) {
+void LightStage::State::place(const std::vector<LampTagPose>& marks, bool fresh) {
   if (!marks.empty()) {
     auto known = std::make_shared<Illumination>(*seen);
     marked.identify(marks, known->lights, known->probe_position_m);
     seen = std::move(known);
   }
-  MarkedLights::Result placed =
+  TaggedLights::Result placed =
       marked.place(*seen, marks, [this](int mark) { return tracker.id_of_mark(mark, seen->lights); });
   mark_warnings = std::move(placed.warnings);
   if (!fresh && last && same_places(placed.lights, last->lights)) return;
@@ -152,7 +152,7 @@ void LightStage::State::place(const std::vector<LampMark>& marks, bool fresh) {
   last = std::move(now);
 }
 
-LightStage::Result LightStage::extract(const FrameSet& frame, const std::vector<LampMark>& marks) {
+LightStage::Result LightStage::extract(const FrameSet& frame, const std::vector<LampTagPose>& marks) {
   State& s = *state_;
   Result result;
   bool fresh = false;  // a picture that says something new
@@ -164,7 +164,7 @@ LightStage::Result LightStage::extract(const FrameSet& frame, const std::vector<
       if (frame.fisheye.front()->radiance.empty()) {  // radiance has no lens in it any more
         undo_vignetting(picture, s.vignetting_gain);
       }
-      const CoverWatch::Finding finding =
+      const OcclusionCheck::Finding finding =
           s.watch.look(flux_of(picture.radiance, s.view), room_level(frame.color.get(), s.color_response),
                        picture.clipped_fraction > 0);
       if (finding.covered) {

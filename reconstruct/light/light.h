@@ -82,7 +82,7 @@ class LightStage {
     std::vector<std::string> warnings;
   };
   /// `marks`: where lamps stand that carry tags, in this very frame.
-  Result extract(const FrameSet& frame, const std::vector<LampMark>& marks = {});
+  Result extract(const FrameSet& frame, const std::vector<LampTagPose>& marks = {});
 
  private:
   struct State;

@@ -37,7 +37,7 @@ std::optional<float> room_level(const Picture* color, const Response& response) 
   return *middle;
 }
 
-CoverWatch::Finding CoverWatch::look(double flux, std::optional<float> level, bool clipped) {
+OcclusionCheck::Finding OcclusionCheck::look(double flux, std::optional<float> level, bool clipped) {
   Finding finding;
   // Without a colour picture to say that the lamps still burn, dark is dark.
   if (seen_ && flux < kDark * flux_ && level && level_ && *level_ > 0 && *level > kSameRoom * *level_) {

@@ -11,7 +11,7 @@ namespace lumigraft {
 /// Median radiance of a colour picture, mean of its channels; empty where there is no picture.
 std::optional<float> room_level(const Picture* color, const Response& response);
 
-class CoverWatch {
+class OcclusionCheck {
  public:
   struct Finding {
     bool covered = false;  ///< the picture is of no use: the light from before holds

@@ -26,7 +26,7 @@ Isometry3d faded(const Isometry3d& T, double share) {
 
 }  // namespace
 
-PoseCovariance PoseCarry::after(const PoseCovariance& covariance, double passed_s) {
+PoseCovariance DepthTracking::after(const PoseCovariance& covariance, double passed_s) {
   // A hand that holds a camera: 5 mm and half a degree from frame to frame, and 3 m/s² and 10 rad/s² of what changes.
   const double position_m = std::min(0.3, 0.005 + 0.5 * 3 * passed_s * passed_s);
   const double angle_rad = std::min(0.3, 0.01 + 0.5 * 10 * passed_s * passed_s);
@@ -36,7 +36,7 @@ PoseCovariance PoseCarry::after(const PoseCovariance& covariance, double passed_
   return result;
 }
 
-void PoseCarry::reset() {
+void DepthTracking::reset() {
   last_.reset();
   depth_.reset();
   grid_.reset();
@@ -45,7 +45,7 @@ void PoseCarry::reset() {
   fading_.setIdentity();
 }
 
-void PoseCarry::keep(const FrameSet& frame, const PoseEstimate& pose) {
+void DepthTracking::keep(const FrameSet& frame, const PoseEstimate& pose) {
   const double passed = passed_s(frame);
   if (last_ && passed > 0 && passed < kLongestGapS)
     speed_ = step_between(last_->T_tag_camera, pose.T_tag_camera) / passed;
@@ -58,7 +58,7 @@ void PoseCarry::keep(const FrameSet& frame, const PoseEstimate& pose) {
 }
 
 /// Where surfaces put the camera now. Keeps it.
-std::optional<PoseEstimate> PoseCarry::follow(const FrameSet& frame, const DistanceField& field) {
+std::optional<PoseEstimate> DepthTracking::follow(const FrameSet& frame, const DistanceField& field) {
   const double passed = passed_s(frame);
   if (!frame.depth || !(passed > 0) || passed > kLongestGapS) return std::nullopt;
   DepthGrid grid = sampler_.sample(frame.depth->depth_m);
@@ -83,7 +83,7 @@ std::optional<PoseEstimate> PoseCarry::follow(const FrameSet& frame, const Dista
   return fit->pose;
 }
 
-std::optional<PoseEstimate> PoseCarry::hidden(const FrameSet& frame, const DistanceField& field) {
+std::optional<PoseEstimate> DepthTracking::hidden(const FrameSet& frame, const DistanceField& field) {
   if (!last_) return std::nullopt;
   if (!carrying_) {
     // Depth cameras and prints disagree by a little. Where the surface puts the camera of the last frame that saw both
@@ -104,7 +104,7 @@ std::optional<PoseEstimate> PoseCarry::hidden(const FrameSet& frame, const Dista
   return pose;
 }
 
-Isometry3d PoseCarry::seen(const FrameSet& frame, const PoseEstimate& measured, const DistanceField* field) {
+Isometry3d DepthTracking::seen(const FrameSet& frame, const PoseEstimate& measured, const DistanceField* field) {
   const double passed = passed_s(frame);
   if (carrying_) {
     carrying_ = false;

@@ -13,9 +13,9 @@
 
 namespace lumigraft {
 
-class PoseCarry {
+class DepthTracking {
  public:
-  explicit PoseCarry(const CameraModel& camera) : sampler_(camera) {}
+  explicit DepthTracking(const CameraModel& camera) : sampler_(camera) {}
 
   /// The tag gave this frame's pose. Returns the one to use: where the pose had been carried on, what that is off by
   /// fades within some frames.

@@ -29,8 +29,8 @@ constexpr double kDoubt = 2;                         ///< squared σ, below whic
 constexpr double kApart_m = 0.015;                   ///< and so far apart they may then put the lamp
 
 struct Track {
-  const MarkedLamp& lamp;
-  TagReader reader;
+  const TaggedLamp& lamp;
+  TagPoseEstimator reader;
   TagSizeCheck size_check;
   PoseFilter filter = {};
   std::optional<Isometry3d> T_room_tag = {};  ///< as last seen; empty: not known
@@ -49,18 +49,18 @@ Tag tags_of(const Session& session) {
   tag.family = session.tag.family;
   tag.id = session.lamps.front().tag_id;
   for (std::size_t i = 1; i < session.lamps.size(); ++i)
-    tag.also.push_back({.id = session.lamps[i].tag_id, .size_m = session.lamps[i].tag_size_m, .T_tag_also = {}});
+    tag.also.push_back({.id = session.lamps[i].tag_id, .size_m = session.lamps[i].tag_size_m, .T_tag_extra = {}});
   return tag;
 }
 
 }  // namespace
 
-struct MarkStage::State {
+struct LampTagStage::State {
   explicit State(const Session& session)
       : lamps(session.lamps), camera(session.color.model), search(tags_of(session), camera) {
     for (std::size_t i = 0; i < lamps.size(); ++i)
       tracks.push_back({lamps[i],
-                        TagReader(search.pattern(i), lamps[i].tag_size_m, camera, session.color.response),
+                        TagPoseEstimator(search.pattern(i), lamps[i].tag_size_m, camera, session.color.response),
                         {lamps[i].tag_id, lamps[i].tag_size_m}});
   }
   State(const State&) = delete;  // tracks refer to lamps
@@ -70,7 +70,7 @@ struct MarkStage::State {
   void read(Track& track, const std::vector<TagSighting>& sightings, const FrameSet& frame, const Pose& pose);
   void warn(const Track& track, std::int64_t hidden_ns, std::vector<std::string>& warnings) const;
 
-  const std::vector<MarkedLamp> lamps;
+  const std::vector<TaggedLamp> lamps;
   CameraModel camera;
   TagSearch search;
   std::vector<Track> tracks;
@@ -78,7 +78,7 @@ struct MarkStage::State {
 };
 
 /// Tags where they were, and all over the picture when that is due.
-std::vector<TagSighting> MarkStage::State::find(const FrameSet& frame, const Isometry3d& T_camera_room) {
+std::vector<TagSighting> LampTagStage::State::find(const FrameSet& frame, const Isometry3d& T_camera_room) {
   std::vector<TagSighting> found;
   std::int64_t rest_ns = kLookAroundNs;
   for (const Track& track : tracks) {
@@ -107,7 +107,7 @@ std::vector<TagSighting> MarkStage::State::find(const FrameSet& frame, const Iso
   return found;
 }
 
-void MarkStage::State::read(Track& track, const std::vector<TagSighting>& sightings, const FrameSet& frame,
+void LampTagStage::State::read(Track& track, const std::vector<TagSighting>& sightings, const FrameSet& frame,
                             const Pose& pose) {
   PoseHints hints;
   std::optional<Vector2d> where;
@@ -166,7 +166,7 @@ void MarkStage::State::read(Track& track, const std::vector<TagSighting>& sighti
   track.in_picture = true;
 }
 
-void MarkStage::State::warn(const Track& track, std::int64_t hidden_ns, std::vector<std::string>& warnings) const {
+void LampTagStage::State::warn(const Track& track, std::int64_t hidden_ns, std::vector<std::string>& warnings) const {
   const std::string lamp = "lamp " + track.lamp.name + ": ";
   const std::string tag = "tag " + std::to_string(track.lamp.tag_id);
   if (track.at_once > 1)
@@ -185,13 +185,13 @@ void MarkStage::State::warn(const Track& track, std::int64_t hidden_ns, std::vec
     warnings.push_back(lamp + tag + " has not been seen yet");
 }
 
-MarkStage::MarkStage(const Session& session) {
+LampTagStage::LampTagStage(const Session& session) {
   if (!session.lamps.empty()) state_ = std::make_unique<State>(session);
 }
 
-MarkStage::~MarkStage() = default;
+LampTagStage::~LampTagStage() = default;
 
-MarkStage::Result MarkStage::locate(const FrameSet& frame, const std::optional<Pose>& pose) {
+LampTagStage::Result LampTagStage::locate(const FrameSet& frame, const std::optional<Pose>& pose) {
   Result result;
   if (!state_) return result;
   State& s = *state_;

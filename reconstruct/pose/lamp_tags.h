@@ -14,7 +14,7 @@
 namespace lumigraft {
 
 /// What a tag says of the lamp that carries it.
-struct LampMark {
+struct LampTagPose {
   int lamp = 0;                                          ///< index into Session::lamps
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< of the lamp's middle, in the frame of the room's tag
   float sigma_m = 0;                                     ///< 1σ along any axis; grows while the tag is hidden
@@ -26,16 +26,16 @@ struct LampMark {
 /// where it was, for kHeldNs; then it has no mark until the tag shows again.
 /// Not used, and named in a warning: a tag that depth shows to be of another size, one of several with its number
 /// before it is known which, and one that two poses explain so that its lamp is in two places.
-class MarkStage {
+class LampTagStage {
  public:
   /// Throws InputError for a tag that does not exist.
-  explicit MarkStage(const Session& session);
-  ~MarkStage();
+  explicit LampTagStage(const Session& session);
+  ~LampTagStage();
 
   static constexpr std::int64_t kHeldNs = 20'000'000'000;
 
   struct Result {
-    std::vector<LampMark> marks;  ///< of lamps whose place is known
+    std::vector<LampTagPose> marks;  ///< of lamps whose place is known
     std::vector<std::string> warnings;
   };
   /// `pose`: of the camera in this very frame; empty: nothing new is seen.

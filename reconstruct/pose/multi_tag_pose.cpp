@@ -13,7 +13,7 @@ using Eigen::Isometry3d;
 constexpr double kApart = 60;  // squared σ in six directions, beyond which two tags contradict each other
 
 /// A candidate as a pose of the camera in the world.
-struct Witness {
+struct EvidenceTerm {
   Isometry3d T_world_camera;
   PoseCovariance noise, bias;
   const PoseCandidate* candidate;
@@ -25,69 +25,69 @@ PoseCovariance turned(const PoseCovariance& covariance, const Eigen::Matrix3d& r
   return both * covariance * both.transpose();
 }
 
-Witness witness_of(const PoseCandidate& candidate, const TagPlace& place) {
+EvidenceTerm witness_of(const PoseCandidate& candidate, const TagMapEntry& place) {
   const Isometry3d& T_world_tag = *place.T_world_tag();
   return {T_world_tag * candidate.T_camera_tag.inverse(), turned(candidate.noise, T_world_tag.linear()),
           turned(candidate.bias + place.slack(candidate.T_camera_tag), T_world_tag.linear()), &candidate};
 }
 
-double apart(const Witness& a, const Witness& b) {
+double apart(const EvidenceTerm& a, const EvidenceTerm& b) {
   const Eigen::Matrix<double, 6, 1> step = step_between(a.T_world_camera, b.T_world_camera);
   return squared_sigmas(step, a.noise + a.bias + b.noise + b.bias);
 }
 
 /// Weighted by certainty. The noise that is left is what averages out over time.
-void average(const std::vector<Witness>& witnesses, TagsPose& result) {
+void average(const std::vector<EvidenceTerm>& evidence_terms, MultiTagPose& result) {
   PoseCovariance information = PoseCovariance::Zero();
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
   std::vector<PoseCovariance> certainties;
-  for (const Witness& witness : witnesses) {
-    certainties.push_back(information_of(witness.noise + witness.bias));
+  for (const EvidenceTerm& evidence : evidence_terms) {
+    certainties.push_back(information_of(evidence.noise + evidence.bias));
     information += certainties.back();
-    sum += certainties.back() * step_between(result.T_tag_camera, witness.T_world_camera);
+    sum += certainties.back() * step_between(result.T_tag_camera, evidence.T_world_camera);
   }
   const PoseCovariance covariance = information_of(information);
   result.T_tag_camera = moved(result.T_tag_camera, covariance * sum);
   result.noise.setZero();
-  for (std::size_t i = 0; i < witnesses.size(); ++i) {
+  for (std::size_t i = 0; i < evidence_terms.size(); ++i) {
     const PoseCovariance share = covariance * certainties[i];
-    result.noise += share * witnesses[i].noise * share.transpose();
+    result.noise += share * evidence_terms[i].noise * share.transpose();
   }
   result.bias = covariance - result.noise;
 }
 
 }  // namespace
 
-std::optional<TagsPose> pose_of_tags(const std::vector<TagReading>& readings, const std::vector<TagPlace>& places) {
-  std::vector<std::vector<Witness>> witnesses(readings.size());
+std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const std::vector<TagMapEntry>& places) {
+  std::vector<std::vector<EvidenceTerm>> evidence_terms(readings.size());
   bool first_seen = false;
   for (std::size_t r = 0; r < readings.size(); ++r) {
     if (!places[readings[r].tag].T_world_tag()) continue;
     first_seen |= readings[r].tag == 0;
     for (const PoseCandidate& candidate : readings[r].candidates)
-      witnesses[r].push_back(witness_of(candidate, places[readings[r].tag]));
+      evidence_terms[r].push_back(witness_of(candidate, places[readings[r].tag]));
   }
   // Which candidate of which reading all others speak against least.
-  TagsPose result;
+  MultiTagPose result;
   double best = std::numeric_limits<double>::max();
   std::size_t base = 0;
   for (std::size_t r = 0; r < readings.size(); ++r) {
     if (first_seen && readings[r].tag != 0) continue;
-    for (std::size_t c = 0; c < witnesses[r].size(); ++c) {
-      double cost = witnesses[r][c].candidate->cost;
+    for (std::size_t c = 0; c < evidence_terms[r].size(); ++c) {
+      double cost = evidence_terms[r][c].candidate->cost;
       std::vector<std::size_t> choice(readings.size(), 0);
       choice[r] = c;
       for (std::size_t q = 0; q < readings.size(); ++q) {
         if (q == r) continue;
         double least = std::numeric_limits<double>::max();
-        for (std::size_t d = 0; d < witnesses[q].size(); ++d) {
+        for (std::size_t d = 0; d < evidence_terms[q].size(); ++d) {
           const double against =
-              witnesses[q][d].candidate->cost + std::min(kWitnessCap, apart(witnesses[r][c], witnesses[q][d]));
+              evidence_terms[q][d].candidate->cost + std::min(kWitnessCap, apart(evidence_terms[r][c], evidence_terms[q][d]));
           if (against >= least) continue;
           least = against;
           choice[q] = d;
         }
-        if (!witnesses[q].empty()) cost += least;
+        if (!evidence_terms[q].empty()) cost += least;
       }
       if (cost >= best) continue;
       best = cost;
@@ -97,15 +97,15 @@ std::optional<TagsPose> pose_of_tags(const std::vector<TagReading>& readings, co
   }
   if (result.choice.empty()) return std::nullopt;
 
-  const Witness& chosen = witnesses[base][result.choice[base]];
+  const EvidenceTerm& chosen = evidence_terms[base][result.choice[base]];
   // How much worse the base's other explanation is.
   result.rival = std::numeric_limits<double>::max();
-  for (const Witness& other : witnesses[base]) {
+  for (const EvidenceTerm& other : evidence_terms[base]) {
     if (&other == &chosen) continue;
     double cost = other.candidate->cost - chosen.candidate->cost;
     for (std::size_t q = 0; q < readings.size(); ++q)
-      if (q != base && !witnesses[q].empty()) {
-        const Witness& agreed = witnesses[q][result.choice[q]];
+      if (q != base && !evidence_terms[q].empty()) {
+        const EvidenceTerm& agreed = evidence_terms[q][result.choice[q]];
         cost += std::min(kWitnessCap, apart(other, agreed)) - std::min(kWitnessCap, apart(chosen, agreed));
       }
     result.rival = cost;
@@ -117,15 +117,15 @@ std::optional<TagsPose> pose_of_tags(const std::vector<TagReading>& readings, co
   result.angle_sigma_rad = chosen.candidate->angle_sigma_rad;
   result.error_px = chosen.candidate->error_px;
   result.printed = chosen.candidate->alignment.has_value();
-  std::vector<Witness> agreeing;
+  std::vector<EvidenceTerm> agreeing;
   for (std::size_t r = 0; r < readings.size(); ++r) {
-    if (witnesses[r].empty()) continue;
-    const Witness& witness = witnesses[r][result.choice[r]];
-    if (r != base && apart(chosen, witness) > kApart) {
+    if (evidence_terms[r].empty()) continue;
+    const EvidenceTerm& evidence = evidence_terms[r][result.choice[r]];
+    if (r != base && apart(chosen, evidence) > kApart) {
       result.apart.push_back(readings[r].tag);
       continue;
     }
-    agreeing.push_back(witness);
+    agreeing.push_back(evidence);
   }
   if (agreeing.size() > 1) average(agreeing, result);
   return result;

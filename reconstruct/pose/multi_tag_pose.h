@@ -16,7 +16,7 @@ struct TagReading {
   std::optional<TagCorners> corners{};  ///< empty where no square was whole
 };
 
-struct TagsPose {
+struct MultiTagPose {
   Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();
   PoseCovariance noise = PoseCovariance::Zero(), bias = PoseCovariance::Zero();  ///< from frame to frame; beyond it
   double position_sigma_m = 0, angle_sigma_rad = 0;                              ///< noise of T_camera_tag
@@ -29,6 +29,6 @@ struct TagsPose {
 
 /// Chooses among what explains each tag so that all agree, and takes their mean by how sure each is. The first tag is
 /// right where another contradicts it. Empty where no tag has a place.
-std::optional<TagsPose> pose_of_tags(const std::vector<TagReading>& readings, const std::vector<TagPlace>& places);
+std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const std::vector<TagMapEntry>& places);
 
 }  // namespace lumigraft

@@ -67,7 +67,7 @@ Eigen::Matrix<double, 2, 6> corner_by_pose(const Isometry3d& pose, const Vector3
 }
 
 /// Levenberg-Marquardt on the reprojection error; increments turn about the tag's centre, in the camera's frame.
-SquarePose refine(Isometry3d pose, const SquareCorners& corners, double size_m) {
+PlanarPose refine(Isometry3d pose, const SquareCorners& corners, double size_m) {
   const auto tag = tag_corners(size_m);
   double error = square_error(pose, corners, size_m);
   double damping = 1e-6;
@@ -138,13 +138,13 @@ double square_error(const Isometry3d& T_camera_tag, const SquareCorners& corners
   return std::sqrt(sum / 4);
 }
 
-std::vector<SquarePose> solve_square(const SquareCorners& corners, double size_m) {
+std::vector<PlanarPose> solve_square(const SquareCorners& corners, double size_m) {
   const auto first = pose_of_homography(corners, size_m);
   if (!first || !std::isfinite(square_error(*first, corners, size_m))) return {};
-  std::vector<SquarePose> poses = {refine(*first, corners, size_m)};
+  std::vector<PlanarPose> poses = {refine(*first, corners, size_m)};
   const Isometry3d other = mirrored(poses[0].T_camera_tag);
   if (std::isfinite(square_error(other, corners, size_m))) {
-    const SquarePose second = refine(other, corners, size_m);
+    const PlanarPose second = refine(other, corners, size_m);
     const double apart =
         Eigen::AngleAxisd(second.T_camera_tag.linear().transpose() * poses[0].T_camera_tag.linear()).angle();
     // A tag seen from behind is not a second explanation.

@@ -11,7 +11,7 @@ namespace lumigraft {
 /// Corners as x/z, y/z in front of the camera, order as TagCorners.
 using SquareCorners = std::array<Eigen::Vector2d, 4>;
 
-struct SquarePose {
+struct PlanarPose {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();
   double error = 0;  ///< RMS over the corners, in the units of x/z
 };
@@ -19,7 +19,7 @@ struct SquarePose {
 /// Both local minima of the reprojection error (Schweighofer & Pinz 2006: a plane seen in weak perspective looks the
 /// same when mirrored along the line of sight), the better first. One where they coincide; none where the corners are
 /// no square in front of the camera.
-std::vector<SquarePose> solve_square(const SquareCorners& corners, double size_m);
+std::vector<PlanarPose> solve_square(const SquareCorners& corners, double size_m);
 
 /// How sure a pose is whose corners are off by `corner_sigma` (1σ of x/z and y/z each).
 PoseCovariance square_covariance(const Eigen::Isometry3d& T_camera_tag, double size_m, double corner_sigma);

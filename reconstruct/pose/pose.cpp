@@ -38,9 +38,9 @@ constexpr double kMostCut = 0.9;  // of the pixels on a tag's edges
 /// One of the tags that are looked for.
 struct KnownTag {
   int id;
-  TagReader reader;
+  TagPoseEstimator reader;
   TagSizeCheck size_check;
-  std::optional<PrintLook> look{};  ///< when it was last seen
+  std::optional<PrintAppearance> look{};  ///< when it was last seen
   std::size_t at_once = 1;          ///< how many of it were seen when the whole picture was last looked at
 };
 
@@ -50,11 +50,11 @@ struct PoseStage::State {
   State(const Tag& tag, const CameraModel& camera_in, const Response& response)
       : camera(camera_in), search(tag, camera_in), carry(camera_in) {
     places.emplace_back();
-    tags.push_back({tag.id, TagReader(search.pattern(0), tag.size_m, camera, response), {tag.id, tag.size_m}});
-    for (const FurtherTag& also : tag.also) {
-      places.emplace_back(also.T_tag_also);
+    tags.push_back({tag.id, TagPoseEstimator(search.pattern(0), tag.size_m, camera, response), {tag.id, tag.size_m}});
+    for (const ExtraTag& also : tag.also) {
+      places.emplace_back(also.T_tag_extra);
       tags.push_back(
-          {also.id, TagReader(search.pattern(tags.size()), also.size_m, camera, response), {also.id, also.size_m}});
+          {also.id, TagPoseEstimator(search.pattern(tags.size()), also.size_m, camera, response), {also.id, also.size_m}});
     }
   }
 
@@ -66,19 +66,19 @@ struct PoseStage::State {
   std::vector<TagSighting> look_around(const FrameSet& frame);
   std::vector<TagReading> read(const FrameSet& frame);
   void check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate);
-  void learn_places(const std::vector<TagReading>& readings, const TagsPose& pose);
+  void learn_places(const std::vector<TagReading>& readings, const MultiTagPose& pose);
   bool measure(const FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
   bool carry_on(const FrameSet& frame, const DistanceField& field);
-  bool surer_by_surface(const FrameSet& frame, const DistanceField& field, const TagsPose& tag);
+  bool surer_by_surface(const FrameSet& frame, const DistanceField& field, const MultiTagPose& tag);
   void follow_surface(const FrameSet& frame, const PoseEstimate& carried);
   void warn_of_tags(std::vector<std::string>& warnings) const;
 
   CameraModel camera;
   TagSearch search;
   std::vector<KnownTag> tags;    ///< the first is the world
-  std::vector<TagPlace> places;  ///< of each
+  std::vector<TagMapEntry> places;  ///< of each
   PoseFilter filter;
-  PoseCarry carry;
+  DepthTracking carry;
   std::optional<Pose> last;
   std::int64_t seen_ns = 0;  ///< when a tag was last seen
   std::optional<std::int64_t> looked_around_ns;
@@ -93,7 +93,7 @@ bool PoseStage::State::recent(const FrameSet& frame) const {
 
 /// Whether some tag has no place yet.
 bool PoseStage::State::homeless() const {
-  return std::any_of(places.begin(), places.end(), [](const TagPlace& place) { return !place.T_world_tag(); });
+  return std::any_of(places.begin(), places.end(), [](const TagMapEntry& place) { return !place.T_world_tag(); });
 }
 
 /// Where the camera that hardly moved sees a tag.
@@ -190,12 +190,12 @@ void PoseStage::State::check_size(const FrameSet& frame, const TagReading& readi
 }
 
 /// Tags beside the first get their places from pictures that show both.
-void PoseStage::State::learn_places(const std::vector<TagReading>& readings, const TagsPose& pose) {
+void PoseStage::State::learn_places(const std::vector<TagReading>& readings, const MultiTagPose& pose) {
   if (readings.empty() || readings.front().tag != 0) return;
   const Isometry3d T_world_camera = readings.front().candidates[pose.choice.front()].T_camera_tag.inverse();
   for (std::size_t r = 1; r < readings.size(); ++r) {
     const std::vector<PoseCandidate>& candidates = readings[r].candidates;
-    TagPlace& place = places[readings[r].tag];
+    TagMapEntry& place = places[readings[r].tag];
     // One without a place has nothing to choose by but itself.
     if (!place.T_world_tag() && candidates.size() > 1 && std::abs(candidates[0].cost - candidates[1].cost) < 20)
       continue;
@@ -260,7 +260,7 @@ bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field
 }
 
 /// Follows the surface where that is surer than an unsharp tag, and does not contradict it.
-bool PoseStage::State::surer_by_surface(const FrameSet& frame, const DistanceField& field, const TagsPose& tag) {
+bool PoseStage::State::surer_by_surface(const FrameSet& frame, const DistanceField& field, const MultiTagPose& tag) {
   if (position_sigma_m(tag.noise) < kUnsharp * sharp_sigma_m || frame.time_ns - sharp_ns > kUnsharpNs) return false;
   const auto carried = carry.hidden(frame, field);
   const PoseCovariance of_tag = tag.noise + tag.bias;
@@ -324,7 +324,7 @@ PoseStage::Result PoseStage::locate(const FrameSet& frame, const DistanceField* 
   result.warnings.push_back("tag: not in the picture, the pose is an old one");
   result.pose = last;
   result.pose->from = Pose::From::past;
-  result.pose->covariance = PoseCarry::after(last->covariance, 1e-9 * static_cast<double>(age_ns));
+  result.pose->covariance = DepthTracking::after(last->covariance, 1e-9 * static_cast<double>(age_ns));
   result.pose->age_ns = unseen_ns;
   return result;
 }

@@ -57,7 +57,7 @@ class Problem {
   /// Huber's ρ with threshold `limit` on |residual|: a finger or a highlight on the tag must not move it. Where paper
   /// is cut off, a wide blur of bright paper has the same dark side as a narrow one of darker paper: there, and only
   /// there, it matters that the blur is held near a pixel's width by `hold`.
-  Fit linearise(const Isometry3d& pose, const PrintLook& look, double limit, double hold) const {
+  Fit linearise(const Isometry3d& pose, const PrintAppearance& look, double limit, double hold) const {
     Fit fit;
     fit.jtj(10, 10) = hold * hold;
     fit.jtr[10] = hold * hold * (look.blur - 1);
@@ -138,14 +138,14 @@ class Problem {
 }  // namespace
 
 std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, const TagPattern& pattern, double size_m,
-                                        const Isometry3d& T_camera_tag, const std::optional<PrintLook>& first_look) {
+                                        const Isometry3d& T_camera_tag, const std::optional<PrintAppearance>& first_look) {
   // Half a cell of paper around the square: its edges count, and the table beyond a narrow print does not.
   const double cell_m = size_m / pattern.square_cells;
   const double reach_m = std::min(size_m / 2 + 0.5 * cell_m, pattern.cells * cell_m / 2);
   const std::vector<SeenPixel> pixels = pixels_on_tag(seen, reach_m, T_camera_tag);
   if (pixels.size() < 100) return std::nullopt;
 
-  PrintLook look;
+  PrintAppearance look;
   if (first_look) {
     look = *first_look;
   } else {
@@ -180,7 +180,7 @@ std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, cons
     const Vector3d turn = step.head<3>();
     if (turn.norm() > 0) next.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * pose.linear();
     next.translation() += step.segment<3>(3);
-    PrintLook next_look = look;
+    PrintAppearance next_look = look;
     next_look.ink += step[6];
     next_look.paper += step[7];
     next_look.slope_x += step[8];

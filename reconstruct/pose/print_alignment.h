@@ -19,7 +19,7 @@
 namespace lumigraft {
 
 /// How the print appears, found together with the pose.
-struct PrintLook {
+struct PrintAppearance {
   double ink = 0, paper = 0, slope_x = 0, slope_y = 0;   ///< light; paper changes by the slopes across half the tag
   double blur = 1;                                       ///< how much wider than a pixel the lens blurs
   double end = std::numeric_limits<double>::infinity();  ///< light where the picture ends; infinite where that is above
@@ -29,7 +29,7 @@ struct PrintLook {
 
 struct Alignment {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();
-  PrintLook look;
+  PrintAppearance look;
   int pixels = 0;               ///< that saw the tag, and were not cut off
   double cut_share = 0;         ///< of the pixels on edges: cut off
   double contrast_error = 0;    ///< RMS of picture minus print, as a share of the look's contrast
@@ -42,6 +42,6 @@ struct Alignment {
 /// the print does not match, or too little of it is among the pixels.
 std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, const TagPattern& pattern, double size_m,
                                         const Eigen::Isometry3d& T_camera_tag,
-                                        const std::optional<PrintLook>& look = std::nullopt);
+                                        const std::optional<PrintAppearance>& look = std::nullopt);
 
 }  // namespace lumigraft

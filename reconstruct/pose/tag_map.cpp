@@ -23,7 +23,7 @@ bool beyond(const Step& step, const Step& sigma) {
 
 }  // namespace
 
-PoseCovariance TagPlace::slack(const Isometry3d& T_camera_tag) const {
+PoseCovariance TagMapEntry::slack(const Isometry3d& T_camera_tag) const {
   PoseCovariance of_tag = PoseCovariance::Zero();  // turn, shift
   if (first_) return of_tag;
   double shift_m = kConfiguredM, turn_rad = kConfiguredRad;
@@ -37,7 +37,7 @@ PoseCovariance TagPlace::slack(const Isometry3d& T_camera_tag) const {
   return camera_covariance(of_tag, T_camera_tag);
 }
 
-void TagPlace::see(const Isometry3d& seen) {
+void TagMapEntry::see(const Isometry3d& seen) {
   if (first_) return;
   if (count_ > 0) {
     const Step off = step_between(mean_, seen);
@@ -66,7 +66,7 @@ void TagPlace::see(const Isometry3d& seen) {
   if (count_ >= kEnough) T_world_tag_ = mean_;
 }
 
-std::string TagPlace::warning(int id) const {
+std::string TagMapEntry::warning(int id) const {
   char text[200];
   if (!T_world_tag_) {
     std::snprintf(text, sizeof(text), "tag %d: not used before it was seen beside others", id);

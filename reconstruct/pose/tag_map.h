@@ -8,12 +8,12 @@
 
 namespace lumigraft {
 
-class TagPlace {
+class TagMapEntry {
  public:
   /// The first tag: its frame is the world, for sure.
-  TagPlace() : first_(true), T_world_tag_(Eigen::Isometry3d::Identity()) {}
+  TagMapEntry() : first_(true), T_world_tag_(Eigen::Isometry3d::Identity()) {}
   /// A further one; empty: not known yet.
-  explicit TagPlace(const std::optional<Eigen::Isometry3d>& configured)
+  explicit TagMapEntry(const std::optional<Eigen::Isometry3d>& configured)
       : configured_(configured), T_world_tag_(configured) {}
 
   const std::optional<Eigen::Isometry3d>& T_world_tag() const { return T_world_tag_; }

@@ -77,10 +77,10 @@ double narrowest_px(const TagCorners& points) {
   return longest > 0 ? std::abs(twice_area) / 2 / longest : 0;
 }
 
-TagReader::TagReader(const TagPattern& pattern, double size_m, const CameraModel& camera, const Response& response)
+TagPoseEstimator::TagPoseEstimator(const TagPattern& pattern, double size_m, const CameraModel& camera, const Response& response)
     : pattern_(pattern), size_m_(size_m), camera_(camera), response_(response) {}
 
-std::optional<TagReader::Place> TagReader::place(const Isometry3d& T_camera_tag) const {
+std::optional<TagPoseEstimator::Place> TagPoseEstimator::place(const Isometry3d& T_camera_tag) const {
   const auto print = projected(T_camera_tag, size_m_ / 2 * pattern_.cells / pattern_.square_cells, camera_);
   if (!print) return std::nullopt;
   const PixelRegion region = tiles_around(*print, camera_);
@@ -90,7 +90,7 @@ std::optional<TagReader::Place> TagReader::place(const Isometry3d& T_camera_tag)
   return Place{region, narrowest_px(*print)};
 }
 
-void TagReader::align(PoseCandidate& candidate, const std::vector<SeenPixel>& pixels) const {
+void TagPoseEstimator::align(PoseCandidate& candidate, const std::vector<SeenPixel>& pixels) const {
   const auto& before = candidate.alignment;
   candidate.alignment = align_to_print(pixels, pattern_, size_m_, candidate.T_camera_tag,
                                        before ? std::optional(before->look) : std::nullopt);
@@ -102,7 +102,7 @@ void TagReader::align(PoseCandidate& candidate, const std::vector<SeenPixel>& pi
   candidate.noise = 9 * candidate.alignment->covariance;
 }
 
-void TagReader::weigh(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const {
+void TagPoseEstimator::weigh(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const {
   double best_contrast = std::numeric_limits<double>::max();
   for (const PoseCandidate& pose : candidates)
     if (pose.alignment) best_contrast = std::min(best_contrast, pose.alignment->contrast_error);
@@ -120,7 +120,7 @@ void TagReader::weigh(std::vector<PoseCandidate>& candidates, const PoseHints& h
   }
 }
 
-std::vector<PoseCandidate> TagReader::explain(const TagCorners& corners, const Picture& picture,
+std::vector<PoseCandidate> TagPoseEstimator::explain(const TagCorners& corners, const Picture& picture,
                                               const PoseHints& hints) const {
   SquareCorners rays;
   for (int i = 0; i < 4; ++i) {
@@ -129,7 +129,7 @@ std::vector<PoseCandidate> TagReader::explain(const TagCorners& corners, const P
     rays[i] = direction->head<2>() / direction->z();
   }
   const double focal_px = (camera_.fx + camera_.fy) / 2;
-  std::vector<SquarePose> starts = solve_square(rays, size_m_);
+  std::vector<PlanarPose> starts = solve_square(rays, size_m_);
   const std::size_t minima = starts.size();
   if (minima == 1) {
     // Noise can merge both minima of four corners; the whole print may still have two.
@@ -145,7 +145,7 @@ std::vector<PoseCandidate> TagReader::explain(const TagCorners& corners, const P
   };
   std::vector<PoseCandidate> result;
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    const SquarePose& start = starts[i];
+    const PlanarPose& start = starts[i];
     // Four corners alone settle it where one pose misses them by pixels.
     if (i > 0 && (start.error - starts[0].error) * focal_px > 1.5) break;
     PoseCandidate candidate;
@@ -184,8 +184,8 @@ std::vector<PoseCandidate> TagReader::explain(const TagCorners& corners, const P
   return result;
 }
 
-std::optional<PoseCandidate> TagReader::follow(const Picture& picture, const Isometry3d& T_camera_tag,
-                                               const PrintLook& look) const {
+std::optional<PoseCandidate> TagPoseEstimator::follow(const Picture& picture, const Isometry3d& T_camera_tag,
+                                               const PrintAppearance& look) const {
   const auto corners = projected(T_camera_tag, size_m_ / 2, camera_);
   if (!corners) return std::nullopt;
   const PixelRegion region = region_of_corners(*corners, pattern_, camera_);
@@ -200,7 +200,7 @@ std::optional<PoseCandidate> TagReader::follow(const Picture& picture, const Iso
   if (!candidate.alignment || candidate.alignment->contrast_error > kFollowContrast) return std::nullopt;
   align(candidate, pixels);
   if (!candidate.alignment || candidate.alignment->contrast_error > kFollowContrast) return std::nullopt;
-  const PrintLook& now = candidate.alignment->look;
+  const PrintAppearance& now = candidate.alignment->look;
   const double contrast = now.contrast() / look.contrast();
   if (!(contrast > 0.5 && contrast < 2)) return std::nullopt;
   if ((candidate.T_camera_tag.translation() - T_camera_tag.translation()).norm() > kFollowM ||

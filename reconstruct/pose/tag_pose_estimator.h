@@ -34,16 +34,16 @@ struct PoseHints {
   const Image<float>* depth_m = nullptr;
 };
 
-class TagReader {
+class TagPoseEstimator {
  public:
-  TagReader(const TagPattern& pattern, double size_m, const CameraModel& camera, const Response& response);
+  TagPoseEstimator(const TagPattern& pattern, double size_m, const CameraModel& camera, const Response& response);
 
   /// Both poses that explain the corners (Schweighofer & Pinz 2006) as far as they differ, aligned to the whole print.
   std::vector<PoseCandidate> explain(const TagCorners& corners, const Picture& picture, const PoseHints& hints) const;
   /// The pose from the part of the print that shows, where the square is no longer whole. Empty where that is too
   /// little, or not near `T_camera_tag`.
   std::optional<PoseCandidate> follow(const Picture& picture, const Eigen::Isometry3d& T_camera_tag,
-                                      const PrintLook& look) const;
+                                      const PrintAppearance& look) const;
   struct Place {
     PixelRegion region;
     double narrowest_px;  ///< of the print

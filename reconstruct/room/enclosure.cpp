@@ -144,19 +144,19 @@ std::vector<RoomPoint> room_points(const DistanceField& field) {
   for (const auto& [key, brick] : field.bricks) keys.push_back(key);
   std::sort(keys.begin(), keys.end());
   constexpr int half = kBrickEdge / 2;
-  constexpr Four kAlong = {0, 1, 2, 3};
+  constexpr Simd4 kAlong = {0, 1, 2, 3};
   const float per_voxel = 1 / field.voxel_m;
   std::vector<RoomPoint> points;
   for (const BrickKey& key : keys) {
     const FieldBrick& brick = *field.bricks.at(key);
     for (int eighth = 0; eighth < 8; ++eighth) {
       const Eigen::Vector3i corner = half * Eigen::Vector3i(eighth & 1, eighth >> 1 & 1, eighth >> 2);
-      Four weights{}, sum_x{}, sum_y{}, sum_z{};
+      Simd4 weights{}, sum_x{}, sum_y{}, sum_z{};
       for (int row = 0; row < half * half; ++row) {
         const int y = corner.y() + row % half, z = corner.z() + row / half;
         const auto k = static_cast<std::size_t>(corner.x() + kBrickEdge * (y + kBrickEdge * z));
-        const Four near = 1 - size_of(load(&brick.distance_m[k])) * per_voxel;
-        const Four weight = select((load(&brick.weight[k]) > 0) & (near > 0), near, Four{});
+        const Simd4 near = 1 - size_of(load(&brick.distance_m[k])) * per_voxel;
+        const Simd4 weight = select((load(&brick.weight[k]) > 0) & (near > 0), near, Simd4{});
         weights += weight;
         sum_x += weight * kAlong;
         sum_y += weight * static_cast<float>(y);

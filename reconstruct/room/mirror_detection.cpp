@@ -126,7 +126,7 @@ Reflection judge(const RoomPoint& p, const Plane& plane, const DistanceField& fi
   return Reflection::unknown;
 }
 
-std::optional<SuspectedMirror> mirror_in(const Plane& plane, const std::vector<RoomPoint>& points,
+std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<RoomPoint>& points,
                                          const DistanceField& field) {
   std::vector<RoomPoint> behind;
   std::vector<Vector3f> surface;
@@ -134,7 +134,7 @@ std::optional<SuspectedMirror> mirror_in(const Plane& plane, const std::vector<R
     if (plane.holds(p)) surface.push_back(p.position_m);
     if (plane.height(p.position_m) < -kBehind_m) behind.push_back(p);
   }
-  SuspectedMirror mirror;
+  DetectedMirror mirror;
   mirror.normal = plane.normal;
   std::vector<Vector3f> through;
   const std::size_t step = (behind.size() + kMostChecked - 1) / kMostChecked;
@@ -156,18 +156,18 @@ std::optional<SuspectedMirror> mirror_in(const Plane& plane, const std::vector<R
 
 }  // namespace
 
-std::vector<SuspectedMirror> suspected_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field) {
-  std::vector<SuspectedMirror> mirrors;
+std::vector<DetectedMirror> suspected_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field) {
+  std::vector<DetectedMirror> mirrors;
   for (const Plane& plane : planes_of(points))
     if (const auto mirror = mirror_in(plane, points, field)) mirrors.push_back(*mirror);
   std::stable_sort(mirrors.begin(), mirrors.end(),
-                   [](const SuspectedMirror& a, const SuspectedMirror& b) { return a.confirmed > b.confirmed; });
+                   [](const DetectedMirror& a, const DetectedMirror& b) { return a.confirmed > b.confirmed; });
   return mirrors;
 }
 
 std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field) {
   std::vector<std::string> lines;
-  for (const SuspectedMirror& mirror : suspected_mirrors(points, field)) {
+  for (const DetectedMirror& mirror : suspected_mirrors(points, field)) {
     char line[256];
     std::snprintf(line, sizeof line,
                   "depth goes through the wall at (%.2f, %.2f, %.2f) m and shows behind it what stands before it: if a "

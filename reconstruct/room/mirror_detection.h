@@ -14,14 +14,14 @@
 
 namespace lumigraft {
 
-struct SuspectedMirror {
+struct DetectedMirror {
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();   ///< unit, to where cameras are; tag frame
   Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  ///< of where its reflections are seen through the plane
   int confirmed = 0, denied = 0;                       ///< points behind it that are reflections, or cannot be
 };
 
 /// `points` are the field's own (room_points). Those with most points first; empty where nothing looks like a mirror.
-std::vector<SuspectedMirror> suspected_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field);
+std::vector<DetectedMirror> suspected_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field);
 
 /// A line for each.
 std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field);

@@ -22,7 +22,7 @@ constexpr float kLeastTold = 1e-4f;  ///< irradiance over the brightest: nothing
 class Clipped {
  public:
   Clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room, const DistanceField& field,
-          const FieldRays& rays, const MetalSurfaces& metal)
+          const FieldRays& rays, const MetalMask& metal)
       : light_(light),
         picture_(light.remainder),
         lamps_(lamps),
@@ -163,7 +163,7 @@ class Clipped {
   const Enclosure* room_;
   const DistanceField& field_;
   const FieldRays& rays_;
-  const MetalSurfaces& metal_;
+  const MetalMask& metal_;
   int width_, height_;
   std::vector<Vector3f> direction_;   ///< per cell
   std::vector<int> side_;             ///< per cell: of the room, where a measured one was seen; -1 elsewhere
@@ -174,7 +174,7 @@ class Clipped {
 }  // namespace
 
 void raise_clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room,
-                   const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal) {
+                   const DistanceField& field, const FieldRays& rays, const MetalMask& metal) {
   if (light.remainder.clipped.empty()) return;
   Clipped(light, lamps, room, field, rays, metal).raise();
 }

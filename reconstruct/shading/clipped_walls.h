@@ -14,6 +14,6 @@ namespace lumigraft {
 /// albedo that this side shows where it is not clipped. Cells that no camera saw follow those nearest to them, as
 /// before. The harmonics are those of the result.
 void raise_clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room,
-                   const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal);
+                   const DistanceField& field, const FieldRays& rays, const MetalMask& metal);
 
 }  // namespace lumigraft

@@ -92,7 +92,7 @@ int cell_of(const Eigen::Vector3f& direction, int width, int height) {
 
 }  // namespace
 
-RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                      const Illumination& illumination, const Enclosure* room)
     : field_(field),
       rays_(rays),
@@ -128,7 +128,7 @@ RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const Me
   beyond_.floor_m = std::min(beyond_.floor_m, *low);
 }
 
-RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                      const Enclosure* room, Beyond beyond)
     : field_(field),
       rays_(rays),
@@ -137,7 +137,7 @@ RoomLight::RoomLight(const DistanceField& field, const FieldRays& rays, const Me
       lift_m_(kLiftVoxels * field.voxel_m),
       beyond_(std::move(beyond)) {}
 
-Eigen::Vector3f RoomLight::far_radiance(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const {
+Eigen::Vector3f IrradianceModel::far_radiance(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const {
   const auto exit = enclosure_ ? enclosure_->leave(from_m, direction) : std::nullopt;
   const bool measured = exit && enclosure_->sides[exit->side].measured;
   if (!measured && !(exit && beyond_.guessed)) return beyond_.far.sample(direction);
@@ -146,7 +146,7 @@ Eigen::Vector3f RoomLight::far_radiance(const Eigen::Vector3f& from_m, const Eig
   return measured ? there : (0.5f * (there + beyond_.far.sample(direction))).eval();
 }
 
-std::optional<Eigen::Vector3f> RoomLight::floor_ahead(const Eigen::Vector3f& from_m,
+std::optional<Eigen::Vector3f> IrradianceModel::floor_ahead(const Eigen::Vector3f& from_m,
                                                       const Eigen::Vector3f& direction) const {
   const float fall = -beyond_.up.dot(direction), above_m = beyond_.up.dot(from_m) - beyond_.floor_m;
   if (fall < 1e-3f || above_m < 0) return std::nullopt;
@@ -156,7 +156,7 @@ std::optional<Eigen::Vector3f> RoomLight::floor_ahead(const Eigen::Vector3f& fro
   return from_m + above_m / fall * direction;
 }
 
-std::vector<Eigen::Vector3f> RoomLight::light_on_floor(const std::vector<PointLight>& lamps) const {
+std::vector<Eigen::Vector3f> IrradianceModel::light_on_floor(const std::vector<PointLight>& lamps) const {
   std::vector<Eigen::Vector3f> squares(kFloorSquares * kFloorSquares, Eigen::Vector3f::Zero());
   if (beyond_.up.isZero()) return squares;
   const Frame frame = frame_around(beyond_.up);
@@ -177,7 +177,7 @@ std::vector<Eigen::Vector3f> RoomLight::light_on_floor(const std::vector<PointLi
   return squares;
 }
 
-Eigen::Vector3f RoomLight::by_floor(const Gathered& gathered, const std::vector<Eigen::Vector3f>& on_floor) const {
+Eigen::Vector3f IrradianceModel::by_floor(const Gathered& gathered, const std::vector<Eigen::Vector3f>& on_floor) const {
   if (gathered.on_floor.empty()) return Eigen::Vector3f::Zero();
   const Frame frame = frame_around(beyond_.up);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -191,7 +191,7 @@ Eigen::Vector3f RoomLight::by_floor(const Gathered& gathered, const std::vector<
   return gathered.floor_share * sum;
 }
 
-RoomLight::Gathered RoomLight::gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal,
+IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal,
                                       int directions) const {
   const Frame frame = frame_around(normal);
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
@@ -219,7 +219,7 @@ RoomLight::Gathered RoomLight::gather(const Eigen::Vector3f& position_m, const E
           kFloorAlbedo / static_cast<float>(directions)};
 }
 
-float RoomLight::visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,
+float IrradianceModel::visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,
                             const Eigen::Vector3f& normal, int rays) const {
   const bool far = distance_m == kInfinitelyFar;
   const float distance = far ? kRoom_m : distance_m;
@@ -238,7 +238,7 @@ float RoomLight::visibility(const PointLight& light, float distance_m, const Eig
   return static_cast<float>(lit) / rays;
 }
 
-bool RoomLight::hidden_way(const PointLight& light, const Eigen::Vector3f& position_m,
+bool IrradianceModel::hidden_way(const PointLight& light, const Eigen::Vector3f& position_m,
                            const Eigen::Vector3f& normal) const {
   if (field_.seen_from_m.empty()) return false;
   const Eigen::Vector3f from = position_m + lift_m_ * normal;

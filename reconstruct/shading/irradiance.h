@@ -13,9 +13,9 @@ namespace lumigraft {
 
 constexpr float kInfinitelyFar = 0;  ///< as a lamp's distance
 
-class RoomLight {
+class IrradianceModel {
  public:
-  RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal,
+  IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
             const Illumination& illumination, const Enclosure* room = nullptr);
 
   /// What lies beyond all that is known.
@@ -29,7 +29,7 @@ class RoomLight {
   };
   const Beyond& beyond() const { return beyond_; }
   /// The same beyond a field of which somewhat more is known, or somewhat else.
-  RoomLight(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, const Enclosure* room,
+  IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, const Enclosure* room,
             Beyond beyond);
 
   /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
@@ -69,7 +69,7 @@ class RoomLight {
 
   const DistanceField& field_;
   const FieldRays& rays_;
-  const MetalSurfaces& metal_;
+  const MetalMask& metal_;
   const Enclosure* enclosure_;
   float lift_m_;  ///< rays start so far above the surface
   Beyond beyond_;

@@ -22,7 +22,7 @@ int level_at(const Eigen::Vector3f& position) {
 }
 
 std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays,
-                                         const MetalSurfaces& metal) {
+                                         const MetalMask& metal) {
   std::vector<BrickKey> keys;
   for (const auto& [key, brick] : field.bricks) keys.push_back(key);
   std::sort(keys.begin(), keys.end());
@@ -50,7 +50,7 @@ bool on_surface(const FieldBrick& brick, int index, float voxel_m) {
 }
 
 std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& key, const FieldRays& rays,
-                                    const MetalSurfaces& metal) {
+                                    const MetalMask& metal) {
   std::vector<SurfacePoint> points;
   const FieldBrick& brick = *field.brick(key);
   for (int index = 0; index < kBrickVoxels; ++index) {
@@ -148,7 +148,7 @@ std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, 
   return paper;
 }
 
-Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples,
+Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, int most_samples,
                      float least_m) {
   Surface surface;
   surface.points = surface_points(field, rays, metal);

@@ -47,7 +47,7 @@ struct Surface {
 bool on_surface(const FieldBrick& brick, int index, float voxel_m);
 /// The points of one brick.
 std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& key, const FieldRays& rays,
-                                    const MetalSurfaces& metal);
+                                    const MetalMask& metal);
 /// The cell of a point that is not metal, smallest cells being `sample_m` wide.
 SampleCell cell_of(const SurfacePoint& point, float sample_m);
 /// What some points of one cell are together.
@@ -63,7 +63,7 @@ std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, 
 
 /// Points where the field crosses zero and colour was seen; samples from cells as small as gives at most
 /// `most_samples`, and no smaller than `least_m`.
-Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalSurfaces& metal, int most_samples,
+Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, int most_samples,
                      float least_m = 0);
 
 }  // namespace lumigraft

@@ -8,21 +8,21 @@ namespace lumigraft::rays {
 
 using Eigen::Vector3f;
 using reference::Sampler;
-using reference::Surface;
-using reference::Vertex;
+using reference::SurfaceHit;
+using reference::PathVertex;
 
 namespace {
 
 constexpr float kOff_m = 1e-4f;  // from the surface they leave
 
-Surface with_look(Surface surface, const reference::Look& look) {
+Surface with_look(Surface surface, const reference::BsdfParams& look) {
   surface.look = look;
   return surface;
 }
 
 }  // namespace
 
-Rgb diffuse_under(const reference::Look& look, float cos_v) {
+Rgb diffuse_under(const reference::BsdfParams& look, float cos_v) {
   if (!look.mirrors()) return look.diffuse;
   const float m = 1 - std::clamp(cos_v, 0.0f, 1.0f), m2 = m * m;
   const Rgb seen = look.f0 + (look.f90 - look.f0) * (m2 * m2 * m);
@@ -36,25 +36,25 @@ Surface white_surface(Surface surface) {
   return surface;
 }
 
-reference::Look mirror_of(const reference::Look& look) {
-  reference::Look mirror = look;
+reference::BsdfParams mirror_of(const reference::BsdfParams& look) {
+  reference::BsdfParams mirror = look;
   mirror.diffuse.setZero();
   return mirror;
 }
 
-DeltaLight::Arrival DeltaLight::in_room(const Ray& ray) const {
+DeltaLight::Arrival DeltaLight::in_room(const SampledRay& ray) const {
   const float infinity = std::numeric_limits<float>::infinity();
   const auto hit = room_.meshes().hit(ray.from_m, ray.w, infinity);
   return hit ? Arrival{Arrival::At::real, hit->t_m, *hit} : Arrival{Arrival::At::sky, infinity, {}};
 }
 
-std::optional<DeltaLight::Arrival> DeltaLight::on_objects(const Ray& ray, float limit_m) const {
+std::optional<DeltaLight::Arrival> DeltaLight::on_objects(const SampledRay& ray, float limit_m) const {
   const auto hit = objects_.meshes().hit(ray.from_m, ray.w, limit_m);
   if (!hit) return std::nullopt;
   return Arrival{Arrival::At::object, hit->t_m, *hit};
 }
 
-Rgb DeltaLight::lamps_along(const Ray& ray, float near_m, float far_m) const {
+Rgb DeltaLight::lamps_along(const SampledRay& ray, float near_m, float far_m) const {
   Rgb sum = Rgb::Zero();
   if (!(ray.pdf > 0)) return sum;
   for (const ReferenceLamp& lamp : room_.lamps()) {
@@ -108,8 +108,8 @@ std::uint32_t DeltaLight::behind_room(const reference::RayFan& fan, std::size_t 
   return behind;
 }
 
-std::optional<Ray> DeltaLight::sent_on(const Vertex& vertex, Sampler& sampler, Rgb* throughput) const {
-  Ray ray;
+std::optional<SampledRay> DeltaLight::sent_on(const Vertex& vertex, Sampler& sampler, Rgb* throughput) const {
+  SampledRay ray;
   ray.w = vertex.sample(sampler);
   ray.from_m = vertex.leave(ray.w);
   ray.pdf = vertex.pdf(ray.w);
@@ -146,13 +146,13 @@ Rgb DeltaLight::mirrored_by_object(const Vertex& lobe, Sampler& sampler, int mir
   return sum;
 }
 
-Rgb DeltaLight::arriving_before(const Ray& ray, float near_m, const Arrival& a, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::arriving_before(const SampledRay& ray, float near_m, const Arrival& a, Sampler& sampler, int mirrors) const {
   const bool ends = a.at == Arrival::At::real && room_.meshes().hides(a.hit);
   return lamps_along(ray, near_m, ends ? a.t_m : std::numeric_limits<float>::infinity()) +
          left_before(ray, a, sampler, mirrors);
 }
 
-Rgb DeltaLight::left_before(const Ray& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::left_before(const SampledRay& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
   if (a.at == Arrival::At::sky) return room_.sky().radiance(ray.w);
   if (const RoomFacet* facet = room_.facet(a.hit)) return room_.before(*facet, ray.from_m + a.t_m * ray.w);
   const RealPoint point = room_.point(a.hit, ray.w);
@@ -169,7 +169,7 @@ Rgb DeltaLight::left_before(const Ray& ray, const Arrival& a, Sampler& sampler, 
   return sum;
 }
 
-Rgb DeltaLight::left_change(const Ray& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::left_change(const SampledRay& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
   if (const RoomFacet* facet = room_.facet(a.hit)) {
     if (facet->albedo.maxCoeff() <= 0) return Rgb::Zero();
     const Vector3f normal = facet->normal.dot(ray.w) < 0 ? facet->normal : (-facet->normal).eval();
@@ -190,21 +190,21 @@ Rgb DeltaLight::left_change(const Ray& ray, const Arrival& a, Sampler& sampler, 
   return sum;
 }
 
-Rgb DeltaLight::left_object(const Ray& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::left_object(const SampledRay& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
   if (const Rgb* even = objects_.even_radiance(a.hit, ray.w)) return *even;
   const Surface surface = objects_.meshes().surface(a.hit, ray.w);
   const RayObjects::Irradiance e = objects_.irradiance(a.hit, surface.face);
-  const reference::Look& look = surface.look;
+  const reference::BsdfParams& look = surface.look;
   const Rgb sum = diffuse_under(look, -surface.normal.dot(ray.w)) / reference::kPi * (e.direct + e.indirect);
   if (mirrors == 0) return sum + look.f0 / reference::kPi * (e.direct + e.indirect);
   return sum + mirrored_by_object(Vertex(with_look(surface, mirror_of(look)), ray.w), sampler, mirrors);
 }
 
-Rgb DeltaLight::before(const Ray& ray, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::before(const SampledRay& ray, Sampler& sampler, int mirrors) const {
   return arriving_before(ray, 0, in_room(ray), sampler, mirrors);
 }
 
-Rgb DeltaLight::change(const Ray& ray, Sampler& sampler, int mirrors, float* to_object_m) const {
+Rgb DeltaLight::change(const SampledRay& ray, Sampler& sampler, int mirrors, float* to_object_m) const {
   const Arrival room = in_room(ray);
   if (const auto object = on_objects(ray, room.t_m)) {
     if (to_object_m) *to_object_m = std::min(*to_object_m, object->t_m);
@@ -214,7 +214,7 @@ Rgb DeltaLight::change(const Ray& ray, Sampler& sampler, int mirrors, float* to_
   return left_change(ray, room, sampler, mirrors);
 }
 
-Rgb DeltaLight::with_objects_unless(const Ray& ray, Sampler& sampler, int mirrors, const Rgb** end) const {
+Rgb DeltaLight::with_objects_unless(const SampledRay& ray, Sampler& sampler, int mirrors, const Rgb** end) const {
   const Arrival room = in_room(ray);
   if (const auto object = on_objects(ray, room.t_m)) {
     *end = objects_.even_radiance(object->hit, ray.w);
@@ -225,7 +225,7 @@ Rgb DeltaLight::with_objects_unless(const Ray& ray, Sampler& sampler, int mirror
   return room.at == Arrival::At::real ? (before + left_change(ray, room, sampler, mirrors)).eval() : before;
 }
 
-Rgb DeltaLight::with_objects(const Ray& ray, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::with_objects(const SampledRay& ray, Sampler& sampler, int mirrors) const {
   const Rgb* end = nullptr;
   const Rgb light = with_objects_unless(ray, sampler, mirrors, &end);
   return end ? (light + *end).eval() : light;

@@ -14,7 +14,7 @@
 
 namespace lumigraft::rays {
 
-struct Ray {
+struct SampledRay {
   Eigen::Vector3f from_m, w;  ///< w unit
   /// 1/sr; lamps that it meets count by their share against samples of lamps (Veach & Guibas 1995); 0: not at all,
   /// where only those samples count.
@@ -24,22 +24,22 @@ struct Ray {
 class DeltaLight {
  public:
   /// Keeps references. `sphere`: around the objects.
-  DeltaLight(const RayRoom& room, const RayObjects& objects, const ChangeCells& cells, const BoundingSphere& sphere)
+  DeltaLight(const RayRoom& room, const RayObjects& objects, const IrradianceChangeCache& cells, const BoundingSphere& sphere)
       : room_(room), objects_(objects), cells_(cells), sphere_(sphere) {}
 
   /// W/sr/m². `mirrors`: how many more times a ray may be sent on.
-  Rgb before(const Ray& ray, reference::Sampler& sampler, int mirrors) const;                                // L_μ
-  Rgb change(const Ray& ray, reference::Sampler& sampler, int mirrors, float* to_object_m = nullptr) const;  // L_Δ
-  Rgb with_objects(const Ray& ray, reference::Sampler& sampler, int mirrors) const;                          // L_ρ
+  Rgb before(const SampledRay& ray, reference::Sampler& sampler, int mirrors) const;                                // L_μ
+  Rgb change(const SampledRay& ray, reference::Sampler& sampler, int mirrors, float* to_object_m = nullptr) const;  // L_Δ
+  Rgb with_objects(const SampledRay& ray, reference::Sampler& sampler, int mirrors) const;                          // L_ρ
   /// The same, but where the ray ends on a matt object, only what comes from before it: `end` is the radiance that is to
   /// be added, which follows the irradiance of the objects.
-  Rgb with_objects_unless(const Ray& ray, reference::Sampler& sampler, int mirrors, const Rgb** end) const;
+  Rgb with_objects_unless(const SampledRay& ray, reference::Sampler& sampler, int mirrors, const Rgb** end) const;
 
   /// What an object's mirror lobe sends back to where it is seen from, lamps among it. `mirrors` is at least 1.
-  Rgb mirrored_by_object(const reference::Vertex& lobe, reference::Sampler& sampler, int mirrors) const;
+  Rgb mirrored_by_object(const reference::PathVertex& lobe, reference::Sampler& sampler, int mirrors) const;
   /// What lamps bring to the vertex and objects do not hide; and what they hide of what came before.
-  Rgb lit(const reference::Vertex& vertex, reference::Sampler& sampler) const;
-  Rgb hidden(const reference::Vertex& vertex, reference::Sampler& sampler) const;
+  Rgb lit(const reference::PathVertex& vertex, reference::Sampler& sampler) const;
+  Rgb hidden(const reference::PathVertex& vertex, reference::Sampler& sampler) const;
   /// By bit, which rays of a fan towards a lamp end on the room or on another lamp.
   std::uint32_t behind_room(const reference::RayFan& fan, std::size_t lamp) const;
   /// Whether the objects may be between a point and a lamp.
@@ -55,33 +55,33 @@ class DeltaLight {
     reference::MeshHit hit;
   };
   /// What a ray meets first, in the room alone or nearer, on the objects.
-  Arrival in_room(const Ray& ray) const;
-  std::optional<Arrival> on_objects(const Ray& ray, float limit_m) const;
+  Arrival in_room(const SampledRay& ray) const;
+  std::optional<Arrival> on_objects(const SampledRay& ray, float limit_m) const;
   /// What lamps send along the ray from between `near_m` and `far_m`.
-  Rgb lamps_along(const Ray& ray, float near_m, float far_m) const;
+  Rgb lamps_along(const SampledRay& ray, float near_m, float far_m) const;
   /// From beyond `near_m`.
-  Rgb arriving_before(const Ray& ray, float near_m, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
-  Rgb left_before(const Ray& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
-  Rgb left_change(const Ray& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
-  Rgb left_object(const Ray& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
+  Rgb arriving_before(const SampledRay& ray, float near_m, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
+  Rgb left_before(const SampledRay& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
+  Rgb left_change(const SampledRay& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
+  Rgb left_object(const SampledRay& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
   /// Irradiance of lamps, for one point of each, that the objects hide from a point of the room.
   Rgb hidden_from(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, reference::Sampler& sampler) const;
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
   template <typename Counts>
-  Rgb lamps(const reference::Vertex& vertex, reference::Sampler& sampler, Counts counts) const;
-  std::optional<Ray> sent_on(const reference::Vertex& vertex, reference::Sampler& sampler, Rgb* throughput) const;
+  Rgb lamps(const reference::PathVertex& vertex, reference::Sampler& sampler, Counts counts) const;
+  std::optional<SampledRay> sent_on(const reference::PathVertex& vertex, reference::Sampler& sampler, Rgb* throughput) const;
 
   const RayRoom& room_;
   const RayObjects& objects_;
-  const ChangeCells& cells_;
+  const IrradianceChangeCache& cells_;
   BoundingSphere sphere_;  // around the objects
 };
 
 /// The same place, reflecting all of its light evenly: radiance that it sends back is irradiance over π.
-reference::Surface white_surface(reference::Surface surface);
+reference::SurfaceHit white_surface(reference::SurfaceHit surface);
 /// The Lambert part under its surface, seen from where the cosine is `cos_v`, per evenly arriving irradiance: times π.
-Rgb diffuse_under(const reference::Look& look, float cos_v);
+Rgb diffuse_under(const reference::BsdfParams& look, float cos_v);
 /// The mirror part alone.
-reference::Look mirror_of(const reference::Look& look);
+reference::BsdfParams mirror_of(const reference::BsdfParams& look);
 
 }  // namespace lumigraft::rays

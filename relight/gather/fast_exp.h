@@ -4,13 +4,13 @@
 namespace lumigraft::rays {
 
 /// About exp(-x), x >= 0: 1 at 0, the same slope there, 1e-3 at 10.
-inline float falloff(float x) {
+inline float fast_exp(float x) {
   const float once = 1 / (1 + x / 8), twice = once * once, four = twice * twice;
   return four * four;
 }
 
 /// x to the power of 32.
-inline float to_the_32nd(float x) {
+inline float pow32(float x) {
   const float x2 = x * x, x4 = x2 * x2, x8 = x4 * x4, x16 = x8 * x8;
   return x16 * x16;
 }

@@ -11,23 +11,23 @@ namespace {
 
 using Eigen::Vector3f;
 using reference::Sampler;
-using reference::Vertex;
+using reference::PathVertex;
 
 constexpr int kRow = 4;               // rows, a thread's turn
 constexpr int kSteps = 2;             // of the filter: one pixel apart, then two
 constexpr float kOffPlane_px = 1.5f;  // as far from the other's plane as a surface goes on
 constexpr float kNearShare = 0.5f;    // of the distance to an object: so far its light changes little
 
-float alike(const reference::Surface& a, const reference::Surface& b, float pixel_m, float near_m) {
+float alike(const reference::SurfaceHit& a, const reference::SurfaceHit& b, float pixel_m, float near_m) {
   const Vector3f apart = b.position_m - a.position_m;
   const float turn = std::max(a.normal.dot(b.normal), 0.0f), off = a.normal.dot(apart) / (kOffPlane_px * pixel_m);
   const float far2 = apart.squaredNorm() / (near_m * near_m);
-  return to_the_32nd(turn) * falloff(off * off + far2);
+  return pow32(turn) * fast_exp(off * off + far2);
 }
 
 }  // namespace
 
-GatherGrid::GatherGrid(const std::vector<PixelSurface>& seen, const CameraModel& camera, int scale, Of kind)
+GatherGrid::GatherGrid(const std::vector<GBufferPixel>& seen, const CameraModel& camera, int scale, Of kind)
     : seen_(seen),
       camera_(camera),
       scale_(scale),
@@ -58,7 +58,7 @@ void GatherGrid::choose_pixel(int x, int y) {
   for (int v = y * scale_; v < std::min((y + 1) * scale_, camera_.height); ++v) {
     for (int u = x * scale_; u < std::min((x + 1) * scale_, camera_.width); ++u) {
       const int pixel = v * camera_.width + u;
-      const PixelSurface& p = seen_[static_cast<std::size_t>(pixel)];
+      const GBufferPixel& p = seen_[static_cast<std::size_t>(pixel)];
       const float off = std::hypot(static_cast<float>(u - x * scale_) - 0.4f * static_cast<float>(scale_),
                                    static_cast<float>(v - y * scale_) - 0.4f * static_cast<float>(scale_));
       if (!is_meant(p) || off >= least) continue;
@@ -69,7 +69,7 @@ void GatherGrid::choose_pixel(int x, int y) {
   }
 }
 
-std::array<float, 9> GatherGrid::shares_around(int u, int v, const reference::Surface& own) const {
+std::array<float, 9> GatherGrid::shares_around(int u, int v, const reference::SurfaceHit& own) const {
   std::array<float, 9> shares{};
   float sum = 0;
   for (int j = -1; j <= 1; ++j) {
@@ -81,7 +81,7 @@ std::array<float, 9> GatherGrid::shares_around(int u, int v, const reference::Su
       const float du = static_cast<float>(cell.pixel % camera_.width - u) / static_cast<float>(scale_),
                   dv = static_cast<float>(cell.pixel / camera_.width - v) / static_cast<float>(scale_);
       float& share = shares[static_cast<std::size_t>(3 * (j + 1) + i + 1)];
-      share = falloff(2 * (du * du + dv * dv)) *
+      share = fast_exp(2 * (du * du + dv * dv)) *
                   alike(own, surface(cell), cell.pixel_m, std::numeric_limits<float>::infinity()) +
               1e-8f;
       sum += share;
@@ -93,8 +93,8 @@ std::array<float, 9> GatherGrid::shares_around(int u, int v, const reference::Su
   return shares;
 }
 
-void GatherGrid::gather(const DeltaLight& light, const std::vector<reference::Place>& places, int rays,
-                        std::uint32_t seed, const Turn& turn) {
+void GatherGrid::gather(const DeltaLight& light, const std::vector<reference::ChangeRegion>& places, int rays,
+                        std::uint32_t seed, const UpdateSubset& turn) {
   const auto irradiance = [&](std::uint32_t cell, const Vertex& vertex, float* near_m) {
     // Most of what changes comes from all around, a little from objects and shadows that rays may miss.
     const RayCounts counts{std::max(3 * rays / 5, 1), std::max(rays / 4, 1)};
@@ -113,7 +113,7 @@ void GatherGrid::gather(const DeltaLight& light, const std::vector<reference::Pl
     for (int i = first; i < last; ++i) {
       Cell& cell = cells_[static_cast<std::size_t>(i)];
       if (cell.pixel < 0 || !turn.is_of(4 * (i / width_ % 2) + i % width_ % 4)) continue;
-      const PixelSurface& pixel = seen_[static_cast<std::size_t>(cell.pixel)];
+      const GBufferPixel& pixel = seen_[static_cast<std::size_t>(cell.pixel)];
       const bool glossy = kind_ == Of::glossy;
       Vertex vertex(glossy ? pixel.surface : white_surface(pixel.surface), pixel.w);
       vertex.look_for(places);

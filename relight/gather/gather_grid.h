@@ -16,12 +16,12 @@ class GatherGrid {
 
   /// Keeps references to `seen`, by pixel of `camera`. `scale`: edge of the squares of pixels of which one is gathered
   /// for.
-  GatherGrid(const std::vector<PixelSurface>& seen, const CameraModel& camera, int scale, Of kind);
+  GatherGrid(const std::vector<GBufferPixel>& seen, const CameraModel& camera, int scale, Of kind);
 
   /// `places`: where light changes. `rays`: of a pixel. `turn`: which of the squares get new light; they are
   /// numbered from 0 to 7 in patterns of 4 × 2.
-  void gather(const DeltaLight& light, const std::vector<reference::Place>& places, int rays, std::uint32_t seed,
-              const Turn& turn);
+  void gather(const DeltaLight& light, const std::vector<reference::ChangeRegion>& places, int rays, std::uint32_t seed,
+              const UpdateSubset& turn);
 
   /// By pixel, of three channels. Even surfaces: signed change of irradiance without what lamps bring themselves, W/m².
   /// Glossy ones: the whole change of radiance that they send to the camera, W/sr/m². 0 for all others.
@@ -38,15 +38,15 @@ class GatherGrid {
   std::size_t at(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
   }
-  const reference::Surface& surface(const Cell& cell) const {
+  const reference::SurfaceHit& surface(const Cell& cell) const {
     return seen_[static_cast<std::size_t>(cell.pixel)].surface;
   }
-  bool is_meant(const PixelSurface& p) const { return p.known && p.glossy == (kind_ == Of::glossy); }
+  bool is_meant(const GBufferPixel& p) const { return p.known && p.glossy == (kind_ == Of::glossy); }
   void choose_pixel(int x, int y);
-  std::array<float, 9> shares_around(int u, int v, const reference::Surface& own) const;
+  std::array<float, 9> shares_around(int u, int v, const reference::SurfaceHit& own) const;
   std::vector<Eigen::Array4f> smoothed() const;
 
-  const std::vector<PixelSurface>& seen_;
+  const std::vector<GBufferPixel>& seen_;
   CameraModel camera_;
   int scale_;
   Of kind_;

@@ -3,7 +3,7 @@
 
 namespace lumigraft::rays {
 
-struct Detail {
+struct GatherQuality {
   int gather = 2;       ///< edge of the squares of pixels that indirect light is gathered for, pixels
   int block = 1;        ///< likewise of those of the room that share lamps' shadows and indirect light
   int on_object = 1;    ///< likewise of those of objects that share lamps' shadows
@@ -15,10 +15,10 @@ struct Detail {
   int mirrored = 4;     ///< rays that a glossy object sends on for each of those inside
   int rounds = 1;       ///< frames in which all that does not depend on the camera gets new light while things move
 
-  bool operator==(const Detail&) const = default;
+  bool operator==(const GatherQuality&) const = default;
 };
 
-inline Detail detail_of(int trace_scale) {
+inline GatherQuality gather_quality_of(int trace_scale) {
   switch (trace_scale) {
     case 8:
       return {.gather = 8,

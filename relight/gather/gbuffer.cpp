@@ -15,8 +15,8 @@ using reference::RayFan;
 constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against what is around it
 
 /// `hit`: null where there is nothing. `radiance`: what the camera sees there.
-PixelSurface pixel_of(const RayRoom& room, const Vector3f& w, const reference::MeshHit* hit, const Rgb& radiance) {
-  PixelSurface p;
+GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const reference::MeshHit* hit, const Rgb& radiance) {
+  GBufferPixel p;
   p.w = w;
   if (!hit) return p;
   const RealPoint point = room.point(*hit, w);
@@ -54,7 +54,7 @@ Vector3f PixelRays::at(int u, int v, const Eigen::Vector2f& within) const {
   return length > 0 ? (w / length).eval() : Vector3f::Zero().eval();  // NaN is none either
 }
 
-void see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance, std::vector<PixelSurface>& seen) {
+void trace_room(const RayRoom& room, const CameraRays& eye, const Image<float>& radiance, std::vector<GBufferPixel>& seen) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
   RayFan all;
   all.from_m = eye.camera.T_tag_camera.translation();

@@ -6,10 +6,10 @@
 
 namespace lumigraft::rays {
 
-struct PixelSurface {
+struct GBufferPixel {
   bool known = false;   ///< there is a surface
   bool glossy = false;  ///< a known one, which sends light on by direction
-  reference::Surface surface;
+  reference::SurfaceHit surface;
   Eigen::Vector3f w = Eigen::Vector3f::Zero();  ///< unit, from the camera
   float depth_m = 0;                            ///< along w
   Rgb albedo = Rgb::Zero();                     ///< of the pixel, finer than the room's; unless glossy
@@ -27,7 +27,7 @@ class PixelRays {
   std::vector<Eigen::Vector3f> corners_;  ///< unit; NaN where there is no ray
 };
 
-struct Eye {
+struct CameraRays {
   const PixelRays& rays;
   ReferenceCamera camera;
 
@@ -37,6 +37,6 @@ struct Eye {
 };
 
 /// By pixel, through its centre, into `seen`. `radiance`: the camera picture, linear, W/sr/m².
-void see_room(const RayRoom& room, const Eye& eye, const Image<float>& radiance, std::vector<PixelSurface>& seen);
+void trace_room(const RayRoom& room, const CameraRays& eye, const Image<float>& radiance, std::vector<GBufferPixel>& seen);
 
 }  // namespace lumigraft::rays

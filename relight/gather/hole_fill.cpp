@@ -20,10 +20,10 @@ constexpr float kLeastCosine = 0.05f;                  // of a plane seen from t
 
 struct Filled {
   int pixel;
-  PixelSurface surface;
+  GBufferPixel surface;
 };
 
-bool is_hole(const PixelSurface& p) { return !p.known || (!p.glossy && p.albedo.maxCoeff() <= 0); }
+bool is_hole(const GBufferPixel& p) { return !p.known || (!p.glossy && p.albedo.maxCoeff() <= 0); }
 
 Rgb pixel(const Image<float>& image, int i) {
   const float* at = &image.data[3 * static_cast<std::size_t>(i)];
@@ -38,7 +38,7 @@ Rgb coded(const Rgb& light, float exposure) {
 }  // namespace
 
 void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, float exposure,
-                std::vector<PixelSurface>& seen) {
+                std::vector<GBufferPixel>& seen) {
   constexpr std::array<std::array<int, 2>, 8> ways = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
   const int width = camera.model.width, height = camera.model.height;
@@ -47,13 +47,13 @@ void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, flo
       static_cast<std::size_t>(height));  // by row; what is there stays until all looked
   const auto usable = [&](int u, int v) {
     if (u < 0 || v < 0 || u >= width || v >= height) return false;
-    const PixelSurface& p = seen[static_cast<std::size_t>(v * width + u)];
+    const GBufferPixel& p = seen[static_cast<std::size_t>(v * width + u)];
     return !is_hole(p) && !p.glossy;
   };
   for_each_block(height, 4, [&](int first, int last) {
     for (int v = first; v < last; ++v) {
       for (int u = 0; u < width; ++u) {
-        const PixelSurface& hole = seen[static_cast<std::size_t>(v * width + u)];
+        const GBufferPixel& hole = seen[static_cast<std::size_t>(v * width + u)];
         if (!is_hole(hole) || hole.w.isZero(0)) continue;
         const Rgb own = pixel(radiance, v * width + u), own_code = coded(own, exposure);
         float least = kUnlikeColor;
@@ -74,12 +74,12 @@ void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, flo
           }
         }
         if (best < 0) continue;
-        const PixelSurface& beside = seen[static_cast<std::size_t>(best)];
+        const GBufferPixel& beside = seen[static_cast<std::size_t>(best)];
         const Vector3f eye_m = camera.T_tag_camera.translation(), &n = beside.surface.normal;
         const float fall = n.dot(hole.w), t = n.dot(beside.surface.position_m - eye_m) / fall;
         if (fall > -kLeastCosine || !(std::abs(t - beside.depth_m) < 0.5f * beside.depth_m)) continue;
         Filled& now = filled[static_cast<std::size_t>(v)].emplace_back(Filled{v * width + u, beside});
-        PixelSurface& p = now.surface;
+        GBufferPixel& p = now.surface;
         p.w = hole.w;
         p.depth_m = t;
         p.surface.position_m = eye_m + t * hole.w;

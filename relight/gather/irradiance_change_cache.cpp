@@ -14,7 +14,7 @@ constexpr int kCoarser = 3;  // levels, where patches lie farther apart than cel
 
 }  // namespace
 
-std::uint64_t ChangeCells::key(const Vector3f& p_m, const Vector3f& normal, int coarser) const {
+std::uint64_t IrradianceChangeCache::key(const Vector3f& p_m, const Vector3f& normal, int coarser) const {
   const float far = std::max((p_m - sphere_.centre_m).norm() / sphere_.radius_m - 1, 0.0f);
   const int level = std::clamp(static_cast<int>(std::log2(1 + far)), 0, kMostLevels) + coarser;
   const float edge_m = std::ldexp(sphere_.radius_m / kFinest, level);
@@ -28,7 +28,7 @@ std::uint64_t ChangeCells::key(const Vector3f& p_m, const Vector3f& normal, int 
   return key;
 }
 
-ChangeCells::ChangeCells(const std::vector<Patch>& patches, const BoundingSphere& sphere, const RayObjects& objects)
+IrradianceChangeCache::IrradianceChangeCache(const std::vector<Patch>& patches, const BoundingSphere& sphere, const RayObjects& objects)
     : sphere_(sphere) {
   const auto inside = [&](const Patch& patch) {
     if ((patch.position_m - sphere.centre_m).squaredNorm() > sphere.radius_m * sphere.radius_m) return false;
@@ -48,11 +48,11 @@ ChangeCells::ChangeCells(const std::vector<Patch>& patches, const BoundingSphere
   irradiance.assign(cells_.size(), Rgb::Zero());
 }
 
-void ChangeCells::go_on_from(const ChangeCells& others) {
+void IrradianceChangeCache::reuse_from(const IrradianceChangeCache& others) {
   for (std::size_t i = 0; i < cells_.size(); ++i) irradiance[i] = others.at(cells_[i].position_m, cells_[i].normal);
 }
 
-Rgb ChangeCells::at(const Vector3f& p_m, const Vector3f& normal) const {
+Rgb IrradianceChangeCache::at(const Vector3f& p_m, const Vector3f& normal) const {
   for (int coarser = 0; coarser <= kCoarser; ++coarser) {
     const auto found = found_.find(key(p_m, normal, coarser));
     if (found != found_.end()) return irradiance[static_cast<std::size_t>(found->second)];

@@ -10,16 +10,16 @@
 
 namespace lumigraft::rays {
 
-class ChangeCells {
+class IrradianceChangeCache {
  public:
   /// `sphere`: around the objects. Patches inside of closed objects stand for nothing.
-  ChangeCells(const std::vector<Patch>& patches, const BoundingSphere& sphere, const RayObjects& objects);
+  IrradianceChangeCache(const std::vector<Patch>& patches, const BoundingSphere& sphere, const RayObjects& objects);
 
   const std::vector<Patch>& cells() const { return cells_; }
   std::vector<Rgb> irradiance;  ///< by cell, signed change without what lamps bring themselves, W/m²
 
   /// What others held at the same places.
-  void go_on_from(const ChangeCells& others);
+  void reuse_from(const IrradianceChangeCache& others);
 
   Rgb at(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
 

@@ -36,8 +36,8 @@ int facing(const Vector3f& normal) {
 
 }  // namespace
 
-ObjectPlaces find_places(const Model& coarse) {
-  ObjectPlaces found;
+IrradianceProbes place_probes(const Model& coarse) {
+  IrradianceProbes found;
   const BoundingSphere sphere = bounding_sphere(coarse.positions_m);
   const float edge_m = sphere.radius_m / kAcross;
   found.model = refine_model(coarse, edge_m);

@@ -9,7 +9,7 @@
 
 namespace lumigraft::rays {
 
-struct ObjectPlaces {
+struct IrradianceProbes {
   struct Place {
     Eigen::Vector3f position_m, normal;  ///< unit, on its side
   };
@@ -26,6 +26,6 @@ struct ObjectPlaces {
   std::vector<std::uint32_t> first;  ///< 2 · vertices + 1; a side without places has none
 };
 
-ObjectPlaces find_places(const Model& model);
+IrradianceProbes place_probes(const Model& model);
 
 }  // namespace lumigraft::rays

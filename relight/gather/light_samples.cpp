@@ -15,7 +15,7 @@ using reference::RayFan;
 
 }  // namespace
 
-LampPoints::LampPoints(const ReferenceLamp& lamp, std::uint32_t seed) : lamp_(lamp), sets_(kSets + 1) {
+LightSampleSet::LightSampleSet(const ReferenceLamp& lamp, std::uint32_t seed) : lamp_(lamp), sets_(kSets + 1) {
   const bool sphere = lamp.shape == ReferenceLamp::Shape::sphere;
   if (!sphere) area_m2_ = reference::area_m2(lamp);
   for (int s = 0; s <= kSets; ++s) {
@@ -34,7 +34,7 @@ LampPoints::LampPoints(const ReferenceLamp& lamp, std::uint32_t seed) : lamp_(la
   }
 }
 
-void LampFan::keep_first(int count) {
+void ShadowRayPacket::keep_first(int count) {
   const float share = static_cast<float>(RayFan::kMost) / static_cast<float>(count);
   rays.some &= (1u << count) - 1;
   all = 0;
@@ -45,7 +45,7 @@ void LampFan::keep_first(int count) {
   }
 }
 
-float LampPoints::unhidden(const reference::Surface& surface) const {
+float LightSampleSet::unhidden(const reference::SurfaceHit& surface) const {
   if (lamp_.shape == ReferenceLamp::Shape::sphere) {
     const Vector3f to = lamp_.centre_m - surface.position_m;
     const float far = to.norm(), cosine = surface.normal.dot(to) / far, sine = lamp_.radius_m / far;
@@ -55,8 +55,8 @@ float LampPoints::unhidden(const reference::Surface& surface) const {
   return from(surface, kAll).all;
 }
 
-LampFan LampPoints::from(const reference::Surface& surface, int number) const {
-  LampFan fan;
+ShadowRayPacket LightSampleSet::from(const reference::SurfaceHit& surface, int number) const {
+  ShadowRayPacket fan;
   fan.rays.from_m = reference::leave(surface, surface.face);
   fan.weight.fill(0);
   const Set& set = sets_[static_cast<std::size_t>(number)];

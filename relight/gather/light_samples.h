@@ -9,7 +9,7 @@
 namespace lumigraft::rays {
 
 /// Towards one set, from one place.
-struct LampFan {
+struct ShadowRayPacket {
   reference::RayFan rays;  ///< those from which anything could come
   /// By ray, the irradiance that it stands for over the lamp's radiance, sr; 0 for the others.
   std::array<float, reference::RayFan::kMost> weight;
@@ -19,16 +19,16 @@ struct LampFan {
   void keep_first(int rays);
 };
 
-class LampPoints {
+class LightSampleSet {
  public:
   static constexpr int kSets = 16;
 
-  explicit LampPoints(const ReferenceLamp& lamp, std::uint32_t seed);
+  explicit LightSampleSet(const ReferenceLamp& lamp, std::uint32_t seed);
 
   /// From a white surface. `set`: below kSets.
-  LampFan from(const reference::Surface& surface, int set) const;
+  ShadowRayPacket from(const reference::SurfaceHit& surface, int set) const;
   /// What `all` of such a fan stands for, the same for each place: irradiance over the lamp's radiance, sr.
-  float unhidden(const reference::Surface& surface) const;
+  float unhidden(const reference::SurfaceHit& surface) const;
 
   const ReferenceLamp& lamp() const { return lamp_; }
 

@@ -15,15 +15,15 @@ constexpr float kOffPlane_px = 1.5f;  // of blocks: as far from the other's plan
 constexpr float kAlike = 0.95f;       // from here on two count as one surface
 constexpr float kUnlike = 1e-6f;      // blocks of other surfaces count so much: only where there are no others
 
-float alike(const reference::Surface& a, const PixelSurface& b, float block_m) {
+float alike(const reference::SurfaceHit& a, const GBufferPixel& b, float block_m) {
   const float turn = std::max(a.normal.dot(b.surface.normal), 0.0f);
   const float off = a.normal.dot(b.surface.position_m - a.position_m) / (kOffPlane_px * block_m);
-  return to_the_32nd(turn) * falloff(off * off);
+  return pow32(turn) * fast_exp(off * off);
 }
 
 }  // namespace
 
-CoarseView::CoarseView(const std::vector<PixelSurface>& seen, const CameraModel& camera, int block)
+LowResView::LowResView(const std::vector<GBufferPixel>& seen, const CameraModel& camera, int block)
     : block_(block), camera_(camera) {
   camera_.width = (camera.width + block - 1) / block;
   camera_.height = (camera.height + block - 1) / block;
@@ -36,11 +36,11 @@ CoarseView::CoarseView(const std::vector<PixelSurface>& seen, const CameraModel&
   for_each_block(camera_.height, kRow, [&](int first, int last) {
     for (int y = first; y < last; ++y) {
       for (int x = 0; x < camera_.width; ++x) {
-        const PixelSurface* nearest = nullptr;
+        const GBufferPixel* nearest = nullptr;
         float least = std::numeric_limits<float>::infinity();
         for (int v = y * block; v < std::min((y + 1) * block, camera.height); ++v) {
           for (int u = x * block; u < std::min((x + 1) * block, camera.width); ++u) {
-            const PixelSurface& p = seen[static_cast<std::size_t>(v * camera.width + u)];
+            const GBufferPixel& p = seen[static_cast<std::size_t>(v * camera.width + u)];
             const float off =
                 std::hypot(static_cast<float>(u - x * block) - middle, static_cast<float>(v - y * block) - middle);
             if (!p.known || p.glossy || off >= least) continue;
@@ -61,8 +61,8 @@ CoarseView::CoarseView(const std::vector<PixelSurface>& seen, const CameraModel&
   });
 }
 
-bool CoarseView::is_even(std::size_t first) const {
-  const PixelSurface& own = seen_[first];
+bool LowResView::is_even(std::size_t first) const {
+  const GBufferPixel& own = seen_[first];
   for (std::size_t other : {first, first + right_, first + below_, first + right_ + below_}) {
     if (other >= seen_.size() || !seen_[other].known) return false;
     if (alike(own.surface, seen_[other], block_m(own)) < kAlike) return false;
@@ -70,7 +70,7 @@ bool CoarseView::is_even(std::size_t first) const {
   return true;
 }
 
-BlockMix CoarseView::mix(int u, int v, const reference::Surface& surface) const {
+BlockMix LowResView::mix(int u, int v, const reference::SurfaceHit& surface) const {
   const float to_middle = 0.5f * static_cast<float>(block_ - 1);
   const float x = (static_cast<float>(u) - to_middle) / static_cast<float>(block_),
               y = (static_cast<float>(v) - to_middle) / static_cast<float>(block_);
@@ -86,7 +86,7 @@ BlockMix CoarseView::mix(int u, int v, const reference::Surface& surface) const 
   // Where the four lie in one plane, and the pixel in it, they are all alike.
   const bool even = even_[first] && alike(surface, seen_[first], block_m(seen_[first])) > kAlike;
   for (std::size_t k = 0; k < 4; ++k) {
-    const PixelSurface& other = seen_[first + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
+    const GBufferPixel& other = seen_[first + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
     if (!other.known) continue;
     const float share = (k & 1 ? right_share : 1 - right_share) * (k >> 1 ? bottom_share : 1 - bottom_share);
     weight[k] = even ? share : (share + kUnlike) * (alike(surface, other, block_m(other)) + kUnlike);

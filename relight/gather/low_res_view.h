@@ -16,17 +16,17 @@ struct BlockMix {
   bool empty() const { return weight == std::array<std::uint8_t, 4>{}; }
 };
 
-class CoarseView {
+class LowResView {
  public:
   /// `block`: their edge, pixels. Glossy surfaces are left out.
-  CoarseView(const std::vector<PixelSurface>& seen, const CameraModel& camera, int block);
+  LowResView(const std::vector<GBufferPixel>& seen, const CameraModel& camera, int block);
 
   /// By block, as by pixel of a picture of that size; with the camera that has it.
-  const std::vector<PixelSurface>& seen() const { return seen_; }
+  const std::vector<GBufferPixel>& seen() const { return seen_; }
   const CameraModel& camera() const { return camera_; }
 
   /// For a surface that is seen at a pixel of the picture.
-  BlockMix mix(int u, int v, const reference::Surface& surface) const;
+  BlockMix mix(int u, int v, const reference::SurfaceHit& surface) const;
 
   /// `value(block)`, mixed; zero for an empty mix.
   template <typename Value>
@@ -37,13 +37,13 @@ class CoarseView {
   }
 
  private:
-  float block_m(const PixelSurface& p) const { return p.depth_m / static_cast<float>(camera_.fx); }
+  float block_m(const GBufferPixel& p) const { return p.depth_m / static_cast<float>(camera_.fx); }
   bool is_even(std::size_t first) const;
 
   int block_;
   CameraModel camera_;         ///< only its size and focal lengths mean something
   std::size_t right_, below_;  ///< from a block to those beside it, 0 where there are none
-  std::vector<PixelSurface> seen_;
+  std::vector<GBufferPixel> seen_;
   std::vector<std::uint8_t> even_;  ///< by block: it and those right of and below it show one plane
 };
 

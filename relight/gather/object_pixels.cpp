@@ -18,8 +18,8 @@ using Eigen::Vector3f;
 using reference::MeshHit;
 using reference::RayFan;
 using reference::Sampler;
-using reference::Surface;
-using reference::Vertex;
+using reference::SurfaceHit;
+using reference::PathVertex;
 
 constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays of a pixel
 constexpr int kMirrors = 2;
@@ -48,8 +48,8 @@ struct Looks {
 /// All below by pixel of the window, unless it says otherwise.
 class ObjectView {
  public:
-  ObjectView(const DeltaLight& light, const std::vector<LampPoints>& lamps, const std::vector<PixelSurface>& room,
-             const Eye& eye, const Detail& detail, std::vector<PixelSurface> memory)
+  ObjectView(const DeltaLight& light, const std::vector<LightSampleSet>& lamps, const std::vector<GBufferPixel>& room,
+             const CameraRays& eye, const GatherQuality& detail, std::vector<GBufferPixel> memory)
       : light_(light),
         lamps_(lamps),
         room_(room),
@@ -96,7 +96,7 @@ class ObjectView {
   std::size_t index(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(window_.width) + static_cast<std::size_t>(u);
   }
-  const PixelSurface& room_at(int u, int v) const {
+  const GBufferPixel& room_at(int u, int v) const {
     return room_[static_cast<std::size_t>(v + window_.top) * static_cast<std::size_t>(eye_.camera.model.width) +
                  static_cast<std::size_t>(u + window_.left)];
   }
@@ -128,7 +128,7 @@ class ObjectView {
               bottom = std::min(v + window_.top + 1, eye_.camera.model.height - 1) - window_.top;
     for (int y = top; y <= bottom; ++y) {
       for (int x = left; x <= right; ++x) {
-        const PixelSurface& room = room_at(x, y);
+        const GBufferPixel& room = room_at(x, y);
         if (room.known && room.depth_m < kSurelyFarther * t_m) return true;
       }
     }
@@ -198,8 +198,8 @@ class ObjectView {
     rows_[static_cast<std::size_t>(v)].push_back(found);
   }
 
-  PixelSurface seen_by(const Vector3f& w, const MeshHit& hit) const {
-    PixelSurface pixel;
+  GBufferPixel seen_by(const Vector3f& w, const MeshHit& hit) const {
+    GBufferPixel pixel;
     pixel.known = true;
     pixel.surface = light_.objects().meshes().surface(hit, w);
     pixel.w = w;
@@ -222,10 +222,10 @@ class ObjectView {
 
   /// Whether what a pixel shows ends between it and one beside it.
   bool is_edge(int u, int v) const {
-    const PixelSurface& own = first_[index(u, v)];
+    const GBufferPixel& own = first_[index(u, v)];
     const auto ends = [&](int x, int y) {
       if (x < 0 || y < 0 || x >= window_.width || y >= window_.height) return false;
-      const PixelSurface& other = first_[index(x, y)];
+      const GBufferPixel& other = first_[index(x, y)];
       const float apart_px = std::abs(own.depth_m - other.depth_m) * static_cast<float>(model_.fx);
       return own.known != other.known || (own.known && apart_px > kJump_px * own.depth_m);
     };
@@ -235,7 +235,7 @@ class ObjectView {
   void shade(int v, const Found& found, ObjectPixels& out) const {
     Looks looks;
     looks.some = found.some;
-    PixelSurface first = first_[index(found.u, v)];
+    GBufferPixel first = first_[index(found.u, v)];
     bool edge = detail_.inside == 1 ? is_edge(found.u, v) : std::popcount(found.some) < detail_.inside;
     for (std::size_t k = 0; k < static_cast<std::size_t>(detail_.inside); ++k) {
       if (!(found.some >> k & 1)) continue;
@@ -274,7 +274,7 @@ class ObjectView {
     out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(looks.some)) / static_cast<float>(rays);
   }
 
-  bool goes_on(const PixelSurface& first, const Surface& surface) const {
+  bool goes_on(const GBufferPixel& first, const Surface& surface) const {
     const float pixel_m = first.depth_m / static_cast<float>(eye_.camera.model.fx);
     return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) < kOffPlane_px * pixel_m &&
            first.surface.normal.dot(surface.normal) > kLikeNormals;
@@ -291,7 +291,7 @@ class ObjectView {
         continue;
       }
       // Where shadows are sharp, every ray's own: a few points, others for each.
-      LampFan fan = lamps_[lamp].from(surface, (4 * (v & 3) + (u & 3) + ray) % LampPoints::kSets);
+      ShadowRayPacket fan = lamps_[lamp].from(surface, (4 * (v & 3) + (u & 3) + ray) % LightSampleSet::kSets);
       fan.rays.some &= 0xfu << (4 * (ray & 3));
       std::uint32_t open = fan.rays.some & ~light_.objects().meshes().blocked(fan.rays);
       fan.rays.some = open;
@@ -306,7 +306,7 @@ class ObjectView {
   /// The share of a lamp that surfaces of a pixel have in common, where they do.
   std::optional<float> open_to(std::size_t lamp, const BlockMix& mix, int u, int v, bool shares) const {
     if (!blocks_) {
-      const LampShare& share = open_[lamp][index(u, v)];
+      const LampVisibility& share = open_[lamp][index(u, v)];
       return shares && share.holds_near ? std::optional(share.open) : std::nullopt;
     }
     if (mix.empty()) return std::nullopt;
@@ -327,24 +327,24 @@ class ObjectView {
   }
 
   const DeltaLight& light_;
-  const std::vector<LampPoints>& lamps_;
-  const std::vector<PixelSurface>& room_;  ///< by pixel of the picture
-  const Eye& eye_;
-  Detail detail_;
+  const std::vector<LightSampleSet>& lamps_;
+  const std::vector<GBufferPixel>& room_;  ///< by pixel of the picture
+  const CameraRays& eye_;
+  GatherQuality detail_;
   Vector3f eye_m_;
-  Window window_;
+  PixelWindow window_;
   CameraModel model_;                               ///< of the window; only its size and focal lengths mean something
   std::array<Eigen::Vector2f, 16 * kMost> within_;  ///< where rays go in each of 4 × 4 pixels
-  std::vector<PixelSurface> first_;                 ///< what the first of a pixel's rays finds that finds anything
+  std::vector<GBufferPixel> first_;                 ///< what the first of a pixel's rays finds that finds anything
   std::vector<std::vector<Found>> rows_;
-  std::optional<CoarseView> blocks_;
-  std::vector<std::vector<LampShare>> open_;  ///< by lamp, then pixel or block
+  std::optional<LowResView> blocks_;
+  std::vector<std::vector<LampVisibility>> open_;  ///< by lamp, then pixel or block
 };
 
 }  // namespace
 
-ObjectPixels see_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                         const std::vector<PixelSurface>& room, const Eye& eye, const Detail& detail,
+ObjectPixels trace_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
+                         const std::vector<GBufferPixel>& room, const CameraRays& eye, const GatherQuality& detail,
                          ObjectPixels last) {
   return ObjectView(light, lamps, room, eye, detail, std::move(last.surfaces)).see();
 }

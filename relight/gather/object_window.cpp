@@ -15,7 +15,7 @@ float angle(const Vector3f& a, const Vector3f& b) { return std::atan2(a.cross(b)
 
 }  // namespace
 
-Window window_of(const std::vector<Eigen::Vector4f>& spheres, const Eye& eye) {
+PixelWindow window_of(const std::vector<Eigen::Vector4f>& spheres, const CameraRays& eye) {
   const CameraModel& camera = eye.camera.model;
   const Vector3f eye_m = eye.camera.T_tag_camera.translation();
   const auto may_see = [&](int left, int top, int right, int bottom) {

@@ -5,12 +5,12 @@
 namespace lumigraft::rays {
 
 /// Pixels of the picture.
-struct Window {
+struct PixelWindow {
   int left = 0, top = 0, width = 0, height = 0;
 };
 
 /// Around all pixels with rays that come near these spheres (x, y, z, radius; tag frame); left and top are multiples of
 /// sixteen.
-Window window_of(const std::vector<Eigen::Vector4f>& spheres, const Eye& eye);
+PixelWindow window_of(const std::vector<Eigen::Vector4f>& spheres, const CameraRays& eye);
 
 }  // namespace lumigraft::rays

@@ -35,7 +35,7 @@ struct Side {
 class Edges {
  public:
   Edges(const ReferenceCamera& camera, const Image<float>& radiance, float exposure, float voxel_m,
-        const std::vector<PixelSurface>& seen)
+        const std::vector<GBufferPixel>& seen)
       : eye_m_(camera.T_tag_camera.translation()),
         focal_px_(static_cast<float>(camera.model.fx)),
         width_(camera.model.width),
@@ -49,20 +49,20 @@ class Edges {
   int height() const { return height_; }
 
   bool turns_at(int u, int v) const {
-    const PixelSurface& p = at(u, v);
+    const GBufferPixel& p = at(u, v);
     if (!is_even(p)) return false;
     const int r = round_px(p);
     return std::any_of(kWays.begin(), kWays.begin() + 4, [&](const auto& way) {
-      const PixelSurface* q = beside(p, u + r * way[0], v + r * way[1]);
+      const GBufferPixel* q = beside(p, u + r * way[0], v + r * way[1]);
       return q && q->surface.normal.dot(p.surface.normal) < kTurn;
     });
   }
 
-  std::optional<PixelSurface> sharp(int u, int v, const std::vector<std::uint8_t>& turns) const {
-    const PixelSurface& p = at(u, v);
+  std::optional<GBufferPixel> sharp(int u, int v, const std::vector<std::uint8_t>& turns) const {
+    const GBufferPixel& p = at(u, v);
     const auto [a, b] = sides(u, v, turns);
     if (b.pixel < 0) return std::nullopt;
-    const PixelSurface &of_a = seen_[static_cast<std::size_t>(a.pixel)],
+    const GBufferPixel &of_a = seen_[static_cast<std::size_t>(a.pixel)],
                        &of_b = seen_[static_cast<std::size_t>(b.pixel)];
     const Vector3f apart = of_b.surface.position_m - of_a.surface.position_m;
     const float from_a = of_a.surface.normal.dot(apart), from_b = -of_b.surface.normal.dot(apart);
@@ -84,31 +84,31 @@ class Edges {
   }
 
  private:
-  static bool is_even(const PixelSurface& p) { return p.known && !p.glossy && p.albedo.maxCoeff() > 0; }
-  const PixelSurface& at(int u, int v) const { return seen_[static_cast<std::size_t>(v * width_ + u)]; }
-  float reach_px(const PixelSurface& p, float voxels) const { return voxels * voxel_m_ * focal_px_ / p.depth_m; }
+  static bool is_even(const GBufferPixel& p) { return p.known && !p.glossy && p.albedo.maxCoeff() > 0; }
+  const GBufferPixel& at(int u, int v) const { return seen_[static_cast<std::size_t>(v * width_ + u)]; }
+  float reach_px(const GBufferPixel& p, float voxels) const { return voxels * voxel_m_ * focal_px_ / p.depth_m; }
 
-  int round_px(const PixelSurface& p) const {
+  int round_px(const GBufferPixel& p) const {
     return std::max(static_cast<int>(std::lround(reach_px(p, kRound_voxels))), 1);
   }
 
-  const PixelSurface* beside(const PixelSurface& p, int u, int v) const {
+  const GBufferPixel* beside(const GBufferPixel& p, int u, int v) const {
     if (u < 0 || v < 0 || u >= width_ || v >= height_) return nullptr;
-    const PixelSurface& q = at(u, v);
+    const GBufferPixel& q = at(u, v);
     return is_even(q) && std::abs(q.depth_m - p.depth_m) < kReach_voxels * voxel_m_ ? &q : nullptr;
   }
 
   /// As far on as an edge is round.
   bool is_flat(int u, int v, const std::array<int, 2>& way) const {
-    const PixelSurface& p = at(u, v);
+    const GBufferPixel& p = at(u, v);
     const int r = round_px(p);
-    const PixelSurface* on = beside(p, u + r * way[0], v + r * way[1]);
+    const GBufferPixel* on = beside(p, u + r * way[0], v + r * way[1]);
     return on && on->surface.normal.dot(p.surface.normal) > kFlat;
   }
 
   /// The nearest plane beside a pixel, and the nearest that is another one; pixel -1: none.
   std::array<Side, 2> sides(int u, int v, const std::vector<std::uint8_t>& turns) const {
-    const PixelSurface& p = at(u, v);
+    const GBufferPixel& p = at(u, v);
     const int reach = static_cast<int>(std::ceil(reach_px(p, kReach_voxels)));
     std::array<Side, kWays.size()> found;
     for (std::size_t i = 0; i < kWays.size(); ++i) {
@@ -135,7 +135,7 @@ class Edges {
     return two;
   }
 
-  std::optional<float> meets(const Vector3f& w, const PixelSurface& side) const {
+  std::optional<float> meets(const Vector3f& w, const GBufferPixel& side) const {
     const float fall = side.surface.normal.dot(w);
     if (fall > -kLeastCosine) return std::nullopt;
     return side.surface.normal.dot(side.surface.position_m - eye_m_) / fall;
@@ -154,9 +154,9 @@ class Edges {
   }
 
   /// The pixel on a side's plane, `t` along its ray.
-  std::optional<PixelSurface> on(const PixelSurface& p, const PixelSurface& side, int own, int of_side, float t) const {
+  std::optional<GBufferPixel> on(const GBufferPixel& p, const GBufferPixel& side, int own, int of_side, float t) const {
     if (!(std::abs(t - p.depth_m) < kOff_voxels * voxel_m_)) return std::nullopt;
-    PixelSurface sharp = p;
+    GBufferPixel sharp = p;
     sharp.surface.normal = sharp.surface.face = side.surface.normal;
     // Not below the fused surface, which would hide everything from there; nor below the plane, which would likewise.
     const float below = std::max(side.surface.normal.dot(eye_m_ + t * p.w - p.surface.position_m), 0.0f);
@@ -171,13 +171,13 @@ class Edges {
   int width_, height_;
   const Image<float>& radiance_;
   float exposure_, voxel_m_;
-  const std::vector<PixelSurface>& seen_;
+  const std::vector<GBufferPixel>& seen_;
 };
 
 }  // namespace
 
 void sharpen_edges(const ReferenceCamera& camera, const Image<float>& radiance, float exposure, float voxel_m,
-                   std::vector<PixelSurface>& seen) {
+                   std::vector<GBufferPixel>& seen) {
   const Edges edges(camera, radiance, exposure, voxel_m, seen);
   const int width = edges.width(), height = edges.height();
   std::vector<std::uint8_t> turns(seen.size());
@@ -186,7 +186,7 @@ void sharpen_edges(const ReferenceCamera& camera, const Image<float>& radiance, 
       for (int u = 0; u < width; ++u) turns[static_cast<std::size_t>(v * width + u)] = edges.turns_at(u, v);
     }
   });
-  std::vector<std::vector<std::pair<int, PixelSurface>>> sharp(static_cast<std::size_t>(height));
+  std::vector<std::vector<std::pair<int, GBufferPixel>>> sharp(static_cast<std::size_t>(height));
   for_each_block(height, 4, [&](int first, int last) {
     for (int v = first; v < last; ++v) {
       for (int u = 0; u < width; ++u) {

@@ -10,6 +10,6 @@ namespace lumigraft::rays {
 /// like the pixel. Pixels are left as they are where there aren't two planes beside them: real curves, ends, clutter.
 /// `exposure`: radiance times that is what the camera shows, 1 at most.
 void sharpen_edges(const ReferenceCamera& camera, const Image<float>& radiance, float exposure, float voxel_m,
-                   std::vector<PixelSurface>& seen);
+                   std::vector<GBufferPixel>& seen);
 
 }  // namespace lumigraft::rays

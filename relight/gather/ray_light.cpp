@@ -25,7 +25,7 @@ bool same_models(const std::vector<ReferenceMesh>& a, const std::vector<Referenc
 
 BoundingSphere sphere_around(const RayObjects& objects) {
   std::vector<Eigen::Vector3f> points_m;
-  for (const ObjectPlaces::Place& place : objects.places()) points_m.push_back(place.position_m);
+  for (const IrradianceProbes::Place& place : objects.places()) points_m.push_back(place.position_m);
   return bounding_sphere(points_m);
 }
 
@@ -52,7 +52,7 @@ PlacedModel placed(const ReferenceMesh& object, const std::vector<PlacedModel>& 
     if (result.facets) return result;
   }
   if (!result.places) {
-    result.places = std::make_shared<const ObjectPlaces>(find_places(*simplify_model(*object.model, kMostTriangles)));
+    result.places = std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*object.model, kMostTriangles)));
   }
   result.facets = std::make_shared<const std::vector<ObjectFacet>>(find_facets(*result.places, object.material));
   return result;
@@ -65,12 +65,12 @@ RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<Plac
       objects(std::move(placed)),
       sphere(sphere_around(objects)),
       cells(room->patches(), sphere, objects),
-      places(reference::places_of_change(room->lamps(), room->meshes(), objects.meshes())),
+      places(reference::change_regions(room->lamps(), room->meshes(), objects.meshes())),
       light(*room, objects, cells, sphere) {}
 
 bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
                       const std::function<void(const char*)>& done) {
-  const int rounds = detail_of(plan.trace_scale).rounds;
+  const int rounds = gather_quality_of(plan.trace_scale).rounds;
   const bool same_plan = rays_ == plan.rays && trace_scale_ == plan.trace_scale;
   const bool same = world_ && world_->room == room && same_meshes(objects_, objects) && same_plan;
   if (same && outstanding_ == 0) return false;
@@ -123,8 +123,8 @@ void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<Refe
   auto next = std::make_unique<World>(std::move(room), std::move(now));
   // Later bounces change little from frame to frame: they go on from where they were.
   if (goes_on) {
-    next->objects.go_on_from(world_->objects);
-    next->cells.go_on_from(world_->cells);
+    next->objects.reuse_from(world_->objects);
+    next->cells.reuse_from(world_->cells);
   }
   world_ = std::move(next);
   objects_ = objects;

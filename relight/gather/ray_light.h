@@ -19,9 +19,9 @@ class RayLight {
 
   /// After the first `follow`.
   const DeltaLight& light() const { return world_->light; }
-  const std::vector<reference::Place>& places() const { return world_->places; }
+  const std::vector<reference::ChangeRegion>& places() const { return world_->places; }
   /// Which places got new light last; what is seen of it may follow in the same rounds.
-  const Turn& turn() const { return turn_; }
+  const UpdateSubset& turn() const { return turn_; }
 
  private:
   struct World {
@@ -30,8 +30,8 @@ class RayLight {
     std::shared_ptr<const RayRoom> room;
     RayObjects objects;
     BoundingSphere sphere;
-    ChangeCells cells;
-    std::vector<reference::Place> places;  ///< where light changes
+    IrradianceChangeCache cells;
+    std::vector<reference::ChangeRegion> places;  ///< where light changes
     DeltaLight light;
   };
 
@@ -42,7 +42,7 @@ class RayLight {
   std::vector<PlacedModel> placed_;
   std::vector<ReferenceMesh> objects_;
   int rays_ = 0, trace_scale_ = 0;
-  Turn turn_;
+  UpdateSubset turn_;
   int outstanding_ = 0;  ///< rounds until all places have light that is of now
   std::unique_ptr<World> world_;
 };

@@ -26,13 +26,13 @@ std::vector<std::shared_ptr<const reference::ModelTree>> trees_of(const std::vec
 
 }  // namespace
 
-std::vector<ObjectFacet> find_facets(const ObjectPlaces& places, const std::optional<Material>& material) {
+std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const std::optional<Material>& material) {
   const Model& model = *places.model;
   const reference::Meshes meshes({{places.model, Eigen::Affine3f::Identity(), material, false}}, {places.tree});
   std::vector<ObjectFacet> facets;
   for (std::uint32_t t = 0; 3 * t + 2 < model.indices.size(); ++t) {
     const Vector3f& out = model.normals[model.indices[3 * t]];
-    const reference::Surface s = meshes.surface({0, 0, t, 1 / 3.0f, 1 / 3.0f}, -out);
+    const reference::SurfaceHit s = meshes.surface({0, 0, t, 1 / 3.0f, 1 / 3.0f}, -out);
     facets.push_back({s.face, s.look.diffuse, s.look.mirrors()});
   }
   return facets;
@@ -43,7 +43,7 @@ RayObjects::RayObjects(std::vector<PlacedModel> objects)
   for (const PlacedModel& object : objects_) {
     first_.push_back(places_.size());
     normals_.push_back(object.T_tag_model.linear().inverse().transpose());
-    for (const ObjectPlaces::Place& p : object.places->places) {
+    for (const IrradianceProbes::Place& p : object.places->places) {
       places_.push_back({object.T_tag_model * p.position_m, (normals_.back() * p.normal).stableNormalized()});
     }
     const Model& model = *object.places->model;
@@ -56,7 +56,7 @@ RayObjects::RayObjects(std::vector<PlacedModel> objects)
 
 void RayObjects::spread() {
   for (std::size_t o = 0; o < objects_.size(); ++o) {
-    const ObjectPlaces& places = *objects_[o].places;
+    const IrradianceProbes& places = *objects_[o].places;
     const Model& model = *places.model;
     const std::size_t vertices = model.positions_m.size(), sides = places.closed ? 1 : 2;
     for_each_block(static_cast<int>(sides * vertices), kBlock, [&](int from, int to) {
@@ -97,7 +97,7 @@ void RayObjects::set_indirect(std::vector<Rgb> by_place) {
   spread();
 }
 
-void RayObjects::go_on_from(const RayObjects& others) {
+void RayObjects::reuse_from(const RayObjects& others) {
   direct_ = others.direct_;
   indirect_ = others.indirect_;
 }
@@ -111,7 +111,7 @@ bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {
 }
 
 RayObjects::Irradiance RayObjects::irradiance(const reference::MeshHit& hit, const Vector3f& face) const {
-  const ObjectPlaces& places = *objects_[hit.mesh].places;
+  const IrradianceProbes& places = *objects_[hit.mesh].places;
   const Model& model = *places.model;
   const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
   const float weight[3] = {1 - hit.u - hit.v, hit.u, hit.v};

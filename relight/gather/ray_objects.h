@@ -18,11 +18,11 @@ struct ObjectFacet {
   bool mirrors;
 };
 /// `material` replaces the model's own.
-std::vector<ObjectFacet> find_facets(const ObjectPlaces& places, const std::optional<Material>& material);
+std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const std::optional<Material>& material);
 
 struct PlacedModel {
   std::shared_ptr<const Model> model;  ///< as it is exhibited
-  std::shared_ptr<const ObjectPlaces> places;
+  std::shared_ptr<const IrradianceProbes> places;
   std::shared_ptr<const std::vector<ObjectFacet>> facets;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
   std::optional<Material> material;  ///< replaces the model's own
@@ -34,7 +34,7 @@ class RayObjects {
 
   const reference::Meshes& meshes() const { return meshes_; }
   /// Of all objects, tag frame.
-  const std::vector<ObjectPlaces::Place>& places() const { return places_; }
+  const std::vector<IrradianceProbes::Place>& places() const { return places_; }
   /// Whether a ray from there leaves a closed object.
   bool is_inside(const Eigen::Vector3f& p_m, const Eigen::Vector3f& w) const;
 
@@ -53,7 +53,7 @@ class RayObjects {
     return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet.normal).dot(w) < 0 ? 0 : 1];
   }
   /// The same models, perhaps elsewhere; what they hold counts once more is set.
-  void go_on_from(const RayObjects& others);
+  void reuse_from(const RayObjects& others);
   /// At a hit, on the side of `face`.
   Irradiance irradiance(const reference::MeshHit& hit, const Eigen::Vector3f& face) const;
 
@@ -62,7 +62,7 @@ class RayObjects {
 
   std::vector<PlacedModel> objects_;
   reference::Meshes meshes_;
-  std::vector<ObjectPlaces::Place> places_;
+  std::vector<IrradianceProbes::Place> places_;
   std::vector<Rgb> direct_, indirect_;    ///< by place
   std::vector<std::size_t> first_;        ///< of an object's places
   std::vector<Eigen::Matrix3f> normals_;  ///< from the model's frame to the tag's, by object

@@ -75,17 +75,17 @@ struct RayRenderer::State {
   rays::RayLight light;
 
   std::shared_ptr<const rays::RayRoom> room;
-  std::vector<rays::LampPoints> lamps;
+  std::vector<rays::LightSampleSet> lamps;
 
   // What the last camera saw.
-  StillView still;
+  StaticViewCache still;
   rays::PixelRays pixel_rays;
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
   std::shared_ptr<const rays::RayRoom> seen_room;
-  rays::Detail detail;
-  std::vector<rays::PixelSurface> seen;
+  rays::GatherQuality detail;
+  std::vector<rays::GBufferPixel> seen;
   std::vector<Receiver> receivers;         ///< by pixel
-  std::optional<rays::CoarseView> blocks;  ///< where blocks of pixels share light
+  std::optional<rays::LowResView> blocks;  ///< where blocks of pixels share light
   std::optional<rays::GatherGrid> indirect, gloss;
   bool new_view = false;  ///< of which nothing was gathered yet
   Image<float> change;    ///< 3 channels, L_Δ of real pixels, W/sr/m²
@@ -114,7 +114,7 @@ struct RayRenderer::State {
 
   void enter(std::shared_ptr<const rays::RayRoom> next) {
     room = std::move(next);
-    lamps = rays::lamp_points_of(*room);
+    lamps = rays::light_samples_of(*room);
   }
 
   /// The last pose, unless the objects have moved in the picture since.
@@ -129,7 +129,7 @@ struct RayRenderer::State {
   }
 
   /// What the camera sees of the room, unless it has seen it so.
-  void look(const rays::Eye& eye, const rays::Detail& asked, Clock& clock) {
+  void look(const rays::CameraRays& eye, const rays::GatherQuality& asked, Clock& clock) {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
     const bool same_view = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
     if (same_view && detail == asked) return;
@@ -137,7 +137,7 @@ struct RayRenderer::State {
     const CameraModel& model = eye.camera.model;
     if (!same_view) {
       const Image<float> radiance = camera.radiance();
-      rays::see_room(*room, eye, radiance, seen);
+      rays::trace_room(*room, eye, radiance, seen);
       rays::fill_holes(eye.camera, radiance, camera.exposure(), seen);
       rays::sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
       T_tag_camera = T;
@@ -155,7 +155,7 @@ struct RayRenderer::State {
   }
 
   /// Surfaces that pixels share, or their own.
-  const std::vector<rays::PixelSurface>& shared() const { return blocks ? blocks->seen() : seen; }
+  const std::vector<rays::GBufferPixel>& shared() const { return blocks ? blocks->seen() : seen; }
   const CameraModel& of_shared() const { return blocks ? blocks->camera() : session.color.model; }
 
   void find_receivers() {
@@ -174,8 +174,8 @@ struct RayRenderer::State {
     });
   }
 
-  void see(const rays::Eye& eye, int rays, Clock& clock) {
-    const rays::Turn turn = new_view ? rays::Turn{} : light.turn();
+  void see(const rays::CameraRays& eye, int rays, Clock& clock) {
+    const rays::UpdateSubset turn = new_view ? rays::UpdateSubset{} : light.turn();
     new_view = true;  // where this fails, all is due
     find_change(rays, turn, clock);
     if (gloss) {
@@ -186,12 +186,12 @@ struct RayRenderer::State {
       }
       clock.done("gloss");
     }
-    objects = rays::see_objects(light.light(), lamps, seen, eye, detail, std::move(objects));
+    objects = rays::trace_objects(light.light(), lamps, seen, eye, detail, std::move(objects));
     clock.done("object pixels");
     new_view = false;
   }
 
-  void find_change(int rays, const rays::Turn& turn, Clock& clock) {
+  void find_change(int rays, const rays::UpdateSubset& turn, Clock& clock) {
     const std::vector<Eigen::Array4f> hidden =
         rays::hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail);
     clock.done("shadows");
@@ -218,7 +218,7 @@ struct RayRenderer::State {
     maps->albedo = maps->normals = Image<float>(change.width, change.height, 3);
     maps->depth_m = Image<float>(change.width, change.height, 1);
     const Eigen::Vector3f eye_m = T_tag_camera.topRightCorner<3, 1>(), forward = T_tag_camera.block<3, 1>(0, 2);
-    const auto tell = [&](std::size_t i, const rays::PixelSurface& p) {
+    const auto tell = [&](std::size_t i, const rays::GBufferPixel& p) {
       set(maps->albedo, i, p.albedo);
       set(maps->normals, i, p.surface.normal.array());
       maps->depth_m.data[i] = forward.dot(p.surface.position_m - eye_m);
@@ -302,8 +302,8 @@ RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, con
   Clock clock(result.passes);
   s.follow(scene);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
-  const rays::Eye eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
-  s.look(eye, rays::detail_of(plan.trace_scale), clock);
+  const rays::CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
+  s.look(eye, rays::gather_quality_of(plan.trace_scale), clock);
   if (lit_anew || s.new_view) s.see(eye, plan.rays, clock);
   s.compose(result.srgb);
   if (with_maps) result.maps = s.maps();

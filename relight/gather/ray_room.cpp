@@ -120,7 +120,7 @@ RealPoint RayRoom::measured_point(const reference::MeshHit& hit, const Vector3f&
     sum += known[k];
   }
   RealPoint point;
-  reference::Surface& s = point.surface;
+  reference::SurfaceHit& s = point.surface;
   s.normal.setZero();
   for (int k = 0; k < 3; ++k) {
     const float share = sum > 0 ? known[k] / sum : weight[k];

@@ -14,7 +14,7 @@ namespace lumigraft::rays {
 
 /// A point of a real surface.
 struct RealPoint {
-  reference::Surface surface;
+  reference::SurfaceHit surface;
   /// L_μ as it leaves the point to anywhere, W/sr/m²; NaN where that depends on the direction (known gloss).
   Rgb before = Rgb::Zero();
 

@@ -36,8 +36,8 @@ struct Shadow {
 class LampShadow {
  public:
   /// On the room: what objects alone keep from it. On objects: what anything keeps from them.
-  LampShadow(On on, const DeltaLight& light, std::size_t lamp, const LampPoints& points,
-             const std::vector<PixelSurface>& seen, const CameraModel& camera, const Detail& detail)
+  LampShadow(On on, const DeltaLight& light, std::size_t lamp, const LightSampleSet& points,
+             const std::vector<GBufferPixel>& seen, const CameraModel& camera, const GatherQuality& detail)
       : on_(on),
         light_(light),
         points_(points),
@@ -107,13 +107,13 @@ class LampShadow {
   std::size_t at(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
   }
-  bool is_wanted(const PixelSurface& p) const { return p.known && !(on_ == On::room && p.glossy); }
+  bool is_wanted(const GBufferPixel& p) const { return p.known && !(on_ == On::room && p.glossy); }
 
   std::uint8_t trace(int u, int v) {
-    const PixelSurface& p = seen_[at(u, v)];
+    const GBufferPixel& p = seen_[at(u, v)];
     if (!is_wanted(p)) return 0;
     if (on_ == On::room && !light_.may_hide(lamp_, p.surface.position_m)) return kOpen;
-    LampFan fan = points_.from(p.surface, 4 * (v & 3) + (u & 3));
+    ShadowRayPacket fan = points_.from(p.surface, 4 * (v & 3) + (u & 3));
     if (rays_ < RayFan::kMost) fan.keep_first(rays_);
     if (!(fan.all > 0)) return 0;
     std::array<MeshHit, RayFan::kMost> found;
@@ -194,12 +194,12 @@ class LampShadow {
   template <typename Add>
   void add_mean(int u, int v, Add add) const {
     constexpr std::array<float, 3> kernel = {3.0f / 8, 1.0f / 4, 1.0f / 16};
-    const PixelSurface& own = seen_[at(u, v)];
+    const GBufferPixel& own = seen_[at(u, v)];
     const float pixel_m = own.depth_m / focal_px_;
     float mean = 0, weights = 0, narrowest_m = kFar;
     for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, height_ - 1); ++y) {
       for (int x = std::max(u - kReach, 0); x <= std::min(u + kReach, width_ - 1); ++x) {
-        const PixelSurface& other = seen_[at(x, y)];
+        const GBufferPixel& other = seen_[at(x, y)];
         const Shadow& shadow = shadows_[at(x, y)];
         if (!shadow.known || !is_wanted(other)) continue;
         narrowest_m = std::min(narrowest_m, shadow.penumbra_m);
@@ -210,7 +210,7 @@ class LampShadow {
         const float off = own.surface.normal.dot(apart) / (kOffPlane_px * pixel_m);
         const float w = kernel[static_cast<std::size_t>(std::abs(x - u))] *
                         kernel[static_cast<std::size_t>(std::abs(y - v))] * turn * turn *
-                        falloff(off * off + 0.5f * apart.squaredNorm() / (within_m * within_m + 1e-12f));
+                        fast_exp(off * off + 0.5f * apart.squaredNorm() / (within_m * within_m + 1e-12f));
         mean += w * shadow.hidden;
         weights += w;
       }
@@ -220,9 +220,9 @@ class LampShadow {
 
   On on_;
   const DeltaLight& light_;
-  const LampPoints& points_;
+  const LightSampleSet& points_;
   std::size_t lamp_;
-  const std::vector<PixelSurface>& seen_;
+  const std::vector<GBufferPixel>& seen_;
   int width_, height_;
   float focal_px_;
   int rays_;  ///< of a pixel
@@ -232,17 +232,17 @@ class LampShadow {
 
 }  // namespace
 
-std::vector<LampPoints> lamp_points_of(const RayRoom& room) {
-  std::vector<LampPoints> points;
+std::vector<LightSampleSet> light_samples_of(const RayRoom& room) {
+  std::vector<LightSampleSet> points;
   for (const ReferenceLamp& lamp : room.lamps()) {
     points.emplace_back(lamp, kLampSeed + static_cast<std::uint32_t>(points.size()));
   }
   return points;
 }
 
-std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                                              const std::vector<PixelSurface>& seen, const CameraModel& camera,
-                                              const Detail& detail) {
+std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
+                                              const std::vector<GBufferPixel>& seen, const CameraModel& camera,
+                                              const GatherQuality& detail) {
   std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
     LampShadow shadow(On::room, light, lamp, lamps[lamp], seen, camera, detail);
@@ -256,14 +256,14 @@ std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std
   return sum;
 }
 
-std::vector<std::vector<LampShare>> open_to_lamps(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                                                  const std::vector<PixelSurface>& seen, const CameraModel& camera,
-                                                  const Detail& detail) {
-  std::vector<std::vector<LampShare>> open;
+std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
+                                                  const std::vector<GBufferPixel>& seen, const CameraModel& camera,
+                                                  const GatherQuality& detail) {
+  std::vector<std::vector<LampVisibility>> open;
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
     LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera, detail);
     shadow.look(detail.step);
-    std::vector<LampShare>& by_pixel = open.emplace_back(seen.size());
+    std::vector<LampVisibility>& by_pixel = open.emplace_back(seen.size());
     shadow.smoothed([&](std::size_t pixel, float hidden, float narrowest_px) {
       by_pixel[pixel] = {1 - hidden, narrowest_px > kWide_px};
     });

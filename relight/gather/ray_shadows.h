@@ -10,21 +10,21 @@
 namespace lumigraft::rays {
 
 /// For each lamp of the room.
-std::vector<LampPoints> lamp_points_of(const RayRoom& room);
+std::vector<LightSampleSet> light_samples_of(const RayRoom& room);
 
 /// By pixel, of three channels, irradiance of all lamps that objects hide from even real surfaces, W/m². What is
 /// narrower than detail.step may be missed.
-std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                                              const std::vector<PixelSurface>& seen, const CameraModel& camera,
-                                              const Detail& detail);
+std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
+                                              const std::vector<GBufferPixel>& seen, const CameraModel& camera,
+                                              const GatherQuality& detail);
 
-struct LampShare {
+struct LampVisibility {
   float open = 1;          ///< the share of a lamp's light that comes past room and objects
   bool holds_near = true;  ///< across the pixel: shadows around there are wider than that, or there are none
 };
 /// By lamp and pixel of an object.
-std::vector<std::vector<LampShare>> open_to_lamps(const DeltaLight& light, const std::vector<LampPoints>& lamps,
-                                                  const std::vector<PixelSurface>& seen, const CameraModel& camera,
-                                                  const Detail& detail);
+std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
+                                                  const std::vector<GBufferPixel>& seen, const CameraModel& camera,
+                                                  const GatherQuality& detail);
 
 }  // namespace lumigraft::rays

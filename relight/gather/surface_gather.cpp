@@ -6,8 +6,8 @@ namespace lumigraft::rays {
 
 using Eigen::Vector3f;
 using reference::Sampler;
-using reference::Surface;
-using reference::Vertex;
+using reference::SurfaceHit;
+using reference::PathVertex;
 
 namespace {
 
@@ -23,7 +23,7 @@ Vertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
 
 /// `gather(vertex, sampler, ray)` is the irradiance over π that one of the samples of a place finds.
 template <typename Gather>
-std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, const Turn& turn,
+std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, const UpdateSubset& turn,
                            const std::vector<Rgb>& kept, Gather gather) {
   std::vector<Rgb> found = kept;
   for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
@@ -45,12 +45,12 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
 
 }  // namespace
 
-void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const Turn& turn, RayObjects& objects) {
+void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const UpdateSubset& turn, RayObjects& objects) {
   objects.set_direct(at_places(objects, samples, seed, turn, objects.direct(),
                                [&](const Vertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
 }
 
-void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, const Turn& turn,
+void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, const UpdateSubset& turn,
                     RayObjects& objects) {
   const std::size_t per_place = static_cast<std::size_t>(rays);
   std::vector<const Rgb*> ends(objects.places().size() * per_place, nullptr);
@@ -68,8 +68,8 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
   }
 }
 
-void gather_cells(const DeltaLight& light, const std::vector<reference::Place>& places, int rays, std::uint32_t seed,
-                  const Turn& turn, ChangeCells& cells) {
+void gather_cells(const DeltaLight& light, const std::vector<reference::ChangeRegion>& places, int rays, std::uint32_t seed,
+                  const UpdateSubset& turn, IrradianceChangeCache& cells) {
   std::vector<Rgb> found = cells.irradiance;
   for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
     for (int i = first; i < last; ++i) {

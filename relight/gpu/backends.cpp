@@ -10,7 +10,7 @@ enum class Wanted { hardware, anything };
 
 bool any_usable(const std::vector<DeviceListing>& listings, Wanted wanted) {
   return std::any_of(listings.begin(), listings.end(), [&](const DeviceListing& listing) {
-    return listing.why_not.empty() && (wanted == Wanted::anything || !listing.software);
+    return listing.rejection_reason.empty() && (wanted == Wanted::anything || !listing.software);
   });
 }
 
@@ -54,7 +54,7 @@ Backend best_backend() {
   std::string reasons;
   for (const auto& listings : {vulkan_devices, egl_devices}) {
     for (const DeviceListing& listing : listings) {
-      reasons += "; " + std::string(name_of(listing.backend)) + ": " + listing.name + ": " + listing.why_not;
+      reasons += "; " + std::string(name_of(listing.backend)) + ": " + listing.name + ": " + listing.rejection_reason;
     }
   }
   throw GpuError("no usable GPU, nor software that stands in for one (mesa-vulkan-drivers)" + reasons);

@@ -222,7 +222,7 @@ struct DeviceListing {
   Backend backend = Backend::best;
   std::string name;
   bool software = false;
-  std::string why_not = {};  ///< empty: it can be used
+  std::string rejection_reason = {};  ///< empty: it can be used
 };
 /// Every device of this machine, and a line for each backend that has none. Never throws.
 std::vector<DeviceListing> list_devices();

@@ -41,7 +41,7 @@ Eigen::Vector3f nearest_to_origin(const Eigen::Vector3f& a, const Eigen::Vector3
 
 struct NearestQuery {
   const Model* model;
-  SurfacePoint best;
+  ClosestPoint best;
   bool found = false;
 };
 
@@ -113,7 +113,7 @@ ObjectSurface::ObjectSurface(const Model& model) : model_(model), scene_(std::ma
 
 ObjectSurface::~ObjectSurface() = default;
 
-std::optional<SurfacePoint> ObjectSurface::nearest(const Eigen::Vector3f& p_m, float radius_m) const {
+std::optional<ClosestPoint> ObjectSurface::nearest(const Eigen::Vector3f& p_m, float radius_m) const {
   NearestQuery found{&model_, {}, false};
   RTCPointQuery query{p_m.x(), p_m.y(), p_m.z(), 0.0f, radius_m};
   RTCPointQueryContext context;

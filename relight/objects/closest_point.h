@@ -10,7 +10,7 @@
 
 namespace lumigraft {
 
-struct SurfacePoint {
+struct ClosestPoint {
   float distance_m = 0;
   std::uint32_t triangle = 0;
   Eigen::Vector3f position_m;
@@ -23,7 +23,7 @@ class ObjectSurface {
   ~ObjectSurface();
 
   /// Empty where nothing lies within `radius_m`. Of triangles that are equally near, the one of lowest index.
-  std::optional<SurfacePoint> nearest(const Eigen::Vector3f& p_m, float radius_m) const;
+  std::optional<ClosestPoint> nearest(const Eigen::Vector3f& p_m, float radius_m) const;
 
   /// Distance to the first triangle along the ray that `accept` takes, given its index and unit normal.
   using Accept = std::function<bool(std::uint32_t triangle, const Eigen::Vector3f& normal)>;

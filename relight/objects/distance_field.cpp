@@ -71,7 +71,7 @@ class FieldBuilder {
     }
   }
 
-  void set(const std::array<int, 3>& at, const Eigen::Vector3f& p, const SurfacePoint& nearest) {
+  void set(const std::array<int, 3>& at, const Eigen::Vector3f& p, const ClosestPoint& nearest) {
     const std::size_t index =
         at[0] + static_cast<std::size_t>(field_.size[0]) * (at[1] + static_cast<std::size_t>(field_.size[1]) * at[2]);
     const float thicker = half_thickening(p, nearest);
@@ -82,7 +82,7 @@ class FieldBuilder {
 
   // How far the surface moves outwards at the nearest point, so that nothing is thinner than a shell: all of half a
   // shell where a part is open, and what is missing where the far wall of a solid is nearer than a shell is thick.
-  float half_thickening(const Eigen::Vector3f& p, const SurfacePoint& nearest) const {
+  float half_thickening(const Eigen::Vector3f& p, const ClosestPoint& nearest) const {
     const float half_shell = half_shell_voxels * h_;
     const std::uint32_t component = solid_.component(nearest.triangle);
     if (!solid_.is_solid(component)) return half_shell;
@@ -97,7 +97,7 @@ class FieldBuilder {
     return hit ? std::max(0.0f, half_shell - 0.5f * std::max(0.0f, *hit - back)) : 0.0f;
   }
 
-  Eigen::Vector3f inwards_at(const Eigen::Vector3f& p, const SurfacePoint& nearest, std::uint32_t component) const {
+  Eigen::Vector3f inwards_at(const Eigen::Vector3f& p, const ClosestPoint& nearest, std::uint32_t component) const {
     if (nearest.distance_m > 1e-3f * h_) {
       const Eigen::Vector3f away = (p - nearest.position_m) / nearest.distance_m;
       return inside_at(p) ? away : Eigen::Vector3f(-away);

@@ -13,7 +13,7 @@ namespace lumigraft {
 namespace {
 
 using reference::Paths;
-using reference::Ray;
+using reference::PathRay;
 using reference::Sampler;
 
 constexpr int kTile_px = 16;
@@ -47,7 +47,7 @@ std::optional<Ray> camera_ray(const ReferenceCamera& camera, int u, int v, Sampl
 
 /// Calls `sample(ray, paths)` for samples of a pixel.
 template <typename Sample>
-void for_each_sample(const reference::World& world, const ReferenceCamera& camera, std::uint32_t seed, int count, int u,
+void for_each_sample(const reference::TraceWorld& world, const ReferenceCamera& camera, std::uint32_t seed, int count, int u,
                      int v, Sample sample) {
   for (int i = 0; i < count; ++i) {
     Sampler sampler(seed, static_cast<std::uint32_t>(v * camera.model.width + u), static_cast<std::uint32_t>(i));
@@ -68,7 +68,7 @@ constexpr int kAround_px = 4;           // over which noise is averaged: few sam
 /// How many samples each pixel takes, so that the picture's error is least for `per_pixel` on average: in proportion to
 /// the standard deviation of one sample around there, which other samples tell. Those are not used again, so that
 /// counts and values are independent and nothing is biased.
-std::vector<int> sample_counts(const reference::World& world, const ReferenceCamera& camera,
+std::vector<int> sample_counts(const reference::TraceWorld& world, const ReferenceCamera& camera,
                                const ReferenceSamples& samples) {
   const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kPilotShare;
   std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);
@@ -110,11 +110,11 @@ std::vector<int> sample_counts(const reference::World& world, const ReferenceCam
 }  // namespace
 
 struct DeltaPathTracer::State {
-  reference::World world;
+  reference::TraceWorld world;
 };
 
 DeltaPathTracer::DeltaPathTracer(std::shared_ptr<const ReferenceScene> scene)
-    : state_(new State{reference::World(std::move(scene))}) {}
+    : state_(new State{reference::TraceWorld(std::move(scene))}) {}
 DeltaPathTracer::~DeltaPathTracer() = default;
 
 ReferencePicture DeltaPathTracer::change(const ReferenceCamera& camera, const ReferenceSamples& samples) const {

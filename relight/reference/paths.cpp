@@ -19,7 +19,7 @@ constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-Paths::Arrival Paths::arrival(const Ray& ray, bool with_objects) const {
+Paths::Arrival Paths::arrival(const PathRay& ray, bool with_objects) const {
   Arrival a;
   a.t_m = kInfinity;
   if (const auto lamp = nearest_lamp(world_.scene->lamps, ray.from_m, ray.w)) {
@@ -40,7 +40,7 @@ Paths::Arrival Paths::arrival(const Ray& ray, bool with_objects) const {
   return a;
 }
 
-Rgb Paths::emitted(const Ray& ray, const Arrival& a, float pdf) const {
+Rgb Paths::emitted(const PathRay& ray, const Arrival& a, float pdf) const {
   if (a.at == Arrival::At::sky) {
     const Rgb light = world_.sky.radiance(ray.w);
     return pdf > 0 ? (light * balanced(pdf, world_.sky.pdf(ray.w))).eval() : light;
@@ -50,7 +50,7 @@ Rgb Paths::emitted(const Ray& ray, const Arrival& a, float pdf) const {
   return pdf > 0 ? (light * balanced(pdf, lamp_pdf(lamp, ray.from_m, ray.w))).eval() : light;
 }
 
-Rgb Paths::on_the_way(const Ray& ray, const Arrival& a, float pdf) const {
+Rgb Paths::on_the_way(const PathRay& ray, const Arrival& a, float pdf) const {
   const bool ends = a.at != Arrival::At::real || world_.real.hides(a.hit);
   Rgb sum = Rgb::Zero();
   for (const ReferenceLamp& lamp : world_.scene->lamps) {
@@ -69,7 +69,7 @@ bool Paths::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float lim
 }
 
 template <typename Counts>
-Rgb Paths::direct(const Vertex& vertex, Counts counts) {
+Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
   Rgb sum = Rgb::Zero();
   const auto add = [&](const LightSample& s, const Vector3f& from_m, std::size_t lamp) {
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
@@ -97,7 +97,7 @@ bool Paths::lives(Past& past, float chance) {
   return true;
 }
 
-Rgb Paths::followed(Ray ray, Past past, bool with_objects) {
+Rgb Paths::followed(PathRay ray, Past past, bool with_objects) {
   Rgb sum = Rgb::Zero();
   while (true) {
     const Arrival a = arrival(ray, with_objects);
@@ -106,7 +106,7 @@ Rgb Paths::followed(Ray ray, Past past, bool with_objects) {
       return sum + past.throughput * emitted(ray, a, past.pdf);
     }
     const Meshes& meshes = a.at == Arrival::At::object ? world_.objects : world_.real;
-    const Vertex vertex(meshes.surface(a.hit, ray.w), ray.w);
+    const PathVertex vertex(meshes.surface(a.hit, ray.w), ray.w);
     const auto open = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
       return !blocked_by_room(from, w, limit, lamp) && !(with_objects && world_.objects.blocked(from, w, limit));
     };
@@ -121,10 +121,10 @@ Rgb Paths::followed(Ray ray, Past past, bool with_objects) {
   }
 }
 
-Rgb Paths::changed(const Ray& ray, const Arrival& a, Past past) {
+Rgb Paths::changed(const PathRay& ray, const Arrival& a, Past past) {
   if (a.at == Arrival::At::object) return followed(ray, past, true) - followed(ray, past, false);
   if (a.at != Arrival::At::real) return Rgb::Zero();  // a lamp or the sky, the same in both worlds
-  Vertex vertex(world_.real.surface(a.hit, ray.w), ray.w);
+  PathVertex vertex(world_.real.surface(a.hit, ray.w), ray.w);
   if (past.bounces < kLookingBounces) vertex.look_for(world_.places);
   const auto lost = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
     return world_.objects.blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
@@ -135,14 +135,14 @@ Rgb Paths::changed(const Ray& ray, const Arrival& a, Past past) {
   return sum + changed_towards(vertex, vertex.sample(sampler_), past);
 }
 
-Rgb Paths::changed_towards(const Vertex& vertex, const Vector3f& w, Past past) {
+Rgb Paths::changed_towards(const PathVertex& vertex, const Vector3f& w, Past past) {
   // Each vertex that looks sends out one ray by each of its two ways to choose; either may have found this direction,
   // so their densities sum up (Veach & Guibas 1995, eq. 11).
   past.pdf = vertex.pdf(w) + vertex.aim_pdf(w);
   past.throughput *= vertex.response(w) / std::max(past.pdf, std::numeric_limits<float>::min());
   ++past.bounces;
   if (!(past.throughput.maxCoeff() > 0 && past.throughput.allFinite())) return Rgb::Zero();
-  const Ray ray{vertex.leave(w), w};
+  const PathRay ray{vertex.leave(w), w};
   const Arrival a = arrival(ray, true);
   if (a.at == Arrival::At::object) {
     if (!lives(past, past.throughput.maxCoeff() / kSureSplit)) return Rgb::Zero();
@@ -152,7 +152,7 @@ Rgb Paths::changed_towards(const Vertex& vertex, const Vector3f& w, Past past) {
   return changed(ray, a, past);
 }
 
-CameraSample Paths::change(const Ray& ray) {
+CameraSample Paths::change(const PathRay& ray) {
   const Arrival a = arrival(ray, true);
   if (a.at == Arrival::At::object) return {true, followed(ray, {}, true)};
   return {false, changed(ray, a, {})};

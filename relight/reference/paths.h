@@ -4,7 +4,7 @@
 
 namespace lumigraft::reference {
 
-struct Ray {
+struct PathRay {
   Eigen::Vector3f from_m, w;  ///< w unit
 };
 
@@ -15,10 +15,10 @@ struct CameraSample {
 
 class Paths {
  public:
-  Paths(const World& world, Sampler& sampler) : world_(world), sampler_(sampler) {}
+  Paths(const TraceWorld& world, Sampler& sampler) : world_(world), sampler_(sampler) {}
 
-  CameraSample change(const Ray& ray);
-  Rgb radiance(const Ray& ray, bool with_objects) { return followed(ray, {}, with_objects); }
+  CameraSample change(const PathRay& ray);
+  Rgb radiance(const PathRay& ray, bool with_objects) { return followed(ray, {}, with_objects); }
 
  private:
   /// How a path has come to where it is.
@@ -37,24 +37,24 @@ class Paths {
     MeshHit hit;
   };
 
-  Arrival arrival(const Ray& ray, bool with_objects) const;
+  Arrival arrival(const PathRay& ray, bool with_objects) const;
   /// Light that reaches the ray's start along it from a lamp or the sky, weighted against sampling these.
-  Rgb emitted(const Ray& ray, const Arrival& arrival, float pdf) const;
+  Rgb emitted(const PathRay& ray, const Arrival& arrival, float pdf) const;
   /// The same of lamps that hide nothing, on the way to where it arrives.
-  Rgb on_the_way(const Ray& ray, const Arrival& arrival, float pdf) const;
-  Rgb followed(Ray ray, Past past, bool with_objects);
+  Rgb on_the_way(const PathRay& ray, const Arrival& arrival, float pdf) const;
+  Rgb followed(PathRay ray, Past past, bool with_objects);
   /// The change of what comes along a ray that meets `arrival` in the world with both.
-  Rgb changed(const Ray& ray, const Arrival& arrival, Past past);
+  Rgb changed(const PathRay& ray, const Arrival& arrival, Past past);
   /// The same in a direction that the vertex has chosen, one way or the other.
-  Rgb changed_towards(const Vertex& vertex, const Eigen::Vector3f& w, Past past);
+  Rgb changed_towards(const PathVertex& vertex, const Eigen::Vector3f& w, Past past);
   /// What lamps and sky bring to the vertex at first hand, of those that `counts(w, limit, lamp)`.
   template <typename Counts>
-  Rgb direct(const Vertex& vertex, Counts counts);
+  Rgb direct(const PathVertex& vertex, Counts counts);
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
   /// Russian roulette.
   bool lives(Past& past, float chance);
 
-  const World& world_;
+  const TraceWorld& world_;
   Sampler& sampler_;
 };
 

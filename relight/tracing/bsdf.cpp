@@ -11,7 +11,7 @@ using Eigen::Vector3f;
 constexpr float kLeastAlpha = 2e-3f;   // as in brdf.glsl
 constexpr float kLeastCosine = 1e-3f;  // of v, as there
 
-Rgb fresnel(const Look& look, float cos_half) {
+Rgb fresnel(const BsdfParams& look, float cos_half) {
   const float m = 1 - std::clamp(cos_half, 0.0f, 1.0f), m2 = m * m;
   return look.f0 + (look.f90 - look.f0) * (m2 * m2 * m);
 }
@@ -27,7 +27,7 @@ float normals_density(float alpha, const Vector3f& h) {
 }
 
 /// How often the mirror lobe is sampled.
-float mirror_share(const Look& look, const Vector3f& v) {
+float mirror_share(const BsdfParams& look, const Vector3f& v) {
   if (!look.mirrors()) return 0;
   const Rgb f = fresnel(look, v.z());
   const float mirror = luminance(f), diffuse = luminance(look.diffuse * (1 - f));
@@ -48,8 +48,8 @@ Vector3f lifted(const Vector3f& v) { return {v.x(), v.y(), std::max(v.z(), kLeas
 
 }  // namespace
 
-Look look_of(const Rgb& base, const Material& m) {
-  Look look;
+BsdfParams bsdf_params_of(const Rgb& base, const Material& m) {
+  BsdfParams look;
   look.diffuse = base * (1 - m.metallic);
   look.f0 = 0.04f * m.specular * (1 - m.metallic) + base * m.metallic;
   look.f90 = m.specular * (1 - m.metallic) + m.metallic;
@@ -57,11 +57,11 @@ Look look_of(const Rgb& base, const Material& m) {
   return look;
 }
 
-Look look_of(const Rgb& diffuse, const Rgb& f0, float alpha) {
+BsdfParams bsdf_params_of(const Rgb& diffuse, const Rgb& f0, float alpha) {
   return {diffuse, f0, f0.maxCoeff() > 0 ? 1.0f : 0.0f, std::max(alpha, kLeastAlpha)};
 }
 
-Rgb reflected(const Look& look, const Vector3f& seen_from, const Vector3f& w) {
+Rgb reflected(const BsdfParams& look, const Vector3f& seen_from, const Vector3f& w) {
   if (w.z() <= 0) return Rgb::Zero();
   if (!look.mirrors()) return look.diffuse / kPi;
   const Vector3f v = lifted(seen_from), h = (v + w).normalized();
@@ -71,7 +71,7 @@ Rgb reflected(const Look& look, const Vector3f& seen_from, const Vector3f& w) {
   return look.diffuse * under / kPi + f * (normals_density(look.alpha, h) * masking / (4 * v.z() * w.z()));
 }
 
-Vector3f sample_direction(const Look& look, const Vector3f& seen_from, Sampler& sampler) {
+Vector3f sample_direction(const BsdfParams& look, const Vector3f& seen_from, Sampler& sampler) {
   const Vector3f v = lifted(seen_from);
   const bool mirror = sampler.one() < mirror_share(look, v);
   const Eigen::Vector2f u = sampler.two();
@@ -83,7 +83,7 @@ Vector3f sample_direction(const Look& look, const Vector3f& seen_from, Sampler& 
   return {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(1 - u.x(), 0.0f))};
 }
 
-float direction_pdf(const Look& look, const Vector3f& seen_from, const Vector3f& w) {
+float direction_pdf(const BsdfParams& look, const Vector3f& seen_from, const Vector3f& w) {
   if (w.z() <= 0) return 0;
   const Vector3f v = lifted(seen_from);
   const float share = mirror_share(look, v);

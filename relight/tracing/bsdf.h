@@ -14,7 +14,7 @@ namespace lumigraft::reference {
 
 constexpr float kPi = 3.14159265358979f;
 
-struct Look {
+struct BsdfParams {
   Rgb diffuse = Rgb::Zero();  ///< albedo of the Lambert part
   Rgb f0 = Rgb::Zero();
   float f90 = 0;
@@ -23,15 +23,15 @@ struct Look {
   bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0; }
 };
 
-Look look_of(const Rgb& base_color, const Material& material);
-Look look_of(const Rgb& diffuse, const Rgb& f0, float alpha);
+BsdfParams bsdf_params_of(const Rgb& base_color, const Material& material);
+BsdfParams bsdf_params_of(const Rgb& diffuse, const Rgb& f0, float alpha);
 
 /// Reflected radiance over irradiance; 0 below the surface.
-Rgb reflected(const Look& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);
+Rgb reflected(const BsdfParams& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);
 
 /// A direction w for a given v, with a density that follows the material; z <= 0 where it goes under the surface.
-Eigen::Vector3f sample_direction(const Look& look, const Eigen::Vector3f& v, Sampler& sampler);
-float direction_pdf(const Look& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);  ///< 1/sr
+Eigen::Vector3f sample_direction(const BsdfParams& look, const Eigen::Vector3f& v, Sampler& sampler);
+float direction_pdf(const BsdfParams& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);  ///< 1/sr
 
 /// Y of linear sRGB.
 inline float luminance(const Rgb& c) { return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2]; }

@@ -82,7 +82,7 @@ Rgb pixel(const Image<float>& image, int u, int v) { return {image.at(u, v, 0), 
 
 /// The material that the picture shows at a point: where its pixel's own ray meets the surface's plane at the depth
 /// that the pixel has.
-std::optional<Look> seen_look(const SeenMaterials& seen, const Vector3f& p_m, const Vector3f& face) {
+std::optional<BsdfParams> seen_look(const SeenMaterials& seen, const Vector3f& p_m, const Vector3f& face) {
   const Vector3f p = seen.T_camera_tag * p_m, n = seen.T_camera_tag.linear() * face;
   if (p.z() <= 0) return std::nullopt;
   const auto at = seen.camera.project(p.cast<double>());
@@ -93,7 +93,7 @@ std::optional<Look> seen_look(const SeenMaterials& seen, const Vector3f& p_m, co
   const Vector3f w = (*ray / ray->z()).cast<float>();
   const float z = n.dot(p) / n.dot(w), depth = seen.depth_m.at(u, v);
   if (!(depth > 0 && std::abs(depth - z) < kSameDepth * depth)) return std::nullopt;
-  return look_of(pixel(seen.diffuse, u, v), pixel(seen.f0, u, v), seen.alpha.at(u, v));
+  return bsdf_params_of(pixel(seen.diffuse, u, v), pixel(seen.f0, u, v), seen.alpha.at(u, v));
 }
 
 }  // namespace
@@ -266,14 +266,14 @@ std::uint32_t Meshes::blocked(const RayFan& fan) const {
   return which;
 }
 
-Surface Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
+SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
   const Placed& placed = state_->placed[hit.mesh];
   const Model& model = *placed.mesh.model;
   const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
   const auto mixed = [&](const auto& values) {
     return ((1 - hit.u - hit.v) * values[corner[0]] + hit.u * values[corner[1]] + hit.v * values[corner[2]]).eval();
   };
-  Surface s;
+  SurfaceHit s;
   const auto& p = model.positions_m;
   s.position_m = placed.mesh.T_tag_model * mixed(p);
   s.face = (placed.normals * (p[corner[1]] - p[corner[0]]).cross(p[corner[2]] - p[corner[0]])).stableNormalized();
@@ -283,19 +283,19 @@ Surface Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
   if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // a smooth normal that can't be seen from here
 
   if (placed.mesh.seen && state_->seen) {
-    if (const std::optional<Look> look = seen_look(*state_->seen, s.position_m, s.face)) {
+    if (const std::optional<BsdfParams> look = seen_look(*state_->seen, s.position_m, s.face)) {
       s.look = *look;
       return s;
     }
   }
   if (placed.mesh.material) {
-    s.look = look_of(placed.mesh.material->base_color.array(), *placed.mesh.material);
+    s.look = bsdf_params_of(placed.mesh.material->base_color.array(), *placed.mesh.material);
     return s;
   }
   const Model::Part& part = model.parts[placed.part.empty() ? 0 : placed.part[hit.triangle]];
   Rgb base = part.material.base_color.array() * mixed(model.colors).array();
   if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords));
-  s.look = look_of(base, part.material);
+  s.look = bsdf_params_of(base, part.material);
   return s;
 }
 

@@ -16,11 +16,11 @@ struct MeshHit {
   float u = 0, v = 0;  ///< weights of the triangle's second and third vertex
 };
 
-struct Surface {
+struct SurfaceHit {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();
   Eigen::Vector3f face = Eigen::Vector3f::UnitZ();    ///< unit normal of the triangle, on the side that is looked at
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, smooth, on the same side
-  Look look;
+  BsdfParams look;
 };
 
 /// Rays from one point: together they cost less than each alone.
@@ -62,7 +62,7 @@ class Meshes {
   /// By bit, which rays of a fan meet a triangle before their limit; those have their first in `found`.
   std::uint32_t hits(const RayFan& fan, std::array<MeshHit, RayFan::kMost>& found) const;
   std::uint32_t blocked(const RayFan& fan) const;  ///< likewise, by meshes that hide
-  Surface surface(const MeshHit& hit, const Eigen::Vector3f& w) const;
+  SurfaceHit surface(const MeshHit& hit, const Eigen::Vector3f& w) const;
 
   /// A sphere around each mesh: x, y, z, radius.
   const std::vector<Eigen::Vector4f>& spheres() const;

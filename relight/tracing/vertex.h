@@ -8,15 +8,15 @@
 namespace lumigraft::reference {
 
 /// Where a ray along w starts, a little off the surface.
-inline Eigen::Vector3f leave(const Surface& surface, const Eigen::Vector3f& w) {
+inline Eigen::Vector3f leave(const SurfaceHit& surface, const Eigen::Vector3f& w) {
   constexpr float kLift = 3e-5f;  // of a metre, at 1 m from the origin
   const float lift = kLift * (1 + surface.position_m.cwiseAbs().maxCoeff());
   return surface.position_m + std::copysign(lift, surface.face.dot(w)) * surface.face;
 }
 
-class Vertex {
+class PathVertex {
  public:
-  Vertex(const Surface& surface, const Eigen::Vector3f& arriving_along) : surface_(surface) {
+  PathVertex(const SurfaceHit& surface, const Eigen::Vector3f& arriving_along) : surface_(surface) {
     Eigen::Vector3f x, y;
     basis(surface.normal, x, y);
     frame_ << x, y, surface.normal;
@@ -37,9 +37,9 @@ class Vertex {
   float pdf(const Eigen::Vector3f& w) const { return direction_pdf(surface_.look, v_, frame_.transpose() * w); }
 
   /// By where light changes: rays into the cones that places fill. Those around the vertex have none.
-  void look_for(const std::vector<Place>& places) {
+  void look_for(const std::vector<ChangeRegion>& places) {
     float sum = 0;
-    for (const Place& place : places) {
+    for (const ChangeRegion& place : places) {
       const Eigen::Vector3f to = place.centre_m - surface_.position_m;
       const float distance = to.norm();
       if (!(distance > 1.02f * place.radius_m && place.radius_m > 0)) continue;
@@ -75,7 +75,7 @@ class Vertex {
     float one_minus_cos, share;
   };
 
-  Surface surface_;
+  SurfaceHit surface_;
   Eigen::Matrix3f frame_;  // columns x, y, normal
   Eigen::Vector3f v_;      // in the frame, to where the light goes
   std::vector<Cone> cones_;

@@ -44,9 +44,9 @@ void add_shadow(const ReferenceLamp& lamp, const Eigen::Vector4f& sphere, const 
 
 }  // namespace
 
-std::vector<Place> places_of_change(const std::vector<ReferenceLamp>& lamps, const Meshes& real,
+std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps, const Meshes& real,
                                     const Meshes& objects) {
-  std::vector<Place> places;
+  std::vector<ChangeRegion> places;
   for (const Eigen::Vector4f& sphere : objects.spheres()) {
     places.push_back({sphere.head<3>(), sphere.w(), 1 / static_cast<float>(objects.spheres().size())});
   }
@@ -60,11 +60,11 @@ std::vector<Place> places_of_change(const std::vector<ReferenceLamp>& lamps, con
   return places;
 }
 
-World::World(std::shared_ptr<const ReferenceScene> the_scene)
+TraceWorld::World(std::shared_ptr<const ReferenceScene> the_scene)
     : scene(std::move(the_scene)),
       real(scene->real, scene->seen.get()),
       objects(scene->objects, nullptr),
       sky(*scene),
-      places(places_of_change(scene->lamps, real, objects)) {}
+      places(change_regions(scene->lamps, real, objects)) {}
 
 }  // namespace lumigraft::reference

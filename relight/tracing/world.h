@@ -9,23 +9,23 @@
 namespace lumigraft::reference {
 
 /// A sphere around something that changes light.
-struct Place {
+struct ChangeRegion {
   Eigen::Vector3f centre_m;
   float radius_m = 0;
   float share = 0;  ///< of the rays that look for places
 };
 
 /// Around the objects, and for each lamp around where their shadows lie on the real room.
-std::vector<Place> places_of_change(const std::vector<ReferenceLamp>& lamps, const Meshes& real, const Meshes& objects);
+std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps, const Meshes& real, const Meshes& objects);
 
-struct World {
-  explicit World(std::shared_ptr<const ReferenceScene> the_scene);
+struct TraceWorld {
+  explicit TraceWorld(std::shared_ptr<const ReferenceScene> the_scene);
 
   std::shared_ptr<const ReferenceScene> scene;
   Meshes real, objects;
   Sky sky;
   /// A guess at where looking pays: no picture depends on it but for its noise.
-  std::vector<Place> places;
+  std::vector<ChangeRegion> places;
 };
 
 }  // namespace lumigraft::reference

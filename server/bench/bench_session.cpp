@@ -70,7 +70,7 @@ ServiceInput open_bench_session(const fs::path& folder, const OracleParts& oracl
 
 BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, const OracleParts& needed) {
   const std::unique_ptr<FrameReader> frames = open_frames(session);
-  SceneLearner learner(session, make_oracle(session, oracle));
+  SceneBuilder learner(session, make_oracle(session, oracle));
   BenchScene result;
   fs::path truth;
   std::map<std::string, std::vector<StageCost>> runs;
@@ -79,7 +79,7 @@ BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, 
     if (frame->index > last) {
       break;
     }
-    LearntFrame learnt = learner.learn(*frame);
+    BuildResult learnt = learner.learn(*frame);
     append_warnings(result.warnings, learnt.warnings);
     for (const auto& [name, cost] : learnt.stages) {
       runs[name].push_back(cost);

@@ -23,7 +23,7 @@ std::string processor_name() {
 BenchMachine describe_machine(const gpu::Device& device) {
   BenchMachine machine{processor_name(), std::thread::hardware_concurrency(), device.name(), false, version_line()};
   for (const gpu::DeviceListing& listing : gpu::list_devices()) {
-    machine.hardware |= listing.name == machine.device && !listing.software && listing.why_not.empty();
+    machine.hardware |= listing.name == machine.device && !listing.software && listing.rejection_reason.empty();
   }
   return machine;
 }

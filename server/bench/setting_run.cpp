@@ -50,7 +50,7 @@ FrameCost measure_moving(bool hardware, const Plan& plan, const std::function<Re
   frame(0);
   // Objects that shine, and surfaces that mirror sharply, want light gathered at once.
   const bool slow = clock.elapsed().wall_ms > kEnough_ms;
-  const int round = plan.in_cells() && !slow ? LightRounds::kRoundFrames : 0;
+  const int round = plan.in_cells() && !slow ? AmortizedLightUpdate::kRoundFrames : 0;
   for (int i = 1; i <= round; ++i) frame(i);
   return measure_cost(hardware, std::max(round, 1), [&](int i) { return frame(round + 1 + i); });
 }

@@ -19,7 +19,7 @@ BenchSetting setting(const std::string& method, const Traced& traced, int volume
   plan.cells = traced.cells;
   plan.rsm = traced.rsm;
   plan.volume = volume;
-  plan.follow_scene = 0;
+  plan.adaptive = 0;
   return {std::string(traced.name) + "-" + std::to_string(volume), plan};
 }
 
@@ -31,7 +31,7 @@ BenchSetting with_bounces(BenchSetting setting, int bounces) {
 
 BenchSetting as_needed(BenchSetting setting) {
   setting.name += "-as-needed";
-  setting.plan.follow_scene = 1;
+  setting.plan.adaptive = 1;
   return setting;
 }
 

@@ -59,7 +59,7 @@ void draw_board(const Board& board, const fs::path& file) {
   }
 }
 
-void say_view(std::ostream& report, std::size_t number, const BoardCollector::Seen& seen) {
+void say_view(std::ostream& report, std::size_t number, const ViewSelector::Seen& seen) {
   report << "view " << number << ":";
   for (std::size_t c = 0; c < 2; ++c) {
     if (seen.corners[c] > 0) {
@@ -94,7 +94,7 @@ std::unique_ptr<FrameReader> open_raw_frames(Session raw, PairedSources& sources
 
 /// Until the end of a recording or of live cameras' time, or what was seen seems enough: true then.
 bool look_through(FrameReader& reader, const std::function<bool()>& late, const Session& session,
-                  const std::atomic<bool>& interrupted, BoardCollector& collector, CalibrateGuide* guide,
+                  const std::atomic<bool>& interrupted, ViewSelector& collector, CalibrateGuide* guide,
                   std::ostream& report) {
   while (!interrupted && !reader.finished() && !(reader.live() && late())) {
     if (guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()))) {
@@ -135,7 +135,7 @@ void check_size(const Picture& picture, const fs::path& file, std::optional<Came
 }
 
 Input look_through_folders(const CalibrateCommand& command, const std::atomic<bool>& interrupted,
-                           BoardCollector& collector) {
+                           ViewSelector& collector) {
   std::map<std::string, std::array<fs::path, 2>> moments;  // by the pictures' name
   for (std::size_t c = 0; c < 2; ++c) {
     const fs::path& folder = c == 0 ? command.color : command.fisheye;
@@ -179,7 +179,7 @@ std::optional<Tag> room_tag_of(const Session& session, const Board& board) {
 }
 
 /// Calibrates a camera from what it saw; its views come back as measured through its lens, by moment.
-CalibratedCamera calibrated(const CameraModel& camera, const BoardCollector& collector, std::size_t c,
+CalibratedCamera calibrated(const CameraModel& camera, const ViewSelector& collector, std::size_t c,
                             std::vector<BoardView>& views, std::ostream& report) {
   std::vector<BoardPicture> pictures;
   for (const BoardMoment& moment : collector.moments()) {
@@ -196,7 +196,7 @@ CalibratedCamera calibrated(const CameraModel& camera, const BoardCollector& col
   return {found, {}};
 }
 
-bool saw_board(const BoardCollector& collector, std::size_t camera) {
+bool saw_board(const ViewSelector& collector, std::size_t camera) {
   return std::any_of(collector.moments().begin(), collector.moments().end(),
                      [&](const BoardMoment& moment) { return !moment.by_camera[camera].view.seen.empty(); });
 }
@@ -206,18 +206,18 @@ using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
 using Views = std::array<std::vector<BoardView>, 2>;
 
 /// How the fish-eye stands to the colour camera, and its clock to that one's.
-std::optional<Eigen::Isometry3d> find_stand(const BoardCollector& collector, const Board& board, const Cameras& cameras,
+std::optional<Eigen::Isometry3d> find_stand(const ViewSelector& collector, const Board& board, const Cameras& cameras,
                                             const Views& views, CalibratedRest& rest, std::ostream& report) {
   if (!cameras[0] || !cameras[1] || board.kind != Board::Kind::tags) {  // a chessboard looks the same upside down
     return std::nullopt;
   }
   const CameraModel &color = cameras[0]->calibration.model, &fisheye = cameras[1]->calibration.model;
-  const StandCalibration stand = calibrate_stand(color, fisheye, views[0], views[1]);
+  const ExtrinsicsCalibration stand = calibrate_stand(color, fisheye, views[0], views[1]);
   write_stand_report(report, stand);
   if (!stand.refusal.empty()) {
     return std::nullopt;
   }
-  const TimeCalibration time =
+  const TimeOffsetCalibration time =
       calibrate_time(color, fisheye, stand.T_second_first, collector.path(0), collector.path(1));
   write_time_report(report, time);
   if (time.refusal.empty()) {
@@ -227,7 +227,7 @@ std::optional<Eigen::Isometry3d> find_stand(const BoardCollector& collector, con
 }
 
 /// Where the fish-eye is in the room, by the room's tag.
-std::optional<Eigen::Isometry3d> find_room_tag(const BoardCollector& collector, const Cameras& cameras,
+std::optional<Eigen::Isometry3d> find_room_tag(const ViewSelector& collector, const Cameras& cameras,
                                                const std::optional<Eigen::Isometry3d>& T_fisheye_color,
                                                std::ostream& report) {
   if (!cameras[1]) {
@@ -240,7 +240,7 @@ std::optional<Eigen::Isometry3d> find_room_tag(const BoardCollector& collector, 
     }
   }
   const CameraModel& fisheye = cameras[1]->calibration.model;
-  const TagPlace place =
+  const RoomTagPose place =
       place_room_tag(cameras[0] ? cameras[0]->calibration.model : fisheye, fisheye, T_fisheye_color, seen);
   if (!place.refusal.empty()) {
     report << "the room's tag: not placed: " << place.refusal << '\n';
@@ -260,9 +260,9 @@ std::optional<Vignetting> find_vignetting(const CalibratedCamera& fisheye, const
 
 /// How a depth camera that does not register itself stands to the colour camera.
 std::optional<CalibratedRest::Depth> find_depth(const DepthCamera& depth, const CalibratedCamera& color,
-                                                const BoardCollector& collector, const Board& board,
+                                                const ViewSelector& collector, const Board& board,
                                                 const std::vector<BoardView>& color_views, std::ostream& report) {
-  std::vector<DepthView> views;
+  std::vector<BoardDepthView> views;
   for (std::size_t i = 0; i < color_views.size(); ++i) {
     const auto& picture = collector.moments()[i].depth;
     const auto pose = picture ? refined_pose(color_views[i], color.calibration.model) : std::nullopt;
@@ -316,7 +316,7 @@ void find_response(const CalibrateCommand& command, std::ostream& report) {
 
 /// Calculates and writes. `session` is null for folders.
 void conclude(const CalibrateCommand& command, const Board& board, const Session* session, const Input& input,
-              const BoardCollector& collector, std::ostream& report) {
+              const ViewSelector& collector, std::ostream& report) {
   Cameras cameras;
   Views views;
   for (std::size_t c = 0; c < 2; ++c) {
@@ -349,7 +349,7 @@ void conclude(const CalibrateCommand& command, const Board& board, const Session
 /// Looks, calculates and writes. Where nobody looks on, `guide` is null.
 void find_lenses_in(const Session& session, const CalibrateCommand& command, const Board& board,
                     const std::atomic<bool>& interrupted, CalibrateGuide* guide, std::ostream& report) {
-  BoardCollector collector(board, room_tag_of(session, board));
+  ViewSelector collector(board, room_tag_of(session, board));
   PairedSources sources;
   const std::unique_ptr<FrameReader> reader = open_raw_frames(session, sources);
   const auto late = [&command, begin = Clock::now()] {
@@ -379,7 +379,7 @@ void find_lenses_in(const Session& session, const CalibrateCommand& command, con
 
 void find_lenses_in_folders(const CalibrateCommand& command, const Board& board, const std::atomic<bool>& interrupted,
                             std::ostream& report) {
-  BoardCollector collector(board, std::nullopt);
+  ViewSelector collector(board, std::nullopt);
   const Input input = look_through_folders(command, interrupted, collector);
   conclude(command, board, nullptr, input, collector, report);
 }
@@ -390,7 +390,7 @@ void find_lenses_guided(const CalibrateCommand& command, const Board& board, con
   ServerSettings listen;
   read_listen(command.listen, "--listen", listen);
   CalibrateGuide guide(cameras_of(session).cameras);
-  Demand demand;
+  EncoderDemand demand;
   Metrics metrics;
   WebHandlers handlers;
   handlers.get = [&guide](std::string_view path) { return guide.reply(path); };

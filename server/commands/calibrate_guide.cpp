@@ -47,7 +47,7 @@ CalibrateGuide::CalibrateGuide(const std::array<std::optional<CameraModel>, 2>& 
   }
 }
 
-void CalibrateGuide::look(const FrameSet& frame, const BoardCollector& collector) {
+void CalibrateGuide::look(const FrameSet& frame, const ViewSelector& collector) {
   const std::lock_guard lock(mutex_);
   const bool more = collector.moments().size() != moments_;
   moments_ = collector.moments().size();

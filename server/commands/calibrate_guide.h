@@ -20,7 +20,7 @@ class CalibrateGuide {
   explicit CalibrateGuide(const std::array<std::optional<CameraModel>, 2>& cameras);
 
   /// After each moment that `collector` looked at.
-  void look(const FrameSet& frame, const BoardCollector& collector);
+  void look(const FrameSet& frame, const ViewSelector& collector);
   void calculating();
   void done(const std::string& report, const std::string& refusal);
   /// Whether every camera has seen the board often enough, and everywhere; after a refusal, some more often.

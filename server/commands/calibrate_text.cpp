@@ -103,7 +103,7 @@ void write_calibration_report(std::ostream& out, const std::string& name, const 
   }
 }
 
-void write_stand_report(std::ostream& out, const StandCalibration& stand) {
+void write_stand_report(std::ostream& out, const ExtrinsicsCalibration& stand) {
   if (!stand.refusal.empty()) {
     out << "fish-eye to colour: not found: " << stand.refusal << '\n';
     return;
@@ -125,7 +125,7 @@ void write_vignetting_report(std::ostream& out, const VignettingCalibration& v) 
         v.widest_rad * kDegrees);
 }
 
-void write_time_report(std::ostream& out, const TimeCalibration& time) {
+void write_time_report(std::ostream& out, const TimeOffsetCalibration& time) {
   if (!time.refusal.empty()) {
     out << "fish-eye's time offset: not found: " << time.refusal << '\n';
     return;

@@ -21,13 +21,13 @@ struct CalibratedCamera {
 void write_calibration_report(std::ostream& out, const std::string& name, const CameraCalibration& calibration);
 
 /// How the fish-eye stands to the colour camera.
-void write_stand_report(std::ostream& out, const StandCalibration& stand);
+void write_stand_report(std::ostream& out, const ExtrinsicsCalibration& stand);
 
 /// What the fish-eye's lens loses away from its axis.
 void write_vignetting_report(std::ostream& out, const VignettingCalibration& vignetting);
 
 /// By how much the fish-eye's clock is behind.
-void write_time_report(std::ostream& out, const TimeCalibration& time);
+void write_time_report(std::ostream& out, const TimeOffsetCalibration& time);
 
 /// How the depth camera stands to the colour camera.
 void write_depth_report(std::ostream& out, const DepthCalibration& depth);

@@ -14,8 +14,8 @@ void write_devices_text(std::ostream& out, const std::vector<CameraListing>& cam
     for (const std::string& other : camera.same_hardware) {
       out << "  the same hardware as " << other << '\n';
     }
-    if (!camera.why_not.empty()) {
-      out << "  cannot be looked into: " << camera.why_not << '\n';
+    if (!camera.rejection_reason.empty()) {
+      out << "  cannot be looked into: " << camera.rejection_reason << '\n';
     }
     for (const OfferedInput& input : camera.inputs) {
       out << "  input \"" << input.name << '"' << (input.chosen ? ", chosen" : "");
@@ -58,8 +58,8 @@ void write_devices_json(std::ostream& out, const std::vector<CameraListing>& cam
     if (!camera.same_hardware.empty()) {
       one["same_hardware"] = camera.same_hardware;
     }
-    if (!camera.why_not.empty()) {
-      one["why_not"] = camera.why_not;
+    if (!camera.rejection_reason.empty()) {
+      one["why_not"] = camera.rejection_reason;
     }
     all.push_back(std::move(one));
   }

@@ -32,8 +32,8 @@ bool check(std::ostream& out, const char* what, Function function) {
 void list_gpus(std::ostream& out) {
   for (const gpu::DeviceListing& device : gpu::list_devices()) {
     out << "  " << gpu::name_of(device.backend) << ": " << device.name;
-    if (!device.why_not.empty()) {
-      out << ": cannot be used: " << device.why_not << '\n';
+    if (!device.rejection_reason.empty()) {
+      out << ": cannot be used: " << device.rejection_reason << '\n';
     } else {
       out << ": ok, " << (device.software ? "software" : "hardware") << '\n';
     }

@@ -97,12 +97,12 @@ class Recording {
   void say_troubles() {
     std::set<std::string> now;
     for (const Source* source : distinct_) {
-      now.insert(source->trouble());
+      now.insert(source->fault());
     }
     now.erase("");
-    for (const std::string& trouble : now) {
-      if (said_.count(trouble) == 0) {
-        std::fprintf(stderr, "lumigraft: %s\n", trouble.c_str());
+    for (const std::string& fault : now) {
+      if (said_.count(fault) == 0) {
+        std::fprintf(stderr, "lumigraft: %s\n", fault.c_str());
       }
     }
     said_ = std::move(now);

@@ -45,7 +45,7 @@ std::string reason_of(const std::exception_ptr& failure) {
 
 }  // namespace
 
-RecordButton::RecordButton(SessionText text, Session session, std::filesystem::path folder, SourceTap& tap)
+RecordButton::RecordButton(SessionText text, Session session, std::filesystem::path folder, SourceObserver& tap)
     : text_(std::move(text)), session_(std::move(session)), folder_(std::move(folder)), tap_(tap) {}
 
 RecordButton::~RecordButton() {

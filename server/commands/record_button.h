@@ -26,7 +26,7 @@ class RecordButton {
   };
 
   /// Recordings become folders in `folder`, named by the time.
-  RecordButton(SessionText text, Session session, std::filesystem::path folder, SourceTap& tap);
+  RecordButton(SessionText text, Session session, std::filesystem::path folder, SourceObserver& tap);
   ~RecordButton();  ///< ends a recording first
 
   /// Returns at once; what goes wrong is in the state. Nothing happens where it is so already, or one is being
@@ -44,7 +44,7 @@ class RecordButton {
   const SessionText text_;
   const Session session_;
   const std::filesystem::path folder_;
-  SourceTap& tap_;
+  SourceObserver& tap_;
   std::mutex mutex_;
   State state_;
   Clock::time_point began_;

@@ -118,7 +118,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   }
   PartialOutput output(command.out);
   const auto make_device = [backend = input.server.backend] { return gpu::create_device(backend, {}); };
-  LockStep pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle));
+  OfflinePipeline pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle));
 
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);
   auto limit = static_cast<std::uint64_t>(command.frames);

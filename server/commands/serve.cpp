@@ -56,7 +56,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   }
   const Session session = input.session;
   const ServerSettings server = input.server;
-  SourceTap tap;
+  SourceObserver tap;
   Session named = session;  // as the cameras call themselves
   const auto open = [&tap, &named, session]() -> std::unique_ptr<FrameReader> {
     PairedSources sources = open_sources(session);
@@ -73,7 +73,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     button.emplace(input.session_text, named, server.recordings, tap);
   }
 
-  Demand demand;
+  EncoderDemand demand;
   Metrics metrics;
   JpegEncoder snapshots(server.jpeg_quality);
   WebServer* web_pointer = nullptr;

@@ -29,7 +29,7 @@ Json playback_json(const Playback::State& state) {
 
 }  // namespace
 
-std::string hello_text(const Session& session, const ExhibitBoard& exhibit) {
+std::string hello_text(const Session& session, const ExhibitState& exhibit) {
   const CameraModel& c = session.color.model;
   return text({{"type", "hello"},
                {"protocol", kProtocolVersion},
@@ -41,7 +41,7 @@ std::string hello_text(const Session& session, const ExhibitBoard& exhibit) {
                {"objects", Json::parse(exhibit.objects_json())}});
 }
 
-std::string state_text(const ExhibitBoard& exhibit) {
+std::string state_text(const ExhibitState& exhibit) {
   return text({{"type", "state"}, {"objects", Json::parse(exhibit.objects_json())}});
 }
 

@@ -12,8 +12,8 @@
 
 namespace lumigraft {
 
-std::string hello_text(const Session& session, const ExhibitBoard& exhibit);
-std::string state_text(const ExhibitBoard& exhibit);
+std::string hello_text(const Session& session, const ExhibitState& exhibit);
+std::string state_text(const ExhibitState& exhibit);
 /// `recording` is empty where the page may not record, `playback` where cameras are live.
 std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
                        const std::optional<RecordButton::State>& recording,

@@ -54,7 +54,7 @@ void AlbedoSchedule::begin(std::shared_ptr<const DistanceField> field, const Ill
 void AlbedoSchedule::solved(std::shared_ptr<const AlbedoField> albedo) {
   bool told_little = false;
   if (albedo && albedo_ && !disturbed_) {
-    const AlbedoNews news = compare_albedo(*albedo, *albedo_);
+    const AlbedoDelta news = compare_albedo(*albedo, *albedo_);
     told_little = news.change < kLittle && news.newly_known < kFew && news.surer < kFew;
   }
   patience_ = told_little ? std::min(2 * patience_, kMostPatience) : 1;

@@ -28,7 +28,7 @@ std::optional<Material> changed(const VirtualObject& object, const MaterialChang
 
 }  // namespace
 
-ExhibitBoard::ExhibitBoard(Exhibit exhibit) {
+ExhibitState::ExhibitState(Exhibit exhibit) {
   for (const VirtualObject& object : exhibit.objects) {
     rest_.push_back(object.rotation);
     yaw_degrees_.push_back(0.0);
@@ -36,12 +36,12 @@ ExhibitBoard::ExhibitBoard(Exhibit exhibit) {
   exhibit_ = std::make_shared<const Exhibit>(std::move(exhibit));
 }
 
-std::shared_ptr<const Exhibit> ExhibitBoard::newest() const {
+std::shared_ptr<const Exhibit> ExhibitState::newest() const {
   std::lock_guard lock(mutex_);
   return exhibit_;
 }
 
-std::optional<std::string> ExhibitBoard::apply(const ObjectCommand& command) {
+std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   std::lock_guard lock(mutex_);
   auto next = std::make_shared<Exhibit>(*exhibit_);  // models are shared: a copy is small
   std::size_t index = next->objects.size();
@@ -82,7 +82,7 @@ std::optional<std::string> ExhibitBoard::apply(const ObjectCommand& command) {
   return std::nullopt;
 }
 
-std::string ExhibitBoard::objects_json() const {
+std::string ExhibitState::objects_json() const {
   std::lock_guard lock(mutex_);
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < exhibit_->objects.size(); ++i) {

@@ -12,9 +12,9 @@
 
 namespace lumigraft {
 
-class ExhibitBoard {
+class ExhibitState {
  public:
-  explicit ExhibitBoard(Exhibit exhibit);
+  explicit ExhibitState(Exhibit exhibit);
 
   std::shared_ptr<const Exhibit> newest() const;
   /// What is wrong with the command, if anything. An object that is moved or turned by hand leaves its key frames.

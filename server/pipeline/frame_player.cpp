@@ -31,13 +31,13 @@ std::size_t bytes_of(const FrameSet& frame) {
 
 }  // namespace
 
-PlayedFrames::PlayedFrames(std::unique_ptr<FrameReader> reader, std::size_t memory_bytes)
+FramePlayer::FramePlayer(std::unique_ptr<FrameReader> reader, std::size_t memory_bytes)
     : reader_(std::move(reader)),
       seekable_(dynamic_cast<SeekableReader*>(reader_.get())),
       memory_bytes_(memory_bytes),
       length_ns_(seekable_ != nullptr ? seekable_->length_ns().value_or(0) : 0) {}
 
-std::shared_ptr<const FrameSet> PlayedFrames::read() {
+std::shared_ptr<const FrameSet> FramePlayer::read() {
   if (from_memory_) {
     return position_ < kept_.size() ? kept_[position_] : nullptr;
   }
@@ -59,7 +59,7 @@ std::shared_ptr<const FrameSet> PlayedFrames::read() {
   return frame;
 }
 
-void PlayedFrames::seek(std::int64_t from_ns) {
+void FramePlayer::seek(std::int64_t from_ns) {
   if (from_memory_) {
     const auto before = [&](const std::shared_ptr<const FrameSet>& frame, std::int64_t moment_ns) {
       return frame->time_ns - first_time_ns_ < moment_ns;
@@ -76,7 +76,7 @@ void PlayedFrames::seek(std::int64_t from_ns) {
   ++round_;
 }
 
-bool PlayedFrames::begin_again() {
+bool FramePlayer::begin_again() {
   if (position_ == 0 && !jumped_) {
     return false;
   }
@@ -92,7 +92,7 @@ bool PlayedFrames::begin_again() {
   return true;
 }
 
-void PlayedFrames::set_due(const FrameSet& frame) {
+void FramePlayer::set_due(const FrameSet& frame) {
   const Clock::time_point now = Clock::now();
   if (jumped_ || !newest_) {
     due_ = now;
@@ -108,7 +108,7 @@ void PlayedFrames::set_due(const FrameSet& frame) {
   }
 }
 
-bool PlayedFrames::wait_until_due(const std::stop_token& stop) const {
+bool FramePlayer::wait_until_due(const std::stop_token& stop) const {
   std::mutex mutex;
   std::unique_lock lock(mutex);
   std::condition_variable_any().wait_until(lock, stop, due_, [] { return false; });
@@ -116,7 +116,7 @@ bool PlayedFrames::wait_until_due(const std::stop_token& stop) const {
 }
 
 /// The newest frame once more, a little later.
-std::optional<PlayedFrame> PlayedFrames::stand_still(const std::stop_token& stop) {
+std::optional<PlayedFrame> FramePlayer::stand_still(const std::stop_token& stop) {
   due_ = std::max(due_ + usual_gap_, Clock::now());
   stood_still_ns_ += usual_gap_.count();
   auto again = std::make_shared<FrameSet>(*newest_);
@@ -125,7 +125,7 @@ std::optional<PlayedFrame> PlayedFrames::stand_still(const std::stop_token& stop
   return wait_until_due(stop) ? std::optional(PlayedFrame{std::move(again), due_, round_}) : std::nullopt;
 }
 
-std::optional<PlayedFrame> PlayedFrames::next(const std::stop_token& stop, const Playback::Orders& orders) {
+std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const Playback::Orders& orders) {
   if (newest_ && orders.at_s) {
     seek(std::llround(1e9 * *orders.at_s));
   }

@@ -22,11 +22,11 @@ struct PlayedFrame {
   std::uint64_t round = 0;                         ///< how often time went back or jumped
 };
 
-class PlayedFrames {
+class FramePlayer {
  public:
   static constexpr std::size_t kMemory_bytes = std::size_t{512} << 20;
 
-  explicit PlayedFrames(std::unique_ptr<FrameReader> reader, std::size_t memory_bytes = kMemory_bytes);
+  explicit FramePlayer(std::unique_ptr<FrameReader> reader, std::size_t memory_bytes = kMemory_bytes);
 
   /// Waits until the next frame is due. Empty: stopped, or nothing came for a while and the caller asks again.
   /// What is ordered concerns recordings alone.

@@ -8,7 +8,7 @@
 
 namespace lumigraft {
 
-LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
+OfflinePipeline::OfflinePipeline(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
                    std::unique_ptr<Oracle> oracle)
     : session_(session),
       exhibit_(std::move(exhibit)),
@@ -20,12 +20,12 @@ LockStep::LockStep(const Session& session, Exhibit exhibit, const Plan& plan, Ma
   make();
 }
 
-void LockStep::make() {
+void OfflinePipeline::make() {
   renderer_ = make_renderer(session_, plan_, truth_, plan_.on_device() ? make_device_() : nullptr);
 }
 
-FrameRecord LockStep::step(const FrameSet& sensed, bool with_maps) {
-  LearntFrame learnt = learner_.learn(sensed);
+FrameRecord OfflinePipeline::step(const FrameSet& sensed, bool with_maps) {
+  BuildResult learnt = learner_.learn(sensed);
   FrameRecord record{.scene = std::move(learnt.scene),
                      .picture = {},
                      .stages = std::move(learnt.stages),

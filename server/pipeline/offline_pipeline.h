@@ -21,12 +21,12 @@ struct FrameRecord {
   std::vector<PlanChoice> choices;    ///< of the plan, that follow the scene
 };
 
-class LockStep {
+class OfflinePipeline {
  public:
   using MakeDevice = std::function<std::shared_ptr<gpu::Device>()>;
 
   /// `oracle` may be null; `make_device` is not asked where the plan's method needs none.
-  LockStep(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
+  OfflinePipeline(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
            std::unique_ptr<Oracle> oracle);
 
   /// A stage that throws becomes a warning of the frame. Where the device is lost, another one draws the frame again.
@@ -43,7 +43,7 @@ class LockStep {
   MakeDevice make_device_;
   OracleParts truth_;
   std::unique_ptr<Renderer> renderer_;
-  SceneLearner learner_;
+  SceneBuilder learner_;
 };
 
 }  // namespace lumigraft

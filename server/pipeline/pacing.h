@@ -13,9 +13,9 @@ using PaceClock = std::chrono::steady_clock;
 /// A stage that runs behind keeps to its rate, and rests some times as long as it kept a core busy: its share of a core
 /// is bounded also where a busy machine stretches its work. Nothing is put before it while it works or rests: it would
 /// lie there and be old.
-class Rest {
+class DutyCycle {
  public:
-  explicit Rest(PaceClock::duration every) : every_(every) {}
+  explicit DutyCycle(PaceClock::duration every) : every_(every) {}
 
   /// Any thread.
   bool over(int times) const {
@@ -48,20 +48,20 @@ class Rest {
 };
 
 /// Work from here to the end of the block, whatever is thrown.
-class AtWork {
+class ScopedWork {
  public:
-  explicit AtWork(Rest& rest) : rest_(rest) { rest_.begin(); }
-  ~AtWork() { rest_.end(); }
-  AtWork(const AtWork&) = delete;
-  AtWork& operator=(const AtWork&) = delete;
+  explicit ScopedWork(DutyCycle& rest) : rest_(rest) { rest_.begin(); }
+  ~ScopedWork() { rest_.end(); }
+  ScopedWork(const ScopedWork&) = delete;
+  ScopedWork& operator=(const ScopedWork&) = delete;
 
  private:
-  Rest& rest_;
+  DutyCycle& rest_;
 };
 
 /// When pose should begin, so that its frame is ready just as relight comes free, and not a whole picture older: after
 /// relight began, by its usual duration less that of pose.
-class JustInTime {
+class LatencyScheduler {
  public:
   void relight_begins() { began_ = PaceClock::now().time_since_epoch().count(); }
   void relight_took(PaceClock::duration took) { relight_ = smoothed(relight_, took); }

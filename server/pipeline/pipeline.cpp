@@ -48,7 +48,7 @@ struct AlbedoTurn {
 };
 
 /// Threads that work behind the picture, with lower priority.
-class ThreadsBehind {
+class BackgroundThreads {
  public:
   /// The calling thread joins them.
   void add() {
@@ -59,7 +59,7 @@ class ThreadsBehind {
   }
   /// Lifts them again where the system lets it. A process is gone only when its last thread is, and that one frees its
   /// memory: on a busy machine a thread behind takes seconds for it.
-  void hurry() {
+  void restore_priority() {
     std::lock_guard lock(mutex_);
     for (const id_t thread : threads_) {
       setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, static_cast<id_t>(getpid())));
@@ -76,17 +76,17 @@ class ThreadsBehind {
 
 struct Pipeline::State {
   const Session session;
-  ExhibitBoard exhibit;
+  ExhibitState exhibit;
   OpenFrames open_again;
-  PlayedFrames frames;
+  FramePlayer frames;
   Playback playback;
-  Demand& demand;
+  EncoderDemand& demand;
   Metrics& metrics;
   Publish publish;
 
   PoseStage pose;
   FusionStage fusion;
-  MarkStage marks;
+  LampTagStage marks;
   LightStage light;
   AlbedoStage albedo;
   EnclosureStage enclosure;
@@ -94,16 +94,16 @@ struct Pipeline::State {
   LiveRelighter relighter;
   EncodeStage encode;
 
-  SceneBoard board;
+  SceneStore board;
   std::atomic<bool> learning = true;
   Mailbox<PlayedFrame> to_pose{"pose"};
   Mailbox<std::shared_ptr<const PosedFrame>> to_relight{"relight"};
   std::atomic<bool> pose_waits_for_relight = false;
-  JustInTime just_in_time;
+  LatencyScheduler just_in_time;
   Mailbox<std::shared_ptr<const PosedFrame>> to_geometry{"fuse"};
   Mailbox<std::shared_ptr<const PosedFrame>> to_light{"light"};
   Mailbox<ShownPicture> to_encode{"encode"};
-  Rest geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery}, all_albedo_rest{kAlbedoEvery},
+  DutyCycle geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery}, all_albedo_rest{kAlbedoEvery},
       room_rest{kRoomEvery};
 
   mutable std::mutex newest_mutex;
@@ -114,11 +114,11 @@ struct Pipeline::State {
   Clock::time_point last_encoded{};  ///< of the encode thread
 
   std::stop_source stopping;
-  ThreadsBehind threads_behind;
+  BackgroundThreads threads_behind;
   std::vector<std::jthread> threads;
 
   State(ServiceInput input, std::unique_ptr<FrameReader> reader, OpenFrames the_open_again,
-        LiveRelighter::MakeDevice make_device, Demand& the_demand, Metrics& the_metrics, Publish the_publish)
+        LiveRelighter::MakeDevice make_device, EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish)
       : session(input.session),
         exhibit(std::move(input.exhibit)),
         open_again(std::move(the_open_again)),
@@ -194,7 +194,7 @@ void Pipeline::State::capture_turn() {
     if (frames.gone() && !stopping.stop_requested()) {
       board.publish_warnings("camera", {"the recording gives no pictures and is opened again every second"});
       sleep_until(Clock::now() + 10 * kTick);
-      frames = PlayedFrames(open_again());
+      frames = FramePlayer(open_again());
     }
     return;
   }
@@ -298,7 +298,7 @@ void Pipeline::State::relight_turn() {
 
 void Pipeline::State::geometry_turn() {
   if (const std::shared_ptr<const PosedFrame> posed = to_geometry.take(kTick).value_or(nullptr)) {
-    const AtWork work(geometry_rest);
+    const ScopedWork work(geometry_rest);
     const StageTimer timer(metrics, "fuse");
     board.publish_field(fusion.fuse(*posed->played.frame, *posed->located.pose));
     board.publish_warnings("geometry", fusion.warnings());
@@ -308,9 +308,9 @@ void Pipeline::State::geometry_turn() {
 
 void Pipeline::State::light_turn() {
   if (const std::shared_ptr<const PosedFrame> posed = to_light.take(kTick).value_or(nullptr)) {
-    const AtWork work(light_rest);
+    const ScopedWork work(light_rest);
     const StageTimer timer(metrics, "light");
-    MarkStage::Result marked = marks.locate(*posed->played.frame, posed->located.pose);
+    LampTagStage::Result marked = marks.locate(*posed->played.frame, posed->located.pose);
     LightStage::Result result = light.extract(*posed->played.frame, marked.marks);
     append_warnings(result.warnings, marked.warnings);
     board.publish_light(result.illumination);
@@ -328,7 +328,7 @@ void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
   }
   const int times = learning ? kRest : kAlbedoRestLater;
   const bool all = turn.due && (turn.must || all_albedo_rest.over(times));
-  Rest& rest = all ? all_albedo_rest : albedo_rest;
+  DutyCycle& rest = all ? all_albedo_rest : albedo_rest;
   if (!field || !measured || !rest.over(times) || !(all || schedule.changed(*field, *measured))) {
     sleep_until(Clock::now() + kTick / 2);
     return;
@@ -339,7 +339,7 @@ void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
   }
   AlbedoStage::Result solution;
   if (all) {
-    const AtWork work(rest);
+    const ScopedWork work(rest);
     const StageTimer timer(metrics, "albedo");
     turn.due = turn.must = false;
     schedule.begin(field, *measured);
@@ -349,7 +349,7 @@ void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
       board.publish_warnings("mirrors", mirror_warnings(room_points(*field), *field));
     }
   } else {
-    const AtWork work(rest);
+    const ScopedWork work(rest);
     const StageTimer timer(metrics, "albedo/new");
     std::optional<AlbedoStage::Result> found = albedo.solve_new(*field, *measured);
     turn.must = !found;
@@ -370,7 +370,7 @@ void Pipeline::State::room_turn() {
     sleep_until(Clock::now() + kTick / 2);
     return;
   }
-  const AtWork work(room_rest);
+  const ScopedWork work(room_rest);
   const StageTimer timer(metrics, "room");
   relighter.prepare(scene);
   board.publish_warnings("room stage", {});
@@ -398,7 +398,7 @@ void Pipeline::State::encode_turn() {
 }
 
 Pipeline::Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, OpenFrames open_again,
-                   LiveRelighter::MakeDevice make_device, Demand& demand, Metrics& metrics, Publish publish)
+                   LiveRelighter::MakeDevice make_device, EncoderDemand& demand, Metrics& metrics, Publish publish)
     : state_(std::make_unique<State>(std::move(input), std::move(frames), std::move(open_again), std::move(make_device),
                                      demand, metrics, std::move(publish))) {}
 
@@ -422,7 +422,7 @@ void Pipeline::start() {
 void Pipeline::stop() {
   State& s = *state_;
   s.stopping.request_stop();
-  s.threads_behind.hurry();
+  s.threads_behind.restore_priority();
   s.to_pose.close();
   s.to_relight.close();
   s.to_geometry.close();
@@ -432,7 +432,7 @@ void Pipeline::stop() {
 
 void Pipeline::join() { state_->threads.clear(); }
 
-ExhibitBoard& Pipeline::exhibit() { return state_->exhibit; }
+ExhibitState& Pipeline::exhibit() { return state_->exhibit; }
 
 Playback& Pipeline::playback() { return state_->playback; }
 

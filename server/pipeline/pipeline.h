@@ -3,7 +3,7 @@
 // join them, so the picture never waits for what is slower than it.
 //
 //   capture ──> pose ──> relight ──> encode ──> publish
-//      │          └─> geometry: fuse ──┐    (what geometry, light and albedo know meets relight on the SceneBoard)
+//      │          └─> geometry: fuse ──┐    (what geometry, light and albedo know meets relight on the SceneStore)
 //      └──> light ─────────────────────┴─> albedo ─> room   (for rays alone: what they meet of the room)
 //
 // Pose takes the newest frame just in time for relight to come free: poses that nobody draws are not found.
@@ -36,7 +36,7 @@ class Pipeline {
   /// Makes every stage and the GPU device; throws what they throw. `publish` is called on the encode thread.
   /// `open_again` is called when a live device is gone; the first reader is `frames`.
   Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, OpenFrames open_again,
-           LiveRelighter::MakeDevice make_device, Demand& demand, Metrics& metrics, Publish publish);
+           LiveRelighter::MakeDevice make_device, EncoderDemand& demand, Metrics& metrics, Publish publish);
   ~Pipeline();  ///< stops and joins
 
   void start();
@@ -45,7 +45,7 @@ class Pipeline {
   /// Waits until every thread has stopped, however long a stage takes. After it nothing is published.
   void join();
 
-  ExhibitBoard& exhibit();
+  ExhibitState& exhibit();
   /// Where a recording plays; without effect on live cameras.
   Playback& playback();
   /// The newest picture; its srgb is null before the first.
@@ -56,7 +56,7 @@ class Pipeline {
     std::optional<Eigen::Isometry3d> T_tag_camera;
     Plan plan;
     bool learning = true;  ///< albedo was not solved yet, or from far less of the room or other light than known now
-    bool settled = false;  ///< nothing is left to learn: see SceneBoard
+    bool settled = false;  ///< nothing is left to learn: see SceneStore
     std::uint64_t field_version = 0, light_version = 0, albedo_version = 0;  ///< 0: not known yet
   };
   Record newest_record() const;

@@ -18,13 +18,13 @@ const PointLight* lamp_of(const Illumination& light, int id) {
 
 }  // namespace
 
-void SceneBoard::publish_field(std::shared_ptr<const DistanceField> field) {
+void SceneStore::publish_field(std::shared_ptr<const DistanceField> field) {
   std::lock_guard lock(mutex_);
   same_field_again_ = field && field == scene_.field;
   scene_.field = std::move(field);
 }
 
-void SceneBoard::publish_light(std::shared_ptr<const Illumination> light) {
+void SceneStore::publish_light(std::shared_ptr<const Illumination> light) {
   std::lock_guard lock(mutex_);
   same_light_again_ = light && light == light_;
   if (light_ != light) {
@@ -33,7 +33,7 @@ void SceneBoard::publish_light(std::shared_ptr<const Illumination> light) {
   }
 }
 
-void SceneBoard::publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
+void SceneStore::publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
                                   std::shared_ptr<const Illumination> measured) {
   std::lock_guard lock(mutex_);
   scene_.albedo = std::move(solution.albedo);
@@ -44,22 +44,22 @@ void SceneBoard::publish_solution(AlbedoStage::Result solution, std::uint64_t fi
   combine();
 }
 
-void SceneBoard::publish_albedo(std::shared_ptr<const AlbedoField> albedo) {
+void SceneStore::publish_albedo(std::shared_ptr<const AlbedoField> albedo) {
   std::lock_guard lock(mutex_);
   scene_.albedo = std::move(albedo);
 }
 
-void SceneBoard::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
+void SceneStore::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
   std::lock_guard lock(mutex_);
   scene_.enclosure = std::move(enclosure);
 }
 
-void SceneBoard::publish_warnings(const std::string& stage, std::vector<std::string> warnings) {
+void SceneStore::publish_warnings(const std::string& stage, std::vector<std::string> warnings) {
   std::lock_guard lock(mutex_);
   warnings_[stage] = std::move(warnings);
 }
 
-void SceneBoard::combine() {
+void SceneStore::combine() {
   if (!light_ || !solved_light_) {
     scene_.illumination = light_;
   } else if (light_->version == solved_from_->version) {
@@ -69,7 +69,7 @@ void SceneBoard::combine() {
   }
 }
 
-Scene SceneBoard::newest() const {
+Scene SceneStore::newest() const {
   std::lock_guard lock(mutex_);
   Scene scene = scene_;
   for (const auto& [stage, lines] : warnings_) {
@@ -78,14 +78,14 @@ Scene SceneBoard::newest() const {
   return scene;
 }
 
-bool SceneBoard::settled(const Scene& scene) const {
+bool SceneStore::settled(const Scene& scene) const {
   std::lock_guard lock(mutex_);
   return same_field_again_ && same_light_again_ && scene_.albedo && solved_from_ &&
          scene_.field->version == solved_field_version_ && light_->version == solved_from_->version &&
          scene.field == scene_.field && scene.albedo == scene_.albedo && scene.illumination == scene_.illumination;
 }
 
-std::shared_ptr<const Illumination> SceneBoard::measured_light() const {
+std::shared_ptr<const Illumination> SceneStore::measured_light() const {
   std::lock_guard lock(mutex_);
   return light_;
 }

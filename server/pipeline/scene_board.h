@@ -12,7 +12,7 @@
 
 namespace lumigraft {
 
-class SceneBoard {
+class SceneStore {
  public:
   void publish_field(std::shared_ptr<const DistanceField> field);
   void publish_light(std::shared_ptr<const Illumination> light);

@@ -27,7 +27,7 @@ float moved_share(const DistanceField& now, const DistanceField& before) {
   return static_cast<float>(moved) / static_cast<float>(now.bricks.size());
 }
 
-AlbedoNews compare_albedo(const AlbedoField& now, const AlbedoField& before) {
+AlbedoDelta compare_albedo(const AlbedoField& now, const AlbedoField& before) {
   double change = 0, sum = 0, sigma = 0, sigma_before = 0;
   std::size_t known = 0, fresh = 0;
   for (const auto& [key, brick] : now.bricks) {
@@ -45,7 +45,7 @@ AlbedoNews compare_albedo(const AlbedoField& now, const AlbedoField& before) {
       sigma_before += was->second->sigma[i];
     }
   }
-  AlbedoNews news;
+  AlbedoDelta news;
   news.change = sum > 0 ? static_cast<float>(change / sum) : 1;
   news.newly_known = known > 0 ? static_cast<float>(fresh) / static_cast<float>(known) : 0;
   news.surer = sigma_before > 0 ? static_cast<float>(1 - sigma / sigma_before) : 0;

@@ -11,11 +11,11 @@ float moved_share(const DistanceField& now, const DistanceField& before);
 constexpr float kOtherRadiance = 0.05f;
 
 /// What one more solution told, over surface samples.
-struct AlbedoNews {
+struct AlbedoDelta {
   float change = 0;       ///< sum of what albedo changed by over its sum, where both know it
   float newly_known = 0;  ///< share of the samples known now that were not
   float surer = 0;        ///< by how much their standard deviation fell, over what it was; negative: it rose
 };
-AlbedoNews compare_albedo(const AlbedoField& now, const AlbedoField& before);
+AlbedoDelta compare_albedo(const AlbedoField& now, const AlbedoField& before);
 
 }  // namespace lumigraft

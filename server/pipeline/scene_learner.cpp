@@ -15,7 +15,7 @@ namespace {
 
 /// Runs one stage of a frame: its cost is noted, what it throws becomes a warning.
 template <typename Function>
-void run_stage(LearntFrame& learnt, const std::string& name, Function function) {
+void run_stage(BuildResult& learnt, const std::string& name, Function function) {
   const CostClock clock;
   try {
     function();
@@ -27,16 +27,16 @@ void run_stage(LearntFrame& learnt, const std::string& name, Function function) 
 
 }  // namespace
 
-struct SceneLearner::State {
+struct SceneBuilder::State {
   std::unique_ptr<Oracle> oracle;
   PoseStage pose;
   FusionStage fusion;
-  MarkStage marks;
+  LampTagStage marks;
   LightStage light;
   AlbedoStage albedo;
   EnclosureStage enclosure;
   AlbedoSchedule schedule;
-  SceneBoard board;
+  SceneStore board;
 
   State(const Session& session, std::unique_ptr<Oracle> the_oracle)
       : oracle(std::move(the_oracle)),
@@ -48,7 +48,7 @@ struct SceneLearner::State {
 
   OracleParts parts() const { return oracle ? oracle->parts() : OracleParts{}; }
 
-  void solve_albedo(LearntFrame& learnt, const std::optional<Pose>& where) {
+  void solve_albedo(BuildResult& learnt, const std::optional<Pose>& where) {
     const std::shared_ptr<const DistanceField> field = board.newest().field;
     const std::shared_ptr<const Illumination> measured = board.measured_light();
     if (field && measured && schedule.due(*field, *measured)) {
@@ -74,15 +74,15 @@ struct SceneLearner::State {
   }
 };
 
-SceneLearner::SceneLearner(const Session& session, std::unique_ptr<Oracle> oracle)
+SceneBuilder::SceneBuilder(const Session& session, std::unique_ptr<Oracle> oracle)
     : state_(std::make_unique<State>(session, std::move(oracle))) {}
 
-SceneLearner::~SceneLearner() = default;
+SceneBuilder::~SceneBuilder() = default;
 
-LearntFrame SceneLearner::learn(const FrameSet& sensed) {
+BuildResult SceneBuilder::learn(const FrameSet& sensed) {
   State& s = *state_;
   const OracleParts truth = s.parts();
-  LearntFrame learnt;
+  BuildResult learnt;
   std::optional<Pose> pose;
   append_warnings(learnt.warnings, sensed.warnings);
   learnt.frame = truth.geometry ? s.oracle->with_true_depth(sensed) : sensed;
@@ -102,7 +102,7 @@ LearntFrame SceneLearner::learn(const FrameSet& sensed) {
       s.board.publish_light(s.oracle->illumination(frame));
       return;
     }
-    const MarkStage::Result marked = s.marks.locate(frame, pose);
+    const LampTagStage::Result marked = s.marks.locate(frame, pose);
     append_warnings(learnt.warnings, marked.warnings);
     LightStage::Result result = s.light.extract(frame, marked.marks);
     s.board.publish_light(result.illumination);

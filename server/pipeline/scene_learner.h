@@ -12,21 +12,21 @@
 
 namespace lumigraft {
 
-struct LearntFrame {
+struct BuildResult {
   FrameSet frame;  ///< as sensed, but for true depth where the oracle has it
   Scene scene;
   std::map<std::string, StageCost> stages;
   std::vector<std::string> warnings;  ///< of every stage, in the order they ran
 };
 
-class SceneLearner {
+class SceneBuilder {
  public:
   /// `oracle` may be null.
-  SceneLearner(const Session& session, std::unique_ptr<Oracle> oracle);
-  ~SceneLearner();
+  SceneBuilder(const Session& session, std::unique_ptr<Oracle> oracle);
+  ~SceneBuilder();
 
   /// A stage that throws becomes a warning of the frame.
-  LearntFrame learn(const FrameSet& sensed);
+  BuildResult learn(const FrameSet& sensed);
 
  private:
   struct State;

@@ -16,7 +16,7 @@ std::span<const std::uint8_t> bytes(const std::string& text) {
 
 }  // namespace
 
-EncodeStage::EncodeStage(int jpeg_quality, Demand& demand, Metrics& metrics)
+EncodeStage::EncodeStage(int jpeg_quality, EncoderDemand& demand, Metrics& metrics)
     : demand_(demand), metrics_(metrics), jpeg_(jpeg_quality) {}
 
 std::shared_ptr<const StreamMessage> EncodeStage::message(const ShownPicture& picture, StreamKind kind,

@@ -24,7 +24,7 @@ struct ShownPicture {
 
 class EncodeStage {
  public:
-  EncodeStage(int jpeg_quality, Demand& demand, Metrics& metrics);
+  EncodeStage(int jpeg_quality, EncoderDemand& demand, Metrics& metrics);
 
   /// Throws std::runtime_error where an encoder refuses; the next call starts that encoder anew.
   std::vector<std::shared_ptr<const StreamMessage>> encode(const ShownPicture& picture);
@@ -34,7 +34,7 @@ class EncodeStage {
                                                std::span<const std::uint8_t> payload) const;
   void encode_h264(const ShownPicture& picture, std::vector<std::shared_ptr<const StreamMessage>>& out);
 
-  Demand& demand_;
+  EncoderDemand& demand_;
   Metrics& metrics_;
   JpegEncoder jpeg_;
   std::optional<H264Encoder> h264_;

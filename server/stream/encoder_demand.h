@@ -4,7 +4,7 @@
 
 namespace lumigraft {
 
-struct Demand {
+struct EncoderDemand {
   std::atomic<int> h264 = 0;      ///< viewers
   std::atomic<int> jpeg = 0;      ///< viewers
   std::atomic<bool> key = false;  ///< somebody needs a key picture; whoever makes it clears this

@@ -51,9 +51,9 @@ void ViewerHub::publish_text(const std::string& kind, const std::string& text) {
   }
 }
 
-void ViewerHub::say_goodbye() {
+void ViewerHub::close_all() {
   for (const auto& viewer : std::set(viewers_)) {
-    viewer->say_goodbye();
+    viewer->close_all();
   }
 }
 

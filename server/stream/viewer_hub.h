@@ -20,12 +20,12 @@ class Viewer {
   virtual Codec codec() const = 0;
   virtual void offer(const std::shared_ptr<const StreamMessage>& message) = 0;
   virtual void offer_text(const std::string& kind, const std::string& text) = 0;
-  virtual void say_goodbye() = 0;
+  virtual void close_all() = 0;
 };
 
 class ViewerHub {
  public:
-  ViewerHub(Demand& demand, Metrics& metrics) : demand_(demand), metrics_(metrics) {}
+  ViewerHub(EncoderDemand& demand, Metrics& metrics) : demand_(demand), metrics_(metrics) {}
 
   void add(std::shared_ptr<Viewer> viewer);
   void remove(const std::shared_ptr<Viewer>& viewer);
@@ -35,14 +35,14 @@ class ViewerHub {
   void count_demand();
   void publish(const std::shared_ptr<const StreamMessage>& message);
   void publish_text(const std::string& kind, const std::string& text);
-  void say_goodbye();
+  void close_all();
   /// A viewer has the picture on its screen: how long that took goes to the metrics as capture_to_ack.
   void acknowledged(std::uint32_t sequence);
   /// The newest codec string message, for a new viewer; may be null.
   const std::shared_ptr<const StreamMessage>& config() const { return config_; }
 
  private:
-  Demand& demand_;
+  EncoderDemand& demand_;
   Metrics& metrics_;
   std::set<std::shared_ptr<Viewer>> viewers_;
   std::shared_ptr<const StreamMessage> config_;

@@ -40,7 +40,7 @@ class Connection;
 struct WebServer::State {
   const WebSettings settings;
   const WebHandlers handlers;
-  Demand& demand;
+  EncoderDemand& demand;
   Metrics& metrics;
   asio::io_context io{1};  // first: what follows holds sockets and timers of it
   tcp::acceptor acceptor{io};
@@ -50,7 +50,7 @@ struct WebServer::State {
   ViewerHub hub{demand, metrics};
   std::thread thread;
 
-  State(const WebSettings& the_settings, WebHandlers the_handlers, Demand& the_demand, Metrics& the_metrics)
+  State(const WebSettings& the_settings, WebHandlers the_handlers, EncoderDemand& the_demand, Metrics& the_metrics)
       : settings(the_settings), handlers(std::move(the_handlers)), demand(the_demand), metrics(the_metrics) {}
 
   void accept();
@@ -104,7 +104,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     server_.forget(shared_from_this());
   }
 
-  void say_goodbye() override { leave(websocket::close_code::going_away); }
+  void close_all() override { leave(websocket::close_code::going_away); }
 
  private:
   tcp::socket& socket() { return websocket_ ? beast::get_lowest_layer(*websocket_).socket() : stream_.socket(); }
@@ -356,7 +356,7 @@ void WebServer::State::objects_changed() {
   });
 }
 
-WebServer::WebServer(const WebSettings& settings, WebHandlers handlers, Demand& demand, Metrics& metrics)
+WebServer::WebServer(const WebSettings& settings, WebHandlers handlers, EncoderDemand& demand, Metrics& metrics)
     : state_(std::make_unique<State>(settings, std::move(handlers), demand, metrics)) {
   State& s = *state_;
   try {
@@ -397,7 +397,7 @@ void WebServer::stop() {
   asio::post(s.io, [&s] {
     error_code ignored;
     s.acceptor.close(ignored);
-    s.hub.say_goodbye();
+    s.hub.close_all();
     s.stop_timer.expires_after(s.hub.count() == 0 ? std::chrono::milliseconds(0) : kGoodbye);
     s.stop_timer.async_wait([&s](error_code) { s.io.stop(); });
   });

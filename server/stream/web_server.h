@@ -47,7 +47,7 @@ struct WebHandlers {
 class WebServer {
  public:
   /// Binds and listens; throws std::runtime_error where the address cannot be had.
-  WebServer(const WebSettings& settings, WebHandlers handlers, Demand& demand, Metrics& metrics);
+  WebServer(const WebSettings& settings, WebHandlers handlers, EncoderDemand& demand, Metrics& metrics);
   ~WebServer();
 
   std::uint16_t port() const;

@@ -21,7 +21,7 @@ inline void expect_to_replay_as_it_came(const std::filesystem::path& folder, std
     SessionRecorder recorder({folder / "session.toml", {}}, live, folder / "out");
     while (seen.size() < pictures) {
       const auto item = sources.color->next(std::chrono::seconds(3));
-      ASSERT_TRUE(item) << sources.color->trouble();
+      ASSERT_TRUE(item) << sources.color->fault();
       if (recorder.write(Stream::color, *item)) {
         seen.push_back(std::get<Picture>(*item));
       }

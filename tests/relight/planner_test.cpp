@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3f;
 
 /// Lamps all around, 5 m away, under a sky; irradiances at the probe.
-Scene scene_of(const std::vector<float>& irradiances, const std::function<float(const Vector3f&)>& sky) {
+Scene build_trace_scene(const std::vector<float>& irradiances, const std::function<float(const Vector3f&)>& sky) {
   auto light = std::make_shared<Illumination>();
   light->remainder.radiance = Image<float>(128, 64, 3);
   for (int v = 0; v < 64; ++v)
@@ -62,7 +62,7 @@ const PlanChoice& choice(const Planner::Decision& decision, const std::string& k
 const std::vector<float> kTwoOfEight = {20, 11, 0.05f, 0.04f, 0.04f, 0.04f, 0.04f, 0.04f};
 
 TEST(Planner, TwoLampsOfEightCarryAlmostAll) {
-  const Planner::Decision decision = Planner({}).decide(scene_of(kTwoOfEight, dark), {}, 0);
+  const Planner::Decision decision = Planner({}).decide(build_trace_scene(kTwoOfEight, dark), {}, 0);
   EXPECT_EQ(decision.plan.max_lights, 2);
   EXPECT_NEAR(choice(decision, "max_lights").left_out, 0.25f / 31.25f, 1e-4);
   EXPECT_EQ(choice(decision, "max_lights").most, 8);
@@ -72,7 +72,7 @@ TEST(Planner, MethodsWithoutADeviceTakeAllThereIs) {
   for (const char* method : {"rays", "reference"}) {
     Plan plan;
     plan.method = method;
-    const Planner::Decision decision = Planner(plan).decide(scene_of(kTwoOfEight, dark), {}, 0);
+    const Planner::Decision decision = Planner(plan).decide(build_trace_scene(kTwoOfEight, dark), {}, 0);
     EXPECT_TRUE(decision.choices.empty()) << method;
     EXPECT_EQ(decision.plan.max_lights, Plan().max_lights) << method;
   }
@@ -80,20 +80,20 @@ TEST(Planner, MethodsWithoutADeviceTakeAllThereIs) {
 
 // The order in which lamps come, which the drawing does not follow either.
 TEST(Planner, TheStrongestAreCounted) {
-  const Planner::Decision decision = Planner({}).decide(scene_of({0.04f, 11, 0.05f, 20}, dark), {}, 0);
+  const Planner::Decision decision = Planner({}).decide(build_trace_scene({0.04f, 11, 0.05f, 20}, dark), {}, 0);
   EXPECT_EQ(decision.plan.max_lights, 2);
 }
 
 TEST(Planner, LampsThatAllMatterAreAllDrawnAsFarAsAsked) {
-  EXPECT_EQ(Planner({}).decide(scene_of({1, 1, 1, 1, 1, 1, 1, 1}, dark), {}, 0).plan.max_lights, 8);
-  const Planner::Decision decision = Planner({}).decide(scene_of(std::vector<float>(16, 1.0f), dark), {}, 0);
+  EXPECT_EQ(Planner({}).decide(build_trace_scene({1, 1, 1, 1, 1, 1, 1, 1}, dark), {}, 0).plan.max_lights, 8);
+  const Planner::Decision decision = Planner({}).decide(build_trace_scene(std::vector<float>(16, 1.0f), dark), {}, 0);
   EXPECT_EQ(decision.plan.max_lights, 8);
   EXPECT_NEAR(choice(decision, "max_lights").left_out, 0.5, 1e-3) << "more than the bound is said";
 }
 
 // Irradiance 0.05 at the probe, 5 m away; 0.5 m from the object a hundred times as much.
 TEST(Planner, ALampThatIsWeakAtTheProbeButNearAnObjectStays) {
-  const Scene scene = scene_of(kTwoOfEight, dark);
+  const Scene scene = build_trace_scene(kTwoOfEight, dark);
   const Vector3f lamp = scene.illumination->lights[2].position_m;
   const Exhibit near = ball_at((0.9f * lamp).cast<double>());
   EXPECT_EQ(Planner({}).decide(scene, near, 0).plan.max_lights, 3);
@@ -101,14 +101,14 @@ TEST(Planner, ALampThatIsWeakAtTheProbeButNearAnObjectStays) {
 }
 
 TEST(Planner, AConstantSkyNeedsOneBand) {
-  const Planner::Decision decision = Planner({}).decide(scene_of({}, [](const Vector3f&) { return 0.3f; }), {}, 0);
+  const Planner::Decision decision = Planner({}).decide(build_trace_scene({}, [](const Vector3f&) { return 0.3f; }), {}, 0);
   EXPECT_EQ(decision.plan.sh_bands, 1);
   EXPECT_EQ(decision.plan.max_lights, 0);
 }
 
 // L = 1 + z: E = pi + 2 pi / 3 n.z, of which the root mean square of the slope is 2 / (3 sqrt 3) of the mean.
 TEST(Planner, ASlopeNeedsTwoBands) {
-  const Scene scene = scene_of({}, [](const Vector3f& w) { return 1 + w.z(); });
+  const Scene scene = build_trace_scene({}, [](const Vector3f& w) { return 1 + w.z(); });
   EXPECT_EQ(Planner({}).decide(scene, {}, 0).plan.sh_bands, 2);
   EXPECT_NEAR(measure_light(*scene.illumination).bands_left_out[0], 2 / (3 * std::sqrt(3.0)), 2e-3);
   EXPECT_NEAR(measure_light(*scene.illumination).bands_left_out[1], 0, 2e-3);
@@ -117,19 +117,19 @@ TEST(Planner, ASlopeNeedsTwoBands) {
 // The same sky beside a lamp with a hundred times its light: 0.4 % of all.
 TEST(Planner, TheBoundIsOfAllLight) {
   const float sky = 4 * std::numbers::pi_v<float>;
-  const Scene scene = scene_of({100 * sky}, [](const Vector3f& w) { return 1 + w.z(); });
+  const Scene scene = build_trace_scene({100 * sky}, [](const Vector3f& w) { return 1 + w.z(); });
   EXPECT_EQ(Planner({}).decide(scene, {}, 0).plan.sh_bands, 1);
 }
 
 TEST(Planner, WhatIsSetByHandStays) {
   Plan asked;
   asked.max_lights = 5;
-  asked.by_hand = {"max_lights"};
-  const Scene scene = scene_of(kTwoOfEight, [](const Vector3f&) { return 0.3f; });
+  asked.user_set = {"max_lights"};
+  const Scene scene = build_trace_scene(kTwoOfEight, [](const Vector3f&) { return 0.3f; });
   const Plan plan = Planner(asked).decide(scene, {}, 0).plan;
   EXPECT_EQ(plan.max_lights, 5);
   EXPECT_EQ(plan.sh_bands, 1) << "the rest follows";
-  asked.follow_scene = 0;
+  asked.adaptive = 0;
   const Planner::Decision decision = Planner(asked).decide(scene, {}, 0);
   EXPECT_EQ(decision.plan.sh_bands, 3);
   EXPECT_TRUE(decision.choices.empty());
@@ -144,11 +144,11 @@ TEST(Planner, WithoutLightThePlanIsAsAsked) {
 // A lamp whose share trembles around the bound, as with noise: 0.9 to 1.1 %.
 TEST(Planner, AShareThatTremblesAroundTheBoundChangesThePlanOnce) {
   Planner planner({});
-  int changes = 0, before = planner.decide(scene_of({20, 10, 0.27f}, dark), {}, 0).plan.max_lights;
+  int changes = 0, before = planner.decide(build_trace_scene({20, 10, 0.27f}, dark), {}, 0).plan.max_lights;
   EXPECT_EQ(before, 2);
   for (int i = 0; i < 300; ++i) {
     const float trembling = i % 2 == 0 ? 0.33f : 0.27f;
-    const int now = planner.decide(scene_of({20, 10, trembling}, dark), {}, 0).plan.max_lights;
+    const int now = planner.decide(build_trace_scene({20, 10, trembling}, dark), {}, 0).plan.max_lights;
     changes += now != before;
     before = now;
   }
@@ -158,7 +158,7 @@ TEST(Planner, AShareThatTremblesAroundTheBoundChangesThePlanOnce) {
 
 TEST(Planner, MoreIsTakenAtOnceAndLessAfterAWhile) {
   Planner planner({});
-  const Scene bright = scene_of({20, 10, 5}, dark), dim = scene_of({20, 10, 0.01f}, dark);
+  const Scene bright = build_trace_scene({20, 10, 5}, dark), dim = build_trace_scene({20, 10, 0.01f}, dark);
   EXPECT_EQ(planner.decide(dim, {}, 0).plan.max_lights, 2);
   EXPECT_EQ(planner.decide(bright, {}, 0).plan.max_lights, 3);
   for (int i = 1; i < Planner::kCalmFrames; ++i) EXPECT_EQ(planner.decide(dim, {}, 0).plan.max_lights, 3) << i;
@@ -166,7 +166,7 @@ TEST(Planner, MoreIsTakenAtOnceAndLessAfterAWhile) {
 }
 
 TEST(Planner, TexelsAreHalfVoxelsWhereLightIsTracedForPixels) {
-  const Scene scene = scene_of({1}, dark);
+  const Scene scene = build_trace_scene({1}, dark);
   EXPECT_EQ(Planner({}).decide(scene, {}, 0).plan.rsm, 128);
   Plan live;
   live.trace_scale = 4;

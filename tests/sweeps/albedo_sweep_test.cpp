@@ -20,7 +20,7 @@ using Eigen::Vector3f;
 TestLamp bulb() { return {{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}; }
 
 /// A floor, one lamp and a box.
-TestRoom lit_room() {
+TestRoom light_volume_state() {
   TestRoom room;
   room.half_m = 0.5f;
   room.lamps = {bulb()};
@@ -83,7 +83,7 @@ TEST(AlbedoSweep, Scale) {
               .x = {0.02, 0.05, 0.1, 0.2, 0.4, 0.65, 0.9},
               .curves = {{"median"}, {"95 of 100"}, {"1 sigma, median"}}};
   for (const double albedo : sweep.x) {
-    TestRoom room = lit_room();
+    TestRoom room = light_volume_state();
     room.albedo = [&](const Vector3f&) { return Vector3f(Vector3f::Constant(static_cast<float>(albedo))); };
     const auto result = AlbedoStage(Session()).solve(room.field(), room.illumination());
     const Floor floor = floor_of(room, *result.albedo, [&](const Vector3f& p) { return all_around(room, p, true); });
@@ -106,7 +106,7 @@ TEST(AlbedoSweep, SeenOnlyInShadow) {
               .curves = {{"unknown"}, {"off, median"}, {"1 sigma, median"}},
               .logarithmic = true};
   for (const double sky : sweep.x) {
-    TestRoom room = lit_room();
+    TestRoom room = light_volume_state();
     room.boxes = {{{-0.1f, -0.1f, 0.0f}, {0.15f, 0.0f, 0.35f}}};
     room.ambient = Vector3f::Constant(static_cast<float>(sky));
     const auto result = AlbedoStage(Session()).solve(room.field(), room.illumination());
@@ -142,7 +142,7 @@ TEST(AlbedoSweep, Saturated) {
               .x = {1, 1.5, 2, 3, 4, 6},
               .curves = {{"clipped"}, {"unknown of it"}, {"known: 95 of 100 off"}}};
   for (const double exposure : sweep.x) {
-    TestRoom room = lit_room();
+    TestRoom room = light_volume_state();
     room.lamps[0].position = {0.3f, -0.2f, 0.35f};
     room.lamps[0].intensity *= 0.2f;
     DistanceField field = room.field();
@@ -188,7 +188,7 @@ TEST(AlbedoSweep, OneLightOnly) {
               .curves = {{"off, median"}, {"1 sigma, median"}, {"unknown"}},
               .logarithmic = true};
   for (const double sky : sweep.x) {
-    TestRoom room = lit_room();
+    TestRoom room = light_volume_state();
     room.ambient = Vector3f::Constant(static_cast<float>(sky));
     Illumination seen = room.illumination();
     seen.lights[0].irradiance /= 1000;
@@ -226,7 +226,7 @@ TEST(AlbedoSweep, Highlight) {
               .curves = {{"median"}, {"95 of 100"}, {"1 sigma, median"}}};
   CameraModel camera = small_camera();
   for (const double strength : sweep.x) {
-    TestRoom room = lit_room();
+    TestRoom room = light_volume_state();
     Session session;
     session.color.model = camera;
     session.color.exposure = 2;

@@ -178,16 +178,16 @@ std::string Chunks::reason_against(const Feature& feature, ArvBuffer& buffer) co
   return {};
 }
 
-std::optional<std::int64_t> Chunks::time_ns(ArvBuffer& buffer, std::string& trouble) const {
-  trouble = reason_against(*time_, buffer);
-  if (!trouble.empty()) {
+std::optional<std::int64_t> Chunks::time_ns(ArvBuffer& buffer, std::string& fault) const {
+  fault = reason_against(*time_, buffer);
+  if (!fault.empty()) {
     return std::nullopt;
   }
   Check check;
   const auto told = static_cast<std::uint64_t>(
       arv_chunk_parser_get_integer_value(parser_.get(), &buffer, time_->name.c_str(), check));
   if (check.failed()) {
-    trouble = check.text();
+    fault = check.text();
     return std::nullopt;
   }
   // Some cameras' features are in nanoseconds, those of others in the ticks of their clock; the leader's are ticks.
@@ -198,19 +198,19 @@ std::optional<std::int64_t> Chunks::time_ns(ArvBuffer& buffer, std::string& trou
   if (ticks_per_s_ > 0 && ticks_per_s_ <= kNsPerS && are_near(ns_of(told, ticks_per_s_), leader_ns)) {
     return static_cast<std::int64_t>(ns_of(told, ticks_per_s_));
   }
-  trouble = time_->name + " is of another moment than its picture";
+  fault = time_->name + " is of another moment than its picture";
   return std::nullopt;
 }
 
-std::optional<double> Chunks::number(const Feature& feature, ArvBuffer& buffer, std::string& trouble) const {
-  trouble = reason_against(feature, buffer);
-  if (!trouble.empty()) {
+std::optional<double> Chunks::number(const Feature& feature, ArvBuffer& buffer, std::string& fault) const {
+  fault = reason_against(feature, buffer);
+  if (!fault.empty()) {
     return std::nullopt;
   }
   Check check;
   const double told = arv_chunk_parser_get_float_value(parser_.get(), &buffer, feature.name.c_str(), check);
   if (check.failed()) {
-    trouble = check.text();
+    fault = check.text();
     return std::nullopt;
   }
   return told;
@@ -219,32 +219,32 @@ std::optional<double> Chunks::number(const Feature& feature, ArvBuffer& buffer, 
 OwnSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
   OwnSettings own;
   if (!arv_buffer_has_chunks(&buffer)) {
-    own.trouble = "it has none";
+    own.fault = "it has none";
     return own;
   }
   if (!are_whole(buffer, picture_bytes)) {
-    own.trouble = "they have not the lengths that they say";
+    own.fault = "they have not the lengths that they say";
     return own;
   }
-  std::string trouble;
+  std::string fault;
   const auto note = [&] {
-    if (own.trouble.empty()) {
-      own.trouble = trouble;
+    if (own.fault.empty()) {
+      own.fault = fault;
     }
   };
   if (time_) {
-    own.time_ns = time_ns(buffer, trouble);
+    own.time_ns = time_ns(buffer, fault);
     note();
   }
   double ratio = 1.0;  // of the light that makes one code, to that of the session's exposure and gain
   if (exposure_) {
-    const auto exposure_us = number(*exposure_, buffer, trouble);
+    const auto exposure_us = number(*exposure_, buffer, fault);
     note();
     ratio *= exposure_us ? *exposure_us / *spec_.settings.exposure_us : std::nan("");
   }
   if (gain_) {
     constexpr double kDbPerTen = 20.0;  // of an amplitude
-    const auto gain = number(*gain_, buffer, trouble);
+    const auto gain = number(*gain_, buffer, fault);
     note();
     ratio *= !gain         ? std::nan("")
              : gain_in_db_ ? std::pow(10.0, (*gain - *spec_.settings.gain) / kDbPerTen)
@@ -253,8 +253,8 @@ OwnSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
   constexpr double kMost = 1e4;  // of what a sensor can do, far above
   if (ratio > 1.0 / kMost && ratio < kMost) {
     own.exposure = spec_.exposure * ratio;
-  } else if (own.trouble.empty()) {
-    own.trouble = "its exposure and gain cannot be true";
+  } else if (own.fault.empty()) {
+    own.fault = "its exposure and gain cannot be true";
   }
   return own;
 }

@@ -19,7 +19,7 @@ namespace lumigraft::aravis {
 struct OwnSettings {
   std::optional<std::int64_t> time_ns;  ///< on the clock of the leader's time
   std::optional<double> exposure;       ///< as Picture::exposure
-  std::string trouble;                  ///< the first reason for an empty one, where a camera has the chunk
+  std::string fault;                  ///< the first reason for an empty one, where a camera has the chunk
 };
 
 class Chunks {
@@ -52,8 +52,8 @@ class Chunks {
   static std::vector<Need> needs_of(ArvGcNode* node, int depth = 0);
   std::optional<Feature> switched_on(ArvCamera& camera, const std::string& name, GType type);
   std::string reason_against(const Feature& feature, ArvBuffer& buffer) const;
-  std::optional<std::int64_t> time_ns(ArvBuffer& buffer, std::string& trouble) const;
-  std::optional<double> number(const Feature& feature, ArvBuffer& buffer, std::string& trouble) const;
+  std::optional<std::int64_t> time_ns(ArvBuffer& buffer, std::string& fault) const;
+  std::optional<double> number(const Feature& feature, ArvBuffer& buffer, std::string& fault) const;
 
   StreamSpec spec_;
   bool big_endian_ = true;

@@ -59,12 +59,12 @@ std::vector<CameraListing> list_aravis_cameras() {
       check.or_throw("open");
       look_into(camera.get(), listing);
     } catch (const InputError& e) {
-      listing.why_not = e.what();
+      listing.rejection_reason = e.what();
     }
     out.push_back(std::move(listing));
   }
   if (aravis::usb3_vision_is_forbidden()) {
-    out.push_back({.source = "aravis:", .name = "a camera of USB3 Vision", .why_not = kForbiddenUsb});
+    out.push_back({.source = "aravis:", .name = "a camera of USB3 Vision", .rejection_reason = kForbiddenUsb});
   }
   return out;
 }

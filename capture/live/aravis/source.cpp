@@ -250,10 +250,10 @@ class AravisSource::Camera {
   }
 
   /// Once, for a camera that does so with one picture does so with many.
-  void warn(const std::string& trouble) {
+  void warn(const std::string& fault) {
     if (!std::exchange(warned_, true)) {
       warning_ = std::string(name_of(spec_.stream)) +
-                 ": the camera's chunks do not tell of every picture when and how it was taken (" + trouble +
+                 ": the camera's chunks do not tell of every picture when and how it was taken (" + fault +
                  "); its leader's time and the session's exposure stand in";
     }
   }
@@ -328,8 +328,8 @@ class AravisSource::Camera {
   /// chunk's was, so that no picture changes places with its neighbour.
   void read_chunks(ArvBuffer& buffer, std::size_t picture_bytes, Stamp& stamp, double& exposure) {
     const aravis::OwnSettings own = chunks_->read(buffer, picture_bytes);
-    if (!own.trouble.empty()) {
-      warn(own.trouble);
+    if (!own.fault.empty()) {
+      warn(own.fault);
     }
     if (own.time_ns) {
       ahead_ns_ = *own.time_ns - stamp.time_ns;
@@ -404,7 +404,7 @@ class AravisSource::Camera {
 };
 
 AravisSource::AravisSource(const std::string& camera, const StreamSpec& spec)
-    : camera_(with_source("aravis:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
+    : camera_(with_error_context("aravis:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
 
 AravisSource::~AravisSource() = default;
 

@@ -59,7 +59,7 @@ std::vector<CameraListing> list_libcamera_cameras() {
     } else if (kind == "node" && !out.empty()) {
       out.back().nodes.push_back(field());
     } else if (kind == "failed") {
-      out.push_back({.source = "libcamera:", .name = "libcamera", .why_not = field()});
+      out.push_back({.source = "libcamera:", .name = "libcamera", .rejection_reason = field()});
     } else if (kind == "format" && !out.empty()) {
       OfferedFormat format{.pixels = field()};
       fields >> format.width >> format.height;

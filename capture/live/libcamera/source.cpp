@@ -173,7 +173,7 @@ class LibcameraSource::Camera {
                : std::nullopt;
   }
 
-  const std::string& trouble() const { return trouble_; }
+  const std::string& fault() const { return trouble_; }
   const std::string& serial() const { return serial_; }
   pid_t process() const { return process_->id(); }
 
@@ -302,11 +302,11 @@ class LibcameraSource::Camera {
   std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
   std::unique_ptr<HelperProcess> process_;
   std::string trouble_, serial_;
-  DriverCount count_;
+  SequenceUnwrapper count_;
 };
 
 LibcameraSource::LibcameraSource(const std::string& camera, const StreamSpec& spec) {
-  with_source("libcamera:" + camera, [&] {
+  with_error_context("libcamera:" + camera, [&] {
     camera_ = std::make_unique<Camera>(camera, spec);
     camera_->open();
   });
@@ -316,9 +316,9 @@ LibcameraSource::~LibcameraSource() = default;
 
 std::optional<SourceItem> LibcameraSource::next(std::chrono::milliseconds timeout) { return camera_->next(timeout); }
 
-bool LibcameraSource::finished() const { return !camera_->trouble().empty(); }
+bool LibcameraSource::finished() const { return !camera_->fault().empty(); }
 
-std::string LibcameraSource::trouble() const { return camera_->trouble(); }
+std::string LibcameraSource::fault() const { return camera_->fault(); }
 
 std::string LibcameraSource::serial() const { return camera_->serial(); }
 

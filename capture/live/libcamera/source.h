@@ -25,7 +25,7 @@ class LibcameraSource : public Source {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override;
   void rewind() override {}
-  std::string trouble() const override;
+  std::string fault() const override;
   std::string serial() const override;
   bool on_host_clock() const override { return true; }
 

@@ -58,9 +58,9 @@ std::vector<CameraListing> list_openni_cameras() {
       look_into(device, listing);
       device.close();
     } else if (is_forbidden_usb_device(devices[i].getUri())) {
-      listing.why_not = kForbiddenUsb;
+      listing.rejection_reason = kForbiddenUsb;
     } else {
-      listing.why_not = "OpenNI2 cannot open it, another program may have it";
+      listing.rejection_reason = "OpenNI2 cannot open it, another program may have it";
     }
     out.push_back(std::move(listing));
   }

@@ -50,7 +50,7 @@ std::vector<CameraListing> list_v4l2_cameras() {
       listing.name = device.card() + ", " + node;
       look_into(device, listing);
     } catch (const InputError& e) {
-      listing.why_not = e.what();
+      listing.rejection_reason = e.what();
     }
     out.push_back(std::move(listing));
   }

@@ -68,13 +68,13 @@ class V4l2Source::Camera {
       } else if (left.count() <= 0) {
         return std::nullopt;
       }
-      if (ready_.empty() && !trouble().empty()) {
+      if (ready_.empty() && !fault().empty()) {
         return std::nullopt;
       }
     }
   }
 
-  const std::string& trouble() const { return trouble_.empty() ? stream_->trouble() : trouble_; }
+  const std::string& fault() const { return trouble_.empty() ? stream_->fault() : trouble_; }
   bool on_host_clock() const { return monotonic_; }
   bool bracket_goes_on() const {
     return !ready_.empty();
@@ -174,19 +174,19 @@ class V4l2Source::Camera {
   int old_exposures_ = 0;
   std::string trouble_;  ///< beside the stream's
   bool monotonic_ = false;
-  DriverCount count_;
+  SequenceUnwrapper count_;
 };
 
 V4l2Source::V4l2Source(const std::string& camera, const StreamSpec& spec)
-    : camera_(with_source("v4l2:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
+    : camera_(with_error_context("v4l2:" + camera, [&] { return std::make_unique<Camera>(camera, spec); })) {}
 
 V4l2Source::~V4l2Source() = default;
 
 std::optional<SourceItem> V4l2Source::next(std::chrono::milliseconds timeout) { return camera_->next(timeout); }
 
-bool V4l2Source::finished() const { return !camera_->trouble().empty(); }
+bool V4l2Source::finished() const { return !camera_->fault().empty(); }
 
-std::string V4l2Source::trouble() const { return camera_->trouble(); }
+std::string V4l2Source::fault() const { return camera_->fault(); }
 
 bool V4l2Source::bracket_goes_on() const { return camera_->bracket_goes_on(); }
 

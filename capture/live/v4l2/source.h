@@ -26,7 +26,7 @@ class V4l2Source : public Source {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override;
   void rewind() override {}
-  std::string trouble() const override;
+  std::string fault() const override;
   bool on_host_clock() const override;
   bool bracket_goes_on() const override;
 

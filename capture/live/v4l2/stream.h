@@ -35,7 +35,7 @@ class Stream {
   const Device& device() const;
   /// Empty: nothing came, or trouble() says why nothing will.
   std::optional<Filled> next(std::chrono::milliseconds timeout);
-  const std::string& trouble() const { return trouble_; }
+  const std::string& fault() const { return trouble_; }
 
   /// The driver may fill it again.
   void give_back(std::uint32_t index);

@@ -114,12 +114,12 @@ std::vector<DeviceListing> list_devices() {
         listing.name = renderer_name(*open(candidate, false));
         listing.software = listing.software || draws_in_software(listing.name);
       } catch (const GpuError& e) {
-        listing.why_not = e.what();
+        listing.rejection_reason = e.what();
       }
       listings.push_back(std::move(listing));
     }
   } catch (const GpuError& e) {
-    listings.push_back({.backend = Backend::egl, .name = "EGL", .why_not = e.what()});
+    listings.push_back({.backend = Backend::egl, .name = "EGL", .rejection_reason = e.what()});
   }
   return listings;
 }

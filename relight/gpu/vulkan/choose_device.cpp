@@ -124,7 +124,7 @@ std::vector<Candidate> find_candidates(const Instance& instance) {
     candidates.push_back({.physical = device,
                           .name = properties.deviceName,
                           .type = properties.deviceType,
-                          .why_not = missing(device, properties)});
+                          .rejection_reason = missing(device, properties)});
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return rank(a.type) < rank(b.type); });
@@ -136,9 +136,9 @@ Choice choose_device(const Instance& instance) {
   std::string reasons;
   for (const Candidate& candidate : find_candidates(instance)) {
     const bool wanted = !wanted_name || candidate.name.find(wanted_name) != std::string::npos;
-    if (wanted && candidate.why_not.empty()) return {candidate.physical, *find_queue_family(candidate.physical)};
+    if (wanted && candidate.rejection_reason.empty()) return {candidate.physical, *find_queue_family(candidate.physical)};
     reasons += "; " + candidate.name + ": ";
-    reasons += wanted ? candidate.why_not : std::string("LUMIGRAFT_VULKAN_DEVICE asks for \"") + wanted_name + "\"";
+    reasons += wanted ? candidate.rejection_reason : std::string("LUMIGRAFT_VULKAN_DEVICE asks for \"") + wanted_name + "\"";
   }
   throw GpuError("no usable Vulkan device" + reasons);
 }
@@ -151,10 +151,10 @@ std::vector<DeviceListing> list_devices() {
       listings.push_back({.backend = Backend::vulkan,
                           .name = std::move(candidate.name),
                           .software = candidate.type == VK_PHYSICAL_DEVICE_TYPE_CPU,
-                          .why_not = std::move(candidate.why_not)});
+                          .rejection_reason = std::move(candidate.rejection_reason)});
     }
   } catch (const GpuError& e) {
-    listings.push_back({.backend = Backend::vulkan, .name = "Vulkan", .why_not = e.what()});
+    listings.push_back({.backend = Backend::vulkan, .name = "Vulkan", .rejection_reason = e.what()});
   }
   return listings;
 }

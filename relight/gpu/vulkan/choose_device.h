@@ -8,7 +8,7 @@ struct Candidate {
   VkPhysicalDevice physical = VK_NULL_HANDLE;
   std::string name;
   VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
-  std::string why_not;  ///< empty: it can be used
+  std::string rejection_reason;  ///< empty: it can be used
 };
 /// Discrete GPUs first, software last. Throws GpuError where there are none.
 std::vector<Candidate> find_candidates(const Instance& instance);

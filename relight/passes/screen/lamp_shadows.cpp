@@ -70,7 +70,7 @@ void LampShadows::choose_views(shader::FrameParams& params) {
 }
 
 void LampShadows::record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps,
-                         const LitRoom& room) {
+                         const LightVolumeState& room) {
   if (params.counts.x() == 0) return;
   const Volumes& volumes = room.volumes;
   const std::vector<gpu::Binding> distances{gpu::sampled(1, *volumes.virtual_distance, gpu::Filter::linear),

@@ -19,7 +19,7 @@ class LampShadows {
   /// Fills params.shadow_views.
   static void choose_views(shader::FrameParams& params);
 
-  void record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps, const LitRoom& room);
+  void record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps, const LightVolumeState& room);
   /// Takes the pictures from the device, for shades().
   void read(gpu::Device& device, const shader::FrameParams& params);
 

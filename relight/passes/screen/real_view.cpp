@@ -14,9 +14,9 @@ RealView::RealView(gpu::Device& device)
     : bricks_(device.create_compute("real_view_bricks.comp")),
       volumes_(device.create_compute("real_view_volumes.comp")) {}
 
-void RealView::from_bricks(gpu::CommandList& list, shader::FrameParams params, float least_codes,
+void RealView::from_bricks(gpu::CommandList& list, shader::FrameParams params, float min_code_change,
                            const BrickPool& bricks, const Screen& screen) const {
-  params.pass_f.x() = least_codes;
+  params.pass_f.x() = min_code_change;
   dispatch_tiles(list, *bricks_,
                  joined(joined(bricks.bindings(), outputs(screen)),
                         {gpu::sampled(1, *screen.rays), gpu::sampled(2, *screen.depth),
@@ -24,10 +24,10 @@ void RealView::from_bricks(gpu::CommandList& list, shader::FrameParams params, f
                  params, screen.tiles->views());
 }
 
-void RealView::from_volumes(gpu::CommandList& list, shader::FrameParams params, float least_codes,
+void RealView::from_volumes(gpu::CommandList& list, shader::FrameParams params, float min_code_change,
                             const Volumes& volumes, const Screen& screen) const {
   using gpu::Filter;
-  params.pass_f.x() = least_codes;
+  params.pass_f.x() = min_code_change;
   const std::vector<gpu::Binding> inputs = joined(
       volumes.bindings(),
       {gpu::sampled(7, *volumes.real_albedo, Filter::linear), gpu::sampled(8, *volumes.real_normal, Filter::linear),

@@ -13,9 +13,9 @@ class RealView {
   explicit RealView(gpu::Device& device);
   /// Pixels that the objects cannot change by more than `least_codes` code values, by a bound that is several times too
   /// careful, are left out of the footprint.
-  void from_bricks(gpu::CommandList& list, shader::FrameParams params, float least_codes, const BrickPool& bricks,
+  void from_bricks(gpu::CommandList& list, shader::FrameParams params, float min_code_change, const BrickPool& bricks,
                    const Screen& screen) const;
-  void from_volumes(gpu::CommandList& list, shader::FrameParams params, float least_codes, const Volumes& volumes,
+  void from_volumes(gpu::CommandList& list, shader::FrameParams params, float min_code_change, const Volumes& volumes,
                     const Screen& screen) const;
 
  private:

@@ -20,7 +20,7 @@ class Bound {
       : p_(params),
         lamp_shadows_(choice.lamp_shadows),
         glossy_(choice.glossy),
-        least_codes_(choice.least_codes),
+        least_codes_(choice.min_code_change),
         facing_(choice.glossy.empty() ? 1.0f : 4.0f) {}
 
   /// `code`: of the brightest channel.

@@ -34,7 +34,7 @@ class Tiles {
     const Image<std::uint8_t>& codes;
   };
   struct Choice {
-    float least_codes = 0;                      ///< as in quality.h
+    float min_code_change = 0;                      ///< as in quality.h
     const std::vector<GlossyBounds>& glossy;    ///< where known glossy surfaces can be
     const LampShadows* lamp_shadows = nullptr;  ///< null: shadows of the sphere around the objects
     bool all = false;                           ///< take every block

@@ -47,14 +47,14 @@ struct LightKey {
   }
 };
 
-struct LitRoom {
+struct LightVolumeState {
   Volumes volumes;
   std::optional<LightKey> lit;   ///< empty: the volumes hold no light yet
   std::optional<RealKey> real;   ///< empty: nor surfaces
   shader::FrameParams params{};  ///< with which they were filled
   VertexLight gathered;          ///< by the objects' vertices; of the live setting alone
 
-  LitRoom(gpu::Device& device, int edge_voxels) : volumes(device, edge_voxels) {}
+  LightVolumeState(gpu::Device& device, int edge_voxels) : volumes(device, edge_voxels) {}
 };
 
 }  // namespace lumigraft

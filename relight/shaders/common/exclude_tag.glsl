@@ -2,7 +2,7 @@
 // `radiance` of the camera and `real_albedo`, and include known_share.glsl.
 #ifndef WITHOUT_PAPER_GLSL
 #define WITHOUT_PAPER_GLSL
-vec3 without_paper(ivec2 at, vec3 own, float packed) {
+vec3 exclude_tag(ivec2 at, vec3 own, float packed) {
   vec4 sum = vec4(0);
   for (int i = 0; i < (paper_share(packed) > 0.0 ? 25 : 0); ++i) {
     ivec2 q = clamp(at + ivec2(i % 5, i / 5) - 2, ivec2(0), frame.picture.xy - 1);

@@ -32,7 +32,7 @@ void main() {
     ObjectPixel o = object_pixel(at);
     float turn = pixel_turn(cell);
     int stride = scale > 1 && frame.counts.w > 1 ? 2 : 1;  // in turn, as in shadow.comp
-    for (int l = 0; l < frame.counts.x; ++l) open[l] = lamp_open(o.p, o.n, o.from_real, o.from_virtual, frame.lamps[l], (cell.x + cell.y) % stride, stride).y;
+    for (int l = 0; l < frame.counts.x; ++l) open[l] = lamp_visibility(o.p, o.n, o.from_real, o.from_virtual, frame.lamps[l], (cell.x + cell.y) % stride, stride).y;
     if (o.metallic < 1.0) e = gather_rho(o.from_real, o.from_virtual, o.n, frame.counts.z, turn);
     if (o.mirror && (scale == 1 || o.look.alpha >= kBroadLobe)) m = mirrored(o, turn);
   }

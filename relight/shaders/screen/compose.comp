@@ -69,7 +69,7 @@ void main() {
       diffuse = mix(look.diffuse, albedo.rgb, paper);
       under = mix(through_evenly(look) * through_evenly(look), vec3(1), paper);
       mirror = (1.0 - paper) * (texelFetch(mirror_gained, at, 0).rgb -
-                                without_paper(at, b, albedo.a) * texelFetch(mirror_share, at, 0).rgb);
+                                exclude_tag(at, b, albedo.a) * texelFetch(mirror_share, at, 0).rgb);
     }
     // What lamps no longer bring has passed the layer above already.
     vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;

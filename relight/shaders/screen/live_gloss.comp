@@ -22,7 +22,7 @@ void main() {
   float known = texelFetch(real_albedo, at, 0).a;
   if (known == 0.0) return;
   vec3 b = texelFetch(radiance, at, 0).rgb;
-  vec3 mirror = texelFetch(mirror_gained, at, 0).rgb - without_paper(at, b, known) * texelFetch(mirror_share, at, 0).rgb;
+  vec3 mirror = texelFetch(mirror_gained, at, 0).rgb - exclude_tag(at, b, known) * texelFetch(mirror_share, at, 0).rgb;
   vec3 delta = max(texelFetch(diffuse, at, 0).rgb + (1.0 - paper_share(known)) * mirror, -b);
   if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);
   vec4 before = imageLoad(object, at);

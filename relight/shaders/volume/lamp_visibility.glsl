@@ -7,7 +7,7 @@
 // By shadow cones through real surfaces, and through virtual ones where no maps say what passes them, for every stride-th
 // of the lamp's parts from the first on. x: the irradiance per intensity, 1/m²; y: the share of the light that would
 // arrive without shadows.
-vec2 lamp_open(vec3 p, vec3 n, vec3 from_real, vec3 from_virtual, Lamp lamp, int first, int stride) {
+vec2 lamp_visibility(vec3 p, vec3 n, vec3 from_real, vec3 from_virtual, Lamp lamp, int first, int stride) {
   float open = 0.0, all = 0.0, irradiance = 0.0;
   Cone k;
   k.from_real = from_real;

@@ -19,7 +19,7 @@ std::optional<Eigen::Vector3f> ray_through(const ReferenceCamera& camera, double
   return (camera.T_tag_camera.linear() * w->cast<float>()).normalized();
 }
 
-Image<float> object_coverage(const reference::World& world, const ReferenceCamera& camera) {
+Image<float> object_coverage(const reference::TraceWorld& world, const ReferenceCamera& camera) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   const Eigen::Vector3f from = camera.T_tag_camera.translation();
   Image<float> coverage(camera.model.width, camera.model.height, 1);

@@ -13,7 +13,7 @@ namespace lumigraft::comparators {
 std::optional<Eigen::Vector3f> ray_through(const ReferenceCamera& camera, double u, double v);
 
 /// Share of each pixel that objects cover, of 16 rays.
-Image<float> object_coverage(const reference::World& world, const ReferenceCamera& camera);
+Image<float> object_coverage(const reference::TraceWorld& world, const ReferenceCamera& camera);
 
 /// Differential rendering (Debevec 1998, eq. 3): what is added to (1 - coverage) of the camera's light. Pictures of
 /// the whole scene with objects and without.

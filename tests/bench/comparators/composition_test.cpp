@@ -38,7 +38,7 @@ TEST(Composition, CoverageOfADiscIsItsArea) {
   scene->real = {square(1, 0, lambert(0.5f))};
   scene->objects = {disc(0.3f, 0.1f, lambert(0.5f))};
   const ReferenceCamera camera = looking({0.001f, 0, 1.1f}, {0, 0, 0.1f}, 1, 40, 40);
-  const Image<float> coverage = object_coverage(reference::World(scene), camera);
+  const Image<float> coverage = object_coverage(reference::TraceWorld(scene), camera);
   EXPECT_NEAR(mean(coverage), kPi * 0.3f * 0.3f, 0.003);
 }
 

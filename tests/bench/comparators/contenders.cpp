@@ -66,7 +66,7 @@ StageCost less(const StageCost& a, const StageCost& b) { return {a.wall_ms - b.w
 Drawn with_difference(const Contest& contest, const std::shared_ptr<const ReferenceScene>& scene,
                       const Image<float>& with, const Image<float>& without, const StageCost& of_room) {
   const CostClock clock;
-  const Image<float> coverage = object_coverage(reference::World(scene), camera_of(contest));
+  const Image<float> coverage = object_coverage(reference::TraceWorld(scene), camera_of(contest));
   const StageCost of_mask = clock.elapsed();
   return {shown(contest, difference(with, without, coverage), coverage), of_room, of_mask};
 }
@@ -93,7 +93,7 @@ Contender thesis(const Contest& contest, int volume) {
   plan.trace_scale = 1;
   plan.rsm = 1024;
   plan.bounces = 1;
-  plan.quality = std::make_shared<Quality>(Quality{.least_codes = 0.5f,
+  plan.quality = std::make_shared<Quality>(Quality{.min_code_change = 0.5f,
                                                    .delta_cones = 9,
                                                    .change_cones = 9,
                                                    .hemisphere_cones = 9,
@@ -113,7 +113,7 @@ Contender thesis(const Contest& contest, int volume) {
 
 Contender vct_difference(const Contest& contest, Plan plan, const std::string& setting) {
   plan.method = "dvct";
-  const auto room = room_model(reference::World(contest.room), reach_of(contest, plan), kLongestEdge_m);
+  const auto room = room_model(reference::TraceWorld(contest.room), reach_of(contest, plan), kLongestEdge_m);
   const auto solutions = std::make_shared<VctDifference>(contest.device, contest.input.session, room);
   return {"vct-difference", setting, plan, true, true, [&contest, plan, solutions](const Exhibit& exhibit) {
             const BenchScene& s = contest.scene;

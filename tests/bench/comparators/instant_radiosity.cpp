@@ -15,8 +15,8 @@ namespace {
 using Eigen::Vector3f;
 using reference::LightSample;
 using reference::Sampler;
-using reference::Vertex;
-using reference::World;
+using reference::PathVertex;
+using reference::TraceWorld;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kShort_m = 1e-4f;  // rays end before the lamp

@@ -50,7 +50,7 @@ void add(Model& model, const Corner& corner) {
 }
 
 /// Albedo of the Lambert part, by a short ray that meets the surface there.
-std::optional<Vector3f> shown_albedo(const reference::World& world, const Vector3f& p_m, const Vector3f& normal) {
+std::optional<Vector3f> shown_albedo(const reference::TraceWorld& world, const Vector3f& p_m, const Vector3f& normal) {
   const auto hit = world.real.hit(p_m + kNear_m * normal, -normal, 2 * kNear_m);
   if (!hit) return std::nullopt;
   return world.real.surface(*hit, -normal).look.diffuse.matrix();
@@ -58,7 +58,7 @@ std::optional<Vector3f> shown_albedo(const reference::World& world, const Vector
 
 }  // namespace
 
-std::shared_ptr<const Model> room_model(const reference::World& world, const Eigen::AlignedBox3f& box,
+std::shared_ptr<const Model> room_model(const reference::TraceWorld& world, const Eigen::AlignedBox3f& box,
                                         float longest_m) {
   Model model;
   for (const ReferenceMesh& mesh : world.scene->real) {

@@ -15,7 +15,7 @@ using reference::kPi;
 using reference::LightSample;
 using reference::luminance;
 using reference::Sampler;
-using reference::World;
+using reference::TraceWorld;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kLift_m = 1e-4f;  // off a surface
@@ -175,7 +175,7 @@ std::vector<VirtualLight> follow(const World& world, Emitted e, Sampler sampler,
     const auto object = with_objects && !world.objects.empty() ? world.objects.hit(e.from_m, e.w, limit_m)
                                                                : std::optional<reference::MeshHit>();
     if (!real && !object) return lights;
-    const reference::Surface s = object ? world.objects.surface(*object, e.w) : world.real.surface(*real, e.w);
+    const reference::SurfaceHit s = object ? world.objects.surface(*object, e.w) : world.real.surface(*real, e.w);
     e.flux_W *= s.look.diffuse;
     e.from_m = s.position_m + kLift_m * s.face;
     e.w = about(s.normal, sampler.two());

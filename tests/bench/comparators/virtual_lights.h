@@ -27,6 +27,6 @@ struct LightPair {
 /// `paths` light paths of up to `bounces` vertices each. Lamps and sky start paths in proportion to their power, half
 /// of them towards the objects; of the sky, what falls on the sphere around everything counts. Mirrors start no lights:
 /// paths go on as from their Lambert part alone.
-std::vector<LightPair> trace_virtual_lights(const reference::World& world, int paths, int bounces, std::uint32_t seed);
+std::vector<LightPair> trace_virtual_lights(const reference::TraceWorld& world, int paths, int bounces, std::uint32_t seed);
 
 }  // namespace lumigraft::comparators

@@ -113,7 +113,7 @@ TEST(Aravis, SettingsReachTheCamera) {
   const auto listed =
       std::find_if(all.begin(), all.end(), [](const auto& c) { return c.source == "aravis:Aravis-Fake-GV77"; });
   ASSERT_NE(listed, all.end());
-  EXPECT_EQ(listed->why_not, "");
+  EXPECT_EQ(listed->rejection_reason, "");
   EXPECT_TRUE(std::any_of(listed->formats.begin(), listed->formats.end(),
                           [](const auto& f) { return f.pixels == "bayer-rggb8" && f.width == 2048; }));
   const auto control = [&](const std::string& name) {

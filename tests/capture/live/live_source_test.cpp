@@ -61,7 +61,7 @@ class MadeUpCamera : public Source {
   }
   bool finished() const override { return switches_.unplugged || switches_.absent; }
   void rewind() override {}
-  std::string trouble() const override { return switches_.unplugged ? "somebody pulled the plug" : ""; }
+  std::string fault() const override { return switches_.unplugged ? "somebody pulled the plug" : ""; }
   bool on_host_clock() const override { return switches_.host_clock; }
   bool bracket_goes_on() const override { return sequence_ % switches_.bracket != 0; }
 
@@ -92,15 +92,15 @@ class LiveCamera : public testing::Test {
       }
     }
     EXPECT_EQ(count, 0);
-    EXPECT_EQ(source.trouble(), "");
+    EXPECT_EQ(source.fault(), "");
   }
   static void expect_trouble(LiveSource& source, const std::string& says) {
     const Clock::time_point deadline = Clock::now() + 5s;
-    while (source.trouble().find(says) == std::string::npos && Clock::now() < deadline) {
+    while (source.fault().find(says) == std::string::npos && Clock::now() < deadline) {
       source.next(10ms);
     }
-    EXPECT_EQ(source.trouble().find("colour: "), 0u) << source.trouble();
-    EXPECT_NE(source.trouble().find(says), std::string::npos) << source.trouble();
+    EXPECT_EQ(source.fault().find("colour: "), 0u) << source.fault();
+    EXPECT_NE(source.fault().find(says), std::string::npos) << source.fault();
     while (source.next(0ms)) {
     }
   }

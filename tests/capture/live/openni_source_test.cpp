@@ -120,7 +120,7 @@ TEST_F(OpenNi, SettingsReachTheDeviceAndNothingStaysAutomatic) {
     const std::vector<CameraListing> all = list_openni_cameras();
     ASSERT_EQ(all.size(), 1u);
     EXPECT_EQ(all[0].source, "openni2:lumigraft-test");
-    EXPECT_EQ(all[0].why_not, "");
+    EXPECT_EQ(all[0].rejection_reason, "");
     const auto offers = [&](const std::string& pixels) {
       return std::any_of(all[0].formats.begin(), all[0].formats.end(), [&](const OfferedFormat& f) {
         return f.pixels == pixels && f.width == kDeviceWidth && f.height == kDeviceHeight && f.rate_hz == 30.0;
@@ -307,7 +307,7 @@ TEST_F(OpenNi, AReaderThatIsKilledIsSaidAndLeavesNothing) {
       EXPECT_TRUE(source.finished());
       if (!last.empty()) {  // else all was in the pipe
         EXPECT_EQ(last, "OpenNI2 does not survive reading the rest of the recording: Killed");
-        EXPECT_EQ(source.trouble(), last);
+        EXPECT_EQ(source.fault(), last);
         ++on_the_way;
       }
     } catch (const InputError& e) {

@@ -165,10 +165,10 @@ id = )";
   ASSERT_EQ(s.tag.also.size(), 2u);
   EXPECT_EQ(s.tag.also[0].id, 7);
   EXPECT_EQ(s.tag.also[0].size_m, 0.08);
-  ASSERT_TRUE(s.tag.also[0].T_tag_also);
-  EXPECT_EQ(s.tag.also[0].T_tag_also->translation(), Eigen::Vector3d(0.5, 0, 0.1));
+  ASSERT_TRUE(s.tag.also[0].T_tag_extra);
+  EXPECT_EQ(s.tag.also[0].T_tag_extra->translation(), Eigen::Vector3d(0.5, 0, 0.1));
   EXPECT_EQ(s.tag.also[1].size_m, 0.16) << "as the first where not given";
-  EXPECT_FALSE(s.tag.also[1].T_tag_also);
+  EXPECT_FALSE(s.tag.also[1].T_tag_extra);
   EXPECT_NE(error_with("specular = 1.0\n", "specular = 1.0\n" + also + "7\n").find("id: found 7 twice"),
             std::string::npos);
   EXPECT_NE(error_with("specular = 1.0\n", "specular = 1.0\n" + also + "2\n").find("id: found 2 twice"),

@@ -23,7 +23,7 @@ inline std::optional<Picture> picture_of(Source& source, int after = 0) {
       return *picture;
     }
   }
-  ADD_FAILURE() << "no picture; " << source.trouble();
+  ADD_FAILURE() << "no picture; " << source.fault();
   return std::nullopt;
 }
 
@@ -35,7 +35,7 @@ inline constexpr std::chrono::nanoseconds kBackWithin = std::chrono::seconds(2);
 /// counts, since a busy machine's changes from second to second.
 template <typename Go, typename Return>
 void expect_back_again(
-    LiveSource& source, int usual_cycles, const std::string& trouble, const Go& go, const Return& come_back,
+    LiveSource& source, int usual_cycles, const std::string& fault, const Go& go, const Return& come_back,
     const std::function<std::chrono::nanoseconds()>& longest = [] { return kBackWithin; }) {
   using Clock = std::chrono::steady_clock;
   std::optional<std::uint64_t> last;
@@ -48,10 +48,10 @@ void expect_back_again(
     last = picture->stamp.sequence;
     go();
     const Clock::time_point begin = Clock::now();
-    while (source.trouble() != trouble && Clock::now() - begin < std::chrono::seconds(10)) {
+    while (source.fault() != fault && Clock::now() - begin < std::chrono::seconds(10)) {
       source.next(std::chrono::milliseconds(20));
     }
-    EXPECT_EQ(source.trouble(), trouble);
+    EXPECT_EQ(source.fault(), fault);
     while (source.next(std::chrono::milliseconds(0))) {
     }
     within = std::max(within, longest());

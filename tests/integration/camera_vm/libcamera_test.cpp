@@ -251,10 +251,10 @@ TEST_F(Vimc, ItsProcessIsKilled) {
   for (int cycle = 0; cycle < test::cycles(2); ++cycle) {
     kill(process, SIGKILL);
     const Clock::time_point begin = Clock::now();
-    while (source->trouble().empty() && Clock::now() - begin < 5s) {
+    while (source->fault().empty() && Clock::now() - begin < 5s) {
       source->next(5ms);
     }
-    EXPECT_EQ(source->trouble().find("fish-eye: "), 0u);
+    EXPECT_EQ(source->fault().find("fish-eye: "), 0u);
     while (source->next(0ms)) {
     }
     ASSERT_TRUE(picture_of(*source));
@@ -353,10 +353,10 @@ TEST(LibcameraUsb, FrozenWithoutAnError) {
   ASSERT_TRUE(picture_of(*source));
   camera.signal(SIGUSR2);
   const Clock::time_point begin = Clock::now();
-  while (source->trouble().empty() && Clock::now() - begin < 10s) {
+  while (source->fault().empty() && Clock::now() - begin < 10s) {
     source->next(20ms);
   }
-  EXPECT_EQ(source->trouble(), "fish-eye: the camera gives no pictures, it is opened again");
+  EXPECT_EQ(source->fault(), "fish-eye: the camera gives no pictures, it is opened again");
   while (source->next(0ms)) {
   }
   camera.signal(SIGUSR2);

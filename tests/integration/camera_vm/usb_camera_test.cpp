@@ -36,7 +36,7 @@ StreamSpec usb_spec(double exposure_us) {
 
 std::optional<CameraListing> listed() {
   for (const CameraListing& one : list_v4l2_cameras()) {
-    if (one.name.rfind(kName, 0) == 0 && one.why_not.empty()) {
+    if (one.name.rfind(kName, 0) == 0 && one.rejection_reason.empty()) {
       return one;
     }
   }

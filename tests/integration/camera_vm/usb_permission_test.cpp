@@ -49,10 +49,10 @@ class UsbPermission : public testing::Test {
     return "no fault";
   }
   /// Why the first listed camera of this kind cannot be looked into.
-  static std::string why_not(const std::vector<CameraListing>& all, const std::string& source) {
+  static std::string rejection_reason(const std::vector<CameraListing>& all, const std::string& source) {
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.source.rfind(source, 0) == 0; });
-    return found == all.end() ? "not listed" : found->why_not;
+    return found == all.end() ? "not listed" : found->rejection_reason;
   }
 
   static constexpr char kSays[] = "found no permission to use it, allowed: root and whom the rules of udev let use it";
@@ -78,7 +78,7 @@ TEST_F(UsbPermission, OfADepthCamera) {
   const StreamSpec spec{.stream = Stream::color, .width = 640, .height = 480};
   const auto open = [&] { OpenNiSource source(OpenNiSource::Kind::device, "", {spec}); };
   EXPECT_EQ(as_nobody([&] { return fault_of(open); }), std::string("openni2:: ") + kSays);
-  EXPECT_EQ(as_nobody([] { return why_not(list_openni_cameras(), "openni2:1d27/0600@"); }), kSays);
+  EXPECT_EQ(as_nobody([] { return rejection_reason(list_openni_cameras(), "openni2:1d27/0600@"); }), kSays);
   EXPECT_EQ(fault_of(open).find("openni2:: found nothing OpenNI2 can open: "), 0u) << "root's trouble is another one";
 }
 
@@ -89,8 +89,8 @@ TEST_F(UsbPermission, OfACameraOfUsb3Vision) {
   plug("1d6b", "0103", "ef", "05");
   EXPECT_EQ(as_nobody([&] { return fault_of(open); }),
             std::string("aravis:Maker-0001: found no such camera but one of USB3 Vision: ") + kSays);
-  EXPECT_EQ(as_nobody([] { return why_not(list_aravis_cameras(), "aravis:"); }), kSays);
-  EXPECT_EQ(why_not(list_aravis_cameras(), "aravis:Maker-0001").find(kSays), std::string::npos) << "root sees it";
+  EXPECT_EQ(as_nobody([] { return rejection_reason(list_aravis_cameras(), "aravis:"); }), kSays);
+  EXPECT_EQ(rejection_reason(list_aravis_cameras(), "aravis:Maker-0001").find(kSays), std::string::npos) << "root sees it";
 }
 
 }  // namespace

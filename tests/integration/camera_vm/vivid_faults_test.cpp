@@ -44,26 +44,26 @@ class VividFaults : public testing::Test {
       EXPECT_TRUE(!last_ || picture->stamp.time_ns > last_->time_ns);
       EXPECT_LE(picture->stamp.time_ns, picture->stamp.host_time_ns);
       last_ = picture->stamp;
-      if (source.trouble().empty()) {
+      if (source.fault().empty()) {
         return Clock::now() - begin;
       }
     }
-    ADD_FAILURE() << "no picture: " << source.trouble();
+    ADD_FAILURE() << "no picture: " << source.fault();
     return 10s;
   }
   static void wait_for_trouble(LiveSource& source, const std::string& says) {
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 10s) {
-      const std::string trouble = source.trouble();
-      if (!trouble.empty() && trouble.find(says) != std::string::npos) {
-        EXPECT_EQ(trouble.find("fish-eye: "), 0u) << trouble;
+      const std::string fault = source.fault();
+      if (!fault.empty() && fault.find(says) != std::string::npos) {
+        EXPECT_EQ(fault.find("fish-eye: "), 0u) << fault;
         while (source.next(0ms)) {
         }
         return;
       }
       source.next(10ms);
     }
-    ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << source.trouble() << '"';
+    ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << source.fault() << '"';
   }
 
   std::optional<Stamp> last_;

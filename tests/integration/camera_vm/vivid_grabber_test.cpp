@@ -53,12 +53,12 @@ class VividGrabber : public testing::Test {
   }
   static void wait_for_trouble(LiveSource& source, const std::string& says) {
     for (const auto begin = std::chrono::steady_clock::now(); std::chrono::steady_clock::now() - begin < 10s;) {
-      if (source.trouble().find(says) != std::string::npos) {
+      if (source.fault().find(says) != std::string::npos) {
         return;
       }
       source.next(10ms);
     }
-    ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << source.trouble() << '"';
+    ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << source.fault() << '"';
   }
 
   /// How long until pictures come again.
@@ -66,11 +66,11 @@ class VividGrabber : public testing::Test {
     const auto begin = std::chrono::steady_clock::now();
     while (std::chrono::steady_clock::now() - begin < 10s) {
       const auto item = source.next(50ms);
-      if (item && std::holds_alternative<Picture>(*item) && source.trouble().empty()) {
+      if (item && std::holds_alternative<Picture>(*item) && source.fault().empty()) {
         return std::chrono::steady_clock::now() - begin;
       }
     }
-    ADD_FAILURE() << "no picture: " << source.trouble();
+    ADD_FAILURE() << "no picture: " << source.fault();
     return 10s;
   }
 
@@ -84,7 +84,7 @@ TEST_F(VividGrabber, GivesSixtyPicturesASecondOfTheSignalThatIsPluggedIn) {
   while (times_ns.size() < 20) {
     const auto item = source.next(3000ms);
     const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr;
-    ASSERT_NE(picture, nullptr) << source.trouble();
+    ASSERT_NE(picture, nullptr) << source.fault();
     EXPECT_EQ(picture->encoded.width, 640);
     EXPECT_EQ(picture->encoded.height, 480);
     first = times_ns.empty() ? picture->stamp.sequence : first;
@@ -104,7 +104,7 @@ TEST_F(VividGrabber, OfAFreeChoiceColoursComeAsTheyAre) {
   auto source = std::make_unique<V4l2Source>(kGrabber, spec);
   const auto item = source->next(3000ms);
   const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr;
-  ASSERT_NE(picture, nullptr) << source->trouble();
+  ASSERT_NE(picture, nullptr) << source->fault();
   source.reset();
   const int yellow[] = {191, 191, 0};
   for (int c = 0; c < 3; ++c) {

@@ -36,7 +36,7 @@ std::optional<Picture> picture_of(Source& source) {
       return *picture;
     }
   }
-  ADD_FAILURE() << "no picture; " << source.trouble();
+  ADD_FAILURE() << "no picture; " << source.fault();
   return std::nullopt;
 }
 
@@ -230,7 +230,7 @@ TEST(Vivid, IsListedWithAllItOffers) {
   EXPECT_EQ(all[1].source, "v4l2:/dev/video1");
   EXPECT_TRUE(all[0].inputs.empty()) << "there is nothing to choose";
   for (const CameraListing& one : all) {
-    EXPECT_EQ(one.why_not, "");
+    EXPECT_EQ(one.rejection_reason, "");
     for (const char* pixels : {"yuyv", "nv12", "rgb8", "grey16", "bayer-gbrg8", "V4L2 UYVY"}) {
       EXPECT_TRUE(std::any_of(one.formats.begin(), one.formats.end(), [&](const OfferedFormat& f) {
         return f.pixels == pixels && f.width == 640 && f.height == 360 && f.rate_hz >= 25.0;

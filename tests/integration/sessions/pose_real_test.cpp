@@ -60,7 +60,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
   const DepthSampler sampler(session.color.model);
   std::shared_ptr<const DistanceField> field_given;
   double surface_mm = 0, surface_given_mm = 0;
-  PoseCarry carry(session.color.model);
+  DepthTracking carry(session.color.model);
   std::shared_ptr<const DistanceField> field;
   const auto gray = std::make_shared<const Picture>();
   Isometry3d T_world_first = Isometry3d::Identity();

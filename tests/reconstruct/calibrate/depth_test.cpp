@@ -49,7 +49,7 @@ Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board
 
 struct DepthScene {
   std::vector<Image<float>> pictures;
-  std::vector<DepthView> views;
+  std::vector<BoardDepthView> views;
 };
 
 /// All over the picture and at slants, or all parallel to it.

@@ -47,7 +47,7 @@ TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
     views[0].emplace_back();
     views[1].push_back(std::move(view));
   }
-  const StandCalibration found = calibrate_stand(first.model, second.model, views[0], views[1]);
+  const ExtrinsicsCalibration found = calibrate_stand(first.model, second.model, views[0], views[1]);
   EXPECT_EQ(found.refusal, "");
   EXPECT_EQ(found.moments, 8);
   EXPECT_LT(millimetres_apart(found.T_second_first, fisheye_beside_color()), 1.0);
@@ -62,9 +62,9 @@ TEST(CalibrateStand, RefusesFewMomentsAndCamerasThatMoved) {
   const auto stand = [&](int moments, double moved_m) {
     std::vector<Eigen::Isometry3d> poses = pinhole_poses(moments), seen_by_fisheye;
     for (const Eigen::Isometry3d& pose : poses) {
-      const Eigen::Isometry3d by_hand(
+      const Eigen::Isometry3d user_set(
           Eigen::Translation3d(moved_m * static_cast<double>(seen_by_fisheye.size() % 3), 0, 0));
-      seen_by_fisheye.push_back(by_hand * fisheye_beside_color() * pose);
+      seen_by_fisheye.push_back(user_set * fisheye_beside_color() * pose);
     }
     return calibrate_stand(color, fisheye, exact_views(test_board(), color, poses, 0.05, 1),
                            exact_views(test_board(), fisheye, seen_by_fisheye, 0.05, 2))
@@ -87,15 +87,15 @@ TEST(CalibrateStand, PlacesTheRoomsTag) {
     seen[0].push_back(exact_views(tag, color, {T_color_tag}, 0.03, i + 1)[0].seen.at(0));
     seen[1].push_back(exact_views(tag, fisheye, {T_fisheye_tag}, 0.03, i + 100)[0].seen.at(0));
   }
-  const TagPlace both = place_room_tag(color, fisheye, fisheye_beside_color(), seen);
+  const RoomTagPose both = place_room_tag(color, fisheye, fisheye_beside_color(), seen);
   EXPECT_EQ(both.refusal, "");
   EXPECT_EQ(both.pictures, 12);
   EXPECT_LT(millimetres_apart(both.T_camera_tag, T_fisheye_tag), 2.0);
   EXPECT_LT(degrees_apart(both.T_camera_tag, T_fisheye_tag), 0.3);
-  const TagPlace through_color = place_room_tag(color, fisheye, fisheye_beside_color(), {seen[0], {}});
+  const RoomTagPose through_color = place_room_tag(color, fisheye, fisheye_beside_color(), {seen[0], {}});
   EXPECT_EQ(through_color.refusal, "");
   EXPECT_LT(millimetres_apart(through_color.T_camera_tag, T_fisheye_tag), 2.0);
-  const TagPlace alone = place_room_tag(color, fisheye, std::nullopt, seen);
+  const RoomTagPose alone = place_room_tag(color, fisheye, std::nullopt, seen);
   EXPECT_EQ(alone.pictures, 6);
   EXPECT_LT(millimetres_apart(alone.T_camera_tag, T_fisheye_tag), 6.0);
   EXPECT_EQ(place_room_tag(color, fisheye, std::nullopt, {seen[0], {}}).refusal, "no picture shows it");

@@ -41,7 +41,7 @@ Seen seen(double behind_s, double reach, double seconds, double sigma_px, unsign
   return all;
 }
 
-TimeCalibration found(const Seen& seen) {
+TimeOffsetCalibration found(const Seen& seen) {
   // As still boards gave it: not quite right.
   const Eigen::Isometry3d about = Eigen::Translation3d(0.0004, -0.0003, 0.0005) * fisheye_beside_color();
   return calibrate_time(distorted_pinhole(), test_fisheye(), about, seen.color, seen.fisheye);
@@ -49,7 +49,7 @@ TimeCalibration found(const Seen& seen) {
 
 TEST(CalibrateTime, TheOffsetIsFoundToHalfAMillisecond) {
   for (const double behind_s : {0.0123, -0.031, 0.184}) {
-    const TimeCalibration time = found(seen(behind_s, 1, 5, 0.05, 1));
+    const TimeOffsetCalibration time = found(seen(behind_s, 1, 5, 0.05, 1));
     EXPECT_EQ(time.refusal, "");
     EXPECT_NEAR(time.offset_s, behind_s, 0.0005);
     EXPECT_NEAR(time.offset_s, behind_s, 4 * time.sigma_s);
@@ -63,7 +63,7 @@ TEST(CalibrateTime, SigmasAreHonest) {
   constexpr int kRuns = 12;
   int within = 0, within_two = 0;
   for (unsigned run = 1; run <= kRuns; ++run) {
-    const TimeCalibration time = found(seen(0.02, 1, 3, 0.3, run));
+    const TimeOffsetCalibration time = found(seen(0.02, 1, 3, 0.3, run));
     within += std::abs(time.offset_s - 0.02) < time.sigma_s;
     within_two += std::abs(time.offset_s - 0.02) < 2 * time.sigma_s;
   }

@@ -37,7 +37,7 @@ class CalibrateCollect : public testing::Test {
   }
 
   BoardDrawing drawing_;
-  BoardCollector collector_;
+  ViewSelector collector_;
 };
 
 TEST_F(CalibrateCollect, OnlyWhatIsNew) {
@@ -65,7 +65,7 @@ TEST_F(CalibrateCollect, NothingWhereThereIsNoBoard) {
 
 TEST_F(CalibrateCollect, ClippedPaperSaysNothingAboutLight) {
   for (const float exposure : {1.0f, 1.6f}) {
-    BoardCollector collector(board(), std::nullopt);
+    ViewSelector collector(board(), std::nullopt);
     Image<float> light = drawing_.light(board_at(0.25, 0, 0, 0.3), {});
     for (float& value : light.data) value *= exposure;
     const Picture picture = encoded(light);

@@ -31,18 +31,18 @@ TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
   for (unsigned i = 0; i < 3; ++i) {
     const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8 + 0.05 * i, 50 * test::kDegree, -2.4 + 0.1 * i);
     const FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
-    DepthView view;
+    PreparedDepth view;
     preparation.prepare(frame.depth->depth_m, view);
-    DepthView by_four_too;
+    PreparedDepth by_four_too;
     narrow.prepare(frame.depth->depth_m, by_four_too);
     for (std::size_t k = 0; k < view.blocks.size(); ++k) {
-      const DepthView::Block &a = view.blocks[k], &b = by_four_too.blocks[k];
+      const PreparedDepth::Block &a = view.blocks[k], &b = by_four_too.blocks[k];
       EXPECT_EQ(a.normal, b.normal);
       EXPECT_EQ(std::tie(a.distance_m, a.weight, a.facing, a.jump), std::tie(b.distance_m, b.weight, b.facing, b.jump));
       for (int c = 0; c < 4; ++c) EXPECT_EQ(view.planes[k][c], by_four_too.planes[k][c]);
     }
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
-    const ColourReader colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
+    const ColorLookup colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
                                                   PictureShare{}, met)) {
       wide.emplace_back().key = key;
@@ -60,7 +60,7 @@ TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
       EXPECT_EQ(wide[k].now.weight, plain[k].now.weight);
       EXPECT_EQ(wide[k].now.radiance, plain[k].now.radiance);
       EXPECT_EQ(wide[k].free_rows, plain[k].free_rows);
-      EXPECT_EQ(wide[k].silent_rows, plain[k].silent_rows);
+      EXPECT_EQ(wide[k].unobserved_rows, plain[k].unobserved_rows);
     }
   }
   EXPECT_GT(wide.size(), 100u);
@@ -72,22 +72,22 @@ TEST(RecentBricks, EachIsMetOnceNearAndFar) {
     const BrickKey key{far, 3, -far};
     EXPECT_TRUE(bricks.meet(key)) << far;
     EXPECT_FALSE(bricks.meet(key)) << far;
-    EXPECT_FALSE(bricks.has(FourInt{far + 1, 3, -far, 0})) << far;
+    EXPECT_FALSE(bricks.has(Simd4Int{far + 1, 3, -far, 0})) << far;
   }
-  EXPECT_TRUE(bricks.has(FourInt{63, 3, -63, 0}));
-  EXPECT_FALSE(bricks.has(FourInt{64, 3, -64, 0})) << "nothing that far is told without a search";
+  EXPECT_TRUE(bricks.has(Simd4Int{63, 3, -63, 0}));
+  EXPECT_FALSE(bricks.has(Simd4Int{64, 3, -64, 0})) << "nothing that far is told without a search";
 }
 
 TEST(RecentBricks, AllOfEightAreToldOnlyOnceEachWasMet) {
   RecentBricks bricks;
-  const FourInt low{-1, 7, 20, 0}, high{0, 8, 21, 0};
+  const Simd4Int low{-1, 7, 20, 0}, high{0, 8, 21, 0};
   for (int i = 0; i < 8; ++i) {
     EXPECT_FALSE(bricks.has_all(low, high)) << i;
     bricks.meet({low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2)});
   }
   EXPECT_TRUE(bricks.has_all(low, high));
   EXPECT_TRUE(bricks.has_all(low, low));
-  EXPECT_FALSE(bricks.has_all(high, high + FourInt{1, 0, 0, 0}));
+  EXPECT_FALSE(bricks.has_all(high, high + Simd4Int{1, 0, 0, 0}));
 }
 
 // A brick that may not have drifted need not be compared with what was published: it never has.
@@ -107,10 +107,10 @@ TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
       for (std::uint8_t& code : brighter->encoded.data) code = static_cast<std::uint8_t>(std::min(255, code + 8));
       frame.color = brighter;
     }
-    DepthView view;
+    PreparedDepth view;
     preparation.prepare(frame.depth->depth_m, view);
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
-    const ColourReader colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
+    const ColorLookup colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key :
          bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM, PictureShare{}, met))
       bricks.emplace_back().key = key;

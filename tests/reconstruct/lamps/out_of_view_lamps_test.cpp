@@ -54,7 +54,7 @@ const PointLight* marked(const AlbedoStage::Result& result) {
   return nullptr;
 }
 
-TEST(UnseenLamps, TheRoomsShadingTellsTheirPower) {
+TEST(OutOfViewLamps, TheRoomsShadingTellsTheirPower) {
   const TestRoom room = room_with_both();
   for (const float times : {0.0f, 0.3f, 3.0f}) {
     const auto result = solved(room, unseen(room, PointLight::Shown::outside, times));
@@ -70,7 +70,7 @@ TEST(UnseenLamps, TheRoomsShadingTellsTheirPower) {
   }
 }
 
-TEST(UnseenLamps, OneThatIsOffIsLeftOutWhateverIsSaid) {
+TEST(OutOfViewLamps, OneThatIsOffIsLeftOutWhateverIsSaid) {
   TestRoom room = room_with_both();
   const Illumination light = unseen(room, PointLight::Shown::outside, 1);
   room.lamps.pop_back();
@@ -79,7 +79,7 @@ TEST(UnseenLamps, OneThatIsOffIsLeftOutWhateverIsSaid) {
   EXPECT_TRUE(result.warnings.empty()) << result.warnings[0];
 }
 
-TEST(UnseenLamps, OneThatIsSwitchedOnIsFoundByTheNextLookAndOneMore) {
+TEST(OutOfViewLamps, OneThatIsSwitchedOnIsFoundByTheNextLookAndOneMore) {
   TestRoom room = room_with_both(), dark = room;
   dark.lamps.pop_back();
   const Illumination light = unseen(room, PointLight::Shown::outside, 0);
@@ -98,7 +98,7 @@ TEST(UnseenLamps, OneThatIsSwitchedOnIsFoundByTheNextLookAndOneMore) {
   EXPECT_NEAR(marked(result)->intensity.y() / desk_lamp().intensity.y(), 1, 0.15);
 }
 
-TEST(UnseenLamps, WhereTheFisheyeLooksADarkLampIsOffUnlessSomethingHidesIt) {
+TEST(OutOfViewLamps, WhereTheFisheyeLooksADarkLampIsOffUnlessSomethingHidesIt) {
   TestRoom room = room_with_both();
   EXPECT_FALSE(marked(solved(room, unseen(room, PointLight::Shown::dark, 0))));
   // A box between the two, where the fish-eye cannot see past it.
@@ -108,7 +108,7 @@ TEST(UnseenLamps, WhereTheFisheyeLooksADarkLampIsOffUnlessSomethingHidesIt) {
   EXPECT_NEAR(marked(hidden)->intensity.y() / desk_lamp().intensity.y(), 1, 0.15);
 }
 
-TEST(UnseenLamps, WhereTheLampLightsNothingThatWasSeenTheSaidPowerHolds) {
+TEST(OutOfViewLamps, WhereTheLampLightsNothingThatWasSeenTheSaidPowerHolds) {
   TestRoom room = room_with_both();
   room.lamps[1].position = {-0.35f, 0.3f, -0.4f};  // below the floor
   Illumination said = unseen(room, PointLight::Shown::outside, 1);

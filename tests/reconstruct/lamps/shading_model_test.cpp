@@ -20,9 +20,9 @@ TEST(ShadingModel, ShadowsMoveSteadilyWithTheLampsDistance) {
   room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, 0.02f}};
   const DistanceField field = room.field();
   const FieldRays rays(field);
-  const MetalSurfaces metal{Session()};
+  const MetalMask metal{Session()};
   const Illumination light = room.illumination();
-  const RoomLight room_light(field, rays, metal, light);
+  const IrradianceModel room_light(field, rays, metal, light);
   std::vector<SurfaceSample> samples;
   for (float x = -0.5f; x < 0.2f; x += 0.01f) {
     for (float y = -0.1f; y < 0.5f; y += 0.01f)

@@ -42,7 +42,7 @@ class RigSessions : public testing::TestWithParam<const char*> {
   }
 
   /// With the fish-eye said to stand turned about an axis of its own and moved.
-  std::optional<RigError> error(const Eigen::Vector3d& axis, double degrees, const Eigen::Vector3d& shift_m) {
+  std::optional<ExtrinsicsError> error(const Eigen::Vector3d& axis, double degrees, const Eigen::Vector3d& shift_m) {
     Session said = session_;
     Eigen::Isometry3d& T = said.fisheye->T_tag_fisheye;
     T.linear() = T.linear() * Eigen::AngleAxisd(degrees * kDegree, axis).toRotationMatrix();
@@ -61,7 +61,7 @@ class RigSessions : public testing::TestWithParam<const char*> {
   std::optional<FrameSet> frame_;
   std::shared_ptr<const DistanceField> field_;
   std::optional<FieldRays> rays_;
-  std::optional<MetalSurfaces> metal_;
+  std::optional<MetalMask> metal_;
 };
 
 TEST_P(RigSessions, ARightRigAgreesAndAWrongOneIsFound) {

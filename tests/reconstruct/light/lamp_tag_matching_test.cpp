@@ -40,7 +40,7 @@ FrameSet frame_with(const Session& session, const std::optional<Vector3f>& lamp_
   return frame;
 }
 
-LampMark mark_at(const Vector3f& position_m, float sigma_m = 0.01f) { return {0, position_m, sigma_m, {0, 0, 0}}; }
+LampTagPose mark_at(const Vector3f& position_m, float sigma_m = 0.01f) { return {0, position_m, sigma_m, {0, 0, 0}}; }
 
 const PointLight* marked(const LightStage::Result& result) {
   const auto& lights = result.illumination->lights;
@@ -55,7 +55,7 @@ bool says(const std::vector<std::string>& warnings, const std::string& text) {
 
 const float kIntensity = static_cast<float>(kRadiance * M_PI * kRadius_m * kRadius_m);
 
-TEST(MarkedLights, TheLampOfThePictureStandsWhereTheTagSays) {
+TEST(TaggedLights, TheLampOfThePictureStandsWhereTheTagSays) {
   const Session session = session_with_lamp();
   LightStage stage(session, {});
   const Vector3f said = kLamp * 1.01f + Vector3f(0.005f, -0.005f, 0);
@@ -73,7 +73,7 @@ TEST(MarkedLights, TheLampOfThePictureStandsWhereTheTagSays) {
   EXPECT_NEAR(lamp->intensity.x() / kIntensity, 1, 0.05);
 }
 
-TEST(MarkedLights, ItKeepsItsNameWhereverItGoes) {
+TEST(TaggedLights, ItKeepsItsNameWhereverItGoes) {
   const Session session = session_with_lamp();
   LightStage stage(session, {});
   const int id = stage.extract(frame_with(session, kLamp)).illumination->lights.at(0).id;
@@ -95,7 +95,7 @@ TEST(MarkedLights, ItKeepsItsNameWhereverItGoes) {
   EXPECT_EQ(later.illumination->lights[0].id, id);
 }
 
-TEST(MarkedLights, WhatItsTagTellsWhileThePictureRestsMovesTheLamp) {
+TEST(TaggedLights, WhatItsTagTellsWhileThePictureRestsMovesTheLamp) {
   const Session session = session_with_lamp();
   LightStage stage(session, {});
   const FrameSet frame = frame_with(session, kLamp);
@@ -111,7 +111,7 @@ TEST(MarkedLights, WhatItsTagTellsWhileThePictureRestsMovesTheLamp) {
   EXPECT_NEAR(marked(moved)->intensity.x() / marked(closer)->intensity.x(), 1, 1e-3);
 }
 
-TEST(MarkedLights, ALampThatIsOffIsSaidToBe) {
+TEST(TaggedLights, ALampThatIsOffIsSaidToBe) {
   Session session = session_with_lamp();
   session.lamps[0].intensity = Vector3f::Constant(5);
   LightStage stage(session, {});
@@ -129,7 +129,7 @@ TEST(MarkedLights, ALampThatIsOffIsSaidToBe) {
   EXPECT_TRUE(result.warnings.empty());
 }
 
-TEST(MarkedLights, ATagThatPutsItBesideIsNamed) {
+TEST(TaggedLights, ATagThatPutsItBesideIsNamed) {
   const Session session = session_with_lamp();
   LightStage stage(session, {});
   const Vector3f beside = kLamp + Vector3f(0, 0.2f, 0);
@@ -139,7 +139,7 @@ TEST(MarkedLights, ATagThatPutsItBesideIsNamed) {
   EXPECT_EQ(result.illumination->lights.size(), 3u);
 }
 
-TEST(MarkedLights, OutsideOfThePictureItsPowerIsTheLastOneOrTheConfigured) {
+TEST(TaggedLights, OutsideOfThePictureItsPowerIsTheLastOneOrTheConfigured) {
   Session session = session_with_lamp();
   const Vector3f below(0.6f, 0, -0.3f);
   {
@@ -161,7 +161,7 @@ TEST(MarkedLights, OutsideOfThePictureItsPowerIsTheLastOneOrTheConfigured) {
   EXPECT_NEAR(marked(said)->irradiance.x(), 5 / below.squaredNorm(), 1e-4);
 }
 
-TEST(MarkedLights, AConfiguredIntensityStandsInForAClippedOne) {
+TEST(TaggedLights, AConfiguredIntensityStandsInForAClippedOne) {
   Session session = session_with_lamp();
   session.fisheye->exposure = 1;
   session.fisheye->response = Response::srgb();

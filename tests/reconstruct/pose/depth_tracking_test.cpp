@@ -145,10 +145,10 @@ TEST_F(PoseCarryOn, ABareFloorIsGivenUp) {
   EXPECT_LT(most_mm, 30);
 }
 
-TEST(PoseCarry, TimeMakesAPoseUnsure) {
+TEST(DepthTracking, TimeMakesAPoseUnsure) {
   const PoseCovariance none = PoseCovariance::Zero();
-  EXPECT_LT(position_sigma_m(PoseCarry::after(none, 1.0 / 30)), 0.02);
-  EXPECT_GT(position_sigma_m(PoseCarry::after(none, 0.3)), 0.1);
+  EXPECT_LT(position_sigma_m(DepthTracking::after(none, 1.0 / 30)), 0.02);
+  EXPECT_GT(position_sigma_m(DepthTracking::after(none, 0.3)), 0.1);
 }
 
 }  // namespace

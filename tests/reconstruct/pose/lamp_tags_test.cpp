@@ -78,12 +78,12 @@ bool says(const std::vector<std::string>& warnings, const char* text) {
                      [&](const std::string& line) { return line.find(text) != std::string::npos; });
 }
 
-double millimetres_off(const LampMark& mark, const Isometry3d& tag) {
+double millimetres_off(const LampTagPose& mark, const Isometry3d& tag) {
   return 1e3 * (mark.position_m.cast<double>() - tag * kOnTag).norm();
 }
 
-TEST(MarkStage, ALampIsWhereItsTagSaysAndGoesWithIt) {
-  MarkStage stage(session_with_lamp());
+TEST(LampTagStage, ALampIsWhereItsTagSaysAndGoesWithIt) {
+  LampTagStage stage(session_with_lamp());
   EXPECT_TRUE(says(stage.locate(frame_with({}, 0), camera_pose()).warnings, "tag 9 has not been seen yet"));
   for (int i = 1; i < 16; ++i) {
     // Still, then carried to the left at 30 cm/s.
@@ -91,7 +91,7 @@ TEST(MarkStage, ALampIsWhereItsTagSaysAndGoesWithIt) {
     const auto result = stage.locate(frame_with({there}, 5 * kFrameNs + i * kFrameNs), camera_pose());
     ASSERT_EQ(result.marks.size(), 1u) << i;
     EXPECT_TRUE(result.warnings.empty()) << i << ": " << result.warnings[0];
-    const LampMark& mark = result.marks[0];
+    const LampTagPose& mark = result.marks[0];
     EXPECT_EQ(mark.lamp, 0);
     EXPECT_LT(millimetres_off(mark, there), 8) << i;
     EXPECT_LT(millimetres_off(mark, there), 3e3 * mark.sigma_m) << i;
@@ -100,8 +100,8 @@ TEST(MarkStage, ALampIsWhereItsTagSaysAndGoesWithIt) {
   }
 }
 
-TEST(MarkStage, WhileItsTagIsHiddenALampIsHeldAndLessSure) {
-  MarkStage stage(session_with_lamp());
+TEST(LampTagStage, WhileItsTagIsHiddenALampIsHeldAndLessSure) {
+  LampTagStage stage(session_with_lamp());
   const float seen_m = stage.locate(frame_with({kThere}, 0), camera_pose()).marks.at(0).sigma_m;
   const auto early = stage.locate(frame_with({}, 5'000'000'000), camera_pose());
   ASSERT_EQ(early.marks.size(), 1u);
@@ -120,8 +120,8 @@ TEST(MarkStage, WhileItsTagIsHiddenALampIsHeldAndLessSure) {
   EXPECT_TRUE(stage.locate(frame_with({}, 0), camera_pose()).marks.empty()) << "a recording from the start";
 }
 
-TEST(MarkStage, OfTwoTagsOfOneNumberThatWhereItWasIsUsed) {
-  MarkStage stage(session_with_lamp());
+TEST(LampTagStage, OfTwoTagsOfOneNumberThatWhereItWasIsUsed) {
+  LampTagStage stage(session_with_lamp());
   const auto both = stage.locate(frame_with({kElsewhere, kThere}, 0), camera_pose());
   EXPECT_TRUE(both.marks.empty()) << "nobody knows which";
   EXPECT_TRUE(says(both.warnings, "lamp desk: tag 9 is seen 2 times at once, none"));
@@ -132,9 +132,9 @@ TEST(MarkStage, OfTwoTagsOfOneNumberThatWhereItWasIsUsed) {
   EXPECT_TRUE(says(known.warnings, "the one nearest to where it was is used"));
 }
 
-TEST(MarkStage, ATagOfAnotherSizeIsNamedAndNotUsed) {
-  MarkStage stage(session_with_lamp(0.1)), right(session_with_lamp());
-  MarkStage::Result result, as_said;
+TEST(LampTagStage, ATagOfAnotherSizeIsNamedAndNotUsed) {
+  LampTagStage stage(session_with_lamp(0.1)), right(session_with_lamp());
+  LampTagStage::Result result, as_said;
   for (int i = 0; i < 8; ++i) {
     const FrameSet frame = frame_with({kThere}, i * kFrameNs, true);
     result = stage.locate(frame, camera_pose());

@@ -42,7 +42,7 @@ TEST(PoseSolver, BothExplanationsOfATiltedTagAreMinima) {
   ASSERT_EQ(poses.size(), 2u);
   EXPECT_GT(test::degrees_apart(poses[0].T_camera_tag, poses[1].T_camera_tag), 20);
   // No small turn or shift lowers the error of either.
-  for (const SquarePose& pose : poses)
+  for (const PlanarPose& pose : poses)
     for (int axis = 0; axis < 6; ++axis)
       for (const double sign : {-1.0, 1.0}) {
         Isometry3d other = pose.T_camera_tag;
@@ -65,7 +65,7 @@ TEST(PoseSolver, TheTruthIsAmongTheExplanationsOfNoisyCorners) {
     const auto poses = solve_square(corners, 0.16);
     ASSERT_FALSE(poses.empty());
     double nearest = 180;
-    for (const SquarePose& pose : poses)
+    for (const PlanarPose& pose : poses)
       nearest = std::min(nearest, test::degrees_apart(pose.T_camera_tag.inverse(), truth));
     EXPECT_LT(nearest, 30) << i;
     second += poses.size() == 2 && test::degrees_apart(poses[0].T_camera_tag.inverse(), truth) > nearest;

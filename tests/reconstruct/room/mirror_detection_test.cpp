@@ -42,7 +42,7 @@ double next_door(const Vector3d& p) {
   return std::min({p.z(), test::box(p, {0.05, kWall + 0.5, 0.1}, {0.1, 0.1, 0.1}), kWall + 1 - p.y()});
 }
 
-std::vector<SuspectedMirror> found(const Shape& shape, const std::vector<double>& azimuths,
+std::vector<DetectedMirror> found(const Shape& shape, const std::vector<double>& azimuths,
                                    const std::vector<RealSurface>& named = {}) {
   const CameraModel camera = test::small_camera();
   Session session = test::session_with(camera);

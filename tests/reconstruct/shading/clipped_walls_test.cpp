@@ -67,7 +67,7 @@ TEST(RaiseClipped, AWallBesideALampIsAsBrightAsTheLampMakesIt) {
   const Illumination exact = seen(lamp);
   const DistanceField nothing;
   const FieldRays rays(nothing);
-  const MetalSurfaces metal{Session()};
+  const MetalMask metal{Session()};
   const auto energy = [](const Illumination& light) { return light.remainder_sh[0].sum(); };
   Illumination clipped = exact;
   clip(clipped, 0.1f);

@@ -34,31 +34,31 @@ Illumination seen_above(const TestRoom& room) {
   return light;
 }
 
-TEST(RoomLight, AFloorThatNobodySawReflectsTheSky) {
+TEST(IrradianceModel, AFloorThatNobodySawReflectsTheSky) {
   const TestRoom room = wall();
   const DistanceField field = room.field();
   const FieldRays rays(field);
-  const MetalSurfaces metal{Session()};
-  const RoomLight all(field, rays, metal, room.illumination());
+  const MetalMask metal{Session()};
+  const IrradianceModel all(field, rays, metal, room.illumination());
   EXPECT_NEAR(all.gather(kPlace, kOut, kRays).irradiance.y() / kTestPi, 1, 0.01);
   EXPECT_TRUE(all.gather(kPlace, kOut, kRays).on_floor.empty());
 
   const Illumination above = seen_above(room);
-  const RoomLight light(field, rays, metal, above);
-  const RoomLight::Gathered gathered = light.gather(kPlace, kOut, kRays);
+  const IrradianceModel light(field, rays, metal, above);
+  const IrradianceModel::Gathered gathered = light.gather(kPlace, kOut, kRays);
   EXPECT_NEAR(gathered.irradiance.y() / (0.5f * kTestPi * (1 + kFloor)), 1, 0.02);
   EXPECT_EQ(light.by_floor(gathered, light.light_on_floor({})), Vector3f::Zero());
 }
 
 // The floor's light from a lamp against a sum over the floor itself, in squares of a centimetre.
-TEST(RoomLight, AFloorThatNobodySawReflectsLamps) {
+TEST(IrradianceModel, AFloorThatNobodySawReflectsLamps) {
   TestRoom room = wall();
   room.lamps = {{{-0.3f, 0.2f, 0.9f}, {2, 1, 0.5f}, 0.04f}};
   const Illumination above = seen_above(room);
   const DistanceField field = room.field();
   const FieldRays rays(field);
-  const MetalSurfaces metal{Session()};
-  const RoomLight light(field, rays, metal, above);
+  const MetalMask metal{Session()};
+  const IrradianceModel light(field, rays, metal, above);
   std::vector<PointLight> lamps = above.lights;
   lamps[0].distance_known = true;
   lamps[0].position_m = room.lamps[0].position;
@@ -90,7 +90,7 @@ float bright(const Enclosure& room, const Vector3f& from, const Vector3f& direct
   return room.leave(from, direction)->side == 0 ? 1.0f : 0.1f;
 }
 
-TEST(RoomLight, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
+TEST(IrradianceModel, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
   const Enclosure room = bright_room(true), guess = bright_room(false);
   Illumination light;
   light.probe_position_m = {0.3f, 0.1f, 0.03f};
@@ -103,7 +103,7 @@ TEST(RoomLight, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
             bright(room, light.probe_position_m, environment_direction(u, v, 128, 64));
   const DistanceField nothing;
   const FieldRays rays(nothing);
-  const MetalSurfaces metal{Session()};
+  const MetalMask metal{Session()};
   const Vector3f place(-0.8f, 0.5f, 0.02f), up = Vector3f::UnitZ();
 
   double exact = 0;
@@ -116,7 +116,7 @@ TEST(RoomLight, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
     }
   }
   const auto irradiance = [&](const Enclosure* enclosure) {
-    return RoomLight(nothing, rays, metal, light, enclosure).gather(place, up, kRays).irradiance.x();
+    return IrradianceModel(nothing, rays, metal, light, enclosure).gather(place, up, kRays).irradiance.x();
   };
   EXPECT_NEAR(irradiance(&room) / exact, 1, 0.03);
   const float far = irradiance(nullptr);

@@ -165,14 +165,14 @@ TEST_P(ClosedKept, WhatChangesInBetweenLeavesNoTrace) {
   EXPECT_EQ(relighter.relight(frame, still, scene.exhibit, plan).srgb.data, first.data);
 }
 
-TEST(StillView, HoldsThePoseUpToAnEighthOfAPixel) {
+TEST(StaticViewCache, HoldsThePoseUpToAnEighthOfAPixel) {
   CameraModel camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = camera.fy = 500;
   camera.cx = 319.5;
   camera.cy = 239.5;
-  StillView view(camera);
+  StaticViewCache view(camera);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   bool moved = false;
   view.hold(pose, 1.0, &moved);

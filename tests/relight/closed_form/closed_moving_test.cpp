@@ -62,7 +62,7 @@ class ClosedMoving : public ClosedTest {
   /// Frames in which nothing moves, until nothing is worked out any more.
   static Image<std::uint8_t> settle(Relighter& relighter, const FrameSet& frame, const Scene& now,
                                     const Exhibit& exhibit, int* frames) {
-    for (*frames = 0; *frames < 4 * LightRounds::kRoundFrames; ++*frames) {
+    for (*frames = 0; *frames < 4 * AmortizedLightUpdate::kRoundFrames; ++*frames) {
       const RelitPicture picture = relighter.relight(frame, now, exhibit, live_plan());
       if (picture.passes.empty()) return picture.srgb;
     }
@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(On, ClosedMoving, testing::Values(gpu::Backend::vulkan)
 TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
   const ClosedScene scene = box_on_floor();
   const FrameSet frame = scene.frame();
-  const int last = 2 * LightRounds::kRoundFrames;
+  const int last = 2 * AmortizedLightUpdate::kRoundFrames;
   Image<std::uint8_t> of_open_room;
   for (const Scene& now : {scene.scene(), closed(scene.scene())}) {
     Relighter relighter(device_, scene.session());
@@ -92,7 +92,7 @@ TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
     EXPECT_LT(moving.rms_codes, 1.0);
     int frames = 0;
     EXPECT_EQ(settle(relighter, frame, now, turned(scene.exhibit, last), &frames).data, wanted.data);
-    EXPECT_LE(frames, 3 * LightRounds::kRoundFrames + 1);
+    EXPECT_LE(frames, 3 * AmortizedLightUpdate::kRoundFrames + 1);
     EXPECT_NE(wanted.data, of_open_room.data) << "the enclosure changes nothing: this test tests nothing of it";
     of_open_room = wanted;
   }
@@ -143,7 +143,7 @@ TEST_P(ClosedMoving, ADeviceThatIsFullInTheMiddleOfARoundGathersAtOnce) {
       device_, [&](const gpu::TextureDesc& d) { return d.name != "virtual radiance" || ++pools < 2; });
   Relighter relighter(small, scene.session());
   RelitPicture picture;
-  for (int i = 0; i < LightRounds::kRoundFrames; ++i) {
+  for (int i = 0; i < AmortizedLightUpdate::kRoundFrames; ++i) {
     picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan());
     EXPECT_EQ(picture.warnings.empty(), pools < 2);
     if (pools == 2) {
@@ -165,7 +165,7 @@ TEST_P(ClosedMoving, WhatShouldNotChangeStays) {
   Relighter relighter(device_, scene.session());
   const Image<std::uint8_t> first = relighter.relight(frame, now, scene.exhibit, live_plan()).srgb;
   double worst_rms = 0;
-  for (int i = 1; i <= 2 * LightRounds::kRoundFrames; ++i) {
+  for (int i = 1; i <= 2 * AmortizedLightUpdate::kRoundFrames; ++i) {
     const Image<std::uint8_t> picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan()).srgb;
     worst_rms = std::max(worst_rms, unlike(picture, first).rms_codes);
   }
@@ -175,7 +175,7 @@ TEST_P(ClosedMoving, WhatShouldNotChangeStays) {
   double worst_step = 0;
   Image<std::uint8_t> before = first;
   Scene lit = now;
-  for (int i = 1; i <= LightRounds::kRoundFrames + 10; ++i) {
+  for (int i = 1; i <= AmortizedLightUpdate::kRoundFrames + 10; ++i) {
     ClosedScene moved = scene;
     moved.lamps.front().position_m.x() += 0.001f * static_cast<float>(i);
     lit.illumination = moved.scene().illumination;

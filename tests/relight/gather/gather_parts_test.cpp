@@ -29,14 +29,14 @@ TEST(SrgbCodes, AreTheRoundedCurve) {
 }
 
 // Half of a fan stands for the whole lamp, and no ray of the other half is sent.
-TEST(LampFan, ItsFirstRaysStandForAll) {
+TEST(ShadowRayPacket, ItsFirstRaysStandForAll) {
   ReferenceLamp lamp;
   lamp.centre_m = {0.2f, 0, 1};
   lamp.radius_m = 0.2f;
-  const rays::LampPoints points(lamp, 1);
-  reference::Surface floor;
-  for (int set = 0; set < rays::LampPoints::kSets; ++set) {
-    rays::LampFan fan = points.from(floor, set);
+  const rays::LightSampleSet points(lamp, 1);
+  reference::SurfaceHit floor;
+  for (int set = 0; set < rays::LightSampleSet::kSets; ++set) {
+    rays::ShadowRayPacket fan = points.from(floor, set);
     fan.keep_first(8);
     EXPECT_EQ(fan.rays.some >> 8, 0u);
     EXPECT_NEAR(fan.all, points.unhidden(floor), 0.05f * points.unhidden(floor)) << set;
@@ -45,14 +45,14 @@ TEST(LampFan, ItsFirstRaysStandForAll) {
 }
 
 // What closes a room by a guess has vertices far apart; between them, too, light changes.
-TEST(ChangeCells, HoldBetweenPatchesThatLieFarApart) {
+TEST(IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
   const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
   std::vector<rays::Patch> floor;
   for (int x = -8; x <= 8; ++x) {
     for (int y = -8; y <= 8; ++y)
       floor.push_back({{0.1f * static_cast<float>(x), 0.1f * static_cast<float>(y), 0}, up});
   }
-  rays::ChangeCells cells(floor, {{0, 0, 0.2f}, 0.15f}, rays::RayObjects({}));
+  rays::IrradianceChangeCache cells(floor, {{0, 0, 0.2f}, 0.15f}, rays::RayObjects({}));
   cells.irradiance.assign(cells.cells().size(), Rgb::Constant(-1));
   for (int i = 0; i < 700; ++i) {
     const Eigen::Vector3f p(-0.7f + 0.002f * static_cast<float>(i), 0.65f - 0.0017f * static_cast<float>(i), 0);
@@ -83,11 +83,11 @@ CameraModel camera_of(int width, int height) {
 }
 
 /// A wall at 1 m left of a column, one at 2 m from there on.
-std::vector<rays::PixelSurface> two_walls(const CameraModel& camera, int column) {
-  std::vector<rays::PixelSurface> seen;
+std::vector<rays::GBufferPixel> two_walls(const CameraModel& camera, int column) {
+  std::vector<rays::GBufferPixel> seen;
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
-      rays::PixelSurface& p = seen.emplace_back();
+      rays::GBufferPixel& p = seen.emplace_back();
       p.known = true;
       p.depth_m = u < column ? 1 : 2;
       p.surface.position_m = p.depth_m * camera.unproject({u, v})->cast<float>();
@@ -97,11 +97,11 @@ std::vector<rays::PixelSurface> two_walls(const CameraModel& camera, int column)
   return seen;
 }
 
-TEST(CoarseView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
+TEST(LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
   const CameraModel camera = camera_of(47, 31);
   constexpr int column = 21, block = 4;
-  const std::vector<rays::PixelSurface> seen = two_walls(camera, column);
-  const rays::CoarseView view(seen, camera, block);
+  const std::vector<rays::GBufferPixel> seen = two_walls(camera, column);
+  const rays::LowResView view(seen, camera, block);
   // What the blocks hold: the column of their middle on the near wall, and a thousand more on the far one.
   const auto value = [&](std::size_t i) {
     const float middle =
@@ -122,12 +122,12 @@ TEST(CoarseView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
   }
 }
 
-TEST(CoarseView, SaysNothingWhereNothingIsSeen) {
+TEST(LowResView, SaysNothingWhereNothingIsSeen) {
   const CameraModel camera = camera_of(8, 8);
-  std::vector<rays::PixelSurface> seen = two_walls(camera, 8);
-  const reference::Surface own = seen.front().surface;
-  for (rays::PixelSurface& p : seen) p.known = false;
-  const rays::CoarseView view(seen, camera, 2);
+  std::vector<rays::GBufferPixel> seen = two_walls(camera, 8);
+  const reference::SurfaceHit own = seen.front().surface;
+  for (rays::GBufferPixel& p : seen) p.known = false;
+  const rays::LowResView view(seen, camera, 2);
   const rays::BlockMix mix = view.mix(3, 3, own);
   EXPECT_TRUE(mix.empty());
   EXPECT_EQ(view.mixed(mix, [](std::size_t) { return 5.0f; }), 0);
@@ -136,8 +136,8 @@ TEST(CoarseView, SaysNothingWhereNothingIsSeen) {
 /// Whether the window holds every pixel that looks at a sphere, and how many pixels it holds.
 int pixels_of_window(const Eigen::Vector4f& sphere, const CameraModel& camera) {
   const rays::PixelRays pixel_rays(camera);
-  const rays::Eye eye{pixel_rays, {camera, Eigen::Isometry3f::Identity()}};
-  const rays::Window window = rays::window_of({sphere}, eye);
+  const rays::CameraRays eye{pixel_rays, {camera, Eigen::Isometry3f::Identity()}};
+  const rays::PixelWindow window = rays::window_of({sphere}, eye);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const Eigen::Vector3f w = eye.ray(u, v), to = sphere.head<3>();

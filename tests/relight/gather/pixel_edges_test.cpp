@@ -18,7 +18,7 @@ constexpr float kVoxel_m = 0.008f, kRound_m = 1.5f * kVoxel_m;
 struct Seen {
   ReferenceCamera camera;
   Image<float> radiance{kWidth, kHeight, 3};
-  std::vector<PixelSurface> rounded, exact;
+  std::vector<GBufferPixel> rounded, exact;
   std::vector<bool> near_edge;
 };
 
@@ -36,7 +36,7 @@ Seen two_planes(float slope, int moved_px = 0) {
   const Vector3f edge(0, 0, 0.6f);
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      PixelSurface p;
+      GBufferPixel p;
       p.known = true;
       p.w = Vector3f((static_cast<float>(u) - 63.5f) / 400, (static_cast<float>(v) - 47.5f) / 400, 1).normalized();
       const bool on_right = u > 63, looks_right = u > 63 + moved_px;
@@ -67,7 +67,7 @@ TEST_P(PixelEdges, PixelsLieOnOneOfThePlanesThatMeet) {
   sharpen_edges(seen.camera, seen.radiance, 1, kVoxel_m, seen.rounded);
   int near = 0;
   for (std::size_t i = 0; i < seen.exact.size(); ++i) {
-    const PixelSurface &is = seen.rounded[i], &wanted = seen.exact[i];
+    const GBufferPixel &is = seen.rounded[i], &wanted = seen.exact[i];
     ASSERT_GT(is.surface.normal.dot(wanted.surface.normal), 0.995f) << "pixel " << i % kWidth << ", " << i / kWidth;
     near += seen.near_edge[i];
     if (!seen.near_edge[i]) continue;
@@ -94,7 +94,7 @@ TEST(PixelEdges, RealCurvesStay) {
   Seen seen = two_planes(0);
   constexpr float radius_m = 0.03f;
   const Vector3f middle(0, 0, 0.55f);
-  for (PixelSurface& p : seen.rounded) {
+  for (GBufferPixel& p : seen.rounded) {
     const float b = p.w.dot(middle), root = b * b - middle.squaredNorm() + radius_m * radius_m;
     p.known = root > 0;
     if (!p.known) continue;
@@ -102,7 +102,7 @@ TEST(PixelEdges, RealCurvesStay) {
     p.surface.position_m = p.depth_m * p.w;
     p.surface.normal = p.surface.face = (p.surface.position_m - middle) / radius_m;
   }
-  const std::vector<PixelSurface> before = seen.rounded;
+  const std::vector<GBufferPixel> before = seen.rounded;
   sharpen_edges(seen.camera, seen.radiance, 1, kVoxel_m, seen.rounded);
   for (std::size_t i = 0; i < before.size(); ++i) {
     if (before[i].known) {

@@ -253,7 +253,7 @@ TEST(DeviceChoice, TheBestIsHardwareFirstThenVulkan) {
   const std::vector<DeviceListing> listings = list_devices();
   const auto first = [&](bool software) {
     for (const DeviceListing& listing : listings) {
-      if (listing.why_not.empty() && listing.software == software) return listing.name;
+      if (listing.rejection_reason.empty() && listing.software == software) return listing.name;
     }
     return std::string();
   };
@@ -270,7 +270,7 @@ TEST(DeviceChoice, AnAbsentDriverIsListedWithTheReason) {
         setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json", 1);
         std::string text;
         for (const DeviceListing& listing : list_devices()) {
-          text += std::string(name_of(listing.backend)) + ": " + listing.why_not + "\n";
+          text += std::string(name_of(listing.backend)) + ": " + listing.rejection_reason + "\n";
         }
         text += error_of<GpuError>([] { create_device(Backend::best, {}); });
         std::fputs(text.c_str(), stderr);

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3f;
 using reference::LightSample;
-using reference::Look;
+using reference::BsdfParams;
 using reference::Sampler;
 
 /// Evenly over the upper half of the sphere.
@@ -47,7 +47,7 @@ TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
   const float dw = 2 * kPi / static_cast<float>(directions.size());
   for (const float roughness : {0.35f, 0.6f, 1.0f}) {
     SCOPED_TRACE(roughness);
-    const Look look = reference::look_of(Rgb::Ones(), metal(1, roughness));
+    const Look look = reference::bsdf_params_of(Rgb::Ones(), metal(1, roughness));
     double pdf = 0, albedo = 0, above = 0;
     for (const Vector3f& w : directions) {
       pdf += reference::direction_pdf(look, v, w) * dw;
@@ -68,7 +68,7 @@ TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
 TEST(ReferenceBsdf, SamplesHaveTheDensityTheyClaim) {
   const Vector3f v = Vector3f(-0.3f, 0.5f, 0.6f).normalized();
   const Material glossy{{0.5f, 0.3f, 0.1f}, 0, 0.6f, 1};
-  const Look look = reference::look_of(Rgb(0.5f, 0.3f, 0.1f), glossy);
+  const Look look = reference::bsdf_params_of(Rgb(0.5f, 0.3f, 0.1f), glossy);
   const std::vector<Vector3f> directions = hemisphere(200);
   double albedo = 0, first_moment = 0;
   for (const Vector3f& w : directions) {
@@ -95,7 +95,7 @@ TEST(ReferenceBsdf, ByHand) {
   // Roughness 0.5, v and w at 45° on either side, h = n: the mirror part of brdf.glsl, and light through the surface
   // twice.
   const Material plastic{{0.5f, 0.3f, 0.1f}, 0, 0.5f, 0.8f};
-  const Look look = reference::look_of(Rgb(0.5f, 0.3f, 0.1f), plastic);
+  const Look look = reference::bsdf_params_of(Rgb(0.5f, 0.3f, 0.1f), plastic);
   const float s = std::sqrt(0.5f), a2 = 0.0625f;
   const float lambda = 0.5f * (std::sqrt(1 + a2) - 1), d = 1 / (kPi * a2);
   const float f = 0.032f + (0.8f - 0.032f) * std::pow(1 - s, 5.0f), mirror = f * d / (1 + 2 * lambda) / (4 * s * s);
@@ -144,7 +144,7 @@ TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
     EXPECT_TRUE(hit.has_value());
     return meshes.surface(*hit, w);
   };
-  const reference::Surface light = look_at(0.75f, -3), dark = look_at(0.25f, -3);
+  const reference::SurfaceHit light = look_at(0.75f, -3), dark = look_at(0.25f, -3);
   EXPECT_NEAR(light.look.diffuse[0], 0.5f, 1e-3f);
   EXPECT_NEAR(light.look.diffuse[2], 0.125f, 1e-3f);
   EXPECT_NEAR(dark.look.diffuse[0], 0, 1e-3f);

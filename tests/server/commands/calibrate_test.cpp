@@ -111,7 +111,7 @@ TEST_F(Calibrate, ASessionGivesTheCalibrationThatItTakes) {
 
 TEST_F(Calibrate, ThePageMayEndItOnceThereAreViewsEnough) {
   CalibrateGuide guide({camera(), std::nullopt});
-  BoardCollector collector(test::test_board(), std::nullopt);
+  ViewSelector collector(test::test_board(), std::nullopt);
   const test::BoardDrawing drawing(test::test_board(), camera());
   EXPECT_EQ(guide.ask("/finish").status, 409u);
   EXPECT_EQ(guide.ask("/none").status, 404u);
@@ -137,7 +137,7 @@ TEST_F(Calibrate, ThePageMayEndItOnceThereAreViewsEnough) {
 
 TEST_F(Calibrate, WhatIsCoveredAndRefusedIsTriedAgainAfterSomeMoreViews) {
   CalibrateGuide guide({camera(), std::nullopt});
-  BoardCollector collector(test::test_board(), std::nullopt);
+  ViewSelector collector(test::test_board(), std::nullopt);
   const test::BoardDrawing drawing(test::test_board(), camera());
   std::int64_t time_ns = 0;
   const auto show = [&](const Eigen::Isometry3d& pose) {

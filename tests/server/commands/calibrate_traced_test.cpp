@@ -94,7 +94,7 @@ TEST(CalibrateTraced, LensesPlacesAndFalloff) {
   EXPECT_LT(farthest_apart_px(second.model, fisheye_truth, 85 * kTestDegree), 0.3);
   expect_honest(second, fisheye_truth);
 
-  const StandCalibration stand = calibrate_stand(first.model, second.model, views_of(color), views_of(fisheye));
+  const ExtrinsicsCalibration stand = calibrate_stand(first.model, second.model, views_of(color), views_of(fisheye));
   EXPECT_EQ(stand.refusal, "");
   const Eigen::Vector3d shift = stand.T_second_first.translation() - fisheye_beside_color().translation();
   const Eigen::AngleAxisd turn(

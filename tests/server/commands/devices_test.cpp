@@ -13,7 +13,7 @@ const std::vector<CameraListing> kTwo = {{.source = "aravis:A-1",
                                           .name = "A 1",
                                           .formats = {{"bayer-rggb8", 2048, 1024, 30.5}},
                                           .controls = {{"gain", 0, 10, 2.5}, {"exposure", NAN, NAN, 7}}},
-                                         {.source = "openni2:u", .name = "broken \xff name", .why_not = "in use"}};
+                                         {.source = "openni2:u", .name = "broken \xff name", .rejection_reason = "in use"}};
 
 TEST(Devices, AsText) {
   std::ostringstream out;

@@ -49,7 +49,7 @@ class RecordButtonTest : public testing::Test {
   }
 
   const TinySession tiny_{"record-button"};
-  SourceTap tap_;
+  SourceObserver tap_;
   PairedSources sources_;
   std::unique_ptr<RecordButton> button_;
 };

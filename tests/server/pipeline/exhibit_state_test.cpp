@@ -22,12 +22,12 @@ Exhibit two_objects() {
   return exhibit;
 }
 
-std::optional<std::string> apply(ExhibitBoard& board, const char* text) {
+std::optional<std::string> apply(ExhibitState& board, const char* text) {
   return board.apply(std::get<ObjectCommand>(parse_command(text)));
 }
 
-TEST(ExhibitBoard, CommandsChangeACopy) {
-  ExhibitBoard board(two_objects());
+TEST(ExhibitState, CommandsChangeACopy) {
+  ExhibitState board(two_objects());
   const std::shared_ptr<const Exhibit> before = board.newest();
   EXPECT_EQ(apply(board, R"({"type":"object","name":"box","position_m":[1,2,3],"visible":false})"), std::nullopt);
   EXPECT_TRUE(before->objects[1].visible) << "a frame in the making keeps what it has";
@@ -37,8 +37,8 @@ TEST(ExhibitBoard, CommandsChangeACopy) {
   EXPECT_NE(apply(board, R"({"type":"object","index":2,"visible":false})"), std::nullopt);
 }
 
-TEST(ExhibitBoard, YawTurnsFromRestAboutTheTagsNormal) {
-  ExhibitBoard board(two_objects());
+TEST(ExhibitState, YawTurnsFromRestAboutTheTagsNormal) {
+  ExhibitState board(two_objects());
   apply(board, R"({"type":"object","index":0,"yaw_degrees":50})");
   apply(board, R"({"type":"object","index":0,"yaw_degrees":90})");
   const Eigen::Quaterniond expected =
@@ -48,8 +48,8 @@ TEST(ExhibitBoard, YawTurnsFromRestAboutTheTagsNormal) {
   EXPECT_EQ(nlohmann::json::parse(board.objects_json())[0]["yaw_degrees"], 90.0);
 }
 
-TEST(ExhibitBoard, MaterialsAreLaidOverTheModelsOwn) {
-  ExhibitBoard board(two_objects());
+TEST(ExhibitState, MaterialsAreLaidOverTheModelsOwn) {
+  ExhibitState board(two_objects());
   apply(board, R"({"type":"object","index":0,"material":{"roughness":0.5}})");
   EXPECT_FLOAT_EQ(board.newest()->objects[0].material->metallic, 0.75f);
   apply(board, R"({"type":"object","index":0,"material":{"specular":0.25}})");

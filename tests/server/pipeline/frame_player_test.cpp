@@ -38,9 +38,9 @@ class FakeReader : public SeekableReader {
   int* reads_;
 };
 
-TEST(PlayedFrames, PlaysAtItsOwnPaceOverAndOver) {
+TEST(FramePlayer, PlaysAtItsOwnPaceOverAndOver) {
   int reads = 0;
-  PlayedFrames frames(std::make_unique<FakeReader>(5, &reads));
+  FramePlayer frames(std::make_unique<FakeReader>(5, &reads));
   const std::stop_source stop;
   const auto start = std::chrono::steady_clock::now();
   std::optional<PlayedFrame> first, played;
@@ -56,9 +56,9 @@ TEST(PlayedFrames, PlaysAtItsOwnPaceOverAndOver) {
   EXPECT_EQ(reads, 5) << "what fits in memory is decoded once";
 }
 
-TEST(PlayedFrames, ReadsAgainWhatDoesNotFitInMemory) {
+TEST(FramePlayer, ReadsAgainWhatDoesNotFitInMemory) {
   int reads = 0;
-  PlayedFrames frames(std::make_unique<FakeReader>(3, &reads), 2 * 8 * 8 * 3);
+  FramePlayer frames(std::make_unique<FakeReader>(3, &reads), 2 * 8 * 8 * 3);
   const std::stop_source stop;
   for (int i = 0; i < 7; ++i) {
     ASSERT_EQ(frames.next(stop.get_token())->frame->index, static_cast<std::uint64_t>(i % 3));
@@ -66,9 +66,9 @@ TEST(PlayedFrames, ReadsAgainWhatDoesNotFitInMemory) {
   EXPECT_EQ(reads, 7);
 }
 
-TEST(PlayedFrames, ARecordingWithoutFramesIsGone) {
+TEST(FramePlayer, ARecordingWithoutFramesIsGone) {
   int reads = 0;
-  PlayedFrames frames(std::make_unique<FakeReader>(0, &reads));
+  FramePlayer frames(std::make_unique<FakeReader>(0, &reads));
   EXPECT_FALSE(frames.next(std::stop_source().get_token()));
   EXPECT_TRUE(frames.gone());
 }
@@ -76,10 +76,10 @@ TEST(PlayedFrames, ARecordingWithoutFramesIsGone) {
 Playback::Orders go_to(double at_s) { return {.at_s = at_s, .paused = false, .step = false}; }
 const Playback::Orders kPaused{.at_s = std::nullopt, .paused = true, .step = false};
 
-TEST(PlayedFrames, GoWhereTheyAreToldWhetherFromMemoryOrNot) {
-  for (const std::size_t memory : {PlayedFrames::kMemory_bytes, std::size_t{100}}) {
+TEST(FramePlayer, GoWhereTheyAreToldWhetherFromMemoryOrNot) {
+  for (const std::size_t memory : {FramePlayer::kMemory_bytes, std::size_t{100}}) {
     int reads = 0;
-    PlayedFrames frames(std::make_unique<FakeReader>(50, &reads), memory);
+    FramePlayer frames(std::make_unique<FakeReader>(50, &reads), memory);
     const std::stop_token stop;
     EXPECT_DOUBLE_EQ(frames.length_s(), 0.98);
     ASSERT_EQ(frames.next(stop)->frame->index, 0u);
@@ -106,9 +106,9 @@ TEST(PlayedFrames, GoWhereTheyAreToldWhetherFromMemoryOrNot) {
   }
 }
 
-TEST(PlayedFrames, StandStillAndStep) {
+TEST(FramePlayer, StandStillAndStep) {
   int reads = 0;
-  PlayedFrames frames(std::make_unique<FakeReader>(9, &reads));
+  FramePlayer frames(std::make_unique<FakeReader>(9, &reads));
   const std::stop_token stop;
   ASSERT_EQ(frames.next(stop, kPaused)->frame->index, 0u) << "there is something to see";
   std::int64_t last_ns = 0;
@@ -144,9 +144,9 @@ TEST(Playback, GivesEachOrderOnceAndKeepsThePause) {
   EXPECT_TRUE(playback.state()->paused);
 }
 
-TEST(PlayedFrames, AStopEndsTheWait) {
+TEST(FramePlayer, AStopEndsTheWait) {
   int reads = 0;
-  PlayedFrames frames(std::make_unique<FakeReader>(5, &reads));
+  FramePlayer frames(std::make_unique<FakeReader>(5, &reads));
   std::stop_source stop;
   ASSERT_TRUE(frames.next(stop.get_token()));
   stop.request_stop();

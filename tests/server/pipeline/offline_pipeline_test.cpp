@@ -32,7 +32,7 @@ std::vector<FrameRecord> replayed(
   files.session = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
   ServiceInput input = read_service(files, plan);
   const std::unique_ptr<FrameReader> frames = open_frames(input.session);
-  LockStep pipeline(
+  OfflinePipeline pipeline(
       input.session, std::move(input.exhibit), input.plan,
       [&, made = 0]() mutable {
         make(made++);

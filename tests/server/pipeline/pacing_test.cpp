@@ -15,11 +15,11 @@ void keep_a_core_busy(PaceClock::duration wall) {
   }
 }
 
-TEST(Rest, LastsSomeTimesTheWork) {
-  Rest rest(milliseconds(0));
+TEST(DutyCycle, LastsSomeTimesTheWork) {
+  DutyCycle rest(milliseconds(0));
   EXPECT_TRUE(rest.over(2)) << "nothing was done yet";
   {
-    const AtWork work(rest);
+    const ScopedWork work(rest);
     EXPECT_FALSE(rest.over(0)) << "at work";
     keep_a_core_busy(milliseconds(50));
   }
@@ -30,19 +30,19 @@ TEST(Rest, LastsSomeTimesTheWork) {
   }
 }
 
-TEST(Rest, KeepsToTheRateOfShortWork) {
-  Rest rest(std::chrono::years(50));  // longer than any machine has run
+TEST(DutyCycle, KeepsToTheRateOfShortWork) {
+  DutyCycle rest(std::chrono::years(50));  // longer than any machine has run
   EXPECT_TRUE(rest.over(0)) << "nothing was done yet";
   try {
-    const AtWork work(rest);
+    const ScopedWork work(rest);
     throw std::runtime_error("work that fails is work");
   } catch (const std::runtime_error&) {
   }
   EXPECT_FALSE(rest.over(0));
 }
 
-TEST(JustInTime, PoseBeginsWhenRelightIsNearlyDone) {
-  JustInTime pace;
+TEST(LatencyScheduler, PoseBeginsWhenRelightIsNearlyDone) {
+  LatencyScheduler pace;
   for (int i = 0; i < 20; ++i) {
     pace.relight_took(milliseconds(400));
     pace.pose_took(milliseconds(40));

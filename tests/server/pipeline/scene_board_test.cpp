@@ -31,8 +31,8 @@ Illumination at_two_metres(Illumination light) {
   return light;
 }
 
-TEST(SceneBoard, SettlesWhenTheNewestPicturesTeachNothing) {
-  SceneBoard board;
+TEST(SceneStore, SettlesWhenTheNewestPicturesTeachNothing) {
+  SceneStore board;
   auto field = std::make_shared<DistanceField>();
   field->version = 3;
   const auto light = std::make_shared<const Illumination>(one_lamp(2, 10));
@@ -67,8 +67,8 @@ TEST(SceneBoard, SettlesWhenTheNewestPicturesTeachNothing) {
   EXPECT_TRUE(board.settled(board.newest()));
 }
 
-TEST(SceneBoard, SolvedDistancesHoldForLaterLight) {
-  SceneBoard board;
+TEST(SceneStore, SolvedDistancesHoldForLaterLight) {
+  SceneStore board;
   const auto measured = std::make_shared<const Illumination>(one_lamp(1, 10));
   board.publish_light(measured);
   const auto solved = std::make_shared<const Illumination>(at_two_metres(one_lamp(1, 10)));
@@ -90,7 +90,7 @@ TEST(SceneBoard, SolvedDistancesHoldForLaterLight) {
   EXPECT_FALSE(board.measured_light()->lights[0].distance_known);
 }
 
-TEST(SceneBoard, AnUnknownLampStaysInfinitelyFar) {
+TEST(SceneStore, AnUnknownLampStaysInfinitelyFar) {
   Illumination other = one_lamp(2, 5);
   other.lights[0].id = 9;
   const auto carried = carry_lamps(other, one_lamp(1, 10), at_two_metres(one_lamp(1, 10)));
@@ -99,7 +99,7 @@ TEST(SceneBoard, AnUnknownLampStaysInfinitelyFar) {
 }
 
 // The picture tells a clipped lamp's least power. Solving found 3 times that; it is as much later.
-TEST(SceneBoard, AClippedLampKeepsItsGain) {
+TEST(SceneStore, AClippedLampKeepsItsGain) {
   Illumination measured = one_lamp(1, 10), newest = one_lamp(2, 11);
   Illumination solved = at_two_metres(one_lamp(1, 30));
   measured.lights[0].clipped = newest.lights[0].clipped = solved.lights[0].clipped = true;
@@ -113,7 +113,7 @@ TEST(SceneBoard, AClippedLampKeepsItsGain) {
 }
 
 // A lamp that a tag places and no fish-eye sees: solving found 5 times the power that was guessed. It moves.
-TEST(SceneBoard, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
+TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
   Illumination measured = one_lamp(1, 2);
   measured.lights[0].shown = PointLight::Shown::dark;
   measured.lights[0].distance_known = true;
@@ -136,7 +136,7 @@ TEST(SceneBoard, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
 }
 
 // A wall clips beside a lamp; solving raised it to what the lamp makes of it, and what no camera saw with it.
-TEST(SceneBoard, AClippedWallStaysAsBrightAsItWasFound) {
+TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
   constexpr std::size_t kClipped = 10 * 64 + 20, kUnseen = 30 * 64 + 5, kPlain = 10 * 64 + 40;
   Illumination measured = one_lamp(1, 10);
   measured.remainder.radiance = Image<float>(64, 32, 3);
@@ -163,7 +163,7 @@ TEST(SceneBoard, AClippedWallStaysAsBrightAsItWasFound) {
       << "now it is, too";
 }
 
-TEST(SceneBoard, AReflectionStaysOne) {
+TEST(SceneStore, AReflectionStaysOne) {
   Illumination newest = one_lamp(2, 7), solved = one_lamp(1, 10);
   newest.remainder.radiance = Image<float>(64, 32, 3);
   solved.lights.clear();

@@ -38,7 +38,7 @@ TEST(SceneChange, WhatASolutionTells) {
     field.bricks[{0, 0, 0}] = brick;
     return field;
   };
-  const AlbedoNews news = compare_albedo(albedo(0.51f, 0.08f, 400), albedo(0.5f, 0.1f, 300));
+  const AlbedoDelta news = compare_albedo(albedo(0.51f, 0.08f, 400), albedo(0.5f, 0.1f, 300));
   EXPECT_NEAR(news.change, 0.02, 1e-4);
   EXPECT_NEAR(news.newly_known, 0.25, 1e-6);
   EXPECT_NEAR(news.surer, 0.2, 1e-4);

@@ -122,7 +122,7 @@ TEST(Jpeg, LooksLikeWhatWentIn) {
 }
 
 TEST(EncodeStage, MakesOnlyWhatIsWantedAndFewKeysOnDemand) {
-  Demand demand;
+  EncoderDemand demand;
   Metrics metrics;
   EncodeStage stage(85, demand, metrics);
   ShownPicture picture;

@@ -64,7 +64,7 @@ class WebServerTest : public testing::Test {
     }
   }
 
-  Demand demand_;
+  EncoderDemand demand_;
   Metrics metrics_;
   std::atomic<int> moved_ = 0;
   std::unique_ptr<WebServer> web_;
@@ -268,7 +268,7 @@ TEST_F(WebServerTest, StopSaysGoodbye) {
 }
 
 TEST(WebServerStart, APostIsAnsweredWhereSomethingIsToBeDone) {
-  Demand demand;
+  EncoderDemand demand;
   Metrics metrics;
   WebHandlers handlers;
   handlers.get = [](std::string_view) { return WebReply{200, "text/plain", "page"}; };
@@ -285,7 +285,7 @@ TEST(WebServerStart, APostIsAnsweredWhereSomethingIsToBeDone) {
 }
 
 TEST(WebServerStart, AnAddressInUseIsSaid) {
-  Demand demand;
+  EncoderDemand demand;
   Metrics metrics;
   const WebServer first({}, {}, demand, metrics);
   WebSettings same;
