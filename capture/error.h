@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// Input that cannot be used. `what()` is one line: where (file:line: key), what was found, what is allowed.
 /// Thrown at start-up only; `main` prints it and exits with code 2. The frame loop never throws across a stage.
@@ -18,4 +18,4 @@ class CameraFault : public InputError {
   using InputError::InputError;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/image.h"
 #include "capture/formats/pixel_format.h"
+#include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 enum class Stream { color, depth, fisheye };
 
@@ -45,4 +45,4 @@ struct FrameSet {
   std::vector<std::string> warnings;                    ///< what went wrong with this frame, one line each
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 template <typename T>
 struct Image {
@@ -25,4 +25,4 @@ struct Image {
   const T& at(int x, int y, int c = 0) const { return data[index(x, y, c)]; }
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

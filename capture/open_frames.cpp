@@ -2,20 +2,20 @@
 #include <cmath>
 #include <map>
 
-#include "capture/live/aravis/source.h"
-#include "capture/sync/depth_registration.h"
 #include "capture/error.h"
-#include "capture/recorded/image_source.h"
+#include "capture/live/aravis/source.h"
 #include "capture/live/libcamera/source.h"
 #include "capture/live/live_source.h"
+#include "capture/live/openni/source.h"
+#include "capture/live/v4l2/source.h"
+#include "capture/recorded/image_source.h"
 #include "capture/recorded/mkv_source.h"
 #include "capture/recorded/oni_source.h"
-#include "capture/live/openni/source.h"
-#include "capture/sync/pairing_reader.h"
 #include "capture/session/source_uri.h"
-#include "capture/live/v4l2/source.h"
+#include "capture/sync/depth_registration.h"
+#include "capture/sync/pairing_reader.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 const std::map<std::string, std::string> kNames = {{"color", "colour"}, {"depth", "depth"}, {"fisheye", "fish-eye"}};
@@ -192,4 +192,4 @@ std::unique_ptr<FrameReader> open_frames(const Session& session) {
   return pair_sources(session, open_sources(session));
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -1,6 +1,6 @@
 #include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 const Stamp& stamp_of(const SourceItem& item) {
   return std::visit([](const auto& i) -> const Stamp& { return i.stamp; }, item);
@@ -18,4 +18,4 @@ const char* name_of(Stream stream) {
   return stream == Stream::color ? "colour" : stream == Stream::depth ? "depth" : "fish-eye";
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -12,7 +12,7 @@
 #include "capture/frame.h"
 #include "capture/session/session.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// Depth as the sensor gave it, before registration to colour.
 struct RawDepth {
@@ -69,4 +69,4 @@ class FrameReader {
 /// Opens and checks every source; contradictory or missing files throw InputError here, before the first frame.
 std::unique_ptr<FrameReader> open_frames(const Session& session);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

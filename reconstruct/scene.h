@@ -8,11 +8,11 @@
 #include "capture/session/session.h"
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/field/distance_field.h"
-#include "reconstruct/room/enclosure.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/pose.h"
+#include "reconstruct/room/enclosure.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct Scene {
   std::optional<Pose> pose;                          ///< empty: the tag is not in the picture
@@ -23,4 +23,4 @@ struct Scene {
   std::vector<std::string> warnings;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

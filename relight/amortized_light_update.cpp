@@ -5,7 +5,7 @@
 
 #include "relight/quality.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kSlices = 8;
@@ -30,11 +30,11 @@ bool near(const PlacedObject& a, const PlacedObject& b) {
 
 bool near(float a, float b) { return std::abs(a - b) <= kMostLightChange * std::max(std::abs(a), std::abs(b)); }
 
-bool near(const Illumination& a, const Illumination& b) {
+bool near(const reconstruct::Illumination& a, const reconstruct::Illumination& b) {
   if (&a == &b) return true;
   if (a.lights.size() != b.lights.size()) return false;
   for (std::size_t i = 0; i < a.lights.size(); ++i) {
-    const PointLight &p = a.lights[i], &q = b.lights[i];
+    const reconstruct::PointLight &p = a.lights[i], &q = b.lights[i];
     if (p.id != q.id || p.distance_known != q.distance_known || p.flat != q.flat) return false;
     if (!near(p.irradiance.maxCoeff(), q.irradiance.maxCoeff())) return false;
     if (p.distance_known && !near(p.intensity.maxCoeff(), q.intensity.maxCoeff())) return false;
@@ -55,7 +55,7 @@ bool near(const LightKey& a, const LightKey& b) {
 
 void upload_environment(gpu::Device& device, const LightSet& lights, const Volumes& volumes) {
   for (int mip = 0; mip < kEnvironmentMips; ++mip) {
-    const Image<float>& level = lights.environment[static_cast<std::size_t>(mip)];
+    const capture::Image<float>& level = lights.environment[static_cast<std::size_t>(mip)];
     std::vector<Eigen::half> halves(level.data.size());
     std::transform(level.data.begin(), level.data.end(), halves.begin(),
                    [](float x) { return Eigen::half(std::min(x, 65504.0f)); });
@@ -148,7 +148,8 @@ bool AmortizedLightUpdate::make_next() {
   return true;
 }
 
-AmortizedLightUpdate::Done AmortizedLightUpdate::all_at_once(gpu::CommandList& list, const Now& now, BrickPool& bricks) {
+AmortizedLightUpdate::Done AmortizedLightUpdate::all_at_once(gpu::CommandList& list, const Now& now,
+                                                             BrickPool& bricks) {
   const bool under_way = running_ || fading_;
   running_ = fading_ = false;
   frame_ = 0;
@@ -179,7 +180,8 @@ AmortizedLightUpdate::Done AmortizedLightUpdate::all_at_once(gpu::CommandList& l
 }
 
 /// What follows the lamps and the room on the host's side, and what is left to record.
-std::vector<LightStep> AmortizedLightUpdate::begin(const Now& now, int slices, BrickPool& bricks, LightVolumeState& room) {
+std::vector<LightStep> AmortizedLightUpdate::begin(const Now& now, int slices, BrickPool& bricks,
+                                                   LightVolumeState& room) {
   const Placement& placement = now.key.placement;
   // Bricks around what cones can reach, and half as far again for the pixels from which they start.
   const float edge = static_cast<float>(now.key.plan.volume) * placement.cascade[1].w();
@@ -244,4 +246,4 @@ void AmortizedLightUpdate::fade(gpu::CommandList& list, const shader::FrameParam
               params, cells, cells, cells * shader::kCascades);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

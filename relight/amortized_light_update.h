@@ -7,7 +7,7 @@
 // pictures.
 #include "relight/light_volume_builder.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class AmortizedLightUpdate {
  public:
@@ -21,7 +21,7 @@ class AmortizedLightUpdate {
     const LightSet& lights;
     const LampMaps& maps;
     float brightest;
-    bool live;    ///< also on vertices
+    bool live;         ///< also on vertices
     bool incremental;  ///< in rounds, if what has changed since the last frame allows it
     const gpu::Texture& white;
   };
@@ -60,7 +60,7 @@ class AmortizedLightUpdate {
   LightVolumeBuilder light_;
   std::unique_ptr<gpu::ComputePipeline> mix_;
   std::unique_ptr<LightVolumeState> shown_, next_;  ///< next_: null before the first round
-  std::optional<LightKey> last_;           ///< of the last frame
+  std::optional<LightKey> last_;                    ///< of the last frame
   std::string why_no_rounds_;
   // The round under way.
   std::vector<LightStep> steps_;
@@ -74,4 +74,4 @@ class AmortizedLightUpdate {
   VertexLight older_gathered_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

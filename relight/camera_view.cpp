@@ -4,9 +4,9 @@
 
 #include "relight/read_back.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
-CameraView::CameraView(gpu::Device& device, const ColorCamera& camera)
+CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera)
     : device_(device),
       camera_(camera),
       model_(camera.model),
@@ -35,8 +35,8 @@ void CameraView::fit(const Plan& plan, bool glossy) {
   shown_ = Shown::nothing;
 }
 
-void CameraView::show_live(const FrameSet& frame, const View& view, const Light& light, const LampShadows& shadows,
-                           RelitPicture* result) {
+void CameraView::show_live(const capture::FrameSet& frame, const View& view, const Light& light,
+                           const LampShadows& shadows, RelitPicture* result) {
   const bool anew = view.anew || view.with_maps || shown_ != Shown::live;
   const std::vector<char> changed =
       still_.changed_tiles(camera_.coded(), depth_of(frame), 2 * view.params.field.x(), anew);
@@ -55,7 +55,7 @@ void CameraView::show_live(const FrameSet& frame, const View& view, const Light&
   if (view.with_maps) read_maps(result);
 }
 
-void CameraView::show_full(const FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
+void CameraView::show_full(const capture::FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
                            RelitPicture* result) {
   bool anew = view.anew || view.with_maps || shown_ != Shown::full;
   const float least_m = 2 * view.params.field.x();
@@ -171,7 +171,7 @@ void CameraView::light_objects(gpu::CommandList& list, const shader::FrameParams
   shade_.record(list, params, light.maps, light.rounds.room().volumes, *screen_);
 }
 
-const Image<float>* CameraView::depth_of(const FrameSet& frame) const {
+const capture::Image<float>* CameraView::depth_of(const capture::FrameSet& frame) const {
   return frame.depth && frame.depth->depth_m.data.size() * 2 == camera_.rays().size() ? &frame.depth->depth_m : nullptr;
 }
 
@@ -181,8 +181,8 @@ void CameraView::submit(gpu::CommandList& list, RelitPicture* result) {
 }
 
 void CameraView::read_maps(RelitPicture* result) {
-  result->maps = lumigraft::read_maps(device_, *screen_);
+  result->maps = lumigraft::relight::read_maps(device_, *screen_);
   shown_ = Shown::nothing;  // every block was drawn, and pixel by pixel
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,11 +3,10 @@
 // the last one.
 #include <vector>
 
-#include "relight/upload/brick_pool.h"
-#include "relight/passes/screen/camera_upload.h"
 #include "relight/amortized_light_update.h"
 #include "relight/cpu_compositor.h"
 #include "relight/passes/screen/ambient.h"
+#include "relight/passes/screen/camera_upload.h"
 #include "relight/passes/screen/compose.h"
 #include "relight/passes/screen/lamp_shadows.h"
 #include "relight/passes/screen/live_view.h"
@@ -21,12 +20,13 @@
 #include "relight/quality.h"
 #include "relight/renderer.h"
 #include "relight/static_view_cache.h"
+#include "relight/upload/brick_pool.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class CameraView {
  public:
-  CameraView(gpu::Device& device, const ColorCamera& camera);
+  CameraView(gpu::Device& device, const capture::ColorCamera& camera);
 
   /// `glossy`: known real surfaces are there.
   void fit(const Plan& plan, bool glossy);
@@ -54,11 +54,11 @@ class CameraView {
     const BrickPool& bricks;
   };
   /// Draws only blocks that are not as they were; the rest is multiplied as before.
-  void show_live(const FrameSet& frame, const View& view, const Light& light, const LampShadows& shadows,
+  void show_live(const capture::FrameSet& frame, const View& view, const Light& light, const LampShadows& shadows,
                  RelitPicture* result);
   /// Draws everything, or composes alone where only the camera's code values are new, or nothing where not even these.
   /// What is recorded comes after what the list holds.
-  void show_full(const FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
+  void show_full(const capture::FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
                  RelitPicture* result);
 
  private:
@@ -66,13 +66,13 @@ class CameraView {
   void draw_live(gpu::CommandList& list, const View& view, const Light& light, const LampShadows& shadows,
                  bool objects_anew) const;
   void light_objects(gpu::CommandList& list, const shader::FrameParams& params, const Light& light) const;
-  const Image<float>* depth_of(const FrameSet& frame) const;
+  const capture::Image<float>* depth_of(const capture::FrameSet& frame) const;
   void submit(gpu::CommandList& list, RelitPicture* result);
   void read_maps(RelitPicture* result);
 
   gpu::Device& device_;
   CameraUpload camera_;
-  CameraModel model_;
+  capture::CameraModel model_;
   std::unique_ptr<Screen> screen_;
   // Passes, in the order in which they run.
   ObjectView object_view_;
@@ -90,8 +90,8 @@ class CameraView {
   enum class Shown { nothing, live, full };
   Shown shown_ = Shown::nothing;  ///< what the screen holds of the last frame that a next one may show again
   CpuCompositor live_picture_;
-  Image<std::uint8_t> full_codes_, full_picture_;  ///< of the camera, and what became of it
+  capture::Image<std::uint8_t> full_codes_, full_picture_;  ///< of the camera, and what became of it
   float full_exposure_ = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,7 +7,7 @@
 
 #include "capture/camera/radiance.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kBins = 4096;
@@ -23,8 +23,8 @@ struct Codes {
     for (int code = 0; code < 256; ++code) {
       const auto i = static_cast<std::size_t>(code);
       const float value = static_cast<float>(code) / 255;
-      linear[i] = srgb_to_linear(value);
-      first[i] = code == 0 ? 0.0f : srgb_to_linear((static_cast<float>(code) - 0.5f) / 255);
+      linear[i] = capture::srgb_to_linear(value);
+      first[i] = code == 0 ? 0.0f : capture::srgb_to_linear((static_cast<float>(code) - 0.5f) / 255);
       slope[i] = 255 * (value <= 0.04045f ? 2.4f * value : value + 0.055f);
     }
     first[256] = INFINITY;
@@ -135,8 +135,8 @@ void CpuCompositor::spread_fine(int left, int top) {
   }
 }
 
-Image<std::uint8_t> CpuCompositor::over(const Image<std::uint8_t>& coded, float exposure) const {
-  Image<std::uint8_t> picture = coded;
+capture::Image<std::uint8_t> CpuCompositor::over(const capture::Image<std::uint8_t>& coded, float exposure) const {
+  capture::Image<std::uint8_t> picture = coded;
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     const int left = kTile_px * static_cast<int>(i % static_cast<std::size_t>(columns_));
     const int top = kTile_px * static_cast<int>(i / static_cast<std::size_t>(columns_));
@@ -147,7 +147,7 @@ Image<std::uint8_t> CpuCompositor::over(const Image<std::uint8_t>& coded, float 
   return picture;
 }
 
-void CpuCompositor::over_smooth(int left, int top, Image<std::uint8_t>* picture) const {
+void CpuCompositor::over_smooth(int left, int top, capture::Image<std::uint8_t>* picture) const {
   const int columns = (width_ + kSmoothStep - 1) / kSmoothStep;
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     for (int u = left; u < std::min(left + kTile_px, width_); u += kSmoothStep) {
@@ -157,7 +157,7 @@ void CpuCompositor::over_smooth(int left, int top, Image<std::uint8_t>* picture)
   }
 }
 
-void CpuCompositor::over_real(int left, int top, Image<std::uint8_t>* picture) const {
+void CpuCompositor::over_real(int left, int top, capture::Image<std::uint8_t>* picture) const {
   const Codes& table = codes();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     const std::size_t first = picture->index(left, v), last = picture->index(std::min(left + kTile_px, width_), v);
@@ -169,7 +169,7 @@ void CpuCompositor::over_real(int left, int top, Image<std::uint8_t>* picture) c
   }
 }
 
-void CpuCompositor::over_object(int left, int top, float exposure, Image<std::uint8_t>* picture) const {
+void CpuCompositor::over_object(int left, int top, float exposure, capture::Image<std::uint8_t>* picture) const {
   const Codes& table = codes();
   for (int v = top; v < std::min(top + kTile_px, height_); ++v) {
     for (int u = left; u < std::min(left + kTile_px, width_); ++u) {
@@ -184,4 +184,4 @@ void CpuCompositor::over_object(int left, int top, float exposure, Image<std::ui
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

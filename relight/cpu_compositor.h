@@ -8,7 +8,7 @@
 #include "relight/gpu/device.h"
 #include "relight/passes/screen/screen.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class CpuCompositor {
  public:
@@ -16,14 +16,14 @@ class CpuCompositor {
   /// stay as they are.
   void read(gpu::Device& device, const Screen& screen, const std::vector<char>& considered);
   /// `exposure`: code value 1 over the radiance that it stands for, linear.
-  Image<std::uint8_t> over(const Image<std::uint8_t>& coded, float exposure) const;
+  capture::Image<std::uint8_t> over(const capture::Image<std::uint8_t>& coded, float exposure) const;
 
  private:
   enum class Kind : char { untouched, smooth, real, object };
   void spread_fine(int left, int top);
-  void over_smooth(int left, int top, Image<std::uint8_t>* picture) const;
-  void over_real(int left, int top, Image<std::uint8_t>* picture) const;
-  void over_object(int left, int top, float exposure, Image<std::uint8_t>* picture) const;
+  void over_smooth(int left, int top, capture::Image<std::uint8_t>* picture) const;
+  void over_real(int left, int top, capture::Image<std::uint8_t>* picture) const;
+  void over_object(int left, int top, float exposure, capture::Image<std::uint8_t>* picture) const;
 
   int width_ = 0, height_ = 0, columns_ = 0, fine_step_ = 1;
   std::vector<Kind> kinds_;     ///< of every block
@@ -33,4 +33,4 @@ class CpuCompositor {
   std::vector<float> objects_;  ///< radiance times coverage, coverage
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

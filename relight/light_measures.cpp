@@ -5,19 +5,19 @@
 
 #include "reconstruct/light/environment.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
-LightMeasures measure_light(const Illumination& light) {
+LightMeasures measure_light(const reconstruct::Illumination& light) {
   LightMeasures measures;
-  const Image<float>& rest = light.remainder.radiance;
+  const capture::Image<float>& rest = light.remainder.radiance;
   double remainder = 0;
   for (int v = 0; v < rest.height; ++v) {
-    const double solid_angle = environment_solid_angle_sr(v, rest.width, rest.height) / 3;
+    const double solid_angle = reconstruct::environment_solid_angle_sr(v, rest.width, rest.height) / 3;
     for (int u = 0; u < rest.width; ++u)
       for (int c = 0; c < 3; ++c) remainder += solid_angle * rest.at(u, v, c);
   }
   double all = remainder;
-  for (const PointLight& lamp : light.lights) all += lamp.irradiance.mean();
+  for (const reconstruct::PointLight& lamp : light.lights) all += lamp.irradiance.mean();
   const double scale = all > 0 ? 1 / all : 0;
   measures.remainder_share = static_cast<float>(scale * remainder);
 
@@ -39,4 +39,4 @@ LightMeasures measure_light(const Illumination& light) {
   return measures;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

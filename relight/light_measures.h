@@ -4,7 +4,7 @@
 
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct LightMeasures {
   float remainder_share = 0;  ///< of the remainder: of all light at the probe, ∫L dω
@@ -13,6 +13,6 @@ struct LightMeasures {
   std::array<float, 3> bands_left_out{};
 };
 
-LightMeasures measure_light(const Illumination& light);
+LightMeasures measure_light(const reconstruct::Illumination& light);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

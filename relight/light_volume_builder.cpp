@@ -2,7 +2,7 @@
 
 #include "relight/quality.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kVertexCones = 9;  // over the hemisphere of a vertex of an object
@@ -33,7 +33,7 @@ void LightVolumeBuilder::fit(const Plan& plan) {
 }
 
 std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white,
-                                        LightVolumeState& room) {
+                                                 LightVolumeState& room) {
   std::vector<LightStep> steps;
   Volumes& volumes = room.volumes;
   const Quality quality = quality_of(work.key.plan);
@@ -99,7 +99,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
 
 /// Where surfaces are, and room for what is to be kept of them.
 void LightVolumeBuilder::add_chunks(const Work& work, const BrickPool& bricks, bool real, LightVolumeState& room,
-                           std::vector<LightStep>* steps) {
+                                    std::vector<LightStep>* steps) {
   Volumes& volumes = room.volumes;
   if (real) {
     steps->push_back({"volumes", 60, [this, work, &bricks, &volumes](gpu::CommandList& list) {
@@ -117,7 +117,8 @@ void LightVolumeBuilder::add_chunks(const Work& work, const BrickPool& bricks, b
                     }});
 }
 
-void LightVolumeBuilder::add_surfaces(const Work& work, const BrickPool& bricks, LightVolumeState& room, std::vector<LightStep>* steps) {
+void LightVolumeBuilder::add_surfaces(const Work& work, const BrickPool& bricks, LightVolumeState& room,
+                                      std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
   steps->push_back({"volumes", 80, [this, work, &bricks, &volumes](gpu::CommandList& list) {
                       real_fill_.surfaces(list, work.params, bricks, volumes);
@@ -144,7 +145,7 @@ void LightVolumeBuilder::add_enclosure_change(const Work& work, LightVolumeState
 }
 
 void LightVolumeBuilder::add_real_gather(const Work& work, const LightVolumeState& room, const char* pass, int round,
-                                std::vector<LightStep>* steps) {
+                                         std::vector<LightStep>* steps) {
   const Volumes& volumes = room.volumes;
   if (lpv_) {
     steps->push_back({pass, 200, [this, work, round, &volumes](gpu::CommandList& list) {
@@ -168,4 +169,4 @@ void LightVolumeBuilder::add_real_gather(const Work& work, const LightVolumeStat
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

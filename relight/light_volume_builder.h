@@ -4,22 +4,22 @@
 #include <memory>
 #include <vector>
 
-#include "relight/upload/brick_pool.h"
-#include "relight/upload/light_set.h"
-#include "relight/passes/volume/light_volume_state.h"
+#include "relight/passes/lpv/lpv.h"
 #include "relight/passes/volume/bounce.h"
 #include "relight/passes/volume/enclosure.h"
 #include "relight/passes/volume/filter.h"
 #include "relight/passes/volume/inject.h"
-#include "relight/passes/lpv/lpv.h"
+#include "relight/passes/volume/light_volume_state.h"
 #include "relight/passes/volume/object_light.h"
 #include "relight/passes/volume/real_fill.h"
 #include "relight/passes/volume/resolve.h"
 #include "relight/passes/volume/virtual_area.h"
 #include "relight/passes/volume/virtual_fill.h"
 #include "relight/passes/volume/voxel_list.h"
+#include "relight/upload/brick_pool.h"
+#include "relight/upload/light_set.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Part of the work, to be done in its order.
 struct LightStep {
@@ -44,7 +44,8 @@ class LightVolumeBuilder {
   };
   /// What is left to do where `room` holds older light. The bricks hold the work's room; everything named must stay as
   /// it is until the last step was recorded and has run.
-  std::vector<LightStep> steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white, LightVolumeState& room);
+  std::vector<LightStep> steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white,
+                               LightVolumeState& room);
 
   const Inject& inject() const { return *inject_; }
   ObjectLight& object_light() { return object_light_; }
@@ -52,7 +53,8 @@ class LightVolumeBuilder {
   const Lpv* lpv() const { return lpv_.get(); }  ///< null where cones carry the change
 
  private:
-  void add_chunks(const Work& work, const BrickPool& bricks, bool real, LightVolumeState& room, std::vector<LightStep>* steps);
+  void add_chunks(const Work& work, const BrickPool& bricks, bool real, LightVolumeState& room,
+                  std::vector<LightStep>* steps);
   void add_surfaces(const Work& work, const BrickPool& bricks, LightVolumeState& room, std::vector<LightStep>* steps);
   void add_resolve(const Work& work, const LightVolumeState& room, std::vector<LightStep>* steps);
   void add_enclosure_change(const Work& work, LightVolumeState& room, std::vector<LightStep>* steps);
@@ -74,4 +76,4 @@ class LightVolumeBuilder {
   ObjectLight object_light_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

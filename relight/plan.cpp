@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 struct IntegerKey {
@@ -62,7 +62,7 @@ std::string text_of(const std::vector<int>& allowed) {
 
 }  // namespace
 
-Plan read_plan(const ConfigTable& root, const Plan& defaults) {
+Plan read_plan(const capture::ConfigTable& root, const Plan& defaults) {
   Plan plan = defaults;
   const auto table = root.optional_table("plan");
   if (!table) return plan;
@@ -95,4 +95,4 @@ std::vector<PlanKey> plan_keys() {
 
 std::vector<std::string> plan_methods() { return methods(); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,7 +7,7 @@
 
 #include "capture/session/config.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct Quality;
 
@@ -26,7 +26,7 @@ struct Plan {
   int lpv_steps = 16;  ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)
   int rays = 20;       ///< rays: of a place on an object, or of a pixel that is gathered for
   int samples = 64;    ///< camera paths a pixel; of the reference alone
-  int adaptive = 1;  ///< 1: what was not set by hand follows what the scene measures (planner.h); 0: nothing
+  int adaptive = 1;    ///< 1: what was not set by hand follows what the scene measures (planner.h); 0: nothing
   std::set<std::string> user_set;  ///< keys that were set by hand: nothing changes them
   /// In place of what quality_of() derives; no key of a file sets it. Benchmarks draw other methods' settings by it.
   std::shared_ptr<const Quality> quality;
@@ -37,7 +37,7 @@ struct Plan {
 };
 
 /// Reads the optional table [plan] over `defaults`, and which keys it sets; the caller calls root.finish().
-Plan read_plan(const ConfigTable& root, const Plan& defaults);
+Plan read_plan(const capture::ConfigTable& root, const Plan& defaults);
 
 struct PlanKey {
   std::string key, allowed, meaning;
@@ -45,4 +45,4 @@ struct PlanKey {
 std::vector<PlanKey> plan_keys();         ///< for `--set help`
 std::vector<std::string> plan_methods();  ///< what plan.method may be
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 /// Of each lamp, over all light there; strongest at the probe first, as they are drawn.
-std::vector<float> lamp_shares(const std::vector<PointLight>& lamps, const Eigen::Vector3f* place_m, float remainder) {
+std::vector<float> lamp_shares(const std::vector<reconstruct::PointLight>& lamps, const Eigen::Vector3f* place_m,
+                               float remainder) {
   std::vector<float> shares;
   float sum = remainder;
-  for (const PointLight& lamp : lamps) {
+  for (const reconstruct::PointLight& lamp : lamps) {
     float irradiance = lamp.irradiance.mean();
     if (place_m && lamp.distance_known) {
       const Eigen::Vector3f from = *place_m - lamp.position_m;
@@ -54,12 +55,14 @@ Eigen::Vector3f Planner::middle_of(const VirtualObject& object, double time_s) {
 }
 
 /// By how many lamps are drawn: the largest share, of all places, that the others have.
-std::vector<float> Planner::shares_left_out(const Illumination& light, const Exhibit& exhibit, double time_s) {
-  std::vector<PointLight> lamps = light.lights;
-  std::stable_sort(lamps.begin(), lamps.end(),
-                   [](const PointLight& a, const PointLight& b) { return a.irradiance.sum() > b.irradiance.sum(); });
+std::vector<float> Planner::shares_left_out(const reconstruct::Illumination& light, const Exhibit& exhibit,
+                                            double time_s) {
+  std::vector<reconstruct::PointLight> lamps = light.lights;
+  std::stable_sort(lamps.begin(), lamps.end(), [](const reconstruct::PointLight& a, const reconstruct::PointLight& b) {
+    return a.irradiance.sum() > b.irradiance.sum();
+  });
   float lamps_at_probe = 0;
-  for (const PointLight& lamp : lamps) lamps_at_probe += lamp.irradiance.mean();
+  for (const reconstruct::PointLight& lamp : lamps) lamps_at_probe += lamp.irradiance.mean();
   const float share = measures_.remainder_share;
   const float remainder = share < 1 ? lamps_at_probe * share / (1 - share) : 1;
   std::vector<std::vector<float>> places{lamp_shares(lamps, nullptr, remainder)};
@@ -79,7 +82,7 @@ std::vector<float> Planner::shares_left_out(const Illumination& light, const Exh
   return left_out;
 }
 
-Planner::Decision Planner::decide(const Scene& scene, const Exhibit& exhibit, double time_s) {
+Planner::Decision Planner::decide(const reconstruct::Scene& scene, const Exhibit& exhibit, double time_s) {
   Decision decision{asked_, {}};
   if (asked_.adaptive == 0 || !asked_.on_device() || !scene.illumination) return decision;
   if (measured_ != scene.illumination) {
@@ -103,4 +106,4 @@ Planner::Decision Planner::decide(const Scene& scene, const Exhibit& exhibit, do
   return decision;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -28,7 +28,7 @@
 #include "relight/objects/placement.h"
 #include "relight/plan.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct PlanChoice {
   std::string key;  ///< of plan.KEY
@@ -49,7 +49,7 @@ class Planner {
     Plan plan;
     std::vector<PlanChoice> choices;  ///< none where the scene holds no light, and none of keys that are set by hand
   };
-  Decision decide(const Scene& scene, const Exhibit& exhibit, double time_s);
+  Decision decide(const reconstruct::Scene& scene, const Exhibit& exhibit, double time_s);
 
  private:
   /// Of one key: what is left out by 0, 1, 2 ... of it.
@@ -57,14 +57,14 @@ class Planner {
     int value = -1, calm = 0;
     int hold(const std::vector<float>& left_out);
   };
-  std::vector<float> shares_left_out(const Illumination& light, const Exhibit& exhibit, double time_s);
+  std::vector<float> shares_left_out(const reconstruct::Illumination& light, const Exhibit& exhibit, double time_s);
   Eigen::Vector3f middle_of(const VirtualObject& object, double time_s);
 
   Plan asked_;
   Held lights_, bands_;
-  std::shared_ptr<const Illumination> measured_;
+  std::shared_ptr<const reconstruct::Illumination> measured_;
   LightMeasures measures_;
   std::unordered_map<std::shared_ptr<const Model>, BoundingSphere> spheres_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

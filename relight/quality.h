@@ -2,10 +2,11 @@
 // What the plan leaves to be derived from it.
 #include "relight/plan.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct Quality {
-  float min_code_change;     ///< code values by which the objects must be able to change a pixel, at the most careful bound
+  float
+      min_code_change;   ///< code values by which the objects must be able to change a pixel, at the most careful bound
   int delta_cones;       ///< aimed at the objects, per real pixel; unused with `cells`
   int change_cones;      ///< over the hemisphere of real pixels, for the change of other real surfaces; likewise
   int hemisphere_cones;  ///< over the hemisphere of virtual surfaces
@@ -46,4 +47,4 @@ constexpr int kChangeCones = 9;
 /// Real cells whose hemisphere the objects fill by less do not gather: their change is below a code value.
 constexpr float kLeastShare = 0.004f;
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

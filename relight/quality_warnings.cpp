@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr float kLeastVoxels = 6;  // of an object's longest edge
@@ -25,7 +25,7 @@ std::optional<std::string> left_out(const VirtualObject& object) {
 }
 
 std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
-                                        const Placement& placement, const Scene& scene) {
+                                          const Placement& placement, const reconstruct::Scene& scene) {
   std::vector<std::string> lines;
   const Eigen::Vector3f eye_m = scene.pose->T_tag_camera.translation().cast<float>();
   std::size_t i = 0;
@@ -44,7 +44,7 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
     if (box.contains(eye_m)) {
       lines.push_back("the camera is within the bounds of " + quoted(object) + ": what is nearer than 2 cm is cut");
     }
-    for (const PointLight& lamp : scene.illumination->lights) {
+    for (const reconstruct::PointLight& lamp : scene.illumination->lights) {
       if (!lamp.distance_known || !box.contains(lamp.position_m)) continue;
       lines.push_back("lamp " + std::to_string(lamp.id) + " is within the bounds of " + quoted(object) +
                       ": shadows of its light come from voxels");
@@ -53,4 +53,4 @@ std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vec
   return lines;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

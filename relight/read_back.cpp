@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
-Image<float> read_floats(gpu::Device& device, const gpu::Texture& texture, int first, int channels) {
+capture::Image<float> read_floats(gpu::Device& device, const gpu::Texture& texture, int first, int channels) {
   const std::vector<std::byte> bytes = device.download(texture);
   const bool halves = texture.desc().format == gpu::Format::rgba16_float;
-  Image<float> image(texture.desc().width, texture.desc().height, channels);
+  capture::Image<float> image(texture.desc().width, texture.desc().height, channels);
   const std::size_t pixels = static_cast<std::size_t>(image.width) * image.height;
   const auto* half = reinterpret_cast<const Eigen::half*>(bytes.data());
   const auto* full = reinterpret_cast<const float*>(bytes.data());
@@ -32,9 +32,9 @@ std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& 
   maps->delta = read_floats(device, *screen.delta, 0, 3);
   maps->mask = read_floats(device, *screen.delta, 3, 1);
   // Where an object shows, the maps say what it is.
-  const Image<float> base = read_floats(device, *screen.object_base, 0, 3);
-  const Image<float> normal = read_floats(device, *screen.object_normal, 0, 3);
-  const Image<float> z = read_floats(device, *screen.object_surface, 0, 1);
+  const capture::Image<float> base = read_floats(device, *screen.object_base, 0, 3);
+  const capture::Image<float> normal = read_floats(device, *screen.object_normal, 0, 3);
+  const capture::Image<float> z = read_floats(device, *screen.object_surface, 0, 1);
   for (std::size_t i = 0; i < maps->mask.data.size(); ++i) {
     if (maps->mask.data[i] < 0.5f) continue;
     maps->depth_m.data[i] = z.data[i];
@@ -46,9 +46,10 @@ std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& 
   return maps;
 }
 
-Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, const Image<std::uint8_t>& coded) {
+capture::Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen,
+                                          const capture::Image<std::uint8_t>& coded) {
   const std::vector<std::byte> bytes = device.download(*screen.picture);
-  Image<std::uint8_t> picture = coded;
+  capture::Image<std::uint8_t> picture = coded;
   for (const std::uint32_t place : screen.tiles->view_places()) {
     const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
     for (int v = top; v < std::min(top + kTile_px, screen.height); ++v) {
@@ -62,4 +63,4 @@ Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, cons
   return picture;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

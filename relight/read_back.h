@@ -5,11 +5,12 @@
 #include "relight/passes/screen/screen.h"
 #include "relight/renderer.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// The camera's code values with the blocks that were composed.
-Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen, const Image<std::uint8_t>& coded);
+capture::Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen,
+                                          const capture::Image<std::uint8_t>& coded);
 /// Where an object shows, the maps say what it is.
 std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& screen);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

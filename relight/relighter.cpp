@@ -5,31 +5,31 @@
 #include <optional>
 
 #include "capture/camera/radiance.h"
-#include "relight/quality_warnings.h"
-#include "relight/upload/brick_pool.h"
-#include "relight/camera_view.h"
-#include "relight/scene_update_throttle.h"
 #include "relight/amortized_light_update.h"
+#include "relight/camera_view.h"
+#include "relight/objects/placement.h"
+#include "relight/passes/lamps/lamp_maps.h"
+#include "relight/passes/screen/lamp_shadows.h"
+#include "relight/quality.h"
+#include "relight/quality_warnings.h"
+#include "relight/scene_update_throttle.h"
+#include "relight/upload/brick_pool.h"
 #include "relight/upload/light_set.h"
 #include "relight/upload/mirrors.h"
 #include "relight/upload/object_store.h"
-#include "relight/passes/lamps/lamp_maps.h"
-#include "relight/passes/screen/lamp_shadows.h"
-#include "relight/objects/placement.h"
-#include "relight/quality.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kLeastVolume = 32;
-static_assert(kMostSides == shader::kMaxSides);
+static_assert(reconstruct::kMostSides == shader::kMaxSides);
 constexpr float kNearPlane_m = 0.02f;
 constexpr float kLeastNearest_m = 0.05f;  // of what the camera's stillness is measured at
 constexpr float kGlossyMargin_m = 0.03f;
 constexpr float kSharpGloss = 0.1f;  // of GGX's alpha: below it what it mirrors must follow the objects at once
 constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
 
-GlossyBounds bounds_of(const Model& model, const RealSurface& surface) {
+GlossyBounds bounds_of(const Model& model, const capture::RealSurface& surface) {
   GlossyBounds bounds;
   for (const Eigen::Vector3f& p : model.positions_m) bounds.box.extend(p);
   bounds.box.min().array() -= kGlossyMargin_m;
@@ -42,7 +42,7 @@ GlossyBounds bounds_of(const Model& model, const RealSurface& surface) {
 
 struct Relighter::State {
   std::shared_ptr<gpu::Device> device;
-  Session session;
+  capture::Session session;
   ObjectStore store;
   BrickPool bricks;
   std::vector<StoredModel::Mesh> known_surfaces;
@@ -61,20 +61,20 @@ struct Relighter::State {
   std::string why_not_more;
   std::optional<LightKey> directly_lit;  ///< what the lamp maps, and all that is made of them, were made for
   SceneUpdateThrottle room;
-  std::shared_ptr<const Illumination> illumination;
+  std::shared_ptr<const reconstruct::Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
   float brightest = 0;  ///< of the environment and of what the camera can tell, W/sr/m²
 
-  State(std::shared_ptr<gpu::Device> d, const Session& s)
+  State(std::shared_ptr<gpu::Device> d, const capture::Session& s)
       : device(std::move(d)),
         session(s),
-        store(*device),
+        reconstruct::store(*device),
         bricks(*device),
         mirrors(*device),
         light(*device),
         view(*device, session.color) {
-    for (const RealSurface& surface : session.real_surfaces) {
+    for (const capture::RealSurface& surface : session.real_surfaces) {
       if (known_surfaces.size() == shader::kMaxSurfaces) break;
       const std::shared_ptr<const Model> model = load_model(surface.mesh, 'z');
       mirrors.add(*device, *model, surface, static_cast<int>(known_surfaces.size()));
@@ -132,10 +132,10 @@ struct Relighter::State {
     return plan;
   }
 
-  shader::FrameParams frame_params(const Scene& scene, const Eigen::Isometry3d& T_tag_camera,
+  shader::FrameParams frame_params(const reconstruct::Scene& scene, const Eigen::Isometry3d& T_tag_camera,
                                    const Placement& placement, const Plan& plan) {
     const Quality quality = quality_of(plan);
-    const CameraModel& model = session.color.model;
+    const capture::CameraModel& model = session.color.model;
     shader::FrameParams p{};
     p.T_tag_camera = T_tag_camera.matrix().cast<float>();
     p.T_camera_tag = T_tag_camera.inverse().matrix().cast<float>();
@@ -157,7 +157,7 @@ struct Relighter::State {
         light.room().volumes.mips;
     std::copy(lights.lamps.begin(), lights.lamps.end(), p.lamps);
     for (std::size_t i = 0; i < known_surfaces.size(); ++i) {
-      const RealSurface& s = session.real_surfaces[i];
+      const capture::RealSurface& s = session.real_surfaces[i];
       p.surfaces[i].base_color_roughness << s.base_color, s.roughness;
       p.surfaces[i].metallic_specular << s.metallic, s.specular, 0, 0;
     }
@@ -171,7 +171,7 @@ struct Relighter::State {
     p.probe << scene.illumination->probe_position_m, 0;
     p.enclosure.setZero();
     if (scene.enclosure) {
-      const std::vector<Enclosure::Side>& sides = scene.enclosure->sides;
+      const std::vector<reconstruct::Enclosure::Side>& sides = scene.enclosure->sides;
       p.probe.w() = static_cast<float>(sides.size());
       p.enclosure << scene.enclosure->middle_m, 0;
       for (std::size_t i = 0; i < sides.size(); ++i) {
@@ -188,12 +188,12 @@ struct Relighter::State {
     return p;
   }
 
-  void take_lights(const std::shared_ptr<const Illumination>& now, int max_lights) {
+  void take_lights(const std::shared_ptr<const reconstruct::Illumination>& now, int max_lights) {
     if (illumination == now && illumination_lights == max_lights) return;
     illumination = now;
     illumination_lights = max_lights;
     lights = make_light_set(*now, max_lights);
-    const Image<float>& sky = lights.environment.front();
+    const capture::Image<float>& sky = lights.environment.front();
     brightest = std::max(*std::max_element(sky.data.begin(), sky.data.end()), 1 / view.camera().exposure());
   }
 
@@ -227,12 +227,12 @@ struct Relighter::State {
   }
 };
 
-Relighter::Relighter(std::shared_ptr<gpu::Device> device, const Session& session)
+Relighter::Relighter(std::shared_ptr<gpu::Device> device, const capture::Session& session)
     : state_(std::make_unique<State>(std::move(device), session)) {}
 Relighter::~Relighter() = default;
 
-RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& asked,
-                                bool with_maps) {
+RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
+                                const Plan& asked, bool with_maps) {
   State& s = *state_;
   RelitPicture result;
   result.plan = asked;
@@ -331,4 +331,4 @@ RelitPicture Relighter::relight(const FrameSet& frame, const Scene& scene, const
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

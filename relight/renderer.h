@@ -11,19 +11,19 @@
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Intermediate maps, filled on request; all at the picture's size. Linear radiance unless said otherwise.
 struct RelightMaps {
-  Image<float> albedo;   ///< 3 channels, of what is visible
-  Image<float> normals;  ///< 3 channels, tag frame
-  Image<float> depth_m;  ///< 1 channel, along the camera's z
-  Image<float> delta;    ///< 3 channels, signed change of real pixels, W/sr/m²
-  Image<float> mask;     ///< 1 channel, coverage by virtual objects
+  capture::Image<float> albedo;   ///< 3 channels, of what is visible
+  capture::Image<float> normals;  ///< 3 channels, tag frame
+  capture::Image<float> depth_m;  ///< 1 channel, along the camera's z
+  capture::Image<float> delta;    ///< 3 channels, signed change of real pixels, W/sr/m²
+  capture::Image<float> mask;     ///< 1 channel, coverage by virtual objects
 };
 
 struct RelitPicture {
-  Image<std::uint8_t> srgb;  ///< R G B, the colour camera's size and response (sRGB)
+  capture::Image<std::uint8_t> srgb;  ///< R G B, the colour camera's size and response (sRGB)
   Plan plan;
   std::vector<gpu::PassTime> passes;  ///< none where nothing had to be worked out anew
   bool passed_through = false;        ///< the camera picture as it is: a warning says why
@@ -36,8 +36,8 @@ struct RelitPicture {
 class Renderer {
  public:
   virtual ~Renderer() = default;
-  virtual RelitPicture relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
-                               bool with_maps = false) = 0;
+  virtual RelitPicture relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
+                               const Plan& plan, bool with_maps = false) = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

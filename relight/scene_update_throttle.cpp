@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr std::uint64_t kMostBehind = 24, kMostBehindCalm = 64;  // publications of the field
@@ -24,7 +24,7 @@ double changed_share(const std::shared_ptr<const Field>& before, const std::shar
 
 }  // namespace
 
-void SceneUpdateThrottle::follow(const Scene& scene) {
+void SceneUpdateThrottle::follow(const reconstruct::Scene& scene) {
   const std::uint64_t now = scene.field->version;
   const bool again = !field_ || now < field_->version;
   const std::uint64_t behind = again ? 0 : now - field_->version;
@@ -37,4 +37,4 @@ void SceneUpdateThrottle::follow(const Scene& scene) {
   albedo_ = scene.albedo;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 
 #include "relight/passes/dispatch.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kStep_px = 2;
@@ -39,8 +39,8 @@ const Eigen::Isometry3d& StaticViewCache::hold(const Eigen::Isometry3d& T_tag_ca
   return held_;
 }
 
-std::vector<char> StaticViewCache::changed_tiles(const Image<std::uint8_t>& codes, const Image<float>* depth_m, float least_m,
-                                           bool all) {
+std::vector<char> StaticViewCache::changed_tiles(const capture::Image<std::uint8_t>& codes,
+                                                 const capture::Image<float>* depth_m, float least_m, bool all) {
   const int columns = (codes.width + kTile_px - 1) / kTile_px, rows = (codes.height + kTile_px - 1) / kTile_px;
   std::vector<char> changed(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), all);
   const auto samples =
@@ -80,4 +80,4 @@ std::vector<char> StaticViewCache::changed_tiles(const Image<std::uint8_t>& code
   return changed;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,7 +7,7 @@
 #include "capture/camera/camera_model.h"
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class StaticViewCache {
  public:
@@ -15,7 +15,7 @@ class StaticViewCache {
   /// each axis, so a silhouette that is off by this changes the coverage of a pixel by less than one sample does.
   static constexpr double kStill_px = 0.125;
 
-  explicit StaticViewCache(const CameraModel& camera) : camera_(camera) {}
+  explicit StaticViewCache(const capture::CameraModel& camera) : camera_(camera) {}
 
   /// The pose to draw with: the one of before, while nothing that is `nearest_m` away or more moves by kStill_px in the
   /// picture. `moved` says whether it is another than before.
@@ -25,15 +25,15 @@ class StaticViewCache {
   /// lie elsewhere by more than a depth camera's noise, or colours differ by more than a colour camera's. Of a block
   /// every second pixel along each axis is looked at, and two must differ. `depth_m` null: none. `all`: takes every
   /// block. `least_m`: a change of depth that is none at any distance.
-  std::vector<char> changed_tiles(const Image<std::uint8_t>& codes, const Image<float>* depth_m, float least_m,
-                                  bool all);
+  std::vector<char> changed_tiles(const capture::Image<std::uint8_t>& codes, const capture::Image<float>* depth_m,
+                                  float least_m, bool all);
 
  private:
-  CameraModel camera_;
+  capture::CameraModel camera_;
   Eigen::Isometry3d held_ = Eigen::Isometry3d::Identity();
   bool any_ = false;
   std::vector<float> depth_m_;       // of every second pixel, as taken; 0: none
   std::vector<std::uint8_t> codes_;  // the same, of the brightest channel
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,7 +7,7 @@
 #include "capture/error.h"
 #include "server/metrics/version.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 bool asks_for_keys(const std::vector<std::string>& overrides) {
@@ -17,7 +17,7 @@ bool asks_for_keys(const std::vector<std::string>& overrides) {
 void check_overrides(const std::vector<std::string>& overrides) {
   for (const std::string& line : overrides) {
     if (const std::size_t equals = line.find('='); equals == std::string::npos || equals == 0) {
-      throw InputError("--set: found \"" + line + "\", allowed: KEY=VALUE, or help to list the keys");
+      throw capture::InputError("--set: found \"" + line + "\", allowed: KEY=VALUE, or help to list the keys");
     }
   }
 }
@@ -147,7 +147,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::CallForVersion&) {
     return PrintCommand{version_line() + "\n"};
   } catch (const CLI::ParseError& e) {
-    throw InputError(one_line(e.what()) + " (lumigraft --help)");
+    throw capture::InputError(one_line(e.what()) + " (lumigraft --help)");
   }
 
   if (doctor_app.parsed()) {
@@ -167,7 +167,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     }
     check_overrides(serve.files.overrides);
     if (serve.files.config.empty() && serve.files.session.empty()) {
-      throw InputError("serve: --config FILE or --session DIR must be there (lumigraft serve --help)");
+      throw capture::InputError("serve: --config FILE or --session DIR must be there (lumigraft serve --help)");
     }
     return serve;
   }
@@ -177,7 +177,7 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     }
     check_overrides(replay.files.overrides);
     if (replay.files.session.empty() || replay.out.empty()) {
-      throw InputError("replay: SESSION and --out DIR must be there (lumigraft replay --help)");
+      throw capture::InputError("replay: SESSION and --out DIR must be there (lumigraft replay --help)");
     }
     replay.oracle = parse_oracle_parts(oracle);
     return replay;
@@ -188,21 +188,22 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
     }
     check_overrides(record.files.overrides);
     if ((record.files.session.empty() && record.files.config.empty()) || record.out.empty()) {
-      throw InputError("record: SESSION or --config FILE, and --out DIR must be there (lumigraft record --help)");
+      throw capture::InputError(
+          "record: SESSION or --config FILE, and --out DIR must be there (lumigraft record --help)");
     }
     return record;
   }
   if (import_app.parsed()) {
     check_overrides(import.overrides);
     if (import.from.empty() || import.out.empty()) {
-      throw InputError("import: RECORDING and --out DIR must be there (lumigraft import --help)");
+      throw capture::InputError("import: RECORDING and --out DIR must be there (lumigraft import --help)");
     }
     return import;
   }
   if (export_app.parsed()) {
     check_overrides(exported.overrides);
     if (exported.session.empty() || exported.out.empty()) {
-      throw InputError("export: SESSION and --out DIR must be there (lumigraft export --help)");
+      throw capture::InputError("export: SESSION and --out DIR must be there (lumigraft export --help)");
     }
     return exported;
   }
@@ -215,13 +216,13 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
                           !calibrate.color.empty() || !calibrate.fisheye.empty();
     const bool sweep = !calibrate.sweep.empty();
     if (!calibrate.listen.empty() && calibrate.files.session.empty() && calibrate.files.config.empty()) {
-      throw InputError("calibrate: --listen goes with SESSION or --config FILE (lumigraft calibrate --help)");
+      throw capture::InputError("calibrate: --listen goes with SESSION or --config FILE (lumigraft calibrate --help)");
     }
     const bool good =
         sweep ? calibrate.board.empty() && !pictures && !calibrate.out.empty()
               : !calibrate.board.empty() && pictures != calibrate.out.empty() && (pictures || !calibrate.draw.empty());
     if (!good) {
-      throw InputError(
+      throw capture::InputError(
           "calibrate: --board FILE, and --draw FILE or pictures (SESSION, --config FILE, --color DIR, --fisheye DIR) "
           "with --out FILE, or --sweep LIST with --out FILE must be there (lumigraft calibrate --help)");
     }
@@ -229,16 +230,16 @@ CommandLine parse_command_line(int argc, const char* const* argv) {
   }
   if (bench_app.parsed()) {
     if (bench.sessions.empty() || bench.out.empty()) {
-      throw InputError("bench: SESSION... and --out DIR must be there (lumigraft bench --help)");
+      throw capture::InputError("bench: SESSION... and --out DIR must be there (lumigraft bench --help)");
     }
     bench.oracle = parse_oracle_parts(oracle);
-    bench.backend = gpu::backend_named(backend).value_or(gpu::Backend::best);
+    bench.backend = relight::gpu::backend_named(backend).value_or(relight::gpu::Backend::best);
     return bench;
   }
   if (argc > 1) {
-    throw InputError("found no command (lumigraft --help)");
+    throw capture::InputError("found no command (lumigraft --help)");
   }
   return PrintCommand{app.help("", CLI::AppFormatMode::Normal)};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

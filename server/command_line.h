@@ -10,10 +10,10 @@
 #include "server/commands/calibrate.h"
 #include "server/commands/record.h"
 #include "server/commands/replay.h"
-#include "server/pipeline/service_config.h"
 #include "server/commands/tum.h"
+#include "server/pipeline/service_config.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct ServeCommand {
   ServiceFiles files;
@@ -32,4 +32,4 @@ using CommandLine = std::variant<ServeCommand, ReplayCommand, RecordCommand, Imp
 /// Throws InputError with one line.
 CommandLine parse_command_line(int argc, const char* const* argv);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -27,21 +27,21 @@ std::string one_line(std::string text) {
 }
 
 int run(int argc, char** argv) {
-  const lumigraft::CommandLine command = lumigraft::parse_command_line(argc, argv);
-  if (const auto* print = std::get_if<lumigraft::PrintCommand>(&command)) {
+  const lumigraft::server::CommandLine command = lumigraft::server::parse_command_line(argc, argv);
+  if (const auto* print = std::get_if<lumigraft::server::PrintCommand>(&command)) {
     std::cout << print->text;
     return 0;
   }
-  if (std::holds_alternative<lumigraft::DoctorCommand>(command)) {
-    return lumigraft::write_doctor_report(std::cout) ? 0 : 1;
+  if (std::holds_alternative<lumigraft::server::DoctorCommand>(command)) {
+    return lumigraft::server::write_doctor_report(std::cout) ? 0 : 1;
   }
-  if (const auto* devices = std::get_if<lumigraft::DevicesCommand>(&command)) {
-    const auto write = devices->json ? lumigraft::write_devices_json : lumigraft::write_devices_text;
-    write(std::cout, lumigraft::list_cameras());
+  if (const auto* devices = std::get_if<lumigraft::server::DevicesCommand>(&command)) {
+    const auto write = devices->json ? lumigraft::server::write_devices_json : lumigraft::server::write_devices_text;
+    write(std::cout, lumigraft::capture::list_cameras());
     return 0;
   }
-  if (const auto* serve = std::get_if<lumigraft::ServeCommand>(&command)) {
-    lumigraft::run_serve(serve->files, serve->listen);
+  if (const auto* serve = std::get_if<lumigraft::server::ServeCommand>(&command)) {
+    lumigraft::server::run_serve(serve->files, serve->listen);
     return 0;
   }
   const auto interrupt = [](int number) {
@@ -50,30 +50,30 @@ int run(int argc, char** argv) {
   };
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
-  if (const auto* bench = std::get_if<lumigraft::BenchCommand>(&command)) {
-    if (!lumigraft::run_bench(*bench, interrupted)) {
+  if (const auto* bench = std::get_if<lumigraft::server::BenchCommand>(&command)) {
+    if (!lumigraft::server::run_bench(*bench, interrupted)) {
       std::cerr << "lumigraft: interrupted, what was measured is in " << bench->out.string() << '\n';
       return 1;
     }
     return 0;
   }
-  if (const auto* record = std::get_if<lumigraft::RecordCommand>(&command)) {
-    lumigraft::run_record(*record, interrupted, std::cout);
+  if (const auto* record = std::get_if<lumigraft::server::RecordCommand>(&command)) {
+    lumigraft::server::run_record(*record, interrupted, std::cout);
     return 0;
   }
-  if (const auto* import = std::get_if<lumigraft::ImportCommand>(&command)) {
-    lumigraft::run_import(*import, interrupted, std::cout);
+  if (const auto* import = std::get_if<lumigraft::server::ImportCommand>(&command)) {
+    lumigraft::server::run_import(*import, interrupted, std::cout);
     return 0;
   }
-  if (const auto* exported = std::get_if<lumigraft::ExportCommand>(&command)) {
-    lumigraft::run_export(*exported, interrupted, std::cout);
+  if (const auto* exported = std::get_if<lumigraft::server::ExportCommand>(&command)) {
+    lumigraft::server::run_export(*exported, interrupted, std::cout);
     return 0;
   }
-  if (const auto* calibrate = std::get_if<lumigraft::CalibrateCommand>(&command)) {
-    lumigraft::run_calibrate(*calibrate, interrupted, std::cout);
+  if (const auto* calibrate = std::get_if<lumigraft::server::CalibrateCommand>(&command)) {
+    lumigraft::server::run_calibrate(*calibrate, interrupted, std::cout);
     return 0;
   }
-  if (!lumigraft::run_replay(std::get<lumigraft::ReplayCommand>(command), interrupted)) {
+  if (!lumigraft::server::run_replay(std::get<lumigraft::server::ReplayCommand>(command), interrupted)) {
     std::cerr << "lumigraft: interrupted, nothing was written\n";
     return 1;
   }
@@ -85,7 +85,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return run(argc, argv);
-  } catch (const lumigraft::InputError& e) {
+  } catch (const lumigraft::capture::InputError& e) {
     std::cerr << "lumigraft: " << one_line(e.what()) << '\n';
     return 2;
   } catch (const std::exception& e) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -276,4 +276,4 @@ double CameraModel::solid_angle_sr(int u, int v) const {
   return sum;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

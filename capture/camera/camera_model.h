@@ -11,7 +11,7 @@
 #include <array>
 #include <optional>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct CameraModel {
   enum class Kind { pinhole, equidistant, kannala_brandt };
@@ -39,4 +39,4 @@ struct CameraModel {
   double solid_angle_sr(int u, int v) const;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,7 +4,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// What a source's URI says of which camera it is. aravis:NAME is a camera's own name, and v4l2:usb-NAME-video-indexN
 /// what udev made of its maker, model and serial number. Empty where the URI names a place (a bus, a port, a node), any
@@ -28,4 +28,4 @@ inline void check_serial(const std::string& found, const std::string& allowed) {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

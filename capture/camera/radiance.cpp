@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr int kTrustedUpTo = 230;  // from here to full scale the weight falls to zero, so that merging leaves no seam
@@ -125,4 +125,4 @@ void undo_vignetting(RadiancePicture& picture, const Image<float>& gain) {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "capture/frame.h"
 #include "capture/camera/response.h"
+#include "capture/frame.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// From this code value on a reading says "at least": lenses, JPEG and noise blur 255.
 constexpr std::uint8_t kFullScale = 250;
@@ -28,4 +28,4 @@ RadiancePicture merge_bracket(const std::vector<std::shared_ptr<const Picture>>&
 /// Takes out what the lens let through less, pixel by pixel. `gain` is that of vignetting.h; an empty one does nothing.
 void undo_vignetting(RadiancePicture& picture, const Image<float>& gain);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -6,7 +6,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 float srgb_to_linear(float encoded) {
   return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
@@ -92,4 +92,4 @@ Response Response::from_file(const std::filesystem::path& path) {
   return response;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

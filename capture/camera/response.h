@@ -6,7 +6,7 @@
 
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 float srgb_to_linear(float encoded);  ///< IEC 61966-2-1, both in [0, 1]
 float linear_to_srgb(float linear);   ///< clipped to [0, 1]
@@ -25,4 +25,4 @@ class Response {
   std::array<std::array<float, 256>, 3> table_{};
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

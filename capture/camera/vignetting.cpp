@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 double Vignetting::transmission(double angle_rad) const {
   const double s = angle_rad * angle_rad;
@@ -24,4 +24,4 @@ Image<float> vignetting_gain(const Vignetting& vignetting, const CameraModel& ca
   return gain;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -8,7 +8,7 @@
 #include "capture/camera/camera_model.h"
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct Vignetting {
   std::array<double, 3> terms{};  ///< a, b, c
@@ -20,4 +20,4 @@ struct Vignetting {
 /// 1 / transmission by pixel, 1 channel; 1 where the lens sees nothing. Empty where there is no vignetting.
 Image<float> vignetting_gain(const Vignetting& vignetting, const CameraModel& camera);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

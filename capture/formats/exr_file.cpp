@@ -7,7 +7,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 /// Turns what OpenEXR throws, which says where in its own code, into one line of ours.
@@ -73,4 +73,4 @@ Image<float> decode_exr(const std::filesystem::path& path) {
   });
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

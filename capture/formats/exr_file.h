@@ -7,10 +7,10 @@
 
 #include "capture/formats/picture_file.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 bool is_exr(const std::vector<std::uint8_t>& start);
 PictureHeader exr_header(const std::filesystem::path& path);
 Image<float> decode_exr(const std::filesystem::path& path);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,7 +7,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 struct Start {
@@ -148,4 +148,4 @@ Image<float> decode_hdr(const std::vector<std::uint8_t>& bytes) {
   return image;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

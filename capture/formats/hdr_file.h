@@ -6,11 +6,11 @@
 
 #include "capture/formats/picture_file.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 bool is_hdr(const std::vector<std::uint8_t>& start);
 PictureHeader hdr_header(const std::vector<std::uint8_t>& start);
 /// Radiance as it was before the factors of the file's EXPOSURE lines.
 Image<float> decode_hdr(const std::vector<std::uint8_t>& bytes);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <system_error>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -200,4 +200,4 @@ void MatroskaFile::write(const std::vector<std::span<const std::uint8_t>>& piece
   length_ += size;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

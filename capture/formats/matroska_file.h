@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct MatroskaTrack {
   std::string codec;  ///< V_FFV1, V_MJPEG or V_UNCOMPRESSED
@@ -46,4 +46,4 @@ class MatroskaFile {
   std::int64_t length_ = 0;  ///< of what is whole
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

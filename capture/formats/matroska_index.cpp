@@ -5,7 +5,7 @@
 #include <fstream>
 #include <limits>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 // Element IDs of RFC 8794 (EBML) and RFC 9559 (Matroska).
@@ -239,4 +239,4 @@ std::optional<std::int64_t> matroska_end_ns(const std::filesystem::path& file) {
 
 std::vector<MatroskaCluster> matroska_clusters(const std::filesystem::path& file) { return Walk(file).clusters(); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

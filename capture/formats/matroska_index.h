@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// The container's time of the last picture that is there as a whole, nanoseconds. Empty where only reading everything
 /// would tell: clusters whose length nobody wrote, or no Matroska.
@@ -22,4 +22,4 @@ struct MatroskaCluster {
 /// Of a file with one track, up to where it is torn or time does not go on. Empty as above.
 std::vector<MatroskaCluster> matroska_clusters(const std::filesystem::path& file);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -8,7 +8,7 @@
 #include "capture/formats/hdr_file.h"
 #include "capture/formats/png_file.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 std::ifstream open(const std::filesystem::path& path) {
@@ -53,4 +53,4 @@ Image<float> read_radiance(const std::filesystem::path& path) {
   return read_picture_header(path).format == PictureHeader::Format::exr ? decode_exr(path) : decode_hdr(read_all(path));
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

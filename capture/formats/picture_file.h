@@ -6,7 +6,7 @@
 
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 constexpr int kLargestSide = 16384;  ///< pixels
 
@@ -27,4 +27,4 @@ Image<std::uint8_t> read_encoded(const std::filesystem::path& path);  ///< 8-bit
 Image<std::uint16_t> read_depth(const std::filesystem::path& path);   ///< 16-bit grey PNG
 Image<float> read_radiance(const std::filesystem::path& path);        ///< EXR or HDR as R G B
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

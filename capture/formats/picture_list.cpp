@@ -7,7 +7,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 std::optional<std::int64_t> parse_seconds(std::string_view text) {
   const std::size_t dot = text.find('.');
@@ -91,4 +91,4 @@ std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, 
   return pictures;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

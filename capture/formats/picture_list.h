@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct ListedPicture {
   std::int64_t time_ns = 0;
@@ -27,4 +27,4 @@ std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, 
 /// "12.345678901" to nanoseconds without rounding through a double. Empty where it is no such number.
 std::optional<std::int64_t> parse_seconds(std::string_view text);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 struct CloseFile {
@@ -96,4 +96,4 @@ void write_exr(const std::filesystem::path& path, const Image<float>& image) {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,7 +4,7 @@
 
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// 8-bit RGB, marked as sRGB. Throws std::runtime_error, as on a full disk.
 void write_png(const std::filesystem::path& path, const Image<std::uint8_t>& rgb);
@@ -15,4 +15,4 @@ void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& gr
 /// 32-bit floats; one channel is named Y, three R G B.
 void write_exr(const std::filesystem::path& path, const Image<float>& image);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

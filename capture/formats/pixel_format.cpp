@@ -10,7 +10,7 @@ extern "C" {
 
 #include "capture/formats/rgb_frame.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 struct Known {
@@ -173,4 +173,4 @@ std::optional<Image<std::uint8_t>> PixelConverter::to_rgb(PixelFormat format, in
   return libav_->uncompressed(*known(format), width, height, bytes);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -13,7 +13,7 @@
 
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 enum class PixelFormat {
   rgb8,
@@ -71,4 +71,4 @@ class PixelConverter {
   std::unique_ptr<Libav> libav_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -1,6 +1,6 @@
 #include "capture/formats/pixel_format.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 struct Known {
@@ -62,4 +62,4 @@ std::optional<PixelFormat> pixel_format_of(const std::array<char, 4>& fourcc) {
   return std::nullopt;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

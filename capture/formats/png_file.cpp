@@ -6,7 +6,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 struct Bytes {
@@ -112,4 +112,4 @@ Image<std::uint16_t> decode_png16(const std::vector<std::uint8_t>& bytes) {
   return image;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -5,11 +5,11 @@
 
 #include "capture/formats/picture_file.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 bool is_png(const std::vector<std::uint8_t>& start);
 PictureHeader png_header(const std::vector<std::uint8_t>& start);
 Image<std::uint8_t> decode_png8(const std::vector<std::uint8_t>& bytes);    ///< R G B, alpha dropped
 Image<std::uint16_t> decode_png16(const std::vector<std::uint8_t>& bytes);  ///< grey
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,7 +7,7 @@ extern "C" {
 
 #include <cstring>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 void RgbFrame::FreeScaler::operator()(SwsContext* p) const { sws_freeContext(p); }
 
@@ -36,4 +36,4 @@ Image<std::uint8_t> RgbFrame::convert(const AVFrame& frame, bool full_range) {
   return rgb;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

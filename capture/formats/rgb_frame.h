@@ -9,7 +9,7 @@
 struct AVFrame;
 struct SwsContext;
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class RgbFrame {
  public:
@@ -24,4 +24,4 @@ class RgbFrame {
   std::vector<std::uint8_t> padded_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

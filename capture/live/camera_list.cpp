@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 void find_same_hardware(std::vector<CameraListing>& cameras) {
   for (CameraListing& one : cameras) {
@@ -27,4 +27,4 @@ std::vector<CameraListing> list_cameras() {
   return all;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct OfferedFormat {
   std::string pixels;  ///< as `pixel_format` in a configuration; the camera's own word where that is none
@@ -32,7 +32,7 @@ struct CameraListing {
   std::vector<OfferedInput> inputs = {};  ///< of a frame grabber; empty where there is nothing to choose or to plug in
   std::vector<OfferedFormat> formats = {};
   std::vector<OfferedControl> controls = {};
-  std::string rejection_reason = {};                     ///< why it cannot be looked into; empty where it can
+  std::string rejection_reason = {};            ///< why it cannot be looked into; empty where it can
   std::vector<std::string> nodes = {};          ///< of the kernel that it is read from, where it is known
   std::vector<std::string> same_hardware = {};  ///< sources of other libraries that are this camera too
 };
@@ -48,4 +48,4 @@ std::vector<CameraListing> list_v4l2_cameras();
 std::vector<CameraListing> list_libcamera_cameras();
 std::vector<CameraListing> list_aravis_cameras();
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

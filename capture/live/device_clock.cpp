@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 std::int64_t DeviceClock::to_host(std::int64_t device_ns, std::int64_t host_ns) {
   constexpr std::int64_t kWindow_ns = 1'000'000'000;  // 200 ppm drift by 0.4 ms in two of them
@@ -26,4 +26,4 @@ std::int64_t DeviceClock::to_host(std::int64_t device_ns, std::int64_t host_ns) 
   return last_host_ns_;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

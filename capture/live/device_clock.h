@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class DeviceClock {
  public:
@@ -25,4 +25,4 @@ class DeviceClock {
   std::int64_t last_arrival_ns_ = std::numeric_limits<std::int64_t>::min() / 2;  ///< of the last picture: long ago
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,7 +4,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// What `open` returns; what it throws is of the same kind and begins with `source`.
 template <typename Open>
@@ -18,4 +18,4 @@ auto with_error_context(const std::string& source, const Open& open) {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -13,7 +13,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 HelperProcess::HelperProcess(const char* program, std::vector<std::string> words, int theirs, int as) {
   const std::string file = (std::filesystem::read_symlink("/proc/self/exe").parent_path() / program).string();
@@ -56,4 +56,4 @@ std::string HelperProcess::how_it_ended() {
   return "it closed its descriptor and goes on";
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// Runs `program`, which lies beside this one, with these words; kills it at the end.
 class HelperProcess {
@@ -24,4 +24,4 @@ class HelperProcess {
   pid_t id_ = -1;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -10,7 +10,7 @@
 #include "capture/live/thread_priority.h"
 #include "capture/session/stream_spec.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -185,4 +185,4 @@ void LiveSource::accept(SourceItem item) {
   changed_.notify_one();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -19,7 +19,7 @@
 #include "capture/live/device_clock.h"
 #include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct LivePatience {
   std::chrono::milliseconds silence{2000};  ///< without a picture a camera counts as frozen and is opened again
@@ -69,4 +69,4 @@ class LiveSource : public Source {
   std::jthread thread_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class SequenceUnwrapper {
  public:
@@ -24,4 +24,4 @@ class SequenceUnwrapper {
   std::uint64_t next_ = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

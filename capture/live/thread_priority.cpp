@@ -3,7 +3,7 @@
 #include <sched.h>
 #include <sys/resource.h>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr int kThisThread = 0;  // Linux counts all of this by thread
@@ -35,4 +35,4 @@ RealtimeScope::~RealtimeScope() {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

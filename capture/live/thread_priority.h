@@ -3,7 +3,7 @@
 // that it begins meanwhile start with it.
 #include <optional>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// The calling thread's niceness, as `man 7 sched` has it.
 class ThreadPriority {
@@ -32,4 +32,4 @@ class RealtimeScope {
   std::optional<ThreadPriority> instead_;  ///< where only that is allowed
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <iomanip>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -51,4 +51,4 @@ bool is_forbidden_usb_interface(int interface_class, int subclass) {
   return false;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,7 +4,7 @@
 
 #include "capture/live/thread_priority.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr int kBehindThePicture = 10;
@@ -107,4 +107,4 @@ RecordingLanes::Count RecordingLanes::count(Stream stream) const {
   return lane.count;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -14,7 +14,7 @@
 
 #include "capture/record/session_recorder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class RecordingLanes {
  public:
@@ -62,4 +62,4 @@ class RecordingLanes {
   std::array<std::jthread, 3> writers_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

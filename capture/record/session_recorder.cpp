@@ -3,11 +3,11 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "capture/session/config_override.h"
 #include "capture/error.h"
 #include "capture/recorded/mkv_source.h"
+#include "capture/session/config_override.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -183,4 +183,4 @@ void SessionRecorder::write_session_text() {
   fs::rename(partial, folder_ / "session.toml");
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

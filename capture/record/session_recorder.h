@@ -11,11 +11,11 @@
 #include <stop_token>
 #include <string>
 
+#include "capture/record/stream_recorder.h"
 #include "capture/session/session.h"
 #include "capture/session/session_text.h"
-#include "capture/record/stream_recorder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class SessionRecorder {
  public:
@@ -43,4 +43,4 @@ class SessionRecorder {
   std::array<bool, 3> seen_{};  ///< streams that have a picture
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -3,7 +3,7 @@
 #include <map>
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class SourceObserver::Tapped : public Source {
  public:
@@ -54,4 +54,4 @@ void SourceObserver::listen(Listener listener) {
   ear_->listener = std::move(listener);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -6,7 +6,7 @@
 
 #include "capture/sync/pairing_reader.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class SourceObserver {
  public:
@@ -28,4 +28,4 @@ class SourceObserver {
   std::shared_ptr<Ear> ear_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -13,7 +13,7 @@ extern "C" {
 #include "capture/error.h"
 #include "capture/formats/matroska_file.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// 16-bit counts to FFV1 (RFC 9043) version 3: every picture is decodable alone, with a checksum in each slice.
 class StreamRecorder::DepthEncoder {
@@ -150,4 +150,4 @@ bool StreamRecorder::write(const SourceItem& item) {
   return true;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "capture/frame.h"
-#include "capture/source.h"
 #include "capture/session/stream_spec.h"
+#include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class MatroskaFile;
 
@@ -47,4 +47,4 @@ class StreamRecorder {
   std::uint64_t pictures_ = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -3,7 +3,7 @@
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 ImageSource::ImageSource(const std::filesystem::path& list, const StreamSpec& spec) : spec_(spec) {
   const bool depth = spec.stream == Stream::depth;
@@ -108,4 +108,4 @@ std::optional<SourceItem> ImageSource::next(std::chrono::milliseconds /*timeout*
   return picture;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,10 +7,10 @@
 #include "capture/formats/picture_file.h"
 #include "capture/formats/picture_list.h"
 #include "capture/recorded/seekable.h"
-#include "capture/source.h"
 #include "capture/session/stream_spec.h"
+#include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class ImageSource : public Source, public Seekable {
  public:
@@ -39,4 +39,4 @@ class ImageSource : public Source, public Seekable {
   std::vector<std::pair<std::filesystem::path, std::shared_ptr<const Decoded>>> cache_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

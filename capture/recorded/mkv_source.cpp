@@ -20,7 +20,7 @@ extern "C" {
 #include "capture/formats/pixel_format.h"
 #include "capture/formats/rgb_frame.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 struct FreeFormat {
@@ -388,4 +388,4 @@ void MkvSource::rewind() {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -6,10 +6,10 @@
 
 #include "capture/formats/matroska_index.h"
 #include "capture/recorded/seekable.h"
-#include "capture/source.h"
 #include "capture/session/stream_spec.h"
+#include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class MkvSource : public Source, public Seekable {
  public:
@@ -34,4 +34,4 @@ class MkvSource : public Source, public Seekable {
   std::optional<SourceItem> ahead_;  ///< read before it is asked for, so that finished() is true after the last picture
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

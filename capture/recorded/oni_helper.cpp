@@ -15,10 +15,10 @@
 #include <fstream>
 
 #include "capture/error.h"
-#include "capture/recorded/oni_messages.h"
 #include "capture/live/openni/source.h"
+#include "capture/recorded/oni_messages.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 /// More memory than this process has by now that a recording may make it take.
@@ -92,7 +92,7 @@ void play(const std::string& file, const std::vector<StreamSpec>& specs) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture
 
 int main(int count, char** words) {
   using namespace lumigraft;
@@ -108,17 +108,17 @@ int main(int count, char** words) {
   if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr) {
     return 1;
   }
-  std::vector<StreamSpec> specs;
+  std::vector<capture::StreamSpec> specs;
   for (int i = 2; i + 3 < count; i += 4) {
-    specs.push_back({.stream = std::strcmp(words[i], "depth") == 0 ? Stream::depth : Stream::color,
+    specs.push_back({.stream = std::strcmp(words[i], "depth") == 0 ? capture::Stream::depth : capture::Stream::color,
                      .width = std::atoi(words[i + 1]),
                      .height = std::atoi(words[i + 2]),
                      .unit_m = std::atof(words[i + 3])});
   }
   try {
     play(words[1], specs);
-  } catch (const InputError& e) {
-    OniMessage refused;
+  } catch (const capture::InputError& e) {
+    capture::OniMessage refused;
     set_text(refused, e.what());
     tell(refused);
   }

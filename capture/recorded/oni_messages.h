@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 inline constexpr int kOniPipe = 3;  ///< its descriptor in the program
 
@@ -18,4 +18,4 @@ struct OniMessage {
   std::array<char, 1024> text{};  ///< refused, lost: why
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -14,7 +14,7 @@
 #include "capture/live/helper_process.h"
 #include "capture/recorded/oni_messages.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using Bytes = std::span<std::uint8_t>;
@@ -167,4 +167,4 @@ void OniSource::rewind() {
 
 std::string OniSource::fault() const { return reader_ == nullptr ? "" : reader_->fault(); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/source.h"
 #include "capture/session/stream_spec.h"
+#include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class OniSource : public Source {
  public:
@@ -29,4 +29,4 @@ class OniSource : public Source {
   std::unique_ptr<Reader> reader_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class Seekable {
  public:
@@ -15,4 +15,4 @@ class Seekable {
   virtual void skip_to(std::int64_t time_ns) = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -5,7 +5,7 @@
 #include "capture/error.h"
 #include "capture/recorded/seekable.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr std::int64_t kLead_ns = 2'000'000'000;
@@ -80,4 +80,4 @@ std::unique_ptr<FrameReader> open_frames_from(const Session& session, std::int64
   return reader;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 
-#include "capture/sync/pairing_reader.h"
 #include "capture/source.h"
+#include "capture/sync/pairing_reader.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// Moments count from the first colour picture on.
 class SeekableReader : public FrameReader {
@@ -25,4 +25,4 @@ std::unique_ptr<SeekableReader> seekable_frames(const Session& session, PairedSo
 /// Throws as open_frames, and InputError for live cameras.
 std::unique_ptr<FrameReader> open_frames_from(const Session& session, std::int64_t from_ns);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,7 +7,7 @@
 
 #include "capture/formats/pixel_format.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct CameraSettings {
   std::optional<PixelFormat> pixel_format;  ///< empty: a colour format where the camera offers one
@@ -19,4 +19,4 @@ struct CameraSettings {
   std::vector<std::pair<std::string, double>> controls;  ///< further ones, by the camera's own names
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

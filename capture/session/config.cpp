@@ -8,10 +8,10 @@
 #include <set>
 #include <sstream>
 
-#include "capture/session/config_override.h"
 #include "capture/error.h"
+#include "capture/session/config_override.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct ConfigTable::Document {
   std::filesystem::path file;
@@ -324,4 +324,4 @@ void ConfigTable::finish() const {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

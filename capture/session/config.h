@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class ConfigTable {
  public:
@@ -75,4 +75,4 @@ class ConfigTable {
   std::shared_ptr<Node> node_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -6,7 +6,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft::config_detail {
+namespace lumigraft::capture::config_detail {
 
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t kLongest = 80;
@@ -140,4 +140,4 @@ bool was_overridden(const std::set<std::string>& overridden, const std::string& 
   }
 }
 
-}  // namespace lumigraft::config_detail
+}  // namespace lumigraft::capture::config_detail

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace lumigraft::config_detail {
+namespace lumigraft::capture::config_detail {
 
 /// A string of the input inside quotes, kept on one line and short.
 std::string in_quotes(std::string_view text);
@@ -23,4 +23,4 @@ void apply_override(toml::table& root, const std::string& line, std::set<std::st
 /// Whether a dotted key, or a table it lies in, was given by an override.
 bool was_overridden(const std::set<std::string>& overridden, const std::string& path);
 
-}  // namespace lumigraft::config_detail
+}  // namespace lumigraft::capture::config_detail

@@ -10,7 +10,7 @@
 #include "capture/session/source_uri.h"
 #include "capture/session/stream_spec.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr int kLargestSide = 16384;
@@ -383,4 +383,4 @@ Session read_session(const ConfigTable& root) {
   return session;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

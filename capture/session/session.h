@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
-#include "capture/session/camera_settings.h"
-#include "capture/session/config.h"
 #include "capture/camera/response.h"
 #include "capture/camera/vignetting.h"
+#include "capture/session/camera_settings.h"
+#include "capture/session/config.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct ColorCamera {
   std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:, v4l2:, libcamera:, aravis:
@@ -97,4 +97,4 @@ struct Session {
 /// so the caller calls root.finish(). Throws InputError.
 Session read_session(const ConfigTable& root);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

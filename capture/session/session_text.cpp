@@ -3,10 +3,10 @@
 #include <set>
 #include <sstream>
 
-#include "capture/session/config_override.h"
 #include "capture/error.h"
+#include "capture/session/config_override.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 std::string text_with_overrides(const SessionText& text) {
   try {
@@ -23,4 +23,4 @@ std::string text_with_overrides(const SessionText& text) {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

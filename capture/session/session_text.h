@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// Where a session's cameras were read from: its text is kept, so that no number is rounded on the way.
 struct SessionText {
@@ -14,4 +14,4 @@ struct SessionText {
 /// One text that says the same. Throws InputError.
 std::string text_with_overrides(const SessionText& text);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -2,7 +2,7 @@
 
 #include <map>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 std::optional<SourceUri> parse_source(const std::string& uri) {
   static const std::map<std::string, bool> kLive = {{"images", false}, {"mkv", false}, {"oni", false},
@@ -16,4 +16,4 @@ std::optional<SourceUri> parse_source(const std::string& uri) {
   return SourceUri{kind->first, uri.substr(colon + 1), kind->second};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// For errors. A new kind of camera is added here, in source_uri.cpp, and in open_frames.cpp.
 inline constexpr const char* kSourceKinds = "images:LIST, mkv:FILE, oni:FILE, openni2:, v4l2:, libcamera:, aravis:";
@@ -17,4 +17,4 @@ struct SourceUri {
 /// Empty where it is of no kind that this build knows.
 std::optional<SourceUri> parse_source(const std::string& uri);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <string>
 
-#include "capture/session/camera_settings.h"
 #include "capture/frame.h"
+#include "capture/session/camera_settings.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 struct StreamSpec {
   Stream stream = Stream::color;
@@ -29,4 +29,4 @@ inline std::int64_t steady_now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

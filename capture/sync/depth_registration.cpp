@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr int kNone = -1;
@@ -103,4 +103,4 @@ Image<float> DepthRegistration::reproject(const Image<std::uint16_t>& counts) co
   return depth_m;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

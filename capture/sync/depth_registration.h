@@ -6,7 +6,7 @@
 #include "capture/frame.h"
 #include "capture/session/session.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class DepthRegistration {
  public:
@@ -25,4 +25,4 @@ class DepthRegistration {
   std::vector<Eigen::Vector3d> rays_;  ///< per depth pixel in the depth frame, z = 1; NaN where the lens sees nothing
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr std::int64_t kNsPerMs = 1'000'000;
@@ -358,4 +358,4 @@ void PairingReader::rewind() {
   periods_ns_.clear();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

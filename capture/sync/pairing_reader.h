@@ -18,7 +18,7 @@
 
 #include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 /// Sources may be the same object: a depth camera delivers both. Depth and fish-eye may be null.
 struct PairedSources {
@@ -94,4 +94,4 @@ class PairingReader : public FrameReader {
   std::deque<std::int64_t> periods_ns_;  ///< the newest gaps between colour pictures, up to last_color_
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,24 +7,24 @@
 #include <optional>
 
 #include "reconstruct/albedo/albedo_bricks.h"
-#include "reconstruct/shading/clipped_walls.h"
-#include "reconstruct/shading/noise_floor.h"
-#include "reconstruct/lamps/lamp_filter.h"
 #include "reconstruct/albedo/gather_cache.h"
-#include "reconstruct/shading/irradiance.h"
-#include "reconstruct/lamps/lamp_placement.h"
+#include "reconstruct/albedo/incremental_solver.h"
+#include "reconstruct/albedo/sample_solver.h"
 #include "reconstruct/albedo/surface_points.h"
 #include "reconstruct/field/field_rays.h"
+#include "reconstruct/lamps/lamp_filter.h"
+#include "reconstruct/lamps/lamp_placement.h"
 #include "reconstruct/lamps/lamp_reflections.h"
-#include "reconstruct/shading/surface_samples.h"
-#include "reconstruct/albedo/sample_solver.h"
-#include "reconstruct/albedo/incremental_solver.h"
 #include "reconstruct/lamps/out_of_view_lamps.h"
-#include "reconstruct/room/enclosure.h"
-#include "reconstruct/light/lamp_merge.h"
 #include "reconstruct/light/extrinsics_check.h"
+#include "reconstruct/light/lamp_merge.h"
+#include "reconstruct/room/enclosure.h"
+#include "reconstruct/shading/clipped_walls.h"
+#include "reconstruct/shading/irradiance.h"
+#include "reconstruct/shading/noise_floor.h"
+#include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kSamples = 2500;
@@ -142,11 +142,11 @@ std::string rig_warning(const ExtrinsicsError& error) {
 }  // namespace
 
 struct AlbedoStage::State {
-  explicit State(const Session& session)
+  explicit State(const capture::Session& session)
       : metal(session), fisheye(session.fisheye), tag_size_m(session.tag.size_m), marked(session.lamps) {}
 
-  std::vector<LampEstimate> locate(const IrradianceModel& room, const Illumination& illumination, const Surface& surface,
-                                   const std::vector<Eigen::Vector3f>& gathered);
+  std::vector<LampEstimate> locate(const IrradianceModel& room, const Illumination& illumination,
+                                   const Surface& surface, const std::vector<Eigen::Vector3f>& gathered);
 
   /// Where lamps and most of the room are as they were: what is new solved with the rest as it is. Empty where
   /// everything is to be solved.
@@ -158,12 +158,12 @@ struct AlbedoStage::State {
                  std::size_t points);
 
   MetalMask metal;
-  std::optional<FisheyeCamera> fisheye;
+  std::optional<capture::FisheyeCamera> fisheye;
   int rig_solves = 0;          ///< since it was
   std::size_t rig_points = 0;  ///< how much surface was known when the rig was last checked
   std::string rig_found;       ///< empty where it agrees
   double tag_size_m;
-  std::vector<TaggedLamp> marked;
+  std::vector<capture::TaggedLamp> marked;
   std::uint64_t version = 0;
   bool solved = false;
   std::uint64_t field_version = 0, illumination_version = 0;
@@ -180,7 +180,7 @@ struct AlbedoStage::State {
   bool rough = false;                       ///< and whether with few rays
   IncrementalSolver known;
   bool empty = false;                     ///< no surface is known
-  IrradianceModel::Beyond beyond;               ///< as everything was solved with,
+  IrradianceModel::Beyond beyond;         ///< as everything was solved with,
   std::vector<Eigen::Vector3f> on_floor;  ///< what lamps made of the floor that nobody saw,
   EnvironmentPicture remainder;           ///< and the remainder as it was measured
 };
@@ -236,7 +236,7 @@ void AlbedoStage::State::check_rig(const DistanceField& field, const FieldRays& 
   }
 }
 
-AlbedoStage::AlbedoStage(const Session& session) : state_(std::make_unique<State>(session)) {}
+AlbedoStage::AlbedoStage(const capture::Session& session) : state_(std::make_unique<State>(session)) {}
 AlbedoStage::~AlbedoStage() = default;
 
 std::optional<AlbedoStage::Result> AlbedoStage::State::solve_new(const DistanceField& field,
@@ -376,4 +376,4 @@ AlbedoStage::Result AlbedoStage::solve_all(const DistanceField& field, const Ill
   return s.last;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -18,7 +18,7 @@
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct AlbedoBrick {
   std::array<Eigen::Vector3f, kBrickVoxels> albedo{};  ///< linear, diffuse
@@ -33,7 +33,7 @@ struct AlbedoField {
 
 class AlbedoStage {
  public:
-  explicit AlbedoStage(const Session& session);
+  explicit AlbedoStage(const capture::Session& session);
   ~AlbedoStage();
   struct Result {
     std::shared_ptr<const AlbedoField> albedo;
@@ -56,4 +56,4 @@ class AlbedoStage {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -2,7 +2,7 @@
 
 #include <unordered_map>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using OpenBricks = std::unordered_map<BrickKey, std::shared_ptr<AlbedoBrick>, BrickKeyHash>;
@@ -99,4 +99,4 @@ void keep_unchanged(BrickMap<AlbedoBrick>& bricks, const BrickMap<AlbedoBrick>& 
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct PointAlbedo {
   Eigen::Vector3f albedo = Eigen::Vector3f::Zero();
@@ -23,4 +23,4 @@ constexpr int kAlbedoReach = 3;
 /// draws from them has nothing to do again.
 void keep_unchanged(BrickMap<AlbedoBrick>& bricks, const BrickMap<AlbedoBrick>& before);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

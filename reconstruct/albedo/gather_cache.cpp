@@ -4,7 +4,7 @@
 #include <cmath>
 #include <unordered_map>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kNearCells = 0.4f;
@@ -26,9 +26,10 @@ float light_of(const Illumination& illumination) {
 
 }  // namespace
 
-std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel& room, const Illumination& illumination,
-                                                      const std::vector<SurfaceSample>& samples,
-                                                      std::size_t surface_points, int rays) {
+std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel& room,
+                                                           const Illumination& illumination,
+                                                           const std::vector<SurfaceSample>& samples,
+                                                           std::size_t surface_points, int rays) {
   const float light = light_of(illumination);
   const bool grown = static_cast<double>(surface_points) > kGrown * static_cast<double>(points_);
   if (grown || std::abs(light - light_) > kLightShare * light_) {
@@ -70,4 +71,4 @@ std::vector<IrradianceModel::Gathered> GatherCache::gather(const IrradianceModel
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 #include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// A sample near one of the solve before gathers what that one did; every kRefresh-th looks again all the same, so that
 /// a room that changes slowly is followed. All look again when the light changes by kLightShare, or when so much more
@@ -14,8 +14,8 @@ namespace lumigraft {
 class GatherCache {
  public:
   std::vector<IrradianceModel::Gathered> gather(const IrradianceModel& room, const Illumination& illumination,
-                                          const std::vector<SurfaceSample>& samples, std::size_t surface_points,
-                                          int rays);
+                                                const std::vector<SurfaceSample>& samples, std::size_t surface_points,
+                                                int rays);
   void forget() { entries_.clear(); }
 
  private:
@@ -34,4 +34,4 @@ class GatherCache {
   std::size_t points_ = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

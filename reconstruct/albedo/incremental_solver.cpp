@@ -7,7 +7,7 @@
 
 #include "reconstruct/albedo/sample_solver.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kOtherLook = 0.02f;  ///< of radiance, of the voxels' number: what lamps' light is known to at best
@@ -74,8 +74,8 @@ bool IncrementalSolver::Look::differs(const Look& other) const {
 }
 
 void IncrementalSolver::keep(const DistanceField& field, const Surface& surface,
-                         const std::vector<Eigen::Vector3f>& gathered, const std::vector<SampleAlbedo>& albedo,
-                         const std::vector<PointAlbedo>& points, float dark) {
+                             const std::vector<Eigen::Vector3f>& gathered, const std::vector<SampleAlbedo>& albedo,
+                             const std::vector<PointAlbedo>& points, float dark) {
   forget();
   voxel_m_ = field.voxel_m;
   sample_m_ = surface.sample_m;
@@ -128,7 +128,7 @@ IncrementalSolver::Change IncrementalSolver::change(const DistanceField& field) 
 
 /// Reads the points of these bricks again. Gives the cells that they are in, or were.
 std::set<SampleCell> IncrementalSolver::refresh_points(const DistanceField& field, const FieldRays& rays,
-                                                   const MetalMask& metal, const std::vector<BrickKey>& changed) {
+                                                       const MetalMask& metal, const std::vector<BrickKey>& changed) {
   std::set<SampleCell> cells;
   const auto touch = [&](const std::vector<SurfacePoint>& points) {
     for (const SurfacePoint& point : points)
@@ -153,7 +153,7 @@ std::set<SampleCell> IncrementalSolver::refresh_points(const DistanceField& fiel
 }
 
 std::size_t IncrementalSolver::solve(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
-                                 const Light& light, const Change& change, BrickMap<AlbedoBrick>& bricks) {
+                                     const Light& light, const Change& change, BrickMap<AlbedoBrick>& bricks) {
   for (const BrickKey& key : change.published) {
     const auto now = field.bricks.find(key);
     if (now == field.bricks.end()) {
@@ -289,4 +289,4 @@ void IncrementalSolver::write(const std::vector<BrickKey>& changed, BrickMap<Alb
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "reconstruct/albedo/albedo_bricks.h"
-#include "reconstruct/shading/irradiance.h"
-#include "reconstruct/field/metal_mask.h"
 #include "reconstruct/albedo/surface_points.h"
+#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class IncrementalSolver {
  public:
@@ -76,4 +76,4 @@ class IncrementalSolver {
   std::map<SampleCell, Sample> samples_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -8,7 +8,7 @@
 
 #include "reconstruct/shading/noise_floor.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -140,4 +140,4 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

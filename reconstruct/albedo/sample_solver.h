@@ -5,7 +5,7 @@
 
 #include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct SampleLight {
   Eigen::Vector3f irradiance;  ///< modelled
@@ -27,4 +27,4 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
                                        const std::vector<std::vector<int>>& neighbours, float dark,
                                        const std::vector<SampleAlbedo>& held = {});
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruct/shading/noise_floor.h"
 #include "reconstruct/albedo/unobserved_occluders.h"
+#include "reconstruct/shading/noise_floor.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kSampleRays = 8, kPointRays = 4;
@@ -42,7 +42,7 @@ LitSurface::LitSurface(const Surface& surface, const IrradianceModel& room, cons
       illumination_(illumination),
       gathered_(gathered),
       dark_(dark),
-      neighbours_(lumigraft::neighbours(surface.samples, kNeighbourReach)) {
+      neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kNeighbourReach)) {
   const std::vector<SurfaceSample>& samples = surface.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
   std::vector<Eigen::Vector3f> doubt(samples.size(), Eigen::Vector3f::Zero());
@@ -182,4 +182,4 @@ std::vector<PointAlbedo> LitSurface::albedo(const std::vector<SampleAlbedo>& sam
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

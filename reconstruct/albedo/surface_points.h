@@ -4,18 +4,18 @@
 #include <vector>
 
 #include "reconstruct/albedo/albedo_bricks.h"
+#include "reconstruct/albedo/sample_solver.h"
 #include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/surface_samples.h"
-#include "reconstruct/albedo/sample_solver.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class LitSurface {
  public:
   static constexpr float kNeighbourReach = 2.5f;  ///< in sample cells
 
-  /// `gathered` is IrradianceModel::gather of each sample; points take it from the samples around them. Visibility is cast
-  /// for samples, and for points where samples next to each other differ. `dark` is dark_radiance of the room's
+  /// `gathered` is IrradianceModel::gather of each sample; points take it from the samples around them. Visibility is
+  /// cast for samples, and for points where samples next to each other differ. `dark` is dark_radiance of the room's
   /// samples. `held`: albedo of the last samples, where that is known already.
   LitSurface(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
              const std::vector<Eigen::Vector3f>& gathered, float dark, const std::vector<SampleAlbedo>& held = {});
@@ -44,4 +44,4 @@ class LitSurface {
   std::vector<SampleLight> sample_light_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

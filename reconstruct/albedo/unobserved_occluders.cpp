@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruct/shading/noise_floor.h"
 #include "reconstruct/math/median.h"
+#include "reconstruct/shading/noise_floor.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kAround_m = 0.5f, kPlane_m = 0.03f, kSameSide = 0.95f;  ///< the last a cosine
@@ -99,4 +99,4 @@ std::vector<std::vector<float>> hidden_shadows(const std::vector<SurfaceSample>&
   return left;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -3,11 +3,11 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "reconstruct/albedo/sample_solver.h"
 #include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/surface_samples.h"
-#include "reconstruct/albedo/sample_solver.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Rays to lamps pass through unseen space, so that light gets through the unseen sides of a box, and its shadow would
 /// be taken for paint. Where a surface is darker than what lies around it in its plane, is as light as that without a
@@ -23,4 +23,4 @@ std::vector<std::vector<float>> hidden_shadows(const std::vector<SurfaceSample>&
                                                const std::vector<std::vector<Eigen::Vector3f>>& from_lamp, float dark,
                                                const std::vector<SampleAlbedo>& held);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

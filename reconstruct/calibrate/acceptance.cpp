@@ -5,7 +5,7 @@
 #include <cstdarg>
 #include <cstdio>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kMost_px = 0.5, kMostOutliers = 0.1, kLeastReached = 0.6;
@@ -149,4 +149,4 @@ std::string rejection_reason(const DepthCalibration& d) {
   return {};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -8,7 +8,7 @@
 #include "reconstruct/calibrate/time_offset.h"
 #include "reconstruct/calibrate/vignetting.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 constexpr int kFewestViews = 8;
 constexpr int kFewestMoments = 5;  ///< at which two cameras see the board together
@@ -21,4 +21,4 @@ std::string rejection_reason(const VignettingCalibration& vignetting);
 std::string rejection_reason(const TimeOffsetCalibration& time);
 std::string rejection_reason(const DepthCalibration& depth);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

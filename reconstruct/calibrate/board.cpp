@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2d;
@@ -55,14 +55,14 @@ std::array<Vector3d, 4> Board::corners_m(int tag) const {
           centre + Vector3d(-h, h, 0)};
 }
 
-Tag Board::tag_list() const {
-  Tag list{.family = family, .id = first_id, .size_m = size_m};
+capture::Tag Board::tag_list() const {
+  capture::Tag list{.family = family, .id = first_id, .size_m = size_m};
   for (int tag = 1; tag < tags(); ++tag)
     list.also.push_back({.id = first_id + tag, .size_m = size_m, .T_tag_extra = {}});
   return list;
 }
 
-Board read_board(const ConfigTable& root) {
+Board read_board(const capture::ConfigTable& root) {
   Board board;
   const bool tags = root.choice("kind", {"tags", "chessboard"}, "tags") == "tags";
   board.kind = tags ? Board::Kind::tags : Board::Kind::chessboard;
@@ -109,4 +109,4 @@ void write_board_svg(std::ostream& out, const Board& board) {
   out << "</svg>\n";
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -18,7 +18,7 @@
 #include "capture/session/config.h"
 #include "reconstruct/pose/tag.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct Board {
   enum class Kind { tags, chessboard };
@@ -41,13 +41,13 @@ struct Board {
   /// Corners of a tag's black square, in the order of TagCorners.
   std::array<Eigen::Vector3d, 4> corners_m(int tag) const;
   /// The tags, as the detector wants to know them.
-  Tag tag_list() const;
+  capture::Tag tag_list() const;
 };
 
 /// Throws InputError. The caller calls root.finish().
-Board read_board(const ConfigTable& root);
+Board read_board(const capture::ConfigTable& root);
 
 /// The board for a printer: an SVG drawing in millimetres.
 void write_board_svg(std::ostream& out, const Board& board);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

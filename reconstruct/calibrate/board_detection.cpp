@@ -5,7 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 /// 1σ by which a fitted corner is off for what its covariance does not know: a lens that blurs unlike a box, a printer
@@ -33,7 +33,8 @@ SeenPoints BoardFinder::tag(int tag, const PrintCorners& corners) const {
   return seen;
 }
 
-BoardView BoardFinder::find(const Image<std::uint8_t>& grey, const Image<std::uint16_t>& light) const {
+BoardView BoardFinder::find(const capture::Image<std::uint8_t>& grey,
+                            const capture::Image<std::uint16_t>& light) const {
   if (!finder_) return find_chessboard(grey);
   std::vector<TagSighting> sightings = finder_->find(grey, 1);
   std::stable_sort(sightings.begin(), sightings.end(),
@@ -50,8 +51,8 @@ BoardView BoardFinder::find(const Image<std::uint8_t>& grey, const Image<std::ui
   return view;
 }
 
-BoardView BoardFinder::again(const BoardView& view, const Image<std::uint16_t>& light,
-                             const CameraModel& camera) const {
+BoardView BoardFinder::again(const BoardView& view, const capture::Image<std::uint16_t>& light,
+                             const capture::CameraModel& camera) const {
   if (!finder_) return view;
   BoardView result;
   for (const SeenPoints& seen : view.seen) {
@@ -64,7 +65,7 @@ BoardView BoardFinder::again(const BoardView& view, const Image<std::uint16_t>& 
   return result;
 }
 
-BoardView BoardFinder::find_chessboard(const Image<std::uint8_t>& grey) const {
+BoardView BoardFinder::find_chessboard(const capture::Image<std::uint8_t>& grey) const {
   const cv::Mat picture(grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.data.data()));
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCorners(picture, {board_.columns, board_.rows}, corners)) return {};
@@ -90,4 +91,4 @@ BoardView BoardFinder::find_chessboard(const Image<std::uint8_t>& grey) const {
   return view;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

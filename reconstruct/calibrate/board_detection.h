@@ -10,7 +10,7 @@
 #include "reconstruct/calibrate/board.h"
 #include "reconstruct/calibrate/corners.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Points whose errors belong together: the four corners of a tag, or one corner of a chessboard.
 struct SeenPoints {
@@ -31,17 +31,18 @@ class BoardFinder {
   ~BoardFinder();
 
   /// Empty where the board does not show. `grey` is what a detector likes, `light` what edges are measured in.
-  BoardView find(const Image<std::uint8_t>& grey, const Image<std::uint16_t>& light) const;
+  BoardView find(const capture::Image<std::uint8_t>& grey, const capture::Image<std::uint16_t>& light) const;
   /// The same points, measured again now that something is known of the lens. A chessboard's stay as they are: the
   /// squares around a corner pull it in no direction.
-  BoardView again(const BoardView& view, const Image<std::uint16_t>& light, const CameraModel& camera) const;
+  BoardView again(const BoardView& view, const capture::Image<std::uint16_t>& light,
+                  const capture::CameraModel& camera) const;
 
  private:
   SeenPoints tag(int tag, const PrintCorners& corners) const;
-  BoardView find_chessboard(const Image<std::uint8_t>& grey) const;
+  BoardView find_chessboard(const capture::Image<std::uint8_t>& grey) const;
 
   Board board_;
   std::unique_ptr<TagFinder> finder_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

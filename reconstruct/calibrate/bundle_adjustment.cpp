@@ -9,7 +9,7 @@
 #include <cmath>
 #include <memory>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -68,7 +68,7 @@ double chi_square_median(double count) { return count * std::pow(1 - 2 / (9 * co
 class Adjuster {
  public:
   Adjuster(const Rig& rig, const RigViews& views, Freedom freedom) : rig_(rig), freedom_(freedom) {
-    for (const CameraModel& camera : rig.cameras) lenses_.push_back(lens_numbers(camera));
+    for (const capture::CameraModel& camera : rig.cameras) lenses_.push_back(lens_numbers(camera));
     for (const Isometry3d& T : rig.T_camera_first) stands_.push_back(pose_of(T));
     for (const Isometry3d& T : rig.T_first_board) boards_.push_back(pose_of(T));
     for (std::size_t camera = 0; camera < views.size(); ++camera)
@@ -123,7 +123,7 @@ class Adjuster {
 
   std::optional<std::vector<Vector2d>> projected(const Block& block) const {
     const Isometry3d T = isometry_of(stands_[block.camera]) * isometry_of(boards_[block.moment]);
-    const bool pinhole = rig_.cameras[block.camera].kind == CameraModel::Kind::pinhole;
+    const bool pinhole = rig_.cameras[block.camera].kind == capture::CameraModel::Kind::pinhole;
     std::vector<Vector2d> pixels;
     for (const Vector3d& point : block.seen->points_m) {
       Vector2d pixel;
@@ -142,7 +142,7 @@ class Adjuster {
     ceres::Problem problem;
     for (const Block& block : blocks_) {
       if (final && block.outlier) continue;
-      const bool pinhole = rig_.cameras[block.camera].kind == CameraModel::Kind::pinhole;
+      const bool pinhole = rig_.cameras[block.camera].kind == capture::CameraModel::Kind::pinhole;
       ceres::CostFunction* cost =
           block.seen->pixels.size() == 4
               ? static_cast<ceres::CostFunction*>(
@@ -176,7 +176,7 @@ class Adjuster {
       std::vector<int> still;
       if (freedom_ == Freedom::focal_length)
         still = {2, 3, 4, 5, 6, 7, 8};
-      else if (rig_.cameras[i].kind != CameraModel::Kind::pinhole)
+      else if (rig_.cameras[i].kind != capture::CameraModel::Kind::pinhole)
         still = {8};
       if (!still.empty()) problem.SetManifold(lenses_[i].data(), new ceres::SubsetManifold(kLensNumbers, still));
     }
@@ -278,4 +278,4 @@ std::optional<Adjustment> adjust(const Rig& rig, const RigViews& views, Freedom 
   return Adjuster(rig, views, freedom).run();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
-#include "reconstruct/calibrate/lens.h"
 #include "reconstruct/calibrate/board_detection.h"
+#include "reconstruct/calibrate/lens.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct Rig {
-  std::vector<CameraModel> cameras;
+  std::vector<capture::CameraModel> cameras;
   std::vector<Eigen::Isometry3d> T_camera_first;  ///< by camera; the first is the identity
   std::vector<Eigen::Isometry3d> T_first_board;   ///< by moment
 };
@@ -42,4 +42,4 @@ enum class Freedom { poses, focal_length, all };
 /// Starts from `rig`. Empty where the start cannot be projected, or the unknowns do not follow from the views.
 std::optional<Adjustment> adjust(const Rig& rig, const RigViews& views, Freedom freedom);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

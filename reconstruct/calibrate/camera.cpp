@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "reconstruct/calibrate/initial_guess.h"
 #include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/calibrate/initial_guess.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2d;
@@ -27,7 +27,7 @@ double quantile(std::vector<double> values, double share) {
 /// 1σ of the place at which the lens shows a direction, in pixels: the longer axis of its ellipse.
 double place_sigma_px(const CameraCalibration& calibration, const Vector3d& direction) {
   const LensNumbers lens = lens_numbers(calibration.model);
-  const bool pinhole = calibration.model.kind == CameraModel::Kind::pinhole;
+  const bool pinhole = calibration.model.kind == capture::CameraModel::Kind::pinhole;
   Eigen::Matrix<double, 2, kLensNumbers> j;
   for (int i = 0; i < kLensNumbers; ++i) {
     const double step = std::max(1e-6, 1e-6 * std::abs(lens[static_cast<std::size_t>(i)]));
@@ -46,12 +46,12 @@ double place_sigma_px(const CameraCalibration& calibration, const Vector3d& dire
 
 /// Over the whole picture of a pinhole, and the whole field of a fish-eye.
 double widest_sigma_px(const CameraCalibration& calibration) {
-  const CameraModel& model = calibration.model;
+  const capture::CameraModel& model = calibration.model;
   constexpr int kSteps = 12;
   double widest = 0;
   for (int i = 0; i <= kSteps; ++i)
     for (int k = 0; k <= kSteps; ++k) {
-      if (model.kind == CameraModel::Kind::pinhole) {
+      if (model.kind == capture::CameraModel::Kind::pinhole) {
         const auto d = model.unproject({i * (model.width - 1.0) / kSteps, k * (model.height - 1.0) / kSteps});
         if (d) widest = std::max(widest, place_sigma_px(calibration, *d));
       } else {
@@ -71,7 +71,7 @@ std::size_t points_in(const std::vector<BoardView>& views) {
 }
 
 /// `said` is the camera as it came.
-void take_over(CameraCalibration& calibration, const CameraModel& said, const Adjustment& adjusted) {
+void take_over(CameraCalibration& calibration, const capture::CameraModel& said, const Adjustment& adjusted) {
   calibration.model = adjusted.rig.cameras[0];
   calibration.covariance = adjusted.covariance.block<kLensNumbers, kLensNumbers>(0, 0);
   for (int i = 0; i < kLensNumbers; ++i)
@@ -88,20 +88,20 @@ void take_over(CameraCalibration& calibration, const CameraModel& said, const Ad
   calibration.median_px = quantile(errors, 0.5);
   calibration.percent95_px = quantile(errors, 0.95);
   calibration.model.fov_rad = 0;
-  if (calibration.model.kind != CameraModel::Kind::pinhole && said.fov_rad > 0) {
+  if (calibration.model.kind != capture::CameraModel::Kind::pinhole && said.fov_rad > 0) {
     // As it is said to be, as far as the polynomial goes on to grow.
     const double edge = 0.5 * said.fov_rad;
     if (calibration.model.project({std::sin(edge), 0, std::cos(edge)})) calibration.model.fov_rad = said.fov_rad;
   }
   calibration.coverage = coverage_of(calibration.model, pixels);
-  if (calibration.model.kind != CameraModel::Kind::pinhole && calibration.model.fov_rad == 0)
+  if (calibration.model.kind != capture::CameraModel::Kind::pinhole && calibration.model.fov_rad == 0)
     calibration.model.fov_rad = 2 * calibration.coverage.widest_rad;  // as far as it was seen
   calibration.widest_sigma_px = widest_sigma_px(calibration);
 }
 
 }  // namespace
 
-CameraCalibration calibrate_camera(const CameraModel& camera, const BoardFinder& finder,
+CameraCalibration calibrate_camera(const capture::CameraModel& camera, const BoardFinder& finder,
                                    std::vector<BoardPicture>& pictures) {
   CameraCalibration calibration;
   calibration.model = camera;
@@ -132,4 +132,4 @@ CameraCalibration calibrate_camera(const CameraModel& camera, const BoardFinder&
   return calibration;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

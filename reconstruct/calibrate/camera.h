@@ -7,20 +7,20 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
+#include "reconstruct/calibrate/board_detection.h"
 #include "reconstruct/calibrate/bundle_adjustment.h"
 #include "reconstruct/calibrate/coverage.h"
-#include "reconstruct/calibrate/board_detection.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// A picture that was kept, and what it shows of the board.
 struct BoardPicture {
-  Image<std::uint16_t> light;
+  capture::Image<std::uint16_t> light;
   BoardView view;
 };
 
 struct CameraCalibration {
-  CameraModel model;
+  capture::CameraModel model;
   LensNumbers sigma{};  ///< 1σ of lens_numbers(model)
   Eigen::Matrix<double, kLensNumbers, kLensNumbers> covariance;
   int views = 0;
@@ -35,7 +35,7 @@ struct CameraCalibration {
 
 /// `camera` has kind and size; a fish-eye's field of view too, where it is known: else it ends where the last corner
 /// was seen. The views of `pictures` are measured again as the lens becomes known.
-CameraCalibration calibrate_camera(const CameraModel& camera, const BoardFinder& finder,
+CameraCalibration calibrate_camera(const capture::CameraModel& camera, const BoardFinder& finder,
                                    std::vector<BoardPicture>& pictures);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

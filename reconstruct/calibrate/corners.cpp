@@ -10,7 +10,7 @@
 #include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/tag_print.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Matrix2d;
@@ -24,7 +24,7 @@ constexpr double kCornerX[4] = {-1, 1, 1, -1}, kCornerY[4] = {-1, -1, 1, 1};  //
 /// The plane before the camera, in units of about a pixel, with its origin at the tag's centre.
 class Chart {
  public:
-  static std::optional<Chart> at(const Vector2d& centre, const CameraModel* camera) {
+  static std::optional<Chart> at(const Vector2d& centre, const capture::CameraModel* camera) {
     Chart chart;
     chart.centre_ = centre;
     chart.camera_ = camera;
@@ -57,7 +57,7 @@ class Chart {
 
  private:
   Vector2d centre_;
-  const CameraModel* camera_ = nullptr;
+  const capture::CameraModel* camera_ = nullptr;
   Matrix3d turn_ = Matrix3d::Identity();
   double pixels_ = 1;
 };
@@ -190,7 +190,7 @@ class Problem {
 };
 
 /// Pixels within half a cell around the black square: its edges count, and its neighbours do not.
-std::vector<ChartPixel> pixels_on_print(const Image<std::uint16_t>& light, const TagPattern& pattern,
+std::vector<ChartPixel> pixels_on_print(const capture::Image<std::uint16_t>& light, const TagPattern& pattern,
                                         const TagCorners& corners, const Chart& chart, const Homography& h) {
   Vector2d low = corners[0], high = corners[0];
   for (const Vector2d& corner : corners) {
@@ -257,8 +257,8 @@ std::optional<PrintCorners> corners_of(const Homography& h, const Eigen::Matrix<
 
 }  // namespace
 
-std::optional<PrintCorners> print_corners(const Image<std::uint16_t>& light, const TagPattern& pattern,
-                                          const TagCorners& start, const CameraModel* camera) {
+std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& light, const TagPattern& pattern,
+                                          const TagCorners& start, const capture::CameraModel* camera) {
   for (const Vector2d& corner : start)
     if (!(corner.x() > 2 && corner.y() > 2 && corner.x() < light.width - 3 && corner.y() < light.height - 3))
       return std::nullopt;
@@ -317,4 +317,4 @@ std::optional<PrintCorners> print_corners(const Image<std::uint16_t>& light, con
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

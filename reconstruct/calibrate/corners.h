@@ -12,7 +12,7 @@
 #include "capture/image.h"
 #include "reconstruct/pose/tag.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct PrintCorners {
   TagCorners pixels;
@@ -23,7 +23,7 @@ struct PrintCorners {
 
 /// Starts from corners that are right to a pixel or two. `camera` is null while nothing is known of the lens. Empty
 /// where the print does not match, or leaves the picture. `light` as linear_light() has it.
-std::optional<PrintCorners> print_corners(const Image<std::uint16_t>& light, const TagPattern& pattern,
-                                          const TagCorners& start, const CameraModel* camera);
+std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& light, const TagPattern& pattern,
+                                          const TagCorners& start, const capture::CameraModel* camera);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2d;
@@ -16,7 +16,7 @@ constexpr int kSectors = 12;
 double angle_of(const Eigen::Vector3d& direction) { return std::atan2(direction.head<2>().norm(), direction.z()); }
 
 /// Half of the field: what is said, else where the nearest side of the picture ends it, or a corner was seen beyond.
-double half_field_rad(const CameraModel& camera, double widest_rad) {
+double half_field_rad(const capture::CameraModel& camera, double widest_rad) {
   if (camera.fov_rad > 0) return 0.5 * camera.fov_rad;
   double field = kPi;
   for (const Vector2d& side : {Vector2d(0, camera.cy), Vector2d(camera.width - 1, camera.cy), Vector2d(camera.cx, 0),
@@ -75,9 +75,9 @@ std::string Coverage::map() const {
   return text;
 }
 
-Coverage coverage_of(const CameraModel& camera, const std::vector<Vector2d>& pixels) {
+Coverage coverage_of(const capture::CameraModel& camera, const std::vector<Vector2d>& pixels) {
   Coverage coverage;
-  coverage.rings = camera.kind != CameraModel::Kind::pinhole;
+  coverage.rings = camera.kind != capture::CameraModel::Kind::pinhole;
   coverage.columns = coverage.rings ? kSectors : 8;
   coverage.rows = 6;
   for (const Vector2d& pixel : pixels)
@@ -117,4 +117,4 @@ Coverage coverage_of(const CameraModel& camera, const std::vector<Vector2d>& pix
   return coverage;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

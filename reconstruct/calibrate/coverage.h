@@ -6,7 +6,7 @@
 
 #include "capture/camera/camera_model.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// A pinhole's picture in 8 × 6 cells from the top left; a fish-eye's field in rings of 10° from the axis (rows) and
 /// twelve sectors (columns) that begin at the right and go on clockwise, as the picture shows it.
@@ -30,6 +30,6 @@ struct Coverage {
 
 /// `camera.fov_rad` is a fish-eye's field where it is known; else the field ends with the picture's nearest side, or
 /// with the outermost corner.
-Coverage coverage_of(const CameraModel& camera, const std::vector<Eigen::Vector2d>& pixels);
+Coverage coverage_of(const capture::CameraModel& camera, const std::vector<Eigen::Vector2d>& pixels);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

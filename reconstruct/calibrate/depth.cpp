@@ -9,7 +9,7 @@
 #include "reconstruct/math/pose_covariance.h"
 #include "reconstruct/pose/gray_regions.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -32,7 +32,7 @@ struct Point {
 
 class DepthFit {
  public:
-  DepthFit(const CameraModel& depth, const Board& board, const std::vector<BoardDepthView>& views)
+  DepthFit(const capture::CameraModel& depth, const Board& board, const std::vector<BoardDepthView>& views)
       : depth_(depth), half_(0.5 * kInner * board.extent_m()), views_(views) {
     for (int v = 0; v < depth.height; ++v)
       for (int u = 0; u < depth.width; ++u) {
@@ -90,7 +90,7 @@ class DepthFit {
     return region_around(low, high, depth_.width, depth_.height);
   }
 
-  CameraModel depth_;
+  capture::CameraModel depth_;
   Eigen::Vector2d half_;
   const std::vector<BoardDepthView>& views_;
   std::vector<Vector3d> rays_;
@@ -149,7 +149,7 @@ int views_in(const std::vector<Point>& points) {
 
 }  // namespace
 
-DepthCalibration calibrate_depth(const CameraModel& depth, const Isometry3d& start, const Board& board,
+DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Isometry3d& start, const Board& board,
                                  const std::vector<BoardDepthView>& views) {
   DepthCalibration result;
   result.T_color_depth = start;
@@ -193,4 +193,4 @@ DepthCalibration calibrate_depth(const CameraModel& depth, const Isometry3d& sta
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

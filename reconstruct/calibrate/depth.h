@@ -10,10 +10,11 @@
 #include "capture/image.h"
 #include "reconstruct/calibrate/board.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct BoardDepthView {
-  const Image<float>* depth_m = nullptr;  ///< on the depth camera's own pixels, along its z; 0 = no measurement
+  const capture::Image<float>* depth_m =
+      nullptr;  ///< on the depth camera's own pixels, along its z; 0 = no measurement
   Eigen::Isometry3d T_color_board;
 };
 
@@ -27,7 +28,7 @@ struct DepthCalibration {
 };
 
 /// `start` is right to some centimetres and degrees.
-DepthCalibration calibrate_depth(const CameraModel& depth, const Eigen::Isometry3d& start, const Board& board,
+DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Eigen::Isometry3d& start, const Board& board,
                                  const std::vector<BoardDepthView>& views);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "reconstruct/calibrate/initial_guess.h"
 #include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/calibrate/initial_guess.h"
 #include "reconstruct/math/median.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -36,16 +36,16 @@ Isometry3d middle_of(const std::vector<Isometry3d>& guesses) {
   return best;
 }
 
-CameraModel unlimited(CameraModel camera) {
+capture::CameraModel unlimited(capture::CameraModel camera) {
   camera.fov_rad = 0;
   return camera;
 }
 
 }  // namespace
 
-ExtrinsicsCalibration calibrate_stand(const CameraModel& first, const CameraModel& second,
-                                 const std::vector<BoardView>& first_views,
-                                 const std::vector<BoardView>& second_views) {
+ExtrinsicsCalibration calibrate_stand(const capture::CameraModel& first, const capture::CameraModel& second,
+                                      const std::vector<BoardView>& first_views,
+                                      const std::vector<BoardView>& second_views) {
   ExtrinsicsCalibration stand;
   Rig rig{{unlimited(first), unlimited(second)}, {Isometry3d::Identity(), Isometry3d::Identity()}, {}};
   std::vector<std::array<std::optional<Isometry3d>, 2>> poses;
@@ -79,9 +79,9 @@ ExtrinsicsCalibration calibrate_stand(const CameraModel& first, const CameraMode
   return stand;
 }
 
-RoomTagPose place_room_tag(const CameraModel& first, const CameraModel& second,
-                        const std::optional<Isometry3d>& T_second_first,
-                        const std::array<std::vector<SeenPoints>, 2>& seen) {
+RoomTagPose place_room_tag(const capture::CameraModel& first, const capture::CameraModel& second,
+                           const std::optional<Isometry3d>& T_second_first,
+                           const std::array<std::vector<SeenPoints>, 2>& seen) {
   RoomTagPose place;
   // The second camera leads: what it cannot see itself it knows through the first.
   Rig rig{{unlimited(second), unlimited(first)}, {Isometry3d::Identity(), Isometry3d::Identity()}, {}};
@@ -106,4 +106,4 @@ RoomTagPose place_room_tag(const CameraModel& first, const CameraModel& second,
   return place;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -9,7 +9,7 @@
 #include "capture/camera/camera_model.h"
 #include "reconstruct/calibrate/board_detection.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// How a second camera stands to the first.
 struct ExtrinsicsCalibration {
@@ -24,8 +24,9 @@ struct ExtrinsicsCalibration {
 
 /// `first_views` and `second_views` hold what each camera saw, by moment; views may be empty. Lenses are free to give
 /// way, so that what is not known of them counts in the uncertainty.
-ExtrinsicsCalibration calibrate_stand(const CameraModel& first, const CameraModel& second,
-                                 const std::vector<BoardView>& first_views, const std::vector<BoardView>& second_views);
+ExtrinsicsCalibration calibrate_stand(const capture::CameraModel& first, const capture::CameraModel& second,
+                                      const std::vector<BoardView>& first_views,
+                                      const std::vector<BoardView>& second_views);
 
 /// Where a tag that hangs in the room is.
 struct RoomTagPose {
@@ -37,8 +38,8 @@ struct RoomTagPose {
 
 /// The tag's corners in pictures of one camera that stands still, or of two that do: then in the frame of the second,
 /// the fish-eye. `stand` is empty where they do not stand still to each other, and the first camera's say nothing.
-RoomTagPose place_room_tag(const CameraModel& first, const CameraModel& second,
-                        const std::optional<Eigen::Isometry3d>& T_second_first,
-                        const std::array<std::vector<SeenPoints>, 2>& seen);
+RoomTagPose place_room_tag(const capture::CameraModel& first, const capture::CameraModel& second,
+                           const std::optional<Eigen::Isometry3d>& T_second_first,
+                           const std::array<std::vector<SeenPoints>, 2>& seen);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

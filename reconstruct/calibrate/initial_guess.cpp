@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -20,7 +20,7 @@ std::size_t points_in(const BoardView& view) {
 }
 
 /// Median distance in pixels between what is seen and what the board at this pose would show.
-double median_error_px(const BoardView& view, const CameraModel& camera, const Isometry3d& T_camera_board) {
+double median_error_px(const BoardView& view, const capture::CameraModel& camera, const Isometry3d& T_camera_board) {
   std::vector<double> errors;
   for (const SeenPoints& seen : view.seen)
     for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
@@ -33,7 +33,8 @@ double median_error_px(const BoardView& view, const CameraModel& camera, const I
 }
 
 /// Poses of those views that have one under this lens, and how well they fit in the mean.
-double fit_px(const CameraModel& camera, const std::vector<BoardView>& views, const std::vector<std::size_t>& few) {
+double fit_px(const capture::CameraModel& camera, const std::vector<BoardView>& views,
+              const std::vector<std::size_t>& few) {
   constexpr double kNone_px = 100;
   double sum = 0;
   for (const std::size_t i : few) {
@@ -43,7 +44,7 @@ double fit_px(const CameraModel& camera, const std::vector<BoardView>& views, co
   return sum / static_cast<double>(few.size());
 }
 
-std::optional<Rig> posed(const CameraModel& camera, const std::vector<BoardView>& views) {
+std::optional<Rig> posed(const capture::CameraModel& camera, const std::vector<BoardView>& views) {
   Rig rig{{camera}, {Isometry3d::Identity()}, {}};
   for (const BoardView& view : views) {
     const auto pose = view.seen.empty() ? std::optional(Isometry3d::Identity()) : board_pose(view, camera);
@@ -55,7 +56,7 @@ std::optional<Rig> posed(const CameraModel& camera, const std::vector<BoardView>
 
 }  // namespace
 
-std::optional<Isometry3d> board_pose(const BoardView& view, const CameraModel& camera) {
+std::optional<Isometry3d> board_pose(const BoardView& view, const capture::CameraModel& camera) {
   // In units of the board's size, so that the nine unknowns are of one order.
   double size_m = 0;
   for (const SeenPoints& seen : view.seen)
@@ -93,14 +94,14 @@ std::optional<Isometry3d> board_pose(const BoardView& view, const CameraModel& c
   return T.linear().determinant() > 0 && T.matrix().allFinite() ? std::optional(T) : std::nullopt;
 }
 
-std::optional<Isometry3d> refined_pose(const BoardView& view, const CameraModel& camera) {
+std::optional<Isometry3d> refined_pose(const BoardView& view, const capture::CameraModel& camera) {
   const auto start = board_pose(view, camera);
   const auto adjusted =
       start ? adjust({{camera}, {Isometry3d::Identity()}, {*start}}, {{view}}, Freedom::poses) : std::nullopt;
   return adjusted ? std::optional(adjusted->rig.T_first_board[0]) : std::nullopt;
 }
 
-std::optional<Rig> start_camera(const CameraModel& camera, const std::vector<BoardView>& views) {
+std::optional<Rig> start_camera(const capture::CameraModel& camera, const std::vector<BoardView>& views) {
   constexpr std::size_t kFew = 12;
   std::vector<std::size_t> few(views.size());
   std::iota(few.begin(), few.end(), 0u);
@@ -109,13 +110,13 @@ std::optional<Rig> start_camera(const CameraModel& camera, const std::vector<Boa
   few.resize(std::min(few.size(), kFew));
   if (few.empty()) return std::nullopt;
 
-  const bool pinhole = camera.kind == CameraModel::Kind::pinhole;
+  const bool pinhole = camera.kind == capture::CameraModel::Kind::pinhole;
   const double side = std::max(camera.width, camera.height);
   // From 136° to 13° across a pinhole's picture; a fish-eye's circle from half of the picture's width to three of it.
   const double shortest = (pinhole ? 0.2 : 0.15) * side, longest = (pinhole ? 4.5 : 1.0) * side;
   constexpr int kSteps = 16;
   struct Guess {
-    CameraModel camera;
+    capture::CameraModel camera;
     double fit_px;
   };
   std::vector<Guess> guesses;
@@ -124,7 +125,7 @@ std::optional<Rig> start_camera(const CameraModel& camera, const std::vector<Boa
     lens[0] = lens[1] = shortest * std::pow(longest / shortest, i / (kSteps - 1.0));
     lens[2] = 0.5 * (camera.width - 1);
     lens[3] = 0.5 * (camera.height - 1);
-    CameraModel guess = with_lens(camera, lens);
+    capture::CameraModel guess = with_lens(camera, lens);
     guess.fov_rad = 0;
     guesses.push_back({guess, fit_px(guess, views, few)});
   }
@@ -138,4 +139,4 @@ std::optional<Rig> start_camera(const CameraModel& camera, const std::vector<Boa
   return std::nullopt;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

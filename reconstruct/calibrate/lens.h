@@ -6,30 +6,30 @@
 
 #include "capture/camera/camera_model.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 constexpr int kLensNumbers = 9;
 
 /// fx fy cx cy, then k1 k2 p1 p2 k3 of a pinhole, or k1 k2 k3 k4 of a fish-eye and a 0.
 using LensNumbers = std::array<double, kLensNumbers>;
 
-inline LensNumbers lens_numbers(const CameraModel& camera) {
+inline LensNumbers lens_numbers(const capture::CameraModel& camera) {
   LensNumbers lens{camera.fx, camera.fy, camera.cx, camera.cy};
-  const bool pinhole = camera.kind == CameraModel::Kind::pinhole;
+  const bool pinhole = camera.kind == capture::CameraModel::Kind::pinhole;
   for (std::size_t i = 0; i < (pinhole ? 5u : 4u); ++i) lens[4 + i] = pinhole ? camera.distortion[i] : camera.k[i];
   return lens;
 }
 
 /// A fish-eye becomes one of Kannala and Brandt.
-inline CameraModel with_lens(CameraModel camera, const LensNumbers& lens) {
+inline capture::CameraModel with_lens(capture::CameraModel camera, const LensNumbers& lens) {
   camera.fx = lens[0];
   camera.fy = lens[1];
   camera.cx = lens[2];
   camera.cy = lens[3];
-  if (camera.kind == CameraModel::Kind::pinhole) {
+  if (camera.kind == capture::CameraModel::Kind::pinhole) {
     for (std::size_t i = 0; i < 5; ++i) camera.distortion[i] = lens[4 + i];
   } else {
-    camera.kind = CameraModel::Kind::kannala_brandt;
+    camera.kind = capture::CameraModel::Kind::kannala_brandt;
     for (std::size_t i = 0; i < 4; ++i) camera.k[i] = lens[4 + i];
   }
   return camera;
@@ -63,4 +63,4 @@ bool project_through(bool pinhole, const T* lens, const Eigen::Matrix<T, 3, 1>& 
   return true;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

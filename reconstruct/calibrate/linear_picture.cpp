@@ -7,27 +7,27 @@
 #include "capture/camera/radiance.h"
 #include "reconstruct/pose/gray_regions.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr std::array<float, 3> kLuminance = {0.2126f, 0.7152f, 0.0722f};  // Rec. 709
 
 }  // namespace
 
-Image<std::uint16_t> linear_light(const Picture& picture, const Response& response) {
+capture::Image<std::uint16_t> linear_light(const capture::Picture& picture, const capture::Response& response) {
   const bool encoded = !picture.encoded.empty();
-  Image<std::uint16_t> light(encoded ? picture.encoded.width : picture.radiance.width,
-                             encoded ? picture.encoded.height : picture.radiance.height, 1);
+  capture::Image<std::uint16_t> light(encoded ? picture.encoded.width : picture.radiance.width,
+                                      encoded ? picture.encoded.height : picture.radiance.height, 1);
   const float gain = encoded ? 1.0f : detector_gain(picture.radiance);
   for (std::size_t i = 0; i < light.data.size(); ++i) {
     float sum = 0;
     bool cut = false;
     for (int c = 0; c < 3; ++c) {
       const std::size_t at = 3 * i + static_cast<std::size_t>(c);
-      const float channel = encoded ? response.to_linear(std::min(picture.encoded.data[at], kFullScale), c)
+      const float channel = encoded ? response.to_linear(std::min(picture.encoded.data[at], capture::kFullScale), c)
                                     : gain * picture.radiance.data[at];
       sum += kLuminance[static_cast<std::size_t>(c)] * channel;
-      cut = cut || (encoded && picture.encoded.data[at] >= kFullScale);
+      cut = cut || (encoded && picture.encoded.data[at] >= capture::kFullScale);
     }
     cut = cut || sum > 1.0f;
     const auto halves = static_cast<std::uint16_t>(std::lround(32767.0f * std::clamp(sum, 0.0f, 1.0f)));
@@ -36,4 +36,4 @@ Image<std::uint16_t> linear_light(const Picture& picture, const Response& respon
   return light;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -3,15 +3,15 @@
 //
 // Edges of a print lie where a pixel mixes ink and paper by area, and that holds for light alone: in code values a
 // blurred edge lies a quarter of a pixel towards the dark.
-#include "capture/frame.h"
 #include "capture/camera/response.h"
+#include "capture/frame.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Linear luminance; the brightest that the picture can hold is 65534. The last bit is set where the picture ends, in
 /// some channel: the light is that or more.
-Image<std::uint16_t> linear_light(const Picture& picture, const Response& response);
+capture::Image<std::uint16_t> linear_light(const capture::Picture& picture, const capture::Response& response);
 
 inline bool is_cut(std::uint16_t light) { return (light & 1) != 0; }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -9,7 +9,7 @@
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 namespace fs = std::filesystem;
@@ -28,27 +28,29 @@ std::vector<fs::path> picture_files(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
     if (entry.is_regular_file() && is_picture(entry.path())) files.push_back(entry.path());
-  if (error) throw InputError(folder.string() + ": " + error.message() + ", allowed: a folder of pictures");
-  if (files.empty()) throw InputError(folder.string() + ": found no picture, allowed: .png, .jpg, .tiff or .bmp files");
+  if (error) throw capture::InputError(folder.string() + ": " + error.message() + ", allowed: a folder of pictures");
+  if (files.empty())
+    throw capture::InputError(folder.string() + ": found no picture, allowed: .png, .jpg, .tiff or .bmp files");
   std::sort(files.begin(), files.end());
   return files;
 }
 
-Picture read_any_picture(const fs::path& file) {
+capture::Picture read_any_picture(const fs::path& file) {
   cv::Mat bgr;
   try {
     bgr = cv::imread(file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
     // too large to be decoded: as if it could not be
   }
-  if (bgr.empty() || bgr.cols > kLargestSide || bgr.rows > kLargestSide)
-    throw InputError(file.string() + ": found no picture that can be decoded, allowed: PNG, JPEG, TIFF or BMP");
-  Picture picture;
-  picture.encoded = Image<std::uint8_t>(bgr.cols, bgr.rows, 3);
+  if (bgr.empty() || bgr.cols > capture::kLargestSide || bgr.rows > capture::kLargestSide)
+    throw capture::InputError(file.string() +
+                              ": found no picture that can be decoded, allowed: PNG, JPEG, TIFF or BMP");
+  capture::Picture picture;
+  picture.encoded = capture::Image<std::uint8_t>(bgr.cols, bgr.rows, 3);
   for (int y = 0; y < bgr.rows; ++y)
     for (int x = 0; x < bgr.cols; ++x)
       for (int c = 0; c < 3; ++c) picture.encoded.at(x, y, c) = bgr.at<cv::Vec3b>(y, x)[2 - c];
   return picture;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <limits>
 
-#include "capture/error.h"
 #include "capture/camera/response.h"
+#include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kCodes = 256;
@@ -27,7 +27,8 @@ using Normal = Eigen::MatrixXd;  // for each pair of them
 /// ln(linear) of sRGB, where the search begins.
 Codes reference_ln() {
   Codes g(kCodes);
-  for (int z = 0; z < kCodes; ++z) g[z] = std::log(srgb_to_linear(static_cast<float>(std::max(z, 1)) / 255.0f));
+  for (int z = 0; z < kCodes; ++z)
+    g[z] = std::log(capture::srgb_to_linear(static_cast<float>(std::max(z, 1)) / 255.0f));
   return g;
 }
 
@@ -144,7 +145,7 @@ class Channel {
  public:
   Channel(const std::vector<ExposedPicture>& pictures, int channel) : pictures_(pictures), channel_(channel) {
     for (const ExposedPicture& picture : pictures) ln_exposure_.push_back(std::log(picture.exposure));
-    const Image<std::uint8_t>& first = pictures.front().encoded;
+    const capture::Image<std::uint8_t>& first = pictures.front().encoded;
     // Some hundred thousand pixels say all there is; a lattice that follows no row or column.
     const std::size_t pixels = static_cast<std::size_t>(first.width) * static_cast<std::size_t>(first.height);
     step_ = std::max<std::size_t>(1, pixels / 200000);
@@ -331,9 +332,9 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
   ResponseCalibration result;
   double least = 0, most = 0;
   for (const ExposedPicture& picture : pictures) {
-    const Image<std::uint8_t>& first = pictures.front().encoded;
+    const capture::Image<std::uint8_t>& first = pictures.front().encoded;
     if (picture.encoded.width != first.width || picture.encoded.height != first.height)
-      throw InputError("exposure sweep: found pictures of two sizes, allowed: one");
+      throw capture::InputError("exposure sweep: found pictures of two sizes, allowed: one");
     least = least > 0 ? std::min(least, picture.exposure) : picture.exposure;
     most = std::max(most, picture.exposure);
   }
@@ -417,4 +418,4 @@ void write_response_file(std::ostream& out, const ResponseCalibration& calibrati
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

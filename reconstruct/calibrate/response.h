@@ -8,11 +8,11 @@
 
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct ExposedPicture {
   double exposure = 1;  ///< in any unit: ratios count
-  Image<std::uint8_t> encoded;
+  capture::Image<std::uint8_t> encoded;
 };
 
 struct ResponseCalibration {
@@ -29,4 +29,4 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
 /// The table that `response = "FILE"` names.
 void write_response_file(std::ostream& out, const ResponseCalibration& calibration);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

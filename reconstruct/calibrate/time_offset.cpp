@@ -10,11 +10,11 @@
 #include <limits>
 #include <optional>
 
-#include "reconstruct/calibrate/lens.h"
-#include "reconstruct/calibrate/initial_guess.h"
 #include "reconstruct/calibrate/acceptance.h"
+#include "reconstruct/calibrate/initial_guess.h"
+#include "reconstruct/calibrate/lens.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -109,9 +109,9 @@ struct Cost {
 
 class TimeFit {
  public:
-  TimeFit(const CameraModel& second, std::vector<Stretch> stretches, const std::vector<TimedView>& views,
+  TimeFit(const capture::CameraModel& second, std::vector<Stretch> stretches, const std::vector<TimedView>& views,
           std::int64_t origin_ns)
-      : pinhole_(second.kind == CameraModel::Kind::pinhole),
+      : pinhole_(second.kind == capture::CameraModel::Kind::pinhole),
         lens_(lens_numbers(second)),
         stretches_(std::move(stretches)) {
     for (const TimedView& view : views)
@@ -216,8 +216,9 @@ void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double
 
 }  // namespace
 
-TimeOffsetCalibration calibrate_time(const CameraModel& first, const CameraModel& second, const Isometry3d& T_second_first,
-                               const std::vector<TimedView>& first_views, const std::vector<TimedView>& second_views) {
+TimeOffsetCalibration calibrate_time(const capture::CameraModel& first, const capture::CameraModel& second,
+                                     const Isometry3d& T_second_first, const std::vector<TimedView>& first_views,
+                                     const std::vector<TimedView>& second_views) {
   TimeOffsetCalibration result;
   if (first_views.empty() || second_views.empty()) {
     result.refusal = rejection_reason(result);
@@ -260,4 +261,4 @@ TimeOffsetCalibration calibrate_time(const CameraModel& first, const CameraModel
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -13,7 +13,7 @@
 #include "capture/camera/camera_model.h"
 #include "reconstruct/calibrate/board_detection.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// What one camera saw of the board, still or moving.
 struct TimedView {
@@ -30,8 +30,8 @@ struct TimeOffsetCalibration {
   std::string refusal;  ///< why it is not to be used, on one line; empty where it is
 };
 
-TimeOffsetCalibration calibrate_time(const CameraModel& first, const CameraModel& second,
-                               const Eigen::Isometry3d& T_second_first, const std::vector<TimedView>& first_views,
-                               const std::vector<TimedView>& second_views);
+TimeOffsetCalibration calibrate_time(const capture::CameraModel& first, const capture::CameraModel& second,
+                                     const Eigen::Isometry3d& T_second_first, const std::vector<TimedView>& first_views,
+                                     const std::vector<TimedView>& second_views);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 #include "reconstruct/calibrate/linear_picture.h"
 #include "reconstruct/pose/gray_regions.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kLookEvery_s = 0.1;
@@ -42,7 +42,7 @@ double moved_px(const BoardView& a, const BoardView& b) {
 }
 
 /// Paper that is clipped says nothing about light.
-void forget_clipped_paper(const Picture& picture, BoardView& view) {
+void forget_clipped_paper(const capture::Picture& picture, BoardView& view) {
   if (picture.encoded.empty()) return;
   for (SeenPoints& seen : view.seen) {
     Eigen::Vector2d low = seen.pixels[0], high = seen.pixels[0];
@@ -67,8 +67,8 @@ struct Looked {
   BoardView room_tag;
 };
 
-Looked found(const BoardFinder& finder, const std::optional<BoardFinder>& room_finder, const Picture& picture,
-             const Response& response) {
+Looked found(const BoardFinder& finder, const std::optional<BoardFinder>& room_finder, const capture::Picture& picture,
+             const capture::Response& response) {
   Looked result;
   BoardPicture& board = result.picture;
   board.light = linear_light(picture, response);
@@ -81,7 +81,7 @@ Looked found(const BoardFinder& finder, const std::optional<BoardFinder>& room_f
 }
 
 /// The tag alone is a board of one, whose frame is the tag's.
-Board board_of(const Tag& tag) {
+Board board_of(const capture::Tag& tag) {
   Board board;
   board.family = tag.family;
   board.first_id = tag.id;
@@ -92,11 +92,11 @@ Board board_of(const Tag& tag) {
 
 }  // namespace
 
-ViewSelector::ViewSelector(const Board& board, const std::optional<Tag>& room_tag) : finder_(board) {
+ViewSelector::ViewSelector(const Board& board, const std::optional<capture::Tag>& room_tag) : finder_(board) {
   if (room_tag) room_finder_.emplace(board_of(*room_tag));
 }
 
-std::vector<SeenPoints> ViewSelector::room_tag(std::size_t camera, const CameraModel& lens) const {
+std::vector<SeenPoints> ViewSelector::room_tag(std::size_t camera, const capture::CameraModel& lens) const {
   std::vector<SeenPoints> all;
   for (const BoardMoment& moment : moments_) {
     if (moment.room_tag[camera].seen.empty()) continue;
@@ -129,10 +129,11 @@ void ViewSelector::thin_out() {
   }
 }
 
-ViewSelector::Seen ViewSelector::look(std::int64_t time_ns, const Picture* color, const Response& color_response,
-                                          const std::vector<std::shared_ptr<const Picture>>& fisheye,
-                                          const Response& fisheye_response,
-                                          const std::shared_ptr<const DepthPicture>& depth) {
+ViewSelector::Seen ViewSelector::look(std::int64_t time_ns, const capture::Picture* color,
+                                      const capture::Response& color_response,
+                                      const std::vector<std::shared_ptr<const capture::Picture>>& fisheye,
+                                      const capture::Response& fisheye_response,
+                                      const std::shared_ptr<const capture::DepthPicture>& depth) {
   const double passed_s = 1e-9 * static_cast<double>(time_ns - last_time_ns_);
   Seen seen;
   if (any_ && passed_s >= 0 && passed_s < kLookEvery_s) return seen;
@@ -170,4 +171,4 @@ ViewSelector::Seen ViewSelector::look(std::int64_t time_ns, const Picture* color
   return seen;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

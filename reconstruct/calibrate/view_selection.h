@@ -6,25 +6,25 @@
 #include <optional>
 #include <vector>
 
-#include "capture/frame.h"
 #include "capture/camera/response.h"
+#include "capture/frame.h"
 #include "reconstruct/calibrate/camera.h"
 #include "reconstruct/calibrate/time_offset.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// What was seen at one moment by the colour camera (0) and the fish-eye (1). Views may be empty.
 struct BoardMoment {
   std::int64_t time_ns = 0;
   std::array<BoardPicture, 2> by_camera;
-  std::array<BoardView, 2> room_tag;          ///< the tag that hangs in the room, in its own frame
-  std::shared_ptr<const DepthPicture> depth;  ///< as it came; null where there is none
+  std::array<BoardView, 2> room_tag;                   ///< the tag that hangs in the room, in its own frame
+  std::shared_ptr<const capture::DepthPicture> depth;  ///< as it came; null where there is none
 };
 
 class ViewSelector {
  public:
   /// `room_tag` is looked for beside the board where it is there.
-  ViewSelector(const Board& board, const std::optional<Tag>& room_tag);
+  ViewSelector(const Board& board, const std::optional<capture::Tag>& room_tag);
 
   struct Seen {
     bool kept = false;
@@ -32,15 +32,16 @@ class ViewSelector {
   };
   /// Looks at the pictures of a moment; either may be null. Several fish-eye pictures are one bracket, of which the one
   /// that shows most of the board counts.
-  Seen look(std::int64_t time_ns, const Picture* color, const Response& color_response,
-            const std::vector<std::shared_ptr<const Picture>>& fisheye, const Response& fisheye_response,
-            const std::shared_ptr<const DepthPicture>& depth = nullptr);
+  Seen look(std::int64_t time_ns, const capture::Picture* color, const capture::Response& color_response,
+            const std::vector<std::shared_ptr<const capture::Picture>>& fisheye,
+            const capture::Response& fisheye_response,
+            const std::shared_ptr<const capture::DepthPicture>& depth = nullptr);
 
   /// What the moment shows that was looked at last, kept or not.
   const std::array<BoardView, 2>& newest() const { return last_; }
   const BoardFinder& finder() const { return finder_; }
   /// What one camera (0, 1) saw of the room's tag, measured again through its lens.
-  std::vector<SeenPoints> room_tag(std::size_t camera, const CameraModel& lens) const;
+  std::vector<SeenPoints> room_tag(std::size_t camera, const capture::CameraModel& lens) const;
   const std::vector<BoardMoment>& moments() const { return moments_; }
   /// What one camera (0, 1) saw of the board at all times that were looked at, moving or not: the newest of them.
   const std::vector<TimedView>& path(std::size_t camera) const { return paths_[camera]; }
@@ -61,4 +62,4 @@ class ViewSelector {
   double apart_ = 0.04;  ///< of the picture's width: how far the board must have moved to be somewhere new
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

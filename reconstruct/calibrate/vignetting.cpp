@@ -7,7 +7,7 @@
 
 #include "reconstruct/calibrate/acceptance.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::MatrixXd;
@@ -139,7 +139,7 @@ Solution fitted(const std::vector<Moment>& moments, Variances& v) {
 
 }  // namespace
 
-std::vector<WhiteSample> white_of(const std::vector<BoardView>& views, const CameraModel& camera) {
+std::vector<WhiteSample> white_of(const std::vector<BoardView>& views, const capture::CameraModel& camera) {
   std::vector<WhiteSample> samples;
   for (std::size_t moment = 0; moment < views.size(); ++moment)
     for (const SeenPoints& seen : views[moment].seen) {
@@ -196,4 +196,4 @@ VignettingCalibration calibrate_vignetting(const std::vector<WhiteSample>& sampl
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

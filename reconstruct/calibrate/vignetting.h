@@ -16,7 +16,7 @@
 #include "capture/camera/vignetting.h"
 #include "reconstruct/calibrate/board_detection.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// A piece of white paper in a picture.
 struct WhiteSample {
@@ -27,10 +27,10 @@ struct WhiteSample {
 };
 
 /// The paper of every tag that a camera of this lens saw, by moment.
-std::vector<WhiteSample> white_of(const std::vector<BoardView>& views, const CameraModel& camera);
+std::vector<WhiteSample> white_of(const std::vector<BoardView>& views, const capture::CameraModel& camera);
 
 struct VignettingCalibration {
-  Vignetting vignetting;
+  capture::Vignetting vignetting;
   int moments = 0, samples = 0;
   double field_rad = 0;     ///< half of the lens's field
   double widest_rad = 0;    ///< to which white was seen
@@ -44,4 +44,4 @@ struct VignettingCalibration {
 /// `field_rad` is half the lens's field.
 VignettingCalibration calibrate_vignetting(const std::vector<WhiteSample>& samples, double field_rad);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

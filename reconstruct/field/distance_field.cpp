@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 int brick_of(int voxel) { return voxel >> 3; }  // rounds down, negative indices too
@@ -239,4 +239,4 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
   return std::nullopt;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

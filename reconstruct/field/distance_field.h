@@ -14,7 +14,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 constexpr int kBrickEdge = 8;
 constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
@@ -74,4 +74,4 @@ struct DistanceField {
                                 float far_m) const;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 
 #include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr std::uint8_t kFarthestGap = 8;
@@ -216,4 +216,4 @@ Eigen::Vector3f FieldRays::normal_at(const Eigen::Vector3i& voxel) const {
   return length > 0 ? (gradient / length).eval() : gradient;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -9,7 +9,7 @@
 
 #include "reconstruct/field/distance_field.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class FieldRays {
  public:
@@ -51,4 +51,4 @@ class FieldRays {
   std::vector<std::uint8_t> gap_;         ///< bricks to the nearest that exists (chessboard), up to a limit
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 
 #include "reconstruct/field/real_surface_mesh.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kCell_m = 0.012f;
@@ -15,8 +15,8 @@ constexpr float kTagThickness_m = 0.015f;
 
 }  // namespace
 
-MetalMask::MetalMask(const Session& session) : tag_reach_m_(kTagPaper * session.tag.size_m) {
-  for (const RealSurface& surface : session.real_surfaces) {
+MetalMask::MetalMask(const capture::Session& session) : tag_reach_m_(kTagPaper * session.tag.size_m) {
+  for (const capture::RealSurface& surface : session.real_surfaces) {
     if (surface.metallic < 0.5f) continue;
     for (const auto& [a, b, c] : read_triangles(surface)) {
       const float longest = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
@@ -52,4 +52,4 @@ bool MetalMask::contains(const Eigen::Vector3f& position_m) const {
   return false;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

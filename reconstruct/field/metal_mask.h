@@ -8,12 +8,12 @@
 #include "capture/session/session.h"
 #include "reconstruct/field/distance_field.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class MetalMask {
  public:
   /// Reads the meshes of surfaces with metallic >= 0.5. Throws InputError.
-  explicit MetalMask(const Session& session);
+  explicit MetalMask(const capture::Session& session);
 
   /// Whether metal lies within about 1.5 voxels of the point. The tag, which is paper, is not metal.
   bool contains(const Eigen::Vector3f& position_m) const;
@@ -25,4 +25,4 @@ class MetalMask {
   std::unordered_set<BrickKey, BrickKeyHash> cells_;  ///< cells of kCell_m that metal passes through
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -84,4 +84,4 @@ DistanceField field_of(const std::vector<SurfaceTriangle>& triangles, float voxe
   return field;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,9 +7,9 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
-std::vector<SurfaceTriangle> read_triangles(const RealSurface& surface) {
+std::vector<SurfaceTriangle> read_triangles(const capture::RealSurface& surface) {
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(
       surface.mesh.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);
@@ -27,11 +27,11 @@ std::vector<SurfaceTriangle> read_triangles(const RealSurface& surface) {
     }
   }
   if (triangles.empty()) {
-    throw InputError(surface.mesh.string() + ": found no triangles" +
-                     (scene ? "" : std::string(" (") + importer.GetErrorString() + ")") +
-                     ", allowed: a mesh of the real surface \"" + surface.name + "\"");
+    throw capture::InputError(surface.mesh.string() + ": found no triangles" +
+                              (scene ? "" : std::string(" (") + importer.GetErrorString() + ")") +
+                              ", allowed: a mesh of the real surface \"" + surface.name + "\"");
   }
   return triangles;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

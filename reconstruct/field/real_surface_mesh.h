@@ -6,11 +6,11 @@
 
 #include "capture/session/session.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 using SurfaceTriangle = std::array<Eigen::Vector3f, 3>;
 
 /// In the frame of the file, which is the tag's. Throws InputError.
-std::vector<SurfaceTriangle> read_triangles(const RealSurface& surface);
+std::vector<SurfaceTriangle> read_triangles(const capture::RealSurface& surface);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

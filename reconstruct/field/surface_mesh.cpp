@@ -14,7 +14,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -137,7 +137,7 @@ void write_ply(const SurfaceMesh& mesh, const std::filesystem::path& path) {
     out.write(reinterpret_cast<const char*>(triangle.data()), 3 * sizeof(int));
   }
   out.close();
-  if (!out) throw InputError(path.string() + ": cannot be written");
+  if (!out) throw capture::InputError(path.string() + ": cannot be written");
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 
 #include "reconstruct/field/distance_field.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct SurfaceMesh {
   std::vector<Eigen::Vector3f> vertices_m;  ///< tag frame
@@ -18,4 +18,4 @@ struct SurfaceMesh {
 SurfaceMesh extract_surface(const DistanceField& field);
 void write_ply(const SurfaceMesh& mesh, const std::filesystem::path& path);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 #include <new>
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr std::size_t kChunk_bytes = std::size_t{2} << 20, kLine_bytes = 64;
@@ -64,4 +64,4 @@ std::shared_ptr<const FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick)
   return std::allocate_shared<FieldBrick>(InPages<FieldBrick>(pages_), brick);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -9,7 +9,7 @@
 
 #include "reconstruct/field/distance_field.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Places of one size for one kind of thing. Threads that drop a field give places back while another publishes.
 class BrickPages {
@@ -41,4 +41,4 @@ class FieldBrickMaker {
   std::shared_ptr<BrickPages> pages_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "reconstruct/math/simd4.h"
 #include "reconstruct/fusion/depth_lookup.h"
+#include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2f;
@@ -36,7 +36,7 @@ std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthP
   };
   const Simd4 origin = four(T_tag_camera.translation() / voxel_m);
   const std::array<Simd4, 3> axes = {four(T_tag_camera.linear().col(0)), four(T_tag_camera.linear().col(1)),
-                                    four(T_tag_camera.linear().col(2))};
+                                     four(T_tag_camera.linear().col(2))};
   const auto touch_around = [&](int u, int v, const PreparedDepth::Block& block) {
     const std::int32_t pixel = view.pixel_index(2 * u, 2 * v);
     const Vector3f in_camera = preparation.ray(pixel).homogeneous();
@@ -128,4 +128,4 @@ Sight sight_of(const BrickKey& key, const PreparedDepth& view, const PixelMap& m
   return {Sight::Kind::surface, hidden_m, pixel, reach};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

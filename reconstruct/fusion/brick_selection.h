@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
-#include "reconstruct/math/simd4.h"
-#include "reconstruct/fusion/projection.h"
 #include "reconstruct/fusion/depth_preprocess.h"
+#include "reconstruct/fusion/projection.h"
+#include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Nothing is fused closer to the camera.
 constexpr float kNearestM = 0.05f;
@@ -91,4 +91,4 @@ struct Sight {
 Sight sight_of(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
                const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,10 +4,10 @@
 #include <bit>
 #include <cmath>
 
-#include "reconstruct/math/simd8.h"
 #include "reconstruct/fusion/depth_noise.h"
+#include "reconstruct/math/simd8.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2f;
@@ -301,4 +301,4 @@ BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
   return told;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -3,13 +3,13 @@
 // in depth or beside the picture.
 #include <Eigen/Geometry>
 
-#include "reconstruct/fusion/working_brick.h"
+#include "reconstruct/fusion/brick_selection.h"
 #include "reconstruct/fusion/color_lookup.h"
 #include "reconstruct/fusion/depth_lookup.h"
-#include "reconstruct/fusion/brick_selection.h"
 #include "reconstruct/fusion/depth_preprocess.h"
+#include "reconstruct/fusion/working_brick.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class BrickUpdate {
  public:
@@ -65,4 +65,4 @@ class BrickUpdate {
   bool wide_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -1,22 +1,22 @@
 #include "reconstruct/fusion/color_lookup.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
-ColorLookup::ColorLookup(const Picture* picture, const Response& response, int width, int height) {
+ColorLookup::ColorLookup(const capture::Picture* picture, const capture::Response& response, int width, int height) {
   if (!picture) return;
   if (!picture->radiance.empty()) {
-    radiance_ = to_radiance(*picture, response);
+    radiance_ = capture::to_radiance(*picture, response);
     if (radiance_.radiance.width != width || radiance_.radiance.height != height) return;
   } else {
     if (picture->encoded.width != width || picture->encoded.height != height || picture->encoded.channels != 3) return;
     codes_ = picture->encoded.data.data();
     // What each code stands for, from a picture of all of them.
-    Picture every;
+    capture::Picture every;
     every.exposure = picture->exposure;
-    every.encoded = Image<std::uint8_t>(256, 1, 3);
+    every.encoded = capture::Image<std::uint8_t>(256, 1, 3);
     for (std::size_t i = 0; i < every.encoded.data.size(); ++i)
       every.encoded.data[i] = static_cast<std::uint8_t>(i / 3);
-    const RadiancePicture values = to_radiance(every, response);
+    const capture::RadiancePicture values = capture::to_radiance(every, response);
     for (int code = 0; code < 256; ++code)
       for (int c = 0; c < 3; ++c) {
         Simd4& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(code)];
@@ -28,4 +28,4 @@ ColorLookup::ColorLookup(const Picture* picture, const Response& response, int w
   height_ = height;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

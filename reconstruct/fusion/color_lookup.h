@@ -4,16 +4,16 @@
 #include <array>
 #include <cstdint>
 
-#include "capture/frame.h"
 #include "capture/camera/radiance.h"
+#include "capture/frame.h"
 #include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class ColorLookup {
  public:
   /// `picture` may be null, or of another size than the camera: then nothing can be read.
-  ColorLookup(const Picture* picture, const Response& response, int width, int height);
+  ColorLookup(const capture::Picture* picture, const capture::Response& response, int width, int height);
 
   explicit operator bool() const { return width_ > 0; }
   /// Bilinear, or of the nearest pixel; false outside the picture, and where any pixel it needs is clipped. The fourth
@@ -29,7 +29,7 @@ class ColorLookup {
 
   int width_ = 0, height_ = 0;
   const std::uint8_t* codes_ = nullptr;  ///< null where the picture holds radiance
-  RadiancePicture radiance_;
+  capture::RadiancePicture radiance_;
   std::array<std::array<Simd4, 256>, 3> table_{};  ///< by channel and code; the fourth is 1 for clipped codes
 };
 
@@ -59,4 +59,4 @@ class ColorLookup {
   return a[3] + b[3] + c[3] + d[3] == 0;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

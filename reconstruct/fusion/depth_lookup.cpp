@@ -4,7 +4,7 @@
 
 #include "reconstruct/fusion/depth_noise.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kBesideVoxels = 2;  // so close to a jump, what one surface hides of the other is filled in
@@ -97,8 +97,8 @@ Reading DepthReader::hidden(const Eigen::Vector3f& p, std::int32_t behind) const
 
 /// Whether the camera sees the plane at this place of it, or within a voxel of it: a cell that the rim passes through
 /// needs a corner behind the surface.
-bool DepthReader::stands(const Eigen::Vector3f& foot, const PreparedDepth::Jump& jump, const PreparedDepth::Block& block,
-                         float distance_m) const {
+bool DepthReader::stands(const Eigen::Vector3f& foot, const PreparedDepth::Jump& jump,
+                         const PreparedDepth::Block& block, float distance_m) const {
   if (!(foot.z() > 0)) return false;
   const Eigen::Vector2f pixel = map_.pixel(foot.x() / foot.z(), foot.y() / foot.z());
   const Eigen::Vector2f inside(static_cast<float>(jump.near % view_.width) - jump.pixel.x(),
@@ -156,4 +156,4 @@ float DepthReader::steady_to_m() const {
   return farthest_m(sigma_m);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

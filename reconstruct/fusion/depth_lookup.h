@@ -3,10 +3,10 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "reconstruct/fusion/projection.h"
 #include "reconstruct/fusion/depth_preprocess.h"
+#include "reconstruct/fusion/projection.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct Reading {
   float distance_m = 0;  ///< may be beyond truncation
@@ -85,4 +85,4 @@ class DepthReader {
   float steady_to_m_;  ///< depth to which a plane may be carried on a little beyond what was measured
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 double oblique_noise(double incidence_rad) {
   if (incidence_rad <= M_PI / 18) return 0;
@@ -21,4 +21,4 @@ float farthest_m(float sigma_m) {
   return more >= 0 ? 0.4f + std::sqrt(more) : 0;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -1,6 +1,6 @@
 #pragma once
 // How far depth is off: the axial noise of a structured-light camera.
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Noise of the model at its least, a surface faced squarely at 0.4 m: what a measurement of weight 1 has.
 constexpr double kLeastSigmaM = 0.0012;
@@ -23,4 +23,4 @@ template <typename Value>
   return static_cast<float>(kLeastSigmaM) * q * q + 0.0019f * away * away;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "reconstruct/math/simd8.h"
 #include "reconstruct/fusion/depth_noise.h"
+#include "reconstruct/math/simd8.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 // Beyond this incidence two neighbouring pixels count as two surfaces, and a plane is not to be trusted.
@@ -35,7 +35,7 @@ template <typename Value>
 
 }  // namespace
 
-DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, double far_m, bool wide)
+DepthPreparation::DepthPreparation(const capture::CameraModel& camera, double voxel_m, double far_m, bool wide)
     : width_(camera.width),
       height_(camera.height),
       blocks_x_(camera.width / 2),
@@ -71,7 +71,7 @@ DepthPreparation::DepthPreparation(const CameraModel& camera, double voxel_m, do
     }
 }
 
-void DepthPreparation::prepare(const Image<float>& depth_m, PreparedDepth& view) {
+void DepthPreparation::prepare(const capture::Image<float>& depth_m, PreparedDepth& view) {
   view.width = width_;
   view.height = height_;
   view.blocks_x = blocks_x_;
@@ -103,7 +103,7 @@ void DepthPreparation::prepare(const Image<float>& depth_m, PreparedDepth& view)
   spread_jumps(view);
 }
 
-void DepthPreparation::invert(const Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const {
+void DepthPreparation::invert(const capture::Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const {
   const std::size_t first = static_cast<std::size_t>(first_v) * width_, end = static_cast<std::size_t>(end_v) * width_;
   std::size_t i = first;
   for (; i + 4 <= end; i += 4) {
@@ -422,4 +422,4 @@ void DepthPreparation::measure_tiles(PreparedDepth& view, int y) const {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

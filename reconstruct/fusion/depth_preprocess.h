@@ -10,7 +10,7 @@
 #include "capture/image.h"
 #include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct PreparedDepth {
   /// What a block of 2 × 2 pixels sees.
@@ -66,9 +66,9 @@ constexpr float kJumpVoxels = 4;
 class DepthPreparation {
  public:
   /// Not `wide`: as a processor works that has no vectors of eight; the result is the same, to the bit.
-  DepthPreparation(const CameraModel& camera, double voxel_m, double far_m, bool wide = true);
+  DepthPreparation(const capture::CameraModel& camera, double voxel_m, double far_m, bool wide = true);
   /// `depth_m` has the camera's size. Buffers of `view` are used again.
-  void prepare(const Image<float>& depth_m, PreparedDepth& view);
+  void prepare(const capture::Image<float>& depth_m, PreparedDepth& view);
   /// x/z, y/z of a pixel's centre; NaN where it sees nothing.
   const Eigen::Vector2f& ray(std::int32_t pixel) const { return rays_[static_cast<std::size_t>(pixel)]; }
   float focal() const { return focal_; }
@@ -78,7 +78,7 @@ class DepthPreparation {
   float slope(const float* inverse_depth, std::ptrdiff_t step, int before, int after, float bend) const;
   void fit_plane(PreparedDepth& view, int u, int v) const;
   void fit_eight(PreparedDepth& view, int u, int v) const;
-  void invert(const Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const;
+  void invert(const capture::Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const;
   void find_jumps(PreparedDepth& view, int first_v, int end_v);
   void add_jump(PreparedDepth& view, int u, int v);
   void fit_planes(PreparedDepth& view) const;
@@ -103,4 +103,4 @@ class DepthPreparation {
   std::vector<std::int32_t> block_jumps_;  ///< the jump in the block, later the closest
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -9,15 +9,15 @@
 #include <utility>
 #include <vector>
 
-#include "reconstruct/fusion/working_brick.h"
-#include "reconstruct/fusion/color_lookup.h"
 #include "reconstruct/fusion/brick_pages.h"
 #include "reconstruct/fusion/brick_selection.h"
 #include "reconstruct/fusion/brick_update.h"
+#include "reconstruct/fusion/color_lookup.h"
 #include "reconstruct/fusion/depth_preprocess.h"
 #include "reconstruct/fusion/real_surface.h"
+#include "reconstruct/fusion/working_brick.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3f;
@@ -44,20 +44,21 @@ constexpr std::uint32_t kWait = 4;   ///< pictures, that slight changes are held
 constexpr float kPlaceM = 0.25f;     // apart, as places from where the camera looked
 constexpr std::size_t kMostPlaces = 64;
 
-bool same_picture(const std::shared_ptr<const Picture>& a, const std::shared_ptr<const Picture>& b) {
+bool same_picture(const std::shared_ptr<const capture::Picture>& a, const std::shared_ptr<const capture::Picture>& b) {
   if (a == b) return true;
   return a && b && a->exposure == b->exposure && a->encoded.data == b->encoded.data &&
          a->radiance.data == b->radiance.data;
 }
 
-bool same_depth(const std::shared_ptr<const DepthPicture>& a, const std::shared_ptr<const DepthPicture>& b) {
+bool same_depth(const std::shared_ptr<const capture::DepthPicture>& a,
+                const std::shared_ptr<const capture::DepthPicture>& b) {
   return a == b || (a && b && a->depth_m.data == b->depth_m.data);
 }
 
 }  // namespace
 
 struct FusionStage::State {
-  State(const Session& session, const FusionSettings& settings)
+  State(const capture::Session& session, const FusionSettings& settings)
       : camera(session.color.model),
         response(session.color.response),
         voxel_m(static_cast<float>(settings.voxel_m)),
@@ -80,8 +81,8 @@ struct FusionStage::State {
   void renew(WorkingBrick& brick) const;
   void publish();
 
-  CameraModel camera;
-  Response response;
+  capture::CameraModel camera;
+  capture::Response response;
   float voxel_m, truncation_m, weight_cap;
   PixelMap map;
   DepthPreparation preparation;
@@ -100,8 +101,8 @@ struct FusionStage::State {
   FieldBrickMaker maker;  ///< of those that are published
   std::unordered_map<BrickKey, std::size_t, BrickKeyHash> places;
   std::shared_ptr<const DistanceField> field;
-  std::shared_ptr<const DepthPicture> last_depth;
-  std::shared_ptr<const Picture> last_color;
+  std::shared_ptr<const capture::DepthPicture> last_depth;
+  std::shared_ptr<const capture::Picture> last_color;
   std::vector<Vector3f> seen_from_m;  ///< the one that was left longest ago first
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
 };
@@ -247,12 +248,12 @@ void FusionStage::State::publish() {
   field = std::move(next);
 }
 
-FusionStage::FusionStage(const Session& session, const FusionSettings& settings)
+FusionStage::FusionStage(const capture::Session& session, const FusionSettings& settings)
     : state_(std::make_unique<State>(session, settings)) {}
 
 FusionStage::~FusionStage() = default;
 
-std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, const Pose& pose) {
+std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& frame, const Pose& pose) {
   State& s = *state_;
   if (!frame.depth || pose.age_ns != 0) return s.field;
   if (frame.depth->depth_m.width != s.camera.width || frame.depth->depth_m.height != s.camera.height) return s.field;
@@ -308,4 +309,4 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const FrameSet& frame, co
 
 std::vector<std::string> FusionStage::warnings() const { return state_->surfaces.warnings(); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

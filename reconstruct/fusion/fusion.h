@@ -9,7 +9,7 @@
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/pose/pose.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct FusionSettings {
   double voxel_m = 0.008;
@@ -35,12 +35,12 @@ struct FusionSettings {
 /// by brick: what changed is what is not the same pointer as in the field before.
 class FusionStage {
  public:
-  FusionStage(const Session& session, const FusionSettings& settings);
+  FusionStage(const capture::Session& session, const FusionSettings& settings);
   ~FusionStage();
   /// The field with this frame in it, as far as that makes a difference. Unchanged (the same pointer) where the frame
   /// has no depth, where its pose is old, or where neither its pictures nor its pose differ (by more than 10 µm) from
   /// the last one fused. Null until a depth was fused.
-  std::shared_ptr<const DistanceField> fuse(const FrameSet& frame, const Pose& pose);
+  std::shared_ptr<const DistanceField> fuse(const capture::FrameSet& frame, const Pose& pose);
   /// What is wrong with what the session says about real surfaces (see real_surface.h).
   std::vector<std::string> warnings() const;
 
@@ -49,4 +49,4 @@ class FusionStage {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

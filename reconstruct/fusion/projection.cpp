@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
-PixelMap::PixelMap(const CameraModel& camera)
+PixelMap::PixelMap(const capture::CameraModel& camera)
     : fx_(static_cast<float>(camera.fx)),
       fy_(static_cast<float>(camera.fy)),
       cx_(static_cast<float>(camera.cx)),
@@ -31,4 +31,4 @@ Eigen::Vector2f PixelMap::distorted(float u, float v) const {
   return (1 - t) * ((1 - s) * corner[0] + s * corner[1]) + t * ((1 - s) * corner[width_] + s * corner[width_ + 1]);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,12 +6,12 @@
 #include "capture/camera/camera_model.h"
 #include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Pixels of points in the camera's frame, fast: a distorted lens goes through a table.
 class PixelMap {
  public:
-  explicit PixelMap(const CameraModel& camera);
+  explicit PixelMap(const capture::CameraModel& camera);
   Eigen::Vector2f pixel(float x_over_z, float y_over_z) const {
     const float u = fx_ * x_over_z + cx_, v = fy_ * y_over_z + cy_;
     return table_.empty() ? Eigen::Vector2f(u, v) : distorted(u, v);
@@ -36,4 +36,4 @@ class PixelMap {
   std::vector<Eigen::Vector2f> table_;  ///< per pixel of the undistorted camera, margin included; empty without lens
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "reconstruct/field/real_surface_field.h"
 #include "reconstruct/fusion/depth_noise.h"
 #include "reconstruct/pose/icp.h"
-#include "reconstruct/field/real_surface_field.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -30,7 +30,7 @@ constexpr double kNotedM = 0.005, kNotedRad = 0.01;       // an offset worth a w
 constexpr float kFarM = 5;
 constexpr float kSurelyNoise = 3;  // σ
 
-bool is_mirror(const RealSurface& surface) {
+bool is_mirror(const capture::RealSurface& surface) {
   return surface.metallic >= kMirrorMetallic && surface.roughness < kMirrorRoughness;
 }
 
@@ -43,12 +43,12 @@ std::string offset_text(const Isometry3d& offset) {
 
 }  // namespace
 
-RealSurfaces::RealSurfaces(const Session& session, float voxel_m)
+RealSurfaces::RealSurfaces(const capture::Session& session, float voxel_m)
     : voxel_m_(voxel_m),
       step_(std::max(1, session.color.model.width / kColumns)),
       columns_(session.color.model.width / step_),
       rows_(session.color.model.height / step_) {
-  for (const RealSurface& surface : session.real_surfaces) {
+  for (const capture::RealSurface& surface : session.real_surfaces) {
     models_.push_back(
         {field_of(read_triangles(surface), kFineness * voxel_m, kBandVoxels * voxel_m), is_mirror(surface)});
     found_.push_back({surface.name});
@@ -60,7 +60,7 @@ RealSurfaces::RealSurfaces(const Session& session, float voxel_m)
     }
 }
 
-DepthGrid RealSurfaces::sample(const Image<float>& depth_m) const {
+DepthGrid RealSurfaces::sample(const capture::Image<float>& depth_m) const {
   DepthGrid grid;
   grid.step = step_;
   grid.columns = columns_;
@@ -102,7 +102,7 @@ RealSurfaces::Sight RealSurfaces::sight_of(const Model& model, const DepthGrid& 
   return sight;
 }
 
-bool RealSurfaces::look(const Image<float>& depth_m, const Isometry3d& T_tag_camera) {
+bool RealSurfaces::look(const capture::Image<float>& depth_m, const Isometry3d& T_tag_camera) {
   bool changed = false;
   std::optional<DepthGrid> grid;
   for (std::size_t m = 0; m < models_.size(); ++m) {
@@ -229,4 +229,4 @@ FieldBrick merged(const FieldBrick& brick, const SurfaceBrick& model, float voxe
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -9,7 +9,7 @@
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/pose/depth_points.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// What models say of a brick; weight 0 where there is none.
 struct SurfaceBrick {
@@ -32,11 +32,11 @@ class RealSurfaces {
   };
 
   /// Throws InputError where a mesh cannot be read.
-  RealSurfaces(const Session& session, float voxel_m);
+  RealSurfaces(const capture::Session& session, float voxel_m);
 
   bool any() const { return !models_.empty(); }
   /// Whether what is to be merged is another than before.
-  bool look(const Image<float>& depth_m, const Eigen::Isometry3d& T_tag_camera);
+  bool look(const capture::Image<float>& depth_m, const Eigen::Isometry3d& T_tag_camera);
 
   /// Distances to the nearest used model in the tag's grid; weight 0 where there is none.
   std::map<BrickKey, std::shared_ptr<const SurfaceBrick>> bricks() const;
@@ -52,7 +52,7 @@ class RealSurfaces {
     bool mirror;
   };
   struct Sight;
-  DepthGrid sample(const Image<float>& depth_m) const;
+  DepthGrid sample(const capture::Image<float>& depth_m) const;
   Sight sight_of(const Model& model, const DepthGrid& grid, const Eigen::Isometry3d& T_model_camera) const;
 
   float voxel_m_;
@@ -67,4 +67,4 @@ class RealSurfaces {
 /// surface, which would be one without light; but a mirror gets one, since depth never shows it.
 FieldBrick merged(const FieldBrick& brick, const SurfaceBrick& model, float voxel_m);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <new>
 
-#include "reconstruct/math/simd4.h"
 #include "reconstruct/fusion/depth_noise.h"
+#include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kNoise = static_cast<float>(0.5 * kLeastSigmaM);  // of a measurement of weight 1
@@ -82,4 +82,4 @@ void WorkingBricks::clear() {
   chunks_.clear();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 
 #include "reconstruct/field/distance_field.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct SurfaceBrick;
 
@@ -20,17 +20,17 @@ constexpr float kDriftMargin = 0.5f;
 struct WorkingBrick {
   // What is asked of every brick in every picture lies together, before what few need.
   BrickKey key{};
-  std::uint32_t update_count = 0;         ///< pictures that said something about it
+  std::uint32_t update_count = 0;  ///< pictures that said something about it
   std::uint32_t last_look = 0;     ///< picture that was the last of them
   std::uint32_t active_until = 0;  ///< look, while what is there seems to change
   std::uint32_t turn = 0;          ///< counts looks, whether they told anything or not
   /// By row, y + 8 z: what the last look at it found.
-  std::uint64_t free_rows = 0;    ///< free, and known to be, all along
+  std::uint64_t free_rows = 0;        ///< free, and known to be, all along
   std::uint64_t unobserved_rows = 0;  ///< nothing told
-  bool open = false;              ///< every voxel is known to be free, far from surfaces
-  bool waiting = false;           ///< to be published, if it drifted
-  bool urgent = false;            ///< at once
-  bool renewed = false;           ///< `published` is not in the field yet
+  bool open = false;                  ///< every voxel is known to be free, far from surfaces
+  bool waiting = false;               ///< to be published, if it drifted
+  bool urgent = false;                ///< at once
+  bool renewed = false;               ///< `published` is not in the field yet
 
   /// Drift since what was published at most, over what it may be; and of radiance, in its units. What a look changes is
   /// added up, since looking at both fields costs as much as a look.
@@ -76,4 +76,4 @@ class WorkingBricks {
   std::size_t size_ = 0;  ///< bricks that live
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 
 #include "reconstruct/lamps/lamp_refinement.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kAsFar_m[] = {12, 24, 100};  ///< as good as infinitely far, and what explains the room as the sun does
@@ -86,4 +86,4 @@ std::vector<std::optional<LampShape>> far_lamps(ShadingModel& model, const std::
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 #include "reconstruct/lamps/sample_pairs.h"
 #include "reconstruct/lamps/shading_model.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// A lamp is placed where the room is explained best, but how sharp that minimum is does not tell whether there is a
 /// better one farther away: the sun's lies anywhere. Likelihoods are compared instead. A lamp is far where the room is
@@ -18,4 +18,4 @@ namespace lumigraft {
 std::vector<std::optional<LampShape>> far_lamps(ShadingModel& model, const std::vector<SamplePair>& pairs,
                                                 const std::vector<LampShape>& near, double pair_variance);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

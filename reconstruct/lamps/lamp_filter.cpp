@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kKept = 0.75;          ///< of the information of solves before: about four count
@@ -169,4 +169,4 @@ std::vector<LampEstimate> LampFilter::combine(const std::vector<PointLight>& lig
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 #include "reconstruct/lamps/lamp_placement.h"
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// An information filter over all lamps together, since their errors hang together: what one solve leaves open along
 /// one direction another may tell. Solves see mostly the same room and are wrong alike, so that old ones fade
@@ -38,4 +38,4 @@ class LampFilter {
   double solves_ = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

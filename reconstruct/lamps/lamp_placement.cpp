@@ -8,7 +8,7 @@
 #include "reconstruct/lamps/lamp_refinement.h"
 #include "reconstruct/lamps/shading_model.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kNearest_m = 0.4, kFarthest_m = 8.0, kUsual_m = 1.5;
@@ -342,8 +342,9 @@ class LampSearch {
 
 }  // namespace
 
-LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illumination, std::vector<SurfaceSample> samples,
-                          std::vector<Eigen::Vector3f> gathered, const std::optional<SurfaceSample>& paper,
+LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illumination,
+                          std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
+                          const std::optional<SurfaceSample>& paper,
                           const std::vector<std::optional<LampEstimate>>& before, Search how) {
   if (illumination.lights.empty()) return {};
   const std::vector<SamplePair> pairs = choose_pairs(samples);
@@ -362,4 +363,4 @@ LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illum
   return search.solve(illumination.probe_position_m, how);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

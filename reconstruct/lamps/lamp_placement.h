@@ -9,13 +9,13 @@
 #include <optional>
 #include <vector>
 
-#include "reconstruct/shading/irradiance.h"
 #include "reconstruct/lamps/sample_pairs.h"
-#include "reconstruct/shading/surface_samples.h"
 #include "reconstruct/lamps/shading_model.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/shading/irradiance.h"
+#include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct LampEstimate {
   float distance_m = kInfinitelyFar;
@@ -33,14 +33,15 @@ struct LampSolution {
   Eigen::MatrixXd covariance;  ///< of LampShape, kPerLamp numbers for each lamp
 };
 
-/// `gathered` is IrradianceModel::gather of each sample. One estimate per lamp of the illumination. Where `before` holds an
-/// earlier estimate of every lamp the search starts there, and starts afresh only when it ends elsewhere.
+/// `gathered` is IrradianceModel::gather of each sample. One estimate per lamp of the illumination. Where `before`
+/// holds an earlier estimate of every lamp the search starts there, and starts afresh only when it ends elsewhere.
 ///
 /// A clipped lamp's irradiance is a lower bound: its gain, per channel, is unknown too. It follows from the contrast
 /// between what the lamp lights and what it does not, against the rest of the light, which was measured; from `paper`,
 /// a sample that is white paper of known albedo; and where there is none, loosely, from what rooms usually are made of.
-LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illumination, std::vector<SurfaceSample> samples,
-                          std::vector<Eigen::Vector3f> gathered, const std::optional<SurfaceSample>& paper,
+LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illumination,
+                          std::vector<SurfaceSample> samples, std::vector<Eigen::Vector3f> gathered,
+                          const std::optional<SurfaceSample>& paper,
                           const std::vector<std::optional<LampEstimate>>& before, Search how = Search::fine);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <memory>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kNearest_m = 0.3, kFarthest_m = 12;
@@ -341,7 +341,8 @@ bool has_gauge(const ShadingModel& model, int paper) {
 }
 
 AlbedoScalePrior gauge_of(int paper) {
-  return paper >= 0 ? AlbedoScalePrior{paper, kPaperAlbedo, kPaperSigma} : AlbedoScalePrior{-1, kRoomAlbedo, kRoomSigma};
+  return paper >= 0 ? AlbedoScalePrior{paper, kPaperAlbedo, kPaperSigma}
+                    : AlbedoScalePrior{-1, kRoomAlbedo, kRoomSigma};
 }
 
 double gauge_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& log_albedo, int paper) {
@@ -414,4 +415,4 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 #include "reconstruct/lamps/sample_pairs.h"
 #include "reconstruct/lamps/shading_model.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct Refinement {
   std::vector<LampShape> shapes;
@@ -52,4 +52,4 @@ constexpr double kLogDim = 3.4;
 Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs, int paper,
                         const std::vector<LampShape>& start, Search how);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

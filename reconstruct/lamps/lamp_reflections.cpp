@@ -7,7 +7,7 @@
 
 #include "reconstruct/light/environment.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kFar_m = 10;
@@ -44,4 +44,4 @@ Illumination without_reflections(const Illumination& illumination, const Distanc
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 
 #include "reconstruct/lamps/lamp_refinement.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kLeast = 1e-3f;  ///< of all light at the probe: power is looked for from here on
@@ -35,8 +35,8 @@ OutOfViewLamps::OutOfViewLamps(Illumination& light, const FieldRays& rays) {
   }
 }
 
-void OutOfViewLamps::settle(Illumination& light, const std::vector<TaggedLamp>& named,
-                         std::vector<std::string>& warnings) const {
+void OutOfViewLamps::settle(Illumination& light, const std::vector<capture::TaggedLamp>& named,
+                            std::vector<std::string>& warnings) const {
   for (const Said& said : said_) {
     const auto lamp =
         std::find_if(light.lights.begin(), light.lights.end(), [&](const PointLight& l) { return l.id == said.id; });
@@ -63,4 +63,4 @@ void OutOfViewLamps::settle(Illumination& light, const std::vector<TaggedLamp>& 
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

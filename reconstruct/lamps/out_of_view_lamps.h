@@ -7,7 +7,7 @@
 #include "reconstruct/field/field_rays.h"
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class OutOfViewLamps {
  public:
@@ -17,7 +17,8 @@ class OutOfViewLamps {
 
   /// After their power was found: leaves out those that are off, and gives those the power back that was said before of
   /// which the shading says too little. `named` are the session's lamps, for warnings.
-  void settle(Illumination& light, const std::vector<TaggedLamp>& named, std::vector<std::string>& warnings) const;
+  void settle(Illumination& light, const std::vector<capture::TaggedLamp>& named,
+              std::vector<std::string>& warnings) const;
 
  private:
   struct Said {
@@ -29,4 +30,4 @@ class OutOfViewLamps {
   float all_light_ = 0;  ///< at the probe, mean of channels
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,7 +4,7 @@
 #include <random>
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kNeighbours = 4;
@@ -45,4 +45,4 @@ std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples) 
   return pairs;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,7 +4,7 @@
 
 #include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct SamplePair {
   int a, b;
@@ -14,4 +14,4 @@ struct SamplePair {
 /// a metre away. The choice is random but always the same.
 std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

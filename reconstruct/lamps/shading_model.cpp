@@ -7,7 +7,7 @@
 
 #include "reconstruct/shading/noise_floor.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 /// What neither light nor picture reaches has this albedo, neither white nor black.
@@ -155,4 +155,4 @@ Eigen::Array3f ShadingModel::slope(std::size_t sample, const std::vector<Eigen::
   return -1 / (irradiance(sample, powers, factors) + dark_ * std::numbers::pi_v<float>);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,12 +4,12 @@
 #include <array>
 #include <vector>
 
-#include "reconstruct/shading/irradiance.h"
 #include "reconstruct/lamps/sample_pairs.h"
-#include "reconstruct/shading/surface_samples.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/shading/irradiance.h"
+#include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// A lamp's unknowns: log distance, and where it is flat its normal as ω + tilt₀ t₀ + tilt₁ t₁ (not unit), ω the
 /// direction from lamp to probe and t₀, t₁ across it.
@@ -86,4 +86,4 @@ class ShadingModel {
   std::vector<Table> tables_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

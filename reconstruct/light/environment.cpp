@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -44,7 +44,8 @@ Eigen::Vector3f EnvironmentPicture::sample(const Eigen::Vector3f& direction) con
   return result;
 }
 
-EnvironmentResampler::EnvironmentResampler(const FisheyeCamera& camera, const FisheyeView& view, int width, int height)
+EnvironmentResampler::EnvironmentResampler(const capture::FisheyeCamera& camera, const FisheyeView& view, int width,
+                                           int height)
     : width_(width), height_(height) {
   const Eigen::Matrix3d R_fisheye_tag = camera.T_tag_fisheye.linear().transpose();
   const std::size_t cells = static_cast<std::size_t>(width) * height;
@@ -83,22 +84,22 @@ EnvironmentResampler::EnvironmentResampler(const FisheyeCamera& camera, const Fi
   nearest_begin_.push_back(static_cast<std::uint32_t>(nearest_.size()));
 }
 
-EnvironmentPicture EnvironmentResampler::resample(const Image<float>& radiance, const FisheyeView& view,
-                                                  const Image<std::uint8_t>* clipped) const {
+EnvironmentPicture EnvironmentResampler::resample(const capture::Image<float>& radiance, const FisheyeView& view,
+                                                  const capture::Image<std::uint8_t>* clipped) const {
   Eigen::Vector3d picture_total = Eigen::Vector3d::Zero(), cell_total = Eigen::Vector3d::Zero();
   for (std::size_t pixel = 0; pixel < view.solid_angle_sr.size(); ++pixel) {
     for (int c = 0; c < 3; ++c) picture_total[c] += double(radiance.data[3 * pixel + c]) * view.solid_angle_sr[pixel];
   }
   EnvironmentPicture result;
-  result.radiance = Image<float>(width_, height_, 3);
-  result.seen = Image<std::uint8_t>(width_, height_, 1, 1);
+  result.radiance = capture::Image<float>(width_, height_, 3);
+  result.seen = capture::Image<std::uint8_t>(width_, height_, 1, 1);
   const std::size_t cells = seen_share_.size();
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const std::uint32_t begin = pixel_begin_[cell], end = pixel_begin_[cell + 1];
     if (begin == end) continue;
     if (clipped && std::any_of(&pixels_[begin], &pixels_[begin] + (end - begin),
                                [&](std::uint32_t pixel) { return clipped->data[pixel] != 0; })) {
-      if (result.clipped.empty()) result.clipped = Image<std::uint8_t>(width_, height_, 1);
+      if (result.clipped.empty()) result.clipped = capture::Image<std::uint8_t>(width_, height_, 1);
       result.clipped.data[cell] = 1;
     }
     const double weight = double(cell_solid_angle_[cell / width_]) * seen_share_[cell];
@@ -133,7 +134,7 @@ EnvironmentPicture EnvironmentResampler::resample(const Image<float>& radiance, 
 
 void add_disk(EnvironmentPicture& picture, const Eigen::Vector3f& direction, float radius_rad,
               const Eigen::Vector3f& energy) {
-  Image<float>& radiance = picture.radiance;
+  capture::Image<float>& radiance = picture.radiance;
   std::vector<std::size_t> cells;
   double covered = 0;
   // A disk smaller than a cell still covers the cell that it lies in.
@@ -151,7 +152,7 @@ void add_disk(EnvironmentPicture& picture, const Eigen::Vector3f& direction, flo
 }
 
 Sh9 project_sh(const EnvironmentPicture& picture) {
-  const Image<float>& radiance = picture.radiance;
+  const capture::Image<float>& radiance = picture.radiance;
   std::array<Eigen::Vector3d, 9> sum;
   sum.fill(Eigen::Vector3d::Zero());
   for (int v = 0; v < radiance.height; ++v) {
@@ -169,4 +170,4 @@ Sh9 project_sh(const EnvironmentPicture& picture) {
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -3,21 +3,21 @@
 #include <cstdint>
 #include <vector>
 
-#include "reconstruct/light/light.h"
 #include "reconstruct/light/fisheye_rays.h"
+#include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Which fish-eye pixels make up which cell of the latitude-longitude picture; computed once per camera.
 class EnvironmentResampler {
  public:
-  EnvironmentResampler(const FisheyeCamera& camera, const FisheyeView& view, int width, int height);
+  EnvironmentResampler(const capture::FisheyeCamera& camera, const FisheyeView& view, int width, int height);
 
   /// Means over cells. The seen part is scaled per channel so that it integrates to the picture exactly; unseen cells
   /// take the mean of the seen cells nearest to them. `clipped`, where there is one, has one channel, not 0 where a
   /// pixel's radiance is a lower bound; cells of such pixels are marked.
-  EnvironmentPicture resample(const Image<float>& radiance, const FisheyeView& view,
-                              const Image<std::uint8_t>* clipped = nullptr) const;
+  EnvironmentPicture resample(const capture::Image<float>& radiance, const FisheyeView& view,
+                              const capture::Image<std::uint8_t>* clipped = nullptr) const;
 
  private:
   int width_, height_;
@@ -37,4 +37,4 @@ void add_disk(EnvironmentPicture& picture, const Eigen::Vector3f& direction, flo
               const Eigen::Vector3f& energy);
 Sh9 project_sh(const EnvironmentPicture& picture);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -42,7 +42,7 @@ Eigen::Matrix3f turned(const Vector3f& axis, float degrees) {
 class ExtrinsicsCheck {
  public:
   ExtrinsicsCheck(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, const Illumination& light,
-           const FisheyeCamera& camera)
+                  const capture::FisheyeCamera& camera)
       : field_(field), rays_(rays), metal_(metal), light_(light) {
     axis_ = camera.T_tag_fisheye.linear().cast<float>().col(2);
     end_ = std::cos(std::min(kPi, 0.5f * static_cast<float>(camera.model.fov_rad) - kMargin_deg * kDegree));
@@ -199,8 +199,8 @@ class ExtrinsicsCheck {
 }  // namespace
 
 std::optional<ExtrinsicsError> rig_error(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
-                                  const Illumination& illumination, const FisheyeCamera& camera) {
+                                         const Illumination& illumination, const capture::FisheyeCamera& camera) {
   return ExtrinsicsCheck(field, rays, metal, illumination, camera).find();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,12 +4,12 @@
 #include <optional>
 
 #include "capture/session/session.h"
-#include "reconstruct/field/metal_mask.h"
-#include "reconstruct/field/field_rays.h"
 #include "reconstruct/field/distance_field.h"
+#include "reconstruct/field/field_rays.h"
+#include "reconstruct/field/metal_mask.h"
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct ExtrinsicsError {
   double turn_degrees = 0;  ///< by which T_tag_fisheye would explain the picture better
@@ -21,6 +21,6 @@ struct ExtrinsicsError {
 /// them agree far better, that is the likely error (seldom the only one: a turn and a shift may look alike). Empty
 /// where the rig agrees, and where too little of the room is known to both, or too even, to tell.
 std::optional<ExtrinsicsError> rig_error(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
-                                  const Illumination& illumination, const FisheyeCamera& camera);
+                                         const Illumination& illumination, const capture::FisheyeCamera& camera);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -1,9 +1,9 @@
 #include "reconstruct/light/fisheye_rays.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
-FisheyeView fisheye_view(const FisheyeCamera& camera) {
-  const CameraModel& model = camera.model;
+FisheyeView fisheye_view(const capture::FisheyeCamera& camera) {
+  const capture::CameraModel& model = camera.model;
   FisheyeView view;
   view.width = model.width;
   view.height = model.height;
@@ -23,4 +23,4 @@ FisheyeView fisheye_view(const FisheyeCamera& camera) {
   return view;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 
 #include "capture/session/session.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct FisheyeView {
   int width = 0;
@@ -17,6 +17,6 @@ struct FisheyeView {
   bool sees(std::size_t pixel) const { return solid_angle_sr[pixel] > 0; }
 };
 
-FisheyeView fisheye_view(const FisheyeCamera& camera);
+FisheyeView fisheye_view(const capture::FisheyeCamera& camera);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kMostApart = 2;  ///< of a flat piece's distance, over the whole's, either way: beyond it is no plane
@@ -78,4 +78,4 @@ std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, cons
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Lamps in their order, those of one region (PointLight::region) as one, where the first of them is, with the
 /// least of their ids: which of them is the brightest changes with noise.
@@ -17,4 +17,4 @@ std::vector<PointLight> join_pieces(const std::vector<PointLight>& pieces);
 std::vector<PointLight> place_pieces(const std::vector<PointLight>& pieces, const std::vector<PointLight>& joined,
                                      const std::vector<PointLight>& placed, const Eigen::Vector3f& probe_m);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <queue>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kLargestRegionSr = 0.8f;  // beyond it nothing is compact
@@ -144,4 +144,4 @@ float roundness(const Pixels& region, const FisheyeView& view) {
   return static_cast<float>(std::sqrt(widths[1] / widths[2]));
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 #include "capture/image.h"
 #include "reconstruct/light/fisheye_rays.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 using Pixels = std::vector<std::uint32_t>;
 
@@ -25,4 +25,4 @@ Pixels ring_around(const Pixels& region, const FisheyeView& view, int from_px, i
 /// Smaller over larger principal width of the region on the sphere, 1 for a disk.
 float roundness(const Pixels& region, const FisheyeView& view);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

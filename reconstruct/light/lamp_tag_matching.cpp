@@ -7,7 +7,7 @@
 
 #include "reconstruct/light/lamp_merge.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -38,7 +38,8 @@ Way way_to(const LampTagPose& mark, const Vector3f& probe_m) {
 }
 
 const LampTagPose* mark_of(const std::vector<LampTagPose>& marks, int lamp) {
-  const auto found = std::find_if(marks.begin(), marks.end(), [&](const LampTagPose& mark) { return mark.lamp == lamp; });
+  const auto found =
+      std::find_if(marks.begin(), marks.end(), [&](const LampTagPose& mark) { return mark.lamp == lamp; });
   return found == marks.end() ? nullptr : &*found;
 }
 
@@ -72,7 +73,7 @@ std::string dark_warning(const std::string& name, const std::vector<PointLight>&
 
 }  // namespace
 
-TaggedLights::TaggedLights(const Session& session)
+TaggedLights::TaggedLights(const capture::Session& session)
     : lamps_(session.lamps), camera_(session.fisheye), powers_(session.lamps.size()) {}
 
 void TaggedLights::identify(const std::vector<LampTagPose>& marks, std::vector<PointLight>& lights,
@@ -114,7 +115,7 @@ bool TaggedLights::in_view(const Vector3f& position_m) const {
 }
 
 void TaggedLights::place_seen(PointLight& lamp, const LampTagPose& mark, const Vector3f& probe_m) {
-  const TaggedLamp& configured = lamps_[static_cast<std::size_t>(mark.lamp)];
+  const capture::TaggedLamp& configured = lamps_[static_cast<std::size_t>(mark.lamp)];
   Power& power = powers_[static_cast<std::size_t>(mark.lamp)];
   const auto [by_mark, distance_m] = way_to(mark, probe_m);
   // A picture that is older than the mark, since the fish-eye is covered, tells no direction.
@@ -145,7 +146,7 @@ void TaggedLights::place_seen(PointLight& lamp, const LampTagPose& mark, const V
 }
 
 PointLight TaggedLights::unseen(const LampTagPose& mark, const Illumination& seen, std::vector<std::string>& warnings) {
-  const TaggedLamp& configured = lamps_[static_cast<std::size_t>(mark.lamp)];
+  const capture::TaggedLamp& configured = lamps_[static_cast<std::size_t>(mark.lamp)];
   Power& power = powers_[static_cast<std::size_t>(mark.lamp)];
   PointLight lamp;
   lamp.mark = mark.lamp;
@@ -217,4 +218,4 @@ bool same_places(const std::vector<PointLight>& a, const std::vector<PointLight>
   });
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -8,11 +8,11 @@
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/lamp_tags.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class TaggedLights {
  public:
-  explicit TaggedLights(const Session& session);
+  explicit TaggedLights(const capture::Session& session);
 
   /// Says which lamps of the picture are the marked ones (PointLight::mark) where that is not known yet: the nearest to
   /// where the mark puts it, within what is unsure of both. Ids or regions must tell the lamps apart.
@@ -34,8 +34,8 @@ class TaggedLights {
   PointLight unseen(const LampTagPose& mark, const Illumination& seen, std::vector<std::string>& warnings);
   bool in_view(const Eigen::Vector3f& position_m) const;
 
-  std::vector<TaggedLamp> lamps_;
-  std::optional<FisheyeCamera> camera_;
+  std::vector<capture::TaggedLamp> lamps_;
+  std::optional<capture::FisheyeCamera> camera_;
   struct Power {
     std::optional<Eigen::Vector3f> seen;   ///< intensity straight ahead when the picture last showed it
     std::optional<Eigen::Vector3f> guess;  ///< the same where nothing is known
@@ -46,4 +46,4 @@ class TaggedLights {
 /// Whether two results are the same but for the noise of marks.
 bool same_places(const std::vector<PointLight>& a, const std::vector<PointLight>& b);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,19 +7,19 @@
 #include <optional>
 
 #include "capture/camera/radiance.h"
-#include "reconstruct/light/occlusion_check.h"
 #include "reconstruct/light/environment.h"
+#include "reconstruct/light/fisheye_rays.h"
 #include "reconstruct/light/lamp_tag_matching.h"
+#include "reconstruct/light/occlusion_check.h"
 #include "reconstruct/light/split.h"
 #include "reconstruct/light/tracking.h"
-#include "reconstruct/light/fisheye_rays.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kEnvironmentWidth = 128, kEnvironmentHeight = 64;
 
-using Pictures = std::vector<std::shared_ptr<const Picture>>;
+using Pictures = std::vector<std::shared_ptr<const capture::Picture>>;
 
 bool same_content(const Pictures& a, const Pictures& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
@@ -40,7 +40,7 @@ PointLight point_light(const Lamp& lamp) {
   return light;
 }
 
-double flux_of(const Image<float>& radiance, const FisheyeView& view) {
+double flux_of(const capture::Image<float>& radiance, const FisheyeView& view) {
   double sum = 0;
   for (std::size_t i = 0; i < view.solid_angle_sr.size(); ++i) {
     const float* const rgb = &radiance.data[3 * i];
@@ -50,8 +50,8 @@ double flux_of(const Image<float>& radiance, const FisheyeView& view) {
 }
 
 /// Where no lamp was taken out of clipped pixels.
-Image<std::uint8_t> still_clipped(const RadiancePicture& picture, const LightSplit& split) {
-  Image<std::uint8_t> result = picture.clipped;
+capture::Image<std::uint8_t> still_clipped(const capture::RadiancePicture& picture, const LightSplit& split) {
+  capture::Image<std::uint8_t> result = picture.clipped;
   for (std::size_t i = 0; i < result.data.size(); ++i) {
     const auto same = std::equal(&split.rest.data[3 * i], &split.rest.data[3 * i] + 3, &picture.radiance.data[3 * i]);
     if (!same) result.data[i] = 0;
@@ -85,19 +85,19 @@ float PointLight::emission(const Eigen::Vector3f& towards) const {
 }
 
 struct LightStage::State {
-  State(const Session& session, const LightSettings& the_settings)
+  State(const capture::Session& session, const LightSettings& the_settings)
       : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)), marked(session) {}
 
   LightSettings settings;
-  Illumination illuminate(const RadiancePicture& picture) const;
+  Illumination illuminate(const capture::RadiancePicture& picture) const;
   void place(const std::vector<LampTagPose>& marks, bool fresh);
 
-  std::optional<FisheyeCamera> camera;
-  Response color_response = Response::srgb();
+  std::optional<capture::FisheyeCamera> camera;
+  capture::Response color_response = capture::Response::srgb();
   OcclusionCheck watch;
   std::string level_warning;  ///< of the last picture that was not covered
   FisheyeView view;
-  Image<float> vignetting_gain;
+  capture::Image<float> vignetting_gain;
   std::optional<EnvironmentResampler> resampler;
   LightTracker tracker;
   TaggedLights marked;
@@ -108,19 +108,19 @@ struct LightStage::State {
   std::uint64_t version = 0;
 };
 
-LightStage::LightStage(const Session& session, const LightSettings& settings)
+LightStage::LightStage(const capture::Session& session, const LightSettings& settings)
     : state_(std::make_unique<State>(session, settings)) {
   state_->camera = session.fisheye;
   state_->color_response = session.color.response;
   if (!session.fisheye) return;
   state_->view = fisheye_view(*session.fisheye);
-  state_->vignetting_gain = vignetting_gain(session.fisheye->vignetting, session.fisheye->model);
+  state_->vignetting_gain = capture::vignetting_gain(session.fisheye->vignetting, session.fisheye->model);
   state_->resampler.emplace(*session.fisheye, state_->view, kEnvironmentWidth, kEnvironmentHeight);
 }
 
 LightStage::~LightStage() = default;
 
-Illumination LightStage::State::illuminate(const RadiancePicture& picture) const {
+Illumination LightStage::State::illuminate(const capture::RadiancePicture& picture) const {
   const LightSplit split = split_lamps(picture.radiance, picture.clipped, view, settings.max_lights);
   Illumination now;
   now.probe_position_m = camera->T_tag_fisheye.translation().cast<float>();
@@ -128,7 +128,7 @@ Illumination LightStage::State::illuminate(const RadiancePicture& picture) const
     now.lights.push_back(point_light(lamp));
     now.lights.back().id = static_cast<int>(now.lights.size());  // until it is known who is who
   }
-  const Image<std::uint8_t> clipped = still_clipped(picture, split);
+  const capture::Image<std::uint8_t> clipped = still_clipped(picture, split);
   now.remainder = resampler->resample(split.rest, view, clipped.empty() ? nullptr : &clipped);
   now.remainder_sh = project_sh(now.remainder);
   now.clipped_fraction = picture.clipped_fraction;
@@ -152,17 +152,17 @@ void LightStage::State::place(const std::vector<LampTagPose>& marks, bool fresh)
   last = std::move(now);
 }
 
-LightStage::Result LightStage::extract(const FrameSet& frame, const std::vector<LampTagPose>& marks) {
+LightStage::Result LightStage::extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& marks) {
   State& s = *state_;
   Result result;
   bool fresh = false;  // a picture that says something new
   const bool at_rest = s.seen && std::none_of(s.seen->lights.begin(), s.seen->lights.end(),
                                               [](const PointLight& light) { return light.hidden > 0; });
   if (s.camera && !frame.fisheye.empty() && !(at_rest && same_content(frame.fisheye, s.last_pictures))) {
-    RadiancePicture picture = merge_bracket(frame.fisheye, s.camera->response);
+    capture::RadiancePicture picture = capture::merge_bracket(frame.fisheye, s.camera->response);
     if (picture.radiance.width == s.view.width && picture.radiance.height == s.view.height) {
       if (frame.fisheye.front()->radiance.empty()) {  // radiance has no lens in it any more
-        undo_vignetting(picture, s.vignetting_gain);
+        capture::undo_vignetting(picture, s.vignetting_gain);
       }
       const OcclusionCheck::Finding finding =
           s.watch.look(flux_of(picture.radiance, s.view), room_level(frame.color.get(), s.color_response),
@@ -196,4 +196,4 @@ LightStage::Result LightStage::extract(const FrameSet& frame, const std::vector<
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

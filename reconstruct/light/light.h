@@ -9,10 +9,10 @@
 
 #include "capture/frame.h"
 #include "capture/session/session.h"
-#include "reconstruct/pose/lamp_tags.h"
 #include "reconstruct/math/spherical_harmonics.h"
+#include "reconstruct/pose/lamp_tags.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// A lamp. The fish-eye gives direction, size and irradiance at its place; shading of the room gives the distance, or
 /// the tag that the lamp carries. While `distance_known` is false the lamp counts as infinitely far.
@@ -53,9 +53,9 @@ constexpr float kLeastSlant = 0.1f;
 /// polar angle θ = π (v + 0.5)/height from +z (tag frame). Directions no camera saw hold the mean of what was seen
 /// nearest to them.
 struct EnvironmentPicture {
-  Image<float> radiance;
-  Image<std::uint8_t> seen = {};     ///< 1 channel: 0 where no camera saw; empty where all was seen
-  Image<std::uint8_t> clipped = {};  ///< 1 channel: not 0 where it is a lower bound; empty where it nowhere is
+  capture::Image<float> radiance;
+  capture::Image<std::uint8_t> seen = {};     ///< 1 channel: 0 where no camera saw; empty where all was seen
+  capture::Image<std::uint8_t> clipped = {};  ///< 1 channel: not 0 where it is a lower bound; empty where it nowhere is
   Eigen::Vector3f sample(const Eigen::Vector3f& direction) const;  ///< bilinear
 };
 
@@ -74,7 +74,7 @@ struct LightSettings {
 
 class LightStage {
  public:
-  LightStage(const Session& session, const LightSettings& settings);
+  LightStage(const capture::Session& session, const LightSettings& settings);
   ~LightStage();
   struct Result {
     std::shared_ptr<const Illumination>
@@ -82,11 +82,11 @@ class LightStage {
     std::vector<std::string> warnings;
   };
   /// `marks`: where lamps stand that carry tags, in this very frame.
-  Result extract(const FrameSet& frame, const std::vector<LampTagPose>& marks = {});
+  Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& marks = {});
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kEvery = 7;          ///< pixels of a colour picture looked at, either way
@@ -15,7 +15,7 @@ constexpr double kMostReturned =
 
 }  // namespace
 
-std::optional<float> room_level(const Picture* color, const Response& response) {
+std::optional<float> room_level(const capture::Picture* color, const capture::Response& response) {
   if (!color) return std::nullopt;
   const bool linear = !color->radiance.empty();
   const int width = linear ? color->radiance.width : color->encoded.width;
@@ -58,4 +58,4 @@ OcclusionCheck::Finding OcclusionCheck::look(double flux, std::optional<float> l
   return finding;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

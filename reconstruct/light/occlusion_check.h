@@ -3,13 +3,13 @@
 #include <optional>
 #include <string>
 
-#include "capture/frame.h"
 #include "capture/camera/response.h"
+#include "capture/frame.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Median radiance of a colour picture, mean of its channels; empty where there is no picture.
-std::optional<float> room_level(const Picture* color, const Response& response);
+std::optional<float> room_level(const capture::Picture* color, const capture::Response& response);
 
 class OcclusionCheck {
  public:
@@ -27,4 +27,4 @@ class OcclusionCheck {
   std::optional<float> level_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

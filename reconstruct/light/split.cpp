@@ -7,10 +7,10 @@
 #include <complex>
 #include <numbers>
 
-#include "reconstruct/light/variance_cut.h"
 #include "reconstruct/light/lamp_regions.h"
+#include "reconstruct/light/variance_cut.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -44,7 +44,8 @@ struct Source {
 
 class Splitter {
  public:
-  Splitter(const Image<float>& radiance, const Image<std::uint8_t>& clipped, const FisheyeView& view, int max_lamps)
+  Splitter(const capture::Image<float>& radiance, const capture::Image<std::uint8_t>& clipped, const FisheyeView& view,
+           int max_lamps)
       : clipped_(clipped),
         view_(view),
         max_lamps_(max_lamps),
@@ -326,10 +327,10 @@ class Splitter {
     return static_cast<float>(std::abs(fourth) / length);
   }
 
-  const Image<std::uint8_t>& clipped_;
+  const capture::Image<std::uint8_t>& clipped_;
   const FisheyeView& view_;
   int max_lamps_;
-  Image<float> rest_;
+  capture::Image<float> rest_;
   std::vector<float> level_;         ///< mean of the channels of rest_
   std::vector<std::uint8_t> white_;  ///< clipped in all channels
   double flux_ = 0;                  ///< ∫ level dω of the whole picture
@@ -338,9 +339,9 @@ class Splitter {
 
 }  // namespace
 
-LightSplit split_lamps(const Image<float>& radiance, const Image<std::uint8_t>& clipped, const FisheyeView& view,
-                       int max_lamps) {
+LightSplit split_lamps(const capture::Image<float>& radiance, const capture::Image<std::uint8_t>& clipped,
+                       const FisheyeView& view, int max_lamps) {
   return Splitter(radiance, clipped, view, max_lamps).split();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

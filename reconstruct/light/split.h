@@ -7,7 +7,7 @@
 #include "capture/image.h"
 #include "reconstruct/light/fisheye_rays.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct Lamp {
   Eigen::Vector3f direction;   ///< unit, tag frame; centroid of the energy
@@ -20,14 +20,14 @@ struct Lamp {
 };
 
 struct LightSplit {
-  std::vector<Lamp> lamps;  ///< strongest first
-  Image<float> rest;        ///< the picture with the lamps' holes filled from around them
+  std::vector<Lamp> lamps;     ///< strongest first
+  capture::Image<float> rest;  ///< the picture with the lamps' holes filled from around them
 };
 
 /// Lamps are compact regions with a sharp edge that stand well above what surrounds them; bright regions too wide for
 /// one lamp, and a remainder that is still concentrated, are cut into several. At most `max_lamps`, none that carries
 /// less than 1 % of the lamps' energy. `clipped` has one channel, non-zero where the radiance is a lower bound.
-LightSplit split_lamps(const Image<float>& radiance, const Image<std::uint8_t>& clipped, const FisheyeView& view,
-                       int max_lamps);
+LightSplit split_lamps(const capture::Image<float>& radiance, const capture::Image<std::uint8_t>& clipped,
+                       const FisheyeView& view, int max_lamps);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

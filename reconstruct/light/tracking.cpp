@@ -8,7 +8,7 @@
 
 #include "reconstruct/light/environment.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kSameLampRad = 0.1f;  // between two pictures
@@ -57,7 +57,7 @@ bool still(const PointLight& now, const PointLight& last) {
 double energy(const Illumination& light) {
   double sum = 0;
   for (const PointLight& lamp : light.lights) sum += lamp.irradiance.mean();
-  const Image<float>& rest = light.remainder.radiance;
+  const capture::Image<float>& rest = light.remainder.radiance;
   for (int v = 0; v < rest.height; ++v) {
     double row = 0;
     for (int u = 0; u < rest.width; ++u) row += (rest.at(u, v, 0) + rest.at(u, v, 1) + rest.at(u, v, 2)) / 3;
@@ -151,4 +151,4 @@ void LightTracker::update(const Illumination* last, Illumination& now) {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

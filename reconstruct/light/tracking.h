@@ -5,7 +5,7 @@
 
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Gives the lamps of `now` the ids of the nearest lamps of `last` (new ones where none is near), and averages the two
 /// while the light stands still, lamps and remainder alike, so that they still sum to an (averaged) picture.
@@ -36,4 +36,4 @@ class LightTracker {
   int averaged_ = 0;                   ///< pictures in the running mean
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

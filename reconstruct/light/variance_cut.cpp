@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 /// Moments of energy over directions.
@@ -87,4 +87,4 @@ std::vector<std::vector<PixelEnergy>> variance_cut(std::vector<PixelEnergy> pixe
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

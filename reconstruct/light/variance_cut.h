@@ -6,7 +6,7 @@
 
 #include "reconstruct/light/fisheye_rays.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Energy that a pixel gives to a lamp: L dω per channel, W/m².
 struct PixelEnergy {
@@ -19,4 +19,4 @@ struct PixelEnergy {
 /// across a part's principal axis, in place of the paper's axis-aligned cuts of the latitude-longitude picture.
 std::vector<std::vector<PixelEnergy>> variance_cut(std::vector<PixelEnergy> pixels, const FisheyeView& view, int parts);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

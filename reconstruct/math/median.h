@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Changes the values' order.
 template <typename Value>
@@ -15,4 +15,4 @@ Value median(std::vector<Value>& values) {
   return *middle;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

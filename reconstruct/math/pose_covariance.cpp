@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 Eigen::Isometry3d moved(const Eigen::Isometry3d& T_tag_camera, const Eigen::Matrix<double, 6, 1>& step) {
   Eigen::Isometry3d result = T_tag_camera;
@@ -53,4 +53,4 @@ double angle_sigma_rad(const PoseCovariance& covariance) {
   return std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

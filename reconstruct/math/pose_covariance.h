@@ -2,7 +2,7 @@
 // How sure a pose is.
 #include <Eigen/Geometry>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Of an estimated T_tag_camera: the camera's place in metres (first three), then a turn about the camera in radians
 /// (last three), both along the tag's axes: T_true = translation(δp) · T, with its rotation turned by δθ from the left.
@@ -30,4 +30,4 @@ double squared_sigmas(const Eigen::Matrix<double, 6, 1>& step, const PoseCovaria
 double position_sigma_m(const PoseCovariance& covariance);
 double angle_sigma_rad(const PoseCovariance& covariance);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

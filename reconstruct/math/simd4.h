@@ -6,7 +6,7 @@
 #include <xmmintrin.h>
 #endif
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 using Simd4 = float __attribute__((vector_size(16)));
 using Simd4Int = std::int32_t __attribute__((vector_size(16)));  ///< of a comparison: −1 where it holds, else 0
@@ -51,4 +51,4 @@ inline void transpose(Simd4& a, Simd4& b, Simd4& c, Simd4& d) {
   d = __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

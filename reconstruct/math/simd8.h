@@ -9,7 +9,7 @@
 
 #include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 using Simd8 = float __attribute__((vector_size(32)));
 using Simd8Int = std::int32_t __attribute__((vector_size(32)));  ///< of a comparison: −1 where it holds, else 0
@@ -58,4 +58,4 @@ inline bool has_eight() { return __builtin_cpu_supports("avx2"); }
 inline bool has_eight() { return false; }
 #endif
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

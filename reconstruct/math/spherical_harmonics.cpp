@@ -1,6 +1,6 @@
 #include "reconstruct/math/spherical_harmonics.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 // Normalisation of the bands, Ramamoorthi & Hanrahan 2001, eq. 3.
@@ -45,4 +45,4 @@ Eigen::Vector3f sh_irradiance(const Sh9& radiance, const Eigen::Vector3f& normal
   return sum(radiance, basis);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <array>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 using Sh9 = std::array<Eigen::Vector3f, 9>;  ///< RGB per coefficient
 
@@ -18,4 +18,4 @@ Eigen::Vector3f sh_radiance(const Sh9& radiance, const Eigen::Vector3f& directio
 /// A1 = 2π/3, A2 = π/4).
 Eigen::Vector3f sh_irradiance(const Sh9& radiance, const Eigen::Vector3f& normal);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2d;
@@ -22,7 +22,7 @@ bool inside(const TagCorners& corners, const Vector2d& p) {
 
 }  // namespace
 
-std::optional<DepthPlane> plane_inside(const Image<float>& depth_m, const CameraModel& camera,
+std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
                                        const TagCorners& corners) {
   Vector2d low = corners[0], high = corners[0];
   for (const Vector2d& corner : corners) {
@@ -76,4 +76,4 @@ std::optional<DepthPlane> plane_inside(const Image<float>& depth_m, const Camera
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 #include "capture/image.h"
 #include "reconstruct/pose/tag.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct DepthPlane {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, camera frame, towards the camera
@@ -16,7 +16,7 @@ struct DepthPlane {
 };
 
 /// Empty where depth has too many holes there, or is no plane.
-std::optional<DepthPlane> plane_inside(const Image<float>& depth_m, const CameraModel& camera,
+std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
                                        const TagCorners& corners);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

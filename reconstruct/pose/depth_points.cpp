@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2f;
@@ -21,7 +21,7 @@ float rim_m(float z) { return 8 * depth_sigma_m(z); }
 
 }  // namespace
 
-DepthSampler::DepthSampler(const CameraModel& camera) : camera_(camera) {
+DepthSampler::DepthSampler(const capture::CameraModel& camera) : camera_(camera) {
   step_ = std::max(1, (camera.width + kColumns / 2) / kColumns);
   columns_ = camera.width / step_;
   rows_ = camera.height / step_;
@@ -35,7 +35,7 @@ DepthSampler::DepthSampler(const CameraModel& camera) : camera_(camera) {
     }
 }
 
-DepthGrid DepthSampler::sample(const Image<float>& depth_m) const {
+DepthGrid DepthSampler::sample(const capture::Image<float>& depth_m) const {
   DepthGrid grid;
   if (depth_m.width != camera_.width || depth_m.height != camera_.height) return grid;
   grid.columns = columns_;
@@ -87,4 +87,4 @@ DepthGrid DepthSampler::sample(const Image<float>& depth_m) const {
   return grid;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 #include "capture/camera/camera_model.h"
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Every so many pixels one point, in rows and columns.
 struct DepthGrid {
@@ -24,16 +24,16 @@ struct DepthGrid {
 
 class DepthSampler {
  public:
-  explicit DepthSampler(const CameraModel& camera);
+  explicit DepthSampler(const capture::CameraModel& camera);
 
   /// Empty where the picture is not the camera's.
-  DepthGrid sample(const Image<float>& depth_m) const;
-  const CameraModel& camera() const { return camera_; }
+  DepthGrid sample(const capture::Image<float>& depth_m) const;
+  const capture::CameraModel& camera() const { return camera_; }
 
  private:
-  CameraModel camera_;
+  capture::CameraModel camera_;
   int step_ = 1, columns_ = 0, rows_ = 0;
   std::vector<Eigen::Vector2f> rays_;  ///< x/z, y/z; NaN where the camera sees nothing
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -45,7 +45,7 @@ void DepthTracking::reset() {
   fading_.setIdentity();
 }
 
-void DepthTracking::keep(const FrameSet& frame, const PoseEstimate& pose) {
+void DepthTracking::keep(const capture::FrameSet& frame, const PoseEstimate& pose) {
   const double passed = passed_s(frame);
   if (last_ && passed > 0 && passed < kLongestGapS)
     speed_ = step_between(last_->T_tag_camera, pose.T_tag_camera) / passed;
@@ -58,7 +58,7 @@ void DepthTracking::keep(const FrameSet& frame, const PoseEstimate& pose) {
 }
 
 /// Where surfaces put the camera now. Keeps it.
-std::optional<PoseEstimate> DepthTracking::follow(const FrameSet& frame, const DistanceField& field) {
+std::optional<PoseEstimate> DepthTracking::follow(const capture::FrameSet& frame, const DistanceField& field) {
   const double passed = passed_s(frame);
   if (!frame.depth || !(passed > 0) || passed > kLongestGapS) return std::nullopt;
   DepthGrid grid = sampler_.sample(frame.depth->depth_m);
@@ -83,7 +83,7 @@ std::optional<PoseEstimate> DepthTracking::follow(const FrameSet& frame, const D
   return fit->pose;
 }
 
-std::optional<PoseEstimate> DepthTracking::hidden(const FrameSet& frame, const DistanceField& field) {
+std::optional<PoseEstimate> DepthTracking::hidden(const capture::FrameSet& frame, const DistanceField& field) {
   if (!last_) return std::nullopt;
   if (!carrying_) {
     // Depth cameras and prints disagree by a little. Where the surface puts the camera of the last frame that saw both
@@ -104,7 +104,8 @@ std::optional<PoseEstimate> DepthTracking::hidden(const FrameSet& frame, const D
   return pose;
 }
 
-Isometry3d DepthTracking::seen(const FrameSet& frame, const PoseEstimate& measured, const DistanceField* field) {
+Isometry3d DepthTracking::seen(const capture::FrameSet& frame, const PoseEstimate& measured,
+                               const DistanceField* field) {
   const double passed = passed_s(frame);
   if (carrying_) {
     carrying_ = false;
@@ -122,4 +123,4 @@ Isometry3d DepthTracking::seen(const FrameSet& frame, const PoseEstimate& measur
   return measured.T_tag_camera * fading_;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kLongest = 30;      // measurements in the mean of a still camera: one second at 30 Hz
@@ -42,4 +42,4 @@ Eigen::Isometry3d PoseFilter::update(const Eigen::Isometry3d& T_camera_tag, doub
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

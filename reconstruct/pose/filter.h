@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class PoseFilter {
  public:
@@ -20,4 +20,4 @@ class PoseFilter {
   Eigen::Matrix<double, 6, 1> drift_ = Eigen::Matrix<double, 6, 1>::Zero();  ///< recent innovations, in σ
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

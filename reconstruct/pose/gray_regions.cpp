@@ -7,7 +7,7 @@
 
 #include "capture/camera/radiance.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2d;
@@ -31,7 +31,7 @@ PixelRegion region_around(const Vector2d& low, const Vector2d& high, int picture
   return region;
 }
 
-float detector_gain(const Image<float>& radiance) {
+float detector_gain(const capture::Image<float>& radiance) {
   std::vector<float> sorted(radiance.data.size() / 3);
   if (sorted.empty()) return 1.0f;
   for (std::size_t i = 0; i < sorted.size(); ++i) sorted[i] = luminance(&radiance.data[3 * i]);
@@ -40,8 +40,8 @@ float detector_gain(const Image<float>& radiance) {
   return *bright > 0 ? 0.9f / *bright : 1.0f;
 }
 
-Image<std::uint8_t> detector_codes(const Picture& picture, const PixelRegion& region, float gain) {
-  Image<std::uint8_t> codes(region.width, region.height, 1);
+capture::Image<std::uint8_t> detector_codes(const capture::Picture& picture, const PixelRegion& region, float gain) {
+  capture::Image<std::uint8_t> codes(region.width, region.height, 1);
   for (int y = 0; y < region.height; ++y) {
     std::uint8_t* row = &codes.data[codes.index(0, y)];
     if (!picture.encoded.empty()) {
@@ -51,14 +51,14 @@ Image<std::uint8_t> detector_codes(const Picture& picture, const PixelRegion& re
     } else {
       const float* rgb = &picture.radiance.data[picture.radiance.index(region.left, region.top + y)];
       for (int x = 0; x < region.width; ++x, rgb += 3)
-        row[x] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(gain * luminance(rgb))));
+        row[x] = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(gain * luminance(rgb))));
     }
   }
   return codes;
 }
 
-std::vector<SeenPixel> seen_pixels(const Picture& picture, const Response& response, const CameraModel& camera,
-                                   const PixelRegion& region) {
+std::vector<SeenPixel> seen_pixels(const capture::Picture& picture, const capture::Response& response,
+                                   const capture::CameraModel& camera, const PixelRegion& region) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   std::vector<Vector2d> rays;
   rays.reserve(static_cast<std::size_t>(region.width) * region.height);
@@ -84,8 +84,8 @@ std::vector<SeenPixel> seen_pixels(const Picture& picture, const Response& respo
         const std::uint8_t* rgb = &picture.encoded.data[picture.encoded.index(pixel.u, pixel.v)];
         float linear[3];
         for (int c = 0; c < 3; ++c) {
-          linear[c] = response.to_linear(std::min(rgb[c], kFullScale), c);
-          pixel.cut = pixel.cut || rgb[c] >= kFullScale;
+          linear[c] = response.to_linear(std::min(rgb[c], capture::kFullScale), c);
+          pixel.cut = pixel.cut || rgb[c] >= capture::kFullScale;
         }
         pixel.light = luminance(linear);
       } else {
@@ -106,4 +106,4 @@ std::vector<SeenPixel> thinned(const std::vector<SeenPixel>& pixels) {
   return few;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

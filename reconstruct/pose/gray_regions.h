@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
-#include "capture/frame.h"
 #include "capture/camera/response.h"
+#include "capture/frame.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// A rectangle of pixels, all of them inside the picture.
 struct PixelRegion {
@@ -19,10 +19,10 @@ PixelRegion region_around(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
                           int picture_height, int grid = 1);
 
 /// Brings linear radiance to where the detector's 8 bits tell it apart: the brightest 5 % saturate.
-float detector_gain(const Image<float>& radiance);
+float detector_gain(const capture::Image<float>& radiance);
 
 /// Luminance in 8 bits under an sRGB-like curve, for the detector. `gain` counts for radiance pictures alone.
-Image<std::uint8_t> detector_codes(const Picture& picture, const PixelRegion& region, float gain);
+capture::Image<std::uint8_t> detector_codes(const capture::Picture& picture, const PixelRegion& region, float gain);
 
 /// A pixel as geometry needs it.
 struct SeenPixel {
@@ -35,10 +35,10 @@ struct SeenPixel {
 };
 
 /// Pixels of the region, but those on its border, whose neighbours are not all known.
-std::vector<SeenPixel> seen_pixels(const Picture& picture, const Response& response, const CameraModel& camera,
-                                   const PixelRegion& region);
+std::vector<SeenPixel> seen_pixels(const capture::Picture& picture, const capture::Response& response,
+                                   const capture::CameraModel& camera, const PixelRegion& region);
 
 /// Every fifth pixel, or every thirteenth of many, spread evenly over rows and columns.
 std::vector<SeenPixel> thinned(const std::vector<SeenPixel>& pixels);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -101,7 +101,7 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
   return fit;
 }
 
-Isometry3d align_to_picture(const DepthGrid& grid, const DepthGrid& earlier, const CameraModel& camera,
+Isometry3d align_to_picture(const DepthGrid& grid, const DepthGrid& earlier, const capture::CameraModel& camera,
                             const Isometry3d& earlier_T_tag_camera, const PoseEstimate& expected) {
   const Square certainty = information_of(expected.covariance);
   const Eigen::Matrix3f to_tag = earlier_T_tag_camera.linear().cast<float>();
@@ -144,4 +144,4 @@ Isometry3d align_to_picture(const DepthGrid& grid, const DepthGrid& earlier, con
   return pose;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

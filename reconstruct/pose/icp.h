@@ -7,7 +7,7 @@
 #include "reconstruct/math/pose_covariance.h"
 #include "reconstruct/pose/depth_points.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct PoseEstimate {
   Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();
@@ -28,7 +28,7 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
 
 /// Projective point-to-plane ICP against an earlier picture (Rusinkiewicz & Levoy 2001; Newcombe et al. 2011, §3.5):
 /// less exact, but it reaches decimetres. Never worse than `expected` where pictures share too little.
-Eigen::Isometry3d align_to_picture(const DepthGrid& grid, const DepthGrid& earlier, const CameraModel& camera,
+Eigen::Isometry3d align_to_picture(const DepthGrid& grid, const DepthGrid& earlier, const capture::CameraModel& camera,
                                    const Eigen::Isometry3d& earlier_T_tag_camera, const PoseEstimate& expected);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

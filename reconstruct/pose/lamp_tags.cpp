@@ -5,13 +5,13 @@
 #include <cmath>
 #include <utility>
 
-#include "reconstruct/pose/filter.h"
 #include "reconstruct/pose/depth_plane.h"
+#include "reconstruct/pose/filter.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 #include "reconstruct/pose/tag_search.h"
 #include "reconstruct/pose/tag_size_check.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -29,7 +29,7 @@ constexpr double kDoubt = 2;                         ///< squared σ, below whic
 constexpr double kApart_m = 0.015;                   ///< and so far apart they may then put the lamp
 
 struct Track {
-  const TaggedLamp& lamp;
+  const capture::TaggedLamp& lamp;
   TagPoseEstimator reader;
   TagSizeCheck size_check;
   PoseFilter filter = {};
@@ -44,8 +44,8 @@ struct Track {
   std::size_t at_once = 1;  ///< how many of its number were seen when the whole picture was last looked at
 };
 
-Tag tags_of(const Session& session) {
-  Tag tag;
+capture::Tag tags_of(const capture::Session& session) {
+  capture::Tag tag;
   tag.family = session.tag.family;
   tag.id = session.lamps.front().tag_id;
   for (std::size_t i = 1; i < session.lamps.size(); ++i)
@@ -56,7 +56,7 @@ Tag tags_of(const Session& session) {
 }  // namespace
 
 struct LampTagStage::State {
-  explicit State(const Session& session)
+  explicit State(const capture::Session& session)
       : lamps(session.lamps), camera(session.color.model), search(tags_of(session), camera) {
     for (std::size_t i = 0; i < lamps.size(); ++i)
       tracks.push_back({lamps[i],
@@ -66,19 +66,19 @@ struct LampTagStage::State {
   State(const State&) = delete;  // tracks refer to lamps
   State& operator=(const State&) = delete;
 
-  std::vector<TagSighting> find(const FrameSet& frame, const Isometry3d& T_camera_room);
-  void read(Track& track, const std::vector<TagSighting>& sightings, const FrameSet& frame, const Pose& pose);
+  std::vector<TagSighting> find(const capture::FrameSet& frame, const Isometry3d& T_camera_room);
+  void read(Track& track, const std::vector<TagSighting>& sightings, const capture::FrameSet& frame, const Pose& pose);
   void warn(const Track& track, std::int64_t hidden_ns, std::vector<std::string>& warnings) const;
 
-  const std::vector<TaggedLamp> lamps;
-  CameraModel camera;
+  const std::vector<capture::TaggedLamp> lamps;
+  capture::CameraModel camera;
   TagSearch search;
   std::vector<Track> tracks;
   std::optional<std::int64_t> looked_around_ns;
 };
 
 /// Tags where they were, and all over the picture when that is due.
-std::vector<TagSighting> LampTagStage::State::find(const FrameSet& frame, const Isometry3d& T_camera_room) {
+std::vector<TagSighting> LampTagStage::State::find(const capture::FrameSet& frame, const Isometry3d& T_camera_room) {
   std::vector<TagSighting> found;
   std::int64_t rest_ns = kLookAroundNs;
   for (const Track& track : tracks) {
@@ -107,8 +107,8 @@ std::vector<TagSighting> LampTagStage::State::find(const FrameSet& frame, const 
   return found;
 }
 
-void LampTagStage::State::read(Track& track, const std::vector<TagSighting>& sightings, const FrameSet& frame,
-                            const Pose& pose) {
+void LampTagStage::State::read(Track& track, const std::vector<TagSighting>& sightings, const capture::FrameSet& frame,
+                               const Pose& pose) {
   PoseHints hints;
   std::optional<Vector2d> where;
   if (track.T_room_tag) {
@@ -185,13 +185,13 @@ void LampTagStage::State::warn(const Track& track, std::int64_t hidden_ns, std::
     warnings.push_back(lamp + tag + " has not been seen yet");
 }
 
-LampTagStage::LampTagStage(const Session& session) {
+LampTagStage::LampTagStage(const capture::Session& session) {
   if (!session.lamps.empty()) state_ = std::make_unique<State>(session);
 }
 
 LampTagStage::~LampTagStage() = default;
 
-LampTagStage::Result LampTagStage::locate(const FrameSet& frame, const std::optional<Pose>& pose) {
+LampTagStage::Result LampTagStage::locate(const capture::FrameSet& frame, const std::optional<Pose>& pose) {
   Result result;
   if (!state_) return result;
   State& s = *state_;
@@ -220,4 +220,4 @@ LampTagStage::Result LampTagStage::locate(const FrameSet& frame, const std::opti
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

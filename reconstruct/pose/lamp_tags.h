@@ -11,7 +11,7 @@
 #include "capture/session/session.h"
 #include "reconstruct/pose/pose.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// What a tag says of the lamp that carries it.
 struct LampTagPose {
@@ -29,7 +29,7 @@ struct LampTagPose {
 class LampTagStage {
  public:
   /// Throws InputError for a tag that does not exist.
-  explicit LampTagStage(const Session& session);
+  explicit LampTagStage(const capture::Session& session);
   ~LampTagStage();
 
   static constexpr std::int64_t kHeldNs = 20'000'000'000;
@@ -39,11 +39,11 @@ class LampTagStage {
     std::vector<std::string> warnings;
   };
   /// `pose`: of the camera in this very frame; empty: nothing new is seen.
-  Result locate(const FrameSet& frame, const std::optional<Pose>& pose);
+  Result locate(const capture::FrameSet& frame, const std::optional<Pose>& pose);
 
  private:
   struct State;
   std::unique_ptr<State> state_;  ///< null where no lamp carries a tag
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -58,7 +58,8 @@ void average(const std::vector<EvidenceTerm>& evidence_terms, MultiTagPose& resu
 
 }  // namespace
 
-std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const std::vector<TagMapEntry>& places) {
+std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings,
+                                         const std::vector<TagMapEntry>& places) {
   std::vector<std::vector<EvidenceTerm>> evidence_terms(readings.size());
   bool first_seen = false;
   for (std::size_t r = 0; r < readings.size(); ++r) {
@@ -81,8 +82,8 @@ std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings
         if (q == r) continue;
         double least = std::numeric_limits<double>::max();
         for (std::size_t d = 0; d < evidence_terms[q].size(); ++d) {
-          const double against =
-              evidence_terms[q][d].candidate->cost + std::min(kWitnessCap, apart(evidence_terms[r][c], evidence_terms[q][d]));
+          const double against = evidence_terms[q][d].candidate->cost +
+                                 std::min(kWitnessCap, apart(evidence_terms[r][c], evidence_terms[q][d]));
           if (against >= least) continue;
           least = against;
           choice[q] = d;
@@ -131,4 +132,4 @@ std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

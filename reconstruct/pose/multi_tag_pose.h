@@ -7,7 +7,7 @@
 #include "reconstruct/pose/tag_map.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// What one tag says of a picture.
 struct TagReading {
@@ -29,6 +29,7 @@ struct MultiTagPose {
 
 /// Chooses among what explains each tag so that all agree, and takes their mean by how sure each is. The first tag is
 /// right where another contradicts it. Empty where no tag has a place.
-std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings, const std::vector<TagMapEntry>& places);
+std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings,
+                                         const std::vector<TagMapEntry>& places);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

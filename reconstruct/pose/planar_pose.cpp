@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -155,4 +155,4 @@ std::vector<PlanarPose> solve_square(const SquareCorners& corners, double size_m
   return poses;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,7 +6,7 @@
 
 #include "reconstruct/math/pose_covariance.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Corners as x/z, y/z in front of the camera, order as TagCorners.
 using SquareCorners = std::array<Eigen::Vector2d, 4>;
@@ -30,4 +30,4 @@ Eigen::Isometry3d mirrored(const Eigen::Isometry3d& T_camera_tag);
 /// RMS distance of the projected corners from the given ones, in the units of x/z.
 double square_error(const Eigen::Isometry3d& T_camera_tag, const SquareCorners& corners, double size_m);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,18 +5,18 @@
 #include <cmath>
 #include <utility>
 
+#include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/depth_tracking.h"
 #include "reconstruct/pose/filter.h"
 #include "reconstruct/pose/gray_regions.h"
+#include "reconstruct/pose/multi_tag_pose.h"
+#include "reconstruct/pose/tag.h"
 #include "reconstruct/pose/tag_map.h"
-#include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 #include "reconstruct/pose/tag_search.h"
 #include "reconstruct/pose/tag_size_check.h"
-#include "reconstruct/pose/tag.h"
-#include "reconstruct/pose/multi_tag_pose.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -41,41 +41,42 @@ struct KnownTag {
   TagPoseEstimator reader;
   TagSizeCheck size_check;
   std::optional<PrintAppearance> look{};  ///< when it was last seen
-  std::size_t at_once = 1;          ///< how many of it were seen when the whole picture was last looked at
+  std::size_t at_once = 1;                ///< how many of it were seen when the whole picture was last looked at
 };
 
 }  // namespace
 
 struct PoseStage::State {
-  State(const Tag& tag, const CameraModel& camera_in, const Response& response)
+  State(const capture::Tag& tag, const capture::CameraModel& camera_in, const capture::Response& response)
       : camera(camera_in), search(tag, camera_in), carry(camera_in) {
     places.emplace_back();
     tags.push_back({tag.id, TagPoseEstimator(search.pattern(0), tag.size_m, camera, response), {tag.id, tag.size_m}});
-    for (const ExtraTag& also : tag.also) {
+    for (const capture::ExtraTag& also : tag.also) {
       places.emplace_back(also.T_tag_extra);
-      tags.push_back(
-          {also.id, TagPoseEstimator(search.pattern(tags.size()), also.size_m, camera, response), {also.id, also.size_m}});
+      tags.push_back({also.id,
+                      TagPoseEstimator(search.pattern(tags.size()), also.size_m, camera, response),
+                      {also.id, also.size_m}});
     }
   }
 
-  bool recent(const FrameSet& frame) const;
+  bool recent(const capture::FrameSet& frame) const;
   bool homeless() const;
   std::optional<Isometry3d> expected(std::size_t tag) const;
-  std::vector<TagSighting> find(const FrameSet& frame);
-  std::vector<TagSighting> find_expected(const FrameSet& frame);
-  std::vector<TagSighting> look_around(const FrameSet& frame);
-  std::vector<TagReading> read(const FrameSet& frame);
-  void check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate);
+  std::vector<TagSighting> find(const capture::FrameSet& frame);
+  std::vector<TagSighting> find_expected(const capture::FrameSet& frame);
+  std::vector<TagSighting> look_around(const capture::FrameSet& frame);
+  std::vector<TagReading> read(const capture::FrameSet& frame);
+  void check_size(const capture::FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate);
   void learn_places(const std::vector<TagReading>& readings, const MultiTagPose& pose);
-  bool measure(const FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
-  bool carry_on(const FrameSet& frame, const DistanceField& field);
-  bool surer_by_surface(const FrameSet& frame, const DistanceField& field, const MultiTagPose& tag);
-  void follow_surface(const FrameSet& frame, const PoseEstimate& carried);
+  bool measure(const capture::FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings);
+  bool carry_on(const capture::FrameSet& frame, const DistanceField& field);
+  bool surer_by_surface(const capture::FrameSet& frame, const DistanceField& field, const MultiTagPose& tag);
+  void follow_surface(const capture::FrameSet& frame, const PoseEstimate& carried);
   void warn_of_tags(std::vector<std::string>& warnings) const;
 
-  CameraModel camera;
+  capture::CameraModel camera;
   TagSearch search;
-  std::vector<KnownTag> tags;    ///< the first is the world
+  std::vector<KnownTag> tags;       ///< the first is the world
   std::vector<TagMapEntry> places;  ///< of each
   PoseFilter filter;
   DepthTracking carry;
@@ -87,7 +88,7 @@ struct PoseStage::State {
   std::int64_t sharp_ns = 0;  ///< and until when
 };
 
-bool PoseStage::State::recent(const FrameSet& frame) const {
+bool PoseStage::State::recent(const capture::FrameSet& frame) const {
   return last && frame.time_ns > last->time_ns && frame.time_ns - last->time_ns <= kAgeLimitNs;
 }
 
@@ -104,7 +105,7 @@ std::optional<Isometry3d> PoseStage::State::expected(std::size_t tag) const {
 }
 
 /// Each tag where it was.
-std::vector<TagSighting> PoseStage::State::find_expected(const FrameSet& frame) {
+std::vector<TagSighting> PoseStage::State::find_expected(const capture::FrameSet& frame) {
   std::vector<TagSighting> found;
   for (std::size_t t = 0; t < tags.size(); ++t) {
     const auto T_camera_tag = expected(t);
@@ -117,7 +118,7 @@ std::vector<TagSighting> PoseStage::State::find_expected(const FrameSet& frame) 
 }
 
 /// The whole picture.
-std::vector<TagSighting> PoseStage::State::look_around(const FrameSet& frame) {
+std::vector<TagSighting> PoseStage::State::look_around(const capture::FrameSet& frame) {
   looked_around_ns = frame.time_ns;
   const bool tracked = recent(frame) && last->from == Pose::From::tag;
   std::vector<TagSighting> found = search.everywhere(*frame.color, !tracked     ? TagSearch::Depth::half_then_full
@@ -129,7 +130,7 @@ std::vector<TagSighting> PoseStage::State::look_around(const FrameSet& frame) {
   return found;
 }
 
-std::vector<TagSighting> PoseStage::State::find(const FrameSet& frame) {
+std::vector<TagSighting> PoseStage::State::find(const capture::FrameSet& frame) {
   if (!search.fits(*frame.color)) return {};
   if (!recent(frame) || !looked_around_ns || frame.time_ns < *looked_around_ns) return look_around(frame);
 
@@ -149,7 +150,7 @@ std::vector<TagSighting> PoseStage::State::find(const FrameSet& frame) {
 }
 
 /// What each tag in the picture says. Of two with one number, that which is nearest to where it was.
-std::vector<TagReading> PoseStage::State::read(const FrameSet& frame) {
+std::vector<TagReading> PoseStage::State::read(const capture::FrameSet& frame) {
   const std::vector<TagSighting> sightings = find(frame);
   const bool tracked = recent(frame);
   std::vector<TagReading> readings;
@@ -183,7 +184,8 @@ std::vector<TagReading> PoseStage::State::read(const FrameSet& frame) {
 }
 
 /// Now and then, for it costs as much as all the tag's pixels.
-void PoseStage::State::check_size(const FrameSet& frame, const TagReading& reading, const PoseCandidate& candidate) {
+void PoseStage::State::check_size(const capture::FrameSet& frame, const TagReading& reading,
+                                  const PoseCandidate& candidate) {
   if (!frame.depth || !reading.corners || (measured > kFirstSizeChecks && measured % kSizeCheckEvery != 0)) return;
   if (const auto plane = plane_inside(frame.depth->depth_m, camera, *reading.corners))
     tags[reading.tag].size_check.see(*plane, candidate.T_camera_tag);
@@ -214,7 +216,8 @@ void PoseStage::State::warn_of_tags(std::vector<std::string>& warnings) const {
   }
 }
 
-bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field, std::vector<std::string>& warnings) {
+bool PoseStage::State::measure(const capture::FrameSet& frame, const DistanceField* field,
+                               std::vector<std::string>& warnings) {
   if (!frame.color) return false;
   const std::vector<TagReading> readings = read(frame);
   const auto chosen = pose_of_tags(readings, places);
@@ -260,7 +263,8 @@ bool PoseStage::State::measure(const FrameSet& frame, const DistanceField* field
 }
 
 /// Follows the surface where that is surer than an unsharp tag, and does not contradict it.
-bool PoseStage::State::surer_by_surface(const FrameSet& frame, const DistanceField& field, const MultiTagPose& tag) {
+bool PoseStage::State::surer_by_surface(const capture::FrameSet& frame, const DistanceField& field,
+                                        const MultiTagPose& tag) {
   if (position_sigma_m(tag.noise) < kUnsharp * sharp_sigma_m || frame.time_ns - sharp_ns > kUnsharpNs) return false;
   const auto carried = carry.hidden(frame, field);
   const PoseCovariance of_tag = tag.noise + tag.bias;
@@ -272,14 +276,14 @@ bool PoseStage::State::surer_by_surface(const FrameSet& frame, const DistanceFie
 }
 
 /// No tag shows; the room's surface does.
-bool PoseStage::State::carry_on(const FrameSet& frame, const DistanceField& field) {
+bool PoseStage::State::carry_on(const capture::FrameSet& frame, const DistanceField& field) {
   if (!recent(frame)) return false;
   const auto carried = carry.hidden(frame, field);
   if (carried) follow_surface(frame, *carried);
   return carried.has_value();
 }
 
-void PoseStage::State::follow_surface(const FrameSet& frame, const PoseEstimate& carried) {
+void PoseStage::State::follow_surface(const capture::FrameSet& frame, const PoseEstimate& carried) {
   const double position_m = kSurfaceJitter * position_sigma_m(carried.covariance);
   const double angle_rad = kSurfaceJitter * angle_sigma_rad(carried.covariance);
   Pose pose;
@@ -292,12 +296,12 @@ void PoseStage::State::follow_surface(const FrameSet& frame, const PoseEstimate&
   last = pose;
 }
 
-PoseStage::PoseStage(const Tag& tag, const CameraModel& color, const Response& response)
+PoseStage::PoseStage(const capture::Tag& tag, const capture::CameraModel& color, const capture::Response& response)
     : state_(std::make_unique<State>(tag, color, response)) {}
 
 PoseStage::~PoseStage() = default;
 
-PoseStage::Result PoseStage::locate(const FrameSet& frame, const DistanceField* field) {
+PoseStage::Result PoseStage::locate(const capture::FrameSet& frame, const DistanceField* field) {
   Result result;
   const bool measured = state_->measure(frame, field, result.warnings);
   state_->warn_of_tags(result.warnings);
@@ -336,4 +340,4 @@ void PoseStage::reset() {
   state_->looked_around_ns.reset();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "capture/frame.h"
 #include "capture/camera/response.h"
+#include "capture/frame.h"
 #include "capture/session/session.h"
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/math/pose_covariance.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct Pose {
   Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();      ///< smoothed over time; what pictures use
@@ -34,7 +34,8 @@ struct Pose {
 class PoseStage {
  public:
   /// `response` linearises encoded pictures. Throws InputError for a tag that does not exist.
-  PoseStage(const Tag& tag, const CameraModel& color, const Response& response = Response::srgb());
+  PoseStage(const capture::Tag& tag, const capture::CameraModel& color,
+            const capture::Response& response = capture::Response::srgb());
   ~PoseStage();
 
   /// How long a pose may be used after anything was last seen.
@@ -45,7 +46,7 @@ class PoseStage {
     std::vector<std::string> warnings;
   };
   /// `field`: the room's surface as far as it is known; may be null.
-  Result locate(const FrameSet& frame, const DistanceField* field = nullptr);
+  Result locate(const capture::FrameSet& frame, const DistanceField* field = nullptr);
   void reset();  ///< forgets the past (a recording starts again)
 
  private:
@@ -53,4 +54,4 @@ class PoseStage {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 
 #include "reconstruct/pose/tag_print.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -138,7 +138,8 @@ class Problem {
 }  // namespace
 
 std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, const TagPattern& pattern, double size_m,
-                                        const Isometry3d& T_camera_tag, const std::optional<PrintAppearance>& first_look) {
+                                        const Isometry3d& T_camera_tag,
+                                        const std::optional<PrintAppearance>& first_look) {
   // Half a cell of paper around the square: its edges count, and the table beyond a narrow print does not.
   const double cell_m = size_m / pattern.square_cells;
   const double reach_m = std::min(size_m / 2 + 0.5 * cell_m, pattern.cells * cell_m / 2);
@@ -218,4 +219,4 @@ std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, cons
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

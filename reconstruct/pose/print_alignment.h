@@ -16,7 +16,7 @@
 #include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/tag.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// How the print appears, found together with the pose.
 struct PrintAppearance {
@@ -44,4 +44,4 @@ std::optional<Alignment> align_to_print(const std::vector<SeenPixel>& seen, cons
                                         const Eigen::Isometry3d& T_camera_tag,
                                         const std::optional<PrintAppearance>& look = std::nullopt);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

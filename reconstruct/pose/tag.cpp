@@ -17,7 +17,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 struct Family {
@@ -45,7 +45,7 @@ const Family& family_named(const std::string& name) {
     allowed += allowed.empty() ? "" : ", ";
     allowed += family.name;
   }
-  throw InputError("tag.family: found \"" + name + "\", allowed: " + allowed);
+  throw capture::InputError("tag.family: found \"" + name + "\", allowed: " + allowed);
 }
 
 TagPattern pattern_of(apriltag_family_t* family, int id) {
@@ -70,15 +70,15 @@ bool TagPattern::white_at(int column, int row) const {
 }
 
 struct TagFinder::Detector {
-  explicit Detector(const Tag& tag) : family_functions(family_named(tag.family)), ids{tag.id} {
-    for (const ExtraTag& also : tag.also) ids.push_back(also.id);
+  explicit Detector(const capture::Tag& tag) : family_functions(family_named(tag.family)), ids{tag.id} {
+    for (const capture::ExtraTag& also : tag.also) ids.push_back(also.id);
     family = family_functions.create();
     for (const int id : ids) {
       if (id >= 0 && id < static_cast<int>(family->ncodes)) continue;
       const auto count = family->ncodes;
       family_functions.destroy(family);
-      throw InputError("tag.id: found " + std::to_string(id) + ", allowed: 0 to " + std::to_string(count - 1) + " in " +
-                       tag.family);
+      throw capture::InputError("tag.id: found " + std::to_string(id) + ", allowed: 0 to " + std::to_string(count - 1) +
+                                " in " + tag.family);
     }
     detector = apriltag_detector_create();
     apriltag_detector_add_family_bits(detector, family, 1);
@@ -98,13 +98,13 @@ struct TagFinder::Detector {
   apriltag_detector_t* detector = nullptr;
 };
 
-TagFinder::TagFinder(const Tag& tag) : detector_(std::make_unique<Detector>(tag)) {
+TagFinder::TagFinder(const capture::Tag& tag) : detector_(std::make_unique<Detector>(tag)) {
   for (const int id : detector_->ids) patterns_.push_back(pattern_of(detector_->family, id));
 }
 
 TagFinder::~TagFinder() = default;
 
-std::vector<TagSighting> TagFinder::find(const Image<std::uint8_t>& grey, int decimate) {
+std::vector<TagSighting> TagFinder::find(const capture::Image<std::uint8_t>& grey, int decimate) {
   detector_->detector->quad_decimate = static_cast<float>(decimate);
   image_u8_t picture = {grey.width, grey.height, grey.width, const_cast<std::uint8_t*>(grey.data.data())};
   zarray_t* detections = apriltag_detector_detect(detector_->detector, &picture);
@@ -134,4 +134,4 @@ std::vector<TagSighting> TagFinder::find(const Image<std::uint8_t>& grey, int de
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

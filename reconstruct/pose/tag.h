@@ -8,7 +8,7 @@
 #include "capture/image.h"
 #include "capture/session/session.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// The tag as printed, in square cells, quiet border included. Row 0 is the tag's top.
 struct TagPattern {
@@ -30,14 +30,14 @@ struct TagSighting {
 class TagFinder {
  public:
   /// Finds this tag and those beside it. Throws InputError for a family or number that does not exist.
-  explicit TagFinder(const Tag& tag);
+  explicit TagFinder(const capture::Tag& tag);
   ~TagFinder();
 
   const TagPattern& pattern() const { return patterns_.front(); }                  ///< of the tag itself
   const TagPattern& pattern(std::size_t index) const { return patterns_[index]; }  ///< 0: the tag, then those beside it
   /// Every sighting of these very tags, the surest first. `decimate`: looks for squares in a picture as many times
   /// smaller, which misses small ones and takes less time by its square.
-  std::vector<TagSighting> find(const Image<std::uint8_t>& grey, int decimate);
+  std::vector<TagSighting> find(const capture::Image<std::uint8_t>& grey, int decimate);
 
  private:
   struct Detector;
@@ -45,4 +45,4 @@ class TagFinder {
   std::vector<TagPattern> patterns_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

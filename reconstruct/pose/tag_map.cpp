@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -80,4 +80,4 @@ std::string TagMapEntry::warning(int id) const {
   return text;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

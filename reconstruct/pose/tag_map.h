@@ -6,7 +6,7 @@
 
 #include "reconstruct/math/pose_covariance.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class TagMapEntry {
  public:
@@ -33,4 +33,4 @@ class TagMapEntry {
   int elsewhere_ = 0;  ///< sightings in a row that contradict it
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,11 +5,11 @@
 #include <limits>
 #include <utility>
 
-#include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/depth_plane.h"
+#include "reconstruct/pose/gray_regions.h"
 #include "reconstruct/pose/planar_pose.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -38,13 +38,14 @@ std::pair<Vector2d, Vector2d> extent(const TagCorners& points) {
 }
 
 /// Around the corners, by the paper that alignment reads and the neighbours that its pixels need.
-PixelRegion region_of_corners(const TagCorners& corners, const TagPattern& pattern, const CameraModel& camera) {
+PixelRegion region_of_corners(const TagCorners& corners, const TagPattern& pattern,
+                              const capture::CameraModel& camera) {
   const auto [low, high] = extent(corners);
   const Vector2d around = (high - low) / pattern.square_cells + Vector2d::Constant(3);
   return region_around(low - around, high + around, camera.width, camera.height);
 }
 
-std::optional<TagCorners> projected(const Isometry3d& T_camera_tag, double half_m, const CameraModel& camera) {
+std::optional<TagCorners> projected(const Isometry3d& T_camera_tag, double half_m, const capture::CameraModel& camera) {
   constexpr double kX[4] = {-1, 1, 1, -1}, kY[4] = {-1, -1, 1, 1};
   TagCorners corners;
   for (int i = 0; i < 4; ++i) {
@@ -61,7 +62,7 @@ double angle_between(const Isometry3d& a, const Isometry3d& b) {
 
 }  // namespace
 
-PixelRegion tiles_around(const TagCorners& points, const CameraModel& camera) {
+PixelRegion tiles_around(const TagCorners& points, const capture::CameraModel& camera) {
   const auto [low, high] = extent(points);
   const Vector2d around = ((high - low) / 2).cwiseMax(16);
   return region_around(low - around, high + around, camera.width, camera.height, kTile);
@@ -77,7 +78,8 @@ double narrowest_px(const TagCorners& points) {
   return longest > 0 ? std::abs(twice_area) / 2 / longest : 0;
 }
 
-TagPoseEstimator::TagPoseEstimator(const TagPattern& pattern, double size_m, const CameraModel& camera, const Response& response)
+TagPoseEstimator::TagPoseEstimator(const TagPattern& pattern, double size_m, const capture::CameraModel& camera,
+                                   const capture::Response& response)
     : pattern_(pattern), size_m_(size_m), camera_(camera), response_(response) {}
 
 std::optional<TagPoseEstimator::Place> TagPoseEstimator::place(const Isometry3d& T_camera_tag) const {
@@ -120,8 +122,8 @@ void TagPoseEstimator::weigh(std::vector<PoseCandidate>& candidates, const PoseH
   }
 }
 
-std::vector<PoseCandidate> TagPoseEstimator::explain(const TagCorners& corners, const Picture& picture,
-                                              const PoseHints& hints) const {
+std::vector<PoseCandidate> TagPoseEstimator::explain(const TagCorners& corners, const capture::Picture& picture,
+                                                     const PoseHints& hints) const {
   SquareCorners rays;
   for (int i = 0; i < 4; ++i) {
     const auto direction = camera_.unproject(corners[i]);
@@ -184,8 +186,8 @@ std::vector<PoseCandidate> TagPoseEstimator::explain(const TagCorners& corners, 
   return result;
 }
 
-std::optional<PoseCandidate> TagPoseEstimator::follow(const Picture& picture, const Isometry3d& T_camera_tag,
-                                               const PrintAppearance& look) const {
+std::optional<PoseCandidate> TagPoseEstimator::follow(const capture::Picture& picture, const Isometry3d& T_camera_tag,
+                                                      const PrintAppearance& look) const {
   const auto corners = projected(T_camera_tag, size_m_ / 2, camera_);
   if (!corners) return std::nullopt;
   const PixelRegion region = region_of_corners(*corners, pattern_, camera_);
@@ -211,4 +213,4 @@ std::optional<PoseCandidate> TagPoseEstimator::follow(const Picture& picture, co
   return candidate;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

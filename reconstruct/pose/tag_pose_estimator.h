@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "capture/camera/camera_model.h"
-#include "capture/frame.h"
 #include "capture/camera/response.h"
-#include "reconstruct/pose/print_alignment.h"
+#include "capture/frame.h"
 #include "reconstruct/math/pose_covariance.h"
+#include "reconstruct/pose/print_alignment.h"
 #include "reconstruct/pose/tag.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct PoseCandidate {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();
@@ -31,18 +31,20 @@ constexpr double kWitnessCap = 100;
 struct PoseHints {
   std::optional<Eigen::Isometry3d> T_camera_tag_before;
   double passed_s = 0;  ///< since then
-  const Image<float>* depth_m = nullptr;
+  const capture::Image<float>* depth_m = nullptr;
 };
 
 class TagPoseEstimator {
  public:
-  TagPoseEstimator(const TagPattern& pattern, double size_m, const CameraModel& camera, const Response& response);
+  TagPoseEstimator(const TagPattern& pattern, double size_m, const capture::CameraModel& camera,
+                   const capture::Response& response);
 
   /// Both poses that explain the corners (Schweighofer & Pinz 2006) as far as they differ, aligned to the whole print.
-  std::vector<PoseCandidate> explain(const TagCorners& corners, const Picture& picture, const PoseHints& hints) const;
+  std::vector<PoseCandidate> explain(const TagCorners& corners, const capture::Picture& picture,
+                                     const PoseHints& hints) const;
   /// The pose from the part of the print that shows, where the square is no longer whole. Empty where that is too
   /// little, or not near `T_camera_tag`.
-  std::optional<PoseCandidate> follow(const Picture& picture, const Eigen::Isometry3d& T_camera_tag,
+  std::optional<PoseCandidate> follow(const capture::Picture& picture, const Eigen::Isometry3d& T_camera_tag,
                                       const PrintAppearance& look) const;
   struct Place {
     PixelRegion region;
@@ -57,14 +59,14 @@ class TagPoseEstimator {
 
   TagPattern pattern_;
   double size_m_;
-  CameraModel camera_;
-  Response response_;
+  capture::CameraModel camera_;
+  capture::Response response_;
 };
 
 /// The points, and half their extent around them: what a hand moves a tag between two pictures. On the grid of tiles
 /// that the detector works in, so that a region shows it the same tiles as the whole picture.
-PixelRegion tiles_around(const TagCorners& points, const CameraModel& camera);
+PixelRegion tiles_around(const TagCorners& points, const capture::CameraModel& camera);
 /// Across a quadrangle where it is narrowest.
 double narrowest_px(const TagCorners& points);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

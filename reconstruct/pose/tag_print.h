@@ -7,7 +7,7 @@
 
 #include "reconstruct/pose/tag.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// The print as a function whose mean over any axis-parallel box is exact: its double integral is bilinear in every
 /// cell.
@@ -90,4 +90,4 @@ class PrintIntegral {
   std::vector<double> sums_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

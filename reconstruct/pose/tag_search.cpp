@@ -5,7 +5,7 @@
 
 #include "reconstruct/pose/tag_pose_estimator.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector2d;
@@ -20,14 +20,14 @@ constexpr double kWide_px = 64;
 
 Vector2d centre_of(const TagCorners& corners) { return (corners[0] + corners[1] + corners[2] + corners[3]) / 4; }
 
-bool TagSearch::fits(const Picture& picture) const {
+bool TagSearch::fits(const capture::Picture& picture) const {
   return std::max(picture.encoded.width, picture.radiance.width) == camera_.width &&
          std::max(picture.encoded.height, picture.radiance.height) == camera_.height;
 }
 
-std::vector<TagSighting> TagSearch::in_region(const Picture& picture, const PixelRegion& region, double narrowest_px,
-                                              int id) {
-  const Image<std::uint8_t> codes = detector_codes(picture, region, gain_);
+std::vector<TagSighting> TagSearch::in_region(const capture::Picture& picture, const PixelRegion& region,
+                                              double narrowest_px, int id) {
+  const capture::Image<std::uint8_t> codes = detector_codes(picture, region, gain_);
   const int fine = finest(region.width);
   std::vector<TagSighting> found;
   for (int decimate = narrowest_px >= kWide_px * fine ? 2 * fine : fine; found.empty() && decimate >= fine;
@@ -40,9 +40,9 @@ std::vector<TagSighting> TagSearch::in_region(const Picture& picture, const Pixe
   return found;
 }
 
-std::vector<TagSighting> TagSearch::everywhere(const Picture& picture, Depth depth) {
+std::vector<TagSighting> TagSearch::everywhere(const capture::Picture& picture, Depth depth) {
   if (!picture.radiance.empty()) gain_ = detector_gain(picture.radiance);
-  const Image<std::uint8_t> codes = detector_codes(picture, {0, 0, camera_.width, camera_.height}, gain_);
+  const capture::Image<std::uint8_t> codes = detector_codes(picture, {0, 0, camera_.width, camera_.height}, gain_);
   std::vector<TagSighting> coarse;
   if (depth != Depth::full) coarse = finder_.find(codes, 2 * finest(camera_.width));
   if (coarse.empty() && depth != Depth::half) coarse = finder_.find(codes, finest(camera_.width));
@@ -59,4 +59,4 @@ std::vector<TagSighting> TagSearch::everywhere(const Picture& picture, Depth dep
   return found;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kFewest = 5, kMost = 30;  // frames in the mean
@@ -38,4 +38,4 @@ std::string TagSizeCheck::warning() const {
   return text;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 
 #include "reconstruct/pose/depth_plane.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 class TagSizeCheck {
  public:
@@ -24,4 +24,4 @@ class TagSizeCheck {
   double distance_m_ = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

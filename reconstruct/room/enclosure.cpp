@@ -6,7 +6,7 @@
 
 #include "reconstruct/math/simd4.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -225,4 +225,4 @@ std::shared_ptr<const Enclosure> EnclosureStage::close(const DistanceField& fiel
   return last_;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

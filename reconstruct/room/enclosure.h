@@ -14,7 +14,7 @@
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 constexpr std::size_t kMostSides = 12;
 
@@ -60,4 +60,4 @@ class EnclosureStage {
   std::shared_ptr<const Enclosure> last_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

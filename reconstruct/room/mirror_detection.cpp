@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -127,7 +127,7 @@ Reflection judge(const RoomPoint& p, const Plane& plane, const DistanceField& fi
 }
 
 std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<RoomPoint>& points,
-                                         const DistanceField& field) {
+                                        const DistanceField& field) {
   std::vector<RoomPoint> behind;
   std::vector<Vector3f> surface;
   for (const RoomPoint& p : points) {
@@ -178,4 +178,4 @@ std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, c
   return lines;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

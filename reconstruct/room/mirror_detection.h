@@ -12,7 +12,7 @@
 
 #include "reconstruct/room/enclosure.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 struct DetectedMirror {
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();   ///< unit, to where cameras are; tag frame
@@ -26,4 +26,4 @@ std::vector<DetectedMirror> suspected_mirrors(const std::vector<RoomPoint>& poin
 /// A line for each.
 std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

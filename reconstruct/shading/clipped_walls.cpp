@@ -7,7 +7,7 @@
 
 #include "reconstruct/light/environment.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -37,7 +37,7 @@ class Clipped {
   }
 
   void raise() {
-    const Image<float> before = picture_.radiance;
+    const capture::Image<float> before = picture_.radiance;
     find_sides();
     for (std::size_t cell = 0; cell < side_.size(); ++cell) {
       if (!picture_.clipped.data[cell]) continue;
@@ -109,7 +109,7 @@ class Clipped {
   }
 
   /// From cells of the same side that are not clipped; the nearest decide.
-  std::optional<Vector3f> modelled(std::size_t cell, const Image<float>& before) {
+  std::optional<Vector3f> modelled(std::size_t cell, const capture::Image<float>& before) {
     if (side_[cell] < 0) return std::nullopt;
     if (irradiance_.empty()) {
       for (std::size_t i = 0; i < side_.size(); ++i)
@@ -131,7 +131,7 @@ class Clipped {
   }
 
   /// What no camera saw.
-  void follow(const Image<float>& before) {
+  void follow(const capture::Image<float>& before) {
     std::vector<std::size_t> raised;
     for (std::size_t i = 0; i < side_.size(); ++i)
       if (picture_.radiance.data[3 * i] != before.data[3 * i]) raised.push_back(i);
@@ -179,4 +179,4 @@ void raise_clipped(Illumination& light, const std::vector<PointLight>& lamps, co
   Clipped(light, lamps, room, field, rays, metal).raise();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -2,12 +2,12 @@
 // Surfaces so bright that the fish-eye's picture clips on them.
 #include <vector>
 
-#include "reconstruct/field/metal_mask.h"
 #include "reconstruct/field/field_rays.h"
-#include "reconstruct/room/enclosure.h"
+#include "reconstruct/field/metal_mask.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/room/enclosure.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Raises cells of the remainder that are marked as clipped: to the radiance that the colour camera measured where the
 /// fish-eye's ray meets known surface; else, on a measured side of the room, to what `lamps` make of a surface of the
@@ -16,4 +16,4 @@ namespace lumigraft {
 void raise_clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room,
                    const DistanceField& field, const FieldRays& rays, const MetalMask& metal);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

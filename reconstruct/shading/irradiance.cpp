@@ -5,10 +5,10 @@
 #include <numbers>
 #include <utility>
 
-#include "reconstruct/room/enclosure.h"
 #include "reconstruct/light/environment.h"
+#include "reconstruct/room/enclosure.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -52,7 +52,7 @@ Frame frame_around(const Eigen::Vector3f& z) {
 /// elsewhere the near thing stands in another direction, where rays meet it in the field.
 EnvironmentPicture without_near(const EnvironmentPicture& picture, const FieldRays& rays, const Eigen::Vector3f& probe,
                                 const Enclosure* room) {
-  const Image<float>& from = picture.radiance;
+  const capture::Image<float>& from = picture.radiance;
   EnvironmentPicture result = picture;
   std::vector<std::size_t> far, near;
   std::vector<Eigen::Vector3f> directions;
@@ -93,7 +93,7 @@ int cell_of(const Eigen::Vector3f& direction, int width, int height) {
 }  // namespace
 
 IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
-                     const Illumination& illumination, const Enclosure* room)
+                                 const Illumination& illumination, const Enclosure* room)
     : field_(field),
       rays_(rays),
       metal_(metal),
@@ -129,7 +129,7 @@ IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& ra
 }
 
 IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
-                     const Enclosure* room, Beyond beyond)
+                                 const Enclosure* room, Beyond beyond)
     : field_(field),
       rays_(rays),
       metal_(metal),
@@ -147,7 +147,7 @@ Eigen::Vector3f IrradianceModel::far_radiance(const Eigen::Vector3f& from_m, con
 }
 
 std::optional<Eigen::Vector3f> IrradianceModel::floor_ahead(const Eigen::Vector3f& from_m,
-                                                      const Eigen::Vector3f& direction) const {
+                                                            const Eigen::Vector3f& direction) const {
   const float fall = -beyond_.up.dot(direction), above_m = beyond_.up.dot(from_m) - beyond_.floor_m;
   if (fall < 1e-3f || above_m < 0) return std::nullopt;
   if (beyond_.far.seen
@@ -177,7 +177,8 @@ std::vector<Eigen::Vector3f> IrradianceModel::light_on_floor(const std::vector<P
   return squares;
 }
 
-Eigen::Vector3f IrradianceModel::by_floor(const Gathered& gathered, const std::vector<Eigen::Vector3f>& on_floor) const {
+Eigen::Vector3f IrradianceModel::by_floor(const Gathered& gathered,
+                                          const std::vector<Eigen::Vector3f>& on_floor) const {
   if (gathered.on_floor.empty()) return Eigen::Vector3f::Zero();
   const Frame frame = frame_around(beyond_.up);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -192,7 +193,7 @@ Eigen::Vector3f IrradianceModel::by_floor(const Gathered& gathered, const std::v
 }
 
 IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal,
-                                      int directions) const {
+                                                  int directions) const {
   const Frame frame = frame_around(normal);
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -220,7 +221,7 @@ IrradianceModel::Gathered IrradianceModel::gather(const Eigen::Vector3f& positio
 }
 
 float IrradianceModel::visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,
-                            const Eigen::Vector3f& normal, int rays) const {
+                                  const Eigen::Vector3f& normal, int rays) const {
   const bool far = distance_m == kInfinitelyFar;
   const float distance = far ? kRoom_m : distance_m;
   const Eigen::Vector3f centre = (far ? position_m : beyond_.probe) + distance * light.direction;
@@ -239,7 +240,7 @@ float IrradianceModel::visibility(const PointLight& light, float distance_m, con
 }
 
 bool IrradianceModel::hidden_way(const PointLight& light, const Eigen::Vector3f& position_m,
-                           const Eigen::Vector3f& normal) const {
+                                 const Eigen::Vector3f& normal) const {
   if (field_.seen_from_m.empty()) return false;
   const Eigen::Vector3f from = position_m + lift_m_ * normal;
   const Eigen::Vector3f way = light.distance_known ? Eigen::Vector3f(light.position_m - from) : light.direction;
@@ -256,4 +257,4 @@ bool IrradianceModel::hidden_way(const PointLight& light, const Eigen::Vector3f&
   return false;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

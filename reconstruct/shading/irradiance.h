@@ -3,20 +3,20 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "reconstruct/field/metal_mask.h"
-#include "reconstruct/field/field_rays.h"
 #include "reconstruct/field/distance_field.h"
-#include "reconstruct/room/enclosure.h"
+#include "reconstruct/field/field_rays.h"
+#include "reconstruct/field/metal_mask.h"
 #include "reconstruct/light/light.h"
+#include "reconstruct/room/enclosure.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 constexpr float kInfinitelyFar = 0;  ///< as a lamp's distance
 
 class IrradianceModel {
  public:
   IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
-            const Illumination& illumination, const Enclosure* room = nullptr);
+                  const Illumination& illumination, const Enclosure* room = nullptr);
 
   /// What lies beyond all that is known.
   struct Beyond {
@@ -30,7 +30,7 @@ class IrradianceModel {
   const Beyond& beyond() const { return beyond_; }
   /// The same beyond a field of which somewhat more is known, or somewhat else.
   IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, const Enclosure* room,
-            Beyond beyond);
+                  Beyond beyond);
 
   /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
   /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; one that goes down
@@ -75,4 +75,4 @@ class IrradianceModel {
   Beyond beyond_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

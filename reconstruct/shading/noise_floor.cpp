@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 float dark_radiance(const std::vector<SurfaceSample>& samples) {
   constexpr float kShare = 0.02f, kLeast = 1e-6f;
@@ -11,4 +11,4 @@ float dark_radiance(const std::vector<SurfaceSample>& samples) {
   return samples.empty() ? kLeast : std::max(kLeast, kShare * static_cast<float>(sum / samples.size()));
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

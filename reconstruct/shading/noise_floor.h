@@ -6,7 +6,7 @@
 
 #include "reconstruct/shading/surface_samples.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Radiance that counts as black: a share of the samples' mean.
 float dark_radiance(const std::vector<SurfaceSample>& samples);
@@ -20,4 +20,4 @@ inline Eigen::Array3f matt_albedo(const Eigen::Vector3f& radiance, const Eigen::
 /// 1σ of π B that is due to darkness.
 inline float dark_sigma(float dark) { return 0.5f * std::numbers::pi_v<float> * dark; }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kFinestCellVoxels = 2.0f;
@@ -21,8 +21,7 @@ int level_at(const Eigen::Vector3f& position) {
   return squared < 1 ? 0 : squared < 4 ? 1 : 2;
 }
 
-std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays,
-                                         const MetalMask& metal) {
+std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays, const MetalMask& metal) {
   std::vector<BrickKey> keys;
   for (const auto& [key, brick] : field.bricks) keys.push_back(key);
   std::sort(keys.begin(), keys.end());
@@ -171,4 +170,4 @@ Surface find_surface(const DistanceField& field, const FieldRays& rays, const Me
   return surface;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,11 +5,11 @@
 #include <tuple>
 #include <vector>
 
-#include "reconstruct/field/metal_mask.h"
-#include "reconstruct/field/field_rays.h"
 #include "reconstruct/field/distance_field.h"
+#include "reconstruct/field/field_rays.h"
+#include "reconstruct/field/metal_mask.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// One voxel next to the surface.
 struct SurfacePoint {
@@ -66,4 +66,4 @@ std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, 
 Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, int most_samples,
                      float least_m = 0);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,18 +7,18 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using ModelCache = std::map<std::pair<std::filesystem::path, char>, std::shared_ptr<const Model>>;
 
-Eigen::Vector3d read_position(const ConfigTable& table, const Eigen::Vector3d& fallback) {
+Eigen::Vector3d read_position(const capture::ConfigTable& table, const Eigen::Vector3d& fallback) {
   if (!table.has("position_m")) return fallback;
   const std::vector<double> p = table.numbers("position_m", 3);
   return {p[0], p[1], p[2]};
 }
 
-Eigen::Quaterniond read_rotation(const ConfigTable& table, const Eigen::Quaterniond& fallback) {
+Eigen::Quaterniond read_rotation(const capture::ConfigTable& table, const Eigen::Quaterniond& fallback) {
   if (!table.has("rotation_wxyz")) return fallback;
   const std::vector<double> q = table.numbers("rotation_wxyz", 4);
   const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
@@ -30,11 +30,11 @@ Eigen::Quaterniond read_rotation(const ConfigTable& table, const Eigen::Quaterni
   return Eigen::Quaterniond(rotation.coeffs() / length);
 }
 
-float read_unit(const ConfigTable& table, const char* key, float fallback) {
+float read_unit(const capture::ConfigTable& table, const char* key, float fallback) {
   return static_cast<float>(table.number(key, 0.0, 1.0, fallback));
 }
 
-Material overridden(const ConfigTable& table, Material material) {
+Material overridden(const capture::ConfigTable& table, Material material) {
   if (table.has("base_color")) {
     const std::vector<double> color = table.numbers("base_color", 3);
     if (*std::min_element(color.begin(), color.end()) < 0 || *std::max_element(color.begin(), color.end()) > 1) {
@@ -50,7 +50,7 @@ Material overridden(const ConfigTable& table, Material material) {
 
 // Keys that are not given stay each part's own. So an incomplete override of a model of several materials goes into
 // a copy of the model, and every other one into the object.
-void override_material(const ConfigTable& table, VirtualObject* object) {
+void override_material(const capture::ConfigTable& table, VirtualObject* object) {
   const Material first = overridden(table, object->model->parts.front().material);
   const bool complete =
       table.has("base_color") && table.has("metallic") && table.has("roughness") && table.has("specular");
@@ -63,9 +63,9 @@ void override_material(const ConfigTable& table, VirtualObject* object) {
   object->model = std::move(model);
 }
 
-std::vector<KeyFrame> read_motion(const ConfigTable& table, const VirtualObject& object) {
+std::vector<KeyFrame> read_motion(const capture::ConfigTable& table, const VirtualObject& object) {
   std::vector<KeyFrame> motion;
-  for (const ConfigTable& entry : table.tables("motion")) {
+  for (const capture::ConfigTable& entry : table.tables("motion")) {
     KeyFrame key;
     key.time_s = entry.number("time_s", -1e9, 1e9);
     key.position_m = read_position(entry, object.position_m);
@@ -79,7 +79,7 @@ std::vector<KeyFrame> read_motion(const ConfigTable& table, const VirtualObject&
   return motion;
 }
 
-VirtualObject read_object(const ConfigTable& table, ModelCache* cache) {
+VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) {
   VirtualObject object;
   const std::filesystem::path file = table.existing_file("model");
   const std::string extension = file.extension().string();
@@ -95,7 +95,7 @@ VirtualObject read_object(const ConfigTable& table, ModelCache* cache) {
   std::shared_ptr<const Model>& model = (*cache)[{file, up}];
   try {
     if (!model) model = load_model(file, up);
-  } catch (const InputError& error) {
+  } catch (const capture::InputError& error) {
     table.fail("model", error.what());
   }
   object.model = model;
@@ -120,11 +120,11 @@ Eigen::Affine3d VirtualObject::T_tag_model(double time_s) const {
   return Eigen::Translation3d(at.position_m) * at.rotation * Eigen::Scaling(scale);
 }
 
-Exhibit read_exhibit(const ConfigTable& root) {
+Exhibit read_exhibit(const capture::ConfigTable& root) {
   Exhibit exhibit;
   ModelCache cache;
   std::set<std::string> names;
-  for (const ConfigTable& table : root.tables("object")) {
+  for (const capture::ConfigTable& table : root.tables("object")) {
     exhibit.objects.push_back(read_object(table, &cache));
     const std::string& name = exhibit.objects.back().name;
     if (!names.insert(name).second) {
@@ -135,4 +135,4 @@ Exhibit read_exhibit(const ConfigTable& root) {
   return exhibit;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/session/config.h"
 #include "capture/image.h"
+#include "capture/session/config.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// glTF 2.0 metallic-roughness. GGX alpha = roughness². specular 0 = Lambert alone (KHR_materials_specular).
 struct Material {
@@ -26,7 +26,7 @@ struct Material {
 struct Model {
   struct Part {
     Material material;
-    std::shared_ptr<const Image<std::uint8_t>> base_color_texture;  ///< sRGB, RGB; null: none
+    std::shared_ptr<const capture::Image<std::uint8_t>> base_color_texture;  ///< sRGB, RGB; null: none
     std::uint32_t first_index = 0, index_count = 0;
   };
   std::vector<Eigen::Vector3f> positions_m;
@@ -66,6 +66,6 @@ struct Exhibit {
 };
 
 /// Reads [[object]] tables; the caller calls root.finish(). Throws InputError.
-Exhibit read_exhibit(const ConfigTable& root);
+Exhibit read_exhibit(const capture::ConfigTable& root);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr float crease_cosine = 0.5f;  // 60°
@@ -59,4 +59,4 @@ void fill_missing_normals(std::span<Corner> corners) {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <span>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Plain floats without padding: corners are joined into vertices where their bytes are equal.
 struct Corner {
@@ -19,4 +19,4 @@ static_assert(sizeof(Corner) == 11 * sizeof(float));
 /// Polygonal Facets"), of those faces alone that lie within 60° of its own: edges of boxes stay sharp.
 void fill_missing_normals(std::span<Corner> corners);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

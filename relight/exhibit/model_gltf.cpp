@@ -7,7 +7,7 @@
 
 #include "relight/exhibit/model_materials.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using nlohmann::json;
@@ -48,4 +48,4 @@ std::vector<float> gltf_specular_factors(const std::filesystem::path& file) {
   return factors;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

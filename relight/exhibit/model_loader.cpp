@@ -10,13 +10,13 @@
 #include <cmath>
 #include <map>
 
-#include "capture/error.h"
 #include "capture/camera/response.h"
+#include "capture/error.h"
 #include "relight/exhibit/model_corners.h"
 #include "relight/exhibit/model_materials.h"
 #include "relight/exhibit/model_ply.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 namespace fs = std::filesystem;
@@ -28,7 +28,7 @@ ModelFormat format_of(const fs::path& path) {
   if (extension == ".gltf" || extension == ".glb") return ModelFormat::gltf;
   if (extension == ".ply") return ModelFormat::ply;
   if (extension == ".obj") return ModelFormat::obj;
-  throw InputError(path.string() + ": found \"" + extension + "\", allowed: .gltf, .glb, .ply or .obj");
+  throw capture::InputError(path.string() + ": found \"" + extension + "\", allowed: .gltf, .glb, .ply or .obj");
 }
 
 // Rotation that takes the model's up axis to z, keeping the frame right-handed.
@@ -156,7 +156,7 @@ class Loader {
     if (mesh.HasVertexColors(0)) {
       const aiColor4D& color = mesh.mColors[0][vertex];
       c.color = {color.r, color.g, color.b};
-      if (srgb_colors_) c.color = c.color.unaryExpr([](float v) { return srgb_to_linear(v); });
+      if (srgb_colors_) c.color = c.color.unaryExpr([](float v) { return capture::srgb_to_linear(v); });
     }
     return c;
   }
@@ -190,10 +190,10 @@ class Loader {
 
 std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
   if (up != 'x' && up != 'y' && up != 'z') {
-    throw InputError(path.string() + ": up: found \"" + std::string(1, up) + "\", allowed: x, y or z");
+    throw capture::InputError(path.string() + ": up: found \"" + std::string(1, up) + "\", allowed: x, y or z");
   }
   const ModelFormat format = format_of(path);
-  if (!fs::is_regular_file(path)) throw InputError(path.string() + ": no such file");
+  if (!fs::is_regular_file(path)) throw capture::InputError(path.string() + ": no such file");
   const bool srgb_colors = format == ModelFormat::ply && check_ply(path).colors_are_8_bit;
 
   Assimp::Importer importer;
@@ -216,12 +216,12 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
   if (!scene) {
     std::replace_if(
         reason.begin(), reason.end(), [](unsigned char c) { return std::iscntrl(c); }, ' ');
-    throw InputError(path.string() + ": not a model that can be read: " + reason.substr(0, 200));
+    throw capture::InputError(path.string() + ": not a model that can be read: " + reason.substr(0, 200));
   }
   std::shared_ptr<const Model> model = Loader(*scene, path, format, up, srgb_colors).load();
   if (model->indices.empty())
-    throw InputError(path.string() + ": found no triangles with an area, allowed: at least one");
+    throw capture::InputError(path.string() + ": found no triangles with an area, allowed: at least one");
   return model;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -11,13 +11,13 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 namespace fs = std::filesystem;
 
-Image<std::uint8_t> to_rgb(const cv::Mat& bgr) {
-  Image<std::uint8_t> image(bgr.cols, bgr.rows, 3);
+capture::Image<std::uint8_t> to_rgb(const cv::Mat& bgr) {
+  capture::Image<std::uint8_t> image(bgr.cols, bgr.rows, 3);
   for (int y = 0; y < bgr.rows; ++y) {
     for (int x = 0; x < bgr.cols; ++x) {
       const auto& pixel = bgr.at<cv::Vec3b>(y, x);
@@ -113,14 +113,14 @@ ModelMaterials::Picture ModelMaterials::texture(const aiMaterial& source, int ty
   int channel = 0;
   source.Get(AI_MATKEY_UVWSRC(texture_type, 0), channel);
   *texcoord_channel = static_cast<unsigned>(std::max(channel, 0));
-  Picture& picture = pictures_[reference.C_Str()];
+  capture::Picture& picture = pictures_[reference.C_Str()];
   if (!picture) picture = decode(reference.C_Str());
   return picture;
 }
 
 float ModelMaterials::texture_mean(const aiMaterial& source, int type, int channel) {
   unsigned texcoord_channel = 0;
-  const Picture picture = texture(source, type, &texcoord_channel);
+  const capture::Picture picture = texture(source, type, &texcoord_channel);
   if (!picture) return 1.0f;
   std::uint64_t sum = 0;
   for (std::size_t i = channel; i < picture->data.size(); i += 3) sum += picture->data[i];
@@ -129,7 +129,7 @@ float ModelMaterials::texture_mean(const aiMaterial& source, int type, int chann
 
 ModelMaterials::Picture ModelMaterials::decode(const std::string& reference) const {
   const auto fail = [&](const std::string& why) {
-    throw InputError(file_.string() + ": texture \"" + reference.substr(0, 200) + "\": " + why);
+    throw capture::InputError(file_.string() + ": texture \"" + reference.substr(0, 200) + "\": " + why);
   };
   std::vector<std::uint8_t> bytes;
   if (const aiTexture* embedded = scene_.GetEmbeddedTexture(reference.c_str())) {
@@ -152,7 +152,7 @@ ModelMaterials::Picture ModelMaterials::decode(const std::string& reference) con
     picture.release();
   }
   if (picture.empty()) fail("not a picture that can be read");
-  return std::make_shared<Image<std::uint8_t>>(to_rgb(picture));
+  return std::make_shared<capture::Image<std::uint8_t>>(to_rgb(picture));
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -12,13 +12,13 @@
 struct aiMaterial;
 struct aiScene;
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 enum class ModelFormat { gltf, ply, obj };
 
 struct ModelMaterial {
   Material material;
-  std::shared_ptr<const Image<std::uint8_t>> base_color_texture;
+  std::shared_ptr<const capture::Image<std::uint8_t>> base_color_texture;
   unsigned texcoord_channel = 0;  ///< which set of texture coordinates the texture is laid by
 };
 
@@ -36,7 +36,7 @@ class ModelMaterials {
   ModelMaterial read(unsigned index, bool has_vertex_colors);
 
  private:
-  using Picture = std::shared_ptr<const Image<std::uint8_t>>;
+  using Picture = std::shared_ptr<const capture::Image<std::uint8_t>>;
   Picture texture(const aiMaterial& source, int type, unsigned* texcoord_channel);
   Picture decode(const std::string& reference) const;
   float texture_mean(const aiMaterial& source, int type, int channel);
@@ -54,4 +54,4 @@ class ModelMaterials {
 /// extension). Empty where no material has it.
 std::vector<float> gltf_specular_factors(const std::filesystem::path& file);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -8,7 +8,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 PlyFacts check_ply(const std::filesystem::path& file) {
   constexpr int most_header_lines = 10000;
@@ -30,14 +30,14 @@ PlyFacts check_ply(const std::filesystem::path& file) {
       facts.colors_are_8_bit = second == "uchar" || second == "uint8";
     }
   }
-  if (!ended) throw InputError(where + "found no end of the PLY header");
+  if (!ended) throw capture::InputError(where + "found no end of the PLY header");
   if (!ascii) return facts;
 
   std::size_t lines = 0;
   while (std::getline(in, line)) lines += line.find_first_not_of(" \t\r") != std::string::npos;
   if (lines < elements) {
-    throw InputError(where + "found " + std::to_string(lines) + " lines of data, allowed: the " +
-                     std::to_string(elements) + " of its header");
+    throw capture::InputError(where + "found " + std::to_string(lines) + " lines of data, allowed: the " +
+                              std::to_string(elements) + " of its header");
   }
   return facts;
 }
@@ -52,4 +52,4 @@ std::string read_ply(const std::filesystem::path& file) {
   return bytes;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

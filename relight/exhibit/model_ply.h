@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct PlyFacts {
   bool colors_are_8_bit = false;  ///< such colours are sRGB in practice, those in floating point are linear
@@ -17,4 +17,4 @@ PlyFacts check_ply(const std::filesystem::path& file);
 /// a byte that looks like it: -0.04f does. That byte, the last of a little-endian mantissa, comes out one higher.
 std::string read_ply(const std::filesystem::path& file);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -4,25 +4,25 @@
 #include <cmath>
 #include <limits>
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
+using PathVertex;
+using Sampler;
+using SurfaceHit;
 using Eigen::Vector3f;
-using reference::Sampler;
-using reference::SurfaceHit;
-using reference::PathVertex;
 
 namespace {
 
 constexpr float kOff_m = 1e-4f;  // from the surface they leave
 
-Surface with_look(Surface surface, const reference::BsdfParams& look) {
+reconstruct::Surface with_look(reconstruct::Surface surface, const BsdfParams& look) {
   surface.look = look;
   return surface;
 }
 
 }  // namespace
 
-Rgb diffuse_under(const reference::BsdfParams& look, float cos_v) {
+Rgb diffuse_under(const BsdfParams& look, float cos_v) {
   if (!look.mirrors()) return look.diffuse;
   const float m = 1 - std::clamp(cos_v, 0.0f, 1.0f), m2 = m * m;
   const Rgb seen = look.f0 + (look.f90 - look.f0) * (m2 * m2 * m);
@@ -30,14 +30,14 @@ Rgb diffuse_under(const reference::BsdfParams& look, float cos_v) {
   return look.diffuse * (1 - seen) * (1 - evenly);
 }
 
-Surface white_surface(Surface surface) {
+reconstruct::Surface white_surface(reconstruct::Surface surface) {
   surface.look = {};
   surface.look.diffuse.setOnes();
   return surface;
 }
 
-reference::BsdfParams mirror_of(const reference::BsdfParams& look) {
-  reference::BsdfParams mirror = look;
+BsdfParams mirror_of(const BsdfParams& look) {
+  BsdfParams mirror = look;
   mirror.diffuse.setZero();
   return mirror;
 }
@@ -58,17 +58,15 @@ Rgb DeltaLight::lamps_along(const SampledRay& ray, float near_m, float far_m) co
   Rgb sum = Rgb::Zero();
   if (!(ray.pdf > 0)) return sum;
   for (const ReferenceLamp& lamp : room_.lamps()) {
-    const std::optional<float> t_m = reference::lamp_hit(lamp, ray.from_m, ray.w);
+    const std::optional<float> t_m = lamp_hit(lamp, ray.from_m, ray.w);
     if (!t_m || *t_m < near_m || *t_m > far_m) continue;
-    sum += reference::lamp_radiance(lamp, ray.from_m, ray.w) *
-           reference::balanced(ray.pdf, reference::lamp_pdf(lamp, ray.from_m, ray.w));
+    sum += lamp_radiance(lamp, ray.from_m, ray.w) * balanced(ray.pdf, lamp_pdf(lamp, ray.from_m, ray.w));
   }
   return sum;
 }
 
 bool DeltaLight::blocked_by_room(const Vector3f& from_m, const Vector3f& w, float limit_m, std::size_t lamp) const {
-  return reference::behind_other_lamp(room_.lamps(), lamp, from_m, w, limit_m) ||
-         room_.meshes().blocked(from_m, w, limit_m);
+  return behind_other_lamp(room_.lamps(), lamp, from_m, w, limit_m) || room_.meshes().blocked(from_m, w, limit_m);
 }
 
 template <typename Counts>
@@ -76,12 +74,12 @@ Rgb DeltaLight::lamps(const Vertex& vertex, Sampler& sampler, Counts counts) con
   Rgb sum = Rgb::Zero();
   const Vector3f from_m = vertex.leave();
   for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
-    const reference::LightSample s = reference::sample_lamp(room_.lamps()[i], from_m, sampler.two());
+    const LightSample s = sample_lamp(room_.lamps()[i], from_m, sampler.two());
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) continue;
     const Rgb f = vertex.response(s.w);
-    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - reference::kBeforeLamp_m, i)) continue;
+    if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kBeforeLamp_m, i)) continue;
     // Only mirrors send rays on that may meet lamps.
-    const float share = vertex.mirrors() ? reference::balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
+    const float share = vertex.mirrors() ? balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
     sum += f * s.radiance * (share / s.pdf);
   }
   return sum;
@@ -99,11 +97,11 @@ Rgb DeltaLight::hidden(const Vertex& vertex, Sampler& sampler) const {
   });
 }
 
-std::uint32_t DeltaLight::behind_room(const reference::RayFan& fan, std::size_t lamp) const {
+std::uint32_t DeltaLight::behind_room(const RayFan& fan, std::size_t lamp) const {
   std::uint32_t behind = room_.meshes().blocked(fan);
-  for (std::size_t k = 0; k < reference::RayFan::kMost; ++k) {
+  for (std::size_t k = 0; k < RayFan::kMost; ++k) {
     if (!((fan.some & ~behind) >> k & 1)) continue;
-    if (reference::behind_other_lamp(room_.lamps(), lamp, fan.from_m, fan.w[k], fan.limit_m[k])) behind |= 1u << k;
+    if (behind_other_lamp(room_.lamps(), lamp, fan.from_m, fan.w[k], fan.limit_m[k])) behind |= 1u << k;
   }
   return behind;
 }
@@ -122,15 +120,15 @@ bool DeltaLight::may_hide(std::size_t lamp, const Vector3f& p_m) const {
   const ReferenceLamp& l = room_.lamps()[lamp];
   const Vector3f to = l.centre_m - p_m;
   const float along = std::clamp((sphere_.centre_m - p_m).dot(to) / to.squaredNorm(), 0.0f, 1.0f);
-  return (p_m + along * to - sphere_.centre_m).norm() <= sphere_.radius_m + reference::lamp_reach_m(l);
+  return (p_m + along * to - sphere_.centre_m).norm() <= sphere_.radius_m + lamp_reach_m(l);
 }
 
 Rgb DeltaLight::hidden_from(const Vector3f& p_m, const Vector3f& normal, Sampler& sampler) const {
   Rgb sum = Rgb::Zero();
   for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
     if (!may_hide(i, p_m)) continue;
-    const reference::LightSample s = reference::sample_lamp(room_.lamps()[i], p_m, sampler.two());
-    const float cosine = normal.dot(s.w), limit = s.distance_m - reference::kBeforeLamp_m;
+    const LightSample s = sample_lamp(room_.lamps()[i], p_m, sampler.two());
+    const float cosine = normal.dot(s.w), limit = s.distance_m - kBeforeLamp_m;
     if (!(s.pdf > 0) || cosine <= 0 || s.radiance.maxCoeff() <= 0) continue;
     if (!objects_.meshes().blocked(p_m, s.w, limit) || blocked_by_room(p_m, s.w, limit, i)) continue;
     sum += s.radiance * (cosine / s.pdf);
@@ -146,7 +144,8 @@ Rgb DeltaLight::mirrored_by_object(const Vertex& lobe, Sampler& sampler, int mir
   return sum;
 }
 
-Rgb DeltaLight::arriving_before(const SampledRay& ray, float near_m, const Arrival& a, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::arriving_before(const SampledRay& ray, float near_m, const Arrival& a, Sampler& sampler,
+                                int mirrors) const {
   const bool ends = a.at == Arrival::At::real && room_.meshes().hides(a.hit);
   return lamps_along(ray, near_m, ends ? a.t_m : std::numeric_limits<float>::infinity()) +
          left_before(ray, a, sampler, mirrors);
@@ -174,13 +173,13 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const Arrival& a, Sampler& sa
     if (facet->albedo.maxCoeff() <= 0) return Rgb::Zero();
     const Vector3f normal = facet->normal.dot(ray.w) < 0 ? facet->normal : (-facet->normal).eval();
     const Vector3f p = ray.from_m + a.t_m * ray.w;
-    return facet->albedo / reference::kPi * (cells_.at(p, normal) - hidden_from(p + kOff_m * normal, normal, sampler));
+    return facet->albedo / kPi * (cells_.at(p, normal) - hidden_from(p + kOff_m * normal, normal, sampler));
   }
   const RealPoint point = room_.point(a.hit, ray.w);
   const Vertex vertex(point.surface, ray.w);
   Rgb sum = -hidden(vertex, sampler);
   if (point.is_even()) {
-    return sum + point.surface.look.diffuse / reference::kPi * cells_.at(point.surface.position_m, point.surface.face);
+    return sum + point.surface.look.diffuse / kPi * cells_.at(point.surface.position_m, point.surface.face);
   }
   Rgb throughput;
   if (mirrors > 0) {
@@ -192,11 +191,11 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const Arrival& a, Sampler& sa
 
 Rgb DeltaLight::left_object(const SampledRay& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
   if (const Rgb* even = objects_.even_radiance(a.hit, ray.w)) return *even;
-  const Surface surface = objects_.meshes().surface(a.hit, ray.w);
+  const reconstruct::Surface surface = objects_.meshes().surface(a.hit, ray.w);
   const RayObjects::Irradiance e = objects_.irradiance(a.hit, surface.face);
-  const reference::BsdfParams& look = surface.look;
-  const Rgb sum = diffuse_under(look, -surface.normal.dot(ray.w)) / reference::kPi * (e.direct + e.indirect);
-  if (mirrors == 0) return sum + look.f0 / reference::kPi * (e.direct + e.indirect);
+  const BsdfParams& look = surface.look;
+  const Rgb sum = diffuse_under(look, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);
+  if (mirrors == 0) return sum + look.f0 / kPi * (e.direct + e.indirect);
   return sum + mirrored_by_object(Vertex(with_look(surface, mirror_of(look)), ray.w), sampler, mirrors);
 }
 
@@ -231,4 +230,4 @@ Rgb DeltaLight::with_objects(const SampledRay& ray, Sampler& sampler, int mirror
   return end ? (light + *end).eval() : light;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

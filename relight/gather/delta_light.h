@@ -12,7 +12,7 @@
 #include "relight/tracing/sampler.h"
 #include "relight/tracing/vertex.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 struct SampledRay {
   Eigen::Vector3f from_m, w;  ///< w unit
@@ -24,24 +24,25 @@ struct SampledRay {
 class DeltaLight {
  public:
   /// Keeps references. `sphere`: around the objects.
-  DeltaLight(const RayRoom& room, const RayObjects& objects, const IrradianceChangeCache& cells, const BoundingSphere& sphere)
+  DeltaLight(const RayRoom& room, const RayObjects& objects, const IrradianceChangeCache& cells,
+             const BoundingSphere& sphere)
       : room_(room), objects_(objects), cells_(cells), sphere_(sphere) {}
 
   /// W/sr/m². `mirrors`: how many more times a ray may be sent on.
-  Rgb before(const SampledRay& ray, reference::Sampler& sampler, int mirrors) const;                                // L_μ
-  Rgb change(const SampledRay& ray, reference::Sampler& sampler, int mirrors, float* to_object_m = nullptr) const;  // L_Δ
-  Rgb with_objects(const SampledRay& ray, reference::Sampler& sampler, int mirrors) const;                          // L_ρ
-  /// The same, but where the ray ends on a matt object, only what comes from before it: `end` is the radiance that is to
-  /// be added, which follows the irradiance of the objects.
-  Rgb with_objects_unless(const SampledRay& ray, reference::Sampler& sampler, int mirrors, const Rgb** end) const;
+  Rgb before(const SampledRay& ray, Sampler& sampler, int mirrors) const;                                // L_μ
+  Rgb change(const SampledRay& ray, Sampler& sampler, int mirrors, float* to_object_m = nullptr) const;  // L_Δ
+  Rgb with_objects(const SampledRay& ray, Sampler& sampler, int mirrors) const;                          // L_ρ
+  /// The same, but where the ray ends on a matt object, only what comes from before it: `end` is the radiance that is
+  /// to be added, which follows the irradiance of the objects.
+  Rgb with_objects_unless(const SampledRay& ray, Sampler& sampler, int mirrors, const Rgb** end) const;
 
   /// What an object's mirror lobe sends back to where it is seen from, lamps among it. `mirrors` is at least 1.
-  Rgb mirrored_by_object(const reference::PathVertex& lobe, reference::Sampler& sampler, int mirrors) const;
+  Rgb mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors) const;
   /// What lamps bring to the vertex and objects do not hide; and what they hide of what came before.
-  Rgb lit(const reference::PathVertex& vertex, reference::Sampler& sampler) const;
-  Rgb hidden(const reference::PathVertex& vertex, reference::Sampler& sampler) const;
+  Rgb lit(const PathVertex& vertex, Sampler& sampler) const;
+  Rgb hidden(const PathVertex& vertex, Sampler& sampler) const;
   /// By bit, which rays of a fan towards a lamp end on the room or on another lamp.
-  std::uint32_t behind_room(const reference::RayFan& fan, std::size_t lamp) const;
+  std::uint32_t behind_room(const RayFan& fan, std::size_t lamp) const;
   /// Whether the objects may be between a point and a lamp.
   bool may_hide(std::size_t lamp, const Eigen::Vector3f& p_m) const;
 
@@ -52,7 +53,7 @@ class DeltaLight {
   struct Arrival {
     enum class At { sky, real, object } at = At::sky;
     float t_m = 0;
-    reference::MeshHit hit;
+    MeshHit hit;
   };
   /// What a ray meets first, in the room alone or nearer, on the objects.
   Arrival in_room(const SampledRay& ray) const;
@@ -60,16 +61,16 @@ class DeltaLight {
   /// What lamps send along the ray from between `near_m` and `far_m`.
   Rgb lamps_along(const SampledRay& ray, float near_m, float far_m) const;
   /// From beyond `near_m`.
-  Rgb arriving_before(const SampledRay& ray, float near_m, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
-  Rgb left_before(const SampledRay& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
-  Rgb left_change(const SampledRay& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
-  Rgb left_object(const SampledRay& ray, const Arrival& at, reference::Sampler& sampler, int mirrors) const;
+  Rgb arriving_before(const SampledRay& ray, float near_m, const Arrival& at, Sampler& sampler, int mirrors) const;
+  Rgb left_before(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
+  Rgb left_change(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
+  Rgb left_object(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
   /// Irradiance of lamps, for one point of each, that the objects hide from a point of the room.
-  Rgb hidden_from(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, reference::Sampler& sampler) const;
+  Rgb hidden_from(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, Sampler& sampler) const;
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
   template <typename Counts>
-  Rgb lamps(const reference::PathVertex& vertex, reference::Sampler& sampler, Counts counts) const;
-  std::optional<SampledRay> sent_on(const reference::PathVertex& vertex, reference::Sampler& sampler, Rgb* throughput) const;
+  Rgb lamps(const PathVertex& vertex, Sampler& sampler, Counts counts) const;
+  std::optional<SampledRay> sent_on(const PathVertex& vertex, Sampler& sampler, Rgb* throughput) const;
 
   const RayRoom& room_;
   const RayObjects& objects_;
@@ -78,10 +79,10 @@ class DeltaLight {
 };
 
 /// The same place, reflecting all of its light evenly: radiance that it sends back is irradiance over π.
-reference::SurfaceHit white_surface(reference::SurfaceHit surface);
+SurfaceHit white_surface(SurfaceHit surface);
 /// The Lambert part under its surface, seen from where the cosine is `cos_v`, per evenly arriving irradiance: times π.
-Rgb diffuse_under(const reference::BsdfParams& look, float cos_v);
+Rgb diffuse_under(const BsdfParams& look, float cos_v);
 /// The mirror part alone.
-reference::BsdfParams mirror_of(const reference::BsdfParams& look);
+BsdfParams mirror_of(const BsdfParams& look);
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

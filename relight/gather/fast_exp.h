@@ -1,7 +1,7 @@
 #pragma once
 // Weights of the filters over pixels, without the library's exp and pow, which cost more than all else in them.
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 /// About exp(-x), x >= 0: 1 at 0, the same slope there, 1e-3 at 10.
 inline float fast_exp(float x) {
@@ -15,4 +15,4 @@ inline float pow32(float x) {
   return x16 * x16;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -6,19 +6,19 @@
 #include "relight/gather/fast_exp.h"
 #include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
+using PathVertex;
+using Sampler;
 using Eigen::Vector3f;
-using reference::Sampler;
-using reference::PathVertex;
 
 constexpr int kRow = 4;               // rows, a thread's turn
 constexpr int kSteps = 2;             // of the filter: one pixel apart, then two
 constexpr float kOffPlane_px = 1.5f;  // as far from the other's plane as a surface goes on
 constexpr float kNearShare = 0.5f;    // of the distance to an object: so far its light changes little
 
-float alike(const reference::SurfaceHit& a, const reference::SurfaceHit& b, float pixel_m, float near_m) {
+float alike(const SurfaceHit& a, const SurfaceHit& b, float pixel_m, float near_m) {
   const Vector3f apart = b.position_m - a.position_m;
   const float turn = std::max(a.normal.dot(b.normal), 0.0f), off = a.normal.dot(apart) / (kOffPlane_px * pixel_m);
   const float far2 = apart.squaredNorm() / (near_m * near_m);
@@ -27,7 +27,7 @@ float alike(const reference::SurfaceHit& a, const reference::SurfaceHit& b, floa
 
 }  // namespace
 
-GatherGrid::GatherGrid(const std::vector<GBufferPixel>& seen, const CameraModel& camera, int scale, Of kind)
+GatherGrid::GatherGrid(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int scale, Of kind)
     : seen_(seen),
       camera_(camera),
       scale_(scale),
@@ -69,7 +69,7 @@ void GatherGrid::choose_pixel(int x, int y) {
   }
 }
 
-std::array<float, 9> GatherGrid::shares_around(int u, int v, const reference::SurfaceHit& own) const {
+std::array<float, 9> GatherGrid::shares_around(int u, int v, const SurfaceHit& own) const {
   std::array<float, 9> shares{};
   float sum = 0;
   for (int j = -1; j <= 1; ++j) {
@@ -93,8 +93,8 @@ std::array<float, 9> GatherGrid::shares_around(int u, int v, const reference::Su
   return shares;
 }
 
-void GatherGrid::gather(const DeltaLight& light, const std::vector<reference::ChangeRegion>& places, int rays,
-                        std::uint32_t seed, const UpdateSubset& turn) {
+void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
+                        const UpdateSubset& turn) {
   const auto irradiance = [&](std::uint32_t cell, const Vertex& vertex, float* near_m) {
     // Most of what changes comes from all around, a little from objects and shadows that rays may miss.
     const RayCounts counts{std::max(3 * rays / 5, 1), std::max(rays / 4, 1)};
@@ -181,4 +181,4 @@ std::vector<Eigen::Array4f> GatherGrid::at_pixels() const {
   return pixels;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -7,7 +7,7 @@
 #include "relight/gather/gbuffer.h"
 #include "relight/gather/surface_gather.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 /// For one kind of the surfaces that a camera sees, as long as it sees them.
 class GatherGrid {
@@ -16,11 +16,11 @@ class GatherGrid {
 
   /// Keeps references to `seen`, by pixel of `camera`. `scale`: edge of the squares of pixels of which one is gathered
   /// for.
-  GatherGrid(const std::vector<GBufferPixel>& seen, const CameraModel& camera, int scale, Of kind);
+  GatherGrid(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int scale, Of kind);
 
   /// `places`: where light changes. `rays`: of a pixel. `turn`: which of the squares get new light; they are
   /// numbered from 0 to 7 in patterns of 4 × 2.
-  void gather(const DeltaLight& light, const std::vector<reference::ChangeRegion>& places, int rays, std::uint32_t seed,
+  void gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
               const UpdateSubset& turn);
 
   /// By pixel, of three channels. Even surfaces: signed change of irradiance without what lamps bring themselves, W/m².
@@ -38,16 +38,14 @@ class GatherGrid {
   std::size_t at(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
   }
-  const reference::SurfaceHit& surface(const Cell& cell) const {
-    return seen_[static_cast<std::size_t>(cell.pixel)].surface;
-  }
+  const SurfaceHit& surface(const Cell& cell) const { return seen_[static_cast<std::size_t>(cell.pixel)].surface; }
   bool is_meant(const GBufferPixel& p) const { return p.known && p.glossy == (kind_ == Of::glossy); }
   void choose_pixel(int x, int y);
-  std::array<float, 9> shares_around(int u, int v, const reference::SurfaceHit& own) const;
+  std::array<float, 9> shares_around(int u, int v, const SurfaceHit& own) const;
   std::vector<Eigen::Array4f> smoothed() const;
 
   const std::vector<GBufferPixel>& seen_;
-  CameraModel camera_;
+  capture::CameraModel camera_;
   int scale_;
   Of kind_;
   int width_, height_;
@@ -55,4 +53,4 @@ class GatherGrid {
   std::vector<std::array<float, 9>> shares_;  ///< by pixel: what it takes of the cells around it, row by row
 };
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -1,7 +1,7 @@
 #pragma once
 // How finely pixels are looked at, as the plan's trace_scale says.
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 struct GatherQuality {
   int gather = 2;       ///< edge of the squares of pixels that indirect light is gathered for, pixels
@@ -39,4 +39,4 @@ inline GatherQuality gather_quality_of(int trace_scale) {
   }
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -6,16 +6,16 @@
 
 #include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
+using RayFan;
 using Eigen::Vector3f;
-using reference::RayFan;
 
 constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against what is around it
 
 /// `hit`: null where there is nothing. `radiance`: what the camera sees there.
-GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const reference::MeshHit* hit, const Rgb& radiance) {
+GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit, const Rgb& radiance) {
   GBufferPixel p;
   p.w = w;
   if (!hit) return p;
@@ -33,7 +33,7 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const reference::M
 
 }  // namespace
 
-PixelRays::PixelRays(const CameraModel& camera) : across_(camera.width + 1) {
+PixelRays::PixelRays(const capture::CameraModel& camera) : across_(camera.width + 1) {
   corners_.reserve(static_cast<std::size_t>(across_) * static_cast<std::size_t>(camera.height + 1));
   for (int v = 0; v <= camera.height; ++v) {
     for (int u = 0; u <= camera.width; ++u) {
@@ -54,7 +54,8 @@ Vector3f PixelRays::at(int u, int v, const Eigen::Vector2f& within) const {
   return length > 0 ? (w / length).eval() : Vector3f::Zero().eval();  // NaN is none either
 }
 
-void trace_room(const RayRoom& room, const CameraRays& eye, const Image<float>& radiance, std::vector<GBufferPixel>& seen) {
+void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,
+                std::vector<GBufferPixel>& seen) {
   const int width = eye.camera.model.width, height = eye.camera.model.height;
   RayFan all;
   all.from_m = eye.camera.T_tag_camera.translation();
@@ -62,7 +63,7 @@ void trace_room(const RayRoom& room, const CameraRays& eye, const Image<float>& 
   seen.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for_each_block(height, 4, [&](int first, int last) {
     RayFan fan = all;
-    std::array<reference::MeshHit, RayFan::kMost> hits;
+    std::array<MeshHit, RayFan::kMost> hits;
     for (int v = first; v < last; ++v) {
       for (int from = 0; from < width; from += RayFan::kMost) {
         const int count = std::min(width - from, RayFan::kMost);
@@ -84,4 +85,4 @@ void trace_room(const RayRoom& room, const CameraRays& eye, const Image<float>& 
   });
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -4,12 +4,12 @@
 #include "relight/gather/ray_room.h"
 #include "relight/reference/delta_path_tracer.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 struct GBufferPixel {
   bool known = false;   ///< there is a surface
   bool glossy = false;  ///< a known one, which sends light on by direction
-  reference::SurfaceHit surface;
+  SurfaceHit surface;
   Eigen::Vector3f w = Eigen::Vector3f::Zero();  ///< unit, from the camera
   float depth_m = 0;                            ///< along w
   Rgb albedo = Rgb::Zero();                     ///< of the pixel, finer than the room's; unless glossy
@@ -18,7 +18,7 @@ struct GBufferPixel {
 /// Directions in which pixels look, known at their corners; linear between.
 class PixelRays {
  public:
-  explicit PixelRays(const CameraModel& camera);
+  explicit PixelRays(const capture::CameraModel& camera);
   /// Unit, camera frame; `within` [0, 1)² of the pixel's square. Zero if the camera has no ray there.
   Eigen::Vector3f at(int u, int v, const Eigen::Vector2f& within = {0.5f, 0.5f}) const;
 
@@ -37,6 +37,7 @@ struct CameraRays {
 };
 
 /// By pixel, through its centre, into `seen`. `radiance`: the camera picture, linear, W/sr/m².
-void trace_room(const RayRoom& room, const CameraRays& eye, const Image<float>& radiance, std::vector<GBufferPixel>& seen);
+void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,
+                std::vector<GBufferPixel>& seen);
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

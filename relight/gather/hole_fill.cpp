@@ -7,7 +7,7 @@
 #include "capture/camera/response.h"
 #include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -25,19 +25,19 @@ struct Filled {
 
 bool is_hole(const GBufferPixel& p) { return !p.known || (!p.glossy && p.albedo.maxCoeff() <= 0); }
 
-Rgb pixel(const Image<float>& image, int i) {
+Rgb pixel(const capture::Image<float>& image, int i) {
   const float* at = &image.data[3 * static_cast<std::size_t>(i)];
   return {at[0], at[1], at[2]};
 }
 
 Rgb coded(const Rgb& light, float exposure) {
-  return {linear_to_srgb(exposure * light[0]), linear_to_srgb(exposure * light[1]),
-          linear_to_srgb(exposure * light[2])};
+  return {capture::linear_to_srgb(exposure * light[0]), capture::linear_to_srgb(exposure * light[1]),
+          capture::linear_to_srgb(exposure * light[2])};
 }
 
 }  // namespace
 
-void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, float exposure,
+void fill_holes(const ReferenceCamera& camera, const capture::Image<float>& radiance, float exposure,
                 std::vector<GBufferPixel>& seen) {
   constexpr std::array<std::array<int, 2>, 8> ways = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
@@ -94,4 +94,4 @@ void fill_holes(const ReferenceCamera& camera, const Image<float>& radiance, flo
   }
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -28,7 +28,8 @@ std::uint64_t IrradianceChangeCache::key(const Vector3f& p_m, const Vector3f& no
   return key;
 }
 
-IrradianceChangeCache::IrradianceChangeCache(const std::vector<Patch>& patches, const BoundingSphere& sphere, const RayObjects& objects)
+IrradianceChangeCache::IrradianceChangeCache(const std::vector<Patch>& patches, const BoundingSphere& sphere,
+                                             const RayObjects& objects)
     : sphere_(sphere) {
   const auto inside = [&](const Patch& patch) {
     if ((patch.position_m - sphere.centre_m).squaredNorm() > sphere.radius_m * sphere.radius_m) return false;
@@ -60,4 +61,4 @@ Rgb IrradianceChangeCache::at(const Vector3f& p_m, const Vector3f& normal) const
   return Rgb::Zero();
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

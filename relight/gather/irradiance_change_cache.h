@@ -4,11 +4,11 @@
 #include <unordered_map>
 #include <vector>
 
-#include "relight/objects/placement.h"
 #include "relight/gather/ray_objects.h"
 #include "relight/gather/ray_room.h"
+#include "relight/objects/placement.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 class IrradianceChangeCache {
  public:
@@ -32,4 +32,4 @@ class IrradianceChangeCache {
   std::unordered_map<std::uint64_t, int> found_;
 };
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

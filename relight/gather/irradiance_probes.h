@@ -7,7 +7,7 @@
 
 #include "relight/tracing/meshes.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 struct IrradianceProbes {
   struct Place {
@@ -19,7 +19,7 @@ struct IrradianceProbes {
   };
 
   std::shared_ptr<const Model> model;  ///< finely divided
-  std::shared_ptr<const reference::ModelTree> tree;
+  std::shared_ptr<const ModelTree> tree;
   bool closed = false;
   std::vector<Place> places;
   std::vector<Share> shares;  ///< of vertex v's front those from first[v] to first[v + 1]; backs after all fronts
@@ -28,4 +28,4 @@ struct IrradianceProbes {
 
 IrradianceProbes place_probes(const Model& model);
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

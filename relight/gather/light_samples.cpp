@@ -7,25 +7,25 @@
 #include "relight/tracing/sampler.h"
 #include "relight/tracing/vertex.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
+using RayFan;
 using Eigen::Vector3f;
-using reference::RayFan;
 
 }  // namespace
 
 LightSampleSet::LightSampleSet(const ReferenceLamp& lamp, std::uint32_t seed) : lamp_(lamp), sets_(kSets + 1) {
   const bool sphere = lamp.shape == ReferenceLamp::Shape::sphere;
-  if (!sphere) area_m2_ = reference::area_m2(lamp);
+  if (!sphere) area_m2_ = area_m2(lamp);
   for (int s = 0; s <= kSets; ++s) {
     for (int k = 0; k < RayFan::kMost; ++k) {
       // A Sobol' sequence: each stretch of a power of two is even, and so are all together.
       const std::uint32_t point = static_cast<std::uint32_t>(s == kAll ? k : s * RayFan::kMost + k);
-      reference::Sampler sampler(seed, s == kAll ? 1 : 0, point);
+      Sampler sampler(seed, s == kAll ? 1 : 0, point);
       const Eigen::Vector2f u = sampler.two();
-      const float phi = 2 * reference::kPi * u.y();
-      const Vector3f at = sphere ? Vector3f(std::cos(phi), std::sin(phi), u.x()) : reference::point_on(lamp, u);
+      const float phi = 2 * kPi * u.y();
+      const Vector3f at = sphere ? Vector3f(std::cos(phi), std::sin(phi), u.x()) : point_on(lamp, u);
       Set& set = sets_[static_cast<std::size_t>(s)];
       set.x[static_cast<std::size_t>(k)] = at.x();
       set.y[static_cast<std::size_t>(k)] = at.y();
@@ -45,19 +45,19 @@ void ShadowRayPacket::keep_first(int count) {
   }
 }
 
-float LightSampleSet::unhidden(const reference::SurfaceHit& surface) const {
+float LightSampleSet::unhidden(const SurfaceHit& surface) const {
   if (lamp_.shape == ReferenceLamp::Shape::sphere) {
     const Vector3f to = lamp_.centre_m - surface.position_m;
     const float far = to.norm(), cosine = surface.normal.dot(to) / far, sine = lamp_.radius_m / far;
     // A sphere all above the horizon, as Lambert (1760) has it.
-    if (std::min(cosine, surface.face.dot(to) / far) > sine) return reference::kPi * sine * sine * cosine;
+    if (std::min(cosine, surface.face.dot(to) / far) > sine) return kPi * sine * sine * cosine;
   }
   return from(surface, kAll).all;
 }
 
-ShadowRayPacket LightSampleSet::from(const reference::SurfaceHit& surface, int number) const {
+ShadowRayPacket LightSampleSet::from(const SurfaceHit& surface, int number) const {
   ShadowRayPacket fan;
-  fan.rays.from_m = reference::leave(surface, surface.face);
+  fan.rays.from_m = leave(surface, surface.face);
   fan.weight.fill(0);
   const Set& set = sets_[static_cast<std::size_t>(number)];
   const Vector3f to = lamp_.centre_m - fan.rays.from_m;
@@ -66,9 +66,9 @@ ShadowRayPacket LightSampleSet::from(const reference::SurfaceHit& surface, int n
     const float far = to.norm();
     if (far <= lamp_.radius_m) return fan;
     const Vector3f axis = to / far;
-    const float cap = reference::cone_of_sphere(lamp_.radius_m, far), r2 = lamp_.radius_m * lamp_.radius_m;
+    const float cap = cone_of_sphere(lamp_.radius_m, far), r2 = lamp_.radius_m * lamp_.radius_m;
     Vector3f a, b;
-    reference::basis(axis, a, b);
+    basis(axis, a, b);
     for (std::size_t k = 0; k < RayFan::kMost; ++k) {
       const float below = set.z[k] * cap, sine2 = std::max(below * (2 - below), 0.0f), s = std::sqrt(sine2);
       const float p = s * set.x[k], q = s * set.y[k], r = 1 - below;
@@ -76,7 +76,7 @@ ShadowRayPacket LightSampleSet::from(const reference::SurfaceHit& surface, int n
       y[k] = p * a.y() + q * b.y() + r * axis.y();
       z[k] = p * a.z() + q * b.z() + r * axis.z();
       distance[k] = far * r - std::sqrt(std::max(r2 - far * far * sine2, 0.0f));
-      weight[k] = 2 * reference::kPi * cap;
+      weight[k] = 2 * kPi * cap;
     }
   } else {
     const Vector3f &from = fan.rays.from_m, &n = lamp_.normal;
@@ -105,9 +105,9 @@ ShadowRayPacket LightSampleSet::from(const reference::SurfaceHit& surface, int n
     if (!(weight[k] > 0)) continue;
     fan.rays.some |= 1u << k;
     fan.rays.w[k] = {x[k], y[k], z[k]};
-    fan.rays.limit_m[k] = distance[k] - reference::kBeforeLamp_m;
+    fan.rays.limit_m[k] = distance[k] - kBeforeLamp_m;
   }
   return fan;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

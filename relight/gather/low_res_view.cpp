@@ -7,7 +7,7 @@
 #include "relight/gather/fast_exp.h"
 #include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kRow = 4;               // rows, a thread's turn
@@ -15,7 +15,7 @@ constexpr float kOffPlane_px = 1.5f;  // of blocks: as far from the other's plan
 constexpr float kAlike = 0.95f;       // from here on two count as one surface
 constexpr float kUnlike = 1e-6f;      // blocks of other surfaces count so much: only where there are no others
 
-float alike(const reference::SurfaceHit& a, const GBufferPixel& b, float block_m) {
+float alike(const SurfaceHit& a, const GBufferPixel& b, float block_m) {
   const float turn = std::max(a.normal.dot(b.surface.normal), 0.0f);
   const float off = a.normal.dot(b.surface.position_m - a.position_m) / (kOffPlane_px * block_m);
   return pow32(turn) * fast_exp(off * off);
@@ -23,7 +23,7 @@ float alike(const reference::SurfaceHit& a, const GBufferPixel& b, float block_m
 
 }  // namespace
 
-LowResView::LowResView(const std::vector<GBufferPixel>& seen, const CameraModel& camera, int block)
+LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block)
     : block_(block), camera_(camera) {
   camera_.width = (camera.width + block - 1) / block;
   camera_.height = (camera.height + block - 1) / block;
@@ -70,7 +70,7 @@ bool LowResView::is_even(std::size_t first) const {
   return true;
 }
 
-BlockMix LowResView::mix(int u, int v, const reference::SurfaceHit& surface) const {
+BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
   const float to_middle = 0.5f * static_cast<float>(block_ - 1);
   const float x = (static_cast<float>(u) - to_middle) / static_cast<float>(block_),
               y = (static_cast<float>(v) - to_middle) / static_cast<float>(block_);
@@ -104,4 +104,4 @@ BlockMix LowResView::mix(int u, int v, const reference::SurfaceHit& surface) con
   return mix;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

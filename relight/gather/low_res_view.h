@@ -6,7 +6,7 @@
 
 #include "relight/gather/gbuffer.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 /// What a pixel takes of the four blocks around it, in 255ths; nothing where no block says anything.
 struct BlockMix {
@@ -19,14 +19,14 @@ struct BlockMix {
 class LowResView {
  public:
   /// `block`: their edge, pixels. Glossy surfaces are left out.
-  LowResView(const std::vector<GBufferPixel>& seen, const CameraModel& camera, int block);
+  LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block);
 
   /// By block, as by pixel of a picture of that size; with the camera that has it.
   const std::vector<GBufferPixel>& seen() const { return seen_; }
-  const CameraModel& camera() const { return camera_; }
+  const capture::CameraModel& camera() const { return camera_; }
 
   /// For a surface that is seen at a pixel of the picture.
-  BlockMix mix(int u, int v, const reference::SurfaceHit& surface) const;
+  BlockMix mix(int u, int v, const SurfaceHit& surface) const;
 
   /// `value(block)`, mixed; zero for an empty mix.
   template <typename Value>
@@ -41,10 +41,10 @@ class LowResView {
   bool is_even(std::size_t first) const;
 
   int block_;
-  CameraModel camera_;         ///< only its size and focal lengths mean something
-  std::size_t right_, below_;  ///< from a block to those beside it, 0 where there are none
+  capture::CameraModel camera_;  ///< only its size and focal lengths mean something
+  std::size_t right_, below_;    ///< from a block to those beside it, 0 where there are none
   std::vector<GBufferPixel> seen_;
   std::vector<std::uint8_t> even_;  ///< by block: it and those right of and below it show one plane
 };
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -11,15 +11,15 @@
 #include "relight/gather/object_window.h"
 #include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
+using MeshHit;
+using PathVertex;
+using RayFan;
+using Sampler;
+using SurfaceHit;
 using Eigen::Vector3f;
-using reference::MeshHit;
-using reference::RayFan;
-using reference::Sampler;
-using reference::SurfaceHit;
-using reference::PathVertex;
 
 constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays of a pixel
 constexpr int kMirrors = 2;
@@ -42,7 +42,7 @@ struct Looks {
   std::uint32_t some = 0;
   std::array<Vector3f, kMost> w;
   std::array<MeshHit, kMost> hits;
-  std::array<Surface, kMost> surfaces;
+  std::array<reconstruct::Surface, kMost> surfaces;
 };
 
 /// All below by pixel of the window, unless it says otherwise.
@@ -80,8 +80,8 @@ class ObjectView {
     }
     ObjectPixels out{window_.left,
                      window_.top,
-                     Image<float>(window_.width, window_.height, 3),
-                     Image<float>(window_.width, window_.height, 1),
+                     capture::Image<float>(window_.width, window_.height, 3),
+                     capture::Image<float>(window_.width, window_.height, 1),
                      {}};
     for_each_block(window_.height, 1, [&](int from, int to) {
       for (int v = from; v < to; ++v) {
@@ -274,18 +274,18 @@ class ObjectView {
     out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(looks.some)) / static_cast<float>(rays);
   }
 
-  bool goes_on(const GBufferPixel& first, const Surface& surface) const {
+  bool goes_on(const GBufferPixel& first, const reconstruct::Surface& surface) const {
     const float pixel_m = first.depth_m / static_cast<float>(eye_.camera.model.fx);
     return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) < kOffPlane_px * pixel_m &&
            first.surface.normal.dot(surface.normal) > kLikeNormals;
   }
 
   /// Irradiance of lamps over π.
-  Rgb lit(const Surface& surface, int u, int v, int ray, bool shares) const {
+  Rgb lit(const reconstruct::Surface& surface, int u, int v, int ray, bool shares) const {
     Rgb sum = Rgb::Zero();
     const BlockMix mix = blocks_ ? blocks_->mix(u, v, surface) : BlockMix{};
     for (std::size_t lamp = 0; lamp < lamps_.size(); ++lamp) {
-      const Rgb radiance = lamps_[lamp].lamp().radiance / reference::kPi;
+      const Rgb radiance = lamps_[lamp].lamp().radiance / kPi;
       if (const auto open = open_to(lamp, mix, u, v, shares)) {
         if (*open > 0) sum += radiance * (*open * lamps_[lamp].unhidden(surface));
         continue;
@@ -313,12 +313,12 @@ class ObjectView {
     return blocks_->mixed(mix, [&](std::size_t block) { return open_[lamp][block].open; });
   }
 
-  Rgb radiance(const Vector3f& w, const MeshHit& hit, const Surface& surface, const Rgb& lamps, Sampler& sampler,
-               int mirror_rays) const {
-    const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / reference::kPi;
+  Rgb radiance(const Vector3f& w, const MeshHit& hit, const reconstruct::Surface& surface, const Rgb& lamps,
+               Sampler& sampler, int mirror_rays) const {
+    const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / kPi;
     const Rgb sum = diffuse_under(surface.look, -surface.normal.dot(w)) * (arriving + lamps);
     if (!surface.look.mirrors()) return sum;
-    Surface mirror = surface;
+    reconstruct::Surface mirror = surface;
     mirror.look = mirror_of(surface.look);
     const Vertex lobe(mirror, w);
     Rgb mirrored = Rgb::Zero();
@@ -333,7 +333,7 @@ class ObjectView {
   GatherQuality detail_;
   Vector3f eye_m_;
   PixelWindow window_;
-  CameraModel model_;                               ///< of the window; only its size and focal lengths mean something
+  capture::CameraModel model_;                      ///< of the window; only its size and focal lengths mean something
   std::array<Eigen::Vector2f, 16 * kMost> within_;  ///< where rays go in each of 4 × 4 pixels
   std::vector<GBufferPixel> first_;                 ///< what the first of a pixel's rays finds that finds anything
   std::vector<std::vector<Found>> rows_;
@@ -344,9 +344,9 @@ class ObjectView {
 }  // namespace
 
 ObjectPixels trace_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
-                         const std::vector<GBufferPixel>& room, const CameraRays& eye, const GatherQuality& detail,
-                         ObjectPixels last) {
+                           const std::vector<GBufferPixel>& room, const CameraRays& eye, const GatherQuality& detail,
+                           ObjectPixels last) {
   return ObjectView(light, lamps, room, eye, detail, std::move(last.surfaces)).see();
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

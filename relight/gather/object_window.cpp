@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -16,7 +16,7 @@ float angle(const Vector3f& a, const Vector3f& b) { return std::atan2(a.cross(b)
 }  // namespace
 
 PixelWindow window_of(const std::vector<Eigen::Vector4f>& spheres, const CameraRays& eye) {
-  const CameraModel& camera = eye.camera.model;
+  const capture::CameraModel& camera = eye.camera.model;
   const Vector3f eye_m = eye.camera.T_tag_camera.translation();
   const auto may_see = [&](int left, int top, int right, int bottom) {
     const Vector3f middle = eye.ray((left + right) / 2, (top + bottom) / 2);
@@ -47,4 +47,4 @@ PixelWindow window_of(const std::vector<Eigen::Vector4f>& spheres, const CameraR
   return {left, top, right - left, bottom - top};
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -2,7 +2,7 @@
 // Where in the picture the objects can be.
 #include "relight/gather/gbuffer.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 /// Pixels of the picture.
 struct PixelWindow {
@@ -13,4 +13,4 @@ struct PixelWindow {
 /// sixteen.
 PixelWindow window_of(const std::vector<Eigen::Vector4f>& spheres, const CameraRays& eye);
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

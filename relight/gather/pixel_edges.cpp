@@ -10,7 +10,7 @@
 #include "capture/camera/response.h"
 #include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -34,7 +34,7 @@ struct Side {
 
 class Edges {
  public:
-  Edges(const ReferenceCamera& camera, const Image<float>& radiance, float exposure, float voxel_m,
+  Edges(const ReferenceCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
         const std::vector<GBufferPixel>& seen)
       : eye_m_(camera.T_tag_camera.translation()),
         focal_px_(static_cast<float>(camera.model.fx)),
@@ -149,7 +149,8 @@ class Edges {
   float unlike(int a, int b) const {
     const Rgb x = exposure_ * pixel(a), y = exposure_ * pixel(b);
     float sum = 0;
-    for (Eigen::Index c = 0; c < 3; ++c) sum += std::pow(linear_to_srgb(x[c]) - linear_to_srgb(y[c]), 2.0f);
+    for (Eigen::Index c = 0; c < 3; ++c)
+      sum += std::pow(capture::linear_to_srgb(x[c]) - capture::linear_to_srgb(y[c]), 2.0f);
     return std::sqrt(sum);
   }
 
@@ -169,14 +170,14 @@ class Edges {
   Vector3f eye_m_;
   float focal_px_;
   int width_, height_;
-  const Image<float>& radiance_;
+  const capture::Image<float>& radiance_;
   float exposure_, voxel_m_;
   const std::vector<GBufferPixel>& seen_;
 };
 
 }  // namespace
 
-void sharpen_edges(const ReferenceCamera& camera, const Image<float>& radiance, float exposure, float voxel_m,
+void sharpen_edges(const ReferenceCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
                    std::vector<GBufferPixel>& seen) {
   const Edges edges(camera, radiance, exposure, voxel_m, seen);
   const int width = edges.width(), height = edges.height();
@@ -202,4 +203,4 @@ void sharpen_edges(const ReferenceCamera& camera, const Image<float>& radiance, 
   }
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

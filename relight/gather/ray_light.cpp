@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "relight/objects/mesh_simplify.h"
 #include "relight/gather/gather_quality.h"
+#include "relight/objects/mesh_simplify.h"
 #include "relight/tracing/world.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kMostTriangles = 200000;  // of an object
@@ -52,7 +52,8 @@ PlacedModel placed(const ReferenceMesh& object, const std::vector<PlacedModel>& 
     if (result.facets) return result;
   }
   if (!result.places) {
-    result.places = std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*object.model, kMostTriangles)));
+    result.places =
+        std::make_shared<const IrradianceProbes>(place_probes(*simplify_model(*object.model, kMostTriangles)));
   }
   result.facets = std::make_shared<const std::vector<ObjectFacet>>(find_facets(*result.places, object.material));
   return result;
@@ -65,7 +66,7 @@ RayLight::World::World(std::shared_ptr<const RayRoom> the_room, std::vector<Plac
       objects(std::move(placed)),
       sphere(sphere_around(objects)),
       cells(room->patches(), sphere, objects),
-      places(reference::change_regions(room->lamps(), room->meshes(), objects.meshes())),
+      places(change_regions(room->lamps(), room->meshes(), objects.meshes())),
       light(*room, objects, cells, sphere) {}
 
 bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
@@ -144,4 +145,4 @@ void RayLight::gather_in_cells(const Plan& plan, const std::function<void(const 
   done("cells");
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

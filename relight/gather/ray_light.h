@@ -4,11 +4,11 @@
 #include <memory>
 #include <vector>
 
-#include "relight/plan.h"
 #include "relight/gather/delta_light.h"
 #include "relight/gather/surface_gather.h"
+#include "relight/plan.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 class RayLight {
  public:
@@ -19,7 +19,7 @@ class RayLight {
 
   /// After the first `follow`.
   const DeltaLight& light() const { return world_->light; }
-  const std::vector<reference::ChangeRegion>& places() const { return world_->places; }
+  const std::vector<ChangeRegion>& places() const { return world_->places; }
   /// Which places got new light last; what is seen of it may follow in the same rounds.
   const UpdateSubset& turn() const { return turn_; }
 
@@ -31,7 +31,7 @@ class RayLight {
     RayObjects objects;
     BoundingSphere sphere;
     IrradianceChangeCache cells;
-    std::vector<reference::ChangeRegion> places;  ///< where light changes
+    std::vector<ChangeRegion> places;  ///< where light changes
     DeltaLight light;
   };
 
@@ -47,4 +47,4 @@ class RayLight {
   std::unique_ptr<World> world_;
 };
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

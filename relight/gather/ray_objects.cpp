@@ -5,7 +5,7 @@
 
 #include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -18,8 +18,8 @@ std::vector<ReferenceMesh> meshes_of(const std::vector<PlacedModel>& objects) {
   return meshes;
 }
 
-std::vector<std::shared_ptr<const reference::ModelTree>> trees_of(const std::vector<PlacedModel>& objects) {
-  std::vector<std::shared_ptr<const reference::ModelTree>> trees;
+std::vector<std::shared_ptr<const ModelTree>> trees_of(const std::vector<PlacedModel>& objects) {
+  std::vector<std::shared_ptr<const ModelTree>> trees;
   for (const PlacedModel& o : objects) trees.push_back(o.places->tree);
   return trees;
 }
@@ -28,11 +28,11 @@ std::vector<std::shared_ptr<const reference::ModelTree>> trees_of(const std::vec
 
 std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const std::optional<Material>& material) {
   const Model& model = *places.model;
-  const reference::Meshes meshes({{places.model, Eigen::Affine3f::Identity(), material, false}}, {places.tree});
+  const Meshes meshes({{places.model, Eigen::Affine3f::Identity(), material, false}}, {places.tree});
   std::vector<ObjectFacet> facets;
   for (std::uint32_t t = 0; 3 * t + 2 < model.indices.size(); ++t) {
     const Vector3f& out = model.normals[model.indices[3 * t]];
-    const reference::SurfaceHit s = meshes.surface({0, 0, t, 1 / 3.0f, 1 / 3.0f}, -out);
+    const SurfaceHit s = meshes.surface({0, 0, t, 1 / 3.0f, 1 / 3.0f}, -out);
     facets.push_back({s.face, s.look.diffuse, s.look.mirrors()});
   }
   return facets;
@@ -79,7 +79,7 @@ void RayObjects::spread() {
             const Irradiance& at = irradiance_[o][model.indices[k] + side * vertices];
             e += (at.direct + at.indirect) / 3;
           }
-          radiance[side] = (*objects_[o].facets)[t].albedo / reference::kPi * e;
+          radiance[side] = (*objects_[o].facets)[t].albedo / kPi * e;
         }
         if (places.closed) radiance[1] = radiance[0];
       }
@@ -110,7 +110,7 @@ bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {
   return (normals_[hit->mesh] * model.normals[corner[0]]).dot(w) > 0;
 }
 
-RayObjects::Irradiance RayObjects::irradiance(const reference::MeshHit& hit, const Vector3f& face) const {
+RayObjects::Irradiance RayObjects::irradiance(const MeshHit& hit, const Vector3f& face) const {
   const IrradianceProbes& places = *objects_[hit.mesh].places;
   const Model& model = *places.model;
   const std::uint32_t* corner = &model.indices[3 * std::size_t{hit.triangle}];
@@ -125,4 +125,4 @@ RayObjects::Irradiance RayObjects::irradiance(const reference::MeshHit& hit, con
   return sum;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -9,7 +9,7 @@
 #include "relight/gather/irradiance_probes.h"
 #include "relight/tracing/meshes.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 /// Triangles as rays of later bounces meet them: they don't need to know where in them.
 struct ObjectFacet {
@@ -32,7 +32,7 @@ class RayObjects {
  public:
   explicit RayObjects(std::vector<PlacedModel> objects);
 
-  const reference::Meshes& meshes() const { return meshes_; }
+  const Meshes& meshes() const { return meshes_; }
   /// Of all objects, tag frame.
   const std::vector<IrradianceProbes::Place>& places() const { return places_; }
   /// Whether a ray from there leaves a closed object.
@@ -47,7 +47,7 @@ class RayObjects {
   const std::vector<Rgb>& direct() const { return direct_; }
   const std::vector<Rgb>& indirect() const { return indirect_; }
   /// L_ρ that leaves a triangle of a matt object evenly to the side that w meets, W/sr/m²; null on one that mirrors.
-  const Rgb* even_radiance(const reference::MeshHit& hit, const Eigen::Vector3f& w) const {
+  const Rgb* even_radiance(const MeshHit& hit, const Eigen::Vector3f& w) const {
     const ObjectFacet& facet = (*objects_[hit.mesh].facets)[hit.triangle];
     if (facet.mirrors) return nullptr;
     return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet.normal).dot(w) < 0 ? 0 : 1];
@@ -55,13 +55,13 @@ class RayObjects {
   /// The same models, perhaps elsewhere; what they hold counts once more is set.
   void reuse_from(const RayObjects& others);
   /// At a hit, on the side of `face`.
-  Irradiance irradiance(const reference::MeshHit& hit, const Eigen::Vector3f& face) const;
+  Irradiance irradiance(const MeshHit& hit, const Eigen::Vector3f& face) const;
 
  private:
   void spread();
 
   std::vector<PlacedModel> objects_;
-  reference::Meshes meshes_;
+  Meshes meshes_;
   std::vector<IrradianceProbes::Place> places_;
   std::vector<Rgb> direct_, indirect_;    ///< by place
   std::vector<std::size_t> first_;        ///< of an object's places
@@ -71,4 +71,4 @@ class RayObjects {
   std::vector<std::vector<Irradiance>> irradiance_;  ///< by object; fronts of all vertices, then backs
 };
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -5,20 +5,20 @@
 #include <limits>
 #include <optional>
 
-#include "relight/quality_warnings.h"
-#include "relight/passes/screen/camera_upload.h"
-#include "relight/gather/low_res_view.h"
 #include "relight/gather/gather_grid.h"
+#include "relight/gather/hole_fill.h"
+#include "relight/gather/low_res_view.h"
 #include "relight/gather/object_pixels.h"
 #include "relight/gather/pixel_edges.h"
-#include "relight/gather/hole_fill.h"
 #include "relight/gather/ray_light.h"
 #include "relight/gather/srgb_codes.h"
-#include "relight/tracing/parallel_for.h"
-#include "relight/tracing/build_trace_scene.h"
+#include "relight/passes/screen/camera_upload.h"
+#include "relight/quality_warnings.h"
 #include "relight/static_view_cache.h"
+#include "relight/tracing/build_trace_scene.h"
+#include "relight/tracing/parallel_for.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kRow = 4;                   // rows of pixels, a thread's turn
@@ -39,7 +39,7 @@ class Clock {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-std::string what_is_missing(const Scene& scene, const std::vector<ReferenceMesh>& objects) {
+std::string what_is_missing(const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& objects) {
   if (objects.empty()) return "no visible object";
   if (!scene.pose) return "no pose";
   if (!scene.illumination) return "no light is known yet";
@@ -47,11 +47,11 @@ std::string what_is_missing(const Scene& scene, const std::vector<ReferenceMesh>
   return {};
 }
 
-Rgb pixel(const Image<float>& image, std::size_t i) {
+Rgb pixel(const capture::Image<float>& image, std::size_t i) {
   return {image.data[3 * i], image.data[3 * i + 1], image.data[3 * i + 2]};
 }
 
-void set(Image<float>& image, std::size_t i, const Rgb& value) {
+void set(capture::Image<float>& image, std::size_t i, const Rgb& value) {
   for (std::size_t c = 0; c < 3; ++c) image.data[3 * i + c] = value[static_cast<Eigen::Index>(c)];
 }
 
@@ -62,37 +62,37 @@ namespace {
 /// What a pixel makes of irradiance on the room; of glossy surfaces nothing.
 struct Receiver {
   Eigen::Array4f reflects = Eigen::Array4f::Zero();  ///< albedo over π, and 0
-  rays::BlockMix mix;                                ///< where blocks share light
+  BlockMix mix;                                      ///< where blocks share light
 };
 
 }  // namespace
 
 struct RayRenderer::State {
-  Session session;
+  capture::Session session;
   Rooms rooms;
   std::vector<KnownSurface> known;
   CameraUpload camera;
-  rays::RayLight light;
+  RayLight light;
 
-  std::shared_ptr<const rays::RayRoom> room;
-  std::vector<rays::LightSampleSet> lamps;
+  std::shared_ptr<const RayRoom> room;
+  std::vector<LightSampleSet> lamps;
 
   // What the last camera saw.
   StaticViewCache still;
-  rays::PixelRays pixel_rays;
+  PixelRays pixel_rays;
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
-  std::shared_ptr<const rays::RayRoom> seen_room;
-  rays::GatherQuality detail;
-  std::vector<rays::GBufferPixel> seen;
-  std::vector<Receiver> receivers;         ///< by pixel
-  std::optional<rays::LowResView> blocks;  ///< where blocks of pixels share light
-  std::optional<rays::GatherGrid> indirect, gloss;
-  bool new_view = false;  ///< of which nothing was gathered yet
-  Image<float> change;    ///< 3 channels, L_Δ of real pixels, W/sr/m²
-  rays::ObjectPixels objects;
-  rays::SrgbCodes codes;
+  std::shared_ptr<const RayRoom> seen_room;
+  GatherQuality detail;
+  std::vector<GBufferPixel> seen;
+  std::vector<Receiver> receivers;   ///< by pixel
+  std::optional<LowResView> blocks;  ///< where blocks of pixels share light
+  std::optional<GatherGrid> indirect, gloss;
+  bool new_view = false;         ///< of which nothing was gathered yet
+  capture::Image<float> change;  ///< 3 channels, L_Δ of real pixels, W/sr/m²
+  ObjectPixels objects;
+  SrgbCodes codes;
 
-  State(const Session& s, Rooms the_rooms)
+  State(const capture::Session& s, Rooms the_rooms)
       : session(s),
         rooms(the_rooms),
         known(known_surfaces(s.real_surfaces)),
@@ -100,21 +100,21 @@ struct RayRenderer::State {
         still(s.color.model),
         pixel_rays(s.color.model) {}
 
-  std::shared_ptr<const rays::RayRoom> room_of(const Scene& scene) const {
-    return std::make_shared<const rays::RayRoom>(scene, known, static_cast<float>(session.tag.size_m));
+  std::shared_ptr<const RayRoom> room_of(const reconstruct::Scene& scene) const {
+    return std::make_shared<const RayRoom>(scene, known, static_cast<float>(session.tag.size_m));
   }
 
-  void follow(const Scene& scene) {
+  void follow(const reconstruct::Scene& scene) {
     if (rooms == Rooms::made_here) {
       if (!room || !room->has_surfaces_of(scene) || room->illumination() != scene.illumination) enter(room_of(scene));
     } else if (room->illumination() != scene.illumination) {
-      enter(std::make_shared<const rays::RayRoom>(*room, scene.illumination));
+      enter(std::make_shared<const RayRoom>(*room, scene.illumination));
     }
   }
 
-  void enter(std::shared_ptr<const rays::RayRoom> next) {
+  void enter(std::shared_ptr<const RayRoom> next) {
     room = std::move(next);
-    lamps = rays::light_samples_of(*room);
+    lamps = light_samples_of(*room);
   }
 
   /// The last pose, unless the objects have moved in the picture since.
@@ -129,17 +129,17 @@ struct RayRenderer::State {
   }
 
   /// What the camera sees of the room, unless it has seen it so.
-  void look(const rays::CameraRays& eye, const rays::GatherQuality& asked, Clock& clock) {
+  void look(const CameraRays& eye, const GatherQuality& asked, Clock& clock) {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
     const bool same_view = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
     if (same_view && detail == asked) return;
     seen_room.reset();  // until all below is there: memory may run out
-    const CameraModel& model = eye.camera.model;
+    const capture::CameraModel& model = eye.camera.model;
     if (!same_view) {
-      const Image<float> radiance = camera.radiance();
-      rays::trace_room(*room, eye, radiance, seen);
-      rays::fill_holes(eye.camera, radiance, camera.exposure(), seen);
-      rays::sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
+      const capture::Image<float> radiance = camera.radiance();
+      trace_room(*room, eye, radiance, seen);
+      fill_holes(eye.camera, radiance, camera.exposure(), seen);
+      sharpen_edges(eye.camera, radiance, camera.exposure(), room->voxel_m(), seen);
       T_tag_camera = T;
     }
     detail = asked;
@@ -147,35 +147,35 @@ struct RayRenderer::State {
     gloss.reset();
     if (detail.block > 1) blocks.emplace(seen, model, detail.block);
     find_receivers();
-    indirect.emplace(shared(), of_shared(), detail.gather / detail.block, rays::GatherGrid::Of::even);
-    if (!known.empty()) gloss.emplace(seen, model, detail.gather, rays::GatherGrid::Of::glossy);
+    indirect.emplace(shared(), of_shared(), detail.gather / detail.block, GatherGrid::Of::even);
+    if (!known.empty()) gloss.emplace(seen, model, detail.gather, GatherGrid::Of::glossy);
     seen_room = room;
     new_view = true;
     clock.done("pixels");
   }
 
   /// Surfaces that pixels share, or their own.
-  const std::vector<rays::GBufferPixel>& shared() const { return blocks ? blocks->seen() : seen; }
-  const CameraModel& of_shared() const { return blocks ? blocks->camera() : session.color.model; }
+  const std::vector<GBufferPixel>& shared() const { return blocks ? blocks->seen() : seen; }
+  const capture::CameraModel& of_shared() const { return blocks ? blocks->camera() : session.color.model; }
 
   void find_receivers() {
-    const CameraModel& model = session.color.model;
+    const capture::CameraModel& model = session.color.model;
     receivers.assign(seen.size(), {});
-    change = Image<float>(model.width, model.height, 3);
-    rays::for_each_block(model.height, kRow, [&](int first, int last) {
+    change = capture::Image<float>(model.width, model.height, 3);
+    for_each_block(model.height, kRow, [&](int first, int last) {
       for (int v = first; v < last; ++v) {
         for (int u = 0; u < model.width; ++u) {
           const auto i = static_cast<std::size_t>(v * model.width + u);
           if (!seen[i].known || seen[i].glossy) continue;
-          receivers[i].reflects.head<3>() = seen[i].albedo / reference::kPi;
+          receivers[i].reflects.head<3>() = seen[i].albedo / kPi;
           if (blocks) receivers[i].mix = blocks->mix(u, v, seen[i].surface);
         }
       }
     });
   }
 
-  void see(const rays::CameraRays& eye, int rays, Clock& clock) {
-    const rays::UpdateSubset turn = new_view ? rays::UpdateSubset{} : light.turn();
+  void see(const CameraRays& eye, int rays, Clock& clock) {
+    const UpdateSubset turn = new_view ? UpdateSubset{} : light.turn();
     new_view = true;  // where this fails, all is due
     find_change(rays, turn, clock);
     if (gloss) {
@@ -186,20 +186,19 @@ struct RayRenderer::State {
       }
       clock.done("gloss");
     }
-    objects = rays::trace_objects(light.light(), lamps, seen, eye, detail, std::move(objects));
+    objects = trace_objects(light.light(), lamps, seen, eye, detail, std::move(objects));
     clock.done("object pixels");
     new_view = false;
   }
 
-  void find_change(int rays, const rays::UpdateSubset& turn, Clock& clock) {
-    const std::vector<Eigen::Array4f> hidden =
-        rays::hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail);
+  void find_change(int rays, const UpdateSubset& turn, Clock& clock) {
+    const std::vector<Eigen::Array4f> hidden = hidden_by_objects(light.light(), lamps, shared(), of_shared(), detail);
     clock.done("shadows");
     indirect->gather(light.light(), light.places(), rays, kPixelSeed, turn);
     std::vector<Eigen::Array4f> delta = indirect->at_pixels();
     for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= hidden[i];
-    const CameraModel& model = session.color.model;
-    rays::for_each_block(model.height, kRow, [&](int first, int last) {
+    const capture::CameraModel& model = session.color.model;
+    for_each_block(model.height, kRow, [&](int first, int last) {
       const auto width = static_cast<std::size_t>(model.width);
       for (std::size_t i = static_cast<std::size_t>(first) * width; i < static_cast<std::size_t>(last) * width; ++i) {
         const Receiver& r = receivers[i];
@@ -213,12 +212,12 @@ struct RayRenderer::State {
 
   std::shared_ptr<const RelightMaps> maps() const {
     auto maps = std::make_shared<RelightMaps>();
-    maps->mask = Image<float>(change.width, change.height, 1);
+    maps->mask = capture::Image<float>(change.width, change.height, 1);
     maps->delta = change;
-    maps->albedo = maps->normals = Image<float>(change.width, change.height, 3);
-    maps->depth_m = Image<float>(change.width, change.height, 1);
+    maps->albedo = maps->normals = capture::Image<float>(change.width, change.height, 3);
+    maps->depth_m = capture::Image<float>(change.width, change.height, 1);
     const Eigen::Vector3f eye_m = T_tag_camera.topRightCorner<3, 1>(), forward = T_tag_camera.block<3, 1>(0, 2);
-    const auto tell = [&](std::size_t i, const rays::GBufferPixel& p) {
+    const auto tell = [&](std::size_t i, const GBufferPixel& p) {
       set(maps->albedo, i, p.albedo);
       set(maps->normals, i, p.surface.normal.array());
       maps->depth_m.data[i] = forward.dot(p.surface.position_m - eye_m);
@@ -246,15 +245,15 @@ struct RayRenderer::State {
   }
 
   /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
-  void compose(Image<std::uint8_t>& picture) const {
-    rays::for_each_block(change.height, kRow, [&](int first, int last) {
+  void compose(capture::Image<std::uint8_t>& picture) const {
+    for_each_block(change.height, kRow, [&](int first, int last) {
       for (int v = first; v < last; ++v) {
         for (int u = 0; u < change.width; ++u) compose(u, v, picture);
       }
     });
   }
 
-  void compose(int u, int v, Image<std::uint8_t>& picture) const {
+  void compose(int u, int v, capture::Image<std::uint8_t>& picture) const {
     const auto i = static_cast<std::size_t>(v) * static_cast<std::size_t>(change.width) + static_cast<std::size_t>(u);
     float coverage = 0;
     Rgb object = Rgb::Zero();
@@ -275,14 +274,17 @@ struct RayRenderer::State {
   }
 };
 
-RayRenderer::RayRenderer(const Session& session, Rooms rooms) : state_(std::make_unique<State>(session, rooms)) {}
+RayRenderer::RayRenderer(const capture::Session& session, Rooms rooms)
+    : state_(std::make_unique<State>(session, rooms)) {}
 RayRenderer::~RayRenderer() = default;
 
-std::shared_ptr<const rays::RayRoom> RayRenderer::room_of(const Scene& scene) const { return state_->room_of(scene); }
-void RayRenderer::take(std::shared_ptr<const rays::RayRoom> room) { state_->enter(std::move(room)); }
+std::shared_ptr<const RayRoom> RayRenderer::room_of(const reconstruct::Scene& scene) const {
+  return state_->room_of(scene);
+}
+void RayRenderer::take(std::shared_ptr<const RayRoom> room) { state_->enter(std::move(room)); }
 
-RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
-                                  bool with_maps) {
+RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                  const Exhibit& exhibit, const Plan& plan, bool with_maps) {
   State& s = *state_;
   RelitPicture result;
   result.plan = plan;
@@ -302,12 +304,12 @@ RelitPicture RayRenderer::relight(const FrameSet& frame, const Scene& scene, con
   Clock clock(result.passes);
   s.follow(scene);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
-  const rays::CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
-  s.look(eye, rays::gather_quality_of(plan.trace_scale), clock);
+  const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
+  s.look(eye, gather_quality_of(plan.trace_scale), clock);
   if (lit_anew || s.new_view) s.see(eye, plan.rays, clock);
   s.compose(result.srgb);
   if (with_maps) result.maps = s.maps();
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

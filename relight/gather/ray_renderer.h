@@ -12,7 +12,7 @@
 #include "relight/gather/ray_room.h"
 #include "relight/renderer.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Of the plan: `rays`, `trace_scale` (detail.h), `bounces` (where there is nothing to go on from, at least so many:
 /// they end when one more brings next to nothing). What has not changed since the last frame is not traced again; a
@@ -25,19 +25,19 @@ class RayRenderer : public Renderer {
   enum class Rooms { made_here, taken };
 
   /// Throws InputError for a [[real_surface]] that can't be read.
-  explicit RayRenderer(const Session& session, Rooms rooms = Rooms::made_here);
+  explicit RayRenderer(const capture::Session& session, Rooms rooms = Rooms::made_here);
   ~RayRenderer() override;
-  RelitPicture relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
-                       bool with_maps = false) override;
+  RelitPicture relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
+                       const Plan& plan, bool with_maps = false) override;
 
   /// Needs scene.field and scene.illumination. Any thread.
-  std::shared_ptr<const rays::RayRoom> room_of(const Scene& scene) const;
+  std::shared_ptr<const RayRoom> room_of(const reconstruct::Scene& scene) const;
   /// Between calls of `relight`.
-  void take(std::shared_ptr<const rays::RayRoom> room);
+  void take(std::shared_ptr<const RayRoom> room);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

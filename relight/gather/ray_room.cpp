@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -34,7 +34,7 @@ void add_patches(const Model& model, std::vector<Patch>& patches) {
 
 }  // namespace
 
-RayRoom::RayRoom(const Scene& scene, const std::vector<KnownSurface>& known, float tag_size_m)
+RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known, float tag_size_m)
     : light_(reference_room_of(scene, known)), illumination_(scene.illumination) {
   auto made = std::make_shared<Surfaces>();
   Surfaces& s = *made;
@@ -43,7 +43,7 @@ RayRoom::RayRoom(const Scene& scene, const std::vector<KnownSurface>& known, flo
   s.field = scene.field;
   s.albedo = scene.albedo;
   s.enclosure = scene.enclosure;
-  s.meshes = std::make_unique<reference::Meshes>(s.real, nullptr);
+  s.meshes = std::make_unique<Meshes>(s.real, nullptr);
   s.vertices.resize(s.real.size());
   s.facets.resize(s.real.size());
   for (std::size_t i = 0; i < s.real.size(); ++i) {
@@ -78,21 +78,21 @@ RayRoom::RayRoom(const Scene& scene, const std::vector<KnownSurface>& known, flo
     }
   }
   surfaces_ = std::move(made);
-  sky_ = std::make_unique<reference::Sky>(light_);
+  sky_ = std::make_unique<Sky>(light_);
 }
 
-RayRoom::RayRoom(const RayRoom& room, std::shared_ptr<const Illumination> illumination)
+RayRoom::RayRoom(const RayRoom& room, std::shared_ptr<const reconstruct::Illumination> illumination)
     : surfaces_(room.surfaces_), illumination_(std::move(illumination)) {
   light_room(*illumination_, light_);
-  sky_ = std::make_unique<reference::Sky>(light_);
+  sky_ = std::make_unique<Sky>(light_);
 }
 
-bool RayRoom::has_surfaces_of(const Scene& scene) const {
+bool RayRoom::has_surfaces_of(const reconstruct::Scene& scene) const {
   return surfaces_->field == scene.field && surfaces_->albedo == scene.albedo &&
          surfaces_->enclosure == scene.enclosure;
 }
 
-RealPoint RayRoom::point(const reference::MeshHit& hit, const Vector3f& w) const {
+RealPoint RayRoom::point(const MeshHit& hit, const Vector3f& w) const {
   if (facet(hit)) return measured_point(hit, w);
   RealPoint point{surfaces_->meshes->surface(hit, w)};
   const Vector3f& p = point.surface.position_m;
@@ -108,7 +108,7 @@ RealPoint RayRoom::point(const reference::MeshHit& hit, const Vector3f& w) const
   return point;
 }
 
-RealPoint RayRoom::measured_point(const reference::MeshHit& hit, const Vector3f& w) const {
+RealPoint RayRoom::measured_point(const MeshHit& hit, const Vector3f& w) const {
   const std::uint32_t* corner = &surfaces_->real[hit.mesh].model->indices[3 * std::size_t{hit.triangle}];
   const float weight[3] = {1 - hit.u - hit.v, hit.u, hit.v};
   const MeasuredVertex* vertices[3];
@@ -120,7 +120,7 @@ RealPoint RayRoom::measured_point(const reference::MeshHit& hit, const Vector3f&
     sum += known[k];
   }
   RealPoint point;
-  reference::SurfaceHit& s = point.surface;
+  SurfaceHit& s = point.surface;
   s.normal.setZero();
   for (int k = 0; k < 3; ++k) {
     const float share = sum > 0 ? known[k] / sum : weight[k];
@@ -137,4 +137,4 @@ RealPoint RayRoom::measured_point(const reference::MeshHit& hit, const Vector3f&
   return point;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

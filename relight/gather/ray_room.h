@@ -5,16 +5,16 @@
 #include <vector>
 
 #include "capture/session/session.h"
+#include "relight/tracing/build_trace_scene.h"
 #include "relight/tracing/enclosure_mesh.h"
 #include "relight/tracing/meshes.h"
-#include "relight/tracing/build_trace_scene.h"
 #include "relight/tracing/sky.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 /// A point of a real surface.
 struct RealPoint {
-  reference::SurfaceHit surface;
+  SurfaceHit surface;
   /// L_μ as it leaves the point to anywhere, W/sr/m²; NaN where that depends on the direction (known gloss).
   Rgb before = Rgb::Zero();
 
@@ -36,23 +36,23 @@ struct Patch {
 class RayRoom {
  public:
   /// Needs scene.field and scene.illumination; takes some tenths of a second.
-  RayRoom(const Scene& scene, const std::vector<KnownSurface>& known, float tag_size_m);
+  RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known, float tag_size_m);
   /// The same surfaces under newer light, at little cost. What cameras measured on them stays.
-  RayRoom(const RayRoom& room, std::shared_ptr<const Illumination> illumination);
+  RayRoom(const RayRoom& room, std::shared_ptr<const reconstruct::Illumination> illumination);
 
   /// Whether field, albedo and enclosure are those of the scene.
-  bool has_surfaces_of(const Scene& scene) const;
+  bool has_surfaces_of(const reconstruct::Scene& scene) const;
   bool shares_surfaces_with(const RayRoom& other) const { return surfaces_ == other.surfaces_; }
-  const std::shared_ptr<const Illumination>& illumination() const { return illumination_; }
+  const std::shared_ptr<const reconstruct::Illumination>& illumination() const { return illumination_; }
 
-  const reference::Meshes& meshes() const { return *surfaces_->meshes; }
+  const Meshes& meshes() const { return *surfaces_->meshes; }
   const std::vector<ReferenceLamp>& lamps() const { return light_.lamps; }
-  const reference::Sky& sky() const { return *sky_; }
+  const Sky& sky() const { return *sky_; }
   float voxel_m() const { return surfaces_->field->voxel_m; }  ///< of the fused surface
   const std::vector<Patch>& patches() const { return surfaces_->patches; }
 
   /// Null on known surfaces.
-  const RoomFacet* facet(const reference::MeshHit& hit) const {
+  const RoomFacet* facet(const MeshHit& hit) const {
     const std::vector<RoomFacet>& of_mesh = surfaces_->facets[hit.mesh];
     return of_mesh.empty() ? nullptr : &of_mesh[hit.triangle];
   }
@@ -60,7 +60,7 @@ class RayRoom {
   Rgb before(const RoomFacet& facet, const Eigen::Vector3f& p_m) const {
     return facet.fused ? facet.before : fisheye_radiance(*illumination_, p_m).array().eval();
   }
-  RealPoint point(const reference::MeshHit& hit, const Eigen::Vector3f& w) const;
+  RealPoint point(const MeshHit& hit, const Eigen::Vector3f& w) const;
 
  private:
   struct MeasuredVertex {
@@ -70,24 +70,24 @@ class RayRoom {
   };
   struct Surfaces {
     std::vector<ReferenceMesh> real;
-    std::unique_ptr<reference::Meshes> meshes;
+    std::unique_ptr<Meshes> meshes;
     std::vector<std::vector<MeasuredVertex>> vertices;  ///< by mesh; none for known surfaces
     std::vector<std::vector<RoomFacet>> facets;         ///< by mesh and triangle; likewise
     std::vector<Patch> patches;
 
     /// The tag's paper, which may lie on a known surface: |x|, |y| below half of this are paper.
     float paper_m = 0;
-    std::shared_ptr<const DistanceField> field;
-    std::shared_ptr<const AlbedoField> albedo;
-    std::shared_ptr<const Enclosure> enclosure;
+    std::shared_ptr<const reconstruct::DistanceField> field;
+    std::shared_ptr<const reconstruct::AlbedoField> albedo;
+    std::shared_ptr<const reconstruct::Enclosure> enclosure;
   };
 
-  RealPoint measured_point(const reference::MeshHit& hit, const Eigen::Vector3f& w) const;
+  RealPoint measured_point(const MeshHit& hit, const Eigen::Vector3f& w) const;
 
   std::shared_ptr<const Surfaces> surfaces_;
   ReferenceScene light_;  ///< lamps and environment alone
-  std::unique_ptr<reference::Sky> sky_;
-  std::shared_ptr<const Illumination> illumination_;
+  std::unique_ptr<Sky> sky_;
+  std::shared_ptr<const reconstruct::Illumination> illumination_;
 };
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

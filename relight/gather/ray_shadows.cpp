@@ -6,15 +6,15 @@
 #include <limits>
 
 #include "relight/gather/fast_exp.h"
-#include "relight/tracing/parallel_for.h"
 #include "relight/tracing/lamps.h"
+#include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
+using MeshHit;
+using RayFan;
 using Eigen::Vector3f;
-using reference::MeshHit;
-using reference::RayFan;
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr float kOfPenumbra = 0.35f;  // standard deviation of the smoothing
@@ -37,7 +37,7 @@ class LampShadow {
  public:
   /// On the room: what objects alone keep from it. On objects: what anything keeps from them.
   LampShadow(On on, const DeltaLight& light, std::size_t lamp, const LightSampleSet& points,
-             const std::vector<GBufferPixel>& seen, const CameraModel& camera, const GatherQuality& detail)
+             const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, const GatherQuality& detail)
       : on_(on),
         light_(light),
         points_(points),
@@ -131,8 +131,7 @@ class LampShadow {
     for (std::size_t k = 0; k < RayFan::kMost; ++k) {
       if (!(objects >> k & 1)) continue;
       const float beyond_m = std::max(lamp_m - found[k].t_m, 1e-3f);
-      shadow.penumbra_m =
-          std::min(shadow.penumbra_m, 2 * reference::lamp_reach_m(points_.lamp()) * found[k].t_m / beyond_m);
+      shadow.penumbra_m = std::min(shadow.penumbra_m, 2 * lamp_reach_m(points_.lamp()) * found[k].t_m / beyond_m);
     }
     shadow.hidden = sum / fan.all;
     if (hidden == 0) return kOpen;
@@ -241,7 +240,7 @@ std::vector<LightSampleSet> light_samples_of(const RayRoom& room) {
 }
 
 std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
-                                              const std::vector<GBufferPixel>& seen, const CameraModel& camera,
+                                              const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera,
                                               const GatherQuality& detail) {
   std::vector<Eigen::Array4f> sum(seen.size(), Eigen::Array4f::Zero());
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
@@ -256,9 +255,11 @@ std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std
   return sum;
 }
 
-std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
-                                                  const std::vector<GBufferPixel>& seen, const CameraModel& camera,
-                                                  const GatherQuality& detail) {
+std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light,
+                                                       const std::vector<LightSampleSet>& lamps,
+                                                       const std::vector<GBufferPixel>& seen,
+                                                       const capture::CameraModel& camera,
+                                                       const GatherQuality& detail) {
   std::vector<std::vector<LampVisibility>> open;
   for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
     LampShadow shadow(On::objects, light, lamp, lamps[lamp], seen, camera, detail);
@@ -271,4 +272,4 @@ std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light, 
   return open;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -4,10 +4,10 @@
 // find the same and send no rays.
 #include "relight/gather/delta_light.h"
 #include "relight/gather/gather_quality.h"
-#include "relight/gather/light_samples.h"
 #include "relight/gather/gbuffer.h"
+#include "relight/gather/light_samples.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 /// For each lamp of the room.
 std::vector<LightSampleSet> light_samples_of(const RayRoom& room);
@@ -15,7 +15,7 @@ std::vector<LightSampleSet> light_samples_of(const RayRoom& room);
 /// By pixel, of three channels, irradiance of all lamps that objects hide from even real surfaces, W/m². What is
 /// narrower than detail.step may be missed.
 std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
-                                              const std::vector<GBufferPixel>& seen, const CameraModel& camera,
+                                              const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera,
                                               const GatherQuality& detail);
 
 struct LampVisibility {
@@ -23,8 +23,9 @@ struct LampVisibility {
   bool holds_near = true;  ///< across the pixel: shadows around there are wider than that, or there are none
 };
 /// By lamp and pixel of an object.
-std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
-                                                  const std::vector<GBufferPixel>& seen, const CameraModel& camera,
-                                                  const GatherQuality& detail);
+std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light,
+                                                       const std::vector<LightSampleSet>& lamps,
+                                                       const std::vector<GBufferPixel>& seen,
+                                                       const capture::CameraModel& camera, const GatherQuality& detail);
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

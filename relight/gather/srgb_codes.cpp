@@ -5,7 +5,7 @@
 
 #include "capture/camera/response.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 SrgbCodes::SrgbCodes() {
   from_.front() = 0;
@@ -13,7 +13,7 @@ SrgbCodes::SrgbCodes() {
   for (int code = 1; code < 256; ++code) {
     float below = 0, at = 1;
     for (float middle = 0.5f; middle > below && middle < at; middle = below + 0.5f * (at - below)) {
-      (std::lround(255 * linear_to_srgb(middle)) >= code ? at : below) = middle;
+      (std::lround(255 * capture::linear_to_srgb(middle)) >= code ? at : below) = middle;
     }
     from_[static_cast<std::size_t>(code)] = at;
   }
@@ -24,4 +24,4 @@ SrgbCodes::SrgbCodes() {
   }
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 class SrgbCodes {
  public:
@@ -23,4 +23,4 @@ class SrgbCodes {
   std::array<std::uint8_t, static_cast<std::size_t>(kSteps)> at_least_;  ///< the code at the beginning of each step
 };
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -2,12 +2,12 @@
 
 #include "relight/tracing/parallel_for.h"
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
+using PathVertex;
+using Sampler;
+using SurfaceHit;
 using Eigen::Vector3f;
-using reference::Sampler;
-using reference::SurfaceHit;
-using reference::PathVertex;
 
 namespace {
 
@@ -15,7 +15,7 @@ constexpr int kBlock = 64;  // of places, a thread's turn
 constexpr int kMirrors = 2;
 
 Vertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
-  Surface s;
+  reconstruct::Surface s;
   s.position_m = position_m;
   s.face = s.normal = normal;
   return Vertex(white_surface(s), -normal);
@@ -37,7 +37,7 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
         sum += gather(vertex, sampler,
                       static_cast<std::size_t>(i) * static_cast<std::size_t>(samples) + static_cast<std::size_t>(k));
       }
-      found[static_cast<std::size_t>(i)] = sum * (reference::kPi / static_cast<float>(samples));
+      found[static_cast<std::size_t>(i)] = sum * (kPi / static_cast<float>(samples));
     }
   });
   return found;
@@ -45,7 +45,8 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
 
 }  // namespace
 
-void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const UpdateSubset& turn, RayObjects& objects) {
+void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const UpdateSubset& turn,
+                  RayObjects& objects) {
   objects.set_direct(at_places(objects, samples, seed, turn, objects.direct(),
                                [&](const Vertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
 }
@@ -62,13 +63,13 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
   for (int bounce = 0; bounce < bounces; ++bounce) {
     std::vector<Rgb> all = first;
     for (std::size_t i = 0; i < ends.size(); ++i) {
-      if (ends[i]) all[i / per_place] += *ends[i] * (reference::kPi / static_cast<float>(rays));
+      if (ends[i]) all[i / per_place] += *ends[i] * (kPi / static_cast<float>(rays));
     }
     objects.set_indirect(std::move(all));
   }
 }
 
-void gather_cells(const DeltaLight& light, const std::vector<reference::ChangeRegion>& places, int rays, std::uint32_t seed,
+void gather_cells(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
                   const UpdateSubset& turn, IrradianceChangeCache& cells) {
   std::vector<Rgb> found = cells.irradiance;
   for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
@@ -110,7 +111,7 @@ Rgb changed_irradiance(const DeltaLight& light, const Vertex& vertex, const RayC
     const float share = vertex.response(w)[0] / pdf;
     if (share > 0) sum += share * light.change({vertex.leave(w), w, 0}, sampler, kMirrors, to_object_m);
   }
-  return sum * reference::kPi;
+  return sum * kPi;
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 namespace {
 
 enum class Wanted { hardware, anything };
@@ -71,4 +71,4 @@ std::vector<DeviceListing> list_devices() {
   return all;
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -4,7 +4,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 /// "; NAME is VALUE" for each of these environment variables that is set: they can hide a driver.
 std::string settings_text(std::initializer_list<const char*> variables);
@@ -18,4 +18,4 @@ std::vector<DeviceListing> list_devices();
 bool may_have_hardware();  ///< quick: opens nothing
 }  // namespace egl
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

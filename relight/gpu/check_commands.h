@@ -3,7 +3,7 @@
 // All throw std::logic_error.
 #include "relight/gpu/shader_reflection.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 /// `desc` against what its shaders read and write.
 void check_raster_desc(const std::string& shader, const ShaderInterface& interface, const RasterDesc& desc);
@@ -19,4 +19,4 @@ std::string mip_text(const Texture& texture, int mip);
 void check_upload(const Texture& texture, int mip, std::size_t bytes);
 void check_upload(const Buffer& buffer, const std::string& name, std::size_t offset, std::size_t bytes);
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -5,7 +5,7 @@
 
 #include "relight/gpu/formats.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 std::size_t bytes_per_texel(Format format) {
   switch (format) {
@@ -116,4 +116,4 @@ Binding storage(int slot, const Buffer& buffer) {
   return binding;
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

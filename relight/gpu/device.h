@@ -4,8 +4,8 @@
 //
 // Shaders are named; their SPIR-V is built into the program. Every shader uses descriptor set 0 with explicit
 // bindings. Binding 0 is always the uniform block of the pass (std140, at most 4096 bytes, one struct from
-// relight/shaders/common/interop.h shared by C++ and GLSL); the command list copies it at record time. Every slot that a
-// shader reads or writes wants a binding; one that it only declares (in a header) may be left out.
+// relight/shaders/common/interop.h shared by C++ and GLSL); the command list copies it at record time. Every slot that
+// a shader reads or writes wants a binding; one that it only declares (in a header) may be left out.
 //
 // A CommandList records; submit() runs it once and waits. Between two commands everything written is visible to what
 // follows (the list puts the barriers), in any combination of storage, sampled, attachment and copy use. What a list
@@ -31,7 +31,7 @@
 
 #include "relight/gpu/holdings.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 class GpuError : public std::runtime_error {
  public:
@@ -233,4 +233,4 @@ std::span<const std::byte> bytes_of(const T& value) {
   return std::as_bytes(std::span<const T, 1>(&value, 1));
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -4,7 +4,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 std::string_view name_of(Format format);
 std::string size_text(const TextureDesc& desc);  ///< "64x64x64 rgba16_float"
@@ -20,4 +20,4 @@ std::size_t mip_bytes(const TextureDesc& desc, int mip);
 /// Throws std::logic_error where no device could make such a texture.
 void check_texture_desc(const TextureDesc& desc);
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 void Holdings::add(const std::string& name, std::size_t bytes) {
   Holding& held = by_name_[name];
@@ -29,4 +29,4 @@ std::vector<Holding> Holdings::list() const {
 
 std::string megabytes_text(std::size_t bytes) { return std::to_string((bytes + 500'000) / 1'000'000) + " MB"; }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

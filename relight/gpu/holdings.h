@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 /// Everything of one name.
 struct Holding {
@@ -30,4 +30,4 @@ class Holdings {
 /// "1234 MB", of 10⁶ bytes.
 std::string megabytes_text(std::size_t bytes);
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -4,7 +4,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 Messages::~Messages() {
   for (const std::string& text : texts_) std::fprintf(stderr, "%s: %s\n", speaker_.c_str(), text.c_str());
@@ -28,4 +28,4 @@ void Messages::throw_if_any() {
   if (const std::string all = take(); !all.empty()) throw GpuError(all);
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 /// It may speak from any thread.
 class Messages {
@@ -24,4 +24,4 @@ class Messages {
   std::vector<std::string> texts_;
 };
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

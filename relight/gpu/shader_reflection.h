@@ -8,7 +8,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 struct ShaderSlot {
   std::string name;  ///< in the GLSL source
@@ -39,4 +39,4 @@ void check_bindings(const std::string& shader, const ShaderInterface& interface,
 /// Among the product's shaders and `more`. Throws std::logic_error for an unknown name.
 const ShaderCode& find_shader(std::string_view name, std::span<const ShaderCode> more);
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 // Nearest point of a triangle to the origin, by the Voronoi region of its features that the origin lies in
@@ -142,4 +142,4 @@ std::optional<float> ObjectSurface::first_hit(const Eigen::Vector3f& origin_m, c
   return ray.hit.geomID != RTC_INVALID_GEOMETRY_ID ? std::optional(ray.ray.tfar) : std::nullopt;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -8,7 +8,7 @@
 
 #include "relight/exhibit/exhibit.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct ClosestPoint {
   float distance_m = 0;
@@ -33,7 +33,7 @@ class ObjectSurface {
  private:
   struct Scene;
   const Model& model_;
-  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<reconstruct::Scene> scene_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

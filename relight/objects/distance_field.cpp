@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "relight/objects/surface_color.h"
-#include "relight/objects/solid_voxels.h"
 #include "relight/objects/closest_point.h"
+#include "relight/objects/solid_voxels.h"
+#include "relight/objects/surface_color.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int margin_voxels = 3;
@@ -133,4 +133,4 @@ std::shared_ptr<const ObjectField> compute_object_field(const Model& model, int 
   return std::make_shared<ObjectField>(FieldBuilder(model, edge_voxels).build());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -12,7 +12,7 @@
 
 #include "relight/exhibit/exhibit.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct ObjectField {
   std::array<int, 3> size{};
@@ -26,4 +26,4 @@ struct ObjectField {
 /// `edge_voxels` along the longest edge of the bounding box; three voxels of margin all around.
 std::shared_ptr<const ObjectField> compute_object_field(const Model& model, int edge_voxels);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr float kFar = 1e12f;
@@ -74,4 +74,4 @@ std::vector<float> full_distances(const ObjectField& field) {
   return full;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector2f;
@@ -154,4 +154,4 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
   return pieces;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

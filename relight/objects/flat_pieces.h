@@ -5,7 +5,7 @@
 #include "relight/exhibit/exhibit.h"
 #include "relight/shaders/common/interop.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct FlatPiece {
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< unit, on the side of the vertices' normals
@@ -22,4 +22,4 @@ struct FlatPiece {
 /// and so are facets of what is meant to be curved, whose vertices' normals differ from the facet's.
 std::vector<FlatPiece> flat_pieces(const Model& model);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

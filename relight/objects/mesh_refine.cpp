@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
@@ -101,4 +101,4 @@ bool is_closed(const Model& model) {
   return std::all_of(surplus.begin(), surplus.end(), [](const auto& edge) { return edge.second == 0; });
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 std::vector<std::uint32_t> simplified(const Model& model, const Model::Part& part, std::size_t target_count) {
@@ -54,4 +54,4 @@ std::shared_ptr<const Model> simplify_model(const Model& model, int max_triangle
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -4,7 +4,7 @@
 
 #include "relight/exhibit/exhibit.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// The model with at most about `max_triangles`, shared out over its parts by their size; parts, textures, colours and
 /// normals stay, and vertices are a subset of the model's. Edges collapse by quadric error (Garland & Heckbert 1997);
@@ -12,4 +12,4 @@ namespace lumigraft {
 /// A model that is small enough is copied as it is.
 std::shared_ptr<const Model> simplify_model(const Model& model, int max_triangles);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr float kInnerEdge = 2.6f;  // of the sphere's radius
@@ -66,4 +66,4 @@ Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels) {
   return placement;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 #include "relight/exhibit/exhibit.h"
 #include "relight/shaders/common/interop.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct BoundingSphere {
   Eigen::Vector3f centre_m = Eigen::Vector3f::Zero();
@@ -35,4 +35,4 @@ struct Placement {
 /// box and a margin of three voxels.
 Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr double largest_cone_share = 0.05;
@@ -110,7 +110,7 @@ ObjectSolid::ObjectSolid(const Model& model) {
   }
 
   component_of_triangle_.resize(triangles);
-  std::vector<Triangle> all(triangles);
+  std::vector<Triangle> reconstruct::all(triangles);
   for (std::size_t t = 0; t < triangles; ++t) {
     for (int k = 0; k < 3; ++k) all[t][k] = model.positions_m[model.indices[3 * t + k]];
     component_of_triangle_[t] = component_of_place[place[model.indices[3 * t]]];
@@ -200,4 +200,4 @@ std::vector<std::uint8_t> ObjectSolid::inside(const std::array<int, 3>& size, co
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,7 +7,7 @@
 
 #include "relight/exhibit/exhibit.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// A component is what is connected by vertices at equal places. Its boundary is the set of directed edges that no
 /// neighbour runs the other way; each connected piece of boundary is closed by a cone of triangles to its centre. Where
@@ -41,4 +41,4 @@ class ObjectSolid {
   std::vector<Triangle> closed_;  ///< triangles and cones of all solids
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,13 +7,13 @@
 
 #include "capture/camera/response.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 const std::array<float, 256>& linear_of_code() {
   static const auto table = [] {
     std::array<float, 256> t{};
-    for (int code = 0; code < 256; ++code) t[code] = srgb_to_linear(static_cast<float>(code) / 255.0f);
+    for (int code = 0; code < 256; ++code) t[code] = capture::srgb_to_linear(static_cast<float>(code) / 255.0f);
     return t;
   }();
   return table;
@@ -24,8 +24,8 @@ float linear(float value) { return value; }
 
 // Half the size: each texel is the mean of those it covers, odd edges included.
 template <typename T>
-Image<float> halved(const Image<T>& from) {
-  Image<float> to(std::max(1, from.width / 2), std::max(1, from.height / 2), 3);
+capture::Image<float> halved(const capture::Image<T>& from) {
+  capture::Image<float> to(std::max(1, from.width / 2), std::max(1, from.height / 2), 3);
   for (int y = 0; y < to.height; ++y) {
     const int y0 = y * from.height / to.height, y1 = (y + 1) * from.height / to.height;
     for (int x = 0; x < to.width; ++x) {
@@ -44,7 +44,7 @@ Image<float> halved(const Image<T>& from) {
 
 // Bilinear between texel centres, which lie at (x + 1/2) / width; repeats.
 template <typename T>
-Eigen::Vector3f bilinear(const Image<T>& image, const Eigen::Vector2f& uv) {
+Eigen::Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv) {
   const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(image.width) - 0.5f;
   const float y = (uv.y() - std::floor(uv.y())) * static_cast<float>(image.height) - 0.5f;
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
@@ -67,7 +67,7 @@ ObjectColor::ObjectColor(const Model& model) : model_(model), part_of_triangle_(
     const Model::Part& part = model.parts[p];
     const auto first = part_of_triangle_.begin() + part.first_index / 3;
     std::fill(first, first + part.index_count / 3, p);
-    const Picture* texture = part.base_color_texture.get();
+    const capture::Picture* texture = part.base_color_texture.get();
     if (!texture || pyramids_.count(texture) != 0) continue;
     Pyramid& pyramid = pyramids_[texture];
     pyramid.push_back(halved(*texture));
@@ -86,7 +86,7 @@ Eigen::Vector3f ObjectColor::at(std::uint32_t triangle, const Eigen::Vector3f& b
   return color;
 }
 
-Eigen::Vector3f ObjectColor::texture_at(const Picture& texture, std::uint32_t triangle,
+Eigen::Vector3f ObjectColor::texture_at(const capture::Picture& texture, std::uint32_t triangle,
                                         const Eigen::Vector3f& barycentric, float footprint_m) const {
   std::array<Eigen::Vector3f, 3> p;
   std::array<Eigen::Vector2f, 3> t;
@@ -108,4 +108,4 @@ Eigen::Vector3f ObjectColor::texture_at(const Picture& texture, std::uint32_t tr
   return bilinear(pyramid[std::min<std::size_t>(level, pyramid.size()) - 1], uv);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

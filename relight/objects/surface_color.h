@@ -8,7 +8,7 @@
 
 #include "relight/exhibit/exhibit.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Texture × vertex colour × the part's own base colour, linear. Textures repeat, and are read from the level of a
 /// mean pyramid whose texels are about as large as the footprint.
@@ -18,8 +18,8 @@ class ObjectColor {
   Eigen::Vector3f at(std::uint32_t triangle, const Eigen::Vector3f& barycentric, float footprint_m) const;
 
  private:
-  using Picture = Image<std::uint8_t>;
-  using Pyramid = std::vector<Image<float>>;  ///< linear; the first is half the texture's size
+  using Picture = capture::Image<std::uint8_t>;
+  using Pyramid = std::vector<capture::Image<float>>;  ///< linear; the first is half the texture's size
   Eigen::Vector3f texture_at(const Picture& texture, std::uint32_t triangle, const Eigen::Vector3f& barycentric,
                              float footprint_m) const;
 
@@ -28,4 +28,4 @@ class ObjectColor {
   std::map<const Picture*, Pyramid> pyramids_;  ///< looked up only, never walked
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include "relight/gpu/device.h"
 #include "relight/shaders/common/interop.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// 8 × 8 threads a group.
 inline void dispatch_2d(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
@@ -55,4 +55,4 @@ inline std::vector<gpu::Binding> joined(std::vector<gpu::Binding> a, const std::
   return a;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -9,12 +9,12 @@
 
 #include "relight/reference/paths.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
-using reference::Paths;
-using reference::PathRay;
-using reference::Sampler;
+using PathRay;
+using Paths;
+using Sampler;
 
 constexpr int kTile_px = 16;
 
@@ -47,7 +47,7 @@ std::optional<Ray> camera_ray(const ReferenceCamera& camera, int u, int v, Sampl
 
 /// Calls `sample(ray, paths)` for samples of a pixel.
 template <typename Sample>
-void for_each_sample(const reference::TraceWorld& world, const ReferenceCamera& camera, std::uint32_t seed, int count, int u,
+void for_each_sample(const TraceWorld& world, const ReferenceCamera& camera, std::uint32_t seed, int count, int u,
                      int v, Sample sample) {
   for (int i = 0; i < count; ++i) {
     Sampler sampler(seed, static_cast<std::uint32_t>(v * camera.model.width + u), static_cast<std::uint32_t>(i));
@@ -68,17 +68,17 @@ constexpr int kAround_px = 4;           // over which noise is averaged: few sam
 /// How many samples each pixel takes, so that the picture's error is least for `per_pixel` on average: in proportion to
 /// the standard deviation of one sample around there, which other samples tell. Those are not used again, so that
 /// counts and values are independent and nothing is biased.
-std::vector<int> sample_counts(const reference::TraceWorld& world, const ReferenceCamera& camera,
+std::vector<int> sample_counts(const TraceWorld& world, const ReferenceCamera& camera,
                                const ReferenceSamples& samples) {
   const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kPilotShare;
   std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);
   if (pilot < kLeastPilot) return counts;
-  Image<double> variance(width, height, 1);
+  capture::Image<double> variance(width, height, 1);
   for_each_pixel(width, height, samples.threads, [&](int u, int v) {
     double sum = 0, sum2 = 0;
     for_each_sample(world, camera, ~samples.seed, pilot, u, v, [&](const Ray& ray, Paths& paths) {
-      const reference::CameraSample s = paths.change(ray);
-      const double light = (s.on_object ? kObjectWeight : 1) * reference::luminance(s.light);
+      const CameraSample s = paths.change(ray);
+      const double light = (s.on_object ? kObjectWeight : 1) * luminance(s.light);
       sum += light;
       sum2 += light * light;
     });
@@ -110,24 +110,24 @@ std::vector<int> sample_counts(const reference::TraceWorld& world, const Referen
 }  // namespace
 
 struct DeltaPathTracer::State {
-  reference::TraceWorld world;
+  TraceWorld world;
 };
 
 DeltaPathTracer::DeltaPathTracer(std::shared_ptr<const ReferenceScene> scene)
-    : state_(new State{reference::TraceWorld(std::move(scene))}) {}
+    : state_(new State{TraceWorld(std::move(scene))}) {}
 DeltaPathTracer::~DeltaPathTracer() = default;
 
 ReferencePicture DeltaPathTracer::change(const ReferenceCamera& camera, const ReferenceSamples& samples) const {
   const int width = camera.model.width, height = camera.model.height;
-  ReferencePicture picture{Image<float>(width, height, 3), Image<float>(width, height, 3),
-                           Image<float>(width, height, 1)};
+  ReferencePicture picture{capture::Image<float>(width, height, 3), capture::Image<float>(width, height, 3),
+                           capture::Image<float>(width, height, 1)};
   const std::vector<int> counts = sample_counts(state_->world, camera, samples);
   for_each_pixel(width, height, samples.threads, [&](int u, int v) {
     const int count = counts[picture.coverage.index(u, v)];
     Eigen::Array3d change = Eigen::Array3d::Zero(), object = change;
     int covered = 0;
     for_each_sample(state_->world, camera, samples.seed, count, u, v, [&](const Ray& ray, Paths& paths) {
-      const reference::CameraSample s = paths.change(ray);
+      const CameraSample s = paths.change(ray);
       (s.on_object ? object : change) += s.light.cast<double>();
       covered += s.on_object ? 1 : 0;
     });
@@ -140,9 +140,9 @@ ReferencePicture DeltaPathTracer::change(const ReferenceCamera& camera, const Re
   return picture;
 }
 
-Image<float> DeltaPathTracer::radiance(const ReferenceCamera& camera, const ReferenceSamples& samples,
-                                       bool with_objects) const {
-  Image<float> picture(camera.model.width, camera.model.height, 3);
+capture::Image<float> DeltaPathTracer::radiance(const ReferenceCamera& camera, const ReferenceSamples& samples,
+                                                bool with_objects) const {
+  capture::Image<float> picture(camera.model.width, camera.model.height, 3);
   for_each_pixel(picture.width, picture.height, samples.threads, [&](int u, int v) {
     Eigen::Array3d sum = Eigen::Array3d::Zero();
     for_each_sample(state_->world, camera, samples.seed, samples.per_pixel, u, v,
@@ -152,4 +152,4 @@ Image<float> DeltaPathTracer::radiance(const ReferenceCamera& camera, const Refe
   return picture;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

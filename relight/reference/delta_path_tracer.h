@@ -17,10 +17,10 @@
 
 #include "relight/tracing/trace_scene.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct ReferenceCamera {
-  CameraModel model;
+  capture::CameraModel model;
   Eigen::Isometry3f T_tag_camera = Eigen::Isometry3f::Identity();
 };
 
@@ -32,9 +32,9 @@ struct ReferenceSamples {
 
 /// Means over the pixel's square. 3 channels, W/sr/m²; coverage 1 channel.
 struct ReferencePicture {
-  Image<float> change;    ///< L_Δ of the share of the pixel that shows the real room, 0 for the rest
-  Image<float> object;    ///< L_ρ of the share that shows an object, 0 for the rest
-  Image<float> coverage;  ///< how large that share is
+  capture::Image<float> change;    ///< L_Δ of the share of the pixel that shows the real room, 0 for the rest
+  capture::Image<float> object;    ///< L_ρ of the share that shows an object, 0 for the rest
+  capture::Image<float> coverage;  ///< how large that share is
 };
 
 class DeltaPathTracer {
@@ -45,11 +45,12 @@ class DeltaPathTracer {
   ReferencePicture change(const ReferenceCamera& camera, const ReferenceSamples& samples) const;
 
   /// L_ρ (with the objects) or L_μ (without), by ordinary path tracing.
-  Image<float> radiance(const ReferenceCamera& camera, const ReferenceSamples& samples, bool with_objects) const;
+  capture::Image<float> radiance(const ReferenceCamera& camera, const ReferenceSamples& samples,
+                                 bool with_objects) const;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -158,4 +158,4 @@ CameraSample Paths::change(const PathRay& ray) {
   return {false, changed(ray, a, {})};
 }
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

@@ -2,7 +2,7 @@
 // The paths of one sample of a pixel. See delta_path_tracer.h for the estimator.
 #include "relight/tracing/vertex.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 
 struct PathRay {
   Eigen::Vector3f from_m, w;  ///< w unit
@@ -58,4 +58,4 @@ class Paths {
   Sampler& sampler_;
 };
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

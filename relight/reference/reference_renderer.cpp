@@ -8,19 +8,20 @@
 #include "relight/reference/delta_path_tracer.h"
 #include "relight/tracing/build_trace_scene.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
-Image<std::uint8_t> composed(const CameraUpload& camera, const ReferencePicture& traced) {
-  Image<std::uint8_t> picture = camera.coded();
-  const Image<float> radiance = camera.radiance();
+capture::Image<std::uint8_t> composed(const CameraUpload& camera, const ReferencePicture& traced) {
+  capture::Image<std::uint8_t> picture = camera.coded();
+  const capture::Image<float> radiance = camera.radiance();
   for (std::size_t i = 0; i < traced.coverage.data.size(); ++i) {
     for (std::size_t at = 3 * i; at < 3 * i + 3; ++at) {
       const float coverage = traced.coverage.data[i], change = traced.change.data[at];
       if (coverage == 0 && change == 0 && camera.codes_are_srgb()) continue;
       const float light = (1 - coverage) * radiance.data[at] + change + traced.object.data[at];
-      picture.data[at] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(camera.exposure() * light)));
+      picture.data[at] =
+          static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(camera.exposure() * light)));
     }
   }
   return picture;
@@ -40,16 +41,16 @@ std::shared_ptr<const RelightMaps> maps_of(const ReferencePicture& traced) {
 }  // namespace
 
 struct ReferenceRenderer::State {
-  Session session;
+  capture::Session session;
   Room room;
   std::vector<KnownSurface> known;
   CameraUpload camera;
 
   // What is kept from frame to frame.
-  std::shared_ptr<const DistanceField> field;
-  std::shared_ptr<const AlbedoField> albedo;
-  std::shared_ptr<const Enclosure> enclosure;
-  std::shared_ptr<const Illumination> illumination;
+  std::shared_ptr<const reconstruct::DistanceField> field;
+  std::shared_ptr<const reconstruct::AlbedoField> albedo;
+  std::shared_ptr<const reconstruct::Enclosure> enclosure;
+  std::shared_ptr<const reconstruct::Illumination> illumination;
   std::shared_ptr<const ReferenceScene> reconstructed;
   struct Traced {
     std::shared_ptr<const ReferenceScene> room;
@@ -60,10 +61,10 @@ struct ReferenceRenderer::State {
   };
   std::optional<Traced> last;
 
-  State(const Session& s, Room r)
+  State(const capture::Session& s, Room r)
       : session(s), room(std::move(r)), known(known_surfaces(s.real_surfaces)), camera(s.color) {}
 
-  std::shared_ptr<const ReferenceScene> room_of(const FrameSet& frame, const Scene& scene) {
+  std::shared_ptr<const ReferenceScene> room_of(const capture::FrameSet& frame, const reconstruct::Scene& scene) {
     if (room) return room(frame);
     if (!reconstructed || field != scene.field || albedo != scene.albedo || enclosure != scene.enclosure ||
         illumination != scene.illumination) {
@@ -76,8 +77,8 @@ struct ReferenceRenderer::State {
     return reconstructed;
   }
 
-  const ReferencePicture& traced(const FrameSet& frame, const Scene& scene, std::vector<ReferenceMesh> objects,
-                                 int samples) {
+  const ReferencePicture& traced(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                 std::vector<ReferenceMesh> objects, int samples) {
     const std::shared_ptr<const ReferenceScene> now = room_of(frame, scene);
     const Eigen::Isometry3f T_tag_camera = scene.pose->T_tag_camera.cast<float>();
     if (!last || last->room != now || last->T_tag_camera != T_tag_camera.matrix() || last->samples != samples ||
@@ -94,12 +95,12 @@ struct ReferenceRenderer::State {
   }
 };
 
-ReferenceRenderer::ReferenceRenderer(const Session& session, Room room)
+ReferenceRenderer::ReferenceRenderer(const capture::Session& session, Room room)
     : state_(std::make_unique<State>(session, std::move(room))) {}
 ReferenceRenderer::~ReferenceRenderer() = default;
 
-RelitPicture ReferenceRenderer::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
-                                        const Plan& plan, bool with_maps) {
+RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                        const Exhibit& exhibit, const Plan& plan, bool with_maps) {
   State& s = *state_;
   RelitPicture result;
   result.plan = plan;
@@ -127,4 +128,4 @@ RelitPicture ReferenceRenderer::relight(const FrameSet& frame, const Scene& scen
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 #include "capture/session/session.h"
 #include "relight/renderer.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct ReferenceScene;
 
@@ -15,17 +15,17 @@ struct ReferenceScene;
 class ReferenceRenderer : public Renderer {
  public:
   /// A room without objects, known from elsewhere than the Scene; the same pointer as long as nothing has changed.
-  using Room = std::function<std::shared_ptr<const ReferenceScene>(const FrameSet&)>;
+  using Room = std::function<std::shared_ptr<const ReferenceScene>(const capture::FrameSet&)>;
 
   /// Throws InputError for a [[real_surface]] that can't be read. `room` empty: the Scene's.
-  explicit ReferenceRenderer(const Session& session, Room room = {});
+  explicit ReferenceRenderer(const capture::Session& session, Room room = {});
   ~ReferenceRenderer() override;
-  RelitPicture relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan,
-                       bool with_maps = false) override;
+  RelitPicture relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,
+                       const Plan& plan, bool with_maps = false) override;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -95,4 +95,4 @@ float direction_pdf(const BsdfParams& look, const Vector3f& seen_from, const Vec
   return pdf;
 }
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

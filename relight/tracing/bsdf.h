@@ -7,10 +7,10 @@
 // All directions are in the shading frame: unit, away from the surface, z along the normal; v towards where light goes.
 #include <Eigen/Core>
 
-#include "relight/tracing/trace_scene.h"
 #include "relight/tracing/sampler.h"
+#include "relight/tracing/trace_scene.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 
 constexpr float kPi = 3.14159265358979f;
 
@@ -36,4 +36,4 @@ float direction_pdf(const BsdfParams& look, const Eigen::Vector3f& v, const Eige
 /// Y of linear sRGB.
 inline float luminance(const Rgb& c) { return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2]; }
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

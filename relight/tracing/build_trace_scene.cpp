@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "reconstruct/field/surface_mesh.h"
-#include "relight/upload/light_set.h"
 #include "relight/objects/closest_point.h"
 #include "relight/tracing/bsdf.h"
 #include "relight/tracing/enclosure_mesh.h"
+#include "relight/upload/light_set.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -23,9 +23,10 @@ bool lies_on(const Vector3f& p_m, const std::vector<std::unique_ptr<ObjectSurfac
                      [&](const auto& surface) { return surface->nearest(p_m, within_m).has_value(); });
 }
 
-std::shared_ptr<const Model> field_model(const DistanceField& field, const AlbedoField* albedo,
+std::shared_ptr<const Model> field_model(const reconstruct::DistanceField& field,
+                                         const reconstruct::AlbedoField* albedo,
                                          const std::vector<KnownSurface>& known) {
-  const SurfaceMesh mesh = extract_surface(field);
+  const reconstruct::SurfaceMesh mesh = reconstruct::extract_surface(field);
   std::vector<std::unique_ptr<ObjectSurface>> surfaces;
   for (const KnownSurface& surface : known) surfaces.push_back(std::make_unique<ObjectSurface>(*surface.model));
 
@@ -52,7 +53,7 @@ std::shared_ptr<const Model> field_model(const DistanceField& field, const Albed
   return model;
 }
 
-ReferenceLamp lamp_of(const PointLight& light, const Vector3f& probe_m) {
+ReferenceLamp lamp_of(const reconstruct::PointLight& light, const Vector3f& probe_m) {
   ReferenceLamp lamp;
   // The rest of the light that comes from its direction is in the remainder; a glow is several discs, which overlap.
   lamp.hides = false;
@@ -60,12 +61,12 @@ ReferenceLamp lamp_of(const PointLight& light, const Vector3f& probe_m) {
     const float d = kUnknownLampDistance_m;
     lamp.centre_m = probe_m + d * light.direction;
     lamp.radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kLeastAngle_rad, 1.0f));
-    lamp.radiance = light.irradiance.array() * (d * d / (reference::kPi * lamp.radius_m * lamp.radius_m));
+    lamp.radiance = light.irradiance.array() * (d * d / (kPi * lamp.radius_m * lamp.radius_m));
     return lamp;
   }
   lamp.centre_m = light.position_m;
   lamp.radius_m = std::max(light.radius_m, kLeastRadius_m);
-  lamp.radiance = light.intensity.array() / (reference::kPi * lamp.radius_m * lamp.radius_m);
+  lamp.radiance = light.intensity.array() / (kPi * lamp.radius_m * lamp.radius_m);
   if (light.flat) {
     lamp.shape = ReferenceLamp::Shape::disc;
     lamp.normal = light.normal;
@@ -75,14 +76,14 @@ ReferenceLamp lamp_of(const PointLight& light, const Vector3f& probe_m) {
   return lamp;
 }
 
-EnvironmentPicture picture_of(const Sh9& sh) {
-  EnvironmentPicture picture{Image<float>(kSkyWidth, kSkyHeight, 3), {}};
+reconstruct::EnvironmentPicture picture_of(const reconstruct::Sh9& sh) {
+  reconstruct::EnvironmentPicture picture{capture::Image<float>(kSkyWidth, kSkyHeight, 3), {}};
   for (int y = 0; y < kSkyHeight; ++y) {
-    const float theta = reference::kPi * (static_cast<float>(y) + 0.5f) / kSkyHeight;
+    const float theta = kPi * (static_cast<float>(y) + 0.5f) / kSkyHeight;
     for (int x = 0; x < kSkyWidth; ++x) {
-      const float phi = 2 * reference::kPi * (static_cast<float>(x) + 0.5f) / kSkyWidth - reference::kPi;
+      const float phi = 2 * kPi * (static_cast<float>(x) + 0.5f) / kSkyWidth - kPi;
       const Vector3f w(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
-      const Vector3f radiance = sh_radiance(sh, w).cwiseMax(0.0f);
+      const Vector3f radiance = reconstruct::sh_radiance(sh, w).cwiseMax(0.0f);
       for (int c = 0; c < 3; ++c) picture.radiance.at(x, y, c) = radiance[c];
     }
   }
@@ -91,7 +92,7 @@ EnvironmentPicture picture_of(const Sh9& sh) {
 
 }  // namespace
 
-Vector3f albedo_near(const AlbedoField& field, const Vector3f& p_m) {
+Vector3f albedo_near(const reconstruct::AlbedoField& field, const Vector3f& p_m) {
   const Vector3f at = p_m / field.voxel_m, low = at.array().floor();
   Vector3f sum = Vector3f::Zero();
   float weights = 0;
@@ -109,15 +110,15 @@ Vector3f albedo_near(const AlbedoField& field, const Vector3f& p_m) {
   return weights > 0 ? (sum / weights).eval() : sum;
 }
 
-std::vector<KnownSurface> known_surfaces(const std::vector<RealSurface>& surfaces) {
+std::vector<KnownSurface> known_surfaces(const std::vector<capture::RealSurface>& surfaces) {
   std::vector<KnownSurface> known;
-  for (const RealSurface& s : surfaces) {
+  for (const capture::RealSurface& s : surfaces) {
     known.push_back({load_model(s.mesh, 'z'), {s.base_color, s.metallic, s.roughness, s.specular}});
   }
   return known;
 }
 
-ReferenceScene reference_room_of(const Scene& scene, const std::vector<KnownSurface>& known) {
+ReferenceScene reference_room_of(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known) {
   ReferenceScene room;
   room.real.push_back({field_model(*scene.field, scene.albedo.get(), known), Eigen::Affine3f::Identity(), {}, false});
   for (const KnownSurface& surface : known) {
@@ -128,9 +129,9 @@ ReferenceScene reference_room_of(const Scene& scene, const std::vector<KnownSurf
   return room;
 }
 
-void light_room(const Illumination& light, ReferenceScene& room) {
+void light_room(const reconstruct::Illumination& light, ReferenceScene& room) {
   room.lamps.clear();
-  for (const PointLight& lamp : light.lights) room.lamps.push_back(lamp_of(lamp, light.probe_position_m));
+  for (const reconstruct::PointLight& lamp : light.lights) room.lamps.push_back(lamp_of(lamp, light.probe_position_m));
   room.environment = light.remainder.radiance.empty() ? picture_of(light.remainder_sh) : light.remainder;
 }
 
@@ -142,4 +143,4 @@ std::vector<ReferenceMesh> reference_objects_of(const Exhibit& exhibit, double t
   return objects;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -5,7 +5,7 @@
 
 #include "relight/tracing/meshes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -17,7 +17,7 @@ constexpr float kBehind_voxels = 3, kOff_m = 1e-3f;
 constexpr float kMostAlbedo = 1.0f;  // the middle of where enclosure_light.comp fades out
 
 /// The part in front of a plane (Sutherland & Hodgman 1974).
-Polygon cut(const Polygon& polygon, const Enclosure::Side& side) {
+Polygon cut(const Polygon& polygon, const reconstruct::Enclosure::Side& side) {
   Polygon left;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vector3f &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
@@ -28,7 +28,7 @@ Polygon cut(const Polygon& polygon, const Enclosure::Side& side) {
   return left;
 }
 
-Polygon cut_by_others(Polygon polygon, const Enclosure& room, std::size_t own) {
+Polygon cut_by_others(Polygon polygon, const reconstruct::Enclosure& room, std::size_t own) {
   for (std::size_t i = 0; i < room.sides.size() && !polygon.empty(); ++i) {
     if (i != own) polygon = cut(polygon, room.sides[i]);
   }
@@ -44,7 +44,7 @@ Vector3f mean_of(const Polygon& polygon) {
 /// What falls on the sides in the room without objects.
 class Lighting {
  public:
-  Lighting(const Scene& scene, const Enclosure& room, const std::vector<ReferenceMesh>& known)
+  Lighting(const reconstruct::Scene& scene, const reconstruct::Enclosure& room, const std::vector<ReferenceMesh>& known)
       : scene_(scene), room_(room), known_(known, nullptr) {}
 
   Vector3f seen_towards(const Vector3f& p) const { return fisheye_radiance(*scene_.illumination, p); }
@@ -52,7 +52,7 @@ class Lighting {
   Vector3f irradiance(const Vector3f& p, const Vector3f& n) const {
     Vector3f e = Vector3f::Zero();
     const Vector3f from = p + kOff_m * n;
-    for (const PointLight& lamp : scene_.illumination->lights) {
+    for (const reconstruct::PointLight& lamp : scene_.illumination->lights) {
       const Vector3f to = lamp.distance_known ? (lamp.position_m - from).eval() : lamp.direction;
       const float far = to.norm(), cosine = n.dot(to) / far;
       const float nearly = lamp.distance_known ? std::max(far - lamp.radius_m, 0.0f) : 1e3f;
@@ -64,7 +64,7 @@ class Lighting {
     for (int i = 0; i < kRays; ++i) {  // by the cosine
       const float s2 = (static_cast<float>(i) + 0.5f) / kRays, phi = 2.39996323f * static_cast<float>(i);
       const Vector3f w = std::sqrt(s2) * (std::cos(phi) * x + std::sin(phi) * y) + std::sqrt(1 - s2) * n;
-      e += reference::kPi / kRays * arriving(from, w);
+      e += kPi / kRays * arriving(from, w);
     }
     return e;
   }
@@ -79,9 +79,9 @@ class Lighting {
     return exit ? seen_towards(from + exit->distance_m * w) : Vector3f::Zero().eval();
   }
 
-  const Scene& scene_;
-  const Enclosure& room_;
-  reference::Meshes known_;
+  const reconstruct::Scene& scene_;
+  const reconstruct::Enclosure& room_;
+  Meshes known_;
 };
 
 void add_cell(const Polygon& cell, const Vector3f& normal, const Vector3f& albedo, Model& model) {
@@ -99,16 +99,16 @@ void add_cell(const Polygon& cell, const Vector3f& normal, const Vector3f& albed
 
 }  // namespace
 
-Vector3f fisheye_radiance(const Illumination& light, const Vector3f& p_m) {
+Vector3f fisheye_radiance(const reconstruct::Illumination& light, const Vector3f& p_m) {
   const Vector3f w = (p_m - light.probe_position_m).normalized();
-  return light.remainder.radiance.empty() ? sh_radiance(light.remainder_sh, w).cwiseMax(0.0f).eval()
+  return light.remainder.radiance.empty() ? reconstruct::sh_radiance(light.remainder_sh, w).cwiseMax(0.0f).eval()
                                           : light.remainder.sample(w);
 }
 
-std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vector<ReferenceMesh>& known) {
+std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& known) {
   if (!scene.enclosure || !scene.illumination) return std::nullopt;
-  Enclosure room = *scene.enclosure;
-  for (Enclosure::Side& side : room.sides) side.offset_m += kBehind_voxels * scene.field->voxel_m;
+  reconstruct::Enclosure room = *scene.enclosure;
+  for (reconstruct::Enclosure::Side& side : room.sides) side.offset_m += kBehind_voxels * scene.field->voxel_m;
 
   const Lighting lighting(scene, room, known);
   auto model = std::make_shared<Model>();
@@ -132,8 +132,7 @@ std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vecto
           {at(low.x(), low.y()), at(high.x(), low.y()), at(high.x(), high.y()), at(low.x(), high.y())}, room, i);
       if (cell.size() < 3) continue;
       const Vector3f p = mean_of(cell);
-      const Vector3f albedo =
-          reference::kPi * lighting.seen_towards(p).cwiseQuotient(lighting.irradiance(p, n).cwiseMax(1e-6f));
+      const Vector3f albedo = kPi * lighting.seen_towards(p).cwiseQuotient(lighting.irradiance(p, n).cwiseMax(1e-6f));
       if (albedo.maxCoeff() < kMostAlbedo) add_cell(cell, n, albedo, *model);
     }
   }
@@ -145,4 +144,4 @@ std::optional<ReferenceMesh> enclosure_mesh(const Scene& scene, const std::vecto
   return ReferenceMesh{std::move(model), Eigen::Affine3f::Identity(), {}, false, false};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -5,7 +5,7 @@
 
 #include "relight/tracing/bsdf.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector2f;
@@ -137,4 +137,4 @@ float lamp_pdf(const ReferenceLamp& lamp, const Vector3f& from_m, const Vector3f
   return t && cosine > 0 ? *t * *t / (cosine * area_m2(lamp)) : 0;
 }
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

@@ -4,7 +4,7 @@
 
 #include "relight/tracing/trace_scene.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 
 /// Where a ray meets a lamp; from behind or from within a lamp is dark.
 std::optional<float> lamp_hit(const ReferenceLamp& lamp, const Eigen::Vector3f& from_m, const Eigen::Vector3f& w);
@@ -53,4 +53,4 @@ void basis(const Eigen::Vector3f& n, Eigen::Vector3f& x, Eigen::Vector3f& y);
 Eigen::Vector3f in_cone(const Eigen::Vector3f& axis, float one_minus_cos, const Eigen::Vector2f& u);
 float cone_of_sphere(float radius_m, float distance_m);
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

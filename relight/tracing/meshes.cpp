@@ -12,7 +12,7 @@
 #include "capture/camera/response.h"
 #include "relight/objects/placement.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector2f;
@@ -63,7 +63,7 @@ struct OwnScene {
 };
 
 /// sRGB texture, bilinear between texel centres; repeats.
-Rgb texel(const Image<std::uint8_t>& texture, const Vector2f& uv) {
+Rgb texel(const capture::Image<std::uint8_t>& texture, const Vector2f& uv) {
   const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(texture.width) - 0.5f;
   const float y = (uv.y() - std::floor(uv.y())) * static_cast<float>(texture.height) - 0.5f;
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
@@ -73,12 +73,15 @@ Rgb texel(const Image<std::uint8_t>& texture, const Vector2f& uv) {
     const int u = (x0 + (i & 1) + texture.width) % texture.width;
     const int v = (y0 + (i >> 1) + texture.height) % texture.height;
     const float share = (i & 1 ? fx : 1 - fx) * (i >> 1 ? fy : 1 - fy);
-    for (int c = 0; c < 3; ++c) sum[c] += share * srgb_to_linear(static_cast<float>(texture.at(u, v, c)) / 255);
+    for (int c = 0; c < 3; ++c)
+      sum[c] += share * capture::srgb_to_linear(static_cast<float>(texture.at(u, v, c)) / 255);
   }
   return sum;
 }
 
-Rgb pixel(const Image<float>& image, int u, int v) { return {image.at(u, v, 0), image.at(u, v, 1), image.at(u, v, 2)}; }
+Rgb pixel(const capture::Image<float>& image, int u, int v) {
+  return {image.at(u, v, 0), image.at(u, v, 1), image.at(u, v, 2)};
+}
 
 /// The material that the picture shows at a point: where its pixel's own ray meets the surface's plane at the depth
 /// that the pixel has.
@@ -299,4 +302,4 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
   return s;
 }
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

@@ -8,7 +8,7 @@
 
 #include "relight/tracing/bsdf.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 
 struct MeshHit {
   float t_m = 0;
@@ -72,4 +72,4 @@ class Meshes {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

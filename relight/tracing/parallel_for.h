@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 
 /// Calls `work(first, last)` for blocks of [0, count), each once.
 template <typename Work>
@@ -24,4 +24,4 @@ void for_each_block(int count, int block, Work work) {
   run();
 }
 
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

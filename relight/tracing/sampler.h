@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 
 class Sampler {
  public:
@@ -66,4 +66,4 @@ class Sampler {
   std::uint64_t draw_ = 0;
 };
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 
 #include "relight/tracing/bsdf.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 namespace {
 
 float polar_cosine(int y, int height) { return std::cos(kPi * static_cast<float>(y) / static_cast<float>(height)); }
@@ -23,7 +23,7 @@ std::size_t pick(const double* sums, std::size_t count, float u, float& within) 
 }  // namespace
 
 Sky::Sky(const ReferenceScene& scene) : scene_(scene) {
-  const Image<float>& picture = scene.environment.radiance;
+  const capture::Image<float>& picture = scene.environment.radiance;
   if (picture.empty()) return;
   width_ = picture.width;
   height_ = picture.height;
@@ -82,4 +82,4 @@ float Sky::pdf(const Eigen::Vector3f& w) const {
   return static_cast<float>(weight(x, y) / (total_ * texel_sr(y)));
 }
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

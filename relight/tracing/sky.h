@@ -4,7 +4,7 @@
 
 #include "relight/tracing/lamps.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 
 class Sky {
  public:
@@ -28,4 +28,4 @@ class Sky {
   double total_ = 0;
 };
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 bool same_material(const std::optional<Material>& a, const std::optional<Material>& b) {
   return a.has_value() == b.has_value() && (!a || (a->base_color == b->base_color && a->metallic == b->metallic &&
                                                    a->roughness == b->roughness && a->specular == b->specular));
@@ -15,4 +15,4 @@ bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<Referenc
   });
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

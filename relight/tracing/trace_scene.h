@@ -10,7 +10,7 @@
 #include "reconstruct/light/light.h"
 #include "relight/exhibit/exhibit.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 using Rgb = Eigen::Array3f;
 
@@ -29,12 +29,12 @@ bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<Referenc
 
 /// Materials of real surfaces as a camera sees them, finer than a mesh's vertices carry them.
 struct SeenMaterials {
-  CameraModel camera;
+  capture::CameraModel camera;
   Eigen::Isometry3f T_camera_tag = Eigen::Isometry3f::Identity();
-  Image<float> depth_m;  ///< 1 channel; 0: nothing there
-  Image<float> diffuse;  ///< 3 channels, albedo of the Lambert part
-  Image<float> f0;       ///< 3 channels; 0: Lambert alone
-  Image<float> alpha;    ///< 1 channel, GGX
+  capture::Image<float> depth_m;  ///< 1 channel; 0: nothing there
+  capture::Image<float> diffuse;  ///< 3 channels, albedo of the Lambert part
+  capture::Image<float> f0;       ///< 3 channels; 0: Lambert alone
+  capture::Image<float> alpha;    ///< 1 channel, GGX
 };
 
 /// Lamps absorb what falls on them and shine with even radiance: a sphere all around, a flat lamp from one side.
@@ -58,9 +58,9 @@ struct ReferenceScene {
   std::vector<ReferenceMesh> real;
   std::vector<ReferenceMesh> objects;  ///< virtual
   std::vector<ReferenceLamp> lamps;
-  EnvironmentPicture environment;  ///< light from far away; empty: `background` from everywhere
+  reconstruct::EnvironmentPicture environment;  ///< light from far away; empty: `background` from everywhere
   Rgb background = Rgb::Zero();
   std::shared_ptr<const SeenMaterials> seen;  ///< null: meshes say it all
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

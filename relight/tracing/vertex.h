@@ -5,7 +5,7 @@
 
 #include "relight/tracing/world.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 
 /// Where a ray along w starts, a little off the surface.
 inline Eigen::Vector3f leave(const SurfaceHit& surface, const Eigen::Vector3f& w) {
@@ -66,7 +66,7 @@ class PathVertex {
     return sum;
   }
 
-  Eigen::Vector3f leave(const Eigen::Vector3f& w) const { return reference::leave(surface_, w); }
+  Eigen::Vector3f leave(const Eigen::Vector3f& w) const { return leave(surface_, w); }
   Eigen::Vector3f leave() const { return leave(surface_.face); }
 
  private:
@@ -81,4 +81,4 @@ class PathVertex {
   std::vector<Cone> cones_;
 };
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

@@ -5,7 +5,7 @@
 
 #include "relight/objects/placement.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -45,7 +45,7 @@ void add_shadow(const ReferenceLamp& lamp, const Eigen::Vector4f& sphere, const 
 }  // namespace
 
 std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps, const Meshes& real,
-                                    const Meshes& objects) {
+                                         const Meshes& objects) {
   std::vector<ChangeRegion> places;
   for (const Eigen::Vector4f& sphere : objects.spheres()) {
     places.push_back({sphere.head<3>(), sphere.w(), 1 / static_cast<float>(objects.spheres().size())});
@@ -67,4 +67,4 @@ TraceWorld::World(std::shared_ptr<const ReferenceScene> the_scene)
       sky(*scene),
       places(change_regions(scene->lamps, real, objects)) {}
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

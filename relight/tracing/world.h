@@ -6,7 +6,7 @@
 #include "relight/tracing/meshes.h"
 #include "relight/tracing/sky.h"
 
-namespace lumigraft::reference {
+namespace lumigraft::relight {
 
 /// A sphere around something that changes light.
 struct ChangeRegion {
@@ -16,7 +16,8 @@ struct ChangeRegion {
 };
 
 /// Around the objects, and for each lamp around where their shadows lie on the real room.
-std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps, const Meshes& real, const Meshes& objects);
+std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps, const Meshes& real,
+                                         const Meshes& objects);
 
 struct TraceWorld {
   explicit TraceWorld(std::shared_ptr<const ReferenceScene> the_scene);
@@ -28,4 +29,4 @@ struct TraceWorld {
   std::vector<ChangeRegion> places;
 };
 
-}  // namespace lumigraft::reference
+}  // namespace lumigraft::relight

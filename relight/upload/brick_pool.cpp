@@ -8,10 +8,10 @@
 
 #include "relight/upload/coarse_distance_grid.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
-constexpr std::size_t kVoxels = kBrickVoxels;
+constexpr std::size_t kVoxels = reconstruct::kBrickVoxels;
 
 std::uint32_t half2(float a, float b) {
   return static_cast<std::uint32_t>(Eigen::half(a).x) | static_cast<std::uint32_t>(Eigen::half(b).x) << 16;
@@ -23,21 +23,22 @@ std::uint16_t half_below(float x) {
   return static_cast<float>(h) > x ? static_cast<std::uint16_t>(h.x - 1) : h.x;
 }
 
-constexpr int kHalf = kBrickEdge / 2;  // voxels along a cell of the lattice of distances
+constexpr int kHalf = reconstruct::kBrickEdge / 2;  // voxels along a cell of the lattice of distances
 constexpr float kMostClearance_m = 10;
 constexpr double kMostBricks = 2e6;  // of the dense index: 40 MB with its clearances
 
 struct Slot {
   int number = 0;
-  std::shared_ptr<const FieldBrick> field;
-  std::shared_ptr<const AlbedoBrick> albedo;
+  std::shared_ptr<const reconstruct::FieldBrick> field;
+  std::shared_ptr<const reconstruct::AlbedoBrick> albedo;
   std::vector<LatticePoint>
       surface;  ///< where it passes through each eighth of the brick; cells count from the brick's
   bool used = false;
 };
 
 /// The middle of the surface in each eighth of a brick: voxels count by a hat of one voxel to either side.
-std::vector<LatticePoint> surface_points(const BrickKey& key, const FieldBrick& brick, float voxel_m) {
+std::vector<LatticePoint> surface_points(const reconstruct::BrickKey& key, const reconstruct::FieldBrick& brick,
+                                         float voxel_m) {
   std::vector<LatticePoint> points;
   for (int eighth = 0; eighth < 8; ++eighth) {
     const Eigen::Vector3i cell(eighth & 1, eighth >> 1 & 1, eighth >> 2);
@@ -45,14 +46,15 @@ std::vector<LatticePoint> surface_points(const BrickKey& key, const FieldBrick& 
     float weights = 0;
     for (int i = 0; i < kHalf * kHalf * kHalf; ++i) {
       const Eigen::Vector3i at = kHalf * cell + Eigen::Vector3i(i % kHalf, i / kHalf % kHalf, i / (kHalf * kHalf));
-      const auto k = static_cast<std::size_t>(at.x() + kBrickEdge * (at.y() + kBrickEdge * at.z()));
+      const auto k =
+          static_cast<std::size_t>(at.x() + reconstruct::kBrickEdge * (at.y() + reconstruct::kBrickEdge * at.z()));
       const float weight = brick.weight[k] > 0 ? 1 - std::abs(brick.distance_m[k]) / voxel_m : 0.0f;
       if (weight <= 0) continue;
       sum += weight * at.cast<float>();
       weights += weight;
     }
     if (weights == 0) continue;
-    const Eigen::Vector3f corner = kBrickEdge * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>();
+    const Eigen::Vector3f corner = reconstruct::kBrickEdge * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>();
     points.push_back({cell, voxel_m * (corner + sum / weights)});
   }
   return points;
@@ -66,7 +68,7 @@ std::pair<Eigen::Vector3i, Eigen::Vector3i> bricks_of(const Eigen::AlignedBox3f&
 
 /// Where objects are large or far apart, they ask for more than a dense index can hold: then what is known of the field
 /// within, and of that the middle.
-Eigen::AlignedBox3f held_of(Eigen::AlignedBox3f region, const DistanceField& field, float brick_m) {
+Eigen::AlignedBox3f held_of(Eigen::AlignedBox3f region, const reconstruct::DistanceField& field, float brick_m) {
   const auto fits = [&] { return bricks_of(region, brick_m).second.cast<double>().prod() <= kMostBricks; };
   if (fits()) return region;
   Eigen::AlignedBox3f known;
@@ -94,10 +96,10 @@ struct Range {  // of slots that were packed again
 
 struct BrickPool::State {
   gpu::Device& device;
-  std::shared_ptr<const DistanceField> field;
-  std::shared_ptr<const AlbedoField> albedo;
-  Eigen::AlignedBox3f asked, region;  ///< region: what of it fits a dense index
-  std::map<BrickKey, Slot> slots;     // ordered: what is uploaded doesn't depend on hashing
+  std::shared_ptr<const reconstruct::DistanceField> field;
+  std::shared_ptr<const reconstruct::AlbedoField> albedo;
+  Eigen::AlignedBox3f asked, region;            ///< region: what of it fits a dense index
+  std::map<reconstruct::BrickKey, Slot> slots;  // ordered: what is uploaded doesn't depend on hashing
   std::vector<int> free_slots;
   std::vector<std::uint32_t> distance, radiance, albedo_words;  // as in bricks.glsl
   Eigen::Vector3i low = Eigen::Vector3i::Zero(), size = Eigen::Vector3i::Ones();
@@ -110,7 +112,7 @@ struct BrickPool::State {
   void pack(const Slot& slot) {
     const std::size_t first = static_cast<std::size_t>(slot.number) * kVoxels;
     for (std::size_t i = 0; i < kVoxels; ++i) {
-      const FieldBrick& b = *slot.field;
+      const reconstruct::FieldBrick& b = *slot.field;
       const bool known = b.weight[i] > 0;
       distance[first + i] = half2(b.distance_m[i], known ? 1.0f : 0.0f);
       const bool seen = b.radiance_weight[i] > 0;
@@ -127,13 +129,13 @@ struct BrickPool::State {
   /// Slots for the bricks of the region; says which were packed.
   Range fill_slots() {
     for (auto& [key, slot] : slots) slot.used = false;
-    const float brick_m = voxel_m * kBrickEdge;
+    const float brick_m = voxel_m * reconstruct::kBrickEdge;
     std::vector<Slot*> packed;
     for (const auto& [key, brick] : field->bricks) {
       const Eigen::Vector3f corner =
           Eigen::Vector3f(static_cast<float>(key[0]), static_cast<float>(key[1]), static_cast<float>(key[2])) * brick_m;
       if (!region.intersects(Eigen::AlignedBox3f(corner, corner + Eigen::Vector3f::Constant(brick_m)))) continue;
-      std::shared_ptr<const AlbedoBrick> colors;
+      std::shared_ptr<const reconstruct::AlbedoBrick> colors;
       if (albedo && std::abs(albedo->voxel_m - field->voxel_m) < 1e-6f) {
         if (const auto found = albedo->bricks.find(key); found != albedo->bricks.end()) colors = found->second;
       }
@@ -181,7 +183,8 @@ struct BrickPool::State {
       for (const LatticePoint& p : slot.surface) points.push_back({first + p.cell, p.position_m});
     }
     // A voxel's place is its middle: the lowest cell begins half a voxel before it.
-    const Eigen::Vector3f corner_m = voxel_m * (kBrickEdge * low.cast<float>() - Eigen::Vector3f::Constant(0.5f));
+    const Eigen::Vector3f corner_m =
+        voxel_m * (reconstruct::kBrickEdge * low.cast<float>() - Eigen::Vector3f::Constant(0.5f));
     const std::vector<float> metres = lattice_distances(points, 2 * size, corner_m, kHalf * voxel_m, kMostClearance_m);
     std::vector<std::uint32_t> words((metres.size() + 1) / 2);
     for (std::size_t i = 0; i < metres.size(); ++i) {
@@ -190,7 +193,7 @@ struct BrickPool::State {
     return words;
   }
 
-  std::size_t cell(const BrickKey& key) const {
+  std::size_t cell(const reconstruct::BrickKey& key) const {
     return static_cast<std::size_t>((key[0] - low.x()) +
                                     size.x() * ((key[1] - low.y()) + size.y() * (key[2] - low.z())));
   }
@@ -230,8 +233,9 @@ BrickPool::BrickPool(gpu::Device& device) : state_(std::make_unique<State>(devic
 }
 BrickPool::~BrickPool() = default;
 
-bool BrickPool::update(const std::shared_ptr<const DistanceField>& field,
-                       const std::shared_ptr<const AlbedoField>& albedo, const Eigen::AlignedBox3f& region) {
+bool BrickPool::update(const std::shared_ptr<const reconstruct::DistanceField>& field,
+                       const std::shared_ptr<const reconstruct::AlbedoField>& albedo,
+                       const Eigen::AlignedBox3f& region) {
   State& s = *state_;
   if (s.field == field && s.albedo == albedo && s.asked.isApprox(region, 1e-6f)) return false;
   if (s.voxel_m != field->voxel_m) {  // another grid: nothing can be kept
@@ -244,12 +248,12 @@ bool BrickPool::update(const std::shared_ptr<const DistanceField>& field,
   s.field = field;
   s.albedo = albedo;
   s.asked = region;
-  s.region = held_of(region, *field, field->voxel_m * kBrickEdge);
+  s.region = held_of(region, *field, field->voxel_m * reconstruct::kBrickEdge);
   s.voxel_m = field->voxel_m;
   s.truncation_m = field->truncation_m;
   const Range range = s.fill_slots();
   s.any = !s.slots.empty();
-  const float brick_m = s.voxel_m * kBrickEdge;
+  const float brick_m = s.voxel_m * reconstruct::kBrickEdge;
   std::tie(s.low, s.size) = bricks_of(s.region, brick_m);
   s.send_index();
   s.send_bricks(range);
@@ -275,4 +279,4 @@ std::vector<gpu::Binding> BrickPool::bindings() const {
   return all;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

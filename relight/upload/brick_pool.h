@@ -9,7 +9,7 @@
 #include "relight/gpu/device.h"
 #include "relight/shaders/common/interop.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class BrickPool {
  public:
@@ -17,8 +17,8 @@ class BrickPool {
   ~BrickPool();
 
   /// Takes the bricks of the field inside `region` (tag frame, metres). Returns true where anything changed.
-  bool update(const std::shared_ptr<const DistanceField>& field, const std::shared_ptr<const AlbedoField>& albedo,
-              const Eigen::AlignedBox3f& region);
+  bool update(const std::shared_ptr<const reconstruct::DistanceField>& field,
+              const std::shared_ptr<const reconstruct::AlbedoField>& albedo, const Eigen::AlignedBox3f& region);
 
   void describe(shader::FrameParams& params) const;     ///< bricks_low, bricks_size, field.xy
   std::vector<gpu::Binding> bindings() const;           ///< as bricks.glsl declares them
@@ -29,4 +29,4 @@ class BrickPool {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

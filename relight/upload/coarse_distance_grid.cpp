@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kNone = -1;
@@ -84,4 +84,4 @@ std::vector<float> lattice_distances(const std::vector<LatticePoint>& points, co
   return distance;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct LatticePoint {
   Eigen::Vector3i cell;  ///< holds the point
@@ -16,4 +16,4 @@ struct LatticePoint {
 std::vector<float> lattice_distances(const std::vector<LatticePoint>& points, const Eigen::Vector3i& size,
                                      const Eigen::Vector3f& low_m, float cell_m, float most_m);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

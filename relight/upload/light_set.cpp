@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numbers>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kLeastSlant = 0.1f;
+constexpr float reconstruct::kLeastSlant = 0.1f;
 
-shader::Lamp make_lamp(const PointLight& light, const Eigen::Vector3f& probe_m) {
+shader::Lamp make_lamp(const reconstruct::PointLight& light, const Eigen::Vector3f& probe_m) {
   shader::Lamp lamp;  // Eigen leaves what it makes unset
   lamp.facing.setZero();
   if (light.distance_known) {
@@ -20,7 +20,7 @@ shader::Lamp make_lamp(const PointLight& light, const Eigen::Vector3f& probe_m) 
       // A panel that the probe sees at a slant sends more straight ahead than was seen of it: kLeastSlant bounds how
       // much.
       const float slant = light.normal.dot(-light.direction);
-      lamp.facing << light.normal, 1 / std::max(slant, kLeastSlant);
+      lamp.facing << light.normal, 1 / std::max(slant, reconstruct::kLeastSlant);
     }
   } else {
     const float d = kUnknownLampDistance_m;
@@ -31,7 +31,7 @@ shader::Lamp make_lamp(const PointLight& light, const Eigen::Vector3f& probe_m) 
 }
 
 /// A lamp as a disc of the environment, with its irradiance kept.
-void add_disc(Image<float>& map, const PointLight& light) {
+void add_disc(capture::Image<float>& map, const reconstruct::PointLight& light) {
   const float texel_sr = 4 * kPi / static_cast<float>(map.width * map.height);
   const float radius = std::max(light.angular_radius_rad, std::sqrt(texel_sr / kPi) * 1.5f);
   float covered_sr = 0;
@@ -47,8 +47,8 @@ void add_disc(Image<float>& map, const PointLight& light) {
   }
 }
 
-Image<float> half(const Image<float>& fine) {
-  Image<float> coarse(fine.width / 2, fine.height / 2, 4);
+capture::Image<float> half(const capture::Image<float>& fine) {
+  capture::Image<float> coarse(fine.width / 2, fine.height / 2, 4);
   for (int y = 0; y < coarse.height; ++y) {
     for (int x = 0; x < coarse.width; ++x) {
       for (int c = 0; c < 4; ++c) {
@@ -70,20 +70,21 @@ Eigen::Vector3f octahedral_direction(const Eigen::Vector2f& uv) {
   return {std::copysign(std::cos(phi) * s, u), std::copysign(std::sin(phi) * s, v), z};
 }
 
-LightSet make_light_set(const Illumination& illumination, int max_lights) {
+LightSet make_light_set(const reconstruct::Illumination& illumination, int max_lights) {
   LightSet set;
   const std::size_t drawn = std::min({illumination.lights.size(), static_cast<std::size_t>(std::max(max_lights, 0)),
                                       static_cast<std::size_t>(shader::kMaxLamps)});
   // What shading told of lamps may have turned their order around since they were found.
-  std::vector<PointLight> lamps = illumination.lights;
-  std::stable_sort(lamps.begin(), lamps.end(),
-                   [](const PointLight& a, const PointLight& b) { return a.irradiance.sum() > b.irradiance.sum(); });
+  std::vector<reconstruct::PointLight> lamps = illumination.lights;
+  std::stable_sort(lamps.begin(), lamps.end(), [](const reconstruct::PointLight& a, const reconstruct::PointLight& b) {
+    return a.irradiance.sum() > b.irradiance.sum();
+  });
   for (std::size_t i = 0; i < drawn; ++i) {
     set.lamps.push_back(make_lamp(lamps[i], illumination.probe_position_m));
   }
 
   // Four samples a texel, each of the picture's own bilinear value.
-  Image<float> map(kEnvironmentEdge, kEnvironmentEdge, 4, 1.0f);
+  capture::Image<float> map(kEnvironmentEdge, kEnvironmentEdge, 4, 1.0f);
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -91,8 +92,9 @@ LightSet make_light_set(const Illumination& illumination, int max_lights) {
         const Eigen::Vector2f uv((x + 0.25f + 0.5f * static_cast<float>(i & 1)) / map.width,
                                  (y + 0.25f + 0.5f * static_cast<float>(i >> 1)) / map.height);
         const Eigen::Vector3f w = octahedral_direction(uv);
-        sum += illumination.remainder.radiance.empty() ? sh_radiance(illumination.remainder_sh, w).cwiseMax(0.0f)
-                                                       : illumination.remainder.sample(w);
+        sum += illumination.remainder.radiance.empty()
+                   ? reconstruct::sh_radiance(illumination.remainder_sh, w).cwiseMax(0.0f)
+                   : illumination.remainder.sample(w);
       }
       for (int c = 0; c < 3; ++c) map.at(x, y, c) = 0.25f * sum[c];
     }
@@ -104,4 +106,4 @@ LightSet make_light_set(const Illumination& illumination, int max_lights) {
   return set;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

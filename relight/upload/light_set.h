@@ -6,7 +6,7 @@
 #include "reconstruct/light/light.h"
 #include "relight/shaders/common/interop.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Where a lamp without a known distance is put: so far that parallax across a room is below a degree.
 constexpr float kUnknownLampDistance_m = 100.0f;
@@ -15,7 +15,7 @@ struct LightSet {
   std::vector<shader::Lamp> lamps;  ///< at most shader::kMaxLamps, strongest first
   /// The remainder and the lamps that are not drawn as lamps, as an equal-area octahedral map (Clarberg 2008): the mean
   /// of its texels is the mean over the sphere, at every level. RGBA, level 0 first, each level half the edge.
-  std::vector<Image<float>> environment;
+  std::vector<capture::Image<float>> environment;
 };
 
 constexpr int kEnvironmentEdge = 128;
@@ -24,6 +24,6 @@ constexpr int kEnvironmentMips = 6;
 /// Unit square [0, 1]² to the sphere; the inverse of octahedral() in volume.glsl.
 Eigen::Vector3f octahedral_direction(const Eigen::Vector2f& uv);
 
-LightSet make_light_set(const Illumination& illumination, int max_lights);
+LightSet make_light_set(const reconstruct::Illumination& illumination, int max_lights);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -22,7 +22,7 @@ Mirrors::Mirrors(gpu::Device& device)
                                        .height = shader::kOutline * shader::kMaxMirrors,
                                        .format = gpu::Format::r8_unorm})) {}
 
-void Mirrors::add(gpu::Device& device, const Model& model, const RealSurface& surface, int number) {
+void Mirrors::add(gpu::Device& device, const Model& model, const capture::RealSurface& surface, int number) {
   const float metallic = surface.metallic;
   for (FlatPiece& flat : flat_pieces(model)) {
     Piece piece;
@@ -107,4 +107,4 @@ void Mirrors::describe(shader::FrameParams& params) const {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "capture/session/session.h"
-#include "relight/objects/flat_pieces.h"
 #include "relight/gpu/device.h"
+#include "relight/objects/flat_pieces.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Mirrors {
  public:
@@ -17,7 +17,7 @@ class Mirrors {
 
   /// The flat pieces of one more surface; the largest kMaxMirrors of all are kept. `number` as in
   /// FrameParams::surfaces.
-  void add(gpu::Device& device, const Model& model, const RealSurface& surface, int number);
+  void add(gpu::Device& device, const Model& model, const capture::RealSurface& surface, int number);
 
   /// Fills params.mirrors, mirror_counts and images for the lamps and the sphere around the objects that are there.
   void describe(shader::FrameParams& params) const;
@@ -36,4 +36,4 @@ class Mirrors {
   std::unique_ptr<gpu::Texture> outlines_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -4,12 +4,12 @@
 #include <array>
 #include <set>
 
+#include "relight/objects/distance_field.h"
+#include "relight/objects/far_distance.h"
 #include "relight/objects/mesh_refine.h"
 #include "relight/objects/mesh_simplify.h"
-#include "relight/objects/far_distance.h"
-#include "relight/objects/distance_field.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kFieldVoxels = 128;       // along a model's longest edge
@@ -70,7 +70,7 @@ std::shared_ptr<const Model> evenly_divided(const Model& model) {
                       std::max(static_cast<float>(edge_m), box.diagonal().norm() / 200));  // needles have no area
 }
 
-std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const Image<std::uint8_t>& picture) {
+std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture::Image<std::uint8_t>& picture) {
   auto texture = device.create_texture(
       {.name = "base colour", .width = picture.width, .height = picture.height, .format = gpu::Format::rgba8_unorm});
   std::vector<std::uint8_t> texels;
@@ -147,7 +147,7 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
   }
   entry->simple.closed = is_closed(*simple);
   entry->rough = upload_mesh(*simplify_model(*model, kRoughTriangles));
-  std::map<const Image<std::uint8_t>*, const gpu::Texture*> textures;
+  std::map<const capture::Image<std::uint8_t>*, const gpu::Texture*> textures;
   for (std::size_t i = 0; i < model->parts.size(); ++i) {
     const auto& picture = model->parts[i].base_color_texture;
     if (!picture || picture->empty()) continue;
@@ -211,4 +211,4 @@ std::vector<PlacedObject> ObjectStore::place(const Exhibit& exhibit, double time
   return placed;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

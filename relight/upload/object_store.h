@@ -9,7 +9,7 @@
 #include "relight/gpu/device.h"
 #include "relight/objects/placement.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct StoredModel {
   struct Mesh {
@@ -68,4 +68,4 @@ class ObjectStore {
 constexpr int kVertexFloats = 11;
 std::vector<gpu::VertexAttribute> vertex_attributes();
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

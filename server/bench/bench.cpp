@@ -9,17 +9,17 @@
 
 #include "capture/error.h"
 #include "relight/objects/mesh_simplify.h"
+#include "server/bench/bench_session.h"
 #include "server/bench/error_budget.h"
 #include "server/bench/error_time_chart.h"
-#include "server/bench/results_json.h"
 #include "server/bench/resize.h"
-#include "server/bench/bench_session.h"
+#include "server/bench/results_json.h"
 #include "server/bench/settings.h"
 #include "server/bench/tables.h"
 #include "server/bench/work.h"
 #include "server/pipeline/make_renderer.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 namespace fs = std::filesystem;
@@ -51,16 +51,16 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 void check_words(const char* option, const std::vector<std::string>& found, const std::vector<std::string>& allowed) {
   for (const std::string& word : found) {
     if (!contains(allowed, word)) {
-      throw InputError(std::string(option) + ": found \"" + word + "\", allowed: " + joined(allowed));
+      throw capture::InputError(std::string(option) + ": found \"" + word + "\", allowed: " + joined(allowed));
     }
   }
 }
 
 std::vector<Method> choose_methods(const BenchCommand& command) {
-  check_words("--methods", command.methods, plan_methods());
+  check_words("--methods", command.methods, relight::plan_methods());
   std::vector<Method> chosen;
   std::vector<std::string> names;
-  for (const std::string& name : plan_methods()) {
+  for (const std::string& name : relight::plan_methods()) {
     if (!command.methods.empty() && !contains(command.methods, name)) {
       continue;
     }
@@ -101,7 +101,7 @@ void make_folder(const fs::path& out) {
   std::error_code error;
   fs::create_directories(out, error);
   if (error || !fs::is_directory(out)) {
-    throw InputError("--out: " + out.string() + " cannot be made, allowed: a folder, there or not");
+    throw capture::InputError("--out: " + out.string() + " cannot be made, allowed: a folder, there or not");
   }
 }
 
@@ -109,23 +109,23 @@ void say(const BenchRow& row, std::size_t done, std::size_t all) {
   char text[256];
   std::snprintf(text, sizeof text, "relight_error %.3f, %.0f ms CPU, %.0f ms wall", row.run.measures.relight_error,
                 row.run.moving.host.cpu_ms, row.run.moving.host.wall_ms);
-  std::cerr << "lumigraft: " << done << '/' << all << ' ' << row.session << ", " << row.method << ' ' << row.setting
-            << ": " << text << '\n';
+  std::cerr << "lumigraft: " << done << '/' << reconstruct::all << ' ' << row.session << ", " << row.method << ' '
+            << row.setting << ": " << text << '\n';
   for (const std::string& warning : row.run.warnings) {
     std::cerr << "lumigraft: " << row.session << ", " << row.method << ' ' << row.setting << ": " << warning << '\n';
   }
 }
 
-Exhibit simplified(Exhibit exhibit, int most_triangles) {
-  for (VirtualObject& object : exhibit.objects) {
-    if (most_triangles > 0) object.model = simplify_model(*object.model, most_triangles);
+relight::Exhibit simplified(relight::Exhibit exhibit, int most_triangles) {
+  for (relight::VirtualObject& object : exhibit.objects) {
+    if (most_triangles > 0) object.model = relight::simplify_model(*object.model, most_triangles);
   }
   return exhibit;
 }
 
 /// Every session with every setting; what is done is in `results` and on the disk after each. False when interrupted.
 bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>& sessions,
-                      const std::vector<Method>& methods, const std::shared_ptr<gpu::Device>& device,
+                      const std::vector<Method>& methods, const std::shared_ptr<relight::gpu::Device>& device,
                       const std::atomic<bool>& interrupted, BenchResults& results) {
   CsvFile table(command.out / "results.csv", result_columns()), stages(command.out / "stages.csv", stage_columns());
   std::size_t all = 0;
@@ -134,9 +134,9 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
   }
   for (const auto& [name, input] : sessions) {
     BenchScene scene = learn_bench_scene(input.session, command.oracle, command.oracle);
-    Session session = input.session;
+    capture::Session session = input.session;
     resize_picture(command.enlarge, session.color.model, scene.frame);
-    const Exhibit exhibit = simplified(input.exhibit, command.triangles);
+    const relight::Exhibit exhibit = simplified(input.exhibit, command.triangles);
     for (const std::string& warning : scene.warnings) {
       std::cerr << "lumigraft: " << name << ": " << warning << '\n';
     }
@@ -145,7 +145,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
       stages.add(stage_cells(name, stage, cost));
     }
     for (const Method& method : methods) {
-      std::unique_ptr<Renderer> renderer;  // shared by all settings of a method
+      std::unique_ptr<relight::Renderer> renderer;  // shared by all settings of a method
       for (const BenchSetting& setting : method.settings) {
         if (interrupted) {
           return false;
@@ -166,8 +166,9 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
 }
 
 /// The first session, with what serve draws: there every millisecond counts.
-bool measure_work(const BenchCommand& command, const NamedInput& session, const std::shared_ptr<gpu::Device>& device,
-                  const std::atomic<bool>& interrupted, BenchResults& results) {
+bool measure_work(const BenchCommand& command, const NamedInput& session,
+                  const std::shared_ptr<relight::gpu::Device>& device, const std::atomic<bool>& interrupted,
+                  BenchResults& results) {
   CsvFile table(command.out / "cost_work.csv", work_columns());
   const BenchScene scene = learn_bench_scene(session.input.session, command.oracle, command.oracle);
   results.work_session = session.name;
@@ -182,7 +183,8 @@ bool measure_work(const BenchCommand& command, const NamedInput& session, const 
     if (work.base && same != results.work.end()) {
       cost = same->cost;
     } else {
-      const std::unique_ptr<Renderer> renderer = make_renderer(work.session, work.plan, command.oracle, device);
+      const std::unique_ptr<relight::Renderer> renderer =
+          make_renderer(work.session, work.plan, command.oracle, device);
       cost = cost_of_turning(*renderer, work.frame, work.scene, work.exhibit, work.plan, results.machine.hardware);
     }
     results.work.push_back({work.work, work.amount, work.base, cost});
@@ -194,7 +196,7 @@ bool measure_work(const BenchCommand& command, const NamedInput& session, const 
 }
 
 bool measure_budgets(const BenchCommand& command, const std::vector<NamedInput>& sessions,
-                     const std::shared_ptr<gpu::Device>& device, const std::atomic<bool>& interrupted,
+                     const std::shared_ptr<relight::gpu::Device>& device, const std::atomic<bool>& interrupted,
                      BenchResults& results) {
   CsvFile table(command.out / "error_budget.csv", budget_columns());
   results.budget_setting = "the plan of replay";
@@ -230,7 +232,8 @@ bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted
   const std::vector<Method> methods = choose_methods(command);
   const std::vector<NamedInput> sessions = open_sessions(command);
   make_folder(command.out);
-  const std::shared_ptr<gpu::Device> device = gpu::create_device(command.backend, gpu::DeviceOptions{});
+  const std::shared_ptr<relight::gpu::Device> device =
+      relight::gpu::create_device(command.backend, relight::gpu::DeviceOptions{});
   BenchResults results;
   results.machine = describe_machine(*device);
   results.oracle = name_of(command.oracle);
@@ -244,4 +247,4 @@ bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted
   return done;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

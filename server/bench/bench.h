@@ -11,7 +11,7 @@
 #include "relight/gpu/device.h"
 #include "server/truth/oracle.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct BenchCommand {
   std::vector<std::filesystem::path> sessions;
@@ -20,13 +20,13 @@ struct BenchCommand {
   std::vector<std::string> methods;   ///< empty: all
   std::vector<std::string> settings;  ///< empty: all
   std::vector<std::string> charts;    ///< error-time, cost-work, error-budget; empty: all
-  int enlarge = 1;    ///< pixels along each edge for one of the camera's, for the error against time
-  int triangles = 0;  ///< to which larger objects are simplified for it; 0: none is
-  gpu::Backend backend = gpu::Backend::best;
+  int enlarge = 1;                    ///< pixels along each edge for one of the camera's, for the error against time
+  int triangles = 0;                  ///< to which larger objects are simplified for it; 0: none is
+  relight::gpu::Backend backend = relight::gpu::Backend::best;
 };
 
 /// Throws InputError for bad input, before anything is measured. `interrupted` is looked at between measurements. True
 /// when done, false when interrupted.
 bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

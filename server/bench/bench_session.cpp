@@ -9,12 +9,12 @@
 #include "server/pipeline/scene_board.h"
 #include "server/truth/truth.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<Oracle> make_oracle(const Session& session, const OracleParts& parts) {
+std::unique_ptr<Oracle> make_oracle(const capture::Session& session, const OracleParts& parts) {
   return parts.any() ? std::make_unique<Oracle>(session, parts) : nullptr;
 }
 
@@ -58,24 +58,24 @@ std::map<std::string, StageCost> medians(const std::map<std::string, std::vector
 ServiceInput open_bench_session(const fs::path& folder, const OracleParts& oracle) {
   ServiceInput input = read_service({.config = {}, .session = folder, .exhibit = {}, .overrides = {}}, replay_plan());
   if (!fs::exists(truth_folder(input.session.folder, 0) / "augmented.exr")) {
-    throw InputError(folder.string() + ": found no truth/000000/augmented.exr, allowed: a session with truth");
+    throw capture::InputError(folder.string() + ": found no truth/000000/augmented.exr, allowed: a session with truth");
   }
   if (input.exhibit.objects.empty()) {
-    throw InputError(folder.string() + ": found no object, allowed: a session with an exhibit.toml");
+    throw capture::InputError(folder.string() + ": found no object, allowed: a session with an exhibit.toml");
   }
-  open_frames(input.session);
+  capture::open_frames(input.session);
   make_oracle(input.session, oracle);
   return input;
 }
 
-BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, const OracleParts& needed) {
-  const std::unique_ptr<FrameReader> frames = open_frames(session);
+BenchScene learn_bench_scene(const capture::Session& session, const OracleParts& oracle, const OracleParts& needed) {
+  const std::unique_ptr<capture::FrameReader> frames = capture::open_frames(session);
   SceneBuilder learner(session, make_oracle(session, oracle));
   BenchScene result;
   fs::path truth;
   std::map<std::string, std::vector<StageCost>> runs;
   const std::uint64_t last = last_with_truth(session.folder, needed);
-  while (const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10))) {
+  while (const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10))) {
     if (frame->index > last) {
       break;
     }
@@ -91,7 +91,7 @@ BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, 
     }
   }
   if (truth.empty()) {
-    throw InputError(session.folder.string() + ": no colour picture that has truth can be read");
+    throw capture::InputError(session.folder.string() + ": no colour picture that has truth can be read");
   }
   result.camera = camera_picture(*result.frame.color);
   result.truth = read_true_pictures(truth, session.color.exposure);
@@ -99,4 +99,4 @@ BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, 
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

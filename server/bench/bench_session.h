@@ -9,7 +9,7 @@
 #include "server/pipeline/scene_learner.h"
 #include "server/pipeline/service_config.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// The session's first frames, as far as the bench looks: enough for the room to be known.
 constexpr int kBenchFrames = 24;
@@ -18,9 +18,9 @@ constexpr int kBenchFrames = 24;
 ServiceInput open_bench_session(const std::filesystem::path& folder, const OracleParts& oracle);
 
 struct BenchScene {
-  FrameSet frame;  ///< the last one that has the truth asked for
-  Scene scene;     ///< as known then
-  Image<std::uint8_t> camera;
+  capture::FrameSet frame;   ///< the last one that has the truth asked for
+  reconstruct::Scene scene;  ///< as known then
+  capture::Image<std::uint8_t> camera;
   TruePictures truth;
   std::map<std::string, StageCost> stages;  ///< median over the frames, of those on which a stage ran
   std::vector<std::string> warnings;
@@ -28,6 +28,6 @@ struct BenchScene {
 
 /// Scores a frame whose truth has all that `needed` names: a superset of `oracle`. Throws InputError where no such
 /// frame can be read.
-BenchScene learn_bench_scene(const Session& session, const OracleParts& oracle, const OracleParts& needed);
+BenchScene learn_bench_scene(const capture::Session& session, const OracleParts& oracle, const OracleParts& needed);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

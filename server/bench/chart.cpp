@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-namespace lumigraft::chart {
+namespace lumigraft::server::chart {
 namespace {
 
 constexpr double kPngScale = 1.5;
@@ -191,4 +191,4 @@ void write(const Drawing& drawing, const std::filesystem::path& stem) {
   drawing.write_png(stem.string() + ".png", kPngScale);
 }
 
-}  // namespace lumigraft::chart
+}  // namespace lumigraft::server::chart

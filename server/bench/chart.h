@@ -7,7 +7,7 @@
 
 #include "server/bench/drawing.h"
 
-namespace lumigraft::chart {
+namespace lumigraft::server::chart {
 
 constexpr Colour kInk{0.13, 0.13, 0.13, 1}, kQuiet{0.42, 0.42, 0.42, 1}, kGrid{0.91, 0.91, 0.91, 1};
 
@@ -61,4 +61,4 @@ std::vector<std::optional<Box>> place_labels(Drawing& drawing, const std::vector
 /// SVG and PNG beside each other: STEM.svg, STEM.png. PNG has half as many pixels again along each side.
 void write(const Drawing& drawing, const std::filesystem::path& stem);
 
-}  // namespace lumigraft::chart
+}  // namespace lumigraft::server::chart

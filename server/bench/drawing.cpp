@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr double kTau = 2 * std::numbers::pi;
@@ -160,4 +160,4 @@ void Drawing::write_png(const std::filesystem::path& path, double pixels_per_uni
   check(cairo_surface_write_to_png(surface.get(), path.c_str()), path);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

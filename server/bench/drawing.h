@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct Point {
   double x = 0, y = 0;  ///< y down
@@ -58,4 +58,4 @@ class Drawing {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

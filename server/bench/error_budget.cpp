@@ -8,7 +8,7 @@
 #include "server/bench/chart.h"
 #include "server/pipeline/make_renderer.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using namespace chart;
@@ -36,11 +36,12 @@ std::vector<BudgetCase> budget_cases() {
   return cases;
 }
 
-BudgetRow measure_budget(const std::shared_ptr<gpu::Device>& device, const std::string& name, const Session& session,
-                         const Exhibit& exhibit, const Plan& plan, const BudgetCase& budget) {
+BudgetRow measure_budget(const std::shared_ptr<relight::gpu::Device>& device, const std::string& name,
+                         const capture::Session& session, const relight::Exhibit& exhibit, const relight::Plan& plan,
+                         const BudgetCase& budget) {
   const BenchScene scene = learn_bench_scene(session, budget.oracle, kAllTrue);
-  const std::unique_ptr<Renderer> renderer = make_renderer(session, plan, budget.oracle, device);
-  const RelitPicture picture = renderer->relight(scene.frame, scene.scene, exhibit, plan);
+  const std::unique_ptr<relight::Renderer> renderer = make_renderer(session, plan, budget.oracle, device);
+  const relight::RelitPicture picture = renderer->relight(scene.frame, scene.scene, exhibit, plan);
   const Measures measures = measure_picture(picture.srgb, scene.camera, scene.truth);
   return {name, budget.estimated, measures.relight_error, measures.object_error};
 }
@@ -104,4 +105,4 @@ void draw_error_budget(const BenchResults& results, const std::filesystem::path&
   write(drawing, stem);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

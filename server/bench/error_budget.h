@@ -5,7 +5,7 @@
 
 #include "server/bench/results.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// What of the room is estimated while the rest is true.
 struct BudgetCase {
@@ -17,10 +17,11 @@ struct BudgetCase {
 std::vector<BudgetCase> budget_cases();
 
 /// One picture with the room as `budget` says, on the same frame of the session for every case.
-BudgetRow measure_budget(const std::shared_ptr<gpu::Device>& device, const std::string& name, const Session& session,
-                         const Exhibit& exhibit, const Plan& plan, const BudgetCase& budget);
+BudgetRow measure_budget(const std::shared_ptr<relight::gpu::Device>& device, const std::string& name,
+                         const capture::Session& session, const relight::Exhibit& exhibit, const relight::Plan& plan,
+                         const BudgetCase& budget);
 
 /// Writes STEM.svg and STEM.png.
 void draw_error_budget(const BenchResults& results, const std::filesystem::path& stem);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -8,7 +8,7 @@
 
 #include "server/bench/chart.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using namespace chart;
@@ -33,7 +33,7 @@ std::optional<double> cost_of(const FrameCost& cost, CostKind kind) {
 
 /// The plan's, in an order that stays, then those that rows name beside them: what others do.
 std::vector<std::string> all_methods(const std::vector<BenchRow>& rows) {
-  std::vector<std::string> methods = plan_methods();
+  std::vector<std::string> methods = relight::plan_methods();
   for (const BenchRow& row : rows) {
     if (std::find(methods.begin(), methods.end(), row.method) == methods.end()) {
       methods.push_back(row.method);
@@ -309,4 +309,4 @@ void draw_error_time(const BenchResults& results, CostKind kind, const std::file
   write(drawing, stem);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,7 +4,7 @@
 
 #include "server/bench/results.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 enum class CostKind { cpu, gpu };
 
@@ -26,4 +26,4 @@ std::vector<std::size_t> pareto_front(const std::vector<SettingMean>& means);
 /// Writes STEM.svg and STEM.png. Nothing where no setting has a cost of the kind.
 void draw_error_time(const BenchResults& results, CostKind kind, const std::filesystem::path& stem);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -11,10 +11,10 @@
 
 #include "capture/camera/response.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
-using Planes = std::array<Image<float>, 3>;
+using Planes = std::array<capture::Image<float>, 3>;
 
 constexpr double kColourExponent = 0.7;        // q_c, sec. 4.1.3
 constexpr double kKnee = 0.4, kAtKnee = 0.95;  // p_c, p_t, sec. 4.1.3
@@ -84,10 +84,11 @@ double redistribute(double distance) {
 }
 
 /// Separable convolution; edges are continued.
-Image<float> convolve(const Image<float>& in, const std::vector<double>& along_x, const std::vector<double>& along_y) {
-  const auto pass = [](const Image<float>& from, const std::vector<double>& weights, bool horizontal) {
+capture::Image<float> convolve(const capture::Image<float>& in, const std::vector<double>& along_x,
+                               const std::vector<double>& along_y) {
+  const auto pass = [](const capture::Image<float>& from, const std::vector<double>& weights, bool horizontal) {
     const int radius = static_cast<int>(weights.size() / 2);
-    Image<float> to(from.width, from.height, 1);
+    capture::Image<float> to(from.width, from.height, 1);
     for (int y = 0; y < from.height; ++y) {
       for (int x = 0; x < from.width; ++x) {
         double sum = 0;
@@ -121,7 +122,7 @@ std::vector<double> sampled(int radius, const std::function<double(double)>& fun
 }
 
 /// What the eye still resolves of a channel (sec. 4.1.1).
-Image<float> seen(const Image<float>& channel, const Sensitivity& s) {
+capture::Image<float> seen(const capture::Image<float>& channel, const Sensitivity& s) {
   constexpr double pi2 = std::numbers::pi * std::numbers::pi;
   const int radius = static_cast<int>(std::ceil(3.0 * std::sqrt(kBlueYellow.b1 / (2.0 * pi2)) * kFlipPixelsPerDegree));
   const auto gaussian = [&](double b) {
@@ -133,21 +134,22 @@ Image<float> seen(const Image<float>& channel, const Sensitivity& s) {
   const std::vector<double> g1 = gaussian(s.b1), g2 = gaussian(s.b2);
   const double w1 = s.a1 * std::sqrt(std::numbers::pi / s.b1), w2 = s.a2 * std::sqrt(std::numbers::pi / s.b2);
   const double sum = w1 * total(g1) * total(g1) + w2 * total(g2) * total(g2);
-  Image<float> result = convolve(channel, g1, g1);
-  const Image<float> second = w2 > 0 ? convolve(channel, g2, g2) : Image<float>(channel.width, channel.height, 1);
+  capture::Image<float> result = convolve(channel, g1, g1);
+  const capture::Image<float> second =
+      w2 > 0 ? convolve(channel, g2, g2) : capture::Image<float>(channel.width, channel.height, 1);
   for (std::size_t i = 0; i < result.data.size(); ++i) {
     result.data[i] = static_cast<float>((w1 * result.data[i] + w2 * second.data[i]) / sum);
   }
   return result;
 }
 
-Planes ycxcz_planes(const Image<float>& srgb) {
+Planes ycxcz_planes(const capture::Image<float>& srgb) {
   Planes planes;
-  planes.fill(Image<float>(srgb.width, srgb.height, 1));
+  planes.fill(capture::Image<float>(srgb.width, srgb.height, 1));
   for (std::size_t i = 0; i < planes[0].data.size(); ++i) {
     Eigen::Vector3d rgb;
     for (int c = 0; c < 3; ++c) {
-      rgb[c] = srgb_to_linear(srgb.data[3 * i + static_cast<std::size_t>(c)]);
+      rgb[c] = capture::srgb_to_linear(srgb.data[3 * i + static_cast<std::size_t>(c)]);
     }
     const Eigen::Vector3d value = ycxcz(rgb);
     for (int c = 0; c < 3; ++c) {
@@ -159,7 +161,7 @@ Planes ycxcz_planes(const Image<float>& srgb) {
 
 /// Edges and points of the achromatic channel: lengths of its first and second derivatives (sec. 4.2).
 struct Features {
-  Image<float> edges, points;
+  capture::Image<float> edges, points;
 };
 
 /// Positive weights sum to 1, negative ones to -1.
@@ -174,8 +176,8 @@ std::vector<double> balanced(std::vector<double> weights) {
   return weights;
 }
 
-Features features_of(const Image<float>& achromatic) {
-  Image<float> lightness = achromatic;
+Features features_of(const capture::Image<float>& achromatic) {
+  capture::Image<float> lightness = achromatic;
   for (float& y : lightness.data) {
     y = (y + 16.0f) / 116.0f;
   }
@@ -191,8 +193,8 @@ Features features_of(const Image<float>& achromatic) {
   const std::vector<double> bend =
       balanced(sampled(radius, [&](double x) { return (x * x / (sigma * sigma) - 1.0) * gaussian(x); }));
   const auto length = [&](const std::vector<double>& derivative) {
-    Image<float> across = convolve(lightness, derivative, blur);
-    const Image<float> down = convolve(lightness, blur, derivative);
+    capture::Image<float> across = convolve(lightness, derivative, blur);
+    const capture::Image<float> down = convolve(lightness, blur, derivative);
     for (std::size_t i = 0; i < across.data.size(); ++i) {
       across.data[i] = std::hypot(across.data[i], down.data[i]);
     }
@@ -208,7 +210,7 @@ Eigen::Vector3d seen_colour(const Planes& filtered, std::size_t i) {
 
 }  // namespace
 
-double mean_flip(const Image<float>& reference, const Image<float>& test) {
+double mean_flip(const capture::Image<float>& reference, const capture::Image<float>& test) {
   if (reference.width != test.width || reference.height != test.height || reference.channels != 3 ||
       test.channels != 3 || reference.empty()) {
     throw std::logic_error("mean_flip: two R G B pictures of one size are compared");
@@ -230,4 +232,4 @@ double mean_flip(const Image<float>& reference, const Image<float>& test) {
   return sum / static_cast<double>(a[0].data.size());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

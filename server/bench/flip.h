@@ -4,12 +4,12 @@
 // Images".
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// 67 pixels a degree: a 0.7 m wide screen of 3840 pixels seen from 0.7 m.
 constexpr double kFlipPixelsPerDegree = 67.02;
 
 /// Mean over the picture, 0 (the same) to 1. Both R G B, displayed sRGB values in [0, 1], of the same size.
-double mean_flip(const Image<float>& reference, const Image<float>& test);
+double mean_flip(const capture::Image<float>& reference, const capture::Image<float>& test);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

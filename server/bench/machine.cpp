@@ -5,7 +5,7 @@
 
 #include "server/metrics/version.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 std::string processor_name() {
@@ -20,9 +20,9 @@ std::string processor_name() {
 
 }  // namespace
 
-BenchMachine describe_machine(const gpu::Device& device) {
+BenchMachine describe_machine(const relight::gpu::Device& device) {
   BenchMachine machine{processor_name(), std::thread::hardware_concurrency(), device.name(), false, version_line()};
-  for (const gpu::DeviceListing& listing : gpu::list_devices()) {
+  for (const relight::gpu::DeviceListing& listing : relight::gpu::list_devices()) {
     machine.hardware |= listing.name == machine.device && !listing.software && listing.rejection_reason.empty();
   }
   return machine;
@@ -32,4 +32,4 @@ std::string line_of(const BenchMachine& machine) {
   return machine.cpu + ", " + std::to_string(machine.cores) + " cores; " + machine.device + "; " + machine.program;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

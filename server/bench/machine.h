@@ -4,7 +4,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct BenchMachine {
   std::string cpu;
@@ -15,7 +15,7 @@ struct BenchMachine {
 };
 
 /// This machine, with the device that draws.
-BenchMachine describe_machine(const gpu::Device& device);
+BenchMachine describe_machine(const relight::gpu::Device& device);
 std::string line_of(const BenchMachine& machine);  ///< for a chart's foot
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

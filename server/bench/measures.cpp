@@ -5,12 +5,12 @@
 #include <cmath>
 #include <string>
 
+#include "capture/camera/response.h"
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
-#include "capture/camera/response.h"
 #include "server/bench/flip.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr double kAffected = 2.0 / 255.0;
@@ -28,12 +28,12 @@ struct Squares {
   double psnr_db() const { return count == 0 ? std::nan("") : -10.0 * std::log10(sum / static_cast<double>(count)); }
 };
 
-Image<float> exposed(const std::filesystem::path& exr, double exposure) {
-  Image<float> picture;
+capture::Image<float> exposed(const std::filesystem::path& exr, double exposure) {
+  capture::Image<float> picture;
   try {
-    picture = read_radiance(exr);
-  } catch (const InputError& e) {
-    throw InputError(exr.string() + ": " + e.what());
+    picture = capture::read_radiance(exr);
+  } catch (const capture::InputError& e) {
+    throw capture::InputError(exr.string() + ": " + e.what());
   }
   for (float& value : picture.data) {
     value = std::clamp(static_cast<float>(value * exposure), 0.0f, 1.0f);
@@ -42,7 +42,7 @@ Image<float> exposed(const std::filesystem::path& exr, double exposure) {
 }
 
 template <typename A, typename B>
-bool same_size(const Image<A>& a, const Image<B>& b) {
+bool same_size(const capture::Image<A>& a, const capture::Image<B>& b) {
   return a.width == b.width && a.height == b.height;
 }
 
@@ -54,29 +54,29 @@ TruePictures read_true_pictures(const std::filesystem::path& truth, double expos
   pictures.augmented = exposed(truth / "augmented.exr", exposure);
   const std::filesystem::path mask = truth / "object_mask.png";
   try {
-    const Image<std::uint8_t> rgb = read_encoded(mask);
-    pictures.coverage = Image<float>(rgb.width, rgb.height, 1);
+    const capture::Image<std::uint8_t> rgb = capture::read_encoded(mask);
+    pictures.coverage = capture::Image<float>(rgb.width, rgb.height, 1);
     for (std::size_t i = 0; i < pictures.coverage.data.size(); ++i) {
       pictures.coverage.data[i] = static_cast<float>(rgb.data[3 * i]) / 255.0f;
     }
-  } catch (const InputError& e) {
-    throw InputError(mask.string() + ": " + e.what());
+  } catch (const capture::InputError& e) {
+    throw capture::InputError(mask.string() + ": " + e.what());
   }
   if (!same_size(pictures.background, pictures.augmented) || !same_size(pictures.background, pictures.coverage)) {
-    throw InputError(truth.string() + ": background.exr, augmented.exr and object_mask.png differ in size");
+    throw capture::InputError(truth.string() + ": background.exr, augmented.exr and object_mask.png differ in size");
   }
   return pictures;
 }
 
-Measures measure_picture(const Image<std::uint8_t>& picture, const Image<std::uint8_t>& camera,
+Measures measure_picture(const capture::Image<std::uint8_t>& picture, const capture::Image<std::uint8_t>& camera,
                          const TruePictures& truth) {
   if (!same_size(picture, truth.augmented) || !same_size(camera, truth.augmented)) {
-    throw InputError("the picture is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
-                     ", its truth " + std::to_string(truth.augmented.width) + "x" +
-                     std::to_string(truth.augmented.height));
+    throw capture::InputError("the picture is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
+                              ", its truth " + std::to_string(truth.augmented.width) + "x" +
+                              std::to_string(truth.augmented.height));
   }
   Squares relit, object, whole_shown, affected_shown, object_shown, relit_shown;
-  Image<float> shown(picture.width, picture.height, 3), wanted(picture.width, picture.height, 3);
+  capture::Image<float> shown(picture.width, picture.height, 3), wanted(picture.width, picture.height, 3);
   for (std::size_t pixel = 0; pixel < truth.coverage.data.size(); ++pixel) {
     const double coverage = truth.coverage.data[pixel];
     std::array<double, 3> change{}, difference{}, true_linear{}, difference_shown{};
@@ -84,14 +84,14 @@ Measures measure_picture(const Image<std::uint8_t>& picture, const Image<std::ui
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t i = 3 * pixel + c;
       const float mu = truth.background.data[i], rho = truth.augmented.data[i];
-      const float given = srgb_to_linear(static_cast<float>(camera.data[i]) / 255.0f);
+      const float given = capture::srgb_to_linear(static_cast<float>(camera.data[i]) / 255.0f);
       true_linear[c] = std::clamp(rho + (1.0 - coverage) * (static_cast<double>(given) - mu), 0.0, 1.0);
-      wanted.data[i] = linear_to_srgb(static_cast<float>(true_linear[c]));
+      wanted.data[i] = capture::linear_to_srgb(static_cast<float>(true_linear[c]));
       shown.data[i] = static_cast<float>(picture.data[i]) / 255.0f;
       change[c] = static_cast<double>(rho) - mu;
-      difference[c] = srgb_to_linear(shown.data[i]) - true_linear[c];
+      difference[c] = capture::srgb_to_linear(shown.data[i]) - true_linear[c];
       difference_shown[c] = static_cast<double>(shown.data[i]) - wanted.data[i];
-      affected |= std::abs(static_cast<double>(linear_to_srgb(rho)) - linear_to_srgb(mu)) > kAffected;
+      affected |= std::abs(static_cast<double>(capture::linear_to_srgb(rho)) - capture::linear_to_srgb(mu)) > kAffected;
     }
     for (std::size_t c = 0; c < 3; ++c) {
       whole_shown.add(difference_shown[c], 1);
@@ -112,4 +112,4 @@ Measures measure_picture(const Image<std::uint8_t>& picture, const Image<std::ui
           object_shown.psnr_db(), relit_shown.psnr_db(), mean_flip(wanted, shown)};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

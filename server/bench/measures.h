@@ -9,7 +9,7 @@
 
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct Measures {
   double relight_error = 0;  ///< RMS(result - truth) / RMS(L_rho - L_mu) over the relit pixels, linear; 1 = unchanged
@@ -23,15 +23,15 @@ struct Measures {
 
 /// What truth/ says of one frame: linear values of the exposed camera, clipped to [0, 1].
 struct TruePictures {
-  Image<float> background, augmented;  ///< L_mu, L_rho; R G B
-  Image<float> coverage;               ///< by virtual objects
+  capture::Image<float> background, augmented;  ///< L_mu, L_rho; R G B
+  capture::Image<float> coverage;               ///< by virtual objects
 };
 
 /// `truth` is a folder with background.exr, augmented.exr and object_mask.png. Throws InputError.
 TruePictures read_true_pictures(const std::filesystem::path& truth, double exposure);
 
 /// 8-bit sRGB pictures of the truth's size. Throws InputError where the sizes differ.
-Measures measure_picture(const Image<std::uint8_t>& picture, const Image<std::uint8_t>& camera,
+Measures measure_picture(const capture::Image<std::uint8_t>& picture, const capture::Image<std::uint8_t>& camera,
                          const TruePictures& truth);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -6,12 +6,12 @@
 
 #include "capture/camera/response.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 template <typename T>
-Image<T> resampled(const Image<T>& from, int width, int height) {
-  Image<T> to(width, height, from.channels);
+capture::Image<T> resampled(const capture::Image<T>& from, int width, int height) {
+  capture::Image<T> to(width, height, from.channels);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       for (int c = 0; c < from.channels; ++c) {
@@ -23,7 +23,7 @@ Image<T> resampled(const Image<T>& from, int width, int height) {
 }
 
 /// The same view on more or fewer pixels; the centre of pixel (u, v) is at integer u, v.
-CameraModel resized(CameraModel camera, double factor) {
+capture::CameraModel resized(capture::CameraModel camera, double factor) {
   camera.width = static_cast<int>(std::lround(camera.width * factor));
   camera.height = static_cast<int>(std::lround(camera.height * factor));
   camera.fx *= factor;
@@ -35,9 +35,9 @@ CameraModel resized(CameraModel camera, double factor) {
 
 }  // namespace
 
-void resize_picture(double factor, CameraModel& camera, FrameSet& frame) {
+void resize_picture(double factor, capture::CameraModel& camera, capture::FrameSet& frame) {
   camera = resized(camera, factor);
-  auto color = std::make_shared<Picture>(*frame.color);
+  auto color = std::make_shared<capture::Picture>(*frame.color);
   if (!color->encoded.empty()) {
     color->encoded = resampled(color->encoded, camera.width, camera.height);
   }
@@ -46,29 +46,29 @@ void resize_picture(double factor, CameraModel& camera, FrameSet& frame) {
   }
   frame.color = std::move(color);
   if (frame.depth) {
-    auto depth = std::make_shared<DepthPicture>(*frame.depth);
+    auto depth = std::make_shared<capture::DepthPicture>(*frame.depth);
     depth->depth_m = resampled(depth->depth_m, camera.width, camera.height);
     frame.depth = std::move(depth);
   }
 }
 
-Image<std::uint8_t> shrunk(const Image<std::uint8_t>& srgb, int factor) {
+capture::Image<std::uint8_t> shrunk(const capture::Image<std::uint8_t>& srgb, int factor) {
   if (factor == 1) return srgb;
-  Image<std::uint8_t> small(srgb.width / factor, srgb.height / factor, srgb.channels);
+  capture::Image<std::uint8_t> small(srgb.width / factor, srgb.height / factor, srgb.channels);
   for (int y = 0; y < small.height; ++y) {
     for (int x = 0; x < small.width; ++x) {
       for (int c = 0; c < small.channels; ++c) {
         float sum = 0;
         for (int i = 0; i < factor * factor; ++i) {
           const std::uint8_t code = srgb.at(x * factor + i % factor, y * factor + i / factor, c);
-          sum += srgb_to_linear(static_cast<float>(code) / 255);
+          sum += capture::srgb_to_linear(static_cast<float>(code) / 255);
         }
         const float mean = sum / static_cast<float>(factor * factor);
-        small.at(x, y, c) = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(mean)));
+        small.at(x, y, c) = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(mean)));
       }
     }
   }
   return small;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,11 +7,11 @@
 #include "server/bench/machine.h"
 #include "server/bench/setting_run.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct BenchRow {
   std::string session, method, setting, oracle;
-  Plan plan;
+  relight::Plan plan;
   BenchRun run;
 };
 
@@ -41,4 +41,4 @@ struct BenchResults {
   std::map<std::string, std::map<std::string, StageCost>> stages;  ///< by session and stage
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

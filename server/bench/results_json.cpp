@@ -8,7 +8,7 @@
 
 #include "server/pipeline/plan_json.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -93,4 +93,4 @@ void write_results_json(const std::filesystem::path& path, const BenchResults& r
   std::filesystem::rename(partial, path);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

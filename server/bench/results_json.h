@@ -4,9 +4,9 @@
 
 #include "server/bench/results.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// Whole or not at all. Numbers that are not there are null.
 void write_results_json(const std::filesystem::path& path, const BenchResults& results);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

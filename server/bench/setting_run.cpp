@@ -9,16 +9,16 @@
 #include "relight/planner.h"
 #include "server/bench/resize.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kMostFrames = 5;
 constexpr double kEnough_ms = 1000;  ///< of measuring one cost
 
-double gpu_ms_of(const RelitPicture& picture) {
+double gpu_ms_of(const relight::RelitPicture& picture) {
   double sum_ms = 0;
-  for (const gpu::PassTime& pass : picture.passes) {
+  for (const relight::gpu::PassTime& pass : picture.passes) {
     sum_ms += pass.gpu_ms;
   }
   return sum_ms;
@@ -26,13 +26,13 @@ double gpu_ms_of(const RelitPicture& picture) {
 
 /// Mean over frames, of which `frame` renders the i-th: at least `least`, for what is done in rounds differs from frame
 /// to frame.
-FrameCost measure_cost(bool hardware, int least, const std::function<RelitPicture(int)>& frame) {
+FrameCost measure_cost(bool hardware, int least, const std::function<relight::RelitPicture(int)>& frame) {
   StageCost sum{0, 0};
   double gpu_ms = 0;
   int frames = 0;
   for (; frames < least || (frames < kMostFrames && sum.wall_ms < kEnough_ms); ++frames) {
     const CostClock clock;
-    const RelitPicture picture = frame(frames);
+    const relight::RelitPicture picture = frame(frames);
     const StageCost cost = clock.elapsed();
     sum.wall_ms += cost.wall_ms;
     sum.cpu_ms += cost.cpu_ms;
@@ -45,45 +45,46 @@ FrameCost measure_cost(bool hardware, int least, const std::function<RelitPictur
 
 /// Where things move light in cells follows in rounds: a whole one is measured, after a first in which nothing fades
 /// yet.
-FrameCost measure_moving(bool hardware, const Plan& plan, const std::function<RelitPicture(int)>& frame) {
+FrameCost measure_moving(bool hardware, const relight::Plan& plan,
+                         const std::function<relight::RelitPicture(int)>& frame) {
   const CostClock clock;
   frame(0);
   // Objects that shine, and surfaces that mirror sharply, want light gathered at once.
   const bool slow = clock.elapsed().wall_ms > kEnough_ms;
-  const int round = plan.in_cells() && !slow ? AmortizedLightUpdate::kRoundFrames : 0;
+  const int round = plan.in_cells() && !slow ? relight::AmortizedLightUpdate::kRoundFrames : 0;
   for (int i = 1; i <= round; ++i) frame(i);
   return measure_cost(hardware, std::max(round, 1), [&](int i) { return frame(round + 1 + i); });
 }
 
 }  // namespace
 
-Exhibit turned(const Exhibit& exhibit, double angle_rad) {
-  Exhibit result = exhibit;
+relight::Exhibit turned(const relight::Exhibit& exhibit, double angle_rad) {
+  relight::Exhibit result = exhibit;
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ()));
-  for (VirtualObject& object : result.objects) {
+  for (relight::VirtualObject& object : result.objects) {
     object.rotation = turn * object.rotation;
-    for (KeyFrame& key : object.motion) {
+    for (relight::KeyFrame& key : object.motion) {
       key.rotation = turn * key.rotation;
     }
   }
   return result;
 }
 
-FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
-                          const Plan& plan, bool hardware) {
+FrameCost cost_of_turning(relight::Renderer& renderer, const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                          const relight::Exhibit& exhibit, const relight::Plan& plan, bool hardware) {
   return measure_moving(hardware, plan,
                         [&](int i) { return renderer.relight(frame, scene, turned(exhibit, i * kDegree), plan); });
 }
 
-BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
-                     bool hardware) {
-  Planner planner(plan);
+BenchRun run_setting(relight::Renderer& renderer, const BenchScene& scene, const relight::Exhibit& exhibit,
+                     const relight::Plan& plan, bool hardware) {
+  relight::Planner planner(plan);
   const auto render = [&](int turns) {
-    const Exhibit now = turned(exhibit, turns * kDegree);
+    const relight::Exhibit now = turned(exhibit, turns * kDegree);
     const double time_s = 1e-9 * static_cast<double>(scene.frame.time_ns);
     return renderer.relight(scene.frame, scene.scene, now, planner.decide(scene.scene, now, time_s).plan);
   };
-  const RelitPicture first = render(0);  // makes what it needs: shaders, volumes, shadow maps
+  const relight::RelitPicture first = render(0);  // makes what it needs: shaders, volumes, shadow maps
   BenchRun run;
   run.warnings = first.warnings;
   run.measures = measure_picture(shrunk(first.srgb, first.srgb.width / scene.camera.width), scene.camera, scene.truth);
@@ -92,4 +93,4 @@ BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit&
   return run;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "relight/renderer.h"
-#include "server/bench/measures.h"
 #include "server/bench/bench_session.h"
+#include "server/bench/measures.h"
 #include "server/metrics/stage_cost.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct FrameCost {
   StageCost host;                ///< relight alone
@@ -24,15 +24,15 @@ struct BenchRun {
 };
 
 /// Every object turned about its own vertical.
-Exhibit turned(const Exhibit& exhibit, double angle_rad);
+relight::Exhibit turned(const relight::Exhibit& exhibit, double angle_rad);
 
 /// Mean over a few frames, or a round of light in cells, after as many that are not counted; slow ones are measured
 /// once.
-FrameCost cost_of_turning(Renderer& renderer, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
-                          const Plan& plan, bool hardware);
+FrameCost cost_of_turning(relight::Renderer& renderer, const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                          const relight::Exhibit& exhibit, const relight::Plan& plan, bool hardware);
 
 /// Pictures larger than the truth are measured shrunk to its size.
-BenchRun run_setting(Renderer& renderer, const BenchScene& scene, const Exhibit& exhibit, const Plan& plan,
-                     bool hardware);
+BenchRun run_setting(relight::Renderer& renderer, const BenchScene& scene, const relight::Exhibit& exhibit,
+                     const relight::Plan& plan, bool hardware);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

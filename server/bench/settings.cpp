@@ -2,7 +2,7 @@
 
 #include "server/pipeline/service_config.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 struct Traced {
@@ -13,7 +13,7 @@ constexpr Traced kLive{"live", 4, 0, 128}, kCells{"cells", 2, 1, 256}, kHalf{"ha
     kCareful{"careful", 1, 0, 256};
 
 BenchSetting setting(const std::string& method, const Traced& traced, int volume) {
-  Plan plan;
+  relight::Plan plan;
   plan.method = method;
   plan.trace_scale = traced.trace_scale;
   plan.cells = traced.cells;
@@ -36,14 +36,14 @@ BenchSetting as_needed(BenchSetting setting) {
 }
 
 BenchSetting paths(const std::string& method, int samples) {
-  Plan plan;
+  relight::Plan plan;
   plan.method = method;
   plan.samples = samples;
   return {std::to_string(samples) + "-paths", plan};
 }
 
 BenchSetting gathered(int trace_scale, int rays) {
-  Plan plan;
+  relight::Plan plan;
   plan.method = "rays";
   plan.trace_scale = trace_scale;
   plan.rays = rays;
@@ -75,4 +75,4 @@ std::vector<BenchSetting> bench_settings(const std::string& method) {
   return settings;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -5,16 +5,16 @@
 
 #include "relight/plan.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct BenchSetting {
   /// As "half-64": what trace_scale is called, the volume's edge, then what else is unusual; "as-needed" where the plan
   /// follows the scene; or "16-paths" a pixel.
   std::string name;
-  Plan plan;
+  relight::Plan plan;
 };
 
 /// From the quickest to the most careful.
 std::vector<BenchSetting> bench_settings(const std::string& method);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

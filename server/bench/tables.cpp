@@ -7,7 +7,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// Empty where there is no such number.
@@ -37,7 +37,7 @@ std::string quoted(const std::string& text) {
 
 CsvFile::CsvFile(const std::filesystem::path& path, const std::vector<std::string>& columns) : path_(path), out_(path) {
   if (!out_) {
-    throw InputError(path.string() + ": cannot be written");
+    throw capture::InputError(path.string() + ": cannot be written");
   }
   add(columns);
 }
@@ -103,4 +103,4 @@ std::vector<std::string> stage_cells(const std::string& session, const std::stri
   return {session, stage, cell(cost.cpu_ms, 1), cell(cost.wall_ms, 1)};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

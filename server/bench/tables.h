@@ -7,7 +7,7 @@
 
 #include "server/bench/results.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class CsvFile {
  public:
@@ -30,4 +30,4 @@ std::vector<std::string> budget_cells(const BudgetRow& row);
 std::vector<std::string> stage_columns();
 std::vector<std::string> stage_cells(const std::string& session, const std::string& stage, const StageCost& cost);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -10,7 +10,7 @@
 #include "relight/objects/mesh_simplify.h"
 #include "server/bench/resize.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 void resize_picture(WorkCase& work, double factor) {
@@ -19,8 +19,8 @@ void resize_picture(WorkCase& work, double factor) {
 }
 
 /// Every triangle as four: the same shape.
-std::shared_ptr<const Model> subdivided(const Model& model) {
-  auto result = std::make_shared<Model>(model);
+std::shared_ptr<const relight::Model> subdivided(const relight::Model& model) {
+  auto result = std::make_shared<relight::Model>(model);
   result->indices.clear();
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
   const auto middle = [&](std::uint32_t a, std::uint32_t b) {
@@ -39,18 +39,18 @@ std::shared_ptr<const Model> subdivided(const Model& model) {
     const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
     result->indices.insert(result->indices.end(), {a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca});
   }
-  for (Model::Part& part : result->parts) {
+  for (relight::Model::Part& part : result->parts) {
     part.first_index *= 4;
     part.index_count *= 4;
   }
   return result;
 }
 
-std::size_t triangles(const Model& model) { return model.indices.size() / 3; }
+std::size_t triangles(const relight::Model& model) { return model.indices.size() / 3; }
 
-double triangles(const Exhibit& exhibit) {
+double triangles(const relight::Exhibit& exhibit) {
   double sum = 0;
-  for (const VirtualObject& object : exhibit.objects) {
+  for (const relight::VirtualObject& object : exhibit.objects) {
     sum += static_cast<double>(triangles(*object.model));
   }
   return sum;
@@ -58,12 +58,12 @@ double triangles(const Exhibit& exhibit) {
 
 /// Four times as many triangles for every step up, a quarter for every step down.
 void change_triangles(WorkCase& work, int steps) {
-  for (VirtualObject& object : work.exhibit.objects) {
+  for (relight::VirtualObject& object : work.exhibit.objects) {
     for (int i = 0; i < steps; ++i) {
       object.model = subdivided(*object.model);
     }
     if (steps < 0) {
-      object.model = simplify_model(*object.model, static_cast<int>(triangles(*object.model) >> (-2 * steps)));
+      object.model = relight::simplify_model(*object.model, static_cast<int>(triangles(*object.model) >> (-2 * steps)));
     }
   }
   work.amount = triangles(work.exhibit);
@@ -71,8 +71,8 @@ void change_triangles(WorkCase& work, int steps) {
 
 /// The strongest lamp as `count` around the vertical through the exhibit, with the same power in all.
 void spread_lamp(WorkCase& work, int count) {
-  auto light = std::make_shared<Illumination>(*work.scene.illumination);
-  PointLight lamp = light->lights.front();
+  auto light = std::make_shared<reconstruct::Illumination>(*work.scene.illumination);
+  reconstruct::PointLight lamp = light->lights.front();
   lamp.irradiance /= static_cast<float>(count);
   lamp.intensity /= static_cast<float>(count);
   light->lights.clear();
@@ -82,7 +82,7 @@ void spread_lamp(WorkCase& work, int count) {
         Eigen::AngleAxisf(2 * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(count),
                           Eigen::Vector3f::UnitZ())
             .toRotationMatrix();
-    PointLight one = lamp;
+    reconstruct::PointLight one = lamp;
     one.id = i;
     one.direction = turn * lamp.direction;
     one.normal = turn * lamp.normal;
@@ -94,9 +94,9 @@ void spread_lamp(WorkCase& work, int count) {
 }
 
 /// Radius around the vertical through `centre` that holds everything.
-double reach_m(const Exhibit& exhibit, const Eigen::Vector3d& centre, double time_s) {
+double reach_m(const relight::Exhibit& exhibit, const Eigen::Vector3d& centre, double time_s) {
   double reach = 0;
-  for (const VirtualObject& object : exhibit.objects) {
+  for (const relight::VirtualObject& object : exhibit.objects) {
     const Eigen::Affine3d T_tag_model = object.T_tag_model(time_s);
     for (const Eigen::Vector3f& p : object.model->positions_m) {
       const Eigen::Vector3d at = T_tag_model * p.cast<double>() - centre;
@@ -110,15 +110,15 @@ double reach_m(const Exhibit& exhibit, const Eigen::Vector3d& centre, double tim
 void multiply_objects(WorkCase& work, int side) {
   const double time_s = 1e-9 * static_cast<double>(work.frame.time_ns);
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const VirtualObject& object : work.exhibit.objects) {
+  for (const relight::VirtualObject& object : work.exhibit.objects) {
     centre += object.T_tag_model(time_s).translation() / static_cast<double>(work.exhibit.objects.size());
   }
   const double cell_m = 2 * reach_m(work.exhibit, centre, time_s) / side;
-  Exhibit copies;
+  relight::Exhibit copies;
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const Eigen::Vector3d middle = centre + cell_m * Eigen::Vector3d(x - 0.5 * (side - 1), y - 0.5 * (side - 1), 0);
-      for (VirtualObject object : work.exhibit.objects) {
+      for (relight::VirtualObject object : work.exhibit.objects) {
         const Eigen::Affine3d T_tag_model = object.T_tag_model(time_s);
         object.name += "-" + std::to_string(y * side + x);
         object.position_m = middle + (T_tag_model.translation() - centre) / side;
@@ -135,8 +135,8 @@ void multiply_objects(WorkCase& work, int side) {
 
 }  // namespace
 
-std::vector<WorkCase> work_cases(const Session& session, const BenchScene& scene, const Exhibit& exhibit,
-                                 const Plan& plan) {
+std::vector<WorkCase> work_cases(const capture::Session& session, const BenchScene& scene,
+                                 const relight::Exhibit& exhibit, const relight::Plan& plan) {
   const WorkCase base{"", 0, true, session, scene.frame, scene.scene, exhibit, plan};
   std::vector<WorkCase> cases;
   const auto add = [&](const char* work, bool is_base, const auto& change) {
@@ -174,4 +174,4 @@ std::vector<WorkCase> work_cases(const Session& session, const BenchScene& scene
   return cases;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/bench/work.h"
 #include "server/bench/chart.h"
+#include "server/bench/work.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using namespace chart;
@@ -111,4 +111,4 @@ void draw_cost_work(const BenchResults& results, const std::filesystem::path& st
   write(drawing, stem);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -12,23 +12,23 @@
 #include <thread>
 
 #include "capture/error.h"
-#include "capture/sync/pairing_reader.h"
 #include "capture/formats/picture_file.h"
 #include "capture/formats/picture_list.h"
 #include "capture/source.h"
+#include "capture/sync/pairing_reader.h"
 #include "reconstruct/calibrate/board.h"
-#include "reconstruct/calibrate/view_selection.h"
 #include "reconstruct/calibrate/depth.h"
-#include "reconstruct/calibrate/picture_folder.h"
-#include "reconstruct/calibrate/response.h"
 #include "reconstruct/calibrate/extrinsics.h"
 #include "reconstruct/calibrate/initial_guess.h"
+#include "reconstruct/calibrate/picture_folder.h"
+#include "reconstruct/calibrate/response.h"
 #include "reconstruct/calibrate/time_offset.h"
+#include "reconstruct/calibrate/view_selection.h"
 #include "reconstruct/calibrate/vignetting.h"
 #include "server/commands/calibrate_guide.h"
 #include "server/commands/calibrate_text.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 namespace fs = std::filesystem;
@@ -39,27 +39,27 @@ constexpr std::array kNames = {"colour", "fish-eye"};
 
 /// What is known of the cameras before, and what they saw.
 struct Input {
-  std::array<std::optional<CameraModel>, 2> cameras;  // colour, fish-eye
+  std::array<std::optional<capture::CameraModel>, 2> cameras;  // colour, fish-eye
   std::array<std::string, 2> serials;
 };
 
-Board board_in(const fs::path& file) {
-  const ConfigTable root = ConfigTable::load(file);
-  const Board board = read_board(root);
+reconstruct::Board board_in(const fs::path& file) {
+  const capture::ConfigTable root = capture::ConfigTable::load(file);
+  const reconstruct::Board board = reconstruct::read_board(root);
   root.finish();
   return board;
 }
 
-void draw_board(const Board& board, const fs::path& file) {
+void draw_board(const reconstruct::Board& board, const fs::path& file) {
   std::ofstream out(file);
-  write_board_svg(out, board);
+  reconstruct::write_board_svg(out, board);
   out.close();
   if (!out) {
-    throw InputError("--draw: " + file.string() + " cannot be written");
+    throw capture::InputError("--draw: " + file.string() + " cannot be written");
   }
 }
 
-void say_view(std::ostream& report, std::size_t number, const ViewSelector::Seen& seen) {
+void say_view(std::ostream& report, std::size_t number, const reconstruct::ViewSelector::Seen& seen) {
   report << "view " << number << ":";
   for (std::size_t c = 0; c < 2; ++c) {
     if (seen.corners[c] > 0) {
@@ -69,7 +69,7 @@ void say_view(std::ostream& report, std::size_t number, const ViewSelector::Seen
   report << std::endl;  // a person with a board in hand waits for it
 }
 
-Input cameras_of(const Session& session) {
+Input cameras_of(const capture::Session& session) {
   Input input;
   input.cameras[0] = session.color.model;
   input.serials[0] = session.color.serial;
@@ -81,30 +81,30 @@ Input cameras_of(const Session& session) {
 }
 
 /// Frames as the sensors gave them: the fish-eye on its own clock, depth on its own pixels.
-std::unique_ptr<FrameReader> open_raw_frames(Session raw, PairedSources& sources) {
+std::unique_ptr<capture::FrameReader> open_raw_frames(capture::Session raw, capture::PairedSources& sources) {
   if (raw.fisheye) {
     raw.fisheye->time_offset_s = 0;
   }
-  sources = open_sources(raw);
+  sources = capture::open_sources(raw);
   if (raw.depth) {
     raw.depth->registered = true;
   }
-  return pair_sources(raw, sources);
+  return capture::pair_sources(raw, sources);
 }
 
 /// Until the end of a recording or of live cameras' time, or what was seen seems enough: true then.
-bool look_through(FrameReader& reader, const std::function<bool()>& late, const Session& session,
-                  const std::atomic<bool>& interrupted, ViewSelector& collector, CalibrateGuide* guide,
+bool look_through(capture::FrameReader& reader, const std::function<bool()>& late, const capture::Session& session,
+                  const std::atomic<bool>& interrupted, reconstruct::ViewSelector& collector, CalibrateGuide* guide,
                   std::ostream& report) {
   while (!interrupted && !reader.finished() && !(reader.live() && late())) {
     if (guide != nullptr && (guide->finish_asked() || (reader.live() && guide->covered()))) {
       return true;
     }
-    const std::optional<FrameSet> frame = reader.next(kTick);
+    const std::optional<capture::FrameSet> frame = reader.next(kTick);
     if (!frame) {
       continue;
     }
-    const Response none = Response::srgb();
+    const capture::Response none = capture::Response::srgb();
     const auto seen = collector.look(frame->time_ns, frame->color.get(), session.color.response, frame->fisheye,
                                      session.fisheye ? session.fisheye->response : none, frame->depth);
     if (guide != nullptr) {
@@ -118,31 +118,32 @@ bool look_through(FrameReader& reader, const std::function<bool()>& late, const 
 }
 
 /// Every picture of one camera has the size of the first.
-void check_size(const Picture& picture, const fs::path& file, std::optional<CameraModel>& camera, bool fisheye,
-                std::optional<double> fov_degrees) {
+void check_size(const capture::Picture& picture, const fs::path& file, std::optional<capture::CameraModel>& camera,
+                bool fisheye, std::optional<double> fov_degrees) {
   if (!camera) {
     camera.emplace();
-    camera->kind = fisheye ? CameraModel::Kind::kannala_brandt : CameraModel::Kind::pinhole;
+    camera->kind = fisheye ? capture::CameraModel::Kind::kannala_brandt : capture::CameraModel::Kind::pinhole;
     camera->width = picture.encoded.width;
     camera->height = picture.encoded.height;
     camera->fov_rad = fisheye && fov_degrees ? *fov_degrees * std::numbers::pi / 180 : 0;
   }
   if (camera->width != picture.encoded.width || camera->height != picture.encoded.height) {
-    throw InputError(file.string() + ": found " + std::to_string(picture.encoded.width) + "x" +
-                     std::to_string(picture.encoded.height) + " pixels, allowed: " + std::to_string(camera->width) +
-                     "x" + std::to_string(camera->height) + " as the pictures before it");
+    throw capture::InputError(file.string() + ": found " + std::to_string(picture.encoded.width) + "x" +
+                              std::to_string(picture.encoded.height) +
+                              " pixels, allowed: " + std::to_string(camera->width) + "x" +
+                              std::to_string(camera->height) + " as the pictures before it");
   }
 }
 
 Input look_through_folders(const CalibrateCommand& command, const std::atomic<bool>& interrupted,
-                           ViewSelector& collector) {
+                           reconstruct::ViewSelector& collector) {
   std::map<std::string, std::array<fs::path, 2>> moments;  // by the pictures' name
   for (std::size_t c = 0; c < 2; ++c) {
     const fs::path& folder = c == 0 ? command.color : command.fisheye;
     if (folder.empty()) {
       continue;
     }
-    for (const fs::path& file : picture_files(folder)) {
+    for (const fs::path& file : reconstruct::picture_files(folder)) {
       moments[file.stem().string()][c] = file;
     }
   }
@@ -152,73 +153,76 @@ Input look_through_folders(const CalibrateCommand& command, const std::atomic<bo
     if (interrupted) {
       break;
     }
-    std::array<std::shared_ptr<const Picture>, 2> pictures;
+    std::array<std::shared_ptr<const capture::Picture>, 2> pictures;
     for (std::size_t c = 0; c < 2; ++c) {
       if (!files[c].empty()) {
-        auto picture = std::make_shared<Picture>(read_any_picture(files[c]));
+        auto picture = std::make_shared<capture::Picture>(reconstruct::read_any_picture(files[c]));
         check_size(*picture, files[c], input.cameras[c], c == 1, command.fov_degrees);
         picture->stamp.time_ns = time_ns;
         pictures[c] = std::move(picture);
       }
     }
-    std::vector<std::shared_ptr<const Picture>> fisheye;
+    std::vector<std::shared_ptr<const capture::Picture>> fisheye;
     if (pictures[1]) {
       fisheye.push_back(pictures[1]);
     }
-    collector.look(time_ns, pictures[0].get(), Response::srgb(), fisheye, Response::srgb());
+    collector.look(time_ns, pictures[0].get(), capture::Response::srgb(), fisheye, capture::Response::srgb());
     time_ns += 1'000'000'000;  // each a picture of its own, and of no movement
   }
   return input;
 }
 
 /// The room's tag, where it cannot be taken for one of the board's.
-std::optional<Tag> room_tag_of(const Session& session, const Board& board) {
-  const bool on_board = board.kind == Board::Kind::tags && session.tag.family == board.family &&
+std::optional<capture::Tag> room_tag_of(const capture::Session& session, const reconstruct::Board& board) {
+  const bool on_board = board.kind == reconstruct::Board::Kind::tags && session.tag.family == board.family &&
                         session.tag.id >= board.first_id && session.tag.id < board.first_id + board.tags();
   return on_board ? std::nullopt : std::optional(session.tag);
 }
 
 /// Calibrates a camera from what it saw; its views come back as measured through its lens, by moment.
-CalibratedCamera calibrated(const CameraModel& camera, const ViewSelector& collector, std::size_t c,
-                            std::vector<BoardView>& views, std::ostream& report) {
-  std::vector<BoardPicture> pictures;
-  for (const BoardMoment& moment : collector.moments()) {
+CalibratedCamera calibrated(const capture::CameraModel& camera, const reconstruct::ViewSelector& collector,
+                            std::size_t c, std::vector<reconstruct::BoardView>& views, std::ostream& report) {
+  std::vector<reconstruct::BoardPicture> pictures;
+  for (const reconstruct::BoardMoment& moment : collector.moments()) {
     pictures.push_back(moment.by_camera[c]);
   }
-  const CameraCalibration found = calibrate_camera(camera, collector.finder(), pictures);
+  const reconstruct::CameraCalibration found = reconstruct::calibrate_camera(camera, collector.finder(), pictures);
   write_calibration_report(report, kNames[c], found);
   if (!found.refusal.empty()) {
     throw std::runtime_error(std::string("calibration refused: ") + kNames[c] + ": " + found.refusal);
   }
-  for (BoardPicture& picture : pictures) {
+  for (reconstruct::BoardPicture& picture : pictures) {
     views.push_back(std::move(picture.view));
   }
   return {found, {}};
 }
 
-bool saw_board(const ViewSelector& collector, std::size_t camera) {
-  return std::any_of(collector.moments().begin(), collector.moments().end(),
-                     [&](const BoardMoment& moment) { return !moment.by_camera[camera].view.seen.empty(); });
+bool saw_board(const reconstruct::ViewSelector& collector, std::size_t camera) {
+  return std::any_of(
+      collector.moments().begin(), collector.moments().end(),
+      [&](const reconstruct::BoardMoment& moment) { return !moment.by_camera[camera].view.seen.empty(); });
 }
 
 using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
 
-using Views = std::array<std::vector<BoardView>, 2>;
+using Views = std::array<std::vector<reconstruct::BoardView>, 2>;
 
 /// How the fish-eye stands to the colour camera, and its clock to that one's.
-std::optional<Eigen::Isometry3d> find_stand(const ViewSelector& collector, const Board& board, const Cameras& cameras,
-                                            const Views& views, CalibratedRest& rest, std::ostream& report) {
-  if (!cameras[0] || !cameras[1] || board.kind != Board::Kind::tags) {  // a chessboard looks the same upside down
+std::optional<Eigen::Isometry3d> find_stand(const reconstruct::ViewSelector& collector, const reconstruct::Board& board,
+                                            const Cameras& cameras, const Views& views, CalibratedRest& rest,
+                                            std::ostream& report) {
+  if (!cameras[0] || !cameras[1] ||
+      board.kind != reconstruct::Board::Kind::tags) {  // a chessboard looks the same upside down
     return std::nullopt;
   }
-  const CameraModel &color = cameras[0]->calibration.model, &fisheye = cameras[1]->calibration.model;
-  const ExtrinsicsCalibration stand = calibrate_stand(color, fisheye, views[0], views[1]);
+  const capture::CameraModel &color = cameras[0]->calibration.model, &fisheye = cameras[1]->calibration.model;
+  const reconstruct::ExtrinsicsCalibration stand = reconstruct::calibrate_stand(color, fisheye, views[0], views[1]);
   write_stand_report(report, stand);
   if (!stand.refusal.empty()) {
     return std::nullopt;
   }
-  const TimeOffsetCalibration time =
-      calibrate_time(color, fisheye, stand.T_second_first, collector.path(0), collector.path(1));
+  const reconstruct::TimeOffsetCalibration time =
+      reconstruct::calibrate_time(color, fisheye, stand.T_second_first, collector.path(0), collector.path(1));
   write_time_report(report, time);
   if (time.refusal.empty()) {
     rest.time_offset_s = time.offset_s;
@@ -227,21 +231,21 @@ std::optional<Eigen::Isometry3d> find_stand(const ViewSelector& collector, const
 }
 
 /// Where the fish-eye is in the room, by the room's tag.
-std::optional<Eigen::Isometry3d> find_room_tag(const ViewSelector& collector, const Cameras& cameras,
+std::optional<Eigen::Isometry3d> find_room_tag(const reconstruct::ViewSelector& collector, const Cameras& cameras,
                                                const std::optional<Eigen::Isometry3d>& T_fisheye_color,
                                                std::ostream& report) {
   if (!cameras[1]) {
     return std::nullopt;
   }
-  std::array<std::vector<SeenPoints>, 2> seen;
+  std::array<std::vector<reconstruct::SeenPoints>, 2> seen;
   for (std::size_t c = 0; c < 2; ++c) {
     if (cameras[c]) {
       seen[c] = collector.room_tag(c, cameras[c]->calibration.model);
     }
   }
-  const CameraModel& fisheye = cameras[1]->calibration.model;
-  const RoomTagPose place =
-      place_room_tag(cameras[0] ? cameras[0]->calibration.model : fisheye, fisheye, T_fisheye_color, seen);
+  const capture::CameraModel& fisheye = cameras[1]->calibration.model;
+  const reconstruct::RoomTagPose place =
+      reconstruct::place_room_tag(cameras[0] ? cameras[0]->calibration.model : fisheye, fisheye, T_fisheye_color, seen);
   if (!place.refusal.empty()) {
     report << "the room's tag: not placed: " << place.refusal << '\n';
     return std::nullopt;
@@ -250,27 +254,32 @@ std::optional<Eigen::Isometry3d> find_room_tag(const ViewSelector& collector, co
   return place.T_camera_tag.inverse();
 }
 
-std::optional<Vignetting> find_vignetting(const CalibratedCamera& fisheye, const std::vector<BoardView>& views,
-                                          std::ostream& report) {
-  const CameraModel& model = fisheye.calibration.model;
-  const VignettingCalibration found = calibrate_vignetting(white_of(views, model), 0.5 * model.fov_rad);
+std::optional<capture::Vignetting> find_vignetting(const CalibratedCamera& fisheye,
+                                                   const std::vector<reconstruct::BoardView>& views,
+                                                   std::ostream& report) {
+  const capture::CameraModel& model = fisheye.calibration.model;
+  const reconstruct::VignettingCalibration found =
+      reconstruct::calibrate_vignetting(reconstruct::white_of(views, model), 0.5 * model.fov_rad);
   write_vignetting_report(report, found);
   return found.refusal.empty() ? std::optional(found.vignetting) : std::nullopt;
 }
 
 /// How a depth camera that does not register itself stands to the colour camera.
-std::optional<CalibratedRest::Depth> find_depth(const DepthCamera& depth, const CalibratedCamera& color,
-                                                const ViewSelector& collector, const Board& board,
-                                                const std::vector<BoardView>& color_views, std::ostream& report) {
-  std::vector<BoardDepthView> views;
+std::optional<CalibratedRest::Depth> find_depth(const capture::DepthCamera& depth, const CalibratedCamera& color,
+                                                const reconstruct::ViewSelector& collector,
+                                                const reconstruct::Board& board,
+                                                const std::vector<reconstruct::BoardView>& color_views,
+                                                std::ostream& report) {
+  std::vector<reconstruct::BoardDepthView> views;
   for (std::size_t i = 0; i < color_views.size(); ++i) {
     const auto& picture = collector.moments()[i].depth;
-    const auto pose = picture ? refined_pose(color_views[i], color.calibration.model) : std::nullopt;
+    const auto pose = picture ? reconstruct::refined_pose(color_views[i], color.calibration.model) : std::nullopt;
     if (pose) {
       views.push_back({&picture->depth_m, *pose});
     }
   }
-  const DepthCalibration found = calibrate_depth(depth.model, depth.T_color_depth, board, views);
+  const reconstruct::DepthCalibration found =
+      reconstruct::calibrate_depth(depth.model, depth.T_color_depth, board, views);
   write_depth_report(report, found);
   if (!found.refusal.empty()) {
     return std::nullopt;
@@ -291,32 +300,33 @@ void write_whole(const fs::path& file, const std::string& text) {
 }
 
 void find_response(const CalibrateCommand& command, std::ostream& report) {
-  std::vector<ExposedPicture> pictures;
-  for (const ListedPicture& listed : read_picture_list(command.sweep, {.exposures = true, .brackets = true})) {
+  std::vector<reconstruct::ExposedPicture> pictures;
+  for (const capture::ListedPicture& listed :
+       capture::read_picture_list(command.sweep, {.exposures = true, .brackets = true})) {
     const std::string where = command.sweep.string() + ":" + std::to_string(listed.line) + ": ";
     if (!listed.exposure) {
-      throw InputError(where + "found no exposure, allowed: \"time path exposure\" in every line");
+      throw capture::InputError(where + "found no exposure, allowed: \"time path exposure\" in every line");
     }
     try {
-      pictures.push_back({*listed.exposure, read_encoded(listed.path)});
-    } catch (const InputError& e) {
-      throw InputError(where + listed.name + ": " + e.what());
+      pictures.push_back({*listed.exposure, capture::read_encoded(listed.path)});
+    } catch (const capture::InputError& e) {
+      throw capture::InputError(where + listed.name + ": " + e.what());
     }
   }
-  const ResponseCalibration found = calibrate_response(pictures);
+  const reconstruct::ResponseCalibration found = reconstruct::calibrate_response(pictures);
   if (!found.refusal.empty()) {
     throw std::runtime_error("calibration refused: response: " + found.refusal);
   }
   std::ostringstream text;
-  write_response_file(text, found);
+  reconstruct::write_response_file(text, found);
   write_whole(command.out, text.str());
   report << "response: " << pictures.size() << " pictures, code values " << found.darkest << " to " << found.brightest
          << " at two exposures or more\nwritten to " << command.out.string() << '\n';
 }
 
 /// Calculates and writes. `session` is null for folders.
-void conclude(const CalibrateCommand& command, const Board& board, const Session* session, const Input& input,
-              const ViewSelector& collector, std::ostream& report) {
+void conclude(const CalibrateCommand& command, const reconstruct::Board& board, const capture::Session* session,
+              const Input& input, const reconstruct::ViewSelector& collector, std::ostream& report) {
   Cameras cameras;
   Views views;
   for (std::size_t c = 0; c < 2; ++c) {
@@ -333,7 +343,7 @@ void conclude(const CalibrateCommand& command, const Board& board, const Session
   CalibratedRest rest;
   const auto T_fisheye_color = find_stand(collector, board, cameras, views, rest, report);
   rest.T_tag_fisheye = find_room_tag(collector, cameras, T_fisheye_color, report);
-  const bool tags = board.kind == Board::Kind::tags;
+  const bool tags = board.kind == reconstruct::Board::Kind::tags;
   if (cameras[1] && tags) {
     rest.vignetting = find_vignetting(*cameras[1], views[1], report);
   }
@@ -347,11 +357,11 @@ void conclude(const CalibrateCommand& command, const Board& board, const Session
 }
 
 /// Looks, calculates and writes. Where nobody looks on, `guide` is null.
-void find_lenses_in(const Session& session, const CalibrateCommand& command, const Board& board,
+void find_lenses_in(const capture::Session& session, const CalibrateCommand& command, const reconstruct::Board& board,
                     const std::atomic<bool>& interrupted, CalibrateGuide* guide, std::ostream& report) {
-  ViewSelector collector(board, room_tag_of(session, board));
-  PairedSources sources;
-  const std::unique_ptr<FrameReader> reader = open_raw_frames(session, sources);
+  reconstruct::ViewSelector collector(board, room_tag_of(session, board));
+  capture::PairedSources sources;
+  const std::unique_ptr<capture::FrameReader> reader = open_raw_frames(session, sources);
   const auto late = [&command, begin = Clock::now()] {
     return command.seconds && std::chrono::duration<double>(Clock::now() - begin).count() >= *command.seconds;
   };
@@ -362,8 +372,8 @@ void find_lenses_in(const Session& session, const CalibrateCommand& command, con
     }
     std::ostringstream found;
     try {
-      Session named = session;
-      take_serials(named, sources);
+      capture::Session named = session;
+      capture::take_serials(named, sources);
       conclude(command, board, &named, cameras_of(named), collector, found);
       report << found.str();
       return;
@@ -377,16 +387,16 @@ void find_lenses_in(const Session& session, const CalibrateCommand& command, con
   }
 }
 
-void find_lenses_in_folders(const CalibrateCommand& command, const Board& board, const std::atomic<bool>& interrupted,
-                            std::ostream& report) {
-  ViewSelector collector(board, std::nullopt);
+void find_lenses_in_folders(const CalibrateCommand& command, const reconstruct::Board& board,
+                            const std::atomic<bool>& interrupted, std::ostream& report) {
+  reconstruct::ViewSelector collector(board, std::nullopt);
   const Input input = look_through_folders(command, interrupted, collector);
   conclude(command, board, nullptr, input, collector, report);
 }
 
 /// The same, with a page beside it that stays until it is interrupted.
-void find_lenses_guided(const CalibrateCommand& command, const Board& board, const Session& session,
-                        const std::atomic<bool>& interrupted, std::ostream& report) {
+void find_lenses_guided(const CalibrateCommand& command, const reconstruct::Board& board,
+                        const capture::Session& session, const std::atomic<bool>& interrupted, std::ostream& report) {
   ServerSettings listen;
   read_listen(command.listen, "--listen", listen);
   CalibrateGuide guide(cameras_of(session).cameras);
@@ -429,7 +439,7 @@ void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& int
     find_response(command, report);
     return;
   }
-  const Board board = board_in(command.board);
+  const reconstruct::Board board = board_in(command.board);
   if (!command.draw.empty()) {
     draw_board(board, command.draw);
     report << "drawn to " << command.draw.string() << ": print it at its own size, without scaling\n";
@@ -441,7 +451,7 @@ void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& int
     find_lenses_in_folders(command, board, interrupted, report);
     return;
   }
-  const Session session = read_service(command.files, interactive_plan()).session;
+  const capture::Session session = read_service(command.files, interactive_plan()).session;
   if (command.listen.empty()) {
     find_lenses_in(session, command, board, interrupted, nullptr, report);
   } else {
@@ -449,4 +459,4 @@ void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& int
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

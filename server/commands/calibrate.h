@@ -7,7 +7,7 @@
 
 #include "server/pipeline/service_config.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct CalibrateCommand {
   std::filesystem::path board;           ///< TOML, see reconstruct/calibrate/board.h
@@ -28,4 +28,4 @@ struct CalibrateCommand {
 /// calibration is refused: nothing is written then.
 void run_calibrate(const CalibrateCommand& command, const std::atomic<bool>& interrupted, std::ostream& report);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,21 +7,21 @@
 #include "reconstruct/calibrate/acceptance.h"
 #include "server/stream/page.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr std::array kNames = {"colour", "fish-eye"};
 
-std::size_t corners_in(const BoardView& view) {
+std::size_t corners_in(const reconstruct::BoardView& view) {
   std::size_t count = 0;
-  for (const SeenPoints& seen : view.seen) {
+  for (const reconstruct::SeenPoints& seen : view.seen) {
     count += seen.pixels.size();
   }
   return count;
 }
 
-void mark(Image<std::uint8_t>& rgb, const Eigen::Vector2d& pixel) {
+void mark(capture::Image<std::uint8_t>& rgb, const Eigen::Vector2d& pixel) {
   const int x0 = static_cast<int>(std::lround(pixel.x())), y0 = static_cast<int>(std::lround(pixel.y()));
   const int arm = std::max(2, rgb.width / 160);
   for (int d = -arm; d <= arm; ++d) {
@@ -37,17 +37,17 @@ void mark(Image<std::uint8_t>& rgb, const Eigen::Vector2d& pixel) {
 
 }  // namespace
 
-CalibrateGuide::CalibrateGuide(const std::array<std::optional<CameraModel>, 2>& cameras) {
+CalibrateGuide::CalibrateGuide(const std::array<std::optional<capture::CameraModel>, 2>& cameras) {
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     if (cameras[c]) {
       cameras_[c].emplace();
       cameras_[c]->model = *cameras[c];
-      cameras_[c]->coverage = coverage_of(*cameras[c], {});
+      cameras_[c]->coverage = reconstruct::coverage_of(*cameras[c], {});
     }
   }
 }
 
-void CalibrateGuide::look(const FrameSet& frame, const ViewSelector& collector) {
+void CalibrateGuide::look(const capture::FrameSet& frame, const reconstruct::ViewSelector& collector) {
   const std::lock_guard lock(mutex_);
   const bool more = collector.moments().size() != moments_;
   moments_ = collector.moments().size();
@@ -65,13 +65,13 @@ void CalibrateGuide::look(const FrameSet& frame, const ViewSelector& collector) 
     if (more) {
       std::vector<Eigen::Vector2d> pixels;
       camera.views = 0;
-      for (const BoardMoment& moment : collector.moments()) {
+      for (const reconstruct::BoardMoment& moment : collector.moments()) {
         camera.views += moment.by_camera[c].view.seen.empty() ? 0 : 1;
-        for (const SeenPoints& seen : moment.by_camera[c].view.seen) {
+        for (const reconstruct::SeenPoints& seen : moment.by_camera[c].view.seen) {
           pixels.insert(pixels.end(), seen.pixels.begin(), seen.pixels.end());
         }
       }
-      camera.coverage = coverage_of(camera.model, pixels);
+      camera.coverage = reconstruct::coverage_of(camera.model, pixels);
     }
   }
 }
@@ -112,12 +112,12 @@ bool CalibrateGuide::finish_asked() const {
 bool CalibrateGuide::can_finish() const {
   int most = 0;
   for (const std::optional<Camera>& camera : cameras_) {
-    if (camera && camera->views > 0 && camera->views < kFewestViews) {
+    if (camera && camera->views > 0 && camera->views < reconstruct::kFewestViews) {
       return false;
     }
     most = std::max(most, camera ? camera->views : 0);
   }
-  return most >= kFewestViews && !finish_asked_ && doing_ == std::string_view("looking");
+  return most >= reconstruct::kFewestViews && !finish_asked_ && doing_ == std::string_view("looking");
 }
 
 std::string CalibrateGuide::json() const {
@@ -131,7 +131,7 @@ std::string CalibrateGuide::json() const {
       continue;
     }
     const Camera& camera = *cameras_[c];
-    const Coverage& coverage = camera.coverage;
+    const reconstruct::Coverage& coverage = camera.coverage;
     std::vector<bool> wanted;
     for (const char cell : coverage.wanted) {
       wanted.push_back(cell != 0);
@@ -156,8 +156,8 @@ WebReply CalibrateGuide::picture(std::size_t camera) {
   if (!cameras_[camera] || !cameras_[camera]->picture) {
     return {503, "text/plain; charset=utf-8", "no picture yet\n"};
   }
-  Image<std::uint8_t> rgb = cameras_[camera]->picture->encoded;
-  for (const SeenPoints& seen : cameras_[camera]->view.seen) {
+  capture::Image<std::uint8_t> rgb = cameras_[camera]->picture->encoded;
+  for (const reconstruct::SeenPoints& seen : cameras_[camera]->view.seen) {
     for (const Eigen::Vector2d& pixel : seen.pixels) {
       mark(rgb, pixel);
     }
@@ -187,10 +187,10 @@ WebReply CalibrateGuide::ask(std::string_view path) {
   }
   if (!can_finish()) {
     return {409, "text/plain; charset=utf-8",
-            "too few views, allowed: at least " + std::to_string(kFewestViews) + " of every camera\n"};
+            "too few views, allowed: at least " + std::to_string(reconstruct::kFewestViews) + " of every camera\n"};
   }
   finish_asked_ = true;
   return {200, "text/plain; charset=utf-8", "calculating\n"};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

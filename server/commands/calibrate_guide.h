@@ -12,15 +12,15 @@
 #include "server/stream/encode_jpeg.h"
 #include "server/stream/web_server.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class CalibrateGuide {
  public:
   /// The colour camera and the fish-eye, as far as they are there.
-  explicit CalibrateGuide(const std::array<std::optional<CameraModel>, 2>& cameras);
+  explicit CalibrateGuide(const std::array<std::optional<capture::CameraModel>, 2>& cameras);
 
   /// After each moment that `collector` looked at.
-  void look(const FrameSet& frame, const ViewSelector& collector);
+  void look(const capture::FrameSet& frame, const reconstruct::ViewSelector& collector);
   void calculating();
   void done(const std::string& report, const std::string& refusal);
   /// Whether every camera has seen the board often enough, and everywhere; after a refusal, some more often.
@@ -41,11 +41,11 @@ class CalibrateGuide {
   static constexpr std::size_t kMoreAfterRefusal = 5;  ///< moments to be kept before it is tried again
 
   struct Camera {
-    CameraModel model;
-    std::shared_ptr<const Picture> picture;
-    BoardView view;  ///< in it
+    capture::CameraModel model;
+    std::shared_ptr<const capture::Picture> picture;
+    reconstruct::BoardView view;  ///< in it
     int views = 0;
-    Coverage coverage;
+    reconstruct::Coverage coverage;
   };
 
   std::string json() const;
@@ -63,4 +63,4 @@ class CalibrateGuide {
   JpegEncoder jpeg_{80};
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <numbers>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
@@ -62,32 +62,32 @@ void write_size(std::ostream& out, int width, int height, const std::string& ser
 }
 
 void write_head(std::ostream& out, const char* table, const CalibratedCamera& camera) {
-  const CameraCalibration& c = camera.calibration;
+  const reconstruct::CameraCalibration& c = camera.calibration;
   print(out, "\n[%s]\n# %d views, %d corners: %.3f px in the median, 95 %% below %.3f px\n", table, c.views, c.corners,
         c.median_px, c.percent95_px);
   write_size(out, c.model.width, c.model.height, camera.serial);
 }
 
-void write_focal(std::ostream& out, const CameraModel& model) {
+void write_focal(std::ostream& out, const capture::CameraModel& model) {
   out << "fx = " << number(model.fx) << "\nfy = " << number(model.fy) << "\ncx = " << number(model.cx)
       << "\ncy = " << number(model.cy) << '\n';
 }
 
 }  // namespace
 
-void write_calibration_report(std::ostream& out, const std::string& name, const CameraCalibration& c) {
-  const bool pinhole = c.model.kind == CameraModel::Kind::pinhole;
+void write_calibration_report(std::ostream& out, const std::string& name, const reconstruct::CameraCalibration& c) {
+  const bool pinhole = c.model.kind == capture::CameraModel::Kind::pinhole;
   print(out, "%s: %d views, %d corners, %d of them left out\n", name.c_str(), c.views, c.corners, c.outliers);
   if (c.corners == 0) return;
   print(out, "  residual: %.3f px in the median, 95 %% below %.3f px\n", c.median_px, c.percent95_px);
   constexpr std::array kPinhole = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
   constexpr std::array kFisheye = {"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"};
-  const LensNumbers lens = lens_numbers(c.model);
+  const reconstruct::LensNumbers lens = reconstruct::lens_numbers(c.model);
   for (std::size_t i = 0; i < (pinhole ? kPinhole.size() : kFisheye.size()); ++i)
     print(out, i < 4 ? "  %s = %.3f ± %.3f px\n" : "  %s = %.6f ± %.6f\n", pinhole ? kPinhole[i] : kFisheye[i], lens[i],
           c.sigma[i]);
   print(out, "  a place in the picture is known to %.2f px or better (1 sigma)\n", c.widest_sigma_px);
-  const Coverage& seen = c.coverage;
+  const reconstruct::Coverage& seen = c.coverage;
   if (pinhole)
     print(out, "  corners in %.0f %% of the picture:\n", 100 * seen.reached());
   else
@@ -103,7 +103,7 @@ void write_calibration_report(std::ostream& out, const std::string& name, const 
   }
 }
 
-void write_stand_report(std::ostream& out, const ExtrinsicsCalibration& stand) {
+void write_stand_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& stand) {
   if (!stand.refusal.empty()) {
     out << "fish-eye to colour: not found: " << stand.refusal << '\n';
     return;
@@ -112,7 +112,7 @@ void write_stand_report(std::ostream& out, const ExtrinsicsCalibration& stand) {
   write_transform(out, stand.T_second_first, stand.shift_sigma_m, stand.turn_sigma_rad);
 }
 
-void write_vignetting_report(std::ostream& out, const VignettingCalibration& v) {
+void write_vignetting_report(std::ostream& out, const reconstruct::VignettingCalibration& v) {
   if (!v.refusal.empty()) {
     out << "fish-eye's vignetting: not found: " << v.refusal << '\n';
     return;
@@ -125,7 +125,7 @@ void write_vignetting_report(std::ostream& out, const VignettingCalibration& v) 
         v.widest_rad * kDegrees);
 }
 
-void write_time_report(std::ostream& out, const TimeOffsetCalibration& time) {
+void write_time_report(std::ostream& out, const reconstruct::TimeOffsetCalibration& time) {
   if (!time.refusal.empty()) {
     out << "fish-eye's time offset: not found: " << time.refusal << '\n';
     return;
@@ -135,7 +135,7 @@ void write_time_report(std::ostream& out, const TimeOffsetCalibration& time) {
         1e3 * time.offset_s, 1e3 * time.sigma_s, time.pictures, time.speed_px, time.median_px);
 }
 
-void write_depth_report(std::ostream& out, const DepthCalibration& depth) {
+void write_depth_report(std::ostream& out, const reconstruct::DepthCalibration& depth) {
   if (!depth.refusal.empty()) {
     out << "depth to colour: not found: " << depth.refusal << '\n';
     return;
@@ -155,7 +155,7 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
     out << "distortion = " << array_of(color->calibration.model.distortion) << '\n';
   }
   if (fisheye) {
-    const CameraModel& model = fisheye->calibration.model;
+    const capture::CameraModel& model = fisheye->calibration.model;
     write_head(out, "fisheye", *fisheye);
     out << "model = \"kannala-brandt\"\n";
     write_focal(out, model);
@@ -173,4 +173,4 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -10,32 +10,33 @@
 #include "reconstruct/calibrate/time_offset.h"
 #include "reconstruct/calibrate/vignetting.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct CalibratedCamera {
-  CameraCalibration calibration;
+  reconstruct::CameraCalibration calibration;
   std::string serial;  ///< empty: not known
 };
 
 /// Lens, uncertainties, residuals, and a map of where corners were seen.
-void write_calibration_report(std::ostream& out, const std::string& name, const CameraCalibration& calibration);
+void write_calibration_report(std::ostream& out, const std::string& name,
+                              const reconstruct::CameraCalibration& calibration);
 
 /// How the fish-eye stands to the colour camera.
-void write_stand_report(std::ostream& out, const ExtrinsicsCalibration& stand);
+void write_stand_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& stand);
 
 /// What the fish-eye's lens loses away from its axis.
-void write_vignetting_report(std::ostream& out, const VignettingCalibration& vignetting);
+void write_vignetting_report(std::ostream& out, const reconstruct::VignettingCalibration& vignetting);
 
 /// By how much the fish-eye's clock is behind.
-void write_time_report(std::ostream& out, const TimeOffsetCalibration& time);
+void write_time_report(std::ostream& out, const reconstruct::TimeOffsetCalibration& time);
 
 /// How the depth camera stands to the colour camera.
-void write_depth_report(std::ostream& out, const DepthCalibration& depth);
+void write_depth_report(std::ostream& out, const reconstruct::DepthCalibration& depth);
 
 /// What is known beside the lenses, as far as pictures say.
 struct CalibratedRest {
   std::optional<Eigen::Isometry3d> T_tag_fisheye;
-  std::optional<Vignetting> vignetting;
+  std::optional<capture::Vignetting> vignetting;
   std::optional<double> time_offset_s;
   struct Depth {
     int width = 0, height = 0;
@@ -49,4 +50,4 @@ struct CalibratedRest {
 void write_calibration_file(std::ostream& out, const std::optional<CalibratedCamera>& color,
                             const std::optional<CalibratedCamera>& fisheye, const CalibratedRest& rest);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
-void write_devices_text(std::ostream& out, const std::vector<CameraListing>& cameras) {
+void write_devices_text(std::ostream& out, const std::vector<capture::CameraListing>& cameras) {
   if (cameras.empty()) {
     out << "no cameras found\n";
   }
-  for (const CameraListing& camera : cameras) {
+  for (const capture::CameraListing& camera : cameras) {
     out << camera.source << "  " << camera.name << '\n';
     for (const std::string& other : camera.same_hardware) {
       out << "  the same hardware as " << other << '\n';
@@ -17,18 +17,18 @@ void write_devices_text(std::ostream& out, const std::vector<CameraListing>& cam
     if (!camera.rejection_reason.empty()) {
       out << "  cannot be looked into: " << camera.rejection_reason << '\n';
     }
-    for (const OfferedInput& input : camera.inputs) {
+    for (const capture::OfferedInput& input : camera.inputs) {
       out << "  input \"" << input.name << '"' << (input.chosen ? ", chosen" : "");
       out << (input.signal.empty() ? "" : ": ") << input.signal << '\n';
     }
-    for (const OfferedFormat& format : camera.formats) {
+    for (const capture::OfferedFormat& format : camera.formats) {
       out << "  " << format.pixels << ' ' << format.width << 'x' << format.height;
       if (format.rate_hz > 0.0) {
         out << " at up to " << format.rate_hz << " Hz";
       }
       out << '\n';
     }
-    for (const OfferedControl& control : camera.controls) {
+    for (const capture::OfferedControl& control : camera.controls) {
       out << "  " << control.name << " = " << control.value;
       if (!std::isnan(control.low)) {
         out << "  (" << control.low << " to " << control.high << ')';
@@ -38,21 +38,21 @@ void write_devices_text(std::ostream& out, const std::vector<CameraListing>& cam
   }
 }
 
-void write_devices_json(std::ostream& out, const std::vector<CameraListing>& cameras) {
+void write_devices_json(std::ostream& out, const std::vector<capture::CameraListing>& cameras) {
   auto all = nlohmann::ordered_json::array();
-  for (const CameraListing& camera : cameras) {
+  for (const capture::CameraListing& camera : cameras) {
     nlohmann::ordered_json one{{"source", camera.source},
                                {"name", camera.name},
                                {"formats", nlohmann::ordered_json::array()},
                                {"controls", nlohmann::ordered_json::array()}};
-    for (const OfferedFormat& f : camera.formats) {
+    for (const capture::OfferedFormat& f : camera.formats) {
       one["formats"].push_back(
           {{"pixel_format", f.pixels}, {"width", f.width}, {"height", f.height}, {"rate_hz", f.rate_hz}});
     }
-    for (const OfferedControl& c : camera.controls) {
+    for (const capture::OfferedControl& c : camera.controls) {
       one["controls"].push_back({{"name", c.name}, {"low", c.low}, {"high", c.high}, {"value", c.value}});
     }
-    for (const OfferedInput& i : camera.inputs) {
+    for (const capture::OfferedInput& i : camera.inputs) {
       one["inputs"].push_back({{"name", i.name}, {"chosen", i.chosen}, {"signal", i.signal}});
     }
     if (!camera.same_hardware.empty()) {
@@ -66,4 +66,4 @@ void write_devices_json(std::ostream& out, const std::vector<CameraListing>& cam
   out << all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

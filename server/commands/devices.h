@@ -5,9 +5,9 @@
 
 #include "capture/live/camera_list.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
-void write_devices_text(std::ostream& out, const std::vector<CameraListing>& cameras);
-void write_devices_json(std::ostream& out, const std::vector<CameraListing>& cameras);
+void write_devices_text(std::ostream& out, const std::vector<capture::CameraListing>& cameras);
+void write_devices_json(std::ostream& out, const std::vector<capture::CameraListing>& cameras);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -8,11 +8,11 @@ extern "C" {
 }
 
 #include "relight/gpu/device.h"
+#include "server/metrics/version.h"
 #include "server/stream/encode_h264.h"
 #include "server/stream/encode_jpeg.h"
-#include "server/metrics/version.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// One line: what was tried, and "ok" with a detail or the reason why not.
@@ -30,8 +30,8 @@ bool check(std::ostream& out, const char* what, Function function) {
 
 /// Every device with its backend, or why it cannot be used. One good device is enough.
 void list_gpus(std::ostream& out) {
-  for (const gpu::DeviceListing& device : gpu::list_devices()) {
-    out << "  " << gpu::name_of(device.backend) << ": " << device.name;
+  for (const relight::gpu::DeviceListing& device : relight::gpu::list_devices()) {
+    out << "  " << relight::gpu::name_of(device.backend) << ": " << device.name;
     if (!device.rejection_reason.empty()) {
       out << ": cannot be used: " << device.rejection_reason << '\n';
     } else {
@@ -47,11 +47,11 @@ bool write_doctor_report(std::ostream& out) {
       << Eigen::SimdInstructionSetsInUse() << '\n';
   list_gpus(out);
   bool good = check(out, "GPU", [] {
-    const gpu::Backend backend = gpu::best_backend();
-    return std::string(gpu::name_of(backend)) + " draws unless --backend says otherwise, on " +
-           gpu::create_device(backend, gpu::DeviceOptions{})->name();
+    const relight::gpu::Backend backend = relight::gpu::best_backend();
+    return std::string(relight::gpu::name_of(backend)) + " draws unless --backend says otherwise, on " +
+           relight::gpu::create_device(backend, relight::gpu::DeviceOptions{})->name();
   });
-  const Image<std::uint8_t> grey(64, 64, 3, 128);
+  const capture::Image<std::uint8_t> grey(64, 64, 3, 128);
   good &= check(out, "H.264", [&] {
     H264Encoder encoder(grey.width, grey.height);
     encoder.encode(grey, 0, true);
@@ -66,4 +66,4 @@ bool write_doctor_report(std::ostream& out) {
   return good;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

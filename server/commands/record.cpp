@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "capture/error.h"
-#include "capture/sync/pairing_reader.h"
 #include "capture/record/recording_lanes.h"
+#include "capture/sync/pairing_reader.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -28,7 +28,7 @@ struct Span {
 class Recording {
  public:
   Recording(const RecordCommand& command, const ServiceInput& input)
-      : sources_(open_sources(input.session)),
+      : sources_(capture::open_sources(input.session)),
         lanes_(input.session_text, named(input.session, sources_), command.out, false),
         seconds_(command.seconds) {
     for (const auto& source : {sources_.color, sources_.depth, sources_.fisheye}) {
@@ -42,7 +42,7 @@ class Recording {
   void run(const std::atomic<bool>& interrupted) {
     std::vector<std::jthread> readers;
     reading_ = static_cast<int>(distinct_.size());
-    for (Source* source : distinct_) {
+    for (capture::Source* source : distinct_) {
       readers.emplace_back([this, source] { read(*source); });
     }
     // A live camera that gives nothing never reaches the end of its seconds.
@@ -71,9 +71,9 @@ class Recording {
 
   void report(std::ostream& out, const std::filesystem::path& folder) const {
     out << "recorded to " << folder.string() << ":\n";
-    for (const Stream stream : {Stream::color, Stream::depth, Stream::fisheye}) {
+    for (const capture::Stream stream : {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye}) {
       if (used_[static_cast<std::size_t>(stream)]) {
-        const RecordingLanes::Count count = lanes_.count(stream);
+        const capture::RecordingLanes::Count count = lanes_.count(stream);
         out << "  " << name_of(stream) << ": " << count.pictures << " pictures";
         if (count.lost > 0) {
           out << ", " << count.lost << " lost";
@@ -86,17 +86,17 @@ class Recording {
     }
   }
 
-  std::uint64_t pictures() const { return lanes_.count(Stream::color).pictures; }
+  std::uint64_t pictures() const { return lanes_.count(capture::Stream::color).pictures; }
 
  private:
-  static Session named(Session session, const PairedSources& sources) {
-    take_serials(session, sources);
+  static capture::Session named(capture::Session session, const capture::PairedSources& sources) {
+    capture::take_serials(session, sources);
     return session;
   }
   /// A camera's trouble once it begins.
   void say_troubles() {
     std::set<std::string> now;
-    for (const Source* source : distinct_) {
+    for (const capture::Source* source : distinct_) {
       now.insert(source->fault());
     }
     now.erase("");
@@ -115,23 +115,23 @@ class Recording {
   }
 
   /// True once every stream of this source has had its seconds.
-  bool all_over(const Source& source) const {
-    const auto over = [&](const std::shared_ptr<Source>& s, Stream stream) {
+  bool all_over(const capture::Source& source) const {
+    const auto over = [&](const std::shared_ptr<capture::Source>& s, capture::Stream stream) {
       return s.get() != &source || spans_[static_cast<std::size_t>(stream)].over;
     };
-    return over(sources_.color, Stream::color) && over(sources_.depth, Stream::depth) &&
-           over(sources_.fisheye, Stream::fisheye);
+    return over(sources_.color, capture::Stream::color) && over(sources_.depth, capture::Stream::depth) &&
+           over(sources_.fisheye, capture::Stream::fisheye);
   }
 
-  void read(Source& source) {
+  void read(capture::Source& source) {
     try {
       while (!stop_ && !source.finished() && !all_over(source)) {
-        std::optional<SourceItem> item = source.next(kTick);
+        std::optional<capture::SourceItem> item = source.next(kTick);
         if (!item) {
           continue;
         }
-        Span& span = spans_[static_cast<std::size_t>(stream_of(*item))];
-        if (within(span, stamp_of(*item).time_ns)) {
+        Span& span = spans_[static_cast<std::size_t>(capture::stream_of(*item))];
+        if (within(span, capture::stamp_of(*item).time_ns)) {
           lanes_.put(std::move(*item), sources_.live);
         }
       }
@@ -143,10 +143,10 @@ class Recording {
     --reading_;
   }
 
-  PairedSources sources_;
-  RecordingLanes lanes_;
+  capture::PairedSources sources_;
+  capture::RecordingLanes lanes_;
   std::optional<double> seconds_;
-  std::set<Source*> distinct_;
+  std::set<capture::Source*> distinct_;
   std::set<std::string> said_;
   std::array<bool, 3> used_{};
   std::array<Span, 3> spans_;  ///< by Stream, each of one thread
@@ -168,4 +168,4 @@ void run_record(const RecordCommand& command, const std::atomic<bool>& interrupt
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,7 +7,7 @@
 
 #include "server/pipeline/service_config.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct RecordCommand {
   ServiceFiles files;
@@ -19,4 +19,4 @@ struct RecordCommand {
 /// Throws InputError at the start, and std::runtime_error where the disk takes no more: what came before it is kept.
 void run_record(const RecordCommand& command, const std::atomic<bool>& interrupted, std::ostream& report);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

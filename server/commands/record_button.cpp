@@ -6,7 +6,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// As 2026-11-22T05-04-03Z, which every file system takes.
@@ -20,12 +20,12 @@ std::string time_name() {
 }
 
 /// What is kept of an item: the picture that is shown takes no part in it where the camera gave another.
-SourceItem kept(const SourceItem& item) {
-  const auto* picture = std::get_if<Picture>(&item);
+capture::SourceItem kept(const capture::SourceItem& item) {
+  const auto* picture = std::get_if<capture::Picture>(&item);
   if (picture == nullptr || !picture->original) {
     return item;
   }
-  Picture out;
+  capture::Picture out;
   out.stamp = picture->stamp;
   out.stream = picture->stream;
   out.exposure = picture->exposure;
@@ -45,7 +45,8 @@ std::string reason_of(const std::exception_ptr& failure) {
 
 }  // namespace
 
-RecordButton::RecordButton(SessionText text, Session session, std::filesystem::path folder, SourceObserver& tap)
+RecordButton::RecordButton(capture::SessionText text, capture::Session session, std::filesystem::path folder,
+                           capture::SourceObserver& tap)
     : text_(std::move(text)), session_(std::move(session)), folder_(std::move(folder)), tap_(tap) {}
 
 RecordButton::~RecordButton() {
@@ -63,14 +64,14 @@ void RecordButton::press(bool on) {
   state_ = {};
   state_.folder = folder.string();
   try {
-    lanes_ = std::make_shared<RecordingLanes>(text_, session_, folder, true);
+    lanes_ = std::make_shared<capture::RecordingLanes>(text_, session_, folder, true);
   } catch (const std::exception& e) {
     state_.error = e.what();
     return;
   }
   state_.doing = Doing::recording;
   began_ = Clock::now();
-  tap_.listen([lanes = lanes_](const SourceItem& item) { lanes->put(kept(item), true); });
+  tap_.listen([lanes = lanes_](const capture::SourceItem& item) { lanes->put(kept(item), true); });
 }
 
 /// Hears nothing any more, and lets what was heard be written on a thread of its own.
@@ -86,7 +87,7 @@ void RecordButton::end() {
     {
       const std::lock_guard lock(mutex_);
       count();
-      if (state_.error.empty() && lanes->count(Stream::color).pictures == 0) {
+      if (state_.error.empty() && lanes->count(capture::Stream::color).pictures == 0) {
         state_.error = "no colour picture came, so it cannot be replayed";
       }
       compressing_ = state_.error.empty();
@@ -108,7 +109,7 @@ void RecordButton::count() {
     state_.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
   }
   state_.pictures = state_.lost = 0;
-  for (const Stream stream : {Stream::color, Stream::depth, Stream::fisheye}) {
+  for (const capture::Stream stream : {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye}) {
     state_.pictures += lanes_->count(stream).pictures;
     state_.lost += lanes_->count(stream).lost;
   }
@@ -130,4 +131,4 @@ RecordButton::State RecordButton::state() {
   return state;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

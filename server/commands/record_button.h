@@ -9,10 +9,10 @@
 #include <string>
 #include <thread>
 
-#include "capture/record/source_observer.h"
 #include "capture/record/recording_lanes.h"
+#include "capture/record/source_observer.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class RecordButton {
  public:
@@ -26,7 +26,8 @@ class RecordButton {
   };
 
   /// Recordings become folders in `folder`, named by the time.
-  RecordButton(SessionText text, Session session, std::filesystem::path folder, SourceObserver& tap);
+  RecordButton(capture::SessionText text, capture::Session session, std::filesystem::path folder,
+               capture::SourceObserver& tap);
   ~RecordButton();  ///< ends a recording first
 
   /// Returns at once; what goes wrong is in the state. Nothing happens where it is so already, or one is being
@@ -41,16 +42,16 @@ class RecordButton {
   void end();
   void count();
 
-  const SessionText text_;
-  const Session session_;
+  const capture::SessionText text_;
+  const capture::Session session_;
   const std::filesystem::path folder_;
-  SourceObserver& tap_;
+  capture::SourceObserver& tap_;
   std::mutex mutex_;
   State state_;
   Clock::time_point began_;
-  std::shared_ptr<RecordingLanes> lanes_;  ///< while recording or finishing
+  std::shared_ptr<capture::RecordingLanes> lanes_;  ///< while recording or finishing
   std::atomic<bool> compressing_ = false;
   std::jthread finisher_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

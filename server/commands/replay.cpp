@@ -6,15 +6,15 @@
 #include <regex>
 
 #include "capture/error.h"
+#include "capture/formats/picture_writer.h"
 #include "capture/recorded/seekable_reader.h"
 #include "capture/source.h"
 #include "reconstruct/field/surface_mesh.h"
 #include "server/pipeline/frame_record.h"
-#include "server/pipeline/offline_pipeline.h"
 #include "server/pipeline/make_renderer.h"
-#include "capture/formats/picture_writer.h"
+#include "server/pipeline/offline_pipeline.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 namespace fs = std::filesystem;
@@ -24,7 +24,7 @@ class PartialOutput {
  public:
   explicit PartialOutput(fs::path out) : out_(std::move(out)), partial_(out_ / ".lumigraft-partial") {
     if (fs::exists(out_) && !fs::is_directory(out_)) {
-      throw InputError("--out: " + out_.string() + " is a file, allowed: a folder, there or not");
+      throw capture::InputError("--out: " + out_.string() + " is a file, allowed: a folder, there or not");
     }
     made_out_ = !fs::exists(out_);
     std::error_code error;
@@ -34,7 +34,7 @@ class PartialOutput {
       fs::create_directory(partial_, error);
     }
     if (error) {
-      throw InputError("--out: " + out_.string() + ": " + error.message());
+      throw capture::InputError("--out: " + out_.string() + ": " + error.message());
     }
   }
   PartialOutput(const PartialOutput&) = delete;
@@ -78,7 +78,7 @@ std::string frame_name(std::uint64_t index) {
 }
 
 /// What capture said of a colour picture that is missing before `frame`.
-std::string lost_picture(const FrameSet& frame, std::uint64_t index) {
+std::string lost_picture(const capture::FrameSet& frame, std::uint64_t index) {
   const std::string about = "colour picture " + std::to_string(index) + " ";
   for (const std::string& warning : frame.warnings) {
     if (warning.starts_with(about)) {
@@ -88,10 +88,10 @@ std::string lost_picture(const FrameSet& frame, std::uint64_t index) {
   return about + "is missing";
 }
 
-void write_maps(const fs::path& stem, const RelightMaps& maps) {
-  const auto write = [&](const char* name, const Image<float>& image) {
+void write_maps(const fs::path& stem, const relight::RelightMaps& maps) {
+  const auto write = [&](const char* name, const capture::Image<float>& image) {
     if (!image.empty()) {
-      write_exr(stem.string() + "_" + name + ".exr", image);
+      capture::write_exr(stem.string() + "_" + name + ".exr", image);
     }
   };
   write("albedo", maps.albedo);
@@ -106,26 +106,26 @@ void write_maps(const fs::path& stem, const RelightMaps& maps) {
 bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupted) {
   ServiceInput input = read_service(command.files, replay_plan());
   for (const std::string& warning : input.warnings) std::cerr << "lumigraft: " << warning << '\n';
-  std::unique_ptr<FrameReader> frames = command.from_s > 0.0
-                                            ? open_frames_from(input.session, std::llround(1e9 * command.from_s))
-                                            : open_frames(input.session);
+  std::unique_ptr<capture::FrameReader> frames =
+      command.from_s > 0.0 ? capture::open_frames_from(input.session, std::llround(1e9 * command.from_s))
+                           : capture::open_frames(input.session);
   if (frames->live()) {
-    throw InputError("replay: " + input.session.name + " has live cameras, allowed: a recorded session");
+    throw capture::InputError("replay: " + input.session.name + " has live cameras, allowed: a recorded session");
   }
   std::unique_ptr<Oracle> oracle;
   if (command.oracle.any()) {
     oracle = std::make_unique<Oracle>(input.session, command.oracle);
   }
   PartialOutput output(command.out);
-  const auto make_device = [backend = input.server.backend] { return gpu::create_device(backend, {}); };
+  const auto make_device = [backend = input.server.backend] { return relight::gpu::create_device(backend, {}); };
   OfflinePipeline pipeline(input.session, std::move(input.exhibit), input.plan, make_device, std::move(oracle));
 
   std::ofstream lines(output.folder() / "frames.jsonl", std::ios::binary);
   auto limit = static_cast<std::uint64_t>(command.frames);
   std::uint64_t expected = 0, written = 0, skipped = 0;
-  std::shared_ptr<const DistanceField> field;
+  std::shared_ptr<const reconstruct::DistanceField> field;
   while (expected < limit && !interrupted) {
-    const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10));
+    const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10));
     if (!frame) {
       break;
     }
@@ -143,7 +143,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
     }
     const FrameRecord record = pipeline.step(*frame, command.dump);
     const fs::path stem = output.folder() / frame_name(frame->index);
-    write_png(stem.string() + ".png", record.picture.srgb);
+    capture::write_png(stem.string() + ".png", record.picture.srgb);
     if (command.dump && record.picture.maps) {
       write_maps(stem, *record.picture.maps);
     }
@@ -156,11 +156,11 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
     return false;
   }
   if (written == 0) {
-    throw InputError(input.session.folder.string() + ": no colour picture of the session can be read" +
-                     (command.from_s > 0.0 ? " from second " + std::to_string(command.from_s) + " on" : ""));
+    throw capture::InputError(input.session.folder.string() + ": no colour picture of the session can be read" +
+                              (command.from_s > 0.0 ? " from second " + std::to_string(command.from_s) + " on" : ""));
   }
   if (command.dump && field) {
-    write_ply(extract_surface(*field), output.folder() / "surface.ply");
+    reconstruct::write_ply(reconstruct::extract_surface(*field), output.folder() / "surface.ply");
   }
   lines.close();
   if (!lines) {
@@ -172,4 +172,4 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   return true;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

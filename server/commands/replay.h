@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <limits>
 
-#include "server/truth/oracle.h"
 #include "server/pipeline/service_config.h"
+#include "server/truth/oracle.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct ReplayCommand {
   ServiceFiles files;
@@ -26,4 +26,4 @@ struct ReplayCommand {
 /// frames. True when done, false when interrupted.
 bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupted);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

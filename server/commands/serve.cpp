@@ -3,17 +3,17 @@
 #include <cstdio>
 
 #include "capture/error.h"
-#include "capture/recorded/seekable_reader.h"
 #include "capture/record/source_observer.h"
-#include "server/stream/page.h"
-#include "server/pipeline/pipeline.h"
+#include "capture/recorded/seekable_reader.h"
 #include "server/commands/record_button.h"
 #include "server/commands/serve_log.h"
 #include "server/commands/serve_texts.h"
 #include "server/commands/stop_signal.h"
+#include "server/pipeline/pipeline.h"
+#include "server/stream/page.h"
 #include "server/stream/web_server.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 WebReply snapshot(const Pipeline& pipeline, JpegEncoder& encoder) {
@@ -52,21 +52,22 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
     read_listen(listen, "--listen", input.server);
   }
   if (input.plan.method == "reference") {
-    throw InputError("plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
+    throw capture::InputError(
+        "plan.method: found \"reference\", allowed with serve: what draws while it runs, as \"dvct\"");
   }
-  const Session session = input.session;
+  const capture::Session session = input.session;
   const ServerSettings server = input.server;
-  SourceObserver tap;
-  Session named = session;  // as the cameras call themselves
-  const auto open = [&tap, &named, session]() -> std::unique_ptr<FrameReader> {
-    PairedSources sources = open_sources(session);
+  capture::SourceObserver tap;
+  capture::Session named = session;  // as the cameras call themselves
+  const auto open = [&tap, &named, session]() -> std::unique_ptr<capture::FrameReader> {
+    capture::PairedSources sources = capture::open_sources(session);
     if (!sources.live) {
-      return seekable_frames(session, std::move(sources));
+      return capture::seekable_frames(session, std::move(sources));
     }
-    take_serials(named, sources);
-    return pair_sources(session, tap.on(sources));
+    capture::take_serials(named, sources);
+    return capture::pair_sources(session, tap.on(sources));
   };
-  std::unique_ptr<FrameReader> frames = open();
+  std::unique_ptr<capture::FrameReader> frames = open();
   const bool live = frames->live();
   std::optional<RecordButton> button;
   if (live && !server.recordings.empty()) {
@@ -79,7 +80,8 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   WebServer* web_pointer = nullptr;
   Pipeline pipeline(
       std::move(input), std::move(frames), open,
-      [backend = server.backend] { return gpu::create_device(backend, gpu::DeviceOptions{}); }, demand, metrics,
+      [backend = server.backend] { return relight::gpu::create_device(backend, relight::gpu::DeviceOptions{}); },
+      demand, metrics,
       [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); });
 
   WebSettings settings;
@@ -128,4 +130,4 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   pipeline.join();  // or the stop signal's patience ends first
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

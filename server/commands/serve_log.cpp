@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr std::size_t kMostRemembered = 200;  // warnings with numbers in them must not fill memory
@@ -42,4 +42,4 @@ std::vector<std::string> ServeLog::lines(const std::vector<std::string>& warning
 
 void ServeLog::write(const std::string& line) { std::fprintf(stderr, "lumigraft: %s\n", line.c_str()); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class ServeLog {
  public:
@@ -33,4 +33,4 @@ class ServeLog {
   Clock::time_point drops_time_ = Clock::now();
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -2,10 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/pipeline/plan_json.h"
 #include "server/metrics/version.h"
+#include "server/pipeline/plan_json.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -29,8 +29,8 @@ Json playback_json(const Playback::State& state) {
 
 }  // namespace
 
-std::string hello_text(const Session& session, const ExhibitState& exhibit) {
-  const CameraModel& c = session.color.model;
+std::string hello_text(const capture::Session& session, const ExhibitState& exhibit) {
+  const capture::CameraModel& c = session.color.model;
   return text({{"type", "hello"},
                {"protocol", kProtocolVersion},
                {"program", version_line()},
@@ -93,4 +93,4 @@ Health health(const Metrics& metrics) {
   return health;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "capture/session/session.h"
-#include "server/pipeline/exhibit_state.h"
-#include "server/metrics/metrics.h"
-#include "server/pipeline/pipeline.h"
 #include "server/commands/record_button.h"
+#include "server/metrics/metrics.h"
+#include "server/pipeline/exhibit_state.h"
+#include "server/pipeline/pipeline.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
-std::string hello_text(const Session& session, const ExhibitState& exhibit);
+std::string hello_text(const capture::Session& session, const ExhibitState& exhibit);
 std::string state_text(const ExhibitState& exhibit);
 /// `recording` is empty where the page may not record, `playback` where cameras are live.
 std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
@@ -26,4 +26,4 @@ struct Health {
 };
 Health health(const Metrics& metrics);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

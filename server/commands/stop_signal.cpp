@@ -5,7 +5,7 @@
 #include <csignal>
 #include <thread>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 StopSignal::StopSignal() {
   std::signal(SIGPIPE, SIG_IGN);  // a viewer that leaves is an error code
@@ -45,4 +45,4 @@ bool StopSignal::wait(std::chrono::milliseconds timeout) {
   return changed_.wait_for(lock, timeout, [this] { return came_; });
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

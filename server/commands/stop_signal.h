@@ -4,7 +4,7 @@
 #include <condition_variable>
 #include <mutex>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// Make it before any other thread: they inherit that these signals are not theirs. Lives as long as the process.
 /// Until `armed`, a signal ends the process at once with exit code 0: at start-up nothing needs an orderly end, and
@@ -30,4 +30,4 @@ class StopSignal {
   bool armed_ = false, came_ = false;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,14 +7,14 @@
 #include <fstream>
 
 #include "capture/error.h"
-#include "capture/sync/pairing_reader.h"
 #include "capture/formats/picture_file.h"
 #include "capture/formats/picture_list.h"
-#include "capture/session/session_text.h"
-#include "server/commands/record.h"
 #include "capture/formats/picture_writer.h"
+#include "capture/session/session_text.h"
+#include "capture/sync/pairing_reader.h"
+#include "server/commands/record.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,11 +23,11 @@ constexpr double kCountsPerMetre = 5000.0;
 void make_folder(const fs::path& folder) {
   std::error_code error;
   if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
-    throw InputError("--out: found " + folder.string() + " in use, allowed: a folder that is new or empty");
+    throw capture::InputError("--out: found " + folder.string() + " in use, allowed: a folder that is new or empty");
   }
   fs::create_directories(folder, error);
   if (error) {
-    throw InputError("--out: " + folder.string() + ": " + error.message());
+    throw capture::InputError("--out: " + folder.string() + ": " + error.message());
   }
 }
 
@@ -68,11 +68,11 @@ std::string session_text(const std::string& name, const std::string& color, cons
 /// A stream's list and pictures from `from` to `out`, under names of ours.
 std::size_t copy_stream(const fs::path& from, const fs::path& out, const std::string& name,
                         const std::atomic<bool>& interrupted) {
-  const std::vector<ListedPicture> pictures = read_picture_list(from, {});
+  const std::vector<capture::ListedPicture> pictures = capture::read_picture_list(from, {});
   fs::create_directories(out / name);
   std::string list = "# timestamp_s path\n";
   std::size_t count = 0;
-  for (const ListedPicture& picture : pictures) {
+  for (const capture::ListedPicture& picture : pictures) {
     if (interrupted) {
       throw std::runtime_error("interrupted, " + out.string() + " is not whole");
     }
@@ -82,8 +82,8 @@ std::size_t copy_stream(const fs::path& from, const fs::path& out, const std::st
     std::error_code error;
     fs::copy_file(picture.path, out / to, error);
     if (error) {
-      throw InputError(from.string() + ":" + std::to_string(picture.line) + ": " + picture.name + ": " +
-                       error.message());
+      throw capture::InputError(from.string() + ":" + std::to_string(picture.line) + ": " + picture.name + ": " +
+                                error.message());
     }
     list += seconds_text(picture.time_ns) + " " + to + "\n";
   }
@@ -93,7 +93,7 @@ std::size_t copy_stream(const fs::path& from, const fs::path& out, const std::st
 
 void import_tum(const ImportCommand& command, const std::atomic<bool>& interrupted, std::ostream& report) {
   const fs::path rgb = command.from / "rgb.txt", depth = command.from / "depth.txt";
-  const PictureHeader first = read_picture_header(read_picture_list(rgb, {}).front().path);
+  const capture::PictureHeader first = capture::read_picture_header(capture::read_picture_list(rgb, {}).front().path);
   make_folder(command.out);
   const bool with_depth = fs::exists(depth);
   const std::size_t colors = copy_stream(rgb, command.out, "color", interrupted);
@@ -102,8 +102,9 @@ void import_tum(const ImportCommand& command, const std::atomic<bool>& interrupt
   const fs::path session = command.out / "session.toml";
   write_text(session, session_text(name, "images:color.txt", with_depth ? "images:depth.txt" : "", first.width,
                                    first.height, 1.0 / kCountsPerMetre));
-  write_text(session, text_with_overrides({session, command.overrides}));
-  open_frames(read_session(ConfigTable::load(session)));  // whatever is wrong with it is said now
+  write_text(session, capture::text_with_overrides({session, command.overrides}));
+  capture::open_frames(
+      capture::read_session(capture::ConfigTable::load(session)));  // whatever is wrong with it is said now
   report << "imported to " << command.out.string() << ":\n  colour: " << colors << " pictures\n  depth: " << depths
          << " pictures\n";
 }
@@ -126,8 +127,8 @@ void import_oni(const ImportCommand& command, const std::atomic<bool>& interrupt
 }
 
 /// Depth in the counts of TUM. What lies beyond their 13.1 m counts as not measured.
-Image<std::uint16_t> counts_of(const Image<float>& depth_m, std::uint64_t& too_far) {
-  Image<std::uint16_t> counts(depth_m.width, depth_m.height, 1);
+capture::Image<std::uint16_t> counts_of(const capture::Image<float>& depth_m, std::uint64_t& too_far) {
+  capture::Image<std::uint16_t> counts(depth_m.width, depth_m.height, 1);
   for (std::size_t i = 0; i < counts.data.size(); ++i) {
     const double value = std::round(kCountsPerMetre * static_cast<double>(depth_m.data[i]));
     const bool fits = value <= 65535.0;
@@ -145,7 +146,8 @@ void run_import(const ImportCommand& command, const std::atomic<bool>& interrupt
   } else if (fs::is_regular_file(command.from) && command.from.extension() == ".oni") {
     import_oni(command, interrupted, report);
   } else {
-    throw InputError(command.from.string() + ": found neither, allowed: a TUM folder (rgb.txt) or an .oni file");
+    throw capture::InputError(command.from.string() +
+                              ": found neither, allowed: a TUM folder (rgb.txt) or an .oni file");
   }
 }
 
@@ -153,13 +155,13 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
   ServiceFiles files;
   files.session = command.session;
   files.overrides = command.overrides;
-  const Session session = read_service(files, interactive_plan()).session;
-  const std::unique_ptr<FrameReader> frames = open_frames(session);
+  const capture::Session session = read_service(files, interactive_plan()).session;
+  const std::unique_ptr<capture::FrameReader> frames = capture::open_frames(session);
   if (frames->live()) {
-    throw InputError("export: " + session.name + " has live cameras, allowed: a recorded session");
+    throw capture::InputError("export: " + session.name + " has live cameras, allowed: a recorded session");
   }
   make_folder(command.out);
-  const CameraModel& lens = session.color.model;
+  const capture::CameraModel& lens = session.color.model;
   char camera[160];
   std::snprintf(camera, sizeof camera, "# fx %.9g fy %.9g cx %.9g cy %.9g\n", lens.fx, lens.fy, lens.cx, lens.cy);
   std::string rgb = "# timestamp filename\n" + std::string(camera), depth = "# timestamp filename\n",
@@ -168,12 +170,12 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
   for (const char* stream : {"rgb", "depth", "fisheye"}) {
     fs::create_directory(command.out / stream);
   }
-  while (const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10))) {
+  while (const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10))) {
     if (interrupted) {
       break;
     }
     warnings += frame->warnings.size();
-    const auto line = [](const char* folder, const Stamp& stamp, const std::string& suffix = "") {
+    const auto line = [](const char* folder, const capture::Stamp& stamp, const std::string& suffix = "") {
       const std::string time = seconds_text(stamp.time_ns);
       return std::pair(std::string(folder) + "/" + time + suffix + ".png", time);
     };
@@ -181,24 +183,24 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
       ++radiance;
     } else {
       const auto [file, time] = line("rgb", frame->color->stamp);
-      write_png(command.out / file, frame->color->encoded);
+      capture::write_png(command.out / file, frame->color->encoded);
       rgb += time + " " + file + "\n";
       ++colors;
     }
     if (frame->depth) {
       const auto [file, time] = line("depth", frame->depth->stamp);
-      write_png(command.out / file, counts_of(frame->depth->depth_m, too_far));
+      capture::write_png(command.out / file, counts_of(frame->depth->depth_m, too_far));
       depth += time + " " + file + "\n";
       ++depths;
     }
     for (std::size_t i = 0; i < frame->fisheye.size(); ++i) {
-      const Picture& picture = *frame->fisheye[i];
+      const capture::Picture& picture = *frame->fisheye[i];
       if (picture.encoded.empty()) {
         ++radiance;
         continue;
       }
       const auto [file, time] = line("fisheye", picture.stamp, i > 0 ? "-" + std::to_string(i) : "");
-      write_png(command.out / file, picture.encoded);
+      capture::write_png(command.out / file, picture.encoded);
       char exposure[32];
       std::snprintf(exposure, sizeof exposure, " %.9g\n", picture.exposure);
       fisheye += time + " " + file + exposure;
@@ -228,4 +230,4 @@ void run_export(const ExportCommand& command, const std::atomic<bool>& interrupt
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

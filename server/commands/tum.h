@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct ImportCommand {
   std::filesystem::path from;          ///< a TUM folder, or an .oni file
@@ -32,4 +32,4 @@ struct ExportCommand {
 /// run_import; what was written before an interruption stays.
 void run_export(const ExportCommand& command, const std::atomic<bool>& interrupted, std::ostream& report);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

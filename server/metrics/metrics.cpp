@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr std::size_t kMostInterval = 4096;  // no one asked for the interval for long: the oldest half goes
@@ -161,4 +161,4 @@ std::string Metrics::prometheus() const {
   return out.str();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// Times of one stage over the last interval, milliseconds.
 struct StageSummary {
@@ -86,4 +86,4 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

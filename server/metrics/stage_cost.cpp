@@ -2,7 +2,7 @@
 
 #include <ctime>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 double process_cpu_ms() {
@@ -20,4 +20,4 @@ StageCost CostClock::elapsed() const {
           process_cpu_ms() - cpu_start_ms_};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -1,7 +1,7 @@
 #include "server/metrics/version.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 std::string version_line() { return "lumigraft " LUMIGRAFT_VERSION; }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -1,8 +1,8 @@
 #pragma once
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 std::string version_line();  ///< "lumigraft 0.1.0"
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -14,7 +14,7 @@
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class AlbedoSchedule {
  public:
@@ -23,16 +23,16 @@ class AlbedoSchedule {
   static constexpr double kMuchLight = 0.2;      ///< or the lamps' irradiance changed by a fifth of its sum
 
   /// True when nothing was solved, or what was solved is far from what is known now.
-  bool changed_much(const DistanceField& field, const Illumination& light) const;
-  bool changed(const DistanceField& field, const Illumination& light) const;
+  bool changed_much(const reconstruct::DistanceField& field, const reconstruct::Illumination& light) const;
+  bool changed(const reconstruct::DistanceField& field, const reconstruct::Illumination& light) const;
   /// Whether something moved since that solutions should follow, or the light changed by more than a little.
-  bool moved(const DistanceField& field, const Illumination& light) const;
+  bool moved(const reconstruct::DistanceField& field, const reconstruct::Illumination& light) const;
   /// Lock step's rule; counts frames.
-  bool due(const DistanceField& field, const Illumination& light);
+  bool due(const reconstruct::DistanceField& field, const reconstruct::Illumination& light);
   /// What is being solved, before it is.
-  void begin(std::shared_ptr<const DistanceField> field, const Illumination& light);
+  void begin(std::shared_ptr<const reconstruct::DistanceField> field, const reconstruct::Illumination& light);
   /// What came of it; null: nothing.
-  void solved(std::shared_ptr<const AlbedoField> albedo);
+  void solved(std::shared_ptr<const reconstruct::AlbedoField> albedo);
 
   static constexpr int kMostPatience = 8;
   static constexpr float kLittle = 0.01f;  ///< of albedo, of light
@@ -43,16 +43,16 @@ class AlbedoSchedule {
 
  private:
   struct Known {
-    std::shared_ptr<const DistanceField> field;
+    std::shared_ptr<const reconstruct::DistanceField> field;
     std::uint64_t light_version;
-    std::vector<PointLight> lights;
+    std::vector<reconstruct::PointLight> lights;
   };
-  double light_change(const Illumination& light) const;
+  double light_change(const reconstruct::Illumination& light) const;
 
   std::optional<Known> known_;
-  std::shared_ptr<const AlbedoField> albedo_;
+  std::shared_ptr<const reconstruct::AlbedoField> albedo_;
   int frames_since_ = 0, patience_ = 1;
   bool disturbed_ = true;  ///< what is being solved was much, or something moved
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -3,9 +3,9 @@
 #include "capture/frame.h"
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// 8-bit pictures as they came; pictures that hold radiance as round(255 · sRGB(clip(exposure · L, 0, 1))).
-Image<std::uint8_t> camera_picture(const Picture& color);
+capture::Image<std::uint8_t> camera_picture(const capture::Picture& color);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

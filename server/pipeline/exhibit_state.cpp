@@ -3,22 +3,22 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// The material an object starts from when a viewer changes a part of it.
-Material current_material(const VirtualObject& object) {
+relight::Material current_material(const relight::VirtualObject& object) {
   if (object.material) {
     return *object.material;
   }
-  return object.model && !object.model->parts.empty() ? object.model->parts.front().material : Material{};
+  return object.model && !object.model->parts.empty() ? object.model->parts.front().material : relight::Material{};
 }
 
-std::optional<Material> changed(const VirtualObject& object, const MaterialChange& change) {
+std::optional<relight::Material> changed(const relight::VirtualObject& object, const MaterialChange& change) {
   if (change.models_own) {
     return std::nullopt;
   }
-  Material material = current_material(object);
+  relight::Material material = current_material(object);
   material.base_color = change.base_color.value_or(material.base_color);
   material.metallic = change.metallic.value_or(material.metallic);
   material.roughness = change.roughness.value_or(material.roughness);
@@ -28,22 +28,22 @@ std::optional<Material> changed(const VirtualObject& object, const MaterialChang
 
 }  // namespace
 
-ExhibitState::ExhibitState(Exhibit exhibit) {
-  for (const VirtualObject& object : exhibit.objects) {
+ExhibitState::ExhibitState(relight::Exhibit exhibit) {
+  for (const relight::VirtualObject& object : exhibit.objects) {
     rest_.push_back(object.rotation);
     yaw_degrees_.push_back(0.0);
   }
-  exhibit_ = std::make_shared<const Exhibit>(std::move(exhibit));
+  exhibit_ = std::make_shared<const relight::Exhibit>(std::move(exhibit));
 }
 
-std::shared_ptr<const Exhibit> ExhibitState::newest() const {
+std::shared_ptr<const relight::Exhibit> ExhibitState::newest() const {
   std::lock_guard lock(mutex_);
   return exhibit_;
 }
 
 std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   std::lock_guard lock(mutex_);
-  auto next = std::make_shared<Exhibit>(*exhibit_);  // models are shared: a copy is small
+  auto next = std::make_shared<relight::Exhibit>(*exhibit_);  // models are shared: a copy is small
   std::size_t index = next->objects.size();
   if (const auto* number = std::get_if<std::size_t>(&command.object)) {
     index = *number;
@@ -57,7 +57,7 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   if (index >= next->objects.size()) {
     return "object: there are " + std::to_string(next->objects.size()) + " objects, see hello";
   }
-  VirtualObject& object = next->objects[index];
+  relight::VirtualObject& object = next->objects[index];
   if (command.position_m) {
     object.position_m = *command.position_m;
   }
@@ -86,7 +86,7 @@ std::string ExhibitState::objects_json() const {
   std::lock_guard lock(mutex_);
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < exhibit_->objects.size(); ++i) {
-    const VirtualObject& o = exhibit_->objects[i];
+    const relight::VirtualObject& o = exhibit_->objects[i];
     nlohmann::ordered_json json{{"index", i},
                                 {"name", o.name},
                                 {"visible", o.visible},
@@ -107,4 +107,4 @@ std::string ExhibitState::objects_json() const {
   return objects.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -10,13 +10,13 @@
 #include "relight/exhibit/exhibit.h"
 #include "server/stream/protocol.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class ExhibitState {
  public:
-  explicit ExhibitState(Exhibit exhibit);
+  explicit ExhibitState(relight::Exhibit exhibit);
 
-  std::shared_ptr<const Exhibit> newest() const;
+  std::shared_ptr<const relight::Exhibit> newest() const;
   /// What is wrong with the command, if anything. An object that is moved or turned by hand leaves its key frames.
   std::optional<std::string> apply(const ObjectCommand& command);
   /// The objects as a JSON array, as `hello` and `state` carry them.
@@ -24,9 +24,9 @@ class ExhibitState {
 
  private:
   mutable std::mutex mutex_;
-  std::shared_ptr<const Exhibit> exhibit_;
+  std::shared_ptr<const relight::Exhibit> exhibit_;
   std::vector<Eigen::Quaterniond> rest_;  ///< attitudes before any viewer turned anything
   std::vector<double> yaw_degrees_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

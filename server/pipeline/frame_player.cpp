@@ -6,19 +6,19 @@
 #include <mutex>
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience{100};
 /// Further behind than this, a recording goes on from now instead of catching up in a burst.
 constexpr std::chrono::milliseconds kTooLate{500};
 
-std::size_t bytes_of(const Picture& picture) {
+std::size_t bytes_of(const capture::Picture& picture) {
   return picture.encoded.data.size() + sizeof(float) * picture.radiance.data.size() +
          (picture.original ? picture.original->bytes.size() : 0);
 }
 
-std::size_t bytes_of(const FrameSet& frame) {
+std::size_t bytes_of(const capture::FrameSet& frame) {
   std::size_t bytes = bytes_of(*frame.color);
   if (frame.depth) {
     bytes += sizeof(float) * frame.depth->depth_m.data.size();
@@ -31,21 +31,21 @@ std::size_t bytes_of(const FrameSet& frame) {
 
 }  // namespace
 
-FramePlayer::FramePlayer(std::unique_ptr<FrameReader> reader, std::size_t memory_bytes)
+FramePlayer::FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size_t memory_bytes)
     : reader_(std::move(reader)),
-      seekable_(dynamic_cast<SeekableReader*>(reader_.get())),
+      seekable_(dynamic_cast<capture::SeekableReader*>(reader_.get())),
       memory_bytes_(memory_bytes),
       length_ns_(seekable_ != nullptr ? seekable_->length_ns().value_or(0) : 0) {}
 
-std::shared_ptr<const FrameSet> FramePlayer::read() {
+std::shared_ptr<const capture::FrameSet> FramePlayer::read() {
   if (from_memory_) {
     return position_ < kept_.size() ? kept_[position_] : nullptr;
   }
-  std::optional<FrameSet> set = reader_->next(kPatience);
+  std::optional<capture::FrameSet> set = reader_->next(kPatience);
   if (!set) {
     return nullptr;
   }
-  auto frame = std::make_shared<const FrameSet>(std::move(*set));
+  auto frame = std::make_shared<const capture::FrameSet>(std::move(*set));
   if (!reader_->live() && all_kept_) {
     kept_bytes_ += bytes_of(*frame);
     too_large_ = kept_bytes_ > memory_bytes_;
@@ -61,7 +61,7 @@ std::shared_ptr<const FrameSet> FramePlayer::read() {
 
 void FramePlayer::seek(std::int64_t from_ns) {
   if (from_memory_) {
-    const auto before = [&](const std::shared_ptr<const FrameSet>& frame, std::int64_t moment_ns) {
+    const auto before = [&](const std::shared_ptr<const capture::FrameSet>& frame, std::int64_t moment_ns) {
       return frame->time_ns - first_time_ns_ < moment_ns;
     };
     position_ = static_cast<std::size_t>(std::lower_bound(kept_.begin(), kept_.end(), from_ns, before) - kept_.begin());
@@ -92,7 +92,7 @@ bool FramePlayer::begin_again() {
   return true;
 }
 
-void FramePlayer::set_due(const FrameSet& frame) {
+void FramePlayer::set_due(const capture::FrameSet& frame) {
   const Clock::time_point now = Clock::now();
   if (jumped_ || !newest_) {
     due_ = now;
@@ -119,7 +119,7 @@ bool FramePlayer::wait_until_due(const std::stop_token& stop) const {
 std::optional<PlayedFrame> FramePlayer::stand_still(const std::stop_token& stop) {
   due_ = std::max(due_ + usual_gap_, Clock::now());
   stood_still_ns_ += usual_gap_.count();
-  auto again = std::make_shared<FrameSet>(*newest_);
+  auto again = std::make_shared<capture::FrameSet>(*newest_);
   again->time_ns += stood_still_ns_;
   again->warnings.clear();
   return wait_until_due(stop) ? std::optional(PlayedFrame{std::move(again), due_, round_}) : std::nullopt;
@@ -136,7 +136,7 @@ std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const 
     stood_still_ns_ = 0;
     ++round_;  // what comes now is older than what stood still
   }
-  std::shared_ptr<const FrameSet> frame = read();
+  std::shared_ptr<const capture::FrameSet> frame = read();
   if (!frame && !reader_->live() && (from_memory_ || reader_->finished())) {
     if (!begin_again()) {
       gone_ = true;
@@ -166,4 +166,4 @@ std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const 
   return played;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,7 +4,7 @@
 
 #include "server/pipeline/plan_json.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -19,7 +19,7 @@ Json transform(const Eigen::Isometry3d& t) {
   return rows;
 }
 
-Json lamp(const PointLight& light) {
+Json lamp(const reconstruct::PointLight& light) {
   Json json{{"id", light.id},
             {"direction", rgb(light.direction)},
             {"irradiance", rgb(light.irradiance)},
@@ -40,14 +40,14 @@ std::string line(const Json& json) { return json.dump(-1, ' ', false, Json::erro
 
 }  // namespace
 
-std::string frame_record_line(const FrameSet& frame, const FrameRecord& record) {
-  const Scene& scene = record.scene;
+std::string frame_record_line(const capture::FrameSet& frame, const FrameRecord& record) {
+  const reconstruct::Scene& scene = record.scene;
   Json json{{"index", frame.index}, {"time_s", 1e-9 * static_cast<double>(frame.time_ns)}};
   json["T_tag_camera"] = scene.pose ? transform(scene.pose->T_tag_camera) : Json();
   json["lights"] = Json::array();
   json["sh"] = Json();
   if (scene.illumination) {
-    for (const PointLight& light : scene.illumination->lights) {
+    for (const reconstruct::PointLight& light : scene.illumination->lights) {
       json["lights"].push_back(lamp(light));
     }
     json["sh"] = Json::array();
@@ -57,7 +57,7 @@ std::string frame_record_line(const FrameSet& frame, const FrameRecord& record) 
   }
   json["plan"] = plan_json(record.picture.plan);
   json["planned"] = Json::array();
-  for (const PlanChoice& choice : record.choices) {
+  for (const relight::PlanChoice& choice : record.choices) {
     json["planned"].push_back(
         Json{{"key", choice.key}, {"most", choice.most}, {"value", choice.value}, {"left_out", choice.left_out}});
   }
@@ -68,7 +68,7 @@ std::string frame_record_line(const FrameSet& frame, const FrameRecord& record) 
     json["stage_cpu_ms"][stage] = cost.cpu_ms;
   }
   json["pass_ms"] = Json::object();
-  for (const gpu::PassTime& pass : record.picture.passes) {
+  for (const relight::gpu::PassTime& pass : record.picture.passes) {
     json["pass_ms"][pass.name] = json["pass_ms"].value(pass.name, 0.0) + pass.gpu_ms;
   }
   json["warnings"] = record.warnings;
@@ -90,4 +90,4 @@ std::string skipped_frame_line(std::uint64_t index, const std::vector<std::strin
                    {"warnings", warnings}});
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

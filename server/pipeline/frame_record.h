@@ -7,14 +7,14 @@
 #include "capture/frame.h"
 #include "server/pipeline/offline_pipeline.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// Without a line break. Keys: index, time_s, T_tag_camera (4x4 rows or null), lights, sh (9x3 or null), plan, planned
 /// (of what follows the scene: key, most, value, left_out: share of the irradiance), stage_ms and stage_cpu_ms by
 /// stage, pass_ms by GPU pass, and warnings.
-std::string frame_record_line(const FrameSet& frame, const FrameRecord& record);
+std::string frame_record_line(const capture::FrameSet& frame, const FrameRecord& record);
 
 /// A colour picture that could not be had: the same keys, "skipped": true, and no picture beside it.
 std::string skipped_frame_line(std::uint64_t index, const std::vector<std::string>& warnings);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

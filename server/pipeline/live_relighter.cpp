@@ -6,42 +6,42 @@
 #include "relight/relighter.h"
 #include "server/pipeline/camera_picture.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first try comes with the next frame
 
 }  // namespace
 
-LiveRelighter::LiveRelighter(const Session& session, const Plan& plan, MakeDevice make_device)
+LiveRelighter::LiveRelighter(const capture::Session& session, const relight::Plan& plan, MakeDevice make_device)
     : session_(session), plan_(plan), make_device_(std::move(make_device)) {
   make();
 }
 
 void LiveRelighter::make() {
   if (plan_.on_device()) {
-    renderer_ = std::make_unique<Relighter>(make_device_(), session_);
+    renderer_ = std::make_unique<relight::Relighter>(make_device_(), session_);
     return;
   }
-  auto rays = std::make_unique<RayRenderer>(session_, RayRenderer::Rooms::taken);
+  auto rays = std::make_unique<relight::RayRenderer>(session_, relight::RayRenderer::Rooms::taken);
   rays_ = rays.get();
   renderer_ = std::move(rays);
 }
 
-bool LiveRelighter::wants_prepared(const Scene& scene) const {
+bool LiveRelighter::wants_prepared(const reconstruct::Scene& scene) const {
   if (!scene.field || !scene.illumination) return false;
   std::lock_guard lock(prepared_mutex_);
   return !prepared_ || !prepared_->has_surfaces_of(scene);
 }
 
-void LiveRelighter::prepare(const Scene& scene) {
-  std::shared_ptr<const rays::RayRoom> room = rays_->room_of(scene);
+void LiveRelighter::prepare(const reconstruct::Scene& scene) {
+  std::shared_ptr<const relight::RayRoom> room = rays_->room_of(scene);
   std::lock_guard lock(prepared_mutex_);
   prepared_ = std::move(room);
 }
 
-LiveRelighter::Result LiveRelighter::relight(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
-                                             const Plan& plan) {
+LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                             const relight::Exhibit& exhibit, const relight::Plan& plan) {
   Result result;
   try {
     if (!renderer_ && std::chrono::steady_clock::now() >= next_try_) {
@@ -57,7 +57,7 @@ LiveRelighter::Result LiveRelighter::relight(const FrameSet& frame, const Scene&
       pause_ = std::chrono::seconds(0);
       failure_.clear();
     }
-  } catch (const gpu::GpuError& e) {
+  } catch (const relight::gpu::GpuError& e) {
     renderer_.reset();  // frees the device before the next one is made
     next_try_ = std::chrono::steady_clock::now() + pause_;
     pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
@@ -77,4 +77,4 @@ LiveRelighter::Result LiveRelighter::relight(const FrameSet& frame, const Scene&
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 template <typename T>
 class Mailbox {
@@ -79,4 +79,4 @@ class Mailbox {
   bool closed_ = false;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,19 +7,21 @@
 #include "relight/relighter.h"
 #include "server/truth/reference_truth.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
-std::unique_ptr<Renderer> make_renderer(const Session& session, const Plan& plan, const OracleParts& truth,
-                                        std::shared_ptr<gpu::Device> device) {
-  if (plan.method == "rays") return std::make_unique<RayRenderer>(session);
+std::unique_ptr<relight::Renderer> make_renderer(const capture::Session& session, const relight::Plan& plan,
+                                                 const OracleParts& truth,
+                                                 std::shared_ptr<relight::gpu::Device> device) {
+  if (plan.method == "rays") return std::make_unique<relight::RayRenderer>(session);
   if (!plan.on_device() && truth.all()) {
     const auto room = std::make_shared<TrueRoom>(session);
-    return std::make_unique<ReferenceRenderer>(session, [room](const FrameSet& frame) { return room->at(frame); });
+    return std::make_unique<relight::ReferenceRenderer>(
+        session, [room](const capture::FrameSet& frame) { return room->at(frame); });
   }
   if (!plan.on_device()) {
-    return std::make_unique<ReferenceRenderer>(session);
+    return std::make_unique<relight::ReferenceRenderer>(session);
   }
-  return std::make_unique<Relighter>(std::move(device), session);
+  return std::make_unique<relight::Relighter>(std::move(device), session);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -6,10 +6,10 @@
 #include "server/pipeline/make_renderer.h"
 #include "server/pipeline/scene_board.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
-OfflinePipeline::OfflinePipeline(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
-                   std::unique_ptr<Oracle> oracle)
+OfflinePipeline::OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
+                                 MakeDevice make_device, std::unique_ptr<Oracle> oracle)
     : session_(session),
       exhibit_(std::move(exhibit)),
       plan_(plan),
@@ -24,7 +24,7 @@ void OfflinePipeline::make() {
   renderer_ = make_renderer(session_, plan_, truth_, plan_.on_device() ? make_device_() : nullptr);
 }
 
-FrameRecord OfflinePipeline::step(const FrameSet& sensed, bool with_maps) {
+FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_maps) {
   BuildResult learnt = learner_.learn(sensed);
   FrameRecord record{.scene = std::move(learnt.scene),
                      .picture = {},
@@ -32,19 +32,20 @@ FrameRecord OfflinePipeline::step(const FrameSet& sensed, bool with_maps) {
                      .warnings = std::move(learnt.warnings),
                      .choices = {}};
   const CostClock clock;
-  Planner::Decision decision = planner_.decide(record.scene, exhibit_, 1e-9 * static_cast<double>(sensed.time_ns));
+  relight::Planner::Decision decision =
+      planner_.decide(record.scene, exhibit_, 1e-9 * static_cast<double>(sensed.time_ns));
   record.choices = std::move(decision.choices);
   try {
     if (!renderer_) make();  // the frame before lost its device, and there was no other
     try {
       record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, decision.plan, with_maps);
-    } catch (const gpu::DeviceLost& e) {
+    } catch (const relight::gpu::DeviceLost& e) {
       append_warnings(record.warnings, {std::string("the GPU was lost, another one draws the frame: ") + e.what()});
       renderer_.reset();  // frees the device before the next one is made
       make();
       record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, decision.plan, with_maps);
     }
-  } catch (const gpu::GpuError&) {
+  } catch (const relight::gpu::GpuError&) {
     throw;
   } catch (const std::exception& e) {
     append_warnings(record.warnings, {std::string("relight: ") + e.what()});
@@ -57,4 +58,4 @@ FrameRecord OfflinePipeline::step(const FrameSet& sensed, bool with_maps) {
   return record;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -11,39 +11,39 @@
 #include "relight/renderer.h"
 #include "server/pipeline/scene_learner.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct FrameRecord {
-  Scene scene;
-  RelitPicture picture;
+  reconstruct::Scene scene;
+  relight::RelitPicture picture;
   std::map<std::string, StageCost> stages;
-  std::vector<std::string> warnings;  ///< of every stage, in the order they ran
-  std::vector<PlanChoice> choices;    ///< of the plan, that follow the scene
+  std::vector<std::string> warnings;         ///< of every stage, in the order they ran
+  std::vector<relight::PlanChoice> choices;  ///< of the plan, that follow the scene
 };
 
 class OfflinePipeline {
  public:
-  using MakeDevice = std::function<std::shared_ptr<gpu::Device>()>;
+  using MakeDevice = std::function<std::shared_ptr<relight::gpu::Device>()>;
 
   /// `oracle` may be null; `make_device` is not asked where the plan's method needs none.
-  OfflinePipeline(const Session& session, Exhibit exhibit, const Plan& plan, MakeDevice make_device,
-           std::unique_ptr<Oracle> oracle);
+  OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
+                  MakeDevice make_device, std::unique_ptr<Oracle> oracle);
 
   /// A stage that throws becomes a warning of the frame. Where the device is lost, another one draws the frame again.
   /// Else gpu::GpuError passes through, for there is no picture then.
-  FrameRecord step(const FrameSet& frame, bool with_maps);
+  FrameRecord step(const capture::FrameSet& frame, bool with_maps);
 
  private:
   void make();
 
-  Session session_;
-  Exhibit exhibit_;
-  Plan plan_;
-  Planner planner_;
+  capture::Session session_;
+  relight::Exhibit exhibit_;
+  relight::Plan plan_;
+  relight::Planner planner_;
   MakeDevice make_device_;
   OracleParts truth_;
-  std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<relight::Renderer> renderer_;
   SceneBuilder learner_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

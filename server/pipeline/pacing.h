@@ -6,7 +6,7 @@
 #include <atomic>
 #include <chrono>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 using PaceClock = std::chrono::steady_clock;
 
@@ -77,4 +77,4 @@ class LatencyScheduler {
   std::atomic<PaceClock::rep> began_ = 0, relight_ = 0, pose_ = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

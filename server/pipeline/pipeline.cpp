@@ -14,16 +14,16 @@
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/lamp_tags.h"
-#include "reconstruct/room/mirror_detection.h"
 #include "reconstruct/pose/pose.h"
+#include "reconstruct/room/mirror_detection.h"
 #include "relight/planner.h"
 #include "server/pipeline/albedo_schedule.h"
+#include "server/pipeline/frame_player.h"
 #include "server/pipeline/mailbox.h"
 #include "server/pipeline/pacing.h"
-#include "server/pipeline/frame_player.h"
 #include "server/pipeline/scene_board.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -38,7 +38,7 @@ constexpr int kRest = 2, kGeometryRestLater = 9, kAlbedoRestLater = 19, kRoomRes
 
 struct PosedFrame {
   PlayedFrame played;
-  PoseStage::Result located;
+  reconstruct::PoseStage::Result located;
 };
 
 struct AlbedoTurn {
@@ -75,7 +75,7 @@ class BackgroundThreads {
 }  // namespace
 
 struct Pipeline::State {
-  const Session session;
+  const capture::Session session;
   ExhibitState exhibit;
   OpenFrames open_again;
   FramePlayer frames;
@@ -84,13 +84,13 @@ struct Pipeline::State {
   Metrics& metrics;
   Publish publish;
 
-  PoseStage pose;
-  FusionStage fusion;
-  LampTagStage marks;
-  LightStage light;
-  AlbedoStage albedo;
-  EnclosureStage enclosure;
-  Planner planner;
+  reconstruct::PoseStage pose;
+  reconstruct::FusionStage fusion;
+  reconstruct::LampTagStage marks;
+  reconstruct::LightStage light;
+  reconstruct::AlbedoStage albedo;
+  reconstruct::EnclosureStage enclosure;
+  relight::Planner planner;
   LiveRelighter relighter;
   EncodeStage encode;
 
@@ -103,8 +103,8 @@ struct Pipeline::State {
   Mailbox<std::shared_ptr<const PosedFrame>> to_geometry{"fuse"};
   Mailbox<std::shared_ptr<const PosedFrame>> to_light{"light"};
   Mailbox<ShownPicture> to_encode{"encode"};
-  DutyCycle geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery}, all_albedo_rest{kAlbedoEvery},
-      room_rest{kRoomEvery};
+  DutyCycle geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery},
+      all_albedo_rest{kAlbedoEvery}, room_rest{kRoomEvery};
 
   mutable std::mutex newest_mutex;
   ShownPicture newest;
@@ -117,7 +117,7 @@ struct Pipeline::State {
   BackgroundThreads threads_behind;
   std::vector<std::jthread> threads;
 
-  State(ServiceInput input, std::unique_ptr<FrameReader> reader, OpenFrames the_open_again,
+  State(ServiceInput input, std::unique_ptr<capture::FrameReader> reader, OpenFrames the_open_again,
         LiveRelighter::MakeDevice make_device, EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish)
       : session(input.session),
         exhibit(std::move(input.exhibit)),
@@ -127,9 +127,9 @@ struct Pipeline::State {
         metrics(the_metrics),
         publish(std::move(the_publish)),
         pose(session.tag, session.color.model, session.color.response),
-        fusion(session, FusionSettings{}),
+        fusion(session, reconstruct::FusionSettings{}),
         marks(session),
-        light(session, LightSettings{}),
+        light(session, reconstruct::LightSettings{}),
         albedo(session),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
@@ -231,7 +231,7 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
     }
     just_in_time.pose_took(Clock::now() - begin);
   }
-  const std::optional<Pose>& where = posed->located.pose;
+  const std::optional<reconstruct::Pose>& where = posed->located.pose;
   if (where && where->age_ns == 0 && played->frame->depth &&
       geometry_rest.over(learning ? kRest : kGeometryRestLater)) {
     put(to_geometry, std::shared_ptr<const PosedFrame>(posed));
@@ -249,23 +249,25 @@ void Pipeline::State::relight_turn() {
   }
   just_in_time.relight_begins();
   const Clock::time_point begin = Clock::now();
-  const FrameSet& frame = *posed->played.frame;
-  const PoseStage::Result& located = posed->located;
+  const capture::FrameSet& frame = *posed->played.frame;
+  const reconstruct::PoseStage::Result& located = posed->located;
   std::vector<std::string> warnings = frame.warnings;
   append_warnings(warnings, located.warnings);
-  Scene scene = board.newest();
+  reconstruct::Scene scene = board.newest();
   scene.pose = located.pose;
   const bool settled = board.settled(scene);
   append_warnings(warnings, scene.warnings);
   LiveRelighter::Result relit;
   {
     const StageTimer timer(metrics, "relight");
-    const std::shared_ptr<const Exhibit> shown_exhibit = exhibit.newest();
-    const Planner::Decision decision = planner.decide(scene, *shown_exhibit, 1e-9 * static_cast<double>(frame.time_ns));
-    for (const PlanChoice& choice : decision.choices) metrics.decided(choice.key, choice.value, choice.left_out);
+    const std::shared_ptr<const relight::Exhibit> shown_exhibit = exhibit.newest();
+    const relight::Planner::Decision decision =
+        planner.decide(scene, *shown_exhibit, 1e-9 * static_cast<double>(frame.time_ns));
+    for (const relight::PlanChoice& choice : decision.choices)
+      metrics.decided(choice.key, choice.value, choice.left_out);
     relit = relighter.relight(frame, scene, *shown_exhibit, decision.plan);
   }
-  for (const gpu::PassTime& pass : relit.picture.passes) {
+  for (const relight::gpu::PassTime& pass : relit.picture.passes) {
     metrics.time("relight/" + pass.name, 1e-3 * pass.gpu_ms);
   }
   append_warnings(warnings, relit.picture.warnings);
@@ -273,7 +275,7 @@ void Pipeline::State::relight_turn() {
   metrics.warn(warnings.size());
 
   ShownPicture shown;
-  shown.srgb = std::make_shared<const Image<std::uint8_t>>(std::move(relit.picture.srgb));
+  shown.srgb = std::make_shared<const capture::Image<std::uint8_t>>(std::move(relit.picture.srgb));
   shown.passed_through = relit.passed_through;
   shown.captured = posed->played.captured;
   {
@@ -310,8 +312,8 @@ void Pipeline::State::light_turn() {
   if (const std::shared_ptr<const PosedFrame> posed = to_light.take(kTick).value_or(nullptr)) {
     const ScopedWork work(light_rest);
     const StageTimer timer(metrics, "light");
-    LampTagStage::Result marked = marks.locate(*posed->played.frame, posed->located.pose);
-    LightStage::Result result = light.extract(*posed->played.frame, marked.marks);
+    reconstruct::LampTagStage::Result marked = marks.locate(*posed->played.frame, posed->located.pose);
+    reconstruct::LightStage::Result result = light.extract(*posed->played.frame, marked.marks);
     append_warnings(result.warnings, marked.warnings);
     board.publish_light(result.illumination);
     board.publish_warnings("light", std::move(result.warnings));
@@ -321,8 +323,8 @@ void Pipeline::State::light_turn() {
 
 void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
   AlbedoSchedule& schedule = turn.schedule;
-  const std::shared_ptr<const DistanceField> field = board.newest().field;
-  const std::shared_ptr<const Illumination> measured = board.measured_light();
+  const std::shared_ptr<const reconstruct::DistanceField> field = board.newest().field;
+  const std::shared_ptr<const reconstruct::Illumination> measured = board.measured_light();
   if (field && measured) {
     learning = schedule.changed_much(*field, *measured);
   }
@@ -337,7 +339,7 @@ void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
     sleep_until(Clock::now() + 10 * kTick);  // looking for what moved takes some milliseconds
     return;
   }
-  AlbedoStage::Result solution;
+  reconstruct::AlbedoStage::Result solution;
   if (all) {
     const ScopedWork work(rest);
     const StageTimer timer(metrics, "albedo");
@@ -346,12 +348,12 @@ void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
     solution = albedo.solve_all(*field, *measured);
     if (solution.illumination) {
       board.publish_enclosure(enclosure.close(*field, *solution.illumination));
-      board.publish_warnings("mirrors", mirror_warnings(room_points(*field), *field));
+      board.publish_warnings("mirrors", reconstruct::mirror_warnings(reconstruct::room_points(*field), *field));
     }
   } else {
     const ScopedWork work(rest);
     const StageTimer timer(metrics, "albedo/new");
-    std::optional<AlbedoStage::Result> found = albedo.solve_new(*field, *measured);
+    std::optional<reconstruct::AlbedoStage::Result> found = albedo.solve_new(*field, *measured);
     turn.must = !found;
     turn.due = turn.must || found->due;
     if (turn.must) return;
@@ -365,7 +367,7 @@ void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
 }
 
 void Pipeline::State::room_turn() {
-  const Scene scene = board.newest();
+  const reconstruct::Scene scene = board.newest();
   if (!relighter.wants_prepared(scene) || !room_rest.over(learning ? kRest : kRoomRestLater)) {
     sleep_until(Clock::now() + kTick / 2);
     return;
@@ -397,7 +399,7 @@ void Pipeline::State::encode_turn() {
   }
 }
 
-Pipeline::Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, OpenFrames open_again,
+Pipeline::Pipeline(ServiceInput input, std::unique_ptr<capture::FrameReader> frames, OpenFrames open_again,
                    LiveRelighter::MakeDevice make_device, EncoderDemand& demand, Metrics& metrics, Publish publish)
     : state_(std::make_unique<State>(std::move(input), std::move(frames), std::move(open_again), std::move(make_device),
                                      demand, metrics, std::move(publish))) {}
@@ -451,4 +453,4 @@ Pipeline::Record Pipeline::newest_record() const {
   return record;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -18,24 +18,24 @@
 #include <vector>
 
 #include "capture/source.h"
-#include "server/stream/encoder_demand.h"
-#include "server/stream/encode_stage.h"
+#include "server/metrics/metrics.h"
 #include "server/pipeline/exhibit_state.h"
 #include "server/pipeline/live_relighter.h"
-#include "server/metrics/metrics.h"
 #include "server/pipeline/playback.h"
 #include "server/pipeline/service_config.h"
+#include "server/stream/encode_stage.h"
+#include "server/stream/encoder_demand.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class Pipeline {
  public:
-  using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
+  using OpenFrames = std::function<std::unique_ptr<capture::FrameReader>()>;
   using Publish = std::function<void(std::shared_ptr<const StreamMessage>)>;
 
   /// Makes every stage and the GPU device; throws what they throw. `publish` is called on the encode thread.
   /// `open_again` is called when a live device is gone; the first reader is `frames`.
-  Pipeline(ServiceInput input, std::unique_ptr<FrameReader> frames, OpenFrames open_again,
+  Pipeline(ServiceInput input, std::unique_ptr<capture::FrameReader> frames, OpenFrames open_again,
            LiveRelighter::MakeDevice make_device, EncoderDemand& demand, Metrics& metrics, Publish publish);
   ~Pipeline();  ///< stops and joins
 
@@ -54,7 +54,7 @@ class Pipeline {
   struct Record {
     std::vector<std::string> warnings;
     std::optional<Eigen::Isometry3d> T_tag_camera;
-    Plan plan;
+    relight::Plan plan;
     bool learning = true;  ///< albedo was not solved yet, or from far less of the room or other light than known now
     bool settled = false;  ///< nothing is left to learn: see SceneStore
     std::uint64_t field_version = 0, light_version = 0, albedo_version = 0;  ///< 0: not known yet
@@ -66,4 +66,4 @@ class Pipeline {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

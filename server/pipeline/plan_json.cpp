@@ -2,13 +2,13 @@
 
 #include <nlohmann/json.hpp>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
-nlohmann::ordered_json plan_json(const Plan& plan) {
+nlohmann::ordered_json plan_json(const relight::Plan& plan) {
   return {{"method", plan.method},     {"volume", plan.volume},   {"trace_scale", plan.trace_scale},
           {"cells", plan.cells},       {"rsm", plan.rsm},         {"max_lights", plan.max_lights},
           {"sh_bands", plan.sh_bands}, {"bounces", plan.bounces}, {"lpv_steps", plan.lpv_steps},
           {"rays", plan.rays},         {"samples", plan.samples}, {"follow_scene", plan.adaptive}};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

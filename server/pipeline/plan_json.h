@@ -4,8 +4,8 @@
 
 #include "relight/plan.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
-nlohmann::ordered_json plan_json(const Plan& plan);
+nlohmann::ordered_json plan_json(const relight::Plan& plan);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

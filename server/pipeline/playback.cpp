@@ -1,6 +1,6 @@
 #include "server/pipeline/playback.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 void Playback::apply(const PlaybackCommand& command) {
   const std::lock_guard lock(mutex_);
@@ -32,4 +32,4 @@ std::optional<Playback::State> Playback::state() const {
   return state;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

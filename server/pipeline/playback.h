@@ -5,7 +5,7 @@
 
 #include "server/stream/protocol.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class Playback {
  public:
@@ -33,4 +33,4 @@ class Playback {
   std::optional<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

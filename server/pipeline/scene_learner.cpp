@@ -5,12 +5,12 @@
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/lamp_tags.h"
-#include "reconstruct/room/mirror_detection.h"
 #include "reconstruct/pose/pose.h"
+#include "reconstruct/room/mirror_detection.h"
 #include "server/pipeline/albedo_schedule.h"
 #include "server/pipeline/scene_board.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// Runs one stage of a frame: its cost is noted, what it throws becomes a warning.
@@ -29,41 +29,41 @@ void run_stage(BuildResult& learnt, const std::string& name, Function function) 
 
 struct SceneBuilder::State {
   std::unique_ptr<Oracle> oracle;
-  PoseStage pose;
-  FusionStage fusion;
-  LampTagStage marks;
-  LightStage light;
-  AlbedoStage albedo;
-  EnclosureStage enclosure;
+  reconstruct::PoseStage pose;
+  reconstruct::FusionStage fusion;
+  reconstruct::LampTagStage marks;
+  reconstruct::LightStage light;
+  reconstruct::AlbedoStage albedo;
+  reconstruct::EnclosureStage enclosure;
   AlbedoSchedule schedule;
   SceneStore board;
 
-  State(const Session& session, std::unique_ptr<Oracle> the_oracle)
+  State(const capture::Session& session, std::unique_ptr<Oracle> the_oracle)
       : oracle(std::move(the_oracle)),
         pose(session.tag, session.color.model, session.color.response),
-        fusion(session, FusionSettings{}),
+        fusion(session, reconstruct::FusionSettings{}),
         marks(session),
-        light(session, LightSettings{}),
+        light(session, reconstruct::LightSettings{}),
         albedo(session) {}
 
   OracleParts parts() const { return oracle ? oracle->parts() : OracleParts{}; }
 
-  void solve_albedo(BuildResult& learnt, const std::optional<Pose>& where) {
-    const std::shared_ptr<const DistanceField> field = board.newest().field;
-    const std::shared_ptr<const Illumination> measured = board.measured_light();
+  void solve_albedo(BuildResult& learnt, const std::optional<reconstruct::Pose>& where) {
+    const std::shared_ptr<const reconstruct::DistanceField> field = board.newest().field;
+    const std::shared_ptr<const reconstruct::Illumination> measured = board.measured_light();
     if (field && measured && schedule.due(*field, *measured)) {
       schedule.begin(field, *measured);
       run_stage(learnt, "albedo", [&] {
-        AlbedoStage::Result solution = albedo.solve(*field, *measured);
+        reconstruct::AlbedoStage::Result solution = albedo.solve(*field, *measured);
         schedule.solved(solution.albedo);
         if (parts().light) {
           solution.illumination = measured;
         }
         if (solution.whole && solution.illumination) {
-          const std::shared_ptr<const Enclosure> truth =
+          const std::shared_ptr<const reconstruct::Enclosure> truth =
               parts().geometry ? oracle->enclosure(*solution.illumination) : nullptr;
           board.publish_enclosure(truth ? truth : enclosure.close(*field, *solution.illumination));
-          board.publish_warnings("mirrors", mirror_warnings(room_points(*field), *field));
+          board.publish_warnings("mirrors", reconstruct::mirror_warnings(reconstruct::room_points(*field), *field));
         }
         board.publish_solution(std::move(solution), field->version, measured);
       });
@@ -74,26 +74,26 @@ struct SceneBuilder::State {
   }
 };
 
-SceneBuilder::SceneBuilder(const Session& session, std::unique_ptr<Oracle> oracle)
+SceneBuilder::SceneBuilder(const capture::Session& session, std::unique_ptr<Oracle> oracle)
     : state_(std::make_unique<State>(session, std::move(oracle))) {}
 
 SceneBuilder::~SceneBuilder() = default;
 
-BuildResult SceneBuilder::learn(const FrameSet& sensed) {
+BuildResult SceneBuilder::learn(const capture::FrameSet& sensed) {
   State& s = *state_;
   const OracleParts truth = s.parts();
   BuildResult learnt;
-  std::optional<Pose> pose;
+  std::optional<reconstruct::Pose> pose;
   append_warnings(learnt.warnings, sensed.warnings);
   learnt.frame = truth.geometry ? s.oracle->with_true_depth(sensed) : sensed;
-  const FrameSet& frame = learnt.frame;
+  const capture::FrameSet& frame = learnt.frame;
 
   run_stage(learnt, "pose", [&] {
     if (truth.pose) {
       pose = s.oracle->pose(frame);
       return;
     }
-    PoseStage::Result result = s.pose.locate(frame, s.board.newest().field.get());
+    reconstruct::PoseStage::Result result = s.pose.locate(frame, s.board.newest().field.get());
     pose = result.pose;
     append_warnings(learnt.warnings, result.warnings);
   });
@@ -102,9 +102,9 @@ BuildResult SceneBuilder::learn(const FrameSet& sensed) {
       s.board.publish_light(s.oracle->illumination(frame));
       return;
     }
-    const LampTagStage::Result marked = s.marks.locate(frame, pose);
+    const reconstruct::LampTagStage::Result marked = s.marks.locate(frame, pose);
     append_warnings(learnt.warnings, marked.warnings);
-    LightStage::Result result = s.light.extract(frame, marked.marks);
+    reconstruct::LightStage::Result result = s.light.extract(frame, marked.marks);
     s.board.publish_light(result.illumination);
     s.board.publish_warnings("light", result.warnings);
   });
@@ -123,4 +123,4 @@ BuildResult SceneBuilder::learn(const FrameSet& sensed) {
   return learnt;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "reconstruct/scene.h"
-#include "server/truth/oracle.h"
 #include "server/metrics/stage_cost.h"
+#include "server/truth/oracle.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct BuildResult {
-  FrameSet frame;  ///< as sensed, but for true depth where the oracle has it
-  Scene scene;
+  capture::FrameSet frame;  ///< as sensed, but for true depth where the oracle has it
+  reconstruct::Scene scene;
   std::map<std::string, StageCost> stages;
   std::vector<std::string> warnings;  ///< of every stage, in the order they ran
 };
@@ -22,15 +22,15 @@ struct BuildResult {
 class SceneBuilder {
  public:
   /// `oracle` may be null.
-  SceneBuilder(const Session& session, std::unique_ptr<Oracle> oracle);
+  SceneBuilder(const capture::Session& session, std::unique_ptr<Oracle> oracle);
   ~SceneBuilder();
 
   /// A stage that throws becomes a warning of the frame.
-  BuildResult learn(const FrameSet& sensed);
+  BuildResult learn(const capture::FrameSet& sensed);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,7 +7,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// True where `override` sets a key of the configuration itself and not of the session it names.
@@ -16,7 +16,7 @@ bool of_configuration(const std::string& override_line) {
   return head == "server" || head == "plan" || head == "session" || head == "exhibit";
 }
 
-ServerSettings read_server(const ConfigTable& root) {
+ServerSettings read_server(const capture::ConfigTable& root) {
   ServerSettings settings;
   if (const auto table = root.optional_table("server")) {
     if (table->has("listen")) {
@@ -27,14 +27,14 @@ ServerSettings read_server(const ConfigTable& root) {
     if (table->has("recordings")) {
       settings.recordings = table->folder() / table->text("recordings");
     }
-    settings.backend = *gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
+    settings.backend = *relight::gpu::backend_named(table->choice("backend", {"best", "vulkan", "egl"}, "best"));
   }
   return settings;
 }
 
 void read_exhibit_file(const std::filesystem::path& file, ServiceInput& input) {
-  const ConfigTable root = ConfigTable::load(file);
-  input.exhibit = read_exhibit(root);
+  const capture::ConfigTable root = capture::ConfigTable::load(file);
+  input.exhibit = relight::read_exhibit(root);
   root.finish();
   input.warnings.insert(input.warnings.end(), root.warnings().begin(), root.warnings().end());
 }
@@ -43,8 +43,8 @@ void read_exhibit_file(const std::filesystem::path& file, ServiceInput& input) {
 
 void read_listen(const std::string& text, const std::string& where, ServerSettings& settings) {
   const auto refuse = [&]() {
-    throw InputError(where + ": found \"" + text +
-                     "\", allowed: ADDRESS:PORT, as 127.0.0.1:8080, 0.0.0.0:8080, [::1]:8080 or :8080");
+    throw capture::InputError(where + ": found \"" + text +
+                              "\", allowed: ADDRESS:PORT, as 127.0.0.1:8080, 0.0.0.0:8080, [::1]:8080 or :8080");
   };
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos) {
@@ -74,11 +74,11 @@ void read_listen(const std::string& text, const std::string& where, ServerSettin
   settings.port = static_cast<std::uint16_t>(port);
 }
 
-ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan) {
+ServiceInput read_service(const ServiceFiles& files, const relight::Plan& default_plan) {
   ServiceInput input;
   std::filesystem::path exhibit_file = files.exhibit;
-  const auto read_own_keys = [&](const ConfigTable& root) {
-    input.plan = read_plan(root, default_plan);
+  const auto read_own_keys = [&](const capture::ConfigTable& root) {
+    input.plan = relight::read_plan(root, default_plan);
     input.server = read_server(root);
     if (root.has("exhibit")) {
       const std::filesystem::path named = root.existing_file("exhibit");
@@ -87,8 +87,8 @@ ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan) {
   };
   const auto read_cameras = [&](const std::filesystem::path& file, const std::vector<std::string>& overrides,
                                 bool with_own_keys) {
-    const ConfigTable root = ConfigTable::load(file, overrides);
-    input.session = read_session(root);
+    const capture::ConfigTable root = capture::ConfigTable::load(file, overrides);
+    input.session = capture::read_session(root);
     input.session_text = {file, overrides};
     if (with_own_keys) {
       read_own_keys(root);
@@ -98,17 +98,17 @@ ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan) {
 
   if (files.config.empty()) {
     if (!std::filesystem::is_directory(files.session)) {
-      throw InputError(files.session.string() + ": no such folder; a session is a folder with a session.toml");
+      throw capture::InputError(files.session.string() + ": no such folder; a session is a folder with a session.toml");
     }
     read_cameras(files.session / "session.toml", files.overrides, true);
-  } else if (!ConfigTable::load(files.config, files.overrides).has("session")) {
+  } else if (!capture::ConfigTable::load(files.config, files.overrides).has("session")) {
     read_cameras(files.config, files.overrides, true);
   } else {
     std::vector<std::string> own, of_session;
     for (const std::string& line : files.overrides) {
       (of_configuration(line) ? own : of_session).push_back(line);
     }
-    const ConfigTable root = ConfigTable::load(files.config, own);
+    const capture::ConfigTable root = capture::ConfigTable::load(files.config, own);
     const std::filesystem::path folder = root.folder() / root.text("session");
     if (!std::filesystem::exists(folder / "session.toml")) {
       root.fail("session", "found \"" + root.text("session") + "\", allowed: a folder with a session.toml");
@@ -132,7 +132,7 @@ ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan) {
 std::string settable_keys() {
   std::string text =
       "Any key of session.toml or of the configuration, by its dotted name: fisheye.source, tag.id ...\n\n";
-  for (const PlanKey& key : plan_keys()) {
+  for (const relight::PlanKey& key : relight::plan_keys()) {
     text += "  " + key.key + "  (" + key.allowed + ")\n      " + key.meaning + "\n";
   }
   text +=
@@ -146,18 +146,18 @@ std::string settable_keys() {
   return text;
 }
 
-Plan replay_plan() {
-  Plan plan;
+relight::Plan replay_plan() {
+  relight::Plan plan;
   plan.method = "rays";
   return plan;
 }
 
-Plan interactive_plan() {
-  Plan plan;
+relight::Plan interactive_plan() {
+  relight::Plan plan;
   plan.volume = 64;
   plan.trace_scale = 4;
   plan.rsm = 128;
   return plan;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

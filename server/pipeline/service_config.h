@@ -12,15 +12,15 @@
 #include "relight/gpu/device.h"
 #include "relight/plan.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct ServerSettings {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;  ///< 0: any free one
   int max_viewers = 64;
   int jpeg_quality = 85;
-  std::filesystem::path recordings;           ///< where the page may record to; empty: it may not
-  gpu::Backend backend = gpu::Backend::best;  ///< of replay too
+  std::filesystem::path recordings;                             ///< where the page may record to; empty: it may not
+  relight::gpu::Backend backend = relight::gpu::Backend::best;  ///< of replay too
 };
 
 /// ADDRESS:PORT with a numeric address, [::1]:PORT, localhost:PORT, or :PORT alone. `where` begins the error's line.
@@ -35,10 +35,10 @@ struct ServiceFiles {
 };
 
 struct ServiceInput {
-  Session session;
-  SessionText session_text;  ///< what `session` was read from
-  Exhibit exhibit;
-  Plan plan;
+  capture::Session session;
+  capture::SessionText session_text;  ///< what `session` was read from
+  relight::Exhibit exhibit;
+  relight::Plan plan;
   ServerSettings server;
   std::vector<std::string> warnings;  ///< about keys of these files that have no effect any more
 };
@@ -46,13 +46,13 @@ struct ServiceInput {
 /// A configuration holds cameras itself, as a session.toml does, or names a recorded one: session = "FOLDER" (and then
 /// `--set` reaches the keys of that session.toml too). Optional beside either: exhibit = "FILE", [plan], [server].
 /// Throws InputError.
-ServiceInput read_service(const ServiceFiles& files, const Plan& default_plan);
+ServiceInput read_service(const ServiceFiles& files, const relight::Plan& default_plan);
 
 /// The text of `--set help`.
 std::string settable_keys();
 
 /// For replay: what is nearest the truth. For serve: what two cores manage.
-Plan replay_plan();
-Plan interactive_plan();
+relight::Plan replay_plan();
+relight::Plan interactive_plan();
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -11,7 +11,7 @@ extern "C" {
 #include <cstdio>
 #include <stdexcept>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr std::int64_t kKeyEvery_ns = 2'000'000'000;
@@ -107,7 +107,7 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
 
 H264Encoder::~H264Encoder() = default;
 
-H264Encoder::AccessUnit H264Encoder::encode(const Image<std::uint8_t>& srgb, std::int64_t time_ns, bool key) {
+H264Encoder::AccessUnit H264Encoder::encode(const capture::Image<std::uint8_t>& srgb, std::int64_t time_ns, bool key) {
   State& s = *state_;
   const bool first = s.last_pts < 0;
   if (first) {
@@ -145,4 +145,4 @@ H264Encoder::AccessUnit H264Encoder::encode(const Image<std::uint8_t>& srgb, std
 
 const std::string& H264Encoder::codec_string() const { return state_->codec_string; }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

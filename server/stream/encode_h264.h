@@ -11,7 +11,7 @@
 
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class H264Encoder {
  public:
@@ -23,7 +23,7 @@ class H264Encoder {
     std::vector<std::uint8_t> bytes;  ///< Annex B
   };
   /// `time_ns` must grow. A key picture is made when asked for, and 2 s after the last one. Throws std::runtime_error.
-  AccessUnit encode(const Image<std::uint8_t>& srgb, std::int64_t time_ns, bool key);
+  AccessUnit encode(const capture::Image<std::uint8_t>& srgb, std::int64_t time_ns, bool key);
 
   /// For WebCodecs, as avc1.42c01e: profile, constraints and level of the last parameter set. Empty before the first.
   const std::string& codec_string() const;
@@ -33,4 +33,4 @@ class H264Encoder {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

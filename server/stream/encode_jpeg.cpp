@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 JpegEncoder::JpegEncoder(int quality) : quality_(quality), handle_(tjInitCompress()) {
   if (handle_ == nullptr) {
@@ -15,7 +15,7 @@ JpegEncoder::JpegEncoder(int quality) : quality_(quality), handle_(tjInitCompres
 
 JpegEncoder::~JpegEncoder() { tjDestroy(handle_); }
 
-std::vector<std::uint8_t> JpegEncoder::encode(const Image<std::uint8_t>& srgb) {
+std::vector<std::uint8_t> JpegEncoder::encode(const capture::Image<std::uint8_t>& srgb) {
   std::vector<std::uint8_t> out(tjBufSize(srgb.width, srgb.height, TJSAMP_420));
   unsigned char* data = out.data();
   unsigned long size = out.size();
@@ -27,4 +27,4 @@ std::vector<std::uint8_t> JpegEncoder::encode(const Image<std::uint8_t>& srgb) {
   return out;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

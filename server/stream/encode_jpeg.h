@@ -6,18 +6,18 @@
 
 #include "capture/image.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class JpegEncoder {
  public:
   explicit JpegEncoder(int quality);
   ~JpegEncoder();
   /// 4:2:0. Throws std::runtime_error where the library refuses.
-  std::vector<std::uint8_t> encode(const Image<std::uint8_t>& srgb);
+  std::vector<std::uint8_t> encode(const capture::Image<std::uint8_t>& srgb);
 
  private:
   int quality_;
   void* handle_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -80,4 +80,4 @@ std::int64_t unix_time_ns(Clock::time_point moment) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(now - (Clock::now() - moment)).count();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -6,17 +6,17 @@
 #include <vector>
 
 #include "capture/image.h"
-#include "server/stream/encoder_demand.h"
+#include "server/metrics/metrics.h"
 #include "server/stream/encode_h264.h"
 #include "server/stream/encode_jpeg.h"
-#include "server/metrics/metrics.h"
+#include "server/stream/encoder_demand.h"
 #include "server/stream/protocol.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// A finished picture on its way to viewers.
 struct ShownPicture {
-  std::shared_ptr<const Image<std::uint8_t>> srgb;
+  std::shared_ptr<const capture::Image<std::uint8_t>> srgb;
   std::uint32_t sequence = 0;
   bool passed_through = false;
   std::chrono::steady_clock::time_point captured;
@@ -46,4 +46,4 @@ class EncodeStage {
 /// The same moment in nanoseconds since 1970 UTC.
 std::int64_t unix_time_ns(std::chrono::steady_clock::time_point moment);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

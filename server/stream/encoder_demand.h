@@ -2,7 +2,7 @@
 // What viewers want at this moment: nothing is encoded that nobody watches.
 #include <atomic>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct EncoderDemand {
   std::atomic<int> h264 = 0;      ///< viewers
@@ -10,4 +10,4 @@ struct EncoderDemand {
   std::atomic<bool> key = false;  ///< somebody needs a key picture; whoever makes it clears this
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

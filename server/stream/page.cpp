@@ -2,7 +2,7 @@
 
 #include "server/stream/page_files.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 std::string_view type_of(std::string_view name) {
@@ -27,4 +27,4 @@ std::optional<PageFile> find_page_file(std::string_view path) {
   return std::nullopt;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

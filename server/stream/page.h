@@ -3,7 +3,7 @@
 #include <optional>
 #include <string_view>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct PageFile {
   std::string_view name;  ///< "index.html"
@@ -14,4 +14,4 @@ struct PageFile {
 /// `path` as in a request, "/" being the index. Empty where there is no such file.
 std::optional<PageFile> find_page_file(std::string_view path);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -2,7 +2,7 @@
 // What embed_page.cmake writes from server/web.
 #include <cstddef>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct EmbeddedFile {
   const char* name;
@@ -11,4 +11,4 @@ struct EmbeddedFile {
 };
 extern const EmbeddedFile embedded_page_files[];  ///< ends with a null name
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> kMagic{'L', 'U', 'M', 'I'};
@@ -210,4 +210,4 @@ std::string error_message(std::string_view error) {
                                                                   nlohmann::json::error_handler_t::replace);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -14,7 +14,7 @@
 
 #include "relight/exhibit/exhibit.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 constexpr int kProtocolVersion = 1;
 constexpr std::size_t kStreamHeaderBytes = 32;
@@ -83,4 +83,4 @@ Command parse_command(std::string_view text);
 
 std::string error_message(std::string_view error);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 std::string lower(std::string_view text) {
@@ -39,4 +39,4 @@ bool request_allowed(std::string_view host, std::string_view origin, bool bound_
   return from == "http://" + to || from == "https://" + to;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr std::size_t kRememberedPictures = 256;
@@ -68,4 +68,4 @@ void ViewerHub::acknowledged(std::uint32_t sequence) {
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

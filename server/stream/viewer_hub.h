@@ -7,11 +7,11 @@
 #include <string>
 #include <utility>
 
-#include "server/stream/encoder_demand.h"
 #include "server/metrics/metrics.h"
+#include "server/stream/encoder_demand.h"
 #include "server/stream/protocol.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// A viewer as the hub sees it. Any of these calls may end the viewer and so remove it from the hub.
 class Viewer {
@@ -49,4 +49,4 @@ class ViewerHub {
   std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns_;  ///< of recent pictures, by sequence
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

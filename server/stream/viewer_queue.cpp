@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 void ViewerQueue::want(Codec codec) {
   codec_ = codec;
@@ -107,4 +107,4 @@ std::optional<ViewerQueue::Outgoing> ViewerQueue::next() {
   return picture;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

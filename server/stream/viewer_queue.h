@@ -11,7 +11,7 @@
 
 #include "server/stream/protocol.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class ViewerQueue {
  public:
@@ -49,4 +49,4 @@ class ViewerQueue {
   std::uint32_t held_back_ = 0;          ///< pictures made while the viewer owed acknowledgements
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -17,7 +17,7 @@
 #include "server/stream/viewer_hub.h"
 #include "server/stream/viewer_queue.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -404,4 +404,4 @@ void WebServer::stop() {
   s.thread.join();
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -10,11 +10,11 @@
 #include <string>
 #include <string_view>
 
-#include "server/stream/encoder_demand.h"
 #include "server/metrics/metrics.h"
+#include "server/stream/encoder_demand.h"
 #include "server/stream/protocol.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct WebSettings {
   std::string address = "127.0.0.1";
@@ -65,4 +65,4 @@ class WebServer {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

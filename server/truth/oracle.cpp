@@ -12,7 +12,7 @@
 #include "server/truth/true_surface.h"
 #include "server/truth/truth.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr float kSurfaceBand_voxels = 2.0f;  // as far from the surface as albedo is looked up
@@ -20,17 +20,17 @@ constexpr float kSameSurface_voxels = 3.0f;  // a pixel shows the voxel when its
 constexpr float kSameLamp_rad = 0.087f;      // 5°: the split's centroid against the lamp's centre
 constexpr float kTruthSigma = 0.01f;         // of albedo: what an 8-bit texture leaves open
 
-Image<float> read_true_picture(const std::filesystem::path& path) {
+capture::Image<float> read_true_picture(const std::filesystem::path& path) {
   try {
-    return read_radiance(path);
-  } catch (const InputError& e) {
-    throw InputError(path.string() + ": " + e.what());
+    return capture::read_radiance(path);
+  } catch (const capture::InputError& e) {
+    throw capture::InputError(path.string() + ": " + e.what());
   }
 }
 
 /// Bilinear between the pixels around, as fusion takes their radiance; the nearest pixel's own where those show several
 /// surfaces. Empty where that is not at `depth_m`, within `same_m`.
-std::optional<Eigen::Vector3f> picture_at(const Image<float>& picture, const Image<float>& depth_m,
+std::optional<Eigen::Vector3f> picture_at(const capture::Image<float>& picture, const capture::Image<float>& depth_m,
                                           const Eigen::Vector2d& pixel, double z_m, double same_m) {
   const auto shows = [&](int u, int v) { return std::abs(depth_m.at(u, v) - z_m) <= same_m; };
   const auto color = [&](int u, int v) -> Eigen::Vector3f {
@@ -47,8 +47,8 @@ std::optional<Eigen::Vector3f> picture_at(const Image<float>& picture, const Ima
   return shows(x, y) ? std::optional(color(x, y)) : std::nullopt;
 }
 
-PointLight true_light(const TrueLamp& lamp, const Eigen::Vector3d& probe_m) {
-  PointLight light;
+reconstruct::PointLight true_light(const TrueLamp& lamp, const Eigen::Vector3d& probe_m) {
+  reconstruct::PointLight light;
   const Eigen::Vector3d to_lamp = lamp.centre_m - probe_m;
   const double distance_m = to_lamp.norm();
   light.direction = (to_lamp / distance_m).cast<float>();
@@ -80,7 +80,8 @@ OracleParts parse_oracle_parts(const std::string& list) {
     } else if (name == "albedo") {
       parts.albedo = true;
     } else {
-      throw InputError("--oracle: found \"" + name + "\", allowed: pose, geometry, light, albedo, with commas between");
+      throw capture::InputError("--oracle: found \"" + name +
+                                "\", allowed: pose, geometry, light, albedo, with commas between");
     }
   }
   return parts;
@@ -100,17 +101,17 @@ std::string name_of(const OracleParts& parts) {
   return name.empty() ? "none" : name;
 }
 
-Illumination with_true_lamps(const Illumination& split, const std::vector<TrueLamp>& lamps,
-                             const FisheyeCamera& fisheye) {
-  Illumination result = split;
+reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split, const std::vector<TrueLamp>& lamps,
+                                          const capture::FisheyeCamera& fisheye) {
+  reconstruct::Illumination result = split;
   const Eigen::Vector3d probe_m = split.probe_position_m.cast<double>();
   int next_id = 0;
-  for (const PointLight& light : split.lights) {
+  for (const reconstruct::PointLight& light : split.lights) {
     next_id = std::max(next_id, light.id + 1);
   }
   for (const TrueLamp& lamp : lamps) {
-    PointLight light = true_light(lamp, probe_m);
-    const auto shows_it = [&](const PointLight& found) {
+    reconstruct::PointLight light = true_light(lamp, probe_m);
+    const auto shows_it = [&](const reconstruct::PointLight& found) {
       const float angle_rad = std::acos(std::clamp(found.direction.dot(light.direction), -1.0f, 1.0f));
       return !found.distance_known && angle_rad < light.angular_radius_rad + kSameLamp_rad;
     };
@@ -129,26 +130,29 @@ Illumination with_true_lamps(const Illumination& split, const std::vector<TrueLa
     }
   }
   std::stable_sort(result.lights.begin(), result.lights.end(),
-                   [](const PointLight& a, const PointLight& b) { return a.irradiance.sum() > b.irradiance.sum(); });
+                   [](const reconstruct::PointLight& a, const reconstruct::PointLight& b) {
+                     return a.irradiance.sum() > b.irradiance.sum();
+                   });
   return result;
 }
 
 struct Oracle::State {
-  Session session;
+  capture::Session session;
   OracleParts parts;
-  LightStage light;
-  std::shared_ptr<AlbedoField> albedo;
+  reconstruct::LightStage light;
+  std::shared_ptr<reconstruct::AlbedoField> albedo;
   std::optional<TrueSurface> surface;  ///< of the whole true room
 
-  State(const Session& the_session, const OracleParts& the_parts)
-      : session(the_session), parts(the_parts), light(the_session, LightSettings{}) {}
+  State(const capture::Session& the_session, const OracleParts& the_parts)
+      : session(the_session), parts(the_parts), light(the_session, reconstruct::LightSettings{}) {}
 
   std::filesystem::path file(std::uint64_t index, const char* name) const {
     return truth_folder(session.folder, index) / name;
   }
 };
 
-Oracle::Oracle(const Session& session, const OracleParts& parts) : state_(std::make_unique<State>(session, parts)) {
+Oracle::Oracle(const capture::Session& session, const OracleParts& parts)
+    : state_(std::make_unique<State>(session, parts)) {
   if (parts.pose) {
     read_true_pose(state_->file(0, "pose.json"));
   }
@@ -162,7 +166,7 @@ Oracle::Oracle(const Session& session, const OracleParts& parts) : state_(std::m
   if (parts.light) {
     read_true_lamps(state_->file(0, "lights.json"));
     if (!session.fisheye) {
-      throw InputError("--oracle light: " + session.name + " has no [fisheye], allowed: a session with one");
+      throw capture::InputError("--oracle light: " + session.name + " has no [fisheye], allowed: a session with one");
     }
   }
   if (parts.albedo) {
@@ -175,84 +179,89 @@ Oracle::~Oracle() = default;
 
 const OracleParts& Oracle::parts() const { return state_->parts; }
 
-Pose Oracle::pose(const FrameSet& frame) const {
-  Pose pose;
+reconstruct::Pose Oracle::pose(const capture::FrameSet& frame) const {
+  reconstruct::Pose pose;
   pose.T_tag_camera = read_true_pose(state_->file(frame.index, "pose.json"));
   pose.T_tag_camera_raw = pose.T_tag_camera;
   pose.time_ns = frame.time_ns;
   return pose;
 }
 
-FrameSet Oracle::with_true_depth(const FrameSet& frame) const {
-  FrameSet with = frame;
+capture::FrameSet Oracle::with_true_depth(const capture::FrameSet& frame) const {
+  capture::FrameSet with = frame;
   const std::filesystem::path file = state_->file(frame.index, "depth.exr");
   if (!std::filesystem::exists(file)) {
     with.depth = nullptr;
     return with;
   }
-  auto depth = std::make_shared<DepthPicture>();
+  auto depth = std::make_shared<capture::DepthPicture>();
   depth->stamp = frame.depth ? frame.depth->stamp : frame.color->stamp;
   depth->depth_m = read_true_depth(file);
-  const CameraModel& camera = state_->session.color.model;
+  const capture::CameraModel& camera = state_->session.color.model;
   if (depth->depth_m.width != camera.width || depth->depth_m.height != camera.height) {
-    throw InputError(file.string() + ": not of the colour picture's size");
+    throw capture::InputError(file.string() + ": not of the colour picture's size");
   }
   with.depth = std::move(depth);
   return with;
 }
 
-std::shared_ptr<const Illumination> Oracle::illumination(const FrameSet& frame) {
+std::shared_ptr<const reconstruct::Illumination> Oracle::illumination(const capture::FrameSet& frame) {
   State& s = *state_;
-  FrameSet lit = frame;
+  capture::FrameSet lit = frame;
   for (const std::uint64_t index : {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may be there once
     const std::filesystem::path file = s.file(index, "fisheye.exr");
     if (std::filesystem::exists(file)) {
-      auto picture = std::make_shared<Picture>();
+      auto picture = std::make_shared<capture::Picture>();
       picture->stamp.time_ns = frame.time_ns;
-      picture->stream = Stream::fisheye;
+      picture->stream = capture::Stream::fisheye;
       picture->radiance = read_true_picture(file);
       lit.fisheye = {picture};
       break;
     }
   }
-  const std::shared_ptr<const Illumination> split = s.light.extract(lit).illumination;
+  const std::shared_ptr<const reconstruct::Illumination> split = s.light.extract(lit).illumination;
   if (!split) {
     return nullptr;
   }
-  return std::make_shared<const Illumination>(
+  return std::make_shared<const reconstruct::Illumination>(
       with_true_lamps(*split, read_true_lamps(s.file(frame.index, "lights.json")), *s.session.fisheye));
 }
 
-std::shared_ptr<const Enclosure> Oracle::enclosure(const Illumination& light) const {
+std::shared_ptr<const reconstruct::Enclosure> Oracle::enclosure(const reconstruct::Illumination& light) const {
   if (!state_->surface) {
     return nullptr;
   }
-  const std::optional<Enclosure> room = close_room(state_->surface->seen_from(light.probe_position_m), light, {});
-  return room ? std::make_shared<const Enclosure>(*room) : nullptr;
+  const std::optional<reconstruct::Enclosure> room =
+      reconstruct::close_room(state_->surface->seen_from(light.probe_position_m), light, {});
+  return room ? std::make_shared<const reconstruct::Enclosure>(*room) : nullptr;
 }
 
-std::shared_ptr<const AlbedoField> Oracle::albedo(const FrameSet& frame, const Pose& pose, const DistanceField& field) {
+std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::FrameSet& frame,
+                                                               const reconstruct::Pose& pose,
+                                                               const reconstruct::DistanceField& field) {
   State& s = *state_;
-  auto next = s.albedo ? std::make_shared<AlbedoField>(*s.albedo) : std::make_shared<AlbedoField>();
+  auto next =
+      s.albedo ? std::make_shared<reconstruct::AlbedoField>(*s.albedo) : std::make_shared<reconstruct::AlbedoField>();
   const std::filesystem::path file = s.file(frame.index, "albedo.exr");
   if (s.albedo && !std::filesystem::exists(file)) {
     return s.albedo;
   }
-  const Image<float> albedo = read_true_picture(file);
-  const Image<float> depth_m = read_true_depth(s.file(frame.index, "depth.exr"));
-  const CameraModel& camera = s.session.color.model;
+  const capture::Image<float> albedo = read_true_picture(file);
+  const capture::Image<float> depth_m = read_true_depth(s.file(frame.index, "depth.exr"));
+  const capture::CameraModel& camera = s.session.color.model;
   const Eigen::Isometry3d T_camera_tag = pose.T_tag_camera.inverse();
   next->voxel_m = field.voxel_m;
   ++next->version;
   for (const auto& [key, brick] : field.bricks) {
-    std::shared_ptr<AlbedoBrick> seen;
-    for (int i = 0; i < kBrickVoxels; ++i) {
+    std::shared_ptr<reconstruct::AlbedoBrick> seen;
+    for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
       if (brick->weight[i] <= 0 || std::abs(brick->distance_m[i]) > kSurfaceBand_voxels * field.voxel_m) {
         continue;
       }
-      const Eigen::Vector3d voxel(kBrickEdge * key[0] + i % kBrickEdge,
-                                  kBrickEdge * key[1] + i / kBrickEdge % kBrickEdge,
-                                  kBrickEdge * key[2] + i / (kBrickEdge * kBrickEdge));
+      const Eigen::Vector3d voxel(
+          reconstruct::kBrickEdge * key[0] + i % reconstruct::kBrickEdge,
+          reconstruct::kBrickEdge * key[1] + i / reconstruct::kBrickEdge % reconstruct::kBrickEdge,
+          reconstruct::kBrickEdge * key[2] + i / (reconstruct::kBrickEdge * reconstruct::kBrickEdge));
       const Eigen::Vector3d p = T_camera_tag * (field.voxel_m * voxel);
       const std::optional<Eigen::Vector2d> pixel = p.z() > 0 ? camera.project(p) : std::nullopt;
       if (!pixel || !camera.inside(*pixel)) {
@@ -265,8 +274,8 @@ std::shared_ptr<const AlbedoField> Oracle::albedo(const FrameSet& frame, const P
       }
       if (!seen) {
         const auto before = next->bricks.find(key);
-        seen = before != next->bricks.end() ? std::make_shared<AlbedoBrick>(*before->second)
-                                            : std::make_shared<AlbedoBrick>();
+        seen = before != next->bricks.end() ? std::make_shared<reconstruct::AlbedoBrick>(*before->second)
+                                            : std::make_shared<reconstruct::AlbedoBrick>();
         if (before == next->bricks.end()) {
           seen->sigma.fill(-1.0f);
         }
@@ -282,4 +291,4 @@ std::shared_ptr<const AlbedoField> Oracle::albedo(const FrameSet& frame, const P
   return next;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -10,7 +10,7 @@
 #include "reconstruct/scene.h"
 #include "server/truth/truth.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct OracleParts {
   bool pose = false, geometry = false, light = false, albedo = false;
@@ -26,23 +26,24 @@ std::string name_of(const OracleParts& parts);
 class Oracle {
  public:
   /// Throws InputError where truth/ lacks what `parts` need for frame 0.
-  Oracle(const Session& session, const OracleParts& parts);
+  Oracle(const capture::Session& session, const OracleParts& parts);
   ~Oracle();
 
   const OracleParts& parts() const;
   // What follows throws InputError where truth/ has nothing for the frame.
-  Pose pose(const FrameSet& frame) const;
+  reconstruct::Pose pose(const capture::FrameSet& frame) const;
   /// The frame with the true depth in place of the sensor's; without any where truth/ has none for this frame.
-  FrameSet with_true_depth(const FrameSet& frame) const;
+  capture::FrameSet with_true_depth(const capture::FrameSet& frame) const;
   /// The light stage's split of the fish-eye picture (the true one, where truth/ has it), in which every lamp that is
   /// a true lamp's picture gives way to that true lamp. A true lamp that the fish-eye does not see is added; one that
   /// it sees and the split left in the remainder stays there, so that no light counts twice.
-  std::shared_ptr<const Illumination> illumination(const FrameSet& frame);
+  std::shared_ptr<const reconstruct::Illumination> illumination(const capture::FrameSet& frame);
   /// Around the whole true room. Null where truth/ has no real_scene.ply.
-  std::shared_ptr<const Enclosure> enclosure(const Illumination& light) const;
+  std::shared_ptr<const reconstruct::Enclosure> enclosure(const reconstruct::Illumination& light) const;
   /// The true albedo picture projected onto the surface voxels of `field` that this frame sees, over what earlier
   /// frames saw.
-  std::shared_ptr<const AlbedoField> albedo(const FrameSet& frame, const Pose& pose, const DistanceField& field);
+  std::shared_ptr<const reconstruct::AlbedoField> albedo(const capture::FrameSet& frame, const reconstruct::Pose& pose,
+                                                         const reconstruct::DistanceField& field);
 
  private:
   struct State;
@@ -50,7 +51,7 @@ class Oracle {
 };
 
 /// `split` with true lamps in place of what it found of them; see Oracle::illumination.
-Illumination with_true_lamps(const Illumination& split, const std::vector<TrueLamp>& lamps,
-                             const FisheyeCamera& fisheye);
+reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split, const std::vector<TrueLamp>& lamps,
+                                          const capture::FisheyeCamera& fisheye);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

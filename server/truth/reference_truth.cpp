@@ -10,27 +10,28 @@
 #include "relight/tracing/build_trace_scene.h"
 #include "server/truth/truth.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr float kSameSurface_m = 5e-5f;  // paper on a surface lies higher
 
-Image<float> read_true_colors(const std::filesystem::path& path) {
+capture::Image<float> read_true_colors(const std::filesystem::path& path) {
   try {
-    return read_radiance(path);
-  } catch (const InputError& e) {
-    throw InputError(path.string() + ": " + e.what());
+    return capture::read_radiance(path);
+  } catch (const capture::InputError& e) {
+    throw capture::InputError(path.string() + ": " + e.what());
   }
 }
 
-void expect_size(const CameraModel& camera, const Image<float>& image, const std::filesystem::path& path) {
+void expect_size(const capture::CameraModel& camera, const capture::Image<float>& image,
+                 const std::filesystem::path& path) {
   if (image.width != camera.width || image.height != camera.height) {
-    throw InputError(path.string() + ": not of the colour picture's size");
+    throw capture::InputError(path.string() + ": not of the colour picture's size");
   }
 }
 
-SeenMaterials read_seen(const std::filesystem::path& folder, const CameraModel& camera) {
-  SeenMaterials seen;
+relight::SeenMaterials read_seen(const std::filesystem::path& folder, const capture::CameraModel& camera) {
+  relight::SeenMaterials seen;
   seen.camera = camera;
   seen.T_camera_tag = read_true_pose(folder / "pose.json").inverse().cast<float>();
   seen.depth_m = read_true_depth(folder / "depth.exr");
@@ -45,10 +46,11 @@ SeenMaterials read_seen(const std::filesystem::path& folder, const CameraModel& 
 }
 
 /// The model's triangles in groups: those on each of the known surfaces, and last those on none.
-std::vector<std::vector<std::uint32_t>> grouped(const Model& model, const std::vector<KnownSurface>& known) {
-  std::vector<std::unique_ptr<ObjectSurface>> surfaces;
-  for (const KnownSurface& surface : known) {
-    surfaces.push_back(std::make_unique<ObjectSurface>(*surface.model));
+std::vector<std::vector<std::uint32_t>> grouped(const relight::Model& model,
+                                                const std::vector<relight::KnownSurface>& known) {
+  std::vector<std::unique_ptr<relight::ObjectSurface>> surfaces;
+  for (const relight::KnownSurface& surface : known) {
+    surfaces.push_back(std::make_unique<relight::ObjectSurface>(*surface.model));
   }
   std::vector<std::vector<std::uint32_t>> groups(known.size() + 1);
   for (std::size_t i = 0; i < model.indices.size(); i += 3) {
@@ -65,21 +67,22 @@ std::vector<std::vector<std::uint32_t>> grouped(const Model& model, const std::v
   return groups;
 }
 
-std::vector<ReferenceMesh> read_meshes(const Session& session) {
-  const std::shared_ptr<const Model> all = load_model(session.folder / "truth" / "real_scene.ply", 'z');
-  const std::vector<KnownSurface> known = known_surfaces(session.real_surfaces);
+std::vector<relight::ReferenceMesh> read_meshes(const capture::Session& session) {
+  const std::shared_ptr<const relight::Model> all =
+      relight::load_model(session.folder / "truth" / "real_scene.ply", 'z');
+  const std::vector<relight::KnownSurface> known = relight::known_surfaces(session.real_surfaces);
   const std::vector<std::vector<std::uint32_t>> groups = grouped(*all, known);
-  std::vector<ReferenceMesh> meshes;
+  std::vector<relight::ReferenceMesh> meshes;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (groups[i].empty()) {
       continue;
     }
-    auto model = std::make_shared<Model>(*all);
+    auto model = std::make_shared<relight::Model>(*all);
     model->indices = groups[i];
     model->parts.assign(1, {});
     model->parts[0].material = {Eigen::Vector3f::Ones(), 0, 1, 0};
     model->parts[0].index_count = static_cast<std::uint32_t>(groups[i].size());
-    ReferenceMesh mesh;
+    relight::ReferenceMesh mesh;
     mesh.model = std::move(model);
     if (i < known.size()) {
       mesh.material = known[i].material;
@@ -90,8 +93,8 @@ std::vector<ReferenceMesh> read_meshes(const Session& session) {
   return meshes;
 }
 
-ReferenceLamp lamp_of(const TrueLamp& truth) {
-  ReferenceLamp lamp;
+relight::ReferenceLamp lamp_of(const TrueLamp& truth) {
+  relight::ReferenceLamp lamp;
   lamp.centre_m = truth.centre_m.cast<float>();
   lamp.radiance = truth.radiance.cast<float>().array();
   lamp.radius_m = static_cast<float>(truth.radius_m);
@@ -99,9 +102,9 @@ ReferenceLamp lamp_of(const TrueLamp& truth) {
     return lamp;
   }
   lamp.normal = truth.normal.cast<float>();
-  lamp.shape = ReferenceLamp::Shape::disc;
+  lamp.shape = relight::ReferenceLamp::Shape::disc;
   if (!truth.size_m.isZero()) {
-    lamp.shape = ReferenceLamp::Shape::rectangle;
+    lamp.shape = relight::ReferenceLamp::Shape::rectangle;
     // Only the normal is told: the first edge is level, and along x where the lamp itself is.
     const Eigen::Vector3d level = Eigen::Vector3d::UnitZ().cross(truth.normal);
     const Eigen::Vector3d u = level.norm() > 1e-3 ? level.normalized() : Eigen::Vector3d::UnitX();
@@ -114,13 +117,13 @@ ReferenceLamp lamp_of(const TrueLamp& truth) {
 }  // namespace
 
 struct TrueRoom::State {
-  Session session;
-  std::vector<ReferenceMesh> meshes;
+  capture::Session session;
+  std::vector<relight::ReferenceMesh> meshes;
   std::filesystem::path folder;
-  std::shared_ptr<const ReferenceScene> scene;
+  std::shared_ptr<const relight::ReferenceScene> scene;
 
   void take(const std::filesystem::path& now) {
-    auto next = std::make_shared<ReferenceScene>();
+    auto next = std::make_shared<relight::ReferenceScene>();
     next->real = meshes;
     for (const TrueLamp& lamp : read_true_lamps(now / "lights.json")) {
       next->lamps.push_back(lamp_of(lamp));
@@ -132,19 +135,19 @@ struct TrueRoom::State {
     }
     // A frame without pictures of its materials takes those of the first, which has them all.
     const bool own = std::filesystem::exists(now / "albedo.exr");
-    next->seen = std::make_shared<const SeenMaterials>(
+    next->seen = std::make_shared<const relight::SeenMaterials>(
         read_seen(own ? now : truth_folder(session.folder, 0), session.color.model));
     scene = std::move(next);
     folder = now;
   }
 };
 
-TrueRoom::TrueRoom(const Session& session) : state_(new State{session, read_meshes(session), {}, nullptr}) {
+TrueRoom::TrueRoom(const capture::Session& session) : state_(new State{session, read_meshes(session), {}, nullptr}) {
   state_->take(truth_folder(session.folder, 0));
 }
 TrueRoom::~TrueRoom() = default;
 
-std::shared_ptr<const ReferenceScene> TrueRoom::at(const FrameSet& frame) {
+std::shared_ptr<const relight::ReferenceScene> TrueRoom::at(const capture::FrameSet& frame) {
   const std::filesystem::path now = truth_folder(state_->session.folder, frame.index);
   if (now != state_->folder) {
     state_->take(now);
@@ -152,4 +155,4 @@ std::shared_ptr<const ReferenceScene> TrueRoom::at(const FrameSet& frame) {
   return state_->scene;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -11,20 +11,20 @@
 #include "capture/session/session.h"
 #include "relight/tracing/trace_scene.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class TrueRoom {
  public:
   /// Throws InputError where truth/ lacks what frame 0 needs.
-  explicit TrueRoom(const Session& session);
+  explicit TrueRoom(const capture::Session& session);
   ~TrueRoom();
 
   /// Without objects. The same pointer for frames that share a truth folder. Throws InputError.
-  std::shared_ptr<const ReferenceScene> at(const FrameSet& frame);
+  std::shared_ptr<const relight::ReferenceScene> at(const capture::FrameSet& frame);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

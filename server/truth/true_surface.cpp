@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr double kPoints = 4000;  // about as many in all
 constexpr float kOff_m = 1e-3f;   // from the surface a point looks
 
-std::vector<RoomPoint> points_on(const Model& model) {
+std::vector<reconstruct::RoomPoint> points_on(const relight::Model& model) {
   const auto corner = [&](std::size_t i) { return model.positions_m[model.indices[i]]; };
   const auto across = [&](std::size_t i) -> Eigen::Vector3f {  // the triangle's normal times twice its area
     return (corner(i + 1) - corner(i)).cross(corner(i + 2) - corner(i));
@@ -18,7 +18,7 @@ std::vector<RoomPoint> points_on(const Model& model) {
   for (std::size_t i = 0; i < model.indices.size(); i += 3) area_m2 += 0.5 * across(i).norm();
 
   // Rows of points between the edges that meet in the first corner; those beyond the third edge fold back.
-  std::vector<RoomPoint> points;
+  std::vector<reconstruct::RoomPoint> points;
   double owed = 0;
   for (std::size_t i = 0; i < model.indices.size(); i += 3) {
     owed += 0.5 * across(i).norm() / area_m2 * kPoints;
@@ -44,11 +44,11 @@ std::vector<RoomPoint> points_on(const Model& model) {
 }  // namespace
 
 TrueSurface::TrueSurface(const std::filesystem::path& real_scene_ply)
-    : model_(load_model(real_scene_ply, 'z')), triangles_(*model_), points_(points_on(*model_)) {}
+    : model_(relight::load_model(real_scene_ply, 'z')), triangles_(*model_), points_(points_on(*model_)) {}
 
-std::vector<RoomPoint> TrueSurface::seen_from(const Eigen::Vector3f& eye_m) const {
-  std::vector<RoomPoint> seen;
-  for (const RoomPoint& point : points_) {
+std::vector<reconstruct::RoomPoint> TrueSurface::seen_from(const Eigen::Vector3f& eye_m) const {
+  std::vector<reconstruct::RoomPoint> seen;
+  for (const reconstruct::RoomPoint& point : points_) {
     const Eigen::Vector3f from = point.position_m + kOff_m * point.normal, to = eye_m - from;
     const auto any = [](std::uint32_t, const Eigen::Vector3f&) { return true; };
     if (to.dot(point.normal) > 0 && !triangles_.first_hit(from, to.normalized(), to.norm(), any)) seen.push_back(point);
@@ -56,4 +56,4 @@ std::vector<RoomPoint> TrueSurface::seen_from(const Eigen::Vector3f& eye_m) cons
   return seen;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -8,7 +8,7 @@
 #include "relight/exhibit/exhibit.h"
 #include "relight/objects/closest_point.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class TrueSurface {
  public:
@@ -17,12 +17,12 @@ class TrueSurface {
 
   /// Points of it, each for about the same area, in a fixed order: those that a place sees. A floor that goes on behind
   /// a wall is not of the room.
-  std::vector<RoomPoint> seen_from(const Eigen::Vector3f& eye_m) const;
+  std::vector<reconstruct::RoomPoint> seen_from(const Eigen::Vector3f& eye_m) const;
 
  private:
-  std::shared_ptr<const Model> model_;
-  ObjectSurface triangles_;
-  std::vector<RoomPoint> points_;
+  std::shared_ptr<const relight::Model> model_;
+  relight::ObjectSurface triangles_;
+  std::vector<reconstruct::RoomPoint> points_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -12,18 +12,18 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 nlohmann::json read_json(const std::filesystem::path& path) {
   std::ifstream in(path);
   if (!in) {
-    throw InputError(path.string() + ": found no such file, needed by --oracle");
+    throw capture::InputError(path.string() + ": found no such file, needed by --oracle");
   }
   try {
     return nlohmann::json::parse(in);
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(path.string() + ": " + e.what());
+    throw capture::InputError(path.string() + ": " + e.what());
   }
 }
 
@@ -58,7 +58,7 @@ Eigen::Isometry3d read_true_pose(const std::filesystem::path& pose_json) {
       }
     }
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(pose_json.string() + ": " + e.what());
+    throw capture::InputError(pose_json.string() + ": " + e.what());
   }
   return pose;
 }
@@ -85,7 +85,7 @@ std::vector<TrueLamp> read_true_lamps(const std::filesystem::path& lights_json) 
       lamps.push_back(lamp);
     }
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(lights_json.string() + ": " + e.what());
+    throw capture::InputError(lights_json.string() + ": " + e.what());
   }
   return lamps;
 }
@@ -103,16 +103,16 @@ TrueSky read_true_sky(const std::filesystem::path& lights_json) {
       sky.constant = vector(entry->at("constant"));
     }
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(lights_json.string() + ": " + e.what());
+    throw capture::InputError(lights_json.string() + ": " + e.what());
   }
   return sky;
 }
 
-Image<float> read_true_depth(const std::filesystem::path& exr) {
+capture::Image<float> read_true_depth(const std::filesystem::path& exr) {
   try {
     Imf::InputFile file(exr.c_str());
     const Imath::Box2i window = file.header().dataWindow();
-    Image<float> depth(window.max.x - window.min.x + 1, window.max.y - window.min.y + 1, 1);
+    capture::Image<float> depth(window.max.x - window.min.x + 1, window.max.y - window.min.y + 1, 1);
     const char* name = file.header().channels().findChannel("Y") != nullptr ? "Y" : "R";
     Imf::FrameBuffer pixels;
     pixels.insert(name,
@@ -121,8 +121,8 @@ Image<float> read_true_depth(const std::filesystem::path& exr) {
     file.readPixels(window.min.y, window.max.y);
     return depth;
   } catch (const std::exception& e) {
-    throw InputError(exr.string() + ": " + e.what());
+    throw capture::InputError(exr.string() + ": " + e.what());
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,17 +4,17 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/sync/pairing_reader.h"
+#include "capture/session/config.h"
 #include "capture/source.h"
+#include "capture/sync/pairing_reader.h"
 #include "tests/capture/formats/exr_writer.h"
-#include "tests/capture/recorded/mkv_writer.h"
 #include "tests/capture/live/openni_test_pictures.h"
-#include "tests/capture/scratch_folder.h"
 #include "tests/capture/live/small_camera.h"
+#include "tests/capture/recorded/mkv_writer.h"
+#include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -194,4 +194,4 @@ TEST_F(OpenFrames, ContradictionsAreRefused) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

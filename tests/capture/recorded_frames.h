@@ -6,32 +6,33 @@
 #include <filesystem>
 #include <vector>
 
+#include "capture/record/session_recorder.h"
 #include "capture/session/config.h"
 #include "capture/sync/pairing_reader.h"
-#include "capture/record/session_recorder.h"
 
 namespace lumigraft::test {
 
 /// Of the session.toml in `folder`, into its folder "out".
 inline void expect_to_replay_as_it_came(const std::filesystem::path& folder, std::size_t pictures) {
-  const Session live = read_session(ConfigTable::load(folder / "session.toml"));
-  std::vector<Picture> seen;
+  const capture::Session live = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+  std::vector<capture::Picture> seen;
   {
-    const PairedSources sources = open_sources(live);
-    SessionRecorder recorder({folder / "session.toml", {}}, live, folder / "out");
+    const capture::PairedSources sources = capture::open_sources(live);
+    capture::SessionRecorder recorder({folder / "session.toml", {}}, live, folder / "out");
     while (seen.size() < pictures) {
       const auto item = sources.color->next(std::chrono::seconds(3));
       ASSERT_TRUE(item) << sources.color->fault();
-      if (recorder.write(Stream::color, *item)) {
-        seen.push_back(std::get<Picture>(*item));
+      if (recorder.write(capture::Stream::color, *item)) {
+        seen.push_back(std::get<capture::Picture>(*item));
       }
     }
   }
-  const PairedSources replay = open_sources(read_session(ConfigTable::load(folder / "out" / "session.toml")));
-  for (const Picture& before : seen) {
+  const capture::PairedSources replay =
+      capture::open_sources(capture::read_session(capture::ConfigTable::load(folder / "out" / "session.toml")));
+  for (const capture::Picture& before : seen) {
     const auto item = replay.color->next(std::chrono::seconds(0));
     ASSERT_TRUE(item);
-    const auto& after = std::get<Picture>(*item);
+    const auto& after = std::get<capture::Picture>(*item);
     EXPECT_EQ(after.stamp.time_ns, before.stamp.time_ns);
     EXPECT_EQ(after.exposure, before.exposure);
     EXPECT_EQ(after.encoded.data, before.encoded.data);

@@ -8,7 +8,7 @@
 
 #include "tests/fuzz/targets.h"
 
-namespace lumigraft {
+namespace lumigraft::test {
 namespace {
 
 /// The largest memory of the program, or of its children, so far.
@@ -39,4 +39,4 @@ TEST(FuzzCorpus, Calibrations) { EXPECT_GT(play("calibration", fuzz::calibration
 TEST(FuzzCorpus, OpenNiRecordings) { EXPECT_GT(play("oni", fuzz::oni), 10); }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::test

@@ -9,11 +9,11 @@
 #include <string>
 #include <string_view>
 
-#include "capture/session/config.h"
 #include "capture/error.h"
+#include "capture/live/openni/source.h"
 #include "capture/recorded/mkv_source.h"
 #include "capture/recorded/oni_source.h"
-#include "capture/live/openni/source.h"
+#include "capture/session/config.h"
 #include "capture/session/session.h"
 
 namespace lumigraft::fuzz {
@@ -26,15 +26,15 @@ template <typename Action>
 void expect_answer(const Action& action) {
   try {
     action();
-  } catch (const InputError&) {  // CameraFault is one
+  } catch (const capture::InputError&) {  // CameraFault is one
   }
 }
 
 /// As the corpus has them.
-const std::vector<StreamSpec> kOniStreams = {{.stream = Stream::color, .width = 160, .height = 120},
-                                             {.stream = Stream::depth, .width = 160, .height = 120}};
+const std::vector<capture::StreamSpec> kOniStreams = {{.stream = capture::Stream::color, .width = 160, .height = 120},
+                                                      {.stream = capture::Stream::depth, .width = 160, .height = 120}};
 
-void play_oni(Source&& recording) {
+void play_oni(capture::Source&& recording) {
   while (!recording.finished()) {
     recording.next(std::chrono::milliseconds(0));
   }
@@ -54,10 +54,10 @@ void mkv(Bytes bytes) {
   if (bytes.empty()) {
     return;
   }
-  constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
-  const StreamSpec spec{.stream = kStreams[bytes[0] % 3], .width = kWidth, .height = kHeight};
+  constexpr std::array kStreams = {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye};
+  const capture::StreamSpec spec{.stream = kStreams[bytes[0] % 3], .width = kWidth, .height = kHeight};
   expect_answer([&] {
-    MkvSource source(file_with(bytes.subspan(1)), spec);
+    capture::MkvSource source(file_with(bytes.subspan(1)), spec);
     source.last_time_ns();
     constexpr std::int64_t kStep_ns = 20'000'000;
     if (bytes[0] >= 128) {
@@ -70,9 +70,9 @@ void mkv(Bytes bytes) {
 
 void session(Bytes bytes) {
   expect_answer([&] {
-    const ConfigTable root =
-        ConfigTable::parse({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "session.toml");
-    read_session(root);
+    const capture::ConfigTable root =
+        capture::ConfigTable::parse({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "session.toml");
+    capture::read_session(root);
     root.finish();
   });
 }
@@ -80,7 +80,7 @@ void session(Bytes bytes) {
 void calibration(Bytes bytes) {
   const std::filesystem::path file = file_with(bytes);
   expect_answer([&] {
-    read_session(ConfigTable::parse("format = 1\ncalibration = \"" + file.string() + R"("
+    capture::read_session(capture::ConfigTable::parse("format = 1\ncalibration = \"" + file.string() + R"("
 [color]
 source = "v4l2:"
 width = 640
@@ -96,18 +96,18 @@ T_tag_fisheye = [[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]]
 id = 1
 size_m = 0.1
 )",
-                                    "session.toml"));
+                                                      "session.toml"));
   });
 }
 
 void oni(Bytes bytes) {
-  expect_answer([&] { play_oni(OniSource(file_with(bytes).string(), kOniStreams)); });
+  expect_answer([&] { play_oni(capture::OniSource(file_with(bytes).string(), kOniStreams)); });
 }
 
 void oni_library(Bytes bytes) {
   expect_answer([&] {
-    play_oni(OpenNiSource(OpenNiSource::Kind::recording, file_with(bytes).string(), kOniStreams,
-                          std::chrono::milliseconds(20)));
+    play_oni(capture::OpenNiSource(capture::OpenNiSource::Kind::recording, file_with(bytes).string(), kOniStreams,
+                                   std::chrono::milliseconds(20)));
   });
 }
 

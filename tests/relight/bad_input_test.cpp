@@ -7,29 +7,29 @@
 
 #include "capture/error.h"
 #include "tests/relight/closed_form/closed_scene.h"
-#include "tests/relight/gpu/limited_device.h"
 #include "tests/relight/exhibit/model_shapes.h"
+#include "tests/relight/gpu/limited_device.h"
 
 namespace lumigraft::test {
 namespace {
 
 /// Holds light volumes of up to 32 voxels an edge and pictures of up to 3000 pixels.
-std::shared_ptr<gpu::Device> small_device(std::shared_ptr<gpu::Device> real) {
-  return std::make_shared<LimitedDevice>(std::move(real), [](const gpu::TextureDesc& d) {
+std::shared_ptr<relight::gpu::Device> small_device(std::shared_ptr<relight::gpu::Device> real) {
+  return std::make_shared<LimitedDevice>(std::move(real), [](const relight::gpu::TextureDesc& d) {
     const bool of_an_object = d.name.find("object ") == 0;
     return (d.depth <= 64 || of_an_object) && d.width <= 3000;
   });
 }
 
-bool all_finite(const RelitPicture& picture) {
-  const RelightMaps& maps = *picture.maps;
-  for (const Image<float>* map : {&maps.albedo, &maps.normals, &maps.depth_m, &maps.delta, &maps.mask}) {
+bool all_finite(const relight::RelitPicture& picture) {
+  const relight::RelightMaps& maps = *picture.maps;
+  for (const capture::Image<float>* map : {&maps.albedo, &maps.normals, &maps.depth_m, &maps.delta, &maps.mask}) {
     if (!std::all_of(map->data.begin(), map->data.end(), [](float x) { return std::isfinite(x); })) return false;
   }
   return true;
 }
 
-bool warns_of(const RelitPicture& picture, const std::string& what) {
+bool warns_of(const relight::RelitPicture& picture, const std::string& what) {
   return std::any_of(picture.warnings.begin(), picture.warnings.end(),
                      [&](const std::string& warning) { return warning.find(what) != std::string::npos; });
 }
@@ -50,7 +50,7 @@ ClosedScene under_a_lamp(const Eigen::Vector3f& position_m, float radius_m) {
   ClosedScene scene = furnace();
   scene.albedo = 0.5f;
   scene.sky = 0.1f;
-  const PointLight lamp = lamp_at(position_m, radius_m, 0.3f);
+  const reconstruct::PointLight lamp = lamp_at(position_m, radius_m, 0.3f);
   scene.lamps = {lamp};
   scene.radiance = [lamp](const Eigen::Vector3f& p) {
     return 0.05f + 0.16f * irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
@@ -59,8 +59,8 @@ ClosedScene under_a_lamp(const Eigen::Vector3f& position_m, float radius_m) {
 }
 
 /// Settings that trace for pixels, and those that look up.
-std::array<Plan, 2> plans() {
-  std::array<Plan, 2> both{careful_plan(32), careful_plan(32)};
+std::array<relight::Plan, 2> plans() {
+  std::array<relight::Plan, 2> both{careful_plan(32), careful_plan(32)};
   both[1].trace_scale = 4;
   return both;
 }
@@ -71,7 +71,7 @@ class BadInput : public ClosedTest {
     double least = 0, most = 0;
   };
   /// By how much the picture is darker and brighter than the furnace's light, of it.
-  Range off_the_furnace(const RelitPicture& picture) {
+  Range off_the_furnace(const relight::RelitPicture& picture) {
     Range range;
     for (int v = 0; v < picture.srgb.height; ++v) {
       for (int u = 0; u < picture.srgb.width; ++u) {
@@ -83,7 +83,7 @@ class BadInput : public ClosedTest {
     }
     return range;
   }
-  void expect_even(const RelitPicture& picture) {
+  void expect_even(const relight::RelitPicture& picture) {
     const double bound = picture.plan.trace_scale == 4 ? 0.12 : 0.07;
     const Range off = off_the_furnace(picture);
     EXPECT_GT(off.least, -bound);
@@ -95,9 +95,9 @@ ON_BOTH_DEVICES(BadInput);
 TEST_P(BadInput, AVolumeThatTheDeviceCannotHoldIsASmallerOne) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.3f)};
-  Relighter small(small_device(device_), scene.session());
+  relight::Relighter small(small_device(device_), scene.session());
   for (int turn = 0; turn < 2; ++turn) {
-    const RelitPicture picture = scene.relit(small, careful_plan(256));
+    const relight::RelitPicture picture = scene.relit(small, careful_plan(256));
     EXPECT_EQ(picture.plan.volume, 32);
     EXPECT_TRUE(warns_of(picture, "plan.volume 256 is too much")) << turn;
     EXPECT_EQ(picture.srgb.data, relit(scene, careful_plan(32)).srgb.data);
@@ -109,8 +109,8 @@ TEST_P(BadInput, APictureThatTheDeviceCannotHoldPassesThrough) {
   scene.width = 3200;
   scene.height = 2;
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.3f)};
-  Relighter small(small_device(device_), scene.session());
-  const RelitPicture picture = small.relight(scene.frame(), scene.scene(), scene.exhibit, careful_plan(32));
+  relight::Relighter small(small_device(device_), scene.session());
+  const relight::RelitPicture picture = small.relight(scene.frame(), scene.scene(), scene.exhibit, careful_plan(32));
   ASSERT_EQ(picture.srgb.width, 3200);
   EXPECT_NEAR(picture_radiance(picture, 600, 1), 0.5f, 0.01f);
   EXPECT_TRUE(warns_of(picture, "the camera picture passes through"));
@@ -120,10 +120,10 @@ TEST_P(BadInput, APictureThatTheDeviceCannotHoldPassesThrough) {
 TEST_P(BadInput, MillionsOfTriangles) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 1)};
-  Model model = model_of(sphere(0.1f, 760));
+  relight::Model model = model_of(sphere(0.1f, 760));
   ASSERT_GT(model.indices.size() / 3, 2'000'000u);
-  scene.exhibit.objects[0].model = std::make_shared<const Model>(std::move(model));
-  const RelitPicture picture = relit(scene, plans()[1]);
+  scene.exhibit.objects[0].model = std::make_shared<const relight::Model>(std::move(model));
+  const relight::RelitPicture picture = relit(scene, plans()[1]);
   EXPECT_TRUE(all_finite(picture));
   if (!warns_of(picture, "is drawn with fewer triangles")) {
     EXPECT_TRUE(picture.warnings.empty());
@@ -139,10 +139,10 @@ TEST_P(BadInput, NanVerticesAndTrianglesOfNoArea) {
                          "z\nelement face 5\nproperty list uchar int vertex_indices\nend_header\n-0.1 -0.1 0.1\n0.1 "
                          "-0.1 0.1\n0.1 0.1 0.1\n-0.1 0.1 0.1\nnan 0 0\n0 0 inf\n3 0 1 2\n3 0 2 3\n3 0 1 4\n3 0 1 5\n3 "
                          "1 1 2\n";
-  VirtualObject& object = scene.exhibit.objects.emplace_back(sphere_object(0.1f, {0, 0, 0}, 1));
-  object.model = load_model(file, 'z');
-  for (const Plan& plan : plans()) {
-    const RelitPicture picture = relit(scene, plan);
+  relight::VirtualObject& object = scene.exhibit.objects.emplace_back(sphere_object(0.1f, {0, 0, 0}, 1));
+  object.model = relight::load_model(file, 'z');
+  for (const relight::Plan& plan : plans()) {
+    const relight::RelitPicture picture = relit(scene, plan);
     EXPECT_TRUE(all_finite(picture));
     EXPECT_TRUE(warns_of(picture, "3 triangles without area or place are left out"));
     expect_even(picture);
@@ -156,9 +156,9 @@ TEST_P(BadInput, ALampInsideTheObject) {
   for (const Eigen::Vector3f& lamp : {Eigen::Vector3f(0.03f, 0.02f, 0.17f), centre}) {
     ClosedScene scene = under_a_lamp(lamp, 0.01f);
     scene.exhibit.objects = {sphere_object(0.1f, centre, 0)};
-    for (const Plan& plan : plans()) {
+    for (const relight::Plan& plan : plans()) {
       SCOPED_TRACE(plan.trace_scale);
-      const RelitPicture picture = relit(scene, plan);
+      const relight::RelitPicture picture = relit(scene, plan);
       EXPECT_TRUE(all_finite(picture));
       EXPECT_TRUE(warns_of(picture, "is within the bounds of object"));
       int floor = 0;
@@ -188,15 +188,15 @@ TEST_P(BadInput, ALampInsideTheObject) {
 // volumes must stretch over both a warning says how coarse they are.
 TEST_P(BadInput, AnObjectOutOfViewOrOfTheRoom) {
   ClosedScene scene = under_a_lamp({0.1f, 0.3f, 0.9f}, 0.02f);
-  for (const Plan& plan : plans()) {
+  for (const relight::Plan& plan : plans()) {
     scene.exhibit.objects = {sphere_object(0.1f, {0, -2, 0.3f}, 0.7f)};
-    const RelitPicture behind = relit(scene, plan);
+    const relight::RelitPicture behind = relit(scene, plan);
     EXPECT_TRUE(all_finite(behind));
     EXPECT_TRUE(behind.warnings.empty());
     scene.exhibit.objects = {sphere_object(0.1f, {0, 40, 0}, 0.7f)};
     EXPECT_TRUE(all_finite(relit(scene, plan)));
     scene.exhibit.objects.push_back(sphere_object(0.1f, {0, 0, 0.12f}, 0.7f));
-    const RelitPicture both = relit(scene, plan);
+    const relight::RelitPicture both = relit(scene, plan);
     EXPECT_TRUE(all_finite(both));
     EXPECT_TRUE(warns_of(both, "voxels long"));
   }
@@ -205,15 +205,15 @@ TEST_P(BadInput, AnObjectOutOfViewOrOfTheRoom) {
 // The camera in a white ball, and under a large open shell with the floor in it.
 TEST_P(BadInput, AnObjectAroundTheCamera) {
   ClosedScene scene = furnace();
-  for (const Plan& plan : plans()) {
+  for (const relight::Plan& plan : plans()) {
     scene.exhibit.objects = {sphere_object(0.2f, scene.eye_m, 1)};
-    const RelitPicture inside = relit(scene, plan);
+    const relight::RelitPicture inside = relit(scene, plan);
     EXPECT_TRUE(all_finite(inside));
     EXPECT_TRUE(warns_of(inside, "the camera is within the bounds of object"));
     for (const float covered : inside.maps->mask.data) ASSERT_EQ(covered, 1);
     scene.exhibit.objects = {sphere_object(2, {0, 0, 0}, 1)};
-    Model shell = model_of(sphere(2, 20, 0.5f));
-    scene.exhibit.objects[0].model = std::make_shared<const Model>(std::move(shell));
+    relight::Model shell = model_of(sphere(2, 20, 0.5f));
+    scene.exhibit.objects[0].model = std::make_shared<const relight::Model>(std::move(shell));
     EXPECT_TRUE(all_finite(relit(scene, plan)));
   }
 }
@@ -227,14 +227,14 @@ TEST_P(BadInput, RoughnessZeroAndAlbedoOne) {
   for (const Case& c : {Case{0, 0, 0}, Case{0, 0, 1}, Case{1, 0, 1}, Case{1, 1, 1}}) {
     ClosedScene scene = furnace();
     scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.15f}, 1)};
-    Material& material = *scene.exhibit.objects[0].material;
+    relight::Material& material = *scene.exhibit.objects[0].material;
     material.metallic = c.metallic;
     material.roughness = c.roughness;
     material.specular = c.specular;
-    for (const Plan& plan : plans()) {
+    for (const relight::Plan& plan : plans()) {
       SCOPED_TRACE(testing::Message() << "metallic " << c.metallic << ", roughness " << c.roughness << ", specular "
                                       << c.specular << ", 1/" << plan.trace_scale);
-      const RelitPicture picture = relit(scene, plan);
+      const relight::RelitPicture picture = relit(scene, plan);
       EXPECT_TRUE(all_finite(picture));
       const Range off = off_the_furnace(picture);
       EXPECT_LT(off.most, plan.trace_scale == 4 ? 0.15 : 0.1);

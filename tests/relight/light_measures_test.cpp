@@ -7,23 +7,24 @@
 
 #include "reconstruct/light/environment.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
-Illumination light_of(const std::function<float(const Eigen::Vector3f&)>& radiance) {
-  Illumination light;
-  light.remainder.radiance = Image<float>(128, 64, 3);
+reconstruct::Illumination light_of(const std::function<float(const Eigen::Vector3f&)>& radiance) {
+  reconstruct::Illumination light;
+  light.remainder.radiance = capture::Image<float>(128, 64, 3);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 128; ++u)
-      for (int c = 0; c < 3; ++c) light.remainder.radiance.at(u, v, c) = radiance(environment_direction(u, v, 128, 64));
-  light.remainder_sh = project_sh(light.remainder);
+      for (int c = 0; c < 3; ++c)
+        light.remainder.radiance.at(u, v, c) = radiance(reconstruct::environment_direction(u, v, 128, 64));
+  light.remainder_sh = reconstruct::project_sh(light.remainder);
   return light;
 }
 
 TEST(LightMeasures, SharesOfLight) {
-  Illumination light = light_of([](const Eigen::Vector3f&) { return 0.25f; });  // π W/m² in all
+  reconstruct::Illumination light = light_of([](const Eigen::Vector3f&) { return 0.25f; });  // π W/m² in all
   for (const float irradiance : {3.0f, 1.0f}) {
-    PointLight lamp;
+    reconstruct::PointLight lamp;
     lamp.irradiance.setConstant(irradiance);
     light.lights.push_back(lamp);
   }
@@ -48,4 +49,4 @@ TEST(LightMeasures, NoLightHasNoShares) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -23,23 +23,23 @@ ClosedScene corner() {
   return scene;
 }
 
-class Memory : public testing::TestWithParam<gpu::Backend> {
+class Memory : public testing::TestWithParam<relight::gpu::Backend> {
  protected:
   /// A device of its own: what others held is not counted.
-  std::shared_ptr<gpu::Device> device_ = gpu::create_device(GetParam(), {});
+  std::shared_ptr<relight::gpu::Device> device_ = relight::gpu::create_device(GetParam(), {});
 
-  gpu::Holdings held_after(Plan plan) {
+  relight::gpu::Holdings held_after(relight::Plan plan) {
     const ClosedScene scene = corner();
-    Relighter relighter(device_, scene.session());
+    relight::Relighter relighter(device_, scene.session());
     plan.rsm = 64;
     plan.bounces = 1;
     plan.trace_scale = 2;
-    const RelitPicture picture = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, plan);
+    const relight::RelitPicture picture = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, plan);
     EXPECT_EQ(picture.plan.volume, plan.volume);
     EXPECT_TRUE(picture.warnings.empty());
     std::string all;
-    for (const gpu::Holding& held : device_->holdings().list()) {
-      if (held.bytes > 5'000'000) all += held.name + " " + gpu::megabytes_text(held.bytes) + ", ";
+    for (const relight::gpu::Holding& held : device_->holdings().list()) {
+      if (held.bytes > 5'000'000) all += held.name + " " + relight::gpu::megabytes_text(held.bytes) + ", ";
     }
     RecordProperty("held", all);
     return device_->holdings();
@@ -55,7 +55,7 @@ TEST_P(Memory, VolumesOf256VoxelsFitInto600Megabytes) {
 TEST_P(Memory, WhatIsKeptOfSurfacesGrowsWithTheirArea) {
   const auto of_surfaces = [&](int volume) {
     std::size_t bytes = 0;
-    for (const gpu::Holding& held : held_after(careful_plan(volume)).list()) {
+    for (const relight::gpu::Holding& held : held_after(careful_plan(volume)).list()) {
       for (const char* name : {"real radiance", "real change", "virtual radiance", "real flux", "virtual flux"}) {
         if (held.name == name) bytes += held.bytes;
       }

@@ -4,11 +4,11 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 Plan plan_of(const std::string& toml, const Plan& defaults = {}) {
-  const ConfigTable root = ConfigTable::parse(toml, "session.toml");
+  const capture::ConfigTable root = capture::ConfigTable::parse(toml, "session.toml");
   const Plan plan = read_plan(root, defaults);
   root.finish();
   return plan;
@@ -17,7 +17,7 @@ Plan plan_of(const std::string& toml, const Plan& defaults = {}) {
 std::string error_of(const std::string& toml) {
   try {
     plan_of(toml);
-  } catch (const InputError& error) {
+  } catch (const capture::InputError& error) {
     return error.what();
   }
   return "";
@@ -40,7 +40,8 @@ TEST(Plan, ReadsWhatIsGivenOverTheDefaults) {
 }
 
 TEST(Plan, OverridesFromTheCommandLine) {
-  const ConfigTable root = ConfigTable::parse("", "session.toml", {"plan.volume=32", "plan.method=dvct"});
+  const capture::ConfigTable root =
+      capture::ConfigTable::parse("", "session.toml", {"plan.volume=32", "plan.method=dvct"});
   EXPECT_EQ(read_plan(root, {}).volume, 32);
   root.finish();
 }
@@ -81,4 +82,4 @@ TEST(Plan, HelpNamesEveryKeyOnce) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -8,21 +8,23 @@
 
 #include "reconstruct/light/environment.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
 
 /// Lamps all around, 5 m away, under a sky; irradiances at the probe.
-Scene build_trace_scene(const std::vector<float>& irradiances, const std::function<float(const Vector3f&)>& sky) {
-  auto light = std::make_shared<Illumination>();
-  light->remainder.radiance = Image<float>(128, 64, 3);
+reconstruct::Scene build_trace_scene(const std::vector<float>& irradiances,
+                                     const std::function<float(const Vector3f&)>& sky) {
+  auto light = std::make_shared<reconstruct::Illumination>();
+  light->remainder.radiance = capture::Image<float>(128, 64, 3);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 128; ++u)
-      for (int c = 0; c < 3; ++c) light->remainder.radiance.at(u, v, c) = sky(environment_direction(u, v, 128, 64));
-  light->remainder_sh = project_sh(light->remainder);
+      for (int c = 0; c < 3; ++c)
+        light->remainder.radiance.at(u, v, c) = sky(reconstruct::environment_direction(u, v, 128, 64));
+  light->remainder_sh = reconstruct::project_sh(light->remainder);
   for (std::size_t i = 0; i < irradiances.size(); ++i) {
-    PointLight lamp;
+    reconstruct::PointLight lamp;
     lamp.id = static_cast<int>(i);
     lamp.direction = Vector3f(std::cos(0.7f * static_cast<float>(i)), std::sin(0.7f * static_cast<float>(i)), 1);
     lamp.direction.normalize();
@@ -33,7 +35,7 @@ Scene build_trace_scene(const std::vector<float>& irradiances, const std::functi
     lamp.intensity = 25 * lamp.irradiance;
     light->lights.push_back(lamp);
   }
-  Scene scene;
+  reconstruct::Scene scene;
   scene.illumination = light;
   return scene;
 }
@@ -93,7 +95,7 @@ TEST(Planner, LampsThatAllMatterAreAllDrawnAsFarAsAsked) {
 
 // Irradiance 0.05 at the probe, 5 m away; 0.5 m from the object a hundred times as much.
 TEST(Planner, ALampThatIsWeakAtTheProbeButNearAnObjectStays) {
-  const Scene scene = build_trace_scene(kTwoOfEight, dark);
+  const reconstruct::Scene scene = build_trace_scene(kTwoOfEight, dark);
   const Vector3f lamp = scene.illumination->lights[2].position_m;
   const Exhibit near = ball_at((0.9f * lamp).cast<double>());
   EXPECT_EQ(Planner({}).decide(scene, near, 0).plan.max_lights, 3);
@@ -101,14 +103,15 @@ TEST(Planner, ALampThatIsWeakAtTheProbeButNearAnObjectStays) {
 }
 
 TEST(Planner, AConstantSkyNeedsOneBand) {
-  const Planner::Decision decision = Planner({}).decide(build_trace_scene({}, [](const Vector3f&) { return 0.3f; }), {}, 0);
+  const Planner::Decision decision =
+      Planner({}).decide(build_trace_scene({}, [](const Vector3f&) { return 0.3f; }), {}, 0);
   EXPECT_EQ(decision.plan.sh_bands, 1);
   EXPECT_EQ(decision.plan.max_lights, 0);
 }
 
 // L = 1 + z: E = pi + 2 pi / 3 n.z, of which the root mean square of the slope is 2 / (3 sqrt 3) of the mean.
 TEST(Planner, ASlopeNeedsTwoBands) {
-  const Scene scene = build_trace_scene({}, [](const Vector3f& w) { return 1 + w.z(); });
+  const reconstruct::Scene scene = build_trace_scene({}, [](const Vector3f& w) { return 1 + w.z(); });
   EXPECT_EQ(Planner({}).decide(scene, {}, 0).plan.sh_bands, 2);
   EXPECT_NEAR(measure_light(*scene.illumination).bands_left_out[0], 2 / (3 * std::sqrt(3.0)), 2e-3);
   EXPECT_NEAR(measure_light(*scene.illumination).bands_left_out[1], 0, 2e-3);
@@ -117,7 +120,7 @@ TEST(Planner, ASlopeNeedsTwoBands) {
 // The same sky beside a lamp with a hundred times its light: 0.4 % of all.
 TEST(Planner, TheBoundIsOfAllLight) {
   const float sky = 4 * std::numbers::pi_v<float>;
-  const Scene scene = build_trace_scene({100 * sky}, [](const Vector3f& w) { return 1 + w.z(); });
+  const reconstruct::Scene scene = build_trace_scene({100 * sky}, [](const Vector3f& w) { return 1 + w.z(); });
   EXPECT_EQ(Planner({}).decide(scene, {}, 0).plan.sh_bands, 1);
 }
 
@@ -125,7 +128,7 @@ TEST(Planner, WhatIsSetByHandStays) {
   Plan asked;
   asked.max_lights = 5;
   asked.user_set = {"max_lights"};
-  const Scene scene = build_trace_scene(kTwoOfEight, [](const Vector3f&) { return 0.3f; });
+  const reconstruct::Scene scene = build_trace_scene(kTwoOfEight, [](const Vector3f&) { return 0.3f; });
   const Plan plan = Planner(asked).decide(scene, {}, 0).plan;
   EXPECT_EQ(plan.max_lights, 5);
   EXPECT_EQ(plan.sh_bands, 1) << "the rest follows";
@@ -158,7 +161,8 @@ TEST(Planner, AShareThatTremblesAroundTheBoundChangesThePlanOnce) {
 
 TEST(Planner, MoreIsTakenAtOnceAndLessAfterAWhile) {
   Planner planner({});
-  const Scene bright = build_trace_scene({20, 10, 5}, dark), dim = build_trace_scene({20, 10, 0.01f}, dark);
+  const reconstruct::Scene bright = build_trace_scene({20, 10, 5}, dark),
+                           dim = build_trace_scene({20, 10, 0.01f}, dark);
   EXPECT_EQ(planner.decide(dim, {}, 0).plan.max_lights, 2);
   EXPECT_EQ(planner.decide(bright, {}, 0).plan.max_lights, 3);
   for (int i = 1; i < Planner::kCalmFrames; ++i) EXPECT_EQ(planner.decide(dim, {}, 0).plan.max_lights, 3) << i;
@@ -166,7 +170,7 @@ TEST(Planner, MoreIsTakenAtOnceAndLessAfterAWhile) {
 }
 
 TEST(Planner, TexelsAreHalfVoxelsWhereLightIsTracedForPixels) {
-  const Scene scene = build_trace_scene({1}, dark);
+  const reconstruct::Scene scene = build_trace_scene({1}, dark);
   EXPECT_EQ(Planner({}).decide(scene, {}, 0).plan.rsm, 128);
   Plan live;
   live.trace_scale = 4;
@@ -174,4 +178,4 @@ TEST(Planner, TexelsAreHalfVoxelsWhereLightIsTracedForPixels) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

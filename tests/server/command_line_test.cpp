@@ -4,7 +4,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 CommandLine parse(std::vector<const char*> words) {
@@ -37,9 +37,9 @@ TEST(CommandLine, Record) {
   EXPECT_EQ(record.out, "o");
   EXPECT_EQ(record.seconds, 2.5);
   EXPECT_EQ(std::get<RecordCommand>(parse({"record", "--config", "k", "--out", "o"})).files.config, "k");
-  EXPECT_THROW(parse({"record", "--out", "o"}), InputError);
-  EXPECT_THROW(parse({"record", "s"}), InputError);
-  EXPECT_THROW(parse({"record", "s", "--out", "o", "--seconds", "0"}), InputError);
+  EXPECT_THROW(parse({"record", "--out", "o"}), capture::InputError);
+  EXPECT_THROW(parse({"record", "s"}), capture::InputError);
+  EXPECT_THROW(parse({"record", "s", "--out", "o", "--seconds", "0"}), capture::InputError);
 }
 
 TEST(CommandLine, Calibrate) {
@@ -54,12 +54,12 @@ TEST(CommandLine, Calibrate) {
   EXPECT_EQ(folders.fov_degrees, 190);
   EXPECT_EQ(std::get<CalibrateCommand>(parse({"calibrate", "--board", "b", "--draw", "d"})).draw, "d");
   EXPECT_EQ(std::get<CalibrateCommand>(parse({"calibrate", "--sweep", "l", "--out", "o"})).sweep, "l");
-  EXPECT_THROW(parse({"calibrate", "--sweep", "l"}), InputError);
-  EXPECT_THROW(parse({"calibrate", "s", "--sweep", "l", "--out", "o"}), InputError);
-  EXPECT_THROW(parse({"calibrate", "--board", "b"}), InputError);
-  EXPECT_THROW(parse({"calibrate", "s", "--board", "b"}), InputError);
-  EXPECT_THROW(parse({"calibrate", "--board", "b", "--out", "o"}), InputError);
-  EXPECT_THROW(parse({"calibrate", "s", "--board", "b", "--color", "c", "--out", "o"}), InputError);
+  EXPECT_THROW(parse({"calibrate", "--sweep", "l"}), capture::InputError);
+  EXPECT_THROW(parse({"calibrate", "s", "--sweep", "l", "--out", "o"}), capture::InputError);
+  EXPECT_THROW(parse({"calibrate", "--board", "b"}), capture::InputError);
+  EXPECT_THROW(parse({"calibrate", "s", "--board", "b"}), capture::InputError);
+  EXPECT_THROW(parse({"calibrate", "--board", "b", "--out", "o"}), capture::InputError);
+  EXPECT_THROW(parse({"calibrate", "s", "--board", "b", "--color", "c", "--out", "o"}), capture::InputError);
 }
 
 TEST(CommandLine, Devices) {
@@ -77,7 +77,7 @@ TEST(CommandLine, Bench) {
   EXPECT_EQ(bench.methods, std::vector<std::string>{"dvct"});
   EXPECT_EQ(bench.charts, std::vector<std::string>{"cost-work"});
   EXPECT_EQ(bench.settings, (std::vector<std::string>{"live-32", "live-64"}));
-  EXPECT_EQ(bench.backend, gpu::Backend::egl);
+  EXPECT_EQ(bench.backend, relight::gpu::Backend::egl);
   EXPECT_EQ(name_of(std::get<BenchCommand>(parse({"bench", "s", "--out", "o"})).oracle), "none");
 }
 
@@ -111,7 +111,7 @@ TEST(CommandLine, WhatIsWrongIsOneLine) {
     try {
       parse(words);
       FAIL() << words[0];
-    } catch (const InputError& e) {
+    } catch (const capture::InputError& e) {
       EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
       EXPECT_FALSE(std::string(e.what()).empty());
     }
@@ -119,4 +119,4 @@ TEST(CommandLine, WhatIsWrongIsOneLine) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

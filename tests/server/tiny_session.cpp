@@ -10,7 +10,7 @@
 
 #include "capture/formats/picture_writer.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr const char* kSession = R"(format = 1
@@ -69,7 +69,7 @@ TinySession::TinySession(const std::string& name)
   std::string color, depth;
   for (int i = 0; i < kFrames; ++i) {
     const std::string file = "/00000" + std::to_string(i) + ".png";
-    Image<std::uint8_t> picture(kWidth, kHeight, 3);
+    capture::Image<std::uint8_t> picture(kWidth, kHeight, 3);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         picture.at(x, y, 0) = static_cast<std::uint8_t>(4 * x);
@@ -77,7 +77,7 @@ TinySession::TinySession(const std::string& name)
         picture.at(x, y, 2) = static_cast<std::uint8_t>(60 * i);
       }
     }
-    write_png(folder / ("color" + file), picture);
+    capture::write_png(folder / ("color" + file), picture);
     write_depth(folder / ("depth" + file));
     const std::string time = "0." + std::to_string(i) + " ";
     color += time + "color" + file + "\n";
@@ -108,4 +108,4 @@ void TinySession::edit(const std::string& file, const std::string& from, const s
   write(file, text.replace(at, from.size(), to));
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

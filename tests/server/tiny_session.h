@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 struct TinySession {
   static constexpr int kWidth = 64, kHeight = 48, kFrames = 3;
@@ -21,4 +21,4 @@ struct TinySession {
   void edit(const std::string& file, const std::string& from, const std::string& to) const;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,9 +7,9 @@
 #include "capture/camera/response.h"
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/fusion/fusion.h"
-#include "tests/sweeps/sweep.h"
 #include "tests/reconstruct/pose/pose_room.h"
 #include "tests/reconstruct/pose/pose_views.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {
@@ -45,7 +45,7 @@ struct Floor {
 };
 
 template <typename Choose>
-Floor floor_of(const TestRoom& room, const AlbedoField& field, const Choose& choose) {
+Floor floor_of(const TestRoom& room, const reconstruct::AlbedoField& field, const Choose& choose) {
   Floor floor;
   for (float x = -0.44f; x <= 0.45f; x += 0.02f) {
     for (float y = -0.44f; y <= 0.45f; y += 0.02f) {
@@ -85,7 +85,7 @@ TEST(AlbedoSweep, Scale) {
   for (const double albedo : sweep.x) {
     TestRoom room = light_volume_state();
     room.albedo = [&](const Vector3f&) { return Vector3f(Vector3f::Constant(static_cast<float>(albedo))); };
-    const auto result = AlbedoStage(Session()).solve(room.field(), room.illumination());
+    const auto result = reconstruct::AlbedoStage(capture::Session()).solve(room.field(), room.illumination());
     const Floor floor = floor_of(room, *result.albedo, [&](const Vector3f& p) { return all_around(room, p, true); });
     sweep.curves[0].y.push_back(Floor::percentile(floor.off, 0.5));
     sweep.curves[1].y.push_back(Floor::percentile(floor.off, 0.95));
@@ -109,7 +109,7 @@ TEST(AlbedoSweep, SeenOnlyInShadow) {
     TestRoom room = light_volume_state();
     room.boxes = {{{-0.1f, -0.1f, 0.0f}, {0.15f, 0.0f, 0.35f}}};
     room.ambient = Vector3f::Constant(static_cast<float>(sky));
-    const auto result = AlbedoStage(Session()).solve(room.field(), room.illumination());
+    const auto result = reconstruct::AlbedoStage(capture::Session()).solve(room.field(), room.illumination());
     const Floor floor = floor_of(room, *result.albedo, [&](const Vector3f& p) { return all_around(room, p, false); });
     ASSERT_GT(floor.unknown + floor.off.size(), 30U);
     sweep.curves[0].y.push_back(floor.share_unknown());
@@ -145,7 +145,7 @@ TEST(AlbedoSweep, Saturated) {
     TestRoom room = light_volume_state();
     room.lamps[0].position = {0.3f, -0.2f, 0.35f};
     room.lamps[0].intensity *= 0.2f;
-    DistanceField field = room.field();
+    reconstruct::DistanceField field = room.field();
     float brightest = 0;
     for (const auto& [key, brick] : field.bricks) {
       for (const Vector3f& radiance : brick->radiance) brightest = std::max(brightest, radiance.maxCoeff());
@@ -153,13 +153,13 @@ TEST(AlbedoSweep, Saturated) {
     const float end = brightest / static_cast<float>(exposure);
     const auto clips = [&](const Vector3f& radiance) { return radiance.maxCoeff() > end; };
     for (auto& [key, brick] : field.bricks) {  // as fusion does: clipped pixels do not count
-      auto without = std::make_shared<FieldBrick>(*brick);
-      for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+      auto without = std::make_shared<reconstruct::FieldBrick>(*brick);
+      for (std::size_t i = 0; i < reconstruct::kBrickVoxels; ++i) {
         if (clips(without->radiance[i])) without->radiance_weight[i] = 0;
       }
       brick = without;
     }
-    const auto result = AlbedoStage(Session()).solve(field, room.illumination());
+    const auto result = reconstruct::AlbedoStage(capture::Session()).solve(field, room.illumination());
     const auto clipped_at = [&](const Vector3f& p) {
       return clips(room.albedo(p).cwiseProduct(room.irradiance(p, Vector3f::UnitZ())) / kTestPi);
     };
@@ -190,10 +190,10 @@ TEST(AlbedoSweep, OneLightOnly) {
   for (const double sky : sweep.x) {
     TestRoom room = light_volume_state();
     room.ambient = Vector3f::Constant(static_cast<float>(sky));
-    Illumination seen = room.illumination();
+    reconstruct::Illumination seen = room.illumination();
     seen.lights[0].irradiance /= 1000;
     seen.lights[0].clipped = true;
-    const auto result = AlbedoStage(Session()).solve(room.field(), seen);
+    const auto result = reconstruct::AlbedoStage(capture::Session()).solve(room.field(), seen);
     const Floor floor = floor_of(room, *result.albedo, [&](const Vector3f& p) { return all_around(room, p, true); });
     sweep.curves[0].y.push_back(Floor::percentile(floor.off, 0.5));
     sweep.curves[1].y.push_back(Floor::percentile(floor.reported, 0.5));
@@ -224,23 +224,23 @@ TEST(AlbedoSweep, Highlight) {
               .y_label = "off, over the truth",
               .x = {0, 0.5, 1, 2, 4, 16},
               .curves = {{"median"}, {"95 of 100"}, {"1 sigma, median"}}};
-  CameraModel camera = small_camera();
+  capture::CameraModel camera = small_camera();
   for (const double strength : sweep.x) {
     TestRoom room = light_volume_state();
-    Session session;
+    capture::Session session;
     session.color.model = camera;
     session.color.exposure = 2;
-    FusionStage fuse(session, {});
-    std::shared_ptr<const DistanceField> field;
+    reconstruct::FusionStage fuse(session, {});
+    std::shared_ptr<const reconstruct::DistanceField> field;
     for (int i = 0; i < kViews; ++i) {
       const Isometry3d T = looking_at_tag(0.9, 0.7, 0.5 * i);
-      FrameSet frame;
+      capture::FrameSet frame;
       frame.index = static_cast<std::uint64_t>(i);
       frame.time_ns = i * 33'333'333LL;
-      auto depth = std::make_shared<DepthPicture>(depth_of_room(room, camera, T, static_cast<unsigned>(i), 0));
-      auto color = std::make_shared<Picture>();
+      auto depth = std::make_shared<capture::DepthPicture>(depth_of_room(room, camera, T, static_cast<unsigned>(i), 0));
+      auto color = std::make_shared<capture::Picture>();
       color->exposure = 2;
-      color->encoded = Image<std::uint8_t>(camera.width, camera.height, 3);
+      color->encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3);
       for (int v = 0; v < camera.height; ++v) {
         for (int u = 0; u < camera.width; ++u) {
           const float z = depth->depth_m.at(u, v);
@@ -256,17 +256,17 @@ TEST(AlbedoSweep, Highlight) {
                                                                  std::pow(mirror, 300.0f));
           for (int c = 0; c < 3; ++c) {
             color->encoded.at(u, v, c) =
-                static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(std::min(1.0f, 2 * radiance[c]))));
+                static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(std::min(1.0f, 2 * radiance[c]))));
           }
         }
       }
       frame.depth = depth;
       frame.color = color;
-      Pose pose;
+      reconstruct::Pose pose;
       pose.T_tag_camera = pose.T_tag_camera_raw = T;
       field = fuse.fuse(frame, pose);
     }
-    const auto result = AlbedoStage(session).solve(*field, room.illumination());
+    const auto result = reconstruct::AlbedoStage(session).solve(*field, room.illumination());
     const Floor floor = floor_of(room, *result.albedo, [&](const Vector3f& p) { return all_around(room, p, true); });
     sweep.curves[0].y.push_back(Floor::percentile(floor.off, 0.5));
     sweep.curves[1].y.push_back(Floor::percentile(floor.off, 0.95));

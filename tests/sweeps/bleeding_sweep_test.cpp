@@ -14,7 +14,7 @@ constexpr float kHalf_m = 0.08f;
 // A green case on a white desk under a lamp at one side: beside its lit face the desk turns green, on the other side it
 // lies in shadow and must not. The reference is the path tracer's green less red.
 TEST_P(BleedingSweep, GreenCaseOnAWhiteDesk) {
-  const PointLight lamp = lamp_at({0.5f, 0, 0.55f}, 0.03f, 0.8f);
+  const reconstruct::PointLight lamp = lamp_at({0.5f, 0, 0.55f}, 0.03f, 0.8f);
   ClosedScene scene;
   scene.width = 72;
   scene.height = 54;
@@ -36,8 +36,8 @@ TEST_P(BleedingSweep, GreenCaseOnAWhiteDesk) {
               .x = {}};
   const float step_m = 0.03f;
   for (const int i : {-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6}) sweep.x.push_back(step_m * i + (i < 0 ? -0.07 : 0.07));
-  const auto curve_of = [&](const RelitPicture& picture) {
-    std::vector<double> sums(sweep.x.size(), 0.0), all(sweep.x.size(), 0.0);
+  const auto curve_of = [&](const relight::RelitPicture& picture) {
+    std::vector<double> sums(sweep.x.size(), 0.0), reconstruct::all(sweep.x.size(), 0.0);
     for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float) {
       if (std::abs(p.y()) > 0.5f * kHalf_m) return;
       for (std::size_t i = 0; i < sums.size(); ++i) {

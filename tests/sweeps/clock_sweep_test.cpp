@@ -17,17 +17,17 @@ constexpr std::int64_t kMs = 1'000'000, kPeriod = 33 * kMs;
 constexpr std::uint64_t kFrames = 3000, kSettled = 60;  // two seconds, until clocks are known
 constexpr double kLost = 0.01;
 
-class Script : public Source {
+class Script : public capture::Source {
  public:
-  explicit Script(std::vector<SourceItem> items) : items_(std::move(items)) {}
-  std::optional<SourceItem> next(std::chrono::milliseconds) override {
-    return finished() ? std::nullopt : std::optional<SourceItem>(items_[next_++]);
+  explicit Script(std::vector<capture::SourceItem> items) : items_(std::move(items)) {}
+  std::optional<capture::SourceItem> next(std::chrono::milliseconds) override {
+    return finished() ? std::nullopt : std::optional<capture::SourceItem>(items_[next_++]);
   }
   bool finished() const override { return next_ == items_.size(); }
   void rewind() override { next_ = 0; }
 
  private:
-  std::vector<SourceItem> items_;
+  std::vector<capture::SourceItem> items_;
   std::size_t next_ = 0;
 };
 
@@ -41,8 +41,8 @@ struct Outcome {
 Outcome outcome(double jitter_ms, double drift_ppm) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> late(0.0, jitter_ms * 1e6), loss(0.0, 1.0);
-  DeviceClock color_clock, depth_clock;
-  std::vector<SourceItem> colors, depths;
+  capture::DeviceClock color_clock, depth_clock;
+  std::vector<capture::SourceItem> colors, depths;
   std::vector<bool> both(kFrames, true);
   for (std::uint64_t i = 0; i < kFrames; ++i) {
     const auto elapsed = static_cast<std::int64_t>(i) * kPeriod;
@@ -54,21 +54,22 @@ Outcome outcome(double jitter_ms, double drift_ppm) {
     if (loss(random) < kLost) {
       both[i] = false;
     } else {
-      Picture picture;
+      capture::Picture picture;
       picture.stamp = {of_color, 0, i};
-      picture.stream = Stream::color;
+      picture.stream = capture::Stream::color;
       colors.emplace_back(picture);
     }
     if (loss(random) < kLost) {
       both[i] = false;
     } else {
-      depths.emplace_back(RawDepth{{of_depth, 0, i}, Image<std::uint16_t>(1, 1, 1, 1)});
+      depths.emplace_back(capture::RawDepth{{of_depth, 0, i}, capture::Image<std::uint16_t>(1, 1, 1, 1)});
     }
   }
-  PairedSources sources;
+  capture::PairedSources sources;
   sources.color = std::make_shared<Script>(std::move(colors));
   sources.depth = std::make_shared<Script>(std::move(depths));
-  PairingReader reader(std::move(sources), [](const Image<std::uint16_t>&) { return Image<float>(1, 1, 1, 1.0f); });
+  capture::PairingReader reader(
+      std::move(sources), [](const capture::Image<std::uint16_t>&) { return capture::Image<float>(1, 1, 1, 1.0f); });
   Outcome result;
   double pairs = 0;
   while (const auto frame = reader.next(std::chrono::milliseconds(1))) {

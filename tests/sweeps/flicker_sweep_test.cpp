@@ -11,12 +11,12 @@ namespace {
 class FlickerSweep : public SweepTest {
  protected:
   /// Pictures of `frames` of a scene that `at` changes, as they are served: without maps, the last of `held` ones each.
-  std::vector<Image<std::uint8_t>> film(ClosedScene scene, const Plan& plan, int frames,
-                                        const std::function<void(ClosedScene*, int)>& at, int held = 1) const {
-    Relighter relighter(device_, scene.session());
-    const FrameSet frame = scene.frame();
-    Scene room = scene.scene();
-    std::vector<Image<std::uint8_t>> pictures;
+  std::vector<capture::Image<std::uint8_t>> film(ClosedScene scene, const relight::Plan& plan, int frames,
+                                                 const std::function<void(ClosedScene*, int)>& at, int held = 1) const {
+    relight::Relighter relighter(device_, scene.session());
+    const capture::FrameSet frame = scene.frame();
+    reconstruct::Scene room = scene.scene();
+    std::vector<capture::Image<std::uint8_t>> pictures;
     for (int i = 0; i < frames; ++i) {
       at(&scene, i);
       if (i > 0) room.illumination = illumination_of(scene, *room.illumination);
@@ -27,8 +27,9 @@ class FlickerSweep : public SweepTest {
   }
 
  private:
-  static std::shared_ptr<const Illumination> illumination_of(const ClosedScene& scene, const Illumination& before) {
-    auto now = std::make_shared<Illumination>(before);
+  static std::shared_ptr<const reconstruct::Illumination> illumination_of(const ClosedScene& scene,
+                                                                          const reconstruct::Illumination& before) {
+    auto now = std::make_shared<reconstruct::Illumination>(before);
     now->lights = scene.lamps;
     ++now->version;
     return now;
@@ -66,7 +67,7 @@ std::vector<std::size_t> floor_pixels(const ClosedScene& scene, const Eigen::Vec
   return pixels;
 }
 
-using Film = std::vector<Image<std::uint8_t>>;
+using Film = std::vector<capture::Image<std::uint8_t>>;
 
 /// RMS over pixels of what frame i deviates by from the mean of all, but for what it should: codes `want(pixel,
 /// frame)`.
@@ -176,7 +177,7 @@ TEST_P(FlickerSweep, VolumeFollowingTheObject) {
                               const Eigen::Vector3f to = Eigen::Vector3f(1e-3f * static_cast<float>(i), 0, height_m) -
                                                          scene.on_plane(at % scene.width, at / scene.width);
                               const float hidden = height_m * kRadius_m * kRadius_m / std::pow(to.norm(), 3.0f);
-                              return 255.0 * linear_to_srgb(0.3f * (1 - hidden));
+                              return 255.0 * capture::linear_to_srgb(0.3f * (1 - hidden));
                             })});
   }
   expect_within_bounds(sweep);

@@ -13,7 +13,7 @@ ON_BOTH_DEVICES(FurnaceSweep);
 constexpr float kRadius_m = 0.1f, kWall_m = 0.012f;
 
 /// Half a ball, hollow and open above: its inside, its outside and the rim between.
-Model bowl() {
+relight::Model bowl() {
   constexpr int steps = 24;
   return model_of(revolved(2 * steps + 1, 2 * steps, [](float t) {
     const int n = static_cast<int>(std::lround(t * (2 * steps + 1)));
@@ -27,7 +27,7 @@ Model bowl() {
 }
 
 /// Mean radiance of what the object covers wholly.
-double mean_of_object(const RelitPicture& picture) {
+double mean_of_object(const relight::RelitPicture& picture) {
   double sum = 0;
   int count = 0;
   for (int v = 0; v < picture.srgb.height; ++v) {
@@ -66,7 +66,7 @@ TEST_P(FurnaceSweep, BallAndBowlOverAlbedo) {
     scene.eye_m = {0, -0.3f, 0.75f};
     scene.look_at_m = {0, 0, 0.6f};
     if (open) {  // from above, so near that nothing but the inside shows
-      scene.exhibit.objects[0].model = std::make_shared<const Model>(bowl());
+      scene.exhibit.objects[0].model = std::make_shared<const relight::Model>(bowl());
       scene.eye_m = {0, 0.01f, 0.9f};
       scene.focal_px = 125;
     }

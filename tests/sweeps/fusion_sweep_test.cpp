@@ -6,9 +6,9 @@
 #include <random>
 
 #include "reconstruct/fusion/fusion.h"
-#include "tests/sweeps/sweep.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 #include "tests/reconstruct/fusion/real_surface_views.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {
@@ -22,8 +22,8 @@ using Eigen::Vector3f;
 struct Found {
   double missed_percent = 0, off_mm = 0;
 };
-Found find(const DistanceField& field, const std::vector<Vector3f>& from, const Vector3f& direction, float reach_m,
-           const Shape& shape) {
+Found find(const reconstruct::DistanceField& field, const std::vector<Vector3f>& from, const Vector3f& direction,
+           float reach_m, const Shape& shape) {
   int missed = 0;
   double off_m = 0;
   for (const Vector3f& start : from) {
@@ -54,7 +54,7 @@ TEST(FusionSweep, ThinPlate) {
               .x = {2, 4, 8, 16, 40},
               .curves = {{"one side: missed"}, {"all round: missed"}, {"all round: mm off"}},
               .logarithmic = true};
-  const CameraModel camera = small_camera();
+  const capture::CameraModel camera = small_camera();
   const Vector3d middle(0, 0, 0.25);
   std::vector<Vector3f> front, back;
   for (float x = -0.19f; x < 0.2f; x += 0.021f)
@@ -66,8 +66,8 @@ TEST(FusionSweep, ThinPlate) {
     const Vector3d half(0.25, 0.5e-3 * thickness_mm, 0.2);
     const Shape plate = [&](const Vector3d& p) { return std::min(table(p), box(p, middle, half)); };
     const auto fused = [&](unsigned pictures, double first_degrees, double step_degrees) {
-      FusionStage stage(session_with(camera), {});
-      std::shared_ptr<const DistanceField> field;
+      reconstruct::FusionStage stage(session_with(camera), {});
+      std::shared_ptr<const reconstruct::DistanceField> field;
       for (unsigned i = 0; i < pictures; ++i) {
         const Isometry3d T =
             looking_at_tag(1.1, 65 * kDegree, (first_degrees + step_degrees * i) * kDegree, {0, 0, 0.2});
@@ -100,24 +100,24 @@ TEST(FusionSweep, Hole) {
               .curves = {{"known"}, {"solid"}, {"known, seen before it was black"}},
               .logarithmic = true};
   constexpr unsigned kPictures = 12, kWhole = 4;
-  const CameraModel camera = small_camera();
-  std::vector<FrameSet> frames;
+  const capture::CameraModel camera = small_camera();
+  std::vector<capture::FrameSet> frames;
   const auto pose_of = [](unsigned i) { return looking_at_tag(0.85, 50 * kDegree, (-90 + 10.0 * i) * kDegree); };
   for (unsigned i = 0; i < kPictures; ++i) frames.push_back(frame_of(table, camera, pose_of(i), i, {0.5, i + 1}));
   for (const double radius_mm : sweep.x) {
     const double radius = 1e-3 * radius_mm, inner = radius - 0.016;
-    FusionStage always(session_with(camera), {}), later(session_with(camera), {});
-    std::shared_ptr<const DistanceField> field, seen_before;
+    reconstruct::FusionStage always(session_with(camera), {}), later(session_with(camera), {});
+    std::shared_ptr<const reconstruct::DistanceField> field, seen_before;
     for (unsigned i = 0; i < kPictures; ++i) {
       const Isometry3d T = pose_of(i);
-      auto depth = std::make_shared<DepthPicture>(*frames[i].depth);
+      auto depth = std::make_shared<capture::DepthPicture>(*frames[i].depth);
       for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u) {
           const Vector3d direction = T.linear() * *camera.unproject({static_cast<double>(u), static_cast<double>(v)});
           const Vector3d p = T.translation() - T.translation().z() / direction.z() * direction;
           if (p.head<2>().norm() < radius) depth->depth_m.at(u, v) = 0;
         }
-      FrameSet holed = frames[i];
+      capture::FrameSet holed = frames[i];
       holed.depth = depth;
       field = always.fuse(holed, pose_at(T));
       seen_before = later.fuse(i < kWhole ? frames[i] : holed, pose_at(T));
@@ -151,7 +151,7 @@ TEST(FusionSweep, Mirror) {
               .curves = {{"wall beside: missed"}, {"mirror: missed"}, {"ghosts"}, {"named: missed"}, {"named: ghosts"}},
               .logarithmic = true};
   constexpr double kWall = 0.5;
-  const CameraModel camera = small_camera();
+  const capture::CameraModel camera = small_camera();
   const Isometry3d T = looking_at_tag(1.1, 70 * kDegree, -90 * kDegree, {0, 0.3, 0.25});
   for (const double edge_mm : sweep.x) {
     const double half = 0.5e-3 * edge_mm, height = 0.25;
@@ -163,14 +163,14 @@ TEST(FusionSweep, Mirror) {
       return std::min({std::max(room(p), p.y() - kWall), wall, std::max(mirrored, kWall - p.y())});
     };
     const auto fused = [&](bool named) {
-      Session session = session_with(camera);
+      capture::Session session = session_with(camera);
       if (named) {
         session.real_surfaces = {real_surface("mirror", box_faces({0, kWall + 0.01, height}, {half, 0.01, half}))};
         session.real_surfaces[0].metallic = 1;
         session.real_surfaces[0].roughness = 0.02f;
       }
-      FusionStage stage(session, {});
-      std::shared_ptr<const DistanceField> field;
+      reconstruct::FusionStage stage(session, {});
+      std::shared_ptr<const reconstruct::DistanceField> field;
       for (unsigned i = 0; i < 5; ++i) field = stage.fuse(frame_of(seen, camera, T, i, {0.5, i + 1}), pose_at(T));
       EXPECT_TRUE(stage.warnings().empty());
       return field;
@@ -178,7 +178,7 @@ TEST(FusionSweep, Mirror) {
     struct Rays {
       double missed_beside = 0, missed = 0, ghosts = 0;
     };
-    const auto rays_of = [&](const DistanceField& field) {
+    const auto rays_of = [&](const reconstruct::DistanceField& field) {
       Rays rays;
       int all_beside = 0, all = 0;
       for (double x = -0.3; x <= 0.3; x += 0.013)
@@ -222,7 +222,7 @@ TEST(FusionSweep, Visitor) {
               .logarithmic = true,
               .least = 0,
               .most = 30};
-  const CameraModel camera = small_camera();
+  const capture::CameraModel camera = small_camera();
   const double distances[] = {1, 3.5};
   for (std::size_t c = 0; c < 2; ++c) {
     const Isometry3d T = looking_at_tag(distances[c], 50 * kDegree, -1.3);
@@ -230,7 +230,7 @@ TEST(FusionSweep, Visitor) {
     const Shape visited = [&](const Vector3d& p) {
       return std::min(table(p), std::max((p - leg).head<2>().norm() - 0.08, p.z() - 0.4));
     };
-    std::vector<FrameSet> with, without;
+    std::vector<capture::FrameSet> with, without;
     for (unsigned k = 0; k < 4; ++k) {
       with.push_back(frame_of(visited, camera, T, k, {0.5, k + 1}));
       without.push_back(frame_of(table, camera, T, k, {0.5, k + 11}));
@@ -242,7 +242,7 @@ TEST(FusionSweep, Visitor) {
         const auto along = march(visited, T.translation(), direction);
         if (along && table(T.translation() + *along * direction) > 0.05) towards_it.push_back(direction.cast<float>());
       }
-    const auto left = [&](const DistanceField& field) {
+    const auto left = [&](const reconstruct::DistanceField& field) {
       int met = 0;
       for (const Vector3f& direction : towards_it) {
         const auto hit = field.raycast(T.translation().cast<float>(), direction, 0.05f, 5);
@@ -251,8 +251,8 @@ TEST(FusionSweep, Visitor) {
       return met;
     };
     for (const double stood : sweep.x) {
-      FusionStage stage(session_with(camera), {});
-      std::shared_ptr<const DistanceField> field;
+      reconstruct::FusionStage stage(session_with(camera), {});
+      std::shared_ptr<const reconstruct::DistanceField> field;
       unsigned i = 0;
       for (unsigned k = 0; k < 10; ++k, ++i) field = stage.fuse(without[i % 4], pose_at(T));
       EXPECT_EQ(left(*field), 0) << distances[c];
@@ -274,11 +274,11 @@ TEST(FusionSweep, Grazing) {
               .y_label = "mm off; percent of places that are missing",
               .x = {0, 30, 50, 65, 75, 80, 84},
               .curves = {{"1 picture: mm"}, {"6 pictures: mm"}, {"6 pictures, missing"}}};
-  const CameraModel camera = small_camera();
+  const capture::CameraModel camera = small_camera();
   const std::vector<Vector3f> above = grid(0.08f, 0.016f, 0.02f);
   for (const double tilt : sweep.x) {
-    FusionStage stage(session_with(camera), {});
-    std::shared_ptr<const DistanceField> field;
+    reconstruct::FusionStage stage(session_with(camera), {});
+    std::shared_ptr<const reconstruct::DistanceField> field;
     const Isometry3d T = looking_at_tag(1.2, tilt * kDegree, -1.3);
     Found first, last;
     for (unsigned i = 0; i < 6; ++i) {
@@ -308,10 +308,10 @@ TEST(FusionSweep, Distance) {
       .y_label = "mm off; percent of places that are missing",
       .x = {0.5, 1, 2, 3, 4, 4.5},
       .curves = {{"1 picture: mm"}, {"6 pictures: mm"}, {"6 pictures, missing"}, {"noise of a pixel mm", {}, true}}};
-  const CameraModel camera = small_camera();
+  const capture::CameraModel camera = small_camera();
   for (const double distance : sweep.x) {
-    FusionStage stage(session_with(camera), {});
-    std::shared_ptr<const DistanceField> field;
+    reconstruct::FusionStage stage(session_with(camera), {});
+    std::shared_ptr<const reconstruct::DistanceField> field;
     const Isometry3d T = looking_at_tag(distance, 0, 0);
     const float reach = 0.35f * static_cast<float>(distance);
     const std::vector<Vector3f> above = grid(reach, reach / 10, 0.025f);
@@ -321,7 +321,7 @@ TEST(FusionSweep, Distance) {
       last = find(*field, above, -Vector3f::UnitZ(), 0.05f, table);
       if (i == 0) first = last;
     }
-    const double noise_mm = 1e3 * depth_sigma_m(distance, 0);
+    const double noise_mm = 1e3 * reconstruct::depth_sigma_m(distance, 0);
     sweep.curves[0].y.push_back(first.off_mm);
     sweep.curves[1].y.push_back(last.off_mm);
     sweep.curves[2].y.push_back(last.missed_percent);
@@ -339,10 +339,10 @@ TEST(FusionSweep, WrongPoses) {
               .y_label = "mm off; percent of rays that miss",
               .x = {0, 1, 2, 4, 8},
               .curves = {{"surface mm"}, {"missed"}}};
-  const CameraModel camera = small_camera();
+  const capture::CameraModel camera = small_camera();
   constexpr unsigned kPictures = 16;
   const auto pose_of = [](unsigned i) { return looking_at_tag(0.85, 50 * kDegree, (-90 + 4.0 * i) * kDegree); };
-  std::vector<FrameSet> frames;
+  std::vector<capture::FrameSet> frames;
   for (unsigned i = 0; i < kPictures; ++i)
     frames.push_back(frame_of(ball_on_table, camera, pose_of(i), i, {0.5, i + 1}));
   for (const double sigma_mm : sweep.x) {
@@ -351,11 +351,12 @@ TEST(FusionSweep, WrongPoses) {
     const auto any = [&](double scale) -> Vector3d {
       return Vector3d(gauss(random), gauss(random), gauss(random)) * scale;
     };
-    FusionStage stage(session_with(camera), {});
-    std::shared_ptr<const DistanceField> field;
+    reconstruct::FusionStage stage(session_with(camera), {});
+    std::shared_ptr<const reconstruct::DistanceField> field;
     for (unsigned i = 0; i < kPictures; ++i) {
       Isometry3d T = pose_of(i);
-      const Vector3d shift = any(1e-3 * sigma_mm), turn = any(0.05 * kDegree * sigma_mm + 1e-12);
+      const Vector3d shift = reconstruct::any(1e-3 * sigma_mm),
+                     turn = reconstruct::any(0.05 * kDegree * sigma_mm + 1e-12);
       T.translation() += shift;
       T.linear() = T.linear() * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
       field = stage.fuse(frames[i], pose_at(T));

@@ -6,7 +6,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float relight::kPi = std::numbers::pi_v<float>;
 
 class GrazingSweep : public SweepTest {};
 ON_BOTH_DEVICES(GrazingSweep);
@@ -27,10 +27,11 @@ ClosedScene plate(float tilt) {
 
 /// Pixels well inside the plate's upper face: their radiance.
 template <typename Visit>
-void for_each_pixel_of_plate(const ClosedScene& scene, float tilt, const RelitPicture& picture, const Visit& visit) {
+void for_each_pixel_of_plate(const ClosedScene& scene, float tilt, const relight::RelitPicture& picture,
+                             const Visit& visit) {
   const Eigen::Matrix3f turn = Eigen::AngleAxisf(tilt, Eigen::Vector3f::UnitY()).toRotationMatrix();
   const Eigen::Vector3f up = turn.col(2), top = Eigen::Vector3f(0, 0, 0.45f) + 0.02f * up;
-  const CameraModel model = scene.session().color.model;
+  const capture::CameraModel model = scene.session().color.model;
   int count = 0;
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
@@ -59,7 +60,7 @@ TEST_P(GrazingSweep, NothingShadowsAPlate) {
     for (const bool by_lamp : {false, true}) {
       Curve& curve = sweep.curves.emplace_back(Curve{method.name + (by_lamp ? ", lamp at 8°" : ", sky")});
       for (const double degrees : sweep.x) {
-        const float tilt = static_cast<float>(degrees) * kPi / 180;
+        const float tilt = static_cast<float>(degrees) * relight::kPi / 180;
         ClosedScene scene = plate(tilt);
         const Eigen::Vector3f up = Eigen::AngleAxisf(tilt, Eigen::Vector3f::UnitY()) * Eigen::Vector3f::UnitZ();
         if (by_lamp) {
@@ -67,7 +68,7 @@ TEST_P(GrazingSweep, NothingShadowsAPlate) {
           scene.radiance = [](const Eigen::Vector3f&) { return 0.0f; };
           // 8° above the plate's own plane, across its tilt.
           const Eigen::Vector3f w = std::sin(0.14f) * up + std::cos(0.14f) * Eigen::Vector3f::UnitY();
-          PointLight lamp;
+          reconstruct::PointLight lamp;
           lamp.direction = w;
           lamp.irradiance.setConstant(12);
           lamp.angular_radius_rad = 0.01f;
@@ -76,9 +77,9 @@ TEST_P(GrazingSweep, NothingShadowsAPlate) {
           scene.sky = 0.5f;
         }
         double darkest = 9;
-        const RelitPicture picture = relit(scene, method.plan);
+        const relight::RelitPicture picture = relit(scene, method.plan);
         for_each_pixel_of_plate(scene, tilt, picture, [&](const Eigen::Vector3f&, const Eigen::Vector3f&, float got) {
-          darkest = std::min(darkest, double{got} / (by_lamp ? 12 * std::sin(0.14f) / kPi : 0.5f));
+          darkest = std::min(darkest, double{got} / (by_lamp ? 12 * std::sin(0.14f) / relight::kPi : 0.5f));
         });
         curve.y.push_back(darkest);
       }
@@ -111,7 +112,7 @@ TEST_P(GrazingSweep, ASlit) {
       const float slit_m = 5e-4f * static_cast<float>(x);
       scene.exhibit.objects = {box_object({-half_m, -half_m, height_m}, {-slit_m, half_m, height_m + 0.01f}, 0),
                                box_object({slit_m, -half_m, height_m}, {half_m, half_m, height_m + 0.01f}, 0)};
-      const RelitPicture picture = relit(scene, method.plan);
+      const relight::RelitPicture picture = relit(scene, method.plan);
       double left = 0, want = 0, open_sky = 0;
       for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float area_m2) {
         if (std::abs(p.x()) > 0.03f || std::abs(p.y()) > 0.08f) return;

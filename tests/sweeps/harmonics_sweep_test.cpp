@@ -13,7 +13,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double relight::kPi = std::numbers::pi;
 
 /// Directions spread evenly over the sphere (Swinbank & Purser 2006).
 Eigen::Vector3f direction(int i, int count) {
@@ -21,14 +21,14 @@ Eigen::Vector3f direction(int i, int count) {
   return Eigen::Vector3d(s * std::cos(phi), s * std::sin(phi), z).cast<float>();
 }
 
-Sh9 project(const std::function<double(const Eigen::Vector3f&)>& radiance) {
+reconstruct::Sh9 project(const std::function<double(const Eigen::Vector3f&)>& radiance) {
   constexpr int count = 20000;
-  Sh9 sum;
+  reconstruct::Sh9 sum;
   sum.fill(Eigen::Vector3f::Zero());
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector3f w = direction(i, count);
-    const auto basis = sh_basis(w);
-    const double light = radiance(w) * 4 * kPi / count;
+    const auto basis = reconstruct::sh_basis(w);
+    const double light = radiance(w) * 4 * relight::kPi / count;
     for (std::size_t k = 0; k < 9; ++k) sum[k] += Eigen::Vector3f::Constant(static_cast<float>(light * basis[k]));
   }
   return sum;
@@ -47,11 +47,12 @@ TEST(HarmonicsSweep, OneStrongLight) {
   constexpr int planes = 400, rays = 4000;
   for (const double degrees : sweep.x) {
     const Eigen::Vector3f at = Eigen::Vector3f(0.3f, -0.5f, 0.7f).normalized();
-    const double cosine = std::cos(degrees * kPi / 180), sr = 2 * kPi * (1 - cosine), lamp = 10 * kPi / sr;
+    const double cosine = std::cos(degrees * relight::kPi / 180), sr = 2 * relight::kPi * (1 - cosine),
+                 lamp = 10 * relight::kPi / sr;
     const auto sky = [](const Eigen::Vector3f&) { return 1.0; };
     // A lamp narrower than the quadrature's rays is its centre alone, with all its light.
-    Sh9 together = project(sky);
-    const Sh9 apart = together;
+    reconstruct::Sh9 together = project(sky);
+    const reconstruct::Sh9 apart = together;
     const auto disc = [&](int i) {
       const double z = 1 - (1 - cosine) * (i + 0.5) / rays, s = std::sqrt(1 - z * z), phi = 2.399963229728653 * i;
       const Eigen::Vector3f x = at.unitOrthogonal(), y = at.cross(x);
@@ -59,7 +60,7 @@ TEST(HarmonicsSweep, OneStrongLight) {
                              static_cast<float>(z) * at);
     };
     for (int i = 0; i < rays; ++i) {
-      const auto basis = sh_basis(disc(i));
+      const auto basis = reconstruct::sh_basis(disc(i));
       for (std::size_t k = 0; k < 9; ++k) {
         together[k] += Eigen::Vector3f::Constant(static_cast<float>(lamp * sr / rays * basis[k]));
       }
@@ -69,11 +70,11 @@ TEST(HarmonicsSweep, OneStrongLight) {
       const Eigen::Vector3f n = direction(p, planes);
       double by_lamp = 0;
       for (int i = 0; i < rays; ++i) by_lamp += lamp * sr / rays * std::max(n.dot(disc(i)), 0.0f);
-      const double want = kPi + by_lamp;
+      const double want = relight::kPi + by_lamp;
       largest = std::max(largest, want);
-      worst = std::max(worst, std::abs(sh_irradiance(together, n).x() - want));
-      worst_apart = std::max(worst_apart, std::abs(sh_irradiance(apart, n).x() + by_lamp - want));
-      least = std::min(least, double{sh_radiance(together, n).x()});
+      worst = std::max(worst, std::abs(reconstruct::sh_irradiance(together, n).x() - want));
+      worst_apart = std::max(worst_apart, std::abs(reconstruct::sh_irradiance(apart, n).x() + by_lamp - want));
+      least = std::min(least, double{reconstruct::sh_radiance(together, n).x()});
     }
     sweep.curves[0].y.push_back(worst / largest);
     sweep.curves[1].y.push_back(worst_apart / largest);
@@ -104,18 +105,18 @@ TEST(HarmonicsSweep, CutAtNothingIsNearerThanAnyWindow) {
               .most = 0.1};
   constexpr int planes = 500, steps = 50;
   const Eigen::Vector3f at = Eigen::Vector3f(0.3f, -0.5f, 0.7f).normalized();
-  const auto basis = sh_basis(at);
+  const auto basis = reconstruct::sh_basis(at);
   for (const double sky : sweep.x) {
-    Sh9 bands[3];
-    for (Sh9& band : bands) band.fill(Eigen::Vector3f::Zero());
-    bands[0] = project([sky](const Eigen::Vector3f&) { return sky / kPi; });
+    reconstruct::Sh9 bands[3];
+    for (reconstruct::Sh9& band : bands) band.fill(Eigen::Vector3f::Zero());
+    bands[0] = project([sky](const Eigen::Vector3f&) { return sky / relight::kPi; });
     for (std::size_t k = 0; k < 9; ++k) bands[k < 1 ? 0 : k < 4 ? 1 : 2][k] += Eigen::Vector3f::Constant(basis[k]);
     std::vector<Eigen::Vector3d> by_band;
     std::vector<double> want;
     for (int p = 0; p < planes; ++p) {
       const Eigen::Vector3f n = direction(p, planes);
-      by_band.emplace_back(sh_irradiance(bands[0], n).x(), sh_irradiance(bands[1], n).x(),
-                           sh_irradiance(bands[2], n).x());
+      by_band.emplace_back(reconstruct::sh_irradiance(bands[0], n).x(), reconstruct::sh_irradiance(bands[1], n).x(),
+                           reconstruct::sh_irradiance(bands[2], n).x());
       want.push_back(sky + std::max(n.dot(at), 0.0f));
     }
     struct Found {

@@ -28,7 +28,7 @@ ClosedScene room_with(float partition_m) {
 }
 
 /// Mean change of the floor beyond the partition, in code values: by the slope of the sRGB curve at the floor's 0.5.
-double change_beyond(const ClosedScene& scene, const RelitPicture& picture) {
+double change_beyond(const ClosedScene& scene, const relight::RelitPicture& picture) {
   const double slope = 255 * 1.055 / 2.4 * std::pow(0.5, 1 / 2.4 - 1);
   double sum = 0;
   int count = 0;

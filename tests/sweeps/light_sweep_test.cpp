@@ -6,9 +6,9 @@
 
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/light/split.h"
-#include "tests/sweeps/sweep.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
 #include "tests/reconstruct/light/light_views.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {
@@ -25,7 +25,7 @@ struct Disk {
   Vector3f irradiance() const { return (radiance - kDim) * static_cast<float>(disk_sr(radius_degrees)); }
 };
 
-Image<float> picture_of(const FisheyeCamera& camera, const std::vector<Disk>& disks) {
+capture::Image<float> picture_of(const capture::FisheyeCamera& camera, const std::vector<Disk>& disks) {
   return render(camera, [&](const Vector3f& d) -> Vector3f {
     for (const Disk& disk : disks) {
       if (within(d, disk.direction, disk.radius_degrees)) return disk.radiance;
@@ -34,15 +34,16 @@ Image<float> picture_of(const FisheyeCamera& camera, const std::vector<Disk>& di
   });
 }
 
-LightSplit split_of(const FisheyeCamera& camera, const std::vector<Disk>& disks) {
-  const Image<float> picture = picture_of(camera, disks);
-  return split_lamps(picture, Image<std::uint8_t>(picture.width, picture.height, 1, 0), fisheye_view(camera), 8);
+reconstruct::LightSplit split_of(const capture::FisheyeCamera& camera, const std::vector<Disk>& disks) {
+  const capture::Image<float> picture = picture_of(camera, disks);
+  return reconstruct::split_lamps(picture, capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0),
+                                  reconstruct::fisheye_view(camera), 8);
 }
 
 /// The lamp nearest to a disk; null where there is none within ten degrees.
-const Lamp* nearest_to(const Disk& disk, const std::vector<Lamp>& lamps) {
-  const Lamp* best = nullptr;
-  for (const Lamp& lamp : lamps) {
+const reconstruct::Lamp* nearest_to(const Disk& disk, const std::vector<reconstruct::Lamp>& lamps) {
+  const reconstruct::Lamp* best = nullptr;
+  for (const reconstruct::Lamp& lamp : lamps) {
     const double angle = angle_degrees(lamp.direction, disk.direction);
     if (angle < (best ? angle_degrees(best->direction, disk.direction) : 10)) best = &lamp;
   }
@@ -59,19 +60,19 @@ TEST(LightSweep, Separation) {
               .x = {2, 3, 4, 6, 9, 13, 20, 28, 40},
               .curves = {{"direction, degrees"}, {"both, tenths"}, {"weaker, tenths"}},
               .logarithmic = true};
-  const FisheyeCamera camera = fisheye(190, kUsualSize);
+  const capture::FisheyeCamera camera = fisheye(190, kUsualSize);
   for (const double apart : sweep.x) {
     const double radius = std::min(2.0, 0.3 * apart);
     const Disk strong{towards(30, 0), Vector3f::Constant(30), radius},
         weak{towards(30 + apart, 0), {10, 10, 10}, radius};
-    const LightSplit split = split_of(camera, {strong, weak});
+    const reconstruct::LightSplit split = split_of(camera, {strong, weak});
     EXPECT_LE(split.lamps.size(), 2u) << apart << ": no lamps that are none";
     Vector3f sum = Vector3f::Zero();
-    for (const Lamp& lamp : split.lamps) sum += lamp.irradiance;
+    for (const reconstruct::Lamp& lamp : split.lamps) sum += lamp.irradiance;
     // Where they are found as one it stands for both: the farther one's direction is off by what lies between.
     double worse = 0;
     for (const Disk& disk : {strong, weak}) {
-      const Lamp* const lamp = nearest_to(disk, split.lamps);
+      const reconstruct::Lamp* const lamp = nearest_to(disk, split.lamps);
       ASSERT_TRUE(lamp) << apart;
       worse = std::max(worse, angle_degrees(lamp->direction, disk.direction));
     }
@@ -98,12 +99,13 @@ TEST(LightSweep, Elevation) {
               .y_label = "off the truth",
               .x = {-8, -6, -4, -2, 0, 2, 5, 10, 15, 30, 60, 85},
               .curves = {{"direction, degrees"}, {"irradiance, tenths"}}};
-  const FisheyeCamera camera = fisheye(190, kUsualSize);
-  const FisheyeView view = fisheye_view(camera);
+  const capture::FisheyeCamera camera = fisheye(190, kUsualSize);
+  const reconstruct::FisheyeView view = reconstruct::fisheye_view(camera);
   for (const double elevation : sweep.x) {
     const Disk disk{towards(90 - elevation, 140), {40, 30, 20}, 3};
-    const Image<float> picture = picture_of(camera, {disk});
-    const LightSplit split = split_lamps(picture, Image<std::uint8_t>(kUsualSize, kUsualSize, 1, 0), view, 8);
+    const capture::Image<float> picture = picture_of(camera, {disk});
+    const reconstruct::LightSplit split =
+        reconstruct::split_lamps(picture, capture::Image<std::uint8_t>(kUsualSize, kUsualSize, 1, 0), view, 8);
     ASSERT_LE(split.lamps.size(), 1u);
     Vector3f seen = Vector3f::Zero();  // of its energy: below 5° the lens ends
     for (std::size_t i = 0; i < view.direction.size(); ++i) {
@@ -135,29 +137,29 @@ TEST(LightSweep, CoveredLamp) {
               .curves = {{"for one picture"}, {"for four pictures"}, {"for good"}},
               .least = -1e-6,
               .most = 1 + 1e-6};
-  Session session;
+  capture::Session session;
   session.fisheye = fisheye(190, 256);
   const Disk covered{towards(35, 0), Vector3f::Constant(30), 4}, other{towards(50, 200), Vector3f::Constant(20), 4};
   const auto frame_with = [&](const std::vector<Disk>& disks) {
-    FrameSet frame;
-    auto picture = std::make_shared<Picture>();
-    picture->stream = Stream::fisheye;
+    capture::FrameSet frame;
+    auto picture = std::make_shared<capture::Picture>();
+    picture->stream = capture::Stream::fisheye;
     picture->radiance = picture_of(*session.fisheye, disks);
     frame.fisheye.push_back(picture);
     return frame;
   };
   const Disk hand{covered.direction, Vector3f::Constant(0.02f), 12};
-  const FrameSet open = frame_with({covered, other}), hidden = frame_with({hand, other});
+  const capture::FrameSet open = frame_with({covered, other}), hidden = frame_with({hand, other});
   for (int i = 0; i < kPictures; ++i) sweep.x.push_back(i);
   for (const int pictures : {1, 4, kPictures}) {
     Curve& curve = sweep.curves[pictures == 1 ? 0 : pictures == 4 ? 1 : 2];
-    LightStage stage(session, {});
+    reconstruct::LightStage stage(session, {});
     int id = -1;
     for (int i = 0; i < kPictures; ++i) {
       const auto result = stage.extract(i >= kFrom && i < kFrom + pictures ? hidden : open);
       const int covered_for = i >= kFrom && i < kFrom + pictures ? i - kFrom + 1 : 0;
       double now = 0;
-      for (const PointLight& light : result.illumination->lights) {
+      for (const reconstruct::PointLight& light : result.illumination->lights) {
         if (angle_degrees(light.direction, covered.direction) > 1) continue;
         now += light.irradiance.sum() / covered.irradiance().sum();
         EXPECT_TRUE(id < 0 || id == light.id) << "another name at picture " << i;
@@ -201,16 +203,16 @@ TEST(LightSweep, PowerPastSaturation) {
       TestRoom room = room_with_tag();
       room.lamps = {{{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}};
       if (bright_sky) room.ambient *= 3;
-      Illumination seen = room.illumination();
+      reconstruct::Illumination seen = room.illumination();
       const Vector3f truth = seen.lights[0].irradiance;
       // All channels end at the same radiance.
       const float end = truth.y() / static_cast<float>(over);
       seen.lights[0].irradiance = truth.cwiseMin(end);
       seen.lights[0].clipped = truth.maxCoeff() > end;
-      Session session;
-      const auto result = AlbedoStage(session).solve(room.field(), seen);
+      capture::Session session;
+      const auto result = reconstruct::AlbedoStage(session).solve(room.field(), seen);
       ASSERT_EQ(result.illumination->lights.size(), 1u);
-      const PointLight& light = result.illumination->lights[0];
+      const reconstruct::PointLight& light = result.illumination->lights[0];
       const double share = light.irradiance.sum() / truth.sum();
       if (!bright_sky) sweep.curves[0].y.push_back(seen.lights[0].irradiance.sum() / truth.sum());
       sweep.curves[bright_sky ? 2 : 1].y.push_back(share);
@@ -237,9 +239,9 @@ TEST(LightSweep, Distance) {
                   Vector3f(1.2f, 1.0f, 0.8f) * static_cast<float>(distance * distance),
                   0.03f * static_cast<float>(distance)};
     room.lamps = {lamp};
-    const auto result = AlbedoStage(Session()).solve(room.field(), room.illumination());
+    const auto result = reconstruct::AlbedoStage(capture::Session()).solve(room.field(), room.illumination());
     ASSERT_EQ(result.illumination->lights.size(), 1u);
-    const PointLight& light = result.illumination->lights[0];
+    const reconstruct::PointLight& light = result.illumination->lights[0];
     const Vector3f object(0.15f, 0.2f, 0.1f);
     const Vector3f true_way = lamp.position - object;
     const Vector3f way = light.distance_known ? Vector3f(light.position_m - object) : light.direction;

@@ -12,8 +12,8 @@ ON_BOTH_DEVICES(LongShadowSweep);
 constexpr float kElevation = 10 * std::numbers::pi_v<float> / 180;
 constexpr float kHalf_m = 0.03f, kHeight_m = 0.12f;
 
-PointLight sun() {
-  PointLight light;
+reconstruct::PointLight sun() {
+  reconstruct::PointLight light;
   light.direction = {std::cos(kElevation), 0, std::sin(kElevation)};
   light.irradiance.setConstant(3);
   light.angular_radius_rad = 0.0047f;
@@ -54,7 +54,7 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
   for (const Method& method : methods(64, 1)) {
     std::vector<double> sums(bins, 0.0);
     std::vector<int> counts(bins, 0);
-    const RelitPicture picture = served(scene, method.plan);
+    const relight::RelitPicture picture = served(scene, method.plan);
     for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float) {
       const int i = static_cast<int>(std::lround((-p.x() - kHalf_m) / 0.04f)) - 1;
       if (std::abs(p.y()) > 0.5f * kHalf_m || i < 0 || i >= bins) return;

@@ -27,13 +27,13 @@ Texels halves(const std::vector<std::byte>& bytes) {
 
 /// Volumes in which every chunk of the first cascade is there, and where texels lie in a pool of them.
 struct FullVolumes {
-  Volumes volumes;
+  relight::Volumes volumes;
   std::vector<std::uint32_t> table;
 
-  explicit FullVolumes(gpu::Device& device) : volumes(device, kEdge) {
+  explicit FullVolumes(relight::gpu::Device& device) : volumes(device, kEdge) {
     std::vector<std::uint32_t> marks(volumes.real_chunks.marks().size_bytes() / 4, 1);
     device.upload(volumes.real_chunks.marks(), 0, std::as_bytes(std::span(marks)));
-    volumes.fit_chunks(device, Surfaces::real);
+    volumes.fit_chunks(device, relight::Surfaces::real);
     const std::vector<std::byte> bytes = device.download(*volumes.chunk_table);
     table.resize(marks.size());
     std::memcpy(table.data(), bytes.data(), 4 * table.size());
@@ -41,10 +41,11 @@ struct FullVolumes {
   std::size_t texel(int level, const Eigen::Vector3i& at) const {
     std::size_t place = 0;
     for (int finer = 0; finer < level; ++finer) {
-      const auto along = static_cast<std::size_t>(chunks_along(kEdge, finer));
-      place += shader::kCascades * along * along * along;
+      const auto along = static_cast<std::size_t>(relight::chunks_along(kEdge, finer));
+      place += relight::shader::kCascades * along * along * along;
     }
-    const int along = chunks_along(kEdge, level), edge = shader::kChunkEdge, row = shader::kChunkRow;
+    const int along = relight::chunks_along(kEdge, level), edge = relight::shader::kChunkEdge,
+              row = relight::shader::kChunkRow;
     const Eigen::Vector3i chunk = at / edge;
     const int number =
         static_cast<int>(table[place + static_cast<std::size_t>(chunk.x() + along * (chunk.y() + along * chunk.z()))]);
@@ -75,12 +76,12 @@ TEST_P(MipSweep, DeltaBesideTheDifferenceOfTwo) {
     delta.push_back(weight * Eigen::Vector4f(after - before, after - before, after - before, 1));
     rho_own.push_back(rho.back() + object * Eigen::Vector4f(of_object, of_object, of_object, 1));
   }
-  const Filter filter(*device_);
+  const relight::Filter filter(*device_);
   const FullVolumes full(*device_);
-  shader::FrameParams params{};
+  relight::shader::FrameParams params{};
   params.grid.x() = kEdge;
   const auto hierarchy = [&](const Texels& texels) {
-    gpu::Texture& pool = *full.volumes.real_radiance;
+    relight::gpu::Texture& pool = *full.volumes.real_radiance;
     Texels packed(device_->download(pool).size() / 8, Eigen::Vector4f::Zero());
     std::size_t next = 0;
     FullVolumes::each(0, [&](const Eigen::Vector3i& at) { packed[full.texel(0, at)] = texels[next++]; });

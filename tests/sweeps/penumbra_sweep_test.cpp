@@ -42,12 +42,12 @@ TEST_P(PenumbraSweep, WidthOverTheLampsRadius) {
     Curve& curve = sweep.curves.emplace_back(Curve{method.name});
     for (const double x : sweep.x) {
       const float radius_m = 1e-3f * static_cast<float>(x);
-      const PointLight lamp = lamp_at({0, 0, kLamp_m}, radius_m, 1);
+      const reconstruct::PointLight lamp = lamp_at({0, 0, kLamp_m}, radius_m, 1);
       scene.lamps = {lamp};
       scene.radiance = [lamp](const Eigen::Vector3f& p) {
         return 0.5f / std::numbers::pi_v<float> * irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
       };
-      const RelitPicture picture = served(scene, method.plan);
+      const relight::RelitPicture picture = served(scene, method.plan);
       double width = 0, want = 0, area = 0;
       for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float area_m2) {
         if (std::abs(p.y()) > 0.15f || std::abs(p.x()) > 0.02f + 0.5f * radius_m) return;
@@ -84,7 +84,7 @@ TEST_P(PenumbraSweep, ShadowBeginsAtTheFoot) {
               .logarithmic = true,
               .least = 0.95,
               .most = 1.02};
-  const PointLight lamp = lamp_at({0, 1, 1}, 0.01f, 1);
+  const reconstruct::PointLight lamp = lamp_at({0, 1, 1}, 0.01f, 1);
   ClosedScene scene;
   scene.width = 64;
   scene.height = 48;
@@ -99,7 +99,7 @@ TEST_P(PenumbraSweep, ShadowBeginsAtTheFoot) {
   scene.exhibit.objects = {box_object({-0.1f, 0, 0}, {0.1f, 0.1f, 0.2f}, 0)};
   for (const Method& method : methods(64, 1)) {
     if (method.plan.method == "dlpv") continue;
-    std::vector<double> taken(sweep.x.size(), 0.0), all(taken);
+    std::vector<double> taken(sweep.x.size(), 0.0), reconstruct::all(taken);
     for_each_floor_pixel(
         scene, served(scene, method.plan), [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float area_m2) {
           const long i = std::lround(std::log2(std::max(-p.y() / 2e-3f, 0.1f)));

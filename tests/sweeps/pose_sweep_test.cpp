@@ -5,11 +5,11 @@
 #include <cmath>
 #include <random>
 
-#include "reconstruct/pose/pose.h"
 #include "reconstruct/pose/filter.h"
-#include "tests/sweeps/sweep.h"
+#include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/pose/pose_room.h"
 #include "tests/reconstruct/pose/pose_views.h"
+#include "tests/sweeps/sweep.h"
 
 namespace lumigraft::test {
 namespace {
@@ -21,10 +21,10 @@ constexpr double kDegree = M_PI / 180;
 constexpr std::int64_t kFrameNs = 33'333'333;
 constexpr double kTagM = 0.16;
 
-Tag some_tag() { return Tag{"tag36h11", 2, kTagM}; }
+capture::Tag some_tag() { return capture::Tag{"tag36h11", 2, kTagM}; }
 
-CameraModel vga_camera() {
-  CameraModel camera;
+capture::CameraModel vga_camera() {
+  capture::CameraModel camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = camera.fy = 525;
@@ -38,8 +38,9 @@ double percentile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
-FrameSet view(const CameraModel& camera, const Isometry3d& T_tag_camera, std::uint64_t index, double code_sigma) {
-  const TagFinder finder(some_tag());
+capture::FrameSet view(const capture::CameraModel& camera, const Isometry3d& T_tag_camera, std::uint64_t index,
+                       double code_sigma) {
+  const reconstruct::TagFinder finder(some_tag());
   return frame_of(
       view_of_tag(camera, finder.pattern(), kTagM, T_tag_camera, {code_sigma, static_cast<unsigned>(index) + 1}), index,
       static_cast<std::int64_t>(index) * kFrameNs);
@@ -49,23 +50,23 @@ struct Errors {
   std::vector<double> mm, degrees;
   int pictures = 0, surprises = 0;  ///< surprises: farther off than three sigma
 
-  void add(const PoseStage::Result& result, const Isometry3d& truth) {
+  void add(const reconstruct::PoseStage::Result& result, const Isometry3d& truth) {
     ++pictures;
     if (!result.pose) return;
     mm.push_back(millimetres_apart(result.pose->T_tag_camera, truth));
     degrees.push_back(degrees_apart(result.pose->T_tag_camera, truth));
-    surprises += mm.back() > 3e3 * position_sigma_m(result.pose->covariance);
+    surprises += mm.back() > 3e3 * reconstruct::position_sigma_m(result.pose->covariance);
   }
 };
 
 /// One picture each, without a past.
-Errors first_sights(const CameraModel& camera, double distance_m, double tilt_rad, bool with_depth) {
+Errors first_sights(const capture::CameraModel& camera, double distance_m, double tilt_rad, bool with_depth) {
   Errors errors;
   for (unsigned i = 0; i < 8; ++i) {
     const Isometry3d truth = looking_at_tag(distance_m, tilt_rad, 0.8 * i, {0.01 * i, -0.02, 0});
-    FrameSet frame = view(camera, truth, i, 3);
-    if (with_depth) frame.depth = std::make_shared<DepthPicture>(depth_of_table(camera, truth, i, 1));
-    errors.add(PoseStage(some_tag(), camera).locate(frame), truth);
+    capture::FrameSet frame = view(camera, truth, i, 3);
+    if (with_depth) frame.depth = std::make_shared<capture::DepthPicture>(depth_of_table(camera, truth, i, 1));
+    errors.add(reconstruct::PoseStage(some_tag(), camera).locate(frame), truth);
   }
   return errors;
 }
@@ -119,15 +120,15 @@ TEST(PoseSweep, Distance) {
 
 /// One picture each of a tag whose paper is `over` times as bright as the picture can show.
 Errors overexposed(double over, double lens_blur, bool* warned) {
-  const CameraModel camera = small_camera();
-  const TagFinder finder(some_tag());
+  const capture::CameraModel camera = small_camera();
+  const reconstruct::TagFinder finder(some_tag());
   Errors errors;
   for (unsigned i = 0; i < 12; ++i) {
     const Isometry3d truth = looking_at_tag(0.85, (25 + 3 * (i % 4)) * kDegree, 0.7 * i, {0.02 * (i % 3), -0.03, 0});
-    FrameSet frame =
+    capture::FrameSet frame =
         frame_of(view_of_tag(camera, finder.pattern(), kTagM, truth, {3, i + 1, over / kPaperLight, lens_blur}), i, 0);
-    frame.depth = std::make_shared<DepthPicture>(depth_of_table(camera, truth, i, 1));
-    const auto result = PoseStage(some_tag(), camera).locate(frame);
+    frame.depth = std::make_shared<capture::DepthPicture>(depth_of_table(camera, truth, i, 1));
+    const auto result = reconstruct::PoseStage(some_tag(), camera).locate(frame);
     errors.add(result, truth);
     *warned = *warned || !result.warnings.empty();
   }
@@ -169,41 +170,42 @@ TEST(PoseSweep, Overexposed) {
 }
 
 /// Along the rows, as a hand that moves the camera sideways while the shutter is open.
-Picture blurred(const Picture& picture, int pixels) {
-  Picture result = picture;
-  const Image<std::uint8_t>& from = picture.encoded;
+capture::Picture blurred(const capture::Picture& picture, int pixels) {
+  capture::Picture result = picture;
+  const capture::Image<std::uint8_t>& from = picture.encoded;
   for (int v = 0; v < from.height; ++v)
     for (int u = 0; u < from.width; ++u) {
       float light = 0;
       for (int i = -pixels / 2; i <= pixels / 2; ++i)
-        light += srgb_to_linear(from.at(std::clamp(u + i, 0, from.width - 1), v) / 255.0f);
-      const float code = 255 * linear_to_srgb(light / static_cast<float>(2 * (pixels / 2) + 1));
+        light += capture::srgb_to_linear(from.at(std::clamp(u + i, 0, from.width - 1), v) / 255.0f);
+      const float code = 255 * capture::linear_to_srgb(light / static_cast<float>(2 * (pixels / 2) + 1));
       std::fill_n(&result.encoded.at(u, v), 3, static_cast<std::uint8_t>(std::lround(code)));
     }
   return result;
 }
 
 /// A camera that starts to move sideways: the largest error while it does, in mm; `most` where there is no pose.
-double error_while_moving(int blur_px, const TestRoom& room, const DistanceField* field, double most) {
-  const CameraModel camera = small_camera();
+double error_while_moving(int blur_px, const TestRoom& room, const reconstruct::DistanceField* field, double most) {
+  const capture::CameraModel camera = small_camera();
   const Isometry3d start = looking_at_tag(1.0, 45 * kDegree, -1.4, {0.05, 0.12, 0.05});
   // The shutter is open for half of a frame's time.
   const double step_m = 2.0 * blur_px / camera.fx;
-  PoseStage stage(some_tag(), camera);
+  reconstruct::PoseStage stage(some_tag(), camera);
   double worst = 0;
   for (std::uint64_t i = 0; i < 6; ++i) {
     Isometry3d truth = start;
     truth.translation() += start.linear().col(0) * step_m * std::max(0.0, static_cast<double>(i) - 1);
-    FrameSet frame = view(camera, truth, i, 2);
-    if (i > 1) frame.color = std::make_shared<Picture>(blurred(*frame.color, blur_px));
-    frame.depth = std::make_shared<DepthPicture>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
+    capture::FrameSet frame = view(camera, truth, i, 2);
+    if (i > 1) frame.color = std::make_shared<capture::Picture>(blurred(*frame.color, blur_px));
+    frame.depth =
+        std::make_shared<capture::DepthPicture>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(frame, field);
     if (i < 2) continue;
     const double off_mm = result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : most;
     worst = std::max(worst, off_mm);
     // Where it fails the pose says so.
     if (result.pose && field) {
-      EXPECT_LT(off_mm, 3 + 3e3 * position_sigma_m(result.pose->covariance)) << blur_px;
+      EXPECT_LT(off_mm, 3 + 3e3 * reconstruct::position_sigma_m(result.pose->covariance)) << blur_px;
     }
   }
   return std::min(worst, most);
@@ -218,7 +220,7 @@ TEST(PoseSweep, Blur) {
               .curves = {{"tag alone"}, {"with surfaces"}},
               .most = 3};
   const TestRoom room = furnished_room();
-  const DistanceField field = room.field();
+  const reconstruct::DistanceField field = room.field();
   for (const double blur : sweep.x) {
     sweep.curves[0].y.push_back(error_while_moving(static_cast<int>(blur), room, nullptr, 40));
     sweep.curves[1].y.push_back(error_while_moving(static_cast<int>(blur), room, &field, 40));
@@ -228,16 +230,16 @@ TEST(PoseSweep, Blur) {
 }
 
 /// A hand that covers a share of the tag while the camera moves slowly.
-double error_while_covered(double share, const TestRoom& room, const DistanceField* field, double most) {
-  const CameraModel camera = small_camera();
-  PoseStage stage(some_tag(), camera);
+double error_while_covered(double share, const TestRoom& room, const reconstruct::DistanceField* field, double most) {
+  const capture::CameraModel camera = small_camera();
+  reconstruct::PoseStage stage(some_tag(), camera);
   double worst = 0;
   for (std::uint64_t i = 0; i < 8; ++i) {
     const Isometry3d truth =
         looking_at_tag(0.9, 45 * kDegree, -1.4 + 0.006 * static_cast<double>(i), {0.05, 0.1, 0.05});
-    FrameSet frame = view(camera, truth, i, 2);
+    capture::FrameSet frame = view(camera, truth, i, 2);
     if (i > 1) {
-      Picture covered = *frame.color;
+      capture::Picture covered = *frame.color;
       for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u) {
           const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
@@ -245,9 +247,10 @@ double error_while_covered(double share, const TestRoom& room, const DistanceFie
           const Vector3d p = truth.translation() - truth.translation().z() / d.z() * d;
           if (p.x() > (0.5 - share) * 1.25 * kTagM) std::fill_n(&covered.encoded.at(u, v), 3, 150);
         }
-      frame.color = std::make_shared<Picture>(std::move(covered));
+      frame.color = std::make_shared<capture::Picture>(std::move(covered));
     }
-    frame.depth = std::make_shared<DepthPicture>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
+    frame.depth =
+        std::make_shared<capture::DepthPicture>(depth_of_room(room, camera, truth, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(frame, field);
     if (i < 2) continue;
     worst = std::max(worst, result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : most);
@@ -264,7 +267,7 @@ TEST(PoseSweep, Occlusion) {
               .curves = {{"tag alone"}, {"with surfaces"}},
               .most = 3};
   const TestRoom room = furnished_room();
-  const DistanceField field = room.field();
+  const reconstruct::DistanceField field = room.field();
   for (const double share : sweep.x) {
     sweep.curves[0].y.push_back(error_while_covered(share, room, nullptr, 40));
     sweep.curves[1].y.push_back(error_while_covered(share, room, &field, 40));
@@ -274,7 +277,7 @@ TEST(PoseSweep, Occlusion) {
 }
 
 /// Poses with noise of 0.5 mm and 0.5 mrad, as a print gives them a metre away.
-TEST(PoseSweep, Filter) {
+TEST(PoseSweep, relight::Filter) {
   constexpr double kSigmaM = 0.5e-3, kSigmaRad = 0.5e-3;
   Sweep sweep{.stem = "pose-filter",
               .title = "The filter: 0.5 mm of noise on a camera that moves evenly",
@@ -285,7 +288,7 @@ TEST(PoseSweep, Filter) {
               .logarithmic = true,
               .most = 0.5};
   for (const double speed_mm : sweep.x) {
-    PoseFilter filter;
+    reconstruct::PoseFilter filter;
     std::mt19937 random(7);
     std::normal_distribution<double> gauss(0, 1 / std::sqrt(3.0));
     double behind = 0, squares = 0, count = 0;
@@ -312,15 +315,15 @@ TEST(PoseSweep, Filter) {
 }
 
 TEST(PoseSweep, AStillCameraIsStill) {
-  const CameraModel camera = vga_camera();
+  const capture::CameraModel camera = vga_camera();
   const Isometry3d truth = looking_at_tag(1, 40 * kDegree, -1.2);
-  const FrameSet quiet = view(camera, truth, 0, 0);
-  PoseStage stage(some_tag(), camera);
+  const capture::FrameSet quiet = view(camera, truth, 0, 0);
+  reconstruct::PoseStage stage(some_tag(), camera);
   std::vector<Vector3d> raw, smooth;
   std::mt19937 random(3);
   std::normal_distribution<float> gauss(0, 4);
   for (std::uint64_t i = 0; i < 60; ++i) {
-    Picture noisy = *quiet.color;
+    capture::Picture noisy = *quiet.color;
     for (std::uint8_t& code : noisy.encoded.data)
       code = static_cast<std::uint8_t>(std::clamp(std::lround(code + gauss(random)), 0l, 255l));
     const auto result = stage.locate(frame_of(std::move(noisy), i, static_cast<std::int64_t>(i) * kFrameNs));

@@ -15,7 +15,7 @@ ON_BOTH_DEVICES(ReachSweep);
 // ask. An operator that ends there takes the rest of the change off at once.
 TEST_P(ReachSweep, ABallsShadowOfTheSkyOverDistance) {
   constexpr float radius_m = 0.1f, height_m = 0.12f;
-  const float level = srgb_to_linear(188 / 255.0f);  // whole codes, as pictures hold them
+  const float level = capture::srgb_to_linear(188 / 255.0f);  // whole codes, as pictures hold them
   Sweep sweep{.stem = "reach",
               .title = "A black ball under an even sky, over the distance from it",
               .x_label = "distance on the floor from the ball's foot, m",

@@ -19,7 +19,7 @@ TEST_P(RoughnessSweep, MetalBallOverALitDesk) {
               .x = {0.02, 0.2, 1},
               .logarithmic = true,
               .most = 0.35};
-  const PointLight lamp = lamp_at({-0.1f, 0.1f, 0.8f}, 0.1f, 0.35f);
+  const reconstruct::PointLight lamp = lamp_at({-0.1f, 0.1f, 0.8f}, 0.1f, 0.35f);
   ClosedScene scene;
   scene.width = 48;
   scene.height = 36;
@@ -36,15 +36,15 @@ TEST_P(RoughnessSweep, MetalBallOverALitDesk) {
   }
   for (const double roughness : sweep.x) {
     scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.13f}, 0.9f)};
-    Material& material = *scene.exhibit.objects[0].material;
+    relight::Material& material = *scene.exhibit.objects[0].material;
     material.metallic = 1;
     material.specular = 1;
     material.roughness = static_cast<float>(roughness);
-    static std::map<double, RelitPicture> truths;  // for both devices
+    static std::map<double, relight::RelitPicture> truths;  // for both devices
     if (!truths.count(roughness)) truths[roughness] = reference(scene, 128);
-    const RelitPicture& truth = truths[roughness];
+    const relight::RelitPicture& truth = truths[roughness];
     for (std::size_t c = 0; c < sweep.curves.size(); ++c) {
-      const RelitPicture picture = relit(scene, methods(64, 2)[c].plan);
+      const relight::RelitPicture picture = relit(scene, methods(64, 2)[c].plan);
       double squares = 0, sum = 0;
       int count = 0;
       for (int v = 0; v < scene.height; ++v) {

@@ -15,7 +15,7 @@ namespace lumigraft::test {
 namespace {
 
 constexpr double kWidth = 720, kHeight = 400, kText = 12;
-constexpr Box kFrame{70, 44, 540, 344};
+constexpr server::Box kFrame{70, 44, 540, 344};
 
 void write_table(const Sweep& sweep, const std::filesystem::path& path) {
   std::ofstream out(path);
@@ -34,8 +34,8 @@ void write_table(const Sweep& sweep, const std::filesystem::path& path) {
   }
 }
 
-std::vector<chart::Tick> ticks_of(const Sweep& sweep) {
-  std::vector<chart::Tick> ticks;
+std::vector<server::chart::Tick> ticks_of(const Sweep& sweep) {
+  std::vector<server::chart::Tick> ticks;
   const std::size_t step = sweep.x.size() > 8 ? 2 : 1;
   for (std::size_t i = 0; i < sweep.x.size(); i += step) {
     char text[32];
@@ -46,10 +46,10 @@ std::vector<chart::Tick> ticks_of(const Sweep& sweep) {
 }
 
 /// Round steps from the lowest value to the highest; 0 is one of them.
-std::vector<chart::Tick> ticks_between(double low, double high) {
-  const std::vector<chart::Tick> up = chart::round_ticks(std::max(high, -low), 6);
-  std::vector<chart::Tick> ticks;
-  for (const chart::Tick& tick : up) {
+std::vector<server::chart::Tick> ticks_between(double low, double high) {
+  const std::vector<server::chart::Tick> up = server::chart::round_ticks(std::max(high, -low), 6);
+  std::vector<server::chart::Tick> ticks;
+  for (const server::chart::Tick& tick : up) {
     if (tick.value <= high * (1 + 1e-9)) ticks.push_back(tick);
     if (tick.value > 0 && -tick.value >= low * (1 + 1e-9)) ticks.push_back({-tick.value, "-" + tick.label});
   }
@@ -66,44 +66,45 @@ void draw(const Sweep& sweep, const std::filesystem::path& stem) {
   for (const Curve& curve : sweep.curves) std::for_each(curve.y.begin(), curve.y.end(), take);
   take(sweep.least);
   take(sweep.most);
-  high = chart::round_up(high, 6);
-  low = low < 0 ? -chart::round_up(-low, 6) : 0;
+  high = server::chart::round_up(high, 6);
+  low = low < 0 ? -server::chart::round_up(-low, 6) : 0;
 
-  const auto scale = sweep.logarithmic ? chart::Axis::Scale::logarithmic : chart::Axis::Scale::linear;
-  const chart::Axis x(scale, sweep.x.front(), sweep.x.back(), kFrame.left + 8, kFrame.right - 8);
-  const chart::Axis y(chart::Axis::Scale::linear, low, high, kFrame.bottom, kFrame.top);
-  Drawing drawing(kWidth, kHeight);
+  const auto scale = sweep.logarithmic ? server::chart::Axis::Scale::logarithmic : server::chart::Axis::Scale::linear;
+  const server::chart::Axis x(scale, sweep.x.front(), sweep.x.back(), kFrame.left + 8, kFrame.right - 8);
+  const server::chart::Axis y(server::chart::Axis::Scale::linear, low, high, kFrame.bottom, kFrame.top);
+  server::Drawing drawing(kWidth, kHeight);
   drawing.text({kFrame.left, 24}, sweep.title, {.size = 14, .bold = true});
-  chart::draw_frame(drawing, kFrame, x, ticks_of(sweep), y, ticks_between(low, high), kText);
+  server::chart::draw_frame(drawing, kFrame, x, ticks_of(sweep), y, ticks_between(low, high), kText);
   drawing.text({0.5 * (kFrame.left + kFrame.right), kFrame.bottom + 38}, sweep.x_label, {.size = kText, .across = 0.5});
   drawing.text({18, 0.5 * (kFrame.top + kFrame.bottom)}, sweep.y_label,
                {.size = kText, .across = 0.5, .turn_degrees = -90});
   for (const double bound : {sweep.least, sweep.most}) {
     if (!std::isfinite(bound)) continue;
     const double at = y.at(bound);
-    drawing.line({{kFrame.left, at}, {kFrame.right, at}}, {chart::kQuiet, 1.2, 2});
+    drawing.line({{kFrame.left, at}, {kFrame.right, at}}, {server::chart::kQuiet, 1.2, 2});
   }
   double row = kFrame.top + 8;
-  const auto legend = [&](const std::string& name, const Stroke& stroke) {
+  const auto legend = [&](const std::string& name, const server::Stroke& stroke) {
     drawing.line({{kFrame.right + 16, row - 4}, {kFrame.right + 40, row - 4}}, stroke);
-    drawing.text({kFrame.right + 46, row}, name, {.size = kText, .colour = chart::kInk});
+    drawing.text({kFrame.right + 46, row}, name, {.size = kText, .colour = server::chart::kInk});
     row += 20;
   };
   std::size_t index = 0;
   for (const Curve& curve : sweep.curves) {
-    const Colour colour = curve.answer ? chart::kInk : chart::colour_of(index);
-    const Stroke stroke{colour, 2, curve.answer ? 6.0 : 0.0};
-    std::vector<Point> points;
+    const server::Colour colour = curve.answer ? server::chart::kInk : server::chart::colour_of(index);
+    const server::Stroke stroke{colour, 2, curve.answer ? 6.0 : 0.0};
+    std::vector<server::Point> points;
     for (std::size_t i = 0; i < sweep.x.size(); ++i) points.push_back({x.at(sweep.x[i]), y.at(curve.y.at(i))});
     drawing.line(points, stroke);
-    for (const Point& point : points) {
-      if (!curve.answer) drawing.mark(chart::mark_of(index), point, 3.5, colour);
+    for (const server::Point& point : points) {
+      if (!curve.answer) drawing.mark(server::chart::mark_of(index), point, 3.5, colour);
     }
     legend(curve.name, stroke);
     if (!curve.answer) ++index;
   }
-  if (std::isfinite(sweep.least) || std::isfinite(sweep.most)) legend("bound of the test", {chart::kQuiet, 1.2, 2});
-  chart::write(drawing, stem);
+  if (std::isfinite(sweep.least) || std::isfinite(sweep.most))
+    legend("bound of the test", {server::chart::kQuiet, 1.2, 2});
+  server::chart::write(drawing, stem);
 }
 
 }  // namespace
@@ -118,11 +119,11 @@ std::vector<Method> methods(int volume, int bounces) {
   return all;
 }
 
-RelitPicture reference(const ClosedScene& scene, int samples) {
-  Plan plan;
+relight::RelitPicture reference(const ClosedScene& scene, int samples) {
+  relight::Plan plan;
   plan.method = "reference";
   plan.samples = samples;
-  ReferenceRenderer renderer(scene.session());
+  relight::ReferenceRenderer renderer(scene.session());
   return renderer.relight(scene.frame(), scene.scene(), scene.exhibit, plan, true);
 }
 
@@ -135,25 +136,25 @@ void write_sweep(const Sweep& sweep) {
   draw(sweep, stem);
 }
 
-RelitPicture SweepTest::relit(const ClosedScene& scene, const Plan& plan) {
-  const CameraModel model = scene.session().color.model;
+relight::RelitPicture SweepTest::relit(const ClosedScene& scene, const relight::Plan& plan) {
+  const capture::CameraModel model = scene.session().color.model;
   if (!relighter_ || model.width != model_.width || model.height != model_.height || model.fx != model_.fx) {
-    relighter_ = std::make_unique<Relighter>(device_, scene.session());
+    relighter_ = std::make_unique<relight::Relighter>(device_, scene.session());
     model_ = model;
   }
   return scene.relit(*relighter_, plan);
 }
 
-RelitPicture SweepTest::served(const ClosedScene& scene, const Plan& plan) {
-  RelitPicture picture = relit(scene, plan);
+relight::RelitPicture SweepTest::served(const ClosedScene& scene, const relight::Plan& plan) {
+  relight::RelitPicture picture = relit(scene, plan);
   if (plan.trace_scale != 4) return picture;
-  const FrameSet frame = scene.frame();
-  const RelitPicture served = relighter_->relight(frame, scene.scene(), scene.exhibit, plan);
-  auto maps = std::make_shared<RelightMaps>(*picture.maps);
+  const capture::FrameSet frame = scene.frame();
+  const relight::RelitPicture served = relighter_->relight(frame, scene.scene(), scene.exhibit, plan);
+  auto maps = std::make_shared<relight::RelightMaps>(*picture.maps);
   for (std::size_t i = 0; i < served.srgb.data.size(); ++i) {
     const float before = frame.color->radiance.data[i], code = served.srgb.data[i];
-    const bool same = code == std::round(255 * linear_to_srgb(before));
-    maps->delta.data[i] = same ? 0.0f : srgb_to_linear(code / 255) - before;
+    const bool same = code == std::round(255 * capture::linear_to_srgb(before));
+    maps->delta.data[i] = same ? 0.0f : capture::srgb_to_linear(code / 255) - before;
   }
   picture.maps = maps;
   return picture;

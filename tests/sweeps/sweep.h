@@ -28,18 +28,18 @@ struct Sweep {
 /// How the renderer is asked to work: what the plan calls careful (1) and live (4), and propagation.
 struct Method {
   std::string name;
-  Plan plan;
+  relight::Plan plan;
 };
 std::vector<Method> methods(int volume, int bounces);
 
 /// What the path tracer makes of the same scene, with its maps.
-RelitPicture reference(const ClosedScene& scene, int samples);
+relight::RelitPicture reference(const ClosedScene& scene, int samples);
 
 /// Points of the plane z = 0 that the picture shows, with the change of their radiance and the plane's area that a
 /// pixel covers: visit(p, delta (RGB), area_m2).
 template <typename Visit>
-void for_each_floor_pixel(const ClosedScene& scene, const RelitPicture& picture, const Visit& visit) {
-  const RelightMaps& maps = *picture.maps;
+void for_each_floor_pixel(const ClosedScene& scene, const relight::RelitPicture& picture, const Visit& visit) {
+  const relight::RelightMaps& maps = *picture.maps;
   const Eigen::Vector3f forward = (scene.look_at_m - scene.eye_m).normalized();
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
@@ -60,19 +60,19 @@ void write_sweep(const Sweep& sweep);
 class SweepTest : public ClosedTest {
  protected:
   /// As ClosedTest's, by a relighter that is kept from picture to picture: to make one takes longer than a picture.
-  RelitPicture relit(const ClosedScene& scene, const Plan& plan);
+  relight::RelitPicture relit(const ClosedScene& scene, const relight::Plan& plan);
   /// The same, but of live settings the change is that of the picture as it is served, which is made without maps: its
   /// lamps' shadows are others.
-  RelitPicture served(const ClosedScene& scene, const Plan& plan);
+  relight::RelitPicture served(const ClosedScene& scene, const relight::Plan& plan);
   void write(const Sweep& sweep) const {
-    if (GetParam() == gpu::Backend::vulkan) write_sweep(sweep);
+    if (GetParam() == relight::gpu::Backend::vulkan) write_sweep(sweep);
   }
   /// Expects every value of the curves that are no answer within the sweep's bounds, and writes it.
   void expect_within_bounds(const Sweep& sweep) const;
 
  private:
-  std::unique_ptr<Relighter> relighter_;
-  CameraModel model_;  ///< its
+  std::unique_ptr<relight::Relighter> relighter_;
+  capture::CameraModel model_;  ///< its
 };
 
 }  // namespace lumigraft::test

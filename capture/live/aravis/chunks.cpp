@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <span>
 
-namespace lumigraft::aravis {
+namespace lumigraft::capture::aravis {
 namespace {
 
 constexpr std::uint64_t kNsPerS = 1'000'000'000;
@@ -259,4 +259,4 @@ OwnSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
   return own;
 }
 
-}  // namespace lumigraft::aravis
+}  // namespace lumigraft::capture::aravis

@@ -13,13 +13,13 @@
 #include "capture/live/aravis/library.h"
 #include "capture/session/stream_spec.h"
 
-namespace lumigraft::aravis {
+namespace lumigraft::capture::aravis {
 
 /// Of one picture; empty where it is not known.
 struct OwnSettings {
   std::optional<std::int64_t> time_ns;  ///< on the clock of the leader's time
   std::optional<double> exposure;       ///< as Picture::exposure
-  std::string fault;                  ///< the first reason for an empty one, where a camera has the chunk
+  std::string fault;                    ///< the first reason for an empty one, where a camera has the chunk
 };
 
 class Chunks {
@@ -64,4 +64,4 @@ class Chunks {
   Ref<ArvChunkParser> parser_;
 };
 
-}  // namespace lumigraft::aravis
+}  // namespace lumigraft::capture::aravis

@@ -5,7 +5,7 @@
 
 #include "capture/live/usb_permission.h"
 
-namespace lumigraft::aravis {
+namespace lumigraft::capture::aravis {
 namespace {
 
 struct Pair {
@@ -71,4 +71,4 @@ std::optional<ArvPixelFormat> aravis_format_of(PixelFormat format) {
   return std::nullopt;
 }
 
-}  // namespace lumigraft::aravis
+}  // namespace lumigraft::capture::aravis

@@ -9,7 +9,7 @@
 #include "capture/error.h"
 #include "capture/formats/pixel_format.h"
 
-namespace lumigraft::aravis {
+namespace lumigraft::capture::aravis {
 
 struct Unref {
   void operator()(gpointer p) const { g_object_unref(p); }
@@ -47,4 +47,4 @@ bool usb3_vision_is_forbidden();
 std::optional<PixelFormat> pixel_format_of(gint64 format);
 std::optional<ArvPixelFormat> aravis_format_of(PixelFormat format);
 
-}  // namespace lumigraft::aravis
+}  // namespace lumigraft::capture::aravis

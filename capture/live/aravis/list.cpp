@@ -2,7 +2,7 @@
 #include "capture/live/camera_list.h"
 #include "capture/live/usb_permission.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using aravis::Check;
@@ -69,4 +69,4 @@ std::vector<CameraListing> list_aravis_cameras() {
   return out;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

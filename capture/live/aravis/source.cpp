@@ -10,10 +10,10 @@
 
 #include "capture/live/aravis/chunks.h"
 #include "capture/live/aravis/library.h"
-#include "capture/live/usb_permission.h"
 #include "capture/live/error_context.h"
+#include "capture/live/usb_permission.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using aravis::Check;
@@ -414,4 +414,4 @@ bool AravisSource::finished() const { return camera_->lost(); }
 
 std::string AravisSource::take_warning() { return camera_->take_warning(); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -8,10 +8,10 @@
 // holds.
 #include <string>
 
-#include "capture/source.h"
 #include "capture/session/stream_spec.h"
+#include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class AravisSource : public Source {
  public:
@@ -29,4 +29,4 @@ class AravisSource : public Source {
   std::unique_ptr<Camera> camera_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

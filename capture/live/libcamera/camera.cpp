@@ -11,7 +11,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft::libcam {
+namespace lumigraft::capture::libcam {
 namespace {
 
 constexpr unsigned kBuffers = 8;
@@ -178,4 +178,4 @@ void Camera::completed(libcamera::Request* request) {
 /// libcamera would abort at the next call.
 void Camera::disconnected() { _exit(0); }
 
-}  // namespace lumigraft::libcam
+}  // namespace lumigraft::capture::libcam

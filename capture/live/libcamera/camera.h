@@ -9,7 +9,7 @@
 #include "capture/live/libcamera/messages.h"
 #include "capture/session/stream_spec.h"
 
-namespace lumigraft::libcam {
+namespace lumigraft::capture::libcam {
 
 class Camera {
  public:
@@ -44,4 +44,4 @@ class Camera {
   std::vector<std::unique_ptr<libcamera::Request>> requests_;
 };
 
-}  // namespace lumigraft::libcam
+}  // namespace lumigraft::capture::libcam

@@ -21,7 +21,7 @@
 #include "capture/error.h"
 #include "capture/live/libcamera/camera.h"
 
-namespace lumigraft::libcam {
+namespace lumigraft::capture::libcam {
 namespace {
 
 /// Of a camera that gives any size within bounds the bounds: libcamera's own list for it is of sizes that are usual.
@@ -191,7 +191,7 @@ void set_text(HelperMessage& message, const std::string& text) {
 }
 
 }  // namespace
-}  // namespace lumigraft::libcam
+}  // namespace lumigraft::capture::libcam
 
 int main(int count, char** words) {
   using namespace lumigraft;
@@ -199,16 +199,16 @@ int main(int count, char** words) {
   setrlimit(RLIMIT_CORE, &no_core);  // of an abort that is expected
   if (count == 2 && std::strcmp(words[1], "list") == 0) {
     try {
-      for (const auto& camera : libcam::cameras()) {
-        libcam::list(*camera);
+      for (const auto& camera : capture::libcam::cameras()) {
+        capture::libcam::list(*camera);
       }
-    } catch (const CameraFault& e) {
+    } catch (const capture::CameraFault& e) {
       std::cout << "failed\t" << e.what() << '\n';
     }
     return 0;
   }
   if (count >= 6 && std::strcmp(words[1], "open") == 0) {
-    libcam::open(words[2], libcam::spec_of(count - 3, words + 3));
+    capture::libcam::open(words[2], capture::libcam::spec_of(count - 3, words + 3));
   }
   std::fputs("lumigraft_libcamera: started by lumigraft where a source is libcamera:\n", stderr);
   return 2;

@@ -11,7 +11,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft::libcam {
+namespace lumigraft::capture::libcam {
 namespace {
 
 /// One a process is all that libcamera allows. Once started it hears of cameras that come and go by itself.
@@ -208,4 +208,4 @@ double exposure_of(const libcamera::ControlList& metadata, const StreamSpec& spe
   return out;
 }
 
-}  // namespace lumigraft::libcam
+}  // namespace lumigraft::capture::libcam

@@ -10,7 +10,7 @@
 #include "capture/formats/pixel_format.h"
 #include "capture/session/stream_spec.h"
 
-namespace lumigraft::libcam {
+namespace lumigraft::capture::libcam {
 
 /// Those that are plugged in now. Throws CameraFault.
 std::vector<std::shared_ptr<libcamera::Camera>> cameras();
@@ -45,4 +45,4 @@ libcamera::ControlList controls_for(const libcamera::ControlInfoMap& offered, co
 /// for `exposure_us` and `gain`.
 double exposure_of(const libcamera::ControlList& metadata, const StreamSpec& spec);
 
-}  // namespace lumigraft::libcam
+}  // namespace lumigraft::capture::libcam

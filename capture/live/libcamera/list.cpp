@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <sstream>
 
-#include "capture/live/camera_list.h"
 #include "capture/error.h"
+#include "capture/live/camera_list.h"
 #include "capture/live/helper_process.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr int kPatience_ms = 10'000;
@@ -73,4 +73,4 @@ std::vector<CameraListing> list_libcamera_cameras() {
   return out;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

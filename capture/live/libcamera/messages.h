@@ -10,7 +10,7 @@
 
 #include "capture/formats/pixel_format.h"
 
-namespace lumigraft::libcam {
+namespace lumigraft::capture::libcam {
 
 inline constexpr int kHelperSocket = 3;  ///< its descriptor in the helper
 inline constexpr std::size_t kMostPlanes = 3;
@@ -36,4 +36,4 @@ struct HelperMessage {
   double exposure = 1.0;                          ///< picture
 };
 
-}  // namespace lumigraft::libcam
+}  // namespace lumigraft::capture::libcam

@@ -15,13 +15,13 @@
 #include <vector>
 
 #include "capture/camera/camera_serial.h"
-#include "capture/live/sequence_unwrapper.h"
 #include "capture/error.h"
+#include "capture/live/error_context.h"
 #include "capture/live/helper_process.h"
 #include "capture/live/libcamera/messages.h"
-#include "capture/live/error_context.h"
+#include "capture/live/sequence_unwrapper.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using libcam::HelperMessage;
@@ -324,4 +324,4 @@ std::string LibcameraSource::serial() const { return camera_->serial(); }
 
 pid_t LibcameraSource::process() const { return camera_->process(); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

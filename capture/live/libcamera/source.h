@@ -10,10 +10,10 @@
 
 #include <string>
 
-#include "capture/source.h"
 #include "capture/session/stream_spec.h"
+#include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class LibcameraSource : public Source {
  public:
@@ -36,4 +36,4 @@ class LibcameraSource : public Source {
   std::unique_ptr<Camera> camera_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

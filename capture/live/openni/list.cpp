@@ -5,7 +5,7 @@
 #include "capture/live/camera_list.h"
 #include "capture/live/usb_permission.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 std::string pixels_of(openni::PixelFormat format) {
@@ -68,4 +68,4 @@ std::vector<CameraListing> list_openni_cameras() {
   return out;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -15,7 +15,7 @@
 #include "capture/error.h"
 #include "capture/live/usb_permission.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -398,4 +398,4 @@ bool OpenNiSource::finished() const { return reader_->finished(); }
 
 std::string OpenNiSource::serial() const { return reader_->serial(); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/source.h"
 #include "capture/session/stream_spec.h"
+#include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class OpenNiSource : public Source {
  public:
@@ -35,4 +35,4 @@ class OpenNiSource : public Source {
   std::unique_ptr<Reader> reader_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -8,7 +8,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 namespace {
 
 /// As v4l2-ctl does: letters and digits in lower case, and one underscore for whatever stands between them.
@@ -175,4 +175,4 @@ void set_controls(const Device& device, const CameraSettings& settings) {
   }
 }
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

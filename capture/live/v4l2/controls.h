@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/session/camera_settings.h"
 #include "capture/live/v4l2/device.h"
+#include "capture/session/camera_settings.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 
 struct Control {
   std::uint32_t id = 0;
@@ -30,4 +30,4 @@ double set_exposure_us(const Device& device, double exposure_us);
 /// V4L2_CID_EXPOSURE_ABSOLUTE counts these.
 inline constexpr double kExposureUnit_us = 100.0;
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

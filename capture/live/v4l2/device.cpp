@@ -12,7 +12,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 namespace {
 
 namespace fs = std::filesystem;
@@ -245,4 +245,4 @@ double highest_rate_hz(const Device& device, std::uint32_t fourcc, Size size) {
   return best_hz;
 }
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

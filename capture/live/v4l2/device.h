@@ -10,7 +10,7 @@
 
 #include "capture/formats/pixel_format.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 
 /// Throws what `error` (an errno) means: a CameraFault where it may pass.
 [[noreturn]] void fail(int error, const std::string& what);
@@ -67,4 +67,4 @@ Sizes sizes(const Device& device, std::uint32_t fourcc);
 /// The highest; 0 where the camera does not say.
 double highest_rate_hz(const Device& device, std::uint32_t fourcc, Size size);
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

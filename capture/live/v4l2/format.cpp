@@ -9,7 +9,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 namespace {
 
 /// Colour before grey, and what was never compressed, or is not yet interpolated, before JPEG.
@@ -213,4 +213,4 @@ Agreed agree(const Device& device, const StreamSpec& spec) {
   return out;
 }
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

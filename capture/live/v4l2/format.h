@@ -2,10 +2,10 @@
 // How a V4L2 camera's pictures lie in memory, agreed with its driver. Included by .cpp files alone.
 #include <array>
 
-#include "capture/session/stream_spec.h"
 #include "capture/live/v4l2/device.h"
+#include "capture/session/stream_spec.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 
 struct Agreed {
   PixelFormat format = PixelFormat::rgb8;
@@ -17,4 +17,4 @@ struct Agreed {
 /// Sets format, size and rate. Throws InputError for what the camera does not offer.
 Agreed agree(const Device& device, const StreamSpec& spec);
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

@@ -8,7 +8,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 namespace {
 
 /// What the errors of VIDIOC_QUERY_DV_TIMINGS mean; nullptr for others.
@@ -117,4 +117,4 @@ void choose_input(const Device& device, const StreamSpec& spec) {
   }
 }
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/session/stream_spec.h"
 #include "capture/live/v4l2/device.h"
+#include "capture/session/stream_spec.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 
 struct Input {
   std::uint32_t index = 0;  ///< the driver's
@@ -29,4 +29,4 @@ std::string signal_text(const Device& device);
 /// taken.
 void choose_input(const Device& device, const StreamSpec& spec);
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

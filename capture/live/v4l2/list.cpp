@@ -1,10 +1,10 @@
-#include "capture/live/camera_list.h"
 #include "capture/error.h"
+#include "capture/live/camera_list.h"
 #include "capture/live/v4l2/controls.h"
 #include "capture/live/v4l2/device.h"
 #include "capture/live/v4l2/input.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 /// Only what can be seen without touching the camera: somebody may use it.
@@ -57,4 +57,4 @@ std::vector<CameraListing> list_v4l2_cameras() {
   return out;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

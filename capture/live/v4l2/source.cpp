@@ -5,15 +5,15 @@
 #include <optional>
 #include <utility>
 
-#include "capture/live/sequence_unwrapper.h"
 #include "capture/error.h"
+#include "capture/live/error_context.h"
+#include "capture/live/sequence_unwrapper.h"
 #include "capture/live/v4l2/controls.h"
 #include "capture/live/v4l2/format.h"
 #include "capture/live/v4l2/input.h"
 #include "capture/live/v4l2/stream.h"
-#include "capture/live/error_context.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 /// Pictures that come after a new exposure was set and may still have the old one: those in the sensor, two or three of
@@ -192,4 +192,4 @@ bool V4l2Source::bracket_goes_on() const { return camera_->bracket_goes_on(); }
 
 bool V4l2Source::on_host_clock() const { return camera_->on_host_clock(); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

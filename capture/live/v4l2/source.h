@@ -11,10 +11,10 @@
 // exposure.
 #include <string>
 
-#include "capture/source.h"
 #include "capture/session/stream_spec.h"
+#include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 
 class V4l2Source : public Source {
  public:
@@ -35,4 +35,4 @@ class V4l2Source : public Source {
   std::unique_ptr<Camera> camera_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

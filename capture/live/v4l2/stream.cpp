@@ -10,7 +10,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 namespace {
 
 constexpr std::uint32_t kBuffers = 8;
@@ -226,4 +226,4 @@ std::shared_ptr<const void> Stream::lend(std::uint32_t index) {
           [shared = shared_, index, planes = planes_](const void*) { shared->queue(index, planes); }};
 }
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

@@ -12,7 +12,7 @@
 
 #include "capture/live/v4l2/device.h"
 
-namespace lumigraft::v4l2 {
+namespace lumigraft::capture::v4l2 {
 
 /// A picture as the driver gave it, valid until its index is given back.
 struct Filled {
@@ -54,4 +54,4 @@ class Stream {
   bool unplugged_ = false;
 };
 
-}  // namespace lumigraft::v4l2
+}  // namespace lumigraft::capture::v4l2

@@ -8,7 +8,7 @@
 
 #include "relight/gpu/backends.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 namespace {
 
 constexpr EGLint most_devices = 32;
@@ -133,4 +133,4 @@ bool may_have_hardware() {
   }
 }
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

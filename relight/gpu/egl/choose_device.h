@@ -2,7 +2,7 @@
 // Which of the machine's EGL devices to use, and why not the others.
 #include "relight/gpu/egl/context.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 
 /// One way to a driver: an EGL device, or Mesa without a surface.
 struct Candidate {
@@ -20,4 +20,4 @@ std::unique_ptr<ContextHandle> open(const Candidate& candidate, bool validation)
 /// renderer's name contains it. Throws GpuError with the reason of every one that cannot.
 std::unique_ptr<ContextHandle> open_best(bool validation);
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

@@ -3,7 +3,7 @@
 #include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 namespace {
 
 template <typename Mine, typename Theirs>
@@ -247,4 +247,4 @@ std::vector<PassTime> EglCommandList::run() {
   return times;
 }
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

@@ -5,7 +5,7 @@
 #include "relight/gpu/egl/pipelines.h"
 #include "relight/gpu/egl/resources.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 
 class EglCommandList final : public CommandList {
  public:
@@ -53,4 +53,4 @@ class EglCommandList final : public CommandList {
   bool submitted_ = false;
 };
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

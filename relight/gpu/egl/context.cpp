@@ -2,7 +2,7 @@
 
 #include <EGL/eglext.h>
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 namespace {
 
 std::string text_of(GLenum error) {
@@ -195,4 +195,4 @@ void Context::check(const std::string& doing) {
   throw GpuError(what);
 }
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

@@ -17,7 +17,7 @@
 #include "relight/gpu/device.h"
 #include "relight/gpu/messages.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 
 /// Why the last EGL call of this thread failed.
 std::string egl_error_text();
@@ -90,4 +90,4 @@ class Context {
   std::vector<GLuint> timestamps_;
 };
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

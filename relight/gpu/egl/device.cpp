@@ -4,7 +4,7 @@
 #include "relight/gpu/egl/choose_device.h"
 #include "relight/gpu/egl/command_list.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 namespace egl {
 namespace {
 
@@ -86,4 +86,4 @@ std::unique_ptr<Device> create_egl_device(const DeviceOptions& options) {
   return std::make_unique<egl::EglDevice>(std::move(context), options.more_shaders);
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

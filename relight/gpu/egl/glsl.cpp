@@ -5,7 +5,7 @@
 #include <array>
 #include <memory>
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 namespace {
 
 struct Destroy {
@@ -64,4 +64,4 @@ std::string glsl_of(const ShaderCode& shader, const std::map<int, int>& units) {
   return text;
 }
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

@@ -6,11 +6,11 @@
 
 #include "relight/gpu/shader_reflection.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 
 /// By slot: the unit of its kind. The used slots of each kind are numbered from 0.
 std::map<int, int> assign_units(const ShaderInterface& interface);
 
 std::string glsl_of(const ShaderCode& shader, const std::map<int, int>& units);
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

@@ -3,7 +3,7 @@
 #include "relight/gpu/check_commands.h"
 #include "relight/gpu/egl/glsl.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 namespace {
 
 /// A compiled stage, needed only until its program is linked.
@@ -117,4 +117,4 @@ void EglRaster::create_vertex_array() {
   objects_.context->check("pipeline of shaders " + objects_.name);
 }
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

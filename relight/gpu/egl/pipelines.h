@@ -5,7 +5,7 @@
 #include "relight/gpu/egl/context.h"
 #include "relight/gpu/shader_reflection.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 
 /// The OpenGL objects of either kind of pipeline.
 struct PipelineObjects {
@@ -50,4 +50,4 @@ class EglRaster final : public RasterPipeline {
   RasterDesc desc_;
 };
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

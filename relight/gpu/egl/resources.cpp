@@ -4,10 +4,12 @@
 
 #include "relight/gpu/formats.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 namespace {
 
-std::string text_of(const TextureDesc& desc) { return "texture \"" + desc.name + "\" (" + size_text(desc) + ")"; }
+std::string text_of(const TextureDesc& desc) {
+  return "texture \"" + desc.name + "\" (" + capture::size_text(desc) + ")";
+}
 
 GLenum target_of(const TextureDesc& desc) { return is_volume(desc) ? GL_TEXTURE_3D : GL_TEXTURE_2D; }
 
@@ -166,4 +168,4 @@ std::array<GLuint, 4> integer_value(const std::array<float, 4>& value) {
   return integers;
 }
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

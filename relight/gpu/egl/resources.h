@@ -2,7 +2,7 @@
 // Textures and buffers of OpenGL.
 #include "relight/gpu/egl/context.h"
 
-namespace lumigraft::gpu::egl {
+namespace lumigraft::relight::gpu::egl {
 
 /// How OpenGL names a format: as it is stored, and as texels travel to and from it.
 struct GlFormat {
@@ -55,4 +55,4 @@ const EglBuffer& own(const Buffer& buffer, const Context& context);
 /// For a clear of an integer format: rounded down and clamped.
 std::array<GLuint, 4> integer_value(const std::array<float, 4>& value);
 
-}  // namespace lumigraft::gpu::egl
+}  // namespace lumigraft::relight::gpu::egl

@@ -7,7 +7,7 @@
 #include "relight/gpu/backends.h"
 #include "relight/gpu/formats.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
 constexpr Format all_formats[] = {Format::r8_unorm,     Format::rgba8_unorm, Format::r16_float,
@@ -79,7 +79,7 @@ std::string missing(VkPhysicalDevice device, const VkPhysicalDeviceProperties& p
     vkGetPhysicalDeviceFormatProperties(device, vk_format(format), &format_properties);
     const VkFormatFeatureFlags lacking = wanted_features(format) & ~format_properties.optimalTilingFeatures;
     for (const auto& [flag, name] : feature_names) {
-      if (lacking & flag) add(std::string(name_of(format)) + " lacks " + name);
+      if (lacking & flag) add(std::string(capture::name_of(format)) + " lacks " + name);
     }
   }
   return reasons;
@@ -136,9 +136,11 @@ Choice choose_device(const Instance& instance) {
   std::string reasons;
   for (const Candidate& candidate : find_candidates(instance)) {
     const bool wanted = !wanted_name || candidate.name.find(wanted_name) != std::string::npos;
-    if (wanted && candidate.rejection_reason.empty()) return {candidate.physical, *find_queue_family(candidate.physical)};
+    if (wanted && candidate.rejection_reason.empty())
+      return {candidate.physical, *find_queue_family(candidate.physical)};
     reasons += "; " + candidate.name + ": ";
-    reasons += wanted ? candidate.rejection_reason : std::string("LUMIGRAFT_VULKAN_DEVICE asks for \"") + wanted_name + "\"";
+    reasons +=
+        wanted ? candidate.rejection_reason : std::string("LUMIGRAFT_VULKAN_DEVICE asks for \"") + wanted_name + "\"";
   }
   throw GpuError("no usable Vulkan device" + reasons);
 }
@@ -159,4 +161,4 @@ std::vector<DeviceListing> list_devices() {
   return listings;
 }
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

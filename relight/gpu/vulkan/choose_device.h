@@ -2,7 +2,7 @@
 // Which of the machine's devices to use, and why not the others.
 #include "relight/gpu/vulkan/context.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 
 struct Candidate {
   VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -22,4 +22,4 @@ Choice choose_device(const Instance& instance);
 
 VkFormat vk_format(Format format);
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

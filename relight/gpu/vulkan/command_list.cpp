@@ -3,7 +3,7 @@
 #include "relight/gpu/check_commands.h"
 #include "relight/gpu/formats.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
 template <typename Mine, typename Theirs>
@@ -179,4 +179,4 @@ std::vector<PassTime> VulkanCommandList::run() {
   return times;
 }
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

@@ -5,7 +5,7 @@
 #include "relight/gpu/vulkan/recording.h"
 #include "relight/gpu/vulkan/resources.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 
 class VulkanCommandList final : public CommandList {
  public:
@@ -35,4 +35,4 @@ class VulkanCommandList final : public CommandList {
   bool submitted_ = false;
 };
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

@@ -4,7 +4,7 @@
 
 #include "relight/gpu/vulkan/recording.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 
 Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical)
     : instance_(std::move(instance)), physical_(physical) {}
@@ -224,4 +224,4 @@ void full_barrier(VkCommandBuffer commands, bool to_host) {
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

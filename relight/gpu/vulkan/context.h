@@ -12,7 +12,7 @@
 #include "relight/gpu/device.h"
 #include "relight/gpu/messages.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 
 /// Throws GpuError or DeviceLost with the name of `result` unless it is VK_SUCCESS.
 void check(VkResult result, const std::string& doing);
@@ -102,4 +102,4 @@ class Context {
 /// Everything written before is visible to everything after: to later commands, or to the host too.
 void full_barrier(VkCommandBuffer commands, bool to_host = false);
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

@@ -7,7 +7,7 @@
 #include "relight/gpu/vulkan/choose_device.h"
 #include "relight/gpu/vulkan/command_list.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 namespace vulkan {
 namespace {
 
@@ -116,4 +116,4 @@ std::unique_ptr<Device> create_vulkan_device(const DeviceOptions& options) {
   return std::make_unique<vulkan::VulkanDevice>(std::move(context), options.more_shaders);
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

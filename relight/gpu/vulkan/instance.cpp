@@ -4,7 +4,7 @@
 #include "relight/gpu/backends.h"
 #include "relight/gpu/vulkan/context.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
 constexpr const char* validation_layer = "VK_LAYER_KHRONOS_validation";
@@ -113,4 +113,4 @@ Instance::~Instance() {
   vkDestroyInstance(handle, nullptr);
 }
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

@@ -3,7 +3,7 @@
 #include "relight/gpu/check_commands.h"
 #include "relight/gpu/vulkan/choose_device.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
 /// A shader module, needed only until its pipeline is made.
@@ -202,4 +202,4 @@ void VulkanRaster::create(VkShaderModule vertex, VkShaderModule fragment) {
         "pipeline of shaders " + objects_.name);
 }
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

@@ -3,7 +3,7 @@
 #include "relight/gpu/shader_reflection.h"
 #include "relight/gpu/vulkan/context.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 
 /// The Vulkan objects of either kind of pipeline.
 struct PipelineObjects {
@@ -49,4 +49,4 @@ class VulkanRaster final : public RasterPipeline {
 
 VkDescriptorType descriptor_type(Binding::Kind kind);
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

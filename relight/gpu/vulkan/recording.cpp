@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
 constexpr std::uint32_t sets_per_pool = 128;
@@ -143,4 +143,4 @@ RecordingLease::RecordingLease(std::shared_ptr<Context> context) : context_(std:
 
 RecordingLease::~RecordingLease() { context_->spare_recordings.push_back(std::move(recording_)); }
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

@@ -3,7 +3,7 @@
 // Grows as needed, and is used again by later lists.
 #include "relight/gpu/vulkan/context.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 
 struct Recording {
   explicit Recording(Context& context);
@@ -48,4 +48,4 @@ class RecordingLease {
   std::unique_ptr<Recording> recording_;
 };
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

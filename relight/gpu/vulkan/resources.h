@@ -3,7 +3,7 @@
 // with a memory barrier alone.
 #include "relight/gpu/vulkan/context.h"
 
-namespace lumigraft::gpu::vulkan {
+namespace lumigraft::relight::gpu::vulkan {
 
 class VulkanTexture final : public Texture {
  public:
@@ -56,4 +56,4 @@ const VulkanBuffer& own(const Buffer& buffer, const Context& context);
 VkClearColorValue clear_value(Format format, const std::array<float, 4>& value);
 void clear_all_mips(VkCommandBuffer commands, const VulkanTexture& texture, const std::array<float, 4>& value);
 
-}  // namespace lumigraft::gpu::vulkan
+}  // namespace lumigraft::relight::gpu::vulkan

@@ -6,7 +6,7 @@
 
 #include "relight/passes/lamps/object_draw.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kColumns = 8;  // of maps in the texture that holds them
@@ -141,4 +141,4 @@ std::vector<gpu::Binding> LampMaps::bindings() const {
   return {gpu::sampled(7, *depths_), gpu::storage(8, *views_), gpu::storage(11, *bounds_)};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

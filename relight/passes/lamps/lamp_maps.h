@@ -2,10 +2,10 @@
 // What lamps see of the objects: depth from several points of each lamp, so that their mean is the penumbra (Heckbert &
 // Herf 1997). Surfaces thinner than any voxel cast a whole shadow. In: objects, lamps. Out: bindings(), and in the
 // lamps of the frame's parameters how many maps each has.
-#include "relight/upload/object_store.h"
 #include "relight/passes/dispatch.h"
+#include "relight/upload/object_store.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class LampMaps {
  public:
@@ -32,4 +32,4 @@ class LampMaps {
   std::vector<shader::DrawParams> draws_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -1,6 +1,6 @@
 #include "relight/passes/lamps/object_draw.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model,
                       const std::optional<Material>& material, int number, const shader::DrawParams& view,
@@ -23,4 +23,4 @@ void ObjectDraws::add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_ta
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -2,10 +2,10 @@
 // Draw calls of virtual objects, part by part.
 #include <deque>
 
-#include "relight/upload/object_store.h"
 #include "relight/shaders/common/interop.h"
+#include "relight/upload/object_store.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Draw calls keep spans into `params`, which must live until they are recorded.
 struct ObjectDraws {
@@ -17,4 +17,4 @@ struct ObjectDraws {
            int number, const shader::DrawParams& view, const gpu::Texture& white);
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

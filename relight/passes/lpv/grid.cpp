@@ -4,7 +4,7 @@
 
 #include "relight/shaders/common/interop.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 LpvGrid::LpvGrid(gpu::Device& device, int edge_cells) : edge(edge_cells) {
   const auto make = [&](const char* name, gpu::Format format) {
@@ -29,4 +29,4 @@ LpvGrid::LpvGrid(gpu::Device& device, int edge_cells) : edge(edge_cells) {
 
 int lpv_edge(int edge_voxels) { return std::min(edge_voxels / 2, 64); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct LpvGrid {
   using Light = std::array<std::unique_ptr<gpu::Texture>, 3>;  ///< red, green, blue: Φ and J, W per cell
@@ -22,4 +22,4 @@ struct LpvGrid {
 /// Cells along the edge for volumes of so many voxels: of 2³ voxels, and not more than 64 (thesis §5.3.5: 32 to 64).
 int lpv_edge(int edge_voxels);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -5,7 +5,7 @@
 
 #include "relight/passes/volume/virtual_area.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 LpvInject::LpvInject(gpu::Device& device)
     : block_(device.create_compute("lpv_blocking.comp")),
@@ -68,4 +68,4 @@ void LpvInject::sum(gpu::CommandList& list, const shader::FrameParams& params, c
               with_units(params, grid), grid.edge, grid.edge, grid.edge * shader::kCascades);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

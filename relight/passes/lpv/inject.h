@@ -3,12 +3,12 @@
 // listed_virtual, virtual_radiance (level 0), gathered_virtual, virtual_area, real_distance, real_radiance, the
 // environment; out: of_virtual. at_real: in: listed_real, real_change (level 0), real_normal; out: of_real. sum:
 // of_virtual, of_real to source.
-#include "relight/upload/light_set.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lpv/grid.h"
 #include "relight/passes/volume/volumes.h"
+#include "relight/upload/light_set.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class LpvInject {
  public:
@@ -31,4 +31,4 @@ class LpvInject {
   float unit_ = 1;  ///< of the sums, a watt
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

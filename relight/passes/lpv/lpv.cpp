@@ -2,7 +2,7 @@
 
 #include "relight/quality.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Lpv::Lpv(gpu::Device& device) : inject_(device), propagate_(device), query_(device) {}
 
@@ -48,4 +48,4 @@ void Lpv::look_up(gpu::CommandList& list, const shader::FrameParams& params, con
   query_.pixels(list, params, *grid_, *beyond_, volumes, screen);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

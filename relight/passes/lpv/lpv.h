@@ -6,7 +6,7 @@
 #include "relight/passes/lpv/propagate.h"
 #include "relight/passes/lpv/query.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Lpv {
  public:
@@ -29,4 +29,4 @@ class Lpv {
   int steps_ = 0;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -1,6 +1,6 @@
 #include "relight/passes/lpv/propagate.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 LpvPropagate::LpvPropagate(gpu::Device& device) : step_(device.create_compute("lpv_step.comp")) {}
 
@@ -20,4 +20,4 @@ void LpvPropagate::record(gpu::CommandList& list, shader::FrameParams params, in
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,7 +3,7 @@
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lpv/grid.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class LpvPropagate {
  public:
@@ -15,4 +15,4 @@ class LpvPropagate {
   std::unique_ptr<gpu::ComputePipeline> step_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

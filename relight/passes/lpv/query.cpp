@@ -1,6 +1,6 @@
 #include "relight/passes/lpv/query.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 std::vector<gpu::Binding> inputs(const LpvGrid& grid, const Volumes& volumes) {
@@ -37,4 +37,4 @@ void LpvQuery::pixels(gpu::CommandList& list, shader::FrameParams params, const 
       params, screen.tiles->changed());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

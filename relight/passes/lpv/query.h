@@ -7,7 +7,7 @@
 #include "relight/passes/screen/screen.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class LpvQuery {
  public:
@@ -21,4 +21,4 @@ class LpvQuery {
   std::unique_ptr<gpu::ComputePipeline> cells_, pixels_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

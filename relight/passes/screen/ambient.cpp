@@ -1,6 +1,6 @@
 #include "relight/passes/screen/ambient.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Ambient::Ambient(gpu::Device& device) : pipeline_(device.create_compute("ambient.comp")) {}
 
@@ -16,4 +16,4 @@ void Ambient::record(gpu::CommandList& list, shader::FrameParams params, const V
       params, screen.tiles->ambients());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
-bool is_srgb(const Response& response) {
+bool is_srgb(const capture::Response& response) {
   for (int code = 0; code < 256; ++code) {
     for (int c = 0; c < 3; ++c) {
-      const float truth = srgb_to_linear(static_cast<float>(code) / 255.0f);
+      const float truth = capture::srgb_to_linear(static_cast<float>(code) / 255.0f);
       if (std::abs(response.to_linear(static_cast<std::uint8_t>(code), c) - truth) > 1e-5f) return false;
     }
   }
@@ -17,7 +17,7 @@ bool is_srgb(const Response& response) {
 }
 
 template <typename T>
-std::vector<T> with_fourth(const Image<T>& rgb, T fourth) {
+std::vector<T> with_fourth(const capture::Image<T>& rgb, T fourth) {
   std::vector<T> out(rgb.data.size() / 3 * 4, fourth);
   for (std::size_t i = 0; i < rgb.data.size() / 3; ++i) std::copy_n(&rgb.data[3 * i], 3, &out[4 * i]);
   return out;
@@ -25,9 +25,10 @@ std::vector<T> with_fourth(const Image<T>& rgb, T fourth) {
 
 }  // namespace
 
-CameraUpload::CameraUpload(const ColorCamera& camera) : camera_(camera), response_is_srgb_(is_srgb(camera.response)) {}
+CameraUpload::CameraUpload(const capture::ColorCamera& camera)
+    : camera_(camera), response_is_srgb_(is_srgb(camera.response)) {}
 
-void CameraUpload::take(const std::shared_ptr<const Picture>& picture) {
+void CameraUpload::take(const std::shared_ptr<const capture::Picture>& picture) {
   picture_ = picture;
   const bool encoded = !picture->encoded.empty();
   codes_are_srgb_ = encoded && response_is_srgb_;
@@ -42,14 +43,16 @@ void CameraUpload::take(const std::shared_ptr<const Picture>& picture) {
     coded_ = picture->encoded;
     return;
   }
-  const Image<float> linear = radiance();
-  coded_ = Image<std::uint8_t>(linear.width, linear.height, 3);
+  const capture::Image<float> linear = radiance();
+  coded_ = capture::Image<std::uint8_t>(linear.width, linear.height, 3);
   for (std::size_t i = 0; i < coded_.data.size(); ++i) {
-    coded_.data[i] = static_cast<std::uint8_t>(linear_to_srgb(exposure_ * linear.data[i]) * 255.0f + 0.5f);
+    coded_.data[i] = static_cast<std::uint8_t>(capture::linear_to_srgb(exposure_ * linear.data[i]) * 255.0f + 0.5f);
   }
 }
 
-Image<float> CameraUpload::radiance() const { return to_radiance(*picture_, camera_.response).radiance; }
+capture::Image<float> CameraUpload::radiance() const {
+  return capture::to_radiance(*picture_, camera_.response).radiance;
+}
 
 Eigen::Array3f CameraUpload::radiance(std::size_t pixel) const {
   if (picture_->encoded.empty()) {
@@ -75,7 +78,8 @@ void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {
   device.upload(*screen.rays, 0, std::as_bytes(std::span(rays_)));
 }
 
-void CameraUpload::upload(gpu::Device& device, const FrameSet& frame, bool with_radiance, const Screen& screen) const {
+void CameraUpload::upload(gpu::Device& device, const capture::FrameSet& frame, bool with_radiance,
+                          const Screen& screen) const {
   const std::vector<std::uint8_t> codes = with_fourth<std::uint8_t>(coded_, 255);
   device.upload(*screen.codes, 0, std::as_bytes(std::span(codes)));
   if (with_radiance) {
@@ -88,4 +92,4 @@ void CameraUpload::upload(gpu::Device& device, const FrameSet& frame, bool with_
   device.upload(*screen.depth, 0, std::as_bytes(std::span(has_depth ? frame.depth->depth_m.data : none)));
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

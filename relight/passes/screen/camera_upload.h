@@ -3,37 +3,37 @@
 #include <array>
 #include <memory>
 
-#include "capture/frame.h"
 #include "capture/camera/radiance.h"
+#include "capture/frame.h"
 #include "capture/session/session.h"
 #include "relight/passes/screen/screen.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class CameraUpload {
  public:
-  explicit CameraUpload(const ColorCamera& camera);
+  explicit CameraUpload(const capture::ColorCamera& camera);
 
-  void take(const std::shared_ptr<const Picture>& picture);  ///< keeps code values of this frame
+  void take(const std::shared_ptr<const capture::Picture>& picture);  ///< keeps code values of this frame
   void upload_rays(gpu::Device& device, const Screen& screen);
   /// Codes and depth, and radiance on request.
-  void upload(gpu::Device& device, const FrameSet& frame, bool with_radiance, const Screen& screen) const;
+  void upload(gpu::Device& device, const capture::FrameSet& frame, bool with_radiance, const Screen& screen) const;
 
   float exposure() const { return exposure_; }
-  bool codes_are_srgb() const { return codes_are_srgb_; }      ///< unchanged pixels may keep their code values
-  Image<float> radiance() const;                               ///< computed anew
-  Eigen::Array3f radiance(std::size_t pixel) const;            ///< of one
-  const std::vector<float>& rays() const { return rays_; }     ///< x/z and y/z of every pixel
-  const Image<std::uint8_t>& coded() const { return coded_; }  ///< the picture as sRGB codes
+  bool codes_are_srgb() const { return codes_are_srgb_; }               ///< unchanged pixels may keep their code values
+  capture::Image<float> radiance() const;                               ///< computed anew
+  Eigen::Array3f radiance(std::size_t pixel) const;                     ///< of one
+  const std::vector<float>& rays() const { return rays_; }              ///< x/z and y/z of every pixel
+  const capture::Image<std::uint8_t>& coded() const { return coded_; }  ///< the picture as sRGB codes
 
  private:
-  ColorCamera camera_;
+  capture::ColorCamera camera_;
   bool response_is_srgb_ = false, codes_are_srgb_ = false;
   float exposure_ = 1;
   std::array<Eigen::Array3f, 256> radiance_of_;  ///< by code value and channel
-  Image<std::uint8_t> coded_;
-  std::shared_ptr<const Picture> picture_;
+  capture::Image<std::uint8_t> coded_;
+  std::shared_ptr<const capture::Picture> picture_;
   std::vector<float> rays_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -1,6 +1,6 @@
 #include "relight/passes/screen/compose.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Compose::Compose(gpu::Device& device) : pipeline_(device.create_compute("compose.comp")) {}
 
@@ -22,4 +22,4 @@ void Compose::record(gpu::CommandList& list, const shader::FrameParams& params, 
   dispatch_tiles(list, *pipeline_, bindings, params, screen.tiles->views());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

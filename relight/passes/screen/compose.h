@@ -4,7 +4,7 @@
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Compose {
  public:
@@ -15,4 +15,4 @@ class Compose {
   std::unique_ptr<gpu::ComputePipeline> pipeline_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

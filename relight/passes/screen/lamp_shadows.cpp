@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kBlock_px = 8;
@@ -137,4 +137,4 @@ bool LampShadows::shades(const Eigen::Vector3f& at) const {
   return false;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -3,12 +3,12 @@
 // for a room, its lamps and the objects. What depends on the room and the lamps alone is kept while
 // the objects turn. In: the lamp maps, the distance volumes, real_normal. Out: a picture for every
 // lamp, one above the other.
-#include "relight/passes/volume/light_volume_state.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/lamp_maps.h"
+#include "relight/passes/volume/light_volume_state.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class LampShadows {
  public:
@@ -19,7 +19,8 @@ class LampShadows {
   /// Fills params.shadow_views.
   static void choose_views(shader::FrameParams& params);
 
-  void record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps, const LightVolumeState& room);
+  void record(gpu::CommandList& list, const shader::FrameParams& params, const LampMaps& maps,
+              const LightVolumeState& room);
   /// Takes the pictures from the device, for shades().
   void read(gpu::Device& device, const shader::FrameParams& params);
 
@@ -42,4 +43,4 @@ class LampShadows {
   std::vector<char> shaded_;  ///< blocks with shadow in or beside them, lamp by lamp
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

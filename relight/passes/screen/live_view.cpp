@@ -1,6 +1,6 @@
 #include "relight/passes/screen/live_view.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 std::vector<gpu::Binding> inputs(const Volumes& volumes, const gpu::Texture& irradiance, const Screen& screen) {
@@ -100,4 +100,4 @@ void LiveView::add_gloss(gpu::CommandList& list, shader::FrameParams params, con
       params, screen.tiles->glossy());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

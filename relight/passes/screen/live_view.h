@@ -4,12 +4,12 @@
 // volumes, the lamp maps, rays, depth, codes. Out: live_gain, and live_object, where objects can be seen or throw
 // shadows; gain elsewhere.
 #include "relight/passes/screen/lamp_shadows.h"
-#include "relight/passes/volume/object_light.h"
 #include "relight/passes/screen/object_view.h"
 #include "relight/passes/screen/screen.h"
+#include "relight/passes/volume/object_light.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class LiveView {
  public:
@@ -40,4 +40,4 @@ class LiveView {
   std::unique_ptr<gpu::ComputePipeline> place_, gain_, shadow_, object_, blend_, see_gloss_, gloss_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
   shader::DrawParams view{};
   const float s = static_cast<float>(samples), shift = 0.5f * (s - 1);  // pixel centres stay where they are
@@ -64,4 +64,4 @@ void ObjectView::resolve(gpu::CommandList& list, const shader::FrameParams& para
                  params, screen.tiles->objects());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 #include "relight/passes/lamps/object_draw.h"
 #include "relight/passes/screen/screen.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// What all draw calls share that show the camera's picture, with so many samples along each axis of a pixel.
 shader::DrawParams camera_view(const shader::FrameParams& frame, int samples);
@@ -26,4 +26,4 @@ class ObjectView {
   std::unique_ptr<gpu::ComputePipeline> resolve_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -1,6 +1,6 @@
 #include "relight/passes/screen/real_view.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 std::vector<gpu::Binding> outputs(const Screen& screen) {
@@ -37,4 +37,4 @@ void RealView::from_volumes(gpu::CommandList& list, shader::FrameParams params, 
                  screen.tiles->views());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -1,12 +1,12 @@
 #pragma once
 // The real surface in every pixel. In: rays, depth, camera radiance, known materials, and either the bricks or the
 // light volumes. Out: real_position, real_normal with the footprint, real_albedo; from volumes also indirect.
-#include "relight/upload/brick_pool.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"
 #include "relight/passes/volume/volumes.h"
+#include "relight/upload/brick_pool.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class RealView {
  public:
@@ -22,4 +22,4 @@ class RealView {
   std::unique_ptr<gpu::ComputePipeline> bricks_, volumes_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

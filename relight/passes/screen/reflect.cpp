@@ -1,6 +1,6 @@
 #include "relight/passes/screen/reflect.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Reflect::Reflect(gpu::Device& device)
     : trace_(device.create_compute("reflect.comp")), smooth_(device.create_compute("mirror_smooth.comp")) {}
@@ -27,4 +27,4 @@ void Reflect::record(gpu::CommandList& list, shader::FrameParams params, const V
       params, screen.tiles->glossy());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -5,7 +5,7 @@
 #include "relight/passes/screen/screen.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Reflect {
  public:
@@ -16,4 +16,4 @@ class Reflect {
   std::unique_ptr<gpu::ComputePipeline> trace_, smooth_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

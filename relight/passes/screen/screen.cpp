@@ -1,6 +1,6 @@
 #include "relight/passes/screen/screen.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kFinePicture_px = 480;  // across, from which on shadows need not be drawn for every pixel
@@ -80,4 +80,4 @@ std::optional<gpu::Area> Screen::object_area() const {
                    supersampling * (high - low).y()};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 #include "relight/gpu/device.h"
 #include "relight/passes/screen/tiles.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct Screen {
   int width = 0, height = 0, scale = 0, shadow_scale = 1, ambient_scale = 1, supersampling = 0;
@@ -56,4 +56,4 @@ struct Screen {
          int samples);
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

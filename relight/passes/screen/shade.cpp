@@ -1,6 +1,6 @@
 #include "relight/passes/screen/shade.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Shade::Shade(gpu::Device& device) : pipeline_(device.create_compute("shade.comp")) {}
 
@@ -16,4 +16,4 @@ void Shade::record(gpu::CommandList& list, shader::FrameParams params, const Lam
                  params, screen.tiles->objects());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,7 +6,7 @@
 #include "relight/passes/screen/screen.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Shade {
  public:
@@ -18,4 +18,4 @@ class Shade {
   std::unique_ptr<gpu::ComputePipeline> pipeline_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

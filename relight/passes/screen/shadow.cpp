@@ -1,6 +1,6 @@
 #include "relight/passes/screen/shadow.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 // A shadow seen by way of a mirror lies on the room as single shadows of as many shares; of few they would be seen.
@@ -26,4 +26,4 @@ void Shadow::record(gpu::CommandList& list, shader::FrameParams params, bool glo
   dispatch_tiles(list, glossy ? *glossy_ : *matt_, bindings, params, screen.tiles->shadows());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

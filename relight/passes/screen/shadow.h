@@ -6,7 +6,7 @@
 #include "relight/passes/screen/screen.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Shadow {
  public:
@@ -20,4 +20,4 @@ class Shadow {
   std::unique_ptr<gpu::ComputePipeline> matt_, glossy_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

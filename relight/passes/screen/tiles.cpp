@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 // Every fourth pixel along each axis stands for its neighbours: what a block can change varies slowly.
@@ -88,7 +88,7 @@ Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale,
   }
 }
 
-void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const Picture& picture,
+void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const capture::Picture& picture,
                    const std::vector<PlacedObject>& objects, const Choice& choice) {
   const auto tile_count = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   std::vector<char> changed(tile_count, choice.all), shaded(changed), covered(changed);
@@ -227,4 +227,4 @@ std::vector<std::uint32_t> Tiles::send(gpu::Device& device, TileList& list, cons
   return chosen;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

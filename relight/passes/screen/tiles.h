@@ -7,12 +7,12 @@
 
 #include "capture/frame.h"
 #include "relight/gpu/device.h"
-#include "relight/upload/object_store.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/lamp_shadows.h"
 #include "relight/shaders/common/interop.h"
+#include "relight/upload/object_store.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 constexpr int kBlurredStep = 2;  ///< the same where gloss blurs what it mirrors over more
 constexpr int kSmoothStep = 4;   ///< pixels along each axis that one stands for where all that changes is smooth
@@ -29,12 +29,12 @@ class Tiles {
         int fine_step);
 
   struct Picture {
-    const std::vector<float>& rays;  ///< x/z and y/z of every pixel
-    const Image<float>* depth_m;     ///< null: none
-    const Image<std::uint8_t>& codes;
+    const std::vector<float>& rays;        ///< x/z and y/z of every pixel
+    const capture::Image<float>* depth_m;  ///< null: none
+    const capture::Image<std::uint8_t>& codes;
   };
   struct Choice {
-    float min_code_change = 0;                      ///< as in quality.h
+    float min_code_change = 0;                  ///< as in quality.h
     const std::vector<GlossyBounds>& glossy;    ///< where known glossy surfaces can be
     const LampShadows* lamp_shadows = nullptr;  ///< null: shadows of the sphere around the objects
     bool all = false;                           ///< take every block
@@ -84,4 +84,4 @@ class Tiles {
   Eigen::AlignedBox2i covered_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

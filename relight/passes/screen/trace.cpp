@@ -1,6 +1,6 @@
 #include "relight/passes/screen/trace.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Trace::Trace(gpu::Device& device) : pipeline_(device.create_compute("trace.comp")) {}
 
@@ -15,4 +15,4 @@ void Trace::record(gpu::CommandList& list, shader::FrameParams params, int chang
       params, screen.tiles->traces());
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

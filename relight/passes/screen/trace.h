@@ -5,7 +5,7 @@
 #include "relight/passes/screen/screen.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Trace {
  public:
@@ -17,4 +17,4 @@ class Trace {
   std::unique_ptr<gpu::ComputePipeline> pipeline_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

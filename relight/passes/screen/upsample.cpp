@@ -1,6 +1,6 @@
 #include "relight/passes/screen/upsample.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Upsample::Upsample(gpu::Device& device) : pipeline_(device.create_compute("upsample.comp")) {}
 
@@ -16,4 +16,4 @@ void Upsample::record(gpu::CommandList& list, shader::FrameParams params, const 
                  params, tiles);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

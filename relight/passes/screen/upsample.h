@@ -4,7 +4,7 @@
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Upsample {
  public:
@@ -16,4 +16,4 @@ class Upsample {
   std::unique_ptr<gpu::ComputePipeline> pipeline_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

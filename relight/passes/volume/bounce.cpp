@@ -1,6 +1,6 @@
 #include "relight/passes/volume/bounce.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Bounce::Bounce(gpu::Device& device)
     : cells_(device.create_compute("cell_list.comp")),
@@ -47,4 +47,4 @@ void Bounce::smooth_real(gpu::CommandList& list, const shader::FrameParams& para
                  params, {});
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -5,7 +5,7 @@
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Bounce {
  public:
@@ -26,4 +26,4 @@ class Bounce {
   std::unique_ptr<gpu::ComputePipeline> cells_, virtual_, real_, smooth_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -5,7 +5,7 @@
 
 #include "relight/shaders/common/interop.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kLayer = shader::kChunkRow * shader::kChunkRow;  // chunks
@@ -81,4 +81,4 @@ void fit_values(gpu::Device& device, const char* name, int chunks, int values, s
   *buffer = device.create_buffer(chunk_bytes * static_cast<std::size_t>(with_spare(chunks)), name);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,7 +7,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Of all that volumes hold of surfaces.
 enum class Surfaces { real = 0, virt = 1 };
@@ -44,4 +44,4 @@ void fit_pool(gpu::Device& device, const char* name, int chunks, std::unique_ptr
 /// A buffer of `values` 32-bit numbers a voxel of so many chunks, likewise.
 void fit_values(gpu::Device& device, const char* name, int chunks, int values, std::unique_ptr<gpu::Buffer>* buffer);
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

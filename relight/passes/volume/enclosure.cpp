@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kCones = 9;  // over the hemisphere: the least that cover it evenly (Crassin et al. 2011 use 5 to 9)
@@ -30,4 +30,4 @@ void EnclosureLight::change(gpu::CommandList& list, shader::FrameParams params, 
   std::swap(volumes.enclosure_change, volumes.enclosure_change_before);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

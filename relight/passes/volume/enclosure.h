@@ -5,7 +5,7 @@
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class EnclosureLight {
  public:
@@ -17,4 +17,4 @@ class EnclosureLight {
   std::unique_ptr<gpu::ComputePipeline> light_, change_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

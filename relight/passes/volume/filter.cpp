@@ -1,6 +1,6 @@
 #include "relight/passes/volume/filter.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Filter::Filter(gpu::Device& device) : pipeline_(device.create_compute("chunk_mean.comp")) {}
 
@@ -14,4 +14,4 @@ void Filter::record(gpu::CommandList& list, shader::FrameParams params, const Ch
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

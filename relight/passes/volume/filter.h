@@ -4,7 +4,7 @@
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Filter {
  public:
@@ -16,4 +16,4 @@ class Filter {
   std::unique_ptr<gpu::ComputePipeline> pipeline_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

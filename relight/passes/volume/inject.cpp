@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 struct LampView {
@@ -93,4 +93,4 @@ void Inject::record(gpu::CommandList& list, shader::FrameParams params, int lamp
       params, edge_, edge_);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

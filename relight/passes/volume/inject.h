@@ -6,7 +6,7 @@
 #include "relight/passes/lamps/object_draw.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Inject {
  public:
@@ -24,4 +24,4 @@ class Inject {
   std::unique_ptr<gpu::Texture> position_, albedo_, normal_, z_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -6,19 +6,19 @@
 #include <vector>
 
 #include "reconstruct/scene.h"
-#include "relight/upload/object_store.h"
+#include "relight/objects/placement.h"
 #include "relight/passes/volume/object_light.h"
 #include "relight/passes/volume/volumes.h"
-#include "relight/objects/placement.h"
 #include "relight/plan.h"
+#include "relight/upload/object_store.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// What of a room its surfaces in the volumes depend on.
 struct RealKey {
   shader::vec4 cascade[shader::kCascades];
-  std::shared_ptr<const DistanceField> field;
-  std::shared_ptr<const AlbedoField> albedo;
+  std::shared_ptr<const reconstruct::DistanceField> field;
+  std::shared_ptr<const reconstruct::AlbedoField> albedo;
 
   bool operator==(const RealKey& o) const {
     return cascade[0] == o.cascade[0] && cascade[1] == o.cascade[1] && field == o.field && albedo == o.albedo;
@@ -29,10 +29,10 @@ struct RealKey {
 struct LightKey {
   std::vector<PlacedObject> objects;
   Placement placement;
-  std::shared_ptr<const Illumination> illumination;
-  std::shared_ptr<const Enclosure> enclosure;
-  std::shared_ptr<const DistanceField> field;
-  std::shared_ptr<const AlbedoField> albedo;
+  std::shared_ptr<const reconstruct::Illumination> illumination;
+  std::shared_ptr<const reconstruct::Enclosure> enclosure;
+  std::shared_ptr<const reconstruct::DistanceField> field;
+  std::shared_ptr<const reconstruct::AlbedoField> albedo;
   Plan plan;
 
   RealKey real() const { return {{placement.cascade[0], placement.cascade[1]}, field, albedo}; }
@@ -57,4 +57,4 @@ struct LightVolumeState {
   LightVolumeState(gpu::Device& device, int edge_voxels) : volumes(device, edge_voxels) {}
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

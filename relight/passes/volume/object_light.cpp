@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 constexpr int kVerticesAGroup = 64;
@@ -70,4 +70,4 @@ void ObjectLight::record(gpu::Device& device, gpu::CommandList& list, shader::Fr
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

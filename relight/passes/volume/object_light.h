@@ -3,12 +3,12 @@
 // (thesis eq. 5.23-5.24), made once for a room, its lamps and the objects; in: every volume, the objects' vertices;
 // out: a buffer for every object. record: with the lamps; in: two rounds of gather, the distance volumes, the lamp
 // maps; out: of().
-#include "relight/upload/object_store.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/volume/volumes.h"
+#include "relight/upload/object_store.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 /// Of one object after the other: of the front and of the back of every vertex of its simple mesh.
 using VertexLight = std::vector<std::unique_ptr<gpu::Buffer>>;
@@ -38,4 +38,4 @@ class ObjectLight {
   VertexLight light_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -1,6 +1,6 @@
 #include "relight/passes/volume/real_fill.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 RealFill::RealFill(gpu::Device& device)
     : distances_(device.create_compute("real_fill.comp")), surfaces_(device.create_compute("real_surface.comp")) {}
@@ -25,4 +25,4 @@ void RealFill::surfaces(gpu::CommandList& list, const shader::FrameParams& param
                 gpu::bytes_of(params), kListGroups);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -2,11 +2,11 @@
 // The fused field resampled into both cascades. distances: in: the bricks (BrickPool); out: real_distance. surfaces:
 // in: the bricks, listed_real; out: real_distance (made Euclidean near the surface), real_radiance level 0,
 // real_albedo, real_normal, real_response.
-#include "relight/upload/brick_pool.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
+#include "relight/upload/brick_pool.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class RealFill {
  public:
@@ -20,4 +20,4 @@ class RealFill {
   std::unique_ptr<gpu::ComputePipeline> distances_, surfaces_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

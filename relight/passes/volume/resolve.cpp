@@ -2,7 +2,7 @@
 
 #include "relight/passes/volume/virtual_area.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 Resolve::Resolve(gpu::Device& device) : pipeline_(device.create_compute("resolve.comp")) {}
 
@@ -22,4 +22,4 @@ void Resolve::record(gpu::CommandList& list, shader::FrameParams params, const V
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

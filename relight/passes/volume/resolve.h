@@ -5,7 +5,7 @@
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class Resolve {
  public:
@@ -16,4 +16,4 @@ class Resolve {
   std::unique_ptr<gpu::ComputePipeline> pipeline_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

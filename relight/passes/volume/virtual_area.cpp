@@ -1,6 +1,6 @@
 #include "relight/passes/volume/virtual_area.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 VirtualArea::VirtualArea(gpu::Device& device) : pipeline_(device.create_compute("area.comp")) {}
 
@@ -20,4 +20,4 @@ void VirtualArea::record(gpu::CommandList& list, shader::FrameParams params, con
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -1,10 +1,10 @@
 #pragma once
 // Area of virtual surfaces by voxel. In: objects' surface samples, virtual_distance. Out: virtual_area.
-#include "relight/upload/object_store.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
+#include "relight/upload/object_store.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class VirtualArea {
  public:
@@ -19,4 +19,4 @@ class VirtualArea {
   std::unique_ptr<gpu::ComputePipeline> pipeline_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 VirtualFill::VirtualFill(gpu::Device& device) : pipeline_(device.create_compute("virtual_fill.comp")) {}
 
@@ -31,4 +31,4 @@ void VirtualFill::record(gpu::Device& device, gpu::CommandList& list, shader::Fr
   }
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -1,11 +1,11 @@
 #pragma once
 // The distance fields of all virtual objects in one volume. In: each object's own field and place. Out:
 // virtual_distance, virtual_color.
-#include "relight/upload/object_store.h"
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
+#include "relight/upload/object_store.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class VirtualFill {
  public:
@@ -19,4 +19,4 @@ class VirtualFill {
   std::vector<std::unique_ptr<gpu::Buffer>> places_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

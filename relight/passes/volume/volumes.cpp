@@ -4,7 +4,7 @@
 
 #include "relight/upload/light_set.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 /// Coarser than 4³ nothing is asked for.
@@ -97,4 +97,4 @@ std::vector<gpu::Binding> Volumes::bindings() const {
           chunks()};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -9,7 +9,7 @@
 #include "relight/passes/volume/chunks.h"
 #include "relight/shaders/common/interop.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 struct Volumes {
   int edge = 0, mips = 0;
@@ -53,4 +53,4 @@ constexpr int kEnclosureEdge = 24;
 /// Groups of 64 threads that walk the list of voxels together.
 constexpr int kListGroups = 256;
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

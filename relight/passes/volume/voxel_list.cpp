@@ -1,6 +1,6 @@
 #include "relight/passes/volume/voxel_list.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 VoxelList::VoxelList(gpu::Device& device)
     : real_(device.create_compute("voxel_list_real.comp")),
@@ -25,4 +25,4 @@ void VoxelList::near_virtual(gpu::CommandList& list, const shader::FrameParams& 
               params, volumes.edge, volumes.edge, volumes.edge * shader::kCascades);
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -5,7 +5,7 @@
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 
 class VoxelList {
  public:
@@ -17,4 +17,4 @@ class VoxelList {
   std::unique_ptr<gpu::ComputePipeline> real_, virtual_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

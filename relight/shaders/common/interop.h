@@ -7,7 +7,7 @@
 
 #ifdef __cplusplus
 #include <Eigen/Core>
-namespace lumigraft::shader {
+namespace lumigraft::relight::shader {
 using vec4 = Eigen::Vector4f;
 using ivec4 = Eigen::Vector4i;
 using mat4 = Eigen::Matrix4f;
@@ -19,7 +19,7 @@ const int kMaxMirrors = 8;
 const int kMaxImages = 8;
 const int kOutline = 64;  // texels along an edge of the picture of a mirror's outline
 const int kCascades = 2;
-const int kMaxSides = 12;     // of the enclosure
+const int kMaxSides = 12;   // of the enclosure
 const int kBrickCells = 8;  // voxels along a brick of the real distance field
 const int kChunkEdge = 8;   // texels along a chunk of the volumes
 const int kChunkRow = 16;   // chunks along x and y of a pool of them
@@ -36,8 +36,8 @@ struct LampMap {
   vec4 from;     // that point; where its bounds begin
   vec4 x, y, z;  // axes; x and y times 1 / tan of the half angle
   vec4 place;    // first texel; a, b: depth is a - b / z
-  vec4 more;     // texels along the edge; width of one where the objects are, m; radius of its share of the lamp, m times
-                 // texels per unit of x / z; turn of the taps over that
+  vec4 more;  // texels along the edge; width of one where the objects are, m; radius of its share of the lamp, m times
+              // texels per unit of x / z; turn of the taps over that
 };
 
 // A known material of a real surface ([[real_surface]] of the session).
@@ -85,10 +85,10 @@ struct FrameParams {
   ivec4 images[2];      // lamp + 8 × mirror, strongest first
   vec4 sh[9];           // remainder of the fish-eye picture, radiance
   vec4 probe;           // where the environment was seen from; a: how many sides the enclosure has, 0: it is unknown
-  vec4 enclosure;       // a point well inside of it, around which its change is laid out; a: how many sides were measured
-  vec4 sides[12];       // normals to the inside; offset: n·p + a > 0 inside
-  vec4 tag;             // x: half the edge of the printed tag with its white border
-  ivec4 pass_i;         // what one pass alone needs
+  vec4 enclosure;  // a point well inside of it, around which its change is laid out; a: how many sides were measured
+  vec4 sides[12];  // normals to the inside; offset: n·p + a > 0 inside
+  vec4 tag;        // x: half the edge of the printed tag with its white border
+  ivec4 pass_i;    // what one pass alone needs
   vec4 pass_f;
   vec4 pass_g;
   mat4 pass_m;
@@ -107,6 +107,6 @@ struct DrawParams {
 
 #ifdef __cplusplus
 static_assert(sizeof(FrameParams) <= 4096 && sizeof(FrameParams) % 16 == 0);
-}  // namespace lumigraft::shader
+}  // namespace lumigraft::relight::shader
 #endif
 #endif

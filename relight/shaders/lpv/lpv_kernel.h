@@ -17,7 +17,7 @@
 #define LUMIGRAFT_LPV_KERNEL_H
 
 #ifdef __cplusplus
-namespace lumigraft::shader {
+namespace lumigraft::relight::shader {
 #endif
 
 const float kLpvStay = 1.0f / 6.0f;
@@ -37,6 +37,6 @@ const float kLpvLambert = 2.0f / 3.0f;  // |J| / Φ of a clamped cosine
 const float kLpvLeastOpen = 0.05f;      // open part of a cell's volume: less holds no light
 
 #ifdef __cplusplus
-}  // namespace lumigraft::shader
+}  // namespace lumigraft::relight::shader
 #endif
 #endif

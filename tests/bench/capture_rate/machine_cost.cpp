@@ -19,7 +19,7 @@
 
 #include "capture/formats/pixel_format.h"
 
-namespace lumigraft {
+namespace lumigraft::test {
 namespace {
 
 constexpr int kWidth = 640, kHeight = 480;
@@ -40,9 +40,10 @@ void use(const void* memory) { asm volatile("" ::"r"(memory) : "memory"); }
 void conversions() {
   std::vector<std::uint8_t> picture(kBytes);
   for (std::size_t i = 0; i < picture.size(); ++i) picture[i] = static_cast<std::uint8_t>(i * 2654435761U >> 24);
-  for (const PixelFormat format :
-       {PixelFormat::rgb8, PixelFormat::bgr8, PixelFormat::grey8, PixelFormat::yuyv, PixelFormat::bayer_rggb8}) {
-    PixelConverter converter;
+  for (const capture::PixelFormat format :
+       {capture::PixelFormat::rgb8, capture::PixelFormat::bgr8, capture::PixelFormat::grey8, capture::PixelFormat::yuyv,
+        capture::PixelFormat::bayer_rggb8}) {
+    capture::PixelConverter converter;
     say(std::string(name_of(format)) + " to RGB", 50, [&] { converter.to_rgb(format, kWidth, kHeight, picture); });
   }
 }
@@ -115,7 +116,7 @@ void ways() {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::test
 
 int main() {
   lumigraft::conversions();

@@ -16,12 +16,12 @@
 #include <utility>
 #include <vector>
 
-#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/sync/pairing_reader.h"
+#include "capture/session/config.h"
 #include "capture/session/stream_spec.h"
+#include "capture/sync/pairing_reader.h"
 
-namespace lumigraft {
+namespace lumigraft::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -57,9 +57,9 @@ double processor_s() {
 }
 
 /// Of one picture to RGB, seconds of this thread.
-double conversion_s(const CameraPicture& picture, int width, int height) {
+double conversion_s(const capture::CameraPicture& picture, int width, int height) {
   constexpr int kTimes = 50;
-  PixelConverter converter;
+  capture::PixelConverter converter;
   converter.to_rgb(picture.format, width, height, picture.bytes);
   const auto now = [] {
     timespec time{};
@@ -76,42 +76,42 @@ struct Seen {
   std::optional<std::uint64_t> next;
   std::vector<float> age_ms;   ///< since the driver's timestamp
   std::vector<float> here_ms;  ///< since it arrived: conversion and the way between threads
-  std::optional<Picture> last;
+  std::optional<capture::Picture> last;
 };
 
-void listen(Source& source, std::array<Seen, 3>& seen, Clock::time_point until) {
+void listen(capture::Source& source, std::array<Seen, 3>& seen, Clock::time_point until) {
   while (Clock::now() < until) {
     const auto item = source.next(std::chrono::milliseconds(100));
     if (!item) {
       continue;
     }
-    const Stamp& stamp = stamp_of(*item);
-    Seen& one = seen[static_cast<std::size_t>(stream_of(*item))];
+    const capture::Stamp& stamp = capture::stamp_of(*item);
+    Seen& one = seen[static_cast<std::size_t>(capture::stream_of(*item))];
     one.lost += one.next && stamp.sequence > *one.next ? stamp.sequence - *one.next : 0;
     one.next = stamp.sequence + 1;
-    if (std::holds_alternative<LostPicture>(*item)) {
+    if (std::holds_alternative<capture::LostPicture>(*item)) {
       ++one.lost;
       continue;
     }
     ++one.pictures;
-    const std::int64_t now_ns = steady_now_ns();
+    const std::int64_t now_ns = capture::steady_now_ns();
     one.age_ms.push_back(1e-6f * static_cast<float>(now_ns - stamp.time_ns));
     one.here_ms.push_back(1e-6f * static_cast<float>(now_ns - stamp.host_time_ns));
-    if (const auto* picture = std::get_if<Picture>(&*item); picture != nullptr && one.pictures == 30) {
+    if (const auto* picture = std::get_if<capture::Picture>(&*item); picture != nullptr && one.pictures == 30) {
       one.last = *picture;
     }
   }
 }
 
 int run(const char* file, double seconds) {
-  const Session session = read_session(ConfigTable::load(file));
-  const PairedSources sources = open_sources(session);
+  const capture::Session session = capture::read_session(capture::ConfigTable::load(file));
+  const capture::PairedSources sources = capture::open_sources(session);
   std::array<Seen, 3> seen;
   const double before_s = processor_s();
   const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   {
     std::vector<std::jthread> threads;
-    for (Source* source : {sources.color.get(), sources.depth.get(), sources.fisheye.get()}) {
+    for (capture::Source* source : {sources.color.get(), sources.depth.get(), sources.fisheye.get()}) {
       const bool again =
           source == nullptr || (source == sources.depth.get() && sources.depth == sources.color && !threads.empty());
       if (!again) {
@@ -121,7 +121,7 @@ int run(const char* file, double seconds) {
   }
   const double used = (processor_s() - before_s) / seconds;  // libcamera's program still runs
   double conversion = 0.0;
-  for (const Stream stream : {Stream::color, Stream::depth, Stream::fisheye}) {
+  for (const capture::Stream stream : {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye}) {
     Seen& one = seen[static_cast<std::size_t>(stream)];
     if (one.pictures == 0) {
       continue;
@@ -146,7 +146,7 @@ int run(const char* file, double seconds) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::test
 
 int main(int argc, char** argv) {
   if (argc != 3) {
@@ -155,7 +155,7 @@ int main(int argc, char** argv) {
   }
   try {
     return lumigraft::run(argv[1], std::atof(argv[2]));
-  } catch (const lumigraft::InputError& e) {
+  } catch (const lumigraft::capture::InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 2;
   }

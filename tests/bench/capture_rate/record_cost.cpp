@@ -12,18 +12,18 @@
 #include <random>
 #include <vector>
 
-#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/sync/pairing_reader.h"
 #include "capture/record/session_recorder.h"
+#include "capture/session/config.h"
 #include "capture/session/stream_spec.h"
+#include "capture/sync/pairing_reader.h"
 
-namespace lumigraft {
+namespace lumigraft::test {
 namespace {
 
 constexpr int kRate_hz = 30, kEdge = 1024;
 constexpr std::int64_t kPeriod_ns = 1'000'000'000 / kRate_hz;
-constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
+constexpr std::array kStreams = {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye};
 
 double thread_s() {
   timespec time{};
@@ -31,14 +31,14 @@ double thread_s() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-std::vector<SourceItem> first_of(Source& source, Stream stream) {
-  std::vector<SourceItem> out;
+std::vector<capture::SourceItem> first_of(capture::Source& source, capture::Stream stream) {
+  std::vector<capture::SourceItem> out;
   while (out.size() < kRate_hz) {
-    std::optional<SourceItem> item = source.next(std::chrono::milliseconds(0));
+    std::optional<capture::SourceItem> item = source.next(std::chrono::milliseconds(0));
     if (!item) {
       break;
     }
-    if (stream_of(*item) == stream && !std::holds_alternative<LostPicture>(*item)) {
+    if (capture::stream_of(*item) == stream && !std::holds_alternative<capture::LostPicture>(*item)) {
       out.push_back(std::move(*item));
     }
   }
@@ -46,40 +46,41 @@ std::vector<SourceItem> first_of(Source& source, Stream stream) {
 }
 
 /// Noise, as the camera gave it.
-SourceItem fisheye_of(PixelFormat format) {
+capture::SourceItem fisheye_of(capture::PixelFormat format) {
   std::mt19937 random(1);
-  std::vector<std::uint8_t> bytes(*bytes_of(format, kEdge, kEdge));
+  std::vector<std::uint8_t> bytes(*capture::bytes_of(format, kEdge, kEdge));
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
-  Picture picture;
-  picture.stream = Stream::fisheye;
-  PixelConverter pixels;
+  capture::Picture picture;
+  picture.stream = capture::Stream::fisheye;
+  capture::PixelConverter pixels;
   picture.encoded = *pixels.to_rgb(format, kEdge, kEdge, bytes);
-  if (format != PixelFormat::rgb8) picture.original = std::make_shared<CameraPicture>(format, std::move(bytes));
+  if (format != capture::PixelFormat::rgb8)
+    picture.original = std::make_shared<capture::CameraPicture>(format, std::move(bytes));
   return picture;
 }
 
 void run(const std::filesystem::path& file, const std::filesystem::path& folder, int seconds) {
-  Session session = read_session(ConfigTable::load(file));
-  const PairedSources sources = open_sources(session);
-  std::array<std::vector<SourceItem>, 3> pictures;
-  pictures[0] = first_of(*sources.color, Stream::color);
-  pictures[1] = first_of(*sources.depth, Stream::depth);
+  capture::Session session = capture::read_session(capture::ConfigTable::load(file));
+  const capture::PairedSources sources = capture::open_sources(session);
+  std::array<std::vector<capture::SourceItem>, 3> pictures;
+  pictures[0] = first_of(*sources.color, capture::Stream::color);
+  pictures[1] = first_of(*sources.depth, capture::Stream::depth);
   session.fisheye.emplace();
   session.fisheye->model.width = session.fisheye->model.height = kEdge;
-  for (const PixelFormat format : {PixelFormat::bayer_rggb8, PixelFormat::rgb8}) {
+  for (const capture::PixelFormat format : {capture::PixelFormat::bayer_rggb8, capture::PixelFormat::rgb8}) {
     pictures[2] = {fisheye_of(format)};
-    for (const DepthCoding coding : {DepthCoding::ffv1, DepthCoding::uncompressed}) {
+    for (const capture::DepthCoding coding : {capture::DepthCoding::ffv1, capture::DepthCoding::uncompressed}) {
       std::array<double, 3> used_s{};
       double worst_s = 0;
       std::int64_t time_ns = 0;
       for (int second = 0; second < seconds; ++second) {
         std::filesystem::remove_all(folder);
-        SessionRecorder recorder({file, {}}, session, folder, coding);
+        capture::SessionRecorder recorder({file, {}}, session, folder, coding);
         double this_s = 0;
         for (std::size_t i = 0; i < kRate_hz; ++i) {
           time_ns += kPeriod_ns;
           for (std::size_t s = 0; s < 3; ++s) {
-            SourceItem& item = pictures[s][i % pictures[s].size()];
+            capture::SourceItem& item = pictures[s][i % pictures[s].size()];
             std::visit([&](auto& any) { any.stamp.time_ns = time_ns; }, item);
             const double before_s = thread_s();
             recorder.write(kStreams[s], item);
@@ -93,7 +94,7 @@ void run(const std::filesystem::path& file, const std::filesystem::path& folder,
       const double all = 100 / static_cast<double>(seconds);
       std::printf(
           "fish-eye %s, depth %s: %.1f %% of a core (colour %.1f, depth %.1f, fish-eye %.1f), worst second %.1f\n",
-          std::string(name_of(format)).c_str(), coding == DepthCoding::ffv1 ? "ffv1" : "uncompressed",
+          std::string(name_of(format)).c_str(), coding == capture::DepthCoding::ffv1 ? "ffv1" : "uncompressed",
           all * (used_s[0] + used_s[1] + used_s[2]), all * used_s[0], all * used_s[1], all * used_s[2], 100 * worst_s);
     }
   }
@@ -101,7 +102,7 @@ void run(const std::filesystem::path& file, const std::filesystem::path& folder,
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::test
 
 int main(int argc, char** argv) {
   if (argc != 4) {
@@ -111,7 +112,7 @@ int main(int argc, char** argv) {
   try {
     lumigraft::run(argv[1], argv[2], std::atoi(argv[3]));
     return 0;
-  } catch (const lumigraft::InputError& e) {
+  } catch (const lumigraft::capture::InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 2;
   }

@@ -13,16 +13,16 @@ constexpr int kRaysAlong = 4;  // of a pixel's edge
 
 }  // namespace
 
-std::optional<Eigen::Vector3f> ray_through(const ReferenceCamera& camera, double u, double v) {
+std::optional<Eigen::Vector3f> ray_through(const relight::ReferenceCamera& camera, double u, double v) {
   const auto w = camera.model.unproject({u, v});
   if (!w) return std::nullopt;
   return (camera.T_tag_camera.linear() * w->cast<float>()).normalized();
 }
 
-Image<float> object_coverage(const reference::TraceWorld& world, const ReferenceCamera& camera) {
+capture::Image<float> object_coverage(const relight::TraceWorld& world, const relight::ReferenceCamera& camera) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   const Eigen::Vector3f from = camera.T_tag_camera.translation();
-  Image<float> coverage(camera.model.width, camera.model.height, 1);
+  capture::Image<float> coverage(camera.model.width, camera.model.height, 1);
   for (int v = 0; v < coverage.height; ++v) {
     for (int u = 0; u < coverage.width; ++u) {
       for (int i = 0; i < kRaysAlong * kRaysAlong; ++i) {
@@ -39,23 +39,25 @@ Image<float> object_coverage(const reference::TraceWorld& world, const Reference
   return coverage;
 }
 
-Image<float> difference(const Image<float>& with, const Image<float>& without, const Image<float>& coverage) {
-  Image<float> added = with;
+capture::Image<float> difference(const capture::Image<float>& with, const capture::Image<float>& without,
+                                 const capture::Image<float>& coverage) {
+  capture::Image<float> added = with;
   for (std::size_t i = 0; i < added.data.size(); ++i) {
     added.data[i] -= (1 - coverage.data[i / 3]) * without.data[i];
   }
   return added;
 }
 
-Image<std::uint8_t> composed(const Image<std::uint8_t>& camera_srgb, const Image<float>& added,
-                             const Image<float>& coverage, float exposure) {
-  Image<std::uint8_t> picture = camera_srgb;
+capture::Image<std::uint8_t> composed(const capture::Image<std::uint8_t>& camera_srgb,
+                                      const capture::Image<float>& added, const capture::Image<float>& coverage,
+                                      float exposure) {
+  capture::Image<std::uint8_t> picture = camera_srgb;
   for (std::size_t i = 0; i < picture.data.size(); ++i) {
     const float covered = coverage.data[i / 3];
     if (covered == 0 && added.data[i] == 0) continue;
-    const float camera = srgb_to_linear(static_cast<float>(camera_srgb.data[i]) / 255);
+    const float camera = capture::srgb_to_linear(static_cast<float>(camera_srgb.data[i]) / 255);
     const float light = (1 - covered) * camera + exposure * added.data[i];
-    picture.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(std::max(light, 0.0f))));
+    picture.data[i] = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(std::max(light, 0.0f))));
   }
   return picture;
 }

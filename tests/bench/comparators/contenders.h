@@ -7,34 +7,34 @@
 
 #include "relight/gpu/device.h"
 #include "relight/tracing/trace_scene.h"
-#include "server/bench/results.h"
 #include "server/bench/bench_session.h"
+#include "server/bench/results.h"
 #include "server/pipeline/service_config.h"
 
 namespace lumigraft::comparators {
 
 struct Drawn {
-  Image<std::uint8_t> srgb;
-  StageCost of_room;      ///< falls away where the room's own picture may be kept from frame to frame
-  StageCost not_counted;  ///< of the mask of the objects, by rays: a rasteriser has it for next to nothing
+  capture::Image<std::uint8_t> srgb;
+  server::StageCost of_room;      ///< falls away where the room's own picture may be kept from frame to frame
+  server::StageCost not_counted;  ///< of the mask of the objects, by rays: a rasteriser has it for next to nothing
 };
 
 struct Contender {
   std::string method, setting;
-  Plan plan;
+  relight::Plan plan;
   bool keeps = false;     ///< something from frame to frame: costs less where nothing moves
   bool two_ways = false;  ///< gives a second row, "...-room-kept", without `of_room`
-  std::function<Drawn(const Exhibit&)> draw;
+  std::function<Drawn(const relight::Exhibit&)> draw;
 };
 
 /// A session whose room is known as truth/ has it.
 struct Contest {
-  std::shared_ptr<gpu::Device> device;
-  ServiceInput input;
-  BenchScene scene;
-  std::shared_ptr<const ReferenceScene> room;
+  std::shared_ptr<relight::gpu::Device> device;
+  server::ServiceInput input;
+  server::BenchScene scene;
+  std::shared_ptr<const relight::ReferenceScene> room;
 };
-Contest open_contest(const std::filesystem::path& session, const std::shared_ptr<gpu::Device>& device);
+Contest open_contest(const std::filesystem::path& session, const std::shared_ptr<relight::gpu::Device>& device);
 
 /// Settings of ours, the first dvct half-64; dvct with the thesis's settings; and the difference of two voxel cone
 /// tracing solutions by the plan of the first.
@@ -44,6 +44,6 @@ std::vector<Contender> cone_contenders(const Contest& contest);
 std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms);
 
 /// Draws each once for its error, then a frame of each with every object turned by 1°.
-std::vector<BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders);
+std::vector<server::BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders);
 
 }  // namespace lumigraft::comparators

@@ -25,7 +25,7 @@ Vector2f on_paraboloid(const Vector3f& w, float edge) {
 
 }  // namespace
 
-ScenePoints scatter_points(const std::vector<ReferenceMesh>& meshes, int count, std::uint32_t seed) {
+ScenePoints scatter_points(const std::vector<relight::ReferenceMesh>& meshes, int count, std::uint32_t seed) {
   struct Triangle {
     Vector3f a, ab, ac, normal;
   };
@@ -33,8 +33,8 @@ ScenePoints scatter_points(const std::vector<ReferenceMesh>& meshes, int count, 
   std::vector<Triangle> triangles;
   std::vector<double> areas_m2;  // running sums
   double sum = 0;
-  for (const ReferenceMesh& mesh : meshes) {
-    const Model& model = *mesh.model;
+  for (const relight::ReferenceMesh& mesh : meshes) {
+    const relight::Model& model = *mesh.model;
     for (std::size_t i = 0; i + 2 < model.indices.size(); i += 3) {
       const auto corner = [&](std::size_t k) { return mesh.T_tag_model * model.positions_m[model.indices[i + k]]; };
       const Vector3f a = corner(0), ab = corner(1) - a, ac = corner(2) - a, n = ab.cross(ac);
@@ -45,7 +45,7 @@ ScenePoints scatter_points(const std::vector<ReferenceMesh>& meshes, int count, 
   }
   result.area_m2 = static_cast<float>(sum);
   for (int i = 0; i < count && !triangles.empty(); ++i) {
-    reference::Sampler sampler(seed, 1, static_cast<std::uint32_t>(i));
+    relight::Sampler sampler(seed, 1, static_cast<std::uint32_t>(i));
     const auto found = std::upper_bound(areas_m2.begin(), areas_m2.end(), sum * sampler.one());
     const auto last = static_cast<std::ptrdiff_t>(triangles.size()) - 1;
     const Triangle& t = triangles[static_cast<std::size_t>(std::min(found - areas_m2.begin(), last))];
@@ -61,7 +61,7 @@ ImperfectShadowMap::ImperfectShadowMap(int edge_texels) : edge_(edge_texels) {}
 void ImperfectShadowMap::clear(const VirtualLight& light) {
   light_ = light;
   Vector3f x, y;
-  reference::basis(light.normal, x, y);
+  relight::basis(light.normal, x, y);
   turn_.row(0) = x;
   turn_.row(1) = y;
   turn_.row(2) = light.normal;
@@ -72,7 +72,7 @@ void ImperfectShadowMap::draw(const ScenePoints& points, std::size_t first, std:
   const std::size_t all = points.points.size();
   count = std::min(count, all);
   if (count == 0) return;
-  const float disc_m = std::sqrt(points.area_m2 / (reference::kPi * static_cast<float>(count)));
+  const float disc_m = std::sqrt(points.area_m2 / (relight::kPi * static_cast<float>(count)));
   const float edge = static_cast<float>(edge_);
   for (std::size_t i = 0; i < count; ++i) {
     const ScenePoint& point = points.points[(first + i) % all];

@@ -17,7 +17,7 @@ struct ScenePoints {
   std::vector<ScenePoint> points;
   float area_m2 = 0;  ///< of all surfaces together
 };
-ScenePoints scatter_points(const std::vector<ReferenceMesh>& meshes, int count, std::uint32_t seed);
+ScenePoints scatter_points(const std::vector<relight::ReferenceMesh>& meshes, int count, std::uint32_t seed);
 
 class ImperfectShadowMap {
  public:

@@ -45,7 +45,7 @@ TEST(ImperfectShadowMap, ShadowOfADiscHasItsArea) {
     hidden += open ? 0 : 1;
     wrong += open == truth ? 0 : 1;
   }
-  const double area = 4 * kReach * kReach / (kAcross * kAcross), exact = kPi * kHeight * kHeight;
+  const double area = 4 * kReach * kReach / (kAcross * kAcross), exact = relight::kPi * kHeight * kHeight;
   EXPECT_NEAR(hidden * area, exact, 0.25 * exact);
   EXPECT_LT(wrong * area, 0.25 * exact);
 }

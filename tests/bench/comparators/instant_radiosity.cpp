@@ -5,18 +5,18 @@
 #include <limits>
 #include <optional>
 
+#include "relight/tracing/vertex.h"
 #include "tests/bench/comparators/composition.h"
 #include "tests/bench/comparators/imperfect_shadow_map.h"
-#include "relight/tracing/vertex.h"
 
 namespace lumigraft::comparators {
 namespace {
 
 using Eigen::Vector3f;
-using reference::LightSample;
-using reference::Sampler;
-using reference::PathVertex;
-using reference::TraceWorld;
+using relight::LightSample;
+using relight::PathVertex;
+using relight::Sampler;
+using relight::TraceWorld;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kShort_m = 1e-4f;  // rays end before the lamp
@@ -34,14 +34,14 @@ class Renderer {
  public:
   Renderer(const World& world, const InstantRadiosityOptions& options) : world_(world), options_(options) {
     for (int i = 0; i < options.sky_rays; ++i) {
-      Sampler sampler(options.seed, 2, static_cast<std::uint32_t>(i));
-      LightSample s;
+      relight::Sampler sampler(options.seed, 2, static_cast<std::uint32_t>(i));
+      relight::LightSample s;
       if (world.sky.is_picture()) {
         s = world.sky.sample(sampler.two());
       } else {
-        s.w = reference::in_cone(Vector3f::UnitZ(), 2, sampler.two());
+        s.w = relight::in_cone(Vector3f::UnitZ(), 2, sampler.two());
         s.radiance = world.sky.radiance(s.w);
-        s.pdf = 1 / (4 * reference::kPi);
+        s.pdf = 1 / (4 * relight::kPi);
       }
       s.distance_m = kInfinity;
       if (s.pdf > 0 && s.radiance.maxCoeff() > 0) sky_.push_back(s);
@@ -51,12 +51,12 @@ class Renderer {
 
   struct Light {
     bool on_object = false, seen = false;
-    Rgb light = Rgb::Zero();
+    relight::Rgb light = relight::Rgb::Zero();
   };
   Light pixel(const Vector3f& from_m, const Vector3f& w, std::uint32_t number) const {
     float limit_m = kInfinity;
-    for (const ReferenceLamp& lamp : world_.scene->lamps) {
-      if (const auto t = reference::lamp_hit(lamp, from_m, w)) limit_m = std::min(limit_m, *t);
+    for (const relight::ReferenceLamp& lamp : world_.scene->lamps) {
+      if (const auto t = relight::lamp_hit(lamp, from_m, w)) limit_m = std::min(limit_m, *t);
     }
     const auto real = world_.real.hit(from_m, w, limit_m);
     if (real) limit_m = real->t_m;
@@ -104,32 +104,32 @@ class Renderer {
     if (count > 0) least_m2_ = kBound * (mean_square / count - (mean / count).squaredNorm()) / count;
   }
 
-  Rgb direct(const Vertex& vertex, std::uint32_t number, bool on_object) const {
-    Rgb sum = Rgb::Zero();
+  relight::Rgb direct(const Vertex& vertex, std::uint32_t number, bool on_object) const {
+    relight::Rgb sum = relight::Rgb::Zero();
     const Vector3f from_m = vertex.leave();
     // On an object: what arrives. On the room: less what no longer does.
-    const auto add = [&](const LightSample& s, float rays) {
+    const auto add = [&](const relight::LightSample& s, float rays) {
       if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
-      const Rgb f = vertex.response(s.w);
+      const relight::Rgb f = vertex.response(s.w);
       if (f.maxCoeff() <= 0) return;
       const float limit_m = s.distance_m - kShort_m;
       if (world_.objects.blocked(from_m, s.w, limit_m) == on_object || world_.real.blocked(from_m, s.w, limit_m))
         return;
-      const Rgb light = f * s.radiance / (s.pdf * rays);
+      const relight::Rgb light = f * s.radiance / (s.pdf * rays);
       sum += on_object ? light : (-light).eval();
     };
     for (int i = 0; i < options_.lamp_rays; ++i) {
-      Sampler sampler(options_.seed, number, static_cast<std::uint32_t>(i));
-      for (const ReferenceLamp& lamp : world_.scene->lamps) {
-        add(reference::sample_lamp(lamp, from_m, sampler.two()), static_cast<float>(options_.lamp_rays));
+      relight::Sampler sampler(options_.seed, number, static_cast<std::uint32_t>(i));
+      for (const relight::ReferenceLamp& lamp : world_.scene->lamps) {
+        add(relight::sample_lamp(lamp, from_m, sampler.two()), static_cast<float>(options_.lamp_rays));
       }
     }
-    for (const LightSample& s : sky_) add(s, static_cast<float>(options_.sky_rays));
+    for (const relight::LightSample& s : sky_) add(s, static_cast<float>(options_.sky_rays));
     return sum;
   }
 
-  Rgb indirect(const Vertex& vertex, bool on_object) const {
-    Rgb sum = Rgb::Zero();
+  relight::Rgb indirect(const Vertex& vertex, bool on_object) const {
+    relight::Rgb sum = relight::Rgb::Zero();
     const Vector3f from_m = vertex.leave();
     for (const Lit& lit : lights_) {
       const auto& [without, with] = lit.pair;
@@ -149,33 +149,34 @@ class Renderer {
 
   /// Times `share`, which is looked up where there is any light.
   template <typename Share>
-  Rgb brought(const Vertex& vertex, const Vector3f& from_m, const VirtualLight& light, Share share) const {
+  relight::Rgb brought(const Vertex& vertex, const Vector3f& from_m, const VirtualLight& light, Share share) const {
     const Vector3f to = light.position_m - from_m;
     const float square = to.squaredNorm();
     const Vector3f w = to / std::sqrt(std::max(square, 1e-12f));
     const float cosine = -light.normal.dot(w);
-    if (!(cosine > 0)) return Rgb::Zero();
+    if (!(cosine > 0)) return relight::Rgb::Zero();
     const float part = share();
-    if (part == 0) return Rgb::Zero();
+    if (part == 0) return relight::Rgb::Zero();
     return light.intensity * vertex.response(w) * (part * cosine / std::max(square, least_m2_));
   }
 
   const World& world_;
   InstantRadiosityOptions options_;
-  std::vector<LightSample> sky_;
+  std::vector<relight::LightSample> sky_;
   std::vector<Lit> lights_;
   float least_m2_ = 0;  ///< of a distance's square: the area, over π, for which a virtual light stands
 };
 
 }  // namespace
 
-ReferencePicture instant_radiosity(const std::shared_ptr<const ReferenceScene>& scene, const ReferenceCamera& camera,
-                                   const InstantRadiosityOptions& options) {
+relight::ReferencePicture instant_radiosity(const std::shared_ptr<const relight::ReferenceScene>& scene,
+                                            const relight::ReferenceCamera& camera,
+                                            const InstantRadiosityOptions& options) {
   const World world(scene);
   const Renderer renderer(world, options);
   const int width = camera.model.width, height = camera.model.height;
-  ReferencePicture picture{Image<float>(width, height, 3), Image<float>(width, height, 3),
-                           Image<float>(width, height, 1)};
+  relight::ReferencePicture picture{capture::Image<float>(width, height, 3), capture::Image<float>(width, height, 3),
+                                    capture::Image<float>(width, height, 1)};
   const Vector3f from_m = camera.T_tag_camera.translation();
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {

@@ -23,7 +23,8 @@ struct InstantRadiosityOptions {
 };
 
 /// `change` and `object` as in DeltaPathTracer; a pixel is covered or isn't.
-ReferencePicture instant_radiosity(const std::shared_ptr<const ReferenceScene>& scene, const ReferenceCamera& camera,
-                                   const InstantRadiosityOptions& options);
+relight::ReferencePicture instant_radiosity(const std::shared_ptr<const relight::ReferenceScene>& scene,
+                                            const relight::ReferenceCamera& camera,
+                                            const InstantRadiosityOptions& options);
 
 }  // namespace lumigraft::comparators

@@ -11,12 +11,12 @@ namespace {
 using namespace lumigraft::test;
 
 /// A floor and two walls with a bulb and some sky, and a ball in the corner.
-std::shared_ptr<const ReferenceScene> corner() {
-  auto scene = std::make_shared<ReferenceScene>();
+std::shared_ptr<const relight::ReferenceScene> corner() {
+  auto scene = std::make_shared<relight::ReferenceScene>();
   Points walls;
   add_quad(&walls, {-1, 1, 0}, {1, 1, 0}, {1, 1, 1.2f}, {-1, 1, 1.2f});
   add_quad(&walls, {-1, -1, 0}, {-1, 1, 0}, {-1, 1, 1.2f}, {-1, -1, 1.2f});
-  Material red = lambert(0.7f);
+  relight::Material red = lambert(0.7f);
   red.base_color = {0.5f, 0.2f, 0.1f};
   scene->real = {square(1, 0, lambert(0.3f)), mesh_of(walls, red)};
   scene->objects = {ball(0.25f, {-0.3f, 0.3f, 0.26f}, lambert(0.6f))};
@@ -25,10 +25,10 @@ std::shared_ptr<const ReferenceScene> corner() {
   return scene;
 }
 
-ReferenceCamera from_above() { return looking({0.9f, -1.6f, 1.3f}, {-0.3f, 0.3f, 0.2f}, 1.6f, 32, 24); }
+relight::ReferenceCamera from_above() { return looking({0.9f, -1.6f, 1.3f}, {-0.3f, 0.3f, 0.2f}, 1.6f, 32, 24); }
 
 /// RMS of the differences over the RMS of the change, where no object is seen.
-double error(const ReferencePicture& picture, const ReferencePicture& truth) {
+double error(const relight::ReferencePicture& picture, const relight::ReferencePicture& truth) {
   double off = 0, of = 0;
   for (std::size_t i = 0; i < truth.change.data.size(); ++i) {
     if (truth.coverage.data[i / 3] > 0 || picture.coverage.data[i / 3] > 0) continue;
@@ -39,20 +39,20 @@ double error(const ReferencePicture& picture, const ReferencePicture& truth) {
 }
 
 /// Instant radiosity has one ray for a pixel, the reference many: of 4 × 4 pixels, each for a pixel of the reference.
-ReferencePicture lights_of(const std::shared_ptr<const ReferenceScene>& scene, const ReferenceCamera& camera,
-                           const InstantRadiosityOptions& options) {
+relight::ReferencePicture lights_of(const std::shared_ptr<const relight::ReferenceScene>& scene,
+                                    const relight::ReferenceCamera& camera, const InstantRadiosityOptions& options) {
   constexpr int kFactor = 4;
-  ReferenceCamera fine = camera;
-  CameraModel& m = fine.model;
+  relight::ReferenceCamera fine = camera;
+  capture::CameraModel& m = fine.model;
   m.width *= kFactor;
   m.height *= kFactor;
   m.fx *= kFactor;
   m.fy *= kFactor;
   m.cx = (m.cx + 0.5) * kFactor - 0.5;
   m.cy = (m.cy + 0.5) * kFactor - 0.5;
-  const ReferencePicture picture = instant_radiosity(scene, fine, options);
-  const auto smaller = [&](const Image<float>& image) {
-    Image<float> small(camera.model.width, camera.model.height, image.channels);
+  const relight::ReferencePicture picture = instant_radiosity(scene, fine, options);
+  const auto smaller = [&](const capture::Image<float>& image) {
+    capture::Image<float> small(camera.model.width, camera.model.height, image.channels);
     for (std::size_t i = 0; i < image.data.size(); ++i) {
       const int channel = static_cast<int>(i) % image.channels, pixel = static_cast<int>(i) / image.channels;
       small.at(pixel % m.width / kFactor, pixel / m.width / kFactor, channel) += image.data[i] / (kFactor * kFactor);
@@ -73,8 +73,8 @@ InstantRadiosityOptions many() {
 
 TEST(InstantRadiosity, ManyLightsComeNearTheReference) {
   const auto scene = corner();
-  const ReferencePicture truth = DeltaPathTracer(scene).change(from_above(), samples_of(256));
-  const ReferencePicture lights = lights_of(scene, from_above(), many());
+  const relight::ReferencePicture truth = relight::DeltaPathTracer(scene).change(from_above(), samples_of(256));
+  const relight::ReferencePicture lights = lights_of(scene, from_above(), many());
   EXPECT_LT(error(lights, truth), 0.45) << "speckle near the ball included";
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(mean(lights.change, c), mean(truth.change, c), 0.08 * std::abs(mean(truth.change, c))) << c;
@@ -84,33 +84,33 @@ TEST(InstantRadiosity, ManyLightsComeNearTheReference) {
 
 // A black ball over a floor takes light and gives none.
 TEST(InstantRadiosity, DirectChangeIsTheReferences) {
-  auto scene = std::make_shared<ReferenceScene>(*corner());
+  auto scene = std::make_shared<relight::ReferenceScene>(*corner());
   scene->real.pop_back();
   scene->objects = {ball(0.25f, {-0.3f, 0.3f, 0.26f}, lambert(0))};
-  const ReferencePicture truth = DeltaPathTracer(scene).change(from_above(), samples_of(256));
-  const ReferencePicture lights = lights_of(scene, from_above(), many());
+  const relight::ReferencePicture truth = relight::DeltaPathTracer(scene).change(from_above(), samples_of(256));
+  const relight::ReferencePicture lights = lights_of(scene, from_above(), many());
   EXPECT_LT(error(lights, truth), 0.04);
 }
 
 // A white ball beside: what it sends to the floor in the shadow of the lamp is all that changes there.
 TEST(InstantRadiosity, OneBounceOfAnObjectIsTheReferences) {
-  auto scene = std::make_shared<ReferenceScene>();
+  auto scene = std::make_shared<relight::ReferenceScene>();
   scene->real = {square(1, 0, lambert(0.5f))};
   scene->objects = {ball(0.25f, {0, 0, 0.5f}, lambert(0.8f))};
   scene->lamps = {panel({0, 0, 1.5f}, 0.001f, 0.001f, 1e5f)};
   scene->lamps[0].normal = {0, 0, -1};
-  const ReferenceCamera camera = looking({0.9f, -1.6f, 1.3f}, {0, 0, 0.2f}, 1.6f, 32, 24);
-  const ReferencePicture truth = DeltaPathTracer(scene).change(camera, samples_of(256));
-  const ReferencePicture lights = lights_of(scene, camera, many());
+  const relight::ReferenceCamera camera = looking({0.9f, -1.6f, 1.3f}, {0, 0, 0.2f}, 1.6f, 32, 24);
+  const relight::ReferencePicture truth = relight::DeltaPathTracer(scene).change(camera, samples_of(256));
+  const relight::ReferencePicture lights = lights_of(scene, camera, many());
   EXPECT_LT(error(lights, truth), 0.04);
 }
 
 TEST(InstantRadiosity, WithoutObjectsNothingChanges) {
-  auto scene = std::make_shared<ReferenceScene>(*corner());
+  auto scene = std::make_shared<relight::ReferenceScene>(*corner());
   scene->objects = {ball(0.25f, {-0.3f, 0.3f, 50}, lambert(0.6f))};  // far above all
   InstantRadiosityOptions options;
   options.light_paths = 64;
-  const ReferencePicture picture = instant_radiosity(scene, from_above(), options);
+  const relight::ReferencePicture picture = instant_radiosity(scene, from_above(), options);
   double most = 0;
   for (const float change : picture.change.data) most = std::max(most, std::abs(static_cast<double>(change)));
   EXPECT_LT(most, 1e-3);

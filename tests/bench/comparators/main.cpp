@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "capture/error.h"
-#include "tests/bench/comparators/contenders.h"
 #include "server/bench/error_time_chart.h"
 #include "server/bench/tables.h"
+#include "tests/bench/comparators/contenders.h"
 
 namespace {
 
@@ -30,11 +30,12 @@ Command parse(int argc, char** argv) {
       command.sessions.emplace_back(argv[i]);
     }
   }
-  if (command.sessions.empty() || command.out.empty()) throw InputError("usage: comparators SESSION ... --out FOLDER");
+  if (command.sessions.empty() || command.out.empty())
+    throw capture::InputError("usage: comparators SESSION ... --out FOLDER");
   return command;
 }
 
-void say(const BenchRow& row) {
+void say(const server::BenchRow& row) {
   char text[256];
   std::snprintf(text, sizeof text, "relight_error %.3f, %.0f ms CPU", row.run.measures.relight_error,
                 row.run.moving.host.cpu_ms);
@@ -43,26 +44,26 @@ void say(const BenchRow& row) {
 
 void run(const Command& command) {
   std::filesystem::create_directories(command.out);
-  CsvFile table(command.out / "comparators.csv", result_columns());
-  BenchResults results;
-  const std::shared_ptr<gpu::Device> device = gpu::create_device(gpu::Backend::best, {});
-  results.machine = describe_machine(*device);
+  server::CsvFile table(command.out / "comparators.csv", server::result_columns());
+  server::BenchResults results;
+  const std::shared_ptr<relight::gpu::Device> device = relight::gpu::create_device(relight::gpu::Backend::best, {});
+  results.machine = server::describe_machine(*device);
   for (const std::filesystem::path& session : command.sessions) {
     const comparators::Contest contest = comparators::open_contest(session, device);
-    std::vector<BenchRow> rows = comparators::measured(contest, comparators::cone_contenders(contest));
+    std::vector<server::BenchRow> rows = comparators::measured(contest, comparators::cone_contenders(contest));
     const double budget_ms = rows.front().run.moving.host.cpu_ms;  // of dvct
-    for (BenchRow& row : comparators::measured(contest, comparators::ray_contenders(contest, budget_ms))) {
+    for (server::BenchRow& row : comparators::measured(contest, comparators::ray_contenders(contest, budget_ms))) {
       rows.push_back(std::move(row));
     }
-    for (BenchRow& row : rows) {
+    for (server::BenchRow& row : rows) {
       say(row);
       if (row.setting == "equal-time") std::cerr << "  with " << row.plan.samples << " paths a pixel\n";
-      table.add(result_cells(row));
+      table.add(server::result_cells(row));
       results.oracle = row.oracle;
       results.rows.push_back(std::move(row));
     }
   }
-  draw_error_time(results, CostKind::cpu, command.out / "comparators");
+  server::draw_error_time(results, server::CostKind::cpu, command.out / "comparators");
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ Polygon clipped(Polygon polygon, const Eigen::AlignedBox3f& box) {
   return polygon;
 }
 
-void add(Model& model, const Corner& corner) {
+void add(relight::Model& model, const Corner& corner) {
   model.indices.push_back(static_cast<std::uint32_t>(model.positions_m.size()));
   model.positions_m.push_back(corner.position_m);
   model.normals.push_back(corner.normal.normalized());
@@ -50,7 +50,7 @@ void add(Model& model, const Corner& corner) {
 }
 
 /// Albedo of the Lambert part, by a short ray that meets the surface there.
-std::optional<Vector3f> shown_albedo(const reference::TraceWorld& world, const Vector3f& p_m, const Vector3f& normal) {
+std::optional<Vector3f> shown_albedo(const relight::TraceWorld& world, const Vector3f& p_m, const Vector3f& normal) {
   const auto hit = world.real.hit(p_m + kNear_m * normal, -normal, 2 * kNear_m);
   if (!hit) return std::nullopt;
   return world.real.surface(*hit, -normal).look.diffuse.matrix();
@@ -58,13 +58,13 @@ std::optional<Vector3f> shown_albedo(const reference::TraceWorld& world, const V
 
 }  // namespace
 
-std::shared_ptr<const Model> room_model(const reference::TraceWorld& world, const Eigen::AlignedBox3f& box,
-                                        float longest_m) {
-  Model model;
-  for (const ReferenceMesh& mesh : world.scene->real) {
-    const Model& whole = *mesh.model;
-    Model::Part part;
-    part.material = mesh.material.value_or(Material{Vector3f::Ones(), 0, 1, 0});
+std::shared_ptr<const relight::Model> room_model(const relight::TraceWorld& world, const Eigen::AlignedBox3f& box,
+                                                 float longest_m) {
+  relight::Model model;
+  for (const relight::ReferenceMesh& mesh : world.scene->real) {
+    const relight::Model& whole = *mesh.model;
+    relight::Model::Part part;
+    part.material = mesh.material.value_or(relight::Material{Vector3f::Ones(), 0, 1, 0});
     part.first_index = static_cast<std::uint32_t>(model.indices.size());
     for (std::size_t i = 0; i + 2 < whole.indices.size(); i += 3) {
       Polygon polygon;
@@ -84,8 +84,8 @@ std::shared_ptr<const Model> room_model(const reference::TraceWorld& world, cons
     part.index_count = static_cast<std::uint32_t>(model.indices.size()) - part.first_index;
     if (part.index_count > 0) model.parts.push_back(part);
   }
-  auto refined = std::make_shared<Model>(*refine_model(model, longest_m));
-  for (const Model::Part& part : refined->parts) {
+  auto refined = std::make_shared<relight::Model>(*relight::refine_model(model, longest_m));
+  for (const relight::Model::Part& part : refined->parts) {
     if (part.material.metallic > 0 || part.material.specular > 0) continue;  // a known surface: its colour is even
     for (std::size_t i = part.first_index; i < part.first_index + part.index_count; ++i) {
       const std::uint32_t v = refined->indices[i];

@@ -11,22 +11,22 @@ constexpr double kMicrometre_m = 1e-6;
 constexpr float kEmptyVoxels = 64;  // along the room, of a field without bricks: its index stays small
 
 /// The room is virtual: nothing is known by other ways.
-Session without_surfaces(Session session) {
+capture::Session without_surfaces(capture::Session session) {
   session.real_surfaces.clear();
   return session;
 }
 
-std::shared_ptr<const DistanceField> empty_field(const Model& room) {
+std::shared_ptr<const reconstruct::DistanceField> empty_field(const relight::Model& room) {
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : room.positions_m) box.extend(p);
-  auto field = std::make_shared<DistanceField>();
+  auto field = std::make_shared<reconstruct::DistanceField>();
   field->version = 1;
   field->voxel_m = box.sizes().maxCoeff() / kEmptyVoxels;
   return field;
 }
 
-VirtualObject object_of(std::shared_ptr<const Model> model, double shift_m) {
-  VirtualObject object;
+relight::VirtualObject object_of(std::shared_ptr<const relight::Model> model, double shift_m) {
+  relight::VirtualObject object;
   object.name = "room";
   object.model = std::move(model);
   object.position_m.z() = shift_m;
@@ -35,8 +35,8 @@ VirtualObject object_of(std::shared_ptr<const Model> model, double shift_m) {
 
 }  // namespace
 
-VctDifference::VctDifference(const std::shared_ptr<gpu::Device>& device, const Session& session,
-                             std::shared_ptr<const Model> room)
+VctDifference::VctDifference(const std::shared_ptr<relight::gpu::Device>& device, const capture::Session& session,
+                             std::shared_ptr<const relight::Model> room)
     : session_(without_surfaces(session)),
       nothing_(empty_field(*room)),
       room_(object_of(room, 0)),
@@ -44,30 +44,33 @@ VctDifference::VctDifference(const std::shared_ptr<gpu::Device>& device, const S
       with_(device, session_),
       without_(device, session_) {}
 
-Image<float> VctDifference::with(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan) {
-  Exhibit all = exhibit;
+capture::Image<float> VctDifference::with(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                          const relight::Exhibit& exhibit, const relight::Plan& plan) {
+  relight::Exhibit all = exhibit;
   all.objects.push_back(room_);
   return drawn(with_, frame, scene, all, plan);
 }
 
-Image<float> VctDifference::without(const FrameSet& frame, const Scene& scene, const Plan& plan) {
-  return drawn(without_, frame, scene, Exhibit{.objects = {moved_ ? moved_room_ : room_}}, plan);
+capture::Image<float> VctDifference::without(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                             const relight::Plan& plan) {
+  return drawn(without_, frame, scene, relight::Exhibit{.objects = {moved_ ? moved_room_ : room_}}, plan);
 }
 
 void VctDifference::forget_without() { moved_ = !moved_; }
 
-Image<float> VctDifference::drawn(Relighter& relighter, const FrameSet& frame, const Scene& scene,
-                                  const Exhibit& exhibit, const Plan& plan) const {
-  FrameSet seen = frame;
+capture::Image<float> VctDifference::drawn(relight::Relighter& relighter, const capture::FrameSet& frame,
+                                           const reconstruct::Scene& scene, const relight::Exhibit& exhibit,
+                                           const relight::Plan& plan) const {
+  capture::FrameSet seen = frame;
   seen.depth = nullptr;
-  Scene empty = scene;
+  reconstruct::Scene empty = scene;
   empty.field = nothing_;
   empty.albedo = nullptr;
-  const RelitPicture picture = relighter.relight(seen, empty, exhibit, plan);
-  Image<float> radiance(picture.srgb.width, picture.srgb.height, 3);
+  const relight::RelitPicture picture = relighter.relight(seen, empty, exhibit, plan);
+  capture::Image<float> radiance(picture.srgb.width, picture.srgb.height, 3);
   for (std::size_t i = 0; i < radiance.data.size(); ++i) {
-    radiance.data[i] =
-        srgb_to_linear(static_cast<float>(picture.srgb.data[i]) / 255) / static_cast<float>(session_.color.exposure);
+    radiance.data[i] = capture::srgb_to_linear(static_cast<float>(picture.srgb.data[i]) / 255) /
+                       static_cast<float>(session_.color.exposure);
   }
   return radiance;
 }

@@ -15,23 +15,27 @@ namespace lumigraft::comparators {
 
 class VctDifference {
  public:
-  VctDifference(const std::shared_ptr<gpu::Device>& device, const Session& session, std::shared_ptr<const Model> room);
+  VctDifference(const std::shared_ptr<relight::gpu::Device>& device, const capture::Session& session,
+                std::shared_ptr<const relight::Model> room);
 
   /// W/sr/m² of the whole picture, as the codes of the relighter's 8-bit picture tell it: a difference of two is good
   /// to one code. Volumes are kept where nothing has changed since the last call.
-  Image<float> with(const FrameSet& frame, const Scene& scene, const Exhibit& exhibit, const Plan& plan);
-  Image<float> without(const FrameSet& frame, const Scene& scene, const Plan& plan);
+  capture::Image<float> with(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                             const relight::Exhibit& exhibit, const relight::Plan& plan);
+  capture::Image<float> without(const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                                const relight::Plan& plan);
   /// Moves the room by a micrometre to and fro, so that nothing of `without` is kept.
   void forget_without();
 
  private:
-  Image<float> drawn(Relighter& relighter, const FrameSet& frame, const Scene& scene, const Exhibit& exhibit,
-                     const Plan& plan) const;
+  capture::Image<float> drawn(relight::Relighter& relighter, const capture::FrameSet& frame,
+                              const reconstruct::Scene& scene, const relight::Exhibit& exhibit,
+                              const relight::Plan& plan) const;
 
-  Session session_;
-  std::shared_ptr<const DistanceField> nothing_;
-  VirtualObject room_, moved_room_;
-  Relighter with_, without_;
+  capture::Session session_;
+  std::shared_ptr<const reconstruct::DistanceField> nothing_;
+  relight::VirtualObject room_, moved_room_;
+  relight::Relighter with_, without_;
   bool moved_ = false;
 };
 

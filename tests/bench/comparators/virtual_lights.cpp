@@ -11,11 +11,11 @@ namespace {
 
 using Eigen::Vector2f;
 using Eigen::Vector3f;
-using reference::kPi;
-using reference::LightSample;
-using reference::luminance;
-using reference::Sampler;
-using reference::TraceWorld;
+using relight::kPi;
+using relight::LightSample;
+using relight::luminance;
+using relight::Sampler;
+using relight::TraceWorld;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kLift_m = 1e-4f;  // off a surface
@@ -26,28 +26,28 @@ constexpr float kWellOutside = 1.02f;  // of the sphere around the objects, in i
 /// A path's first stretch.
 struct Emitted {
   Vector3f from_m = Vector3f::Zero(), w = Vector3f::UnitZ();
-  Rgb flux_W = Rgb::Zero();
+  relight::Rgb flux_W = relight::Rgb::Zero();
 };
 
 Vector3f about(const Vector3f& axis, const Vector2f& u) {  // with a density of cosine / π
   Vector3f x, y;
-  reference::basis(axis, x, y);
-  const float r = std::sqrt(u.x()), phi = 2 * kPi * u.y();
+  relight::basis(axis, x, y);
+  const float r = std::sqrt(u.x()), phi = 2 * relight::kPi * u.y();
   return (r * std::cos(phi) * x + r * std::sin(phi) * y + std::sqrt(std::max(1 - u.x(), 0.0f)) * axis).normalized();
 }
 
-Vector3f any_direction(const Vector2f& u) { return reference::in_cone(Vector3f::UnitZ(), 2, u); }
+Vector3f any_direction(const Vector2f& u) { return relight::in_cone(Vector3f::UnitZ(), 2, u); }
 
-LightSample sky_sample(const World& world, const Vector2f& u) {
+relight::LightSample sky_sample(const World& world, const Vector2f& u) {
   if (world.sky.is_picture()) return world.sky.sample(u);
-  LightSample s;
+  relight::LightSample s;
   s.w = any_direction(u);
   s.radiance = world.sky.radiance(s.w);
-  s.pdf = 1 / (4 * kPi);
+  s.pdf = 1 / (4 * relight::kPi);
   return s;
 }
 
-BoundingSphere around(const std::vector<Eigen::Vector4f>& spheres) {
+relight::BoundingSphere around(const std::vector<Eigen::Vector4f>& spheres) {
   std::vector<Vector3f> ends_m;
   for (const Eigen::Vector4f& s : spheres) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -55,7 +55,7 @@ BoundingSphere around(const std::vector<Eigen::Vector4f>& spheres) {
       ends_m.push_back(s.head<3>() - s.w() * Vector3f::Unit(axis));
     }
   }
-  return ends_m.empty() ? BoundingSphere{} : bounding_sphere(ends_m);
+  return ends_m.empty() ? relight::BoundingSphere{} : relight::bounding_sphere(ends_m);
 }
 
 /// Where light starts. Half of the paths look for the objects, the others go wherever light goes; each is weighted by
@@ -67,20 +67,20 @@ class Sources {
     objects_ = around(spheres);
     spheres.insert(spheres.end(), world.real.spheres().begin(), world.real.spheres().end());
     all_ = around(spheres);
-    for (const ReferenceLamp& lamp : world.scene->lamps) {
-      powers_.push_back(kPi * area_m2(lamp) * luminance(lamp.radiance));
+    for (const relight::ReferenceLamp& lamp : world.scene->lamps) {
+      powers_.push_back(relight::kPi * area_m2(lamp) * relight::luminance(lamp.radiance));
     }
     float sky = 0;
     for (int i = 0; i < kSkySamples; ++i) {
-      Sampler sampler(~0u, 0, static_cast<std::uint32_t>(i));
-      const LightSample s = sky_sample(world, sampler.two());
-      if (s.pdf > 0) sky += luminance(s.radiance) / s.pdf / kSkySamples;
+      relight::Sampler sampler(~0u, 0, static_cast<std::uint32_t>(i));
+      const relight::LightSample s = sky_sample(world, sampler.two());
+      if (s.pdf > 0) sky += relight::luminance(s.radiance) / s.pdf / kSkySamples;
     }
-    powers_.push_back(kPi * all_.radius_m * all_.radius_m * sky);
+    powers_.push_back(relight::kPi * all_.radius_m * all_.radius_m * sky);
     for (const float power : powers_) total_ += power;
   }
 
-  Emitted sample(Sampler& sampler, int paths) const {
+  Emitted sample(relight::Sampler& sampler, int paths) const {
     float choice = sampler.one() * total_;
     std::size_t i = 0;
     for (; i + 1 < powers_.size() && choice >= powers_[i]; ++i) choice -= powers_[i];
@@ -94,62 +94,65 @@ class Sources {
   }
 
  private:
-  static float area_m2(const ReferenceLamp& lamp) {
+  static float area_m2(const relight::ReferenceLamp& lamp) {
     switch (lamp.shape) {
-      case ReferenceLamp::Shape::sphere:
-        return 4 * kPi * lamp.radius_m * lamp.radius_m;
-      case ReferenceLamp::Shape::disc:
-        return kPi * lamp.radius_m * lamp.radius_m;
-      case ReferenceLamp::Shape::rectangle:
+      case relight::ReferenceLamp::Shape::sphere:
+        return 4 * relight::kPi * lamp.radius_m * lamp.radius_m;
+      case relight::ReferenceLamp::Shape::disc:
+        return relight::kPi * lamp.radius_m * lamp.radius_m;
+      case relight::ReferenceLamp::Shape::rectangle:
         break;
     }
     return 4 * lamp.half_u_m.cross(lamp.half_v_m).norm();
   }
 
-  Emitted of_lamp(const ReferenceLamp& lamp, const Vector2f& u, const Vector2f& v, bool aimed) const {
+  Emitted of_lamp(const relight::ReferenceLamp& lamp, const Vector2f& u, const Vector2f& v, bool aimed) const {
     Emitted e;
     Vector3f normal = lamp.normal;
-    if (lamp.shape == ReferenceLamp::Shape::sphere) {
+    if (lamp.shape == relight::ReferenceLamp::Shape::sphere) {
       normal = any_direction(u);
       e.from_m = lamp.centre_m + lamp.radius_m * normal;
-    } else if (lamp.shape == ReferenceLamp::Shape::rectangle) {
+    } else if (lamp.shape == relight::ReferenceLamp::Shape::rectangle) {
       e.from_m = lamp.centre_m + (2 * u.x() - 1) * lamp.half_u_m + (2 * u.y() - 1) * lamp.half_v_m;
     } else {
       Vector3f x, y;
-      reference::basis(normal, x, y);
-      const float r = lamp.radius_m * std::sqrt(u.x()), phi = 2 * kPi * u.y();
+      relight::basis(normal, x, y);
+      const float r = lamp.radius_m * std::sqrt(u.x()), phi = 2 * relight::kPi * u.y();
       e.from_m = lamp.centre_m + r * (std::cos(phi) * x + std::sin(phi) * y);
     }
     const Vector3f to = objects_.centre_m - e.from_m;
     const float far_m = to.norm();
     const bool outside = objects_.radius_m > 0 && far_m > kWellOutside * objects_.radius_m;
-    const float cone = outside ? reference::cone_of_sphere(objects_.radius_m, far_m) : 0;
-    e.w = aimed && outside ? reference::in_cone(to / far_m, cone, v) : about(normal, v);
+    const float cone = outside ? relight::cone_of_sphere(objects_.radius_m, far_m) : 0;
+    e.w = aimed && outside ? relight::in_cone(to / far_m, cone, v) : about(normal, v);
     const float cosine = normal.dot(e.w);
     if (!(cosine > 0)) return e;
-    float pdf = cosine / kPi;
-    if (outside) pdf = 0.5f * pdf + (0.5f * (e.w - to / far_m).squaredNorm() <= cone ? 0.25f / (kPi * cone) : 0.0f);
-    e.flux_W = reference::lamp_radiance(lamp, e.from_m + e.w, -e.w) * (cosine * area_m2(lamp) / pdf);
+    float pdf = cosine / relight::kPi;
+    if (outside)
+      pdf = 0.5f * pdf + (0.5f * (e.w - to / far_m).squaredNorm() <= cone ? 0.25f / (relight::kPi * cone) : 0.0f);
+    e.flux_W = relight::lamp_radiance(lamp, e.from_m + e.w, -e.w) * (cosine * area_m2(lamp) / pdf);
     e.from_m += kLift_m * normal;
     return e;
   }
 
   Emitted of_sky(const Vector2f& u, const Vector2f& v, bool aimed) const {
-    const LightSample s = sky_sample(world_, u);
+    const relight::LightSample s = sky_sample(world_, u);
     Emitted e;
     if (!(s.pdf > 0)) return e;
     Vector3f x, y;
-    reference::basis(s.w, x, y);
+    relight::basis(s.w, x, y);
     // Through a disc at right angles to it: that of everything, or that of the objects.
-    const auto through = [&](const BoundingSphere& sphere) { return sphere.centre_m - sphere.centre_m.dot(s.w) * s.w; };
+    const auto through = [&](const relight::BoundingSphere& sphere) {
+      return sphere.centre_m - sphere.centre_m.dot(s.w) * s.w;
+    };
     const bool any = objects_.radius_m > 0;
-    const BoundingSphere& disc = aimed && any ? objects_ : all_;
-    const float r = disc.radius_m * std::sqrt(v.x()), phi = 2 * kPi * v.y();
+    const relight::BoundingSphere& disc = aimed && any ? objects_ : all_;
+    const float r = disc.radius_m * std::sqrt(v.x()), phi = 2 * relight::kPi * v.y();
     const Vector3f at = through(disc) + r * (std::cos(phi) * x + std::sin(phi) * y);
-    float per_m2 = 1 / (kPi * all_.radius_m * all_.radius_m);
+    float per_m2 = 1 / (relight::kPi * all_.radius_m * all_.radius_m);
     if (any) {
       const bool hits = (at - through(objects_)).norm() <= objects_.radius_m;
-      per_m2 = 0.5f * per_m2 + (hits ? 0.5f / (kPi * objects_.radius_m * objects_.radius_m) : 0.0f);
+      per_m2 = 0.5f * per_m2 + (hits ? 0.5f / (relight::kPi * objects_.radius_m * objects_.radius_m) : 0.0f);
     }
     e.from_m = at + (all_.centre_m.dot(s.w) + all_.radius_m) * s.w;
     e.w = -s.w;
@@ -158,29 +161,30 @@ class Sources {
   }
 
   const World& world_;
-  BoundingSphere objects_, all_;
+  relight::BoundingSphere objects_, all_;
   float total_ = 0;
   std::vector<float> powers_;  ///< of the lamps, then the sky
 };
 
-std::vector<VirtualLight> follow(const World& world, Emitted e, Sampler sampler, int bounces, bool with_objects) {
+std::vector<VirtualLight> follow(const World& world, Emitted e, relight::Sampler sampler, int bounces,
+                                 bool with_objects) {
   std::vector<VirtualLight> lights;
   for (int bounce = 0; bounce < bounces && e.flux_W.maxCoeff() > 0; ++bounce) {
     float limit_m = kInfinity;
-    for (const ReferenceLamp& lamp : world.scene->lamps) {
-      if (const auto t = reference::lamp_hit(lamp, e.from_m, e.w)) limit_m = std::min(limit_m, *t);
+    for (const relight::ReferenceLamp& lamp : world.scene->lamps) {
+      if (const auto t = relight::lamp_hit(lamp, e.from_m, e.w)) limit_m = std::min(limit_m, *t);
     }
     const auto real = world.real.hit(e.from_m, e.w, limit_m);
     if (real) limit_m = real->t_m;
     const auto object = with_objects && !world.objects.empty() ? world.objects.hit(e.from_m, e.w, limit_m)
-                                                               : std::optional<reference::MeshHit>();
+                                                               : std::optional<relight::MeshHit>();
     if (!real && !object) return lights;
-    const reference::SurfaceHit s = object ? world.objects.surface(*object, e.w) : world.real.surface(*real, e.w);
+    const relight::SurfaceHit s = object ? world.objects.surface(*object, e.w) : world.real.surface(*real, e.w);
     e.flux_W *= s.look.diffuse;
     e.from_m = s.position_m + kLift_m * s.face;
     e.w = about(s.normal, sampler.two());
     if (e.w.dot(s.face) <= 0) e.w -= 2 * e.w.dot(s.face) * s.face;
-    lights.push_back({s.position_m, s.normal, e.flux_W / kPi});
+    lights.push_back({s.position_m, s.normal, e.flux_W / relight::kPi});
   }
   return lights;
 }
@@ -191,7 +195,7 @@ std::vector<LightPair> trace_virtual_lights(const World& world, int paths, int b
   const Sources sources(world);
   std::vector<LightPair> pairs;
   for (int i = 0; i < paths; ++i) {
-    Sampler sampler(seed, 0, static_cast<std::uint32_t>(i));
+    relight::Sampler sampler(seed, 0, static_cast<std::uint32_t>(i));
     const Emitted start = sources.sample(sampler, paths);
     const auto without = follow(world, start, sampler, bounces, false);
     const auto with = follow(world, start, sampler, bounces, true);

@@ -12,7 +12,7 @@ namespace lumigraft::comparators {
 /// Lambert: radiant intensity falls with the cosine to the normal.
 struct VirtualLight {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::UnitZ();
-  Rgb intensity = Rgb::Zero();  ///< along the normal, W/sr
+  relight::Rgb intensity = relight::Rgb::Zero();  ///< along the normal, W/sr
 
   bool operator==(const VirtualLight& o) const {
     return position_m == o.position_m && normal == o.normal && (intensity == o.intensity).all();
@@ -27,6 +27,7 @@ struct LightPair {
 /// `paths` light paths of up to `bounces` vertices each. Lamps and sky start paths in proportion to their power, half
 /// of them towards the objects; of the sky, what falls on the sphere around everything counts. Mirrors start no lights:
 /// paths go on as from their Lambert part alone.
-std::vector<LightPair> trace_virtual_lights(const reference::TraceWorld& world, int paths, int bounces, std::uint32_t seed);
+std::vector<LightPair> trace_virtual_lights(const relight::TraceWorld& world, int paths, int bounces,
+                                            std::uint32_t seed);
 
 }  // namespace lumigraft::comparators

@@ -21,7 +21,7 @@ struct Film {
 };
 
 void measure(const Film& film) {
-  CameraModel camera;
+  capture::CameraModel camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = camera.fy = 525;
@@ -32,13 +32,13 @@ void measure(const Film& film) {
     const double azimuth = -2.4 + film.turn_rad * i;
     return looking_at_tag(1.3 + film.way_m * i, 55 * kDegree, azimuth, {0.1, 0.1, 0});
   };
-  std::vector<FrameSet> frames;
+  std::vector<capture::FrameSet> frames;
   for (unsigned i = 0; i < kPictures; ++i)
     frames.push_back(frame_of(corner_of_room, camera, pose_of(static_cast<int>(i)), i, {1, i + 1}));
   std::vector<double> ms(kPictures, 1e9);
   std::size_t bricks = 0;
   for (int run = 0; run < kRuns; ++run) {
-    FusionStage stage(session_with(camera), {});
+    reconstruct::FusionStage stage(session_with(camera), {});
     for (int i = 0; i < kPictures; ++i) {
       const std::clock_t start = std::clock();
       const auto field = stage.fuse(frames[static_cast<std::size_t>(i)], pose_at(pose_of(i)));

@@ -22,7 +22,7 @@
 #include "reconstruct/light/light.h"
 #include "reconstruct/pose/pose.h"
 
-namespace lumigraft {
+namespace lumigraft::test {
 namespace {
 
 constexpr std::size_t kLearning = 32, kSolveThen = 8, kSolveLater = 32;  // frames
@@ -36,14 +36,14 @@ double cpu_ms() {
 
 class Stages {
  public:
-  explicit Stages(const Session& session)
+  explicit Stages(const capture::Session& session)
       : pose_(session.tag, session.color.model, session.color.response),
-        light_(session, LightSettings{}),
-        fusion_(session, FusionSettings{}),
+        light_(session, reconstruct::LightSettings{}),
+        fusion_(session, reconstruct::FusionSettings{}),
         albedo_(session) {}
 
-  void learn(const FrameSet& frame, std::size_t count) {
-    std::optional<Pose> pose;
+  void learn(const capture::FrameSet& frame, std::size_t count) {
+    std::optional<reconstruct::Pose> pose;
     timed("pose", [&] { pose = pose_.locate(frame, field_.get()).pose; });
     timed("light", [&] { measured_ = light_.extract(frame).illumination; });
     if (!pose || pose->age_ns != 0 || !frame.depth) return;
@@ -65,19 +65,19 @@ class Stages {
     times_ms[name].push_back(cpu_ms() - start_ms);
   }
 
-  PoseStage pose_;
-  LightStage light_;
-  FusionStage fusion_;
-  AlbedoStage albedo_;
-  std::shared_ptr<const DistanceField> field_;
-  std::shared_ptr<const Illumination> measured_;
-  AlbedoStage::Result solved_;
+  reconstruct::PoseStage pose_;
+  reconstruct::LightStage light_;
+  reconstruct::FusionStage fusion_;
+  reconstruct::AlbedoStage albedo_;
+  std::shared_ptr<const reconstruct::DistanceField> field_;
+  std::shared_ptr<const reconstruct::Illumination> measured_;
+  reconstruct::AlbedoStage::Result solved_;
 };
 
 void measure(const std::filesystem::path& folder, std::size_t count) {
-  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
-  const auto reader = open_frames(session);
-  std::vector<FrameSet> frames;
+  const capture::Session session = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+  const auto reader = capture::open_frames(session);
+  std::vector<capture::FrameSet> frames;
   while (auto frame = reader->next(std::chrono::seconds(1))) frames.push_back(std::move(*frame));
   if (frames.empty()) return;
   Stages stages(session);
@@ -85,7 +85,7 @@ void measure(const std::filesystem::path& folder, std::size_t count) {
   for (std::size_t i = 0; i < kLearning + count; ++i) {
     if (i == kLearning) stages.times_ms.clear();
     const std::size_t along = i % turn;
-    FrameSet frame = frames[std::min(along, turn - along) % frames.size()];
+    capture::FrameSet frame = frames[std::min(along, turn - along) % frames.size()];
     frame.index = i;
     frame.time_ns = static_cast<std::int64_t>(1e9 * static_cast<double>(i) / kFramesPerSecond);
     stages.learn(frame, i);
@@ -106,7 +106,7 @@ void measure(const std::filesystem::path& folder, std::size_t count) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::test
 
 int main(int count, char** words) {
   if (count < 2 || count > 3) {

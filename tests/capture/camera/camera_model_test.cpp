@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -206,4 +206,4 @@ TEST(CameraModel, SolidAngleOfAnEquidistantPixelIsSinThetaOverR) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

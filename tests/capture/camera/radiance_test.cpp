@@ -7,7 +7,7 @@
 
 #include "capture/camera/vignetting.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 /// What an 8-bit sRGB camera shows of a row of grey radiances.
@@ -128,4 +128,4 @@ TEST(Radiance, VignettingIsTakenOut) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

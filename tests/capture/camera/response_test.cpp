@@ -9,7 +9,7 @@
 #include "capture/error.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 TEST(Response, SrgbIsTheStandardCurve) {
@@ -86,4 +86,4 @@ TEST_F(ResponseFile, BadTablesAreRefusedWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,7 +7,7 @@
 
 namespace lumigraft::test {
 
-void write_exr(const std::filesystem::path& file, const Image<float>& image) {
+void write_exr(const std::filesystem::path& file, const capture::Image<float>& image) {
   Imf::Header header(image.width, image.height);
   Imf::FrameBuffer buffer;
   const std::size_t pixel = sizeof(float) * static_cast<std::size_t>(image.channels);

@@ -6,6 +6,6 @@
 
 namespace lumigraft::test {
 
-void write_exr(const std::filesystem::path& file, const Image<float>& image);
+void write_exr(const std::filesystem::path& file, const capture::Image<float>& image);
 
 }  // namespace lumigraft::test

@@ -10,7 +10,7 @@
 #include "server/pipeline/camera_picture.h"
 #include "server/truth/truth.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 std::filesystem::path scratch(const char* name) {
@@ -65,4 +65,4 @@ TEST(CameraPicture, RadianceIsShownThroughTheExposure) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr int kWidth = 32;
@@ -128,4 +128,4 @@ TEST(PixelFormats, WhatIsNoPictureIsRefused) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

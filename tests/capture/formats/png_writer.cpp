@@ -23,11 +23,11 @@ void write(const std::filesystem::path& file, const void* pixels, int width, int
 
 }  // namespace
 
-void write_png(const std::filesystem::path& file, const Image<std::uint8_t>& image) {
+void write_png(const std::filesystem::path& file, const capture::Image<std::uint8_t>& image) {
   write(file, image.data.data(), image.width, image.height, image.channels, false);
 }
 
-void write_png(const std::filesystem::path& file, const Image<std::uint16_t>& image) {
+void write_png(const std::filesystem::path& file, const capture::Image<std::uint16_t>& image) {
   write(file, image.data.data(), image.width, image.height, image.channels, true);
 }
 

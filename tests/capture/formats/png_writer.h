@@ -7,7 +7,7 @@
 
 namespace lumigraft::test {
 
-void write_png(const std::filesystem::path& file, const Image<std::uint8_t>& image);
-void write_png(const std::filesystem::path& file, const Image<std::uint16_t>& image);
+void write_png(const std::filesystem::path& file, const capture::Image<std::uint8_t>& image);
+void write_png(const std::filesystem::path& file, const capture::Image<std::uint16_t>& image);
 
 }  // namespace lumigraft::test

@@ -1,6 +1,4 @@
 // The real Aravis library with its own GigE Vision camera on a loopback address, in a process that can be killed.
-#include "capture/live/aravis/source.h"
-
 #include <arv.h>
 #include <gtest/gtest.h>
 
@@ -10,18 +8,19 @@
 #include <fstream>
 #include <optional>
 
-#include "capture/live/camera_list.h"
-#include "capture/session/config.h"
 #include "capture/error.h"
+#include "capture/live/aravis/source.h"
+#include "capture/live/camera_list.h"
 #include "capture/live/live_source.h"
+#include "capture/session/config.h"
 #include "capture/sync/pairing_reader.h"
 #include "tests/capture/live/gige_camera.h"
 #include "tests/capture/live/leaks.h"
+#include "tests/capture/live/small_camera.h"
 #include "tests/capture/recorded_frames.h"
 #include "tests/capture/scratch_folder.h"
-#include "tests/capture/live/small_camera.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -516,4 +515,4 @@ TEST_F(LiveAravis, IsRecordedAsItCame) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

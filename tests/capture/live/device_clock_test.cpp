@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <random>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
@@ -69,4 +69,4 @@ TEST(DeviceClock, NeverAfterTheArrivalAndFollowsAJump) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,7 +7,7 @@
 #include "capture/error.h"
 #include "capture/live/libcamera/library.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 namespace controls = libcamera::controls;
@@ -91,4 +91,4 @@ TEST(LibcameraSettings, APicturesExposureIsWhatItSaysItHad) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -10,7 +10,7 @@
 #include "capture/error.h"
 #include "capture/session/stream_spec.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -223,4 +223,4 @@ TEST_F(LiveCamera, WhatNoPatienceMendsIsAnError) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

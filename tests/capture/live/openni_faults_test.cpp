@@ -9,17 +9,17 @@
 #include <fstream>
 #include <vector>
 
-#include "capture/session/config.h"
 #include "capture/error.h"
-#include "capture/sync/pairing_reader.h"
+#include "capture/session/config.h"
 #include "capture/session/stream_spec.h"
+#include "capture/sync/pairing_reader.h"
 #include "tests/capture/live/gige_camera.h"
 #include "tests/capture/live/leaks.h"
 #include "tests/capture/live/openni_test_pictures.h"
-#include "tests/capture/scratch_folder.h"
 #include "tests/capture/live/small_camera.h"
+#include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -298,4 +298,4 @@ TEST_F(TwoCameras, AFaultInOneStopsNotTheOther) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

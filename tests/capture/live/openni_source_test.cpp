@@ -1,6 +1,4 @@
 // The real OpenNI2 library, recorder and player, with a device of our own (openni_test_driver.cpp).
-#include "capture/live/openni/source.h"
-
 #include <OpenNI.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -14,15 +12,16 @@
 #include <optional>
 #include <thread>
 
-#include "capture/live/camera_list.h"
 #include "capture/error.h"
+#include "capture/live/camera_list.h"
+#include "capture/live/openni/source.h"
 #include "capture/recorded/oni_source.h"
 #include "tests/capture/live/leaks.h"
-#include "tests/capture/recorded/oni_recording.h"
 #include "tests/capture/live/openni_test_pictures.h"
+#include "tests/capture/recorded/oni_recording.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -323,4 +322,4 @@ TEST_F(OpenNi, AReaderThatIsKilledIsSaidAndLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -9,13 +9,13 @@
 #include <csignal>
 #include <fstream>
 
-#include "capture/session/config.h"
 #include "capture/error.h"
 #include "capture/recorded/mkv_source.h"
+#include "capture/session/config.h"
 #include "capture/sync/pairing_reader.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -411,4 +411,4 @@ TEST_F(SessionRecording, AFullDiskEndsItWithWhatIsThere) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -9,12 +9,12 @@
 #include <fstream>
 
 #include "capture/error.h"
-#include "capture/recorded/mkv_source.h"
 #include "capture/record/stream_recorder.h"
+#include "capture/recorded/mkv_source.h"
 #include "tests/capture/recorded/mkv_writer.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -162,4 +162,4 @@ TEST_F(HostileRecording, PiecesMissingRepeatedOrCut) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

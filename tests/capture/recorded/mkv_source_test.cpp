@@ -10,7 +10,7 @@
 #include "tests/capture/recorded/mkv_writer.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -195,4 +195,4 @@ TEST_F(MkvSourceTest, FlippedBitsNeverCrash) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

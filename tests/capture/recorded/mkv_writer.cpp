@@ -105,7 +105,7 @@ void write_depth_mkv(const std::filesystem::path& file, const std::vector<TimedC
   for (const TimedCounts& picture : pictures) {
     times.push_back(picture.time_ms);
   }
-  const Image<std::uint16_t>& first = pictures[0].counts;
+  const capture::Image<std::uint16_t>& first = pictures[0].counts;
   write(file, "ffv1", AV_PIX_FMT_GRAY16LE, first.width, first.height, times, [&](std::size_t i, AVFrame& frame) {
     for (int y = 0; y < first.height; ++y) {
       std::memcpy(frame.data[0] + static_cast<std::ptrdiff_t>(y) * frame.linesize[0], &pictures[i].counts.at(0, y),

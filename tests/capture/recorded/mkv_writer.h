@@ -11,12 +11,12 @@ namespace lumigraft::test {
 
 struct TimedRgb {
   std::int64_t time_ms = 0;
-  Image<std::uint8_t> rgb;
+  capture::Image<std::uint8_t> rgb;
 };
 
 struct TimedCounts {
   std::int64_t time_ms = 0;
-  Image<std::uint16_t> counts;
+  capture::Image<std::uint16_t> counts;
 };
 
 /// codec: "ffv1" (lossless, bgr0) or "mjpeg" (yuvj444p, quality 2).

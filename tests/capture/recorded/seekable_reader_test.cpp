@@ -6,13 +6,13 @@
 #include <fstream>
 
 #include "capture/error.h"
+#include "capture/record/session_recorder.h"
 #include "capture/recorded/mkv_source.h"
 #include "capture/sync/pairing_reader.h"
-#include "capture/record/session_recorder.h"
 #include "tests/capture/formats/png_writer.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -167,4 +167,4 @@ TEST_F(FramesFromTest, LiveCamerasHaveNoBeginning) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

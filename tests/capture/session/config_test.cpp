@@ -8,7 +8,7 @@
 #include "capture/error.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 /// The message of the InputError that `action` must throw.
@@ -191,4 +191,4 @@ TEST(Config, BrokenTomlSaysTheLine) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

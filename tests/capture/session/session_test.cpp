@@ -7,7 +7,7 @@
 #include "capture/error.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 constexpr const char* kWhole = R"(format = 1
@@ -476,4 +476,4 @@ TEST_F(SessionFile, SourcesOfOtherBuildsAreNamed) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

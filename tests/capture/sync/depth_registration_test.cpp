@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 CameraModel pinhole(int width, int height, double f) {
@@ -196,4 +196,4 @@ TEST(DepthRegistration, APointAtTheLensCostsLittleAndBreaksNothing) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

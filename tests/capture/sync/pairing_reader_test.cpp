@@ -9,7 +9,7 @@
 
 #include "capture/live/device_clock.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -429,4 +429,4 @@ TEST(PairingReader, KeepsNoPicturesForALiveColourCameraThatIsAway) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -16,10 +16,11 @@
 namespace lumigraft::test {
 
 /// The next whole picture but `after`.
-inline std::optional<Picture> picture_of(Source& source, int after = 0) {
+inline std::optional<capture::Picture> picture_of(capture::Source& source, int after = 0) {
   for (int i = 0; i < 40; ++i) {
     const auto item = source.next(std::chrono::milliseconds(3000));
-    if (const auto* picture = item ? std::get_if<Picture>(&*item) : nullptr; picture != nullptr && after-- <= 0) {
+    if (const auto* picture = item ? std::get_if<capture::Picture>(&*item) : nullptr;
+        picture != nullptr && after-- <= 0) {
       return *picture;
     }
   }
@@ -35,7 +36,7 @@ inline constexpr std::chrono::nanoseconds kBackWithin = std::chrono::seconds(2);
 /// counts, since a busy machine's changes from second to second.
 template <typename Go, typename Return>
 void expect_back_again(
-    LiveSource& source, int usual_cycles, const std::string& fault, const Go& go, const Return& come_back,
+    capture::LiveSource& source, int usual_cycles, const std::string& fault, const Go& go, const Return& come_back,
     const std::function<std::chrono::nanoseconds()>& longest = [] { return kBackWithin; }) {
   using Clock = std::chrono::steady_clock;
   std::optional<std::uint64_t> last;

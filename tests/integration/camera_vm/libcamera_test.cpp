@@ -10,18 +10,18 @@
 #include <filesystem>
 #include <fstream>
 
-#include "capture/live/camera_list.h"
 #include "capture/error.h"
+#include "capture/live/camera_list.h"
 #include "capture/live/libcamera/source.h"
 #include "capture/live/live_source.h"
-#include "tests/integration/camera_vm/back_again.h"
-#include "tests/integration/camera_vm/driver_memory.h"
-#include "tests/integration/camera_vm/usb_plug.h"
 #include "tests/capture/live/leaks.h"
 #include "tests/capture/recorded_frames.h"
 #include "tests/capture/scratch_folder.h"
+#include "tests/integration/camera_vm/back_again.h"
+#include "tests/integration/camera_vm/driver_memory.h"
+#include "tests/integration/camera_vm/usb_plug.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -380,4 +380,4 @@ TEST(LibcameraUsb, UnpluggedAndReplugged) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -4,19 +4,19 @@
 #include <algorithm>
 #include <fstream>
 
-#include "capture/live/camera_list.h"
 #include "capture/error.h"
+#include "capture/live/camera_list.h"
 #include "capture/live/live_source.h"
-#include "capture/sync/pairing_reader.h"
 #include "capture/live/v4l2/source.h"
+#include "capture/sync/pairing_reader.h"
+#include "tests/capture/live/small_camera.h"
+#include "tests/capture/recorded_frames.h"
+#include "tests/capture/scratch_folder.h"
 #include "tests/integration/camera_vm/back_again.h"
 #include "tests/integration/camera_vm/usb_plug.h"
 #include "tests/integration/camera_vm/vivid_camera.h"
-#include "tests/capture/recorded_frames.h"
-#include "tests/capture/scratch_folder.h"
-#include "tests/capture/live/small_camera.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -197,4 +197,4 @@ TEST_F(RecordedUsbCamera, ReplaysByteForByte) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

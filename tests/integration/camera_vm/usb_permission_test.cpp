@@ -9,13 +9,13 @@
 #include <fstream>
 #include <thread>
 
+#include "capture/error.h"
 #include "capture/live/aravis/source.h"
 #include "capture/live/camera_list.h"
-#include "capture/error.h"
 #include "capture/live/openni/source.h"
 #include "tests/capture/child_process.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -90,8 +90,9 @@ TEST_F(UsbPermission, OfACameraOfUsb3Vision) {
   EXPECT_EQ(as_nobody([&] { return fault_of(open); }),
             std::string("aravis:Maker-0001: found no such camera but one of USB3 Vision: ") + kSays);
   EXPECT_EQ(as_nobody([] { return rejection_reason(list_aravis_cameras(), "aravis:"); }), kSays);
-  EXPECT_EQ(rejection_reason(list_aravis_cameras(), "aravis:Maker-0001").find(kSays), std::string::npos) << "root sees it";
+  EXPECT_EQ(rejection_reason(list_aravis_cameras(), "aravis:Maker-0001").find(kSays), std::string::npos)
+      << "root sees it";
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -30,12 +30,12 @@ class UsbPlug {
   }
   /// Without a word over the wire: what a source says there meanwhile, as it opens it, is mixed up by gadgetfs.
   static bool known_to_the_kernel() {
-    for (const std::string& node : v4l2::nodes()) {
+    for (const std::string& node : capture::v4l2::nodes()) {
       try {
-        if (v4l2::Device(node).card().rfind(kName, 0) == 0) {
+        if (capture::v4l2::Device(node).card().rfind(kName, 0) == 0) {
           return true;
         }
-      } catch (const InputError&) {  // it has gone again
+      } catch (const capture::InputError&) {  // it has gone again
       }
     }
     return false;

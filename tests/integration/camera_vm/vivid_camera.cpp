@@ -9,8 +9,9 @@
 
 namespace lumigraft::test {
 
-StreamSpec vivid_spec(PixelFormat format) {
-  StreamSpec spec{.stream = Stream::fisheye, .width = kVividWidth, .height = kVividHeight, .exposure = 2.5};
+capture::StreamSpec vivid_spec(capture::PixelFormat format) {
+  capture::StreamSpec spec{
+      .stream = capture::Stream::fisheye, .width = kVividWidth, .height = kVividHeight, .exposure = 2.5};
   spec.settings.pixel_format = format;
   spec.settings.controls = {{"osd_text_mode", 2}};
   return spec;

@@ -14,7 +14,7 @@ inline constexpr int kVividWidth = 320;
 inline constexpr int kVividHeight = 180;
 
 /// The camera with its text switched off: eight bars of full height.
-StreamSpec vivid_spec(PixelFormat format);
+capture::StreamSpec vivid_spec(capture::PixelFormat format);
 
 /// A second hand on the camera.
 class Vivid {

@@ -12,10 +12,10 @@
 #include "capture/error.h"
 #include "capture/live/live_source.h"
 #include "capture/live/v4l2/source.h"
-#include "tests/integration/camera_vm/vivid_camera.h"
 #include "tests/capture/live/leaks.h"
+#include "tests/integration/camera_vm/vivid_camera.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -279,4 +279,4 @@ TEST_F(VividFaults, UnpluggedAndReplugged) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

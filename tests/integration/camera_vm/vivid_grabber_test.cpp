@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "capture/live/camera_list.h"
 #include "capture/error.h"
+#include "capture/live/camera_list.h"
 #include "capture/live/live_source.h"
 #include "capture/live/v4l2/source.h"
 #include "tests/integration/camera_vm/vivid_camera.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -169,4 +169,4 @@ TEST_F(VividGrabber, IsListedWithItsInputsAndTheSignal) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -7,15 +7,15 @@
 #include <cmath>
 #include <fstream>
 
-#include "capture/live/camera_list.h"
 #include "capture/error.h"
+#include "capture/live/camera_list.h"
 #include "capture/live/v4l2/source.h"
-#include "tests/integration/camera_vm/driver_memory.h"
-#include "tests/integration/camera_vm/vivid_camera.h"
 #include "tests/capture/recorded_frames.h"
 #include "tests/capture/scratch_folder.h"
+#include "tests/integration/camera_vm/driver_memory.h"
+#include "tests/integration/camera_vm/vivid_camera.h"
 
-namespace lumigraft {
+namespace lumigraft::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -256,4 +256,4 @@ TEST_F(RecordedVivid, ReplaysByteForByte) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::capture

@@ -15,7 +15,7 @@
 #include "tests/reconstruct/albedo/albedo_room.h"
 #include "tests/reconstruct/real_data.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -24,8 +24,8 @@ constexpr int kStep = 3;                // every third pixel of the photographs 
 constexpr std::array kViews = {1, 34};  // before, and from the left and below
 constexpr float kPlaster = 0.5f;        ///< gauge: a guess, since light is known up to its scale alone
 
-CameraModel camera() {
-  CameraModel model;
+capture::CameraModel camera() {
+  capture::CameraModel model;
   model.width = 1139 / kStep;
   model.height = 1709 / kStep;
   model.fx = model.fy = 4071.93 / kStep;
@@ -35,20 +35,20 @@ CameraModel camera() {
 }
 
 struct View {
-  FrameSet frame;
+  capture::FrameSet frame;
   Pose pose;
 };
 
 View read_view(const std::filesystem::path& folder, int number) {
   char name[40];
   std::snprintf(name, sizeof(name), "%06d.png", number);
-  const auto codes = read_encoded(folder / (std::string("color") + name));
-  const auto counts = read_depth(folder / (std::string("depth") + name));
-  const CameraModel model = camera();
-  auto depth = std::make_shared<DepthPicture>();
-  depth->depth_m = Image<float>(model.width, model.height, 1);
-  auto color = std::make_shared<Picture>();
-  color->encoded = Image<std::uint8_t>(model.width, model.height, 3);
+  const auto codes = capture::read_encoded(folder / (std::string("color") + name));
+  const auto counts = capture::read_depth(folder / (std::string("depth") + name));
+  const capture::CameraModel model = camera();
+  auto depth = std::make_shared<capture::DepthPicture>();
+  depth->depth_m = capture::Image<float>(model.width, model.height, 1);
+  auto color = std::make_shared<capture::Picture>();
+  color->encoded = capture::Image<std::uint8_t>(model.width, model.height, 3);
   for (int v = 0; v < model.height; ++v)
     for (int u = 0; u < model.width; ++u) {
       depth->depth_m.at(u, v) = 0.001f * counts.at(kStep * u + 1, kStep * v + 1);
@@ -79,7 +79,7 @@ struct Sample {
 };
 
 std::shared_ptr<const DistanceField> fuse(const std::vector<const View*>& views) {
-  Session session;
+  capture::Session session;
   session.color.model = camera();
   FusionSettings settings;
   settings.voxel_m = 0.004;
@@ -97,14 +97,14 @@ double median(std::vector<double> values) {
 }
 
 Vector3f radiance(const View& view, int u, int v) {
-  const Picture& picture = *view.frame.color;
+  const capture::Picture& picture = *view.frame.color;
   Vector3f light;
-  for (int c = 0; c < 3; ++c) light[c] = srgb_to_linear(picture.encoded.at(u, v, c) / 255.0f);
+  for (int c = 0; c < 3; ++c) light[c] = capture::srgb_to_linear(picture.encoded.at(u, v, c) / 255.0f);
   return light / static_cast<float>(picture.exposure);
 }
 
 std::vector<Sample> samples(const DistanceField& field, const View& view) {
-  const CameraModel model = camera();
+  const capture::CameraModel model = camera();
   std::vector<Sample> all;
   for (int v = 0; v < model.height; v += 3)
     for (int u = 0; u < model.width; u += 3) {
@@ -164,7 +164,7 @@ TEST(AlbedoBust, LightAndAlbedoFromOtherViews) {
   // What exposures were is not told: plaster that both photographs show is as bright in one as in the other.
   const std::vector<double> brighter = ratios(*fuse({&views[0], &views[1]}), views[0], views[1]);
   ASSERT_GT(brighter.size(), 1000u);
-  auto picture = std::make_shared<Picture>(*views[1].frame.color);
+  auto picture = std::make_shared<capture::Picture>(*views[1].frame.color);
   picture->exposure = median(brighter);
   views[1].frame.color = picture;
   const auto field = fuse({&views[0], &views[1]});
@@ -196,13 +196,13 @@ TEST(AlbedoBust, LightAndAlbedoFromOtherViews) {
   all.insert(all.end(), seen[1].begin(), seen[1].end());
   Illumination light;
   light.remainder_sh = light_of(all);
-  light.remainder.radiance = Image<float>(128, 64, 3);
+  light.remainder.radiance = capture::Image<float>(128, 64, 3);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 128; ++u)
       for (int c = 0; c < 3; ++c)
         light.remainder.radiance.at(u, v, c) =
             std::max(0.0f, sh_radiance(light.remainder_sh, environment_direction(u, v, 128, 64))[c]);
-  Session session;
+  capture::Session session;
   session.color.model = camera();
   std::vector<std::shared_ptr<const AlbedoField>> albedo;
   for (const auto& one : alone) albedo.push_back(AlbedoStage(session).solve(*one, light).albedo);
@@ -236,4 +236,4 @@ TEST(AlbedoBust, LightAndAlbedoFromOtherViews) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

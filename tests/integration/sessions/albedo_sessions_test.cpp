@@ -17,14 +17,14 @@
 #include "capture/source.h"
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/fusion/fusion.h"
-#include "reconstruct/light/light.h"
 #include "reconstruct/light/environment.h"
 #include "reconstruct/light/fisheye_rays.h"
+#include "reconstruct/light/light.h"
 #include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/albedo/albedo_agreement.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -80,8 +80,8 @@ struct AlbedoErrors {
   double sigma = 0;             ///< median of the reported 1σ over the truth's length, of all channels
 };
 
-AlbedoErrors albedo_errors(const AlbedoField& field, const Image<float>& truth, const FrameSet& frame,
-                           const Session& session, const Pose& pose) {
+AlbedoErrors albedo_errors(const AlbedoField& field, const capture::Image<float>& truth, const capture::FrameSet& frame,
+                           const capture::Session& session, const Pose& pose) {
   AlbedoErrors errors;
   std::vector<double> relative, chromaticity, sigmas;
   int within = 0, unknown = 0;
@@ -124,8 +124,8 @@ AlbedoErrors albedo_errors(const AlbedoField& field, const Image<float>& truth, 
 
 /// RMS over normals of the sphere of the remainder's irradiance by its harmonics against quadrature over the true
 /// fish-eye picture with the true lamps painted over, over the mean.
-double remainder_error(const Illumination& light, const std::vector<TrueLamp>& lamps, const Session& session,
-                       Image<float> truth) {
+double remainder_error(const Illumination& light, const std::vector<TrueLamp>& lamps, const capture::Session& session,
+                       capture::Image<float> truth) {
   const FisheyeView view = fisheye_view(*session.fisheye);
   const Vector3f probe = light.probe_position_m;
   for (const TrueLamp& lamp : lamps) {
@@ -167,9 +167,9 @@ double remainder_error(const Illumination& light, const std::vector<TrueLamp>& l
 }
 
 /// Sessions whose fish-eye is radiance have no other truth of it.
-Image<float> true_fisheye(const std::filesystem::path& session) {
+capture::Image<float> true_fisheye(const std::filesystem::path& session) {
   const std::filesystem::path truth = session / "truth/000000/fisheye.exr";
-  return read_radiance(std::filesystem::exists(truth) ? truth : session / "fisheye/000000.exr");
+  return capture::read_radiance(std::filesystem::exists(truth) ? truth : session / "fisheye/000000.exr");
 }
 
 struct Case {
@@ -199,13 +199,14 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
   }
   std::vector<std::string> overrides;
   if (*c.fisheye) overrides.push_back(std::string("fisheye.source=images:") + c.fisheye);
-  const Session session = read_session(ConfigTable::load(folder / "session.toml", overrides));
-  const auto frames = open_frames(session);
+  const capture::Session session =
+      capture::read_session(capture::ConfigTable::load(folder / "session.toml", overrides));
+  const auto frames = capture::open_frames(session);
   PoseStage locate(session.tag, session.color.model, session.color.response);
   FusionStage fuse(session, {});
   LightStage light(session, {});
   std::optional<Pose> pose, first_pose;
-  std::optional<FrameSet> frame, first;
+  std::optional<capture::FrameSet> frame, first;
   std::shared_ptr<const DistanceField> field;
   LightStage::Result lights;
   for (int i = 0; i < c.frames; ++i) {
@@ -269,8 +270,8 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
   }
   const double remainder = remainder_error(*result.illumination, truth, session, true_fisheye(folder));
   std::printf("    remainder: irradiance by harmonics %.1f %% off, RMS over normals\n", 100 * remainder);
-  const AlbedoErrors errors =
-      albedo_errors(*result.albedo, read_radiance(folder / "truth/000000/albedo.exr"), *first, session, *first_pose);
+  const AlbedoErrors errors = albedo_errors(*result.albedo, capture::read_radiance(folder / "truth/000000/albedo.exr"),
+                                            *first, session, *first_pose);
   std::printf(
       "    albedo: mean error %.4f, median %.1f %%, chromaticity %.2f deg, %.0f %% within one sigma (%.1f %%), %.1f %% "
       "unknown\n",
@@ -299,13 +300,13 @@ TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
   if (!std::filesystem::exists(folder / "session.toml")) {
     GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << GetParam();
   }
-  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
-  const auto frames = open_frames(session);
+  const capture::Session session = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+  const auto frames = capture::open_frames(session);
   PoseStage locate(session.tag, session.color.model, session.color.response);
   FusionStage fuse(session, {});
   LightStage light(session, {});
   AlbedoStage solve(session);
-  std::optional<FrameSet> first;
+  std::optional<capture::FrameSet> first;
   std::optional<Pose> first_pose;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const Illumination> seen;
@@ -330,7 +331,7 @@ TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
   const Agreement agree = agreement(*last.albedo, *all.albedo);
   std::printf("new: %-16s %d times all, %.0f CPU ms each, %d times what is new, %.0f CPU ms each\n", GetParam(), whole,
               whole_ms / whole, alone, alone_ms / std::max(alone, 1));
-  const Image<float> truth = read_radiance(folder / "truth/000000/albedo.exr");
+  const capture::Image<float> truth = capture::read_radiance(folder / "truth/000000/albedo.exr");
   std::vector<AlbedoErrors> both;
   for (const AlbedoField* albedo : {last.albedo.get(), all.albedo.get()}) {
     const AlbedoErrors errors = albedo_errors(*albedo, truth, *first, session, *first_pose);
@@ -363,4 +364,4 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"tabletop-orbit", "", 12, 1.5f, 0.15f, 0.05}, Case{"recording", "", 12, 2.0f, 0.1f, 0.06}));
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

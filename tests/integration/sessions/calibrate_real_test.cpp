@@ -4,11 +4,11 @@
 #include <cstdlib>
 
 #include "reconstruct/calibrate/camera.h"
-#include "reconstruct/calibrate/picture_folder.h"
 #include "reconstruct/calibrate/linear_picture.h"
+#include "reconstruct/calibrate/picture_folder.h"
 #include "reconstruct/pose/gray_regions.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 TEST(CalibrateReal, AChessboardBeforeAFisheye) {
@@ -23,14 +23,14 @@ TEST(CalibrateReal, AChessboardBeforeAFisheye) {
   board.size_m = 0.03;
   const BoardFinder finder(board);
   std::vector<BoardPicture> pictures;
-  CameraModel camera;
-  camera.kind = CameraModel::Kind::kannala_brandt;
+  capture::CameraModel camera;
+  camera.kind = capture::CameraModel::Kind::kannala_brandt;
   for (const auto& file : picture_files(folder)) {
-    const Picture picture = read_any_picture(file);
+    const capture::Picture picture = read_any_picture(file);
     camera.width = picture.encoded.width;
     camera.height = picture.encoded.height;
     BoardPicture& kept = pictures.emplace_back();
-    kept.light = linear_light(picture, Response::srgb());
+    kept.light = linear_light(picture, capture::Response::srgb());
     kept.view = finder.find(detector_codes(picture, {0, 0, camera.width, camera.height}, 1.0f), kept.light);
   }
   const CameraCalibration found = calibrate_camera(camera, finder, pictures);
@@ -45,4 +45,4 @@ TEST(CalibrateReal, AChessboardBeforeAFisheye) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

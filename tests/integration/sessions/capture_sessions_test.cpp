@@ -6,11 +6,11 @@
 #include <cstdlib>
 #include <limits>
 
-#include "capture/session/config.h"
 #include "capture/camera/radiance.h"
+#include "capture/session/config.h"
 #include "capture/source.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace std::chrono_literals;
@@ -20,9 +20,9 @@ std::filesystem::path sessions_folder() {
   return extra == nullptr ? std::filesystem::path() : std::filesystem::path(extra) / "sessions";
 }
 
-Session load(const std::filesystem::path& folder, const std::vector<std::string>& overrides = {}) {
-  const ConfigTable root = ConfigTable::load(folder / "session.toml", overrides);
-  Session session = read_session(root);
+capture::Session load(const std::filesystem::path& folder, const std::vector<std::string>& overrides = {}) {
+  const capture::ConfigTable root = capture::ConfigTable::load(folder / "session.toml", overrides);
+  capture::Session session = capture::read_session(root);
   root.finish();
   return session;
 }
@@ -39,7 +39,7 @@ class Sessions : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(Sessions, ReadsWithoutAWarning) {
-  const auto reader = open_frames(load(folder_));
+  const auto reader = capture::open_frames(load(folder_));
   std::uint64_t index = 0;
   while (const auto frame = reader->next(100ms)) {
     EXPECT_EQ(frame->index, index++);
@@ -54,13 +54,13 @@ TEST_P(Sessions, ReadsWithoutAWarning) {
 }
 
 /// The radiance error that one code value makes in the longest exposure that shows `radiance` below full scale.
-double one_code_at(double radiance, const std::vector<std::shared_ptr<const Picture>>& bracket) {
+double one_code_at(double radiance, const std::vector<std::shared_ptr<const capture::Picture>>& bracket) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& picture : bracket) {
     const double linear = radiance * picture->exposure;
-    if (linear < srgb_to_linear(230.0f / 255.0f)) {
-      const float code = std::min(253.0f, std::floor(255.0f * linear_to_srgb(static_cast<float>(linear))));
-      const double slope = srgb_to_linear((code + 1.0f) / 255.0f) - srgb_to_linear(code / 255.0f);
+    if (linear < capture::srgb_to_linear(230.0f / 255.0f)) {
+      const float code = std::min(253.0f, std::floor(255.0f * capture::linear_to_srgb(static_cast<float>(linear))));
+      const double slope = capture::srgb_to_linear((code + 1.0f) / 255.0f) - capture::srgb_to_linear(code / 255.0f);
       smallest = std::min(smallest, slope / picture->exposure);
     }
   }
@@ -72,14 +72,15 @@ TEST_P(Sessions, BracketMatchesTheRadianceItWasMadeFrom) {
   if (!std::filesystem::exists(folder_ / "fisheye-bracket.txt")) {
     GTEST_SKIP() << "no bracket in " << GetParam();
   }
-  const Session hdr_session = load(folder_);
-  const Session bracket_session = load(folder_, {"fisheye.source=images:fisheye-bracket.txt"});
-  const auto hdr_frame = open_frames(hdr_session)->next(100ms);
-  const auto bracket_frame = open_frames(bracket_session)->next(100ms);
+  const capture::Session hdr_session = load(folder_);
+  const capture::Session bracket_session = load(folder_, {"fisheye.source=images:fisheye-bracket.txt"});
+  const auto hdr_frame = capture::open_frames(hdr_session)->next(100ms);
+  const auto bracket_frame = capture::open_frames(bracket_session)->next(100ms);
   ASSERT_TRUE(hdr_frame && bracket_frame);
   ASSERT_EQ(bracket_frame->fisheye.size(), 4u);
-  const RadiancePicture truth = merge_bracket(hdr_frame->fisheye, hdr_session.fisheye->response);
-  const RadiancePicture merged = merge_bracket(bracket_frame->fisheye, bracket_session.fisheye->response);
+  const capture::RadiancePicture truth = capture::merge_bracket(hdr_frame->fisheye, hdr_session.fisheye->response);
+  const capture::RadiancePicture merged =
+      capture::merge_bracket(bracket_frame->fisheye, bracket_session.fisheye->response);
   double sum_truth = 0.0;
   double sum_merged = 0.0;
   double worst = 0.0;
@@ -114,4 +115,4 @@ INSTANTIATE_TEST_SUITE_P(Extra, Sessions,
                          });
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -12,11 +12,11 @@
 
 #include "capture/session/session.h"
 #include "capture/source.h"
+#include "reconstruct/field/surface_mesh.h"
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/pose/pose.h"
-#include "reconstruct/field/surface_mesh.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -89,14 +89,14 @@ TEST_P(FusionSessions, AreNearTheTruth) {
   const std::filesystem::path folder = folder_of(c.session);
   if (!std::filesystem::exists(folder / "session.toml"))
     GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << c.session;
-  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
+  const capture::Session session = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
   PoseStage pose_stage(session.tag, session.color.model, session.color.response);
   FusionStage fusion(session, {});
   std::shared_ptr<const DistanceField> field;
-  FrameSet last;
+  capture::FrameSet last;
   Pose last_pose;
   for (int round = 0; round < (c.republished > 0 ? 2 : 1); ++round) {
-    const auto frames = open_frames(session);
+    const auto frames = capture::open_frames(session);
     double cpu_ms = 0;
     int pictures = 0;
     std::size_t changed = 0;
@@ -138,7 +138,7 @@ TEST_P(FusionSessions, AreNearTheTruth) {
 
   // What the camera saw last is there.
   int rays = 0, met = 0;
-  const Image<float>& depth = last.depth->depth_m;
+  const capture::Image<float>& depth = last.depth->depth_m;
   for (int v = 2; v < depth.height; v += 4)
     for (int u = 2; u < depth.width; u += 4) {
       const auto ray = session.color.model.unproject({static_cast<double>(u), static_cast<double>(v)});
@@ -171,4 +171,4 @@ INSTANTIATE_TEST_SUITE_P(All, FusionSessions,
                          });
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

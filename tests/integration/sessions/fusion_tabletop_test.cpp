@@ -12,13 +12,13 @@
 #include "tests/reconstruct/point_cloud.h"
 #include "tests/reconstruct/real_data.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
 
-CameraModel kinect() {
-  CameraModel camera;
+capture::CameraModel kinect() {
+  capture::CameraModel camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = camera.fy = 525;
@@ -71,15 +71,15 @@ TEST(FusionTabletop, TablesAreFlatAndThingsAreThere) {
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/tabletop-clouds";
   for (const char* name : {"test0", "test20"}) {
     const test::PointCloud cloud = test::read_cloud(*folder / (std::string(name) + ".pcd"));
-    Session session;
+    capture::Session session;
     session.color.model = kinect();
-    FrameSet frame;
-    auto depth = std::make_shared<DepthPicture>();
-    depth->depth_m = Image<float>(640, 480, 1);
+    capture::FrameSet frame;
+    auto depth = std::make_shared<capture::DepthPicture>();
+    depth->depth_m = capture::Image<float>(640, 480, 1);
     for (std::size_t i = 0; i < cloud.points.size(); ++i) depth->depth_m.data[i] = cloud.points[i].z();
     frame.depth = depth;
-    auto color = std::make_shared<Picture>();
-    color->encoded = Image<std::uint8_t>(640, 480, 3, 128);
+    auto color = std::make_shared<capture::Picture>();
+    color->encoded = capture::Image<std::uint8_t>(640, 480, 3, 128);
     frame.color = color;
     FusionStage fusion(session, {});
     const auto field = fusion.fuse(frame, {});
@@ -127,4 +127,4 @@ TEST(FusionTabletop, TablesAreFlatAndThingsAreThere) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

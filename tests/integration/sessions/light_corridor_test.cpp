@@ -11,7 +11,7 @@
 #include "tests/reconstruct/light/light_views.h"
 #include "tests/reconstruct/real_data.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 // Scaramuzza's model: radius in pixels over the angle above the picture plane, lowest power first; centre in pixels.
@@ -29,7 +29,7 @@ double radius_px(double theta) {
 }
 
 /// The same lens as r = f (θ + k1 θ³ + ...), by least squares; how far off that is at most goes to `off_px`.
-CameraModel lens(double& off_px) {
+capture::CameraModel lens(double& off_px) {
   constexpr int kSteps = 180;
   Eigen::MatrixXd powers(kSteps, 5);
   Eigen::VectorXd radius(kSteps);
@@ -40,8 +40,8 @@ CameraModel lens(double& off_px) {
   }
   const Eigen::VectorXd f = powers.colPivHouseholderQr().solve(radius);
   off_px = (powers * f - radius).cwiseAbs().maxCoeff();
-  CameraModel camera;
-  camera.kind = CameraModel::Kind::kannala_brandt;
+  capture::CameraModel camera;
+  camera.kind = capture::CameraModel::Kind::kannala_brandt;
   camera.width = camera.height = 1600;
   camera.fx = camera.fy = f[0];
   camera.cx = kCentreX;
@@ -61,13 +61,13 @@ TEST(LightCorridor, SpotsInTheCeiling) {
   const auto folder = test::data_folder("ocam-corridor");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/ocam-corridor";
   double off_px = 0;
-  Session session;
+  capture::Session session;
   session.fisheye.emplace();
-  const CameraModel& model = session.fisheye->model = lens(off_px);
+  const capture::CameraModel& model = session.fisheye->model = lens(off_px);
   EXPECT_LT(off_px, 0.5);
-  auto picture = std::make_shared<Picture>(read_any_picture(*folder / "img0.jpg"));
-  picture->stream = Stream::fisheye;
-  FrameSet frame;
+  auto picture = std::make_shared<capture::Picture>(read_any_picture(*folder / "img0.jpg"));
+  picture->stream = capture::Stream::fisheye;
+  capture::FrameSet frame;
   frame.fisheye = {picture};
   LightStage stage(session, {});
   const auto result = stage.extract(frame);
@@ -98,4 +98,4 @@ TEST(LightCorridor, SpotsInTheCeiling) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -12,7 +12,7 @@
 #include "tests/reconstruct/light/light_views.h"
 #include "tests/reconstruct/real_data.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 /// Latitude-longitude pictures alone; empty where a folder is missing.
@@ -23,7 +23,7 @@ std::vector<std::filesystem::path> environments() {
     if (!folder) return {};
     for (const auto& file : std::filesystem::directory_iterator(*folder)) {
       if (file.path().extension() != ".hdr" && file.path().extension() != ".exr") continue;
-      const PictureHeader header = read_picture_header(file.path());
+      const capture::PictureHeader header = capture::read_picture_header(file.path());
       if (header.width == 2 * header.height) files.push_back(file.path());
     }
   }
@@ -75,7 +75,8 @@ struct Taken {
   double off_degrees = 0;
 };
 
-std::optional<Taken> taken(const Lamp& lamp, const LightSplit& split, const Exact& exact, const FisheyeCamera& camera) {
+std::optional<Taken> taken(const Lamp& lamp, const LightSplit& split, const Exact& exact,
+                           const capture::FisheyeCamera& camera) {
   const auto radius = [](const Lamp& of) { return std::acos(1 - of.solid_angle_sr / 6.2831853f); };
   const float reach = 3 * radius(lamp) + 2 * static_cast<float>(kDegree);  // it may be nine times as long as wide
   if (lamp.region >= 0) return std::nullopt;
@@ -102,15 +103,16 @@ std::optional<Taken> taken(const Lamp& lamp, const LightSplit& split, const Exac
 TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
   const auto files = environments();
   if (files.empty()) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/hdri and data/classic-probes";
-  const FisheyeCamera camera = fisheye(359.9, 512);
+  const capture::FisheyeCamera camera = fisheye(359.9, 512);
   const FisheyeView view = fisheye_view(camera);
   const EnvironmentResampler resampler(camera, view, 128, 64);
   for (const auto& file : files) {
     EnvironmentPicture map;
-    map.radiance = read_radiance(file);
+    map.radiance = capture::read_radiance(file);
     const Exact exact = exact_of(map);
     const auto picture = render(camera, [&](const Eigen::Vector3f& d) { return map.sample(d); });
-    const LightSplit split = split_lamps(picture, Image<std::uint8_t>(picture.width, picture.height, 1, 0), view, 8);
+    const LightSplit split =
+        split_lamps(picture, capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0), view, 8);
     const EnvironmentPicture rest = resampler.resample(split.rest, view);
     const Sh9 harmonics = project_sh(rest);
     const Exact rest_exact = exact_of(rest);
@@ -157,4 +159,4 @@ TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

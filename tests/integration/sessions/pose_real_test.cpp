@@ -10,13 +10,13 @@
 
 #include "capture/formats/picture_file.h"
 #include "reconstruct/fusion/fusion.h"
-#include "reconstruct/room/mirror_detection.h"
-#include "reconstruct/pose/pose.h"
 #include "reconstruct/pose/depth_tracking.h"
+#include "reconstruct/pose/pose.h"
+#include "reconstruct/room/mirror_detection.h"
 #include "tests/reconstruct/pose/pose_views.h"
 #include "tests/reconstruct/real_data.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -48,7 +48,7 @@ double median_off_mm(const DepthGrid& grid, const DistanceField& field, const Is
 TEST(PoseReal, AKitchenWithoutATag) {
   const auto folder = test::data_folder("redkitchen/data");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/redkitchen";
-  Session session;
+  capture::Session session;
   session.color.model.width = 640;
   session.color.model.height = 480;
   session.color.model.fx = session.color.model.fy = 585;
@@ -62,7 +62,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
   double surface_mm = 0, surface_given_mm = 0;
   DepthTracking carry(session.color.model);
   std::shared_ptr<const DistanceField> field;
-  const auto gray = std::make_shared<const Picture>();
+  const auto gray = std::make_shared<const capture::Picture>();
   Isometry3d T_world_first = Isometry3d::Identity();
   double most_mm = 0, most_degrees = 0, way_m = 0, cpu_ms = 0;
   std::vector<double> off_mm;
@@ -71,16 +71,16 @@ TEST(PoseReal, AKitchenWithoutATag) {
   for (int i = 0; i < kPictures; ++i) {
     char name[40];
     std::snprintf(name, sizeof(name), "frame-%06d", 10 * i);
-    const auto counts = read_depth(*folder / (std::string(name) + ".depth.png"));
-    DepthPicture depth;
-    depth.depth_m = Image<float>(640, 480, 1);
+    const auto counts = capture::read_depth(*folder / (std::string(name) + ".depth.png"));
+    capture::DepthPicture depth;
+    depth.depth_m = capture::Image<float>(640, 480, 1);
     for (std::size_t p = 0; p < counts.data.size(); ++p)
       depth.depth_m.data[p] = counts.data[p] == 65535 ? 0.0f : 0.001f * counts.data[p];
-    FrameSet frame;
+    capture::FrameSet frame;
     frame.index = static_cast<std::uint64_t>(i);
     frame.time_ns = i * 333'333'333ll;
     frame.color = gray;
-    frame.depth = std::make_shared<DepthPicture>(std::move(depth));
+    frame.depth = std::make_shared<capture::DepthPicture>(std::move(depth));
     const Isometry3d T_world_camera = read_pose(*folder / (std::string(name) + ".pose.txt"));
     if (i == 0) T_world_first = T_world_camera;
     const Isometry3d truth = T_world_first.inverse() * T_world_camera;
@@ -130,7 +130,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
 TEST(PoseReal, ATagOnATurntable) {
   const auto folder = test::data_folder("apriltag-images/duckietown");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/apriltag-images";
-  CameraModel camera;
+  capture::CameraModel camera;
   camera.width = 1056;
   camera.height = 792;
   camera.fx = 329.8729619143081;
@@ -140,8 +140,8 @@ TEST(PoseReal, ATagOnATurntable) {
   std::optional<Isometry3d> T_camera_front;
   double most_degrees = 0, most_mm = 0, most_px = 0;
   for (const int degrees : {0, -60, -30, 30, 60}) {
-    Picture picture;
-    picture.encoded = read_encoded(*folder / ("test_image_rotation_" + std::to_string(degrees) + ".png"));
+    capture::Picture picture;
+    picture.encoded = capture::read_encoded(*folder / ("test_image_rotation_" + std::to_string(degrees) + ".png"));
     PoseStage stage({"tag36h11", 76, 0.065}, camera);
     const auto result = stage.locate(test::frame_of(std::move(picture), 0, 0));
     ASSERT_TRUE(result.pose) << degrees;
@@ -161,4 +161,4 @@ TEST(PoseReal, ATagOnATurntable) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -15,7 +15,7 @@
 #include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -46,8 +46,8 @@ TEST_P(PoseSessions, AreNearTheTruth) {
   const auto folder = std::filesystem::path(extra ? extra : "") / "sessions" / GetParam();
   if (!extra || !std::filesystem::exists(folder))
     GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << GetParam();
-  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
-  const auto frames = open_frames(session);
+  const capture::Session session = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+  const auto frames = capture::open_frames(session);
   PoseStage stage(session.tag, session.color.model, session.color.response);
   std::vector<double> smooth_mm, smooth_deg, raw_mm, raw_deg, sigmas;
   while (const auto frame = frames->next(std::chrono::seconds(1))) {
@@ -81,8 +81,8 @@ TEST(PoseHidden, SurfacesCarryTheOrbitOn) {
   const auto folder = std::filesystem::path(extra ? extra : "") / "sessions/tabletop-orbit";
   if (!extra || !std::filesystem::exists(folder))
     GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/tabletop-orbit";
-  const Session session = read_session(ConfigTable::load(folder / "session.toml"));
-  const auto frames = open_frames(session);
+  const capture::Session session = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+  const auto frames = capture::open_frames(session);
   PoseStage stage(session.tag, session.color.model, session.color.response);
   FusionStage fusion(session, {});
   std::shared_ptr<const DistanceField> field;
@@ -92,7 +92,7 @@ TEST(PoseHidden, SurfacesCarryTheOrbitOn) {
   while (auto frame = frames->next(std::chrono::seconds(1))) {
     const bool hidden = frame->index >= 8 && frame->index < 16;
     if (hidden) {
-      auto covered = std::make_shared<Picture>(*frame->color);
+      auto covered = std::make_shared<capture::Picture>(*frame->color);
       std::fill(covered->encoded.data.begin(), covered->encoded.data.end(), std::uint8_t{90});
       frame->color = covered;
     }
@@ -131,4 +131,4 @@ INSTANTIATE_TEST_SUITE_P(All, PoseSessions,
                          });
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

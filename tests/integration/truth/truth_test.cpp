@@ -12,13 +12,13 @@
 #include <string>
 #include <vector>
 
-#include "capture/session/config.h"
 #include "capture/formats/picture_file.h"
+#include "capture/session/config.h"
 #include "capture/session/session.h"
 #include "server/bench/measures.h"
 #include "server/pipeline/service_config.h"
 
-namespace lumigraft {
+namespace lumigraft::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -41,7 +41,7 @@ constexpr int kStillFrames = 2;
 constexpr int kMovingFrames = 8;
 
 struct SessionScore {
-  Measures mean;
+  server::Measures mean;
   double psnr_unchanged_db = 0;  ///< camera picture left as it is: what the result has to beat
   int frames = 0;
 };
@@ -53,8 +53,8 @@ SessionScore replay_and_score(const fs::path& session, const std::string& group,
   const std::string name = group + "-" + session.filename().string() + "-" + std::to_string(getpid());
   const fs::path out = fs::temp_directory_path() / ("lumigraft-truth-" + name);
   fs::remove_all(out);
-  const ConfigTable root = ConfigTable::load(session / "session.toml");
-  const double exposure = read_session(root).color.exposure;
+  const capture::ConfigTable root = capture::ConfigTable::load(session / "session.toml");
+  const double exposure = capture::read_session(root).color.exposure;
   const std::vector<std::string> colors = color_list(session);
   std::map<int, fs::path> truths;
   for (const auto& entry : fs::directory_iterator(session / "truth")) {
@@ -78,15 +78,15 @@ SessionScore replay_and_score(const fs::path& session, const std::string& group,
     }
     char file[32];
     std::snprintf(file, sizeof file, "frame_%06d.png", frame);
-    const TruePictures wanted = read_true_pictures(truth, exposure);
-    const Image<std::uint8_t> camera = read_encoded(session / colors[frame]);
-    const Measures measures = measure_picture(read_encoded(out / file), camera, wanted);
+    const server::TruePictures wanted = server::read_true_pictures(truth, exposure);
+    const capture::Image<std::uint8_t> camera = capture::read_encoded(session / colors[frame]);
+    const server::Measures measures = server::measure_picture(capture::read_encoded(out / file), camera, wanted);
     result.mean.relight_error += measures.relight_error;
     result.mean.object_error += measures.object_error;
     result.mean.psnr_db += measures.psnr_db;
     result.mean.psnr_affected_db += measures.psnr_affected_db;
     result.mean.flip += measures.flip;
-    result.psnr_unchanged_db += measure_picture(camera, camera, wanted).psnr_db;
+    result.psnr_unchanged_db += server::measure_picture(camera, camera, wanted).psnr_db;
     ++result.frames;
   }
   for (double* sum : {&result.mean.relight_error, &result.mean.object_error, &result.mean.psnr_db,
@@ -107,7 +107,8 @@ void check(const fs::path& session, const std::string& group, const std::string&
       "(unchanged %.2f dB)\n",
       group.c_str(), name.c_str(), score.frames, score.mean.relight_error, score.mean.object_error, score.mean.psnr_db,
       score.mean.psnr_affected_db, score.mean.flip, score.psnr_unchanged_db);
-  const ConfigTable bounds = ConfigTable::load(fs::path(LUMIGRAFT_SOURCE_DIR) / "tests/integration/truth/bounds.toml");
+  const capture::ConfigTable bounds =
+      capture::ConfigTable::load(fs::path(LUMIGRAFT_SOURCE_DIR) / "tests/integration/truth/bounds.toml");
   if (const auto bound = bounds.table(group).optional_table(name)) {
     EXPECT_LE(score.mean.relight_error, bound->number("relight_error", 0, 10));
     EXPECT_GE(score.mean.psnr_db, bound->number("psnr_db", 0, 100));
@@ -125,7 +126,7 @@ TEST(Truth, OwnRecordings) {
 
 // With the plan that serve starts from where nothing else is asked for.
 TEST(Truth, OwnRecordingLive) {
-  const Plan live = interactive_plan();
+  const relight::Plan live = server::interactive_plan();
   check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "live",
         " --set plan.method=dvct --set plan.trace_scale=" + std::to_string(live.trace_scale) +
             " --set plan.rsm=" + std::to_string(live.rsm));
@@ -154,4 +155,4 @@ TEST(Truth, ExtraSessions) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::test

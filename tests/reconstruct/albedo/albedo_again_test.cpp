@@ -3,10 +3,10 @@
 
 #include <Eigen/Geometry>
 
-#include "tests/reconstruct/albedo/albedo_room.h"
 #include "reconstruct/albedo/albedo.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 TestRoom room_with_lamp() {
@@ -27,7 +27,7 @@ std::size_t kept(const AlbedoField& a, const AlbedoField& b) {
 
 TEST(AlbedoAgain, ARoomThatStaysKeepsItsBricks) {
   TestRoom room = room_with_lamp();
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto first = stage.solve(room.field(), room.illumination());
   // Radiance flickers by less than anybody sees.
   room.albedo = [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.501f, 0.401f, 0.301f); };
@@ -55,7 +55,7 @@ TEST(AlbedoAgain, ARoomThatStaysKeepsItsBricks) {
 
 TEST(AlbedoAgain, ALampThatMovedIsFoundAgain) {
   TestRoom room = room_with_lamp();
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   stage.solve(room.field(), room.illumination());
   room.lamps[0].position = {0.1f, -0.6f, 1.0f};
   DistanceField field = room.field();
@@ -70,7 +70,7 @@ TEST(AlbedoAgain, ALampThatMovedIsFoundAgain) {
 
 TEST(AlbedoAgain, WhatChangesColourIsSeen) {
   TestRoom room = room_with_lamp();
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   stage.solve(room.field(), room.illumination());
   room.albedo = [](const Eigen::Vector3f& p) {
     return p.x() > 0.1f ? Eigen::Vector3f(0.2f, 0.3f, 0.6f) : Eigen::Vector3f(0.5f, 0.4f, 0.3f);
@@ -84,4 +84,4 @@ TEST(AlbedoAgain, WhatChangesColourIsSeen) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

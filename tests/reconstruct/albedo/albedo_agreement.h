@@ -5,7 +5,7 @@
 
 #include "reconstruct/albedo/albedo.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 /// Over all voxels that either knows.
 struct Agreement {
@@ -41,4 +41,4 @@ inline Agreement agreement(const AlbedoField& a, const AlbedoField& b) {
   return result;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -11,7 +11,7 @@
 #include "reconstruct/field/distance_field.h"
 #include "reconstruct/light/light.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 constexpr float kTestPi = std::numbers::pi_v<float>;
 
@@ -133,7 +133,7 @@ struct TestRoom {
       light.squareness = lamp.flat ? 0.43f : 0.0f;
       result.lights.push_back(light);
     }
-    result.remainder.radiance = Image<float>(128, 64, 3);
+    result.remainder.radiance = capture::Image<float>(128, 64, 3);
     for (std::size_t i = 0; i < result.remainder.radiance.data.size(); ++i) {
       result.remainder.radiance.data[i] = ambient[static_cast<Eigen::Index>(i % 3)];
     }
@@ -154,4 +154,4 @@ std::pair<Eigen::Vector3f, float> albedo_at(const Field& field, const Eigen::Vec
   return {brick->second->albedo[i], brick->second->sigma[i]};
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

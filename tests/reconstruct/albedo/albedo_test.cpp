@@ -5,11 +5,11 @@
 #include <Eigen/Geometry>
 #include <fstream>
 
-#include "tests/reconstruct/albedo/albedo_room.h"
 #include "capture/error.h"
 #include "reconstruct/shading/surface_samples.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 TestLamp bulb() { return {{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}; }
@@ -72,7 +72,7 @@ TEST(TagPaper, WhiteThatClipsIsNotTakenForGrey) {
 TEST(AlbedoStage, WhiteFurnaceIsExact) {
   TestRoom room;
   room.ambient = Eigen::Vector3f::Ones();
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   const FloorError error = floor_error(room, *result.albedo, kNowhere);
   EXPECT_EQ(error.unknown, 0);
@@ -84,7 +84,7 @@ TEST(AlbedoStage, OneLampOnAPlane) {
   TestRoom room;
   room.lamps = {bulb()};
   room.ambient = Eigen::Vector3f::Constant(0.02f);
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   ASSERT_EQ(result.illumination->lights.size(), 1u);
   const PointLight& light = result.illumination->lights[0];
@@ -107,7 +107,7 @@ TEST(AlbedoStage, LampBesideABox) {
     // Planks: the floor is no even grey.
     return Eigen::Vector3f((0.3f + 0.05f * std::sin(60 * p.x())) * Eigen::Vector3f(1, 0.8f, 0.6f));
   };
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   const PointLight& light = result.illumination->lights[0];
   EXPECT_TRUE(light.distance_known);
@@ -128,7 +128,7 @@ TEST(AlbedoStage, ATextureKeepsItsContrast) {
   room.albedo = [&](const Eigen::Vector3f& p) {
     return Eigen::Vector3f(Eigen::Vector3f::Constant(0.3f + 0.03f * wave(p)));
   };
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   double found = 0, whole = 0, found_mean = 0, whole_mean = 0;
   for (int x = -50; x <= 50; ++x) {
@@ -154,7 +154,7 @@ TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
   room.lamps = {panel};
   room.ambient = Eigen::Vector3f::Constant(0.02f);
   room.boxes = {{{-0.1f, -0.3f, 0.0f}, {0.05f, -0.2f, 0.12f}}};
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   const PointLight& light = result.illumination->lights[0];
   ASSERT_TRUE(light.distance_known);
@@ -183,7 +183,7 @@ TEST(AlbedoStage, ABeamIsNoLampNearBy) {
   room.boxes = {{{-0.1f, -0.3f, 0.0f}, {0.05f, -0.2f, 0.12f}}};
   Illumination seen = room.illumination();
   seen.lights[0].squareness = 0;  // its opening is round
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), seen);
   ASSERT_EQ(result.warnings.size(), 1u);
   EXPECT_NE(result.warnings[0].find("1 lamp sends a beam"), std::string::npos) << result.warnings[0];
@@ -213,7 +213,7 @@ TEST(AlbedoStage, PiecesOfAWindowStandInItsPlane) {
   };
   Illumination seen = room.illumination();
   for (PointLight& light : seen.lights) light.region = 0;
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), seen);
   ASSERT_EQ(result.illumination->lights.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -234,7 +234,7 @@ TEST(AlbedoStage, TwoLampsAtOnce) {
   room.lamps = {{{0.5f, -0.6f, 0.7f}, {1.0f, 0.7f, 0.4f}, 0.04f}, {{-0.7f, 0.5f, 1.3f}, {0.8f, 1.2f, 1.8f}, 0.05f}};
   room.ambient = Eigen::Vector3f::Constant(0.02f);
   room.boxes = {{{0.05f, -0.1f, 0.0f}, {0.15f, 0.05f, 0.15f}}};
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   for (std::size_t i = 0; i < 2; ++i) {
     const float truth = (room.lamps[i].position - room.probe).norm();
@@ -264,7 +264,7 @@ TestRoom ceiling_of_panels() {
 // Which of them is how far away is told badly, that none is endlessly far, well.
 TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
   const TestRoom room = ceiling_of_panels();
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   const Eigen::Vector3f object(0, 0.33f, 0.1f);
   double off = 0, off_if_far = 0;
@@ -288,7 +288,7 @@ TEST(AlbedoStage, ClippedPanelsThatShareARoomShareItsLight) {
     light.irradiance = Eigen::Vector3f::Constant(light.irradiance.mean() / 6);
     light.clipped = true;
   }
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), seen);
   ASSERT_EQ(result.illumination->lights.size(), truth.size());
   std::vector<float> off;
@@ -310,7 +310,7 @@ TEST(AlbedoStage, AClippedSunIsAsStrongAsItsShadowsTell) {
   const Eigen::Vector3f truth = seen.lights[0].irradiance;
   seen.lights[0].irradiance = Eigen::Vector3f::Constant(truth.mean() / 40000);
   seen.lights[0].clipped = true;
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), seen);
   const Eigen::Vector3f found = result.illumination->lights[0].irradiance;
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c] / truth[c], 1, 0.25) << c;
@@ -328,7 +328,7 @@ TEST(AlbedoStage, ASunOverAMotleyFloorStaysFar) {
     const float slope = 1 + 0.12f * (p.x() - p.y());
     return grain * slope * Eigen::Vector3f(0.4f, 0.36f, 0.3f);
   };
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   EXPECT_FALSE(stage.solve(room.field(), room.illumination()).illumination->lights[0].distance_known);
 }
 
@@ -338,7 +338,7 @@ TEST(AlbedoStage, ASmallPatchDoesNotTellTheDistance) {
   room.probe = {0, 0, 0.03f};
   room.lamps = {{{1.5f, -1.0f, 5.0f}, {30, 30, 30}, 0.1f}};
   room.ambient = Eigen::Vector3f::Constant(0.1f);
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   EXPECT_FALSE(result.illumination->lights[0].distance_known);
   ASSERT_EQ(result.warnings.size(), 1u);
@@ -351,7 +351,7 @@ TEST(AlbedoStage, WhatWasNeverSeenIsUnknown) {
   TestRoom room;
   room.ambient = Eigen::Vector3f::Ones();
   room.seen = [](const Eigen::Vector3f& p) { return p.x() < 0.1f; };
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   EXPECT_GT(albedo_at(*result.albedo, {-0.2f, 0, 0}).second, 0);
   EXPECT_LT(albedo_at(*result.albedo, {0.3f, 0, 0}).second, 0);
@@ -364,7 +364,7 @@ TEST(AlbedoStage, DarknessIsUnknownNotGrey) {
   // A tall box throws a black shadow: no ambient light at all.
   room.boxes = {{{-0.1f, -0.05f, 0.0f}, {0.1f, 0.15f, 0.4f}}};
   room.albedo = [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.02f, 0.02f, 0.02f); };
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
   int unknown = 0, all = 0;
   for (float x = -0.4f; x < 0.4f; x += 0.02f) {
@@ -396,7 +396,7 @@ TEST(AlbedoStage, PowerOfAClippedLampFromItsShadowAndTheTagsPaper) {
   room.lamps = {bulb()};
   room.ambient = Eigen::Vector3f::Constant(0.06f);
   room.boxes = {{{0.05f, 0.1f, 0.0f}, {0.15f, 0.25f, 0.15f}}};
-  Session session;
+  capture::Session session;
   session.tag.size_m = 0.16;
   room.albedo = [](const Eigen::Vector3f& p) {
     const bool paper = std::abs(p.x()) < 0.1f && std::abs(p.y()) < 0.1f && p.z() < 0.01f;
@@ -419,7 +419,7 @@ TEST(AlbedoStage, PowerOfAClippedLampFromItsShadowAndTheTagsPaper) {
 TEST(AlbedoStage, WithoutASurfaceItIsSaid) {
   TestRoom room;
   room.ambient = Eigen::Vector3f::Ones();
-  const auto result = AlbedoStage{Session()}.solve(DistanceField(), room.illumination());
+  const auto result = AlbedoStage{capture::Session()}.solve(DistanceField(), room.illumination());
   EXPECT_TRUE(result.albedo->bricks.empty());
   ASSERT_EQ(result.warnings.size(), 1U);
   EXPECT_NE(result.warnings[0].find("the depth pictures hold no measurements"), std::string::npos);
@@ -428,8 +428,8 @@ TEST(AlbedoStage, WithoutASurfaceItIsSaid) {
 TEST(AlbedoStage, MetalHasNoAlbedo) {
   const std::filesystem::path mesh = std::filesystem::path(testing::TempDir()) / "plate.obj";
   std::ofstream(mesh) << "v -0.5 0.15 0\nv 0.5 0.15 0\nv 0.5 0.5 0\nv -0.5 0.5 0\nf 1 2 3 4\n";
-  Session session;
-  RealSurface plate;
+  capture::Session session;
+  capture::RealSurface plate;
   plate.name = "plate";
   plate.mesh = mesh;
   plate.metallic = 1;
@@ -444,7 +444,7 @@ TEST(AlbedoStage, MetalHasNoAlbedo) {
   EXPECT_NEAR(albedo_at(*result.albedo, {0, -0.1f, 0}).first.x(), 0.5, 0.01);
 
   session.real_surfaces[0].mesh = "nowhere.ply";
-  EXPECT_THROW(AlbedoStage{session}, InputError);
+  EXPECT_THROW(AlbedoStage{session}, capture::InputError);
 }
 
 TEST(AlbedoStage, AReflectionIsNoLamp) {
@@ -460,7 +460,7 @@ TEST(AlbedoStage, AReflectionIsNoLamp) {
   false_lamp.irradiance = Eigen::Vector3f::Constant(0.3f);
   false_lamp.angular_radius_rad = 0.05f;
   seen.lights.push_back(false_lamp);
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), seen);
   ASSERT_EQ(result.illumination->lights.size(), 1u);
   EXPECT_EQ(result.illumination->lights[0].id, 0);
@@ -476,7 +476,7 @@ TEST(AlbedoStage, NothingNewNothingDoneAndTheSameBytesEachTime) {
   room.boxes = {{{0.05f, -0.1f, 0.0f}, {0.15f, 0.05f, 0.15f}}};
   const DistanceField field = room.field();
   const Illumination seen = room.illumination();
-  AlbedoStage first{Session()}, second{Session()};
+  AlbedoStage first{capture::Session()}, second{capture::Session()};
   const auto a = first.solve(field, seen), again = first.solve(field, seen), b = second.solve(field, seen);
   EXPECT_EQ(a.albedo, again.albedo);
   EXPECT_EQ(a.illumination, again.illumination);
@@ -498,4 +498,4 @@ TEST(AlbedoStage, NothingNewNothingDoneAndTheSameBytesEachTime) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,11 +6,11 @@
 #include <ctime>
 #include <vector>
 
+#include "reconstruct/albedo/albedo.h"
 #include "tests/reconstruct/albedo/albedo_agreement.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
-#include "reconstruct/albedo/albedo.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 /// A tiled floor with two boxes in the light of two lamps.
@@ -49,7 +49,7 @@ TEST(AlbedoNew, ACameraThatSweepsARoomEndsWhereSolvingEverythingDoes) {
   const TestRoom room = large_room();
   const DistanceField whole = room.field();
   const Illumination seen = room.illumination();
-  AlbedoStage sweeping{Session()};
+  AlbedoStage sweeping{capture::Session()};
   constexpr int kSteps = 40;
   int alone = 0;
   AlbedoStage::Result last;
@@ -62,7 +62,7 @@ TEST(AlbedoNew, ACameraThatSweepsARoomEndsWhereSolvingEverythingDoes) {
     alone += !last.whole;
   }
   EXPECT_GT(alone, 25);
-  AlbedoStage at_once{Session()};
+  AlbedoStage at_once{capture::Session()};
   const auto all = at_once.solve(field, seen);
   ASSERT_TRUE(all.whole);
   const Agreement agree = agreement(*last.albedo, *all.albedo);
@@ -79,7 +79,7 @@ TEST(AlbedoNew, NothingDriftsOverManySolves) {
   room.half_m = 0.7f;
   const DistanceField whole = room.field();
   const Illumination seen = room.illumination();
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto first = stage.solve(whole, seen);
   // A shadow passes over the floor to and fro, and is gone.
   constexpr int kOnce = 36, kTimes = 5;
@@ -123,7 +123,7 @@ TEST(AlbedoNew, ItsCostFollowsWhatIsNewAndNotTheRoom) {
       const BrickKey& key = entry.first;
       return key[0] >= 2 && key[0] <= 4 && key[1] >= 2 && key[1] <= 4;
     });
-    AlbedoStage stage{Session()};
+    AlbedoStage stage{capture::Session()};
     Cost result;
     const double start_ms = cpu_ms();
     stage.solve(without, room.illumination());
@@ -149,4 +149,4 @@ TEST(AlbedoNew, ItsCostFollowsWhatIsNewAndNotTheRoom) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

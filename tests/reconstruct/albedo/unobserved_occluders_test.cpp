@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/reconstruct/albedo/albedo_room.h"
 #include "reconstruct/albedo/albedo.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -44,7 +44,7 @@ struct HalfSeenBox {
 
 TEST(HiddenShadows, AShadowOfUnseenSidesIsNoPaintAndPaintIsNoShadow) {
   const HalfSeenBox half;
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(half.field(), half.room.illumination());
   const auto off = [&](const Vector3f& p) {
     const auto [albedo, sigma] = albedo_at(*result.albedo, p);
@@ -61,10 +61,10 @@ TEST(HiddenShadows, WhereNoCameraIsHinderedThereAreNone) {
   DistanceField field = half.field();
   field.seen_from_m.push_back({0.9f, 0.05f, 0.4f});  // this one looks along the shadow into the box's place
   field.seen_from_m.push_back({-0.9f, 0.05f, 0.4f});
-  AlbedoStage stage{Session()};
+  AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(field, half.room.illumination());
   EXPECT_LT(albedo_at(*result.albedo, half.in_shadow).first.mean(), 0.3f) << "it saw nothing there: the floor is dark";
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

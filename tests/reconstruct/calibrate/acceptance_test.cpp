@@ -5,14 +5,14 @@
 
 #include "tests/reconstruct/calibrate/board_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
 
 /// Tags of the printed board where the camera shows them, taken for tags of the board that is said to be. No picture to
 /// measure them in again: they stay as they are.
-CameraCalibration calibrated(const CameraModel& camera, const std::vector<Eigen::Isometry3d>& poses,
+CameraCalibration calibrated(const capture::CameraModel& camera, const std::vector<Eigen::Isometry3d>& poses,
                              double sigma_px = 0.1, const Board& said = test_board()) {
   std::vector<BoardPicture> pictures;
   for (BoardView& view : exact_views(test_board(), camera, poses, sigma_px, 1)) {
@@ -60,7 +60,7 @@ TEST(CalibrateVerdict, NeverAtASlant) {
     pose.translation() += Eigen::Vector3d(0.12 * std::cos(2.4 * i), 0.09 * std::sin(2.4 * i), 0);
     poses.push_back(pose);
   }
-  CameraModel plain = distorted_pinhole();
+  capture::CameraModel plain = distorted_pinhole();
   plain.distortion = {};
   const std::string said = calibrated(plain, poses).refusal;
   EXPECT_EQ(said.find("uncertainty: found the focal length known to"), 0u) << said;
@@ -88,4 +88,4 @@ TEST(CalibrateVerdict, ALensThatIsNone) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

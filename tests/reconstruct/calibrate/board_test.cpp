@@ -7,11 +7,11 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 Board board_of(const std::string& text) {
-  const ConfigTable root = ConfigTable::parse(text, "board.toml");
+  const capture::ConfigTable root = capture::ConfigTable::parse(text, "board.toml");
   Board board = read_board(root);
   root.finish();
   return board;
@@ -20,7 +20,7 @@ Board board_of(const std::string& text) {
 std::string error_of(const std::string& text) {
   try {
     board_of(text);
-  } catch (const InputError& e) {
+  } catch (const capture::InputError& e) {
     return e.what();
   }
   return "no error";
@@ -35,7 +35,7 @@ TEST(CalibrateBoard, SaysWhereItsPointsAre) {
   EXPECT_TRUE(corners[0].isApprox(Eigen::Vector3d(-0.07, 0.005, 0)));
   EXPECT_TRUE(corners[2].isApprox(Eigen::Vector3d(-0.03, 0.045, 0)));
   EXPECT_TRUE(tags.extent_m().isApprox(Eigen::Vector2d(0.14, 0.09)));
-  const Tag list = tags.tag_list();
+  const capture::Tag list = tags.tag_list();
   EXPECT_EQ(list.id, 7);
   ASSERT_EQ(list.also.size(), 5u);
   EXPECT_EQ(list.also.back().id, 12);
@@ -85,4 +85,4 @@ TEST(CalibrateBoard, IsDrawnInMillimetres) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

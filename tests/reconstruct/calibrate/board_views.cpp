@@ -9,7 +9,7 @@
 namespace lumigraft::test {
 namespace {
 
-void blur(Image<float>& image, double sigma) {
+void blur(capture::Image<float>& image, double sigma) {
   if (!(sigma > 0)) return;
   const int reach = static_cast<int>(std::ceil(4 * sigma));
   std::vector<float> kernel;
@@ -20,7 +20,7 @@ void blur(Image<float>& image, double sigma) {
   }
   for (float& k : kernel) k /= sum;
   const auto pass = [&](int dx, int dy) {
-    Image<float> out(image.width, image.height, 1);
+    capture::Image<float> out(image.width, image.height, 1);
     for (int y = 0; y < image.height; ++y)
       for (int x = 0; x < image.width; ++x) {
         float value = 0;
@@ -54,7 +54,7 @@ Eigen::Isometry3d board_at(double distance_m, double angle_rad, double azimuth_r
   return T;
 }
 
-RayGrid::RayGrid(const CameraModel& camera) : width_(camera.width + 1) {
+RayGrid::RayGrid(const capture::CameraModel& camera) : width_(camera.width + 1) {
   for (int v = 0; v <= camera.height; ++v)
     for (int u = 0; u <= camera.width; ++u)
       rays_.push_back(camera.unproject({u - 0.5, v - 0.5}).value_or(Eigen::Vector3d::Zero()));
@@ -67,7 +67,7 @@ Eigen::Vector3d RayGrid::at(int u, int v, double x, double y) const {
   return (1 - y) * ((1 - x) * a + x * b) + y * ((1 - x) * c + x * d);
 }
 
-void sense(Image<float>& light, const BoardSensor& sensor) {
+void sense(capture::Image<float>& light, const BoardSensor& sensor) {
   blur(light, sensor.blur_px);
   std::mt19937 random(sensor.seed);
   std::normal_distribution<double> gauss(0, 1);
@@ -77,21 +77,22 @@ void sense(Image<float>& light, const BoardSensor& sensor) {
                                   std::sqrt(value / sensor.electrons + sensor.read_noise * sensor.read_noise));
 }
 
-Picture encoded(const Image<float>& light) {
-  Picture picture;
-  picture.encoded = Image<std::uint8_t>(light.width, light.height, 3);
+capture::Picture encoded(const capture::Image<float>& light) {
+  capture::Picture picture;
+  picture.encoded = capture::Image<std::uint8_t>(light.width, light.height, 3);
   for (std::size_t i = 0; i < picture.encoded.data.size(); ++i)
-    picture.encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(light.data[i / 3])));
+    picture.encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(light.data[i / 3])));
   return picture;
 }
 
-BoardDrawing::BoardDrawing(const Board& board, const CameraModel& camera)
+BoardDrawing::BoardDrawing(const reconstruct::Board& board, const capture::CameraModel& camera)
     : board_(board), camera_(camera), rays_(camera) {
-  if (board.kind == Board::Kind::tags) finder_ = std::make_unique<TagFinder>(board.tag_list());
+  if (board.kind == reconstruct::Board::Kind::tags)
+    finder_ = std::make_unique<reconstruct::TagFinder>(board.tag_list());
 }
 
-Image<float> BoardDrawing::light(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const {
-  Image<float> image(camera_.width, camera_.height, 1, 0.2f);
+capture::Image<float> BoardDrawing::light(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const {
+  capture::Image<float> image(camera_.width, camera_.height, 1, 0.2f);
   const Eigen::Isometry3d T_board_camera = T_camera_board.inverse();
   const auto on_board = [&](const Eigen::Vector3d& ray) -> std::optional<Eigen::Vector2d> {
     const Eigen::Vector3d d = T_board_camera.linear() * ray;
@@ -117,13 +118,13 @@ Image<float> BoardDrawing::light(const Eigen::Isometry3d& T_camera_board, const 
   return image;
 }
 
-Picture BoardDrawing::picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const {
+capture::Picture BoardDrawing::picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const {
   return encoded(light(T_camera_board, sensor));
 }
 
 bool BoardDrawing::white_at(const Eigen::Vector2d& p) const {
   const Eigen::Vector2d from_corner = p + 0.5 * board_.extent_m();  // from the lower left
-  if (board_.kind == Board::Kind::chessboard) {
+  if (board_.kind == reconstruct::Board::Kind::chessboard) {
     const Eigen::Vector2d extent = board_.extent_m();
     if ((from_corner.array() < 0).any() || (from_corner.array() > extent.array()).any()) return true;
     const int column = static_cast<int>(from_corner.x() / board_.size_m);
@@ -134,26 +135,26 @@ bool BoardDrawing::white_at(const Eigen::Vector2d& p) const {
   const int row = board_.rows - 1 - static_cast<int>(std::floor(from_corner.y() / board_.pitch_m()));
   if (column < 0 || row < 0 || column >= board_.columns || row >= board_.rows) return true;
   const int tag = row * board_.columns + column;
-  const TagPattern& pattern = finder_->pattern(static_cast<std::size_t>(tag));
+  const reconstruct::TagPattern& pattern = finder_->pattern(static_cast<std::size_t>(tag));
   const Eigen::Vector2d cell =
       (p - board_.place_m(tag).head<2>()) / board_.size_m * pattern.square_cells;  // from the tag's centre
   const double half = pattern.cells / 2.0;
   return pattern.white_at(static_cast<int>(std::floor(half + cell.x())), static_cast<int>(std::floor(half - cell.y())));
 }
 
-Image<std::uint8_t> grey_of(const Picture& picture) {
+capture::Image<std::uint8_t> grey_of(const capture::Picture& picture) {
   const int width = picture.encoded.width, height = picture.encoded.height;
-  return detector_codes(picture, {0, 0, width, height}, 1.0f);
+  return reconstruct::detector_codes(picture, {0, 0, width, height}, 1.0f);
 }
 
-BoardPicture board_picture(const BoardFinder& finder, const Picture& picture) {
-  BoardPicture kept{linear_light(picture, Response::srgb()), {}};
+reconstruct::BoardPicture board_picture(const reconstruct::BoardFinder& finder, const capture::Picture& picture) {
+  reconstruct::BoardPicture kept{reconstruct::linear_light(picture, capture::Response::srgb()), {}};
   kept.view = finder.find(grey_of(picture), kept.light);
   return kept;
 }
 
-CameraModel unknown_camera(const CameraModel& truth) {
-  CameraModel camera;
+capture::CameraModel unknown_camera(const capture::CameraModel& truth) {
+  capture::CameraModel camera;
   camera.kind = truth.kind;
   camera.width = truth.width;
   camera.height = truth.height;
@@ -161,8 +162,8 @@ CameraModel unknown_camera(const CameraModel& truth) {
   return camera;
 }
 
-Board test_board() {
-  Board board;
+reconstruct::Board test_board() {
+  reconstruct::Board board;
   board.rows = 3;
   board.columns = 4;
   board.size_m = 0.05;
@@ -170,8 +171,8 @@ Board test_board() {
   return board;
 }
 
-CameraModel distorted_pinhole() {
-  CameraModel camera;
+capture::CameraModel distorted_pinhole() {
+  capture::CameraModel camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = 531.7;
@@ -182,9 +183,9 @@ CameraModel distorted_pinhole() {
   return camera;
 }
 
-CameraModel test_fisheye() {
-  CameraModel camera;
-  camera.kind = CameraModel::Kind::kannala_brandt;
+capture::CameraModel test_fisheye() {
+  capture::CameraModel camera;
+  camera.kind = capture::CameraModel::Kind::kannala_brandt;
   camera.width = camera.height = 512;
   camera.fx = 156.1;
   camera.fy = 155.4;
@@ -214,12 +215,12 @@ std::vector<Eigen::Isometry3d> fisheye_poses() {
   return poses;
 }
 
-BoardView exact_view(const Board& board, const CameraModel& camera, const Eigen::Isometry3d& T_camera_board,
-                     double sigma_px, std::mt19937& random) {
+reconstruct::BoardView exact_view(const reconstruct::Board& board, const capture::CameraModel& camera,
+                                  const Eigen::Isometry3d& T_camera_board, double sigma_px, std::mt19937& random) {
   std::normal_distribution<double> gauss(0, 1);
-  BoardView view;
+  reconstruct::BoardView view;
   for (int tag = 0; tag < board.tags(); ++tag) {
-    SeenPoints seen;
+    reconstruct::SeenPoints seen;
     seen.place = tag;
     for (const Eigen::Vector3d& corner : board.corners_m(tag)) {
       const auto pixel = camera.project(T_camera_board * corner);
@@ -233,20 +234,21 @@ BoardView exact_view(const Board& board, const CameraModel& camera, const Eigen:
   return view;
 }
 
-std::vector<BoardView> exact_views(const Board& board, const CameraModel& camera,
-                                   const std::vector<Eigen::Isometry3d>& poses, double sigma_px, unsigned seed) {
+std::vector<reconstruct::BoardView> exact_views(const reconstruct::Board& board, const capture::CameraModel& camera,
+                                                const std::vector<Eigen::Isometry3d>& poses, double sigma_px,
+                                                unsigned seed) {
   std::mt19937 random(seed);
-  std::vector<BoardView> views;
+  std::vector<reconstruct::BoardView> views;
   for (const Eigen::Isometry3d& pose : poses) views.push_back(exact_view(board, camera, pose, sigma_px, random));
   return views;
 }
 
-double farthest_apart_px(const CameraModel& a, const CameraModel& b, double angle_rad) {
+double farthest_apart_px(const capture::CameraModel& a, const capture::CameraModel& b, double angle_rad) {
   double farthest = 0;
   for (int i = 0; i <= 20; ++i)
     for (int k = 0; k <= 20; ++k) {
       const double theta = i * angle_rad / 20, phi = 2 * M_PI * k / 20;
-      const auto d = a.kind == CameraModel::Kind::pinhole
+      const auto d = a.kind == capture::CameraModel::Kind::pinhole
                          ? b.unproject({i * (b.width - 1) / 20.0, k * (b.height - 1) / 20.0})
                          : std::optional(Eigen::Vector3d(std::sin(theta) * std::cos(phi),
                                                          std::sin(theta) * std::sin(phi), std::cos(theta)));

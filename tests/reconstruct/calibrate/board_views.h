@@ -26,7 +26,7 @@ Eigen::Isometry3d board_at(double distance_m, double angle_rad, double azimuth_r
 /// Rays of the corners between pixels, from which those inside follow to a thousandth of a pixel.
 class RayGrid {
  public:
-  explicit RayGrid(const CameraModel& camera);
+  explicit RayGrid(const capture::CameraModel& camera);
   /// x, y from 0 to 1 inside pixel (u, v); zero where the camera sees nothing.
   Eigen::Vector3d at(int u, int v, double x, double y) const;
 
@@ -43,41 +43,41 @@ struct BoardSensor {
 };
 
 /// What becomes of light, 1 being white: the lens blurs it, the sensor counts electrons.
-void sense(Image<float>& light, const BoardSensor& sensor);
+void sense(capture::Image<float>& light, const BoardSensor& sensor);
 
-Picture encoded(const Image<float>& light);
+capture::Picture encoded(const capture::Image<float>& light);
 
 class BoardDrawing {
  public:
-  BoardDrawing(const Board& board, const CameraModel& camera);
+  BoardDrawing(const reconstruct::Board& board, const capture::CameraModel& camera);
 
   /// Linear light, 1 is white.
-  Image<float> light(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const;
+  capture::Image<float> light(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const;
 
-  Picture picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const;
+  capture::Picture picture(const Eigen::Isometry3d& T_camera_board, const BoardSensor& sensor) const;
 
   bool white_at(const Eigen::Vector2d& p) const;
 
  private:
-  Board board_;
-  CameraModel camera_;
+  reconstruct::Board board_;
+  capture::CameraModel camera_;
   RayGrid rays_;
-  std::unique_ptr<TagFinder> finder_;
+  std::unique_ptr<reconstruct::TagFinder> finder_;
 };
 
-Image<std::uint8_t> grey_of(const Picture& picture);
+capture::Image<std::uint8_t> grey_of(const capture::Picture& picture);
 
 /// What calibration keeps of a picture.
-BoardPicture board_picture(const BoardFinder& finder, const Picture& picture);
+reconstruct::BoardPicture board_picture(const reconstruct::BoardFinder& finder, const capture::Picture& picture);
 
 /// A camera as it comes from a shop: its kind and size, nothing else.
-CameraModel unknown_camera(const CameraModel& truth);
+capture::CameraModel unknown_camera(const capture::CameraModel& truth);
 
-Board test_board();
+reconstruct::Board test_board();
 
-CameraModel distorted_pinhole();
+capture::CameraModel distorted_pinhole();
 
-CameraModel test_fisheye();
+capture::CameraModel test_fisheye();
 
 /// The board all over the picture, at slants, as a person shows it; the first four in the middle.
 std::vector<Eigen::Isometry3d> pinhole_poses(int count);
@@ -87,14 +87,15 @@ std::vector<Eigen::Isometry3d> fisheye_poses();
 
 /// Where a camera of this lens shows the board's points, with Gaussian errors of `sigma_px`, as far as they are in the
 /// picture: what a detector would find, without a picture.
-BoardView exact_view(const Board& board, const CameraModel& camera, const Eigen::Isometry3d& T_camera_board,
-                     double sigma_px, std::mt19937& random);
+reconstruct::BoardView exact_view(const reconstruct::Board& board, const capture::CameraModel& camera,
+                                  const Eigen::Isometry3d& T_camera_board, double sigma_px, std::mt19937& random);
 
-std::vector<BoardView> exact_views(const Board& board, const CameraModel& camera,
-                                   const std::vector<Eigen::Isometry3d>& poses, double sigma_px, unsigned seed);
+std::vector<reconstruct::BoardView> exact_views(const reconstruct::Board& board, const capture::CameraModel& camera,
+                                                const std::vector<Eigen::Isometry3d>& poses, double sigma_px,
+                                                unsigned seed);
 
 /// How far apart two lenses put the same direction, at worst: over a pinhole's picture, or to `angle_rad` from the
 /// axis.
-double farthest_apart_px(const CameraModel& a, const CameraModel& b, double angle_rad);
+double farthest_apart_px(const capture::CameraModel& a, const capture::CameraModel& b, double angle_rad);
 
 }  // namespace lumigraft::test

@@ -6,17 +6,17 @@
 #include "reconstruct/calibrate/initial_guess.h"
 #include "tests/reconstruct/calibrate/board_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
 
-std::vector<Eigen::Isometry3d> poses_of(const CameraModel& camera) {
-  return camera.kind == CameraModel::Kind::pinhole ? pinhole_poses(12) : fisheye_poses();
+std::vector<Eigen::Isometry3d> poses_of(const capture::CameraModel& camera) {
+  return camera.kind == capture::CameraModel::Kind::pinhole ? pinhole_poses(12) : fisheye_poses();
 }
 
 TEST(CalibrateStart, FindsTheBoardsPoseAndTheFocalLength) {
-  for (const CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
+  for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
     const auto poses = poses_of(camera);
     const auto views = exact_views(test_board(), camera, poses, 0, 1);
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -31,7 +31,7 @@ TEST(CalibrateStart, FindsTheBoardsPoseAndTheFocalLength) {
 }
 
 TEST(CalibrateAdjust, ExactCornersGiveTheExactLens) {
-  for (const CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
+  for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
     const auto poses = poses_of(camera);
     const auto views = exact_views(test_board(), camera, poses, 0, 1);
     const auto start = start_camera(unknown_camera(camera), views);
@@ -45,7 +45,7 @@ TEST(CalibrateAdjust, ExactCornersGiveTheExactLens) {
 }
 
 TEST(CalibrateAdjust, LeavesOutWhatNoLensExplains) {
-  const CameraModel camera = distorted_pinhole();
+  const capture::CameraModel camera = distorted_pinhole();
   const auto poses = poses_of(camera);
   auto views = exact_views(test_board(), camera, poses, 0.05, 1);
   views[3].seen[2].pixels[1] += Eigen::Vector2d(3, -2);  // a finger
@@ -71,8 +71,8 @@ TEST(CalibrateAdjust, LeavesOutWhatNoLensExplains) {
 /// noise; the runs do not.
 TEST(CalibrateAdjust, SigmasAreHonest) {
   constexpr int kRuns = 30;
-  for (const CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
-    const int numbers = camera.kind == CameraModel::Kind::pinhole ? 9 : 8;
+  for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
+    const int numbers = camera.kind == capture::CameraModel::Kind::pinhole ? 9 : 8;
     const LensNumbers truth = lens_numbers(camera);
     const auto poses = poses_of(camera);
     int within = 0, within_two = 0;
@@ -99,7 +99,7 @@ TEST(CalibrateAdjust, SigmasAreHonest) {
 }
 
 TEST(CalibrateAdjust, TwoCamerasAndHowTheyStand) {
-  const CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
+  const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
   const Eigen::Isometry3d T_fisheye_color =
       Eigen::Translation3d(0.05, -0.03, 0.02) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 1, -0.2).normalized());
   constexpr int kRuns = 20;
@@ -128,4 +128,4 @@ TEST(CalibrateAdjust, TwoCamerasAndHowTheyStand) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

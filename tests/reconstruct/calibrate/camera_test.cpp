@@ -5,12 +5,12 @@
 
 #include "tests/reconstruct/calibrate/board_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
 
-std::vector<BoardPicture> drawn(const CameraModel& camera, const BoardFinder& finder,
+std::vector<BoardPicture> drawn(const capture::CameraModel& camera, const BoardFinder& finder,
                                 const std::vector<Eigen::Isometry3d>& poses) {
   const BoardDrawing drawing(test_board(), camera);
   std::vector<BoardPicture> pictures;
@@ -24,7 +24,7 @@ std::vector<BoardPicture> drawn(const CameraModel& camera, const BoardFinder& fi
 
 TEST(CalibrateCamera, FindsAPinholeWithDistortion) {
   const BoardFinder finder(test_board());
-  const CameraModel truth = distorted_pinhole();
+  const capture::CameraModel truth = distorted_pinhole();
   auto pictures = drawn(truth, finder, pinhole_poses(12));
   const CameraCalibration found = calibrate_camera(unknown_camera(truth), finder, pictures);
   EXPECT_EQ(found.refusal, "");
@@ -42,7 +42,7 @@ TEST(CalibrateCamera, FindsAPinholeWithDistortion) {
 
 TEST(CalibrateCamera, FindsAFisheye) {
   const BoardFinder finder(test_board());
-  const CameraModel truth = test_fisheye();
+  const capture::CameraModel truth = test_fisheye();
   auto pictures = drawn(truth, finder, fisheye_poses());
   const CameraCalibration found = calibrate_camera(unknown_camera(truth), finder, pictures);
   EXPECT_EQ(found.refusal, "");
@@ -57,4 +57,4 @@ TEST(CalibrateCamera, FindsAFisheye) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -8,22 +8,22 @@
 #include "reconstruct/calibrate/lens.h"
 #include "tests/reconstruct/calibrate/board_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
 
 TEST(CalibrateLens, ProjectsAsTheCameraModelDoes) {
-  for (const CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
+  for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
     const LensNumbers lens = lens_numbers(camera);
-    const bool pinhole = camera.kind == CameraModel::Kind::pinhole;
+    const bool pinhole = camera.kind == capture::CameraModel::Kind::pinhole;
     for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(0.3, -0.2, 1),
                                      Eigen::Vector3d(-1, 0.5, 2), Eigen::Vector3d(0.1, 1e-9, 0.4)}) {
       Eigen::Vector2d pixel;
       ASSERT_TRUE(project_through(pinhole, lens.data(), p, pixel));
       EXPECT_LT((pixel - *camera.project(p)).norm(), 1e-9);
     }
-    const CameraModel same = with_lens(camera, lens);
+    const capture::CameraModel same = with_lens(camera, lens);
     EXPECT_EQ(same.distortion, camera.distortion);
     EXPECT_EQ(same.k, camera.k);
   }
@@ -44,7 +44,8 @@ struct Found {
   std::optional<PrintCorners> corners;
   TagCorners truth;
 };
-Found find(const CameraModel& camera, const Eigen::Isometry3d& pose, const BoardSensor& sensor, bool knows_lens) {
+Found find(const capture::CameraModel& camera, const Eigen::Isometry3d& pose, const BoardSensor& sensor,
+           bool knows_lens) {
   const Board board = one_tag();
   const BoardDrawing drawing(board, camera);
   const TagFinder finder(board.tag_list());
@@ -54,7 +55,7 @@ Found find(const CameraModel& camera, const Eigen::Isometry3d& pose, const Board
     found.truth[i] = *camera.project(pose * board.corners_m(0)[i]);
     start[i] = found.truth[i] + Eigen::Vector2d(i % 2 == 0 ? 0.5 : -0.4, i < 2 ? -0.3 : 0.5);
   }
-  const auto light = linear_light(drawing.picture(pose, sensor), Response::srgb());
+  const auto light = linear_light(drawing.picture(pose, sensor), capture::Response::srgb());
   found.corners = print_corners(light, finder.pattern(), start, knows_lens ? &camera : nullptr);
   return found;
 }
@@ -111,7 +112,7 @@ TEST(CalibrateCorners, KnowHowSureTheyAre) {
 TEST(CalibrateCorners, AreNotFoundWhereNoTagIs) {
   const Board board = one_tag();
   const TagFinder finder(board.tag_list());
-  const Image<std::uint16_t> flat(200, 200, 1, 30000);
+  const capture::Image<std::uint16_t> flat(200, 200, 1, 30000);
   const TagCorners start = {Eigen::Vector2d(50, 150), {150, 150}, {150, 50}, {50, 50}};
   EXPECT_FALSE(print_corners(flat, finder.pattern(), start, nullptr));
   const TagCorners outside = {Eigen::Vector2d(150, 250), {250, 250}, {250, 150}, {150, 150}};
@@ -125,13 +126,13 @@ struct SharedError {
   int tags = 0;
 };
 /// Paper of the board is `gain` times as bright as drawn; the picture ends at 1.
-SharedError shared_error(const CameraModel& camera, double far_m, double blur_px, double gain = 1) {
+SharedError shared_error(const capture::CameraModel& camera, double far_m, double blur_px, double gain = 1) {
   const BoardFinder finder(test_board());
   const BoardDrawing drawing(test_board(), camera);
   SharedError sum;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const Eigen::Isometry3d pose = board_at(far_m, 0.2, 2.4 * seed, 0.2 + 0.1 * seed, 1.3 * seed, 0.4 * seed);
-    Image<float> light = drawing.light(pose, {.blur_px = blur_px, .electrons = 14000 / gain, .seed = seed});
+    capture::Image<float> light = drawing.light(pose, {.blur_px = blur_px, .electrons = 14000 / gain, .seed = seed});
     for (float& value : light.data) value *= static_cast<float>(gain);
     const BoardPicture seen = board_picture(finder, encoded(light));
     for (const SeenPoints& tag : finder.again(seen.view, seen.light, camera).seen) {
@@ -158,8 +159,8 @@ SharedError shared_error(const CameraModel& camera, double far_m, double blur_px
 
 /// An error that all tags share does not average out over them: it is what the covariance of a stand cannot know.
 TEST(CalibrateCorners, SmallTagsSeemNeitherSmallerNorLarger) {
-  for (const CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
-    const double far_m = camera.kind == CameraModel::Kind::pinhole ? 1.5 : 0.45;
+  for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
+    const double far_m = camera.kind == capture::CameraModel::Kind::pinhole ? 1.5 : 0.45;
     for (const double blur_px : {0.35, 0.5, 0.8}) {
       const SharedError found = shared_error(camera, far_m, blur_px);
       ASSERT_GT(found.tags, 15);
@@ -173,8 +174,8 @@ TEST(CalibrateCorners, SmallTagsSeemNeitherSmallerNorLarger) {
 
 /// Taken at its word, such a picture has tags smaller by 0.1 to 0.7 px at every corner.
 TEST(CalibrateCorners, PaperThatIsCutOffDrawsNoTagSmaller) {
-  for (const CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
-    const double far_m = camera.kind == CameraModel::Kind::pinhole ? 0.6 : 0.25;
+  for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
+    const double far_m = camera.kind == capture::CameraModel::Kind::pinhole ? 0.6 : 0.25;
     for (const double gain : {1.6, 2.0, 4.0}) {
       const SharedError found = shared_error(camera, far_m, 0.5, gain);
       ASSERT_GT(found.tags, 15);
@@ -187,4 +188,4 @@ TEST(CalibrateCorners, PaperThatIsCutOffDrawsNoTagSmaller) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -6,13 +6,13 @@
 #include "tests/reconstruct/calibrate/board_views.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
 
-CameraModel depth_camera() {
-  CameraModel camera;
+capture::CameraModel depth_camera() {
+  capture::CameraModel camera;
   camera.width = 320;
   camera.height = 240;
   camera.fx = camera.fy = 288;
@@ -27,13 +27,13 @@ Eigen::Isometry3d color_beside_depth() {
 }
 
 /// The board before a wall, with the noise of depth by triangulation and counts of a millimetre.
-Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board, double noise_share,
-                      std::mt19937& random) {
-  const CameraModel camera = depth_camera();
+capture::Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board, double noise_share,
+                               std::mt19937& random) {
+  const capture::CameraModel camera = depth_camera();
   const Eigen::Isometry3d T_board_depth = T_color_board.inverse() * color_beside_depth();
   const Eigen::Vector2d half = 0.5 * board.extent_m() + Eigen::Vector2d::Constant(0.5 * board.size_m);
   std::normal_distribution<double> gauss(0, 1);
-  Image<float> depth_m(camera.width, camera.height, 1);
+  capture::Image<float> depth_m(camera.width, camera.height, 1);
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       const Eigen::Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
@@ -48,7 +48,7 @@ Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board
 }
 
 struct DepthScene {
-  std::vector<Image<float>> pictures;
+  std::vector<capture::Image<float>> pictures;
   std::vector<BoardDepthView> views;
 };
 
@@ -122,10 +122,10 @@ TEST(CalibrateDepth, RefusesWhatSaysTooLittleOrIsNotSo) {
   EXPECT_EQ(refusal(depth_scene(12, 1, false)).find("uncertainty: found the depth camera to stand"), 0u)
       << refusal(depth_scene(12, 1, false));
   DepthScene long_counts = depth_scene(12, 1);
-  for (Image<float>& picture : long_counts.pictures)
+  for (capture::Image<float>& picture : long_counts.pictures)
     for (float& z : picture.data) z *= 1.1f;
   EXPECT_NE(refusal(long_counts), "");
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

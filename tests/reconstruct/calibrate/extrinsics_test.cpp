@@ -6,7 +6,7 @@
 #include "tests/reconstruct/calibrate/board_views.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
@@ -16,7 +16,8 @@ Eigen::Isometry3d fisheye_beside_color() {
 }
 
 /// The lens as if it had been calibrated before, from corners with `sigma_px`.
-CameraCalibration known(const CameraModel& camera, const std::vector<Eigen::Isometry3d>& poses, double sigma_px) {
+CameraCalibration known(const capture::CameraModel& camera, const std::vector<Eigen::Isometry3d>& poses,
+                        double sigma_px) {
   std::vector<BoardPicture> pictures;
   for (BoardView& view : exact_views(test_board(), camera, poses, sigma_px, 77))
     pictures.push_back({{}, std::move(view)});
@@ -24,7 +25,7 @@ CameraCalibration known(const CameraModel& camera, const std::vector<Eigen::Isom
 }
 
 TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
-  const CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
+  const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
   const BoardFinder finder(test_board());
   const BoardDrawing before_color(test_board(), color), before_fisheye(test_board(), fisheye);
   const CameraCalibration first = known(color, pinhole_poses(16), 0.03), second = known(fisheye, fisheye_poses(), 0.03);
@@ -58,7 +59,7 @@ TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
 }
 
 TEST(CalibrateStand, RefusesFewMomentsAndCamerasThatMoved) {
-  const CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
+  const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
   const auto stand = [&](int moments, double moved_m) {
     std::vector<Eigen::Isometry3d> poses = pinhole_poses(moments), seen_by_fisheye;
     for (const Eigen::Isometry3d& pose : poses) {
@@ -76,7 +77,7 @@ TEST(CalibrateStand, RefusesFewMomentsAndCamerasThatMoved) {
 }
 
 TEST(CalibrateStand, PlacesTheRoomsTag) {
-  const CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
+  const capture::CameraModel color = distorted_pinhole(), fisheye = test_fisheye();
   Board tag = test_board();
   tag.rows = tag.columns = 1;
   tag.size_m = 0.16;
@@ -102,4 +103,4 @@ TEST(CalibrateStand, PlacesTheRoomsTag) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

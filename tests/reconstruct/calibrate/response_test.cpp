@@ -9,16 +9,16 @@
 #include <random>
 #include <utility>
 
-#include "capture/error.h"
 #include "capture/camera/response.h"
+#include "capture/error.h"
 #include "tests/capture/scratch_folder.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Curve = std::function<double(double)>;  // linear to encoded, both in [0, 1]
 
-double srgb(double linear) { return linear_to_srgb(static_cast<float>(linear)); }
+double srgb(double linear) { return capture::linear_to_srgb(static_cast<float>(linear)); }
 double gamma(double linear) { return std::pow(std::min(linear, 1.0), 1 / 2.2); }
 double filmic(double linear) { return std::min(1.0, 1.25 * linear / (linear + 0.25)); }
 double logarithm(double linear) { return std::log1p(60 * std::min(linear, 1.0)) / std::log(61.0); }
@@ -58,7 +58,7 @@ std::vector<ExposedPicture> sweep(const Curve& curve, double noise_codes, int ex
   for (int i = 0; i < exposures; ++i) {
     ExposedPicture& picture = pictures.emplace_back();
     picture.exposure = 0.02 * std::pow(2.0, i);
-    picture.encoded = Image<std::uint8_t>(kSide, kSide, 3);
+    picture.encoded = capture::Image<std::uint8_t>(kSide, kSide, 3);
     for (int y = 0; y < kSide; ++y)
       for (int x = 0; x < kSide; ++x)
         for (int c = 0; c < 3; ++c) {
@@ -161,8 +161,8 @@ TEST(CalibrateResponse, RefusesWhatSaysTooLittle) {
   EXPECT_EQ(calibrate_response(automatic).refusal.find("residual: found exposures"), 0u)
       << calibrate_response(automatic).refusal;
   auto sizes = sweep(srgb, 0.6);
-  sizes[1].encoded = Image<std::uint8_t>(10, 10, 3);
-  EXPECT_THROW(calibrate_response(sizes), InputError);
+  sizes[1].encoded = capture::Image<std::uint8_t>(10, 10, 3);
+  EXPECT_THROW(calibrate_response(sizes), capture::InputError);
 }
 
 class CalibrateResponseFile : public test::ScratchFolder {};
@@ -173,10 +173,10 @@ TEST_F(CalibrateResponseFile, IsWhatACameraTakes) {
     std::ofstream out(folder_ / "response.txt");
     write_response_file(out, found);
   }
-  const Response response = Response::from_file(folder_ / "response.txt");
+  const capture::Response response = capture::Response::from_file(folder_ / "response.txt");
   EXPECT_NEAR(response.to_linear(128, 2), found.linear[2][128], 1e-6);
   EXPECT_EQ(response.to_linear(255), 1.0f);
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -5,7 +5,7 @@
 
 #include "tests/reconstruct/calibrate/board_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
@@ -29,7 +29,7 @@ struct Seen {
 Seen seen(double behind_s, double reach, double seconds, double sigma_px, unsigned seed) {
   std::mt19937 random(seed);
   Seen all;
-  const auto add = [&](std::vector<TimedView>& views, const CameraModel& camera,
+  const auto add = [&](std::vector<TimedView>& views, const capture::CameraModel& camera,
                        const Eigen::Isometry3d& T_camera_color, double true_s, double stamp_s) {
     views.push_back({1'000'000'000'000 + std::llround(1e9 * stamp_s),
                      exact_view(test_board(), camera, T_camera_color * held_board(true_s, reach), sigma_px, random)});
@@ -82,4 +82,4 @@ TEST(CalibrateTime, RefusesABoardThatStandsStillAndOneThatIsNotSeen) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

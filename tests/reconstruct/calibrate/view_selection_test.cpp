@@ -5,7 +5,7 @@
 
 #include "tests/reconstruct/calibrate/board_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
@@ -19,8 +19,8 @@ class CalibrateCollect : public testing::Test {
     one.rows = one.columns = 2;
     return one;
   }
-  static CameraModel camera() {
-    CameraModel small;
+  static capture::CameraModel camera() {
+    capture::CameraModel small;
     small.width = 160;
     small.height = 120;
     small.fx = small.fy = 130;
@@ -31,8 +31,10 @@ class CalibrateCollect : public testing::Test {
   bool look(double time_s, double right_m) {
     Eigen::Isometry3d pose = board_at(0.25, 0, 0, 0.3);
     pose.translation().x() += right_m;
-    const Picture picture = drawing_.picture(pose, {});
-    return collector_.look(static_cast<std::int64_t>(1e9 * time_s), &picture, Response::srgb(), {}, Response::srgb())
+    const capture::Picture picture = drawing_.picture(pose, {});
+    return collector_
+        .look(static_cast<std::int64_t>(1e9 * time_s), &picture, capture::Response::srgb(), {},
+              capture::Response::srgb())
         .kept;
   }
 
@@ -66,10 +68,10 @@ TEST_F(CalibrateCollect, NothingWhereThereIsNoBoard) {
 TEST_F(CalibrateCollect, ClippedPaperSaysNothingAboutLight) {
   for (const float exposure : {1.0f, 1.6f}) {
     ViewSelector collector(board(), std::nullopt);
-    Image<float> light = drawing_.light(board_at(0.25, 0, 0, 0.3), {});
+    capture::Image<float> light = drawing_.light(board_at(0.25, 0, 0, 0.3), {});
     for (float& value : light.data) value *= exposure;
-    const Picture picture = encoded(light);
-    ASSERT_TRUE(collector.look(0, &picture, Response::srgb(), {}, Response::srgb()).kept);
+    const capture::Picture picture = encoded(light);
+    ASSERT_TRUE(collector.look(0, &picture, capture::Response::srgb(), {}, capture::Response::srgb()).kept);
     const auto& board_picture = collector.moments().at(0).by_camera[0];
     ASSERT_EQ(board_picture.view.seen.size(), 4u);
     const BoardView again = collector.finder().again(board_picture.view, board_picture.light, camera());
@@ -86,4 +88,4 @@ TEST_F(CalibrateCollect, ThePathHoldsTheMovingBoardToo) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

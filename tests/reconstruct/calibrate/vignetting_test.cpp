@@ -5,12 +5,12 @@
 
 #include "tests/reconstruct/calibrate/board_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using namespace test;
 
-constexpr Vignetting kLens{{-0.24, 0.02, -0.022}};  // 0.28 of the axis' light at 85°
+constexpr capture::Vignetting kLens{{-0.24, 0.02, -0.022}};  // 0.28 of the axis' light at 85°
 
 /// Light on the board: even; or of a lamp overhead and the room's walls, which throw back a third of it.
 double irradiance(const Eigen::Isometry3d& T_camera_board, const Eigen::Vector2d& on_board, bool even) {
@@ -37,7 +37,7 @@ std::vector<WhiteSample> samples(bool even, unsigned seed, const std::vector<Eig
   return all;
 }
 
-double worst_share(const Vignetting& found) {
+double worst_share(const capture::Vignetting& found) {
   double worst = 0;
   for (int degrees = 0; degrees <= 85; ++degrees)
     worst = std::max(
@@ -92,4 +92,4 @@ TEST(CalibrateVignetting, RefusesWhatSaysTooLittle) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

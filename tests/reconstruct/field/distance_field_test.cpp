@@ -6,7 +6,7 @@
 #include <functional>
 #include <random>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -161,4 +161,4 @@ TEST(DistanceField, RadianceIsInterpolatedOverSeenVoxels) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -11,7 +11,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -110,8 +110,8 @@ TEST(SurfaceMesh, PlyHoldsEveryVertexAndTriangle) {
   in.seekg(0, std::ios::end);
   EXPECT_EQ(static_cast<std::size_t>(in.tellg() - start), 24 * mesh.vertices_m.size() + 13 * mesh.triangles.size());
   std::filesystem::remove(path);
-  EXPECT_THROW(write_ply(mesh, "/nowhere/at/all.ply"), InputError);
+  EXPECT_THROW(write_ply(mesh, "/nowhere/at/all.ply"), capture::InputError);
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 FieldBrick brick_of(float distance_m) {
@@ -55,4 +55,4 @@ TEST(FieldBrickMaker, OthersDropBricksMeanwhile) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,13 +7,13 @@
 
 #include "tests/reconstruct/fusion/fusion_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kVoxelM = 0.008f, kTruncationM = 0.032f;
 
-CameraModel coarse_camera() {
-  CameraModel camera;
+capture::CameraModel coarse_camera() {
+  capture::CameraModel camera;
   camera.width = 160;
   camera.height = 120;
   camera.fx = camera.fy = 131;
@@ -23,14 +23,14 @@ CameraModel coarse_camera() {
 }
 
 TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
-  const CameraModel camera = coarse_camera();
+  const capture::CameraModel camera = coarse_camera();
   const PixelMap map(camera);
   DepthPreparation preparation(camera, kVoxelM, 5), narrow(camera, kVoxelM, 5, false);
   RecentBricks met;
   std::vector<WorkingBrick> wide, plain;
   for (unsigned i = 0; i < 3; ++i) {
     const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8 + 0.05 * i, 50 * test::kDegree, -2.4 + 0.1 * i);
-    const FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
+    const capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
     PreparedDepth view;
     preparation.prepare(frame.depth->depth_m, view);
     PreparedDepth by_four_too;
@@ -42,7 +42,7 @@ TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
       for (int c = 0; c < 4; ++c) EXPECT_EQ(view.planes[k][c], by_four_too.planes[k][c]);
     }
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
-    const ColorLookup colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
+    const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
                                                   PictureShare{}, met)) {
       wide.emplace_back().key = key;
@@ -92,7 +92,7 @@ TEST(RecentBricks, AllOfEightAreToldOnlyOnceEachWasMet) {
 
 // A brick that may not have drifted need not be compared with what was published: it never has.
 TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
-  const CameraModel camera = coarse_camera();
+  const capture::CameraModel camera = coarse_camera();
   const PixelMap map(camera);
   DepthPreparation preparation(camera, kVoxelM, 5);
   RecentBricks met;
@@ -101,16 +101,16 @@ TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
   for (unsigned i = 0; i < 32; ++i) {
     // A lamp brightens late, once all is settled.
     const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, 50 * test::kDegree, -2.4 + 0.002 * i);
-    FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
+    capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
     if (i > 26) {
-      auto brighter = std::make_shared<Picture>(*frame.color);
+      auto brighter = std::make_shared<capture::Picture>(*frame.color);
       for (std::uint8_t& code : brighter->encoded.data) code = static_cast<std::uint8_t>(std::min(255, code + 8));
       frame.color = brighter;
     }
     PreparedDepth view;
     preparation.prepare(frame.depth->depth_m, view);
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
-    const ColorLookup colour(frame.color.get(), Response::srgb(), camera.width, camera.height);
+    const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key :
          bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM, PictureShare{}, met))
       bricks.emplace_back().key = key;
@@ -134,4 +134,4 @@ TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

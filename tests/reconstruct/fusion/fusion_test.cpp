@@ -5,7 +5,7 @@
 #include "reconstruct/fusion/depth_noise.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -22,7 +22,7 @@ TEST(Fusion, NoiseModelOfNguyen) {
 }
 
 TEST(Fusion, ATableFromOnePicture) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   for (const double tilt : {0.0, 40.0, 65.0}) {
     const Isometry3d T_tag_camera = test::looking_at_tag(0.85, tilt * kDegree, -1.3);
     FusionStage stage(session_with(camera), {});
@@ -44,7 +44,7 @@ TEST(Fusion, ATableFromOnePicture) {
 }
 
 TEST(Fusion, ABallOnATable) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T_tag_camera = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   FusionStage stage(session_with(camera), {});
   const auto field = stage.fuse(frame_of(ball_on_table, camera, T_tag_camera), pose_at(T_tag_camera));
@@ -65,7 +65,7 @@ TEST(Fusion, ABallOnATable) {
 }
 
 TEST(Fusion, SeveralViewsCloseTheBall) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   FusionStage stage(session_with(camera), {});
   std::shared_ptr<const DistanceField> field;
   for (int i = 0; i < 12; ++i) {
@@ -90,7 +90,7 @@ TEST(Fusion, SeveralViewsCloseTheBall) {
 }
 
 TEST(Fusion, NoisyPicturesAverage) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(1.2, 45 * kDegree, -1.3);
   FusionStage stage(session_with(camera), {});
   double first = 0;
@@ -108,7 +108,7 @@ TEST(Fusion, NoisyPicturesAverage) {
 
 // What both sides of something thin say of the voxels between them, in noise and by poses that are off, is a number.
 TEST(Fusion, EveryDistanceIsANumber) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Shape plate = [](const Vector3d& p) {
     const Vector3d q = (p - Vector3d(0, 0, 0.2)).cwiseAbs() - Vector3d(0.25, 0.01, 0.2);
     return std::min(table(p), q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0));
@@ -130,7 +130,7 @@ TEST(Fusion, EveryDistanceIsANumber) {
 }
 
 TEST(Fusion, WhatIsTakenAwayIsCarved) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   FusionSettings settings;
   settings.weight_cap = 2;
@@ -143,16 +143,16 @@ TEST(Fusion, WhatIsTakenAwayIsCarved) {
 
 // Ten seconds of standing there fill the weights to their cap; what a picture shows since counts.
 TEST(Fusion, AVisitorIsGoneWithinASecond) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   constexpr double kLegRadius = 0.08;
   const Vector3d leg(0.05, 0.15, 0);
   const Shape visited = [&](const Vector3d& p) { return std::min(table(p), (p - leg).head<2>().norm() - kLegRadius); };
   FusionStage stage(session_with(camera), {});
   unsigned i = 0;
-  const auto fuse = [&](const FrameSet& frame) { return stage.fuse(frame, pose_at(T)); };
+  const auto fuse = [&](const capture::FrameSet& frame) { return stage.fuse(frame, pose_at(T)); };
   // A few pictures over and over: noise of its own for each would take minutes to make.
-  std::vector<FrameSet> with, without;
+  std::vector<capture::FrameSet> with, without;
   for (unsigned k = 0; k < 4; ++k) {
     with.push_back(frame_of(visited, camera, T, k, {0.5, k + 1}));
     without.push_back(frame_of(table, camera, T, k, {0.5, k + 11}));
@@ -180,7 +180,7 @@ TEST(Fusion, AVisitorIsGoneWithinASecond) {
 
 // Far away, where noise fills the truncation band, and in front of a jump in depth, a visitor fades no slower.
 TEST(Fusion, AFarVisitorBeforeAJumpIsGoneWithinASecond) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(3.4, 0, 0);
   const Shape step = [](const Vector3d& p) {
     return std::min(p.z(), std::max(p.x(), p.z() - 0.4));  // half of the floor is 0.4 m higher
@@ -189,7 +189,7 @@ TEST(Fusion, AFarVisitorBeforeAJumpIsGoneWithinASecond) {
     return std::min(step(p), (p.cwiseAbs() - Vector3d(0.2, 0.2, 0.56)).maxCoeff());  // near what is behind
   };
   FusionStage stage(session_with(camera), {});
-  std::vector<FrameSet> with, without;
+  std::vector<capture::FrameSet> with, without;
   for (unsigned k = 0; k < 4; ++k) {
     with.push_back(frame_of(visited, camera, T, k, {0.3, k + 1}));
     without.push_back(frame_of(step, camera, T, k, {0.3, k + 11}));
@@ -213,7 +213,7 @@ TEST(Fusion, AFarVisitorBeforeAJumpIsGoneWithinASecond) {
 
 // A camera that measures nothing from a new place tells nothing of the room, but that it looked from there is known.
 TEST(Fusion, PlacesArePublishedThoughNothingDrifted) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 0, 0), T_away = test::looking_at_tag(1.5, 0, 0);
   const Shape nothing = [](const Vector3d&) { return 10.0; };
   FusionStage stage(session_with(camera), {});
@@ -229,7 +229,7 @@ TEST(Fusion, PlacesArePublishedThoughNothingDrifted) {
 
 // What relight packs again is what is another pointer than in the field before.
 TEST(Fusion, AnUpdateTouchesOnlyWhatChanged) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   FusionStage stage(session_with(camera), {});
   std::shared_ptr<const DistanceField> before, field;
@@ -251,9 +251,9 @@ TEST(Fusion, AnUpdateTouchesOnlyWhatChanged) {
 
 // Bricks stand where surfaces are: half the voxel, four times as many.
 TEST(Fusion, MemoryFollowsTheSurface) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
-  const FrameSet frame = frame_of(ball_on_table, camera, T);
+  const capture::FrameSet frame = frame_of(ball_on_table, camera, T);
   const auto bricks = [&](double voxel_m) {
     FusionSettings settings;
     settings.voxel_m = voxel_m;
@@ -266,15 +266,15 @@ TEST(Fusion, MemoryFollowsTheSurface) {
 }
 
 TEST(Fusion, NothingNewChangesNothing) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   FusionStage stage(session_with(camera), {});
-  const FrameSet frame = frame_of(ball_on_table, camera, T);
+  const capture::FrameSet frame = frame_of(ball_on_table, camera, T);
   const auto field = stage.fuse(frame, pose_at(T));
   EXPECT_EQ(stage.fuse(frame, pose_at(T)), field);
   EXPECT_EQ(stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T)), field) << "the same content read again";
 
-  FrameSet without_depth = frame;
+  capture::FrameSet without_depth = frame;
   without_depth.depth = nullptr;
   EXPECT_EQ(stage.fuse(without_depth, pose_at(T)), field);
   Pose old = pose_at(test::looking_at_tag(0.85, 55 * kDegree, -1.3));
@@ -285,7 +285,7 @@ TEST(Fusion, NothingNewChangesNothing) {
 }
 
 TEST(Fusion, APublishedFieldNeverChanges) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   FusionStage stage(session_with(camera), {});
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   const auto field = stage.fuse(frame_of(table, camera, T), pose_at(T));
@@ -301,7 +301,7 @@ TEST(Fusion, APublishedFieldNeverChanges) {
 }
 
 TEST(Fusion, AFieldThatHasConvergedStandsStill) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   FusionSettings settings;
   settings.weight_cap = 2;
@@ -330,7 +330,7 @@ TEST(Fusion, AFieldThatHasConvergedStandsStill) {
 }
 
 TEST(Fusion, TheSameFramesGiveTheSameField) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const auto run = [&] {
     FusionStage stage(session_with(camera), {});
     std::shared_ptr<const DistanceField> field;
@@ -352,7 +352,7 @@ TEST(Fusion, TheSameFramesGiveTheSameField) {
 }
 
 TEST(Fusion, ColourBecomesRadiance) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 40 * kDegree, -1.3);
   const auto light = [](const Vector3d& p) { return 0.2 + 0.5 * p.x(); };
   FusionStage stage(session_with(camera), {});
@@ -374,7 +374,7 @@ TEST(Fusion, ColourBecomesRadiance) {
 }
 
 TEST(Fusion, ADistortedLens) {
-  CameraModel camera = test::small_camera();
+  capture::CameraModel camera = test::small_camera();
   camera.distortion = {-0.2, 0.05, 0.001, -0.001, 0};
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   FusionStage stage(session_with(camera), {});
@@ -385,4 +385,4 @@ TEST(Fusion, ADistortedLens) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

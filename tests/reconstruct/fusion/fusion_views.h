@@ -9,8 +9,8 @@
 #include <random>
 
 #include "capture/camera/response.h"
-#include "reconstruct/fusion/fusion.h"
 #include "reconstruct/fusion/depth_noise.h"
+#include "reconstruct/fusion/fusion.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
 namespace lumigraft::test {
@@ -45,8 +45,8 @@ inline Eigen::Vector3d normal_of(const Shape& shape, const Eigen::Vector3d& p) {
   return normal.normalized();
 }
 
-inline Session session_with(const CameraModel& camera) {
-  Session session;
+inline capture::Session session_with(const capture::CameraModel& camera) {
+  capture::Session session;
   session.color.model = camera;
   session.color.exposure = 2;
   return session;
@@ -58,14 +58,15 @@ struct Noise {
   bool oblique = false;  ///< its part that grows with incidence, too
 };
 
-inline FrameSet frame_of(const Shape& shape, const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
-                         std::uint64_t index = 0, const Noise& noise = {},
-                         const std::function<double(const Eigen::Vector3d&)>& radiance = nullptr) {
-  auto depth = std::make_shared<DepthPicture>();
-  depth->depth_m = Image<float>(camera.width, camera.height, 1);
-  auto color = std::make_shared<Picture>();
+inline capture::FrameSet frame_of(const Shape& shape, const capture::CameraModel& camera,
+                                  const Eigen::Isometry3d& T_tag_camera, std::uint64_t index = 0,
+                                  const Noise& noise = {},
+                                  const std::function<double(const Eigen::Vector3d&)>& radiance = nullptr) {
+  auto depth = std::make_shared<capture::DepthPicture>();
+  depth->depth_m = capture::Image<float>(camera.width, camera.height, 1);
+  auto color = std::make_shared<capture::Picture>();
   color->exposure = 2;
-  color->encoded = Image<std::uint8_t>(camera.width, camera.height, 3);
+  color->encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3);
   std::mt19937 random(noise.seed);
   std::normal_distribution<double> gauss;
   for (int v = 0; v < camera.height; ++v)
@@ -81,21 +82,22 @@ inline FrameSet frame_of(const Shape& shape, const CameraModel& camera, const Ei
         const Eigen::Vector3d normal = normal_of(shape, T_tag_camera.translation() + *along * direction);
         incidence_rad = std::acos(std::clamp(-normal.dot(direction.normalized()), 0.0, 1.0));
       }
-      depth->depth_m.at(u, v) = static_cast<float>(z + noise.scale * depth_sigma_m(z, incidence_rad) * gauss(random));
+      depth->depth_m.at(u, v) =
+          static_cast<float>(z + noise.scale * reconstruct::depth_sigma_m(z, incidence_rad) * gauss(random));
       const double light = radiance ? radiance(T_tag_camera.translation() + *along * direction) : 0.25;
       for (int c = 0; c < 3; ++c)
         color->encoded.at(u, v, c) = static_cast<std::uint8_t>(std::lround(
-            255 * linear_to_srgb(std::min(1.0f, static_cast<float>(2 * light) / static_cast<float>(1 + c)))));
+            255 * capture::linear_to_srgb(std::min(1.0f, static_cast<float>(2 * light) / static_cast<float>(1 + c)))));
     }
-  FrameSet frame;
+  capture::FrameSet frame;
   frame.index = index;
   frame.depth = depth;
   frame.color = color;
   return frame;
 }
 
-inline Pose pose_at(const Eigen::Isometry3d& T_tag_camera) {
-  Pose pose;
+inline reconstruct::Pose pose_at(const Eigen::Isometry3d& T_tag_camera) {
+  reconstruct::Pose pose;
   pose.T_tag_camera = pose.T_tag_camera_raw = T_tag_camera;
   return pose;
 }
@@ -105,8 +107,8 @@ inline Pose pose_at(const Eigen::Isometry3d& T_tag_camera) {
 struct Agreement {
   double mean_m = 0, largest_m = 0, share = 0, normal_deg = 0;
 };
-inline Agreement compare(const DistanceField& field, const Shape& shape, const CameraModel& camera,
-                         const Eigen::Isometry3d& T_tag_camera, int margin = 8) {
+inline Agreement compare(const reconstruct::DistanceField& field, const Shape& shape,
+                         const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera, int margin = 8) {
   Agreement result;
   int rays = 0, hits = 0;
   for (int v = margin; v < camera.height - margin; v += 3)

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "reconstruct/fusion/fusion.h"
 #include "reconstruct/field/real_surface_field.h"
+#include "reconstruct/fusion/fusion.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 #include "tests/reconstruct/fusion/real_surface_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -26,7 +26,8 @@ Isometry3d moved_by(const Vector3d& shift_m, double turn_rad) {
   return T;
 }
 
-std::shared_ptr<const DistanceField> fused(FusionStage& stage, const CameraModel& camera, unsigned pictures = 10) {
+std::shared_ptr<const DistanceField> fused(FusionStage& stage, const capture::CameraModel& camera,
+                                           unsigned pictures = 10) {
   const Isometry3d T = looking_at_tag(0.9, 50 * kDegree, -1.3, {0, 0.1, 0.1});
   std::shared_ptr<const DistanceField> field;
   for (unsigned i = 0; i < pictures; ++i)
@@ -34,7 +35,7 @@ std::shared_ptr<const DistanceField> fused(FusionStage& stage, const CameraModel
   return field;
 }
 
-TEST(RealSurface, AMeshBecomesItsDistances) {
+TEST(capture::RealSurface, AMeshBecomesItsDistances) {
   const DistanceField field = field_of(read_triangles(real_surface("box", box_faces(kMiddle, kHalf))), 0.008f, 0.032f);
   int known = 0;
   double off = 0;
@@ -54,10 +55,10 @@ TEST(RealSurface, AMeshBecomesItsDistances) {
 }
 
 // The session is wrong by a centimetre; depth tells where it is, and the model what depth does not see.
-TEST(RealSurface, IsFoundInDepthAndMerged) {
-  const CameraModel camera = small_camera();
+TEST(capture::RealSurface, IsFoundInDepthAndMerged) {
+  const capture::CameraModel camera = small_camera();
   const Isometry3d wrong = moved_by({0.008, -0.005, 0.004}, 1 * kDegree);
-  Session session = session_with(camera);
+  capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("crate", box_faces(kMiddle, kHalf, wrong))};
   FusionStage with(session, {}), without(session_with(camera), {});
   const auto field = fused(with, camera), plain = fused(without, camera);
@@ -81,11 +82,11 @@ TEST(RealSurface, IsFoundInDepthAndMerged) {
   EXPECT_NE(with.warnings()[0].find("\"crate\" lies"), std::string::npos) << with.warnings()[0];
 }
 
-TEST(RealSurface, ItsOffsetIsReported) {
-  const CameraModel camera = small_camera();
+TEST(capture::RealSurface, ItsOffsetIsReported) {
+  const capture::CameraModel camera = small_camera();
   const Isometry3d T = looking_at_tag(0.9, 50 * kDegree, -1.3, {0, 0.1, 0.1});
   const Isometry3d wrong = moved_by({0.008, -0.005, 0.004}, 1 * kDegree);
-  Session session = session_with(camera);
+  capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("crate", box_faces(kMiddle, kHalf, wrong))};
   RealSurfaces surfaces(session, 0.008f);
   EXPECT_TRUE(surfaces.bricks().empty()) << "nothing was seen";
@@ -99,9 +100,9 @@ TEST(RealSurface, ItsOffsetIsReported) {
   EXPECT_FALSE(surfaces.bricks().empty());
 }
 
-TEST(RealSurface, WhatDepthDeniesIsRefused) {
-  const CameraModel camera = small_camera();
-  Session session = session_with(camera);
+TEST(capture::RealSurface, WhatDepthDeniesIsRefused) {
+  const capture::CameraModel camera = small_camera();
+  capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("shelf", box_faces({0, 0.1, 0.4}, {0.2, 0.1, 0.01}))};
   FusionStage with(session, {}), without(session_with(camera), {});
   const auto field = fused(with, camera, 3), plain = fused(without, camera, 3);
@@ -112,9 +113,9 @@ TEST(RealSurface, WhatDepthDeniesIsRefused) {
 }
 
 // What stands on a real surface is not swallowed by it.
-TEST(RealSurface, ThingsStandOnIt) {
-  const CameraModel camera = small_camera();
-  Session session = session_with(camera);
+TEST(capture::RealSurface, ThingsStandOnIt) {
+  const capture::CameraModel camera = small_camera();
+  capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("table", box_faces({0, 0, -0.02}, {0.5, 0.5, 0.02}))};
   FusionStage with(session, {});
   const auto field = fused(with, camera);
@@ -132,4 +133,4 @@ TEST(RealSurface, ThingsStandOnIt) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

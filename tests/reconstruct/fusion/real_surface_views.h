@@ -15,8 +15,9 @@
 namespace lumigraft::test {
 
 /// Writes quadrilaterals, counter-clockwise from outside, as a PLY file.
-inline RealSurface real_surface(const std::string& name, const std::vector<std::array<Eigen::Vector3d, 4>>& faces) {
-  RealSurface surface;
+inline capture::RealSurface real_surface(const std::string& name,
+                                         const std::vector<std::array<Eigen::Vector3d, 4>>& faces) {
+  capture::RealSurface surface;
   surface.name = name;
   surface.mesh = std::filesystem::temp_directory_path() / ("lumigraft-" + std::to_string(::getpid()) + name + ".ply");
   std::ofstream out(surface.mesh);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -116,4 +116,4 @@ TEST(LampFilter, ALampThatTurnsStartsAnewAndOthersGoOn) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

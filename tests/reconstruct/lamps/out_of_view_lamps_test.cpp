@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/reconstruct/albedo/albedo_room.h"
 #include "reconstruct/albedo/albedo.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -42,7 +42,7 @@ Illumination unseen(const TestRoom& room, PointLight::Shown shown, float times) 
 }
 
 AlbedoStage::Result solved(const TestRoom& room, const Illumination& light) {
-  Session session;
+  capture::Session session;
   session.lamps.push_back({.name = "desk", .normal = {}, .intensity = {}});
   AlbedoStage stage{session};
   return stage.solve(room.field(), light);
@@ -83,7 +83,7 @@ TEST(OutOfViewLamps, OneThatIsSwitchedOnIsFoundByTheNextLookAndOneMore) {
   TestRoom room = room_with_both(), dark = room;
   dark.lamps.pop_back();
   const Illumination light = unseen(room, PointLight::Shown::outside, 0);
-  Session session;
+  capture::Session session;
   session.lamps.push_back({.name = "desk", .normal = {}, .intensity = {}});
   AlbedoStage stage{session};
   DistanceField field = dark.field();
@@ -172,4 +172,4 @@ TEST(MarkedLamps, DistanceAndNormalAreTheTags) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

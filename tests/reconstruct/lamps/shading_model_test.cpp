@@ -3,12 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/reconstruct/albedo/albedo_room.h"
-#include "reconstruct/shading/irradiance.h"
-#include "reconstruct/field/metal_mask.h"
 #include "reconstruct/field/field_rays.h"
+#include "reconstruct/field/metal_mask.h"
+#include "reconstruct/shading/irradiance.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -20,7 +20,7 @@ TEST(ShadingModel, ShadowsMoveSteadilyWithTheLampsDistance) {
   room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, 0.02f}};
   const DistanceField field = room.field();
   const FieldRays rays(field);
-  const MetalMask metal{Session()};
+  const MetalMask metal{capture::Session()};
   const Illumination light = room.illumination();
   const IrradianceModel room_light(field, rays, metal, light);
   std::vector<SurfaceSample> samples;
@@ -52,4 +52,4 @@ TEST(ShadingModel, ShadowsMoveSteadilyWithTheLampsDistance) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -10,12 +10,12 @@
 
 #include "capture/camera/radiance.h"
 #include "reconstruct/calibrate/picture_folder.h"
-#include "reconstruct/light/light.h"
 #include "reconstruct/light/fisheye_rays.h"
+#include "reconstruct/light/light.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/reconstruct/real_data.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kPi = 3.14159265358979;
@@ -33,9 +33,9 @@ double fall_off(double r) { return 1 + 0.1755458928191 * r * r - 0.5286135621044
 double luminance(const float* rgb) { return 0.265 * rgb[0] + 0.670 * rgb[1] + 0.065 * rgb[2]; }
 
 /// Equisolid angle, r = 2 f sin(θ/2), as the series that camera models have; its next term is 2e-6 of θ at 90°.
-CameraModel lens() {
-  CameraModel camera;
-  camera.kind = CameraModel::Kind::kannala_brandt;
+capture::CameraModel lens() {
+  capture::CameraModel camera;
+  camera.kind = capture::CameraModel::Kind::kannala_brandt;
   camera.width = camera.height = kSize;
   camera.fx = camera.fy = kSize / 2.0 / (2 * std::sin(kPi / 4));
   camera.cx = camera.cy = kSize / 2.0 - 0.5;
@@ -44,12 +44,12 @@ CameraModel lens() {
   return camera;
 }
 
-std::shared_ptr<Picture> photograph(const std::filesystem::path& file, double seconds) {
-  const Picture whole = read_any_picture(file);
-  auto picture = std::make_shared<Picture>();
-  picture->stream = Stream::fisheye;
+std::shared_ptr<capture::Picture> photograph(const std::filesystem::path& file, double seconds) {
+  const capture::Picture whole = read_any_picture(file);
+  auto picture = std::make_shared<capture::Picture>();
+  picture->stream = capture::Stream::fisheye;
   picture->exposure = seconds * kIso / (kK * kAperture * kAperture);  // of luminance, cd/m²
-  picture->encoded = Image<std::uint8_t>(kSize, kSize, 3);
+  picture->encoded = capture::Image<std::uint8_t>(kSize, kSize, 3);
   for (int v = 0; v < kSize; ++v)
     for (int u = 0; u < kSize; ++u)
       for (int c = 0; c < 3; ++c)
@@ -58,7 +58,7 @@ std::shared_ptr<Picture> photograph(const std::filesystem::path& file, double se
 }
 
 /// Polynomials of the code value over 255, highest power first, a line for each channel.
-Response response_of(const std::filesystem::path& polynomials, const std::filesystem::path& table) {
+capture::Response response_of(const std::filesystem::path& polynomials, const std::filesystem::path& table) {
   std::ifstream in(polynomials);
   std::array<std::array<double, 5>, 3> of{};
   for (auto& channel : of) {
@@ -76,11 +76,11 @@ Response response_of(const std::filesystem::path& polynomials, const std::filesy
     out << "\n";
   }
   out.close();
-  return Response::from_file(table);
+  return capture::Response::from_file(table);
 }
 
 /// Of the lens's fall-off made good, and to photometric truth.
-void correct(Image<float>& radiance, const FisheyeView& view) {
+void correct(capture::Image<float>& radiance, const FisheyeView& view) {
   for (std::size_t i = 0; i < view.direction.size(); ++i) {
     if (!view.sees(i)) continue;
     const double r = std::acos(std::clamp(view.direction[i].z(), -1.0f, 1.0f)) / (kPi / 2);
@@ -89,7 +89,7 @@ void correct(Image<float>& radiance, const FisheyeView& view) {
 }
 
 /// Of a plane that faces where the camera looks, lx.
-double illuminance(const Image<float>& radiance, const FisheyeView& view) {
+double illuminance(const capture::Image<float>& radiance, const FisheyeView& view) {
   double lux = 0;
   for (std::size_t i = 0; i < view.direction.size(); ++i)
     if (view.sees(i)) lux += luminance(&radiance.data[3 * i]) * view.direction[i].z() * view.solid_angle_sr[i];
@@ -101,17 +101,18 @@ using LightBracket = test::ScratchFolder;
 TEST_F(LightBracket, AnOfficeInLux) {
   const auto folder = test::data_folder("office-fisheye");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/office-fisheye";
-  const Response response = response_of(*folder / "response_function_files/Response_function.rsp", folder_ / "table");
-  Session session;
+  const capture::Response response =
+      response_of(*folder / "response_function_files/Response_function.rsp", folder_ / "table");
+  capture::Session session;
   session.fisheye.emplace();
   session.fisheye->model = lens();
   session.fisheye->response = response;
   const FisheyeView view = fisheye_view(*session.fisheye);
-  std::vector<std::shared_ptr<const Picture>> bracket;
+  std::vector<std::shared_ptr<const capture::Picture>> bracket;
   for (const auto& [name, seconds] : kExposures)
     bracket.push_back(photograph(*folder / "JPEG" / (std::string(name) + ".JPG"), seconds));
 
-  RadiancePicture merged = merge_bracket(bracket, response);
+  capture::RadiancePicture merged = capture::merge_bracket(bracket, response);
   correct(merged.radiance, view);
   const double lux = illuminance(merged.radiance, view);
   float brightest = 0;
@@ -124,7 +125,7 @@ TEST_F(LightBracket, AnOfficeInLux) {
 
   // Each exposure alone says the same where it can, and none is needed for what the others show.
   for (std::size_t i = 0; i < bracket.size(); ++i) {
-    RadiancePicture alone = to_radiance(*bracket[i], response);
+    capture::RadiancePicture alone = capture::to_radiance(*bracket[i], response);
     correct(alone.radiance, view);
     std::vector<double> ratio;
     for (std::size_t p = 0; p < view.direction.size(); ++p) {
@@ -132,9 +133,9 @@ TEST_F(LightBracket, AnOfficeInLux) {
       if (view.sees(p) && *std::min_element(code, code + 3) > 60 && *std::max_element(code, code + 3) < 220)
         ratio.push_back(luminance(&alone.radiance.data[3 * p]) / luminance(&merged.radiance.data[3 * p]));
     }
-    std::vector<std::shared_ptr<const Picture>> others = bracket;
+    std::vector<std::shared_ptr<const capture::Picture>> others = bracket;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    RadiancePicture without = merge_bracket(others, response);
+    capture::RadiancePicture without = capture::merge_bracket(others, response);
     correct(without.radiance, view);
     std::sort(ratio.begin(), ratio.end());
     const double middle = ratio.empty() ? 0 : ratio[ratio.size() / 2];
@@ -148,7 +149,7 @@ TEST_F(LightBracket, AnOfficeInLux) {
   }
 
   LightStage stage(session, {});
-  FrameSet frame;
+  capture::FrameSet frame;
   frame.fisheye = bracket;
   const auto light = stage.extract(frame).illumination;
   ASSERT_TRUE(light);
@@ -160,4 +161,4 @@ TEST_F(LightBracket, AnOfficeInLux) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

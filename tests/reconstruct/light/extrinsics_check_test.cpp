@@ -12,7 +12,7 @@
 #include "reconstruct/fusion/fusion.h"
 #include "reconstruct/pose/pose.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kDegree = 0.0174533;
@@ -26,8 +26,8 @@ class RigSessions : public testing::TestWithParam<const char*> {
                                              ? std::filesystem::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop"
                                              : std::filesystem::path(extra ? extra : "") / "sessions" / name;
     if (!extra && name != "recording") GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << name;
-    session_ = read_session(ConfigTable::load(folder / "session.toml"));
-    const auto frames = open_frames(session_);
+    session_ = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+    const auto frames = capture::open_frames(session_);
     PoseStage locate(session_.tag, session_.color.model, session_.color.response);
     FusionStage fuse(session_, {});
     for (int i = 0; i < 2; ++i) {
@@ -43,7 +43,7 @@ class RigSessions : public testing::TestWithParam<const char*> {
 
   /// With the fish-eye said to stand turned about an axis of its own and moved.
   std::optional<ExtrinsicsError> error(const Eigen::Vector3d& axis, double degrees, const Eigen::Vector3d& shift_m) {
-    Session said = session_;
+    capture::Session said = session_;
     Eigen::Isometry3d& T = said.fisheye->T_tag_fisheye;
     T.linear() = T.linear() * Eigen::AngleAxisd(degrees * kDegree, axis).toRotationMatrix();
     T.translation() += shift_m;
@@ -57,8 +57,8 @@ class RigSessions : public testing::TestWithParam<const char*> {
     return found;
   }
 
-  Session session_;
-  std::optional<FrameSet> frame_;
+  capture::Session session_;
+  std::optional<capture::FrameSet> frame_;
   std::shared_ptr<const DistanceField> field_;
   std::optional<FieldRays> rays_;
   std::optional<MetalMask> metal_;
@@ -92,4 +92,4 @@ INSTANTIATE_TEST_SUITE_P(All, RigSessions,
                                          "tabletop-orbit"));
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

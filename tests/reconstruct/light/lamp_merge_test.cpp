@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -98,4 +98,4 @@ TEST(LightPieces, APanelSeenAlongItIsNotEndlesslyBright) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 
 #include "tests/reconstruct/light/light_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -16,8 +16,8 @@ constexpr float kRadius_m = 0.05f, kRadiance = 60;
 const Vector3f kLamp(0.5f, 0.1f, 0.9f);                       // where it stands at first
 const Vector3f kOther = Vector3f(-1, -1, 1.2f).normalized();  // direction of one without a tag
 
-Session session_with_lamp() {
-  Session session;
+capture::Session session_with_lamp() {
+  capture::Session session;
   session.fisheye = fisheye(180);
   session.lamps.push_back(
       {.name = "desk", .tag_id = 9, .tag_size_m = 0.06, .radius_m = kRadius_m, .normal = {}, .intensity = {}});
@@ -25,17 +25,18 @@ Session session_with_lamp() {
 }
 
 /// What the fish-eye sees of a sphere there (none: it is off), of the other lamp and of the room.
-FrameSet frame_with(const Session& session, const std::optional<Vector3f>& lamp_m, float clip = 1e9f) {
+capture::FrameSet frame_with(const capture::Session& session, const std::optional<Vector3f>& lamp_m,
+                             float clip = 1e9f) {
   const Vector3f probe = session.fisheye->T_tag_fisheye.translation().cast<float>();
-  auto picture = std::make_shared<Picture>();
-  picture->stream = Stream::fisheye;
+  auto picture = std::make_shared<capture::Picture>();
+  picture->stream = capture::Stream::fisheye;
   picture->radiance = render(*session.fisheye, [&](const Vector3f& d) -> Vector3f {
     const Vector3f to = lamp_m.value_or(Vector3f::UnitZ()) - probe;
     if (lamp_m && within(d, to.normalized(), std::asin(kRadius_m / to.norm()) / kDegree))
       return Vector3f::Constant(std::min(kRadiance, clip));
     return Vector3f::Constant(within(d, kOther, 3) ? std::min(20.0f, clip) : 0.1f);
   });
-  FrameSet frame;
+  capture::FrameSet frame;
   frame.fisheye.push_back(picture);
   return frame;
 }
@@ -56,7 +57,7 @@ bool says(const std::vector<std::string>& warnings, const std::string& text) {
 const float kIntensity = static_cast<float>(kRadiance * M_PI * kRadius_m * kRadius_m);
 
 TEST(TaggedLights, TheLampOfThePictureStandsWhereTheTagSays) {
-  const Session session = session_with_lamp();
+  const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
   const Vector3f said = kLamp * 1.01f + Vector3f(0.005f, -0.005f, 0);
   const auto result = stage.extract(frame_with(session, kLamp), {mark_at(said)});
@@ -74,7 +75,7 @@ TEST(TaggedLights, TheLampOfThePictureStandsWhereTheTagSays) {
 }
 
 TEST(TaggedLights, ItKeepsItsNameWhereverItGoes) {
-  const Session session = session_with_lamp();
+  const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
   const int id = stage.extract(frame_with(session, kLamp)).illumination->lights.at(0).id;
   Vector3f there = kLamp;
@@ -96,9 +97,9 @@ TEST(TaggedLights, ItKeepsItsNameWhereverItGoes) {
 }
 
 TEST(TaggedLights, WhatItsTagTellsWhileThePictureRestsMovesTheLamp) {
-  const Session session = session_with_lamp();
+  const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
-  const FrameSet frame = frame_with(session, kLamp);
+  const capture::FrameSet frame = frame_with(session, kLamp);
   const auto first = stage.extract(frame, {mark_at(kLamp)});
   EXPECT_EQ(stage.extract(frame, {mark_at(kLamp * 1.0005f)}).illumination, first.illumination) << "noise moves nothing";
   const auto closer = stage.extract(frame, {mark_at(kLamp * 0.9f)});
@@ -106,13 +107,13 @@ TEST(TaggedLights, WhatItsTagTellsWhileThePictureRestsMovesTheLamp) {
   EXPECT_NEAR(marked(closer)->position_m.norm(), 0.9 * kLamp.norm(), 1e-3);
   // No picture comes and the lamp goes elsewhere: as strong as it was.
   const Vector3f elsewhere(-0.3f, 0.8f, 0.6f);
-  const auto moved = stage.extract(FrameSet(), {mark_at(elsewhere)});
+  const auto moved = stage.extract(capture::FrameSet(), {mark_at(elsewhere)});
   EXPECT_LT((marked(moved)->position_m - elsewhere).norm(), 1e-3);
   EXPECT_NEAR(marked(moved)->intensity.x() / marked(closer)->intensity.x(), 1, 1e-3);
 }
 
 TEST(TaggedLights, ALampThatIsOffIsSaidToBe) {
-  Session session = session_with_lamp();
+  capture::Session session = session_with_lamp();
   session.lamps[0].intensity = Vector3f::Constant(5);
   LightStage stage(session, {});
   const int id = marked(stage.extract(frame_with(session, kLamp), {mark_at(kLamp)}))->id;
@@ -130,7 +131,7 @@ TEST(TaggedLights, ALampThatIsOffIsSaidToBe) {
 }
 
 TEST(TaggedLights, ATagThatPutsItBesideIsNamed) {
-  const Session session = session_with_lamp();
+  const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
   const Vector3f beside = kLamp + Vector3f(0, 0.2f, 0);
   const auto result = stage.extract(frame_with(session, kLamp), {mark_at(beside)});
@@ -140,7 +141,7 @@ TEST(TaggedLights, ATagThatPutsItBesideIsNamed) {
 }
 
 TEST(TaggedLights, OutsideOfThePictureItsPowerIsTheLastOneOrTheConfigured) {
-  Session session = session_with_lamp();
+  capture::Session session = session_with_lamp();
   const Vector3f below(0.6f, 0, -0.3f);
   {
     LightStage stage(session, {});
@@ -162,18 +163,18 @@ TEST(TaggedLights, OutsideOfThePictureItsPowerIsTheLastOneOrTheConfigured) {
 }
 
 TEST(TaggedLights, AConfiguredIntensityStandsInForAClippedOne) {
-  Session session = session_with_lamp();
+  capture::Session session = session_with_lamp();
   session.fisheye->exposure = 1;
-  session.fisheye->response = Response::srgb();
+  session.fisheye->response = capture::Response::srgb();
   session.lamps[0].intensity = Vector3f::Constant(kIntensity);
-  FrameSet frame = frame_with(session, kLamp, 1);
-  auto clipped = std::make_shared<Picture>();
-  clipped->stream = Stream::fisheye;
+  capture::FrameSet frame = frame_with(session, kLamp, 1);
+  auto clipped = std::make_shared<capture::Picture>();
+  clipped->stream = capture::Stream::fisheye;
   clipped->exposure = 1;
-  const Image<float>& radiance = frame.fisheye[0]->radiance;
-  clipped->encoded = Image<std::uint8_t>(radiance.width, radiance.height, 3);
+  const capture::Image<float>& radiance = frame.fisheye[0]->radiance;
+  clipped->encoded = capture::Image<std::uint8_t>(radiance.width, radiance.height, 3);
   for (std::size_t i = 0; i < radiance.data.size(); ++i)
-    clipped->encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(radiance.data[i])));
+    clipped->encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(radiance.data[i])));
   frame.fisheye = {clipped};
   const auto known = LightStage(session, {}).extract(frame, {mark_at(kLamp)});
   ASSERT_TRUE(marked(known));
@@ -186,4 +187,4 @@ TEST(TaggedLights, AConfiguredIntensityStandsInForAClippedOne) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

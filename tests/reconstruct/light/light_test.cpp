@@ -9,13 +9,13 @@
 
 #include "reconstruct/light/fisheye_rays.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
-Session session_with_fisheye() {
-  Session session;
-  FisheyeCamera camera;
-  camera.model.kind = CameraModel::Kind::equidistant;
+capture::Session session_with_fisheye() {
+  capture::Session session;
+  capture::FisheyeCamera camera;
+  camera.model.kind = capture::CameraModel::Kind::equidistant;
   camera.model.width = camera.model.height = 256;
   camera.model.fx = camera.model.fy = 77;
   camera.model.cx = camera.model.cy = 127.5;
@@ -35,23 +35,23 @@ float radiance_towards(const Eigen::Vector3f& d, float strength) {
   return 0.1f;
 }
 
-FrameSet frame_with_lamps(const Session& session, float strength = 1) {
+capture::FrameSet frame_with_lamps(const capture::Session& session, float strength = 1) {
   const FisheyeView view = fisheye_view(*session.fisheye);
-  auto picture = std::make_shared<Picture>();
-  picture->stream = Stream::fisheye;
-  picture->radiance = Image<float>(view.width, view.height, 3);
+  auto picture = std::make_shared<capture::Picture>();
+  picture->stream = capture::Stream::fisheye;
+  picture->radiance = capture::Image<float>(view.width, view.height, 3);
   for (std::size_t i = 0; i < view.direction.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       picture->radiance.data[3 * i + c] = view.sees(i) ? radiance_towards(view.direction[i], strength) : 0;
     }
   }
-  FrameSet frame;
+  capture::FrameSet frame;
   frame.fisheye.push_back(picture);
   return frame;
 }
 
 TEST(LightStage, LampsKeepTheirNamesAndAnEqualPictureChangesNothing) {
-  const Session session = session_with_fisheye();
+  const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   const auto first = stage.extract(frame_with_lamps(session));
   ASSERT_TRUE(first.illumination);
@@ -64,7 +64,7 @@ TEST(LightStage, LampsKeepTheirNamesAndAnEqualPictureChangesNothing) {
 
   const auto again = stage.extract(frame_with_lamps(session));  // another picture object, the same content
   EXPECT_EQ(again.illumination, first.illumination);
-  EXPECT_EQ(stage.extract(FrameSet()).illumination, first.illumination);
+  EXPECT_EQ(stage.extract(capture::FrameSet()).illumination, first.illumination);
 
   // Lamp A grows weaker than B: the order changes, the names do not.
   const auto dimmed = stage.extract(frame_with_lamps(session, 0.25f));
@@ -76,7 +76,7 @@ TEST(LightStage, LampsKeepTheirNamesAndAnEqualPictureChangesNothing) {
 }
 
 TEST(LightStage, SmallChangesAreAveragedLampsAndRemainderAlike) {
-  const Session session = session_with_fisheye();
+  const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   const auto first = stage.extract(frame_with_lamps(session, 1.00f)).illumination;
   const auto second = stage.extract(frame_with_lamps(session, 1.04f)).illumination;
@@ -84,14 +84,14 @@ TEST(LightStage, SmallChangesAreAveragedLampsAndRemainderAlike) {
 }
 
 TEST(LightStage, ClippedLampsAreSaid) {
-  const Session session = session_with_fisheye();
-  FrameSet frame = frame_with_lamps(session);
-  auto picture = std::make_shared<Picture>(*frame.fisheye[0]);
+  const capture::Session session = session_with_fisheye();
+  capture::FrameSet frame = frame_with_lamps(session);
+  auto picture = std::make_shared<capture::Picture>(*frame.fisheye[0]);
   picture->exposure = 5;
-  picture->encoded = Image<std::uint8_t>(256, 256, 3);
+  picture->encoded = capture::Image<std::uint8_t>(256, 256, 3);
   for (std::size_t i = 0; i < picture->encoded.data.size(); ++i) {
-    picture->encoded.data[i] =
-        static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(std::min(1.0f, 5 * picture->radiance.data[i]))));
+    picture->encoded.data[i] = static_cast<std::uint8_t>(
+        std::lround(255 * capture::linear_to_srgb(std::min(1.0f, 5 * picture->radiance.data[i]))));
   }
   picture->radiance = {};
   frame.fisheye = {picture};
@@ -106,27 +106,28 @@ TEST(LightStage, ClippedLampsAreSaid) {
 }
 
 TEST(LightStage, TheLensFalloffIsTakenOut) {
-  Session session = session_with_fisheye();
-  FrameSet frame = frame_with_lamps(session);
+  capture::Session session = session_with_fisheye();
+  capture::FrameSet frame = frame_with_lamps(session);
   LightStage plain(session, {});
   const auto truth = plain.extract(frame).illumination;
-  const Vignetting falloff{{-0.25, 0.03, -0.02}};
-  auto picture = std::make_shared<Picture>(*frame.fisheye[0]);
-  const Image<float> gain = vignetting_gain(falloff, session.fisheye->model);
+  const capture::Vignetting falloff{{-0.25, 0.03, -0.02}};
+  auto picture = std::make_shared<capture::Picture>(*frame.fisheye[0]);
+  const capture::Image<float> gain = capture::vignetting_gain(falloff, session.fisheye->model);
   picture->exposure = 0.9 / *std::max_element(picture->radiance.data.begin(), picture->radiance.data.end());
-  picture->encoded = Image<std::uint8_t>(256, 256, 3);
+  picture->encoded = capture::Image<std::uint8_t>(256, 256, 3);
   for (std::size_t i = 0; i < picture->encoded.data.size(); ++i) {
     const double light = picture->exposure * picture->radiance.data[i] / gain.data[i / 3];
-    picture->encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * linear_to_srgb(static_cast<float>(light))));
+    picture->encoded.data[i] =
+        static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(static_cast<float>(light))));
   }
   picture->radiance = {};
-  const auto lamps = [&](const FrameSet& seen) {
+  const auto lamps = [&](const capture::FrameSet& seen) {
     LightStage stage(session, {});
     const auto found = stage.extract(seen).illumination;
     EXPECT_EQ(found->lights.size(), truth->lights.size());
     return found->lights.at(0).irradiance.x() / truth->lights[0].irradiance.x();
   };
-  FrameSet through_lens = frame;
+  capture::FrameSet through_lens = frame;
   through_lens.fisheye = {picture};
   EXPECT_LT(lamps(through_lens), 0.93) << "as it is without";
   session.fisheye->vignetting = falloff;
@@ -135,22 +136,22 @@ TEST(LightStage, TheLensFalloffIsTakenOut) {
 }
 
 /// As a camera sees the room while the lamps burn.
-std::shared_ptr<const Picture> room_picture(float radiance) {
-  auto picture = std::make_shared<Picture>();
-  picture->radiance = Image<float>(64, 48, 3, radiance);
+std::shared_ptr<const capture::Picture> room_picture(float radiance) {
+  auto picture = std::make_shared<capture::Picture>();
+  picture->radiance = capture::Image<float>(64, 48, 3, radiance);
   return picture;
 }
 
-FrameSet frame_without_lamp_a(const Session& session) {
-  FrameSet frame = frame_with_lamps(session);
-  auto picture = std::make_shared<Picture>(*frame.fisheye[0]);
+capture::FrameSet frame_without_lamp_a(const capture::Session& session) {
+  capture::FrameSet frame = frame_with_lamps(session);
+  auto picture = std::make_shared<capture::Picture>(*frame.fisheye[0]);
   for (float& value : picture->radiance.data) value = value > 30 ? 0.02f : value;
   frame.fisheye = {picture};
   return frame;
 }
 
 TEST(LightStage, ALampCoveredForAPictureStaysAndOneThatWentOutFades) {
-  const Session session = session_with_fisheye();
+  const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   const auto before = stage.extract(frame_with_lamps(session)).illumination;
   const auto covered = stage.extract(frame_without_lamp_a(session));
@@ -178,21 +179,22 @@ TEST(LightStage, ALampCoveredForAPictureStaysAndOneThatWentOutFades) {
 }
 
 TEST(LightStage, ALampThatMovedIsNotTwo) {
-  const Session session = session_with_fisheye();
+  const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   stage.extract(frame_with_lamps(session));
-  Session turned = session;
+  capture::Session turned = session;
   turned.fisheye->T_tag_fisheye.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const FrameSet frame = frame_with_lamps(turned);  // the same light as a turned camera sees it: all lamps elsewhere
+  const capture::FrameSet frame =
+      frame_with_lamps(turned);  // the same light as a turned camera sees it: all lamps elsewhere
   EXPECT_EQ(stage.extract(frame).illumination->lights.size(), 2u);
 }
 
 TEST(LightStage, ACoveredFisheyeIsSaidAndTheLightStays) {
-  const Session session = session_with_fisheye();
+  const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
-  FrameSet open = frame_with_lamps(session), dark = open;
+  capture::FrameSet open = frame_with_lamps(session), dark = open;
   open.color = dark.color = room_picture(0.3f);
-  auto black = std::make_shared<Picture>(*open.fisheye[0]);
+  auto black = std::make_shared<capture::Picture>(*open.fisheye[0]);
   for (float& value : black->radiance.data) value *= 1e-3f;
   dark.fisheye = {black};
   const auto before = stage.extract(open);
@@ -217,10 +219,10 @@ TEST(LightStage, ACoveredFisheyeIsSaidAndTheLightStays) {
 
 TEST(LightStage, WithoutAPictureLightIsUnknownAndSaidSo) {
   LightStage stage(session_with_fisheye(), {});
-  const auto result = stage.extract(FrameSet());
+  const auto result = stage.extract(capture::FrameSet());
   EXPECT_FALSE(result.illumination);
   EXPECT_EQ(result.warnings.size(), 1u);
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

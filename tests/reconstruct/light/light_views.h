@@ -9,13 +9,13 @@
 #include "capture/image.h"
 #include "capture/session/session.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-inline FisheyeCamera fisheye(double fov_degrees = 190, int size = 300) {
-  FisheyeCamera camera;
-  camera.model.kind = CameraModel::Kind::equidistant;
+inline capture::FisheyeCamera fisheye(double fov_degrees = 190, int size = 300) {
+  capture::FisheyeCamera camera;
+  camera.model.kind = capture::CameraModel::Kind::equidistant;
   camera.model.width = camera.model.height = size;
   camera.model.fx = camera.model.fy = size / 2.0 / (fov_degrees / 2 * kDegree);
   camera.model.cx = camera.model.cy = size / 2.0 - 0.5;
@@ -27,8 +27,8 @@ inline FisheyeCamera fisheye(double fov_degrees = 190, int size = 300) {
 using Radiance = std::function<Eigen::Vector3f(const Eigen::Vector3f&)>;
 
 /// Renders with 3 x 3 samples a pixel, so borders are blurred as by a real pixel.
-inline Image<float> render(const FisheyeCamera& camera, const Radiance& radiance) {
-  Image<float> picture(camera.model.width, camera.model.height, 3);
+inline capture::Image<float> render(const capture::FisheyeCamera& camera, const Radiance& radiance) {
+  capture::Image<float> picture(camera.model.width, camera.model.height, 3);
   const Eigen::Matrix3d R = camera.T_tag_fisheye.linear();
   for (int v = 0; v < picture.height; ++v) {
     for (int u = 0; u < picture.width; ++u) {
@@ -58,4 +58,4 @@ inline double angle_degrees(const Eigen::Vector3f& a, const Eigen::Vector3f& b) 
 
 inline double disk_sr(double radius_degrees) { return 2 * std::numbers::pi * (1 - std::cos(radius_degrees * kDegree)); }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,22 +7,22 @@
 #include <numbers>
 #include <vector>
 
-#include "reconstruct/light/variance_cut.h"
 #include "reconstruct/light/environment.h"
+#include "reconstruct/light/variance_cut.h"
 #include "tests/reconstruct/light/light_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-Image<std::uint8_t> unclipped(const Image<float>& picture) {
-  return Image<std::uint8_t>(picture.width, picture.height, 1, 0);
+capture::Image<std::uint8_t> unclipped(const capture::Image<float>& picture) {
+  return capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0);
 }
 
 /// Clips a picture at `most`, and says where.
-Image<std::uint8_t> clip(Image<float>* picture, float most) {
-  Image<std::uint8_t> clipped = unclipped(*picture);
+capture::Image<std::uint8_t> clip(capture::Image<float>* picture, float most) {
+  capture::Image<std::uint8_t> clipped = unclipped(*picture);
   for (std::size_t i = 0; i < clipped.data.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
       float& value = picture->data[3 * i + c];
@@ -34,7 +34,7 @@ Image<std::uint8_t> clip(Image<float>* picture, float most) {
   return clipped;
 }
 
-Eigen::Vector3d integral(const Image<float>& picture, const FisheyeView& view) {
+Eigen::Vector3d integral(const capture::Image<float>& picture, const FisheyeView& view) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t pixel = 0; pixel < view.solid_angle_sr.size(); ++pixel) {
     for (int c = 0; c < 3; ++c) sum[c] += double(picture.data[3 * pixel + c]) * view.solid_angle_sr[pixel];
@@ -45,7 +45,7 @@ Eigen::Vector3d integral(const Image<float>& picture, const FisheyeView& view) {
 const Eigen::Vector3f kRoom(0.1f, 0.12f, 0.15f);
 
 TEST(LightSplit, OneLampInClosedForm) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   for (const double polar : {5.0, 40.0, 80.0}) {
     const Eigen::Vector3f lamp = towards(polar, 70), radiance(40, 30, 20);
@@ -68,7 +68,7 @@ TEST(LightSplit, OneLampInClosedForm) {
 }
 
 TEST(LightSplit, LampsAndRestIntegrateToThePicture) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f bulb = towards(50, 10), panel = towards(30, 200), tiny = towards(70, 100);
   const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
@@ -86,7 +86,7 @@ TEST(LightSplit, LampsAndRestIntegrateToThePicture) {
 }
 
 TEST(LightSplit, TwoLampsTwoToFortyDegreesApart) {
-  const FisheyeCamera camera = fisheye(160, 430);
+  const capture::FisheyeCamera camera = fisheye(160, 430);
   const FisheyeView view = fisheye_view(camera);
   for (const double separation : {2.0, 5.0, 12.0, 40.0}) {
     const Eigen::Vector3f a = towards(30, 0), b = towards(30 + separation, 0);
@@ -111,7 +111,7 @@ TEST(LightSplit, TwoLampsTwoToFortyDegreesApart) {
 }
 
 TEST(LightSplit, AWindowBecomesSeveralLamps) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f window = towards(45, 120);
   const double radius = 22;
@@ -134,7 +134,7 @@ TEST(LightSplit, AWindowBecomesSeveralLamps) {
 
 // Their places are then looked for together.
 TEST(LightSplit, PiecesOfAWindowTooWideForALampAreOfOneThingAndThoseOfTwoAreNot) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   for (const bool two : {false, true}) {
     const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
@@ -153,7 +153,7 @@ TEST(LightSplit, PiecesOfAWindowTooWideForALampAreOfOneThingAndThoseOfTwoAreNot)
 }
 
 TEST(LightSplit, SoftGlowAndLitPaperAreNoLamps) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f lamp = towards(20, 0), glow = towards(70, 90), paper = towards(80, 200);
   const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
@@ -168,7 +168,7 @@ TEST(LightSplit, SoftGlowAndLitPaperAreNoLamps) {
 }
 
 TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f lamp = towards(40, 0), wall = towards(70, 180);
   auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
@@ -176,7 +176,7 @@ TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
     return within(d, lamp, 3) ? Eigen::Vector3f(50, 50, 50)
                               : Eigen::Vector3f::Constant(0.08f + 0.12f * std::exp(-x * x));
   });
-  const Image<std::uint8_t> clipped = clip(&picture, 0.16f);
+  const capture::Image<std::uint8_t> clipped = clip(&picture, 0.16f);
   const LightSplit split = split_lamps(picture, clipped, view, 8);
   ASSERT_EQ(split.lamps.size(), 1u);
   EXPECT_TRUE(split.lamps[0].clipped);
@@ -186,14 +186,14 @@ TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
 // Polished stone below a lamp: where its grains are light it clips, where they are dark it does not.
 // A blue bulb close to a wall: around it the wall clips too, in one channel, and farther off in none.
 TEST(LightSplit, AClippedLampBeforeAWallThatItMakesClipIsFound) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f lamp = towards(60, 20), radiance(7, 16, 42);
-  Image<float> picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+  capture::Image<float> picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
     const float away = std::acos(std::min(d.dot(lamp), 1.0f)) / 0.35f;  // 20°
     return within(d, lamp, 1.8) ? radiance : kRoom + Eigen::Vector3f(0.25f, 0.6f, 2.5f) / (1 + away * away);
   });
-  const Image<std::uint8_t> clipped = clip(&picture, 1);
+  const capture::Image<std::uint8_t> clipped = clip(&picture, 1);
   const LightSplit split = split_lamps(picture, clipped, view, 8);
   ASSERT_EQ(split.lamps.size(), 1u);
   EXPECT_TRUE(split.lamps[0].clipped);
@@ -203,16 +203,16 @@ TEST(LightSplit, AClippedLampBeforeAWallThatItMakesClipIsFound) {
 
 // The sun is little wider than a pixel. A glint on something that nearly clips is none.
 TEST(LightSplit, AClippedSunIsFoundThoughItIsAFewPixels) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   for (const double polar : {20.0, 48.5, 71.3}) {
     const Eigen::Vector3f sun = towards(polar, 130);
     for (const float sky : {0.4f, 0.9f}) {
-      Image<float> picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
+      capture::Image<float> picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
         if (within(d, sun, 0.27)) return Eigen::Vector3f::Constant(3e4f);
         return sky * Eigen::Vector3f(0.8f, 0.9f, 1.05f);
       });
-      const Image<std::uint8_t> clipped = clip(&picture, 1);
+      const capture::Image<std::uint8_t> clipped = clip(&picture, 1);
       const LightSplit split = split_lamps(picture, clipped, view, 8);
       ASSERT_EQ(split.lamps.size(), sky < 0.5f ? 1u : 0u) << polar;
       if (split.lamps.empty()) continue;
@@ -223,7 +223,7 @@ TEST(LightSplit, AClippedSunIsFoundThoughItIsAFewPixels) {
 }
 
 TEST(LightSplit, AClippedFloorOfStoneIsNoLamp) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f lamp = towards(40, 0), floor = towards(70, 180);
   auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
@@ -234,14 +234,14 @@ TEST(LightSplit, AClippedFloorOfStoneIsNoLamp) {
         (grain(d.x()) * 73856093u ^ grain(d.y()) * 19349663u ^ grain(d.z()) * 83492791u) * 2654435761u;
     return Eigen::Vector3f::Constant(hash >> 16 & 3 ? 0.3f : 0.08f);
   });
-  const Image<std::uint8_t> clipped = clip(&picture, 0.16f);
+  const capture::Image<std::uint8_t> clipped = clip(&picture, 0.16f);
   const LightSplit split = split_lamps(picture, clipped, view, 8);
   ASSERT_EQ(split.lamps.size(), 1u);
   EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
 }
 
 TEST(LightSplit, NoLampInAnEvenSky) {
-  const FisheyeCamera camera = fisheye();
+  const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const auto picture = render(camera, [&](const Eigen::Vector3f& d) { return (kRoom * (1 + d.z())).eval(); });
   const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
@@ -262,7 +262,7 @@ TEST(LightSplit, VarianceCutHalvesAStripInTheMiddle) {
 }
 
 TEST(LightEnvironment, ResampledPictureKeepsEnergyAndDirections) {
-  const FisheyeCamera camera = fisheye(359.9);  // sees (almost) everything, so nothing is filled
+  const capture::FisheyeCamera camera = fisheye(359.9);  // sees (almost) everything, so nothing is filled
   const FisheyeView view = fisheye_view(camera);
   const Radiance radiance = [](const Eigen::Vector3f& d) {
     return Eigen::Vector3f(1 + d.x(), 1 + 0.5f * d.y(), 1 - 0.8f * d.z());
@@ -288,7 +288,7 @@ TEST(LightEnvironment, ResampledPictureKeepsEnergyAndDirections) {
 }
 
 TEST(LightEnvironment, UnseenDirectionsTakeTheNearestSeen) {
-  const FisheyeCamera camera = fisheye(190);
+  const capture::FisheyeCamera camera = fisheye(190);
   const FisheyeView view = fisheye_view(camera);
   const auto picture = render(
       camera, [](const Eigen::Vector3f& d) { return d.x() > 0 ? Eigen::Vector3f(2, 2, 2) : Eigen::Vector3f(1, 1, 1); });
@@ -299,4 +299,4 @@ TEST(LightEnvironment, UnseenDirectionsTakeTheNearestSeen) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

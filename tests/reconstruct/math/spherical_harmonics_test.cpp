@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -100,4 +100,4 @@ TEST(SphericalHarmonics, BandLimitedEnvironmentMatchesQuadrature) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -11,7 +11,7 @@
 #include "tests/reconstruct/pose/pose_room.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 constexpr double kDegree = M_PI / 180;
 constexpr std::int64_t kFrameNs = 33'333'333;
 
-Tag some_tag() { return Tag{"tag36h11", 2, 0.16}; }
+capture::Tag some_tag() { return capture::Tag{"tag36h11", 2, 0.16}; }
 
 /// A hand-held camera: 0.25 m/s, 12° a second.
 Isometry3d camera_at(std::uint64_t index) {
@@ -31,20 +31,20 @@ Isometry3d camera_at(std::uint64_t index) {
 
 class PoseCarryOn : public testing::Test {
  protected:
-  FrameSet frame(std::uint64_t index, bool hidden, double depth_noise) const {
-    Picture picture;
+  capture::FrameSet frame(std::uint64_t index, bool hidden, double depth_noise) const {
+    capture::Picture picture;
     if (hidden)
-      picture.encoded = Image<std::uint8_t>(320, 240, 3, 120);
+      picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
     else
       picture =
           test::view_of_tag(camera, finder.pattern(), 0.16, camera_at(index), {2, static_cast<unsigned>(index) + 1});
-    FrameSet frame = test::frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
-    frame.depth = std::make_shared<DepthPicture>(
+    capture::FrameSet frame = test::frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
+    frame.depth = std::make_shared<capture::DepthPicture>(
         test::depth_of_room(room, camera, camera_at(index), static_cast<unsigned>(index) + 1, depth_noise));
     return frame;
   }
 
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const TagFinder finder{some_tag()};
   const TestRoom room = test::furnished_room();
   const DistanceField field = room.field();
@@ -52,7 +52,7 @@ class PoseCarryOn : public testing::Test {
 
 TEST_F(PoseCarryOn, SurfacesCarryThePoseOnAndHandItBack) {
   constexpr std::uint64_t kHides = 4, kBack = 28, kEnd = 40;
-  std::vector<FrameSet> frames;
+  std::vector<capture::FrameSet> frames;
   for (std::uint64_t i = 0; i < kEnd; ++i) frames.push_back(frame(i, i >= kHides && i < kBack, 1));
   // Noisy depth, and depth that is wrong by a percent: then surfaces and print disagree by a centimetre.
   for (const float depth_scale : {1.0f, 1.01f}) {
@@ -61,10 +61,10 @@ TEST_F(PoseCarryOn, SurfacesCarryThePoseOnAndHandItBack) {
     Isometry3d last_error = Isometry3d::Identity();
     for (std::uint64_t i = 0; i < kEnd; ++i) {
       const bool hidden = i >= kHides && i < kBack;
-      FrameSet seen = frames[i];
-      DepthPicture depth = *seen.depth;
+      capture::FrameSet seen = frames[i];
+      capture::DepthPicture depth = *seen.depth;
       for (float& z : depth.depth_m.data) z *= depth_scale;
-      seen.depth = std::make_shared<DepthPicture>(std::move(depth));
+      seen.depth = std::make_shared<capture::DepthPicture>(std::move(depth));
       const auto result = stage.locate(seen, &field);
       ASSERT_TRUE(result.pose) << i;
       const Pose& pose = *result.pose;
@@ -106,7 +106,7 @@ TEST_F(PoseCarryOn, WithoutFieldOrDepthThePoseOnlyAges) {
     PoseStage stage(some_tag(), camera);
     const DistanceField* const given = with_field ? &field : nullptr;
     ASSERT_TRUE(stage.locate(frame(0, false, 0), given).pose);
-    FrameSet blind = frame(1, true, 0);
+    capture::FrameSet blind = frame(1, true, 0);
     if (with_field) blind.depth = nullptr;
     const auto result = stage.locate(blind, given);
     ASSERT_TRUE(result.pose);
@@ -127,13 +127,14 @@ TEST_F(PoseCarryOn, ABareFloorIsGivenUp) {
   int carried = 0;
   double most_mm = 0;
   for (std::uint64_t i = 0; i < 60; ++i) {
-    Picture picture;
+    capture::Picture picture;
     if (i > 0)
-      picture.encoded = Image<std::uint8_t>(320, 240, 3, 120);
+      picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
     else
       picture = test::view_of_tag(camera, finder.pattern(), 0.16, above);
-    FrameSet seen = test::frame_of(std::move(picture), i, static_cast<std::int64_t>(i) * kFrameNs);
-    seen.depth = std::make_shared<DepthPicture>(test::depth_of_room(bare, camera, above, static_cast<unsigned>(i), 1));
+    capture::FrameSet seen = test::frame_of(std::move(picture), i, static_cast<std::int64_t>(i) * kFrameNs);
+    seen.depth =
+        std::make_shared<capture::DepthPicture>(test::depth_of_room(bare, camera, above, static_cast<unsigned>(i), 1));
     const auto result = stage.locate(seen, &floor);
     if (!result.pose) break;
     if (result.pose->from != Pose::From::surface) continue;
@@ -152,4 +153,4 @@ TEST(DepthTracking, TimeMakesAPoseUnsure) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

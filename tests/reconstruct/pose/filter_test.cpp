@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -81,4 +81,4 @@ TEST(PoseFilter, AJumpIsFollowedAtOnce) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -7,7 +7,7 @@
 #include "tests/reconstruct/pose/pose_room.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -31,7 +31,7 @@ Isometry3d off_by(const Isometry3d& pose, const Vector3d& shift_m, const Vector3
 
 class PoseSurface : public testing::Test {
  protected:
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const DepthSampler sampler{camera};
   const Isometry3d truth = test::looking_at_tag(1.3, 50 * kDegree, -1.2, {0.0, 0.15, 0.1});
 };
@@ -111,7 +111,7 @@ TEST_F(PoseSurface, WhatAPlaneDoesNotTellStaysAsExpected) {
 
 TEST_F(PoseSurface, AnArmInFrontOfTheRoomDoesNotMoveIt) {
   const TestRoom room = test::furnished_room();
-  DepthPicture depth = test::depth_of_room(room, camera, truth, 1, 1);
+  capture::DepthPicture depth = test::depth_of_room(room, camera, truth, 1, 1);
   for (int v = 60; v < 240; ++v)
     for (int u = 100; u < 170; ++u) depth.depth_m.at(u, v) = 0.6f;
   const Isometry3d start = off_by(truth, {0.005, -0.004, 0.006}, {0.003, -0.003, 0.003});
@@ -125,10 +125,10 @@ TEST_F(PoseSurface, WithoutSurfaceThereIsNoPose) {
   const TestRoom room = test::furnished_room();
   const DepthGrid grid = sampler.sample(test::depth_of_room(room, camera, truth, 1, 0).depth_m);
   EXPECT_FALSE(align_to_field(grid, DistanceField(), {truth, covariance(0.02, 0.02)}));
-  EXPECT_FALSE(
-      align_to_field(sampler.sample(Image<float>(320, 240, 1)), room.field(), {truth, covariance(0.02, 0.02)}));
-  EXPECT_FALSE(
-      align_to_field(sampler.sample(Image<float>(640, 480, 1)), room.field(), {truth, covariance(0.02, 0.02)}));
+  EXPECT_FALSE(align_to_field(sampler.sample(capture::Image<float>(320, 240, 1)), room.field(),
+                              {truth, covariance(0.02, 0.02)}));
+  EXPECT_FALSE(align_to_field(sampler.sample(capture::Image<float>(640, 480, 1)), room.field(),
+                              {truth, covariance(0.02, 0.02)}));
 }
 
 TEST_F(PoseSurface, AnEarlierPictureReachesFar) {
@@ -148,4 +148,4 @@ TEST_F(PoseSurface, AnEarlierPictureReachesFar) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

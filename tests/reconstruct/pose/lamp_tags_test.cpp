@@ -7,7 +7,7 @@
 
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -17,8 +17,8 @@ constexpr std::int64_t kFrameNs = 100'000'000;
 constexpr double kLampTag_m = 0.12;
 const Vector3d kOnTag(0.02, 0.15, -0.05);
 
-Session session_with_lamp(double size_m = kLampTag_m) {
-  Session session;
+capture::Session session_with_lamp(double size_m = kLampTag_m) {
+  capture::Session session;
   session.color.model = test::small_camera();
   session.tag.id = 2;
   session.lamps.push_back({.name = "desk",
@@ -47,17 +47,17 @@ Pose camera_pose() {
 }
 
 /// Tags of the lamp as the camera sees them, before grey.
-FrameSet frame_with(const std::vector<Isometry3d>& tags, std::int64_t time_ns, bool depth = false) {
-  const CameraModel camera = test::small_camera();
-  const TagFinder finder(Tag{"tag36h11", 9, kLampTag_m});
+capture::FrameSet frame_with(const std::vector<Isometry3d>& tags, std::int64_t time_ns, bool depth = false) {
+  const capture::CameraModel camera = test::small_camera();
+  const TagFinder finder(capture::Tag{"tag36h11", 9, kLampTag_m});
   const Isometry3d T_tag_camera = camera_pose().T_tag_camera;
-  Picture picture;
-  picture.encoded = Image<std::uint8_t>(camera.width, camera.height, 3, 130);
-  DepthPicture far;
-  far.depth_m = Image<float>(camera.width, camera.height, 1, 1.5f);
+  capture::Picture picture;
+  picture.encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3, 130);
+  capture::DepthPicture far;
+  far.depth_m = capture::Image<float>(camera.width, camera.height, 1, 1.5f);
   for (const Isometry3d& tag : tags) {
     const Isometry3d T = tag.inverse() * T_tag_camera;
-    const Picture seen = test::view_of_tag(camera, finder.pattern(), kLampTag_m, T, {1, 7});
+    const capture::Picture seen = test::view_of_tag(camera, finder.pattern(), kLampTag_m, T, {1, 7});
     for (int v = 0; v < camera.height; ++v)
       for (int u = 0; u < camera.width; ++u) {
         const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
@@ -68,8 +68,8 @@ FrameSet frame_with(const std::vector<Isometry3d>& tags, std::int64_t time_ns, b
         far.depth_m.at(u, v) = static_cast<float>(along * ray->z());
       }
   }
-  FrameSet frame = test::frame_of(std::move(picture), 0, time_ns);
-  if (depth) frame.depth = std::make_shared<DepthPicture>(std::move(far));
+  capture::FrameSet frame = test::frame_of(std::move(picture), 0, time_ns);
+  if (depth) frame.depth = std::make_shared<capture::DepthPicture>(std::move(far));
   return frame;
 }
 
@@ -136,7 +136,7 @@ TEST(LampTagStage, ATagOfAnotherSizeIsNamedAndNotUsed) {
   LampTagStage stage(session_with_lamp(0.1)), right(session_with_lamp());
   LampTagStage::Result result, as_said;
   for (int i = 0; i < 8; ++i) {
-    const FrameSet frame = frame_with({kThere}, i * kFrameNs, true);
+    const capture::FrameSet frame = frame_with({kThere}, i * kFrameNs, true);
     result = stage.locate(frame, camera_pose());
     as_said = right.locate(frame, camera_pose());
   }
@@ -148,4 +148,4 @@ TEST(LampTagStage, ATagOfAnotherSizeIsNamedAndNotUsed) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -8,7 +8,7 @@
 #include "reconstruct/pose/pose.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -34,20 +34,20 @@ struct Table {
   Isometry3d T_tag_second = kBeside;
 
   /// Whichever is nearer owns the pixel.
-  bool is_of_second(const CameraModel& camera, const Isometry3d& T_tag_camera, int u, int v) const {
+  bool is_of_second(const capture::CameraModel& camera, const Isometry3d& T_tag_camera, int u, int v) const {
     const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
     const Vector3d d = T_tag_camera.linear() * *ray, from = T_tag_camera.translation();
     const Vector3d p = from - from.z() / d.z() * d;
     return (p - T_tag_second.translation()).norm() < p.norm();
   }
 
-  FrameSet seen_from(const Isometry3d& T_tag_camera, std::uint64_t index, double code_sigma = 1) const {
-    const TagFinder finder(Tag{"tag36h11", 2, 0.16, {{5, 0.16, std::nullopt}}});
-    const CameraModel camera = test::small_camera();
+  capture::FrameSet seen_from(const Isometry3d& T_tag_camera, std::uint64_t index, double code_sigma = 1) const {
+    const TagFinder finder(capture::Tag{"tag36h11", 2, 0.16, {{5, 0.16, std::nullopt}}});
+    const capture::CameraModel camera = test::small_camera();
     const test::ViewNoise noise{code_sigma, static_cast<unsigned>(index) + 1};
-    Picture picture = test::view_of_tag(camera, finder.pattern(), size_m, T_tag_camera, noise);
-    const Picture other = test::view_of_tag(camera, finder.pattern(second_id == 5 ? 1 : 0), 0.16,
-                                            T_tag_second.inverse() * T_tag_camera, noise);
+    capture::Picture picture = test::view_of_tag(camera, finder.pattern(), size_m, T_tag_camera, noise);
+    const capture::Picture other = test::view_of_tag(camera, finder.pattern(second_id == 5 ? 1 : 0), 0.16,
+                                                     T_tag_second.inverse() * T_tag_camera, noise);
     for (int v = 0; v < camera.height; ++v)
       for (int u = 0; u < camera.width; ++u) {
         const bool to_second = is_of_second(camera, T_tag_camera, u, v);
@@ -88,7 +88,7 @@ TEST(PoseTags, OneOfABundleIsEnough) {
 TEST(PoseTags, TwoAreSurerThanOne) {
   double one_mm = 0, two_mm = 0, one_sigma = 0, two_sigma = 0;
   for (unsigned i = 0; i < 8; ++i) {
-    const FrameSet frame = Table().seen_from(camera_at(3 * i), 0, 5);
+    const capture::FrameSet frame = Table().seen_from(camera_at(3 * i), 0, 5);
     PoseStage one({"tag36h11", 2, 0.16}, test::small_camera());
     PoseStage two({"tag36h11", 2, 0.16, {{5, 0.16, kBeside}}}, test::small_camera());
     const auto a = one.locate(frame), b = two.locate(frame);
@@ -159,10 +159,10 @@ TEST(PoseTags, AnotherSizeIsToldByDepth) {
     table.size_m = printed_m;
     PoseStage::Result result;
     for (unsigned i = 0; i < 6; ++i) {
-      FrameSet frame = table.seen_from(camera_at(i), i);
-      DepthPicture depth = test::depth_of_table(test::small_camera(), camera_at(i), i, 1);
+      capture::FrameSet frame = table.seen_from(camera_at(i), i);
+      capture::DepthPicture depth = test::depth_of_table(test::small_camera(), camera_at(i), i, 1);
       for (float& z : depth.depth_m.data) z *= depth_scale;
-      frame.depth = std::make_shared<DepthPicture>(std::move(depth));
+      frame.depth = std::make_shared<capture::DepthPicture>(std::move(depth));
       result = stage.locate(frame);
       EXPECT_TRUE(i >= 4 || result.warnings.empty());
     }
@@ -182,7 +182,7 @@ TEST(PoseTags, AnotherSizeIsToldByDepth) {
 // Depth says that another of the same number is larger. Nobody asked for that one. The camera is jerked to and fro, so
 // that both are found anew in each picture.
 TEST(PoseTags, TheSizeIsThatOfTheTagInUse) {
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   for (const double side : {-1, 1}) {
     PoseStage stage({"tag36h11", 2, 0.16}, camera);
     Table table;
@@ -191,12 +191,12 @@ TEST(PoseTags, TheSizeIsThatOfTheTagInUse) {
     for (unsigned i = 0; i < 16; ++i) {
       table.second = i > 0;
       const Isometry3d T = test::looking_at_tag(0.9, 40 * kDegree, -M_PI / 2, {0.12 * side, i % 2 ? -0.14 : 0.16, 0});
-      FrameSet frame = table.seen_from(T, i);
-      DepthPicture depth = test::depth_of_table(camera, T, i, 1);
+      capture::FrameSet frame = table.seen_from(T, i);
+      capture::DepthPicture depth = test::depth_of_table(camera, T, i, 1);
       for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u)
           if (table.is_of_second(camera, T, u, v)) depth.depth_m.at(u, v) *= 1.2f;
-      frame.depth = std::make_shared<DepthPicture>(std::move(depth));
+      frame.depth = std::make_shared<capture::DepthPicture>(std::move(depth));
       const auto result = stage.locate(frame);
       ASSERT_TRUE(result.pose);
       EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera_raw, T), 5) << i;
@@ -213,10 +213,10 @@ TEST(PoseTags, AHandOnTheTagLeavesAPose) {
   table.second = false;
   int followed = 0;
   for (unsigned i = 0; i < 8; ++i) {
-    FrameSet frame = table.seen_from(truth, i);
+    capture::FrameSet frame = table.seen_from(truth, i);
     if (i >= 3) {
-      Picture covered = *frame.color;
-      const CameraModel camera = test::small_camera();
+      capture::Picture covered = *frame.color;
+      const capture::CameraModel camera = test::small_camera();
       for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u) {
           const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
@@ -224,7 +224,7 @@ TEST(PoseTags, AHandOnTheTagLeavesAPose) {
           const Vector3d p = truth.translation() - truth.translation().z() / d.z() * d;
           if (p.x() + p.y() > 0.085) std::fill_n(&covered.encoded.at(u, v), 3, 150);
         }
-      frame.color = std::make_shared<Picture>(std::move(covered));
+      frame.color = std::make_shared<capture::Picture>(std::move(covered));
     }
     const auto result = stage.locate(frame);
     ASSERT_TRUE(result.pose);
@@ -236,4 +236,4 @@ TEST(PoseTags, AHandOnTheTagLeavesAPose) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

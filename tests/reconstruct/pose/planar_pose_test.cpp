@@ -6,7 +6,7 @@
 
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -78,4 +78,4 @@ TEST(PoseSolver, CornersOnALineHaveNoPose) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

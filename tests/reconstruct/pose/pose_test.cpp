@@ -6,7 +6,7 @@
 #include "reconstruct/pose/print_alignment.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -15,18 +15,18 @@ using Eigen::Vector3d;
 constexpr double kDegree = M_PI / 180;
 constexpr std::int64_t kFrameNs = 33'333'333;
 
-Tag some_tag() { return Tag{"tag36h11", 2, 0.16}; }
+capture::Tag some_tag() { return capture::Tag{"tag36h11", 2, 0.16}; }
 
-FrameSet seen_from(const Isometry3d& T_tag_camera, std::uint64_t index, const test::ViewNoise& noise = {},
-                   const CameraModel& camera = test::small_camera()) {
+capture::FrameSet seen_from(const Isometry3d& T_tag_camera, std::uint64_t index, const test::ViewNoise& noise = {},
+                            const capture::CameraModel& camera = test::small_camera()) {
   const TagFinder finder(some_tag());
   return test::frame_of(test::view_of_tag(camera, finder.pattern(), 0.16, T_tag_camera, noise), index,
                         static_cast<std::int64_t>(index) * kFrameNs);
 }
 
-FrameSet empty_table(std::uint64_t index) {
-  Picture picture;
-  picture.encoded = Image<std::uint8_t>(320, 240, 3, 120);
+capture::FrameSet empty_table(std::uint64_t index) {
+  capture::Picture picture;
+  picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 120);
   return test::frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
 }
 
@@ -66,7 +66,7 @@ TEST(Pose, NoiseIsAveragedWhileTheCameraStands) {
 }
 
 TEST(Pose, LensDistortionIsUndone) {
-  CameraModel camera = test::small_camera();
+  capture::CameraModel camera = test::small_camera();
   camera.distortion = {-0.28, 0.08, 0.001, -0.001, 0};
   PoseStage stage(some_tag(), camera);
   const Isometry3d truth = test::looking_at_tag(0.6, 40 * kDegree, -1.2, {-0.15, 0.1, 0});
@@ -78,12 +78,13 @@ TEST(Pose, LensDistortionIsUndone) {
 
 TEST(Pose, PrintBeatsCorners) {
   const TagFinder finder(some_tag());
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
-  Picture picture = test::view_of_tag(camera, finder.pattern(), 0.16, truth);
+  capture::Picture picture = test::view_of_tag(camera, finder.pattern(), 0.16, truth);
   const PixelRegion whole{0, 0, camera.width, camera.height};
   const auto align = [&](const Isometry3d& start) {
-    return align_to_print(seen_pixels(picture, Response::srgb(), camera, whole), finder.pattern(), 0.16, start);
+    return align_to_print(seen_pixels(picture, capture::Response::srgb(), camera, whole), finder.pattern(), 0.16,
+                          start);
   };
   Isometry3d off = truth.inverse();
   off.linear() = Eigen::AngleAxisd(1.0 * kDegree, Vector3d(1, 1, 0).normalized()) * off.linear();
@@ -94,7 +95,7 @@ TEST(Pose, PrintBeatsCorners) {
   EXPECT_LT(test::millimetres_apart(alignment->T_camera_tag.inverse(), truth), 0.6);
 
   // A fifth of the pixels comes near it.
-  const auto few = thinned(seen_pixels(picture, Response::srgb(), camera, whole));
+  const auto few = thinned(seen_pixels(picture, capture::Response::srgb(), camera, whole));
   const auto near = align_to_print(few, finder.pattern(), 0.16, off);
   ASSERT_TRUE(near);
   EXPECT_LT(near->pixels, 0.22 * alignment->pixels);
@@ -113,7 +114,7 @@ TEST(Pose, PrintBeatsCorners) {
   EXPECT_LT(test::millimetres_apart(partly->T_camera_tag.inverse(), truth), 3);
 
   // A print that is not there.
-  picture.encoded = Image<std::uint8_t>(320, 240, 3, 150);
+  picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 150);
   EXPECT_FALSE(align(off));
 }
 
@@ -123,7 +124,8 @@ TEST(Pose, TrackingMeasuresWhatSearchingDoes) {
   for (unsigned i = 0; i < 8; ++i) {
     // From one picture to the next it moves by a fifth of its size and more, then leaps across the picture.
     const Vector3d aim(0.03 * i, i < 6 ? 0.05 : -0.25, 0);
-    const FrameSet frame = seen_from(test::looking_at_tag(0.85, 50 * kDegree, -1.2 + 0.03 * i, aim), i, {6, i + 1});
+    const capture::FrameSet frame =
+        seen_from(test::looking_at_tag(0.85, 50 * kDegree, -1.2 + 0.03 * i, aim), i, {6, i + 1});
     PoseStage searching(some_tag(), test::small_camera());
     const auto a = tracking.locate(frame), b = searching.locate(frame);
     ASSERT_TRUE(a.pose && b.pose) << i;
@@ -135,11 +137,11 @@ TEST(Pose, TrackingMeasuresWhatSearchingDoes) {
 
 TEST(Pose, LinearRadianceWorksAsWell) {
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
-  FrameSet frame = seen_from(truth, 0);
-  Picture linear;
-  linear.radiance = Image<float>(320, 240, 3);
+  capture::FrameSet frame = seen_from(truth, 0);
+  capture::Picture linear;
+  linear.radiance = capture::Image<float>(320, 240, 3);
   for (std::size_t i = 0; i < linear.radiance.data.size(); ++i)
-    linear.radiance.data[i] = 0.01f * srgb_to_linear(frame.color->encoded.data[i] / 255.0f);
+    linear.radiance.data[i] = 0.01f * capture::srgb_to_linear(frame.color->encoded.data[i] / 255.0f);
   PoseStage stage(some_tag(), test::small_camera());
   const auto result = stage.locate(test::frame_of(std::move(linear), 0, 0));
   ASSERT_TRUE(result.pose);
@@ -149,12 +151,12 @@ TEST(Pose, LinearRadianceWorksAsWell) {
 // Warm light that cuts off white paper in red by far, in green a little and in blue not at all; then a hand on it.
 TEST(Pose, PaperThatIsCutOffMovesNothing) {
   const TagFinder finder(some_tag());
-  const CameraModel camera = test::small_camera();
+  const capture::CameraModel camera = test::small_camera();
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2, {0.05, 0.1, 0});
-  Picture picture;
+  capture::Picture picture;
   const double times[3] = {3, 1.4, 0.7};
   for (int c = 0; c < 3; ++c) {
-    const Picture one =
+    const capture::Picture one =
         test::view_of_tag(camera, finder.pattern(), 0.16, truth, {.exposure = times[c] / test::kPaperLight});
     if (c == 0) picture = one;
     for (int v = 0; v < camera.height; ++v)
@@ -185,10 +187,10 @@ TEST(Pose, DepthSettlesTheAmbiguity) {
   int flips_alone = 0, flips_with_depth = 0, seen = 0;
   for (unsigned i = 0; i < 24; ++i) {
     const Isometry3d truth = test::looking_at_tag(2.4, 10 * kDegree, 0.5 * i);
-    FrameSet frame = seen_from(truth, 0, {25, i + 1});
+    capture::FrameSet frame = seen_from(truth, 0, {25, i + 1});
     PoseStage alone(some_tag(), test::small_camera());
     const auto a = alone.locate(frame);
-    frame.depth = std::make_shared<DepthPicture>(test::depth_of_table(test::small_camera(), truth, i, 0.3));
+    frame.depth = std::make_shared<capture::DepthPicture>(test::depth_of_table(test::small_camera(), truth, i, 0.3));
     PoseStage with_depth(some_tag(), test::small_camera());
     const auto b = with_depth.locate(frame);
     if (!a.pose || !b.pose) continue;
@@ -224,7 +226,7 @@ TEST(Pose, NoTagNoPose) {
   ASSERT_EQ(nothing.warnings.size(), 1u);
   EXPECT_EQ(nothing.warnings[0], "tag: not in the picture");
 
-  Tag other = some_tag();
+  capture::Tag other = some_tag();
   other.id = 3;
   PoseStage looks_for_other(other, test::small_camera());
   EXPECT_FALSE(looks_for_other.locate(seen_from(test::looking_at_tag(0.85, 0.8, 0), 0)).pose);
@@ -254,15 +256,15 @@ TEST(Pose, TheLastPoseIsUsedUpToItsAgeLimit) {
 }
 
 TEST(Pose, ATagThatDoesNotExistIsRefused) {
-  EXPECT_THROW(PoseStage({"tag36h12", 0, 0.16}, test::small_camera()), InputError);
-  EXPECT_THROW(PoseStage({"tag36h11", 587, 0.16}, test::small_camera()), InputError);
-  EXPECT_THROW(PoseStage({"tag36h11", -1, 0.16}, test::small_camera()), InputError);
+  EXPECT_THROW(PoseStage({"tag36h12", 0, 0.16}, test::small_camera()), capture::InputError);
+  EXPECT_THROW(PoseStage({"tag36h11", 587, 0.16}, test::small_camera()), capture::InputError);
+  EXPECT_THROW(PoseStage({"tag36h11", -1, 0.16}, test::small_camera()), capture::InputError);
 }
 
 TEST(Pose, EveryFamilyIsFound) {
   for (const char* family : {"tag36h11", "tag36h10", "tag25h9", "tag16h5", "tagCircle21h7", "tagStandard41h12",
                              "tagStandard52h13", "tagCustom48h12", "tagCircle49h12"}) {
-    const Tag tag{family, 5, 0.16};
+    const capture::Tag tag{family, 5, 0.16};
     const TagFinder finder(tag);
     const Isometry3d truth = test::looking_at_tag(0.7, 40 * kDegree, -1.2);
     PoseStage stage(tag, test::small_camera());
@@ -274,4 +276,4 @@ TEST(Pose, EveryFamilyIsFound) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

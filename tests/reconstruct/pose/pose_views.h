@@ -4,14 +4,14 @@
 #include <random>
 
 #include "capture/camera/camera_model.h"
-#include "capture/frame.h"
 #include "capture/camera/response.h"
+#include "capture/frame.h"
 #include "reconstruct/pose/tag.h"
 
 namespace lumigraft::test {
 
-inline CameraModel small_camera() {
-  CameraModel camera;
+inline capture::CameraModel small_camera() {
+  capture::CameraModel camera;
   camera.width = 320;
   camera.height = 240;
   camera.fx = camera.fy = 262.5;
@@ -44,10 +44,10 @@ struct ViewNoise {
 constexpr double kPaperLight = 0.7;  ///< at exposure 1, at the tag's centre
 
 /// By a Gaussian, rows and then columns.
-inline void blur(Image<double>& light, double sigma_px) {
+inline void blur(capture::Image<double>& light, double sigma_px) {
   const int reach = static_cast<int>(std::ceil(3 * sigma_px));
   for (const bool rows : {true, false}) {
-    const Image<double> from = light;
+    const capture::Image<double> from = light;
     for (int v = 0; v < light.height; ++v)
       for (int u = 0; u < light.width; ++u) {
         double sum = 0, weights = 0;
@@ -63,13 +63,13 @@ inline void blur(Image<double>& light, double sigma_px) {
   }
 }
 
-inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern, double size_m,
-                           const Eigen::Isometry3d& T_tag_camera, const ViewNoise& noise = {}) {
+inline capture::Picture view_of_tag(const capture::CameraModel& camera, const reconstruct::TagPattern& pattern,
+                                    double size_m, const Eigen::Isometry3d& T_tag_camera, const ViewNoise& noise = {}) {
   constexpr int kSamples = 6;
   constexpr double kInk = 0.03, kTable = 0.25;
   const double cell_m = size_m / pattern.square_cells;
-  Picture picture;
-  picture.encoded = Image<std::uint8_t>(camera.width, camera.height, 3);
+  capture::Picture picture;
+  picture.encoded = capture::Image<std::uint8_t>(camera.width, camera.height, 3);
   std::mt19937 random(noise.seed);
   std::normal_distribution<double> gauss(0, 1);
   const auto on_table = [&](const Eigen::Vector2d& pixel) -> std::optional<Eigen::Vector3d> {
@@ -79,7 +79,7 @@ inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern,
     if (!(d.z() < 0)) return std::nullopt;
     return T_tag_camera.translation() - T_tag_camera.translation().z() / d.z() * d;
   };
-  Image<double> linear(camera.width, camera.height, 1);
+  capture::Image<double> linear(camera.width, camera.height, 1);
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       // Away from the print there are no edges.
@@ -101,7 +101,7 @@ inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern,
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u)
       for (int c = 0; c < 3; ++c) {
-        const double code = 255 * linear_to_srgb(static_cast<float>(noise.exposure * linear.at(u, v))) +
+        const double code = 255 * capture::linear_to_srgb(static_cast<float>(noise.exposure * linear.at(u, v))) +
                             noise.code_sigma * gauss(random);
         picture.encoded.at(u, v, c) = static_cast<std::uint8_t>(std::clamp(std::lround(code), 0l, 255l));
       }
@@ -111,10 +111,10 @@ inline Picture view_of_tag(const CameraModel& camera, const TagPattern& pattern,
 /// Depth z of what `along(from, d)` finds on the ray from + along · d of the tag's frame (m; none: not finite), with
 /// noise that grows with depth as a Kinect's (Nguyen, Izadi & Lovell 2012, eq. 3), `noise_scale` times.
 template <typename Along>
-DepthPicture depth_picture(const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera, unsigned seed,
-                           double noise_scale, const Along& along) {
-  DepthPicture depth;
-  depth.depth_m = Image<float>(camera.width, camera.height, 1);
+capture::DepthPicture depth_picture(const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
+                                    unsigned seed, double noise_scale, const Along& along) {
+  capture::DepthPicture depth;
+  depth.depth_m = capture::Image<float>(camera.width, camera.height, 1);
   std::mt19937 random(seed);
   std::normal_distribution<double> gauss(0, 1);
   for (int v = 0; v < camera.height; ++v)
@@ -130,18 +130,18 @@ DepthPicture depth_picture(const CameraModel& camera, const Eigen::Isometry3d& T
 }
 
 /// Depth of the table z = 0.
-inline DepthPicture depth_of_table(const CameraModel& camera, const Eigen::Isometry3d& T_tag_camera, unsigned seed,
-                                   double noise_scale) {
+inline capture::DepthPicture depth_of_table(const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
+                                            unsigned seed, double noise_scale) {
   return depth_picture(camera, T_tag_camera, seed, noise_scale,
                        [](const Eigen::Vector3d& from, const Eigen::Vector3d& d) { return -from.z() / d.z(); });
 }
 
-inline FrameSet frame_of(Picture picture, std::uint64_t index, std::int64_t time_ns) {
-  FrameSet frame;
+inline capture::FrameSet frame_of(capture::Picture picture, std::uint64_t index, std::int64_t time_ns) {
+  capture::FrameSet frame;
   frame.index = index;
   frame.time_ns = time_ns;
   picture.stamp.time_ns = time_ns;
-  frame.color = std::make_shared<Picture>(std::move(picture));
+  frame.color = std::make_shared<capture::Picture>(std::move(picture));
   return frame;
 }
 

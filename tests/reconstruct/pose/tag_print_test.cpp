@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 TagPattern chequers() {
@@ -53,4 +53,4 @@ TEST(PrintIntegral, DerivativesAreThoseOfItsMean) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

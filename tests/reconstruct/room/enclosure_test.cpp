@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -219,4 +219,4 @@ TEST(Enclosure, AWallMayStandBetweenTheCamerasAxes) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

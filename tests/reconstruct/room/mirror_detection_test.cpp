@@ -15,7 +15,7 @@
 #include "tests/reconstruct/fusion/fusion_views.h"
 #include "tests/reconstruct/fusion/real_surface_views.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
@@ -43,9 +43,9 @@ double next_door(const Vector3d& p) {
 }
 
 std::vector<DetectedMirror> found(const Shape& shape, const std::vector<double>& azimuths,
-                                   const std::vector<RealSurface>& named = {}) {
-  const CameraModel camera = test::small_camera();
-  Session session = test::session_with(camera);
+                                  const std::vector<capture::RealSurface>& named = {}) {
+  const capture::CameraModel camera = test::small_camera();
+  capture::Session session = test::session_with(camera);
   session.real_surfaces = named;
   FusionStage stage(session, {});
   std::shared_ptr<const DistanceField> field;
@@ -93,8 +93,8 @@ TEST(MirrorSuspect, NoneInRecordedRooms) {
     if (extra && std::filesystem::exists(folder / "session.toml")) folders.push_back(folder);
   }
   for (const auto& folder : folders) {
-    const Session session = read_session(ConfigTable::load(folder / "session.toml"));
-    const auto frames = open_frames(session);
+    const capture::Session session = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+    const auto frames = capture::open_frames(session);
     PoseStage locate(session.tag, session.color.model, session.color.response);
     FusionStage fuse(session, {});
     std::shared_ptr<const DistanceField> field;
@@ -114,4 +114,4 @@ TEST(MirrorSuspect, NoneInRecordedRooms) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

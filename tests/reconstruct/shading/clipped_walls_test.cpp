@@ -5,10 +5,10 @@
 
 #include <cmath>
 
-#include "tests/reconstruct/albedo/albedo_room.h"
 #include "reconstruct/light/environment.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -35,7 +35,7 @@ Enclosure room(bool measured) {
 Illumination seen(const PointLight& lamp) {
   Illumination light;
   light.probe_position_m = {0.3f, 0.1f, 0.03f};
-  light.remainder.radiance = Image<float>(128, 64, 3);
+  light.remainder.radiance = capture::Image<float>(128, 64, 3);
   const Enclosure walls = room(true);
   for (int v = 0; v < 64; ++v) {
     for (int u = 0; u < 128; ++u) {
@@ -52,7 +52,7 @@ Illumination seen(const PointLight& lamp) {
 }
 
 void clip(Illumination& light, float end) {
-  light.remainder.clipped = Image<std::uint8_t>(128, 64, 1);
+  light.remainder.clipped = capture::Image<std::uint8_t>(128, 64, 1);
   for (std::size_t i = 0; i < light.remainder.clipped.data.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
       float& value = light.remainder.radiance.data[3 * i + c];
@@ -67,7 +67,7 @@ TEST(RaiseClipped, AWallBesideALampIsAsBrightAsTheLampMakesIt) {
   const Illumination exact = seen(lamp);
   const DistanceField nothing;
   const FieldRays rays(nothing);
-  const MetalMask metal{Session()};
+  const MetalMask metal{capture::Session()};
   const auto energy = [](const Illumination& light) { return light.remainder_sh[0].sum(); };
   Illumination clipped = exact;
   clip(clipped, 0.1f);
@@ -87,4 +87,4 @@ TEST(RaiseClipped, AWallBesideALampIsAsBrightAsTheLampMakesIt) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

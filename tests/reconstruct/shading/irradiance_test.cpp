@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "tests/reconstruct/albedo/albedo_room.h"
 #include "reconstruct/light/environment.h"
+#include "tests/reconstruct/albedo/albedo_room.h"
 
-namespace lumigraft {
+namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
@@ -28,7 +28,7 @@ TestRoom wall() {
 /// What a fish-eye that looks up saw of the sky; it is as bright below, where nobody looked.
 Illumination seen_above(const TestRoom& room) {
   Illumination light = room.illumination();
-  light.remainder.seen = Image<std::uint8_t>(128, 64, 1, 1);
+  light.remainder.seen = capture::Image<std::uint8_t>(128, 64, 1, 1);
   for (int v = 32; v < 64; ++v)
     for (int u = 0; u < 128; ++u) light.remainder.seen.at(u, v) = 0;
   return light;
@@ -38,7 +38,7 @@ TEST(IrradianceModel, AFloorThatNobodySawReflectsTheSky) {
   const TestRoom room = wall();
   const DistanceField field = room.field();
   const FieldRays rays(field);
-  const MetalMask metal{Session()};
+  const MetalMask metal{capture::Session()};
   const IrradianceModel all(field, rays, metal, room.illumination());
   EXPECT_NEAR(all.gather(kPlace, kOut, kRays).irradiance.y() / kTestPi, 1, 0.01);
   EXPECT_TRUE(all.gather(kPlace, kOut, kRays).on_floor.empty());
@@ -57,7 +57,7 @@ TEST(IrradianceModel, AFloorThatNobodySawReflectsLamps) {
   const Illumination above = seen_above(room);
   const DistanceField field = room.field();
   const FieldRays rays(field);
-  const MetalMask metal{Session()};
+  const MetalMask metal{capture::Session()};
   const IrradianceModel light(field, rays, metal, above);
   std::vector<PointLight> lamps = above.lights;
   lamps[0].distance_known = true;
@@ -94,8 +94,8 @@ TEST(IrradianceModel, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
   const Enclosure room = bright_room(true), guess = bright_room(false);
   Illumination light;
   light.probe_position_m = {0.3f, 0.1f, 0.03f};
-  light.remainder.radiance = Image<float>(128, 64, 3);
-  light.remainder.seen = Image<std::uint8_t>(128, 64, 1, 1);
+  light.remainder.radiance = capture::Image<float>(128, 64, 3);
+  light.remainder.seen = capture::Image<std::uint8_t>(128, 64, 1, 1);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 128; ++u)
       for (int c = 0; c < 3; ++c)
@@ -103,7 +103,7 @@ TEST(IrradianceModel, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
             bright(room, light.probe_position_m, environment_direction(u, v, 128, 64));
   const DistanceField nothing;
   const FieldRays rays(nothing);
-  const MetalMask metal{Session()};
+  const MetalMask metal{capture::Session()};
   const Vector3f place(-0.8f, 0.5f, 0.02f), up = Vector3f::UnitZ();
 
   double exact = 0;
@@ -129,4 +129,4 @@ TEST(IrradianceModel, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::reconstruct

@@ -35,7 +35,7 @@ TEST_P(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
   scene.exhibit.objects = {box_object(slab.min(), slab.max(), 0)};
   for (const int volume : {32, 64}) {
     SCOPED_TRACE(volume);
-    const RelitPicture picture = relit(scene, careful_plan(volume, 1));
+    const relight::RelitPicture picture = relit(scene, careful_plan(volume, 1));
     double got_sum = 0, want_sum = 0, squares = 0, want_squares = 0;
     int count = 0;
     for (int v = 0; v < scene.height; v += 2) {
@@ -73,9 +73,9 @@ TEST_P(ClosedEdge, EdgeOfAnObjectMixesItsTwoFaces) {
   scene.lamps = {lamp_at({0.1f, 0.3f, 0.9f}, 0.02f, 1)};  // behind the front
   scene.exhibit.objects = {box_object({-0.2f, -0.1f, 0.01f}, {0.2f, 0.15f, 0.17f}, 0.6f)};
   scene.exhibit.objects.front().rotation = Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ());
-  Plan plan = careful_plan(64, 1);
+  relight::Plan plan = careful_plan(64, 1);
   plan.trace_scale = 2;
-  const RelitPicture picture = relit(scene, plan);
+  const relight::RelitPicture picture = relit(scene, plan);
   int edges = 0, mixed = 0;
   for (int u = scene.width / 3; u < 2 * scene.width / 3; ++u) {
     for (int v = 3; v + 4 < scene.height; ++v) {

@@ -2,8 +2,8 @@
 // is seen too slantwise: its light changes as that of the floor beside it does.
 #include <cmath>
 
-#include "tests/relight/closed_form/closed_scene.h"
 #include "relight/gather/ray_renderer.h"
+#include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {
@@ -26,9 +26,9 @@ ClosedScene ball_before_lamp() {
 /// Across the shadow, which falls to the left of the ball.
 bool in_strip(const Eigen::Vector3f& p) { return std::abs(p.x() + 0.12f) < kStripHalf_m; }
 
-FrameSet without_strip(const ClosedScene& scene) {
-  FrameSet frame = scene.frame();
-  auto depth = std::make_shared<DepthPicture>(*frame.depth);
+capture::FrameSet without_strip(const ClosedScene& scene) {
+  capture::FrameSet frame = scene.frame();
+  auto depth = std::make_shared<capture::DepthPicture>(*frame.depth);
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
       if (in_strip(scene.on_plane(u, v))) depth->depth_m.at(u, v) = 0;
@@ -39,14 +39,14 @@ FrameSet without_strip(const ClosedScene& scene) {
 }
 
 /// Its color is not known in the strip, and its surface neither unless `fused`.
-Scene unknown_strip(const ClosedScene& closed, bool fused) {
-  Scene scene = closed.scene();
-  auto field = std::make_shared<DistanceField>(*scene.field);
-  auto colors = std::make_shared<AlbedoField>(*scene.albedo);
+reconstruct::Scene unknown_strip(const ClosedScene& closed, bool fused) {
+  reconstruct::Scene scene = closed.scene();
+  auto field = std::make_shared<reconstruct::DistanceField>(*scene.field);
+  auto colors = std::make_shared<reconstruct::AlbedoField>(*scene.albedo);
   for (auto& [key, shared] : field->bricks) {
-    auto brick = std::make_shared<FieldBrick>(*shared);
-    auto paint = std::make_shared<AlbedoBrick>(*colors->bricks.at(key));
-    for (int i = 0; i < kBrickVoxels; ++i) {
+    auto brick = std::make_shared<reconstruct::FieldBrick>(*shared);
+    auto paint = std::make_shared<reconstruct::AlbedoBrick>(*colors->bricks.at(key));
+    for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
       const Eigen::Vector3i voxel(8 * key[0] + i % 8, 8 * key[1] + i / 8 % 8, 8 * key[2] + i / 64);
       if (!in_strip(field->voxel_m * voxel.cast<float>())) continue;
       const auto k = static_cast<std::size_t>(i);
@@ -64,15 +64,16 @@ Scene unknown_strip(const ClosedScene& closed, bool fused) {
 
 /// RMS error over the strip's light, over its change; `make(session)` makes a renderer.
 template <typename Make>
-double strip_error(const Make& make, const Plan& plan, bool fused) {
+double strip_error(const Make& make, const relight::Plan& plan, bool fused) {
   const ClosedScene closed = ball_before_lamp();
-  const Session session = closed.session();
-  const auto relit = [&](const FrameSet& frame, const Scene& scene, const Exhibit& exhibit) {
+  const capture::Session session = closed.session();
+  const auto relit = [&](const capture::FrameSet& frame, const reconstruct::Scene& scene,
+                         const relight::Exhibit& exhibit) {
     return make(session)->relight(frame, scene, exhibit, plan, true);
   };
-  const RelitPicture whole = relit(closed.frame(), closed.scene(), closed.exhibit);
-  const RelitPicture holed = relit(without_strip(closed), unknown_strip(closed, fused), closed.exhibit);
-  const RelitPicture unchanged = relit(closed.frame(), closed.scene(), {});
+  const relight::RelitPicture whole = relit(closed.frame(), closed.scene(), closed.exhibit);
+  const relight::RelitPicture holed = relit(without_strip(closed), unknown_strip(closed, fused), closed.exhibit);
+  const relight::RelitPicture unchanged = relit(closed.frame(), closed.scene(), {});
   double off = 0, change = 0;
   for (int v = 0; v < closed.height; ++v) {
     for (int u = 0; u < closed.width; ++u) {
@@ -88,8 +89,9 @@ double strip_error(const Make& make, const Plan& plan, bool fused) {
 
 class ClosedHole : public ClosedTest {
  protected:
-  double error(const Plan& plan, bool fused) const {
-    return strip_error([&](const Session& s) { return std::make_unique<Relighter>(device_, s); }, plan, fused);
+  double error(const relight::Plan& plan, bool fused) const {
+    return strip_error([&](const capture::Session& s) { return std::make_unique<relight::Relighter>(device_, s); },
+                       plan, fused);
   }
 };
 ON_BOTH_DEVICES(ClosedHole);
@@ -97,23 +99,25 @@ ON_BOTH_DEVICES(ClosedHole);
 TEST_P(ClosedHole, NeitherDepthNorAnythingFused) { EXPECT_LT(error(careful_plan(), false), 0.3); }
 
 TEST_P(ClosedHole, NoColorWhereLightIsInCells) {
-  Plan plan = careful_plan();
+  relight::Plan plan = careful_plan();
   plan.trace_scale = 2;
   plan.cells = 1;
   EXPECT_LT(error(plan, true), 0.15);
 }
 
 TEST_P(ClosedHole, NoColorLive) {
-  Plan plan = careful_plan();
+  relight::Plan plan = careful_plan();
   plan.trace_scale = 4;
   EXPECT_LT(error(plan, true), 0.15);
 }
 
 TEST(RaysHole, ColourOrSurfaceUnknown) {
-  Plan plan = careful_plan();
+  relight::Plan plan = careful_plan();
   plan.method = "rays";
   for (const bool fused : {false, true}) {
-    EXPECT_LT(strip_error([](const Session& s) { return std::make_unique<RayRenderer>(s); }, plan, fused), 0.3)
+    EXPECT_LT(
+        strip_error([](const capture::Session& s) { return std::make_unique<relight::RayRenderer>(s); }, plan, fused),
+        0.3)
         << fused;
   }
 }

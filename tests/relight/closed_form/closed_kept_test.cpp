@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "tests/relight/closed_form/closed_scene.h"
 #include "relight/static_view_cache.h"
+#include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {
@@ -21,33 +21,33 @@ ClosedScene ball_on_floor() {
   return scene;
 }
 
-Plan live_plan() {
-  Plan plan = careful_plan(32);
+relight::Plan live_plan() {
+  relight::Plan plan = careful_plan(32);
   plan.trace_scale = 4;
   return plan;
 }
 
 /// As a camera with noise and quantisation of its own gives it.
-FrameSet noisy(const FrameSet& frame, unsigned seed, float sigma_codes, float sigma_m) {
+capture::FrameSet noisy(const capture::FrameSet& frame, unsigned seed, float sigma_codes, float sigma_m) {
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
-  FrameSet result = frame;
-  auto color = std::make_shared<Picture>();
+  capture::FrameSet result = frame;
+  auto color = std::make_shared<capture::Picture>();
   color->exposure = 1;
-  color->encoded = Image<std::uint8_t>(frame.color->radiance.width, frame.color->radiance.height, 3);
+  color->encoded = capture::Image<std::uint8_t>(frame.color->radiance.width, frame.color->radiance.height, 3);
   for (std::size_t i = 0; i < color->encoded.data.size(); ++i) {
     const float linear = std::clamp(frame.color->radiance.data[i], 0.0f, 1.0f);
     const float code = 255 * (1.055f * std::pow(std::max(linear, 0.004f), 1 / 2.4f) - 0.055f);
     color->encoded.data[i] = static_cast<std::uint8_t>(std::clamp(code + sigma_codes * normal(random), 0.0f, 255.0f));
   }
   result.color = color;
-  auto depth = std::make_shared<DepthPicture>(*frame.depth);
+  auto depth = std::make_shared<capture::DepthPicture>(*frame.depth);
   for (float& z : depth->depth_m.data) z = z > 0 ? z + sigma_m * normal(random) : 0;
   result.depth = depth;
   return result;
 }
 
-double rms_codes(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
+double rms_codes(const capture::Image<std::uint8_t>& a, const capture::Image<std::uint8_t>& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.data.size(); ++i) sum += (a.data[i] - b.data[i]) * (a.data[i] - b.data[i]);
   return std::sqrt(sum / static_cast<double>(a.data.size()));
@@ -55,22 +55,23 @@ double rms_codes(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
 
 class ClosedKept : public ClosedTest {
  protected:
-  Image<std::uint8_t> fresh(const ClosedScene& scene, const FrameSet& frame, const Plan& plan) const {
-    return Relighter(device_, scene.session()).relight(frame, scene.scene(), scene.exhibit, plan).srgb;
+  capture::Image<std::uint8_t> fresh(const ClosedScene& scene, const capture::FrameSet& frame,
+                                     const relight::Plan& plan) const {
+    return relight::Relighter(device_, scene.session()).relight(frame, scene.scene(), scene.exhibit, plan).srgb;
   }
 };
 ON_BOTH_DEVICES(ClosedKept);
 
 TEST_P(ClosedKept, WhatIsStillTakesNoPass) {
   const ClosedScene scene = ball_on_floor();
-  const FrameSet frame = noisy(scene.frame(), 1, 0, 0);
-  const Scene still = scene.scene();
-  for (const Plan& plan : {live_plan(), careful_plan(32)}) {
-    Relighter relighter(device_, scene.session());
-    const RelitPicture first = relighter.relight(frame, still, scene.exhibit, plan);
+  const capture::FrameSet frame = noisy(scene.frame(), 1, 0, 0);
+  const reconstruct::Scene still = scene.scene();
+  for (const relight::Plan& plan : {live_plan(), careful_plan(32)}) {
+    relight::Relighter relighter(device_, scene.session());
+    const relight::RelitPicture first = relighter.relight(frame, still, scene.exhibit, plan);
     EXPECT_FALSE(first.passes.empty());
     EXPECT_NE(first.srgb.data, frame.color->encoded.data);
-    const RelitPicture again = relighter.relight(frame, still, scene.exhibit, plan);
+    const relight::RelitPicture again = relighter.relight(frame, still, scene.exhibit, plan);
     EXPECT_TRUE(again.passes.empty());
     EXPECT_FALSE(again.passed_through);
     EXPECT_EQ(again.srgb.data, first.srgb.data);
@@ -81,12 +82,12 @@ TEST_P(ClosedKept, WhatIsStillTakesNoPass) {
 // is that of the first.
 TEST_P(ClosedKept, NoiseOfTheCameraIsNoReasonToDrawAgain) {
   const ClosedScene scene = ball_on_floor();
-  const Scene still = scene.scene();
-  const FrameSet one = noisy(scene.frame(), 1, 1.5f, 0.002f), two = noisy(scene.frame(), 2, 1.5f, 0.002f);
-  for (const Plan& plan : {live_plan(), careful_plan(32)}) {
-    Relighter relighter(device_, scene.session());
+  const reconstruct::Scene still = scene.scene();
+  const capture::FrameSet one = noisy(scene.frame(), 1, 1.5f, 0.002f), two = noisy(scene.frame(), 2, 1.5f, 0.002f);
+  for (const relight::Plan& plan : {live_plan(), careful_plan(32)}) {
+    relight::Relighter relighter(device_, scene.session());
     relighter.relight(one, still, scene.exhibit, plan);
-    const RelitPicture picture = relighter.relight(two, still, scene.exhibit, plan);
+    const relight::RelitPicture picture = relighter.relight(two, still, scene.exhibit, plan);
     EXPECT_LE(picture.passes.size(), plan.trace_scale == 4 ? 0u : 1u);
     EXPECT_LT(rms_codes(picture.srgb, fresh(scene, two, plan)), 0.35);
   }
@@ -95,10 +96,10 @@ TEST_P(ClosedKept, NoiseOfTheCameraIsNoReasonToDrawAgain) {
 // A hand before the camera covers a corner of the floor beside the ball: these blocks alone are drawn again.
 TEST_P(ClosedKept, WhatEntersTheViewIsDrawn) {
   const ClosedScene scene = ball_on_floor();
-  const FrameSet before = noisy(scene.frame(), 1, 0, 0);
-  FrameSet after = before;
-  auto color = std::make_shared<Picture>(*before.color);
-  auto depth = std::make_shared<DepthPicture>(*before.depth);
+  const capture::FrameSet before = noisy(scene.frame(), 1, 0, 0);
+  capture::FrameSet after = before;
+  auto color = std::make_shared<capture::Picture>(*before.color);
+  auto depth = std::make_shared<capture::DepthPicture>(*before.depth);
   for (int v = 60; v < 90; ++v) {
     for (int u = 60; u < 100; ++u) {
       depth->depth_m.at(u, v) = 0.3f;
@@ -107,9 +108,9 @@ TEST_P(ClosedKept, WhatEntersTheViewIsDrawn) {
   }
   after.color = color;
   after.depth = depth;
-  const Plan plan = live_plan();
-  const Scene still = scene.scene();
-  Relighter relighter(device_, scene.session());
+  const relight::Plan plan = live_plan();
+  const reconstruct::Scene still = scene.scene();
+  relight::Relighter relighter(device_, scene.session());
   const auto first = relighter.relight(before, still, scene.exhibit, plan);
   const auto with_hand = relighter.relight(after, still, scene.exhibit, plan);
   const auto wanted = fresh(scene, after, plan);
@@ -120,20 +121,20 @@ TEST_P(ClosedKept, WhatEntersTheViewIsDrawn) {
 
 TEST_P(ClosedKept, ACameraThatTremblesStandsStillAndOneThatMovesDoesNot) {
   const ClosedScene scene = ball_on_floor();
-  const FrameSet frame = noisy(scene.frame(), 1, 0, 0);
-  const Scene still = scene.scene();
+  const capture::FrameSet frame = noisy(scene.frame(), 1, 0, 0);
+  const reconstruct::Scene still = scene.scene();
   const auto moved = [&](double by_m) {
-    Scene result = still;
+    reconstruct::Scene result = still;
     result.pose->T_tag_camera.translation().x() += by_m;
     return result;
   };
-  const Plan plan = live_plan();
-  Relighter relighter(device_, scene.session());
+  const relight::Plan plan = live_plan();
+  relight::Relighter relighter(device_, scene.session());
   relighter.relight(frame, still, scene.exhibit, plan);
   for (const double by_m : {0.0005, 0.004}) {  // of about 0.9 m: 0.07 and 0.6 pixels
-    const Scene now = moved(by_m);
-    const RelitPicture picture = relighter.relight(frame, now, scene.exhibit, plan);
-    const auto wanted = Relighter(device_, scene.session()).relight(frame, now, scene.exhibit, plan).srgb;
+    const reconstruct::Scene now = reconstruct::moved(by_m);
+    const relight::RelitPicture picture = relighter.relight(frame, now, scene.exhibit, plan);
+    const auto wanted = relight::Relighter(device_, scene.session()).relight(frame, now, scene.exhibit, plan).srgb;
     EXPECT_EQ(picture.passes.empty(), by_m < 0.001);
     EXPECT_LT(rms_codes(picture.srgb, wanted), by_m < 0.001 ? 0.6 : 1e-9);
   }
@@ -144,20 +145,20 @@ TEST_P(ClosedKept, WhatChangesInBetweenLeavesNoTrace) {
   ClosedScene other = scene;
   other.lamps = {lamp_at({-0.3f, 0.2f, 0.5f}, 0.03f, 0.2f)};
   other.exhibit.objects.front().position_m.x() += 0.04;
-  const FrameSet frame = noisy(scene.frame(), 1, 0, 0);
-  const Scene still = scene.scene();
-  Scene lit = still;
+  const capture::FrameSet frame = noisy(scene.frame(), 1, 0, 0);
+  const reconstruct::Scene still = scene.scene();
+  reconstruct::Scene lit = still;
   lit.illumination = other.scene().illumination;
-  Scene closed = still;  // by a ceiling
-  closed.enclosure = std::make_shared<const Enclosure>(
-      Enclosure{{{{0, 0, 1}, 0, true}, {{0, 0, -1}, 0.7f, false}}, Eigen::Vector3f(0, 0, 0.3f)});
-  const Plan plan = live_plan();
-  Relighter relighter(device_, scene.session());
+  reconstruct::Scene closed = still;  // by a ceiling
+  closed.enclosure = std::make_shared<const reconstruct::Enclosure>(
+      reconstruct::Enclosure{{{{0, 0, 1}, 0, true}, {{0, 0, -1}, 0.7f, false}}, Eigen::Vector3f(0, 0, 0.3f)});
+  const relight::Plan plan = live_plan();
+  relight::Relighter relighter(device_, scene.session());
   const auto first = relighter.relight(frame, still, scene.exhibit, plan).srgb;
   EXPECT_NE(relighter.relight(frame, closed, scene.exhibit, plan).srgb.data, first.data);
   EXPECT_NE(relighter.relight(frame, lit, scene.exhibit, plan).srgb.data, first.data);
   EXPECT_NE(relighter.relight(frame, still, other.exhibit, plan).srgb.data, first.data);
-  Exhibit none = scene.exhibit;
+  relight::Exhibit none = scene.exhibit;
   none.objects.front().visible = false;
   EXPECT_EQ(relighter.relight(frame, still, none, plan).srgb.data, frame.color->encoded.data);
   relighter.relight(frame, still, scene.exhibit, careful_plan(32));
@@ -165,14 +166,14 @@ TEST_P(ClosedKept, WhatChangesInBetweenLeavesNoTrace) {
   EXPECT_EQ(relighter.relight(frame, still, scene.exhibit, plan).srgb.data, first.data);
 }
 
-TEST(StaticViewCache, HoldsThePoseUpToAnEighthOfAPixel) {
-  CameraModel camera;
+TEST(relight::StaticViewCache, HoldsThePoseUpToAnEighthOfAPixel) {
+  capture::CameraModel camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = camera.fy = 500;
   camera.cx = 319.5;
   camera.cy = 239.5;
-  StaticViewCache view(camera);
+  relight::StaticViewCache view(camera);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   bool moved = false;
   view.hold(pose, 1.0, &moved);

@@ -7,24 +7,24 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float relight::kPi = std::numbers::pi_v<float>;
 constexpr float kAlbedo = 0.5f;
 
 /// A plane under one lamp and nothing else: radiance ρ/π · I cos θ / d² (Lambert 1760).
-ClosedScene plane_under(const PointLight& lamp) {
+ClosedScene plane_under(const reconstruct::PointLight& lamp) {
   ClosedScene scene;
   scene.albedo = kAlbedo;
   scene.sky = 0;
   scene.lamps = {lamp};
   scene.radiance = [lamp](const Eigen::Vector3f& p) {
-    return kAlbedo / kPi * irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
+    return kAlbedo / relight::kPi * irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
   };
   return scene;
 }
 
 /// Plane points that the picture shows beside the object, with their share of the plane's area.
 template <typename Visit>
-void for_each_plane_pixel(const ClosedScene& scene, const RelitPicture& picture, const Visit& visit) {
+void for_each_plane_pixel(const ClosedScene& scene, const relight::RelitPicture& picture, const Visit& visit) {
   const Eigen::Vector3f forward = (scene.look_at_m - scene.eye_m).normalized();
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
@@ -43,13 +43,13 @@ ON_BOTH_DEVICES(ClosedLamp);
 // A black ball takes the lamp's whole light where the way to the lamp meets it, and nothing elsewhere. Together it
 // takes what the lamp sends into the ball's cone: Φ = 2π I (1 - cos α), sin α = r / d.
 TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
-  const PointLight lamp = lamp_at({0.1f, 0.5f, 1.0f}, 0.002f, 1);
+  const reconstruct::PointLight lamp = lamp_at({0.1f, 0.5f, 1.0f}, 0.002f, 1);
   const Eigen::Vector3f centre(0, 0, 0.2f);
   const float radius = 0.1f;
   ClosedScene scene = plane_under(lamp);
   scene.exhibit.objects = {sphere_object(radius, centre, 0)};
   scene.eye_m = {0, -0.9f, 0.9f};
-  const RelitPicture picture = relit(scene, careful_plan(64, 1));
+  const relight::RelitPicture picture = relit(scene, careful_plan(64, 1));
 
   double taken_W = 0, worst_in_shadow = 0, worst_in_light = 0;
   int in_shadow = 0, in_light = 0;
@@ -59,7 +59,7 @@ TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
     const float before = scene.radiance(p), delta = picture.maps->delta.at(u, v);
     EXPECT_FALSE(object && past_m < 0.02f) << "the ball hides its shadow from the camera";
     if (object) return;
-    taken_W -= kPi / kAlbedo * delta * area_m2;
+    taken_W -= relight::kPi / kAlbedo * delta * area_m2;
     // A voxel of the ball's distances is 3.5 mm, and the facets of its shape stay within 0.3 mm.
     if (past_m < -0.005f) {
       ++in_shadow;
@@ -74,12 +74,13 @@ TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
   EXPECT_LT(worst_in_shadow, 0.005);
   EXPECT_LT(worst_in_light, 0.001);
   const double sine = radius / (lamp.position_m - centre).norm();
-  const double sent_W = 2 * kPi * (1 - std::sqrt(1 - sine * sine));
+  const double sent_W = 2 * relight::kPi * (1 - std::sqrt(1 - sine * sine));
   EXPECT_NEAR(taken_W, sent_W, 0.01 * sent_W);  // 200 pixels, of which the outline's 50 are right within a fifth
 }
 
 // Share of a lamp, seen as a disk, that two boxes leave free; by 500 rays.
-float free_share(const PointLight& lamp, const Eigen::Vector3f& p, const std::vector<Eigen::AlignedBox3f>& boxes) {
+float free_share(const reconstruct::PointLight& lamp, const Eigen::Vector3f& p,
+                 const std::vector<Eigen::AlignedBox3f>& boxes) {
   const Eigen::Vector3f axis = (lamp.position_m - p).normalized(), x = axis.unitOrthogonal(), y = axis.cross(x);
   constexpr int rays = 500;
   int open = 0;
@@ -101,7 +102,7 @@ float free_share(const PointLight& lamp, const Eigen::Vector3f& p, const std::ve
 // A wide lamp past a column on a plate: the box around the two is mostly air, through which light must pass whatever
 // the volumes' size. The reference is the lamp's visible share by rays.
 TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
-  const PointLight lamp = lamp_at({-0.15f, -0.05f, 1.1f}, 0.13f, 1);
+  const reconstruct::PointLight lamp = lamp_at({-0.15f, -0.05f, 1.1f}, 0.13f, 1);
   const std::vector<Eigen::AlignedBox3f> boxes{
       {Eigen::Vector3f(-0.16f, -0.16f, 0), Eigen::Vector3f(0.16f, 0.16f, 0.04f)},
       {Eigen::Vector3f(-0.16f, 0.08f, 0.04f), Eigen::Vector3f(-0.08f, 0.16f, 0.4f)}};
@@ -111,7 +112,7 @@ TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
   for (const auto& box : boxes) scene.exhibit.objects.push_back(box_object(box.min(), box.max(), 0));
   for (const int volume : {64, 128}) {
     SCOPED_TRACE(volume);
-    const RelitPicture picture = relit(scene, careful_plan(volume, 1));
+    const relight::RelitPicture picture = relit(scene, careful_plan(volume, 1));
     double squares = 0, worst_in_light = 0;
     int pixels = 0, half_shadow = 0;
     for_each_plane_pixel(scene, picture, [&](int u, int v, const Eigen::Vector3f& p, float, bool object) {
@@ -130,7 +131,7 @@ TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
 
 // A panel is a Lambert emitter: what a ball takes of it goes with the cosine at the panel too.
 TEST_P(ClosedLamp, PanelShinesWithItsCosine) {
-  PointLight lamp = lamp_at({0.5f, 0.3f, 0.8f}, 0.01f, 1);
+  reconstruct::PointLight lamp = lamp_at({0.5f, 0.3f, 0.8f}, 0.01f, 1);
   lamp.direction = (lamp.position_m - Eigen::Vector3f(0, 0, 0.3f)).normalized();  // from the probe
   lamp.flat = true;
   lamp.normal = Eigen::Vector3f(-0.9f, 0.3f, -0.4f).normalized();
@@ -139,7 +140,7 @@ TEST_P(ClosedLamp, PanelShinesWithItsCosine) {
   ClosedScene scene = plane_under(lamp);
   scene.exhibit.objects = {sphere_object(radius, centre, 0)};
   scene.eye_m = {0.2f, -0.9f, 0.9f};
-  const RelitPicture picture = relit(scene, careful_plan(64, 1));
+  const relight::RelitPicture picture = relit(scene, careful_plan(64, 1));
   int in_shadow = 0;
   for_each_plane_pixel(scene, picture, [&](int u, int v, const Eigen::Vector3f& p, float, bool object) {
     const float past_m = (centre - p).cross((lamp.position_m - p).normalized()).norm() - radius;
@@ -154,16 +155,16 @@ TEST_P(ClosedLamp, PanelShinesWithItsCosine) {
 // A sheet a tenth as thick as a voxel, which voxels cannot hold: it takes the whole light of a lamp all the same, and
 // its penumbra is as wide as the lamp seen through its edge.
 TEST_P(ClosedLamp, SheetThinnerThanAVoxelCastsAWholeShadow) {
-  const PointLight lamp = lamp_at({0, 0.3f, 0.9f}, 0.04f, 1);
+  const reconstruct::PointLight lamp = lamp_at({0, 0.3f, 0.9f}, 0.04f, 1);
   constexpr float half_m = 0.2f, height_m = 0.35f;
   ClosedScene scene = plane_under(lamp);
   scene.exhibit.objects = {box_object({-half_m, -half_m, height_m}, {half_m, half_m, height_m + 4e-4f}, 0)};
   scene.eye_m = {0, -0.8f, 0.3f};
   scene.look_at_m = {0, -0.15f, 0};
   for (const int trace_scale : {1, 2, 4}) {
-    Plan plan = careful_plan(64, 1);
+    relight::Plan plan = careful_plan(64, 1);
     plan.trace_scale = trace_scale;
-    const RelitPicture picture = relit(scene, plan);
+    const relight::RelitPicture picture = relit(scene, plan);
     int in_shadow = 0, in_light = 0;
     for_each_plane_pixel(scene, picture, [&](int u, int v, const Eigen::Vector3f& p, float area_m2, bool object) {
       if (object) return;

@@ -21,8 +21,8 @@ ClosedScene bright_ball() {
   return scene;
 }
 
-Plan live_plan() {
-  Plan plan = careful_plan(64);
+relight::Plan live_plan() {
+  relight::Plan plan = careful_plan(64);
   plan.trace_scale = 4;
   return plan;
 }
@@ -32,8 +32,8 @@ struct Difference {
   int worst_codes = 0, changed = 0;  ///< the latter: values of the first that are not those of `unchanged`
 };
 
-Difference difference(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b,
-                      const Image<std::uint8_t>& unchanged) {
+Difference difference(const capture::Image<std::uint8_t>& a, const capture::Image<std::uint8_t>& b,
+                      const capture::Image<std::uint8_t>& unchanged) {
   Difference d;
   for (std::size_t i = 0; i < a.data.size(); ++i) {
     const int codes = std::abs(a.data[i] - b.data[i]);
@@ -47,7 +47,7 @@ Difference difference(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b
 
 class ClosedLive : public ClosedTest {
  protected:
-  Image<std::uint8_t> camera_picture(ClosedScene scene) const {
+  capture::Image<std::uint8_t> camera_picture(ClosedScene scene) const {
     scene.exhibit.objects.clear();
     return relit(scene, live_plan()).srgb;
   }
@@ -57,7 +57,7 @@ ON_BOTH_DEVICES(ClosedLive);
 // Without maps, light that changes smoothly is worked out for one pixel of 4 × 4; with maps, for each.
 TEST_P(ClosedLive, OnePixelOfSixteenStandsForTheSmoothOnes) {
   const ClosedScene scene = bright_ball();
-  Relighter relighter(device_, scene.session());
+  relight::Relighter relighter(device_, scene.session());
   const auto every = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan(), true).srgb;
   const auto some = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan()).srgb;
   const Difference d = difference(some, every, camera_picture(scene));
@@ -73,15 +73,15 @@ TEST_P(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
   ClosedScene scene = bright_ball();
   const float radius = 0.1f;
   const Eigen::Vector3f centre(-0.1f, 0, 0.25f);
-  const PointLight lamp = lamp_at({0.3f, 0.1f, 1.1f}, 0.06f, 1);
+  const reconstruct::PointLight lamp = lamp_at({0.3f, 0.1f, 1.1f}, 0.06f, 1);
   scene.lamps = {lamp};
   scene.sky = 0;
   scene.radiance = [&](const Eigen::Vector3f& p) {
     return 0.5f / std::numbers::pi_v<float> * irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
   };
   scene.exhibit.objects = {sphere_object(radius, centre, 0)};
-  Relighter relighter(device_, scene.session());
-  const RelitPicture picture = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan());
+  relight::Relighter relighter(device_, scene.session());
+  const relight::RelitPicture picture = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan());
   double squares = 0;
   int pixels = 0, half_shadow = 0;
   for (int v = 0; v < scene.height; ++v) {
@@ -113,7 +113,7 @@ TEST_P(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
 // Gathered once a cell of 2³ voxels, and traced for each pixel with several times the cones.
 TEST_P(ClosedLive, CellsStandForTracedPixels) {
   const ClosedScene scene = bright_ball();
-  Relighter relighter(device_, scene.session());
+  relight::Relighter relighter(device_, scene.session());
   const auto live = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live_plan()).srgb;
   const auto traced = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, careful_plan(64)).srgb;
   const Difference d = difference(live, traced, camera_picture(scene));

@@ -8,10 +8,10 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float relight::kPi = std::numbers::pi_v<float>;
 
-Plan lpv_plan(int volume = 64, int bounces = 2) {
-  Plan plan = careful_plan(volume, bounces);
+relight::Plan lpv_plan(int volume = 64, int bounces = 2) {
+  relight::Plan plan = careful_plan(volume, bounces);
   plan.method = "dlpv";
   plan.lpv_steps = 32;
   return plan;
@@ -44,7 +44,7 @@ TEST_P(ClosedLpv, BlackBallTakesItsFormFactor) {
     scene.sky = 1;
     scene.radiance = [](const Eigen::Vector3f&) { return albedo; };
     scene.exhibit.objects = {sphere_object(radius, {0, 0, height}, 0)};
-    const RelitPicture picture = relit(scene, lpv_plan(64, 1));
+    const relight::RelitPicture picture = relit(scene, lpv_plan(64, 1));
     Floor floor;
     for (int v = 0; v < scene.height; ++v) {
       for (int u = 0; u < scene.width; ++u) {
@@ -67,7 +67,7 @@ TEST_P(ClosedLpv, FurnaceStaysEven) {
   scene.sky = 0.5f;
   scene.radiance = [](const Eigen::Vector3f&) { return 0.5f; };
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.15f}, 1)};
-  const RelitPicture picture = relit(scene, lpv_plan(64, 3));
+  const relight::RelitPicture picture = relit(scene, lpv_plan(64, 3));
   Floor floor;
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
@@ -80,13 +80,13 @@ TEST_P(ClosedLpv, FurnaceStaysEven) {
 // Nearly black walls receive from a ball under a lamp what the ball reflects (ρ Φ, Φ what the lamp sends to it).
 TEST_P(ClosedLpv, WallsReceiveWhatTheBallReflects) {
   constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f;
-  const PointLight lamp = lamp_at({0.12f, -0.15f, 0.2f}, 0.002f, 30);
+  const reconstruct::PointLight lamp = lamp_at({0.12f, -0.15f, 0.2f}, 0.002f, 30);
   CubeRoom room(0.3f, 1.05f * radius);
   room.light_walls(walls, lamp);
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
-  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
-  Relighter relighter(device_, room.session());
+  const double sent_W = lamp.intensity.x() * 2 * relight::kPi * (1 - std::sqrt(1 - sine * sine));
+  relight::Relighter relighter(device_, room.session());
   double change_W = 0;
   room.change_on_walls(relighter, lpv_plan(64, 1), [&](float W) { change_W += W; });
   EXPECT_NEAR(change_W + sent_W, ball * sent_W, 0.15 * sent_W);  // the shadow takes all that is sent
@@ -101,7 +101,7 @@ TEST_P(ClosedLpv, NothingGetsThroughAWall) {
   scene.eye_m = {0, -0.9f, 0.35f};
   scene.look_at_m = {0, -0.3f, 0.05f};
   scene.exhibit.objects = {sphere_object(0.09f, {0, 0, 0.1f}, 0)};
-  const RelitPicture picture = relit(scene, lpv_plan());
+  const relight::RelitPicture picture = relit(scene, lpv_plan());
   double most = 0;
   int count = 0;
   for (int v = 0; v < scene.height; ++v) {
@@ -120,20 +120,20 @@ TEST_P(ClosedLpv, NothingGetsThroughAWall) {
 TEST_P(ClosedLpv, IsLinearInLightAndComputedOnce) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
-  std::vector<RelitPicture> pictures;
+  std::vector<relight::RelitPicture> pictures;
   for (const float light : {0.5f, 1.0f}) {
     scene.sky = light;
     scene.radiance = [light](const Eigen::Vector3f&) { return 0.5f * light; };
     scene.lamps = {lamp_at({0.2f, 0.1f, 0.9f}, 0.05f, light)};
-    const Scene still = scene.scene();
-    const auto runs_propagation = [](const RelitPicture& picture) {
+    const reconstruct::Scene still = scene.scene();
+    const auto runs_propagation = [](const relight::RelitPicture& picture) {
       return std::any_of(picture.passes.begin(), picture.passes.end(),
-                         [](const gpu::PassTime& pass) { return pass.name == "propagate"; });
+                         [](const relight::gpu::PassTime& pass) { return pass.name == "propagate"; });
     };
-    Relighter fresh(device_, scene.session());
+    relight::Relighter fresh(device_, scene.session());
     pictures.push_back(fresh.relight(scene.frame(), still, scene.exhibit, lpv_plan(32), true));
     EXPECT_TRUE(runs_propagation(pictures.back()));
-    const RelitPicture again = fresh.relight(scene.frame(), still, scene.exhibit, lpv_plan(32), true);
+    const relight::RelitPicture again = fresh.relight(scene.frame(), still, scene.exhibit, lpv_plan(32), true);
     EXPECT_FALSE(runs_propagation(again));
     EXPECT_EQ(again.srgb.data, pictures.back().srgb.data);
   }
@@ -154,8 +154,8 @@ ClosedScene ball_under_lamp() {
   return scene;
 }
 
-Plan lpv_plan_at(int trace_scale) {
-  Plan plan = lpv_plan(32);
+relight::Plan lpv_plan_at(int trace_scale) {
+  relight::Plan plan = lpv_plan(32);
   plan.trace_scale = trace_scale;
   return plan;
 }
@@ -163,8 +163,8 @@ Plan lpv_plan_at(int trace_scale) {
 TEST_P(ClosedLpv, TheSameInputGivesTheSameBytes) {
   for (const int scale : {1, 4}) {
     SCOPED_TRACE(scale);
-    const RelitPicture first = relit(ball_under_lamp(), lpv_plan_at(scale));
-    const RelitPicture again = relit(ball_under_lamp(), lpv_plan_at(scale));
+    const relight::RelitPicture first = relit(ball_under_lamp(), lpv_plan_at(scale));
+    const relight::RelitPicture again = relit(ball_under_lamp(), lpv_plan_at(scale));
     EXPECT_EQ(first.srgb.data, again.srgb.data);
     EXPECT_EQ(first.maps->delta.data, again.maps->delta.data);
   }
@@ -174,9 +174,9 @@ TEST(ClosedLpvPictures, BothDevicesDrawTheSamePicture) {
   const ClosedScene scene = ball_under_lamp();
   for (const int scale : {1, 4}) {
     SCOPED_TRACE(scale);
-    std::vector<RelitPicture> pictures;
-    for (const gpu::Backend backend : {gpu::Backend::vulkan, gpu::Backend::egl}) {
-      Relighter relighter(gpu::create_device(backend, {.validation = true}), scene.session());
+    std::vector<relight::RelitPicture> pictures;
+    for (const relight::gpu::Backend backend : {relight::gpu::Backend::vulkan, relight::gpu::Backend::egl}) {
+      relight::Relighter relighter(relight::gpu::create_device(backend, {.validation = true}), scene.session());
       pictures.push_back(scene.relit(relighter, lpv_plan_at(scale)));
     }
     std::size_t apart = 0;
@@ -192,7 +192,7 @@ TEST_P(ClosedLpv, AnObjectOutOfReachChangesNoBit) {
   ClosedScene scene;
   scene.lamps = {lamp_at({0.2f, 0.1f, 0.9f}, 0.05f, 1)};
   scene.exhibit.objects = {sphere_object(0.1f, {0, -20, 0.12f}, 0.7f)};
-  const RelitPicture picture = relit(scene, lpv_plan(32));
+  const relight::RelitPicture picture = relit(scene, lpv_plan(32));
   EXPECT_TRUE(picture.warnings.empty());
   EXPECT_TRUE(
       std::all_of(picture.maps->delta.data.begin(), picture.maps->delta.data.end(), [](float d) { return d == 0; }));

@@ -4,14 +4,14 @@
 #include <cstdio>
 #include <numbers>
 
+#include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/exhibit/model_files.h"
-#include "relight/reference/reference_renderer.h"
 
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float relight::kPi = std::numbers::pi_v<float>;
 constexpr float kPlate_m = 0.45f;                   // half an edge
 constexpr float kLow_m = 0.2f, kHalfSlab_m = 0.1f;  // the slab above the plate
 constexpr float kSlab = 0.2f;                       // its albedo
@@ -20,7 +20,7 @@ constexpr float kSlab = 0.2f;                       // its albedo
 /// nothing else gives light.
 struct PlateScene : ClosedScene {
   TemporaryFolder folder;
-  RealSurface plate;
+  capture::RealSurface plate;
 
   PlateScene() {
     eye_m = {0, -0.6f, 0.03f};
@@ -35,9 +35,9 @@ struct PlateScene : ClosedScene {
     plate.roughness = 0.05f;
   }
 
-  Session with_plate() const {
+  capture::Session with_plate() const {
     const std::string h = std::to_string(kPlate_m);
-    Session s = session();
+    capture::Session s = session();
     s.real_surfaces = {plate};
     s.real_surfaces[0].mesh =
         folder.write("plate.ply",
@@ -52,7 +52,7 @@ struct PlateScene : ClosedScene {
 
 /// Calls `visit(u, v, p)` for pixels that show the slab's underside alone.
 template <typename Visit>
-int underside(const PlateScene& scene, const RelitPicture& picture, Visit visit) {
+int underside(const PlateScene& scene, const relight::RelitPicture& picture, Visit visit) {
   int count = 0;
   for (int v = 1; v + 1 < scene.height; ++v) {
     for (int u = 1; u + 1 < scene.width; ++u) {
@@ -72,8 +72,8 @@ ON_BOTH_DEVICES(ClosedMirror);
 // In a looking glass a lamp is as far below it as it is above: E = F I cos θ / d², with the way by the glass as d.
 TEST_P(ClosedMirror, ALampShinesOutOfALookingGlass) {
   const PlateScene scene;
-  Relighter relighter(device_, scene.with_plate());
-  const RelitPicture picture = scene.relit(relighter, careful_plan());
+  relight::Relighter relighter(device_, scene.with_plate());
+  const relight::RelitPicture picture = scene.relit(relighter, careful_plan());
   ASSERT_TRUE(picture.maps);
   double worst = 0, sum = 0, expected_sum = 0;
   const Eigen::Vector3f image(scene.lamps[0].position_m.cwiseProduct(Eigen::Vector3f(1, 1, -1)));
@@ -81,7 +81,7 @@ TEST_P(ClosedMirror, ALampShinesOutOfALookingGlass) {
     const Eigen::Vector3f way = image - p;
     const float cosine = -way.normalized().z();
     const float fresnel = 0.9f + 0.1f * std::pow(1 - cosine, 5.0f);
-    const float expected = kSlab / kPi * fresnel * scene.lamps[0].intensity.x() * cosine / way.squaredNorm();
+    const float expected = kSlab / relight::kPi * fresnel * scene.lamps[0].intensity.x() * cosine / way.squaredNorm();
     const float found = picture_radiance(picture, u, v);
     worst = std::max<double>(worst, std::abs(found / expected - 1));
     sum += found;
@@ -98,8 +98,8 @@ TEST_P(ClosedMirror, APlateThatReflectsNothingGivesNone) {
   PlateScene scene;
   scene.plate.metallic = scene.plate.specular = 0;
   scene.plate.base_color.setZero();
-  Relighter relighter(device_, scene.with_plate());
-  const RelitPicture picture = scene.relit(relighter, careful_plan());
+  relight::Relighter relighter(device_, scene.with_plate());
+  const relight::RelitPicture picture = scene.relit(relighter, careful_plan());
   const int count = underside(
       scene, picture, [&](int u, int v, const Eigen::Vector3f&) { EXPECT_LT(picture_radiance(picture, u, v), 2e-3f); });
   EXPECT_GT(count, 100);
@@ -110,15 +110,16 @@ TEST_P(ClosedMirror, TheImageEndsWithThePlate) {
   PlateScene scene;
   scene.lamps[0].position_m = {3, 0, 0.6f};  // seen from the slab, it is mirrored 0.7 m from the middle
   scene.lamps[0].intensity *= 8;
-  Relighter relighter(device_, scene.with_plate());
-  const RelitPicture picture = scene.relit(relighter, careful_plan());
+  relight::Relighter relighter(device_, scene.with_plate());
+  const relight::RelitPicture picture = scene.relit(relighter, careful_plan());
   EXPECT_GT(underside(scene, picture,
                       [&](int u, int v, const Eigen::Vector3f&) { EXPECT_LT(picture_radiance(picture, u, v), 5e-3f); }),
             100);
 }
 
 class ClosedMirrorPaths : public ClosedTest {};
-INSTANTIATE_TEST_SUITE_P(On, ClosedMirrorPaths, testing::Values(gpu::Backend::vulkan), gpu::backend_label);
+INSTANTIATE_TEST_SUITE_P(On, ClosedMirrorPaths, testing::Values(relight::gpu::Backend::vulkan),
+                         relight::gpu::backend_label);
 
 // However rough the plate is, the underside is as bright as paths make it; so is a panel's and a distant lamp's light.
 TEST_P(ClosedMirrorPaths, LightAsMuchAtEveryRoughness) {
@@ -144,7 +145,7 @@ TEST_P(ClosedMirrorPaths, LightAsMuchAtEveryRoughness) {
     scene.plate.roughness = c.roughness;
     scene.plate.metallic = c.metallic;
     if (c.metallic == 0) scene.plate.base_color.setZero();
-    PointLight& lamp = scene.lamps[0];
+    reconstruct::PointLight& lamp = scene.lamps[0];
     lamp.radius_m = 0.12f;
     if (c.metallic == 0) lamp.intensity *= 12;
     if (c.lamp > 0) {
@@ -156,13 +157,13 @@ TEST_P(ClosedMirrorPaths, LightAsMuchAtEveryRoughness) {
       lamp.angular_radius_rad = 0.2f;
       lamp.irradiance.setConstant(lamp.intensity.x() / to.squaredNorm());
     }
-    Relighter relighter(device_, scene.with_plate());
-    const RelitPicture picture = scene.relit(relighter, careful_plan(32));
-    ReferenceRenderer reference(scene.with_plate());
-    Plan paths;
+    relight::Relighter relighter(device_, scene.with_plate());
+    const relight::RelitPicture picture = scene.relit(relighter, careful_plan(32));
+    relight::ReferenceRenderer reference(scene.with_plate());
+    relight::Plan paths;
     paths.method = "reference";
     paths.samples = 128;
-    const RelitPicture truth = reference.relight(scene.frame(), scene.scene(), scene.exhibit, paths, true);
+    const relight::RelitPicture truth = reference.relight(scene.frame(), scene.scene(), scene.exhibit, paths, true);
     double found = 0, wanted = 0;
     const int count = underside(scene, picture, [&](int u, int v, const Eigen::Vector3f&) {
       found += picture_radiance(picture, u, v);

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "relight/amortized_light_update.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/gpu/limited_device.h"
-#include "relight/amortized_light_update.h"
 
 namespace lumigraft::test {
 namespace {
@@ -14,8 +14,8 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 
 /// A room of 2 × 2 × 1 m that the sky of box_on_floor() shines from.
-Scene closed(Scene scene) {
-  Enclosure room;
+reconstruct::Scene closed(reconstruct::Scene scene) {
+  reconstruct::Enclosure room;
   room.sides.push_back({{0, 0, 1}, 0, true});
   room.sides.push_back({{0, 0, -1}, 1, false});
   for (const float sign : {-1.0f, 1.0f}) {
@@ -23,18 +23,18 @@ Scene closed(Scene scene) {
     room.sides.push_back({{0, sign, 0}, 1, false});
   }
   room.middle_m = {0, 0, 0.5f};
-  scene.enclosure = std::make_shared<const Enclosure>(room);
+  scene.enclosure = std::make_shared<const reconstruct::Enclosure>(room);
   return scene;
 }
 
-Plan live_plan() {
-  Plan plan = careful_plan(32);
+relight::Plan live_plan() {
+  relight::Plan plan = careful_plan(32);
   plan.trace_scale = 4;
   return plan;
 }
 
-Exhibit turned(const Exhibit& exhibit, double degrees) {
-  Exhibit result = exhibit;
+relight::Exhibit turned(const relight::Exhibit& exhibit, double degrees) {
+  relight::Exhibit result = exhibit;
   result.objects.front().rotation = Eigen::AngleAxisd(degrees * kDegree, Eigen::Vector3d::UnitZ());
   return result;
 }
@@ -43,7 +43,7 @@ struct Unlike {
   double rms_codes = 0;
   int worst_codes = 0;
 };
-Unlike unlike(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
+Unlike unlike(const capture::Image<std::uint8_t>& a, const capture::Image<std::uint8_t>& b) {
   Unlike result;
   for (std::size_t i = 0; i < a.data.size(); ++i) {
     const int codes = std::abs(a.data[i] - b.data[i]);
@@ -56,14 +56,16 @@ Unlike unlike(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
 
 class ClosedMoving : public ClosedTest {
  protected:
-  Image<std::uint8_t> at_once(const ClosedScene& scene, const Scene& now, const Exhibit& exhibit) const {
-    return Relighter(device_, scene.session()).relight(scene.frame(), now, exhibit, live_plan()).srgb;
+  capture::Image<std::uint8_t> at_once(const ClosedScene& scene, const reconstruct::Scene& now,
+                                       const relight::Exhibit& exhibit) const {
+    return relight::Relighter(device_, scene.session()).relight(scene.frame(), now, exhibit, live_plan()).srgb;
   }
   /// Frames in which nothing moves, until nothing is worked out any more.
-  static Image<std::uint8_t> settle(Relighter& relighter, const FrameSet& frame, const Scene& now,
-                                    const Exhibit& exhibit, int* frames) {
-    for (*frames = 0; *frames < 4 * AmortizedLightUpdate::kRoundFrames; ++*frames) {
-      const RelitPicture picture = relighter.relight(frame, now, exhibit, live_plan());
+  static capture::Image<std::uint8_t> settle(relight::Relighter& relighter, const capture::FrameSet& frame,
+                                             const reconstruct::Scene& now, const relight::Exhibit& exhibit,
+                                             int* frames) {
+    for (*frames = 0; *frames < 4 * relight::AmortizedLightUpdate::kRoundFrames; ++*frames) {
+      const relight::RelitPicture picture = relighter.relight(frame, now, exhibit, live_plan());
       if (picture.passes.empty()) return picture.srgb;
     }
     return {};
@@ -71,20 +73,20 @@ class ClosedMoving : public ClosedTest {
 };
 
 // Which device draws makes no difference to what is drawn when.
-INSTANTIATE_TEST_SUITE_P(On, ClosedMoving, testing::Values(gpu::Backend::vulkan));
+INSTANTIATE_TEST_SUITE_P(On, ClosedMoving, testing::Values(relight::gpu::Backend::vulkan));
 
 // It turns by 1° a frame through two rounds: the pictures lag by what is stated, and once it stands the picture
 // becomes, to the last bit, the one that is gathered at once.
 TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
   const ClosedScene scene = box_on_floor();
-  const FrameSet frame = scene.frame();
-  const int last = 2 * AmortizedLightUpdate::kRoundFrames;
-  Image<std::uint8_t> of_open_room;
-  for (const Scene& now : {scene.scene(), closed(scene.scene())}) {
-    Relighter relighter(device_, scene.session());
-    Image<std::uint8_t> picture;
+  const capture::FrameSet frame = scene.frame();
+  const int last = 2 * relight::AmortizedLightUpdate::kRoundFrames;
+  capture::Image<std::uint8_t> of_open_room;
+  for (const reconstruct::Scene& now : {scene.scene(), closed(scene.scene())}) {
+    relight::Relighter relighter(device_, scene.session());
+    capture::Image<std::uint8_t> picture;
     for (int i = 0; i <= last; ++i) picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan()).srgb;
-    const Image<std::uint8_t> wanted = at_once(scene, now, turned(scene.exhibit, last));
+    const capture::Image<std::uint8_t> wanted = at_once(scene, now, turned(scene.exhibit, last));
     const Unlike moving = unlike(picture, wanted);
     RecordProperty(now.enclosure ? "rms_codes_moving_in_closed_room" : "rms_codes_moving",
                    std::to_string(moving.rms_codes));
@@ -92,7 +94,7 @@ TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
     EXPECT_LT(moving.rms_codes, 1.0);
     int frames = 0;
     EXPECT_EQ(settle(relighter, frame, now, turned(scene.exhibit, last), &frames).data, wanted.data);
-    EXPECT_LE(frames, 3 * AmortizedLightUpdate::kRoundFrames + 1);
+    EXPECT_LE(frames, 3 * relight::AmortizedLightUpdate::kRoundFrames + 1);
     EXPECT_NE(wanted.data, of_open_room.data) << "the enclosure changes nothing: this test tests nothing of it";
     of_open_room = wanted;
   }
@@ -101,16 +103,16 @@ TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
 // What jumps is not faded.
 TEST_P(ClosedMoving, AJumpIsShownAtOnce) {
   const ClosedScene scene = box_on_floor();
-  const FrameSet frame = scene.frame();
-  const Scene now = scene.scene();
-  Relighter relighter(device_, scene.session());
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene now = scene.scene();
+  relight::Relighter relighter(device_, scene.session());
   for (int i = 0; i < 5; ++i) relighter.relight(frame, now, turned(scene.exhibit, i), live_plan());
   EXPECT_EQ(relighter.relight(frame, now, turned(scene.exhibit, 60), live_plan()).srgb.data,
             at_once(scene, now, turned(scene.exhibit, 60)).data);
   ClosedScene brighter = scene;
   brighter.lamps.front().intensity *= 2;
   brighter.lamps.front().irradiance *= 2;
-  Scene after = now;
+  reconstruct::Scene after = now;
   after.illumination = brighter.scene().illumination;
   EXPECT_EQ(relighter.relight(frame, after, turned(scene.exhibit, 60), live_plan()).srgb.data,
             at_once(scene, after, turned(scene.exhibit, 60)).data);
@@ -119,14 +121,14 @@ TEST_P(ClosedMoving, AJumpIsShownAtOnce) {
 // Without room for a second set of volumes there are no rounds.
 TEST_P(ClosedMoving, ADeviceWithoutRoomForRoundsGathersAtOnce) {
   const ClosedScene scene = box_on_floor();
-  const FrameSet frame = scene.frame();
-  const Scene now = scene.scene();
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene now = scene.scene();
   int rooms = 0;
   const auto small = std::make_shared<LimitedDevice>(
-      device_, [&](const gpu::TextureDesc& d) { return d.name != "real distance" || ++rooms < 2; });
-  Relighter relighter(small, scene.session());
+      device_, [&](const relight::gpu::TextureDesc& d) { return d.name != "real distance" || ++rooms < 2; });
+  relight::Relighter relighter(small, scene.session());
   for (int i = 0; i < 3; ++i) {
-    const RelitPicture picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan());
+    const relight::RelitPicture picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan());
     EXPECT_EQ(picture.srgb.data, at_once(scene, now, turned(scene.exhibit, i)).data);
     EXPECT_EQ(picture.warnings.empty(), i == 0);
   }
@@ -136,14 +138,14 @@ TEST_P(ClosedMoving, ADeviceWithoutRoomForRoundsGathersAtOnce) {
 // Nor without room for what such a set holds of surfaces, which shows when they were found.
 TEST_P(ClosedMoving, ADeviceThatIsFullInTheMiddleOfARoundGathersAtOnce) {
   const ClosedScene scene = box_on_floor();
-  const FrameSet frame = scene.frame();
-  const Scene now = scene.scene();
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene now = scene.scene();
   int pools = 0;
   const auto small = std::make_shared<LimitedDevice>(
-      device_, [&](const gpu::TextureDesc& d) { return d.name != "virtual radiance" || ++pools < 2; });
-  Relighter relighter(small, scene.session());
-  RelitPicture picture;
-  for (int i = 0; i < AmortizedLightUpdate::kRoundFrames; ++i) {
+      device_, [&](const relight::gpu::TextureDesc& d) { return d.name != "virtual radiance" || ++pools < 2; });
+  relight::Relighter relighter(small, scene.session());
+  relight::RelitPicture picture;
+  for (int i = 0; i < relight::AmortizedLightUpdate::kRoundFrames; ++i) {
     picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan());
     EXPECT_EQ(picture.warnings.empty(), pools < 2);
     if (pools == 2) {
@@ -160,26 +162,27 @@ TEST_P(ClosedMoving, ADeviceThatIsFullInTheMiddleOfARoundGathersAtOnce) {
 TEST_P(ClosedMoving, WhatShouldNotChangeStays) {
   ClosedScene scene = box_on_floor();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
-  const FrameSet frame = scene.frame();
-  const Scene now = scene.scene();
-  Relighter relighter(device_, scene.session());
-  const Image<std::uint8_t> first = relighter.relight(frame, now, scene.exhibit, live_plan()).srgb;
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene now = scene.scene();
+  relight::Relighter relighter(device_, scene.session());
+  const capture::Image<std::uint8_t> first = relighter.relight(frame, now, scene.exhibit, live_plan()).srgb;
   double worst_rms = 0;
-  for (int i = 1; i <= 2 * AmortizedLightUpdate::kRoundFrames; ++i) {
-    const Image<std::uint8_t> picture = relighter.relight(frame, now, turned(scene.exhibit, i), live_plan()).srgb;
+  for (int i = 1; i <= 2 * relight::AmortizedLightUpdate::kRoundFrames; ++i) {
+    const capture::Image<std::uint8_t> picture =
+        relighter.relight(frame, now, turned(scene.exhibit, i), live_plan()).srgb;
     worst_rms = std::max(worst_rms, unlike(picture, first).rms_codes);
   }
   RecordProperty("rms_codes_turning", std::to_string(worst_rms));
   EXPECT_LT(worst_rms, 1.0);
 
   double worst_step = 0;
-  Image<std::uint8_t> before = first;
-  Scene lit = now;
-  for (int i = 1; i <= AmortizedLightUpdate::kRoundFrames + 10; ++i) {
+  capture::Image<std::uint8_t> before = first;
+  reconstruct::Scene lit = now;
+  for (int i = 1; i <= relight::AmortizedLightUpdate::kRoundFrames + 10; ++i) {
     ClosedScene moved = scene;
     moved.lamps.front().position_m.x() += 0.001f * static_cast<float>(i);
     lit.illumination = moved.scene().illumination;
-    const Image<std::uint8_t> picture = relighter.relight(frame, lit, scene.exhibit, live_plan()).srgb;
+    const capture::Image<std::uint8_t> picture = relighter.relight(frame, lit, scene.exhibit, live_plan()).srgb;
     if (i > 1) worst_step = std::max(worst_step, unlike(picture, before).rms_codes);
     before = picture;
   }

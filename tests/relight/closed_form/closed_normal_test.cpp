@@ -23,7 +23,7 @@ TEST_P(ClosedNormal, FloorUnderNoiseStaysFlat) {
     return p.z() + 1e-3f * (static_cast<float>(hash >> 8) / 16777216.0f - 0.5f);
   };
   scene.exhibit.objects = {sphere_object(0.08f, {0, 0, 0.1f}, 0.5f)};
-  const RelitPicture picture = relit(scene, careful_plan(64, 1));
+  const relight::RelitPicture picture = relit(scene, careful_plan(64, 1));
   double squares = 0;
   int count = 0;
   for (int v = 0; v < scene.height; ++v) {

@@ -7,7 +7,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float relight::kPi = std::numbers::pi_v<float>;
 class ClosedRoom : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedRoom);
 
@@ -16,13 +16,13 @@ ON_BOTH_DEVICES(ClosedRoom);
 // sends to the ball. A convex body lights nothing of itself.
 TEST_P(ClosedRoom, WallsReceiveWhatTheBallReflects) {
   constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f;
-  const PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
+  const reconstruct::PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
   CubeRoom room(0.4f, 1.05f * radius);
   room.light_walls(walls, lamp);
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
-  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
-  Relighter relighter(device_, room.session());
+  const double sent_W = lamp.intensity.x() * 2 * relight::kPi * (1 - std::sqrt(1 - sine * sine));
+  relight::Relighter relighter(device_, room.session());
   double gained_W = 0, lost_W = 0;
   room.change_on_walls(relighter, careful_plan(64, 1), [&](float W) { (W > 0 ? gained_W : lost_W) += W; });
   EXPECT_NEAR(lost_W, -sent_W, 0.02 * sent_W);          // the shadow, which the ball's own light hardly reaches
@@ -44,7 +44,7 @@ TEST_P(ClosedRoom, SealedRoomKeepsTheSkyOut) {
   scene.look_at_m = {0, 0, 0};
   for (const int volume : {32, 64}) {
     SCOPED_TRACE(volume);
-    const RelitPicture picture = relit(scene, careful_plan(volume, 2));
+    const relight::RelitPicture picture = relit(scene, careful_plan(volume, 2));
     double most_on_ball = 0, most_on_walls = 0;
     int ball = 0;
     for (int v = 0; v < scene.height; ++v) {

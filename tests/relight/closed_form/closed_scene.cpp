@@ -12,11 +12,11 @@ namespace {
 
 constexpr float kFar_m = 4;
 
-VirtualObject object_of(Model model, float albedo) {
-  VirtualObject object;
+relight::VirtualObject object_of(relight::Model model, float albedo) {
+  relight::VirtualObject object;
   object.name = "object";
-  object.model = std::make_shared<const Model>(std::move(model));
-  Material material;
+  object.model = std::make_shared<const relight::Model>(std::move(model));
+  relight::Material material;
   material.base_color.setConstant(albedo);
   material.specular = 0;
   object.material = material;
@@ -35,8 +35,8 @@ Eigen::Isometry3d ClosedScene::T_tag_camera() const {
   return T;
 }
 
-Session ClosedScene::session() const {
-  Session s;
+capture::Session ClosedScene::session() const {
+  capture::Session s;
   s.color.model.width = width;
   s.color.model.height = height;
   s.color.model.fx = s.color.model.fy = focal_px;
@@ -46,18 +46,18 @@ Session ClosedScene::session() const {
 }
 
 Eigen::Vector3f ClosedScene::on_plane(int u, int v, float height_m) const {
-  const CameraModel model = session().color.model;
+  const capture::CameraModel model = session().color.model;
   const Eigen::Vector3d w = T_tag_camera().linear() * *model.unproject({u, v});
   return (eye_m.cast<double>() + w * ((height_m - eye_m.z()) / w.z())).cast<float>();
 }
 
-FrameSet ClosedScene::frame() const {
-  FrameSet f;
-  auto color = std::make_shared<Picture>();
-  color->radiance = Image<float>(width, height, 3, sky);
-  auto depth = std::make_shared<DepthPicture>();
-  depth->depth_m = Image<float>(width, height, 1, 0.0f);
-  const CameraModel model = session().color.model;
+capture::FrameSet ClosedScene::frame() const {
+  capture::FrameSet f;
+  auto color = std::make_shared<capture::Picture>();
+  color->radiance = capture::Image<float>(width, height, 3, sky);
+  auto depth = std::make_shared<capture::DepthPicture>();
+  depth->depth_m = capture::Image<float>(width, height, 1, 0.0f);
+  const capture::CameraModel model = session().color.model;
   const Eigen::Isometry3d T = T_tag_camera();
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
@@ -76,27 +76,27 @@ FrameSet ClosedScene::frame() const {
   return f;
 }
 
-Scene ClosedScene::scene() const {
-  Scene scene;
-  Pose pose;
+reconstruct::Scene ClosedScene::scene() const {
+  reconstruct::Scene scene;
+  reconstruct::Pose pose;
   pose.T_tag_camera = pose.T_tag_camera_raw = T_tag_camera();
   scene.pose = pose;
 
-  auto field = std::make_shared<DistanceField>();
-  auto colors = std::make_shared<AlbedoField>();
+  auto field = std::make_shared<reconstruct::DistanceField>();
+  auto colors = std::make_shared<reconstruct::AlbedoField>();
   field->voxel_m = colors->voxel_m = voxel_m;
   field->truncation_m = 4 * voxel_m;
   field->version = colors->version = 1;
-  const float brick_m = kBrickEdge * voxel_m;
+  const float brick_m = reconstruct::kBrickEdge * voxel_m;
   const Eigen::Vector3i low = (extent.min() / brick_m).array().floor().matrix().cast<int>();
   const Eigen::Vector3i high = (extent.max() / brick_m).array().floor().matrix().cast<int>();
   for (int z = low.z(); z <= high.z(); ++z) {
     for (int y = low.y(); y <= high.y(); ++y) {
       for (int x = low.x(); x <= high.x(); ++x) {
-        auto brick = std::make_shared<FieldBrick>();
-        auto paint = std::make_shared<AlbedoBrick>();
+        auto brick = std::make_shared<reconstruct::FieldBrick>();
+        auto paint = std::make_shared<reconstruct::AlbedoBrick>();
         bool any = false;
-        for (int i = 0; i < kBrickVoxels; ++i) {
+        for (int i = 0; i < reconstruct::kBrickVoxels; ++i) {
           const Eigen::Vector3f p =
               Eigen::Vector3i(8 * x + i % 8, 8 * y + i / 8 % 8, 8 * z + i / 64).cast<float>() * voxel_m;
           const float d = distance(p);
@@ -119,9 +119,9 @@ Scene ClosedScene::scene() const {
   scene.field = field;
   scene.albedo = colors;
 
-  auto light = std::make_shared<Illumination>();
+  auto light = std::make_shared<reconstruct::Illumination>();
   light->probe_position_m = {0, 0, 0.3f};
-  light->remainder.radiance = Image<float>(32, 16, 3, sky);
+  light->remainder.radiance = capture::Image<float>(32, 16, 3, sky);
   light->remainder_sh.fill(Eigen::Vector3f::Zero());
   light->remainder_sh[0].setConstant(sky * 2 * std::sqrt(std::numbers::pi_v<float>));
   light->lights = lamps;
@@ -130,20 +130,20 @@ Scene ClosedScene::scene() const {
   return scene;
 }
 
-RelitPicture ClosedScene::relit(Renderer& renderer, const Plan& plan) const {
+relight::RelitPicture ClosedScene::relit(relight::Renderer& renderer, const relight::Plan& plan) const {
   return renderer.relight(frame(), scene(), exhibit, plan, true);
 }
 
-Plan careful_plan(int volume, int bounces) {
-  Plan plan;
+relight::Plan careful_plan(int volume, int bounces) {
+  relight::Plan plan;
   plan.volume = volume;
   plan.trace_scale = 1;
   plan.bounces = bounces;
   return plan;
 }
 
-Plan rays_plan(int trace_scale, int rays, int bounces) {
-  Plan plan;
+relight::Plan rays_plan(int trace_scale, int rays, int bounces) {
+  relight::Plan plan;
   plan.method = "rays";
   plan.trace_scale = trace_scale;
   plan.rays = rays;
@@ -163,8 +163,8 @@ ClosedScene box_on_floor() {
   return scene;
 }
 
-PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity) {
-  PointLight lamp;
+reconstruct::PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity) {
+  reconstruct::PointLight lamp;
   lamp.distance_known = true;
   lamp.position_m = position_m;
   lamp.radius_m = radius_m;
@@ -172,21 +172,21 @@ PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float inte
   return lamp;
 }
 
-float irradiance(const PointLight& lamp, const Eigen::Vector3f& at_m, const Eigen::Vector3f& normal) {
+float irradiance(const reconstruct::PointLight& lamp, const Eigen::Vector3f& at_m, const Eigen::Vector3f& normal) {
   const Eigen::Vector3f to = lamp.position_m - at_m;
   const float d2 = to.squaredNorm();
   return lamp.emission(-to.normalized()) * lamp.intensity.x() * std::max(normal.dot(to), 0.0f) / (d2 * std::sqrt(d2));
 }
 
-VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo) {
-  Model model = model_of(sphere(radius_m, 40));
+relight::VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo) {
+  relight::Model model = model_of(sphere(radius_m, 40));
   for (std::size_t i = 0; i < model.normals.size(); ++i) model.normals[i] = model.positions_m[i].normalized();
-  VirtualObject object = object_of(std::move(model), albedo);
+  relight::VirtualObject object = object_of(std::move(model), albedo);
   object.position_m = centre_m.cast<double>();
   return object;
 }
 
-VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo) {
+relight::VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo) {
   return object_of(model_of(box(low_m, high_m)), albedo);
 }
 
@@ -195,8 +195,8 @@ float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m) {
   return q.cwiseMax(0.0f).norm() + std::min(q.maxCoeff(), 0.0f);
 }
 
-float picture_radiance(const RelitPicture& picture, int u, int v) {
-  return srgb_to_linear(static_cast<float>(picture.srgb.at(u, v, 0)) / 255.0f);
+float picture_radiance(const relight::RelitPicture& picture, int u, int v) {
+  return capture::srgb_to_linear(static_cast<float>(picture.srgb.at(u, v, 0)) / 255.0f);
 }
 
 }  // namespace lumigraft::test

@@ -6,9 +6,9 @@
 #include <map>
 #include <memory>
 
-#include "tests/relight/gpu/device_fixture.h"
 #include "reconstruct/scene.h"
 #include "relight/relighter.h"
+#include "tests/relight/gpu/device_fixture.h"
 
 namespace lumigraft::test {
 
@@ -25,32 +25,32 @@ struct ClosedScene {
   /// What a surface point sends out, lamps, sky and all bounces together; the camera sees the same.
   std::function<float(const Eigen::Vector3f&)> radiance = [](const Eigen::Vector3f&) { return 0.5f; };
   float sky = 1.0f;  ///< radiance of everything that isn't geometry
-  std::vector<PointLight> lamps;
-  Exhibit exhibit;
+  std::vector<reconstruct::PointLight> lamps;
+  relight::Exhibit exhibit;
 
-  Session session() const;
-  FrameSet frame() const;  ///< depth by marching the distance from the eye
-  Scene scene() const;
+  capture::Session session() const;
+  capture::FrameSet frame() const;  ///< depth by marching the distance from the eye
+  reconstruct::Scene scene() const;
   Eigen::Isometry3d T_tag_camera() const;
   /// Where the pixel's ray meets the plane z = height.
   Eigen::Vector3f on_plane(int u, int v, float height_m = 0) const;
-  RelitPicture relit(Renderer& renderer, const Plan& plan) const;  ///< with its maps
+  relight::RelitPicture relit(relight::Renderer& renderer, const relight::Plan& plan) const;  ///< with its maps
 };
 
 /// A plan with all that is derived from it at its most careful, in small volumes.
-Plan careful_plan(int volume = 64, int bounces = 2);
+relight::Plan careful_plan(int volume = 64, int bounces = 2);
 
 /// By rays, at one of trace_scale² pixels.
-Plan rays_plan(int trace_scale = 2, int rays = 20, int bounces = 2);
+relight::Plan rays_plan(int trace_scale = 2, int rays = 20, int bounces = 2);
 
 /// A lamp at a known place.
-PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity);
+reconstruct::PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity);
 /// What it brings to a surface: E = I cos θ / d², times what a flat lamp sends that way.
-float irradiance(const PointLight& lamp, const Eigen::Vector3f& at_m, const Eigen::Vector3f& normal);
+float irradiance(const reconstruct::PointLight& lamp, const Eigen::Vector3f& at_m, const Eigen::Vector3f& normal);
 
 /// A sphere of 40 × 80 facets with smooth normals, Lambert.
-VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo);
-VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo);
+relight::VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo);
+relight::VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo);
 
 /// A white box on a grey floor beside a lamp: it lights the floor, and as it turns, elsewhere.
 ClosedScene box_on_floor();
@@ -59,24 +59,24 @@ ClosedScene box_on_floor();
 float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m);
 
 /// Radiance of channel 0 of the picture, W/sr/m², to half a code value.
-float picture_radiance(const RelitPicture& picture, int u, int v);
+float picture_radiance(const relight::RelitPicture& picture, int u, int v);
 
 /// Tests of a suite run on both devices, one of each kind for all of them, with the validation layer or debug output
 /// on. A suite says ON_BOTH_DEVICES (device_fixture.h) and its tests are TEST_P.
-class ClosedTest : public testing::TestWithParam<gpu::Backend> {
+class ClosedTest : public testing::TestWithParam<relight::gpu::Backend> {
  protected:
   ClosedTest() : device_(devices_[GetParam()]) {
-    if (!device_) device_ = gpu::create_device(GetParam(), {.validation = true});
+    if (!device_) device_ = relight::gpu::create_device(GetParam(), {.validation = true});
   }
   static void TearDownTestSuite() { devices_.clear(); }
-  RelitPicture relit(const ClosedScene& scene, const Plan& plan) const {
-    Relighter relighter(device_, scene.session());
+  relight::RelitPicture relit(const ClosedScene& scene, const relight::Plan& plan) const {
+    relight::Relighter relighter(device_, scene.session());
     return scene.relit(relighter, plan);
   }
-  std::shared_ptr<gpu::Device>& device_;
+  std::shared_ptr<relight::gpu::Device>& device_;
 
  private:
-  inline static std::map<gpu::Backend, std::shared_ptr<gpu::Device>> devices_;
+  inline static std::map<relight::gpu::Backend, std::shared_ptr<relight::gpu::Device>> devices_;
 };
 
 }  // namespace lumigraft::test

@@ -12,7 +12,7 @@ class ClosedSky : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedSky);
 
 /// Mean and largest magnitude over pixels of a picture.
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float relight::kPi = std::numbers::pi_v<float>;
 
 struct Spread {
   double sum = 0, most = 0;
@@ -39,7 +39,7 @@ TEST_P(ClosedSky, FurnaceStaysEven) {
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.15f}, 1)};
   for (const int bounces : {2, 3}) {
     SCOPED_TRACE(bounces);
-    const RelitPicture picture = relit(scene, careful_plan(32, bounces));
+    const relight::RelitPicture picture = relit(scene, careful_plan(32, bounces));
     Spread object, floor;
     for (int v = 0; v < scene.height; ++v) {
       for (int u = 0; u < scene.width; ++u) {
@@ -67,7 +67,7 @@ TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
   scene.exhibit.objects = {sphere_object(radius, {0, 0, height}, 0)};
   for (const int volume : {32, 64}) {
     SCOPED_TRACE(volume);
-    const RelitPicture picture = relit(scene, careful_plan(volume, 2));
+    const relight::RelitPicture picture = relit(scene, careful_plan(volume, 2));
     Spread relative, absolute;
     for (int v = 0; v < scene.height; ++v) {
       for (int u = 0; u < scene.width; ++u) {
@@ -96,7 +96,7 @@ TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
 /// 2010, B-3). Odd in both edges, so that four of them make any rectangle.
 float corner_form_factor(float x_m, float y_m, float height_m) {
   const float x = x_m / height_m, y = y_m / height_m, kx = std::sqrt(1 + x * x), ky = std::sqrt(1 + y * y);
-  return (x / kx * std::atan(y / kx) + y / ky * std::atan(x / ky)) / (2 * kPi);
+  return (x / kx * std::atan(y / kx) + y / ky * std::atan(x / ky)) / (2 * relight::kPi);
 }
 
 // A sheet a ninth as thick as a voxel hides what it covers, however wide the cones are that meet it. What is short are
@@ -112,9 +112,9 @@ TEST_P(ClosedSky, ThinBlackSheetTakesItsFormFactor) {
   scene.look_at_m = {0, 0, 0.03f};
   for (const int scale : {1, 2, 4}) {
     SCOPED_TRACE(scale);
-    Plan plan = careful_plan(64, 1);
+    relight::Plan plan = careful_plan(64, 1);
     plan.trace_scale = scale;
-    const RelitPicture picture = relit(scene, plan);
+    const relight::RelitPicture picture = relit(scene, plan);
     Spread relative;
     for (int v = 0; v < scene.height; ++v) {
       for (int u = 0; u < scene.width; ++u) {

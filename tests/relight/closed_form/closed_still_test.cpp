@@ -7,11 +7,11 @@ namespace lumigraft::test {
 namespace {
 
 /// Every code value occurs.
-FrameSet coded_frame(const ClosedScene& scene) {
-  FrameSet frame = scene.frame();
-  auto color = std::make_shared<Picture>();
+capture::FrameSet coded_frame(const ClosedScene& scene) {
+  capture::FrameSet frame = scene.frame();
+  auto color = std::make_shared<capture::Picture>();
   color->exposure = 1.3;
-  color->encoded = Image<std::uint8_t>(scene.width, scene.height, 3);
+  color->encoded = capture::Image<std::uint8_t>(scene.width, scene.height, 3);
   for (std::size_t i = 0; i < color->encoded.data.size(); ++i) {
     color->encoded.data[i] = static_cast<std::uint8_t>(i * 7 + i / 251);
   }
@@ -31,12 +31,12 @@ ON_BOTH_DEVICES(ClosedStill);
 
 TEST_P(ClosedStill, WithoutAnObjectThePictureIsTheCameras) {
   ClosedScene scene = ball_under_lamp();
-  const FrameSet frame = coded_frame(scene);
-  Relighter relighter(device_, scene.session());
+  const capture::FrameSet frame = coded_frame(scene);
+  relight::Relighter relighter(device_, scene.session());
   for (int how = 0; how < 2; ++how) {
     if (how == 0) scene.exhibit.objects.front().visible = false;
     if (how == 1) scene.exhibit.objects.clear();
-    const RelitPicture picture = relighter.relight(frame, scene.scene(), scene.exhibit, careful_plan(32));
+    const relight::RelitPicture picture = relighter.relight(frame, scene.scene(), scene.exhibit, careful_plan(32));
     EXPECT_EQ(picture.srgb.data, frame.color->encoded.data);
     EXPECT_EQ(picture.warnings.size(), 1u);
   }
@@ -47,10 +47,11 @@ TEST_P(ClosedStill, WithoutAnObjectThePictureIsTheCameras) {
 TEST_P(ClosedStill, AnObjectOutOfReachChangesNoBit) {
   ClosedScene scene = ball_under_lamp();
   scene.exhibit.objects.front().position_m = {0, -20, 0.12};
-  const FrameSet frame = coded_frame(scene);
-  Relighter relighter(device_, scene.session());
+  const capture::FrameSet frame = coded_frame(scene);
+  relight::Relighter relighter(device_, scene.session());
   for (const bool maps : {false, true}) {
-    const RelitPicture picture = relighter.relight(frame, scene.scene(), scene.exhibit, careful_plan(32), maps);
+    const relight::RelitPicture picture =
+        relighter.relight(frame, scene.scene(), scene.exhibit, careful_plan(32), maps);
     EXPECT_EQ(picture.srgb.data, frame.color->encoded.data);
     EXPECT_TRUE(picture.warnings.empty());
     if (maps) {
@@ -64,18 +65,18 @@ TEST_P(ClosedStill, AnObjectOutOfReachChangesNoBit) {
 // the same bytes. So must a relighter that showed something else in between.
 TEST_P(ClosedStill, TheSameInputGivesTheSameBytes) {
   ClosedScene scene = ball_under_lamp();
-  const FrameSet frame = coded_frame(scene);
-  const Scene still = scene.scene();
-  const Plan plan = careful_plan(32);
-  Relighter first(device_, scene.session()), second(device_, scene.session());
-  const RelitPicture a = first.relight(frame, still, scene.exhibit, plan, true);
+  const capture::FrameSet frame = coded_frame(scene);
+  const reconstruct::Scene still = scene.scene();
+  const relight::Plan plan = careful_plan(32);
+  relight::Relighter first(device_, scene.session()), second(device_, scene.session());
+  const relight::RelitPicture a = first.relight(frame, still, scene.exhibit, plan, true);
   EXPECT_NE(a.srgb.data, frame.color->encoded.data);
-  Exhibit moved = scene.exhibit;
+  relight::Exhibit moved = scene.exhibit;
   moved.objects.front().position_m.x() += 0.05;
-  const RelitPicture b = second.relight(frame, still, moved, plan, true);
+  const relight::RelitPicture b = second.relight(frame, still, moved, plan, true);
   EXPECT_NE(a.srgb.data, b.srgb.data);
-  for (Relighter* relighter : {&first, &second}) {
-    const RelitPicture again = relighter->relight(frame, still, scene.exhibit, plan, true);
+  for (relight::Relighter* relighter : {&first, &second}) {
+    const relight::RelitPicture again = relighter->relight(frame, still, scene.exhibit, plan, true);
     EXPECT_EQ(again.srgb.data, a.srgb.data);
     EXPECT_EQ(again.maps->delta.data, a.maps->delta.data);
     EXPECT_EQ(again.maps->albedo.data, a.maps->albedo.data);
@@ -89,21 +90,22 @@ TEST_P(ClosedStill, TheSameInputGivesTheSameBytes) {
 // those of a relighter that never saw anything else.
 TEST_P(ClosedStill, NothingStaysOfEarlierLightsAndPlans) {
   ClosedScene scene = ball_under_lamp();
-  const FrameSet frame = coded_frame(scene);
-  const Scene before = scene.scene();
+  const capture::FrameSet frame = coded_frame(scene);
+  const reconstruct::Scene before = scene.scene();
   scene.lamps = {lamp_at({-0.3f, 0.2f, 0.7f}, 0.05f, 0.2f)};
   scene.sky = 0.2f;
-  Scene after = before;  // the same field: only the light is another
+  reconstruct::Scene after = before;  // the same field: only the light is another
   after.illumination = scene.scene().illumination;
-  Plan live = careful_plan(32);
+  relight::Plan live = careful_plan(32);
   live.trace_scale = 4;
-  const auto expect_same = [&](const RelitPicture& a, const RelitPicture& b) {
+  const auto expect_same = [&](const relight::RelitPicture& a, const relight::RelitPicture& b) {
     EXPECT_EQ(a.srgb.data, b.srgb.data);
     EXPECT_EQ(a.maps->delta.data, b.maps->delta.data);
   };
-  for (const Plan& plan : {careful_plan(32), live}) {
-    Relighter fresh(device_, scene.session()), used(device_, scene.session()), other_plan(device_, scene.session());
-    const RelitPicture wanted = fresh.relight(frame, after, scene.exhibit, plan, true);
+  for (const relight::Plan& plan : {careful_plan(32), live}) {
+    relight::Relighter fresh(device_, scene.session()), used(device_, scene.session()),
+        other_plan(device_, scene.session());
+    const relight::RelitPicture wanted = fresh.relight(frame, after, scene.exhibit, plan, true);
     EXPECT_NE(used.relight(frame, before, scene.exhibit, plan, true).srgb.data, wanted.srgb.data);
     expect_same(used.relight(frame, after, scene.exhibit, plan, true), wanted);
     other_plan.relight(frame, after, scene.exhibit, plan.trace_scale == 4 ? careful_plan(32) : live, true);

@@ -4,11 +4,11 @@
 #include <array>
 #include <vector>
 
+#include "reconstruct/room/enclosure.h"
+#include "relight/tracing/build_trace_scene.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/gpu/device_fixture.h"
-#include "reconstruct/room/enclosure.h"
 #include "tests/relight/reference/reference_rooms.h"
-#include "relight/tracing/build_trace_scene.h"
 
 namespace lumigraft::test {
 namespace {
@@ -21,22 +21,22 @@ const Vector3f kEye(0, -0.36f, 0.12f), kProbe(-0.2f, 0.05f, -0.37f);
 constexpr float kLampRadius_m = 0.02f, kLampRadiance = 600;
 const Vector3f kLampAt(-0.05f, 0.05f, 0.385f);
 
-ReferenceScene true_room() {
-  ReferenceScene room;
+relight::ReferenceScene true_room() {
+  relight::ReferenceScene room;
   room.real = {mesh_of(box(Vector3f::Constant(-kHalf_m), Vector3f::Constant(kHalf_m)), lambert(kWalls))};
   room.lamps = {round_panel(kLampAt, kLampRadius_m, kLampRadiance)};
   return room;
 }
 
-PointLight lamp() {
-  PointLight light;
+reconstruct::PointLight lamp() {
+  reconstruct::PointLight light;
   light.distance_known = light.flat = true;
   light.position_m = kLampAt;
   light.normal = {0, 0, -1};
   light.radius_m = kLampRadius_m;
   const Vector3f down = (kProbe - kLampAt).normalized();
   light.direction = -down;
-  light.intensity.setConstant(kLampRadiance * kPi * kLampRadius_m * kLampRadius_m * light.normal.dot(down));
+  light.intensity.setConstant(kLampRadiance * relight::kPi * kLampRadius_m * kLampRadius_m * light.normal.dot(down));
   light.irradiance = light.intensity / (kProbe - kLampAt).squaredNorm();
   return light;
 }
@@ -45,16 +45,16 @@ PointLight lamp() {
 class WallRadiance {
  public:
   WallRadiance() {
-    const DeltaPathTracer tracer = tracer_of(true_room());
+    const relight::DeltaPathTracer tracer = tracer_of(true_room());
     for (int wall = 0; wall < 6; ++wall) {
-      ReferenceCamera camera;
+      relight::ReferenceCamera camera;
       camera.model.width = camera.model.height = kEdge;
       camera.model.fx = camera.model.fy = 0.5 * kEdge;
       camera.model.cx = camera.model.cy = 0.5 * (kEdge - 1);
       camera.T_tag_camera.linear() = axes(wall);
-      const Image<float> seen = tracer.radiance(camera, samples_of(48), false);
-      Image<float>& picture = walls_[static_cast<std::size_t>(wall)];
-      picture = Image<float>(kEdge, kEdge, 1);
+      const capture::Image<float> seen = tracer.radiance(camera, samples_of(48), false);
+      capture::Image<float>& picture = walls_[static_cast<std::size_t>(wall)];
+      picture = capture::Image<float>(kEdge, kEdge, 1);
       for (int v = 0; v < kEdge; ++v) {
         for (int u = 0; u < kEdge; ++u) {  // the median takes the lamp out, which hangs before the ceiling
           std::vector<float> around;
@@ -94,7 +94,7 @@ class WallRadiance {
     m << x, z.cross(x), z;
     return m;
   }
-  std::array<Image<float>, 6> walls_;
+  std::array<capture::Image<float>, 6> walls_;
 };
 
 /// The floor and the back wall are known, and the side walls as far as the ball; ceiling and front wall are not.
@@ -118,16 +118,16 @@ ClosedScene seen_part(const WallRadiance& walls) {
   return scene;
 }
 
-std::shared_ptr<const Illumination> fisheye_light(const WallRadiance& walls) {
-  auto light = std::make_shared<Illumination>();
+std::shared_ptr<const reconstruct::Illumination> fisheye_light(const WallRadiance& walls) {
+  auto light = std::make_shared<reconstruct::Illumination>();
   light->probe_position_m = kProbe;
   light->lights = {lamp()};
   light->version = 1;
-  light->remainder.radiance = Image<float>(96, 48, 3);
+  light->remainder.radiance = capture::Image<float>(96, 48, 3);
   for (int v = 0; v < 48; ++v) {
     for (int u = 0; u < 96; ++u) {
-      const float phi = 2 * kPi * (static_cast<float>(u) + 0.5f) / 96 - kPi;
-      const float theta = kPi * (static_cast<float>(v) + 0.5f) / 48;
+      const float phi = 2 * relight::kPi * (static_cast<float>(u) + 0.5f) / 96 - relight::kPi;
+      const float theta = relight::kPi * (static_cast<float>(v) + 0.5f) / 48;
       const Vector3f w(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
       float t = 1e9f;
       for (int a = 0; a < 3; ++a) {
@@ -142,7 +142,8 @@ std::shared_ptr<const Illumination> fisheye_light(const WallRadiance& walls) {
 class ClosedUnseen : public ClosedTest {
  protected:
   /// Mean change over what is seen of the floor, out of the reach of the shadow.
-  static double far_floor(const ClosedScene& scene, const Image<float>& change, const Image<float>& coverage) {
+  static double far_floor(const ClosedScene& scene, const capture::Image<float>& change,
+                          const capture::Image<float>& coverage) {
     double sum = 0;
     int count = 0;
     for (int v = 0; v < scene.height; ++v) {
@@ -165,28 +166,30 @@ class ClosedUnseen : public ClosedTest {
 TEST_P(ClosedUnseen, ABlackBallIsMissedOnWallsThatWereNeverSeen) {
   const WallRadiance walls;
   const ClosedScene scene = seen_part(walls);
-  const ReferenceCamera camera{scene.session().color.model, scene.T_tag_camera().cast<float>()};
-  const auto traced = [&](ReferenceScene room) {
-    room.objects = reference_objects_of(scene.exhibit, 0);
-    const ReferencePicture picture = tracer_of(room).change(camera, samples_of(24));
+  const relight::ReferenceCamera camera{scene.session().color.model, scene.T_tag_camera().cast<float>()};
+  const auto traced = [&](relight::ReferenceScene room) {
+    room.objects = relight::reference_objects_of(scene.exhibit, 0);
+    const relight::ReferencePicture picture = tracer_of(room).change(camera, samples_of(24));
     return far_floor(scene, picture.change, picture.coverage);
   };
   const double truth = traced(true_room());
 
-  Scene seen = scene.scene();
+  reconstruct::Scene seen = scene.scene();
   seen.illumination = fisheye_light(walls);
   const auto relit = [&](const char* method = "dvct") {
-    Relighter relighter(device_, scene.session());
-    Plan plan = careful_plan(32, 3);
+    relight::Relighter relighter(device_, scene.session());
+    relight::Plan plan = careful_plan(32, 3);
     plan.method = method;
-    const RelitPicture picture = relighter.relight(scene.frame(), seen, scene.exhibit, plan, true);
+    const relight::RelitPicture picture = relighter.relight(scene.frame(), seen, scene.exhibit, plan, true);
     return far_floor(scene, picture.maps->delta, picture.maps->mask);
   };
-  const double open = relit(), open_reference = traced(reference_room_of(seen, {}));
-  const std::optional<Enclosure> room = close_room(room_points(*seen.field), *seen.illumination, {kEye});
+  const double open = relit(), open_reference = traced(relight::reference_room_of(seen, {}));
+  const std::optional<reconstruct::Enclosure> room =
+      reconstruct::close_room(reconstruct::room_points(*seen.field), *seen.illumination, {kEye});
   ASSERT_TRUE(room);
-  seen.enclosure = std::make_shared<const Enclosure>(*room);
-  const double closed = relit(), propagated = relit("dlpv"), closed_reference = traced(reference_room_of(seen, {}));
+  seen.enclosure = std::make_shared<const reconstruct::Enclosure>(*room);
+  const double closed = relit(), propagated = relit("dlpv"),
+               closed_reference = traced(relight::reference_room_of(seen, {}));
   EXPECT_LT(truth, 0);
   EXPECT_GT(open, 0.65 * truth);
   EXPECT_NEAR(closed, truth, -0.3 * truth);
@@ -200,16 +203,17 @@ TEST_P(ClosedUnseen, ABlackBallIsMissedOnWallsThatWereNeverSeen) {
 TEST_P(ClosedUnseen, ASkyTakesNothingBack) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.1f}, 0.5f)};
-  Relighter relighter(device_, scene.session());
-  Scene closed = scene.scene();
-  const std::optional<Enclosure> room = close_room(room_points(*closed.field), *closed.illumination, {});
+  relight::Relighter relighter(device_, scene.session());
+  reconstruct::Scene closed = scene.scene();
+  const std::optional<reconstruct::Enclosure> room =
+      reconstruct::close_room(reconstruct::room_points(*closed.field), *closed.illumination, {});
   ASSERT_TRUE(room);
-  closed.enclosure = std::make_shared<const Enclosure>(*room);
+  closed.enclosure = std::make_shared<const reconstruct::Enclosure>(*room);
   for (const char* method : {"dvct", "dlpv"}) {
-    Plan plan = careful_plan(32, 2);
+    relight::Plan plan = careful_plan(32, 2);
     plan.method = method;
-    const RelitPicture open = scene.relit(relighter, plan);
-    const RelitPicture shut = relighter.relight(scene.frame(), closed, scene.exhibit, plan, true);
+    const relight::RelitPicture open = scene.relit(relighter, plan);
+    const relight::RelitPicture shut = relighter.relight(scene.frame(), closed, scene.exhibit, plan, true);
     double most = 0;
     for (std::size_t i = 0; i < open.maps->delta.data.size(); ++i) {
       if (open.maps->mask.data[i / 3] > 0) continue;

@@ -22,7 +22,7 @@ struct CubeRoom : ClosedScene {
   }
 
   /// Walls of this albedo under one lamp, and no sky.
-  void light_walls(float walls, const PointLight& lamp) {
+  void light_walls(float walls, const reconstruct::PointLight& lamp) {
     albedo = walls;
     sky = 0;
     lamps = {lamp};
@@ -38,14 +38,14 @@ struct CubeRoom : ClosedScene {
 
   /// Calls `visit` with the change of light that arrives, W, at what each pixel shows of each wall.
   template <typename Visit>
-  void change_on_walls(Renderer& renderer, const Plan& plan, const Visit& visit) {
+  void change_on_walls(relight::Renderer& renderer, const relight::Plan& plan, const Visit& visit) {
     const float pixel_m = 2 * half_m / static_cast<float>(width);
     for (int wall = 0; wall < 6; ++wall) {
       Eigen::Vector3f axis = Eigen::Vector3f::Zero();
       axis[wall / 2] = wall % 2 ? -1.0f : 1.0f;
       eye_m = from_m * axis;
       look_at_m = axis;
-      const RelitPicture picture = relit(renderer, plan);
+      const relight::RelitPicture picture = relit(renderer, plan);
       for (std::size_t i = 0; i < picture.maps->delta.data.size(); i += 3) {
         visit(std::numbers::pi_v<float> / albedo * picture.maps->delta.data[i] * pixel_m * pixel_m);
       }

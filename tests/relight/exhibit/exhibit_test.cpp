@@ -7,7 +7,7 @@
 #include "capture/error.h"
 #include "tests/relight/exhibit/model_files.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using test::TemporaryFolder;
@@ -25,7 +25,7 @@ class ReadExhibit : public ::testing::Test {
   }
 
   Exhibit read(const std::string& toml) {
-    const ConfigTable root = ConfigTable::load(folder_.write("exhibit.toml", toml));
+    const capture::ConfigTable root = capture::ConfigTable::load(folder_.write("exhibit.toml", toml));
     Exhibit exhibit = read_exhibit(root);
     root.finish();
     return exhibit;
@@ -34,7 +34,7 @@ class ReadExhibit : public ::testing::Test {
   std::string error_of(const std::string& toml) {
     try {
       read(toml);
-    } catch (const InputError& error) {
+    } catch (const capture::InputError& error) {
       return error.what();
     }
     return "";
@@ -88,8 +88,8 @@ TEST_F(ReadExhibit, Defaults) {
 
 // Nothing ever followed from it, but files hold it.
 TEST_F(ReadExhibit, RigidIsAcceptedAndSaidToHaveNoEffect) {
-  const ConfigTable root =
-      ConfigTable::load(folder_.write("exhibit.toml", "[[object]]\nmodel = \"square.ply\"\nrigid = false\n"));
+  const capture::ConfigTable root =
+      capture::ConfigTable::load(folder_.write("exhibit.toml", "[[object]]\nmodel = \"square.ply\"\nrigid = false\n"));
   EXPECT_EQ(read_exhibit(root).objects.size(), 1u);
   EXPECT_NO_THROW(root.finish());
   ASSERT_EQ(root.warnings().size(), 1u);
@@ -185,4 +185,4 @@ TEST_F(ReadExhibit, BadInput) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

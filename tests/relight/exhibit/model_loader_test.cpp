@@ -3,13 +3,13 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "capture/error.h"
 #include "capture/camera/response.h"
+#include "capture/error.h"
+#include "relight/exhibit/exhibit.h"
 #include "tests/relight/exhibit/model_files.h"
 #include "tests/relight/exhibit/model_shapes.h"
-#include "relight/exhibit/exhibit.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using test::GltfFile;
@@ -191,7 +191,7 @@ TEST(LoadModel, PlyColorsOf8BitsAreSrgbAndFloatsLinear) {
   expect_sound(*codes);
   EXPECT_EQ(codes->indices.size(), 6u);
   EXPECT_EQ(codes->positions_m.size(), 4u);
-  EXPECT_TRUE(near(codes->colors[0], {srgb_to_linear(188 / 255.0f), 0, 1}));
+  EXPECT_TRUE(near(codes->colors[0], {capture::srgb_to_linear(188 / 255.0f), 0, 1}));
   EXPECT_TRUE(near(codes->parts[0].material.base_color, {1, 1, 1}));
   const auto floats =
       load_model(folder.write("b.ply", test::ply_square("float", {"0.5 0 1", "0.5 0 1", "0.5 0 1", "0.5 0 1"})), 'z');
@@ -283,7 +283,7 @@ TEST(LoadModel, TrianglesWithoutAreaAndWithNanAreDropped) {
 std::string error_of(const std::filesystem::path& path) {
   try {
     load_model(path, 'z');
-  } catch (const InputError& error) {
+  } catch (const capture::InputError& error) {
     return error.what();
   }
   return "";
@@ -363,4 +363,4 @@ TEST(LoadModel, LargeModelsOfOthers) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

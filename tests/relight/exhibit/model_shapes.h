@@ -12,10 +12,10 @@ namespace lumigraft::test {
 using Points = std::vector<Eigen::Vector3f>;
 
 /// Adds triangles, three points each, as one part with flat normals.
-inline void add_part(Model* model, const Points& corners, const Material& material = {},
-                     std::shared_ptr<const Image<std::uint8_t>> texture = nullptr,
+inline void add_part(relight::Model* model, const Points& corners, const relight::Material& material = {},
+                     std::shared_ptr<const capture::Image<std::uint8_t>> texture = nullptr,
                      const std::vector<Eigen::Vector2f>& texcoords = {}) {
-  Model::Part part;
+  relight::Model::Part part;
   part.material = material;
   part.base_color_texture = std::move(texture);
   part.first_index = static_cast<std::uint32_t>(model->indices.size());
@@ -92,8 +92,8 @@ inline Points moved(Points p, const Eigen::Affine3f& T) {
   return p;
 }
 
-inline Model model_of(const Points& corners) {
-  Model model;
+inline relight::Model model_of(const Points& corners) {
+  relight::Model model;
   add_part(&model, corners);
   return model;
 }

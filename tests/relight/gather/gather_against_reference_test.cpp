@@ -2,10 +2,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tests/relight/closed_form/closed_scene.h"
-#include "tests/relight/exhibit/model_files.h"
 #include "relight/gather/ray_renderer.h"
 #include "relight/reference/reference_renderer.h"
+#include "tests/relight/closed_form/closed_scene.h"
+#include "tests/relight/exhibit/model_files.h"
 
 namespace lumigraft::test {
 namespace {
@@ -14,16 +14,16 @@ struct Off {
   double change, object;  ///< RMS of the difference over RMS of the reference's
 };
 
-Off off_the_reference(const ClosedScene& scene, const Session& session) {
-  Plan traced, gathered;
+Off off_the_reference(const ClosedScene& scene, const capture::Session& session) {
+  relight::Plan traced, gathered;
   traced.method = "reference";
   traced.samples = 512;
   gathered.method = "rays";
   gathered.trace_scale = 1;
   gathered.rays = 64;
-  ReferenceRenderer reference(session);
-  RayRenderer rays(session);
-  const RelitPicture wanted = scene.relit(reference, traced), found = scene.relit(rays, gathered);
+  relight::ReferenceRenderer reference(session);
+  relight::RayRenderer rays(session);
+  const relight::RelitPicture wanted = scene.relit(reference, traced), found = scene.relit(rays, gathered);
   double off = 0, all = 0, off_object = 0, all_object = 0;
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
@@ -51,13 +51,14 @@ ClosedScene block_on_floor() {
   scene.eye_m = {0, -0.6f, 0.4f};
   scene.look_at_m = {0, 0, 0.03f};
   scene.sky = 0.15f;
-  PointLight panel = lamp_at({-0.3f, 0.1f, 0.5f}, 0.08f, 0.12f);
+  reconstruct::PointLight panel = lamp_at({-0.3f, 0.1f, 0.5f}, 0.08f, 0.12f);
   panel.flat = true;
   panel.normal = Eigen::Vector3f(0.3f, -0.1f, -0.5f).normalized();
   scene.lamps = {lamp_at({0.3f, 0.2f, 0.5f}, 0.04f, 0.1f), panel};
   scene.radiance = [lamps = scene.lamps](const Eigen::Vector3f& p) {
     float e = 0.15f * 3.14159265f;
-    for (const PointLight& lamp : lamps) e += irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
+    for (const reconstruct::PointLight& lamp : lamps)
+      e += irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
     return 0.5f / 3.14159265f * e;
   };
   scene.exhibit.objects = {box_object({-0.06f, -0.06f, 0}, {0.06f, 0.06f, 0.12f}, 0.7f)};
@@ -74,7 +75,8 @@ TEST(RaysReference, MattObject) {
 
 TEST(RaysReference, TwoObjectsThatShine) {
   ClosedScene scene = block_on_floor();
-  Material metal{Eigen::Vector3f(0.9f, 0.6f, 0.3f), 1, 0.3f, 1}, varnish{Eigen::Vector3f(0.3f, 0.1f, 0.5f), 0, 0.4f, 1};
+  relight::Material metal{Eigen::Vector3f(0.9f, 0.6f, 0.3f), 1, 0.3f, 1},
+      varnish{Eigen::Vector3f(0.3f, 0.1f, 0.5f), 0, 0.4f, 1};
   scene.exhibit.objects[0].material = metal;
   scene.exhibit.objects.push_back(sphere_object(0.05f, {0.13f, -0.06f, 0.05f}, 0.5f));
   scene.exhibit.objects[1].material = varnish;
@@ -87,9 +89,9 @@ TEST(RaysReference, TwoObjectsThatShine) {
 TEST(RaysReference, OnAKnownGlossyPlate) {
   TemporaryFolder folder;
   ClosedScene scene = block_on_floor();
-  Session session = scene.session();
+  capture::Session session = scene.session();
   session.tag.size_m = 0.01;
-  RealSurface plate;
+  capture::RealSurface plate;
   plate.mesh =
       folder.write("plate.ply",
                    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/relight/closed_form/closed_scene.h"
 #include "relight/gather/ray_renderer.h"
+#include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {
@@ -20,18 +20,18 @@ ClosedScene furnace() {
   return scene;
 }
 
-RelitPicture relit(const ClosedScene& scene, int trace_scale = 2) {
-  RayRenderer renderer(scene.session());
-  RelitPicture picture = scene.relit(renderer, rays_plan(trace_scale, 20, 4));
-  for (const Image<float>* map : {&picture.maps->albedo, &picture.maps->normals, &picture.maps->depth_m,
-                                  &picture.maps->delta, &picture.maps->mask}) {
+relight::RelitPicture relit(const ClosedScene& scene, int trace_scale = 2) {
+  relight::RayRenderer renderer(scene.session());
+  relight::RelitPicture picture = scene.relit(renderer, rays_plan(trace_scale, 20, 4));
+  for (const capture::Image<float>* map : {&picture.maps->albedo, &picture.maps->normals, &picture.maps->depth_m,
+                                           &picture.maps->delta, &picture.maps->mask}) {
     EXPECT_TRUE(std::all_of(map->data.begin(), map->data.end(), [](float x) { return std::isfinite(x); }));
   }
   return picture;
 }
 
 /// The most by which a pixel is off the furnace's light, of it.
-double off_the_furnace(const RelitPicture& picture) {
+double off_the_furnace(const relight::RelitPicture& picture) {
   double most = 0;
   for (int v = 0; v < picture.srgb.height; ++v) {
     for (int u = 0; u < picture.srgb.width; ++u) {
@@ -45,7 +45,7 @@ double off_the_furnace(const RelitPicture& picture) {
 TEST(RaysBadInput, APerfectMirrorOfRoughnessZeroIsInvisibleInAFurnace) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.12f, {0, 0, 0.15f}, 1)};
-  scene.exhibit.objects[0].material = Material{Eigen::Vector3f::Ones(), 1, 0, 1};
+  scene.exhibit.objects[0].material = relight::Material{Eigen::Vector3f::Ones(), 1, 0, 1};
   for (const int trace_scale : {2, 8}) EXPECT_LT(off_the_furnace(relit(scene, trace_scale)), 0.1) << trace_scale;
 }
 
@@ -72,7 +72,7 @@ TEST(RaysBadInput, ALampWithinAnObject) {
   ClosedScene scene = furnace();
   scene.lamps = {lamp_at({0, 0, 0.15f}, 0.01f, 0.1f)};
   scene.exhibit.objects = {sphere_object(0.12f, {0, 0, 0.15f}, 0.5f)};
-  const RelitPicture picture = relit(scene);
+  const relight::RelitPicture picture = relit(scene);
   // Lost to the floor is no more than all that lamp and sky bring it: I / (π d²) and 0.5.
   for (const float change : picture.maps->delta.data) EXPECT_GE(change, -0.1f / 3.14159f / (0.15f * 0.15f) - 0.5f);
 }
@@ -87,10 +87,10 @@ TEST(RaysBadInput, AnObjectUnderTheFloorAndOneWithoutThickness) {
 TEST(RaysBadInput, WhatAModelLacksIsSaid) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 1)};
-  auto model = std::make_shared<Model>(*scene.exhibit.objects[0].model);
+  auto model = std::make_shared<relight::Model>(*scene.exhibit.objects[0].model);
   model->unusable_triangles = 3;
   scene.exhibit.objects[0].model = model;
-  const RelitPicture picture = relit(scene);
+  const relight::RelitPicture picture = relit(scene);
   ASSERT_EQ(picture.warnings.size(), 1u);
   EXPECT_NE(picture.warnings[0].find("3 triangles without area or place"), std::string::npos);
 }
@@ -98,14 +98,14 @@ TEST(RaysBadInput, WhatAModelLacksIsSaid) {
 TEST(RaysBadInput, RoomsWithoutColourOrLight) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.5f)};
-  Scene room = scene.scene();
+  reconstruct::Scene room = scene.scene();
   room.albedo = nullptr;
-  RayRenderer renderer(scene.session());
-  const RelitPicture without = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan(), true);
+  relight::RayRenderer renderer(scene.session());
+  const relight::RelitPicture without = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan(), true);
   EXPECT_FALSE(without.passed_through);
   for (const float change : without.maps->delta.data) EXPECT_EQ(change, 0);  // nothing is claimed of what is not known
   room.illumination = nullptr;
-  const RelitPicture dark = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
+  const relight::RelitPicture dark = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
   EXPECT_TRUE(dark.passed_through);
   EXPECT_EQ(dark.warnings.size(), 1u);
 }

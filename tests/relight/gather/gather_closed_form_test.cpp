@@ -3,16 +3,16 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/relight/closed_form/cube_room.h"
 #include "relight/gather/ray_renderer.h"
+#include "tests/relight/closed_form/cube_room.h"
 
 namespace lumigraft::test {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float relight::kPi = std::numbers::pi_v<float>;
 
-RelitPicture relit(const ClosedScene& scene, const Plan& plan) {
-  RayRenderer renderer(scene.session());
+relight::RelitPicture relit(const ClosedScene& scene, const relight::Plan& plan) {
+  relight::RayRenderer renderer(scene.session());
   return scene.relit(renderer, plan);
 }
 
@@ -22,7 +22,7 @@ TEST(RaysClosed, ABlackBallTakesItsShareOfAnEvenSky) {
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
   for (const auto& [trace_scale, bound] : {std::pair{1, 0.05}, {2, 0.08}, {4, 0.1}, {8, 0.15}}) {
     SCOPED_TRACE(trace_scale);
-    const RelitPicture picture = relit(scene, rays_plan(trace_scale, 64));
+    const relight::RelitPicture picture = relit(scene, rays_plan(trace_scale, 64));
     EXPECT_TRUE(picture.warnings.empty());
     double off = 0, all = 0;
     for (int v = 0; v < scene.height; ++v) {
@@ -44,13 +44,13 @@ TEST(RaysClosed, ABlackBallTakesItsShareOfAnEvenSky) {
 // blocks, Φ = 2π I (1 - cos α), sin α = r/d.
 TEST(RaysClosed, WallsReceiveWhatTheBallReflects) {
   constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f;
-  const PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
+  const reconstruct::PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
   CubeRoom room(0.4f, 1.05f * radius);
   room.light_walls(walls, lamp);
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
-  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
-  RayRenderer renderer(room.session());
+  const double sent_W = lamp.intensity.x() * 2 * relight::kPi * (1 - std::sqrt(1 - sine * sine));
+  relight::RayRenderer renderer(room.session());
   double sum_W = 0, lost_W = 0;
   room.change_on_walls(renderer, rays_plan(1, 64), [&](float W) {
     sum_W += W;
@@ -65,13 +65,13 @@ TEST(RaysClosed, WallsReceiveWhatTheBallReflects) {
 TEST(RaysClosed, WhatShinesThroughALampsDirectionIsNotLost) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
-  const RelitPicture before = relit(scene, rays_plan(1, 64));
-  PointLight glow;
+  const relight::RelitPicture before = relit(scene, rays_plan(1, 64));
+  reconstruct::PointLight glow;
   glow.direction = Eigen::Vector3f::UnitZ();
   glow.angular_radius_rad = 0.7f;
   glow.irradiance.setConstant(1e-6f);
   scene.lamps = {glow};
-  const RelitPicture with = relit(scene, rays_plan(1, 64));
+  const relight::RelitPicture with = relit(scene, rays_plan(1, 64));
   double off = 0, all = 0;
   for (std::size_t i = 0; i < before.maps->delta.data.size(); ++i) {
     off += std::pow(with.maps->delta.data[i] - before.maps->delta.data[i], 2);
@@ -89,9 +89,9 @@ TEST(RaysClosed, LightThatIsTakenIsMissedAtEveryBounce) {
   room.sky = 0;
   room.radiance = [](const Eigen::Vector3f&) { return radiance; };
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, 0)};
-  const double area = 4 * kPi * radius * radius, f = area / (24 * half * half);
-  const double expected_W = -kPi * radiance * area / (1 - walls * (1 - f));
-  RayRenderer renderer(room.session());
+  const double area = 4 * relight::kPi * radius * radius, f = area / (24 * half * half);
+  const double expected_W = -relight::kPi * radiance * area / (1 - walls * (1 - f));
+  relight::RayRenderer renderer(room.session());
   double sum_W = 0;
   room.change_on_walls(renderer, rays_plan(1, 64), [&](float W) { sum_W += W; });
   EXPECT_NEAR(sum_W, expected_W, 0.1 * std::abs(expected_W)) << "0.01 of albedo is 0.08 of this";
@@ -109,7 +109,7 @@ TEST(RaysClosed, SealedRoomKeepsItsLightAndTheSkyOut) {
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0}, 1)};
   scene.eye_m = {0.3f, -0.33f, 0.2f};
   scene.look_at_m = {0, 0, 0};
-  const RelitPicture picture = relit(scene, rays_plan(1, 64));
+  const relight::RelitPicture picture = relit(scene, rays_plan(1, 64));
   double most_on_ball = 0, most_on_walls = 0;
   int ball = 0;
   for (int v = 0; v < scene.height; ++v) {
@@ -133,13 +133,13 @@ TEST(RaysClosed, AnOpenWhiteShellIsInvisibleInAFurnace) {
   scene.albedo = 1;
   scene.sky = 0.5f;
   scene.radiance = [](const Eigen::Vector3f&) { return 0.5f; };
-  VirtualObject box = box_object({-0.1f, -0.1f, 0.02f}, {0.1f, 0.1f, 0.2f}, 1);
-  auto open = std::make_shared<Model>(*box.model);
+  relight::VirtualObject box = box_object({-0.1f, -0.1f, 0.02f}, {0.1f, 0.1f, 0.2f}, 1);
+  auto open = std::make_shared<relight::Model>(*box.model);
   open->indices.resize(open->indices.size() - 6);  // one side away
   open->parts.back().index_count -= 6;
   box.model = open;
   scene.exhibit.objects = {box};
-  const RelitPicture picture = relit(scene, rays_plan(1, 128, 4));
+  const relight::RelitPicture picture = relit(scene, rays_plan(1, 128, 4));
   double worst = 0;
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {

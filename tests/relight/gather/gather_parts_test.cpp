@@ -3,24 +3,24 @@
 #include <random>
 
 #include "capture/camera/response.h"
-#include "tests/relight/closed_form/closed_scene.h"
 #include "relight/gather/irradiance_change_cache.h"
-#include "relight/gather/low_res_view.h"
 #include "relight/gather/light_samples.h"
+#include "relight/gather/low_res_view.h"
 #include "relight/gather/object_window.h"
 #include "relight/gather/srgb_codes.h"
 #include "relight/tracing/lamps.h"
+#include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {
 
-TEST(SrgbCodes, AreTheRoundedCurve) {
-  const rays::SrgbCodes codes;
+TEST(relight::SrgbCodes, AreTheRoundedCurve) {
+  const relight::SrgbCodes codes;
   std::mt19937 random(1);
   std::uniform_real_distribution<float> even(-0.1f, 1.1f), power(-8, 0);
   for (int i = 0; i < 300000; ++i) {
     const float linear = i % 2 ? even(random) : std::pow(10.0f, power(random));
-    ASSERT_EQ(codes(linear), std::lround(255 * linear_to_srgb(linear))) << linear;
+    ASSERT_EQ(codes(linear), std::lround(255 * capture::linear_to_srgb(linear))) << linear;
   }
   EXPECT_EQ(codes(0), 0);
   EXPECT_EQ(codes(std::nextafter(1.0f, 0.0f)), 255);
@@ -29,14 +29,14 @@ TEST(SrgbCodes, AreTheRoundedCurve) {
 }
 
 // Half of a fan stands for the whole lamp, and no ray of the other half is sent.
-TEST(ShadowRayPacket, ItsFirstRaysStandForAll) {
-  ReferenceLamp lamp;
+TEST(relight::ShadowRayPacket, ItsFirstRaysStandForAll) {
+  relight::ReferenceLamp lamp;
   lamp.centre_m = {0.2f, 0, 1};
   lamp.radius_m = 0.2f;
-  const rays::LightSampleSet points(lamp, 1);
-  reference::SurfaceHit floor;
-  for (int set = 0; set < rays::LightSampleSet::kSets; ++set) {
-    rays::ShadowRayPacket fan = points.from(floor, set);
+  const relight::LightSampleSet points(lamp, 1);
+  relight::SurfaceHit floor;
+  for (int set = 0; set < relight::LightSampleSet::kSets; ++set) {
+    relight::ShadowRayPacket fan = points.from(floor, set);
     fan.keep_first(8);
     EXPECT_EQ(fan.rays.some >> 8, 0u);
     EXPECT_NEAR(fan.all, points.unhidden(floor), 0.05f * points.unhidden(floor)) << set;
@@ -45,15 +45,15 @@ TEST(ShadowRayPacket, ItsFirstRaysStandForAll) {
 }
 
 // What closes a room by a guess has vertices far apart; between them, too, light changes.
-TEST(IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
+TEST(relight::IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
   const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
-  std::vector<rays::Patch> floor;
+  std::vector<relight::Patch> floor;
   for (int x = -8; x <= 8; ++x) {
     for (int y = -8; y <= 8; ++y)
       floor.push_back({{0.1f * static_cast<float>(x), 0.1f * static_cast<float>(y), 0}, up});
   }
-  rays::IrradianceChangeCache cells(floor, {{0, 0, 0.2f}, 0.15f}, rays::RayObjects({}));
-  cells.irradiance.assign(cells.cells().size(), Rgb::Constant(-1));
+  relight::IrradianceChangeCache cells(floor, {{0, 0, 0.2f}, 0.15f}, relight::RayObjects({}));
+  cells.irradiance.assign(cells.cells().size(), relight::Rgb::Constant(-1));
   for (int i = 0; i < 700; ++i) {
     const Eigen::Vector3f p(-0.7f + 0.002f * static_cast<float>(i), 0.65f - 0.0017f * static_cast<float>(i), 0);
     ASSERT_EQ(cells.at(p, up)[0], -1) << p.transpose();
@@ -63,19 +63,19 @@ TEST(IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
 
 // A wide glow stands as several discs that may overlap: the light of both counts.
 TEST(ReferenceLamps, ThoseOfUnknownPlaceHideNoOther) {
-  ReferenceLamp near, far;
+  relight::ReferenceLamp near, far;
   near.centre_m = {0, 0, 90};
   far.centre_m = {5, 0, 100};
   near.radius_m = far.radius_m = 20;
-  const std::vector<ReferenceLamp> solid{near, far};
-  EXPECT_TRUE(reference::behind_other_lamp(solid, 1, {0, 0, 0}, Eigen::Vector3f::UnitZ(), 80));
+  const std::vector<relight::ReferenceLamp> solid{near, far};
+  EXPECT_TRUE(relight::behind_other_lamp(solid, 1, {0, 0, 0}, Eigen::Vector3f::UnitZ(), 80));
   near.hides = false;
-  const std::vector<ReferenceLamp> glow{near, far};
-  EXPECT_FALSE(reference::behind_other_lamp(glow, 1, {0, 0, 0}, Eigen::Vector3f::UnitZ(), 80));
-  EXPECT_TRUE(reference::behind_other_lamp(glow, 0, {0, 0, 20}, Eigen::Vector3f::UnitZ(), 80));
+  const std::vector<relight::ReferenceLamp> glow{near, far};
+  EXPECT_FALSE(relight::behind_other_lamp(glow, 1, {0, 0, 0}, Eigen::Vector3f::UnitZ(), 80));
+  EXPECT_TRUE(relight::behind_other_lamp(glow, 0, {0, 0, 20}, Eigen::Vector3f::UnitZ(), 80));
 }
 
-CameraModel camera_of(int width, int height) {
+capture::CameraModel camera_of(int width, int height) {
   ClosedScene scene;
   scene.width = width;
   scene.height = height;
@@ -83,11 +83,11 @@ CameraModel camera_of(int width, int height) {
 }
 
 /// A wall at 1 m left of a column, one at 2 m from there on.
-std::vector<rays::GBufferPixel> two_walls(const CameraModel& camera, int column) {
-  std::vector<rays::GBufferPixel> seen;
+std::vector<relight::GBufferPixel> two_walls(const capture::CameraModel& camera, int column) {
+  std::vector<relight::GBufferPixel> seen;
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
-      rays::GBufferPixel& p = seen.emplace_back();
+      relight::GBufferPixel& p = seen.emplace_back();
       p.known = true;
       p.depth_m = u < column ? 1 : 2;
       p.surface.position_m = p.depth_m * camera.unproject({u, v})->cast<float>();
@@ -97,11 +97,11 @@ std::vector<rays::GBufferPixel> two_walls(const CameraModel& camera, int column)
   return seen;
 }
 
-TEST(LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
-  const CameraModel camera = camera_of(47, 31);
+TEST(relight::LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
+  const capture::CameraModel camera = camera_of(47, 31);
   constexpr int column = 21, block = 4;
-  const std::vector<rays::GBufferPixel> seen = two_walls(camera, column);
-  const rays::LowResView view(seen, camera, block);
+  const std::vector<relight::GBufferPixel> seen = two_walls(camera, column);
+  const relight::LowResView view(seen, camera, block);
   // What the blocks hold: the column of their middle on the near wall, and a thousand more on the far one.
   const auto value = [&](std::size_t i) {
     const float middle =
@@ -110,7 +110,7 @@ TEST(LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
   };
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
-      const rays::BlockMix mix = view.mix(u, v, seen[static_cast<std::size_t>(v * camera.width + u)].surface);
+      const relight::BlockMix mix = view.mix(u, v, seen[static_cast<std::size_t>(v * camera.width + u)].surface);
       int sum = 0;
       for (const std::uint8_t weight : mix.weight) sum += weight;
       ASSERT_EQ(sum, 255) << u << ", " << v;
@@ -122,22 +122,22 @@ TEST(LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
   }
 }
 
-TEST(LowResView, SaysNothingWhereNothingIsSeen) {
-  const CameraModel camera = camera_of(8, 8);
-  std::vector<rays::GBufferPixel> seen = two_walls(camera, 8);
-  const reference::SurfaceHit own = seen.front().surface;
-  for (rays::GBufferPixel& p : seen) p.known = false;
-  const rays::LowResView view(seen, camera, 2);
-  const rays::BlockMix mix = view.mix(3, 3, own);
+TEST(relight::LowResView, SaysNothingWhereNothingIsSeen) {
+  const capture::CameraModel camera = camera_of(8, 8);
+  std::vector<relight::GBufferPixel> seen = two_walls(camera, 8);
+  const relight::SurfaceHit own = seen.front().surface;
+  for (relight::GBufferPixel& p : seen) p.known = false;
+  const relight::LowResView view(seen, camera, 2);
+  const relight::BlockMix mix = view.mix(3, 3, own);
   EXPECT_TRUE(mix.empty());
   EXPECT_EQ(view.mixed(mix, [](std::size_t) { return 5.0f; }), 0);
 }
 
 /// Whether the window holds every pixel that looks at a sphere, and how many pixels it holds.
-int pixels_of_window(const Eigen::Vector4f& sphere, const CameraModel& camera) {
-  const rays::PixelRays pixel_rays(camera);
-  const rays::CameraRays eye{pixel_rays, {camera, Eigen::Isometry3f::Identity()}};
-  const rays::PixelWindow window = rays::window_of({sphere}, eye);
+int pixels_of_window(const Eigen::Vector4f& sphere, const capture::CameraModel& camera) {
+  const relight::PixelRays pixel_rays(camera);
+  const relight::CameraRays eye{pixel_rays, {camera, Eigen::Isometry3f::Identity()}};
+  const relight::PixelWindow window = relight::window_of({sphere}, eye);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const Eigen::Vector3f w = eye.ray(u, v), to = sphere.head<3>();
@@ -151,7 +151,7 @@ int pixels_of_window(const Eigen::Vector4f& sphere, const CameraModel& camera) {
 }
 
 TEST(ObjectWindow, HoldsAllThatShowsAnObject) {
-  const CameraModel camera = camera_of(100, 70);
+  const capture::CameraModel camera = camera_of(100, 70);
   std::mt19937 random(2);
   std::uniform_real_distribution<float> place(-1.5f, 1.5f), size(0.01f, 0.5f);
   for (int i = 0; i < 200; ++i) {

@@ -3,67 +3,67 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/relight/closed_form/closed_scene.h"
 #include "relight/gather/ray_renderer.h"
+#include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {
 
-void turn(Exhibit& exhibit, double degrees) {
+void turn(relight::Exhibit& exhibit, double degrees) {
   exhibit.objects.front().rotation = Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitZ());
 }
 
-double rms_codes(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
+double rms_codes(const capture::Image<std::uint8_t>& a, const capture::Image<std::uint8_t>& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.data.size(); ++i) sum += std::pow(a.data[i] - b.data[i], 2);
   return std::sqrt(sum / static_cast<double>(a.data.size()));
 }
 
-bool traced_light(const RelitPicture& picture) {
+bool traced_light(const relight::RelitPicture& picture) {
   return std::any_of(picture.passes.begin(), picture.passes.end(),
-                     [](const gpu::PassTime& pass) { return pass.name == "objects" || pass.name == "cells"; });
+                     [](const relight::gpu::PassTime& pass) { return pass.name == "objects" || pass.name == "cells"; });
 }
 
 TEST(RaysKept, AStillPictureIsNotTracedAgain) {
   ClosedScene scene = box_on_floor();
-  RayRenderer renderer(scene.session());
-  const FrameSet frame = scene.frame();
-  const Scene room = scene.scene();
-  const RelitPicture first = renderer.relight(frame, room, scene.exhibit, rays_plan());
+  relight::RayRenderer renderer(scene.session());
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene room = scene.scene();
+  const relight::RelitPicture first = renderer.relight(frame, room, scene.exhibit, rays_plan());
   EXPECT_TRUE(traced_light(first));
-  const RelitPicture again = renderer.relight(frame, room, scene.exhibit, rays_plan());
+  const relight::RelitPicture again = renderer.relight(frame, room, scene.exhibit, rays_plan());
   EXPECT_TRUE(again.passes.empty());
   EXPECT_EQ(again.srgb.data, first.srgb.data);
-  RayRenderer other(scene.session());
+  relight::RayRenderer other(scene.session());
   EXPECT_EQ(other.relight(frame, room, scene.exhibit, rays_plan()).srgb.data, first.srgb.data);
 }
 
 TEST(RaysKept, ACameraThatMovesAloneGathersNothingOnSurfaces) {
   ClosedScene scene = box_on_floor();
-  RayRenderer renderer(scene.session());
-  Scene room = scene.scene();
+  relight::RayRenderer renderer(scene.session());
+  reconstruct::Scene room = scene.scene();
   renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
   scene.eye_m.x() += 0.05f;
   room.pose = scene.scene().pose;
-  const FrameSet frame = scene.frame();
-  const RelitPicture moved = renderer.relight(frame, room, scene.exhibit, rays_plan());
+  const capture::FrameSet frame = scene.frame();
+  const relight::RelitPicture moved = renderer.relight(frame, room, scene.exhibit, rays_plan());
   EXPECT_FALSE(traced_light(moved));
   EXPECT_FALSE(moved.passes.empty());
-  RayRenderer other(scene.session());
+  relight::RayRenderer other(scene.session());
   EXPECT_EQ(other.relight(frame, room, scene.exhibit, rays_plan()).srgb.data, moved.srgb.data);
 }
 
 TEST(RaysKept, ACameraThatTremblesStandsStill) {
   ClosedScene scene = box_on_floor();
-  RayRenderer renderer(scene.session());
-  Scene room = scene.scene();
-  const RelitPicture first = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
+  relight::RayRenderer renderer(scene.session());
+  reconstruct::Scene room = scene.scene();
+  const relight::RelitPicture first = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
   const Eigen::Isometry3d still = room.pose->T_tag_camera;
   for (int i = 0; i < 8; ++i) {
     room.pose->T_tag_camera = still;
     room.pose->T_tag_camera.translate(1e-4 * Eigen::Vector3d(std::cos(i), std::sin(i), 0.5));
     room.pose->T_tag_camera.rotate(Eigen::AngleAxisd(3e-4 * std::sin(2 * i), Eigen::Vector3d::UnitZ()));
-    const RelitPicture again = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
+    const relight::RelitPicture again = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
     EXPECT_TRUE(again.passes.empty());
     EXPECT_EQ(again.srgb.data, first.srgb.data);
   }
@@ -71,19 +71,19 @@ TEST(RaysKept, ACameraThatTremblesStandsStill) {
 
 TEST(RaysKept, WithoutAnObjectInReachNoBitChanges) {
   ClosedScene scene = box_on_floor();
-  FrameSet frame = scene.frame();
-  auto color = std::make_shared<Picture>();
+  capture::FrameSet frame = scene.frame();
+  auto color = std::make_shared<capture::Picture>();
   color->exposure = 1.3;
-  color->encoded = Image<std::uint8_t>(scene.width, scene.height, 3);
+  color->encoded = capture::Image<std::uint8_t>(scene.width, scene.height, 3);
   for (std::size_t i = 0; i < color->encoded.data.size(); ++i) {
     color->encoded.data[i] = static_cast<std::uint8_t>(i * 7 + i / 251);
   }
   frame.color = color;
-  RayRenderer renderer(scene.session());
+  relight::RayRenderer renderer(scene.session());
   scene.exhibit.objects.front().position_m = {0, -20, 0.12};
   EXPECT_EQ(renderer.relight(frame, scene.scene(), scene.exhibit, rays_plan()).srgb.data, color->encoded.data);
   scene.exhibit.objects.front().visible = false;
-  const RelitPicture without = renderer.relight(frame, scene.scene(), scene.exhibit, rays_plan());
+  const relight::RelitPicture without = renderer.relight(frame, scene.scene(), scene.exhibit, rays_plan());
   EXPECT_EQ(without.srgb.data, color->encoded.data);
   EXPECT_TRUE(without.passed_through);
 }
@@ -91,13 +91,13 @@ TEST(RaysKept, WithoutAnObjectInReachNoBitChanges) {
 // Later bounces lag behind by a frame each: little, and only while things move.
 TEST(RaysKept, WhatTurnsGoesOnFromTheLastFrame) {
   ClosedScene scene = box_on_floor();
-  RayRenderer renderer(scene.session());
-  const FrameSet frame = scene.frame();
-  const Scene room = scene.scene();
+  relight::RayRenderer renderer(scene.session());
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene room = scene.scene();
   for (int i = 0; i < 5; ++i) {
     turn(scene.exhibit, i);
-    const Image<std::uint8_t> moving = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
-    RayRenderer other(scene.session());
+    const capture::Image<std::uint8_t> moving = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
+    relight::RayRenderer other(scene.session());
     EXPECT_LT(rms_codes(moving, other.relight(frame, room, scene.exhibit, rays_plan(2, 20, 4)).srgb), 0.5) << i;
   }
 }
@@ -110,22 +110,22 @@ TEST(RaysKept, LiveLightFollowsInRounds) {
     scene.width *= 2;
     scene.height *= 2;
     scene.focal_px *= 2;
-    const Plan live = rays_plan(trace_scale, 20, 4);
-    RayRenderer renderer(scene.session());
-    const FrameSet frame = scene.frame();
-    const Scene room = scene.scene();
+    const relight::Plan live = rays_plan(trace_scale, 20, 4);
+    relight::RayRenderer renderer(scene.session());
+    const capture::FrameSet frame = scene.frame();
+    const reconstruct::Scene room = scene.scene();
     const auto anew = [&] {
-      RayRenderer other(scene.session());
+      relight::RayRenderer other(scene.session());
       return other.relight(frame, room, scene.exhibit, live).srgb;
     };
     renderer.relight(frame, room, scene.exhibit, live);
     for (int i = 1; i < 12; ++i) {
       turn(scene.exhibit, 2 * i);
-      const Image<std::uint8_t> moving = renderer.relight(frame, room, scene.exhibit, live).srgb;
+      const capture::Image<std::uint8_t> moving = renderer.relight(frame, room, scene.exhibit, live).srgb;
       if (i < 11) continue;
       EXPECT_LT(rms_codes(moving, anew()), 1);
     }
-    RelitPicture rested;
+    relight::RelitPicture rested;
     int rounds = 0;
     do {
       rested = renderer.relight(frame, room, scene.exhibit, live);
@@ -138,15 +138,15 @@ TEST(RaysKept, LiveLightFollowsInRounds) {
 // Far from the object nothing should change when it turns by a degree, nor may noise.
 TEST(RaysKept, PixelsThatShouldNotChangeDoNot) {
   ClosedScene scene = box_on_floor();
-  RayRenderer renderer(scene.session());
-  const FrameSet frame = scene.frame();
-  const Scene room = scene.scene();
-  Image<std::uint8_t> last = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
+  relight::RayRenderer renderer(scene.session());
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene room = scene.scene();
+  capture::Image<std::uint8_t> last = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
   double sum = 0;
   int count = 0;
   for (int i = 1; i < 6; ++i) {
     turn(scene.exhibit, i);
-    const Image<std::uint8_t> now = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
+    const capture::Image<std::uint8_t> now = renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb;
     for (int v = 0; v < scene.height; ++v) {
       for (int u = 0; u < scene.width; ++u) {
         if (scene.on_plane(u, v).head<2>().norm() < 0.35f) continue;

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lumigraft::rays {
+namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
@@ -17,7 +17,7 @@ constexpr float kVoxel_m = 0.008f, kRound_m = 1.5f * kVoxel_m;
 
 struct Seen {
   ReferenceCamera camera;
-  Image<float> radiance{kWidth, kHeight, 3};
+  capture::Image<float> radiance{kWidth, kHeight, 3};
   std::vector<GBufferPixel> rounded, exact;
   std::vector<bool> near_edge;
 };
@@ -26,7 +26,7 @@ struct Seen {
 /// less than 0 for a crease. `moved_px`: how far the colours' border lies beside the edge.
 Seen two_planes(float slope, int moved_px = 0) {
   Seen seen;
-  CameraModel& model = seen.camera.model;
+  capture::CameraModel& model = seen.camera.model;
   model.width = kWidth;
   model.height = kHeight;
   model.fx = model.fy = 400;
@@ -112,4 +112,4 @@ TEST(PixelEdges, RealCurvesStay) {
 }
 
 }  // namespace
-}  // namespace lumigraft::rays
+}  // namespace lumigraft::relight

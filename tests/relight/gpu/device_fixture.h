@@ -7,7 +7,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 // Generated from tests/relight/gpu/shaders.
 std::span<const ShaderCode> device_test_shaders();
@@ -35,12 +35,12 @@ class DeviceTest : public testing::TestWithParam<Backend> {
 };
 
 inline std::string backend_label(const testing::TestParamInfo<Backend>& info) {
-  return std::string(name_of(info.param));
+  return std::string(capture::name_of(info.param));
 }
-#define ON_BOTH_DEVICES(suite)                                                                                 \
-  INSTANTIATE_TEST_SUITE_P(On, suite,                                                                          \
-                           testing::Values(::lumigraft::gpu::Backend::vulkan, ::lumigraft::gpu::Backend::egl), \
-                           ::lumigraft::gpu::backend_label)
+#define ON_BOTH_DEVICES(suite)                                                                                         \
+  INSTANTIATE_TEST_SUITE_P(                                                                                            \
+      On, suite, testing::Values(::lumigraft::relight::gpu::Backend::vulkan, ::lumigraft::relight::gpu::Backend::egl), \
+      ::lumigraft::relight::gpu::backend_label)
 
 template <typename T>
 std::vector<T> values_of(const std::vector<std::byte>& bytes) {
@@ -60,4 +60,4 @@ std::string error_of(Action&& action) {
   return "nothing was thrown";
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

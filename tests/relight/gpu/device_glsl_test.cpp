@@ -1,10 +1,10 @@
 // From SPIR-V to OpenGL: slots become units, and what the product asks for is what OpenGL drivers grant.
 #include <gtest/gtest.h>
 
-#include "tests/relight/gpu/device_fixture.h"
 #include "relight/gpu/egl/glsl.h"
+#include "tests/relight/gpu/device_fixture.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 std::span<const ShaderCode> product_shaders();
 
@@ -37,4 +37,4 @@ TEST(DeviceGlsl, TheProductFitsIntoWhatDriversOfGpusGrant) {
 }
 
 }  // namespace
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -2,7 +2,7 @@
 #include "tests/relight/gpu/device_fixture.h"
 #include "tests/relight/gpu/lost_device/lose.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 namespace {
 
 class DeviceLostOn : public testing::TestWithParam<Backend> {
@@ -45,4 +45,4 @@ TEST_P(DeviceLostOn, SaysSoAndIsReplaced) {
 }
 
 }  // namespace
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -4,40 +4,40 @@
 #include <fstream>
 
 #include "capture/source.h"
-#include "tests/relight/gpu/device_fixture.h"
 #include "reconstruct/fusion/fusion.h"
 #include "relight/relighter.h"
+#include "tests/relight/gpu/device_fixture.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 /// What the stages above make of the first frame.
 struct TableTop {
-  Session session;
-  FrameSet frame;
-  Scene scene;
+  capture::Session session;
+  capture::FrameSet frame;
+  reconstruct::Scene scene;
   Exhibit exhibit;
 };
 
 TableTop table_top() {
   const std::filesystem::path folder = std::filesystem::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop";
   TableTop made;
-  made.session = read_session(ConfigTable::load(folder / "session.toml"));
-  made.exhibit = read_exhibit(ConfigTable::load(folder / "exhibit.toml"));
-  made.frame = open_frames(made.session)->next(std::chrono::seconds(10)).value();
+  made.session = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
+  made.exhibit = read_exhibit(capture::ConfigTable::load(folder / "exhibit.toml"));
+  made.frame = capture::open_frames(made.session)->next(std::chrono::seconds(10)).value();
 
-  Scene& scene = made.scene;
-  scene.pose = PoseStage(made.session.tag, made.session.color.model).locate(made.frame).pose;
-  scene.field = FusionStage(made.session, {}).fuse(made.frame, scene.pose.value());
-  const auto light = LightStage(made.session, {}).extract(made.frame).illumination;
-  AlbedoStage::Result solution = AlbedoStage(made.session).solve(*scene.field, *light);
+  reconstruct::Scene& scene = made.scene;
+  scene.pose = reconstruct::PoseStage(made.session.tag, made.session.color.model).locate(made.frame).pose;
+  scene.field = reconstruct::FusionStage(made.session, {}).fuse(made.frame, scene.pose.value());
+  const auto light = reconstruct::LightStage(made.session, {}).extract(made.frame).illumination;
+  reconstruct::AlbedoStage::Result solution = reconstruct::AlbedoStage(made.session).solve(*scene.field, *light);
   scene.albedo = solution.albedo;
   scene.illumination = solution.illumination;
   return made;
 }
 
 /// A mirror of metal, lying on the table beside the tag: passes for known surfaces run too.
-RealSurface mirror_in(const std::filesystem::path& folder) {
+capture::RealSurface mirror_in(const std::filesystem::path& folder) {
   const std::filesystem::path mesh = folder / "lumigraft-two-devices-mirror.obj";
   std::ofstream(mesh) << "v -0.3 0.1 0.004\nv 0.3 0.1 0.004\nv 0.3 0.4 0.004\nv -0.3 0.4 0.004\nf 1 2 3\nf 1 3 4\n";
   return {.name = "mirror",
@@ -52,7 +52,7 @@ struct Agreement {
   double within_one = 0;  ///< share of pixels of which no channel differs by more than one code value
   int largest = 0;
 };
-Agreement compare(const Image<std::uint8_t>& one, const Image<std::uint8_t>& two) {
+Agreement compare(const capture::Image<std::uint8_t>& one, const capture::Image<std::uint8_t>& two) {
   Agreement agreement;
   const std::size_t pixels = one.data.size() / 3;
   std::size_t near = 0;
@@ -75,7 +75,7 @@ TEST(DevicePictures, BothDevicesDrawTheSamePicture) {
   for (const bool with_mirror : {false, true}) {
     if (with_mirror) made.session.real_surfaces = {mirror_in(testing::TempDir())};
     // The same object elsewhere in the second frame: what is kept from frame to frame is used again.
-    std::vector<Image<std::uint8_t>> first, second;
+    std::vector<capture::Image<std::uint8_t>> first, second;
     for (const gpu::Backend backend : {gpu::Backend::vulkan, gpu::Backend::egl}) {
       Relighter relighter(gpu::create_device(backend, {.validation = true}), made.session);
       Exhibit exhibit = made.exhibit;
@@ -96,4 +96,4 @@ TEST(DevicePictures, BothDevicesDrawTheSamePicture) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -7,32 +7,37 @@
 
 namespace lumigraft::test {
 
-class LimitedDevice : public gpu::Device {
+class LimitedDevice : public relight::gpu::Device {
  public:
-  using Fits = std::function<bool(const gpu::TextureDesc&)>;
-  LimitedDevice(std::shared_ptr<gpu::Device> real, Fits fits) : real_(std::move(real)), fits_(std::move(fits)) {}
+  using Fits = std::function<bool(const relight::gpu::TextureDesc&)>;
+  LimitedDevice(std::shared_ptr<relight::gpu::Device> real, Fits fits)
+      : real_(std::move(real)), fits_(std::move(fits)) {}
   std::string name() const override { return real_->name(); }
-  const gpu::Holdings& holdings() const override { return real_->holdings(); }
-  std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc& d) override {
-    if (!fits_(d)) throw gpu::GpuError("texture \"" + d.name + "\": out of device memory");
+  const relight::gpu::Holdings& holdings() const override { return real_->holdings(); }
+  std::unique_ptr<relight::gpu::Texture> create_texture(const relight::gpu::TextureDesc& d) override {
+    if (!fits_(d)) throw relight::gpu::GpuError("texture \"" + d.name + "\": out of device memory");
     return real_->create_texture(d);
   }
-  std::unique_ptr<gpu::Buffer> create_buffer(std::size_t s, std::string_view n) override {
+  std::unique_ptr<relight::gpu::Buffer> create_buffer(std::size_t s, std::string_view n) override {
     return real_->create_buffer(s, n);
   }
-  std::unique_ptr<gpu::ComputePipeline> create_compute(std::string_view s) override { return real_->create_compute(s); }
-  std::unique_ptr<gpu::RasterPipeline> create_raster(const gpu::RasterDesc& d) override {
+  std::unique_ptr<relight::gpu::ComputePipeline> create_compute(std::string_view s) override {
+    return real_->create_compute(s);
+  }
+  std::unique_ptr<relight::gpu::RasterPipeline> create_raster(const relight::gpu::RasterDesc& d) override {
     return real_->create_raster(d);
   }
-  void upload(const gpu::Texture& t, int m, std::span<const std::byte> b) override { real_->upload(t, m, b); }
-  void upload(const gpu::Buffer& t, std::size_t o, std::span<const std::byte> b) override { real_->upload(t, o, b); }
-  std::vector<std::byte> download(const gpu::Texture& t, int m) override { return real_->download(t, m); }
-  std::vector<std::byte> download(const gpu::Buffer& b) override { return real_->download(b); }
-  std::unique_ptr<gpu::CommandList> begin() override { return real_->begin(); }
-  std::vector<gpu::PassTime> submit(gpu::CommandList& list) override { return real_->submit(list); }
+  void upload(const relight::gpu::Texture& t, int m, std::span<const std::byte> b) override { real_->upload(t, m, b); }
+  void upload(const relight::gpu::Buffer& t, std::size_t o, std::span<const std::byte> b) override {
+    real_->upload(t, o, b);
+  }
+  std::vector<std::byte> download(const relight::gpu::Texture& t, int m) override { return real_->download(t, m); }
+  std::vector<std::byte> download(const relight::gpu::Buffer& b) override { return real_->download(b); }
+  std::unique_ptr<relight::gpu::CommandList> begin() override { return real_->begin(); }
+  std::vector<relight::gpu::PassTime> submit(relight::gpu::CommandList& list) override { return real_->submit(list); }
 
  private:
-  std::shared_ptr<gpu::Device> real_;
+  std::shared_ptr<relight::gpu::Device> real_;
   Fits fits_;
 };
 

@@ -12,7 +12,7 @@
 #include "capture/camera/response.h"
 #include "tests/relight/exhibit/model_shapes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 using test::box;
@@ -271,9 +271,9 @@ TEST(ObjectField, TexturesAreLinearAndAveragedOverAVoxel) {
   const std::vector<Eigen::Vector2f> texcoords = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
 
   // Left half black, right half 188: the plain texture value.
-  auto halves = std::make_shared<Image<std::uint8_t>>(32, 32, 3);
+  auto halves = std::make_shared<capture::Image<std::uint8_t>>(32, 32, 3);
   // Black and white texels in turn, eight to a voxel: half the light, which isn't code 128.
-  auto checks = std::make_shared<Image<std::uint8_t>>(256, 256, 3);
+  auto checks = std::make_shared<capture::Image<std::uint8_t>>(256, 256, 3);
   for (int y = 0; y < 256; ++y) {
     for (int x = 0; x < 256; ++x) {
       for (int c = 0; c < 3; ++c) {
@@ -287,7 +287,7 @@ TEST(ObjectField, TexturesAreLinearAndAveragedOverAVoxel) {
   const auto field = compute_object_field(model, 32);
   const int k = field->size[2] / 2, j = 20;
   EXPECT_LT(field->base_color[index_of(*field, 6, j, k)].norm(), 1e-6f);
-  const Eigen::Vector3f grey = srgb_to_linear(188 / 255.0f) * Eigen::Vector3f(1, 0.5f, 1);
+  const Eigen::Vector3f grey = capture::srgb_to_linear(188 / 255.0f) * Eigen::Vector3f(1, 0.5f, 1);
   EXPECT_LT((field->base_color[index_of(*field, 30, j, k)] - grey).norm(), 1e-5f);
 
   Model fine;
@@ -340,4 +340,4 @@ TEST(ObjectField, LargeModelsOfOthers) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -9,15 +9,16 @@
 namespace lumigraft::test {
 namespace {
 
-double covered(const FlatPiece& piece) {
+double covered(const relight::FlatPiece& piece) {
   const double sum = std::accumulate(piece.outline.begin(), piece.outline.end(), 0.0);
   return sum / (255.0 * static_cast<double>(piece.outline.size()));
 }
 
 TEST(FlatPieces, SixSidesOfABox) {
-  const std::vector<FlatPiece> pieces = flat_pieces(model_of(box({-0.4f, -0.2f, 0}, {0.4f, 0.2f, 0.1f})));
+  const std::vector<relight::FlatPiece> pieces =
+      relight::flat_pieces(model_of(box({-0.4f, -0.2f, 0}, {0.4f, 0.2f, 0.1f})));
   ASSERT_EQ(pieces.size(), 6u);
-  for (const FlatPiece& piece : pieces) {
+  for (const relight::FlatPiece& piece : pieces) {
     EXPECT_FALSE(piece.two_sided);
     EXPECT_NEAR(piece.normal.dot(piece.centre_m), piece.offset_m, 1e-6);
     EXPECT_NEAR(4 * piece.half_along_m.norm() * piece.half_across_m.norm(), piece.area_m2, 1e-5);
@@ -33,7 +34,7 @@ TEST(FlatPieces, ASheetHasTwoSidesAndATurnedOutline) {
   const Eigen::AngleAxisf turn(0.4f, Eigen::Vector3f::UnitZ());
   const auto at = [&](float x, float y) { return Eigen::Vector3f(turn * Eigen::Vector3f(x, y, 0.3f)); };
   add_quad(&corners, at(-0.3f, -0.1f), at(0.3f, -0.1f), at(0.3f, 0.1f), at(-0.3f, 0.1f));
-  const std::vector<FlatPiece> pieces = flat_pieces(model_of(corners));
+  const std::vector<relight::FlatPiece> pieces = relight::flat_pieces(model_of(corners));
   ASSERT_EQ(pieces.size(), 1u);
   EXPECT_TRUE(pieces[0].two_sided);
   EXPECT_NEAR(4 * pieces[0].half_along_m.norm() * pieces[0].half_across_m.norm(), 0.12, 1e-5);
@@ -50,15 +51,15 @@ TEST(FlatPieces, ADiscFillsItsShareOfTheRectangle) {
   for (int i = 0; i < kSides; ++i) {
     for (const Eigen::Vector3f& p : {Eigen::Vector3f(0, 0, 0), at(i), at((i + 1) % kSides)}) corners.push_back(p);
   }
-  const std::vector<FlatPiece> pieces = flat_pieces(model_of(corners));
+  const std::vector<relight::FlatPiece> pieces = relight::flat_pieces(model_of(corners));
   ASSERT_EQ(pieces.size(), 1u);
   EXPECT_NEAR(covered(pieces[0]), 0.785, 0.02);
 }
 
 TEST(FlatPieces, NothingOfABallIsFlat) {
-  Model ball = model_of(sphere(0.2f, 12));
+  relight::Model ball = model_of(sphere(0.2f, 12));
   for (std::size_t i = 0; i < ball.normals.size(); ++i) ball.normals[i] = ball.positions_m[i].normalized();
-  EXPECT_TRUE(flat_pieces(ball).empty());
+  EXPECT_TRUE(relight::flat_pieces(ball).empty());
 }
 
 }  // namespace

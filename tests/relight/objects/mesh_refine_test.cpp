@@ -7,7 +7,7 @@
 
 #include "tests/relight/exhibit/model_shapes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 float longest_edge(const Model& model) {
@@ -74,4 +74,4 @@ TEST(ModelRefine, AHoleIsFound) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -9,10 +9,10 @@
 #include <map>
 #include <set>
 
-#include "tests/relight/exhibit/model_shapes.h"
 #include "relight/objects/closest_point.h"
+#include "tests/relight/exhibit/model_shapes.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 // Distances from the first corners and the centres of one model's triangles to the other model, sorted.
@@ -132,4 +132,4 @@ TEST(SimplifyModel, LargeModelsOfOthers) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

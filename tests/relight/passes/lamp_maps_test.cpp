@@ -7,7 +7,7 @@
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/gpu/device_fixture.h"
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 class LampMapsTest : public gpu::DeviceTest {};
@@ -75,4 +75,4 @@ TEST_P(LampMapsTest, BoundsHoldEveryTexelAndNoMore) {
 ON_BOTH_DEVICES(LampMapsTest);
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

@@ -12,7 +12,7 @@ namespace {
 /// A block that stands on a plate under a lamp and a sky, looked down upon.
 struct BlockOnPlate : ClosedScene {
   TemporaryFolder folder;
-  RealSurface plate;
+  capture::RealSurface plate;
 
   BlockOnPlate(float roughness, float metallic) {
     width = 128;
@@ -30,8 +30,8 @@ struct BlockOnPlate : ClosedScene {
     plate.base_color.setConstant(metallic > 0 ? 0.9f : 0.3f);
   }
 
-  Session with_plate() const {
-    Session s = session();
+  capture::Session with_plate() const {
+    capture::Session s = session();
     s.real_surfaces = {plate};
     s.real_surfaces[0].mesh =
         folder.write("plate.ply",
@@ -53,13 +53,14 @@ TEST_P(LiveGloss, ShowsWhatTheCarefulViewShows) {
   };
   for (const Case& c : {Case{"polished metal", 0.1f, 1}, {"brushed metal", 0.4f, 1}, {"varnish", 0.2f, 0}}) {
     const BlockOnPlate scene(c.roughness, c.metallic);
-    Plan live = careful_plan(64);
+    relight::Plan live = careful_plan(64);
     live.trace_scale = 4;
-    Relighter relighter(device_, scene.with_plate()), careful(device_, scene.with_plate());
-    const Image<std::uint8_t> shown = relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live).srgb;
-    const RelitPicture wanted = scene.relit(careful, careful_plan(64));
-    Relighter none(device_, scene.with_plate());
-    const Image<std::uint8_t> before = none.relight(scene.frame(), scene.scene(), {}, live).srgb;
+    relight::Relighter relighter(device_, scene.with_plate()), careful(device_, scene.with_plate());
+    const capture::Image<std::uint8_t> shown =
+        relighter.relight(scene.frame(), scene.scene(), scene.exhibit, live).srgb;
+    const relight::RelitPicture wanted = scene.relit(careful, careful_plan(64));
+    relight::Relighter none(device_, scene.with_plate());
+    const capture::Image<std::uint8_t> before = none.relight(scene.frame(), scene.scene(), {}, live).srgb;
     double off = 0, change = 0;
     for (int v = 0; v < scene.height; ++v) {
       for (int u = 0; u < scene.width; ++u) {

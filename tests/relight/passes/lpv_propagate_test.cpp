@@ -1,13 +1,12 @@
 // Propagation through free space, and past a wall: what is carried, how far, and how evenly.
-#include "relight/passes/lpv/propagate.h"
-
 #include <cmath>
 #include <numbers>
 
-#include "tests/relight/gpu/device_fixture.h"
+#include "relight/passes/lpv/propagate.h"
 #include "relight/shaders/lpv/lpv_kernel.h"
+#include "tests/relight/gpu/device_fixture.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -211,4 +210,4 @@ TEST_P(LpvPropagation, FallsOffWithTheSquareOfTheDistance) {
 }
 
 }  // namespace
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

@@ -13,12 +13,12 @@ namespace {
 constexpr int kPictures = 12, kSamples = 32;
 
 /// A corner of a room with a lamp, seen from above; the object stands in it.
-ReferenceScene corner(const Material& floor, const Material& object) {
-  ReferenceScene scene;
+relight::ReferenceScene corner(const relight::Material& floor, const relight::Material& object) {
+  relight::ReferenceScene scene;
   Points walls;
   add_quad(&walls, {-1, 1, 0}, {1, 1, 0}, {1, 1, 1.2f}, {-1, 1, 1.2f});
   add_quad(&walls, {-1, -1, 0}, {-1, 1, 0}, {-1, 1, 1.2f}, {-1, -1, 1.2f});
-  Material red = lambert(0.7f);
+  relight::Material red = lambert(0.7f);
   red.base_color = {0.7f, 0.2f, 0.1f};
   scene.real = {square(1, 0, floor), mesh_of(walls, red)};
   scene.objects = {mesh_of(box({-0.3f, -0.3f, 0}, {0.1f, 0.1f, 0.3f}), object),
@@ -27,9 +27,9 @@ ReferenceScene corner(const Material& floor, const Material& object) {
   return scene;
 }
 
-ReferenceCamera from_above() { return looking({0.7f, -1.6f, 1.2f}, {-0.1f, 0.1f, 0.1f}, 1.4f, 16, 12); }
+relight::ReferenceCamera from_above() { return looking({0.7f, -1.6f, 1.2f}, {-0.1f, 0.1f, 0.1f}, 1.4f, 16, 12); }
 
-Material plastic() { return {{0.5f, 0.3f, 0.1f}, 0, 0.4f, 1}; }
+relight::Material plastic() { return {{0.5f, 0.3f, 0.1f}, 0, 0.4f, 1}; }
 
 struct Moments {
   std::vector<double> mean, variance;  // variance of a single picture
@@ -54,11 +54,11 @@ struct Compared {
   Moments change, difference;
 };
 
-Compared compare(const ReferenceScene& scene) {
-  const DeltaPathTracer tracer = tracer_of(scene);
-  const ReferenceCamera camera = from_above();
+Compared compare(const relight::ReferenceScene& scene) {
+  const relight::DeltaPathTracer tracer = tracer_of(scene);
+  const relight::ReferenceCamera camera = from_above();
   std::vector<std::vector<double>> changes, differences;
-  const Image<float> coverage = tracer.change(camera, samples_of(64)).coverage;
+  const capture::Image<float> coverage = tracer.change(camera, samples_of(64)).coverage;
   const auto values = [&](const auto& value) {
     std::vector<double> out;
     std::array<double, 3> sums{};
@@ -74,9 +74,9 @@ Compared compare(const ReferenceScene& scene) {
     return out;
   };
   for (std::uint32_t i = 0; i < kPictures; ++i) {
-    const Image<float> change = tracer.change(camera, samples_of(kSamples, 3 * i)).change;
-    const Image<float> with = tracer.radiance(camera, samples_of(kSamples, 3 * i + 1), true);
-    const Image<float> without = tracer.radiance(camera, samples_of(kSamples, 3 * i + 2), false);
+    const capture::Image<float> change = tracer.change(camera, samples_of(kSamples, 3 * i)).change;
+    const capture::Image<float> with = tracer.radiance(camera, samples_of(kSamples, 3 * i + 1), true);
+    const capture::Image<float> without = tracer.radiance(camera, samples_of(kSamples, 3 * i + 2), false);
     changes.push_back(values([&](std::size_t at) { return change.data[at]; }));
     differences.push_back(values([&](std::size_t at) { return with.data[at] - without.data[at]; }));
   }
@@ -91,13 +91,14 @@ double rms(const std::vector<double>& variance) {
 
 struct Case {
   const char* name;
-  ReferenceScene scene;
+  relight::ReferenceScene scene;
 };
 
 std::vector<Case> cases() {
   std::vector<Case> all;
-  const ReferenceLamp lamp = bulb({0.4f, -0.3f, 1.1f}, 0.08f, 60);
-  const auto add = [&](const char* name, const Material& floor, const Material& object) -> ReferenceScene& {
+  const relight::ReferenceLamp lamp = bulb({0.4f, -0.3f, 1.1f}, 0.08f, 60);
+  const auto add = [&](const char* name, const relight::Material& floor,
+                       const relight::Material& object) -> ReferenceScene& {
     all.push_back({name, corner(floor, object)});
     all.back().scene.lamps = {lamp};
     return all.back().scene;
@@ -108,14 +109,14 @@ std::vector<Case> cases() {
   add("plastic on plastic", plastic(), plastic());
   add("panel", lambert(0.6f), lambert(0.7f)).lamps = {panel({0.3f, -0.2f, 1.1f}, 0.25f, 0.15f, 6)};
   add("round panel", lambert(0.6f), lambert(0.7f)).lamps = {round_panel({0.3f, -0.2f, 1.1f}, 0.2f, 8)};
-  ReferenceLamp spot = round_panel({0.3f, -0.6f, 1.2f}, 0.05f, 150);
+  relight::ReferenceLamp spot = round_panel({0.3f, -0.6f, 1.2f}, 0.05f, 150);
   spot.normal = Eigen::Vector3f(-0.3f, 0.6f, -1).normalized();
   spot.cos_full = 0.95f;
   spot.cos_none = 0.85f;
   add("spot", lambert(0.6f), lambert(0.7f)).lamps = {spot};
-  ReferenceScene& outside = add("environment picture", lambert(0.6f), plastic());
+  relight::ReferenceScene& outside = add("environment picture", lambert(0.6f), plastic());
   outside.lamps.clear();
-  outside.environment.radiance = Image<float>(16, 8, 3, 0.2f);
+  outside.environment.radiance = capture::Image<float>(16, 8, 3, 0.2f);
   for (int c = 0; c < 3; ++c) outside.environment.radiance.at(6, 1, c) = 12.0f - 3 * static_cast<float>(c);
   add("two lamps in a sealed box", lambert(0.5f), lambert(0.5f))
       .real.push_back(mesh_of(box({-1.2f, -1.9f, -0.1f}, {1.2f, 1.2f, 1.6f}), lambert(0.5f)));
@@ -150,10 +151,10 @@ TEST(ReferenceChange, MeanIsTheDifferenceOfTwoPictures) {
 }
 
 TEST(ReferenceChange, ObjectsLookAsInTheOrdinaryPicture) {
-  const ReferenceScene scene = cases()[3].scene;
-  const DeltaPathTracer tracer = tracer_of(scene);
-  const ReferencePicture change = tracer.change(from_above(), samples_of(256));
-  const Image<float> with = tracer.radiance(from_above(), samples_of(256, 1), true);
+  const relight::ReferenceScene scene = cases()[3].scene;
+  const relight::DeltaPathTracer tracer = tracer_of(scene);
+  const relight::ReferencePicture change = tracer.change(from_above(), samples_of(256));
+  const capture::Image<float> with = tracer.radiance(from_above(), samples_of(256, 1), true);
   double object = 0, ordinary = 0;
   for (std::size_t i = 0; i < change.coverage.data.size(); ++i) {
     if (change.coverage.data[i] < 1) continue;
@@ -165,16 +166,16 @@ TEST(ReferenceChange, ObjectsLookAsInTheOrdinaryPicture) {
 }
 
 TEST(ReferenceChange, StrangeScenesStayFinite) {
-  const auto all_finite = [](const ReferenceScene& scene) {
-    const ReferencePicture picture = tracer_of(scene).change(from_above(), samples_of(32));
-    for (const Image<float>* image : {&picture.change, &picture.object, &picture.coverage}) {
+  const auto all_finite = [](const relight::ReferenceScene& scene) {
+    const relight::ReferencePicture picture = tracer_of(scene).change(from_above(), samples_of(32));
+    for (const capture::Image<float>* image : {&picture.change, &picture.object, &picture.coverage}) {
       for (const float value : image->data) {
         if (!std::isfinite(value)) return false;
       }
     }
     return true;
   };
-  ReferenceScene scene = cases()[0].scene;
+  relight::ReferenceScene scene = cases()[0].scene;
   scene.objects.push_back(ball(3, {0, 0, 0}, lambert(1)));
   EXPECT_TRUE(all_finite(scene)) << "an object around the camera";
   scene = cases()[0].scene;
@@ -194,12 +195,12 @@ TEST(ReferenceChange, StrangeScenesStayFinite) {
 }
 
 TEST(ReferenceChange, SameBytesEachTimeOnAnyNumberOfThreads) {
-  const DeltaPathTracer tracer = tracer_of(cases()[3].scene);
-  ReferenceSamples samples = samples_of(8);
+  const relight::DeltaPathTracer tracer = tracer_of(cases()[3].scene);
+  relight::ReferenceSamples samples = samples_of(8);
   samples.threads = 1;
-  const ReferencePicture first = tracer.change(from_above(), samples);
+  const relight::ReferencePicture first = tracer.change(from_above(), samples);
   samples.threads = 5;
-  const ReferencePicture again = tracer.change(from_above(), samples);
+  const relight::ReferencePicture again = tracer.change(from_above(), samples);
   EXPECT_EQ(first.change.data, again.change.data);
   EXPECT_EQ(first.object.data, again.object.data);
   EXPECT_EQ(first.coverage.data, again.coverage.data);

@@ -7,28 +7,28 @@ namespace {
 constexpr float kAlbedo = 0.6f;
 
 /// Mean change of a patch of some millimetres around a point, seen from the side.
-double change_at(const ReferenceScene& scene, const Eigen::Vector3f& point_m, int samples = 256) {
-  const ReferenceCamera camera = looking(point_m + Eigen::Vector3f(0, -3, 0.4f), point_m, 0.001f, 4, 4);
-  const ReferencePicture picture = tracer_of(scene).change(camera, samples_of(samples));
+double change_at(const relight::ReferenceScene& scene, const Eigen::Vector3f& point_m, int samples = 256) {
+  const relight::ReferenceCamera camera = looking(point_m + Eigen::Vector3f(0, -3, 0.4f), point_m, 0.001f, 4, 4);
+  const relight::ReferencePicture picture = tracer_of(scene).change(camera, samples_of(samples));
   EXPECT_EQ(mean(picture.coverage), 0.0) << "the patch is behind an object";
   return mean(picture.change);
 }
 
-ReferenceScene floor_under(const ReferenceLamp& lamp) {
-  ReferenceScene scene;
+relight::ReferenceScene floor_under(const relight::ReferenceLamp& lamp) {
+  relight::ReferenceScene scene;
   scene.real = {square(5, 0, lambert(kAlbedo))};
   scene.lamps = {lamp};
   return scene;
 }
 
 TEST(ReferenceClosed, FurnaceDoesNotChange) {
-  ReferenceScene scene;
+  relight::ReferenceScene scene;
   scene.background.setOnes();
   scene.real = {square(0.5f, 0, lambert(1))};
   scene.objects = {ball(0.1f, {0, 0, 0.12f}, lambert(1))};
-  const ReferenceCamera camera = looking({0, -1, 0.8f}, {0, 0, 0}, 0.6f, 24, 18);
-  const DeltaPathTracer tracer = tracer_of(scene);
-  const ReferencePicture picture = tracer.change(camera, samples_of(64));
+  const relight::ReferenceCamera camera = looking({0, -1, 0.8f}, {0, 0, 0}, 0.6f, 24, 18);
+  const relight::DeltaPathTracer tracer = tracer_of(scene);
+  const relight::ReferencePicture picture = tracer.change(camera, samples_of(64));
   EXPECT_NEAR(mean(picture.change), 0, 2e-3);
   EXPECT_GT(mean(picture.coverage), 0.05);
   EXPECT_NEAR(mean(picture.object) / mean(picture.coverage), 1, 5e-3);
@@ -37,15 +37,15 @@ TEST(ReferenceClosed, FurnaceDoesNotChange) {
 }
 
 TEST(ReferenceClosed, SealedWhiteBoxAroundALampIsAsBrightAsTheLamp) {
-  ReferenceScene scene;
+  relight::ReferenceScene scene;
   scene.real = {mesh_of(box({-1, -1, -1}, {1, 1, 1}), lambert(1))};
   scene.lamps = {bulb({0, 0, 0.2f}, 0.7f, 3)};
   scene.objects = {mesh_of(box({0.5f, 0.5f, -1}, {0.9f, 0.9f, -0.6f}), lambert(1))};
-  const ReferenceCamera camera = looking({-0.9f, -0.9f, -0.5f}, {0.7f, 0.7f, -0.8f}, 1.5f, 24, 18);
-  const DeltaPathTracer tracer = tracer_of(scene);
+  const relight::ReferenceCamera camera = looking({-0.9f, -0.9f, -0.5f}, {0.7f, 0.7f, -0.8f}, 1.5f, 24, 18);
+  const relight::DeltaPathTracer tracer = tracer_of(scene);
   EXPECT_NEAR(mean(tracer.radiance(camera, samples_of(64), false)), 3, 0.03);
   EXPECT_NEAR(mean(tracer.radiance(camera, samples_of(64), true)), 3, 0.03);
-  const ReferencePicture picture = tracer.change(camera, samples_of(64));
+  const relight::ReferencePicture picture = tracer.change(camera, samples_of(64));
   EXPECT_NEAR(mean(picture.change), 0, 0.02);
   EXPECT_NEAR(mean(picture.object) / mean(picture.coverage), 3, 0.05);
 }
@@ -54,7 +54,7 @@ TEST(ReferenceClosed, SealedWhiteBoxAroundALampIsAsBrightAsTheLamp) {
 
 struct LampCase {
   const char* name;
-  ReferenceLamp lamp;
+  relight::ReferenceLamp lamp;
   double irradiance;  // at the origin
 };
 
@@ -63,35 +63,35 @@ std::vector<LampCase> lamp_cases() {
   const double rectangle =
       2 / std::numbers::pi *
       (a / std::hypot(1, a) * std::atan(b / std::hypot(1, a)) + b / std::hypot(1, b) * std::atan(a / std::hypot(1, b)));
-  ReferenceLamp spot = round_panel({0, 0, h}, 0.02f, 900);
+  relight::ReferenceLamp spot = round_panel({0, 0, h}, 0.02f, 900);
   spot.cos_full = std::cos(0.3f);
   spot.cos_none = std::cos(0.5f);
   return {
-      {"bulb", bulb({0, 0, h}, 0.1f, 40), kPi * 40 * std::pow(0.1 / h, 2)},
-      {"panel", panel({0, 0, h}, 0.3f, 0.2f, 10), kPi * 10 * rectangle},
-      {"round panel", round_panel({0, 0, h}, 0.25f, 10), kPi * 10 * 0.25 * 0.25 / (0.25 * 0.25 + h * h)},
-      {"spot", spot, kPi * 900 * 0.02 * 0.02 / (0.02 * 0.02 + h * h)},
+      {"bulb", bulb({0, 0, h}, 0.1f, 40), relight::kPi * 40 * std::pow(0.1 / h, 2)},
+      {"panel", panel({0, 0, h}, 0.3f, 0.2f, 10), relight::kPi * 10 * rectangle},
+      {"round panel", round_panel({0, 0, h}, 0.25f, 10), relight::kPi * 10 * 0.25 * 0.25 / (0.25 * 0.25 + h * h)},
+      {"spot", spot, relight::kPi * 900 * 0.02 * 0.02 / (0.02 * 0.02 + h * h)},
   };
 }
 
 TEST(ReferenceClosed, AHiddenLampTakesItsLightAlong) {
   for (const LampCase& c : lamp_cases()) {
     SCOPED_TRACE(c.name);
-    ReferenceScene scene = floor_under(c.lamp);
+    relight::ReferenceScene scene = floor_under(c.lamp);
     scene.objects = {square(0.6f, 1.3f, lambert(0))};
-    const double lost = kAlbedo / kPi * c.irradiance;
+    const double lost = kAlbedo / relight::kPi * c.irradiance;
     EXPECT_NEAR(change_at(scene, {0, 0, 0}), -lost, 0.005 * lost);
-    const ReferenceCamera camera = looking({0, -3, 0.4f}, {0, 0, 0}, 0.001f, 4, 4);
+    const relight::ReferenceCamera camera = looking({0, -3, 0.4f}, {0, 0, 0}, 0.001f, 4, 4);
     EXPECT_NEAR(mean(tracer_of(scene).radiance(camera, samples_of(256), false)), lost, 0.005 * lost);
   }
 }
 
 TEST(ReferenceClosed, ASpotIsDarkBeyondItsBeam) {
-  ReferenceScene scene = floor_under(lamp_cases()[3].lamp);
+  relight::ReferenceScene scene = floor_under(lamp_cases()[3].lamp);
   scene.objects = {square(0.6f, 1.3f, lambert(0))};
   const float edge_m = 1.5f * std::tan(0.4f);  // where the cosine is nearly half way between full and none
   const double cosine = std::cos(0.4), s = (cosine - std::cos(0.5)) / (std::cos(0.3) - std::cos(0.5));
-  const double lost = kAlbedo / kPi * lamp_cases()[3].irradiance * std::pow(cosine, 4) * s * s * (3 - 2 * s);
+  const double lost = kAlbedo / relight::kPi * lamp_cases()[3].irradiance * std::pow(cosine, 4) * s * s * (3 - 2 * s);
   EXPECT_NEAR(change_at(scene, {edge_m, 0, 0}), -lost, 0.02 * lost);
   EXPECT_EQ(change_at(scene, {1.5f * std::tan(0.52f), 0, 0}), 0);
 }
@@ -99,7 +99,7 @@ TEST(ReferenceClosed, ASpotIsDarkBeyondItsBeam) {
 TEST(ReferenceClosed, PenumbraOfADiscUnderARoundLamp) {
   // On the axis a disc of radius q at height h hides the lamp's middle out to q H / h.
   const float height = 1.5f, lamp_radius = 0.25f, h = 0.4f;
-  ReferenceScene scene = floor_under(round_panel({0, 0, height}, lamp_radius, 10));
+  relight::ReferenceScene scene = floor_under(round_panel({0, 0, height}, lamp_radius, 10));
   for (const float q : {0.03f, 0.06f, 0.1f}) {
     SCOPED_TRACE(q);
     scene.objects = {disc(q, h, lambert(0))};
@@ -112,7 +112,7 @@ TEST(ReferenceClosed, PenumbraOfADiscUnderARoundLamp) {
 TEST(ReferenceClosed, UmbraOfABallUnderABulbEndsWhereItShould) {
   // Seen from the floor, ball and bulb are cones; the light is all there where they are apart, and gone where the
   // bulb's lies within the ball's.
-  ReferenceScene scene = floor_under(bulb({0, 0, 2}, 0.05f, 50));
+  relight::ReferenceScene scene = floor_under(bulb({0, 0, 2}, 0.05f, 50));
   scene.objects = {ball(0.2f, {0, 0, 0.5f}, lambert(0))};
   const auto angles = [](float x) {
     const double to_bulb = std::atan2(x, 2.0), to_ball = std::atan2(x, 0.5);
@@ -135,7 +135,7 @@ TEST(ReferenceClosed, UmbraOfABallUnderABulbEndsWhereItShould) {
 }
 
 TEST(ReferenceClosed, ABlackDiscUnderAnEvenSkyTakesItsFormFactor) {
-  ReferenceScene scene;
+  relight::ReferenceScene scene;
   scene.background.setConstant(2);
   scene.real = {square(5, 0, lambert(kAlbedo))};
   for (const float h : {0.05f, 0.2f, 0.8f}) {
@@ -147,19 +147,19 @@ TEST(ReferenceClosed, ABlackDiscUnderAnEvenSkyTakesItsFormFactor) {
 }
 
 TEST(ReferenceClosed, AMirrorShowsTheObjectInPlaceOfTheSky) {
-  ReferenceScene scene;
+  relight::ReferenceScene scene;
   scene.background.setConstant(2);
   scene.real = {square(5, 0, metal(0.8f, 0))};
   scene.objects = {mesh_of(box({-0.5f, 1, 0.1f}, {0.5f, 1.2f, 1.5f}), lambert(0))};
-  const ReferenceCamera camera = looking({0, -1.5f, 1}, {0, 0, 0}, 0.05f, 4, 4);
-  const DeltaPathTracer tracer = tracer_of(scene);
+  const relight::ReferenceCamera camera = looking({0, -1.5f, 1}, {0, 0, 0}, 0.05f, 4, 4);
+  const relight::DeltaPathTracer tracer = tracer_of(scene);
   const double cosine = 1 / std::hypot(1.5, 1), schlick = 0.8 + 0.2 * std::pow(1 - cosine, 5);
   EXPECT_NEAR(mean(tracer.radiance(camera, samples_of(64), false)), 2 * schlick, 1e-3);
   EXPECT_NEAR(mean(tracer.change(camera, samples_of(64)).change), -2 * schlick, 2e-2);
 }
 
 TEST(ReferenceClosed, AnObjectThatHidesNothingAndReflectsNothingChangesNothing) {
-  ReferenceScene scene = floor_under(bulb({0, 0, 1}, 0.1f, 10));
+  relight::ReferenceScene scene = floor_under(bulb({0, 0, 1}, 0.1f, 10));
   scene.objects = {ball(0.1f, {0, 0, -1}, lambert(0.5f))};  // under the floor
   EXPECT_EQ(change_at(scene, {0.1f, 0, 0}), 0);
 }

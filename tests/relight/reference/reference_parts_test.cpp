@@ -2,18 +2,18 @@
 #include <array>
 #include <vector>
 
-#include "tests/relight/reference/reference_rooms.h"
 #include "relight/tracing/bsdf.h"
 #include "relight/tracing/meshes.h"
 #include "relight/tracing/sky.h"
+#include "tests/relight/reference/reference_rooms.h"
 
 namespace lumigraft::test {
 namespace {
 
 using Eigen::Vector3f;
-using reference::LightSample;
-using reference::BsdfParams;
-using reference::Sampler;
+using relight::BsdfParams;
+using relight::LightSample;
+using relight::Sampler;
 
 /// Evenly over the upper half of the sphere.
 std::vector<Vector3f> hemisphere(int steps) {
@@ -21,7 +21,7 @@ std::vector<Vector3f> hemisphere(int steps) {
   for (int i = 0; i < steps; ++i) {
     const float z = (static_cast<float>(i) + 0.5f) / static_cast<float>(steps), s = std::sqrt(1 - z * z);
     for (int k = 0; k < 4 * steps; ++k) {
-      const float phi = 2 * kPi * (static_cast<float>(k) + 0.5f) / static_cast<float>(4 * steps);
+      const float phi = 2 * relight::kPi * (static_cast<float>(k) + 0.5f) / static_cast<float>(4 * steps);
       directions.emplace_back(s * std::cos(phi), s * std::sin(phi), z);
     }
   }
@@ -32,7 +32,7 @@ TEST(ReferenceSampler, FillsEverySquareOnceAndDrawsAreIndependent) {
   std::array<int, 64> first{};
   double product = 0;
   for (std::uint32_t i = 0; i < 64; ++i) {
-    Sampler sampler(1, 7, i);
+    relight::Sampler sampler(1, 7, i);
     const Eigen::Vector2f a = sampler.two(), b = sampler.two();
     ++first[static_cast<std::size_t>(static_cast<int>(8 * a.x()) + 8 * static_cast<int>(8 * a.y()))];
     product += (a.x() - 0.5) * (b.x() - 0.5);
@@ -44,19 +44,19 @@ TEST(ReferenceSampler, FillsEverySquareOnceAndDrawsAreIndependent) {
 TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
   const Vector3f v = Vector3f(0.6f, 0.2f, 0.7f).normalized();
   const std::vector<Vector3f> directions = hemisphere(300);
-  const float dw = 2 * kPi / static_cast<float>(directions.size());
+  const float dw = 2 * relight::kPi / static_cast<float>(directions.size());
   for (const float roughness : {0.35f, 0.6f, 1.0f}) {
     SCOPED_TRACE(roughness);
-    const Look look = reference::bsdf_params_of(Rgb::Ones(), metal(1, roughness));
+    const Look look = relight::bsdf_params_of(relight::Rgb::Ones(), metal(1, roughness));
     double pdf = 0, albedo = 0, above = 0;
     for (const Vector3f& w : directions) {
-      pdf += reference::direction_pdf(look, v, w) * dw;
-      albedo += reference::reflected(look, v, w)[0] * w.z() * dw;
+      pdf += relight::direction_pdf(look, v, w) * dw;
+      albedo += relight::reflected(look, v, w)[0] * w.z() * dw;
     }
     constexpr int kCount = 1 << 14;
     for (std::uint32_t i = 0; i < kCount; ++i) {
-      Sampler sampler(0, 0, i);
-      above += reference::sample_direction(look, v, sampler).z() > 0 ? 1.0 / kCount : 0;
+      relight::Sampler sampler(0, 0, i);
+      above += relight::sample_direction(look, v, sampler).z() > 0 ? 1.0 / kCount : 0;
     }
     EXPECT_NEAR(pdf, above, 0.005);
     // A metal that absorbs nothing loses what would go to and fro between facets.
@@ -67,23 +67,23 @@ TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
 
 TEST(ReferenceBsdf, SamplesHaveTheDensityTheyClaim) {
   const Vector3f v = Vector3f(-0.3f, 0.5f, 0.6f).normalized();
-  const Material glossy{{0.5f, 0.3f, 0.1f}, 0, 0.6f, 1};
-  const Look look = reference::bsdf_params_of(Rgb(0.5f, 0.3f, 0.1f), glossy);
+  const relight::Material glossy{{0.5f, 0.3f, 0.1f}, 0, 0.6f, 1};
+  const Look look = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), glossy);
   const std::vector<Vector3f> directions = hemisphere(200);
   double albedo = 0, first_moment = 0;
   for (const Vector3f& w : directions) {
     const double brought =
-        reference::reflected(look, v, w)[0] * w.z() * 2 * kPi / static_cast<double>(directions.size());
+        relight::reflected(look, v, w)[0] * w.z() * 2 * relight::kPi / static_cast<double>(directions.size());
     albedo += brought;
     first_moment += brought * w.x();
   }
   double sampled = 0, sampled_moment = 0;
   constexpr int kCount = 1 << 17;
   for (std::uint32_t i = 0; i < kCount; ++i) {
-    Sampler sampler(0, 0, i);
-    const Vector3f w = reference::sample_direction(look, v, sampler);
+    relight::Sampler sampler(0, 0, i);
+    const Vector3f w = relight::sample_direction(look, v, sampler);
     if (w.z() <= 0) continue;
-    const double brought = reference::reflected(look, v, w)[0] * w.z() / reference::direction_pdf(look, v, w) / kCount;
+    const double brought = relight::reflected(look, v, w)[0] * w.z() / relight::direction_pdf(look, v, w) / kCount;
     sampled += brought;
     sampled_moment += brought * w.x();
   }
@@ -94,31 +94,31 @@ TEST(ReferenceBsdf, SamplesHaveTheDensityTheyClaim) {
 TEST(ReferenceBsdf, ByHand) {
   // Roughness 0.5, v and w at 45° on either side, h = n: the mirror part of brdf.glsl, and light through the surface
   // twice.
-  const Material plastic{{0.5f, 0.3f, 0.1f}, 0, 0.5f, 0.8f};
-  const Look look = reference::bsdf_params_of(Rgb(0.5f, 0.3f, 0.1f), plastic);
+  const relight::Material plastic{{0.5f, 0.3f, 0.1f}, 0, 0.5f, 0.8f};
+  const Look look = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), plastic);
   const float s = std::sqrt(0.5f), a2 = 0.0625f;
-  const float lambda = 0.5f * (std::sqrt(1 + a2) - 1), d = 1 / (kPi * a2);
+  const float lambda = 0.5f * (std::sqrt(1 + a2) - 1), d = 1 / (relight::kPi * a2);
   const float f = 0.032f + (0.8f - 0.032f) * std::pow(1 - s, 5.0f), mirror = f * d / (1 + 2 * lambda) / (4 * s * s);
-  const Rgb value = reference::reflected(look, {s, 0, s}, {-s, 0, s});
-  EXPECT_NEAR(value[0], 0.5f * (1 - f) * (1 - f) / kPi + mirror, 1e-5f);
-  EXPECT_NEAR(value[2], 0.1f * (1 - f) * (1 - f) / kPi + mirror, 1e-5f);
+  const relight::Rgb value = relight::reflected(look, {s, 0, s}, {-s, 0, s});
+  EXPECT_NEAR(value[0], 0.5f * (1 - f) * (1 - f) / relight::kPi + mirror, 1e-5f);
+  EXPECT_NEAR(value[2], 0.1f * (1 - f) * (1 - f) / relight::kPi + mirror, 1e-5f);
 }
 
 TEST(ReferenceSky, SamplesThePictureByItsLight) {
-  ReferenceScene scene;
-  scene.environment.radiance = Image<float>(24, 12, 3, 0.1f);
+  relight::ReferenceScene scene;
+  scene.environment.radiance = capture::Image<float>(24, 12, 3, 0.1f);
   scene.environment.radiance.at(20, 3, 0) = 40;
   scene.environment.radiance.at(5, 10, 1) = 9;
-  const reference::Sky sky(scene);
+  const relight::Sky sky(scene);
   // Light that falls on a plane facing +z, by samples of the picture and evenly over the half sphere.
-  Rgb even = Rgb::Zero(), chosen = Rgb::Zero();
+  relight::Rgb even = relight::Rgb::Zero(), chosen = relight::Rgb::Zero();
   const std::vector<Vector3f> directions = hemisphere(300);
   for (const Vector3f& w : directions)
-    even += sky.radiance(w) * (w.z() * 2 * kPi / static_cast<float>(directions.size()));
+    even += sky.radiance(w) * (w.z() * 2 * relight::kPi / static_cast<float>(directions.size()));
   constexpr int kCount = 1 << 14;
   for (std::uint32_t i = 0; i < kCount; ++i) {
-    Sampler sampler(0, 0, i);
-    const LightSample s = sky.sample(sampler.two());
+    relight::Sampler sampler(0, 0, i);
+    const relight::LightSample s = sky.sample(sampler.two());
     ASSERT_NEAR(s.pdf, sky.pdf(s.w), 1e-3f * s.pdf + 1e-6f) << i;
     chosen += s.radiance * (std::max(s.w.z(), 0.0f) / s.pdf / kCount);
   }
@@ -128,15 +128,15 @@ TEST(ReferenceSky, SamplesThePictureByItsLight) {
 TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
   Points corners;
   add_quad(&corners, {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
-  auto texture = std::make_shared<Image<std::uint8_t>>(2, 1, 3, std::uint8_t{0});
+  auto texture = std::make_shared<capture::Image<std::uint8_t>>(2, 1, 3, std::uint8_t{0});
   for (int c = 0; c < 3; ++c) texture->at(1, 0, c) = 255;
-  Model model;
+  relight::Model model;
   add_part(&model, corners, lambert(0.5f), texture, {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}});
   model.colors.assign(model.colors.size(), Vector3f(1, 0.5f, 0.25f));
-  ReferenceMesh mesh;
-  mesh.model = std::make_shared<const Model>(model);
-  mesh.T_tag_model = Eigen::Translation3f(0, 0, 2) * Eigen::AngleAxisf(kPi / 2, Vector3f::UnitX());
-  const reference::Meshes meshes({mesh}, nullptr);
+  relight::ReferenceMesh mesh;
+  mesh.model = std::make_shared<const relight::Model>(model);
+  mesh.T_tag_model = Eigen::Translation3f(0, 0, 2) * Eigen::AngleAxisf(relight::kPi / 2, Vector3f::UnitX());
+  const relight::Meshes meshes({mesh}, nullptr);
   // The quad now stands in y = 0, its own z towards -y.
   const auto look_at = [&](float x, float from_y) {
     const Vector3f w(0, from_y > 0 ? -1 : 1, 0);
@@ -144,7 +144,7 @@ TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
     EXPECT_TRUE(hit.has_value());
     return meshes.surface(*hit, w);
   };
-  const reference::SurfaceHit light = look_at(0.75f, -3), dark = look_at(0.25f, -3);
+  const relight::SurfaceHit light = look_at(0.75f, -3), dark = look_at(0.25f, -3);
   EXPECT_NEAR(light.look.diffuse[0], 0.5f, 1e-3f);
   EXPECT_NEAR(light.look.diffuse[2], 0.125f, 1e-3f);
   EXPECT_NEAR(dark.look.diffuse[0], 0, 1e-3f);
@@ -155,15 +155,15 @@ TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
 }
 
 TEST(ReferenceMeshes, WhatACameraSeesCountsBeforeColours) {
-  ReferenceMesh floor = square(1, 0, lambert(0.5f));
+  relight::ReferenceMesh floor = square(1, 0, lambert(0.5f));
   floor.seen = true;
-  const ReferenceCamera camera = looking({0, -1, 1}, {0, 0, 0}, 0.5f, 32, 24);
-  SeenMaterials seen{camera.model,
-                     camera.T_tag_camera.inverse(),
-                     Image<float>(32, 24, 1),
-                     Image<float>(32, 24, 3, 0.2f),
-                     Image<float>(32, 24, 3, 0.0f),
-                     Image<float>(32, 24, 1, 1.0f)};
+  const relight::ReferenceCamera camera = looking({0, -1, 1}, {0, 0, 0}, 0.5f, 32, 24);
+  relight::SeenMaterials seen{camera.model,
+                              camera.T_tag_camera.inverse(),
+                              capture::Image<float>(32, 24, 1),
+                              capture::Image<float>(32, 24, 3, 0.2f),
+                              capture::Image<float>(32, 24, 3, 0.0f),
+                              capture::Image<float>(32, 24, 1, 1.0f)};
   for (int v = 0; v < 24; ++v) {
     for (int u = 0; u < 32; ++u) {
       const Vector3f w = camera.T_tag_camera.linear() * camera.model.unproject({u, v})->cast<float>();
@@ -172,7 +172,7 @@ TEST(ReferenceMeshes, WhatACameraSeesCountsBeforeColours) {
       if (u < 16) seen.depth_m.at(u, v) *= 0.9f;  // something else is in front
     }
   }
-  const reference::Meshes meshes({floor}, &seen);
+  const relight::Meshes meshes({floor}, &seen);
   const auto diffuse_at = [&](float x) {
     return meshes.surface(*meshes.hit({x, 0, 1}, {0, 0, -1}, 10), {0, 0, -1}).look.diffuse[0];
   };

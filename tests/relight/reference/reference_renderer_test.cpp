@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "capture/camera/response.h"
+#include "relight/tracing/build_trace_scene.h"
+#include "relight/tracing/trace_scene.h"
 #include "tests/relight/closed_form/closed_scene.h"
 #include "tests/relight/exhibit/model_shapes.h"
-#include "relight/tracing/trace_scene.h"
-#include "relight/tracing/build_trace_scene.h"
 
 namespace lumigraft::test {
 namespace {
@@ -19,21 +19,21 @@ ClosedScene ball_on_floor() {
   return scene;
 }
 
-Plan plan_of(int samples) {
-  Plan plan;
+relight::Plan plan_of(int samples) {
+  relight::Plan plan;
   plan.method = "reference";
   plan.samples = samples;
   return plan;
 }
 
-RelitPicture relit(ReferenceRenderer& renderer, const ClosedScene& scene, int samples) {
+relight::RelitPicture relit(relight::ReferenceRenderer& renderer, const ClosedScene& scene, int samples) {
   return renderer.relight(scene.frame(), scene.scene(), scene.exhibit, plan_of(samples), true);
 }
 
-TEST(ReferenceRenderer, PutsTheChangeOnTheCameraPicture) {
+TEST(relight::ReferenceRenderer, PutsTheChangeOnTheCameraPicture) {
   const ClosedScene scene = ball_on_floor();
-  ReferenceRenderer renderer(scene.session());
-  const RelitPicture picture = relit(renderer, scene, 64);
+  relight::ReferenceRenderer renderer(scene.session());
+  const relight::RelitPicture picture = relit(renderer, scene, 64);
   EXPECT_TRUE(picture.warnings.empty());
   ASSERT_TRUE(picture.maps);
   double worst = 0;
@@ -55,11 +55,11 @@ TEST(ReferenceRenderer, PutsTheChangeOnTheCameraPicture) {
   EXPECT_LT(worst, 0.03);
 }
 
-TEST(ReferenceRenderer, SameFrameSameBytesWithAndWithoutItsMemory) {
+TEST(relight::ReferenceRenderer, SameFrameSameBytesWithAndWithoutItsMemory) {
   const ClosedScene scene = ball_on_floor();
-  ReferenceRenderer renderer(scene.session()), other(scene.session());
-  const Scene known = scene.scene();
-  const auto draw = [&](ReferenceRenderer& r) {
+  relight::ReferenceRenderer renderer(scene.session()), other(scene.session());
+  const reconstruct::Scene known = scene.scene();
+  const auto draw = [&](relight::ReferenceRenderer& r) {
     return r.relight(scene.frame(), known, scene.exhibit, plan_of(2)).srgb.data;
   };
   const std::vector<std::uint8_t> first = draw(renderer);
@@ -71,12 +71,12 @@ TEST(ReferenceRenderer, SameFrameSameBytesWithAndWithoutItsMemory) {
   EXPECT_EQ(first, draw(renderer));
 }
 
-TEST(ReferenceRenderer, PassesThroughWhatItCannotDo) {
+TEST(relight::ReferenceRenderer, PassesThroughWhatItCannotDo) {
   ClosedScene scene = ball_on_floor();
-  ReferenceRenderer renderer(scene.session());
-  Scene unknown = scene.scene();
+  relight::ReferenceRenderer renderer(scene.session());
+  reconstruct::Scene unknown = scene.scene();
   unknown.pose.reset();
-  const RelitPicture no_pose = renderer.relight(scene.frame(), unknown, scene.exhibit, plan_of(2));
+  const relight::RelitPicture no_pose = renderer.relight(scene.frame(), unknown, scene.exhibit, plan_of(2));
   ASSERT_EQ(no_pose.warnings.size(), 1u);
   EXPECT_NE(no_pose.warnings[0].find("no pose"), std::string::npos);
   EXPECT_NEAR(picture_radiance(no_pose, 48, 60), 0.5f, 0.005f);
@@ -84,31 +84,31 @@ TEST(ReferenceRenderer, PassesThroughWhatItCannotDo) {
   EXPECT_NE(relit(renderer, scene, 2).warnings.at(0).find("no visible object"), std::string::npos);
 }
 
-TEST(ReferenceRenderer, TakesARoomThatIsKnownFromElsewhere) {
+TEST(relight::ReferenceRenderer, TakesARoomThatIsKnownFromElsewhere) {
   const ClosedScene scene = ball_on_floor();
-  auto room = std::make_shared<ReferenceScene>(reference_room_of(scene.scene(), {}));
+  auto room = std::make_shared<relight::ReferenceScene>(relight::reference_room_of(scene.scene(), {}));
   room->background.setZero();
   room->environment.radiance = {};
-  ReferenceRenderer dark(scene.session(), [room](const FrameSet&) { return room; });
-  const RelitPicture picture = relit(dark, scene, 4);
+  relight::ReferenceRenderer dark(scene.session(), [room](const capture::FrameSet&) { return room; });
+  const relight::RelitPicture picture = relit(dark, scene, 4);
   for (const float delta : picture.maps->delta.data) ASSERT_EQ(delta, 0) << "there is no light to change";
 }
 
 TEST(ReferenceSceneOf, LampsKeepTheirLight) {
-  Scene scene = ClosedScene().scene();
-  auto light = std::make_shared<Illumination>(*scene.illumination);
-  PointLight near = lamp_at({0, 0, 1.3f}, 0.1f, 2), flat = lamp_at({0.6f, 0, 1.1f}, 0.1f, 3), far;
+  reconstruct::Scene scene = ClosedScene().scene();
+  auto light = std::make_shared<reconstruct::Illumination>(*scene.illumination);
+  reconstruct::PointLight near = lamp_at({0, 0, 1.3f}, 0.1f, 2), flat = lamp_at({0.6f, 0, 1.1f}, 0.1f, 3), far;
   flat.flat = true;
   flat.normal = Eigen::Vector3f(0, 0, -1);
   far.direction = Eigen::Vector3f(0, 0.6f, 0.8f);
   far.irradiance.setConstant(0.7f);
   light->lights = {near, flat, far};
   scene.illumination = light;
-  const ReferenceScene room = reference_room_of(scene, {});
+  const relight::ReferenceScene room = relight::reference_room_of(scene, {});
   ASSERT_EQ(room.lamps.size(), 3u);
-  const auto irradiance_at = [](const ReferenceLamp& lamp, const Eigen::Vector3f& p) {
+  const auto irradiance_at = [](const relight::ReferenceLamp& lamp, const Eigen::Vector3f& p) {
     const Eigen::Vector3f to = lamp.centre_m - p;
-    const float cosine = lamp.shape == ReferenceLamp::Shape::disc ? -lamp.normal.dot(to.normalized()) : 1.0f;
+    const float cosine = lamp.shape == relight::ReferenceLamp::Shape::disc ? -lamp.normal.dot(to.normalized()) : 1.0f;
     return lamp.radiance[0] * cosine * 3.14159265f * lamp.radius_m * lamp.radius_m / to.squaredNorm();
   };
   const Eigen::Vector3f probe = light->probe_position_m;
@@ -120,12 +120,14 @@ TEST(ReferenceSceneOf, LampsKeepTheirLight) {
 
 TEST(ReferenceSceneOf, AKnownSurfaceTakesThePlaceOfTheFields) {
   const ClosedScene scene;
-  Model plate;
+  relight::Model plate;
   Points corners;
   add_quad(&corners, {-0.2f, -0.2f, 0.002f}, {0.2f, -0.2f, 0.002f}, {0.2f, 0.2f, 0.002f}, {-0.2f, 0.2f, 0.002f});
   add_part(&plate, corners);
-  const KnownSurface known{std::make_shared<const Model>(plate), {Eigen::Vector3f::Constant(0.9f), 1, 0.3f, 1}};
-  const ReferenceScene with = reference_room_of(scene.scene(), {known}), without = reference_room_of(scene.scene(), {});
+  const relight::KnownSurface known{std::make_shared<const relight::Model>(plate),
+                                    {Eigen::Vector3f::Constant(0.9f), 1, 0.3f, 1}};
+  const relight::ReferenceScene with = relight::reference_room_of(scene.scene(), {known}),
+                                without = relight::reference_room_of(scene.scene(), {});
   ASSERT_EQ(with.real.size(), 2u);
   EXPECT_EQ(with.real[1].material->metallic, 1);
   const double gone = 1 - static_cast<double>(with.real[0].model->indices.size()) /

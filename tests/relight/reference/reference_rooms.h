@@ -6,26 +6,26 @@
 #include <memory>
 #include <numbers>
 
-#include "tests/relight/exhibit/model_shapes.h"
 #include "relight/reference/delta_path_tracer.h"
+#include "tests/relight/exhibit/model_shapes.h"
 
 namespace lumigraft::test {
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float relight::kPi = std::numbers::pi_v<float>;
 
-inline Material lambert(float albedo) { return {Eigen::Vector3f::Constant(albedo), 0, 1, 0}; }
-inline Material metal(float f0, float roughness) { return {Eigen::Vector3f::Constant(f0), 1, roughness, 1}; }
+inline relight::Material lambert(float albedo) { return {Eigen::Vector3f::Constant(albedo), 0, 1, 0}; }
+inline relight::Material metal(float f0, float roughness) { return {Eigen::Vector3f::Constant(f0), 1, roughness, 1}; }
 
-inline ReferenceMesh mesh_of(const Points& corners, const Material& material) {
-  Model model;
+inline relight::ReferenceMesh mesh_of(const Points& corners, const relight::Material& material) {
+  relight::Model model;
   add_part(&model, corners, material);
-  ReferenceMesh mesh;
-  mesh.model = std::make_shared<const Model>(std::move(model));
+  relight::ReferenceMesh mesh;
+  mesh.model = std::make_shared<const relight::Model>(std::move(model));
   return mesh;
 }
 
 /// Level, facing up.
-inline ReferenceMesh square(float half_m, float height_m, const Material& material) {
+inline relight::ReferenceMesh square(float half_m, float height_m, const relight::Material& material) {
   const auto at = [&](float x, float y) { return Eigen::Vector3f(x * half_m, y * half_m, height_m); };
   Points corners;
   add_quad(&corners, at(-1, -1), at(1, -1), at(1, 1), at(-1, 1));
@@ -33,9 +33,9 @@ inline ReferenceMesh square(float half_m, float height_m, const Material& materi
 }
 
 /// Level, around the z axis, of the area of the circle.
-inline ReferenceMesh disc(float radius_m, float height_m, const Material& material) {
+inline relight::ReferenceMesh disc(float radius_m, float height_m, const relight::Material& material) {
   constexpr int kSides = 256;
-  const float step = 2 * kPi / kSides;
+  const float step = 2 * relight::kPi / kSides;
   const float r = radius_m * std::sqrt(step / std::sin(step));
   const auto at = [&](int i) {
     const float phi = step * static_cast<float>(i % kSides);
@@ -48,14 +48,14 @@ inline ReferenceMesh disc(float radius_m, float height_m, const Material& materi
   return mesh_of(corners, material);
 }
 
-inline ReferenceMesh ball(float radius_m, const Eigen::Vector3f& centre_m, const Material& material) {
-  ReferenceMesh mesh = mesh_of(sphere(radius_m, 24), material);
+inline relight::ReferenceMesh ball(float radius_m, const Eigen::Vector3f& centre_m, const relight::Material& material) {
+  relight::ReferenceMesh mesh = mesh_of(sphere(radius_m, 24), material);
   mesh.T_tag_model.translation() = centre_m;
   return mesh;
 }
 
-inline ReferenceLamp bulb(const Eigen::Vector3f& centre_m, float radius_m, float radiance) {
-  ReferenceLamp lamp;
+inline relight::ReferenceLamp bulb(const Eigen::Vector3f& centre_m, float radius_m, float radiance) {
+  relight::ReferenceLamp lamp;
   lamp.centre_m = centre_m;
   lamp.radius_m = radius_m;
   lamp.radiance.setConstant(radiance);
@@ -63,24 +63,24 @@ inline ReferenceLamp bulb(const Eigen::Vector3f& centre_m, float radius_m, float
 }
 
 /// Shining down.
-inline ReferenceLamp panel(const Eigen::Vector3f& centre_m, float half_x_m, float half_y_m, float radiance) {
-  ReferenceLamp lamp = bulb(centre_m, 0, radiance);
-  lamp.shape = ReferenceLamp::Shape::rectangle;
+inline relight::ReferenceLamp panel(const Eigen::Vector3f& centre_m, float half_x_m, float half_y_m, float radiance) {
+  relight::ReferenceLamp lamp = bulb(centre_m, 0, radiance);
+  lamp.shape = relight::ReferenceLamp::Shape::rectangle;
   lamp.half_u_m = {half_x_m, 0, 0};
   lamp.half_v_m = {0, half_y_m, 0};
   return lamp;
 }
 
-inline ReferenceLamp round_panel(const Eigen::Vector3f& centre_m, float radius_m, float radiance) {
-  ReferenceLamp lamp = bulb(centre_m, radius_m, radiance);
-  lamp.shape = ReferenceLamp::Shape::disc;
+inline relight::ReferenceLamp round_panel(const Eigen::Vector3f& centre_m, float radius_m, float radiance) {
+  relight::ReferenceLamp lamp = bulb(centre_m, radius_m, radiance);
+  lamp.shape = relight::ReferenceLamp::Shape::disc;
   return lamp;
 }
 
 /// Looks from one point to another; `width_m` of what lies there is seen.
-inline ReferenceCamera looking(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m, float width_m, int width,
-                               int height) {
-  ReferenceCamera camera;
+inline relight::ReferenceCamera looking(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m, float width_m,
+                                        int width, int height) {
+  relight::ReferenceCamera camera;
   camera.model.width = width;
   camera.model.height = height;
   camera.model.fx = camera.model.fy = static_cast<double>(width) * (to_m - from_m).norm() / width_m;
@@ -93,19 +93,19 @@ inline ReferenceCamera looking(const Eigen::Vector3f& from_m, const Eigen::Vecto
   return camera;
 }
 
-inline ReferenceSamples samples_of(int per_pixel, std::uint32_t seed = 0) {
-  ReferenceSamples samples;
+inline relight::ReferenceSamples samples_of(int per_pixel, std::uint32_t seed = 0) {
+  relight::ReferenceSamples samples;
   samples.per_pixel = per_pixel;
   samples.seed = seed;
   return samples;
 }
 
-inline DeltaPathTracer tracer_of(const ReferenceScene& scene) {
-  return DeltaPathTracer(std::make_shared<const ReferenceScene>(scene));
+inline relight::DeltaPathTracer tracer_of(const relight::ReferenceScene& scene) {
+  return relight::DeltaPathTracer(std::make_shared<const relight::ReferenceScene>(scene));
 }
 
 /// Mean of one channel over all pixels.
-inline double mean(const Image<float>& image, int channel = 0) {
+inline double mean(const capture::Image<float>& image, int channel = 0) {
   double sum = 0;
   const auto step = static_cast<std::size_t>(image.channels);
   for (std::size_t i = static_cast<std::size_t>(channel); i < image.data.size(); i += step) sum += image.data[i];

@@ -2,8 +2,8 @@
 // the light that falls there, and where that is no surface's, there is none.
 #include "relight/tracing/enclosure_mesh.h"
 
-#include "tests/relight/closed_form/closed_scene.h"
 #include "reconstruct/room/enclosure.h"
+#include "tests/relight/closed_form/closed_scene.h"
 
 namespace lumigraft::test {
 namespace {
@@ -11,19 +11,19 @@ namespace {
 using Eigen::Vector3f;
 
 /// A box around the fish-eye, as bright everywhere but in the middle of its ceiling, where four of its cells are.
-Scene box_with_bright_middle(float times) {
-  Scene scene = ClosedScene().scene();
-  auto light = std::make_shared<Illumination>(*scene.illumination);
+reconstruct::Scene box_with_bright_middle(float times) {
+  reconstruct::Scene scene = ClosedScene().scene();
+  auto light = std::make_shared<reconstruct::Illumination>(*scene.illumination);
   light->probe_position_m = {0, 0, 0.5f};
-  Image<float>& seen = light->remainder.radiance;
-  seen = Image<float>(512, 256, 3, 1.0f);
+  capture::Image<float>& seen = light->remainder.radiance;
+  seen = capture::Image<float>(512, 256, 3, 1.0f);
   for (int v = 0; v < 28; ++v) {  // less than 20° from the zenith
     for (int u = 0; u < seen.width; ++u) {
       for (int c = 0; c < 3; ++c) seen.at(u, v, c) = times;
     }
   }
   scene.illumination = light;
-  auto room = std::make_shared<Enclosure>();
+  auto room = std::make_shared<reconstruct::Enclosure>();
   room->sides = {{Vector3f::UnitZ(), 0, false},  {-Vector3f::UnitZ(), 1, false}, {Vector3f::UnitX(), 1, false},
                  {-Vector3f::UnitX(), 1, false}, {Vector3f::UnitY(), 1, false},  {-Vector3f::UnitY(), 1, false}};
   room->middle_m = light->probe_position_m;
@@ -39,10 +39,10 @@ struct Found {
 
 Found found_with(float times) {
   Found found;
-  const auto mesh = enclosure_mesh(box_with_bright_middle(times), {});
+  const auto mesh = relight::enclosure_mesh(box_with_bright_middle(times), {});
   EXPECT_TRUE(mesh);
   if (!mesh) return found;
-  const Model& model = *mesh->model;
+  const relight::Model& model = *mesh->model;
   for (std::size_t i = 0; i + 2 < model.indices.size(); i += 3) {
     Vector3f middle = Vector3f::Zero();
     for (std::size_t k = 0; k < 3; ++k) middle += model.positions_m[model.indices[i + k]] / 3;

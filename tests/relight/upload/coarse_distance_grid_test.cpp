@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace lumigraft {
+namespace lumigraft::relight {
 namespace {
 
 std::vector<float> by_trying_all(const std::vector<LatticePoint>& points, const Eigen::Vector3i& size,
@@ -75,4 +75,4 @@ TEST(SurfaceLattice, WithoutPointsOrFarFromThemIsTheMost) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::relight

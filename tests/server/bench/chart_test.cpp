@@ -6,7 +6,7 @@
 
 #include "capture/formats/picture_file.h"
 
-namespace lumigraft::chart {
+namespace lumigraft::server::chart {
 namespace {
 
 std::vector<std::string> labels_of(const std::vector<Tick>& ticks) {
@@ -71,7 +71,7 @@ TEST(Chart, OneDrawingInTwoFiles) {
   drawing.line({{30, 0}, {30, 20}}, {kInk, 2});
   const std::filesystem::path stem = std::filesystem::path(testing::TempDir()) / "lumigraft-chart";
   write(drawing, stem);
-  const Image<std::uint8_t> png = read_encoded(stem.string() + ".png");
+  const capture::Image<std::uint8_t> png = capture::read_encoded(stem.string() + ".png");
   EXPECT_EQ(png.width, 60);
   EXPECT_EQ(png.height, 30);
   EXPECT_EQ(png.at(22, 15, 0), 255);
@@ -85,4 +85,4 @@ TEST(Chart, OneDrawingInTwoFiles) {
 }
 
 }  // namespace
-}  // namespace lumigraft::chart
+}  // namespace lumigraft::server::chart

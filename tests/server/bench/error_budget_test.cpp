@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 TEST(BenchBudget, OnePartIsEstimatedAtATime) {
@@ -30,4 +30,4 @@ TEST(BenchBudget, WithoutErrorsThereIsNoChart) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 BenchRow row(const std::string& session, const std::string& setting, double error, double cpu_ms, double still_ms) {
@@ -48,4 +48,4 @@ TEST(BenchErrorTime, WithoutATimeThereIsNoChart) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -5,13 +5,13 @@
 #include <array>
 #include <cmath>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr int kWidth = 56, kHeight = 40;
 
-Image<float> plain(const std::array<float, 3>& colour) {
-  Image<float> picture(kWidth, kHeight, 3);
+capture::Image<float> plain(const std::array<float, 3>& colour) {
+  capture::Image<float> picture(kWidth, kHeight, 3);
   for (std::size_t i = 0; i < picture.data.size(); ++i) {
     picture.data[i] = colour[i % 3];
   }
@@ -19,8 +19,8 @@ Image<float> plain(const std::array<float, 3>& colour) {
 }
 
 /// Slanted ramps that start again: edges, points and every colour.
-Image<float> ramps(int down, int colour, int from) {
-  Image<float> picture(kWidth, kHeight, 3);
+capture::Image<float> ramps(int down, int colour, int from) {
+  capture::Image<float> picture(kWidth, kHeight, 3);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       for (int c = 0; c < 3; ++c) {
@@ -50,7 +50,7 @@ TEST(BenchFlip, AgreesWithTheAuthorsProgram) {
   EXPECT_NEAR(mean_flip(plain({0, 0, 0}), plain({1, 1, 1})), 0.967395, 1e-4);
   EXPECT_NEAR(mean_flip(plain({0.5f, 0.5f, 0.5f}), plain({0.6f, 0.5f, 0.4f})), 0.326071, 1e-4);
   EXPECT_NEAR(mean_flip(ramps(5, 50, 0), ramps(4, 60, 12)), 0.482314, 1e-4);
-  Image<float> step = plain({0.2f, 0.2f, 0.2f});
+  capture::Image<float> step = plain({0.2f, 0.2f, 0.2f});
   for (int y = 0; y < kHeight; ++y) {
     for (int x = kWidth / 2; x < kWidth; ++x) {
       for (int c = 0; c < 3; ++c) {
@@ -62,4 +62,4 @@ TEST(BenchFlip, AgreesWithTheAuthorsProgram) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,16 +4,18 @@
 
 #include <cmath>
 
-#include "capture/error.h"
 #include "capture/camera/response.h"
+#include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr int kWidth = 40, kHeight = 10;
 
-std::uint8_t code(float linear) { return static_cast<std::uint8_t>(std::lround(255.0f * linear_to_srgb(linear))); }
-float linear_of(std::uint8_t code) { return srgb_to_linear(static_cast<float>(code) / 255.0f); }
+std::uint8_t code(float linear) {
+  return static_cast<std::uint8_t>(std::lround(255.0f * capture::linear_to_srgb(linear)));
+}
+float linear_of(std::uint8_t code) { return capture::srgb_to_linear(static_cast<float>(code) / 255.0f); }
 
 /// Four columns of ten pixels: nothing happens, a shadow falls, a half-covered rim in the shadow, the object. Real
 /// surfaces are `kReal`, in shadow kShadow, the object kObject.
@@ -21,12 +23,12 @@ constexpr std::uint8_t kReal = 200, kShadow = 120, kObject = 60;
 
 struct FourColumns {
   TruePictures truth;
-  Image<std::uint8_t> camera{kWidth, kHeight, 3, kReal};
+  capture::Image<std::uint8_t> camera{kWidth, kHeight, 3, kReal};
 
   FourColumns() {
-    truth.background = Image<float>(kWidth, kHeight, 3, linear_of(kReal));
+    truth.background = capture::Image<float>(kWidth, kHeight, 3, linear_of(kReal));
     truth.augmented = truth.background;
-    truth.coverage = Image<float>(kWidth, kHeight, 1);
+    truth.coverage = capture::Image<float>(kWidth, kHeight, 1);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 10; x < kWidth; ++x) {
         const float coverage = x < 20 ? 0.0f : x < 30 ? 0.5f : 1.0f;
@@ -38,8 +40,8 @@ struct FourColumns {
     }
   }
 
-  Image<std::uint8_t> exact() const {
-    Image<std::uint8_t> picture(kWidth, kHeight, 3);
+  capture::Image<std::uint8_t> exact() const {
+    capture::Image<std::uint8_t> picture(kWidth, kHeight, 3);
     for (std::size_t i = 0; i < picture.data.size(); ++i) {
       picture.data[i] = code(truth.augmented.data[i]);
     }
@@ -67,9 +69,9 @@ TEST(BenchMeasures, TheExactPictureScoresNothingButRounding) {
 // Noise that the camera added stays where nothing covers it, by half under a rim that covers half.
 TEST(BenchMeasures, TheCamerasOwnErrorIsPartOfTheTruth) {
   FourColumns scene;
-  scene.camera = Image<std::uint8_t>(kWidth, kHeight, 3, kReal + 10);
+  scene.camera = capture::Image<std::uint8_t>(kWidth, kHeight, 3, kReal + 10);
   const float noise = linear_of(kReal + 10) - linear_of(kReal);
-  Image<std::uint8_t> with_noise(kWidth, kHeight, 3);
+  capture::Image<std::uint8_t> with_noise(kWidth, kHeight, 3);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       for (int c = 0; c < 3; ++c) {
@@ -85,7 +87,7 @@ TEST(BenchMeasures, TheCamerasOwnErrorIsPartOfTheTruth) {
 TEST(BenchMeasures, EveryMeasureLooksAtItsOwnPixels) {
   const FourColumns scene;
   const auto with_column = [&](int column, std::uint8_t value) {
-    Image<std::uint8_t> picture = scene.exact();
+    capture::Image<std::uint8_t> picture = scene.exact();
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 10 * column; x < 10 * column + 10; ++x) {
         for (int c = 0; c < 3; ++c) {
@@ -120,7 +122,7 @@ TEST(BenchMeasures, EveryMeasureLooksAtItsOwnPixels) {
 TEST(BenchMeasures, WhatHasNoPixelsIsNotANumber) {
   FourColumns scene;
   scene.truth.augmented = scene.truth.background;
-  scene.truth.coverage = Image<float>(kWidth, kHeight, 1);
+  scene.truth.coverage = capture::Image<float>(kWidth, kHeight, 1);
   const Measures m = measure_picture(scene.camera, scene.camera, scene.truth);
   EXPECT_TRUE(std::isnan(m.relight_error) && std::isnan(m.object_error) && std::isnan(m.psnr_affected_db));
   EXPECT_FALSE(std::isnan(m.psnr_db));
@@ -128,9 +130,10 @@ TEST(BenchMeasures, WhatHasNoPixelsIsNotANumber) {
 
 TEST(BenchMeasures, SizesMustAgree) {
   const FourColumns scene;
-  EXPECT_THROW(measure_picture(Image<std::uint8_t>(kWidth, kHeight + 1, 3), scene.camera, scene.truth), InputError);
-  EXPECT_THROW(read_true_pictures("/nowhere", 1), InputError);
+  EXPECT_THROW(measure_picture(capture::Image<std::uint8_t>(kWidth, kHeight + 1, 3), scene.camera, scene.truth),
+               capture::InputError);
+  EXPECT_THROW(read_true_pictures("/nowhere", 1), capture::InputError);
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,26 +4,26 @@
 
 #include <memory>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 TEST(BenchResize, AnEnlargedPictureShrinksToItself) {
-  auto color = std::make_shared<Picture>();
-  color->encoded = Image<std::uint8_t>(5, 4, 3);
+  auto color = std::make_shared<capture::Picture>();
+  color->encoded = capture::Image<std::uint8_t>(5, 4, 3);
   for (std::size_t i = 0; i < color->encoded.data.size(); ++i)
     color->encoded.data[i] = static_cast<std::uint8_t>(i * 37);
-  auto depth = std::make_shared<DepthPicture>();
-  depth->depth_m = Image<float>(5, 4, 1, 2.0f);
-  FrameSet frame;
+  auto depth = std::make_shared<capture::DepthPicture>();
+  depth->depth_m = capture::Image<float>(5, 4, 1, 2.0f);
+  capture::FrameSet frame;
   frame.color = color;
   frame.depth = depth;
-  CameraModel camera;
+  capture::CameraModel camera;
   camera.width = 5;
   camera.height = 4;
   camera.fx = camera.fy = 6;
   camera.cx = 2;
   camera.cy = 1.5;
-  const CameraModel small = camera;
+  const capture::CameraModel small = camera;
   resize_picture(2, camera, frame);
   EXPECT_EQ(camera.width, 10);
   EXPECT_EQ(frame.depth->depth_m.height, 8);
@@ -34,10 +34,10 @@ TEST(BenchResize, AnEnlargedPictureShrinksToItself) {
 }
 
 TEST(BenchResize, LightIsAveragedNotCodes) {
-  Image<std::uint8_t> picture(2, 2, 3);
+  capture::Image<std::uint8_t> picture(2, 2, 3);
   picture.at(0, 0, 0) = picture.at(1, 0, 0) = 255;
   EXPECT_EQ(shrunk(picture, 2).at(0, 0, 0), 188);  // half the light
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,17 +4,17 @@
 
 #include <numbers>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 TEST(BenchRun, ObjectsTurnAboutTheirOwnVertical) {
-  Exhibit exhibit;
+  relight::Exhibit exhibit;
   exhibit.objects.resize(2);
   exhibit.objects[0].position_m = {0.3, 0.1, 0.2};
   exhibit.objects[0].rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitX());
   exhibit.objects[1].motion = {{1.0, {0.1, 0, 0}, Eigen::Quaterniond::Identity()},
                                {2.0, {0.2, 0, 0}, Eigen::Quaterniond::Identity()}};
-  const Exhibit quarter = turned(exhibit, std::numbers::pi / 2);
+  const relight::Exhibit quarter = turned(exhibit, std::numbers::pi / 2);
   const Eigen::Affine3d before = exhibit.objects[0].T_tag_model(0), after = quarter.objects[0].T_tag_model(0);
   EXPECT_TRUE(after.translation().isApprox(before.translation()));
   const Eigen::Vector3d x = before.linear() * Eigen::Vector3d::UnitX();
@@ -26,11 +26,11 @@ TEST(BenchRun, ObjectsTurnAboutTheirOwnVertical) {
 
 // A turn by nothing must be nothing, or what is kept for still objects would be made again.
 TEST(BenchRun, NoTurnIsExactlyNone) {
-  Exhibit exhibit;
+  relight::Exhibit exhibit;
   exhibit.objects.resize(1);
   exhibit.objects[0].rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
   EXPECT_EQ(turned(exhibit, 0).objects[0].rotation.coeffs(), exhibit.objects[0].rotation.coeffs());
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,12 +7,12 @@
 
 #include "server/pipeline/service_config.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 TEST(BenchSettings, EveryMethodHasSomeUnderNamesOfTheirOwn) {
-  ASSERT_FALSE(plan_methods().empty());
-  for (const std::string& method : plan_methods()) {
+  ASSERT_FALSE(relight::plan_methods().empty());
+  for (const std::string& method : relight::plan_methods()) {
     std::set<std::string> names;
     for (const BenchSetting& setting : bench_settings(method)) {
       EXPECT_EQ(setting.plan.method, method);
@@ -29,11 +29,11 @@ TEST(BenchSettings, WhatReplayAndServeDoIsAmongThem) {
         return setting.plan;
       }
     }
-    Plan none;
+    relight::Plan none;
     none.method = "none";
     return none;
   };
-  const auto expect_same = [](const Plan& a, const Plan& b) {
+  const auto expect_same = [](const relight::Plan& a, const relight::Plan& b) {
     EXPECT_EQ(a.volume, b.volume);
     EXPECT_EQ(a.trace_scale, b.trace_scale);
     EXPECT_EQ(a.rsm, b.rsm);
@@ -42,9 +42,9 @@ TEST(BenchSettings, WhatReplayAndServeDoIsAmongThem) {
     EXPECT_EQ(a.rays, b.rays);
   };
   expect_same(trial("rays", "half-20-rays"), replay_plan());
-  expect_same(trial("dvct", "half-64"), Plan{});
+  expect_same(trial("dvct", "half-64"), relight::Plan{});
   expect_same(trial("dvct", "live-64"), interactive_plan());
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

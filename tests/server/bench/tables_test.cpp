@@ -9,7 +9,7 @@
 
 #include "capture/error.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 std::string text_of(const std::filesystem::path& path) {
@@ -24,7 +24,7 @@ TEST(BenchTables, ATableIsWholeAfterEveryRow) {
   table.add({"box, \"open\"", "1"});
   EXPECT_EQ(text_of(path), "session,value\n\"box, \"\"open\"\"\",1\n");
   std::filesystem::remove(path);
-  EXPECT_THROW(CsvFile("/nowhere/table.csv", {"session"}), InputError);
+  EXPECT_THROW(CsvFile("/nowhere/table.csv", {"session"}), capture::InputError);
 }
 
 TEST(BenchTables, WhatIsNotThereIsEmpty) {
@@ -54,4 +54,4 @@ TEST(BenchTables, WhatIsNotThereIsEmpty) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

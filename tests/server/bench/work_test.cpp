@@ -5,13 +5,13 @@
 #include <cmath>
 #include <map>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// Triangles in the tag frame.
-double area_m2(const Exhibit& exhibit) {
+double area_m2(const relight::Exhibit& exhibit) {
   double sum = 0;
-  for (const VirtualObject& object : exhibit.objects) {
+  for (const relight::VirtualObject& object : exhibit.objects) {
     const Eigen::Affine3d T_tag_model = object.T_tag_model(0);
     const std::vector<std::uint32_t>& indices = object.model->indices;
     for (std::size_t i = 0; i < indices.size(); i += 3) {
@@ -28,7 +28,7 @@ double area_m2(const Exhibit& exhibit) {
 class BenchWork : public testing::Test {
  protected:
   BenchWork() {
-    auto model = std::make_shared<Model>();
+    auto model = std::make_shared<relight::Model>();
     model->positions_m = {{-0.1f, -0.1f, 0}, {0.1f, -0.1f, 0}, {0.1f, 0.1f, 0}, {-0.1f, 0.1f, 0}};
     model->normals.assign(4, Eigen::Vector3f::UnitZ());
     model->texcoords.assign(4, Eigen::Vector2f::Zero());
@@ -43,13 +43,13 @@ class BenchWork : public testing::Test {
     session_.color.model.fx = session_.color.model.fy = 30;
     session_.color.model.cx = 15.5;
     session_.color.model.cy = 11.5;
-    auto color = std::make_shared<Picture>();
-    color->encoded = Image<std::uint8_t>(32, 24, 3, 100);
-    auto depth = std::make_shared<DepthPicture>();
-    depth->depth_m = Image<float>(32, 24, 1, 1.0f);
+    auto color = std::make_shared<capture::Picture>();
+    color->encoded = capture::Image<std::uint8_t>(32, 24, 3, 100);
+    auto depth = std::make_shared<capture::DepthPicture>();
+    depth->depth_m = capture::Image<float>(32, 24, 1, 1.0f);
     scene_.frame.color = color;
     scene_.frame.depth = depth;
-    auto light = std::make_shared<Illumination>();
+    auto light = std::make_shared<reconstruct::Illumination>();
     light->lights.resize(1);
     light->lights[0].direction = Eigen::Vector3f(1, 0, 1).normalized();
     light->lights[0].irradiance = {8, 4, 2};
@@ -59,10 +59,10 @@ class BenchWork : public testing::Test {
     }
   }
 
-  Session session_;
+  capture::Session session_;
   BenchScene scene_;
-  Exhibit exhibit_;
-  Plan plan_;
+  relight::Exhibit exhibit_;
+  relight::Plan plan_;
   std::map<std::string, std::vector<WorkCase>> by_work_;
 };
 
@@ -80,7 +80,7 @@ TEST_F(BenchWork, EveryKindGrows) {
 
 TEST_F(BenchWork, PixelsShowTheSameView) {
   for (const WorkCase& work : by_work_["pixels"]) {
-    const CameraModel& camera = work.session.color.model;
+    const capture::CameraModel& camera = work.session.color.model;
     EXPECT_EQ(work.amount, camera.width * camera.height);
     EXPECT_EQ(work.frame.color->encoded.width, camera.width);
     EXPECT_EQ(work.frame.depth->depth_m.height, camera.height);
@@ -93,7 +93,7 @@ TEST_F(BenchWork, TrianglesKeepTheShape) {
   const WorkCase& most = by_work_["triangles"].back();
   EXPECT_EQ(most.amount, 8);
   EXPECT_NEAR(area_m2(most.exhibit), area_m2(exhibit_), 1e-9);
-  const Model& model = *most.exhibit.objects[0].model;
+  const relight::Model& model = *most.exhibit.objects[0].model;
   EXPECT_EQ(model.positions_m.size(), 9u);  // shared along edges
   EXPECT_EQ(model.parts[0].index_count, model.indices.size());
 }
@@ -101,7 +101,7 @@ TEST_F(BenchWork, TrianglesKeepTheShape) {
 TEST_F(BenchWork, LightsKeepThePower) {
   for (const WorkCase& work : by_work_["lights"]) {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (const PointLight& light : work.scene.illumination->lights) {
+    for (const reconstruct::PointLight& light : work.scene.illumination->lights) {
       sum += light.irradiance;
       EXPECT_NEAR(light.direction.z(), std::sqrt(0.5f), 1e-6f);
     }
@@ -114,7 +114,7 @@ TEST_F(BenchWork, ObjectsShareTheGround) {
   for (const WorkCase& work : by_work_["objects"]) {
     EXPECT_NEAR(area_m2(work.exhibit), area_m2(exhibit_), 1e-9);
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const VirtualObject& object : work.exhibit.objects) {
+    for (const relight::VirtualObject& object : work.exhibit.objects) {
       mean += object.position_m / work.amount;
     }
     EXPECT_TRUE(mean.isApprox(exhibit_.objects[0].position_m));
@@ -122,4 +122,4 @@ TEST_F(BenchWork, ObjectsShareTheGround) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

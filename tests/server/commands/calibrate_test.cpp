@@ -8,18 +8,18 @@
 #include <sstream>
 
 #include "capture/error.h"
-#include "server/commands/calibrate_guide.h"
 #include "capture/formats/picture_writer.h"
+#include "server/commands/calibrate_guide.h"
 #include "tests/capture/scratch_folder.h"
 #include "tests/reconstruct/calibrate/board_views.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 class Calibrate : public test::ScratchFolder {
  protected:
-  static CameraModel camera() {
-    CameraModel small;
+  static capture::CameraModel camera() {
+    capture::CameraModel small;
     small.width = 320;
     small.height = 240;
     small.fx = small.fy = 262.5;
@@ -36,7 +36,7 @@ class Calibrate : public test::ScratchFolder {
     int number = 0;
     for (const Eigen::Isometry3d& pose : test::pinhole_poses(12)) {
       const std::string name = "color/" + std::to_string(10 + number) + ".png";
-      write_png(folder_ / name, drawing.picture(pose, {.seed = static_cast<unsigned>(number + 1)}).encoded);
+      capture::write_png(folder_ / name, drawing.picture(pose, {.seed = static_cast<unsigned>(number + 1)}).encoded);
       list << number++ << " " << name << '\n';
     }
     write_session("session.toml", "fx = 300\nfy = 300\ncx = 160\ncy = 120\n", "");
@@ -47,7 +47,7 @@ class Calibrate : public test::ScratchFolder {
                                   << "[color]\nsource = \"images:color.txt\"\nwidth = 320\nheight = 240\n"
                                   << lens << "exposure = 1\nserial = \"seventeen\"\n[tag]\nid = 40\nsize_m = 0.16\n";
   }
-  Session session_of(const std::string& name) const {
+  capture::Session session_of(const std::string& name) const {
     ServiceFiles files;
     files.config = folder_ / name;
     return read_service(files, interactive_plan()).session;
@@ -78,7 +78,7 @@ TEST_F(Calibrate, ASessionGivesTheCalibrationThatItTakes) {
   EXPECT_NE(report.str().find("colour: 12 views, "), std::string::npos) << report.str();
   EXPECT_NE(report.str().find(" ± "), std::string::npos) << report.str();
   write_session("calibrated.toml", "", "calibration = \"calibration.toml\"\n");
-  const CameraModel found = session_of("calibrated.toml").color.model;
+  const capture::CameraModel found = session_of("calibrated.toml").color.model;
   EXPECT_NEAR(found.fx, camera().fx, 0.002 * camera().fx);
   EXPECT_NEAR(found.cx, camera().cx, 0.5);
   EXPECT_NEAR(found.cy, camera().cy, 0.5);
@@ -103,7 +103,7 @@ TEST_F(Calibrate, ASessionGivesTheCalibrationThatItTakes) {
   try {
     read_service(other, interactive_plan());
     FAIL() << "taken";
-  } catch (const InputError& e) {
+  } catch (const capture::InputError& e) {
     EXPECT_NE(std::string(e.what()).find("color.width: found 320, allowed: that of the camera in"), std::string::npos)
         << e.what();
   }
@@ -111,16 +111,16 @@ TEST_F(Calibrate, ASessionGivesTheCalibrationThatItTakes) {
 
 TEST_F(Calibrate, ThePageMayEndItOnceThereAreViewsEnough) {
   CalibrateGuide guide({camera(), std::nullopt});
-  ViewSelector collector(test::test_board(), std::nullopt);
+  reconstruct::ViewSelector collector(test::test_board(), std::nullopt);
   const test::BoardDrawing drawing(test::test_board(), camera());
   EXPECT_EQ(guide.ask("/finish").status, 409u);
   EXPECT_EQ(guide.ask("/none").status, 404u);
   std::int64_t time_ns = 0;
   for (const Eigen::Isometry3d& pose : test::pinhole_poses(12)) {
-    FrameSet frame;
+    capture::FrameSet frame;
     frame.time_ns = time_ns += 1'000'000'000;
-    frame.color = std::make_shared<const Picture>(drawing.picture(pose, {}));
-    collector.look(frame.time_ns, frame.color.get(), Response::srgb(), {}, Response::srgb());
+    frame.color = std::make_shared<const capture::Picture>(drawing.picture(pose, {}));
+    collector.look(frame.time_ns, frame.color.get(), capture::Response::srgb(), {}, capture::Response::srgb());
     guide.look(frame, collector);
     const bool enough = collector.moments().size() >= 8;
     const std::string can = enough ? "\"can_finish\":true" : "\"can_finish\":false";
@@ -137,14 +137,14 @@ TEST_F(Calibrate, ThePageMayEndItOnceThereAreViewsEnough) {
 
 TEST_F(Calibrate, WhatIsCoveredAndRefusedIsTriedAgainAfterSomeMoreViews) {
   CalibrateGuide guide({camera(), std::nullopt});
-  ViewSelector collector(test::test_board(), std::nullopt);
+  reconstruct::ViewSelector collector(test::test_board(), std::nullopt);
   const test::BoardDrawing drawing(test::test_board(), camera());
   std::int64_t time_ns = 0;
   const auto show = [&](const Eigen::Isometry3d& pose) {
-    FrameSet frame;
+    capture::FrameSet frame;
     frame.time_ns = time_ns += 1'000'000'000;
-    frame.color = std::make_shared<const Picture>(drawing.picture(pose, {}));
-    collector.look(frame.time_ns, frame.color.get(), Response::srgb(), {}, Response::srgb());
+    frame.color = std::make_shared<const capture::Picture>(drawing.picture(pose, {}));
+    collector.look(frame.time_ns, frame.color.get(), capture::Response::srgb(), {}, capture::Response::srgb());
     guide.look(frame, collector);
   };
   const auto poses = test::pinhole_poses(48);
@@ -165,9 +165,9 @@ TEST_F(Calibrate, WhatIsCoveredAndRefusedIsTriedAgainAfterSomeMoreViews) {
 class CalibrateRig : public Calibrate {
  protected:
   static constexpr double kBehind_s = 0.021;
-  static constexpr Vignetting kFalloff{{-0.3, 0.02, -0.02}};
-  static CameraModel fisheye() {
-    CameraModel small = test::test_fisheye();
+  static constexpr capture::Vignetting kFalloff{{-0.3, 0.02, -0.02}};
+  static capture::CameraModel fisheye() {
+    capture::CameraModel small = test::test_fisheye();
     small.width = small.height = 320;
     small.fx = 231.5;
     small.fy = 230.7;
@@ -188,9 +188,9 @@ class CalibrateRig : public Calibrate {
     lines(list);
   }
   void see(std::ostream& list, const std::string& name, int number, double time_s,
-           const Image<std::uint8_t>& rgb) const {
+           const capture::Image<std::uint8_t>& rgb) const {
     const std::string file = name + "/" + std::to_string(1000 + number) + ".png";
-    write_png(folder_ / file, rgb);
+    capture::write_png(folder_ / file, rgb);
     list << time_s << ' ' << file << '\n';
   }
   static Eigen::Isometry3d moving(double time_s) {
@@ -199,14 +199,14 @@ class CalibrateRig : public Calibrate {
 };
 
 TEST_F(CalibrateRig, EverythingIsFoundAndTheFileIsTaken) {
-  const Board board = test::test_board();
+  const reconstruct::Board board = test::test_board();
   const auto poses = test::pinhole_poses(12);
   const test::BoardDrawing before_color(board, camera()), before_fisheye(board, fisheye());
   std::filesystem::create_directories(folder_ / "fisheye");
   std::filesystem::create_directories(folder_ / "depth");
-  const Image<float> gain = vignetting_gain(kFalloff, fisheye());
+  const capture::Image<float> gain = capture::vignetting_gain(kFalloff, fisheye());
   const auto through_fisheye = [&](const Eigen::Isometry3d& pose, unsigned seed) {
-    Image<float> light = before_fisheye.light(fisheye_beside_color() * pose, {.electrons = 0});
+    capture::Image<float> light = before_fisheye.light(fisheye_beside_color() * pose, {.electrons = 0});
     for (std::size_t i = 0; i < light.data.size(); ++i) light.data[i] *= 0.9f / gain.data[i];
     test::sense(light, {.blur_px = 0, .seed = seed});
     return test::encoded(light).encoded;
@@ -230,7 +230,7 @@ TEST_F(CalibrateRig, EverythingIsFoundAndTheFileIsTaken) {
     for (int i = 0; i < 12; ++i) {
       const Eigen::Isometry3d T_board_depth = poses[static_cast<std::size_t>(i)].inverse() * color_beside_depth();
       const Eigen::Vector2d half = 0.5 * board.extent_m() + Eigen::Vector2d::Constant(0.5 * board.size_m);
-      Image<std::uint16_t> counts(320, 240, 1);
+      capture::Image<std::uint16_t> counts(320, 240, 1);
       for (int v = 0; v < 240; ++v)
         for (int u = 0; u < 320; ++u) {
           const Eigen::Vector3d ray((u - 159.5) / 280, (v - 119.5) / 280, 1), from = T_board_depth.translation();
@@ -241,7 +241,7 @@ TEST_F(CalibrateRig, EverythingIsFoundAndTheFileIsTaken) {
           counts.at(u, v) = static_cast<std::uint16_t>(std::lround(1000 * (z + z * z * gauss(random))));
         }
       const std::string file = "depth/" + std::to_string(1000 + i) + ".png";
-      write_png(folder_ / file, counts);
+      capture::write_png(folder_ / file, counts);
       list << i << ' ' << file << '\n';
     }
   });
@@ -266,7 +266,7 @@ TEST_F(CalibrateRig, EverythingIsFoundAndTheFileIsTaken) {
   std::ostringstream report;
   run_calibrate(from_rig, false, report);
   rig("calibrated.toml", false);
-  const Session found = session_of("calibrated.toml");
+  const capture::Session found = session_of("calibrated.toml");
   EXPECT_NEAR(found.color.model.fx, camera().fx, 0.003 * camera().fx);
   EXPECT_NEAR(found.fisheye->time_offset_s, kBehind_s, 0.002) << report.str();
   for (const double degrees : {10, 20, 30})
@@ -287,7 +287,7 @@ TEST_F(Calibrate, RefusesWithOneReasonAndWritesNothing) {
       refusal(few),
       "calibration refused: colour: too few views: found 2 pictures that show the board in a new place, allowed: at "
       "least 8");
-  write_png(folder_ / "color" / "99.png", Image<std::uint8_t>(64, 48, 3, 200));
+  capture::write_png(folder_ / "color" / "99.png", capture::Image<std::uint8_t>(64, 48, 3, 200));
   EXPECT_NE(refusal(few).find("99.png: found 64x48 pixels, allowed: 320x240"), std::string::npos) << refusal(few);
   std::ofstream(folder_ / "board.toml") << "rows = 3\ncolumns = 4\nsize_m = 0.05\nspacing_m = 0.0125\nfirst_id = 100\n";
   std::filesystem::remove(folder_ / "color" / "99.png");
@@ -297,4 +297,4 @@ TEST_F(Calibrate, RefusesWithOneReasonAndWritesNothing) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

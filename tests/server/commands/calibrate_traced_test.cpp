@@ -7,17 +7,17 @@
 #include <functional>
 #include <vector>
 
-#include "reconstruct/calibrate/response.h"
 #include "reconstruct/calibrate/extrinsics.h"
+#include "reconstruct/calibrate/response.h"
 #include "reconstruct/calibrate/vignetting.h"
 #include "tests/server/commands/traced_boards.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using namespace test;
 
-constexpr Vignetting kFalloff{{-0.24, 0.02, -0.022}};
+constexpr capture::Vignetting kFalloff{{-0.24, 0.02, -0.022}};
 constexpr int kSamples = 6;
 
 Eigen::Isometry3d fisheye_beside_color() {
@@ -26,7 +26,7 @@ Eigen::Isometry3d fisheye_beside_color() {
 
 /// What both cameras see while somebody shows the board: first before both, then all around the fish-eye.
 struct Traced {
-  std::vector<BoardPicture> color, fisheye;
+  std::vector<reconstruct::BoardPicture> color, fisheye;
 
   static const Traced& once() {
     static const Traced all;
@@ -35,7 +35,7 @@ struct Traced {
 
  private:
   Traced() {
-    const BoardFinder finder(test_board());
+    const reconstruct::BoardFinder finder(test_board());
     const BoardTracer before_color(test_board(), distorted_pinhole(), Eigen::Isometry3d::Identity());
     const BoardTracer before_fisheye(test_board(), test_fisheye(), fisheye_beside_color(), kFalloff);
     BoardSensor sensor;
@@ -53,23 +53,24 @@ struct Traced {
   }
 };
 
-std::vector<BoardView> views_of(const std::vector<BoardPicture>& pictures) {
-  std::vector<BoardView> views;
-  for (const BoardPicture& picture : pictures) views.push_back(picture.view);
+std::vector<reconstruct::BoardView> views_of(const std::vector<reconstruct::BoardPicture>& pictures) {
+  std::vector<reconstruct::BoardView> views;
+  for (const reconstruct::BoardPicture& picture : pictures) views.push_back(picture.view);
   return views;
 }
 
-void expect_honest(const CameraCalibration& found, const CameraModel& truth) {
-  const LensNumbers is = lens_numbers(found.model), was = lens_numbers(truth);
-  for (std::size_t i = 0; i < kLensNumbers; ++i) EXPECT_NEAR(is[i], was[i], 3.5 * found.sigma[i]) << i;
+void expect_honest(const reconstruct::CameraCalibration& found, const capture::CameraModel& truth) {
+  const reconstruct::LensNumbers is = reconstruct::lens_numbers(found.model), was = reconstruct::lens_numbers(truth);
+  for (std::size_t i = 0; i < reconstruct::kLensNumbers; ++i) EXPECT_NEAR(is[i], was[i], 3.5 * found.sigma[i]) << i;
 }
 
 TEST(CalibrateTraced, LensesPlacesAndFalloff) {
-  const BoardFinder finder(test_board());
-  std::vector<BoardPicture> color = Traced::once().color, fisheye = Traced::once().fisheye;
+  const reconstruct::BoardFinder finder(test_board());
+  std::vector<reconstruct::BoardPicture> color = Traced::once().color, fisheye = Traced::once().fisheye;
 
-  const CameraModel color_truth = distorted_pinhole();
-  const CameraCalibration first = calibrate_camera(unknown_camera(color_truth), finder, color);
+  const capture::CameraModel color_truth = distorted_pinhole();
+  const reconstruct::CameraCalibration first =
+      reconstruct::calibrate_camera(unknown_camera(color_truth), finder, color);
   EXPECT_EQ(first.refusal, "");
   std::printf("colour: focal length off by %.4f %%, principal point by %.3f px, picture by %.3f px; %.3f px median\n",
               100 * std::abs(first.model.fx / color_truth.fx - 1),
@@ -81,8 +82,9 @@ TEST(CalibrateTraced, LensesPlacesAndFalloff) {
   EXPECT_NEAR(first.model.cy, color_truth.cy, 0.5);
   expect_honest(first, color_truth);
 
-  const CameraModel fisheye_truth = test_fisheye();
-  const CameraCalibration second = calibrate_camera(unknown_camera(fisheye_truth), finder, fisheye);
+  const capture::CameraModel fisheye_truth = test_fisheye();
+  const reconstruct::CameraCalibration second =
+      reconstruct::calibrate_camera(unknown_camera(fisheye_truth), finder, fisheye);
   EXPECT_EQ(second.refusal, "");
   std::printf("fish-eye: focal length off by %.4f %%, principal point by %.3f px, to 85° by %.3f px; %.3f px median\n",
               100 * std::abs(second.model.fx / fisheye_truth.fx - 1),
@@ -94,7 +96,8 @@ TEST(CalibrateTraced, LensesPlacesAndFalloff) {
   EXPECT_LT(farthest_apart_px(second.model, fisheye_truth, 85 * kTestDegree), 0.3);
   expect_honest(second, fisheye_truth);
 
-  const ExtrinsicsCalibration stand = calibrate_stand(first.model, second.model, views_of(color), views_of(fisheye));
+  const reconstruct::ExtrinsicsCalibration stand =
+      reconstruct::calibrate_stand(first.model, second.model, views_of(color), views_of(fisheye));
   EXPECT_EQ(stand.refusal, "");
   const Eigen::Vector3d shift = stand.T_second_first.translation() - fisheye_beside_color().translation();
   const Eigen::AngleAxisd turn(
@@ -110,8 +113,8 @@ TEST(CalibrateTraced, LensesPlacesAndFalloff) {
   EXPECT_LT(shift.cwiseQuotient(stand.shift_sigma_m).cwiseAbs().maxCoeff(), 3.5);
   EXPECT_LT(turned.cwiseQuotient(stand.turn_sigma_rad).cwiseAbs().maxCoeff(), 3.5);
 
-  const VignettingCalibration falloff =
-      calibrate_vignetting(white_of(views_of(fisheye), second.model), 0.5 * fisheye_truth.fov_rad);
+  const reconstruct::VignettingCalibration falloff = reconstruct::calibrate_vignetting(
+      reconstruct::white_of(views_of(fisheye), second.model), 0.5 * fisheye_truth.fov_rad);
   EXPECT_EQ(falloff.refusal, "");
   double worst = 0;
   for (int degrees = 0; degrees <= 85; ++degrees)
@@ -133,8 +136,8 @@ double knee(double x) {
   return (1 - std::exp(-2.2 * y)) / (1 - std::exp(-2.2));
 }
 
-Image<float> middle_of(const Image<float>& whole) {
-  Image<float> out(whole.width / 2, whole.height / 2, 1);
+capture::Image<float> middle_of(const capture::Image<float>& whole) {
+  capture::Image<float> out(whole.width / 2, whole.height / 2, 1);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) out.at(x, y) = whole.at(x + whole.width / 4, y + whole.height / 4);
   return out;
@@ -145,15 +148,16 @@ constexpr std::array<double, 8> kUneven = {0.02, 0.045, 0.073, 0.192, 0.32, 0.55
 constexpr std::array<double, 8> kDoubling = {0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56};
 
 /// The board stands still; the sensor is full at white.
-std::vector<ExposedPicture> sweep_of(const Image<float>& light, const std::array<double, 8>& exposures,
-                                     const Curve& curve, double electrons) {
-  std::vector<ExposedPicture> pictures;
+std::vector<reconstruct::ExposedPicture> sweep_of(const capture::Image<float>& light,
+                                                  const std::array<double, 8>& exposures, const Curve& curve,
+                                                  double electrons) {
+  std::vector<reconstruct::ExposedPicture> pictures;
   for (unsigned i = 0; i < 8; ++i) {
-    ExposedPicture& picture = pictures.emplace_back();
+    reconstruct::ExposedPicture& picture = pictures.emplace_back();
     picture.exposure = exposures[i];
-    picture.encoded = Image<std::uint8_t>(light.width, light.height, 3);
+    picture.encoded = capture::Image<std::uint8_t>(light.width, light.height, 3);
     for (std::size_t c = 0; c < 3; ++c) {
-      Image<float> exposed = light;
+      capture::Image<float> exposed = light;
       for (float& value : exposed.data) value *= static_cast<float>(picture.exposure);
       sense(exposed, {.electrons = electrons, .seed = 3 * i + static_cast<unsigned>(c)});
       for (std::size_t k = 0; k < exposed.data.size(); ++k)
@@ -168,19 +172,20 @@ std::vector<ExposedPicture> sweep_of(const Image<float>& light, const std::array
 /// same response from a grey of known radiance. From code 250 on a reading is no value but a lower bound (radiance.h).
 TEST(CalibrateTraced, ResponseOfASweptBoard) {
   const BoardTracer tracer(test_board(), distorted_pinhole(), Eigen::Isometry3d::Identity());
-  const Image<float> light = middle_of(tracer.light(pinhole_poses(1).front(), 8, 1));
+  const capture::Image<float> light = middle_of(tracer.light(pinhole_poses(1).front(), 8, 1));
   struct Case {
     const char* name;
     Curve curve;
     double electrons;
     std::array<double, 8> exposures = kDoubling;
   };
-  const auto srgb = [](double x) { return static_cast<double>(linear_to_srgb(static_cast<float>(x))); };
+  const auto srgb = [](double x) { return static_cast<double>(capture::linear_to_srgb(static_cast<float>(x))); };
   // A line is told from one with ripples by exposures of uneven ratios alone.
   for (const auto& [name, curve, electrons, exposures] :
        {Case{"srgb", srgb, 14000}, Case{"srgb", srgb, 3500}, Case{"knee", knee, 14000}, Case{"knee", knee, 3500},
         Case{"linear", [](double x) { return x; }, 14000, kUneven}}) {
-    const ResponseCalibration found = calibrate_response(sweep_of(light, exposures, curve, electrons));
+    const reconstruct::ResponseCalibration found =
+        reconstruct::calibrate_response(sweep_of(light, exposures, curve, electrons));
     EXPECT_EQ(found.refusal, "") << name;
     const auto truth = [&curve](int code) {
       double low = 0, high = 1;
@@ -203,4 +208,4 @@ TEST(CalibrateTraced, ResponseOfASweptBoard) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -6,14 +6,15 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
-const std::vector<CameraListing> kTwo = {{.source = "aravis:A-1",
-                                          .name = "A 1",
-                                          .formats = {{"bayer-rggb8", 2048, 1024, 30.5}},
-                                          .controls = {{"gain", 0, 10, 2.5}, {"exposure", NAN, NAN, 7}}},
-                                         {.source = "openni2:u", .name = "broken \xff name", .rejection_reason = "in use"}};
+const std::vector<capture::CameraListing> kTwo = {
+    {.source = "aravis:A-1",
+     .name = "A 1",
+     .formats = {{"bayer-rggb8", 2048, 1024, 30.5}},
+     .controls = {{"gain", 0, 10, 2.5}, {"exposure", NAN, NAN, 7}}},
+    {.source = "openni2:u", .name = "broken \xff name", .rejection_reason = "in use"}};
 
 TEST(Devices, AsText) {
   std::ostringstream out;
@@ -42,7 +43,7 @@ TEST(Devices, AsJson) {
 }
 
 TEST(Devices, InputsOfAFrameGrabber) {
-  const std::vector<CameraListing> grabber = {
+  const std::vector<capture::CameraListing> grabber = {
       {.source = "v4l2:g", .name = "G", .inputs = {{"SDI 1", false, ""}, {"HDMI 1", true, "no signal"}}}};
   std::ostringstream text, json_text;
   write_devices_text(text, grabber);
@@ -54,11 +55,12 @@ TEST(Devices, InputsOfAFrameGrabber) {
 }
 
 TEST(Devices, OneCameraOfTwoLibrariesIsSaidToBeOne) {
-  std::vector<CameraListing> cameras = {{.source = "v4l2:webcam", .name = "W", .nodes = {"/dev/video2"}},
-                                        {.source = "v4l2:other", .name = "O", .nodes = {"/dev/video0"}},
-                                        {.source = "libcamera:w", .name = "W", .nodes = {"/dev/video2", "/dev/video3"}},
-                                        {.source = "aravis:A-1", .name = "A 1"}};
-  find_same_hardware(cameras);
+  std::vector<capture::CameraListing> cameras = {
+      {.source = "v4l2:webcam", .name = "W", .nodes = {"/dev/video2"}},
+      {.source = "v4l2:other", .name = "O", .nodes = {"/dev/video0"}},
+      {.source = "libcamera:w", .name = "W", .nodes = {"/dev/video2", "/dev/video3"}},
+      {.source = "aravis:A-1", .name = "A 1"}};
+  capture::find_same_hardware(cameras);
   std::ostringstream text, json_text;
   write_devices_text(text, cameras);
   EXPECT_EQ(text.str(),
@@ -72,4 +74,4 @@ TEST(Devices, OneCameraOfTwoLibrariesIsSaidToBeOne) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -8,18 +8,19 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 TEST(Doctor, EveryDeviceHasALineAndOneDraws) {
   std::ostringstream out;
   EXPECT_TRUE(write_doctor_report(out)) << out.str();
-  for (const gpu::DeviceListing& device : gpu::list_devices()) {
-    const std::string line = "  " + std::string(gpu::name_of(device.backend)) + ": " + device.name + ": ";
+  for (const relight::gpu::DeviceListing& device : relight::gpu::list_devices()) {
+    const std::string line = "  " + std::string(relight::gpu::name_of(device.backend)) + ": " + device.name + ": ";
     EXPECT_NE(out.str().find(line + (device.rejection_reason.empty() ? "ok, " : "cannot be used: ")), std::string::npos)
         << out.str();
   }
-  const std::string draws = "  GPU: ok, " + std::string(gpu::name_of(gpu::best_backend())) + " draws unless";
+  const std::string draws =
+      "  GPU: ok, " + std::string(relight::gpu::name_of(relight::gpu::best_backend())) + " draws unless";
   EXPECT_NE(out.str().find(draws), std::string::npos) << out.str();
 }
 
@@ -58,4 +59,4 @@ TEST(Doctor, SaysWhatIsMissingAndWhy) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -8,14 +8,14 @@
 
 #include "capture/session/config.h"
 #include "capture/sync/pairing_reader.h"
-#include "tests/server/commands/program.h"
 #include "tests/capture/live/gige_camera.h"
 #include "tests/capture/live/leaks.h"
 #include "tests/capture/live/openni_test_pictures.h"
-#include "tests/capture/scratch_folder.h"
 #include "tests/capture/live/small_camera.h"
+#include "tests/capture/scratch_folder.h"
+#include "tests/server/commands/program.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using namespace std::chrono_literals;
@@ -49,9 +49,9 @@ int whole_pictures(const fs::path& file) {
 }
 
 /// Whether the picture is one of the device's, byte for byte.
-bool is_whole(const SourceItem& item) {
-  const auto* color = std::get_if<Picture>(&item);
-  const auto* depth = std::get_if<RawDepth>(&item);
+bool is_whole(const capture::SourceItem& item) {
+  const auto* color = std::get_if<capture::Picture>(&item);
+  const auto* depth = std::get_if<capture::RawDepth>(&item);
   if (color == nullptr && depth == nullptr) {
     return false;
   }
@@ -99,7 +99,8 @@ class KilledRecorder : public test::ScratchFolder {
       EXPECT_LE(whole[0], 1);
       return count;
     }
-    const PairedSources sources = open_sources(read_session(ConfigTable::load(session / "session.toml")));
+    const capture::PairedSources sources =
+        capture::open_sources(capture::read_session(capture::ConfigTable::load(session / "session.toml")));
     for (const auto& [source, i] : {std::pair(sources.color, 0), std::pair(sources.depth, 1)}) {
       while (const auto item = source ? source->next(0ms) : std::nullopt) {
         EXPECT_TRUE(is_whole(*item)) << "picture " << count[i];
@@ -166,4 +167,4 @@ TEST_F(KilledRecorder, ItsGigeCameraIsTheNextProgramsSoon) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 class Program {
   using Clock = std::chrono::steady_clock;
@@ -74,4 +74,4 @@ class Program {
   pid_t pid_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

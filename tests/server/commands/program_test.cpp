@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "tests/server/tiny_session.h"
 #include "tests/server/stream/websocket_client.h"
+#include "tests/server/tiny_session.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -194,4 +194,4 @@ TEST(Program, AnAddressInUseIsExitCode1) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -1,4 +1,5 @@
-// The record button with a made-up live camera; the page with a real one is in tests/integration/end_to_end/record_page_test.py.
+// The record button with a made-up live camera; the page with a real one is in
+// tests/integration/end_to_end/record_page_test.py.
 #include "server/commands/record_button.h"
 
 #include <gtest/gtest.h>
@@ -7,18 +8,18 @@
 #include "server/pipeline/service_config.h"
 #include "tests/server/tiny_session.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-class MadeUp : public Source {
+class MadeUp : public capture::Source {
  public:
-  std::optional<SourceItem> next(std::chrono::milliseconds) override {
-    Picture picture;
-    picture.stamp = {steady_now_ns(), steady_now_ns(), sequence_++};
-    picture.encoded = Image<std::uint8_t>(TinySession::kWidth, TinySession::kHeight, 3);
+  std::optional<capture::SourceItem> next(std::chrono::milliseconds) override {
+    capture::Picture picture;
+    picture.stamp = {capture::steady_now_ns(), capture::steady_now_ns(), sequence_++};
+    picture.encoded = capture::Image<std::uint8_t>(TinySession::kWidth, TinySession::kHeight, 3);
     return picture;
   }
   bool finished() const override { return false; }
@@ -49,8 +50,8 @@ class RecordButtonTest : public testing::Test {
   }
 
   const TinySession tiny_{"record-button"};
-  SourceObserver tap_;
-  PairedSources sources_;
+  capture::SourceObserver tap_;
+  capture::PairedSources sources_;
   std::unique_ptr<RecordButton> button_;
 };
 
@@ -69,7 +70,7 @@ TEST_F(RecordButtonTest, KeepsWhatPassesBetweenTheTwoPresses) {
   EXPECT_EQ(state.error, "");
   ServiceFiles files;
   files.session = state.folder;
-  const auto frames = open_frames(read_service(files, interactive_plan()).session);
+  const auto frames = capture::open_frames(read_service(files, interactive_plan()).session);
   int count = 0;
   while (frames->next(0ms)) ++count;
   EXPECT_EQ(count, 20);
@@ -98,4 +99,4 @@ TEST_F(RecordButtonTest, EndsByItselfWhereTheDiskTakesNoMore) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -9,7 +9,7 @@
 #include "capture/sync/pairing_reader.h"
 #include "tests/server/tiny_session.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using namespace std::chrono_literals;
@@ -24,13 +24,13 @@ RecordCommand command(const std::filesystem::path& session, const std::filesyste
   return {.files = files_of(session), .out = out, .seconds = std::nullopt};
 }
 
-Session session_in(const std::filesystem::path& folder) {
+capture::Session session_in(const std::filesystem::path& folder) {
   return read_service(files_of(folder), interactive_plan()).session;
 }
 
 void expect_same_frames(const std::filesystem::path& a, const std::filesystem::path& b, int frames) {
-  const auto one = open_frames(session_in(a));
-  const auto other = open_frames(session_in(b));
+  const auto one = capture::open_frames(session_in(a));
+  const auto other = capture::open_frames(session_in(b));
   for (int i = 0; i < frames; ++i) {
     const auto x = one->next(0ms);
     const auto y = other->next(0ms);
@@ -74,10 +74,10 @@ TEST(Record, CountsWhatWasLost) {
 TEST(Record, RefusesAFolderInUseAndCamerasThatAreNotThere) {
   const TinySession tiny("record-bad");
   std::ostringstream report;
-  EXPECT_THROW(run_record(command(tiny.folder, tiny.folder), false, report), InputError);
-  EXPECT_THROW(run_record(command(tiny.folder / "none", tiny.folder / "out"), false, report), InputError);
+  EXPECT_THROW(run_record(command(tiny.folder, tiny.folder), false, report), capture::InputError);
+  EXPECT_THROW(run_record(command(tiny.folder / "none", tiny.folder / "out"), false, report), capture::InputError);
   EXPECT_FALSE(std::filesystem::exists(tiny.folder / "out"));
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -10,10 +10,10 @@ namespace lumigraft::test {
 
 /// Cells of the print and the paper around them, all in one plane without overlap.
 struct TracedBoard {
-  ReferenceMesh paper, ink;
+  relight::ReferenceMesh paper, ink;
 
-  explicit TracedBoard(const Board& board) {
-    CameraModel none;
+  explicit TracedBoard(const reconstruct::Board& board) {
+    capture::CameraModel none;
     none.width = none.height = 1;
     none.fx = none.fy = 1;
     const BoardDrawing print(board, none);
@@ -44,26 +44,26 @@ struct TracedBoard {
 /// A camera among the lamps; the world's frame is that of the first camera of a rig.
 class BoardTracer {
  public:
-  BoardTracer(const Board& board, const CameraModel& camera, const Eigen::Isometry3d& T_camera_world,
-              const Vignetting& vignetting = {})
+  BoardTracer(const reconstruct::Board& board, const capture::CameraModel& camera,
+              const Eigen::Isometry3d& T_camera_world, const capture::Vignetting& vignetting = {})
       : board_(board),
         traced_(board),
         camera_(camera),
         T_camera_world_(T_camera_world),
-        gain_(vignetting_gain(vignetting, camera)) {}
+        gain_(capture::vignetting_gain(vignetting, camera)) {}
 
-  Picture picture(const Eigen::Isometry3d& T_world_board, int samples, const BoardSensor& sensor) const {
-    Image<float> seen = light(T_world_board, samples, sensor.seed);
+  capture::Picture picture(const Eigen::Isometry3d& T_world_board, int samples, const BoardSensor& sensor) const {
+    capture::Image<float> seen = light(T_world_board, samples, sensor.seed);
     sense(seen, sensor);
     return encoded(seen);
   }
 
   /// Linear, 1 is white; as it comes through the lens, but for its blur.
-  Image<float> light(const Eigen::Isometry3d& T_world_board, int samples, unsigned seed) const {
+  capture::Image<float> light(const Eigen::Isometry3d& T_world_board, int samples, unsigned seed) const {
     constexpr float kSky = 0.45f;
-    auto scene = std::make_shared<ReferenceScene>();
+    auto scene = std::make_shared<relight::ReferenceScene>();
     scene->background.setConstant(kSky);
-    ReferenceLamp lamp = panel({}, 0, 0, 6.0f);  // 40 cm x 30 cm, above and beside, looking at the boards
+    relight::ReferenceLamp lamp = panel({}, 0, 0, 6.0f);  // 40 cm x 30 cm, above and beside, looking at the boards
     lamp.centre_m = {0.5f, -1.1f, -0.5f};
     lamp.normal = (Eigen::Vector3f(0, 0, 0.4f) - lamp.centre_m).normalized();
     lamp.half_u_m = 0.2f * lamp.normal.cross(Eigen::Vector3f::UnitZ()).normalized();
@@ -73,14 +73,15 @@ class BoardTracer {
     for (std::size_t i = 1; i < 3; ++i) scene->real[i].T_tag_model = Eigen::Affine3f(T_world_board.cast<float>());
 
     // The board's part of the picture is traced; there is nothing but sky around it.
-    const PixelRegion region = shown_in(T_camera_world_ * T_world_board);
-    ReferenceCamera crop{camera_, T_camera_world_.inverse().cast<float>()};
+    const reconstruct::PixelRegion region = shown_in(T_camera_world_ * T_world_board);
+    relight::ReferenceCamera crop{camera_, T_camera_world_.inverse().cast<float>()};
     crop.model.width = region.width;
     crop.model.height = region.height;
     crop.model.cx -= region.left;
     crop.model.cy -= region.top;
-    const Image<float> traced = DeltaPathTracer(scene).radiance(crop, {.per_pixel = samples, .seed = seed}, false);
-    Image<float> light(camera_.width, camera_.height, 1, kSky);
+    const capture::Image<float> traced =
+        relight::DeltaPathTracer(scene).radiance(crop, {.per_pixel = samples, .seed = seed}, false);
+    capture::Image<float> light(camera_.width, camera_.height, 1, kSky);
     for (int y = 0; y < region.height; ++y)
       for (int x = 0; x < region.width; ++x) light.at(region.left + x, region.top + y) = traced.at(x, y);
     for (std::size_t i = 0; i < gain_.data.size(); ++i) light.data[i] /= gain_.data[i];
@@ -88,7 +89,7 @@ class BoardTracer {
   }
 
  private:
-  PixelRegion shown_in(const Eigen::Isometry3d& T_camera_board) const {
+  reconstruct::PixelRegion shown_in(const Eigen::Isometry3d& T_camera_board) const {
     const Eigen::Vector2d half = 0.5 * board_.extent_m() + Eigen::Vector2d::Constant(0.5 * board_.size_m);
     Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
     for (int i = -8; i <= 8; ++i)
@@ -99,14 +100,14 @@ class BoardTracer {
         high = high.cwiseMax(*pixel);
       }
     const Eigen::Vector2d around(6, 6);
-    return region_around(low - around, high + around, camera_.width, camera_.height);
+    return reconstruct::region_around(low - around, high + around, camera_.width, camera_.height);
   }
 
-  Board board_;
+  reconstruct::Board board_;
   TracedBoard traced_;
-  CameraModel camera_;
+  capture::CameraModel camera_;
   Eigen::Isometry3d T_camera_world_;
-  Image<float> gain_;
+  capture::Image<float> gain_;
 };
 
 }  // namespace lumigraft::test

@@ -10,19 +10,19 @@
 #include "capture/error.h"
 #include "capture/sync/pairing_reader.h"
 #include "server/pipeline/service_config.h"
-#include "tests/capture/recorded/oni_recording.h"
 #include "tests/capture/live/openni_test_pictures.h"
+#include "tests/capture/recorded/oni_recording.h"
 #include "tests/server/tiny_session.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using namespace std::chrono_literals;
 
-std::unique_ptr<FrameReader> frames_of(const std::filesystem::path& folder) {
+std::unique_ptr<capture::FrameReader> frames_of(const std::filesystem::path& folder) {
   ServiceFiles files;
   files.session = folder;
-  return open_frames(read_service(files, interactive_plan()).session);
+  return capture::open_frames(read_service(files, interactive_plan()).session);
 }
 
 TEST(Tum, ThereAndBackItIsTheSameSession) {
@@ -44,7 +44,7 @@ TEST(Tum, ThereAndBackItIsTheSameSession) {
   }
   ServiceFiles files;
   files.session = tiny.folder / "back";
-  const Session session = read_service(files, interactive_plan()).session;
+  const capture::Session session = read_service(files, interactive_plan()).session;
   EXPECT_EQ(session.color.model.fx, 61.5);
   EXPECT_EQ(session.name, "again");
   EXPECT_EQ(session.depth->unit_m, 0.0002);
@@ -78,7 +78,7 @@ TEST(Oni, BecomesASession) {
   try {
     run_import({file, tiny.folder / "cut", size}, false, report);
     FAIL() << "taken";
-  } catch (const InputError& e) {
+  } catch (const capture::InputError& e) {
     EXPECT_NE(std::string(e.what()).find("capture.oni: found "), std::string::npos) << e.what();
   }
 }
@@ -89,7 +89,7 @@ TEST(Tum, WhatIsWrongIsSaidWithItsLine) {
   const auto error = [&](const std::filesystem::path& from, const char* out) -> std::string {
     try {
       run_import({from, tiny.folder / out, {}}, false, report);
-    } catch (const InputError& e) {
+    } catch (const capture::InputError& e) {
       return e.what();
     }
     return "no error";
@@ -146,4 +146,4 @@ TEST(Tum, TheBenchmarksOwnPictures) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,7 +4,7 @@
 
 #include "server/commands/serve_log.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 TEST(Metrics, HistogramsAreCumulative) {
@@ -57,4 +57,4 @@ TEST(ServeLog, SaysAWarningOnceAMinuteAndDropsInBatches) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -5,13 +5,13 @@
 #include <memory>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
-Illumination one_lamp(std::uint64_t version, float irradiance) {
-  Illumination light;
+reconstruct::Illumination one_lamp(std::uint64_t version, float irradiance) {
+  reconstruct::Illumination light;
   light.version = version;
-  PointLight lamp;
+  reconstruct::PointLight lamp;
   lamp.id = 1;
   lamp.direction = Eigen::Vector3f::UnitZ();
   lamp.irradiance.setConstant(irradiance);
@@ -20,26 +20,26 @@ Illumination one_lamp(std::uint64_t version, float irradiance) {
 }
 
 /// A row of so many bricks.
-DistanceField room(int bricks, std::uint64_t version) {
+reconstruct::DistanceField room(int bricks, std::uint64_t version) {
   static const auto grey = [] {
-    auto brick = std::make_shared<FieldBrick>();
+    auto brick = std::make_shared<reconstruct::FieldBrick>();
     brick->radiance.fill(Eigen::Vector3f::Constant(0.5f));
     brick->radiance_weight.fill(1);
     return brick;
   }();
-  DistanceField field;
+  reconstruct::DistanceField field;
   field.version = version;
   for (int i = 0; i < bricks; ++i) field.bricks[{i, 0, 0}] = grey;
   return field;
 }
 
-std::shared_ptr<const DistanceField> shared(const DistanceField& field) {
-  return std::make_shared<const DistanceField>(field);
+std::shared_ptr<const reconstruct::DistanceField> shared(const reconstruct::DistanceField& field) {
+  return std::make_shared<const reconstruct::DistanceField>(field);
 }
 
-std::shared_ptr<const AlbedoField> albedo_of(float value, float sigma) {
-  auto field = std::make_shared<AlbedoField>();
-  auto brick = std::make_shared<AlbedoBrick>();
+std::shared_ptr<const reconstruct::AlbedoField> albedo_of(float value, float sigma) {
+  auto field = std::make_shared<reconstruct::AlbedoField>();
+  auto brick = std::make_shared<reconstruct::AlbedoBrick>();
   brick->albedo.fill(Eigen::Vector3f::Constant(value));
   brick->sigma.fill(sigma);
   field->bricks[{0, 0, 0}] = brick;
@@ -48,7 +48,7 @@ std::shared_ptr<const AlbedoField> albedo_of(float value, float sigma) {
 
 /// On which of so many frames it is solved, of a field that noise alone changes.
 template <typename Solve>
-std::string frames_solved(AlbedoSchedule& schedule, DistanceField field, int frames, Solve solve) {
+std::string frames_solved(AlbedoSchedule& schedule, reconstruct::DistanceField field, int frames, Solve solve) {
   std::string when;
   for (int frame = 0; frame < frames; ++frame) {
     ++field.version;
@@ -62,12 +62,12 @@ std::string frames_solved(AlbedoSchedule& schedule, DistanceField field, int fra
 
 TEST(AlbedoSchedule, OnTheFirstFrameThenEveryEighthOrWhenMuchChanged) {
   AlbedoSchedule schedule;
-  DistanceField field = room(1, 1);
+  reconstruct::DistanceField field = room(1, 1);
   const auto learns = [](int frame) { return albedo_of(0.5f, 0.1f / static_cast<float>(1 + frame)); };
   EXPECT_EQ(frames_solved(schedule, field, 20, learns), "0 8 16 ");
   EXPECT_FALSE(schedule.due(field, one_lamp(2, 11)));
   EXPECT_TRUE(schedule.due(field, one_lamp(2, 13))) << "a third more light";
-  Illumination turned = one_lamp(2, 10);
+  reconstruct::Illumination turned = one_lamp(2, 10);
   turned.lights[0].direction = Eigen::Vector3f::UnitY();
   EXPECT_TRUE(schedule.due(field, turned)) << "from elsewhere";
   EXPECT_TRUE(schedule.due(room(2, 2), one_lamp(2, 10))) << "twice the room";
@@ -90,12 +90,12 @@ TEST(AlbedoSchedule, WhatMovesIsSolvedAtTheUsualPace) {
   AlbedoSchedule schedule;
   const auto same = [](int) { return albedo_of(0.5f, 0.02f); };
   frames_solved(schedule, room(100, 1), 60, same);
-  DistanceField field = room(100, 1000);
-  auto noisy = std::make_shared<FieldBrick>(*field.bricks.at({0, 0, 0}));
+  reconstruct::DistanceField field = room(100, 1000);
+  auto noisy = std::make_shared<reconstruct::FieldBrick>(*field.bricks.at({0, 0, 0}));
   noisy->radiance.fill(Eigen::Vector3f::Constant(0.49f));
   field.bricks[{0, 0, 0}] = noisy;
   EXPECT_FALSE(schedule.moved(field, one_lamp(2, 10))) << "2 % is noise";
-  auto other = std::make_shared<FieldBrick>(*noisy);
+  auto other = std::make_shared<reconstruct::FieldBrick>(*noisy);
   other->radiance.fill(Eigen::Vector3f::Constant(0.4f));
   field.bricks[{0, 0, 0}] = other;
   EXPECT_TRUE(schedule.moved(field, one_lamp(2, 10)));
@@ -107,7 +107,7 @@ TEST(AlbedoSchedule, WhatMovesIsSolvedAtTheUsualPace) {
 }
 
 TEST(AlbedoSchedule, NothingNewIsNotSolvedAgain) {
-  const DistanceField field;
+  const reconstruct::DistanceField field;
   AlbedoSchedule schedule;
   EXPECT_TRUE(schedule.due(field, one_lamp(1, 1)));
   schedule.begin(shared(field), one_lamp(1, 1));
@@ -118,4 +118,4 @@ TEST(AlbedoSchedule, NothingNewIsNotSolvedAgain) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -4,16 +4,16 @@
 
 #include <nlohmann/json.hpp>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
-Exhibit two_objects() {
-  Exhibit exhibit;
-  VirtualObject statue;
+relight::Exhibit two_objects() {
+  relight::Exhibit exhibit;
+  relight::VirtualObject statue;
   statue.name = "statue";
   statue.rotation = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX());
   statue.motion = {{0, {0, 0, 0}, Eigen::Quaterniond::Identity()}, {1, {1, 0, 0}, Eigen::Quaterniond::Identity()}};
-  auto model = std::make_shared<Model>();
+  auto model = std::make_shared<relight::Model>();
   model->parts.push_back({});
   model->parts[0].material.metallic = 0.75f;
   statue.model = model;
@@ -28,7 +28,7 @@ std::optional<std::string> apply(ExhibitState& board, const char* text) {
 
 TEST(ExhibitState, CommandsChangeACopy) {
   ExhibitState board(two_objects());
-  const std::shared_ptr<const Exhibit> before = board.newest();
+  const std::shared_ptr<const relight::Exhibit> before = board.newest();
   EXPECT_EQ(apply(board, R"({"type":"object","name":"box","position_m":[1,2,3],"visible":false})"), std::nullopt);
   EXPECT_TRUE(before->objects[1].visible) << "a frame in the making keeps what it has";
   EXPECT_FALSE(board.newest()->objects[1].visible);
@@ -60,4 +60,4 @@ TEST(ExhibitState, MaterialsAreLaidOverTheModelsOwn) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -5,22 +5,22 @@
 #include <algorithm>
 #include <deque>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// Frames every 20 ms of recorded time; counts how often they are read.
-class FakeReader : public SeekableReader {
+class FakeReader : public capture::SeekableReader {
  public:
   FakeReader(int count, int* reads) : count_(count), reads_(reads) {}
-  std::optional<FrameSet> next(std::chrono::milliseconds) override {
+  std::optional<capture::FrameSet> next(std::chrono::milliseconds) override {
     if (at_ == count_) {
       return std::nullopt;
     }
-    FrameSet set;
+    capture::FrameSet set;
     set.index = static_cast<std::uint64_t>(at_);
     set.time_ns = 1'000'000'000 + 20'000'000 * static_cast<std::int64_t>(at_++);
-    auto color = std::make_shared<Picture>();
-    color->encoded = Image<std::uint8_t>(8, 8, 3);
+    auto color = std::make_shared<capture::Picture>();
+    color->encoded = capture::Image<std::uint8_t>(8, 8, 3);
     set.color = color;
     ++*reads_;
     return set;
@@ -154,4 +154,4 @@ TEST(FramePlayer, AStopEndsTheWait) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

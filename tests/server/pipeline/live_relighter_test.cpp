@@ -7,65 +7,71 @@
 #include "tests/relight/gpu/lost_device/lose.h"
 #include "tests/server/tiny_session.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 /// A device that is broken from its first use on.
-class BrokenDevice : public gpu::Device {
+class BrokenDevice : public relight::gpu::Device {
  public:
   std::string name() const override { return "broken"; }
-  const gpu::Holdings& holdings() const override { return holdings_; }
-  std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc&) override { fail(); }
-  std::unique_ptr<gpu::Buffer> create_buffer(std::size_t, std::string_view) override { fail(); }
-  std::unique_ptr<gpu::ComputePipeline> create_compute(std::string_view) override { fail(); }
-  std::unique_ptr<gpu::RasterPipeline> create_raster(const gpu::RasterDesc&) override { fail(); }
-  void upload(const gpu::Texture&, int, std::span<const std::byte>) override { fail(); }
-  void upload(const gpu::Buffer&, std::size_t, std::span<const std::byte>) override { fail(); }
-  std::vector<std::byte> download(const gpu::Texture&, int) override { fail(); }
-  std::vector<std::byte> download(const gpu::Buffer&) override { fail(); }
-  std::unique_ptr<gpu::CommandList> begin() override { fail(); }
-  std::vector<gpu::PassTime> submit(gpu::CommandList&) override { fail(); }
+  const relight::gpu::Holdings& holdings() const override { return holdings_; }
+  std::unique_ptr<relight::gpu::Texture> create_texture(const relight::gpu::TextureDesc&) override { fail(); }
+  std::unique_ptr<relight::gpu::Buffer> create_buffer(std::size_t, std::string_view) override { fail(); }
+  std::unique_ptr<relight::gpu::ComputePipeline> create_compute(std::string_view) override { fail(); }
+  std::unique_ptr<relight::gpu::RasterPipeline> create_raster(const relight::gpu::RasterDesc&) override { fail(); }
+  void upload(const relight::gpu::Texture&, int, std::span<const std::byte>) override { fail(); }
+  void upload(const relight::gpu::Buffer&, std::size_t, std::span<const std::byte>) override { fail(); }
+  std::vector<std::byte> download(const relight::gpu::Texture&, int) override { fail(); }
+  std::vector<std::byte> download(const relight::gpu::Buffer&) override { fail(); }
+  std::unique_ptr<relight::gpu::CommandList> begin() override { fail(); }
+  std::vector<relight::gpu::PassTime> submit(relight::gpu::CommandList&) override { fail(); }
 
  private:
-  [[noreturn]] static void fail() { throw gpu::GpuError("device lost"); }
-  gpu::Holdings holdings_;
+  [[noreturn]] static void fail() { throw relight::gpu::GpuError("device lost"); }
+  relight::gpu::Holdings holdings_;
 };
 
 /// Works until told otherwise, by a switch that all its copies share.
-class FailingDevice : public gpu::Device {
+class FailingDevice : public relight::gpu::Device {
  public:
-  FailingDevice(std::unique_ptr<gpu::Device> real, std::shared_ptr<bool> broken)
+  FailingDevice(std::unique_ptr<relight::gpu::Device> real, std::shared_ptr<bool> broken)
       : real_(std::move(real)), broken_(std::move(broken)) {}
   std::string name() const override { return real_->name(); }
-  const gpu::Holdings& holdings() const override { return real_->holdings(); }
-  std::unique_ptr<gpu::Texture> create_texture(const gpu::TextureDesc& d) override { return ok().create_texture(d); }
-  std::unique_ptr<gpu::Buffer> create_buffer(std::size_t s, std::string_view n) override {
+  const relight::gpu::Holdings& holdings() const override { return real_->holdings(); }
+  std::unique_ptr<relight::gpu::Texture> create_texture(const relight::gpu::TextureDesc& d) override {
+    return ok().create_texture(d);
+  }
+  std::unique_ptr<relight::gpu::Buffer> create_buffer(std::size_t s, std::string_view n) override {
     return ok().create_buffer(s, n);
   }
-  std::unique_ptr<gpu::ComputePipeline> create_compute(std::string_view s) override { return ok().create_compute(s); }
-  std::unique_ptr<gpu::RasterPipeline> create_raster(const gpu::RasterDesc& d) override {
+  std::unique_ptr<relight::gpu::ComputePipeline> create_compute(std::string_view s) override {
+    return ok().create_compute(s);
+  }
+  std::unique_ptr<relight::gpu::RasterPipeline> create_raster(const relight::gpu::RasterDesc& d) override {
     return ok().create_raster(d);
   }
-  void upload(const gpu::Texture& t, int m, std::span<const std::byte> b) override { ok().upload(t, m, b); }
-  void upload(const gpu::Buffer& t, std::size_t o, std::span<const std::byte> b) override { ok().upload(t, o, b); }
-  std::vector<std::byte> download(const gpu::Texture& t, int m) override { return ok().download(t, m); }
-  std::vector<std::byte> download(const gpu::Buffer& b) override { return ok().download(b); }
-  std::unique_ptr<gpu::CommandList> begin() override { return ok().begin(); }
-  std::vector<gpu::PassTime> submit(gpu::CommandList& list) override { return ok().submit(list); }
+  void upload(const relight::gpu::Texture& t, int m, std::span<const std::byte> b) override { ok().upload(t, m, b); }
+  void upload(const relight::gpu::Buffer& t, std::size_t o, std::span<const std::byte> b) override {
+    ok().upload(t, o, b);
+  }
+  std::vector<std::byte> download(const relight::gpu::Texture& t, int m) override { return ok().download(t, m); }
+  std::vector<std::byte> download(const relight::gpu::Buffer& b) override { return ok().download(b); }
+  std::unique_ptr<relight::gpu::CommandList> begin() override { return ok().begin(); }
+  std::vector<relight::gpu::PassTime> submit(relight::gpu::CommandList& list) override { return ok().submit(list); }
 
  private:
-  gpu::Device& ok() {
+  relight::gpu::Device& ok() {
     if (*broken_) {
-      throw gpu::DeviceLost("device lost");
+      throw relight::gpu::DeviceLost("device lost");
     }
     return *real_;
   }
-  std::unique_ptr<gpu::Device> real_;
+  std::unique_ptr<relight::gpu::Device> real_;
   std::shared_ptr<bool> broken_;
 };
 
-Session small_camera() {
-  Session session;
+capture::Session small_camera() {
+  capture::Session session;
   session.color.model.width = 64;
   session.color.model.height = 48;
   session.color.model.fx = session.color.model.fy = 50;
@@ -74,53 +80,55 @@ Session small_camera() {
   return session;
 }
 
-FrameSet grey_frame() {
-  auto color = std::make_shared<Picture>();
-  color->encoded = Image<std::uint8_t>(64, 48, 3, 99);
-  FrameSet frame;
+capture::FrameSet grey_frame() {
+  auto color = std::make_shared<capture::Picture>();
+  color->encoded = capture::Image<std::uint8_t>(64, 48, 3, 99);
+  capture::FrameSet frame;
   frame.color = color;
   return frame;
 }
 
-Plan small_plan() {
-  Plan plan;
+relight::Plan small_plan() {
+  relight::Plan plan;
   plan.volume = 32;
   return plan;
 }
 
-Scene empty_room() {
-  Scene scene;
+reconstruct::Scene empty_room() {
+  reconstruct::Scene scene;
   scene.pose.emplace();
   scene.pose->T_tag_camera.translation().z() = 1;
   scene.pose->T_tag_camera.linear() = Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  scene.illumination = std::make_shared<Illumination>();
-  scene.field = std::make_shared<DistanceField>();
+  scene.illumination = std::make_shared<reconstruct::Illumination>();
+  scene.field = std::make_shared<reconstruct::DistanceField>();
   return scene;
 }
 
-Exhibit pyramid() {
+relight::Exhibit pyramid() {
   const TinySession tiny("live-relighter");
-  Exhibit exhibit;
+  relight::Exhibit exhibit;
   exhibit.objects.emplace_back();
-  exhibit.objects[0].model = load_model(tiny.folder / "pyramid.obj", 'z');
+  exhibit.objects[0].model = relight::load_model(tiny.folder / "pyramid.obj", 'z');
   return exhibit;
 }
 
 TEST(LiveRelighter, ADeviceThatCannotBeMadeIsAnErrorAtTheStart) {
-  EXPECT_THROW(
-      LiveRelighter(small_camera(), Plan(), []() -> std::shared_ptr<gpu::Device> { throw gpu::GpuError("none"); }),
-      gpu::GpuError);
-  EXPECT_THROW(LiveRelighter(small_camera(), Plan(), [] { return std::make_shared<BrokenDevice>(); }), gpu::GpuError);
+  EXPECT_THROW(LiveRelighter(small_camera(), relight::Plan(),
+                             []() -> std::shared_ptr<relight::gpu::Device> { throw relight::gpu::GpuError("none"); }),
+               relight::gpu::GpuError);
+  EXPECT_THROW(LiveRelighter(small_camera(), relight::Plan(), [] { return std::make_shared<BrokenDevice>(); }),
+               relight::gpu::GpuError);
 }
 
 TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
-  Plan plan;
+  relight::Plan plan;
   plan.method = "rays";
   plan.trace_scale = 8;
-  LiveRelighter relighter(small_camera(), plan, []() -> std::shared_ptr<gpu::Device> { throw gpu::GpuError("none"); });
+  LiveRelighter relighter(small_camera(), plan,
+                          []() -> std::shared_ptr<relight::gpu::Device> { throw relight::gpu::GpuError("none"); });
   ASSERT_TRUE(relighter.draws_prepared());
-  Scene scene = empty_room();
-  const Exhibit exhibit = pyramid();
+  reconstruct::Scene scene = empty_room();
+  const relight::Exhibit exhibit = pyramid();
   EXPECT_TRUE(relighter.wants_prepared(scene));
   const auto early = relighter.relight(grey_frame(), scene, exhibit, plan);
   EXPECT_TRUE(early.passed_through);
@@ -135,7 +143,7 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   EXPECT_TRUE(dark.up_to_date);
 
   // Light is followed at once, surfaces when they are prepared.
-  auto light = std::make_shared<Illumination>();
+  auto light = std::make_shared<reconstruct::Illumination>();
   light->lights.emplace_back();
   light->lights[0].direction = Eigen::Vector3f(0.1f, 0.2f, 1).normalized();
   light->lights[0].irradiance.setConstant(3);
@@ -144,29 +152,30 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   const auto lit = relighter.relight(grey_frame(), scene, exhibit, plan);
   EXPECT_GT(*std::max_element(lit.picture.srgb.data.begin(), lit.picture.srgb.data.end()),
             *std::max_element(dark.picture.srgb.data.begin(), dark.picture.srgb.data.end()) + 20);
-  scene.field = std::make_shared<DistanceField>();
+  scene.field = std::make_shared<reconstruct::DistanceField>();
   EXPECT_TRUE(relighter.wants_prepared(scene));
   const auto behind = relighter.relight(grey_frame(), scene, exhibit, plan);
   EXPECT_FALSE(behind.up_to_date);
   EXPECT_EQ(behind.picture.srgb.data, lit.picture.srgb.data);
 }
 
-class LiveRelighterOn : public testing::TestWithParam<gpu::Backend> {};
-INSTANTIATE_TEST_SUITE_P(BothDevices, LiveRelighterOn, testing::Values(gpu::Backend::vulkan, gpu::Backend::egl),
-                         [](const auto& test) { return std::string(gpu::name_of(test.param)); });
+class LiveRelighterOn : public testing::TestWithParam<relight::gpu::Backend> {};
+INSTANTIATE_TEST_SUITE_P(BothDevices, LiveRelighterOn,
+                         testing::Values(relight::gpu::Backend::vulkan, relight::gpu::Backend::egl),
+                         [](const auto& test) { return std::string(relight::gpu::name_of(test.param)); });
 
 TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
   const auto broken = std::make_shared<bool>(false);
   int made = 0;
-  LiveRelighter relighter(small_camera(), Plan(), [&]() -> std::shared_ptr<gpu::Device> {
+  LiveRelighter relighter(small_camera(), relight::Plan(), [&]() -> std::shared_ptr<relight::gpu::Device> {
     ++made;
     if (made == 2) {
-      throw gpu::GpuError("still gone");
+      throw relight::gpu::GpuError("still gone");
     }
-    return std::make_shared<FailingDevice>(gpu::create_device(GetParam(), {}), broken);
+    return std::make_shared<FailingDevice>(relight::gpu::create_device(GetParam(), {}), broken);
   });
-  const Scene scene = empty_room();
-  const Exhibit exhibit = pyramid();
+  const reconstruct::Scene scene = empty_room();
+  const relight::Exhibit exhibit = pyramid();
   *broken = true;
   const auto failed = relighter.relight(grey_frame(), scene, exhibit, small_plan());
   ASSERT_EQ(failed.picture.srgb.data, grey_frame().color->encoded.data);
@@ -188,10 +197,10 @@ TEST_P(LiveRelighterOn, ADeviceThatFailsIsMadeAgainAndThePictureGoesOn) {
 }
 
 TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
-  const gpu::LosableDevices losable(GetParam());
-  LiveRelighter relighter(small_camera(), Plan(), [] { return gpu::create_device(GetParam(), {}); });
-  const Scene scene = empty_room();
-  const Exhibit exhibit = pyramid();
+  const relight::gpu::LosableDevices losable(GetParam());
+  LiveRelighter relighter(small_camera(), relight::Plan(), [] { return relight::gpu::create_device(GetParam(), {}); });
+  const reconstruct::Scene scene = empty_room();
+  const relight::Exhibit exhibit = pyramid();
   const auto before = relighter.relight(grey_frame(), scene, exhibit, small_plan());
   ASSERT_FALSE(before.passed_through);
   EXPECT_NE(before.picture.srgb.data, grey_frame().color->encoded.data);
@@ -199,7 +208,7 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   losable.lose();
   // What stands still needs no device.
   EXPECT_EQ(relighter.relight(grey_frame(), scene, exhibit, small_plan()).picture.srgb.data, before.picture.srgb.data);
-  Exhibit moved = exhibit;
+  relight::Exhibit moved = exhibit;
   moved.objects.front().position_m.x() += 0.05;
   const auto failed = relighter.relight(grey_frame(), scene, moved, small_plan());
   EXPECT_TRUE(failed.passed_through);
@@ -215,4 +224,4 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

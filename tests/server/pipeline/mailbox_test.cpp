@@ -4,7 +4,7 @@
 
 #include <thread>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using std::chrono::milliseconds;
@@ -62,4 +62,4 @@ TEST(Mailbox, ASlowReaderSeesGrowingItemsAndNoneTwice) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

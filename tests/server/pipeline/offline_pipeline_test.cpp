@@ -9,39 +9,40 @@
 #include <string>
 
 #include "capture/source.h"
-#include "tests/relight/gpu/lost_device/lose.h"
 #include "server/pipeline/service_config.h"
+#include "tests/relight/gpu/lost_device/lose.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
-class LockStepOn : public testing::TestWithParam<gpu::Backend> {};
-INSTANTIATE_TEST_SUITE_P(BothDevices, LockStepOn, testing::Values(gpu::Backend::vulkan, gpu::Backend::egl),
-                         [](const auto& test) { return std::string(gpu::name_of(test.param)); });
+class LockStepOn : public testing::TestWithParam<relight::gpu::Backend> {};
+INSTANTIATE_TEST_SUITE_P(BothDevices, LockStepOn,
+                         testing::Values(relight::gpu::Backend::vulkan, relight::gpu::Backend::egl),
+                         [](const auto& test) { return std::string(relight::gpu::name_of(test.param)); });
 
 constexpr std::size_t kFrames = 3;
 
 /// `make` comes before a device is made, with how many there were.
 std::vector<FrameRecord> replayed(
     const std::function<void(std::size_t)>& before_frame, const std::function<void(int)>& make = [](int) {}) {
-  Plan plan;
+  relight::Plan plan;
   plan.volume = 32;
   plan.rsm = 64;
   plan.trace_scale = 4;
   ServiceFiles files;
   files.session = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
   ServiceInput input = read_service(files, plan);
-  const std::unique_ptr<FrameReader> frames = open_frames(input.session);
+  const std::unique_ptr<capture::FrameReader> frames = capture::open_frames(input.session);
   OfflinePipeline pipeline(
       input.session, std::move(input.exhibit), input.plan,
       [&, made = 0]() mutable {
         make(made++);
-        return gpu::create_device(LockStepOn::GetParam(), {});
+        return relight::gpu::create_device(LockStepOn::GetParam(), {});
       },
       nullptr);
   std::vector<FrameRecord> records;
   while (records.size() < kFrames) {
-    const std::optional<FrameSet> frame = frames->next(std::chrono::seconds(10));
+    const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10));
     if (!frame) break;
     before_frame(records.size());
     records.push_back(pipeline.step(*frame, false));
@@ -49,7 +50,7 @@ std::vector<FrameRecord> replayed(
   return records;
 }
 
-int farthest_apart(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
+int farthest_apart(const capture::Image<std::uint8_t>& a, const capture::Image<std::uint8_t>& b) {
   if (a.data.size() != b.data.size()) return 256;
   int most = 0;
   for (std::size_t i = 0; i < a.data.size(); ++i) most = std::max(most, std::abs(a.data[i] - b.data[i]));
@@ -59,7 +60,7 @@ int farthest_apart(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
 // The pictures of a replay don't tell that a device was lost; its records do. But a code value may round the other way:
 // a new device gets all of the room, an old one hears of slight changes some pictures later.
 TEST_P(LockStepOn, ALostDeviceCostsNoPicture) {
-  const gpu::LosableDevices losable(GetParam());
+  const relight::gpu::LosableDevices losable(GetParam());
   const std::vector<FrameRecord> wanted = replayed([](std::size_t) {});
   const std::vector<FrameRecord> got = replayed([&](std::size_t i) {
     if (i == 1) losable.lose();
@@ -76,7 +77,7 @@ TEST_P(LockStepOn, ALostDeviceCostsNoPicture) {
 }
 
 TEST_P(LockStepOn, WithoutAnotherDeviceTheNextFrameAsksAgain) {
-  const gpu::LosableDevices losable(GetParam());
+  const relight::gpu::LosableDevices losable(GetParam());
   const std::vector<FrameRecord> got = replayed(
       [&](std::size_t i) {
         if (i == 1) losable.lose();
@@ -92,4 +93,4 @@ TEST_P(LockStepOn, WithoutAnotherDeviceTheNextFrameAsksAgain) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <thread>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using std::chrono::milliseconds;
@@ -54,4 +54,4 @@ TEST(LatencyScheduler, PoseBeginsWhenRelightIsNearlyDone) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

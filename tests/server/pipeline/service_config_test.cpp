@@ -5,13 +5,13 @@
 #include "capture/error.h"
 #include "tests/server/tiny_session.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 std::string error_of(const ServiceFiles& files) {
   try {
-    read_service(files, Plan{});
-  } catch (const InputError& e) {
+    read_service(files, relight::Plan{});
+  } catch (const capture::InputError& e) {
     return e.what();
   }
   return "";
@@ -40,13 +40,13 @@ TEST(ServiceConfig, AConfigurationMayNameASession) {
   ServiceFiles files;
   files.config = tiny.folder / "kiosk.toml";
   files.overrides = {"tag.id=8", "server.jpeg_quality=50", "server.backend=egl"};
-  const ServiceInput input = read_service(files, Plan{});
+  const ServiceInput input = read_service(files, relight::Plan{});
   EXPECT_EQ(input.session.name, "tiny");
   EXPECT_EQ(input.session.tag.id, 8) << "--set reaches the session's keys";
   EXPECT_TRUE(input.exhibit.objects.empty());
   EXPECT_EQ(input.server.max_viewers, 3);
   EXPECT_EQ(input.server.jpeg_quality, 50);
-  EXPECT_EQ(input.server.backend, gpu::Backend::egl);
+  EXPECT_EQ(input.server.backend, relight::gpu::Backend::egl);
   EXPECT_EQ(input.plan.volume, 64);
 }
 
@@ -55,7 +55,7 @@ TEST(ServiceConfig, AConfigurationMayHoldCamerasItself) {
   tiny.write("kiosk.toml", "exhibit = \"exhibit.toml\"\n" + tiny.read("session.toml") + "[server]\nlisten = \":81\"\n");
   ServiceFiles files;
   files.config = tiny.folder / "kiosk.toml";
-  const ServiceInput input = read_service(files, Plan{});
+  const ServiceInput input = read_service(files, relight::Plan{});
   EXPECT_EQ(input.exhibit.objects.size(), 1u);
   EXPECT_EQ(input.server.port, 81);
 }
@@ -64,9 +64,9 @@ TEST(ServiceConfig, ObsoleteKeysOfAnExhibitAreWarnedOf) {
   const TinySession tiny("obsolete");
   ServiceFiles files;
   files.session = tiny.folder;
-  EXPECT_TRUE(read_service(files, Plan{}).warnings.empty());
+  EXPECT_TRUE(read_service(files, relight::Plan{}).warnings.empty());
   tiny.write("exhibit.toml", "[[object]]\nrigid = true\nmodel = \"pyramid.obj\"\n");
-  const ServiceInput input = read_service(files, Plan{});
+  const ServiceInput input = read_service(files, relight::Plan{});
   EXPECT_EQ(input.exhibit.objects.size(), 1u);
   ASSERT_EQ(input.warnings.size(), 1u);
   EXPECT_NE(input.warnings[0].find("exhibit.toml:2: object.0.rigid"), std::string::npos) << input.warnings[0];
@@ -108,4 +108,4 @@ TEST(ServiceConfig, Listen) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -11,13 +11,13 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 constexpr double kLeastPsnr_dB = 34;  // 4:2:0 at the stream's quality, on a smooth picture with an edge
 
-Image<std::uint8_t> scene(int width, int height, int shift) {
-  Image<std::uint8_t> image(width, height, 3);
+capture::Image<std::uint8_t> scene(int width, int height, int shift) {
+  capture::Image<std::uint8_t> image(width, height, 3);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const bool box = x > 40 + shift && x < 90 + shift && y > 30 && y < 80;
@@ -29,7 +29,7 @@ Image<std::uint8_t> scene(int width, int height, int shift) {
   return image;
 }
 
-double psnr_dB(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b) {
+double psnr_dB(const capture::Image<std::uint8_t>& a, const capture::Image<std::uint8_t>& b) {
   double squares = 0;
   for (std::size_t i = 0; i < a.data.size(); ++i) {
     squares += std::pow(static_cast<double>(a.data[i]) - b.data[i], 2);
@@ -47,7 +47,7 @@ class H264Decoder {
     av_frame_free(&frame_);
     avcodec_free_context(&codec_);
   }
-  Image<std::uint8_t> decode(std::vector<std::uint8_t> unit) {
+  capture::Image<std::uint8_t> decode(std::vector<std::uint8_t> unit) {
     const std::size_t size = unit.size();
     unit.resize(size + AV_INPUT_BUFFER_PADDING_SIZE);
     AVPacket* packet = av_packet_alloc();
@@ -60,7 +60,7 @@ class H264Decoder {
     }
     EXPECT_EQ(frame_->colorspace, AVCOL_SPC_BT709);
     EXPECT_EQ(frame_->color_range, AVCOL_RANGE_MPEG);
-    Image<std::uint8_t> rgb(frame_->width, frame_->height, 3);
+    capture::Image<std::uint8_t> rgb(frame_->width, frame_->height, 3);
     SwsContext* convert =
         sws_getContext(rgb.width, rgb.height, static_cast<AVPixelFormat>(frame_->format), rgb.width, rgb.height,
                        AV_PIX_FMT_RGB24, SWS_BILINEAR | SWS_ACCURATE_RND, nullptr, nullptr, nullptr);
@@ -82,10 +82,10 @@ TEST(H264, EveryPictureComesOutAtOnceAndLooksLikeWhatWentIn) {
   H264Encoder encoder(160, 120);
   H264Decoder decoder;
   for (int i = 0; i < 10; ++i) {
-    const Image<std::uint8_t> in = scene(160, 120, 2 * i);
+    const capture::Image<std::uint8_t> in = scene(160, 120, 2 * i);
     const H264Encoder::AccessUnit unit = encoder.encode(in, i * 33'000'000, false);
     EXPECT_EQ(unit.key, i == 0);
-    const Image<std::uint8_t> out = decoder.decode(unit.bytes);
+    const capture::Image<std::uint8_t> out = decoder.decode(unit.bytes);
     ASSERT_EQ(out.width, 160) << "picture " << i << " is held back";
     EXPECT_GT(psnr_dB(in, out), kLeastPsnr_dB) << i;
   }
@@ -106,15 +106,15 @@ TEST(H264, AViewerCanBeginAtAnyKeyPicture) {
 
 TEST(H264, OddSizesLoseTheirLastColumnAndRow) {
   H264Encoder encoder(161, 121);
-  const Image<std::uint8_t> out = H264Decoder().decode(encoder.encode(scene(161, 121, 0), 0, true).bytes);
+  const capture::Image<std::uint8_t> out = H264Decoder().decode(encoder.encode(scene(161, 121, 0), 0, true).bytes);
   EXPECT_EQ(out.width, 160);
   EXPECT_EQ(out.height, 120);
 }
 
 TEST(Jpeg, LooksLikeWhatWentIn) {
-  const Image<std::uint8_t> in = scene(160, 120, 0);
+  const capture::Image<std::uint8_t> in = scene(160, 120, 0);
   const std::vector<std::uint8_t> file = JpegEncoder(85).encode(in);
-  Image<std::uint8_t> out(160, 120, 3);
+  capture::Image<std::uint8_t> out(160, 120, 3);
   const tjhandle decoder = tjInitDecompress();
   ASSERT_EQ(tjDecompress2(decoder, file.data(), file.size(), out.data.data(), 160, 480, 120, TJPF_RGB, 0), 0);
   tjDestroy(decoder);
@@ -126,7 +126,7 @@ TEST(EncodeStage, MakesOnlyWhatIsWantedAndFewKeysOnDemand) {
   Metrics metrics;
   EncodeStage stage(85, demand, metrics);
   ShownPicture picture;
-  picture.srgb = std::make_shared<const Image<std::uint8_t>>(scene(160, 120, 0));
+  picture.srgb = std::make_shared<const capture::Image<std::uint8_t>>(scene(160, 120, 0));
   picture.sequence = 5;
   picture.passed_through = true;
   picture.captured = std::chrono::steady_clock::now();
@@ -155,4 +155,4 @@ TEST(EncodeStage, MakesOnlyWhatIsWantedAndFewKeysOnDemand) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,7 +7,7 @@
 
 #include "tests/server/stream/stream_header.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 TEST(Protocol, HeaderRoundTripAndLayout) {
@@ -126,4 +126,4 @@ TEST(Protocol, ThePageNamesEveryMessage) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 TEST(RequestGuard, LoopbackAnswersLoopbackNamesAlone) {
@@ -27,4 +27,4 @@ TEST(RequestGuard, OnlyPagesOfThisHostAndPort) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,7 +7,7 @@
 
 #include "server/stream/protocol.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 template <typename T>
 T little_endian(std::span<const std::uint8_t> in, std::size_t offset) {
@@ -36,4 +36,4 @@ inline std::optional<StreamHeader> parse_stream_header(std::span<const std::uint
   return header;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 std::shared_ptr<const StreamMessage> picture(StreamKind kind, std::uint32_t sequence) {
@@ -116,4 +116,4 @@ TEST(ViewerQueue, TextGoesFirstAndTheNewestOfAKindWins) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

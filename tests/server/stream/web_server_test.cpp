@@ -11,7 +11,7 @@
 #include "tests/server/stream/stream_header.h"
 #include "tests/server/stream/websocket_client.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using std::chrono::milliseconds;
@@ -299,4 +299,4 @@ TEST(WebServerStart, AnAddressInUseIsSaid) {
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -7,7 +7,7 @@
 
 #include <array>
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -187,4 +187,4 @@ bool WebsocketClient::closed_by_peer(std::chrono::milliseconds timeout) {
   return false;
 }
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace lumigraft {
+namespace lumigraft::server {
 
 /// Connected to 127.0.0.1; receives with a timeout. -1 where refused.
 int connect_to(std::uint16_t port);
@@ -48,4 +48,4 @@ class WebsocketClient {
   std::string reply_, buffer_;
 };
 
-}  // namespace lumigraft
+}  // namespace lumigraft::server

@@ -9,12 +9,12 @@
 #include "capture/error.h"
 #include "server/truth/truth.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
-FisheyeCamera looking_up() {
-  FisheyeCamera camera;
-  camera.model.kind = CameraModel::Kind::equidistant;
+capture::FisheyeCamera looking_up() {
+  capture::FisheyeCamera camera;
+  camera.model.kind = capture::CameraModel::Kind::equidistant;
   camera.model.width = camera.model.height = 200;
   camera.model.fx = camera.model.fy = 60;
   camera.model.cx = camera.model.cy = 99.5;
@@ -30,8 +30,8 @@ TrueLamp bulb(const Eigen::Vector3d& centre_m) {
   return lamp;
 }
 
-PointLight found_along(const Eigen::Vector3f& direction, int id) {
-  PointLight light;
+reconstruct::PointLight found_along(const Eigen::Vector3f& direction, int id) {
+  reconstruct::PointLight light;
   light.id = id;
   light.direction = direction.normalized();
   light.irradiance = Eigen::Vector3f::Constant(1e-3f);
@@ -42,15 +42,15 @@ TEST(Oracle, Parts) {
   EXPECT_FALSE(parse_oracle_parts("").any());
   const OracleParts parts = parse_oracle_parts("pose,albedo");
   EXPECT_TRUE(parts.pose && parts.albedo && !parts.light && !parts.geometry);
-  EXPECT_THROW(parse_oracle_parts("pose,colour"), InputError);
+  EXPECT_THROW(parse_oracle_parts("pose,colour"), capture::InputError);
 }
 
 TEST(Oracle, ATrueLampTakesThePlaceOfItsPicture) {
-  Illumination split;
+  reconstruct::Illumination split;
   split.lights = {found_along({0.02f, 0, 1}, 3), found_along({1, 0, 0.3f}, 5)};
-  const Illumination light = with_true_lamps(split, {bulb({0, 0, 2})}, looking_up());
+  const reconstruct::Illumination light = with_true_lamps(split, {bulb({0, 0, 2})}, looking_up());
   ASSERT_EQ(light.lights.size(), 2u);
-  const PointLight& lamp = light.lights[0];
+  const reconstruct::PointLight& lamp = light.lights[0];
   EXPECT_EQ(lamp.id, 3);
   ASSERT_TRUE(lamp.distance_known);
   EXPECT_NEAR(lamp.intensity.x(), 100 * std::numbers::pi * 0.01, 1e-5);  // L π r²
@@ -59,7 +59,7 @@ TEST(Oracle, ATrueLampTakesThePlaceOfItsPicture) {
 }
 
 TEST(Oracle, LampsOutOfViewAreAddedThoseInTheRemainderAreNot) {
-  const Illumination light = with_true_lamps({}, {bulb({0, 0, 2}), bulb({0, 1, -2})}, looking_up());
+  const reconstruct::Illumination light = with_true_lamps({}, {bulb({0, 0, 2}), bulb({0, 1, -2})}, looking_up());
   ASSERT_EQ(light.lights.size(), 1u);
   EXPECT_LT(light.lights[0].position_m.z(), 0);
 }
@@ -80,10 +80,10 @@ TEST(Truth, AStillSessionHasOneFolder) {
   EXPECT_EQ(truth_folder(session, 7), session / "truth/000000");
   std::filesystem::create_directories(session / "truth/000001");
   EXPECT_EQ(truth_folder(session, 7), session / "truth/000007");
-  EXPECT_THROW(read_true_pose(session / "truth/000007/pose.json"), InputError);
+  EXPECT_THROW(read_true_pose(session / "truth/000007/pose.json"), capture::InputError);
   std::ofstream(session / "truth/000000/pose.json") << "{\"T_tag_from_camera\": [[1, 0";
-  EXPECT_THROW(read_true_pose(session / "truth/000000/pose.json"), InputError);
+  EXPECT_THROW(read_true_pose(session / "truth/000000/pose.json"), capture::InputError);
 }
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

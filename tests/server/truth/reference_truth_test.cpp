@@ -16,7 +16,7 @@
 #include "server/pipeline/service_config.h"
 #include "server/truth/truth.h"
 
-namespace lumigraft {
+namespace lumigraft::server {
 namespace {
 
 namespace fs = std::filesystem;
@@ -35,8 +35,8 @@ fs::path folder_of(const std::string& session) {
 }
 
 /// Means over squares of `factor` pixels.
-Image<float> smaller(const Image<float>& image, int factor) {
-  Image<float> small(image.width / factor, image.height / factor, image.channels);
+capture::Image<float> smaller(const capture::Image<float>& image, int factor) {
+  capture::Image<float> small(image.width / factor, image.height / factor, image.channels);
   for (int v = 0; v < small.height * factor; ++v) {
     for (int u = 0; u < small.width * factor; ++u) {
       for (int c = 0; c < image.channels; ++c) {
@@ -48,7 +48,7 @@ Image<float> smaller(const Image<float>& image, int factor) {
 }
 
 /// Standard deviation of a picture from two independent ones, where no object is seen.
-double noise(const Image<float>& a, const Image<float>& b, const Image<float>& coverage) {
+double noise(const capture::Image<float>& a, const capture::Image<float>& b, const capture::Image<float>& coverage) {
   double sum = 0;
   int count = 0;
   for (std::size_t i = 0; i < a.data.size(); ++i) {
@@ -67,12 +67,12 @@ TEST_P(ReferenceTruth, ChangeIsTheTruthsOwn) {
     GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with sessions/" << GetParam().session;
   }
   const ServiceInput input = read_service({{}, folder, {}, {}}, replay_plan());
-  auto scene = std::make_shared<ReferenceScene>(*TrueRoom(input.session).at({}));
-  scene->objects = reference_objects_of(input.exhibit, 0);
-  const DeltaPathTracer tracer(scene);
+  auto scene = std::make_shared<relight::ReferenceScene>(*TrueRoom(input.session).at({}));
+  scene->objects = relight::reference_objects_of(input.exhibit, 0);
+  const relight::DeltaPathTracer tracer(scene);
 
   const fs::path truth = truth_folder(folder, 0);
-  ReferenceCamera camera{input.session.color.model, read_true_pose(truth / "pose.json").cast<float>()};
+  relight::ReferenceCamera camera{input.session.color.model, read_true_pose(truth / "pose.json").cast<float>()};
   const int factor = camera.model.width / kWidth;
   camera.model.width /= factor;
   camera.model.height /= factor;
@@ -80,15 +80,15 @@ TEST_P(ReferenceTruth, ChangeIsTheTruthsOwn) {
   camera.model.fy /= factor;
   camera.model.cx = (camera.model.cx + 0.5) / factor - 0.5;
   camera.model.cy = (camera.model.cy + 0.5) / factor - 0.5;
-  const Image<float> with = smaller(read_radiance(truth / "augmented.exr"), factor);
-  const Image<float> without = smaller(read_radiance(truth / "background.exr"), factor);
+  const capture::Image<float> with = smaller(capture::read_radiance(truth / "augmented.exr"), factor);
+  const capture::Image<float> without = smaller(capture::read_radiance(truth / "background.exr"), factor);
 
-  ReferenceSamples samples;
+  relight::ReferenceSamples samples;
   samples.per_pixel = kSamples;
   const std::clock_t start = std::clock();
-  const ReferencePicture first = tracer.change(camera, samples);
+  const relight::ReferencePicture first = tracer.change(camera, samples);
   samples.seed = 1;
-  const ReferencePicture second = tracer.change(camera, samples);
+  const relight::ReferencePicture second = tracer.change(camera, samples);
   const std::clock_t changed = std::clock();
   double error2 = 0, change2 = 0, noise2 = 0, sum = 0, truth_sum = 0;
   for (std::size_t i = 0; i < with.data.size(); ++i) {
@@ -106,12 +106,12 @@ TEST_P(ReferenceTruth, ChangeIsTheTruthsOwn) {
   EXPECT_NEAR(sum, truth_sum, 0.02 * std::abs(truth_sum) + 4 * std::sqrt(noise2))
       << "light that the room loses or gains in all";
 
-  std::vector<Image<float>> differences;
+  std::vector<capture::Image<float>> differences;
   for (const std::uint32_t seed : {2u, 3u}) {
     samples.seed = 2 * seed;
-    Image<float> difference = tracer.radiance(camera, samples, true);
+    capture::Image<float> difference = tracer.radiance(camera, samples, true);
     samples.seed = 2 * seed + 1;
-    const Image<float> real = tracer.radiance(camera, samples, false);
+    const capture::Image<float> real = tracer.radiance(camera, samples, false);
     for (std::size_t i = 0; i < real.data.size(); ++i) difference.data[i] -= real.data[i];
     differences.push_back(std::move(difference));
   }
@@ -137,4 +137,4 @@ INSTANTIATE_TEST_SUITE_P(Sessions, ReferenceTruth,
                          });
 
 }  // namespace
-}  // namespace lumigraft
+}  // namespace lumigraft::server

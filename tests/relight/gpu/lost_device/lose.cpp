@@ -6,7 +6,7 @@
 
 #include "relight/gpu/egl/choose_device.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 namespace {
 
 constexpr const char* kFolder = LUMIGRAFT_LOST_DEVICE_FOLDER;
@@ -34,4 +34,4 @@ void LosableDevices::lose() const {
   dlclose(layer);
 }
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu

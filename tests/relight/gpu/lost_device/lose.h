@@ -4,7 +4,7 @@
 
 #include "relight/gpu/device.h"
 
-namespace lumigraft::gpu {
+namespace lumigraft::relight::gpu {
 
 /// While it lives, devices that are made can be lost. Vulkan: by a layer between program and driver, which answers
 /// VK_ERROR_DEVICE_LOST (layer.cpp). EGL: by closing the driver's connection, which takes all contexts along.
@@ -21,4 +21,4 @@ class LosableDevices {
   Backend backend_;
 };
 
-}  // namespace lumigraft::gpu
+}  // namespace lumigraft::relight::gpu
