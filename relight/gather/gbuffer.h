@@ -2,7 +2,7 @@
 // What every pixel shows of the room.
 #include "capture/image.h"
 #include "relight/gather/ray_room.h"
-#include "relight/reference/delta_path_tracer.h"
+#include "relight/tracing/posed_camera.h"
 
 namespace lumigraft::relight {
 
@@ -29,7 +29,7 @@ class PixelRays {
 
 struct CameraRays {
   const PixelRays& rays;
-  ReferenceCamera camera;
+  PosedCamera camera;
 
   Eigen::Vector3f ray(int u, int v, const Eigen::Vector2f& within = {0.5f, 0.5f}) const {
     return camera.T_tag_camera.linear() * rays.at(u, v, within);

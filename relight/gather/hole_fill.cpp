@@ -37,7 +37,7 @@ Rgb coded(const Rgb& light, float exposure) {
 
 }  // namespace
 
-void fill_holes(const ReferenceCamera& camera, const capture::Image<float>& radiance, float exposure,
+void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance, float exposure,
                 std::vector<GBufferPixel>& seen) {
   constexpr std::array<std::array<int, 2>, 8> ways = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};

@@ -34,7 +34,7 @@ struct Side {
 
 class Edges {
  public:
-  Edges(const ReferenceCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
+  Edges(const PosedCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
         const std::vector<GBufferPixel>& seen)
       : eye_m_(camera.T_tag_camera.translation()),
         focal_px_(static_cast<float>(camera.model.fx)),
@@ -177,7 +177,7 @@ class Edges {
 
 }  // namespace
 
-void sharpen_edges(const ReferenceCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
+void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
                    std::vector<GBufferPixel>& seen) {
   const Edges edges(camera, radiance, exposure, voxel_m, seen);
   const int width = edges.width(), height = edges.height();

@@ -9,7 +9,7 @@ namespace lumigraft::relight {
 /// they lie on: that which the pixel's ray meets where the planes cross, or, about as near to it, that which looks more
 /// like the pixel. Pixels are left as they are where there aren't two planes beside them: real curves, ends, clutter.
 /// `exposure`: radiance times that is what the camera shows, 1 at most.
-void sharpen_edges(const ReferenceCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
+void sharpen_edges(const PosedCamera& camera, const capture::Image<float>& radiance, float exposure, float voxel_m,
                    std::vector<GBufferPixel>& seen);
 
 }  // namespace lumigraft::relight

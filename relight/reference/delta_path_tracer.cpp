@@ -38,7 +38,7 @@ void for_each_pixel(int width, int height, int threads, const std::function<void
 }
 
 /// Through a point of the pixel's square, if the camera has a ray there.
-std::optional<Ray> camera_ray(const ReferenceCamera& camera, int u, int v, Sampler& sampler) {
+std::optional<Ray> camera_ray(const PosedCamera& camera, int u, int v, Sampler& sampler) {
   const Eigen::Vector2f within = sampler.two();
   const auto w = camera.model.unproject({u + within.x() - 0.5, v + within.y() - 0.5});
   if (!w) return std::nullopt;
@@ -47,7 +47,7 @@ std::optional<Ray> camera_ray(const ReferenceCamera& camera, int u, int v, Sampl
 
 /// Calls `sample(ray, paths)` for samples of a pixel.
 template <typename Sample>
-void for_each_sample(const TraceWorld& world, const ReferenceCamera& camera, std::uint32_t seed, int count, int u,
+void for_each_sample(const TraceWorld& world, const PosedCamera& camera, std::uint32_t seed, int count, int u,
                      int v, Sample sample) {
   for (int i = 0; i < count; ++i) {
     Sampler sampler(seed, static_cast<std::uint32_t>(v * camera.model.width + u), static_cast<std::uint32_t>(i));
@@ -68,7 +68,7 @@ constexpr int kAround_px = 4;           // over which noise is averaged: few sam
 /// How many samples each pixel takes, so that the picture's error is least for `per_pixel` on average: in proportion to
 /// the standard deviation of one sample around there, which other samples tell. Those are not used again, so that
 /// counts and values are independent and nothing is biased.
-std::vector<int> sample_counts(const TraceWorld& world, const ReferenceCamera& camera,
+std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camera,
                                const ReferenceSamples& samples) {
   const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kPilotShare;
   std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);
@@ -117,7 +117,7 @@ DeltaPathTracer::DeltaPathTracer(std::shared_ptr<const ReferenceScene> scene)
     : state_(new State{TraceWorld(std::move(scene))}) {}
 DeltaPathTracer::~DeltaPathTracer() = default;
 
-ReferencePicture DeltaPathTracer::change(const ReferenceCamera& camera, const ReferenceSamples& samples) const {
+ReferencePicture DeltaPathTracer::change(const PosedCamera& camera, const ReferenceSamples& samples) const {
   const int width = camera.model.width, height = camera.model.height;
   ReferencePicture picture{capture::Image<float>(width, height, 3), capture::Image<float>(width, height, 3),
                            capture::Image<float>(width, height, 1)};
@@ -140,7 +140,7 @@ ReferencePicture DeltaPathTracer::change(const ReferenceCamera& camera, const Re
   return picture;
 }
 
-capture::Image<float> DeltaPathTracer::radiance(const ReferenceCamera& camera, const ReferenceSamples& samples,
+capture::Image<float> DeltaPathTracer::radiance(const PosedCamera& camera, const ReferenceSamples& samples,
                                                 bool with_objects) const {
   capture::Image<float> picture(camera.model.width, camera.model.height, 3);
   for_each_pixel(picture.width, picture.height, samples.threads, [&](int u, int v) {

@@ -15,14 +15,10 @@
 #include <cstdint>
 #include <memory>
 
+#include "relight/tracing/posed_camera.h"
 #include "relight/tracing/trace_scene.h"
 
 namespace lumigraft::relight {
-
-struct ReferenceCamera {
-  capture::CameraModel model;
-  Eigen::Isometry3f T_tag_camera = Eigen::Isometry3f::Identity();
-};
 
 struct ReferenceSamples {
   int per_pixel = 16;      ///< on average; `change` takes more of them where there is more noise
@@ -42,10 +38,10 @@ class DeltaPathTracer {
   explicit DeltaPathTracer(std::shared_ptr<const ReferenceScene> scene);
   ~DeltaPathTracer();
 
-  ReferencePicture change(const ReferenceCamera& camera, const ReferenceSamples& samples) const;
+  ReferencePicture change(const PosedCamera& camera, const ReferenceSamples& samples) const;
 
   /// L_ρ (with the objects) or L_μ (without), by ordinary path tracing.
-  capture::Image<float> radiance(const ReferenceCamera& camera, const ReferenceSamples& samples,
+  capture::Image<float> radiance(const PosedCamera& camera, const ReferenceSamples& samples,
                                  bool with_objects) const;
 
  private:

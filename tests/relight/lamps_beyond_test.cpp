@@ -68,7 +68,7 @@ TEST(LampsBeyond, AGuessedSideHidesNoneFromRays) {
 
 TEST(LampsBeyond, NorFromTheReference) {
   const ClosedScene scene = ball_under_lamps();
-  const relight::ReferenceCamera camera{scene.session().color.model, scene.T_tag_camera().cast<float>()};
+  const relight::PosedCamera camera{scene.session().color.model, scene.T_tag_camera().cast<float>()};
   reconstruct::Scene room = scene.scene();
   const auto change = [&] {
     relight::ReferenceScene reference = relight::reference_room_of(room, {});
@@ -89,7 +89,7 @@ TEST(LampsBeyond, ASkyIsHidden) {
   roof.hides = false;
   room.real = {square(100, 0, lambert(0.5f)), roof};
   room.environment.radiance = capture::Image<float>(16, 8, 3, 1.0f);
-  const relight::ReferenceCamera camera = looking({0, -0.3f, 0.5f}, {0, 0, 0}, 0.2f, 8, 8);
+  const relight::PosedCamera camera = looking({0, -0.3f, 0.5f}, {0, 0, 0}, 0.2f, 8, 8);
   EXPECT_LT(mean(tracer_of(room).radiance(camera, samples_of(64), false)), 0.01);
   room.lamps = {bulb({0, 0, 2}, 0.05f, 100)};
   const double expected = 0.5 * 100 * 0.05 * 0.05 / 4;  // ρ / π · L · π r² / d²

@@ -13,13 +13,13 @@ constexpr int kRaysAlong = 4;  // of a pixel's edge
 
 }  // namespace
 
-std::optional<Eigen::Vector3f> ray_through(const relight::ReferenceCamera& camera, double u, double v) {
+std::optional<Eigen::Vector3f> ray_through(const relight::PosedCamera& camera, double u, double v) {
   const auto w = camera.model.unproject({u, v});
   if (!w) return std::nullopt;
   return (camera.T_tag_camera.linear() * w->cast<float>()).normalized();
 }
 
-capture::Image<float> object_coverage(const relight::TraceWorld& world, const relight::ReferenceCamera& camera) {
+capture::Image<float> object_coverage(const relight::TraceWorld& world, const relight::PosedCamera& camera) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   const Eigen::Vector3f from = camera.T_tag_camera.translation();
   capture::Image<float> coverage(camera.model.width, camera.model.height, 1);

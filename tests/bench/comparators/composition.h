@@ -10,10 +10,10 @@
 namespace lumigraft::comparators {
 
 /// Unit, in the tag frame, through a point of the picture, if the camera has a ray there.
-std::optional<Eigen::Vector3f> ray_through(const relight::ReferenceCamera& camera, double u, double v);
+std::optional<Eigen::Vector3f> ray_through(const relight::PosedCamera& camera, double u, double v);
 
 /// Share of each pixel that objects cover, of 16 rays.
-capture::Image<float> object_coverage(const relight::TraceWorld& world, const relight::ReferenceCamera& camera);
+capture::Image<float> object_coverage(const relight::TraceWorld& world, const relight::PosedCamera& camera);
 
 /// Differential rendering (Debevec 1998, eq. 3): what is added to (1 - coverage) of the camera's light. Pictures of
 /// the whole scene with objects and without.

@@ -37,7 +37,7 @@ TEST(Composition, CoverageOfADiscIsItsArea) {
   auto scene = std::make_shared<relight::ReferenceScene>();
   scene->real = {square(1, 0, lambert(0.5f))};
   scene->objects = {disc(0.3f, 0.1f, lambert(0.5f))};
-  const relight::ReferenceCamera camera = looking({0.001f, 0, 1.1f}, {0, 0, 0.1f}, 1, 40, 40);
+  const relight::PosedCamera camera = looking({0.001f, 0, 1.1f}, {0, 0, 0.1f}, 1, 40, 40);
   const capture::Image<float> coverage = object_coverage(relight::TraceWorld(scene), camera);
   EXPECT_NEAR(mean(coverage), relight::kPi * 0.3f * 0.3f, 0.003);
 }

@@ -29,7 +29,7 @@ constexpr std::array<int, 2> kLightPaths{256, 1024};
 
 double time_s(const Contest& contest) { return static_cast<double>(contest.scene.frame.time_ns) * 1e-9; }
 
-relight::ReferenceCamera camera_of(const Contest& contest) {
+relight::PosedCamera camera_of(const Contest& contest) {
   return {contest.input.session.color.model, contest.scene.scene.pose->T_tag_camera.cast<float>()};
 }
 

@@ -170,7 +170,7 @@ class Renderer {
 }  // namespace
 
 relight::ReferencePicture instant_radiosity(const std::shared_ptr<const relight::ReferenceScene>& scene,
-                                            const relight::ReferenceCamera& camera,
+                                            const relight::PosedCamera& camera,
                                             const InstantRadiosityOptions& options) {
   const World world(scene);
   const Renderer renderer(world, options);

@@ -25,7 +25,7 @@ std::shared_ptr<const relight::ReferenceScene> corner() {
   return scene;
 }
 
-relight::ReferenceCamera from_above() { return looking({0.9f, -1.6f, 1.3f}, {-0.3f, 0.3f, 0.2f}, 1.6f, 32, 24); }
+relight::PosedCamera from_above() { return looking({0.9f, -1.6f, 1.3f}, {-0.3f, 0.3f, 0.2f}, 1.6f, 32, 24); }
 
 /// RMS of the differences over the RMS of the change, where no object is seen.
 double error(const relight::ReferencePicture& picture, const relight::ReferencePicture& truth) {
@@ -40,9 +40,9 @@ double error(const relight::ReferencePicture& picture, const relight::ReferenceP
 
 /// Instant radiosity has one ray for a pixel, the reference many: of 4 × 4 pixels, each for a pixel of the reference.
 relight::ReferencePicture lights_of(const std::shared_ptr<const relight::ReferenceScene>& scene,
-                                    const relight::ReferenceCamera& camera, const InstantRadiosityOptions& options) {
+                                    const relight::PosedCamera& camera, const InstantRadiosityOptions& options) {
   constexpr int kFactor = 4;
-  relight::ReferenceCamera fine = camera;
+  relight::PosedCamera fine = camera;
   capture::CameraModel& m = fine.model;
   m.width *= kFactor;
   m.height *= kFactor;
@@ -99,7 +99,7 @@ TEST(InstantRadiosity, OneBounceOfAnObjectIsTheReferences) {
   scene->objects = {ball(0.25f, {0, 0, 0.5f}, lambert(0.8f))};
   scene->lamps = {panel({0, 0, 1.5f}, 0.001f, 0.001f, 1e5f)};
   scene->lamps[0].normal = {0, 0, -1};
-  const relight::ReferenceCamera camera = looking({0.9f, -1.6f, 1.3f}, {0, 0, 0.2f}, 1.6f, 32, 24);
+  const relight::PosedCamera camera = looking({0.9f, -1.6f, 1.3f}, {0, 0, 0.2f}, 1.6f, 32, 24);
   const relight::ReferencePicture truth = relight::DeltaPathTracer(scene).change(camera, samples_of(256));
   const relight::ReferencePicture lights = lights_of(scene, camera, many());
   EXPECT_LT(error(lights, truth), 0.04);

@@ -47,7 +47,7 @@ class WallRadiance {
   WallRadiance() {
     const relight::DeltaPathTracer tracer = tracer_of(true_room());
     for (int wall = 0; wall < 6; ++wall) {
-      relight::ReferenceCamera camera;
+      relight::PosedCamera camera;
       camera.model.width = camera.model.height = kEdge;
       camera.model.fx = camera.model.fy = 0.5 * kEdge;
       camera.model.cx = camera.model.cy = 0.5 * (kEdge - 1);
@@ -166,7 +166,7 @@ class ClosedUnseen : public ClosedTest {
 TEST_P(ClosedUnseen, ABlackBallIsMissedOnWallsThatWereNeverSeen) {
   const WallRadiance walls;
   const ClosedScene scene = seen_part(walls);
-  const relight::ReferenceCamera camera{scene.session().color.model, scene.T_tag_camera().cast<float>()};
+  const relight::PosedCamera camera{scene.session().color.model, scene.T_tag_camera().cast<float>()};
   const auto traced = [&](relight::ReferenceScene room) {
     room.objects = relight::reference_objects_of(scene.exhibit, 0);
     const relight::ReferencePicture picture = tracer_of(room).change(camera, samples_of(24));

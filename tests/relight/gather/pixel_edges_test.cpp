@@ -16,7 +16,7 @@ constexpr int kWidth = 128, kHeight = 96;
 constexpr float kVoxel_m = 0.008f, kRound_m = 1.5f * kVoxel_m;
 
 struct Seen {
-  ReferenceCamera camera;
+  PosedCamera camera;
   capture::Image<float> radiance{kWidth, kHeight, 3};
   std::vector<GBufferPixel> rounded, exact;
   std::vector<bool> near_edge;

@@ -27,7 +27,7 @@ relight::ReferenceScene corner(const relight::Material& floor, const relight::Ma
   return scene;
 }
 
-relight::ReferenceCamera from_above() { return looking({0.7f, -1.6f, 1.2f}, {-0.1f, 0.1f, 0.1f}, 1.4f, 16, 12); }
+relight::PosedCamera from_above() { return looking({0.7f, -1.6f, 1.2f}, {-0.1f, 0.1f, 0.1f}, 1.4f, 16, 12); }
 
 relight::Material plastic() { return {{0.5f, 0.3f, 0.1f}, 0, 0.4f, 1}; }
 
@@ -56,7 +56,7 @@ struct Compared {
 
 Compared compare(const relight::ReferenceScene& scene) {
   const relight::DeltaPathTracer tracer = tracer_of(scene);
-  const relight::ReferenceCamera camera = from_above();
+  const relight::PosedCamera camera = from_above();
   std::vector<std::vector<double>> changes, differences;
   const capture::Image<float> coverage = tracer.change(camera, samples_of(64)).coverage;
   const auto values = [&](const auto& value) {

@@ -8,7 +8,7 @@ constexpr float kAlbedo = 0.6f;
 
 /// Mean change of a patch of some millimetres around a point, seen from the side.
 double change_at(const relight::ReferenceScene& scene, const Eigen::Vector3f& point_m, int samples = 256) {
-  const relight::ReferenceCamera camera = looking(point_m + Eigen::Vector3f(0, -3, 0.4f), point_m, 0.001f, 4, 4);
+  const relight::PosedCamera camera = looking(point_m + Eigen::Vector3f(0, -3, 0.4f), point_m, 0.001f, 4, 4);
   const relight::ReferencePicture picture = tracer_of(scene).change(camera, samples_of(samples));
   EXPECT_EQ(mean(picture.coverage), 0.0) << "the patch is behind an object";
   return mean(picture.change);
@@ -26,7 +26,7 @@ TEST(ReferenceClosed, FurnaceDoesNotChange) {
   scene.background.setOnes();
   scene.real = {square(0.5f, 0, lambert(1))};
   scene.objects = {ball(0.1f, {0, 0, 0.12f}, lambert(1))};
-  const relight::ReferenceCamera camera = looking({0, -1, 0.8f}, {0, 0, 0}, 0.6f, 24, 18);
+  const relight::PosedCamera camera = looking({0, -1, 0.8f}, {0, 0, 0}, 0.6f, 24, 18);
   const relight::DeltaPathTracer tracer = tracer_of(scene);
   const relight::ReferencePicture picture = tracer.change(camera, samples_of(64));
   EXPECT_NEAR(mean(picture.change), 0, 2e-3);
@@ -41,7 +41,7 @@ TEST(ReferenceClosed, SealedWhiteBoxAroundALampIsAsBrightAsTheLamp) {
   scene.real = {mesh_of(box({-1, -1, -1}, {1, 1, 1}), lambert(1))};
   scene.lamps = {bulb({0, 0, 0.2f}, 0.7f, 3)};
   scene.objects = {mesh_of(box({0.5f, 0.5f, -1}, {0.9f, 0.9f, -0.6f}), lambert(1))};
-  const relight::ReferenceCamera camera = looking({-0.9f, -0.9f, -0.5f}, {0.7f, 0.7f, -0.8f}, 1.5f, 24, 18);
+  const relight::PosedCamera camera = looking({-0.9f, -0.9f, -0.5f}, {0.7f, 0.7f, -0.8f}, 1.5f, 24, 18);
   const relight::DeltaPathTracer tracer = tracer_of(scene);
   EXPECT_NEAR(mean(tracer.radiance(camera, samples_of(64), false)), 3, 0.03);
   EXPECT_NEAR(mean(tracer.radiance(camera, samples_of(64), true)), 3, 0.03);
@@ -81,7 +81,7 @@ TEST(ReferenceClosed, AHiddenLampTakesItsLightAlong) {
     scene.objects = {square(0.6f, 1.3f, lambert(0))};
     const double lost = kAlbedo / relight::kPi * c.irradiance;
     EXPECT_NEAR(change_at(scene, {0, 0, 0}), -lost, 0.005 * lost);
-    const relight::ReferenceCamera camera = looking({0, -3, 0.4f}, {0, 0, 0}, 0.001f, 4, 4);
+    const relight::PosedCamera camera = looking({0, -3, 0.4f}, {0, 0, 0}, 0.001f, 4, 4);
     EXPECT_NEAR(mean(tracer_of(scene).radiance(camera, samples_of(256), false)), lost, 0.005 * lost);
   }
 }
@@ -151,7 +151,7 @@ TEST(ReferenceClosed, AMirrorShowsTheObjectInPlaceOfTheSky) {
   scene.background.setConstant(2);
   scene.real = {square(5, 0, metal(0.8f, 0))};
   scene.objects = {mesh_of(box({-0.5f, 1, 0.1f}, {0.5f, 1.2f, 1.5f}), lambert(0))};
-  const relight::ReferenceCamera camera = looking({0, -1.5f, 1}, {0, 0, 0}, 0.05f, 4, 4);
+  const relight::PosedCamera camera = looking({0, -1.5f, 1}, {0, 0, 0}, 0.05f, 4, 4);
   const relight::DeltaPathTracer tracer = tracer_of(scene);
   const double cosine = 1 / std::hypot(1.5, 1), schlick = 0.8 + 0.2 * std::pow(1 - cosine, 5);
   EXPECT_NEAR(mean(tracer.radiance(camera, samples_of(64), false)), 2 * schlick, 1e-3);

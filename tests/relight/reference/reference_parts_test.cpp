@@ -157,7 +157,7 @@ TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
 TEST(ReferenceMeshes, WhatACameraSeesCountsBeforeColours) {
   relight::ReferenceMesh floor = square(1, 0, lambert(0.5f));
   floor.seen = true;
-  const relight::ReferenceCamera camera = looking({0, -1, 1}, {0, 0, 0}, 0.5f, 32, 24);
+  const relight::PosedCamera camera = looking({0, -1, 1}, {0, 0, 0}, 0.5f, 32, 24);
   relight::SeenMaterials seen{camera.model,
                               camera.T_tag_camera.inverse(),
                               capture::Image<float>(32, 24, 1),

@@ -78,9 +78,9 @@ inline relight::ReferenceLamp round_panel(const Eigen::Vector3f& centre_m, float
 }
 
 /// Looks from one point to another; `width_m` of what lies there is seen.
-inline relight::ReferenceCamera looking(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m, float width_m,
+inline relight::PosedCamera looking(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m, float width_m,
                                         int width, int height) {
-  relight::ReferenceCamera camera;
+  relight::PosedCamera camera;
   camera.model.width = width;
   camera.model.height = height;
   camera.model.fx = camera.model.fy = static_cast<double>(width) * (to_m - from_m).norm() / width_m;

@@ -74,7 +74,7 @@ class BoardTracer {
 
     // The board's part of the picture is traced; there is nothing but sky around it.
     const reconstruct::PixelRegion region = shown_in(T_camera_world_ * T_world_board);
-    relight::ReferenceCamera crop{camera_, T_camera_world_.inverse().cast<float>()};
+    relight::PosedCamera crop{camera_, T_camera_world_.inverse().cast<float>()};
     crop.model.width = region.width;
     crop.model.height = region.height;
     crop.model.cx -= region.left;

@@ -72,7 +72,7 @@ TEST_P(ReferenceTruth, ChangeIsTheTruthsOwn) {
   const relight::DeltaPathTracer tracer(scene);
 
   const fs::path truth = truth_folder(folder, 0);
-  relight::ReferenceCamera camera{input.session.color.model, read_true_pose(truth / "pose.json").cast<float>()};
+  relight::PosedCamera camera{input.session.color.model, read_true_pose(truth / "pose.json").cast<float>()};
   const int factor = camera.model.width / kWidth;
   camera.model.width /= factor;
   camera.model.height /= factor;
