@@ -69,7 +69,7 @@ struct Relighter::State {
   State(std::shared_ptr<gpu::Device> d, const capture::Session& s)
       : device(std::move(d)),
         session(s),
-        reconstruct::store(*device),
+        store(*device),
         bricks(*device),
         mirrors(*device),
         light(*device),

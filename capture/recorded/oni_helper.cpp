@@ -95,7 +95,7 @@ void play(const std::string& file, const std::vector<StreamSpec>& specs) {
 }  // namespace lumigraft::capture
 
 int main(int count, char** words) {
-  using namespace lumigraft;
+  using namespace lumigraft::capture;
   if (count < 6 || count % 4 != 2) {
     std::fputs("lumigraft_oni: started by lumigraft where a source is oni:\n", stderr);
     return 2;
@@ -108,17 +108,17 @@ int main(int count, char** words) {
   if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr) {
     return 1;
   }
-  std::vector<capture::StreamSpec> specs;
+  std::vector<StreamSpec> specs;
   for (int i = 2; i + 3 < count; i += 4) {
-    specs.push_back({.stream = std::strcmp(words[i], "depth") == 0 ? capture::Stream::depth : capture::Stream::color,
+    specs.push_back({.stream = std::strcmp(words[i], "depth") == 0 ? Stream::depth : Stream::color,
                      .width = std::atoi(words[i + 1]),
                      .height = std::atoi(words[i + 2]),
                      .unit_m = std::atof(words[i + 3])});
   }
   try {
     play(words[1], specs);
-  } catch (const capture::InputError& e) {
-    capture::OniMessage refused;
+  } catch (const InputError& e) {
+    OniMessage refused;
     set_text(refused, e.what());
     tell(refused);
   }

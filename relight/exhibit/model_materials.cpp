@@ -113,14 +113,14 @@ ModelMaterials::Picture ModelMaterials::texture(const aiMaterial& source, int ty
   int channel = 0;
   source.Get(AI_MATKEY_UVWSRC(texture_type, 0), channel);
   *texcoord_channel = static_cast<unsigned>(std::max(channel, 0));
-  capture::Picture& picture = pictures_[reference.C_Str()];
+  Picture& picture = pictures_[reference.C_Str()];
   if (!picture) picture = decode(reference.C_Str());
   return picture;
 }
 
 float ModelMaterials::texture_mean(const aiMaterial& source, int type, int channel) {
   unsigned texcoord_channel = 0;
-  const capture::Picture picture = texture(source, type, &texcoord_channel);
+  const Picture picture = texture(source, type, &texcoord_channel);
   if (!picture) return 1.0f;
   std::uint64_t sum = 0;
   for (std::size_t i = channel; i < picture->data.size(); i += 3) sum += picture->data[i];

@@ -6,16 +6,13 @@
 
 namespace lumigraft::relight {
 
-using PathVertex;
-using Sampler;
-using SurfaceHit;
 using Eigen::Vector3f;
 
 namespace {
 
 constexpr float kOff_m = 1e-4f;  // from the surface they leave
 
-reconstruct::Surface with_look(reconstruct::Surface surface, const BsdfParams& look) {
+SurfaceHit with_look(SurfaceHit surface, const BsdfParams& look) {
   surface.look = look;
   return surface;
 }
@@ -30,7 +27,7 @@ Rgb diffuse_under(const BsdfParams& look, float cos_v) {
   return look.diffuse * (1 - seen) * (1 - evenly);
 }
 
-reconstruct::Surface white_surface(reconstruct::Surface surface) {
+SurfaceHit white_surface(SurfaceHit surface) {
   surface.look = {};
   surface.look.diffuse.setOnes();
   return surface;
@@ -70,7 +67,7 @@ bool DeltaLight::blocked_by_room(const Vector3f& from_m, const Vector3f& w, floa
 }
 
 template <typename Counts>
-Rgb DeltaLight::lamps(const Vertex& vertex, Sampler& sampler, Counts counts) const {
+Rgb DeltaLight::lamps(const PathVertex& vertex, Sampler& sampler, Counts counts) const {
   Rgb sum = Rgb::Zero();
   const Vector3f from_m = vertex.leave();
   for (std::size_t i = 0; i < room_.lamps().size(); ++i) {
@@ -85,13 +82,13 @@ Rgb DeltaLight::lamps(const Vertex& vertex, Sampler& sampler, Counts counts) con
   return sum;
 }
 
-Rgb DeltaLight::lit(const Vertex& vertex, Sampler& sampler) const {
+Rgb DeltaLight::lit(const PathVertex& vertex, Sampler& sampler) const {
   return lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
     return !objects_.meshes().blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
   });
 }
 
-Rgb DeltaLight::hidden(const Vertex& vertex, Sampler& sampler) const {
+Rgb DeltaLight::hidden(const PathVertex& vertex, Sampler& sampler) const {
   return lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
     return objects_.meshes().blocked(from, w, limit) && !blocked_by_room(from, w, limit, lamp);
   });
@@ -106,7 +103,7 @@ std::uint32_t DeltaLight::behind_room(const RayFan& fan, std::size_t lamp) const
   return behind;
 }
 
-std::optional<SampledRay> DeltaLight::sent_on(const Vertex& vertex, Sampler& sampler, Rgb* throughput) const {
+std::optional<SampledRay> DeltaLight::sent_on(const PathVertex& vertex, Sampler& sampler, Rgb* throughput) const {
   SampledRay ray;
   ray.w = vertex.sample(sampler);
   ray.from_m = vertex.leave(ray.w);
@@ -136,7 +133,7 @@ Rgb DeltaLight::hidden_from(const Vector3f& p_m, const Vector3f& normal, Sampler
   return sum;
 }
 
-Rgb DeltaLight::mirrored_by_object(const Vertex& lobe, Sampler& sampler, int mirrors) const {
+Rgb DeltaLight::mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors) const {
   Rgb sum = lit(lobe, sampler), throughput;
   if (const auto next = sent_on(lobe, sampler, &throughput)) {
     sum += throughput * with_objects(*next, sampler, mirrors - 1);
@@ -156,7 +153,7 @@ Rgb DeltaLight::left_before(const SampledRay& ray, const Arrival& a, Sampler& sa
   if (const RoomFacet* facet = room_.facet(a.hit)) return room_.before(*facet, ray.from_m + a.t_m * ray.w);
   const RealPoint point = room_.point(a.hit, ray.w);
   if (point.is_even()) return point.before;
-  const Vertex vertex(point.surface, ray.w);
+  const PathVertex vertex(point.surface, ray.w);
   Rgb sum = lamps(vertex, sampler, [&](const Vector3f& from, const Vector3f& to, float limit, std::size_t lamp) {
     return !blocked_by_room(from, to, limit, lamp);
   });
@@ -176,7 +173,7 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const Arrival& a, Sampler& sa
     return facet->albedo / kPi * (cells_.at(p, normal) - hidden_from(p + kOff_m * normal, normal, sampler));
   }
   const RealPoint point = room_.point(a.hit, ray.w);
-  const Vertex vertex(point.surface, ray.w);
+  const PathVertex vertex(point.surface, ray.w);
   Rgb sum = -hidden(vertex, sampler);
   if (point.is_even()) {
     return sum + point.surface.look.diffuse / kPi * cells_.at(point.surface.position_m, point.surface.face);
@@ -191,12 +188,12 @@ Rgb DeltaLight::left_change(const SampledRay& ray, const Arrival& a, Sampler& sa
 
 Rgb DeltaLight::left_object(const SampledRay& ray, const Arrival& a, Sampler& sampler, int mirrors) const {
   if (const Rgb* even = objects_.even_radiance(a.hit, ray.w)) return *even;
-  const reconstruct::Surface surface = objects_.meshes().surface(a.hit, ray.w);
+  const SurfaceHit surface = objects_.meshes().surface(a.hit, ray.w);
   const RayObjects::Irradiance e = objects_.irradiance(a.hit, surface.face);
   const BsdfParams& look = surface.look;
   const Rgb sum = diffuse_under(look, -surface.normal.dot(ray.w)) / kPi * (e.direct + e.indirect);
   if (mirrors == 0) return sum + look.f0 / kPi * (e.direct + e.indirect);
-  return sum + mirrored_by_object(Vertex(with_look(surface, mirror_of(look)), ray.w), sampler, mirrors);
+  return sum + mirrored_by_object(PathVertex(with_look(surface, mirror_of(look)), ray.w), sampler, mirrors);
 }
 
 Rgb DeltaLight::before(const SampledRay& ray, Sampler& sampler, int mirrors) const {

@@ -9,8 +9,6 @@
 namespace lumigraft::relight {
 namespace {
 
-using PathVertex;
-using Sampler;
 using Eigen::Vector3f;
 
 constexpr int kRow = 4;               // rows, a thread's turn
@@ -95,12 +93,12 @@ std::array<float, 9> GatherGrid::shares_around(int u, int v, const SurfaceHit& o
 
 void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
                         const UpdateSubset& turn) {
-  const auto irradiance = [&](std::uint32_t cell, const Vertex& vertex, float* near_m) {
+  const auto irradiance = [&](std::uint32_t cell, const PathVertex& vertex, float* near_m) {
     // Most of what changes comes from all around, a little from objects and shadows that rays may miss.
     const RayCounts counts{std::max(3 * rays / 5, 1), std::max(rays / 4, 1)};
     return changed_irradiance(light, vertex, counts, seed, cell, near_m);
   };
-  const auto radiance = [&](std::uint32_t cell, const Vertex& vertex, float* near_m) {
+  const auto radiance = [&](std::uint32_t cell, const PathVertex& vertex, float* near_m) {
     Rgb sum = Rgb::Zero();
     const int samples = std::max(rays / 2, 1);
     for (int k = 0; k < samples; ++k) {
@@ -115,7 +113,7 @@ void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>
       if (cell.pixel < 0 || !turn.is_of(4 * (i / width_ % 2) + i % width_ % 4)) continue;
       const GBufferPixel& pixel = seen_[static_cast<std::size_t>(cell.pixel)];
       const bool glossy = kind_ == Of::glossy;
-      Vertex vertex(glossy ? pixel.surface : white_surface(pixel.surface), pixel.w);
+      PathVertex vertex(glossy ? pixel.surface : white_surface(pixel.surface), pixel.w);
       vertex.look_for(places);
       cell.near_m = std::numeric_limits<float>::infinity();
       const auto number = static_cast<std::uint32_t>(i);

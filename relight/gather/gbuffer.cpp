@@ -9,7 +9,6 @@
 namespace lumigraft::relight {
 namespace {
 
-using RayFan;
 using Eigen::Vector3f;
 
 constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against what is around it

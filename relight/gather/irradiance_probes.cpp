@@ -63,14 +63,14 @@ IrradianceProbes place_probes(const Model& coarse) {
   };
   std::unordered_map<std::int64_t, Cell> cells;
   for (const Side& side : sides) {
-    Cell& cell = cells[key_of(reconstruct::cell_of(side.position_m))];
+    Cell& cell = cells[key_of(cell_of(side.position_m))];
     const auto f = static_cast<std::size_t>(facing(side.normal));
     if (cell.count[f]++ == 0) cell.sum[f].setZero();
     cell.sum[f] += side.position_m;
     cell.least[f] = std::numeric_limits<float>::infinity();
   }
   for (const Side& side : sides) {
-    Cell& cell = cells[key_of(reconstruct::cell_of(side.position_m))];
+    Cell& cell = cells[key_of(cell_of(side.position_m))];
     const auto f = static_cast<std::size_t>(facing(side.normal));
     const float off = (cell.sum[f] / static_cast<float>(cell.count[f]) - side.position_m).squaredNorm();
     if (off >= cell.least[f]) continue;
@@ -86,7 +86,7 @@ IrradianceProbes place_probes(const Model& coarse) {
     found.first.push_back(static_cast<std::uint32_t>(found.shares.size()));
     float sum = 0;
     // The eight cells whose middles are around the vertex.
-    const Eigen::Vector3i low = reconstruct::cell_of(side.position_m - Vector3f::Constant(0.5f * edge_m));
+    const Eigen::Vector3i low = cell_of(side.position_m - Vector3f::Constant(0.5f * edge_m));
     for (int i = 0; i < 8; ++i) {
       const auto cell = cells.find(key_of(low + Eigen::Vector3i(i & 1, i >> 1 & 1, i >> 2)));
       if (cell == cells.end()) continue;
@@ -102,7 +102,7 @@ IrradianceProbes place_probes(const Model& coarse) {
     }
     const std::size_t begin = found.first.back();
     if (sum <= 0) {  // a vertex alone in its cell that has moved out of reach: its own cell's place
-      const Cell& own = cells[key_of(reconstruct::cell_of(side.position_m))];
+      const Cell& own = cells[key_of(cell_of(side.position_m))];
       found.shares.push_back({own.place[static_cast<std::size_t>(facing(side.normal))], 1});
       sum = 1;
     }

@@ -10,7 +10,6 @@
 namespace lumigraft::relight {
 namespace {
 
-using RayFan;
 using Eigen::Vector3f;
 
 }  // namespace
@@ -57,7 +56,7 @@ float LightSampleSet::unhidden(const SurfaceHit& surface) const {
 
 ShadowRayPacket LightSampleSet::from(const SurfaceHit& surface, int number) const {
   ShadowRayPacket fan;
-  fan.rays.from_m = leave(surface, surface.face);
+  fan.rays.from_m = ray_origin(surface, surface.face);
   fan.weight.fill(0);
   const Set& set = sets_[static_cast<std::size_t>(number)];
   const Vector3f to = lamp_.centre_m - fan.rays.from_m;

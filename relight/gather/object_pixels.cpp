@@ -14,11 +14,6 @@
 namespace lumigraft::relight {
 namespace {
 
-using MeshHit;
-using PathVertex;
-using RayFan;
-using Sampler;
-using SurfaceHit;
 using Eigen::Vector3f;
 
 constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays of a pixel
@@ -42,7 +37,7 @@ struct Looks {
   std::uint32_t some = 0;
   std::array<Vector3f, kMost> w;
   std::array<MeshHit, kMost> hits;
-  std::array<reconstruct::Surface, kMost> surfaces;
+  std::array<SurfaceHit, kMost> surfaces;
 };
 
 /// All below by pixel of the window, unless it says otherwise.
@@ -274,14 +269,14 @@ class ObjectView {
     out.coverage.data[index(found.u, v)] = static_cast<float>(std::popcount(looks.some)) / static_cast<float>(rays);
   }
 
-  bool goes_on(const GBufferPixel& first, const reconstruct::Surface& surface) const {
+  bool goes_on(const GBufferPixel& first, const SurfaceHit& surface) const {
     const float pixel_m = first.depth_m / static_cast<float>(eye_.camera.model.fx);
     return std::abs(first.surface.normal.dot(surface.position_m - first.surface.position_m)) < kOffPlane_px * pixel_m &&
            first.surface.normal.dot(surface.normal) > kLikeNormals;
   }
 
   /// Irradiance of lamps over π.
-  Rgb lit(const reconstruct::Surface& surface, int u, int v, int ray, bool shares) const {
+  Rgb lit(const SurfaceHit& surface, int u, int v, int ray, bool shares) const {
     Rgb sum = Rgb::Zero();
     const BlockMix mix = blocks_ ? blocks_->mix(u, v, surface) : BlockMix{};
     for (std::size_t lamp = 0; lamp < lamps_.size(); ++lamp) {
@@ -313,14 +308,14 @@ class ObjectView {
     return blocks_->mixed(mix, [&](std::size_t block) { return open_[lamp][block].open; });
   }
 
-  Rgb radiance(const Vector3f& w, const MeshHit& hit, const reconstruct::Surface& surface, const Rgb& lamps,
-               Sampler& sampler, int mirror_rays) const {
+  Rgb radiance(const Vector3f& w, const MeshHit& hit, const SurfaceHit& surface, const Rgb& lamps, Sampler& sampler,
+               int mirror_rays) const {
     const Rgb arriving = light_.objects().irradiance(hit, surface.face).indirect / kPi;
     const Rgb sum = diffuse_under(surface.look, -surface.normal.dot(w)) * (arriving + lamps);
     if (!surface.look.mirrors()) return sum;
-    reconstruct::Surface mirror = surface;
+    SurfaceHit mirror = surface;
     mirror.look = mirror_of(surface.look);
-    const Vertex lobe(mirror, w);
+    const PathVertex lobe(mirror, w);
     Rgb mirrored = Rgb::Zero();
     for (int k = 0; k < mirror_rays; ++k) mirrored += light_.mirrored_by_object(lobe, sampler, kMirrors);
     return sum + mirrored / static_cast<float>(mirror_rays);

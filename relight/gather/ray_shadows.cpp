@@ -12,8 +12,6 @@
 namespace lumigraft::relight {
 namespace {
 
-using MeshHit;
-using RayFan;
 using Eigen::Vector3f;
 
 constexpr float kFar = std::numeric_limits<float>::infinity();

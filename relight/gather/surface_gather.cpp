@@ -4,9 +4,6 @@
 
 namespace lumigraft::relight {
 
-using PathVertex;
-using Sampler;
-using SurfaceHit;
 using Eigen::Vector3f;
 
 namespace {
@@ -14,11 +11,11 @@ namespace {
 constexpr int kBlock = 64;  // of places, a thread's turn
 constexpr int kMirrors = 2;
 
-Vertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
-  reconstruct::Surface s;
+PathVertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
+  SurfaceHit s;
   s.position_m = position_m;
   s.face = s.normal = normal;
-  return Vertex(white_surface(s), -normal);
+  return PathVertex(white_surface(s), -normal);
 }
 
 /// `gather(vertex, sampler, ray)` is the irradiance over π that one of the samples of a place finds.
@@ -30,7 +27,7 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
     for (int i = first; i < last; ++i) {
       if (!turn.is_of(i)) continue;
       const auto& place = objects.places()[static_cast<std::size_t>(i)];
-      const Vertex vertex = white_vertex(place.position_m, place.normal);
+      const PathVertex vertex = white_vertex(place.position_m, place.normal);
       Rgb sum = Rgb::Zero();
       for (int k = 0; k < samples; ++k) {
         Sampler sampler(seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
@@ -48,7 +45,7 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
 void gather_lamps(const DeltaLight& light, int samples, std::uint32_t seed, const UpdateSubset& turn,
                   RayObjects& objects) {
   objects.set_direct(at_places(objects, samples, seed, turn, objects.direct(),
-                               [&](const Vertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
+                               [&](const PathVertex& v, Sampler& s, std::size_t) { return light.lit(v, s); }));
 }
 
 void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_t seed, const UpdateSubset& turn,
@@ -56,7 +53,7 @@ void gather_objects(const DeltaLight& light, int rays, int bounces, std::uint32_
   const std::size_t per_place = static_cast<std::size_t>(rays);
   std::vector<const Rgb*> ends(objects.places().size() * per_place, nullptr);
   const std::vector<Rgb> first = at_places(
-      objects, rays, seed, turn, objects.indirect(), [&](const Vertex& vertex, Sampler& sampler, std::size_t ray) {
+      objects, rays, seed, turn, objects.indirect(), [&](const PathVertex& vertex, Sampler& sampler, std::size_t ray) {
         const Vector3f w = vertex.sample(sampler);
         return light.with_objects_unless({vertex.leave(w), w, 0}, sampler, kMirrors, &ends[ray]);
       });
@@ -76,7 +73,7 @@ void gather_cells(const DeltaLight& light, const std::vector<ChangeRegion>& plac
     for (int i = first; i < last; ++i) {
       if (!turn.is_of(i)) continue;
       const Patch& cell = cells.cells()[static_cast<std::size_t>(i)];
-      Vertex vertex = white_vertex(cell.position_m, cell.normal);
+      PathVertex vertex = white_vertex(cell.position_m, cell.normal);
       vertex.look_for(places);
       found[static_cast<std::size_t>(i)] =
           changed_irradiance(light, vertex, {rays, rays}, seed, static_cast<std::uint32_t>(i), nullptr);
@@ -85,7 +82,7 @@ void gather_cells(const DeltaLight& light, const std::vector<ChangeRegion>& plac
   cells.irradiance = std::move(found);
 }
 
-Rgb changed_radiance(const DeltaLight& light, const Vertex& vertex, Sampler& sampler, float* to_object_m) {
+Rgb changed_radiance(const DeltaLight& light, const PathVertex& vertex, Sampler& sampler, float* to_object_m) {
   const auto towards = [&](const Vector3f& w) -> Rgb {
     const float pdf = vertex.pdf(w) + vertex.aim_pdf(w);
     const Rgb response = vertex.response(w);
@@ -97,7 +94,7 @@ Rgb changed_radiance(const DeltaLight& light, const Vertex& vertex, Sampler& sam
   return sum;
 }
 
-Rgb changed_irradiance(const DeltaLight& light, const Vertex& vertex, const RayCounts& rays, std::uint32_t seed,
+Rgb changed_irradiance(const DeltaLight& light, const PathVertex& vertex, const RayCounts& rays, std::uint32_t seed,
                        std::uint32_t place, float* to_object_m) {
   const int aimed = vertex.looks() ? rays.aimed : 0;
   Rgb sum = Rgb::Zero();

@@ -24,7 +24,7 @@ std::string misfit(const ShaderSlot& slot, const Binding& binding) {
   if (!binding.texture) return "has no texture";
 
   const TextureDesc& desc = binding.texture->desc();
-  const std::string texture = "texture \"" + desc.name + "\" (" + capture::size_text(desc) + ")";
+  const std::string texture = "texture \"" + desc.name + "\" (" + size_text(desc) + ")";
   if (slot.volume != is_volume(desc))
     return std::string("wants a ") + (slot.volume ? "3D" : "2D") + " image, not " + texture;
   if (slot.integer != is_integer(desc.format)) {
@@ -34,7 +34,7 @@ std::string misfit(const ShaderSlot& slot, const Binding& binding) {
     return "wants mip " + std::to_string(binding.mip) + " of " + texture + ", which has " + std::to_string(desc.mips);
   }
   if (binding.kind == Binding::Kind::storage_image && slot.format != desc.format) {
-    return "declares " + std::string(capture::name_of(*slot.format)) + ", not the format of " + texture;
+    return "declares " + std::string(name_of(*slot.format)) + ", not the format of " + texture;
   }
   if (binding.kind == Binding::Kind::sampled && binding.filter != Filter::nearest &&
       (is_integer(desc.format) || is_depth(desc.format))) {

@@ -18,9 +18,9 @@ std::vector<const Texture*> checked_targets(const std::string& shader, const Ras
   const auto add = [&](const std::string& which, const Attachment& attachment, Format format) {
     if (!attachment.texture) refuse(shader, which + " has no texture");
     const TextureDesc& target = attachment.texture->desc();
-    const std::string text = which + ", texture \"" + target.name + "\" (" + capture::size_text(target) + "), ";
+    const std::string text = which + ", texture \"" + target.name + "\" (" + size_text(target) + "), ";
     if (!target.attachment) refuse(shader, text + "was not made as an attachment");
-    if (target.format != format) refuse(shader, text + "is not " + std::string(capture::name_of(format)));
+    if (target.format != format) refuse(shader, text + "is not " + std::string(name_of(format)));
     if (!targets.empty() && (target.width != targets[0]->desc().width || target.height != targets[0]->desc().height)) {
       refuse(shader, text + "has another size than \"" + targets[0]->desc().name + "\"");
     }
@@ -80,7 +80,7 @@ void check_draw(const std::string& shader, const RasterDesc& desc, std::span<con
     const TextureDesc& target = targets[0]->desc();
     const bool inside = area->x >= 0 && area->y >= 0 && area->width > 0 && area->height > 0 &&
                         area->x + area->width <= target.width && area->y + area->height <= target.height;
-    if (!inside) refuse(shader, "draws outside texture \"" + target.name + "\" (" + capture::size_text(target) + ")");
+    if (!inside) refuse(shader, "draws outside texture \"" + target.name + "\" (" + size_text(target) + ")");
   }
   for (const DrawCall& call : calls) {
     for (const Binding& binding : call.bindings) {
@@ -99,7 +99,7 @@ void check_draw(const std::string& shader, const RasterDesc& desc, std::span<con
 std::string mip_text(const Texture& texture, int mip) {
   const TextureDesc& desc = texture.desc();
   const std::string text =
-      "mip " + std::to_string(mip) + " of texture \"" + desc.name + "\" (" + capture::size_text(desc) + ")";
+      "mip " + std::to_string(mip) + " of texture \"" + desc.name + "\" (" + size_text(desc) + ")";
   if (mip < 0 || mip >= desc.mips) throw std::logic_error("there is no " + text);
   return text;
 }

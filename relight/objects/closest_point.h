@@ -33,7 +33,7 @@ class ObjectSurface {
  private:
   struct Scene;
   const Model& model_;
-  std::unique_ptr<reconstruct::Scene> scene_;
+  std::unique_ptr<Scene> scene_;
 };
 
 }  // namespace lumigraft::relight

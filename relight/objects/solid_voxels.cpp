@@ -110,7 +110,7 @@ ObjectSolid::ObjectSolid(const Model& model) {
   }
 
   component_of_triangle_.resize(triangles);
-  std::vector<Triangle> reconstruct::all(triangles);
+  std::vector<Triangle> all(triangles);
   for (std::size_t t = 0; t < triangles; ++t) {
     for (int k = 0; k < 3; ++k) all[t][k] = model.positions_m[model.indices[3 * t + k]];
     component_of_triangle_[t] = component_of_place[place[model.indices[3 * t]]];

@@ -67,7 +67,7 @@ ObjectColor::ObjectColor(const Model& model) : model_(model), part_of_triangle_(
     const Model::Part& part = model.parts[p];
     const auto first = part_of_triangle_.begin() + part.first_index / 3;
     std::fill(first, first + part.index_count / 3, p);
-    const capture::Picture* texture = part.base_color_texture.get();
+    const Picture* texture = part.base_color_texture.get();
     if (!texture || pyramids_.count(texture) != 0) continue;
     Pyramid& pyramid = pyramids_[texture];
     pyramid.push_back(halved(*texture));
@@ -86,7 +86,7 @@ Eigen::Vector3f ObjectColor::at(std::uint32_t triangle, const Eigen::Vector3f& b
   return color;
 }
 
-Eigen::Vector3f ObjectColor::texture_at(const capture::Picture& texture, std::uint32_t triangle,
+Eigen::Vector3f ObjectColor::texture_at(const Picture& texture, std::uint32_t triangle,
                                         const Eigen::Vector3f& barycentric, float footprint_m) const {
   std::array<Eigen::Vector3f, 3> p;
   std::array<Eigen::Vector2f, 3> t;

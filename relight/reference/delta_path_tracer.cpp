@@ -12,10 +12,6 @@
 namespace lumigraft::relight {
 namespace {
 
-using PathRay;
-using Paths;
-using Sampler;
-
 constexpr int kTile_px = 16;
 
 /// Calls `pixel(u, v)` once for each, on several threads, in any order.
@@ -38,11 +34,11 @@ void for_each_pixel(int width, int height, int threads, const std::function<void
 }
 
 /// Through a point of the pixel's square, if the camera has a ray there.
-std::optional<Ray> camera_ray(const PosedCamera& camera, int u, int v, Sampler& sampler) {
+std::optional<PathRay> camera_ray(const PosedCamera& camera, int u, int v, Sampler& sampler) {
   const Eigen::Vector2f within = sampler.two();
   const auto w = camera.model.unproject({u + within.x() - 0.5, v + within.y() - 0.5});
   if (!w) return std::nullopt;
-  return Ray{camera.T_tag_camera.translation(), (camera.T_tag_camera.linear() * w->cast<float>()).normalized()};
+  return PathRay{camera.T_tag_camera.translation(), (camera.T_tag_camera.linear() * w->cast<float>()).normalized()};
 }
 
 /// Calls `sample(ray, paths)` for samples of a pixel.
@@ -51,7 +47,7 @@ void for_each_sample(const TraceWorld& world, const PosedCamera& camera, std::ui
                      int v, Sample sample) {
   for (int i = 0; i < count; ++i) {
     Sampler sampler(seed, static_cast<std::uint32_t>(v * camera.model.width + u), static_cast<std::uint32_t>(i));
-    const std::optional<Ray> ray = camera_ray(camera, u, v, sampler);
+    const std::optional<PathRay> ray = camera_ray(camera, u, v, sampler);
     if (!ray) continue;
     Paths paths(world, sampler);
     sample(*ray, paths);
@@ -76,7 +72,7 @@ std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camer
   capture::Image<double> variance(width, height, 1);
   for_each_pixel(width, height, samples.threads, [&](int u, int v) {
     double sum = 0, sum2 = 0;
-    for_each_sample(world, camera, ~samples.seed, pilot, u, v, [&](const Ray& ray, Paths& paths) {
+    for_each_sample(world, camera, ~samples.seed, pilot, u, v, [&](const PathRay& ray, Paths& paths) {
       const CameraSample s = paths.change(ray);
       const double light = (s.on_object ? kObjectWeight : 1) * luminance(s.light);
       sum += light;
@@ -126,7 +122,7 @@ ReferencePicture DeltaPathTracer::change(const PosedCamera& camera, const Refere
     const int count = counts[picture.coverage.index(u, v)];
     Eigen::Array3d change = Eigen::Array3d::Zero(), object = change;
     int covered = 0;
-    for_each_sample(state_->world, camera, samples.seed, count, u, v, [&](const Ray& ray, Paths& paths) {
+    for_each_sample(state_->world, camera, samples.seed, count, u, v, [&](const PathRay& ray, Paths& paths) {
       const CameraSample s = paths.change(ray);
       (s.on_object ? object : change) += s.light.cast<double>();
       covered += s.on_object ? 1 : 0;
@@ -146,7 +142,7 @@ capture::Image<float> DeltaPathTracer::radiance(const PosedCamera& camera, const
   for_each_pixel(picture.width, picture.height, samples.threads, [&](int u, int v) {
     Eigen::Array3d sum = Eigen::Array3d::Zero();
     for_each_sample(state_->world, camera, samples.seed, samples.per_pixel, u, v,
-                    [&](const Ray& ray, Paths& paths) { sum += paths.radiance(ray, with_objects).cast<double>(); });
+                    [&](const PathRay& ray, Paths& paths) { sum += paths.radiance(ray, with_objects).cast<double>(); });
     for (int c = 0; c < 3; ++c) picture.at(u, v, c) = static_cast<float>(sum[c] / samples.per_pixel);
   });
   return picture;

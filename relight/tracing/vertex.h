@@ -8,7 +8,7 @@
 namespace lumigraft::relight {
 
 /// Where a ray along w starts, a little off the surface.
-inline Eigen::Vector3f leave(const SurfaceHit& surface, const Eigen::Vector3f& w) {
+inline Eigen::Vector3f ray_origin(const SurfaceHit& surface, const Eigen::Vector3f& w) {
   constexpr float kLift = 3e-5f;  // of a metre, at 1 m from the origin
   const float lift = kLift * (1 + surface.position_m.cwiseAbs().maxCoeff());
   return surface.position_m + std::copysign(lift, surface.face.dot(w)) * surface.face;
@@ -66,7 +66,7 @@ class PathVertex {
     return sum;
   }
 
-  Eigen::Vector3f leave(const Eigen::Vector3f& w) const { return leave(surface_, w); }
+  Eigen::Vector3f leave(const Eigen::Vector3f& w) const { return ray_origin(surface_, w); }
   Eigen::Vector3f leave() const { return leave(surface_.face); }
 
  private:

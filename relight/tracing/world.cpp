@@ -60,7 +60,7 @@ std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps
   return places;
 }
 
-TraceWorld::World(std::shared_ptr<const ReferenceScene> the_scene)
+TraceWorld::TraceWorld(std::shared_ptr<const ReferenceScene> the_scene)
     : scene(std::move(the_scene)),
       real(scene->real, scene->seen.get()),
       objects(scene->objects, nullptr),

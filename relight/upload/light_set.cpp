@@ -8,7 +8,7 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float reconstruct::kLeastSlant = 0.1f;
+constexpr float kLeastSlant = 0.1f;
 
 shader::Lamp make_lamp(const reconstruct::PointLight& light, const Eigen::Vector3f& probe_m) {
   shader::Lamp lamp;  // Eigen leaves what it makes unset
@@ -20,7 +20,7 @@ shader::Lamp make_lamp(const reconstruct::PointLight& light, const Eigen::Vector
       // A panel that the probe sees at a slant sends more straight ahead than was seen of it: kLeastSlant bounds how
       // much.
       const float slant = light.normal.dot(-light.direction);
-      lamp.facing << light.normal, 1 / std::max(slant, reconstruct::kLeastSlant);
+      lamp.facing << light.normal, 1 / std::max(slant, kLeastSlant);
     }
   } else {
     const float d = kUnknownLampDistance_m;

@@ -14,7 +14,7 @@ namespace lumigraft::server {
 namespace {
 
 void resize_picture(WorkCase& work, double factor) {
-  resize_picture(factor, work.session.color.model, work.frame);
+  server::resize_picture(factor, work.session.color.model, work.frame);
   work.amount = static_cast<double>(work.session.color.model.width) * work.session.color.model.height;
 }
 

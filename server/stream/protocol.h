@@ -1,5 +1,5 @@
 #pragma once
-// The stream's messages, as protocol.md describes them: pure functions between bytes and values.
+// The stream's messages, as docs/protocol.md describes them: pure functions between bytes and values.
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The binary messages of protocol.md: a 32-byte little-endian header, then a payload.
+// The binary messages of docs/protocol.md: a 32-byte little-endian header, then a payload.
 
 export const KIND = { config: 1, h264Key: 2, h264Delta: 3, jpeg: 4 };
 const HEADER_BYTES = 32;

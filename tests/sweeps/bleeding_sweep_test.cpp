@@ -37,7 +37,7 @@ TEST_P(BleedingSweep, GreenCaseOnAWhiteDesk) {
   const float step_m = 0.03f;
   for (const int i : {-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6}) sweep.x.push_back(step_m * i + (i < 0 ? -0.07 : 0.07));
   const auto curve_of = [&](const relight::RelitPicture& picture) {
-    std::vector<double> sums(sweep.x.size(), 0.0), reconstruct::all(sweep.x.size(), 0.0);
+    std::vector<double> sums(sweep.x.size(), 0.0), all(sweep.x.size(), 0.0);
     for_each_floor_pixel(scene, picture, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float) {
       if (std::abs(p.y()) > 0.5f * kHalf_m) return;
       for (std::size_t i = 0; i < sums.size(); ++i) {

@@ -13,7 +13,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr double relight::kPi = std::numbers::pi;
+constexpr double kPi = std::numbers::pi;
 
 /// Directions spread evenly over the sphere (Swinbank & Purser 2006).
 Eigen::Vector3f direction(int i, int count) {
@@ -28,7 +28,7 @@ reconstruct::Sh9 project(const std::function<double(const Eigen::Vector3f&)>& ra
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector3f w = direction(i, count);
     const auto basis = reconstruct::sh_basis(w);
-    const double light = radiance(w) * 4 * relight::kPi / count;
+    const double light = radiance(w) * 4 * kPi / count;
     for (std::size_t k = 0; k < 9; ++k) sum[k] += Eigen::Vector3f::Constant(static_cast<float>(light * basis[k]));
   }
   return sum;
@@ -47,8 +47,7 @@ TEST(HarmonicsSweep, OneStrongLight) {
   constexpr int planes = 400, rays = 4000;
   for (const double degrees : sweep.x) {
     const Eigen::Vector3f at = Eigen::Vector3f(0.3f, -0.5f, 0.7f).normalized();
-    const double cosine = std::cos(degrees * relight::kPi / 180), sr = 2 * relight::kPi * (1 - cosine),
-                 lamp = 10 * relight::kPi / sr;
+    const double cosine = std::cos(degrees * kPi / 180), sr = 2 * kPi * (1 - cosine), lamp = 10 * kPi / sr;
     const auto sky = [](const Eigen::Vector3f&) { return 1.0; };
     // A lamp narrower than the quadrature's rays is its centre alone, with all its light.
     reconstruct::Sh9 together = project(sky);
@@ -70,7 +69,7 @@ TEST(HarmonicsSweep, OneStrongLight) {
       const Eigen::Vector3f n = direction(p, planes);
       double by_lamp = 0;
       for (int i = 0; i < rays; ++i) by_lamp += lamp * sr / rays * std::max(n.dot(disc(i)), 0.0f);
-      const double want = relight::kPi + by_lamp;
+      const double want = kPi + by_lamp;
       largest = std::max(largest, want);
       worst = std::max(worst, std::abs(reconstruct::sh_irradiance(together, n).x() - want));
       worst_apart = std::max(worst_apart, std::abs(reconstruct::sh_irradiance(apart, n).x() + by_lamp - want));
@@ -109,7 +108,7 @@ TEST(HarmonicsSweep, CutAtNothingIsNearerThanAnyWindow) {
   for (const double sky : sweep.x) {
     reconstruct::Sh9 bands[3];
     for (reconstruct::Sh9& band : bands) band.fill(Eigen::Vector3f::Zero());
-    bands[0] = project([sky](const Eigen::Vector3f&) { return sky / relight::kPi; });
+    bands[0] = project([sky](const Eigen::Vector3f&) { return sky / kPi; });
     for (std::size_t k = 0; k < 9; ++k) bands[k < 1 ? 0 : k < 4 ? 1 : 2][k] += Eigen::Vector3f::Constant(basis[k]);
     std::vector<Eigen::Vector3d> by_band;
     std::vector<double> want;

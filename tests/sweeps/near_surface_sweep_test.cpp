@@ -9,7 +9,7 @@ namespace {
 class NearSurfaceSweep : public SweepTest {};
 ON_BOTH_DEVICES(NearSurfaceSweep);
 
-constexpr float relight::kPi = std::numbers::pi_v<float>;
+constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kHalf_m = 0.15f, kHeight_m = 0.2f;  // of the lit face
 
 /// Share of a floor point's irradiance that a rectangle upright on the floor fills, seen from below one of its upright
@@ -44,7 +44,7 @@ TEST_P(NearSurfaceSweep, BeforeALitFace) {
   sun.angular_radius_rad = 0.0047f;
   scene.lamps = {sun};
   scene.exhibit.objects = {box_object({-kHalf_m, 0, 0.0005f}, {kHalf_m, 0.1f, kHeight_m}, rho)};
-  const double sent = rho * (irradiance / relight::kPi + 0.5 * floor_radiance);
+  const double sent = rho * (irradiance / kPi + 0.5 * floor_radiance);
   for (const Method& method : methods(64, 2)) {
     std::vector<double> got(sweep.x.size(), 0.0), want(got);
     std::vector<int> counts(sweep.x.size(), 0);

@@ -99,7 +99,7 @@ TEST_P(PenumbraSweep, ShadowBeginsAtTheFoot) {
   scene.exhibit.objects = {box_object({-0.1f, 0, 0}, {0.1f, 0.1f, 0.2f}, 0)};
   for (const Method& method : methods(64, 1)) {
     if (method.plan.method == "dlpv") continue;
-    std::vector<double> taken(sweep.x.size(), 0.0), reconstruct::all(taken);
+    std::vector<double> taken(sweep.x.size(), 0.0), all(taken);
     for_each_floor_pixel(
         scene, served(scene, method.plan), [&](const Eigen::Vector3f& p, const Eigen::Vector3f& delta, float area_m2) {
           const long i = std::lround(std::log2(std::max(-p.y() / 2e-3f, 0.1f)));

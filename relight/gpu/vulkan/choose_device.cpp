@@ -79,7 +79,7 @@ std::string missing(VkPhysicalDevice device, const VkPhysicalDeviceProperties& p
     vkGetPhysicalDeviceFormatProperties(device, vk_format(format), &format_properties);
     const VkFormatFeatureFlags lacking = wanted_features(format) & ~format_properties.optimalTilingFeatures;
     for (const auto& [flag, name] : feature_names) {
-      if (lacking & flag) add(std::string(capture::name_of(format)) + " lacks " + name);
+      if (lacking & flag) add(std::string(name_of(format)) + " lacks " + name);
     }
   }
   return reasons;

@@ -29,7 +29,7 @@ VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc
   const std::uint32_t most =
       is_volume(desc_) ? context_->limits().maxImageDimension3D : context_->limits().maxImageDimension2D;
   if (edge(std::max({desc_.width, desc_.height, desc_.depth})) > most) {
-    throw GpuError("texture \"" + desc_.name + "\" (" + capture::size_text(desc_) + "): the longest edge of " +
+    throw GpuError("texture \"" + desc_.name + "\" (" + size_text(desc_) + "): the longest edge of " +
                    context_->name() + " is " + std::to_string(most));
   }
   try {
@@ -45,7 +45,7 @@ VulkanTexture::VulkanTexture(std::shared_ptr<Context> context, const TextureDesc
 VulkanTexture::~VulkanTexture() { destroy(); }
 
 void VulkanTexture::create_image() {
-  const std::string what = "texture \"" + desc_.name + "\" (" + capture::size_text(desc_) + ")";
+  const std::string what = "texture \"" + desc_.name + "\" (" + size_text(desc_) + ")";
   VkImageCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
   info.imageType = is_volume(desc_) ? VK_IMAGE_TYPE_3D : VK_IMAGE_TYPE_2D;

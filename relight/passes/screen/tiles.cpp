@@ -88,7 +88,7 @@ Tiles::Tiles(gpu::Device& device, int width_px, int height_px, int shadow_scale,
   }
 }
 
-void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const capture::Picture& picture,
+void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const Picture& picture,
                    const std::vector<PlacedObject>& objects, const Choice& choice) {
   const auto tile_count = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   std::vector<char> changed(tile_count, choice.all), shaded(changed), covered(changed);

@@ -119,8 +119,8 @@ void ways() {
 }  // namespace lumigraft::test
 
 int main() {
-  lumigraft::conversions();
-  lumigraft::memory();
-  lumigraft::calls();
-  lumigraft::ways();
+  lumigraft::test::conversions();
+  lumigraft::test::memory();
+  lumigraft::test::calls();
+  lumigraft::test::ways();
 }

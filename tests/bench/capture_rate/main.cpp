@@ -154,7 +154,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    return lumigraft::run(argv[1], std::atof(argv[2]));
+    return lumigraft::test::run(argv[1], std::atof(argv[2]));
   } catch (const lumigraft::capture::InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 2;

@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    lumigraft::run(argv[1], argv[2], std::atoi(argv[3]));
+    lumigraft::test::run(argv[1], argv[2], std::atoi(argv[3]));
     return 0;
   } catch (const lumigraft::capture::InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());

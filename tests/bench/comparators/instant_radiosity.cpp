@@ -32,7 +32,8 @@ struct Lit {
 
 class Renderer {
  public:
-  Renderer(const World& world, const InstantRadiosityOptions& options) : world_(world), options_(options) {
+  Renderer(const relight::TraceWorld& world, const InstantRadiosityOptions& options)
+      : world_(world), options_(options) {
     for (int i = 0; i < options.sky_rays; ++i) {
       relight::Sampler sampler(options.seed, 2, static_cast<std::uint32_t>(i));
       relight::LightSample s;
@@ -61,11 +62,11 @@ class Renderer {
     const auto real = world_.real.hit(from_m, w, limit_m);
     if (real) limit_m = real->t_m;
     if (const auto object = world_.objects.hit(from_m, w, limit_m)) {
-      const Vertex vertex(world_.objects.surface(*object, w), w);
+      const relight::PathVertex vertex(world_.objects.surface(*object, w), w);
       return {true, true, direct(vertex, number, true) + indirect(vertex, true)};
     }
     if (!real) return {};
-    const Vertex vertex(world_.real.surface(*real, w), w);
+    const relight::PathVertex vertex(world_.real.surface(*real, w), w);
     return {false, true, direct(vertex, number, false) + indirect(vertex, false)};
   }
 
@@ -104,7 +105,7 @@ class Renderer {
     if (count > 0) least_m2_ = kBound * (mean_square / count - (mean / count).squaredNorm()) / count;
   }
 
-  relight::Rgb direct(const Vertex& vertex, std::uint32_t number, bool on_object) const {
+  relight::Rgb direct(const relight::PathVertex& vertex, std::uint32_t number, bool on_object) const {
     relight::Rgb sum = relight::Rgb::Zero();
     const Vector3f from_m = vertex.leave();
     // On an object: what arrives. On the room: less what no longer does.
@@ -128,7 +129,7 @@ class Renderer {
     return sum;
   }
 
-  relight::Rgb indirect(const Vertex& vertex, bool on_object) const {
+  relight::Rgb indirect(const relight::PathVertex& vertex, bool on_object) const {
     relight::Rgb sum = relight::Rgb::Zero();
     const Vector3f from_m = vertex.leave();
     for (const Lit& lit : lights_) {
@@ -149,7 +150,8 @@ class Renderer {
 
   /// Times `share`, which is looked up where there is any light.
   template <typename Share>
-  relight::Rgb brought(const Vertex& vertex, const Vector3f& from_m, const VirtualLight& light, Share share) const {
+  relight::Rgb brought(const relight::PathVertex& vertex, const Vector3f& from_m, const VirtualLight& light,
+                       Share share) const {
     const Vector3f to = light.position_m - from_m;
     const float square = to.squaredNorm();
     const Vector3f w = to / std::sqrt(std::max(square, 1e-12f));
@@ -160,7 +162,7 @@ class Renderer {
     return light.intensity * vertex.response(w) * (part * cosine / std::max(square, least_m2_));
   }
 
-  const World& world_;
+  const relight::TraceWorld& world_;
   InstantRadiosityOptions options_;
   std::vector<relight::LightSample> sky_;
   std::vector<Lit> lights_;
@@ -172,7 +174,7 @@ class Renderer {
 relight::ReferencePicture instant_radiosity(const std::shared_ptr<const relight::ReferenceScene>& scene,
                                             const relight::PosedCamera& camera,
                                             const InstantRadiosityOptions& options) {
-  const World world(scene);
+  const relight::TraceWorld world(scene);
   const Renderer renderer(world, options);
   const int width = camera.model.width, height = camera.model.height;
   relight::ReferencePicture picture{capture::Image<float>(width, height, 3), capture::Image<float>(width, height, 3),

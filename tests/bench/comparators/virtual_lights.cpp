@@ -38,7 +38,7 @@ Vector3f about(const Vector3f& axis, const Vector2f& u) {  // with a density of 
 
 Vector3f any_direction(const Vector2f& u) { return relight::in_cone(Vector3f::UnitZ(), 2, u); }
 
-relight::LightSample sky_sample(const World& world, const Vector2f& u) {
+relight::LightSample sky_sample(const relight::TraceWorld& world, const Vector2f& u) {
   if (world.sky.is_picture()) return world.sky.sample(u);
   relight::LightSample s;
   s.w = any_direction(u);
@@ -62,7 +62,7 @@ relight::BoundingSphere around(const std::vector<Eigen::Vector4f>& spheres) {
 /// both ways in which it may have been chosen (Veach & Guibas 1995).
 class Sources {
  public:
-  explicit Sources(const World& world) : world_(world) {
+  explicit Sources(const relight::TraceWorld& world) : world_(world) {
     std::vector<Eigen::Vector4f> spheres = world.objects.spheres();
     objects_ = around(spheres);
     spheres.insert(spheres.end(), world.real.spheres().begin(), world.real.spheres().end());
@@ -160,13 +160,13 @@ class Sources {
     return e;
   }
 
-  const World& world_;
+  const relight::TraceWorld& world_;
   relight::BoundingSphere objects_, all_;
   float total_ = 0;
   std::vector<float> powers_;  ///< of the lamps, then the sky
 };
 
-std::vector<VirtualLight> follow(const World& world, Emitted e, relight::Sampler sampler, int bounces,
+std::vector<VirtualLight> follow(const relight::TraceWorld& world, Emitted e, relight::Sampler sampler, int bounces,
                                  bool with_objects) {
   std::vector<VirtualLight> lights;
   for (int bounce = 0; bounce < bounces && e.flux_W.maxCoeff() > 0; ++bounce) {
@@ -191,7 +191,8 @@ std::vector<VirtualLight> follow(const World& world, Emitted e, relight::Sampler
 
 }  // namespace
 
-std::vector<LightPair> trace_virtual_lights(const World& world, int paths, int bounces, std::uint32_t seed) {
+std::vector<LightPair> trace_virtual_lights(const relight::TraceWorld& world, int paths, int bounces,
+                                            std::uint32_t seed) {
   const Sources sources(world);
   std::vector<LightPair> pairs;
   for (int i = 0; i < paths; ++i) {

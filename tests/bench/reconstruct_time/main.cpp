@@ -114,7 +114,7 @@ int main(int count, char** words) {
     return 2;
   }
   try {
-    lumigraft::measure(words[1], count > 2 ? std::strtoul(words[2], nullptr, 10) : 192);
+    lumigraft::test::measure(words[1], count > 2 ? std::strtoul(words[2], nullptr, 10) : 192);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 2;

@@ -8,7 +8,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float relight::kPi = std::numbers::pi_v<float>;
+constexpr float kPi = std::numbers::pi_v<float>;
 
 relight::Plan lpv_plan(int volume = 64, int bounces = 2) {
   relight::Plan plan = careful_plan(volume, bounces);
@@ -85,7 +85,7 @@ TEST_P(ClosedLpv, WallsReceiveWhatTheBallReflects) {
   room.light_walls(walls, lamp);
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
-  const double sent_W = lamp.intensity.x() * 2 * relight::kPi * (1 - std::sqrt(1 - sine * sine));
+  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
   relight::Relighter relighter(device_, room.session());
   double change_W = 0;
   room.change_on_walls(relighter, lpv_plan(64, 1), [&](float W) { change_W += W; });

@@ -7,7 +7,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float relight::kPi = std::numbers::pi_v<float>;
+constexpr float kPi = std::numbers::pi_v<float>;
 class ClosedRoom : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedRoom);
 
@@ -21,7 +21,7 @@ TEST_P(ClosedRoom, WallsReceiveWhatTheBallReflects) {
   room.light_walls(walls, lamp);
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
-  const double sent_W = lamp.intensity.x() * 2 * relight::kPi * (1 - std::sqrt(1 - sine * sine));
+  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
   relight::Relighter relighter(device_, room.session());
   double gained_W = 0, lost_W = 0;
   room.change_on_walls(relighter, careful_plan(64, 1), [&](float W) { (W > 0 ? gained_W : lost_W) += W; });

@@ -12,7 +12,7 @@ class ClosedSky : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedSky);
 
 /// Mean and largest magnitude over pixels of a picture.
-constexpr float relight::kPi = std::numbers::pi_v<float>;
+constexpr float kPi = std::numbers::pi_v<float>;
 
 struct Spread {
   double sum = 0, most = 0;
@@ -96,7 +96,7 @@ TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
 /// 2010, B-3). Odd in both edges, so that four of them make any rectangle.
 float corner_form_factor(float x_m, float y_m, float height_m) {
   const float x = x_m / height_m, y = y_m / height_m, kx = std::sqrt(1 + x * x), ky = std::sqrt(1 + y * y);
-  return (x / kx * std::atan(y / kx) + y / ky * std::atan(x / ky)) / (2 * relight::kPi);
+  return (x / kx * std::atan(y / kx) + y / ky * std::atan(x / ky)) / (2 * kPi);
 }
 
 // A sheet a ninth as thick as a voxel hides what it covers, however wide the cones are that meet it. What is short are

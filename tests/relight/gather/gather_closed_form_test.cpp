@@ -9,7 +9,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float relight::kPi = std::numbers::pi_v<float>;
+constexpr float kPi = std::numbers::pi_v<float>;
 
 relight::RelitPicture relit(const ClosedScene& scene, const relight::Plan& plan) {
   relight::RayRenderer renderer(scene.session());
@@ -49,7 +49,7 @@ TEST(RaysClosed, WallsReceiveWhatTheBallReflects) {
   room.light_walls(walls, lamp);
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, ball)};
   const double sine = radius / lamp.position_m.norm();
-  const double sent_W = lamp.intensity.x() * 2 * relight::kPi * (1 - std::sqrt(1 - sine * sine));
+  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
   relight::RayRenderer renderer(room.session());
   double sum_W = 0, lost_W = 0;
   room.change_on_walls(renderer, rays_plan(1, 64), [&](float W) {
@@ -89,8 +89,8 @@ TEST(RaysClosed, LightThatIsTakenIsMissedAtEveryBounce) {
   room.sky = 0;
   room.radiance = [](const Eigen::Vector3f&) { return radiance; };
   room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, 0)};
-  const double area = 4 * relight::kPi * radius * radius, f = area / (24 * half * half);
-  const double expected_W = -relight::kPi * radiance * area / (1 - walls * (1 - f));
+  const double area = 4 * kPi * radius * radius, f = area / (24 * half * half);
+  const double expected_W = -kPi * radiance * area / (1 - walls * (1 - f));
   relight::RayRenderer renderer(room.session());
   double sum_W = 0;
   room.change_on_walls(renderer, rays_plan(1, 64), [&](float W) { sum_W += W; });

@@ -11,9 +11,6 @@ namespace lumigraft::test {
 namespace {
 
 using Eigen::Vector3f;
-using relight::BsdfParams;
-using relight::LightSample;
-using relight::Sampler;
 
 /// Evenly over the upper half of the sphere.
 std::vector<Vector3f> hemisphere(int steps) {
@@ -47,7 +44,7 @@ TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
   const float dw = 2 * relight::kPi / static_cast<float>(directions.size());
   for (const float roughness : {0.35f, 0.6f, 1.0f}) {
     SCOPED_TRACE(roughness);
-    const Look look = relight::bsdf_params_of(relight::Rgb::Ones(), metal(1, roughness));
+    const relight::BsdfParams look = relight::bsdf_params_of(relight::Rgb::Ones(), metal(1, roughness));
     double pdf = 0, albedo = 0, above = 0;
     for (const Vector3f& w : directions) {
       pdf += relight::direction_pdf(look, v, w) * dw;
@@ -68,7 +65,7 @@ TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
 TEST(ReferenceBsdf, SamplesHaveTheDensityTheyClaim) {
   const Vector3f v = Vector3f(-0.3f, 0.5f, 0.6f).normalized();
   const relight::Material glossy{{0.5f, 0.3f, 0.1f}, 0, 0.6f, 1};
-  const Look look = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), glossy);
+  const relight::BsdfParams look = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), glossy);
   const std::vector<Vector3f> directions = hemisphere(200);
   double albedo = 0, first_moment = 0;
   for (const Vector3f& w : directions) {
@@ -95,7 +92,7 @@ TEST(ReferenceBsdf, ByHand) {
   // Roughness 0.5, v and w at 45° on either side, h = n: the mirror part of brdf.glsl, and light through the surface
   // twice.
   const relight::Material plastic{{0.5f, 0.3f, 0.1f}, 0, 0.5f, 0.8f};
-  const Look look = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), plastic);
+  const relight::BsdfParams look = relight::bsdf_params_of(relight::Rgb(0.5f, 0.3f, 0.1f), plastic);
   const float s = std::sqrt(0.5f), a2 = 0.0625f;
   const float lambda = 0.5f * (std::sqrt(1 + a2) - 1), d = 1 / (relight::kPi * a2);
   const float f = 0.032f + (0.8f - 0.032f) * std::pow(1 - s, 5.0f), mirror = f * d / (1 + 2 * lambda) / (4 * s * s);

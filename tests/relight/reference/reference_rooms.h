@@ -11,7 +11,7 @@
 
 namespace lumigraft::test {
 
-constexpr float relight::kPi = std::numbers::pi_v<float>;
+constexpr float kPi = std::numbers::pi_v<float>;
 
 inline relight::Material lambert(float albedo) { return {Eigen::Vector3f::Constant(albedo), 0, 1, 0}; }
 inline relight::Material metal(float f0, float roughness) { return {Eigen::Vector3f::Constant(f0), 1, roughness, 1}; }
@@ -35,7 +35,7 @@ inline relight::ReferenceMesh square(float half_m, float height_m, const relight
 /// Level, around the z axis, of the area of the circle.
 inline relight::ReferenceMesh disc(float radius_m, float height_m, const relight::Material& material) {
   constexpr int kSides = 256;
-  const float step = 2 * relight::kPi / kSides;
+  const float step = 2 * kPi / kSides;
   const float r = radius_m * std::sqrt(step / std::sin(step));
   const auto at = [&](int i) {
     const float phi = step * static_cast<float>(i % kSides);

@@ -117,7 +117,7 @@ TEST(Protocol, EverythingElseIsRefusedWithAReason) {
 }
 
 TEST(Protocol, ThePageNamesEveryMessage) {
-  std::ifstream in(LUMIGRAFT_SOURCE_DIR "/server/protocol.md");
+  std::ifstream in(LUMIGRAFT_SOURCE_DIR "/docs/protocol.md");
   std::stringstream text;
   text << in.rdbuf();
   for (const char* word : {"hello", "state", "stats", "error", "want", "object", "record", "key", "ack"}) {
