@@ -17,11 +17,11 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3f;
 
-TestLamp bulb() { return {{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}; }
+reconstruct::TestLamp bulb() { return {{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}; }
 
 /// A floor, one lamp and a box.
-TestRoom light_volume_state() {
-  TestRoom room;
+reconstruct::TestRoom lit_test_room() {
+  reconstruct::TestRoom room;
   room.half_m = 0.5f;
   room.lamps = {bulb()};
   room.ambient = Vector3f::Constant(0.05f);
@@ -45,13 +45,13 @@ struct Floor {
 };
 
 template <typename Choose>
-Floor floor_of(const TestRoom& room, const reconstruct::AlbedoField& field, const Choose& choose) {
+Floor floor_of(const reconstruct::TestRoom& room, const reconstruct::AlbedoField& field, const Choose& choose) {
   Floor floor;
   for (float x = -0.44f; x <= 0.45f; x += 0.02f) {
     for (float y = -0.44f; y <= 0.45f; y += 0.02f) {
       const Vector3f p(x, y, 0);
       if (room.boxes[0].distance(p) < 0.03f || !choose(p)) continue;
-      const auto [albedo, sigma] = albedo_at(field, p);
+      const auto [albedo, sigma] = reconstruct::albedo_at(field, p);
       if (sigma < 0) {
         ++floor.unknown;
         continue;
@@ -66,9 +66,9 @@ Floor floor_of(const TestRoom& room, const reconstruct::AlbedoField& field, cons
 }
 
 /// Lit, or in shadow, with everything around it.
-bool all_around(const TestRoom& room, const Vector3f& p, bool lit) {
+bool all_around(const reconstruct::TestRoom& room, const Vector3f& p, bool lit) {
   for (int i = 0; i < 8; ++i) {
-    const float a = static_cast<float>(i) * kTestPi / 4;
+    const float a = static_cast<float>(i) * reconstruct::kTestPi / 4;
     const Vector3f q = p + 0.03f * Vector3f(std::cos(a), std::sin(a), 0);
     if (room.lit(room.lamps[0], q, Vector3f::UnitZ()) != lit) return false;
   }
@@ -83,7 +83,7 @@ TEST(AlbedoSweep, Scale) {
               .x = {0.02, 0.05, 0.1, 0.2, 0.4, 0.65, 0.9},
               .curves = {{"median"}, {"95 of 100"}, {"1 sigma, median"}}};
   for (const double albedo : sweep.x) {
-    TestRoom room = light_volume_state();
+    reconstruct::TestRoom room = lit_test_room();
     room.albedo = [&](const Vector3f&) { return Vector3f(Vector3f::Constant(static_cast<float>(albedo))); };
     const auto result = reconstruct::AlbedoStage(capture::Session()).solve(room.field(), room.illumination());
     const Floor floor = floor_of(room, *result.albedo, [&](const Vector3f& p) { return all_around(room, p, true); });
@@ -106,7 +106,7 @@ TEST(AlbedoSweep, SeenOnlyInShadow) {
               .curves = {{"unknown"}, {"off, median"}, {"1 sigma, median"}},
               .logarithmic = true};
   for (const double sky : sweep.x) {
-    TestRoom room = light_volume_state();
+    reconstruct::TestRoom room = lit_test_room();
     room.boxes = {{{-0.1f, -0.1f, 0.0f}, {0.15f, 0.0f, 0.35f}}};
     room.ambient = Vector3f::Constant(static_cast<float>(sky));
     const auto result = reconstruct::AlbedoStage(capture::Session()).solve(room.field(), room.illumination());
@@ -142,7 +142,7 @@ TEST(AlbedoSweep, Saturated) {
               .x = {1, 1.5, 2, 3, 4, 6},
               .curves = {{"clipped"}, {"unknown of it"}, {"known: 95 of 100 off"}}};
   for (const double exposure : sweep.x) {
-    TestRoom room = light_volume_state();
+    reconstruct::TestRoom room = lit_test_room();
     room.lamps[0].position = {0.3f, -0.2f, 0.35f};
     room.lamps[0].intensity *= 0.2f;
     reconstruct::DistanceField field = room.field();
@@ -161,7 +161,7 @@ TEST(AlbedoSweep, Saturated) {
     }
     const auto result = reconstruct::AlbedoStage(capture::Session()).solve(field, room.illumination());
     const auto clipped_at = [&](const Vector3f& p) {
-      return clips(room.albedo(p).cwiseProduct(room.irradiance(p, Vector3f::UnitZ())) / kTestPi);
+      return clips(room.albedo(p).cwiseProduct(room.irradiance(p, Vector3f::UnitZ())) / reconstruct::kTestPi);
     };
     const auto everywhere = [](const Vector3f&) { return true; };
     const Floor clipped = floor_of(room, *result.albedo, clipped_at);
@@ -188,7 +188,7 @@ TEST(AlbedoSweep, OneLightOnly) {
               .curves = {{"off, median"}, {"1 sigma, median"}, {"unknown"}},
               .logarithmic = true};
   for (const double sky : sweep.x) {
-    TestRoom room = light_volume_state();
+    reconstruct::TestRoom room = lit_test_room();
     room.ambient = Vector3f::Constant(static_cast<float>(sky));
     reconstruct::Illumination seen = room.illumination();
     seen.lights[0].irradiance /= 1000;
@@ -226,7 +226,7 @@ TEST(AlbedoSweep, Highlight) {
               .curves = {{"median"}, {"95 of 100"}, {"1 sigma, median"}}};
   capture::CameraModel camera = small_camera();
   for (const double strength : sweep.x) {
-    TestRoom room = light_volume_state();
+    reconstruct::TestRoom room = lit_test_room();
     capture::Session session;
     session.color.model = camera;
     session.color.exposure = 2;
@@ -247,7 +247,7 @@ TEST(AlbedoSweep, Highlight) {
           const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
           if (z <= 0 || !ray) continue;
           const Vector3f p = (T * (*ray * (z / ray->z()))).cast<float>(), n = room.normal(p);
-          const Vector3f diffuse = room.albedo(p).cwiseProduct(room.irradiance(p, n)) / kTestPi;
+          const Vector3f diffuse = room.albedo(p).cwiseProduct(room.irradiance(p, n)) / reconstruct::kTestPi;
           const Vector3f to_lamp = (room.lamps[0].position - p).normalized();
           const Vector3f to_eye = (T.translation().cast<float>() - p).normalized();
           const float mirror = std::max(0.0f, n.dot((to_lamp + to_eye).normalized()));

@@ -355,8 +355,7 @@ TEST(FusionSweep, WrongPoses) {
     std::shared_ptr<const reconstruct::DistanceField> field;
     for (unsigned i = 0; i < kPictures; ++i) {
       Isometry3d T = pose_of(i);
-      const Vector3d shift = reconstruct::any(1e-3 * sigma_mm),
-                     turn = reconstruct::any(0.05 * kDegree * sigma_mm + 1e-12);
+      const Vector3d shift = any(1e-3 * sigma_mm), turn = any(0.05 * kDegree * sigma_mm + 1e-12);
       T.translation() += shift;
       T.linear() = T.linear() * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
       field = stage.fuse(frames[i], pose_at(T));

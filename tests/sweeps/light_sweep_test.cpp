@@ -22,13 +22,13 @@ struct Disk {
   Vector3f direction, radiance;
   double radius_degrees;
 
-  Vector3f irradiance() const { return (radiance - kDim) * static_cast<float>(disk_sr(radius_degrees)); }
+  Vector3f irradiance() const { return (radiance - kDim) * static_cast<float>(reconstruct::disk_sr(radius_degrees)); }
 };
 
 capture::Image<float> picture_of(const capture::FisheyeCamera& camera, const std::vector<Disk>& disks) {
-  return render(camera, [&](const Vector3f& d) -> Vector3f {
+  return reconstruct::render(camera, [&](const Vector3f& d) -> Vector3f {
     for (const Disk& disk : disks) {
-      if (within(d, disk.direction, disk.radius_degrees)) return disk.radiance;
+      if (reconstruct::within(d, disk.direction, disk.radius_degrees)) return disk.radiance;
     }
     return kDim;
   });
@@ -44,8 +44,8 @@ reconstruct::LightSplit split_of(const capture::FisheyeCamera& camera, const std
 const reconstruct::Lamp* nearest_to(const Disk& disk, const std::vector<reconstruct::Lamp>& lamps) {
   const reconstruct::Lamp* best = nullptr;
   for (const reconstruct::Lamp& lamp : lamps) {
-    const double angle = angle_degrees(lamp.direction, disk.direction);
-    if (angle < (best ? angle_degrees(best->direction, disk.direction) : 10)) best = &lamp;
+    const double angle = reconstruct::angle_degrees(lamp.direction, disk.direction);
+    if (angle < (best ? reconstruct::angle_degrees(best->direction, disk.direction) : 10)) best = &lamp;
   }
   return best;
 }
@@ -60,11 +60,11 @@ TEST(LightSweep, Separation) {
               .x = {2, 3, 4, 6, 9, 13, 20, 28, 40},
               .curves = {{"direction, degrees"}, {"both, tenths"}, {"weaker, tenths"}},
               .logarithmic = true};
-  const capture::FisheyeCamera camera = fisheye(190, kUsualSize);
+  const capture::FisheyeCamera camera = reconstruct::fisheye(190, kUsualSize);
   for (const double apart : sweep.x) {
     const double radius = std::min(2.0, 0.3 * apart);
-    const Disk strong{towards(30, 0), Vector3f::Constant(30), radius},
-        weak{towards(30 + apart, 0), {10, 10, 10}, radius};
+    const Disk strong{reconstruct::towards(30, 0), Vector3f::Constant(30), radius},
+        weak{reconstruct::towards(30 + apart, 0), {10, 10, 10}, radius};
     const reconstruct::LightSplit split = split_of(camera, {strong, weak});
     EXPECT_LE(split.lamps.size(), 2u) << apart << ": no lamps that are none";
     Vector3f sum = Vector3f::Zero();
@@ -74,7 +74,7 @@ TEST(LightSweep, Separation) {
     for (const Disk& disk : {strong, weak}) {
       const reconstruct::Lamp* const lamp = nearest_to(disk, split.lamps);
       ASSERT_TRUE(lamp) << apart;
-      worse = std::max(worse, angle_degrees(lamp->direction, disk.direction));
+      worse = std::max(worse, reconstruct::angle_degrees(lamp->direction, disk.direction));
     }
     const double both = 0.1 * std::abs(percent_off(sum, strong.irradiance() + weak.irradiance()));
     const bool two = split.lamps.size() == 2;
@@ -99,10 +99,10 @@ TEST(LightSweep, Elevation) {
               .y_label = "off the truth",
               .x = {-8, -6, -4, -2, 0, 2, 5, 10, 15, 30, 60, 85},
               .curves = {{"direction, degrees"}, {"irradiance, tenths"}}};
-  const capture::FisheyeCamera camera = fisheye(190, kUsualSize);
+  const capture::FisheyeCamera camera = reconstruct::fisheye(190, kUsualSize);
   const reconstruct::FisheyeView view = reconstruct::fisheye_view(camera);
   for (const double elevation : sweep.x) {
-    const Disk disk{towards(90 - elevation, 140), {40, 30, 20}, 3};
+    const Disk disk{reconstruct::towards(90 - elevation, 140), {40, 30, 20}, 3};
     const capture::Image<float> picture = picture_of(camera, {disk});
     const reconstruct::LightSplit split =
         reconstruct::split_lamps(picture, capture::Image<std::uint8_t>(kUsualSize, kUsualSize, 1, 0), view, 8);
@@ -113,7 +113,7 @@ TEST(LightSweep, Elevation) {
       seen += (Eigen::Map<const Vector3f>(&picture.data[3 * i]) - kDim).cwiseMax(0.0f) * view.solid_angle_sr[i];
     }
     const bool found = !split.lamps.empty();
-    const double direction = found ? angle_degrees(split.lamps[0].direction, disk.direction) : 0;
+    const double direction = found ? reconstruct::angle_degrees(split.lamps[0].direction, disk.direction) : 0;
     const double irradiance = found ? 0.1 * std::abs(percent_off(split.lamps[0].irradiance, seen)) : 0;
     sweep.curves[0].y.push_back(direction);
     sweep.curves[1].y.push_back(irradiance);
@@ -138,8 +138,9 @@ TEST(LightSweep, CoveredLamp) {
               .least = -1e-6,
               .most = 1 + 1e-6};
   capture::Session session;
-  session.fisheye = fisheye(190, 256);
-  const Disk covered{towards(35, 0), Vector3f::Constant(30), 4}, other{towards(50, 200), Vector3f::Constant(20), 4};
+  session.fisheye = reconstruct::fisheye(190, 256);
+  const Disk covered{reconstruct::towards(35, 0), Vector3f::Constant(30), 4},
+      other{reconstruct::towards(50, 200), Vector3f::Constant(20), 4};
   const auto frame_with = [&](const std::vector<Disk>& disks) {
     capture::FrameSet frame;
     auto picture = std::make_shared<capture::Picture>();
@@ -160,7 +161,7 @@ TEST(LightSweep, CoveredLamp) {
       const int covered_for = i >= kFrom && i < kFrom + pictures ? i - kFrom + 1 : 0;
       double now = 0;
       for (const reconstruct::PointLight& light : result.illumination->lights) {
-        if (angle_degrees(light.direction, covered.direction) > 1) continue;
+        if (reconstruct::angle_degrees(light.direction, covered.direction) > 1) continue;
         now += light.irradiance.sum() / covered.irradiance().sum();
         EXPECT_TRUE(id < 0 || id == light.id) << "another name at picture " << i;
         id = light.id;
@@ -175,8 +176,8 @@ TEST(LightSweep, CoveredLamp) {
 }
 
 /// A floor with a box, and the tag's paper at the origin.
-TestRoom room_with_tag() {
-  TestRoom room;
+reconstruct::TestRoom room_with_tag() {
+  reconstruct::TestRoom room;
   room.half_m = 0.7f;
   room.ambient = Vector3f::Constant(0.06f);
   room.boxes = {{{0.05f, 0.1f, 0.0f}, {0.15f, 0.25f, 0.15f}}};
@@ -200,7 +201,7 @@ TEST(LightSweep, PowerPastSaturation) {
               .most = 1.15};
   for (const double over : sweep.x) {
     for (const bool bright_sky : {false, true}) {
-      TestRoom room = room_with_tag();
+      reconstruct::TestRoom room = room_with_tag();
       room.lamps = {{{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}};
       if (bright_sky) room.ambient *= 3;
       reconstruct::Illumination seen = room.illumination();
@@ -233,11 +234,11 @@ TEST(LightSweep, Distance) {
               .curves = {{"direction, degrees"}, {"irradiance, tenths"}, {"were it far, degrees", {}, true}},
               .logarithmic = true};
   for (const double distance : sweep.x) {
-    TestRoom room = room_with_tag();
-    const Vector3f towards_lamp = towards(40, -50);
-    TestLamp lamp{room.probe + static_cast<float>(distance) * towards_lamp,
-                  Vector3f(1.2f, 1.0f, 0.8f) * static_cast<float>(distance * distance),
-                  0.03f * static_cast<float>(distance)};
+    reconstruct::TestRoom room = room_with_tag();
+    const Vector3f towards_lamp = reconstruct::towards(40, -50);
+    reconstruct::TestLamp lamp{room.probe + static_cast<float>(distance) * towards_lamp,
+                               Vector3f(1.2f, 1.0f, 0.8f) * static_cast<float>(distance * distance),
+                               0.03f * static_cast<float>(distance)};
     room.lamps = {lamp};
     const auto result = reconstruct::AlbedoStage(capture::Session()).solve(room.field(), room.illumination());
     ASSERT_EQ(result.illumination->lights.size(), 1u);
@@ -246,11 +247,11 @@ TEST(LightSweep, Distance) {
     const Vector3f true_way = lamp.position - object;
     const Vector3f way = light.distance_known ? Vector3f(light.position_m - object) : light.direction;
     const Vector3f irradiance = light.distance_known ? Vector3f(light.intensity / way.squaredNorm()) : light.irradiance;
-    const double direction = angle_degrees(way, true_way);
+    const double direction = reconstruct::angle_degrees(way, true_way);
     const double share = 0.1 * std::abs(percent_off(irradiance, lamp.intensity / true_way.squaredNorm()));
     sweep.curves[0].y.push_back(direction);
     sweep.curves[1].y.push_back(share);
-    sweep.curves[2].y.push_back(angle_degrees(towards_lamp, true_way));
+    sweep.curves[2].y.push_back(reconstruct::angle_degrees(towards_lamp, true_way));
     const bool found = light.distance_known;
     EXPECT_TRUE(found || distance > 7) << distance;
     EXPECT_LT(direction, found ? 0.3 : 3) << distance;

@@ -185,7 +185,8 @@ capture::Picture blurred(const capture::Picture& picture, int pixels) {
 }
 
 /// A camera that starts to move sideways: the largest error while it does, in mm; `most` where there is no pose.
-double error_while_moving(int blur_px, const TestRoom& room, const reconstruct::DistanceField* field, double most) {
+double error_while_moving(int blur_px, const reconstruct::TestRoom& room, const reconstruct::DistanceField* field,
+                          double most) {
   const capture::CameraModel camera = small_camera();
   const Isometry3d start = looking_at_tag(1.0, 45 * kDegree, -1.4, {0.05, 0.12, 0.05});
   // The shutter is open for half of a frame's time.
@@ -219,7 +220,7 @@ TEST(PoseSweep, Blur) {
               .x = {0, 2, 4, 6, 8, 10},
               .curves = {{"tag alone"}, {"with surfaces"}},
               .most = 3};
-  const TestRoom room = furnished_room();
+  const reconstruct::TestRoom room = furnished_room();
   const reconstruct::DistanceField field = room.field();
   for (const double blur : sweep.x) {
     sweep.curves[0].y.push_back(error_while_moving(static_cast<int>(blur), room, nullptr, 40));
@@ -230,7 +231,8 @@ TEST(PoseSweep, Blur) {
 }
 
 /// A hand that covers a share of the tag while the camera moves slowly.
-double error_while_covered(double share, const TestRoom& room, const reconstruct::DistanceField* field, double most) {
+double error_while_covered(double share, const reconstruct::TestRoom& room, const reconstruct::DistanceField* field,
+                           double most) {
   const capture::CameraModel camera = small_camera();
   reconstruct::PoseStage stage(some_tag(), camera);
   double worst = 0;
@@ -266,7 +268,7 @@ TEST(PoseSweep, Occlusion) {
               .x = {0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1},
               .curves = {{"tag alone"}, {"with surfaces"}},
               .most = 3};
-  const TestRoom room = furnished_room();
+  const reconstruct::TestRoom room = furnished_room();
   const reconstruct::DistanceField field = room.field();
   for (const double share : sweep.x) {
     sweep.curves[0].y.push_back(error_while_covered(share, room, nullptr, 40));
@@ -277,7 +279,7 @@ TEST(PoseSweep, Occlusion) {
 }
 
 /// Poses with noise of 0.5 mm and 0.5 mrad, as a print gives them a metre away.
-TEST(PoseSweep, relight::Filter) {
+TEST(PoseSweep, Filter) {
   constexpr double kSigmaM = 0.5e-3, kSigmaRad = 0.5e-3;
   Sweep sweep{.stem = "pose-filter",
               .title = "The filter: 0.5 mm of noise on a camera that moves evenly",

@@ -35,7 +35,7 @@ std::shared_ptr<const DistanceField> fused(FusionStage& stage, const capture::Ca
   return field;
 }
 
-TEST(capture::RealSurface, AMeshBecomesItsDistances) {
+TEST(RealSurface, AMeshBecomesItsDistances) {
   const DistanceField field = field_of(read_triangles(real_surface("box", box_faces(kMiddle, kHalf))), 0.008f, 0.032f);
   int known = 0;
   double off = 0;
@@ -55,7 +55,7 @@ TEST(capture::RealSurface, AMeshBecomesItsDistances) {
 }
 
 // The session is wrong by a centimetre; depth tells where it is, and the model what depth does not see.
-TEST(capture::RealSurface, IsFoundInDepthAndMerged) {
+TEST(RealSurface, IsFoundInDepthAndMerged) {
   const capture::CameraModel camera = small_camera();
   const Isometry3d wrong = moved_by({0.008, -0.005, 0.004}, 1 * kDegree);
   capture::Session session = session_with(camera);
@@ -82,7 +82,7 @@ TEST(capture::RealSurface, IsFoundInDepthAndMerged) {
   EXPECT_NE(with.warnings()[0].find("\"crate\" lies"), std::string::npos) << with.warnings()[0];
 }
 
-TEST(capture::RealSurface, ItsOffsetIsReported) {
+TEST(RealSurface, ItsOffsetIsReported) {
   const capture::CameraModel camera = small_camera();
   const Isometry3d T = looking_at_tag(0.9, 50 * kDegree, -1.3, {0, 0.1, 0.1});
   const Isometry3d wrong = moved_by({0.008, -0.005, 0.004}, 1 * kDegree);
@@ -100,7 +100,7 @@ TEST(capture::RealSurface, ItsOffsetIsReported) {
   EXPECT_FALSE(surfaces.bricks().empty());
 }
 
-TEST(capture::RealSurface, WhatDepthDeniesIsRefused) {
+TEST(RealSurface, WhatDepthDeniesIsRefused) {
   const capture::CameraModel camera = small_camera();
   capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("shelf", box_faces({0, 0.1, 0.4}, {0.2, 0.1, 0.01}))};
@@ -113,7 +113,7 @@ TEST(capture::RealSurface, WhatDepthDeniesIsRefused) {
 }
 
 // What stands on a real surface is not swallowed by it.
-TEST(capture::RealSurface, ThingsStandOnIt) {
+TEST(RealSurface, ThingsStandOnIt) {
   const capture::CameraModel camera = small_camera();
   capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("table", box_faces({0, 0, -0.02}, {0.5, 0.5, 0.02}))};

@@ -9,15 +9,15 @@
 namespace lumigraft::test {
 
 /// A floor with two boxes: no direction and no turn leaves it as it is.
-inline TestRoom furnished_room() {
-  TestRoom room;
+inline reconstruct::TestRoom furnished_room() {
+  reconstruct::TestRoom room;
   room.half_m = 0.9f;
   room.boxes = {{{-0.45f, 0.2f, -0.1f}, {-0.15f, 0.5f, 0.35f}}, {{0.25f, -0.1f, -0.1f}, {0.5f, 0.4f, 0.2f}}};
   return room;
 }
 
 /// By sphere tracing.
-inline capture::DepthPicture depth_of_room(const TestRoom& room, const capture::CameraModel& camera,
+inline capture::DepthPicture depth_of_room(const reconstruct::TestRoom& room, const capture::CameraModel& camera,
                                            const Eigen::Isometry3d& T_tag_camera, unsigned seed, double noise_scale) {
   return depth_picture(camera, T_tag_camera, seed, noise_scale,
                        [&](const Eigen::Vector3d& from, const Eigen::Vector3d& d) -> double {

@@ -132,7 +132,7 @@ TEST_P(ClosedKept, ACameraThatTremblesStandsStillAndOneThatMovesDoesNot) {
   relight::Relighter relighter(device_, scene.session());
   relighter.relight(frame, still, scene.exhibit, plan);
   for (const double by_m : {0.0005, 0.004}) {  // of about 0.9 m: 0.07 and 0.6 pixels
-    const reconstruct::Scene now = reconstruct::moved(by_m);
+    const reconstruct::Scene now = moved(by_m);
     const relight::RelitPicture picture = relighter.relight(frame, now, scene.exhibit, plan);
     const auto wanted = relight::Relighter(device_, scene.session()).relight(frame, now, scene.exhibit, plan).srgb;
     EXPECT_EQ(picture.passes.empty(), by_m < 0.001);
@@ -166,7 +166,7 @@ TEST_P(ClosedKept, WhatChangesInBetweenLeavesNoTrace) {
   EXPECT_EQ(relighter.relight(frame, still, scene.exhibit, plan).srgb.data, first.data);
 }
 
-TEST(relight::StaticViewCache, HoldsThePoseUpToAnEighthOfAPixel) {
+TEST(StaticViewCache, HoldsThePoseUpToAnEighthOfAPixel) {
   capture::CameraModel camera;
   camera.width = 640;
   camera.height = 480;

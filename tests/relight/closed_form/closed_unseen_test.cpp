@@ -36,7 +36,7 @@ reconstruct::PointLight lamp() {
   light.radius_m = kLampRadius_m;
   const Vector3f down = (kProbe - kLampAt).normalized();
   light.direction = -down;
-  light.intensity.setConstant(kLampRadiance * relight::kPi * kLampRadius_m * kLampRadius_m * light.normal.dot(down));
+  light.intensity.setConstant(kLampRadiance * kPi * kLampRadius_m * kLampRadius_m * light.normal.dot(down));
   light.irradiance = light.intensity / (kProbe - kLampAt).squaredNorm();
   return light;
 }
@@ -126,8 +126,8 @@ std::shared_ptr<const reconstruct::Illumination> fisheye_light(const WallRadianc
   light->remainder.radiance = capture::Image<float>(96, 48, 3);
   for (int v = 0; v < 48; ++v) {
     for (int u = 0; u < 96; ++u) {
-      const float phi = 2 * relight::kPi * (static_cast<float>(u) + 0.5f) / 96 - relight::kPi;
-      const float theta = relight::kPi * (static_cast<float>(v) + 0.5f) / 48;
+      const float phi = 2 * kPi * (static_cast<float>(u) + 0.5f) / 96 - kPi;
+      const float theta = kPi * (static_cast<float>(v) + 0.5f) / 48;
       const Vector3f w(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
       float t = 1e9f;
       for (int a = 0; a < 3; ++a) {

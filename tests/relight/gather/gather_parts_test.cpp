@@ -14,7 +14,7 @@
 namespace lumigraft::test {
 namespace {
 
-TEST(relight::SrgbCodes, AreTheRoundedCurve) {
+TEST(SrgbCodes, AreTheRoundedCurve) {
   const relight::SrgbCodes codes;
   std::mt19937 random(1);
   std::uniform_real_distribution<float> even(-0.1f, 1.1f), power(-8, 0);
@@ -29,7 +29,7 @@ TEST(relight::SrgbCodes, AreTheRoundedCurve) {
 }
 
 // Half of a fan stands for the whole lamp, and no ray of the other half is sent.
-TEST(relight::ShadowRayPacket, ItsFirstRaysStandForAll) {
+TEST(ShadowRayPacket, ItsFirstRaysStandForAll) {
   relight::ReferenceLamp lamp;
   lamp.centre_m = {0.2f, 0, 1};
   lamp.radius_m = 0.2f;
@@ -45,7 +45,7 @@ TEST(relight::ShadowRayPacket, ItsFirstRaysStandForAll) {
 }
 
 // What closes a room by a guess has vertices far apart; between them, too, light changes.
-TEST(relight::IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
+TEST(IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
   const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
   std::vector<relight::Patch> floor;
   for (int x = -8; x <= 8; ++x) {
@@ -97,7 +97,7 @@ std::vector<relight::GBufferPixel> two_walls(const capture::CameraModel& camera,
   return seen;
 }
 
-TEST(relight::LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
+TEST(LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
   const capture::CameraModel camera = camera_of(47, 31);
   constexpr int column = 21, block = 4;
   const std::vector<relight::GBufferPixel> seen = two_walls(camera, column);
@@ -122,7 +122,7 @@ TEST(relight::LowResView, MixesLinearlyWithinASurfaceAndNothingOfAnother) {
   }
 }
 
-TEST(relight::LowResView, SaysNothingWhereNothingIsSeen) {
+TEST(LowResView, SaysNothingWhereNothingIsSeen) {
   const capture::CameraModel camera = camera_of(8, 8);
   std::vector<relight::GBufferPixel> seen = two_walls(camera, 8);
   const relight::SurfaceHit own = seen.front().surface;

@@ -35,7 +35,7 @@ class DeviceTest : public testing::TestWithParam<Backend> {
 };
 
 inline std::string backend_label(const testing::TestParamInfo<Backend>& info) {
-  return std::string(capture::name_of(info.param));
+  return std::string(gpu::name_of(info.param));
 }
 #define ON_BOTH_DEVICES(suite)                                                                                         \
   INSTANTIATE_TEST_SUITE_P(                                                                                            \

@@ -31,7 +31,7 @@ class DeviceImageTest : public DeviceTest {
                halve = device_->create_compute("device_halve.comp");
     const auto list = device_->begin();
     const Binding fine[] = {image(1, *volume)};
-    list->dispatch(*write, fine, capture::bytes_of(slope), (edge + 7) / 8, (edge + 1) / 2, (edge + 1) / 2);
+    list->dispatch(*write, fine, bytes_of(slope), (edge + 7) / 8, (edge + 1) / 2, (edge + 1) / 2);
     for (int mip = 1; mip < mips; ++mip) {
       const int e = edge >> mip;
       const Binding levels[] = {image(1, *volume, mip - 1), image(2, *volume, mip)};

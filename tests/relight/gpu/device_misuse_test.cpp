@@ -42,7 +42,7 @@ TEST_P(DeviceMisuseTest, WrongBindingsAreNamed) {
             "shader device_tap.comp: slot 1 \"volume\" wants a 3D image, not texture \"flat\" (4x4 rgba16_float)");
   EXPECT_EQ(dispatch(*tap_, {sampled(1, *cells_), places, results}),
             "shader device_tap.comp: slot 1 \"volume\" wants floats, not texture \"cells\" (4x4x4 r32_uint)");
-  EXPECT_EQ(dispatch(*tap_, {sampled(1, *volume_), places, results}, capture::bytes_of(1.0f)),
+  EXPECT_EQ(dispatch(*tap_, {sampled(1, *volume_), places, results}, bytes_of(1.0f)),
             "shader device_tap.comp: params has 4 bytes, its uniform block 0");
   EXPECT_EQ(dispatch(*tap_, {sampled(1, *volume_), places, results}, {}, 1 << 30).substr(0, 41),
             "shader device_tap.comp: 1073741824 groups");
@@ -56,7 +56,7 @@ TEST_P(DeviceMisuseTest, WrongBindingsAreNamed) {
       dispatch(*atomics, {storage(1, *places_), image(2, *cells_, 1)}),
       "shader device_atomics.comp: slot 2 \"cells\" wants mip 1 of texture \"cells\" (4x4x4 r32_uint), which has 1");
   const auto ramp = device_->create_compute("device_ramp.comp");
-  EXPECT_EQ(dispatch(*ramp, {image(1, *volume_)}, capture::bytes_of(1.0f)),
+  EXPECT_EQ(dispatch(*ramp, {image(1, *volume_)}, bytes_of(1.0f)),
             "shader device_ramp.comp: params has 4 bytes, its uniform block 16");
 }
 
@@ -129,7 +129,7 @@ TEST_P(DeviceMisuseTest, WrongDrawsAreNamed) {
   const Attachment depth{facing.get()};
   EXPECT_EQ(draw({{flat_.get()}, {facing.get()}}, &depth, {}), shaders + "a depth attachment without depth_test");
   const std::array<float, 4> tint{};
-  DrawCall call{.bindings = {sampled(1, *flat_)}, .params = capture::bytes_of(tint)};
+  DrawCall call{.bindings = {sampled(1, *flat_)}, .params = bytes_of(tint)};
   EXPECT_EQ(draw({{flat_.get()}, {facing.get()}}, nullptr, {call}),
             shaders + "texture \"flat\" is bound while it is drawn to");
   const auto one = device_->create_texture({.name = "one"});

@@ -17,7 +17,7 @@ class DeviceRasterTest : public DeviceTest {
     depth_ = target("depth", Format::depth32_float);
     weight_ = device_->create_texture({.name = "weight", .format = Format::r32_float});
     const float one = 1;
-    device_->upload(*weight_, 0, capture::bytes_of(one));
+    device_->upload(*weight_, 0, bytes_of(one));
   }
 
   std::unique_ptr<Texture> target(const char* name, Format format) {
@@ -41,7 +41,7 @@ class DeviceRasterTest : public DeviceTest {
     const auto index_buffer = indices.empty() ? nullptr : buffer_with(indices, "indices");
     const std::array<float, 4> tint{1, 1, 0.5f, 1};
     const DrawCall call{.bindings = {sampled(1, *weight_)},
-                        .params = capture::bytes_of(tint),
+                        .params = bytes_of(tint),
                         .vertices = vertex_buffer.get(),
                         .indices = index_buffer.get(),
                         .index_count = static_cast<std::uint32_t>(indices.empty() ? vertices.size() : indices.size())};
@@ -141,7 +141,7 @@ TEST_P(DeviceRasterTest, DepthAlone) {
   const auto pipeline = device_->create_raster(wanted);
   const auto vertices = buffer_with(top_left(0.25f, {1, 1, 1}), "vertices");
   const std::array<float, 4> tint{};
-  const DrawCall call{.bindings = {}, .params = capture::bytes_of(tint), .vertices = vertices.get(), .index_count = 3};
+  const DrawCall call{.bindings = {}, .params = bytes_of(tint), .vertices = vertices.get(), .index_count = 3};
   const Attachment depth{depth_.get()};
   const auto list = device_->begin();
   list->draw(*pipeline, {}, &depth, {&call, 1});

@@ -35,7 +35,7 @@ TEST_P(DeviceTest, ParametersArriveAsStd140) {
   const auto result = device_->create_buffer(40 * sizeof(float), "result");
   const auto list = device_->begin();
   const Binding bindings[] = {storage(1, *result)};
-  list->dispatch(*pipeline, bindings, capture::bytes_of(params), 5);
+  list->dispatch(*pipeline, bindings, bytes_of(params), 5);
   params = {};  // copied when it was recorded
   device_->submit(*list);
 
@@ -82,7 +82,7 @@ TEST_P(DeviceTest, EachDispatchOfAListHasItsOwnParameters) {
     Params params{};
     params.scale = static_cast<float>(i);
     const Binding bindings[] = {storage(1, *results.back())};
-    list->dispatch(*pipeline, bindings, capture::bytes_of(params), 5);
+    list->dispatch(*pipeline, bindings, bytes_of(params), 5);
   }
   device_->submit(*list);
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -244,7 +244,7 @@ TEST_P(DeviceLife, OneThreadHoldsSeveralDevices) {
 
 TEST(DeviceChoice, NamesAreReadBack) {
   for (const Backend backend : {Backend::best, Backend::vulkan, Backend::egl}) {
-    EXPECT_EQ(backend_named(capture::name_of(backend)), backend);
+    EXPECT_EQ(backend_named(name_of(backend)), backend);
   }
   EXPECT_EQ(backend_named("metal"), std::nullopt);
 }
@@ -270,7 +270,7 @@ TEST(DeviceChoice, AnAbsentDriverIsListedWithTheReason) {
         setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json", 1);
         std::string text;
         for (const DeviceListing& listing : list_devices()) {
-          text += std::string(capture::name_of(listing.backend)) + ": " + listing.rejection_reason + "\n";
+          text += std::string(name_of(listing.backend)) + ": " + listing.rejection_reason + "\n";
         }
         text += error_of<GpuError>([] { create_device(Backend::best, {}); });
         std::fputs(text.c_str(), stderr);

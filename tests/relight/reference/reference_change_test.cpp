@@ -98,7 +98,7 @@ std::vector<Case> cases() {
   std::vector<Case> all;
   const relight::ReferenceLamp lamp = bulb({0.4f, -0.3f, 1.1f}, 0.08f, 60);
   const auto add = [&](const char* name, const relight::Material& floor,
-                       const relight::Material& object) -> ReferenceScene& {
+                       const relight::Material& object) -> relight::ReferenceScene& {
     all.push_back({name, corner(floor, object)});
     all.back().scene.lamps = {lamp};
     return all.back().scene;

@@ -67,10 +67,10 @@ std::vector<LampCase> lamp_cases() {
   spot.cos_full = std::cos(0.3f);
   spot.cos_none = std::cos(0.5f);
   return {
-      {"bulb", bulb({0, 0, h}, 0.1f, 40), relight::kPi * 40 * std::pow(0.1 / h, 2)},
-      {"panel", panel({0, 0, h}, 0.3f, 0.2f, 10), relight::kPi * 10 * rectangle},
-      {"round panel", round_panel({0, 0, h}, 0.25f, 10), relight::kPi * 10 * 0.25 * 0.25 / (0.25 * 0.25 + h * h)},
-      {"spot", spot, relight::kPi * 900 * 0.02 * 0.02 / (0.02 * 0.02 + h * h)},
+      {"bulb", bulb({0, 0, h}, 0.1f, 40), kPi * 40 * std::pow(0.1 / h, 2)},
+      {"panel", panel({0, 0, h}, 0.3f, 0.2f, 10), kPi * 10 * rectangle},
+      {"round panel", round_panel({0, 0, h}, 0.25f, 10), kPi * 10 * 0.25 * 0.25 / (0.25 * 0.25 + h * h)},
+      {"spot", spot, kPi * 900 * 0.02 * 0.02 / (0.02 * 0.02 + h * h)},
   };
 }
 
@@ -79,7 +79,7 @@ TEST(ReferenceClosed, AHiddenLampTakesItsLightAlong) {
     SCOPED_TRACE(c.name);
     relight::ReferenceScene scene = floor_under(c.lamp);
     scene.objects = {square(0.6f, 1.3f, lambert(0))};
-    const double lost = kAlbedo / relight::kPi * c.irradiance;
+    const double lost = kAlbedo / kPi * c.irradiance;
     EXPECT_NEAR(change_at(scene, {0, 0, 0}), -lost, 0.005 * lost);
     const relight::PosedCamera camera = looking({0, -3, 0.4f}, {0, 0, 0}, 0.001f, 4, 4);
     EXPECT_NEAR(mean(tracer_of(scene).radiance(camera, samples_of(256), false)), lost, 0.005 * lost);
@@ -91,7 +91,7 @@ TEST(ReferenceClosed, ASpotIsDarkBeyondItsBeam) {
   scene.objects = {square(0.6f, 1.3f, lambert(0))};
   const float edge_m = 1.5f * std::tan(0.4f);  // where the cosine is nearly half way between full and none
   const double cosine = std::cos(0.4), s = (cosine - std::cos(0.5)) / (std::cos(0.3) - std::cos(0.5));
-  const double lost = kAlbedo / relight::kPi * lamp_cases()[3].irradiance * std::pow(cosine, 4) * s * s * (3 - 2 * s);
+  const double lost = kAlbedo / kPi * lamp_cases()[3].irradiance * std::pow(cosine, 4) * s * s * (3 - 2 * s);
   EXPECT_NEAR(change_at(scene, {edge_m, 0, 0}), -lost, 0.02 * lost);
   EXPECT_EQ(change_at(scene, {1.5f * std::tan(0.52f), 0, 0}), 0);
 }

@@ -30,7 +30,7 @@ relight::RelitPicture relit(relight::ReferenceRenderer& renderer, const ClosedSc
   return renderer.relight(scene.frame(), scene.scene(), scene.exhibit, plan_of(samples), true);
 }
 
-TEST(relight::ReferenceRenderer, PutsTheChangeOnTheCameraPicture) {
+TEST(ReferenceRenderer, PutsTheChangeOnTheCameraPicture) {
   const ClosedScene scene = ball_on_floor();
   relight::ReferenceRenderer renderer(scene.session());
   const relight::RelitPicture picture = relit(renderer, scene, 64);
@@ -55,7 +55,7 @@ TEST(relight::ReferenceRenderer, PutsTheChangeOnTheCameraPicture) {
   EXPECT_LT(worst, 0.03);
 }
 
-TEST(relight::ReferenceRenderer, SameFrameSameBytesWithAndWithoutItsMemory) {
+TEST(ReferenceRenderer, SameFrameSameBytesWithAndWithoutItsMemory) {
   const ClosedScene scene = ball_on_floor();
   relight::ReferenceRenderer renderer(scene.session()), other(scene.session());
   const reconstruct::Scene known = scene.scene();
@@ -71,7 +71,7 @@ TEST(relight::ReferenceRenderer, SameFrameSameBytesWithAndWithoutItsMemory) {
   EXPECT_EQ(first, draw(renderer));
 }
 
-TEST(relight::ReferenceRenderer, PassesThroughWhatItCannotDo) {
+TEST(ReferenceRenderer, PassesThroughWhatItCannotDo) {
   ClosedScene scene = ball_on_floor();
   relight::ReferenceRenderer renderer(scene.session());
   reconstruct::Scene unknown = scene.scene();
@@ -84,7 +84,7 @@ TEST(relight::ReferenceRenderer, PassesThroughWhatItCannotDo) {
   EXPECT_NE(relit(renderer, scene, 2).warnings.at(0).find("no visible object"), std::string::npos);
 }
 
-TEST(relight::ReferenceRenderer, TakesARoomThatIsKnownFromElsewhere) {
+TEST(ReferenceRenderer, TakesARoomThatIsKnownFromElsewhere) {
   const ClosedScene scene = ball_on_floor();
   auto room = std::make_shared<relight::ReferenceScene>(relight::reference_room_of(scene.scene(), {}));
   room->background.setZero();
