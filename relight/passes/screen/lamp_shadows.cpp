@@ -37,7 +37,7 @@ float half_angle_rad(const shader::FrameParams& frame, const shader::Lamp& lamp)
 LampShadows::LampShadows(gpu::Device& device, int edge_px)
     : edge_(edge_px),
       blocks_(edge_px / kBlock_px),
-      ground_(device.create_compute("lamp_ground.comp")),
+      ground_(device.create_compute("shadow_receiver_map.comp")),
       tiles_(device.create_compute("lamp_tiles.comp")),
       shadow_(device.create_compute("lamp_shadow.comp")),
       hiding_(device.create_buffer(sizeof(std::uint32_t) * 2 * static_cast<std::size_t>(blocks_ * blocks_) *

@@ -77,7 +77,7 @@ TEST_P(DeviceMisuseTest, WrongTexturesBuffersAndTransfersAreNamed) {
             "texture \"t\" (0x1 rgba16_float): every edge must be at least 1");
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->create_buffer(0, "b"); }), "buffer \"b\" has no bytes");
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->create_compute("absent.comp"); }),
-            "shader absent.comp: not built into this program; its list is in relight/CMakeLists.txt");
+            "shader absent.comp: not built into this program; relight/shaders lists them");
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->upload(*places_, 8, std::vector<std::byte>(9)); }),
             "upload of 9 bytes at 8 to buffer \"places\", which has 16");
   EXPECT_EQ(error_of<std::logic_error>([&] { device_->upload(*volume_, 1, std::vector<std::byte>(9)); }),
