@@ -1,10 +1,9 @@
 #!/usr/bin/env bash
-# install_packages.sh run|test: installs what packages.txt names and this machine lacks.
+# install_packages.sh run|test|check: installs what packages.txt names and this machine lacks.
 set -euo pipefail
 list=$(dirname "$0")/../packages.txt
 
-named_above() { sed "/^\\[$1\\]/,\$d; /^[[#]/d; /^\$/d" "$list"; }
-named_below() { sed "1,/^\\[$1\\]/d; /^[[#]/d; /^\$/d" "$list"; }
+section() { sed -n "/^\\[$1\\]/,/^\\[/{/^[[#]/d; /^\$/d; p}" "$list"; }
 
 # Those of the arguments that are not installed.
 missing_of() {
@@ -27,13 +26,14 @@ install() {
 }
 
 case "${1:-}" in
-  run) wanted=$(named_above test) ;;
-  test) wanted=$(named_above vm) ;;
-  *) echo "usage: $0 run|test" >&2; exit 2 ;;
+  run) wanted=$(section run) ;;
+  test) wanted=$(section run; section test) ;;
+  check) wanted=$(section run; section test; section check) ;;
+  *) echo "usage: $0 run|test|check" >&2; exit 2 ;;
 esac
 missing=$(missing_of $wanted)
 [ -z "$missing" ] || install $missing
-if [ "$1" = test ]; then
-  missing=$(missing_of $(named_below vm))
+if [ "$1" != run ]; then
+  missing=$(missing_of $(section vm))
   [ -z "$missing" ] || install $missing || echo "$0: without them tests on real camera drivers are skipped" >&2
 fi
