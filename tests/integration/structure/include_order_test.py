@@ -4,7 +4,7 @@
 A module includes only those above it (capture, reconstruct, relight, server), a folder only those above it in the order in
 which its module's CMakeLists.txt adds them, and there are no cycles. A file that lies in a module's own folder is placed
 by what it includes. The module's README.md names the same folders in the same order. No folder has more than 25 pairs of
-files.
+files, and each lists its .cpp files in its own CMakeLists.txt.
 """
 import collections
 import os
@@ -48,6 +48,12 @@ def includes(root, file):
             if os.path.exists(os.path.join(root, path)):
                 yield number, path
                 break
+
+
+def listed(root, folder):
+    """The words of a folder's CMakeLists.txt."""
+    path = os.path.join(root, folder, "CMakeLists.txt")
+    return re.split(r"[\s()]+", open(path).read()) if os.path.exists(path) else []
 
 
 def node(file):
@@ -102,6 +108,8 @@ def problems(root):
             pairs[folder].add(stem if ending in (".h", ".cpp") else stem)
             if "/" in folder and folder not in place:
                 found.append(f"{file}: no CMakeLists.txt adds {folder}")
+            if ending == ".cpp" and os.path.basename(file) not in listed(root, folder):
+                found.append(f"{file}: not in {folder}/CMakeLists.txt")
             for line, other in includes(root, file):
                 if other.split("/")[0] not in rank:
                     found.append(f"{file}:{line}: {other} belongs to no module")
