@@ -1,18 +1,18 @@
 #pragma once
-// The one error a person can cause: bad files, bad configuration, a bad command line.
+// Errors that a user can cause: bad files, bad configuration, a bad command line, a camera that is absent.
 #include <stdexcept>
 #include <string>
 
 namespace lumigraft::capture {
 
 /// Input that cannot be used. `what()` is one line: where (file:line: key), what was found, what is allowed.
-/// Thrown at start-up only; `main` prints it and exits with code 2. The frame loop never throws across a stage.
+/// Thrown at start-up only; `main` prints it and exits with code 2. No exception crosses a stage of the frame loop.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A camera that cannot be opened now and may be later: absent, busy, or not ours to open.
+/// A camera that cannot be opened now but may be later: absent, in use, or without permission.
 class CameraFault : public InputError {
  public:
   using InputError::InputError;

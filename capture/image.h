@@ -1,5 +1,5 @@
 #pragma once
-// A picture in memory: row-major, top row first, channels interleaved (R, G, B).
+// An image in memory: row-major, top row first, channels interleaved (R, G, B).
 #include <cstddef>
 #include <vector>
 

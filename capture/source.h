@@ -1,7 +1,7 @@
 #pragma once
-// Where pictures come from. One source may deliver several streams (a depth camera gives colour and depth).
+// Interface of cameras and recordings. One source may deliver several streams (a depth camera gives colour and depth).
 //
-// A live source blocks in next() until a picture is there or the timeout is over; a recording returns at once.
+// A live source blocks in next() until a frame arrives or the timeout is over; a recording returns at once.
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -14,13 +14,13 @@
 
 namespace lumigraft::capture {
 
-/// Depth as the sensor gave it, before registration to colour.
+/// Depth on the sensor's own pixels, before registration to colour.
 struct RawDepth {
   Stamp stamp;
   Image<std::uint16_t> counts;  ///< 0 = no measurement
 };
 
-/// A picture that could not be had: its place in the stream is kept, so pairing and counting stay right.
+/// A frame that was lost or damaged. It keeps its time and sequence number, so that pairing and counting stay correct.
 struct LostPicture {
   Stamp stamp;
   Stream stream = Stream::color;
@@ -30,30 +30,30 @@ struct LostPicture {
 using SourceItem = std::variant<Picture, RawDepth, LostPicture>;
 const Stamp& stamp_of(const SourceItem& item);
 Stream stream_of(const SourceItem& item);
-const char* name_of(Stream stream);  ///< in messages
+const char* name_of(Stream stream);  ///< for messages
 
 class Source {
  public:
   virtual ~Source() = default;
-  /// The next item of any of this source's streams, in time order per stream. Empty: end of a recording, or timeout.
+  /// The next item of any of the source's streams, in time order per stream. Empty: end of a recording, or timeout.
   virtual std::optional<SourceItem> next(std::chrono::milliseconds timeout) = 0;
-  /// True once a recording is over, or a device that nobody opens again (LiveSource does) is gone.
+  /// True after the end of a recording, or after a device has gone. LiveSource opens devices again and never finishes.
   virtual bool finished() const = 0;
-  /// Back to the first picture. Live sources do nothing.
+  /// Returns to the first frame. Live sources do nothing.
   virtual void rewind() = 0;
-  /// What keeps a camera from giving pictures, on one line; empty where nothing does.
+  /// Reason why a camera delivers no frames, one line; empty if there is none.
   virtual std::string fault() const { return {}; }
-  /// What is wrong with its pictures though they come, on one line and told once; empty where nothing is.
+  /// Defect of frames that the camera does deliver, one line, returned once; empty if there is none.
   virtual std::string take_warning() { return {}; }
-  /// What the camera itself says tells it from others of its kind; empty where it does not, or never was there.
+  /// Serial number that the camera reports; empty if it reports none or was never opened.
   virtual std::string serial() const { return {}; }
-  /// Whether the times of its pictures are those of this host's steady clock, so that no clock need be estimated.
+  /// Whether frame times are on this host's steady clock, so that no clock offset has to be estimated.
   virtual bool on_host_clock() const { return false; }
-  /// Whether the next item is there already and of the same moment: the rest of a bracket.
-  virtual bool bracket_goes_on() const { return false; }
+  /// Whether the next item is ready and belongs to the same bracket as the last one.
+  virtual bool bracket_incomplete() const { return false; }
 };
 
-/// FrameSets in order: opens the session's sources, registers depth to colour, pairs by timestamp.
+/// Delivers FrameSets in time order: depth registered to colour, streams paired by timestamp.
 class FrameReader {
  public:
   virtual ~FrameReader() = default;
@@ -62,11 +62,12 @@ class FrameReader {
   virtual bool finished() const = 0;
   virtual void rewind() = 0;
   virtual bool live() const = 0;
-  /// One line for each camera that gives no pictures now. They come back by themselves.
+  /// One line for each camera that delivers no frames at present. Such cameras are opened again automatically.
   virtual std::vector<std::string> troubles() const { return {}; }
 };
 
-/// Opens and checks every source; contradictory or missing files throw InputError here, before the first frame.
+/// Opens and checks every source of the session. Contradictory or missing files throw InputError here, before the first
+/// frame.
 std::unique_ptr<FrameReader> open_frames(const Session& session);
 
 }  // namespace lumigraft::capture

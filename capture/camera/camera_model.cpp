@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 
-/// Whether c[0] + c[1] s + ... + c[4] s⁴ is positive on the whole of [0, end]. Bernstein coefficients bound the
-/// polynomial (Farouki & Rajan 1987); where they cannot decide, the interval is halved by de Casteljau.
+/// Whether c[0] + c[1] s + ... + c[4] s⁴ is positive on all of [0, end]. Bernstein coefficients bound the polynomial
+/// (Farouki & Rajan 1987); where the bounds do not decide, de Casteljau's algorithm halves the interval.
 bool positive_on(const std::array<double, 5>& c, double end) {
   constexpr double kBinomial[5][5] = {{1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
   std::array<double, 5> scaled{};
@@ -36,7 +36,7 @@ bool positive_on(const std::array<double, 5>& c, double end) {
       return true;
     }
     if (depth == 0) {
-      return false;  // a double root to within rounding
+      return false;  // a double root up to rounding
     }
     std::array<double, 5> left{};
     for (int i = 0; i < 5; ++i) {
@@ -45,13 +45,13 @@ bool positive_on(const std::array<double, 5>& c, double end) {
         b[j] = 0.5 * (b[j] + b[j + 1]);
       }
     }
-    // b now holds the right half's coefficients: b[4 - i] was left untouched after step i.
+    // b now holds the coefficients of the right half: b[4 - i] did not change after step i.
     return self(self, left, depth - 1) && self(self, b, depth - 1);
   };
-  return decide(decide, bernstein, 40);
+  return decide(decide, bernstein, 40);  // 40 halvings: 1e-12 of the interval
 }
 
-// ---- pinhole with Brown's distortion, in normalised coordinates (x/z, y/z) ----
+// ---- pinhole with Brown's distortion, in normalized coordinates (x/z, y/z) ----
 
 double radial_factor(const std::array<double, 5>& d, double s) { return 1.0 + s * (d[0] + s * (d[1] + s * d[4])); }
 
@@ -72,14 +72,14 @@ Vector2d distort(const std::array<double, 5>& d, const Vector2d& p, Eigen::Matri
 
 bool undistorted(const std::array<double, 5>& d) { return d == std::array<double, 5>{}; }
 
-/// Whether the lens has not folded over at or before p: the radius grows all the way, and the map keeps orientation.
+/// Whether p lies before the fold of the distortion: the radius grows up to p and the map keeps its orientation there.
 bool before_fold(const std::array<double, 5>& d, const Vector2d& p) {
   Eigen::Matrix2d jacobian;
   distort(d, p, &jacobian);
   return positive_on({1.0, 3.0 * d[0], 5.0 * d[1], 7.0 * d[4], 0.0}, p.squaredNorm()) && jacobian.determinant() > 0;
 }
 
-/// Newton's method for distort(p) = target. Empty where it does not end on the unfolded side.
+/// Newton's method for distort(p) = target. Empty if it does not converge to a solution before the fold.
 std::optional<Vector2d> newton(const std::array<double, 5>& d, const Vector2d& target, Vector2d p) {
   for (int i = 0; i < 30; ++i) {
     Eigen::Matrix2d jacobian;
@@ -106,7 +106,7 @@ std::optional<Vector2d> undistort(const std::array<double, 5>& d, const Vector2d
   if (auto p = newton(d, target, target)) {
     return p;
   }
-  // Strong distortion: start from the solution of the radial part alone, found by bisection below the fold.
+  // Strong distortion: start from the solution of the radial part alone, found by bisection before the fold.
   const double radius = target.norm();
   const auto below = [&](double r) {
     return positive_on({1.0, 3.0 * d[0], 5.0 * d[1], 7.0 * d[4], 0.0}, r * r) && r * radial_factor(d, r * r) < radius;
@@ -145,7 +145,7 @@ std::optional<double> fisheye_angle(const CameraModel& m, double radius) {
   if (m.kind == CameraModel::Kind::equidistant) {
     return radius <= kPi ? std::optional<double>(radius) : std::nullopt;
   }
-  // Newton kept inside a bracket: [low, high] always holds the answer, if there is one before the fold.
+  // Safeguarded Newton: [low, high] always contains the solution, if there is one before the fold.
   const std::array<double, 5> slope = fisheye_slope(m);
   double low = 0.0;
   double high = kPi;
@@ -170,7 +170,7 @@ double half_field_rad(const CameraModel& m) {
   return m.kind != CameraModel::Kind::pinhole && m.fov_rad > 0 ? std::min(0.5 * m.fov_rad, kPi) : kPi;
 }
 
-/// unproject without the limit of the field of view.
+/// As CameraModel::unproject, but also beyond the field of view.
 std::optional<Vector3d> unproject_unlimited(const CameraModel& m, const Vector2d& pixel) {
   const Vector2d p((pixel.x() - m.cx) / m.fx, (pixel.y() - m.cy) / m.fy);
   if (!p.allFinite()) {
@@ -203,7 +203,7 @@ double quad_sr(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Ve
   return std::abs(triangle_sr(a, b, c) + triangle_sr(a, c, d));
 }
 
-/// Solid angle of the cell of edge `size` about `centre`; 0 where a corner has no direction.
+/// Solid angle of the square of `size` pixels around `centre`; 0 if a corner has no direction.
 double cell_sr(const CameraModel& m, const Vector2d& centre, double size) {
   const double h = 0.5 * size;
   const auto a = unproject_unlimited(m, centre + Vector2d(-h, -h));
@@ -234,7 +234,7 @@ std::optional<Eigen::Vector2d> CameraModel::project(const Eigen::Vector3d& direc
     return Vector2d(fx * q.x() + cx, fy * q.y() + cy);
   }
   const double off_axis = direction.head<2>().norm();
-  if (off_axis == 0.0) {  // the axis itself, or its opposite, which has no azimuth
+  if (off_axis == 0.0) {  // on the axis; the opposite direction has no azimuth and so no pixel
     return direction.z() > 0 ? std::optional<Vector2d>(Vector2d(cx, cy)) : std::nullopt;
   }
   const double theta = std::atan2(off_axis, direction.z());
@@ -260,9 +260,9 @@ double CameraModel::solid_angle_sr(int u, int v) const {
     return quad_sr(*a, *b, *c, *d);
   }
   if (!a && !b && !c && !d && !unproject(centre)) {
-    return 0.0;  // a field that only grazes a pixel's edge is left out
+    return 0.0;  // neglects a field of view that only touches an edge of the pixel
   }
-  // On the border of the field: the sum of those small cells whose centre is seen.
+  // On the border of the field of view: sum over small cells whose centre is visible.
   constexpr int kCells = 16;
   double sum = 0.0;
   for (int i = 0; i < kCells; ++i) {

@@ -7,7 +7,8 @@
 namespace lumigraft::capture {
 namespace {
 
-constexpr int kTrustedUpTo = 230;  // from here to full scale the weight falls to zero, so that merging leaves no seam
+/// Pixel value from which the weight falls linearly to 0 at kFullScale, so that merging leaves no seam. Chosen by hand.
+constexpr int kFadeStart = 230;
 
 void finish_mask(RadiancePicture& out) {
   const auto clipped = std::count(out.clipped.data.begin(), out.clipped.data.end(), std::uint8_t{1});
@@ -21,7 +22,7 @@ RadiancePicture pass_through(const Picture& picture) {
   out.clipped = Image<std::uint8_t>(picture.radiance.width, picture.radiance.height, 1);
   for (std::size_t i = 0; i < out.radiance.data.size(); ++i) {
     float& value = out.radiance.data[i];
-    if (!std::isfinite(value)) {  // says nothing but that there may be light: a lower bound of 0
+    if (!std::isfinite(value)) {  // unknown: 0 is a lower bound
       out.clipped.data[i / 3] = 1;
       value = 0.0f;
     }
@@ -31,7 +32,7 @@ RadiancePicture pass_through(const Picture& picture) {
   return out;
 }
 
-/// Inverse variance of linear / exposure under half a code value of rounding, faded out towards full scale.
+/// Inverse variance, up to a constant, of linear / exposure under rounding to 8 bits; fades out towards full scale.
 std::array<std::array<double, 256>, 3> weights_of(const Response& response, double exposure) {
   std::array<std::array<double, 256>, 3> weights{};
   for (int c = 0; c < 3; ++c) {
@@ -40,7 +41,7 @@ std::array<std::array<double, 256>, 3> weights_of(const Response& response, doub
       const double rise = response.to_linear(static_cast<std::uint8_t>(code + 1), c) -
                           response.to_linear(static_cast<std::uint8_t>(below), c);
       const double slope = std::max(rise / (code + 1 - below), 1e-6);
-      const double fade = std::min(1.0, static_cast<double>(kFullScale - code) / (kFullScale - kTrustedUpTo));
+      const double fade = std::min(1.0, static_cast<double>(kFullScale - code) / (kFullScale - kFadeStart));
       weights[c][code] = fade * (exposure / slope) * (exposure / slope);
     }
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Camera response: 8-bit code values to linear values in [0, 1] and back.
+// Camera response: 8-bit pixel values to linear values in [0, 1].
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -9,14 +9,14 @@
 namespace lumigraft::capture {
 
 float srgb_to_linear(float encoded);  ///< IEC 61966-2-1, both in [0, 1]
-float linear_to_srgb(float linear);   ///< clipped to [0, 1]
+float linear_to_srgb(float linear);   ///< inverse, clipped to [0, 1]
 
 /// Monotonic response of an 8-bit camera. linear = exposure · radiance, clipped at 1.
 class Response {
  public:
   static Response srgb();
   static Response linear();
-  /// Text table, 256 lines of one or three increasing values in [0, 1] (code value to linear). Throws InputError.
+  /// Text table of 256 lines, one or three values in [0, 1] each that never decrease. Throws InputError.
   static Response from_file(const std::filesystem::path& path);
 
   float to_linear(std::uint8_t code, int channel = 1) const { return table_[channel][code]; }

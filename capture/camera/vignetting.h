@@ -1,8 +1,8 @@
 #pragma once
-// How much less light a lens lets through away from its axis.
+// Vignetting: loss of light away from the optical axis.
 //
-// Transmission at the angle θ from the axis, over that on it: t(θ) = exp(a θ² + b θ⁴ + c θ⁶), θ in radians. The falloff
-// of a projection (Kannala & Brandt's lenses spread a direction's light over more pixels at the rim) is part of it.
+// Transmission at the angle θ from the axis relative to that on the axis: t(θ) = exp(a θ² + b θ⁴ + c θ⁶), θ in radians.
+// It includes the change of solid angle per pixel towards the rim of fish-eye projections.
 #include <array>
 
 #include "capture/camera/camera_model.h"
@@ -17,7 +17,7 @@ struct Vignetting {
   double transmission(double angle_rad) const;
 };
 
-/// 1 / transmission by pixel, 1 channel; 1 where the lens sees nothing. Empty where there is no vignetting.
+/// 1 / transmission per pixel, 1 channel; 1 outside the field of view. Empty if there is no vignetting.
 Image<float> vignetting_gain(const Vignetting& vignetting, const CameraModel& camera);
 
 }  // namespace lumigraft::capture

@@ -10,7 +10,7 @@
 namespace lumigraft::capture {
 namespace {
 
-/// Turns what OpenEXR throws, which says where in its own code, into one line of ours.
+/// Replaces OpenEXR's exceptions, whose texts describe its own code, by an InputError of one line.
 template <typename Read>
 auto with_file(const std::filesystem::path& path, Read read) {
   try {
@@ -34,7 +34,7 @@ PictureHeader header_of(const Imf::InputFile& file) {
   const Imath::Box2i window = file.header().dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
   const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
-  if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide) {
+  if (width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px) {
     throw InputError("found an OpenEXR file of impossible size");
   }
   PictureHeader header;

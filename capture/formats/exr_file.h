@@ -1,5 +1,5 @@
 #pragma once
-// OpenEXR: the channels R, G and B of the first part, as 32-bit floats. Functions throw InputError with the reason
+// Reads OpenEXR: channels R, G and B of the first part, as 32-bit floats. Functions throw InputError with the reason
 // alone.
 #include <cstdint>
 #include <filesystem>

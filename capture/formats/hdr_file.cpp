@@ -16,7 +16,7 @@ struct Start {
   std::size_t pixels_at = 0;
 };
 
-/// Lines up to an empty one, then "-Y height +X width".
+/// The header: lines up to an empty one, then "-Y height +X width".
 Start read_start(const std::vector<std::uint8_t>& bytes) {
   Start start;
   start.header.format = PictureHeader::Format::hdr;
@@ -42,8 +42,8 @@ Start read_start(const std::vector<std::uint8_t>& bytes) {
   }
   const std::string size = next_line();
   if (!format || std::sscanf(size.c_str(), "-Y %d +X %d", &start.header.height, &start.header.width) != 2 ||
-      start.header.width < 1 || start.header.height < 1 || start.header.width > kLargestSide ||
-      start.header.height > kLargestSide) {
+      start.header.width < 1 || start.header.height < 1 || start.header.width > kMaxSide_px ||
+      start.header.height > kMaxSide_px) {
     throw InputError("found an HDR header of another kind, allowed: 32-bit_rle_rgbe and -Y height +X width");
   }
   start.pixels_at = at;
@@ -54,7 +54,7 @@ class Scanlines {
  public:
   Scanlines(const std::vector<std::uint8_t>& bytes, std::size_t at) : bytes_(bytes), at_(at) {}
 
-  /// One row of R G B E.
+  /// One row of R G B E pixels.
   void read(std::vector<std::uint8_t>& row) {
     const std::size_t width = row.size() / 4;
     const bool by_channel = width >= 8 && width < 32768 && at_ + 4 <= bytes_.size() && bytes_[at_] == 2 &&
@@ -71,7 +71,7 @@ class Scanlines {
   }
   [[noreturn]] static void fail() { throw InputError("found a picture that is damaged or cut short"); }
 
-  /// Run lengths for each channel apart: above 128 a repeated byte, else so many bytes as they are.
+  /// Run-length encoding per channel: a count above 128 repeats one byte count - 128 times, else `count` bytes follow.
   void read_channels(std::vector<std::uint8_t>& row, std::size_t width) {
     at_ += 2;
     const std::size_t high = byte();
@@ -93,7 +93,7 @@ class Scanlines {
     }
   }
 
-  /// Pixels as they are; 1 1 1 n repeats the pixel before n times, and repeats in a row count in digits of 256.
+  /// Old format: plain pixels; 1 1 1 n repeats the previous pixel n times; consecutive repeats are digits in base 256.
   void read_pixels(std::vector<std::uint8_t>& row, std::size_t width) {
     int shift = 0;
     for (std::size_t x = 0; x < width;) {
@@ -140,7 +140,7 @@ Image<float> decode_hdr(const std::vector<std::uint8_t>& bytes) {
     for (int x = 0; x < image.width; ++x) {
       const std::uint8_t* pixel = &row[4 * static_cast<std::size_t>(x)];
       for (int c = 0; c < 3 && pixel[3] != 0; ++c) {
-        // Writers truncate the mantissa: its middle is half a step above.
+        // Writers truncate the mantissa, so its expected value is half a step higher. Exponent: 128 + 8 bits.
         image.at(x, y, c) = static_cast<float>(std::ldexp(pixel[c] + 0.5, pixel[3] - 136) / start.exposure);
       }
     }

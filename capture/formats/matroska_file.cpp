@@ -61,7 +61,7 @@ void add_big_endian(Bytes& out, std::uint64_t value, int bytes) {
 
 void add_id(Bytes& out, Id id) { add_big_endian(out, id, id > 0xFFFFFF ? 4 : id > 0xFFFF ? 3 : id > 0xFF ? 2 : 1); }
 
-/// A size in eight bytes: one length marker and 56 bits.
+/// A size of eight bytes: one length marker and 56 bits.
 void add_size(Bytes& out, std::uint64_t size) { add_big_endian(out, size | (std::uint64_t{1} << 56), 8); }
 
 void add(Bytes& out, Id id, std::span<const std::uint8_t> data) {
@@ -116,7 +116,7 @@ Bytes file_header(const MatroskaTrack& track) {
   Bytes out;
   add(out, kEbml, ebml);
   add_id(out, kSegment);
-  add_big_endian(out, 0x01FFFFFFFFFFFFFF, 8);  // of unknown length: up to the end of the file, wherever that is
+  add_big_endian(out, 0x01FFFFFFFFFFFFFF, 8);  // unknown length: up to the end of the file
   add(out, kInfo, info);
   add(out, kTracks, tracks);
   return out;
@@ -140,7 +140,7 @@ MatroskaFile::MatroskaFile(const std::filesystem::path& file, const MatroskaTrac
 MatroskaFile::~MatroskaFile() { close(descriptor_); }
 
 void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> picture, std::optional<double> exposure) {
-  Bytes after;  // what follows the picture in its group
+  Bytes after;  // elements that follow the frame in its group
   if (exposure) {
     Bytes number, more, additions;
     add_big_endian(number, std::bit_cast<std::uint64_t>(*exposure), 8);
@@ -151,7 +151,7 @@ void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> pi
   }
   Bytes timestamp;
   add(timestamp, kTimestamp, static_cast<std::uint64_t>(time_ns));
-  constexpr std::uint64_t kBlockHead = 4;        // track 1, two bytes of time after the cluster's, flags
+  constexpr std::uint64_t kBlockHead = 4;        // track number, two bytes of time relative to the cluster, flags
   constexpr std::uint64_t kElementHead = 1 + 8;  // of kBlock and kBlockGroup: ID and size
   const std::uint64_t block = kBlockHead + picture.size();
   const std::uint64_t group = kElementHead + block + after.size();
@@ -167,7 +167,7 @@ void MatroskaFile::append(std::int64_t time_ns, std::span<const std::uint8_t> pi
   write({head, picture, after});
 }
 
-/// All of it or nothing.
+/// Writes all pieces; if that fails, cuts the file back to its length before the call.
 void MatroskaFile::write(const std::vector<std::span<const std::uint8_t>>& pieces) {
   std::vector<iovec> left;
   std::int64_t size = 0;
@@ -182,7 +182,7 @@ void MatroskaFile::write(const std::vector<std::span<const std::uint8_t>>& piece
     }
     if (written <= 0) {
       const int why = written < 0 ? errno : ENOSPC;
-      // Readers cope with a torn end as well; a clean one is kinder where there is still somebody to make it.
+      // Readers accept an incomplete end too, for programs that are killed; where possible it is removed.
       if (ftruncate(descriptor_, length_) == 0) {
         lseek(descriptor_, length_, SEEK_SET);
       }

@@ -1,5 +1,5 @@
 #pragma once
-// Where the pictures of a Matroska file lie, told by the heads of its elements: nothing of its pictures is read.
+// Index of a Matroska file, made from the headers of its elements without reading the frames themselves.
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -7,19 +7,19 @@
 
 namespace lumigraft::capture {
 
-/// The container's time of the last picture that is there as a whole, nanoseconds. Empty where only reading everything
-/// would tell: clusters whose length nobody wrote, or no Matroska.
+/// Container time of the last complete frame, nanoseconds. Empty if the headers do not contain it: clusters of unknown
+/// length, or no Matroska file.
 std::optional<std::int64_t> matroska_end_ns(const std::filesystem::path& file);
 
-/// Some pictures that follow each other, later than those before and earlier than those behind.
+/// Consecutive frames; clusters follow each other in time.
 struct MatroskaCluster {
-  std::int64_t position = 0;          ///< in the file, bytes
-  std::int64_t ticks = 0;             ///< the container's time, no later than its first picture's
-  std::uint64_t pictures_before = 0;  ///< in the file
-  bool key = false;                   ///< its first picture needs none before it
+  std::int64_t position = 0;        ///< in the file, bytes
+  std::int64_t ticks = 0;           ///< container time, not later than that of the first frame
+  std::uint64_t frames_before = 0;  ///< in the file
+  bool key = false;                 ///< the first frame is decodable without earlier ones
 };
 
-/// Of a file with one track, up to where it is torn or time does not go on. Empty as above.
+/// Clusters of a file with one track, up to where the file is cut or time does not increase. Empty as above.
 std::vector<MatroskaCluster> matroska_clusters(const std::filesystem::path& file);
 
 }  // namespace lumigraft::capture

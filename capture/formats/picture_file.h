@@ -1,6 +1,6 @@
 #pragma once
-// One picture in a file: PNG, OpenEXR or Radiance HDR. All functions throw InputError with the reason alone
-// ("found 8 bits a channel, allowed: 16"); the caller knows which list and line it came from.
+// Reads one image file: PNG, OpenEXR or Radiance HDR. All functions throw InputError with the reason alone
+// ("found 8 bits a channel, allowed: 16"); the caller adds the list and line that name the file.
 #include <cstdint>
 #include <filesystem>
 
@@ -8,14 +8,15 @@
 
 namespace lumigraft::capture {
 
-constexpr int kLargestSide = 16384;  ///< pixels
+/// Larger images are refused: a damaged header would ask for gigabytes. Well above any camera here.
+inline constexpr int kMaxSide_px = 16384;
 
 struct PictureHeader {
   enum class Format { png, exr, hdr };
   Format format = Format::png;
   int width = 0;
   int height = 0;
-  int bits = 0;       ///< a channel
+  int bits = 0;       ///< per channel
   bool gray = false;  ///< PNG of one channel, without alpha or palette
 
   bool holds_radiance() const { return format != Format::png; }

@@ -8,7 +8,9 @@
 #include "capture/error.h"
 
 namespace lumigraft::capture {
+namespace {
 
+/// "12.345678901" to nanoseconds without rounding through a double. Empty if it is no such number.
 std::optional<std::int64_t> parse_seconds(std::string_view text) {
   const std::size_t dot = text.find('.');
   const std::string_view whole = text.substr(0, dot);
@@ -35,6 +37,8 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
   }
   return time_ns;
 }
+
+}  // namespace
 
 std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, const ListRules& rules) {
   std::error_code error;

@@ -1,5 +1,5 @@
 #pragma once
-// A list of pictures with their times: "timestamp_s path [exposure]" per line, '#' comments (the TUM RGB-D layout).
+// Reads a list of image files: "timestamp_s path [exposure]" per line, '#' comments (the TUM RGB-D layout).
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -9,22 +9,19 @@ namespace lumigraft::capture {
 
 struct ListedPicture {
   std::int64_t time_ns = 0;
-  std::filesystem::path path;  ///< beside the list
-  std::string name;            ///< as the list spells it
+  std::filesystem::path path;  ///< relative to the list's folder
+  std::string name;            ///< as written in the list
   std::optional<double> exposure;
   int line = 0;
 };
 
-/// Which lists may hold what.
+/// What a list may contain.
 struct ListRules {
   bool exposures = false;  ///< a third column
-  bool brackets = false;   ///< several pictures at one time
+  bool brackets = false;   ///< several images of one time
 };
 
-/// Throws InputError with file and line; times never go back in what it returns, and there is at least one picture.
+/// At least one image, in time order. Throws InputError with file and line.
 std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, const ListRules& rules);
-
-/// "12.345678901" to nanoseconds without rounding through a double. Empty where it is no such number.
-std::optional<std::int64_t> parse_seconds(std::string_view text);
 
 }  // namespace lumigraft::capture

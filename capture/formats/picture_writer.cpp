@@ -32,7 +32,7 @@ struct PngWriter {
   ~PngWriter() { png_destroy_write_struct(&png, &info); }
 };
 
-/// `color_type` of libpng; `rows(y)` is the row's bytes.
+/// `color_type` is libpng's; `rows(y)` returns the bytes of row y.
 template <typename Rows>
 void write_rows(const std::filesystem::path& path, int width, int height, int bits, int color_type, const Rows& rows) {
   const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "wb"));
@@ -83,7 +83,7 @@ void write_exr(const std::filesystem::path& path, const Image<float>& image) {
   for (int c = 0; c < image.channels; ++c) {
     const char* name = image.channels == 1 ? "Y" : (c == 0 ? "R" : (c == 1 ? "G" : "B"));
     header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-    // OpenEXR's slices are not const though writing only reads them.
+    // OpenEXR's slices are not const, although writing only reads them.
     char* first = const_cast<char*>(reinterpret_cast<const char*>(image.data.data() + c));
     pixels.insert(name, Imf::Slice(Imf::FLOAT, first, pixel_bytes, pixel_bytes * image.width));
   }

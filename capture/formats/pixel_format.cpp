@@ -1,38 +1,38 @@
 #include "capture/formats/pixel_format.h"
 
 extern "C" {
-#include <libavcodec/avcodec.h>
 #include <libavutil/imgutils.h>
 }
 
 #include <cstring>
 #include <utility>
 
+#include "capture/formats/libav_pointers.h"
 #include "capture/formats/rgb_frame.h"
 
 namespace lumigraft::capture {
 namespace {
 
-struct Known {
+struct FormatInfo {
   PixelFormat format;
   AVPixelFormat libav;
 };
 
-constexpr std::array<Known, 10> kKnown = {{{PixelFormat::rgb8, AV_PIX_FMT_RGB24},
-                                           {PixelFormat::bgr8, AV_PIX_FMT_BGR24},
-                                           {PixelFormat::grey8, AV_PIX_FMT_GRAY8},
-                                           {PixelFormat::grey16, AV_PIX_FMT_GRAY16LE},
-                                           {PixelFormat::bayer_rggb8, AV_PIX_FMT_BAYER_RGGB8},
-                                           {PixelFormat::bayer_bggr8, AV_PIX_FMT_BAYER_BGGR8},
-                                           {PixelFormat::bayer_gbrg8, AV_PIX_FMT_BAYER_GBRG8},
-                                           {PixelFormat::bayer_grbg8, AV_PIX_FMT_BAYER_GRBG8},
-                                           {PixelFormat::yuyv, AV_PIX_FMT_YUYV422},
-                                           {PixelFormat::nv12, AV_PIX_FMT_NV12}}};
+constexpr std::array<FormatInfo, 10> kFormats = {{{PixelFormat::rgb8, AV_PIX_FMT_RGB24},
+                                                  {PixelFormat::bgr8, AV_PIX_FMT_BGR24},
+                                                  {PixelFormat::grey8, AV_PIX_FMT_GRAY8},
+                                                  {PixelFormat::grey16, AV_PIX_FMT_GRAY16LE},
+                                                  {PixelFormat::bayer_rggb8, AV_PIX_FMT_BAYER_RGGB8},
+                                                  {PixelFormat::bayer_bggr8, AV_PIX_FMT_BAYER_BGGR8},
+                                                  {PixelFormat::bayer_gbrg8, AV_PIX_FMT_BAYER_GBRG8},
+                                                  {PixelFormat::bayer_grbg8, AV_PIX_FMT_BAYER_GRBG8},
+                                                  {PixelFormat::yuyv, AV_PIX_FMT_YUYV422},
+                                                  {PixelFormat::nv12, AV_PIX_FMT_NV12}}};
 
-const Known* known(PixelFormat format) {
-  for (const Known& k : kKnown) {
-    if (k.format == format) {
-      return &k;
+const FormatInfo* find(PixelFormat format) {
+  for (const FormatInfo& info : kFormats) {
+    if (info.format == format) {
+      return &info;
     }
   }
   return nullptr;
@@ -43,7 +43,7 @@ bool is_bayer(PixelFormat format) {
          format == PixelFormat::bayer_gbrg8 || format == PixelFormat::bayer_grbg8;
 }
 
-/// Every `step`-th byte from `first` on, for all three channels.
+/// Takes every `step`-th byte, starting at `first`, for all three channels.
 Image<std::uint8_t> grey_to_rgb(int width, int height, std::span<const std::uint8_t> bytes, std::size_t first,
                                 std::size_t step) {
   Image<std::uint8_t> rgb(width, height, 3);
@@ -56,13 +56,13 @@ Image<std::uint8_t> grey_to_rgb(int width, int height, std::span<const std::uint
 }  // namespace
 
 std::optional<std::size_t> bytes_of(PixelFormat format, int width, int height) {
-  const Known* k = known(format);
-  const bool pairs = is_bayer(format) || format == PixelFormat::nv12;  // rows and columns come in twos
+  const FormatInfo* info = find(format);
+  const bool pairs = is_bayer(format) || format == PixelFormat::nv12;  // width and height must be even
   const bool odd = (width % 2 != 0 && (pairs || format == PixelFormat::yuyv)) || (height % 2 != 0 && pairs);
-  if (k == nullptr || odd || width <= 0 || height <= 0) {
+  if (info == nullptr || odd || width <= 0 || height <= 0) {
     return std::nullopt;
   }
-  const int size = av_image_get_buffer_size(k->libav, width, height, 1);
+  const int size = av_image_get_buffer_size(info->libav, width, height, 1);
   return size > 0 ? std::optional(static_cast<std::size_t>(size)) : std::nullopt;
 }
 
@@ -92,13 +92,13 @@ std::vector<std::uint8_t> without_padding(PixelFormat format, int width, int hei
 
 class PixelConverter::Libav {
  public:
-  std::optional<Image<std::uint8_t>> uncompressed(const Known& k, int width, int height,
+  std::optional<Image<std::uint8_t>> uncompressed(AVPixelFormat format, int width, int height,
                                                   std::span<const std::uint8_t> bytes) {
-    view_->format = k.libav;
+    view_->format = format;
     view_->width = width;
     view_->height = height;
-    av_image_fill_arrays(view_->data, view_->linesize, bytes.data(), k.libav, width, height, 1);
-    return filled(rgb_.convert(*view_, false));
+    av_image_fill_arrays(view_->data, view_->linesize, bytes.data(), format, width, height, 1);
+    return non_empty(rgb_.convert(*view_, false));
   }
 
   std::optional<Image<std::uint8_t>> jpeg(int width, int height, std::span<const std::uint8_t> bytes) {
@@ -130,23 +130,18 @@ class PixelConverter::Libav {
     if (decoded_->width != width || decoded_->height != height || decoded_->decode_error_flags != 0) {
       return std::nullopt;
     }
-    return filled(rgb_.convert(*decoded_, true));
+    return non_empty(rgb_.convert(*decoded_, true));
   }
 
  private:
-  static std::optional<Image<std::uint8_t>> filled(Image<std::uint8_t> rgb) {
+  static std::optional<Image<std::uint8_t>> non_empty(Image<std::uint8_t> rgb) {
     return rgb.empty() ? std::nullopt : std::optional(std::move(rgb));
   }
-  struct Free {
-    void operator()(AVCodecContext* p) const { avcodec_free_context(&p); }
-    void operator()(AVFrame* p) const { av_frame_free(&p); }
-    void operator()(AVPacket* p) const { av_packet_free(&p); }
-  };
   RgbFrame rgb_;
-  std::unique_ptr<AVFrame, Free> view_{av_frame_alloc()};  ///< of bytes that are somebody else's
-  std::unique_ptr<AVFrame, Free> decoded_{av_frame_alloc()};
-  std::unique_ptr<AVPacket, Free> packet_{av_packet_alloc()};
-  std::unique_ptr<AVCodecContext, Free> decoder_;
+  LibavFrame view_{av_frame_alloc()};  ///< refers to the caller's bytes
+  LibavFrame decoded_{av_frame_alloc()};
+  LibavPacket packet_{av_packet_alloc()};
+  CodecContext decoder_;
 };
 
 PixelConverter::PixelConverter() : libav_(std::make_unique<Libav>()) {}
@@ -170,7 +165,7 @@ std::optional<Image<std::uint8_t>> PixelConverter::to_rgb(PixelFormat format, in
     const bool wide = format == PixelFormat::grey16;
     return grey_to_rgb(width, height, bytes, wide ? 1 : 0, wide ? 2 : 1);
   }
-  return libav_->uncompressed(*known(format), width, height, bytes);
+  return libav_->uncompressed(find(format)->libav, width, height, bytes);
 }
 
 }  // namespace lumigraft::capture

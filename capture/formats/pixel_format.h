@@ -1,6 +1,6 @@
 #pragma once
-// What cameras call a picture, and the RGB picture it stands for. A picture that is recorded as the camera gave it
-// comes out the same when it is replayed.
+// Pixel formats of cameras and their conversion to RGB. Frames are recorded in the camera's format, and the conversion
+// is deterministic, so a replay gives the same RGB.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -19,25 +19,25 @@ enum class PixelFormat {
   rgb8,
   bgr8,
   grey8,
-  grey16,  ///< little-endian; its upper eight bits are shown
+  grey16,  ///< little-endian; its upper eight bits become RGB
   bayer_rggb8,
   bayer_bggr8,
   bayer_gbrg8,
   bayer_grbg8,
-  yuyv,  ///< 4:2:2, BT.601, 16 to 235
-  nv12,  ///< 4:2:0, BT.601, 16 to 235
+  yuyv,  ///< 4:2:2, BT.601, limited range 16 to 235
+  nv12,  ///< 4:2:0, BT.601, limited range 16 to 235
   mjpeg
 };
 
-/// The word for it in configurations.
+/// Name in configurations.
 std::string_view name_of(PixelFormat format);
 std::optional<PixelFormat> pixel_format_named(std::string_view name);
-/// Of uncompressed video in Matroska. Empty for mjpeg, which is a codec there.
+/// Code of uncompressed video in Matroska. Empty for mjpeg, which is a codec there.
 std::optional<std::array<char, 4>> fourcc_of(PixelFormat format);
 std::optional<PixelFormat> pixel_format_of(const std::array<char, 4>& fourcc);
 
-/// A picture as the camera gave it, rows without padding. Its bytes may be the driver's own memory, lent for as long as
-/// the picture lives.
+/// A frame in the camera's pixel format, rows without padding. Its bytes may be the driver's memory, borrowed until the
+/// last copy of `keeps_bytes` is gone.
 struct CameraPicture {
   CameraPicture() = default;
   CameraPicture(PixelFormat pixel_format, std::vector<std::uint8_t> own_bytes);
@@ -48,21 +48,21 @@ struct CameraPicture {
   std::shared_ptr<const void> keeps_bytes;
 };
 
-/// Bytes of a picture without padding; empty where that depends on the picture, or the format has no such size.
+/// Bytes of a frame without padding; empty for mjpeg and for sizes that the format does not support.
 std::optional<std::size_t> bytes_of(PixelFormat format, int width, int height);
 
-/// The rows of an uncompressed picture that stand `row_bytes` apart, one after the other (of nv12 the rows of both its
-/// planes). Empty where the bytes are too few.
+/// Copies the rows of an uncompressed frame, which start `row_bytes` apart, without the padding between them (nv12: the
+/// rows of both planes). Empty if there are too few bytes.
 std::vector<std::uint8_t> without_padding(PixelFormat format, int width, int height, std::size_t row_bytes,
                                           std::span<const std::uint8_t> bytes);
 
-/// Keeps what libav needs from one picture to the next.
+/// Converts frames to RGB; keeps libav's decoder and scaler from one frame to the next.
 class PixelConverter {
  public:
   PixelConverter();
   ~PixelConverter();
 
-  /// Empty where the bytes are no such picture: too few, or a damaged JPEG.
+  /// Empty if the bytes are no such frame: too few, or a damaged JPEG.
   std::optional<Image<std::uint8_t>> to_rgb(PixelFormat format, int width, int height,
                                             std::span<const std::uint8_t> bytes);
 

@@ -3,14 +3,14 @@
 namespace lumigraft::capture {
 namespace {
 
-struct Known {
+struct FormatInfo {
   PixelFormat format;
   std::string_view name;
   std::array<char, 4> fourcc;
 };
 
-// The four characters are those under which libav, and so most players, know the same bytes.
-constexpr std::array<Known, 10> kKnown = {{
+// The four-character codes are libav's, which most players use for the same formats.
+constexpr std::array<FormatInfo, 10> kFormats = {{
     {PixelFormat::rgb8, "rgb8", {'R', 'G', 'B', 24}},
     {PixelFormat::bgr8, "bgr8", {'B', 'G', 'R', 24}},
     {PixelFormat::grey8, "grey8", {'Y', '8', '0', '0'}},
@@ -23,8 +23,8 @@ constexpr std::array<Known, 10> kKnown = {{
     {PixelFormat::nv12, "nv12", {'N', 'V', '1', '2'}},
 }};
 
-const Known* known(PixelFormat format) {
-  for (const Known& k : kKnown) {
+const FormatInfo* find(PixelFormat format) {
+  for (const FormatInfo& k : kFormats) {
     if (k.format == format) {
       return &k;
     }
@@ -35,12 +35,12 @@ const Known* known(PixelFormat format) {
 }  // namespace
 
 std::string_view name_of(PixelFormat format) {
-  const Known* k = known(format);
+  const FormatInfo* k = find(format);
   return k != nullptr ? k->name : "mjpeg";
 }
 
 std::optional<PixelFormat> pixel_format_named(std::string_view name) {
-  for (const Known& k : kKnown) {
+  for (const FormatInfo& k : kFormats) {
     if (k.name == name) {
       return k.format;
     }
@@ -49,12 +49,12 @@ std::optional<PixelFormat> pixel_format_named(std::string_view name) {
 }
 
 std::optional<std::array<char, 4>> fourcc_of(PixelFormat format) {
-  const Known* k = known(format);
+  const FormatInfo* k = find(format);
   return k != nullptr ? std::optional(k->fourcc) : std::nullopt;
 }
 
 std::optional<PixelFormat> pixel_format_of(const std::array<char, 4>& fourcc) {
-  for (const Known& k : kKnown) {
+  for (const FormatInfo& k : kFormats) {
     if (k.fourcc == fourcc) {
       return k.format;
     }

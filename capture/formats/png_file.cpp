@@ -27,8 +27,8 @@ void read(png_structp png, png_bytep out, std::size_t count) {
 [[noreturn]] void on_error(png_structp png, png_const_charp) { png_longjmp(png, 1); }
 void on_warning(png_structp, png_const_charp) {}
 
-/// Decodes into `rows`, which point at rows of `row_bytes` bytes. libpng leaves by longjmp, so nothing in here has a
-/// destructor.
+/// Decodes into `rows`, which point to rows of `row_bytes` bytes. libpng leaves by longjmp, so no object in this
+/// function may have a destructor.
 bool decode(png_structp png, png_infop info, Bytes* bytes, std::uint8_t** rows, std::size_t row_bytes, bool rgb8) {
   if (setjmp(png_jmpbuf(png)) != 0) {
     return false;
@@ -87,7 +87,7 @@ PictureHeader png_header(const std::vector<std::uint8_t>& start) {
   }
   const std::uint32_t width = big_endian(&start[16]);
   const std::uint32_t height = big_endian(&start[20]);
-  if (width == 0 || height == 0 || width > kLargestSide || height > kLargestSide) {
+  if (width == 0 || height == 0 || width > kMaxSide_px || height > kMaxSide_px) {
     throw InputError("found a PNG of impossible size");
   }
   PictureHeader header;

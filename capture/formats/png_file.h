@@ -1,5 +1,5 @@
 #pragma once
-// PNG through libpng, with its messages kept off the terminal. Functions throw InputError with the reason alone.
+// Reads PNG through libpng, without its messages on the terminal. Functions throw InputError with the reason alone.
 #include <cstdint>
 #include <vector>
 

@@ -22,7 +22,7 @@ Image<std::uint8_t> RgbFrame::convert(const AVFrame& frame, bool full_range) {
   const int* from = sws_getCoefficients(frame.colorspace == AVCOL_SPC_BT709 ? SWS_CS_ITU709 : SWS_CS_ITU601);
   sws_setColorspaceDetails(scaler_.get(), from, full_range ? 1 : 0, sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, 1 << 16,
                            1 << 16);
-  // libswscale writes whole vectors: rows are padded here and copied out.
+  // libswscale writes whole vectors past the end of a row: it writes to padded rows, which are then copied.
   const int stride = (3 * frame.width + 63) / 64 * 64;
   padded_.resize(static_cast<std::size_t>(stride) * frame.height + 64);
   std::uint8_t* planes[4] = {padded_.data(), nullptr, nullptr, nullptr};

@@ -1,5 +1,5 @@
 #pragma once
-// libav's decoded frames to RGB. Included by .cpp files alone.
+// Converts libav's decoded frames to RGB. Included by .cpp files alone.
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -13,7 +13,7 @@ namespace lumigraft::capture {
 
 class RgbFrame {
  public:
-  /// 8 bits a channel, any of libav's pixel formats. BT.601 unless the frame says BT.709.
+  /// 8 bits per channel, from any of libav's pixel formats. BT.601 unless the frame says BT.709. Empty if libav cannot.
   Image<std::uint8_t> convert(const AVFrame& frame, bool full_range);
 
  private:

@@ -162,7 +162,7 @@ void LiveSource::accept(SourceItem item) {
   stamp.sequence += first_sequence_[stream];
   next_sequence_[stream] = std::max(next_sequence_[stream], stamp.sequence + 1);
   bracket_.push_back(std::move(item));
-  if (device_->bracket_goes_on()) {
+  if (device_->bracket_incomplete()) {
     return;  // nobody shall see half of it
   }
   if (learns_its_clock()) {

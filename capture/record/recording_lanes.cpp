@@ -3,21 +3,22 @@
 #include <utility>
 
 #include "capture/live/thread_priority.h"
+#include "capture/record/parameters.h"
 
 namespace lumigraft::capture {
 namespace {
 
-constexpr int kBehindThePicture = 10;
-constexpr int kBehindEverything = 19;
+constexpr std::size_t kMaxQueued = kRecordParameters.queue_frames;
 constexpr std::array kStreams = {Stream::color, Stream::depth, Stream::fisheye};
 
 }  // namespace
 
 RecordingLanes::RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder,
-                               bool behind)
-    : recorder_(text, session, folder, behind ? DepthCoding::uncompressed : DepthCoding::ffv1) {
+                               bool background)
+    : recorder_(text, session, folder, background ? DepthCoding::uncompressed : DepthCoding::ffv1) {
   for (const Stream stream : kStreams) {
-    writers_[static_cast<std::size_t>(stream)] = std::jthread([this, stream, behind] { write(stream, behind); });
+    writers_[static_cast<std::size_t>(stream)] =
+        std::jthread([this, stream, background] { write(stream, background); });
   }
 }
 
@@ -31,16 +32,16 @@ void RecordingLanes::put(SourceItem item, bool live) {
     lane.count.lost += sequence - *lane.next_sequence;
   }
   lane.next_sequence = sequence + 1;
-  if (std::holds_alternative<LostPicture>(item) || (live && lane.waiting.size() >= kMost)) {
+  if (std::holds_alternative<LostPicture>(item) || (live && lane.waiting.size() >= kMaxQueued)) {
     ++lane.count.lost;
     return;
   }
-  lane.changed.wait(lock, [&lane] { return lane.waiting.size() < kMost || lane.closed; });
+  lane.changed.wait(lock, [&lane] { return lane.waiting.size() < kMaxQueued || lane.closed; });
   lane.waiting.push_back(std::move(item));
   lane.changed.notify_all();
 }
 
-/// Empty: closed, and all was taken.
+/// Waits for an item. Empty: the lane is closed and empty, or writing has failed.
 std::optional<SourceItem> RecordingLanes::take(Lane& lane) const {
   std::unique_lock lock(lane.mutex);
   lane.changed.wait(lock, [&lane] { return !lane.waiting.empty() || lane.closed; });
@@ -53,10 +54,10 @@ std::optional<SourceItem> RecordingLanes::take(Lane& lane) const {
   return item;
 }
 
-void RecordingLanes::write(Stream stream, bool behind) {
-  std::optional<ThreadPriority> niceness;
-  if (behind) {
-    niceness.emplace(kBehindThePicture);
+void RecordingLanes::write(Stream stream, bool background) {
+  std::optional<ThreadPriority> priority;
+  if (background) {
+    priority.emplace(kRecordParameters.background_niceness);
   }
   Lane& lane = lanes_[static_cast<std::size_t>(stream)];
   try {
@@ -92,7 +93,7 @@ void RecordingLanes::finish() {
 }
 
 void RecordingLanes::compress_depth(const std::stop_token& stop) {
-  const ThreadPriority niceness(kBehindEverything);
+  const ThreadPriority priority(kRecordParameters.compression_niceness);
   recorder_.compress_depth(stop);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// From the threads that hear cameras to those that write their pictures, one a stream, so that a disk that stalls for a
-// second costs a live camera nothing.
+// Queues between the threads that receive frames and the threads that write them, one lane per stream, so that a live
+// camera loses nothing while the disk stalls for a second.
 #include <array>
 #include <atomic>
 #include <condition_variable>
@@ -20,28 +20,26 @@ class RecordingLanes {
  public:
   struct Count {
     std::uint64_t pictures = 0;  ///< written
-    std::uint64_t lost = 0;      ///< by the camera, or since the disk was too slow
-    std::uint64_t unusable = 0;  ///< whose time does not go on, or in another format
+    std::uint64_t lost = 0;      ///< lost by the camera, or because the disk was too slow
+    std::uint64_t unusable = 0;  ///< not written: time does not increase, or another format than the first frame
   };
 
-  /// Throws as SessionRecorder. With `behind` the writers take the processor only when the picture leaves it, and depth
-  /// stays uncompressed until compress_depth: FFV1 takes up to a third of a core, from the picture or the recording.
-  RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder, bool behind);
+  /// Throws as SessionRecorder. With `background` the writers run at low priority beside live rendering, and depth
+  /// stays uncompressed until compress_depth, because FFV1 takes up to a third of a core.
+  RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder, bool background);
   ~RecordingLanes();
 
-  /// Each stream from one thread. Where the lane is full a live picture is lost, a recorded one waits.
+  /// Called by one thread per stream. If the queue is full, a live frame is lost and a recorded frame waits.
   void put(SourceItem item, bool live);
-  /// Returns when all was written, or after a failure.
+  /// Returns when everything was written, or after a failure.
   void finish();
-  /// After finish(), as SessionRecorder's, by a thread that takes what no other wants.
+  /// After finish(): SessionRecorder::compress_depth at the lowest priority.
   void compress_depth(const std::stop_token& stop);
-  /// Why nothing is written any more; null where all is well.
+  /// Why writing has ended; null if it has not failed.
   std::exception_ptr failure() const;
   Count count(Stream stream) const;
 
  private:
-  static constexpr std::size_t kMost = 64;
-
   struct Lane {
     mutable std::mutex mutex;
     std::condition_variable changed;
@@ -52,7 +50,7 @@ class RecordingLanes {
   };
 
   std::optional<SourceItem> take(Lane& lane) const;
-  void write(Stream stream, bool behind);
+  void write(Stream stream, bool background);
   void close();
 
   SessionRecorder recorder_;

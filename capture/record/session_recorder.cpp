@@ -28,8 +28,8 @@ StreamSpec spec_of(Stream stream, const Session& session) {
   return spec;
 }
 
-/// What a calibration says becomes part of the text itself.
-void take_in_calibration(toml::table& root, const fs::path& folder) {
+/// Copies the keys of the calibration file into the session's own tables.
+void inline_calibration(toml::table& root, const fs::path& folder) {
   const auto named = root["calibration"].value<std::string>();
   if (!named) {
     return;
@@ -54,19 +54,19 @@ void take_in_calibration(toml::table& root, const fs::path& folder) {
 toml::table parse(const SessionText& text) {
   try {
     toml::table root = toml::parse(text_with_overrides(text));
-    take_in_calibration(root, text.file.parent_path());
+    inline_calibration(root, text.file.parent_path());
     return root;
   } catch (const toml::parse_error& e) {
     throw InputError(text.file.string() + ": " + std::string(e.description()));
   }
 }
 
-/// Copies the file that `key` of `table` names, and lets the key name the copy.
-void take_along(toml::table& table, std::string_view key, const std::string& new_stem, const fs::path& from,
-                const fs::path& to) {
+/// Copies the file that `key` of `table` names, and changes the key to the copy's name.
+void copy_named_file(toml::table& table, std::string_view key, const std::string& new_stem, const fs::path& from,
+                     const fs::path& to) {
   const auto named = table[key].value<std::string>();
   if (!named || !fs::is_regular_file(from / *named)) {
-    return;  // a word as "srgb"
+    return;  // a word like "srgb"
   }
   const std::string name = new_stem + fs::path(*named).extension().string();
   fs::copy_file(from / *named, to / name, fs::copy_options::overwrite_existing);
@@ -130,14 +130,14 @@ void SessionRecorder::compress_depth(const std::stop_token& stop) {
       to.write(*item);
     }
   } catch (...) {
-    std::error_code gone_anyway;
-    fs::remove(partial, gone_anyway);
+    std::error_code ignored;
+    fs::remove(partial, ignored);
     throw;
   }
   fs::rename(partial, file);
 }
 
-/// Names the streams that have a picture, so that each of them opens. Replaces an earlier text in one step.
+/// Lists only streams with at least one frame, so that each of them opens. Replaces an earlier file atomically.
 void SessionRecorder::write_session_text() {
   toml::table root = parse(text_);
   toml::table out{{"format", 1}, {"name", name_}};
@@ -151,10 +151,10 @@ void SessionRecorder::write_session_text() {
       continue;
     }
     if (!serials_[at(stream)].empty()) {
-      table->insert("serial", serials_[at(stream)]);  // what the text says stays
+      table->insert("serial", serials_[at(stream)]);  // keeps a serial that the session states
     }
     table->insert_or_assign("source", "mkv:" + std::string(name) + ".mkv");
-    take_along(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);
+    copy_named_file(*table, "response", std::string(name) + "-response", text_.file.parent_path(), folder_);
     out.insert(name, *table);
   }
   if (const toml::table* tag = root["tag"].as_table()) {
@@ -166,8 +166,8 @@ void SessionRecorder::write_session_text() {
   if (toml::array* surfaces = root["real_surface"].as_array()) {
     int number = 0;
     for (toml::node& surface : *surfaces) {
-      take_along(*surface.as_table(), "mesh", "real-surface-" + std::to_string(number++), text_.file.parent_path(),
-                 folder_);
+      copy_named_file(*surface.as_table(), "mesh", "real-surface-" + std::to_string(number++), text_.file.parent_path(),
+                      folder_);
     }
     out.insert("real_surface", *surfaces);
   }

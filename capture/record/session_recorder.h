@@ -1,8 +1,8 @@
 #pragma once
-// A session's folder while it is being recorded: session.toml with the calibration of the cameras it came from, and a
-// Matroska file for each stream. It can be replayed at any moment, whatever ends the recording.
+// Records a session's folder: session.toml with the calibration of the cameras, and one Matroska file per stream. The
+// folder can be replayed at any time, even if the recording is interrupted.
 //
-// Streams may be written by different threads, each stream by one.
+// Different streams may be written by different threads, each stream by one thread.
 #include <array>
 #include <filesystem>
 #include <memory>
@@ -19,15 +19,16 @@ namespace lumigraft::capture {
 
 class SessionRecorder {
  public:
-  /// `folder` is new or empty; else throws InputError. Files that the session names are copied.
+  /// `folder` must be new or empty, else InputError is thrown. Files that the session names are copied.
   SessionRecorder(const SessionText& text, const Session& session, std::filesystem::path folder,
                   DepthCoding coding = DepthCoding::ffv1);
 
   /// As StreamRecorder::write.
   bool write(Stream stream, const SourceItem& item);
 
-  /// Ends the recording. Depth that was kept uncompressed becomes FFV1, in its place once it is whole: whatever ends
-  /// this, the session replays the same. Returns soon after `stop`. Throws as write.
+  /// Ends the recording and compresses uncompressed depth to FFV1. The compressed file replaces the other one when it
+  /// is complete, so the session replays the same even if this is interrupted. Returns soon after `stop`. Throws as
+  /// write.
   void compress_depth(const std::stop_token& stop);
 
  private:
@@ -38,9 +39,9 @@ class SessionRecorder {
   std::array<std::string, 3> serials_;  ///< by Stream
   std::filesystem::path folder_;
   std::optional<StreamSpec> uncompressed_depth_;
-  std::array<std::unique_ptr<StreamRecorder>, 3> streams_;  ///< by Stream; null where the session has none
+  std::array<std::unique_ptr<StreamRecorder>, 3> streams_;  ///< by Stream; null if the session has none
   std::mutex mutex_;
-  std::array<bool, 3> seen_{};  ///< streams that have a picture
+  std::array<bool, 3> seen_{};  ///< streams with at least one frame
 };
 
 }  // namespace lumigraft::capture

@@ -5,16 +5,17 @@
 
 namespace lumigraft::capture {
 
-class SourceObserver::Tapped : public Source {
+class SourceObserver::ObservedSource : public Source {
  public:
-  Tapped(std::shared_ptr<Source> source, std::shared_ptr<Ear> ear) : source_(std::move(source)), ear_(std::move(ear)) {}
+  ObservedSource(std::shared_ptr<Source> source, std::shared_ptr<Shared> shared)
+      : source_(std::move(source)), shared_(std::move(shared)) {}
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override {
     std::optional<SourceItem> item = source_->next(timeout);
     if (item) {
-      const std::lock_guard lock(ear_->mutex);
-      if (ear_->listener) {
-        ear_->listener(*item);
+      const std::lock_guard lock(shared_->mutex);
+      if (shared_->listener) {
+        shared_->listener(*item);
       }
     }
     return item;
@@ -24,21 +25,21 @@ class SourceObserver::Tapped : public Source {
   std::string fault() const override { return source_->fault(); }
   std::string take_warning() override { return source_->take_warning(); }
   bool on_host_clock() const override { return source_->on_host_clock(); }
-  bool bracket_goes_on() const override { return source_->bracket_goes_on(); }
+  bool bracket_incomplete() const override { return source_->bracket_incomplete(); }
 
  private:
   std::shared_ptr<Source> source_;
-  std::shared_ptr<Ear> ear_;
+  std::shared_ptr<Shared> shared_;
 };
 
-SourceObserver::SourceObserver() : ear_(std::make_shared<Ear>()) {}
+SourceObserver::SourceObserver() : shared_(std::make_shared<Shared>()) {}
 
 PairedSources SourceObserver::on(const PairedSources& sources) const {
-  std::map<Source*, std::shared_ptr<Source>> tapped;  // a depth camera may be two of them
+  std::map<Source*, std::shared_ptr<Source>> observed;  // one device may deliver both colour and depth
   const auto of = [&](const std::shared_ptr<Source>& source) -> std::shared_ptr<Source> {
-    std::shared_ptr<Source>& one = tapped[source.get()];
+    std::shared_ptr<Source>& one = observed[source.get()];
     if (source && !one) {
-      one = std::make_shared<Tapped>(source, ear_);
+      one = std::make_shared<ObservedSource>(source, shared_);
     }
     return one;
   };
@@ -50,8 +51,8 @@ PairedSources SourceObserver::on(const PairedSources& sources) const {
 }
 
 void SourceObserver::listen(Listener listener) {
-  const std::lock_guard lock(ear_->mutex);
-  ear_->listener = std::move(listener);
+  const std::lock_guard lock(shared_->mutex);
+  shared_->listener = std::move(listener);
 }
 
 }  // namespace lumigraft::capture

@@ -1,5 +1,5 @@
 #pragma once
-// Sources whose items somebody else hears too, while they pass: a recording beside the live picture.
+// Passes the items of sources also to a listener: a recording during live operation.
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -13,19 +13,19 @@ class SourceObserver {
   using Listener = std::function<void(const SourceItem&)>;
 
   SourceObserver();
-  /// The same sources, heard by this tap, which may go before them.
+  /// The same sources, observed. They remain valid after this object is gone.
   PairedSources on(const PairedSources& sources) const;
-  /// From now on; an empty one ends it. After it returns the former one is not called any more.
+  /// Sets the listener; an empty one ends listening. The previous listener is not called any more after this returns.
   void listen(Listener listener);
 
  private:
-  struct Ear {
+  struct Shared {
     std::mutex mutex;
     Listener listener;
   };
-  class Tapped;
+  class ObservedSource;
 
-  std::shared_ptr<Ear> ear_;
+  std::shared_ptr<Shared> shared_;
 };
 
 }  // namespace lumigraft::capture

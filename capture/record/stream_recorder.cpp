@@ -1,7 +1,6 @@
 #include "capture/record/stream_recorder.h"
 
 extern "C" {
-#include <libavcodec/avcodec.h>
 #include <libavutil/opt.h>
 }
 
@@ -11,11 +10,12 @@ extern "C" {
 #include <stdexcept>
 
 #include "capture/error.h"
+#include "capture/formats/libav_pointers.h"
 #include "capture/formats/matroska_file.h"
 
 namespace lumigraft::capture {
 
-/// 16-bit counts to FFV1 (RFC 9043) version 3: every picture is decodable alone, with a checksum in each slice.
+/// Encodes 16-bit counts as FFV1 (RFC 9043) version 3. Every frame is decodable alone; each slice has a checksum.
 class StreamRecorder::DepthEncoder {
  public:
   DepthEncoder(int width, int height) {
@@ -27,12 +27,12 @@ class StreamRecorder::DepthEncoder {
     context_->width = width;
     context_->height = height;
     context_->pix_fmt = AV_PIX_FMT_GRAY16LE;
-    context_->time_base = {1, 1000};
+    context_->time_base = {1, 1000};  // required by libav and unused: the container has the times
     context_->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     context_->level = 3;
     context_->gop_size = 1;
     context_->thread_count = 1;
-    context_->slices = 4;
+    context_->slices = 4;  // 2 x 2, each with its own checksum
     av_opt_set_int(context_->priv_data, "slicecrc", 1, 0);
     av_log_set_level(AV_LOG_QUIET);
     if (avcodec_open2(context_.get(), codec, nullptr) < 0) {
@@ -46,7 +46,7 @@ class StreamRecorder::DepthEncoder {
     }
   }
 
-  std::vector<std::uint8_t> set_up() const {
+  std::vector<std::uint8_t> configuration() const {
     return {context_->extradata, context_->extradata + context_->extradata_size};
   }
 
@@ -69,14 +69,9 @@ class StreamRecorder::DepthEncoder {
   }
 
  private:
-  struct Free {
-    void operator()(AVCodecContext* p) const { avcodec_free_context(&p); }
-    void operator()(AVFrame* p) const { av_frame_free(&p); }
-    void operator()(AVPacket* p) const { av_packet_free(&p); }
-  };
-  std::unique_ptr<AVCodecContext, Free> context_;
-  std::unique_ptr<AVFrame, Free> frame_{av_frame_alloc()};
-  std::unique_ptr<AVPacket, Free> packet_{av_packet_alloc()};
+  CodecContext context_;
+  LibavFrame frame_{av_frame_alloc()};
+  LibavPacket packet_{av_packet_alloc()};
   std::int64_t next_ = 0;
 };
 
@@ -109,7 +104,7 @@ bool StreamRecorder::write(const SourceItem& item) {
       if (coding_ == DepthCoding::ffv1) {
         encoder_ = std::make_unique<DepthEncoder>(spec_.width, spec_.height);
         track.codec = "V_FFV1";
-        track.codec_private = encoder_->set_up();
+        track.codec_private = encoder_->configuration();
       }
       out_ = std::make_unique<MatroskaFile>(file_, track);
     }
@@ -139,7 +134,7 @@ bool StreamRecorder::write(const SourceItem& item) {
                                .uncompressed_fourcc = fourcc.value_or(std::array<char, 4>{})});
     }
     if (format != format_) {
-      return false;  // a track holds one format
+      return false;  // a Matroska track has one format
     }
     const bool own_exposure = picture->exposure != spec_.exposure;
     out_->append(picture->stamp.time_ns, bytes, own_exposure ? std::optional(picture->exposure) : std::nullopt);

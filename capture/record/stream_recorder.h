@@ -1,6 +1,6 @@
 #pragma once
-// One stream of a session into one Matroska file, without loss: depth as FFV1 or as it came, pictures as the camera
-// gave them.
+// Records one stream into a Matroska file without loss: depth as FFV1 or uncompressed, colour and fish-eye in the
+// camera's pixel format.
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -15,19 +15,19 @@ namespace lumigraft::capture {
 class MatroskaFile;
 
 enum class DepthCoding {
-  ffv1,          ///< a quarter of the size, for 10 ms of a core a picture of 640x480
-  uncompressed,  ///< for the price of a copy
+  ffv1,          ///< a quarter of the size; takes 5 to 10 ms of a core per frame of 640x480
+  uncompressed,  ///< costs one copy
 };
 
 class StreamRecorder {
  public:
-  /// Throws InputError where `file` is there already.
+  /// Throws InputError if `file` exists.
   StreamRecorder(std::filesystem::path file, const StreamSpec& spec, DepthCoding coding = DepthCoding::ffv1);
   ~StreamRecorder();
 
-  /// False where the item holds nothing that can be kept: a lost picture, one whose time goes back, which no replay
-  /// would show, or one in another format than the first. Throws InputError for radiance pictures, std::runtime_error
-  /// where the disk takes no more.
+  /// False for items that cannot be stored: lost frames, frames whose time does not increase, which no replay would
+  /// show, and frames in another format than the first. Throws InputError for frames of radiance, std::runtime_error if
+  /// writing fails.
   bool write(const SourceItem& item);
 
   std::uint64_t pictures() const { return pictures_; }
@@ -41,8 +41,8 @@ class StreamRecorder {
   StreamSpec spec_;
   DepthCoding coding_;
   std::unique_ptr<DepthEncoder> encoder_;
-  std::unique_ptr<MatroskaFile> out_;       ///< made with the first picture
-  PixelFormat format_ = PixelFormat::rgb8;  ///< of the first picture
+  std::unique_ptr<MatroskaFile> out_;       ///< created with the first frame
+  PixelFormat format_ = PixelFormat::rgb8;  ///< of the first frame
   std::int64_t last_time_ns_ = -1;
   std::uint64_t pictures_ = 0;
 };

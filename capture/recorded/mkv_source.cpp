@@ -1,7 +1,6 @@
 #include "capture/recorded/mkv_source.h"
 
 extern "C" {
-#include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/crc.h>
 #include <libavutil/intreadwrite.h>
@@ -15,25 +14,18 @@ extern "C" {
 #include <limits>
 
 #include "capture/error.h"
+#include "capture/formats/libav_pointers.h"
 #include "capture/formats/matroska_file.h"
 #include "capture/formats/matroska_index.h"
 #include "capture/formats/pixel_format.h"
 #include "capture/formats/rgb_frame.h"
+#include "capture/session/parameters.h"
 
 namespace lumigraft::capture {
 namespace {
 
 struct FreeFormat {
   void operator()(AVFormatContext* p) const { avformat_close_input(&p); }
-};
-struct FreeCodec {
-  void operator()(AVCodecContext* p) const { avcodec_free_context(&p); }
-};
-struct FreeFrame {
-  void operator()(AVFrame* p) const { av_frame_free(&p); }
-};
-struct FreePacket {
-  void operator()(AVPacket* p) const { av_packet_free(&p); }
 };
 
 /// Whether every slice of an FFV1 packet carries the right checksum (RFC 9043, 4.9: size, error status and CRC-32 close
@@ -112,7 +104,7 @@ class MkvSource::Reader {
     skip_to_ns_ = time_ns;
     const MatroskaCluster* best = nullptr;
     for (const MatroskaCluster& cluster : clusters) {
-      if (ns(cluster.ticks) <= time_ns && cluster.key && cluster.pictures_before > sequence_) {
+      if (ns(cluster.ticks) <= time_ns && cluster.key && cluster.frames_before > sequence_) {
         best = &cluster;
       }
     }
@@ -125,7 +117,7 @@ class MkvSource::Reader {
     }
     if (av_seek_frame(format_.get(), stream_, best->ticks, AVSEEK_FLAG_BACKWARD) == 0) {
       avcodec_flush_buffers(codec_.get());
-      sequence_ = best->pictures_before;
+      sequence_ = best->frames_before;
     }
   }
 
@@ -215,7 +207,8 @@ class MkvSource::Reader {
       return std::nullopt;
     }
     const auto exposure = std::bit_cast<double>(static_cast<std::uint64_t>(AV_RB64(data + 8)));
-    return exposure >= 1e-9 && exposure <= 1e9 ? std::optional(exposure) : std::nullopt;  // as in session.toml
+    const bool valid = exposure >= kSessionLimits.min_exposure && exposure <= kSessionLimits.max_exposure;
+    return valid ? std::optional(exposure) : std::nullopt;
   }
 
   Stamp stamp(std::int64_t container_time) {
@@ -320,16 +313,16 @@ class MkvSource::Reader {
 
   StreamSpec spec_;
   std::unique_ptr<AVFormatContext, FreeFormat> format_;
-  std::unique_ptr<AVCodecContext, FreeCodec> codec_;
-  std::unique_ptr<AVFrame, FreeFrame> frame_{av_frame_alloc()};
-  std::unique_ptr<AVPacket, FreePacket> packet_{av_packet_alloc()};
+  CodecContext codec_;
+  LibavFrame frame_{av_frame_alloc()};
+  LibavPacket packet_{av_packet_alloc()};
   RgbFrame rgb_;
   PixelConverter pixels_;
   std::optional<PixelFormat> uncompressed_;
   std::vector<std::uint8_t> jpeg_;  ///< the newest packet, where it is one
   int stream_ = -1;
   std::int64_t skip_to_ns_ = std::numeric_limits<std::int64_t>::min();
-  std::vector<std::unique_ptr<AVPacket, FreePacket>> needed_;  ///< older than that, and not decoded
+  std::vector<LibavPacket> needed_;  ///< older packets since the last key frame, not decoded yet
   std::optional<bool> has_checksums_;
   std::int64_t packet_time_ = AV_NOPTS_VALUE;
   std::optional<double> packet_exposure_;  ///< no decoder here holds pictures back, so it is that of the next one

@@ -1,5 +1,5 @@
 #pragma once
-// How a live camera is to be run. What a recording carries of it says how it was.
+// Settings of a live camera. In a recording's session file they document how it was recorded.
 #include <optional>
 #include <string>
 #include <utility>
@@ -10,13 +10,13 @@
 namespace lumigraft::capture {
 
 struct CameraSettings {
-  std::optional<PixelFormat> pixel_format;  ///< empty: a colour format where the camera offers one
-  std::optional<std::string> input;         ///< v4l2: of a frame grabber, by its name; empty: the one that is chosen
+  std::optional<PixelFormat> pixel_format;  ///< empty: a colour format if the camera offers one
+  std::optional<std::string> input;         ///< v4l2: name of a frame grabber's input; empty: the selected one
   std::optional<double> rate_hz;
-  std::optional<double> exposure_us;  ///< auto-exposure is off in any case: radiance needs a fixed one
+  std::optional<double> exposure_us;  ///< auto-exposure is always off: radiance needs a fixed exposure
   std::optional<double> gain;
-  std::vector<double> bracket_us;  ///< of a fish-eye: exposures taken in turn; goes with exposure_us
-  std::vector<std::pair<std::string, double>> controls;  ///< further ones, by the camera's own names
+  std::vector<double> bracket_us;                        ///< fish-eye: exposures taken in turn; requires exposure_us
+  std::vector<std::pair<std::string, double>> controls;  ///< further controls by the camera's own names
 };
 
 }  // namespace lumigraft::capture

@@ -16,21 +16,22 @@ namespace lumigraft::capture {
 struct ConfigTable::Document {
   std::filesystem::path file;
   toml::table root;
-  std::set<std::string> overridden;  ///< dotted keys that a --set gave
+  std::set<std::string> overridden;                 ///< dotted keys that a --set gave
+  std::set<std::string, std::less<>> former_names;  ///< former key names that were warned of
   std::vector<std::string> warnings;
 };
 
-/// One table of the document and what has been asked of it. Shared by every ConfigTable for the same table, so that
-/// finish() sees what all of them read.
+/// One table of the document and the keys that were read. Shared by every ConfigTable of the same table, so that
+/// finish() knows the keys that any of them read.
 struct ConfigTable::Node {
   const toml::table* table = nullptr;
   std::string path;  ///< dotted, with indices for arrays of tables; empty for the root
   int line = 0;
-  std::set<std::string, std::less<>> read;     ///< keys whose value was used
-  std::set<std::string, std::less<>> allowed;  ///< every key that was ever asked about
+  std::set<std::string, std::less<>> read;     ///< keys whose value was read
+  std::set<std::string, std::less<>> allowed;  ///< keys that were read or tested for
   std::map<std::string, std::shared_ptr<Node>, std::less<>> children;
 
-  const toml::node* ask(std::string_view key) {
+  const toml::node* lookup(std::string_view key) {
     allowed.emplace(key);
     read.emplace(key);
     return table->get(key);
@@ -110,8 +111,8 @@ bool ConfigTable::has(std::string_view key) const {
   return node_->table->contains(key);
 }
 
-/// Where a line about a key begins: "session.toml:7: color.width: ".
-std::string ConfigTable::place_of(std::string_view key) const {
+/// Start of a message about a key: "session.toml:7: color.width: ".
+std::string ConfigTable::location_of(std::string_view key) const {
   const std::string path = join(node_->path, key);
   if (was_overridden(document_->overridden, path)) return "--set " + path + ": ";
   const toml::node* value = node_->table->get(key);
@@ -121,19 +122,32 @@ std::string ConfigTable::place_of(std::string_view key) const {
 }
 
 void ConfigTable::fail(std::string_view key, const std::string& found_and_allowed) const {
-  throw InputError(place_of(key) + found_and_allowed);
+  throw InputError(location_of(key) + found_and_allowed);
+}
+
+void ConfigTable::warn(std::string_view key, const std::string& text) const {
+  document_->warnings.push_back(location_of(key) + text);
 }
 
 void ConfigTable::obsolete(std::string_view key) const {
   if (!node_->table->contains(key)) return;
   node_->read.emplace(key);
-  document_->warnings.push_back(place_of(key) + "has no effect any more");
+  warn(key, "has no effect any more");
+}
+
+std::string_view ConfigTable::renamed(std::string_view key, std::string_view former) const {
+  if (!node_->table->contains(former)) return key;
+  if (has(key)) {
+    fail(former, "found it together with its new name " + std::string(key) + ", allowed: the new name alone");
+  }
+  if (document_->former_names.emplace(former).second) warn(former, "is now named " + std::string(key));
+  return former;
 }
 
 const std::vector<std::string>& ConfigTable::warnings() const { return document_->warnings; }
 
 double ConfigTable::number(std::string_view key, double low, double high) const {
-  const toml::node* node = node_->ask(key);
+  const toml::node* node = node_->lookup(key);
   const std::optional<double> value = node != nullptr && node->is_number() ? node->value<double>() : std::nullopt;
   if (!value || !std::isfinite(*value) || *value < low || *value > high) {
     const bool bounded = std::isfinite(low) && std::isfinite(high);
@@ -149,7 +163,7 @@ double ConfigTable::number(std::string_view key, double low, double high, double
 }
 
 int ConfigTable::integer(std::string_view key, int low, int high) const {
-  const toml::node* node = node_->ask(key);
+  const toml::node* node = node_->lookup(key);
   const auto* value = node != nullptr ? node->as_integer() : nullptr;
   if (value == nullptr || value->get() < low || value->get() > high) {
     fail(key, found_text(node) + ", allowed: " + range_text("an integer", std::to_string(low), std::to_string(high)));
@@ -165,7 +179,7 @@ bool ConfigTable::flag(std::string_view key, bool fallback) const {
   if (!has(key)) {
     return fallback;
   }
-  const toml::node* node = node_->ask(key);
+  const toml::node* node = node_->lookup(key);
   if (!node->is_boolean()) {
     fail(key, found_text(node) + ", allowed: true or false");
   }
@@ -173,7 +187,7 @@ bool ConfigTable::flag(std::string_view key, bool fallback) const {
 }
 
 std::string ConfigTable::text(std::string_view key) const {
-  const toml::node* node = node_->ask(key);
+  const toml::node* node = node_->lookup(key);
   if (node == nullptr || !node->is_string()) {
     fail(key, found_text(node) + ", allowed: a string");
   }
@@ -189,7 +203,7 @@ std::string ConfigTable::choice(std::string_view key, const std::vector<std::str
   if (!has(key)) {
     return std::string(fallback);
   }
-  const toml::node* node = node_->ask(key);
+  const toml::node* node = node_->lookup(key);
   std::string words;
   for (const std::string& word : allowed) {
     if (node->is_string() && node->as_string()->get() == word) {
@@ -204,12 +218,13 @@ std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t count
   return numbers(key, count, count);
 }
 
-std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t least, std::size_t most) const {
-  const toml::node* node = node_->ask(key);
-  const std::string many = std::to_string(least) + (most > least ? " to " + std::to_string(most) : "");
-  const std::string allowed = ", allowed: an array of " + many + " finite numbers";
+std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t min_count, std::size_t max_count) const {
+  const toml::node* node = node_->lookup(key);
+  const std::string counts =
+      std::to_string(min_count) + (max_count > min_count ? " to " + std::to_string(max_count) : "");
+  const std::string allowed = ", allowed: an array of " + counts + " finite numbers";
   const auto* array = node != nullptr ? node->as_array() : nullptr;
-  if (array == nullptr || array->size() < least || array->size() > most) {
+  if (array == nullptr || array->size() < min_count || array->size() > max_count) {
     fail(key, found_text(node) + allowed);
   }
   std::vector<double> out;
@@ -224,7 +239,7 @@ std::vector<double> ConfigTable::numbers(std::string_view key, std::size_t least
 }
 
 std::vector<double> ConfigTable::rigid_transform(std::string_view key) const {
-  const toml::node* node = node_->ask(key);
+  const toml::node* node = node_->lookup(key);
   const std::string allowed = ", allowed: a rigid transform, four rows of four finite numbers";
   const auto* rows = node != nullptr ? node->as_array() : nullptr;
   if (rows == nullptr || rows->size() != 4) {
@@ -271,7 +286,7 @@ std::filesystem::path ConfigTable::existing_file(std::string_view key) const {
 }
 
 ConfigTable ConfigTable::table(std::string_view key) const {
-  const toml::node* node = node_->ask(key);
+  const toml::node* node = node_->lookup(key);
   if (node == nullptr || !node->is_table()) {
     fail(key, found_text(node) + ", allowed: a table [" + join(node_->path, key) + "]");
   }
@@ -287,7 +302,7 @@ std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
   if (!has(key)) {
     return out;
   }
-  const toml::node* node = node_->ask(key);
+  const toml::node* node = node_->lookup(key);
   const std::string allowed = ", allowed: tables [[" + join(node_->path, key) + "]]";
   if (!node->is_array()) {
     fail(key, found_text(node) + allowed);

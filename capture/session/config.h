@@ -1,8 +1,8 @@
 #pragma once
-// TOML configuration whose errors say file, line, key, what was found and what is allowed.
+// TOML configuration. Every error names file, line and key, what was found and what is allowed.
 //
-// A ConfigTable is read key by key; `finish()` then refuses keys that nobody read, so a typing mistake is never
-// silent. Example:
+// A ConfigTable is read key by key; `finish()` then refuses keys that were not read, so that a misspelt key is
+// reported. Example:
 //
 //   ConfigTable root = ConfigTable::load(dir / "session.toml", {"fisheye.source=images:fisheye-ldr.txt"});
 //   ConfigTable color = root.table("color");
@@ -23,14 +23,14 @@ namespace lumigraft::capture {
 
 class ConfigTable {
  public:
-  /// `overrides` are KEY=VALUE lines as of `--set`: dotted key, TOML value or bare string. They are laid over the
-  /// file before anything is read; errors in them name "--set KEY".
+  /// `overrides` are KEY=VALUE as of `--set`: dotted key, TOML value or bare string. They are applied before anything
+  /// is read; errors in them name "--set KEY".
   static ConfigTable load(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
   static ConfigTable parse(std::string_view text, const std::string& name,
                            const std::vector<std::string>& overrides = {});
 
   bool has(std::string_view key) const;
-  /// Every key of this table, in alphabetical order: where names are somebody else's, as those of a camera's controls.
+  /// Every key of this table, in alphabetical order: for names that are not this program's, as of camera controls.
   std::vector<std::string> keys() const;
 
   double number(std::string_view key, double low, double high) const;
@@ -44,33 +44,37 @@ class ConfigTable {
   std::string choice(std::string_view key, const std::vector<std::string>& allowed, std::string_view fallback) const;
   /// Array of exactly `count` finite numbers.
   std::vector<double> numbers(std::string_view key, std::size_t count) const;
-  std::vector<double> numbers(std::string_view key, std::size_t least, std::size_t most) const;
-  /// 4x4 rigid transform as four rows; refuses NaN, a last row other than 0 0 0 1, and rotations that are not
-  /// orthonormal with determinant 1 to 1e-4. Row-major result.
+  std::vector<double> numbers(std::string_view key, std::size_t min_count, std::size_t max_count) const;
+  /// 4x4 rigid transform as four rows, row-major. Refuses NaN, a last row other than 0 0 0 1, and rotations that are
+  /// not orthonormal to 1e-4 or mirror.
   std::vector<double> rigid_transform(std::string_view key) const;
-  /// Path relative to the file's folder; must exist.
+  /// Path of an existing file, relative to the configuration's folder.
   std::filesystem::path existing_file(std::string_view key) const;
 
-  ConfigTable table(std::string_view key) const;  ///< must be there
+  ConfigTable table(std::string_view key) const;  ///< required
   std::optional<ConfigTable> optional_table(std::string_view key) const;
-  std::vector<ConfigTable> tables(std::string_view key) const;  ///< [[key]]; empty where absent
+  std::vector<ConfigTable> tables(std::string_view key) const;  ///< [[key]]; empty if absent
 
   const std::filesystem::path& file() const;
-  std::filesystem::path folder() const;  ///< where relative paths start
+  std::filesystem::path folder() const;  ///< relative paths start here
 
   [[noreturn]] void fail(std::string_view key, const std::string& found_and_allowed) const;
-  /// Accepts a key of earlier versions that nothing reads any more; where it is given, a warning says so.
+  /// Accepts a key of earlier versions that has no effect any more; adds a warning if it is present.
   void obsolete(std::string_view key) const;
-  /// Of all tables of the document: one line for every obsolete key that was found.
+  /// The key to read where `former` was renamed to `key`: `former` if the table has it, with one warning per document;
+  /// else `key`. A table with both is refused.
+  std::string_view renamed(std::string_view key, std::string_view former) const;
+  /// One line for every obsolete key and every former name found in the document's tables.
   const std::vector<std::string>& warnings() const;
-  /// Refuses keys that were never asked for, in this table and those taken from it.
+  /// Refuses keys that were not read, in this table and those taken from it.
   void finish() const;
 
  private:
   struct Document;
   struct Node;
   ConfigTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node);
-  std::string place_of(std::string_view key) const;
+  std::string location_of(std::string_view key) const;
+  void warn(std::string_view key, const std::string& text) const;
   std::shared_ptr<Document> document_;
   std::shared_ptr<Node> node_;
 };

@@ -71,19 +71,19 @@ std::vector<std::string> split_key(const std::string& key) {
   return parts;
 }
 
-/// The value of an override: TOML where it is TOML, else the bare text ("images:color.txt").
+/// The value of an override: TOML if it parses as TOML, else the bare text ("images:color.txt").
 toml::table override_value(const std::string& value) {
   if (value.find('\n') == std::string::npos) {
     try {
       return toml::parse("value = " + value);
     } catch (const toml::parse_error&) {
-      // Not TOML: taken as it stands.
+      // Not TOML: a bare string.
     }
   }
   return toml::table{{"value", value}};
 }
 
-/// The element that `part` names inside a table or an array of tables; makes a table where there is none.
+/// The element that `part` names in a table or an array of tables; creates a missing table.
 toml::node* descend(toml::node* at, const std::string& part, const std::string& key) {
   if (auto* table = at->as_table()) {
     if (!table->contains(part)) {

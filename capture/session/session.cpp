@@ -7,20 +7,17 @@
 #include <numbers>
 
 #include "capture/camera/camera_serial.h"
+#include "capture/formats/picture_file.h"
+#include "capture/session/parameters.h"
 #include "capture/session/source_uri.h"
 #include "capture/session/stream_spec.h"
 
 namespace lumigraft::capture {
 namespace {
 
-constexpr int kLargestSide = 16384;
-constexpr double kLargestFocal = 1e6;
-constexpr double kShortestExposure_us = 1.0;
-constexpr double kLongestExposure_us = 60e6;
-constexpr double kLeastTransmission = 0.02, kMostTransmission = 2.0;
-constexpr double kMostOffset_s = 1.0;
+constexpr const SessionLimits& kLimits = kSessionLimits;
 
-/// A source URI of a kind this build can open. The file behind it is looked at when the session is opened.
+/// A source URI of a kind that this build can open. The file is checked when the session is opened.
 std::string source_uri(const ConfigTable& table) {
   std::string uri = table.text("source");
   const std::optional<SourceUri> source = parse_source(uri);
@@ -42,14 +39,14 @@ Response read_response(const ConfigTable& table) {
 }
 
 void read_principal_point(const ConfigTable& table, CameraModel& model) {
-  model.cx = table.number("cx", -kLargestSide, 2.0 * kLargestSide);
-  model.cy = table.number("cy", -kLargestSide, 2.0 * kLargestSide);
+  model.cx = table.number("cx", -kMaxSide_px, 2.0 * kMaxSide_px);
+  model.cy = table.number("cy", -kMaxSide_px, 2.0 * kMaxSide_px);
 }
 
 CameraModel read_pinhole(const ConfigTable& table) {
   CameraModel model;
-  model.fx = table.number("fx", 1.0, kLargestFocal);
-  model.fy = table.number("fy", 1.0, kLargestFocal);
+  model.fx = table.number("fx", 1.0, kLimits.max_focal_length_px);
+  model.fy = table.number("fy", 1.0, kLimits.max_focal_length_px);
   read_principal_point(table, model);
   if (table.has("distortion")) {
     const std::vector<double> d = table.numbers("distortion", 5);
@@ -60,18 +57,18 @@ CameraModel read_pinhole(const ConfigTable& table) {
 
 CameraModel read_fisheye_model(const ConfigTable& table) {
   CameraModel model;
-  model.width = table.integer("width", 1, kLargestSide);
-  model.height = table.integer("height", 1, kLargestSide);
+  model.width = table.integer("width", 1, kMaxSide_px);
+  model.height = table.integer("height", 1, kMaxSide_px);
   read_principal_point(table, model);
   model.fov_rad = table.number("fov_degrees", 1.0, 360.0) * std::numbers::pi / 180.0;
   if (table.choice("model", {"equidistant", "kannala-brandt"}, "equidistant") == "equidistant") {
     model.kind = CameraModel::Kind::equidistant;
-    model.fx = model.fy = table.number("f", 1.0, kLargestFocal);
+    model.fx = model.fy = table.number("f", 1.0, kLimits.max_focal_length_px);
     return model;
   }
   model.kind = CameraModel::Kind::kannala_brandt;
-  model.fx = table.number("fx", 1.0, kLargestFocal);
-  model.fy = table.number("fy", 1.0, kLargestFocal);
+  model.fx = table.number("fx", 1.0, kLimits.max_focal_length_px);
+  model.fy = table.number("fy", 1.0, kLimits.max_focal_length_px);
   const std::vector<double> k = table.numbers("k", 4);
   std::copy(k.begin(), k.end(), model.k.begin());
   const double edge = 0.5 * model.fov_rad * (1.0 - 1e-9);
@@ -88,10 +85,10 @@ Vignetting read_vignetting(const ConfigTable& table, const CameraModel& camera) 
   }
   const std::vector<double> terms = table.numbers("vignetting", vignetting.terms.size());
   std::copy(terms.begin(), terms.end(), vignetting.terms.begin());
-  constexpr int kSteps = 100;
+  constexpr int kSteps = 100;  // one per degree of a lens of 200 degrees
   for (int i = 0; i <= kSteps; ++i) {
     const double angle_rad = 0.5 * camera.fov_rad * i / kSteps, t = vignetting.transmission(angle_rad);
-    if (!(t >= kLeastTransmission && t <= kMostTransmission)) {
+    if (!(t >= kLimits.min_transmission && t <= kLimits.max_transmission)) {
       table.fail("vignetting", "found " + std::to_string(t) + " of the axis' light at " +
                                    std::to_string(std::lround(angle_rad * 180.0 / std::numbers::pi)) +
                                    " degrees from it, allowed: 0.02 to 2 all over the field");
@@ -100,7 +97,7 @@ Vignetting read_vignetting(const ConfigTable& table, const CameraModel& camera) 
   return vignetting;
 }
 
-/// The nearest rotation is kept, since ten printed digits are not quite orthonormal and inverses rely on it.
+/// Replaces the 3x3 part by the nearest rotation: printed digits are not exactly orthonormal, and inverses rely on it.
 Eigen::Isometry3d read_transform(const ConfigTable& table, std::string_view key) {
   const std::vector<double> rows = table.rigid_transform(key);
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(rows.data());
@@ -132,23 +129,25 @@ CameraSettings read_settings(const ConfigTable& table) {
   const auto number = [&table](std::string_view key, double low, double high) {
     return table.has(key) ? std::optional(table.number(key, low, high)) : std::nullopt;
   };
-  settings.rate_hz = number("rate_hz", 0.01, 1000.0);
-  settings.exposure_us = number("exposure_us", kShortestExposure_us, kLongestExposure_us);
-  settings.gain = number("gain", -1e6, 1e6);
+  settings.rate_hz = number("rate_hz", kLimits.min_rate_hz, kLimits.max_rate_hz);
+  settings.exposure_us = number("exposure_us", kLimits.min_exposure_us, kLimits.max_exposure_us);
+  settings.gain = number("gain", -kLimits.max_gain, kLimits.max_gain);
   if (const auto controls = table.optional_table("controls")) {
     for (const std::string& name : controls->keys()) {
-      settings.controls.emplace_back(name, controls->number(name, -2147483648.0, 2147483647.0));
+      settings.controls.emplace_back(name, controls->number(name, -2147483648.0, 2147483647.0));  // 32-bit integers
     }
   }
   return settings;
 }
 
-double read_exposure(const ConfigTable& table) { return table.number("exposure", 1e-9, 1e9); }
+double read_exposure(const ConfigTable& table) {
+  return table.number("exposure", kLimits.min_exposure, kLimits.max_exposure);
+}
 
-/// The session's word for the camera, else what its source calls it by.
+/// `serial` of the session, else the camera's name in its source URI.
 std::string read_serial(const ConfigTable& table) { return table.text("serial", serial_in(table.text("source"))); }
 
-/// Where neither is there, that of the camera whose lens it is said to have.
+/// As above; if both are absent, the serial number in the calibration.
 std::string read_serial(const ConfigTable& table, const ConfigTable& lens) {
   const std::string own = read_serial(table);
   return own.empty() ? lens.text("serial", "") : own;
@@ -159,10 +158,10 @@ struct Size {
 };
 
 Size read_size(const ConfigTable& table) {
-  return {table.integer("width", 1, kLargestSide), table.integer("height", 1, kLargestSide)};
+  return {table.integer("width", 1, kMaxSide_px), table.integer("height", 1, kMaxSide_px)};
 }
 
-/// The table that says what the lens of `camera` is: that of the calibration where it has one, else its own.
+/// The table that describes the lens of `camera`: the calibration's if it has one, else the camera's own.
 ConfigTable lens_table(const ConfigTable& camera, const Size& size, const std::optional<ConfigTable>& calibration,
                        std::string_view name) {
   const auto lens = calibration ? calibration->optional_table(name) : std::nullopt;
@@ -171,7 +170,7 @@ ConfigTable lens_table(const ConfigTable& camera, const Size& size, const std::o
   }
   const std::string other = ", allowed: that of the camera in " + camera.file().string() + ", ";
   for (const auto& [side, wanted] : {std::pair("width", size.width), std::pair("height", size.height)}) {
-    const int found = lens->integer(side, 1, kLargestSide);
+    const int found = lens->integer(side, 1, kMaxSide_px);
     if (found != wanted) {
       lens->fail(side, "found " + std::to_string(found) + other + std::to_string(wanted));
     }
@@ -189,7 +188,7 @@ ConfigTable lens_table(const ConfigTable& camera, const Size& size, const std::o
   return *lens;
 }
 
-/// Refuses keys that nobody read, but for those of cameras that are not there.
+/// Refuses keys that were not read, except those of cameras that the session does not have.
 void finish_calibration(const ConfigTable& calibration, const Session& session) {
   const std::map<std::string, bool> used = {
       {"color", true}, {"depth", session.depth.has_value()}, {"fisheye", session.fisheye.has_value()}};
@@ -233,8 +232,8 @@ DepthCamera read_depth(const ConfigTable& table, const CameraModel& color,
     return camera;
   }
   camera.model = read_pinhole(table);
-  camera.model.width = table.integer("width", 1, kLargestSide, color.width);
-  camera.model.height = table.integer("height", 1, kLargestSide, color.height);
+  camera.model.width = table.integer("width", 1, kMaxSide_px, color.width);
+  camera.model.height = table.integer("height", 1, kMaxSide_px, color.height);
   const ConfigTable lens = lens_table(table, {camera.model.width, camera.model.height}, calibration, "depth");
   camera.serial = read_serial(table, lens);
   camera.T_color_depth = read_transform(lens, "T_color_depth");
@@ -249,14 +248,14 @@ FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
   camera.exposure = read_exposure(table);
   camera.response = read_response(lens.has("response") ? lens : table);
   camera.vignetting = read_vignetting(lens.has("vignetting") ? lens : table, camera.model);
-  camera.time_offset_s =
-      (lens.has("time_offset_s") ? lens : table).number("time_offset_s", -kMostOffset_s, kMostOffset_s, 0.0);
+  camera.time_offset_s = (lens.has("time_offset_s") ? lens : table)
+                             .number("time_offset_s", -kLimits.max_time_offset_s, kLimits.max_time_offset_s, 0.0);
   camera.T_tag_fisheye = read_transform(lens.has("T_tag_fisheye") ? lens : table, "T_tag_fisheye");
   camera.settings = read_settings(table);
   if (table.has("bracket_us")) {
     camera.settings.bracket_us = table.numbers("bracket_us", 2, 5);
     for (const double exposure_us : camera.settings.bracket_us) {
-      if (exposure_us < kShortestExposure_us || exposure_us > kLongestExposure_us) {
+      if (exposure_us < kLimits.min_exposure_us || exposure_us > kLimits.max_exposure_us) {
         table.fail("bracket_us", "found " + std::to_string(exposure_us) + ", allowed: 1 to 60000000");
       }
     }
@@ -267,7 +266,7 @@ FisheyeCamera read_fisheye(const ConfigTable& table, const ConfigTable& lens) {
   return camera;
 }
 
-/// Of a family's tags.
+/// Largest id of a tag family.
 int largest_id(const std::string& family) { return family == "tag36h11" ? 586 : family == "tag25h9" ? 34 : 29; }
 
 Tag read_tag(const ConfigTable& table) {
@@ -275,38 +274,39 @@ Tag read_tag(const ConfigTable& table) {
   tag.family = table.choice("family", {"tag36h11", "tag25h9", "tag16h5"}, "tag36h11");
   const int largest = largest_id(tag.family);
   tag.id = table.integer("id", 0, largest);
-  tag.size_m = table.number("size_m", 0.001, 10.0);
-  for (const ConfigTable& also : table.tables("also")) {
-    ExtraTag& further = tag.also.emplace_back();
-    further.id = also.integer("id", 0, largest);
-    const bool taken = further.id == tag.id || std::any_of(tag.also.begin(), tag.also.end() - 1,
-                                                           [&](const ExtraTag& t) { return t.id == further.id; });
+  tag.size_m = table.number("size_m", kLimits.min_tag_size_m, kLimits.max_tag_size_m);
+  for (const ConfigTable& extra_table : table.tables(table.renamed("extra", "also"))) {
+    ExtraTag& extra = tag.extra.emplace_back();
+    extra.id = extra_table.integer("id", 0, largest);
+    const bool taken = extra.id == tag.id || std::any_of(tag.extra.begin(), tag.extra.end() - 1,
+                                                         [&](const ExtraTag& t) { return t.id == extra.id; });
     if (taken) {
-      also.fail("id", "found " + std::to_string(further.id) + " twice, allowed: each tag once");
+      extra_table.fail("id", "found " + std::to_string(extra.id) + " twice, allowed: each tag once");
     }
-    further.size_m = also.number("size_m", 0.001, 10.0, tag.size_m);
-    if (also.has("T_tag_also")) {
-      further.T_tag_extra = read_transform(also, "T_tag_also");
+    extra.size_m = extra_table.number("size_m", kLimits.min_tag_size_m, kLimits.max_tag_size_m, tag.size_m);
+    const std::string_view pose = extra_table.renamed("T_tag_extra", "T_tag_also");
+    if (extra_table.has(pose)) {
+      extra.T_tag_extra = read_transform(extra_table, pose);
     }
   }
   return tag;
 }
 
-/// `others` are the lamps above it.
+/// `others` are the lamps that were read before.
 TaggedLamp read_lamp(const ConfigTable& table, const Tag& tag, const std::vector<TaggedLamp>& others) {
   TaggedLamp lamp;
   lamp.tag_id = table.integer("tag_id", 0, largest_id(tag.family));
   const bool taken =
       lamp.tag_id == tag.id ||
-      std::any_of(tag.also.begin(), tag.also.end(), [&](const ExtraTag& t) { return t.id == lamp.tag_id; }) ||
+      std::any_of(tag.extra.begin(), tag.extra.end(), [&](const ExtraTag& t) { return t.id == lamp.tag_id; }) ||
       std::any_of(others.begin(), others.end(), [&](const TaggedLamp& l) { return l.tag_id == lamp.tag_id; });
   if (taken) {
     table.fail("tag_id", "found " + std::to_string(lamp.tag_id) + " twice, allowed: each tag once");
   }
   lamp.name = table.text("name", "with tag " + std::to_string(lamp.tag_id));
-  lamp.tag_size_m = table.number("tag_size_m", 0.001, 10.0);
-  lamp.radius_m = table.number("radius_m", 0.001, 2.0);
-  const auto three = [&table](std::string_view key, double low, double high, const char* allowed) {
+  lamp.tag_size_m = table.number("tag_size_m", kLimits.min_tag_size_m, kLimits.max_tag_size_m);
+  lamp.radius_m = table.number("radius_m", kLimits.min_lamp_radius_m, kLimits.max_lamp_radius_m);
+  const auto vector = [&table](std::string_view key, double low, double high, const char* allowed) {
     const std::vector<double> numbers = table.numbers(key, 3);
     for (const double number : numbers) {
       if (!(number >= low && number <= high)) {
@@ -315,16 +315,17 @@ TaggedLamp read_lamp(const ConfigTable& table, const Tag& tag, const std::vector
     }
     return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
   };
-  lamp.position_m = three("position_m", -5.0, 5.0, "from -5 to 5, metres from the middle of its tag");
+  lamp.position_m = vector("position_m", -kLimits.max_lamp_offset_m, kLimits.max_lamp_offset_m,
+                           "from -5 to 5, metres from the middle of its tag");
   if (table.has("normal")) {
-    const Eigen::Vector3d normal = three("normal", -1.0, 1.0, "from -1 to 1");
+    const Eigen::Vector3d normal = vector("normal", -1.0, 1.0, "from -1 to 1");
     if (normal.norm() < 0.5) {
       table.fail("normal", "found a vector of length " + std::to_string(normal.norm()) + ", allowed: about 1");
     }
     lamp.normal = normal.normalized();
   }
   if (table.has("intensity")) {
-    lamp.intensity = three("intensity", 0.0, 1e6, "from 0 to 1000000, W/sr").cast<float>();
+    lamp.intensity = vector("intensity", 0.0, kLimits.max_lamp_intensity_w_sr, "from 0 to 1000000, W/sr").cast<float>();
     if (lamp.intensity->isZero()) {
       table.fail("intensity", "found none, allowed: what the lamp sends when it is on");
     }

@@ -1,5 +1,5 @@
 #pragma once
-// What the cameras are and how they stand: session.toml, or the camera part of a kiosk's configuration.
+// Cameras of a session, their calibration and poses: session.toml, or the camera tables of a kiosk's configuration.
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <optional>
@@ -16,19 +16,19 @@ namespace lumigraft::capture {
 
 struct ColorCamera {
   std::string source;  ///< URI: images:color.txt, mkv:color.mkv, oni:rgbd.oni, openni2:, v4l2:, libcamera:, aravis:
-  std::string serial;  ///< what tells this camera from others of its kind; empty: not known
+  std::string serial;  ///< serial number or unique name of this camera; empty: not known
   CameraModel model;
   double exposure = 1.0;
   Response response = Response::srgb();
-  CameraSettings settings = {};  ///< where live
+  CameraSettings settings = {};  ///< of live cameras
 };
 
 struct DepthCamera {
   std::string source;
   std::string serial;
   double unit_m = 0.001;   ///< metres per count
-  bool registered = true;  ///< the same pixels as colour; else the two below say how it becomes that
-  CameraModel model;       ///< where not registered
+  bool registered = true;  ///< depth is on the colour camera's pixels; else `model` and `T_color_depth` register it
+  CameraModel model;       ///< of the depth camera if not registered, else the colour camera's
   Eigen::Isometry3d T_color_depth = Eigen::Isometry3d::Identity();
 };
 
@@ -38,40 +38,39 @@ struct FisheyeCamera {
   CameraModel model;
   double exposure = 1.0;
   Response response = Response::srgb();
-  Vignetting vignetting = {};  ///< key: the array of its three terms
-  /// Added to the times of its pictures before they are paired with those of the colour camera.
+  Vignetting vignetting = {};
+  /// Added to the times of its frames before they are paired with those of the colour camera.
   double time_offset_s = 0.0;
   Eigen::Isometry3d T_tag_fisheye = Eigen::Isometry3d::Identity();
-  CameraSettings settings = {};  ///< where live
+  CameraSettings settings = {};  ///< of live cameras
 };
 
-/// A further tag of the same family, fixed in the room.
+/// An additional tag of the same family, fixed in the room.
 struct ExtraTag {
   int id = 0;
-  double size_m = 0.16;
-  std::optional<Eigen::Isometry3d> T_tag_extra;  ///< its own frame in the tag's; empty: found while both are seen
+  double size_m = 0.16;                          ///< edge of the black square
+  std::optional<Eigen::Isometry3d> T_tag_extra;  ///< empty: estimated from frames that show both tags
 };
 
 struct Tag {
   std::string family = "tag36h11";
   int id = 0;
   double size_m = 0.16;  ///< edge of the black square
-  std::vector<ExtraTag> also = {};
+  std::vector<ExtraTag> extra = {};
 };
 
-/// A lamp that carries a tag of the family of `Tag`: where the colour camera sees that, it is known where the lamp
-/// stands.
+/// A lamp that carries a tag of the family of `Tag`. The lamp's position follows from the tag in the colour frame.
 struct TaggedLamp {
   std::string name;  ///< for warnings
   int tag_id = 0;
   double tag_size_m = 0.06;                              ///< edge of the black square
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of its middle, in the frame of its tag
-  double radius_m = 0.03;                                ///< of what glows
-  std::optional<Eigen::Vector3d> normal;                 ///< unit, in the frame of its tag, where it glows as a plane
-  std::optional<Eigen::Vector3f> intensity;              ///< W/sr per channel, straight ahead; where it was measured
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of its centre, in the frame of its tag
+  double radius_m = 0.03;                                ///< of the emitting surface
+  std::optional<Eigen::Vector3d> normal;                 ///< of a planar lamp: unit vector in the frame of its tag
+  std::optional<Eigen::Vector3f> intensity;              ///< W/sr per channel along the normal; empty: estimated
 };
 
-/// A real surface whose material an operator knows and no camera can tell. GGX alpha = roughness².
+/// A real surface whose material is stated because no camera can measure it. GGX alpha = roughness².
 struct RealSurface {
   std::string name;
   std::filesystem::path mesh;  ///< in the tag frame, metres
@@ -92,9 +91,9 @@ struct Session {
   std::vector<RealSurface> real_surfaces;
 };
 
-/// Reads the camera keys of `root`; `calibration = "FILE"` there names what `lumigraft calibrate` wrote, which stands
-/// in place of the lenses' keys and is refused where it is of another camera. Leaves other tables for others to read,
-/// so the caller calls root.finish(). Throws InputError.
+/// Reads the camera tables of `root`. `calibration = "FILE"` names a file written by `lumigraft calibrate`; it replaces
+/// the lens keys and is refused if it belongs to another camera. Other tables are left unread, so the caller calls
+/// root.finish(). Throws InputError.
 Session read_session(const ConfigTable& root);
 
 }  // namespace lumigraft::capture

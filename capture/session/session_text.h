@@ -5,13 +5,13 @@
 
 namespace lumigraft::capture {
 
-/// Where a session's cameras were read from: its text is kept, so that no number is rounded on the way.
+/// The TOML text from which a session's cameras were read. Recordings copy the text, so that no number is rounded.
 struct SessionText {
   std::filesystem::path file;
-  std::vector<std::string> overrides;  ///< KEY=VALUE laid over it
+  std::vector<std::string> overrides;  ///< KEY=VALUE, applied to the file's text
 };
 
-/// One text that says the same. Throws InputError.
+/// The file's text with the overrides applied. Throws InputError.
 std::string text_with_overrides(const SessionText& text);
 
 }  // namespace lumigraft::capture

@@ -1,5 +1,5 @@
 #pragma once
-// What a session expects of one of its streams, and two small things that every source needs.
+// Properties that a session requires of one stream, and two helper functions of all sources.
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -13,11 +13,11 @@ struct StreamSpec {
   Stream stream = Stream::color;
   int width = 0;
   int height = 0;
-  double exposure = 1.0;         ///< colour and fish-eye, where the source does not say it picture by picture
-  double unit_m = 0.001;         ///< depth
+  double exposure = 1.0;         ///< colour and fish-eye: of frames for which the source reports none
+  double unit_m = 0.001;         ///< depth: metres per count
   bool registered = true;        ///< depth: the device itself puts depth on the colour camera's pixels
   CameraSettings settings = {};  ///< live colour and fish-eye
-  std::string serial = {};       ///< a live camera that says another one is refused; empty: any
+  std::string serial = {};       ///< a live camera that reports another one is refused; empty: any
 };
 
 inline std::string size_text(int width, int height) {

@@ -58,7 +58,7 @@ std::array<Vector3d, 4> Board::corners_m(int tag) const {
 capture::Tag Board::tag_list() const {
   capture::Tag list{.family = family, .id = first_id, .size_m = size_m};
   for (int tag = 1; tag < tags(); ++tag)
-    list.also.push_back({.id = first_id + tag, .size_m = size_m, .T_tag_extra = {}});
+    list.extra.push_back({.id = first_id + tag, .size_m = size_m, .T_tag_extra = {}});
   return list;
 }
 

@@ -42,7 +42,7 @@ capture::Picture read_any_picture(const fs::path& file) {
   } catch (const cv::Exception&) {
     // too large to be decoded: as if it could not be
   }
-  if (bgr.empty() || bgr.cols > capture::kLargestSide || bgr.rows > capture::kLargestSide)
+  if (bgr.empty() || bgr.cols > capture::kMaxSide_px || bgr.rows > capture::kMaxSide_px)
     throw capture::InputError(file.string() +
                               ": found no picture that can be decoded, allowed: PNG, JPEG, TIFF or BMP");
   capture::Picture picture;

@@ -49,7 +49,7 @@ capture::Tag tags_of(const capture::Session& session) {
   tag.family = session.tag.family;
   tag.id = session.lamps.front().tag_id;
   for (std::size_t i = 1; i < session.lamps.size(); ++i)
-    tag.also.push_back({.id = session.lamps[i].tag_id, .size_m = session.lamps[i].tag_size_m, .T_tag_extra = {}});
+    tag.extra.push_back({.id = session.lamps[i].tag_id, .size_m = session.lamps[i].tag_size_m, .T_tag_extra = {}});
   return tag;
 }
 

@@ -51,7 +51,7 @@ struct PoseStage::State {
       : camera(camera_in), search(tag, camera_in), carry(camera_in) {
     places.emplace_back();
     tags.push_back({tag.id, TagPoseEstimator(search.pattern(0), tag.size_m, camera, response), {tag.id, tag.size_m}});
-    for (const capture::ExtraTag& also : tag.also) {
+    for (const capture::ExtraTag& also : tag.extra) {
       places.emplace_back(also.T_tag_extra);
       tags.push_back({also.id,
                       TagPoseEstimator(search.pattern(tags.size()), also.size_m, camera, response),

@@ -71,7 +71,7 @@ bool TagPattern::white_at(int column, int row) const {
 
 struct TagFinder::Detector {
   explicit Detector(const capture::Tag& tag) : family_functions(family_named(tag.family)), ids{tag.id} {
-    for (const capture::ExtraTag& also : tag.also) ids.push_back(also.id);
+    for (const capture::ExtraTag& extra : tag.extra) ids.push_back(extra.id);
     family = family_functions.create();
     for (const int id : ids) {
       if (id >= 0 && id < static_cast<int>(family->ncodes)) continue;

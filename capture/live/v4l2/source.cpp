@@ -76,7 +76,7 @@ class V4l2Source::Camera {
 
   const std::string& fault() const { return trouble_.empty() ? stream_->fault() : trouble_; }
   bool on_host_clock() const { return monotonic_; }
-  bool bracket_goes_on() const {
+  bool bracket_incomplete() const {
     return !ready_.empty();
   }  // a bracket is made ready as a whole, and nothing else waits
 
@@ -188,7 +188,7 @@ bool V4l2Source::finished() const { return !camera_->fault().empty(); }
 
 std::string V4l2Source::fault() const { return camera_->fault(); }
 
-bool V4l2Source::bracket_goes_on() const { return camera_->bracket_goes_on(); }
+bool V4l2Source::bracket_incomplete() const { return camera_->bracket_incomplete(); }
 
 bool V4l2Source::on_host_clock() const { return camera_->on_host_clock(); }
 

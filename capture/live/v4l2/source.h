@@ -28,7 +28,7 @@ class V4l2Source : public Source {
   void rewind() override {}
   std::string fault() const override;
   bool on_host_clock() const override;
-  bool bracket_goes_on() const override;
+  bool bracket_incomplete() const override;
 
  private:
   class Camera;

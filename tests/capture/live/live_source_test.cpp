@@ -63,7 +63,7 @@ class MadeUpCamera : public Source {
   void rewind() override {}
   std::string fault() const override { return switches_.unplugged ? "somebody pulled the plug" : ""; }
   bool on_host_clock() const override { return switches_.host_clock; }
-  bool bracket_goes_on() const override { return sequence_ % switches_.bracket != 0; }
+  bool bracket_incomplete() const override { return sequence_ % switches_.bracket != 0; }
 
  private:
   Switches& switches_;

@@ -153,25 +153,52 @@ TEST_F(SessionFile, EveryKeyArrives) {
   EXPECT_EQ(s.real_surfaces[0].base_color, Eigen::Vector3f(0.6f, 0.5f, 0.4f));
 }
 
-TEST_F(SessionFile, TagsMayHangBesideTheFirst) {
-  const std::string also = R"([[tag.also]]
+constexpr const char* kExtraTags = R"([[tag.extra]]
 id = 7
 size_m = 0.08
-T_tag_also = [[0, -1, 0, 0.5], [1, 0, 0, 0], [0, 0, 1, 0.1], [0, 0, 0, 1]]
-[[tag.also]]
+T_tag_extra = [[0, -1, 0, 0.5], [1, 0, 0, 0], [0, 0, 1, 0.1], [0, 0, 0, 1]]
+[[tag.extra]]
 id = )";
-  std::ofstream(folder_ / "session.toml") << kWhole + also + "9\n";
+
+TEST_F(SessionFile, ExtraTags) {
+  const std::string extra = kExtraTags;
+  std::ofstream(folder_ / "session.toml") << kWhole + extra + "9\n";
   const Session s = read();
-  ASSERT_EQ(s.tag.also.size(), 2u);
-  EXPECT_EQ(s.tag.also[0].id, 7);
-  EXPECT_EQ(s.tag.also[0].size_m, 0.08);
-  ASSERT_TRUE(s.tag.also[0].T_tag_extra);
-  EXPECT_EQ(s.tag.also[0].T_tag_extra->translation(), Eigen::Vector3d(0.5, 0, 0.1));
-  EXPECT_EQ(s.tag.also[1].size_m, 0.16) << "as the first where not given";
-  EXPECT_FALSE(s.tag.also[1].T_tag_extra);
-  EXPECT_NE(error_with("specular = 1.0\n", "specular = 1.0\n" + also + "7\n").find("id: found 7 twice"),
+  ASSERT_EQ(s.tag.extra.size(), 2u);
+  EXPECT_EQ(s.tag.extra[0].id, 7);
+  EXPECT_EQ(s.tag.extra[0].size_m, 0.08);
+  ASSERT_TRUE(s.tag.extra[0].T_tag_extra);
+  EXPECT_EQ(s.tag.extra[0].T_tag_extra->translation(), Eigen::Vector3d(0.5, 0, 0.1));
+  EXPECT_EQ(s.tag.extra[1].size_m, 0.16) << "default: size of the first tag";
+  EXPECT_FALSE(s.tag.extra[1].T_tag_extra);
+  EXPECT_NE(error_with("specular = 1.0\n", "specular = 1.0\n" + extra + "7\n").find("id: found 7 twice"),
             std::string::npos);
-  EXPECT_NE(error_with("specular = 1.0\n", "specular = 1.0\n" + also + "2\n").find("id: found 2 twice"),
+  EXPECT_NE(error_with("specular = 1.0\n", "specular = 1.0\n" + extra + "2\n").find("id: found 2 twice"),
+            std::string::npos);
+}
+
+TEST_F(SessionFile, FormerNamesOfExtraTagsAreReadWithOneWarningEach) {
+  const auto with_former_names = [](std::string text) {
+    for (std::size_t at = 0; (at = text.find("extra", at)) != std::string::npos;) {
+      text.replace(at, std::string("extra").size(), "also");
+    }
+    return text;
+  };
+  const ConfigTable root = ConfigTable::parse(kWhole + with_former_names(kExtraTags) +
+                                                  "9\nT_tag_also = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], "
+                                                  "[0, 0, 0, 1]]\n",
+                                              (folder_ / "session.toml").string());
+  const Session s = read_session(root);
+  root.finish();
+  ASSERT_EQ(s.tag.extra.size(), 2u);
+  EXPECT_EQ(s.tag.extra[0].id, 7);
+  EXPECT_TRUE(s.tag.extra[0].T_tag_extra && s.tag.extra[1].T_tag_extra);
+  ASSERT_EQ(root.warnings().size(), 2u);
+  EXPECT_NE(root.warnings()[0].find("tag.also: is now named extra"), std::string::npos) << root.warnings()[0];
+  EXPECT_NE(root.warnings()[1].find("tag.also.0.T_tag_also: is now named T_tag_extra"), std::string::npos)
+      << root.warnings()[1];
+  EXPECT_NE(error_with("specular = 1.0\n", "specular = 1.0\n[[tag.also]]\nid = 5\n[[tag.extra]]\nid = 6\n")
+                .find("tag.also: found it together with its new name extra"),
             std::string::npos);
 }
 

@@ -37,8 +37,8 @@ TEST(CalibrateBoard, SaysWhereItsPointsAre) {
   EXPECT_TRUE(tags.extent_m().isApprox(Eigen::Vector2d(0.14, 0.09)));
   const capture::Tag list = tags.tag_list();
   EXPECT_EQ(list.id, 7);
-  ASSERT_EQ(list.also.size(), 5u);
-  EXPECT_EQ(list.also.back().id, 12);
+  ASSERT_EQ(list.extra.size(), 5u);
+  EXPECT_EQ(list.extra.back().id, 12);
 
   const Board chess = board_of("kind = \"chessboard\"\nrows = 4\ncolumns = 5\nsize_m = 0.03");
   EXPECT_TRUE(chess.place_m(0).isApprox(Eigen::Vector3d(-0.06, 0.045, 0)));

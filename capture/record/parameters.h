@@ -1,0 +1,15 @@
+#pragma once
+// Numbers of the recorder. All were chosen by hand.
+#include <cstddef>
+
+namespace lumigraft::capture {
+
+struct RecordParameters {
+  std::size_t queue_frames = 64;  ///< per stream, waiting to be written: two seconds at 30 Hz for a disk that stalls
+  int background_niceness = 10;   ///< of the writers beside live rendering, which must not lose time to them
+  int compression_niceness = 19;  ///< of compressing depth after a recording: the lowest priority there is
+};
+
+inline constexpr RecordParameters kRecordParameters{};
+
+}  // namespace lumigraft::capture
