@@ -21,29 +21,29 @@ struct Stamp {
 
 /// A colour or fish-eye frame. Exactly one of `encoded` and `radiance` is filled.
 struct Picture {
-  Stamp stamp;
+  Stamp stamp = {};
   Stream stream = Stream::color;
-  double exposure = 1.0;        ///< radiance 1/exposure (W/sr/m² per channel) has linear value 1.0; for `encoded` only
-  Image<std::uint8_t> encoded;  ///< 8-bit R G B, encoded by the camera's response
-  Image<float> radiance;        ///< linear sRGB radiance, W/sr/m² per channel, R G B
+  double exposure = 1.0;  ///< radiance 1/exposure (W/sr/m² per channel) has linear value 1.0; for `encoded` only
+  Image<std::uint8_t> encoded = {};  ///< 8-bit R G B, encoded by the camera's response
+  Image<float> radiance = {};        ///< linear sRGB radiance, W/sr/m² per channel, R G B
   /// The camera's own pixel format, from which `encoded` was converted; null if the camera delivers RGB.
   std::shared_ptr<const CameraPicture> original = nullptr;
 };
 
-/// Depth along the colour camera's z axis, registered to the colour camera's pixels.
+/// Depth along the colour camera's z axis, on the colour camera's pixels (registration is done in capture).
 struct DepthPicture {
   Stamp stamp;
   Image<float> depth_m;  ///< 1 channel; 0 = no measurement
 };
 
-/// One colour frame with the depth and fish-eye frames paired to it. Depth and fish-eye may be missing.
+/// Everything that belongs to one colour frame. Colour is always there; depth and fish-eye may be missing.
 struct FrameSet {
-  std::uint64_t index = 0;   ///< number of the colour frame from 0, skipped frames included
-  std::int64_t time_ns = 0;  ///< device time of the colour frame
+  std::uint64_t index = 0;   ///< 0, 1, 2 ... of the colour stream, counting skipped frames too
+  std::int64_t time_ns = 0;  ///< the colour picture's device time
   std::shared_ptr<const Picture> color;
   std::shared_ptr<const DepthPicture> depth;
-  std::vector<std::shared_ptr<const Picture>> fisheye;  ///< one frame, or the exposures of one bracket
-  std::vector<std::string> warnings;                    ///< faults of this frame, one line each
+  std::vector<std::shared_ptr<const Picture>> fisheye;  ///< one picture, or the exposures of one bracket
+  std::vector<std::string> warnings;                    ///< what went wrong with this frame, one line each
 };
 
 }  // namespace lumigraft::capture

@@ -7,9 +7,7 @@ const Stamp& stamp_of(const SourceItem& item) {
 }
 
 Stream stream_of(const SourceItem& item) {
-  if (const auto* picture = std::get_if<Picture>(&item)) {
-    return picture->stream;
-  }
+  if (const auto* picture = std::get_if<Picture>(&item)) return picture->stream;
   const auto* lost = std::get_if<LostPicture>(&item);
   return lost != nullptr ? lost->stream : Stream::depth;
 }

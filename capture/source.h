@@ -14,13 +14,13 @@
 
 namespace lumigraft::capture {
 
-/// Depth on the sensor's own pixels, before registration to colour.
+/// Depth as the sensor gave it, before registration to colour.
 struct RawDepth {
   Stamp stamp;
   Image<std::uint16_t> counts;  ///< 0 = no measurement
 };
 
-/// A frame that was lost or damaged. It keeps its time and sequence number, so that pairing and counting stay correct.
+/// A picture that could not be had: its place in the stream is kept, so pairing and counting stay right.
 struct LostPicture {
   Stamp stamp;
   Stream stream = Stream::color;
@@ -53,7 +53,7 @@ class Source {
   virtual bool bracket_incomplete() const { return false; }
 };
 
-/// Delivers FrameSets in time order: depth registered to colour, streams paired by timestamp.
+/// FrameSets in order: opens the session's sources, registers depth to colour, pairs by timestamp.
 class FrameReader {
  public:
   virtual ~FrameReader() = default;
@@ -66,8 +66,7 @@ class FrameReader {
   virtual std::vector<std::string> troubles() const { return {}; }
 };
 
-/// Opens and checks every source of the session. Contradictory or missing files throw InputError here, before the first
-/// frame.
+/// Opens and checks every source; contradictory or missing files throw InputError here, before the first frame.
 std::unique_ptr<FrameReader> open_frames(const Session& session);
 
 }  // namespace lumigraft::capture

@@ -29,12 +29,8 @@ bool positive_on(const std::array<double, 5>& c, double end) {
     }
   }
   const auto decide = [](const auto& self, std::array<double, 5> b, int depth) -> bool {
-    if (!(b[0] > 0) || !(b[4] > 0)) {
-      return false;
-    }
-    if (b[1] > 0 && b[2] > 0 && b[3] > 0) {
-      return true;
-    }
+    if (!(b[0] > 0) || !(b[4] > 0)) return false;
+    if (b[1] > 0 && b[2] > 0 && b[3] > 0) return true;
     if (depth == 0) {
       return false;  // a double root up to rounding
     }
@@ -85,14 +81,10 @@ std::optional<Vector2d> newton(const std::array<double, 5>& d, const Vector2d& t
     Eigen::Matrix2d jacobian;
     const Vector2d error = distort(d, p, &jacobian) - target;
     const double determinant = jacobian.determinant();
-    if (!std::isfinite(determinant) || determinant == 0) {
-      return std::nullopt;
-    }
+    if (!std::isfinite(determinant) || determinant == 0) return std::nullopt;
     const Vector2d step = jacobian.inverse() * error;
     p -= step;
-    if (step.norm() <= 1e-15 * (1.0 + p.norm())) {
-      break;
-    }
+    if (step.norm() <= 1e-15 * (1.0 + p.norm())) break;
   }
   const double residual = (distort(d, p, nullptr) - target).norm();
   const bool solved = residual <= 1e-13 * (1.0 + target.norm()) && before_fold(d, p);
@@ -100,12 +92,8 @@ std::optional<Vector2d> newton(const std::array<double, 5>& d, const Vector2d& t
 }
 
 std::optional<Vector2d> undistort(const std::array<double, 5>& d, const Vector2d& target) {
-  if (undistorted(d)) {
-    return target;
-  }
-  if (auto p = newton(d, target, target)) {
-    return p;
-  }
+  if (undistorted(d)) return target;
+  if (auto p = newton(d, target, target)) return p;
   // Strong distortion: start from the solution of the radial part alone, found by bisection before the fold.
   const double radius = target.norm();
   const auto below = [&](double r) {
@@ -126,9 +114,7 @@ std::optional<Vector2d> undistort(const std::array<double, 5>& d, const Vector2d
 // ---- fish-eye: radius in units of the focal length as a function of the angle from the axis ----
 
 double fisheye_radius(const CameraModel& m, double theta) {
-  if (m.kind == CameraModel::Kind::equidistant) {
-    return theta;
-  }
+  if (m.kind == CameraModel::Kind::equidistant) return theta;
   const double s = theta * theta;
   return theta * (1.0 + s * (m.k[0] + s * (m.k[1] + s * (m.k[2] + s * m.k[3]))));
 }
@@ -142,9 +128,7 @@ bool before_fisheye_fold(const CameraModel& m, double theta) {
 }
 
 std::optional<double> fisheye_angle(const CameraModel& m, double radius) {
-  if (m.kind == CameraModel::Kind::equidistant) {
-    return radius <= kPi ? std::optional<double>(radius) : std::nullopt;
-  }
+  if (m.kind == CameraModel::Kind::equidistant) return radius <= kPi ? std::optional<double>(radius) : std::nullopt;
   // Safeguarded Newton: [low, high] always contains the solution, if there is one before the fold.
   const std::array<double, 5> slope = fisheye_slope(m);
   double low = 0.0;
@@ -153,9 +137,7 @@ std::optional<double> fisheye_angle(const CameraModel& m, double radius) {
   for (int i = 0; i < 100; ++i) {
     const double error = fisheye_radius(m, theta) - radius;
     const bool unfolded = before_fisheye_fold(m, theta);
-    if (unfolded && std::abs(error) <= 1e-15 * (1.0 + radius)) {
-      break;
-    }
+    if (unfolded && std::abs(error) <= 1e-15 * (1.0 + radius)) break;
     (unfolded && error < 0 ? low : high) = theta;
     const double s = theta * theta;
     const double derivative = slope[0] + s * (slope[1] + s * (slope[2] + s * (slope[3] + s * slope[4])));
@@ -173,18 +155,14 @@ double half_field_rad(const CameraModel& m) {
 /// As CameraModel::unproject, but also beyond the field of view.
 std::optional<Vector3d> unproject_unlimited(const CameraModel& m, const Vector2d& pixel) {
   const Vector2d p((pixel.x() - m.cx) / m.fx, (pixel.y() - m.cy) / m.fy);
-  if (!p.allFinite()) {
-    return std::nullopt;
-  }
+  if (!p.allFinite()) return std::nullopt;
   if (m.kind == CameraModel::Kind::pinhole) {
     const std::optional<Vector2d> q = undistort(m.distortion, p);
     return q ? std::optional<Vector3d>(Vector3d(q->x(), q->y(), 1.0).normalized()) : std::nullopt;
   }
   const double radius = p.norm();
   const std::optional<double> theta = fisheye_angle(m, radius);
-  if (!theta) {
-    return std::nullopt;
-  }
+  if (!theta) return std::nullopt;
   const double scale = radius > 0 ? std::sin(*theta) / radius : 1.0;
   return Vector3d(p.x() * scale, p.y() * scale, std::cos(*theta)).normalized();
 }
@@ -216,20 +194,12 @@ double cell_sr(const CameraModel& m, const Vector2d& centre, double size) {
 }  // namespace
 
 std::optional<Eigen::Vector2d> CameraModel::project(const Eigen::Vector3d& direction) const {
-  if (!direction.allFinite()) {
-    return std::nullopt;
-  }
+  if (!direction.allFinite()) return std::nullopt;
   if (kind == Kind::pinhole) {
-    if (!(direction.z() > 0)) {
-      return std::nullopt;
-    }
+    if (!(direction.z() > 0)) return std::nullopt;
     const Vector2d p(direction.x() / direction.z(), direction.y() / direction.z());
-    if (undistorted(distortion)) {
-      return Vector2d(fx * p.x() + cx, fy * p.y() + cy);
-    }
-    if (!p.allFinite() || !before_fold(distortion, p)) {
-      return std::nullopt;
-    }
+    if (undistorted(distortion)) return Vector2d(fx * p.x() + cx, fy * p.y() + cy);
+    if (!p.allFinite() || !before_fold(distortion, p)) return std::nullopt;
     const Vector2d q = distort(distortion, p, nullptr);
     return Vector2d(fx * q.x() + cx, fy * q.y() + cy);
   }
@@ -238,9 +208,7 @@ std::optional<Eigen::Vector2d> CameraModel::project(const Eigen::Vector3d& direc
     return direction.z() > 0 ? std::optional<Vector2d>(Vector2d(cx, cy)) : std::nullopt;
   }
   const double theta = std::atan2(off_axis, direction.z());
-  if (theta > half_field_rad(*this) || !before_fisheye_fold(*this, theta)) {
-    return std::nullopt;
-  }
+  if (theta > half_field_rad(*this) || !before_fisheye_fold(*this, theta)) return std::nullopt;
   const double radius = fisheye_radius(*this, theta);
   return Vector2d(cx + fx * radius * direction.x() / off_axis, cy + fy * radius * direction.y() / off_axis);
 }
@@ -256,9 +224,7 @@ double CameraModel::solid_angle_sr(int u, int v) const {
   const auto b = unproject(centre + Vector2d(0.5, -0.5));
   const auto c = unproject(centre + Vector2d(0.5, 0.5));
   const auto d = unproject(centre + Vector2d(-0.5, 0.5));
-  if (a && b && c && d) {
-    return quad_sr(*a, *b, *c, *d);
-  }
+  if (a && b && c && d) return quad_sr(*a, *b, *c, *d);
   if (!a && !b && !c && !d && !unproject(centre)) {
     return 0.0;  // neglects a field of view that only touches an edge of the pixel
   }

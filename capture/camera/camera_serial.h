@@ -10,9 +10,7 @@ namespace lumigraft::capture {
 /// makes from vendor, model and serial number. Empty if the URI names a bus, port or node, any camera, or a recording.
 inline std::string serial_in(const std::string& source) {
   const std::string name = source.substr(source.find(':') + 1);
-  if (source.starts_with("aravis:")) {
-    return name;
-  }
+  if (source.starts_with("aravis:")) return name;
   const std::string node = name.substr(name.rfind('/') + 1);
   const bool by_id = node.starts_with("usb-") && node.find("-video-index") != std::string::npos;
   return source.starts_with("v4l2:") && by_id ? node : "";

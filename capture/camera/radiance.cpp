@@ -51,9 +51,7 @@ std::array<std::array<double, 256>, 3> weights_of(const Response& response, doub
 }  // namespace
 
 RadiancePicture to_radiance(const Picture& picture, const Response& response) {
-  if (!picture.radiance.empty()) {
-    return pass_through(picture);
-  }
+  if (!picture.radiance.empty()) return pass_through(picture);
   RadiancePicture out;
   const Image<std::uint8_t>& codes = picture.encoded;
   out.radiance = Image<float>(codes.width, codes.height, 3);
@@ -76,14 +74,10 @@ RadiancePicture to_radiance(const Picture& picture, const Response& response) {
 }
 
 RadiancePicture merge_bracket(const std::vector<std::shared_ptr<const Picture>>& pictures, const Response& response) {
-  if (pictures.empty()) {
-    return {};
-  }
+  if (pictures.empty()) return {};
   std::vector<std::shared_ptr<const Picture>> sorted;  // shortest exposure first
   for (const auto& picture : pictures) {
-    if (!picture->radiance.empty() || pictures.size() == 1) {
-      return to_radiance(*picture, response);
-    }
+    if (!picture->radiance.empty() || pictures.size() == 1) return to_radiance(*picture, response);
     sorted.push_back(picture);
   }
   std::stable_sort(sorted.begin(), sorted.end(),

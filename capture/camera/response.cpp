@@ -13,9 +13,7 @@ float srgb_to_linear(float encoded) {
 }
 
 float linear_to_srgb(float linear) {
-  if (!(linear > 0.0f)) {
-    return 0.0f;
-  }
+  if (!(linear > 0.0f)) return 0.0f;
   return linear >= 1.0f         ? 1.0f
          : linear <= 0.0031308f ? 12.92f * linear
                                 : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
@@ -65,9 +63,7 @@ Response Response::from_file(const std::filesystem::path& path) {
     if (fields >> rest) {
       refuse("text that is no number");
     }
-    if (values.empty()) {
-      continue;
-    }
+    if (values.empty()) continue;
     if ((values.size() != 1 && values.size() != 3) || code == 256) {
       refuse(code == 256 ? "a 257th line" : std::to_string(values.size()) + " numbers");
     }

@@ -10,9 +10,7 @@ double Vignetting::transmission(double angle_rad) const {
 }
 
 Image<float> vignetting_gain(const Vignetting& vignetting, const CameraModel& camera) {
-  if (vignetting.none()) {
-    return {};
-  }
+  if (vignetting.none()) return {};
   Image<float> gain(camera.width, camera.height, 1, 1.0f);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {

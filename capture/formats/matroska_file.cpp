@@ -177,9 +177,7 @@ void MatroskaFile::write(const std::vector<std::span<const std::uint8_t>>& piece
   }
   for (std::int64_t done = 0; done < size;) {
     const ssize_t written = writev(descriptor_, left.data(), static_cast<int>(left.size()));
-    if (written < 0 && errno == EINTR) {
-      continue;
-    }
+    if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const int why = written < 0 ? errno : ENOSPC;
       // Readers accept an incomplete end too, for programs that are killed; where possible it is removed.

@@ -52,9 +52,7 @@ class ElementReader {
     });
     const std::optional<FrameTimes> frames = all && last ? frames_of(*last) : std::nullopt;
     constexpr auto kLatest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-    if (!frames || scale == 0 || frames->newest > kLatest / scale) {
-      return std::nullopt;
-    }
+    if (!frames || scale == 0 || frames->newest > kLatest / scale) return std::nullopt;
     return static_cast<std::int64_t>(frames->newest * scale);
   }
 
@@ -62,9 +60,7 @@ class ElementReader {
     std::vector<MatroskaCluster> out;
     std::uint64_t before = 0, newest = 0;
     const bool all = for_each_top_level([&](const Element& element, std::uint64_t at) {
-      if (element.id != kCluster) {
-        return true;
-      }
+      if (element.id != kCluster) return true;
       const std::optional<FrameTimes> frames = frames_of(element);
       constexpr auto kLatest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
       if (!frames || frames->oldest > frames->newest || frames->newest > kLatest ||
@@ -94,19 +90,13 @@ class ElementReader {
   bool for_each_top_level(const Action& action) {
     for (std::uint64_t at = 0; at < length_;) {
       const std::optional<Element> element = read(at, length_);
-      if (!element) {
-        return true;
-      }
+      if (!element) return true;
       if (element->id == kSegment) {
         at = element->begin;
         continue;
       }
-      if (element->size == kUnknown) {
-        return false;
-      }
-      if (!action(*element, at)) {
-        return true;
-      }
+      if (element->size == kUnknown) return false;
+      if (!action(*element, at)) return true;
       at = element->end();
     }
     return true;
@@ -119,15 +109,11 @@ class ElementReader {
     while (length <= max_length && (first & (0x100 >> length)) == 0) {
       ++length;
     }
-    if (first < 0 || length > max_length) {
-      return std::nullopt;
-    }
+    if (first < 0 || length > max_length) return std::nullopt;
     std::uint64_t value = static_cast<std::uint64_t>(keep_marker ? first : first & (0xFF >> length));
     for (int i = 1; i < length; ++i) {
       const int next = in_.get();
-      if (next < 0) {
-        return std::nullopt;
-      }
+      if (next < 0) return std::nullopt;
       value = value << 8 | static_cast<std::uint64_t>(next);
     }
     const bool all_ones = value == (std::uint64_t{1} << (7 * length)) - 1;
@@ -137,16 +123,12 @@ class ElementReader {
   /// The header of the element at `at`. Empty if the element does not end within `limit`, or after too many elements.
   std::optional<Element> read(std::uint64_t at, std::uint64_t limit) {
     constexpr int kMaxElements = 4'000'000;  // a day of frames; bounds the time that a hostile file takes
-    if (++elements_ > kMaxElements) {
-      return std::nullopt;
-    }
+    if (++elements_ > kMaxElements) return std::nullopt;
     in_.clear();
     in_.seekg(static_cast<std::streamoff>(at));
     const auto id = read_vint(4, true);
     const auto size = id ? read_vint(8, false) : std::nullopt;
-    if (!size) {
-      return std::nullopt;
-    }
+    if (!size) return std::nullopt;
     const Element element{*id, static_cast<std::uint64_t>(in_.tellg()), *size};
     if (element.begin > limit || (element.size != kUnknown && element.size > limit - element.begin)) {
       return element.id == kSegment ? std::optional(element) : std::nullopt;  // a Segment may be cut short
@@ -158,9 +140,7 @@ class ElementReader {
   void for_each_child(const Element& parent, const Action& action) {
     for (std::uint64_t at = parent.begin; at < parent.end();) {
       const std::optional<Element> child = read(at, parent.end());
-      if (!child || child->size == kUnknown) {
-        return;
-      }
+      if (!child || child->size == kUnknown) return;
       action(*child);
       at = child->end();
     }
@@ -219,9 +199,7 @@ class ElementReader {
         }
       }
     });
-    if (!time) {
-      return std::nullopt;
-    }
+    if (!time) return std::nullopt;
     out.oldest = *time + static_cast<std::uint64_t>(min_after);
     out.newest = *time + static_cast<std::uint64_t>(max_after);
     return out;

@@ -32,15 +32,9 @@ PictureHeader read_picture_header(const std::filesystem::path& path) {
   std::vector<std::uint8_t> start(4096);
   in.read(reinterpret_cast<char*>(start.data()), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(in.gcount()));
-  if (is_png(start)) {
-    return png_header(start);
-  }
-  if (is_exr(start)) {
-    return exr_header(path);
-  }
-  if (is_hdr(start)) {
-    return hdr_header(start);
-  }
+  if (is_png(start)) return png_header(start);
+  if (is_exr(start)) return exr_header(path);
+  if (is_hdr(start)) return hdr_header(start);
   throw InputError(std::string(start.empty() ? "found an empty file" : "found a file of another kind") +
                    ", allowed: PNG, OpenEXR or Radiance HDR");
 }

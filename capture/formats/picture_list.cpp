@@ -16,17 +16,11 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
   const std::string_view whole = text.substr(0, dot);
   std::string_view fraction = dot == std::string_view::npos ? std::string_view() : text.substr(dot + 1);
   std::int64_t time_ns = 0;
-  if (whole.empty() || whole.size() > 10) {
-    return std::nullopt;
-  }
+  if (whole.empty() || whole.size() > 10) return std::nullopt;
   fraction = fraction.substr(0, fraction.find_first_not_of("0123456789") == std::string_view::npos ? 9 : 0);
-  if (dot != std::string_view::npos && fraction.empty()) {
-    return std::nullopt;
-  }
+  if (dot != std::string_view::npos && fraction.empty()) return std::nullopt;
   for (const char c : whole) {
-    if (c < '0' || c > '9') {
-      return std::nullopt;
-    }
+    if (c < '0' || c > '9') return std::nullopt;
     time_ns = time_ns * 10 + (c - '0');
   }
   if (time_ns >= 4'000'000'000) {  // the year 2096
@@ -59,9 +53,7 @@ std::vector<ListedPicture> read_picture_list(const std::filesystem::path& list, 
     for (std::string word; fields >> word;) {
       words.push_back(word);
     }
-    if (words.empty() || words[0][0] == '#') {
-      continue;
-    }
+    if (words.empty() || words[0][0] == '#') continue;
     if (words.size() < 2 || words.size() > (rules.exposures ? 3u : 2u)) {
       refuse(std::to_string(words.size()) + " columns", allowed);
     }

@@ -4,6 +4,7 @@ extern "C" {
 #include <libavutil/imgutils.h>
 }
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -30,12 +31,8 @@ constexpr std::array<FormatInfo, 10> kFormats = {{{PixelFormat::rgb8, AV_PIX_FMT
                                                   {PixelFormat::nv12, AV_PIX_FMT_NV12}}};
 
 const FormatInfo* find(PixelFormat format) {
-  for (const FormatInfo& info : kFormats) {
-    if (info.format == format) {
-      return &info;
-    }
-  }
-  return nullptr;
+  const auto* found = std::ranges::find(kFormats, format, &FormatInfo::format);
+  return found != kFormats.end() ? found : nullptr;
 }
 
 bool is_bayer(PixelFormat format) {
@@ -59,9 +56,7 @@ std::optional<std::size_t> bytes_of(PixelFormat format, int width, int height) {
   const FormatInfo* info = find(format);
   const bool pairs = is_bayer(format) || format == PixelFormat::nv12;  // width and height must be even
   const bool odd = (width % 2 != 0 && (pairs || format == PixelFormat::yuyv)) || (height % 2 != 0 && pairs);
-  if (info == nullptr || odd || width <= 0 || height <= 0) {
-    return std::nullopt;
-  }
+  if (info == nullptr || odd || width <= 0 || height <= 0) return std::nullopt;
   const int size = av_image_get_buffer_size(info->libav, width, height, 1);
   return size > 0 ? std::optional(static_cast<std::size_t>(size)) : std::nullopt;
 }
@@ -80,13 +75,21 @@ std::vector<std::uint8_t> without_padding(PixelFormat format, int width, int hei
                                           std::span<const std::uint8_t> bytes) {
   const std::size_t size = bytes_of(format, width, height).value_or(0);
   const std::size_t row = format == PixelFormat::nv12 ? static_cast<std::size_t>(width) : size / height;
-  if (size == 0 || row_bytes < row || bytes.size() < (size / row - 1) * row_bytes + row) {
-    return {};
-  }
+  if (size == 0 || row_bytes < row || bytes.size() < (size / row - 1) * row_bytes + row) return {};
   std::vector<std::uint8_t> out(size);
   for (std::size_t y = 0; y < size / row; ++y) {
     std::memcpy(&out[y * row], &bytes[y * row_bytes], row);
   }
+  return out;
+}
+
+std::vector<std::uint8_t> nv12_without_padding(int width, int height, const std::array<std::size_t, 2>& row_bytes,
+                                               const std::array<std::span<const std::uint8_t>, 2>& planes) {
+  // Rows of both planes have as many bytes as grey rows; chroma has half as many rows.
+  auto out = without_padding(PixelFormat::grey8, width, height, row_bytes[0], planes[0]);
+  const auto chroma = without_padding(PixelFormat::grey8, width, height / 2, row_bytes[1], planes[1]);
+  if (out.empty() || chroma.empty()) return {};
+  out.insert(out.end(), chroma.begin(), chroma.end());
   return out;
 }
 
@@ -105,9 +108,7 @@ class PixelConverter::Libav {
     if (!decoder_) {
       const AVCodec* codec = avcodec_find_decoder(AV_CODEC_ID_MJPEG);
       decoder_.reset(codec != nullptr ? avcodec_alloc_context3(codec) : nullptr);
-      if (!decoder_) {
-        return std::nullopt;
-      }
+      if (!decoder_) return std::nullopt;
       av_log_set_level(AV_LOG_QUIET);
       decoder_->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
       decoder_->thread_count = 1;
@@ -116,9 +117,7 @@ class PixelConverter::Libav {
         return std::nullopt;
       }
     }
-    if (bytes.empty() || av_new_packet(packet_.get(), static_cast<int>(bytes.size())) < 0) {
-      return std::nullopt;
-    }
+    if (bytes.empty() || av_new_packet(packet_.get(), static_cast<int>(bytes.size())) < 0) return std::nullopt;
     std::memcpy(packet_->data, bytes.data(), bytes.size());
     const bool decoded = avcodec_send_packet(decoder_.get(), packet_.get()) >= 0 &&
                          avcodec_receive_frame(decoder_.get(), decoded_.get()) >= 0;
@@ -149,13 +148,9 @@ PixelConverter::~PixelConverter() = default;
 
 std::optional<Image<std::uint8_t>> PixelConverter::to_rgb(PixelFormat format, int width, int height,
                                                           std::span<const std::uint8_t> bytes) {
-  if (format == PixelFormat::mjpeg) {
-    return libav_->jpeg(width, height, bytes);
-  }
+  if (format == PixelFormat::mjpeg) return libav_->jpeg(width, height, bytes);
   const std::optional<std::size_t> size = bytes_of(format, width, height);
-  if (!size || bytes.size() < *size) {
-    return std::nullopt;
-  }
+  if (!size || bytes.size() < *size) return std::nullopt;
   if (format == PixelFormat::rgb8) {
     Image<std::uint8_t> rgb(width, height, 3);
     std::memcpy(rgb.data.data(), bytes.data(), *size);

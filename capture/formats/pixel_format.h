@@ -56,6 +56,10 @@ std::optional<std::size_t> bytes_of(PixelFormat format, int width, int height);
 std::vector<std::uint8_t> without_padding(PixelFormat format, int width, int height, std::size_t row_bytes,
                                           std::span<const std::uint8_t> bytes);
 
+/// As without_padding, for nv12 with luma and chroma in separate memory.
+std::vector<std::uint8_t> nv12_without_padding(int width, int height, const std::array<std::size_t, 2>& row_bytes,
+                                               const std::array<std::span<const std::uint8_t>, 2>& planes);
+
 /// Converts frames to RGB; keeps libav's decoder and scaler from one frame to the next.
 class PixelConverter {
  public:

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "capture/formats/pixel_format.h"
 
 namespace lumigraft::capture {
@@ -23,43 +25,34 @@ constexpr std::array<FormatInfo, 10> kFormats = {{
     {PixelFormat::nv12, "nv12", {'N', 'V', '1', '2'}},
 }};
 
-const FormatInfo* find(PixelFormat format) {
-  for (const FormatInfo& k : kFormats) {
-    if (k.format == format) {
-      return &k;
-    }
-  }
-  return nullptr;
+/// The first format whose member equals `value`; null if there is none.
+const FormatInfo* find(const auto& value, auto FormatInfo::*member) {
+  const auto* found = std::ranges::find(kFormats, value, member);
+  return found != kFormats.end() ? found : nullptr;
 }
 
 }  // namespace
 
 std::string_view name_of(PixelFormat format) {
-  const FormatInfo* k = find(format);
-  return k != nullptr ? k->name : "mjpeg";
+  const FormatInfo* info = find(format, &FormatInfo::format);
+  return info != nullptr ? info->name : "mjpeg";
 }
 
 std::optional<PixelFormat> pixel_format_named(std::string_view name) {
-  for (const FormatInfo& k : kFormats) {
-    if (k.name == name) {
-      return k.format;
-    }
-  }
-  return name == "mjpeg" ? std::optional(PixelFormat::mjpeg) : std::nullopt;
+  const FormatInfo* info = find(name, &FormatInfo::name);
+  return info != nullptr   ? std::optional(info->format)
+         : name == "mjpeg" ? std::optional(PixelFormat::mjpeg)
+                           : std::nullopt;
 }
 
 std::optional<std::array<char, 4>> fourcc_of(PixelFormat format) {
-  const FormatInfo* k = find(format);
-  return k != nullptr ? std::optional(k->fourcc) : std::nullopt;
+  const FormatInfo* info = find(format, &FormatInfo::format);
+  return info != nullptr ? std::optional(info->fourcc) : std::nullopt;
 }
 
 std::optional<PixelFormat> pixel_format_of(const std::array<char, 4>& fourcc) {
-  for (const FormatInfo& k : kFormats) {
-    if (k.fourcc == fourcc) {
-      return k.format;
-    }
-  }
-  return std::nullopt;
+  const FormatInfo* info = find(fourcc, &FormatInfo::fourcc);
+  return info != nullptr ? std::optional(info->format) : std::nullopt;
 }
 
 }  // namespace lumigraft::capture

@@ -30,9 +30,7 @@ void on_warning(png_structp, png_const_charp) {}
 /// Decodes into `rows`, which point to rows of `row_bytes` bytes. libpng leaves by longjmp, so no object in this
 /// function may have a destructor.
 bool decode(png_structp png, png_infop info, Bytes* bytes, std::uint8_t** rows, std::size_t row_bytes, bool rgb8) {
-  if (setjmp(png_jmpbuf(png)) != 0) {
-    return false;
-  }
+  if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_read_fn(png, bytes, read);
   png_read_info(png, info);
   if (rgb8) {
@@ -44,9 +42,7 @@ bool decode(png_structp png, png_infop info, Bytes* bytes, std::uint8_t** rows, 
   }
   png_set_interlace_handling(png);
   png_read_update_info(png, info);
-  if (png_get_rowbytes(png, info) != row_bytes) {
-    return false;
-  }
+  if (png_get_rowbytes(png, info) != row_bytes) return false;
   png_read_image(png, rows);
   png_read_end(png, nullptr);
   return true;

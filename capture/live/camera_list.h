@@ -1,5 +1,5 @@
 #pragma once
-// Which cameras are plugged in, with what they offer.
+// Lists the connected cameras with their formats, controls and inputs.
 #include <optional>
 #include <string>
 #include <vector>
@@ -7,15 +7,15 @@
 namespace lumigraft::capture {
 
 struct OfferedFormat {
-  std::string pixels;  ///< as `pixel_format` in a configuration; the camera's own word where that is none
+  std::string pixels;  ///< as `pixel_format` in a configuration; else the camera's own name for it
   int width = 0;
   int height = 0;
-  double rate_hz = 0.0;  ///< the highest; 0 where the camera does not say
+  double rate_hz = 0.0;  ///< the highest; 0 if unknown
 };
 
 struct OfferedControl {
   std::string name;
-  double low = 0.0;  ///< NaN where the camera does not say, as `high`
+  double low = 0.0;  ///< `low` and `high` are NaN if unknown
   double high = 0.0;
   double value = 0.0;
 };
@@ -23,24 +23,24 @@ struct OfferedControl {
 struct OfferedInput {
   std::string name;
   bool chosen = false;
-  std::string signal;  ///< at a digital one that is chosen: its size and rate, or what it lacks
+  std::string signal;  ///< of the chosen input if digital: frame size and rate, or the reason why there is none
 };
 
 struct CameraListing {
   std::string source;  ///< for `source = ` in a configuration
   std::string name;
-  std::vector<OfferedInput> inputs = {};  ///< of a frame grabber; empty where there is nothing to choose or to plug in
+  std::vector<OfferedInput> inputs = {};  ///< of a frame grabber; empty for cameras with one analog input
   std::vector<OfferedFormat> formats = {};
   std::vector<OfferedControl> controls = {};
-  std::string rejection_reason = {};            ///< why it cannot be looked into; empty where it can
-  std::vector<std::string> nodes = {};          ///< of the kernel that it is read from, where it is known
-  std::vector<std::string> same_hardware = {};  ///< sources of other libraries that are this camera too
+  std::string rejection_reason = {};            ///< why it cannot be opened; empty if it can
+  std::vector<std::string> nodes = {};          ///< its device nodes, if known
+  std::vector<std::string> same_hardware = {};  ///< sources of other libraries for the same camera
 };
 
-/// Says in each of them which others are read from the same nodes.
+/// Fills in `same_hardware`: cameras that share a device node.
 void find_same_hardware(std::vector<CameraListing>& cameras);
 
-/// Of every library, in the order openni2, v4l2, libcamera, aravis, with their same_hardware.
+/// Cameras of every library, in the order openni2, v4l2, libcamera, aravis, with `same_hardware`.
 std::vector<CameraListing> list_cameras();
 
 std::vector<CameraListing> list_openni_cameras();

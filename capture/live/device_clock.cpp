@@ -2,14 +2,16 @@
 
 #include <algorithm>
 
+#include "capture/live/parameters.h"
+
 namespace lumigraft::capture {
 
 std::int64_t DeviceClock::to_host(std::int64_t device_ns, std::int64_t host_ns) {
-  constexpr std::int64_t kWindow_ns = 1'000'000'000;  // 200 ppm drift by 0.4 ms in two of them
-  constexpr std::int64_t kJump_ns = 1'000'000'000;    // no picture is that late without its clock having been set
-  // The same picture once more: a window that begins between the two must not make another moment of it.
+  constexpr std::int64_t kWindow_ns = kLiveParameters.clock_window_ns;
+  constexpr std::int64_t kJump_ns = kLiveParameters.clock_jump_ns;
+  // The second stream of the same exposure: a window that begins between the two must not change the result.
   if (device_ns == last_device_ns_ && host_ns < last_arrival_ns_ + kWindow_ns) return last_host_ns_;
-  // Unsigned, since a device may say anything; differences wrap and come out right.
+  // Unsigned, since device times may have any value: differences wrap without undefined behaviour.
   const auto offset_ns =
       static_cast<std::int64_t>(static_cast<std::uint64_t>(host_ns) - static_cast<std::uint64_t>(device_ns));
   const std::int64_t known_ns = std::min(smallest_ns_, smallest_before_ns_);

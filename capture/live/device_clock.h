@@ -1,10 +1,10 @@
 #pragma once
-// A device's clock on this host's: cameras whose clocks have nothing in common are paired on the host's.
+// Converts device time to host time, so that cameras with unrelated clocks can be paired.
 //
-// A picture arrives some time after its moment, never before. The smallest (arrival - device time) of the last seconds
-// is therefore the clocks' offset plus the shortest way, which hardly changes, however much single arrivals jitter (the
-// lower envelope of Moon, Skelly and Towsley, "Estimation and removal of clock skew from network delay measurements",
-// 1999, in windows short enough to follow the drift of quartz).
+// A frame arrives after its time of exposure, with a delay that varies. The minimum of (arrival - device time) over the
+// last seconds is the offset of the clocks plus the smallest delay, which hardly changes even if single arrivals jitter
+// (lower envelope: Moon, Skelly and Towsley, "Estimation and removal of clock skew from network delay measurements",
+// 1999; in windows short enough to follow the drift of quartz clocks).
 #include <cstdint>
 #include <limits>
 
@@ -12,17 +12,17 @@ namespace lumigraft::capture {
 
 class DeviceClock {
  public:
-  /// The host's time of a picture that carries `device_ns` and arrived at `host_ns`; never after its arrival. A clock
-  /// that jumps is followed at once. What is told again within a second gets the same time again.
+  /// Host time of a frame with device time `device_ns` that arrived at `host_ns`; never after its arrival. A jump of
+  /// the device clock is followed at once. The same `device_ns` again within a second gives the same result.
   std::int64_t to_host(std::int64_t device_ns, std::int64_t host_ns);
 
  private:
   static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
   std::int64_t window_end_ns_ = std::numeric_limits<std::int64_t>::min();
-  std::int64_t smallest_ns_ = kNone;         ///< of this window
-  std::int64_t smallest_before_ns_ = kNone;  ///< of the one before
+  std::int64_t smallest_ns_ = kNone;         ///< offset, in the current window
+  std::int64_t smallest_before_ns_ = kNone;  ///< offset, in the previous window
   std::int64_t last_device_ns_ = 0, last_host_ns_ = 0;
-  std::int64_t last_arrival_ns_ = std::numeric_limits<std::int64_t>::min() / 2;  ///< of the last picture: long ago
+  std::int64_t last_arrival_ns_ = std::numeric_limits<std::int64_t>::min() / 2;  ///< initially long ago
 };
 
 }  // namespace lumigraft::capture

@@ -1,12 +1,12 @@
 #pragma once
-// Errors of a camera, with its source before them.
+// Adds a camera's source to its error messages.
 #include <string>
 
 #include "capture/error.h"
 
 namespace lumigraft::capture {
 
-/// What `open` returns; what it throws is of the same kind and begins with `source`.
+/// Returns the result of `open`. An error that it throws is thrown again as the same type, with `source` prepended.
 template <typename Open>
 auto with_error_context(const std::string& source, const Open& open) {
   try {

@@ -12,21 +12,22 @@
 #include <thread>
 
 #include "capture/error.h"
+#include "capture/live/parameters.h"
 
 namespace lumigraft::capture {
 
-HelperProcess::HelperProcess(const char* program, std::vector<std::string> words, int theirs, int as) {
+HelperProcess::HelperProcess(const char* program, std::vector<std::string> arguments, int descriptor, int number) {
   const std::string file = (std::filesystem::read_symlink("/proc/self/exe").parent_path() / program).string();
-  words.insert(words.begin(), file);
+  arguments.insert(arguments.begin(), file);
   std::vector<char*> argv;
-  for (std::string& word : words) {
-    argv.push_back(word.data());
+  for (std::string& argument : arguments) {
+    argv.push_back(argument.data());
   }
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, theirs, as);
-  posix_spawn_file_actions_addclosefrom_np(&actions, std::max(as, STDERR_FILENO) + 1);
+  posix_spawn_file_actions_adddup2(&actions, descriptor, number);
+  posix_spawn_file_actions_addclosefrom_np(&actions, std::max(number, STDERR_FILENO) + 1);
   const int error = posix_spawn(&id_, file.c_str(), &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) {
@@ -37,16 +38,16 @@ HelperProcess::HelperProcess(const char* program, std::vector<std::string> words
 
 HelperProcess::~HelperProcess() {
   if (id_ > 0) {
-    kill(id_, SIGKILL);  // the kernel closes its camera
+    kill(id_, SIGKILL);  // the kernel then closes the camera
     waitpid(id_, nullptr, 0);
   }
 }
 
-std::string HelperProcess::how_it_ended() {
+std::string HelperProcess::exit_reason() {
   using namespace std::chrono_literals;
-  // The kernel closes descriptors a little before it tells how the process ended.
+  // The kernel closes descriptors slightly before the exit status is available.
   int status = 0;
-  for (int tries = 0; tries < 1000; ++tries) {
+  for (int waited_ms = 0; waited_ms < kLiveParameters.helper_exit.count(); ++waited_ms) {
     if (waitpid(id_, &status, WNOHANG) == id_) {
       id_ = -1;
       return WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : WEXITSTATUS(status) != 0 ? "it ends the program" : "";

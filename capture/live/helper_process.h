@@ -1,5 +1,5 @@
 #pragma once
-// A program of ours beside this one, in which a library runs that may crash. Included by .cpp files alone.
+// Runs a camera library that may crash in a helper program. Included by .cpp files alone.
 #include <sys/types.h>
 
 #include <string>
@@ -7,18 +7,18 @@
 
 namespace lumigraft::capture {
 
-/// Runs `program`, which lies beside this one, with these words; kills it at the end.
+/// Runs `program`, in the folder of this executable, with these arguments; the destructor kills it.
 class HelperProcess {
  public:
-  /// `theirs` becomes its descriptor `as`, the only one beside the standard ones. Throws CameraFault.
-  HelperProcess(const char* program, std::vector<std::string> words, int theirs, int as);
+  /// The helper gets `descriptor` as its descriptor `number`, and no others but the standard ones. Throws CameraFault.
+  HelperProcess(const char* program, std::vector<std::string> arguments, int descriptor, int number);
   ~HelperProcess();
   HelperProcess(const HelperProcess&) = delete;
   HelperProcess& operator=(const HelperProcess&) = delete;
 
   pid_t id() const { return id_; }
-  /// For one that has closed its descriptor: what ended it, on one line; empty where it ended as it should.
-  std::string how_it_ended();
+  /// After it has closed its descriptor: why it ended, one line; empty if it ended normally.
+  std::string exit_reason();
 
  private:
   pid_t id_ = -1;

@@ -14,19 +14,19 @@ namespace lumigraft::capture {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::size_t kMostWaiting = 32;  ///< pictures nobody took; after that the oldest go
 
 }  // namespace
 
 LiveSource::LiveSource(std::string name, Open open, LivePatience patience)
     : name_(std::move(name)), open_(std::move(open)), patience_(patience) {
-  // Of a camera's threads, the library's and ours, which take a few hundredths of a core: a picture waits for nobody.
-  const RealtimeScope urgent;
+  // Threads started from here, the library's and this object's, inherit the priority. They use a few percent of a core,
+  // and a delay would be measured as latency of the camera's clock.
+  const RealtimeScope realtime;
   try {
     device_ = open_();
     serial_ = device_->serial();
   } catch (const CameraFault& e) {
-    say(e.what());
+    set_fault(e.what());
   }
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
@@ -39,9 +39,7 @@ LiveSource::~LiveSource() {
 std::optional<SourceItem> LiveSource::next(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
   changed_.wait_for(lock, timeout, [this] { return !waiting_.empty(); });
-  if (waiting_.empty()) {
-    return std::nullopt;
-  }
+  if (waiting_.empty()) return std::nullopt;
   SourceItem item = std::move(waiting_.front());
   waiting_.pop_front();
   return item;
@@ -54,7 +52,7 @@ std::string LiveSource::serial() const {
 
 std::string LiveSource::fault() const {
   const std::lock_guard lock(mutex_);
-  return trouble_;
+  return fault_;
 }
 
 std::string LiveSource::take_warning() {
@@ -62,12 +60,12 @@ std::string LiveSource::take_warning() {
   return std::exchange(warning_, "");
 }
 
-void LiveSource::say(const std::string& fault) {
+void LiveSource::set_fault(const std::string& fault) {
   const std::lock_guard lock(mutex_);
-  trouble_ = fault.empty() ? "" : name_ + ": " + fault;
+  fault_ = fault.empty() ? "" : name_ + ": " + fault;
 }
 
-void LiveSource::rest(const std::stop_token& stop) {
+void LiveSource::wait_before_retry(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   changed_.wait_for(lock, stop, patience_.retry, [] { return false; });
 }
@@ -76,42 +74,39 @@ void LiveSource::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     try {
       if (!device_) {
-        rest(stop);
-        if (stop.stop_requested()) {
-          return;
-        }
+        wait_before_retry(stop);
+        if (stop.stop_requested()) return;
         device_ = open_();
         const std::lock_guard lock(mutex_);
         serial_ = device_->serial();
       }
-      listen(stop);
+      read_frames(stop);
     } catch (const std::exception& e) {
-      say(e.what());
+      set_fault(e.what());
     }
     device_.reset();
   }
 }
 
-/// Until the camera is gone or silent.
-void LiveSource::listen(const std::stop_token& stop) {
-  constexpr std::chrono::milliseconds kTick{50};
+/// Returns when the camera is gone or delivers no frames any more.
+void LiveSource::read_frames(const std::stop_token& stop) {
   clock_ = {};
   bracket_.clear();
   first_sequence_ = start_ = next_sequence_;
-  learning_since_.reset();
-  learnt_from_ = 0;
+  settling_since_.reset();
+  clock_frames_ = 0;
   const Clock::time_point opened = Clock::now();
   std::array<std::optional<Clock::time_point>, 3> last;  // a device of two streams may freeze in one of them
-  std::string lost;                                      // why the newest picture was
+  std::string lost;                                      // why the newest frame was lost
   while (!stop.stop_requested()) {
-    if (std::optional<SourceItem> item = device_->next(kTick)) {
-      // Torn pictures alone are no sign of life that anybody could see.
-      if (const auto* torn = std::get_if<LostPicture>(&*item)) {
-        lost = torn->reason;
+    if (std::optional<SourceItem> item = device_->next(kLiveParameters.poll)) {
+      // A camera that delivers only damaged frames counts as silent.
+      if (const auto* damaged = std::get_if<LostPicture>(&*item)) {
+        lost = damaged->reason;
       } else {
         lost.clear();
         last[static_cast<std::size_t>(stream_of(*item))] = Clock::now();
-        say("");
+        set_fault("");
       }
       if (std::string warning = device_->take_warning(); !warning.empty()) {
         const std::lock_guard lock(mutex_);
@@ -120,53 +115,48 @@ void LiveSource::listen(const std::stop_token& stop) {
       accept(std::move(*item));
     } else if (device_->finished()) {
       const std::string reason = device_->fault();
-      say((reason.empty() ? "the camera is gone" : reason) + ", it is looked for again");
+      set_fault((reason.empty() ? "the camera is gone" : reason) + ", it is looked for again");
       return;
     }
     Clock::time_point oldest = Clock::time_point::max();
     for (const auto& time : last) oldest = std::min(oldest, time.value_or(Clock::time_point::max()));
     if (Clock::now() - (oldest == Clock::time_point::max() ? opened : oldest) > patience_.silence) {
-      say((lost.empty() ? "the camera gives no pictures" : "the camera gives no whole pictures (" + lost + ")") +
-          ", it is opened again");
+      set_fault((lost.empty() ? "the camera gives no pictures" : "the camera gives no whole pictures (" + lost + ")") +
+                ", it is opened again");
       return;
     }
   }
 }
 
-/// Where a clock stands is known from several pictures: the first alone may have been on its way for most of a period,
-/// and would be paired with another one's neighbour.
-bool LiveSource::learns_its_clock() {
-  constexpr int kPictures = 5;
-  constexpr std::chrono::milliseconds kLongest{200};  // to slow cameras a period is long
-  if (device_->on_host_clock() || learnt_from_ >= kPictures) {
-    return false;
-  }
-  learning_since_ = learning_since_.value_or(Clock::now());
-  learnt_from_ = Clock::now() - *learning_since_ < kLongest ? learnt_from_ + 1 : kPictures;
-  return learnt_from_ < kPictures;
+/// True while the offset of the device's clock is not known well enough to pair its frames; counts the frame.
+bool LiveSource::clock_settling() {
+  constexpr int kFrames = kLiveParameters.clock_frames;
+  if (device_->on_host_clock() || clock_frames_ >= kFrames) return false;
+  settling_since_ = settling_since_.value_or(Clock::now());
+  clock_frames_ = Clock::now() - *settling_since_ < kLiveParameters.clock_time ? clock_frames_ + 1 : kFrames;
+  return clock_frames_ < kFrames;
 }
 
 void LiveSource::accept(SourceItem item) {
   const auto stream = static_cast<std::size_t>(stream_of(item));
   Stamp& stamp = std::visit([](auto& i) -> Stamp& { return i.stamp; }, item);
   if (std::holds_alternative<LostPicture>(item)) {
-    stamp.time_ns = stamp.host_time_ns;  // that of a damaged picture may be another one's
+    stamp.time_ns = stamp.host_time_ns;  // the device time of a damaged frame may be wrong
   } else {
-    constexpr std::int64_t kCredible_ns = 1'000'000'000;
     const std::int64_t device_ns = stamp.time_ns;
     stamp.time_ns = clock_.to_host(device_ns, stamp.host_time_ns);
-    if (device_->on_host_clock() && device_ns > stamp.host_time_ns - kCredible_ns) {
-      stamp.time_ns = std::min(stamp.time_ns, device_ns);  // some drivers' stamps lie after the arrival
+    if (device_->on_host_clock() && device_ns > stamp.host_time_ns - kLiveParameters.max_latency_ns) {
+      stamp.time_ns = std::min(stamp.time_ns, device_ns);  // some drivers report times after the arrival
     }
   }
   stamp.sequence += first_sequence_[stream];
   next_sequence_[stream] = std::max(next_sequence_[stream], stamp.sequence + 1);
   bracket_.push_back(std::move(item));
   if (device_->bracket_incomplete()) {
-    return;  // nobody shall see half of it
+    return;  // a bracket is delivered as a whole
   }
-  if (learns_its_clock()) {
-    for (const SourceItem& early : bracket_) {  // as if it had never been
+  if (clock_settling()) {
+    for (const SourceItem& early : bracket_) {  // dropped frames leave no gap in the sequence numbers
       const auto of = static_cast<std::size_t>(stream_of(early));
       first_sequence_[of] -= next_sequence_[of] - start_[of];
       next_sequence_[of] = start_[of];
@@ -178,7 +168,7 @@ void LiveSource::accept(SourceItem item) {
     const std::lock_guard lock(mutex_);
     std::move(bracket_.begin(), bracket_.end(), std::back_inserter(waiting_));
     bracket_.clear();
-    while (waiting_.size() > kMostWaiting) {
+    while (waiting_.size() > kLiveParameters.max_queued) {
       waiting_.pop_front();
     }
   }

@@ -1,9 +1,9 @@
 #pragma once
-// A camera that may be absent, fall silent, be unplugged and come back. It lives on a thread of its own, so that
-// opening, closing or waiting for it holds up nobody else, and it is opened again for as long as it takes.
+// A camera that may be absent, freeze, be unplugged and return. It runs on a thread of its own, so that opening,
+// closing and waiting block no other camera; it is opened again until that succeeds.
 //
-// Its pictures carry the host's clock, by the driver's word or by DeviceClock, whose first four, of two tenths of a
-// second at most, are kept back; and numbers that go on after it came back, with a gap.
+// Frame times are on the host's clock, from the driver or from DeviceClock. While DeviceClock settles, the first four
+// frames, or those of 0.2 s, are dropped. Sequence numbers continue after the camera was opened again, with a gap.
 #include <array>
 #include <chrono>
 #include <condition_variable>
@@ -17,21 +17,22 @@
 #include <vector>
 
 #include "capture/live/device_clock.h"
+#include "capture/live/parameters.h"
 #include "capture/source.h"
 
 namespace lumigraft::capture {
 
 struct LivePatience {
-  std::chrono::milliseconds silence{2000};  ///< without a picture a camera counts as frozen and is opened again
-  std::chrono::milliseconds retry{500};     ///< between two tries to open it
+  std::chrono::milliseconds silence = kLiveParameters.silence;
+  std::chrono::milliseconds retry = kLiveParameters.retry;
 };
 
 class LiveSource : public Source {
  public:
   using Open = std::function<std::unique_ptr<Source>()>;
 
-  /// Opens the camera once before it returns. A CameraFault is trouble that may pass; what no patience mends, as a size
-  /// it does not offer, throws InputError. `name` begins what it says of trouble.
+  /// Tries once to open the camera before it returns. After a CameraFault, which may be temporary, it is tried again;
+  /// an InputError, for example for a size that the camera does not offer, is thrown. `name` starts fault messages.
   LiveSource(std::string name, Open open, LivePatience patience = {});
   ~LiveSource() override;
 
@@ -44,28 +45,28 @@ class LiveSource : public Source {
 
  private:
   void run(const std::stop_token& stop);
-  void listen(const std::stop_token& stop);
+  void read_frames(const std::stop_token& stop);
   void accept(SourceItem item);
-  bool learns_its_clock();
-  void say(const std::string& fault);
-  void rest(const std::stop_token& stop);
+  bool clock_settling();
+  void set_fault(const std::string& fault);
+  void wait_before_retry(const std::stop_token& stop);
 
   const std::string name_;
   const Open open_;
   const LivePatience patience_;
-  // Of the thread alone:
+  // Used by the thread alone:
   std::unique_ptr<Source> device_;
   DeviceClock clock_;
-  std::vector<SourceItem> bracket_;                         ///< not yet whole
-  std::array<std::uint64_t, 3> first_sequence_{};           ///< by Stream, of this run of the device
-  std::array<std::uint64_t, 3> next_sequence_{}, start_{};  ///< start_: as next_sequence_ was when it was opened
-  std::optional<std::chrono::steady_clock::time_point> learning_since_;
-  int learnt_from_ = 0;  ///< pictures of this run, up to as many as tell how its clock stands
-  // Shared:
+  std::vector<SourceItem> bracket_;                         ///< incomplete bracket
+  std::array<std::uint64_t, 3> first_sequence_{};           ///< by Stream: added to the device's numbers
+  std::array<std::uint64_t, 3> next_sequence_{}, start_{};  ///< start_: next_sequence_ when the device was opened
+  std::optional<std::chrono::steady_clock::time_point> settling_since_;
+  int clock_frames_ = 0;  ///< frames since the device was opened, up to LiveParameters::clock_frames
+  // Shared between threads:
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<SourceItem> waiting_;
-  std::string trouble_, warning_, serial_;
+  std::string fault_, warning_, serial_;
   std::jthread thread_;
 };
 

@@ -1,21 +1,22 @@
 #pragma once
-// Numbers of pictures from a driver that counts them with 32 bits, those among them that it could not deliver.
+// 64-bit sequence numbers from the 32-bit frame counter of a driver.
 #include <cstdint>
 #include <optional>
+
+#include "capture/live/parameters.h"
 
 namespace lumigraft::capture {
 
 class SequenceUnwrapper {
  public:
-  /// `id` as the driver counts; from 0 on, with a gap for every picture that was lost before this one.
+  /// `id` is the driver's counter. The result starts at 0 and has a gap where frames were lost.
   std::uint64_t sequence_of(std::uint32_t id) {
-    constexpr std::uint32_t kCredible = 1000;  // a longer gap is a counter that was set anew
     const std::uint32_t steps = last_id_ ? id - *last_id_ : 1;
     last_id_ = id;
-    next_ += steps >= 1 && steps <= kCredible ? steps - 1 : 0;
+    next_ += steps >= 1 && steps <= kLiveParameters.max_sequence_gap ? steps - 1 : 0;
     return next_++;
   }
-  /// The next number, for pictures that become one; and taken, so that it is the next no more.
+  /// For brackets, whose frames are numbered when the bracket is complete: the next number, without and with advancing.
   std::uint64_t next() const { return next_; }
   std::uint64_t take() { return next_++; }
 

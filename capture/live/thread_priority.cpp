@@ -3,15 +3,17 @@
 #include <sched.h>
 #include <sys/resource.h>
 
+#include "capture/live/parameters.h"
+
 namespace lumigraft::capture {
 namespace {
 
-constexpr int kThisThread = 0;  // Linux counts all of this by thread
+constexpr int kThisThread = 0;  // Linux applies these calls to threads
 
 }  // namespace
 
-ThreadPriority::ThreadPriority(int wanted) : before_(getpriority(PRIO_PROCESS, kThisThread)) {
-  setpriority(PRIO_PROCESS, kThisThread, wanted);
+ThreadPriority::ThreadPriority(int niceness) : before_(getpriority(PRIO_PROCESS, kThisThread)) {
+  setpriority(PRIO_PROCESS, kThisThread, niceness);
 }
 
 ThreadPriority::~ThreadPriority() { setpriority(PRIO_PROCESS, kThisThread, before_); }
@@ -22,13 +24,12 @@ RealtimeScope::RealtimeScope() : policy_before_(sched_getscheduler(kThisThread))
   priority_before_ = param.sched_priority;
   param.sched_priority = sched_get_priority_min(SCHED_RR);
   if (sched_setscheduler(kThisThread, SCHED_RR, &param) != 0) {
-    constexpr int kBeforeMost = -10;
-    instead_.emplace(kBeforeMost);
+    fallback_.emplace(kLiveParameters.fallback_niceness);
   }
 }
 
 RealtimeScope::~RealtimeScope() {
-  if (!instead_) {
+  if (!fallback_) {
     sched_param param{};
     param.sched_priority = priority_before_;
     sched_setscheduler(kThisThread, policy_before_, &param);

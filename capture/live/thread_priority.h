@@ -1,14 +1,14 @@
 #pragma once
-// How a thread stands to others that want the processor too, for as long as one of these lives; threads and programs
-// that it begins meanwhile start with it.
+// Scheduling priority of the calling thread for the lifetime of an object. Threads and processes started meanwhile
+// inherit it.
 #include <optional>
 
 namespace lumigraft::capture {
 
-/// The calling thread's niceness, as `man 7 sched` has it.
+/// Sets the niceness (man 7 sched).
 class ThreadPriority {
  public:
-  explicit ThreadPriority(int wanted);
+  explicit ThreadPriority(int niceness);
   ~ThreadPriority();
   ThreadPriority(const ThreadPriority&) = delete;
   ThreadPriority& operator=(const ThreadPriority&) = delete;
@@ -17,8 +17,8 @@ class ThreadPriority {
   int before_;
 };
 
-/// Goes before all that is not urgent: for work that is little and must not wait. Where the system lets nobody do so
-/// the thread stays as it is.
+/// Real-time scheduling (SCHED_RR, lowest priority) for short work that must not wait. If that is not permitted, a
+/// higher niceness; if neither is, nothing changes.
 class RealtimeScope {
  public:
   RealtimeScope();
@@ -29,7 +29,7 @@ class RealtimeScope {
  private:
   int policy_before_;
   int priority_before_ = 0;
-  std::optional<ThreadPriority> instead_;  ///< where only that is allowed
+  std::optional<ThreadPriority> fallback_;  ///< if SCHED_RR is not permitted
 };
 
 }  // namespace lumigraft::capture

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of a file of /sys; -1 where there is none.
+/// Number in a file of /sys; -1 if there is none.
 int number_in(const fs::path& file, int base) {
   std::ifstream in(file);
   int value = -1;
@@ -44,9 +44,7 @@ bool is_forbidden_usb_interface(int interface_class, int subclass) {
       continue;
     }
     const fs::path device = fs::canonical(entry.path(), none).parent_path();
-    if (!none && is_forbidden(number_in(device / "busnum", 10), number_in(device / "devnum", 10))) {
-      return true;
-    }
+    if (!none && is_forbidden(number_in(device / "busnum", 10), number_in(device / "devnum", 10))) return true;
   }
   return false;
 }

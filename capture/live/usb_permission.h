@@ -1,13 +1,13 @@
 #pragma once
-// What the USB has and this program may not use: libraries of cameras pass over it as if it were not there.
+// Finds USB devices that this program has no permission to use; camera libraries silently ignore them.
 #include <string>
 
 namespace lumigraft::capture {
 
-/// The device that drivers of OpenNI2 call VENDOR/PRODUCT@BUS/ADDRESS; other names are none of the USB.
+/// For a device named VENDOR/PRODUCT@BUS/ADDRESS as by OpenNI2's drivers; false for other names.
 bool is_forbidden_usb_device(const std::string& uri);
 
-/// Some device with an interface of this class and subclass, as the USB's own codes are.
+/// Whether any forbidden device has an interface of this USB class and subclass.
 bool is_forbidden_usb_interface(int interface_class, int subclass);
 
 inline constexpr char kForbiddenUsb[] =

@@ -45,9 +45,7 @@ void RecordingLanes::put(SourceItem item, bool live) {
 std::optional<SourceItem> RecordingLanes::take(Lane& lane) const {
   std::unique_lock lock(lane.mutex);
   lane.changed.wait(lock, [&lane] { return !lane.waiting.empty() || lane.closed; });
-  if (lane.waiting.empty() || failure()) {
-    return std::nullopt;
-  }
+  if (lane.waiting.empty() || failure()) return std::nullopt;
   SourceItem item = std::move(lane.waiting.front());
   lane.waiting.pop_front();
   lane.changed.notify_all();

@@ -31,16 +31,12 @@ StreamSpec spec_of(Stream stream, const Session& session) {
 /// Copies the keys of the calibration file into the session's own tables.
 void inline_calibration(toml::table& root, const fs::path& folder) {
   const auto named = root["calibration"].value<std::string>();
-  if (!named) {
-    return;
-  }
+  if (!named) return;
   const fs::path file = folder / *named;
   toml::table calibration = toml::parse_file(file.string());
   for (const char* name : kTables) {
     toml::table *lens = calibration[name].as_table(), *camera = root[name].as_table();
-    if (lens == nullptr || camera == nullptr) {
-      continue;
-    }
+    if (lens == nullptr || camera == nullptr) continue;
     for (auto&& [key, value] : *lens) {
       camera->insert_or_assign(key, value);
     }
@@ -116,9 +112,7 @@ bool SessionRecorder::write(Stream stream, const SourceItem& item) {
 void SessionRecorder::compress_depth(const std::stop_token& stop) {
   streams_ = {};
   const fs::path file = folder_ / "depth.mkv", partial = folder_ / "depth.mkv.partial";
-  if (!uncompressed_depth_ || !seen_[at(Stream::depth)]) {
-    return;
-  }
+  if (!uncompressed_depth_ || !seen_[at(Stream::depth)]) return;
   try {
     MkvSource from(file, *uncompressed_depth_);
     StreamRecorder to(partial, *uncompressed_depth_);
@@ -147,9 +141,7 @@ void SessionRecorder::write_session_text() {
   for (const Stream stream : kStreams) {
     const char* name = kTables[at(stream)];
     toml::table* table = root[name].as_table();
-    if (table == nullptr || !seen_[at(stream)]) {
-      continue;
-    }
+    if (table == nullptr || !seen_[at(stream)]) continue;
     if (!serials_[at(stream)].empty()) {
       table->insert("serial", serials_[at(stream)]);  // keeps a serial that the session states
     }

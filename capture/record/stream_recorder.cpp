@@ -86,18 +86,14 @@ StreamRecorder::~StreamRecorder() = default;
 
 bool StreamRecorder::in_order(std::int64_t time_ns) {
   const bool bracket = spec_.stream == Stream::fisheye && time_ns == last_time_ns_;
-  if (time_ns < 0 || (time_ns <= last_time_ns_ && !bracket)) {
-    return false;
-  }
+  if (time_ns < 0 || (time_ns <= last_time_ns_ && !bracket)) return false;
   last_time_ns_ = time_ns;
   return true;
 }
 
 bool StreamRecorder::write(const SourceItem& item) {
   if (const auto* depth = std::get_if<RawDepth>(&item)) {
-    if (!in_order(depth->stamp.time_ns)) {
-      return false;
-    }
+    if (!in_order(depth->stamp.time_ns)) return false;
     if (!out_) {
       MatroskaTrack track{.codec = "V_UNCOMPRESSED", .width = spec_.width, .height = spec_.height};
       track.uncompressed_fourcc = *fourcc_of(PixelFormat::grey16);
@@ -119,9 +115,7 @@ bool StreamRecorder::write(const SourceItem& item) {
                        ": found pictures of radiance, allowed: 8-bit pictures, since those "
                        "are what cameras give");
     }
-    if (!in_order(picture->stamp.time_ns)) {
-      return false;
-    }
+    if (!in_order(picture->stamp.time_ns)) return false;
     const PixelFormat format = picture->original ? picture->original->format : PixelFormat::rgb8;
     const std::span<const std::uint8_t> bytes = picture->original ? picture->original->bytes : picture->encoded.data;
     if (!out_) {

@@ -2,6 +2,7 @@
 
 #include "capture/error.h"
 #include "capture/formats/picture_file.h"
+#include "capture/recorded/parameters.h"
 
 namespace lumigraft::capture {
 
@@ -50,9 +51,7 @@ void ImageSource::require(const PictureHeader& header) const {
 
 std::shared_ptr<const ImageSource::Decoded> ImageSource::decode(const ListedPicture& picture) {
   for (const auto& [path, decoded] : cache_) {
-    if (path == picture.path) {
-      return decoded;
-    }
+    if (path == picture.path) return decoded;
   }
   const PictureHeader header = read_picture_header(picture.path);  // the file may have changed since it was checked
   require(header);
@@ -64,9 +63,8 @@ std::shared_ptr<const ImageSource::Decoded> ImageSource::decode(const ListedPict
   } else {
     *decoded = read_encoded(picture.path);
   }
-  constexpr std::size_t kMostCached = 8;  // a bracket or two
   if (uses_[picture.path] > 1) {
-    if (cache_.size() == kMostCached) {
+    if (cache_.size() == kRecordedParameters.cached_images) {
       cache_.erase(cache_.begin());
     }
     cache_.emplace_back(picture.path, decoded);
@@ -81,9 +79,7 @@ void ImageSource::skip_to(std::int64_t time_ns) {
 }
 
 std::optional<SourceItem> ImageSource::next(std::chrono::milliseconds /*timeout*/) {
-  if (finished()) {
-    return std::nullopt;
-  }
+  if (finished()) return std::nullopt;
   const ListedPicture& listed = pictures_[next_];
   const Stamp stamp{listed.time_ns, steady_now_ns(), next_};
   ++next_;
@@ -93,13 +89,9 @@ std::optional<SourceItem> ImageSource::next(std::chrono::milliseconds /*timeout*
   } catch (const std::exception& e) {
     return LostPicture{stamp, spec_.stream, listed.name + ": " + e.what()};
   }
-  if (const auto* counts = std::get_if<Image<std::uint16_t>>(decoded.get())) {
-    return RawDepth{stamp, *counts};
-  }
-  Picture picture;
-  picture.stamp = stamp;
-  picture.stream = spec_.stream;
-  picture.exposure = listed.exposure.value_or(spec_.exposure);
+  if (const auto* counts = std::get_if<Image<std::uint16_t>>(decoded.get())) return RawDepth{stamp, *counts};
+  const double exposure = listed.exposure.value_or(spec_.exposure);
+  Picture picture{.stamp = stamp, .stream = spec_.stream, .exposure = exposure};
   if (const auto* radiance = std::get_if<Image<float>>(decoded.get())) {
     picture.radiance = *radiance;
   } else {

@@ -1,5 +1,5 @@
 #pragma once
-// images:LIST - pictures in files, named with their times by a list.
+// images:LIST - image files named with their times in a list.
 #include <filesystem>
 #include <map>
 #include <variant>
@@ -14,8 +14,8 @@ namespace lumigraft::capture {
 
 class ImageSource : public Source, public Seekable {
  public:
-  /// Checks every file of the list (there, header readable, right size and bit depth) and decodes the first.
-  /// Throws InputError. A file that cannot be decoded later becomes a LostPicture.
+  /// Checks every file of the list (existence, header, size, bit depth) and decodes the first. Throws InputError. A
+  /// file that cannot be decoded later becomes a LostPicture.
   ImageSource(const std::filesystem::path& list, const StreamSpec& spec);
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
@@ -34,8 +34,8 @@ class ImageSource : public Source, public Seekable {
   StreamSpec spec_;
   std::vector<ListedPicture> pictures_;
   std::size_t next_ = 0;
-  std::map<std::filesystem::path, int> uses_;  ///< how often the list names each file
-  /// The newest few pictures that the list names more than once, oldest first.
+  std::map<std::filesystem::path, int> uses_;  ///< number of times that the list names each file
+  /// The most recent images that the list names more than once, oldest first.
   std::vector<std::pair<std::filesystem::path, std::shared_ptr<const Decoded>>> cache_;
 };
 

@@ -28,16 +28,14 @@ struct FreeFormat {
   void operator()(AVFormatContext* p) const { avformat_close_input(&p); }
 };
 
-/// Whether every slice of an FFV1 packet carries the right checksum (RFC 9043, 4.9: size, error status and CRC-32 close
-/// a slice). libav's decoder fills a damaged slice with the previous picture and says nothing, so this is done here.
+/// Whether every slice of an FFV1 packet has the right checksum (RFC 9043, 4.9: a slice ends with size, error status
+/// and CRC-32). Checked here because libav's decoder silently fills a damaged slice from the previous frame.
 bool slices_intact(const AVPacket& packet) {
-  constexpr int kFooter = 3 + 1 + 4;
+  constexpr int kFooter = 3 + 1 + 4;  // bytes of size, error status and CRC-32
   int end = packet.size;
   while (end >= kFooter) {
     const int size = static_cast<int>(AV_RB24(packet.data + end - kFooter)) + kFooter;
-    if (size > end || av_crc(av_crc_get_table(AV_CRC_32_IEEE), 0, packet.data + end - size, size) != 0) {
-      return false;
-    }
+    if (size > end || av_crc(av_crc_get_table(AV_CRC_32_IEEE), 0, packet.data + end - size, size) != 0) return false;
     end -= size;
   }
   return end == 0;
@@ -49,9 +47,9 @@ bool slices_intact(const AVPacket& packet) {
 class MkvSource::Reader {
  public:
   Reader(const std::filesystem::path& file, const StreamSpec& spec) : spec_(spec) {
-    av_log_set_level(AV_LOG_QUIET);  // what libav has to say is said by our own errors and warnings
+    av_log_set_level(AV_LOG_QUIET);  // this program reports errors itself
     AVFormatContext* format = nullptr;
-    // "file:" keeps a name like http://... a file name; the demuxer is given, so no other one sees the bytes.
+    // "file:" prevents names like http://... from being opened as URLs; the demuxer is given, so no other one is tried.
     const std::string url = "file:" + file.string();
     if (avformat_open_input(&format, url.c_str(), av_find_input_format("matroska"), nullptr) < 0) {
       throw InputError("found no readable Matroska file");
@@ -66,9 +64,9 @@ class MkvSource::Reader {
     }
     const AVCodecParameters* parameters = format->streams[stream_]->codecpar;
     const bool depth = spec.stream == Stream::depth;
-    const bool of_a_camera =
+    const bool camera_format =
         parameters->codec_id == AV_CODEC_ID_RAWVIDEO || (!depth && parameters->codec_id == AV_CODEC_ID_MJPEG);
-    if (parameters->codec_id != AV_CODEC_ID_FFV1 && !of_a_camera) {
+    if (parameters->codec_id != AV_CODEC_ID_FFV1 && !camera_format) {
       throw InputError(std::string("found codec ") + avcodec_get_name(parameters->codec_id) +
                        ", allowed: " + (depth ? "ffv1, rawvideo" : "ffv1, mjpeg, rawvideo"));
     }
@@ -99,7 +97,7 @@ class MkvSource::Reader {
     }
   }
 
-  /// Goes to the newest cluster that may have it, and reads on from there.
+  /// Seeks to the latest key cluster that is not after `time_ns`; frames before `time_ns` are then skipped.
   void skip_to(std::int64_t time_ns, const std::vector<MatroskaCluster>& clusters) {
     skip_to_ns_ = time_ns;
     const MatroskaCluster* best = nullptr;
@@ -108,11 +106,9 @@ class MkvSource::Reader {
         best = &cluster;
       }
     }
-    if (best == nullptr || format_->nb_streams != 1) {
-      return;
-    }
+    if (best == nullptr || format_->nb_streams != 1) return;
     AVStream* stream = format_->streams[stream_];
-    for (const MatroskaCluster* one : {best, best + (best != &clusters.back())}) {  // libav wants one behind it too
+    for (const MatroskaCluster* one : {best, best + (best != &clusters.back())}) {  // libav also needs the next entry
       av_add_index_entry(stream, one->position, one->ticks, 0, 0, AVINDEX_KEYFRAME);
     }
     if (av_seek_frame(format_.get(), stream_, best->ticks, AVSEEK_FLAG_BACKWARD) == 0) {
@@ -121,30 +117,22 @@ class MkvSource::Reader {
     }
   }
 
-  /// The next picture or the loss of one. Empty at the end.
+  /// The next frame or lost frame. Empty at the end.
   std::optional<SourceItem> next() {
     for (;;) {
       const int received = avcodec_receive_frame(codec_.get(), frame_.get());
-      if (received == 0) {
-        return convert();
-      }
-      if (received == AVERROR_EOF) {
-        return std::nullopt;
-      }
-      if (received != AVERROR(EAGAIN)) {
-        return lost("the picture cannot be decoded");
-      }
+      if (received == 0) return convert();
+      if (received == AVERROR_EOF) return std::nullopt;
+      if (received != AVERROR(EAGAIN)) return lost("the picture cannot be decoded");
       const int read = av_read_frame(format_.get(), packet_.get());
       if (read < 0) {
-        avcodec_send_packet(codec_.get(), nullptr);  // end of the file, or its cut: hand out what is left
+        avcodec_send_packet(codec_.get(), nullptr);  // end of the file: drain the decoder
         continue;
       }
       const bool ours = packet_->stream_index == stream_;
       const bool damaged = ours && ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0 || !checksums_right());
       packet_time_ = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
-      if (ours && skipped()) {
-        continue;
-      }
+      if (ours && skipped()) continue;
       packet_exposure_ = own_exposure();
       if (ours && !damaged && uncompressed_) {
         SourceItem item = take_uncompressed();
@@ -156,15 +144,13 @@ class MkvSource::Reader {
       }
       const int sent = ours && !damaged ? avcodec_send_packet(codec_.get(), packet_.get()) : 0;
       av_packet_unref(packet_.get());
-      if (damaged || sent < 0) {
-        return lost("the picture is damaged");
-      }
+      if (damaged || sent < 0) return lost("the picture is damaged");
     }
   }
 
  private:
-  /// True where the newest packet is older than what is wanted. Those since the last key picture are kept, since what
-  /// follows them may need them.
+  /// True if the newest packet is older than the wanted time. Packets since the last key frame are kept, since the
+  /// wanted frame may need them, and decoded before it.
   bool skipped() {
     if (packet_time_ != AV_NOPTS_VALUE && ns(packet_time_) < skip_to_ns_) {
       if ((packet_->flags & AV_PKT_FLAG_KEY) != 0) {
@@ -189,23 +175,20 @@ class MkvSource::Reader {
     return av_rescale_q(container_time, format_->streams[stream_]->time_base, AVRational{1, 1'000'000'000});
   }
 
-  /// Streams without checksums (FFV1 before version 3, or written without) pass; the first packet tells which it is.
+  /// False for a damaged packet of a stream with checksums. FFV1 before version 3 has none, and later versions may omit
+  /// them: the first packet decides whether the stream has them.
   bool checksums_right() {
-    if (codec_->codec_id != AV_CODEC_ID_FFV1) {
-      return true;
-    }
+    if (codec_->codec_id != AV_CODEC_ID_FFV1) return true;
     const bool intact = slices_intact(*packet_);
     has_checksums_ = has_checksums_.value_or(intact);
     return intact || !*has_checksums_;
   }
 
-  /// What stands beside the packet where a picture has not the exposure of its camera.
+  /// The exposure stored with a packet, for frames whose exposure is not that of the session.
   std::optional<double> own_exposure() const {
     std::size_t size = 0;
     const std::uint8_t* data = av_packet_get_side_data(packet_.get(), AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL, &size);
-    if (data == nullptr || size != 16 || AV_RB64(data) != MatroskaFile::kExposureId) {
-      return std::nullopt;
-    }
+    if (data == nullptr || size != 16 || AV_RB64(data) != MatroskaFile::kExposureId) return std::nullopt;
     const auto exposure = std::bit_cast<double>(static_cast<std::uint64_t>(AV_RB64(data + 8)));
     const bool valid = exposure >= kSessionLimits.min_exposure && exposure <= kSessionLimits.max_exposure;
     return valid ? std::optional(exposure) : std::nullopt;
@@ -224,12 +207,8 @@ class MkvSource::Reader {
     const AVFrame& frame = *frame_;
     const Stamp at = stamp(frame.best_effort_timestamp);
     const std::string reason = unusable(frame);
-    if (!reason.empty()) {
-      return LostPicture{at, spec_.stream, reason};
-    }
-    if (spec_.stream == Stream::depth) {
-      return RawDepth{at, to_counts(frame)};
-    }
+    if (!reason.empty()) return LostPicture{at, spec_.stream, reason};
+    if (spec_.stream == Stream::depth) return RawDepth{at, to_counts(frame)};
     const bool full_range = frame.color_range == AVCOL_RANGE_JPEG || codec_->codec_id == AV_CODEC_ID_MJPEG;
     Picture picture = picture_at(at, rgb_.convert(frame, full_range));
     if (codec_->codec_id == AV_CODEC_ID_MJPEG) {
@@ -238,14 +217,10 @@ class MkvSource::Reader {
     return picture;
   }
 
-  /// Why a decoded frame cannot be handed on; empty where it can.
+  /// Why a decoded frame cannot be used; empty if it can.
   std::string unusable(const AVFrame& frame) const {
-    if (frame.best_effort_timestamp == AV_NOPTS_VALUE) {
-      return "the picture has no timestamp";
-    }
-    if (frame.decode_error_flags != 0 || (frame.flags & AV_FRAME_FLAG_CORRUPT) != 0) {
-      return "the picture is damaged";
-    }
+    if (frame.best_effort_timestamp == AV_NOPTS_VALUE) return "the picture has no timestamp";
+    if (frame.decode_error_flags != 0 || (frame.flags & AV_FRAME_FLAG_CORRUPT) != 0) return "the picture is damaged";
     if (frame.width != spec_.width || frame.height != spec_.height) {
       return "found " + size_text(frame.width, frame.height) + ", allowed: " + size_text(spec_.width, spec_.height);
     }
@@ -272,17 +247,13 @@ class MkvSource::Reader {
     return counts;
   }
 
-  /// An uncompressed picture is what the camera gave, and becomes RGB as it did when it came from there.
+  /// An uncompressed frame has the camera's format and is converted to RGB as it was when it was recorded.
   SourceItem take_uncompressed() {
     const Stamp at = stamp(packet_->pts);
     const std::span<const std::uint8_t> bytes(packet_->data, static_cast<std::size_t>(packet_->size));
-    if (spec_.stream == Stream::depth) {
-      return uncompressed_depth(at, bytes);
-    }
+    if (spec_.stream == Stream::depth) return uncompressed_depth(at, bytes);
     std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(*uncompressed_, spec_.width, spec_.height, bytes);
-    if (!rgb) {
-      return LostPicture{at, spec_.stream, "the picture is damaged"};
-    }
+    if (!rgb) return LostPicture{at, spec_.stream, "the picture is damaged"};
     Picture picture = picture_at(at, std::move(*rgb));
     if (*uncompressed_ != PixelFormat::rgb8) {
       picture.original = std::make_shared<CameraPicture>(
@@ -293,9 +264,7 @@ class MkvSource::Reader {
 
   SourceItem uncompressed_depth(const Stamp& at, std::span<const std::uint8_t> bytes) const {
     RawDepth depth{at, Image<std::uint16_t>(spec_.width, spec_.height, 1)};
-    if (bytes.size() != 2 * depth.counts.data.size()) {
-      return LostPicture{at, spec_.stream, "the picture is damaged"};
-    }
+    if (bytes.size() != 2 * depth.counts.data.size()) return LostPicture{at, spec_.stream, "the picture is damaged"};
     for (std::size_t i = 0; i < depth.counts.data.size(); ++i) {
       depth.counts.data[i] = static_cast<std::uint16_t>(AV_RL16(bytes.data() + 2 * i));
     }
@@ -303,12 +272,8 @@ class MkvSource::Reader {
   }
 
   Picture picture_at(const Stamp& at, Image<std::uint8_t> rgb) const {
-    Picture picture;
-    picture.stamp = at;
-    picture.stream = spec_.stream;
-    picture.exposure = packet_exposure_.value_or(spec_.exposure);
-    picture.encoded = std::move(rgb);
-    return picture;
+    const double exposure = packet_exposure_.value_or(spec_.exposure);
+    return {.stamp = at, .stream = spec_.stream, .exposure = exposure, .encoded = std::move(rgb)};
   }
 
   StreamSpec spec_;
@@ -319,13 +284,13 @@ class MkvSource::Reader {
   RgbFrame rgb_;
   PixelConverter pixels_;
   std::optional<PixelFormat> uncompressed_;
-  std::vector<std::uint8_t> jpeg_;  ///< the newest packet, where it is one
+  std::vector<std::uint8_t> jpeg_;  ///< the newest packet of an MJPEG stream
   int stream_ = -1;
   std::int64_t skip_to_ns_ = std::numeric_limits<std::int64_t>::min();
   std::vector<LibavPacket> needed_;  ///< older packets since the last key frame, not decoded yet
   std::optional<bool> has_checksums_;
   std::int64_t packet_time_ = AV_NOPTS_VALUE;
-  std::optional<double> packet_exposure_;  ///< no decoder here holds pictures back, so it is that of the next one
+  std::optional<double> packet_exposure_;  ///< of the next frame, since none of these decoders delays frames
   std::int64_t last_time_ns_ = 0;
   std::uint64_t sequence_ = 0;
 };
@@ -349,9 +314,7 @@ MkvSource::MkvSource(const std::filesystem::path& file, const StreamSpec& spec) 
 MkvSource::~MkvSource() = default;
 
 std::optional<SourceItem> MkvSource::next(std::chrono::milliseconds /*timeout*/) {
-  if (!ahead_) {
-    return std::nullopt;
-  }
+  if (!ahead_) return std::nullopt;
   std::optional<SourceItem> item = std::move(ahead_);
   ahead_ = reader_->next();
   return item;
@@ -372,12 +335,12 @@ std::optional<std::int64_t> MkvSource::last_time_ns() const { return matroska_en
 bool MkvSource::finished() const { return !ahead_; }
 
 void MkvSource::rewind() {
-  // Opened anew instead of sought: the decoder starts as it did the first time.
+  // Opened again instead of sought, so that the decoder starts in the same state as the first time.
   try {
     reader_ = std::make_unique<Reader>(file_, spec_);
     ahead_ = reader_->next();
   } catch (const InputError&) {
-    ahead_.reset();  // the file has gone meanwhile: over, as a device that was unplugged
+    ahead_.reset();  // the file does not exist any more: finished
   }
 }
 

@@ -1,7 +1,7 @@
 #pragma once
-// mkv:FILE - one video stream in Matroska: FFV1 gray16 or uncompressed for depth; for colour what the camera gave
-// (MJPEG or uncompressed) or 8-bit FFV1. Times are the container's: exact in what `lumigraft record` wrote, rounded to
-// 1 ms by most other programs. A file that was cut short plays up to the cut.
+// mkv:FILE - one video stream in Matroska. Depth: FFV1 gray16 or uncompressed. Colour: the camera's own format (MJPEG
+// or uncompressed) or 8-bit FFV1. Times are the container's: exact in recordings of `lumigraft record`, rounded to 1 ms
+// by most other programs. A truncated file plays up to its end.
 #include <filesystem>
 
 #include "capture/formats/matroska_index.h"
@@ -13,7 +13,7 @@ namespace lumigraft::capture {
 
 class MkvSource : public Source, public Seekable {
  public:
-  /// Opens the file and decodes its first picture. Throws InputError. Damage found later becomes a LostPicture.
+  /// Opens the file and decodes its first frame. Throws InputError. Frames damaged later become a LostPicture.
   MkvSource(const std::filesystem::path& file, const StreamSpec& spec);
   ~MkvSource() override;
 
@@ -30,8 +30,8 @@ class MkvSource : public Source, public Seekable {
   StreamSpec spec_;
   std::unique_ptr<Reader> reader_;
   std::int64_t first_time_ns_ = 0;
-  std::optional<std::vector<MatroskaCluster>> clusters_;  ///< once somebody skips
-  std::optional<SourceItem> ahead_;  ///< read before it is asked for, so that finished() is true after the last picture
+  std::optional<std::vector<MatroskaCluster>> clusters_;  ///< read by the first skip_to()
+  std::optional<SourceItem> ahead_;  ///< read in advance, so that finished() is true after the last frame
 };
 
 }  // namespace lumigraft::capture

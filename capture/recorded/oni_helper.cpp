@@ -1,9 +1,8 @@
-// lumigraft_oni: the program that recordings of OpenNI2 are read in, started by OniSource.
+// lumigraft_oni: helper program that reads OpenNI2 recordings, started by OniSource.
 //
 //   lumigraft_oni FILE [color|depth WIDTH HEIGHT UNIT_M] ...
 //
-// It writes to descriptor 3 (oni_messages.h), takes little more memory than a recording needs, and ends itself where
-// OpenNI2 hangs.
+// It writes to descriptor 3 (oni_messages.h), limits its own memory, and ends itself if OpenNI2 hangs.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -17,39 +16,40 @@
 #include "capture/error.h"
 #include "capture/live/openni/source.h"
 #include "capture/recorded/oni_messages.h"
+#include "capture/recorded/parameters.h"
 
 namespace lumigraft::capture {
 namespace {
 
-/// More memory than this process has by now that a recording may make it take.
-void allow_memory(std::uint64_t more_bytes) {
+/// Limits this process to `more_bytes` of memory above its present size, against damaged recordings.
+void limit_memory(std::uint64_t more_bytes) {
   std::uint64_t pages = 0;
   if (std::ifstream("/proc/self/statm") >> pages) {
-    const rlim_t most = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) + more_bytes;
-    const rlimit limit{most, most};
+    const rlim_t max_bytes = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) + more_bytes;
+    const rlimit limit{max_bytes, max_bytes};
     setrlimit(RLIMIT_AS, &limit);
   }
 }
 
-void tell(const void* data, std::size_t size) {
+void send(const void* data, std::size_t size) {
   const auto* bytes = static_cast<const std::uint8_t*>(data);
   while (size > 0) {
     const ssize_t written = write(kOniPipe, bytes, size);
     if (written <= 0) {
-      _exit(0);  // nobody listens any more
+      _exit(0);  // the reader has gone
     }
     bytes += written;
     size -= static_cast<std::size_t>(written);
   }
 }
 
-void tell(const OniMessage& message) { tell(&message, sizeof message); }
+void send(const OniMessage& message) { send(&message, sizeof message); }
 
 void set_text(OniMessage& message, const std::string& text) {
   std::snprintf(message.text.data(), message.text.size(), "%s", text.c_str());
 }
 
-void tell(const SourceItem& item, const std::vector<StreamSpec>& specs) {
+void send(const SourceItem& item, const std::vector<StreamSpec>& specs) {
   OniMessage message;
   while (specs[message.stream].stream != stream_of(item)) {
     ++message.stream;
@@ -59,34 +59,34 @@ void tell(const SourceItem& item, const std::vector<StreamSpec>& specs) {
   if (const auto* lost = std::get_if<LostPicture>(&item)) {
     message.kind = OniMessage::Kind::lost;
     set_text(message, lost->reason);
-    tell(message);
+    send(message);
     return;
   }
   message.kind = OniMessage::Kind::picture;
-  tell(message);
+  send(message);
   if (const auto* depth = std::get_if<RawDepth>(&item)) {
-    tell(depth->counts.data.data(), 2 * depth->counts.data.size());
+    send(depth->counts.data.data(), 2 * depth->counts.data.size());
   } else {
     const auto& rgb = std::get<Picture>(item).encoded.data;
-    tell(rgb.data(), rgb.size());
+    send(rgb.data(), rgb.size());
   }
 }
 
 void play(const std::string& file, const std::vector<StreamSpec>& specs) {
-  constexpr unsigned kLongestPause_s = 10;  // then SIGALRM ends it
+  constexpr unsigned kMaxPause_s = kRecordedParameters.oni_pause_s;  // then SIGALRM ends the process
   std::signal(SIGALRM, SIG_DFL);
-  alarm(kLongestPause_s);
+  alarm(kMaxPause_s);
   OpenNiSource source(OpenNiSource::Kind::recording, file, specs);
   alarm(0);
   OniMessage opened;
   opened.kind = OniMessage::Kind::opened;
-  tell(opened);
+  send(opened);
   while (!source.finished()) {
-    alarm(kLongestPause_s);
+    alarm(kMaxPause_s);
     const std::optional<SourceItem> item = source.next(std::chrono::milliseconds(0));
-    alarm(0);  // whoever reads the pipe may take their time
+    alarm(0);  // the reader of the pipe may be slow
     if (item) {
-      tell(*item, specs);
+      send(*item, specs);
     }
   }
 }
@@ -101,13 +101,10 @@ int main(int count, char** words) {
     return 2;
   }
   const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);  // of a crash that is expected
+  setrlimit(RLIMIT_CORE, &no_core);  // crashes are expected
   std::signal(SIGPIPE, SIG_IGN);
-  constexpr std::uint64_t kMostOfAFile = std::uint64_t{1} << 30;
-  allow_memory(kMostOfAFile);
-  if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr) {
-    return 1;
-  }
+  limit_memory(kRecordedParameters.oni_memory_bytes);
+  if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr) return 1;
   std::vector<StreamSpec> specs;
   for (int i = 2; i + 3 < count; i += 4) {
     specs.push_back({.stream = std::strcmp(words[i], "depth") == 0 ? Stream::depth : Stream::color,
@@ -120,7 +117,7 @@ int main(int count, char** words) {
   } catch (const InputError& e) {
     OniMessage refused;
     set_text(refused, e.what());
-    tell(refused);
+    send(refused);
   }
-  _exit(0);  // the library's own end may crash too
+  _exit(0);  // the library's destructors may crash too
 }

@@ -1,18 +1,18 @@
 #pragma once
-// What lumigraft_oni, the program that recordings of OpenNI2 are read in, tells OniSource over a pipe: `refused` or
-// `opened`; then pictures, each with its pixels behind it, row by row as the session's stream has them.
+// Messages that the helper program lumigraft_oni sends to OniSource through a pipe: `refused` or `opened`, then frames.
+// A frame's pixels follow its message, row by row in the format of the session's stream.
 #include <array>
 #include <cstdint>
 
 namespace lumigraft::capture {
 
-inline constexpr int kOniPipe = 3;  ///< its descriptor in the program
+inline constexpr int kOniPipe = 3;  ///< descriptor in the helper
 
 struct OniMessage {
   enum class Kind : std::uint32_t { refused, opened, picture, lost };
 
   Kind kind = Kind::refused;
-  std::uint32_t stream = 0;       ///< picture, lost: which of those that were asked for, from 0
+  std::uint32_t stream = 0;       ///< picture, lost: index into the requested streams
   std::int64_t time_ns = 0;       ///< picture, lost
   std::uint64_t sequence = 0;     ///< picture, lost
   std::array<char, 1024> text{};  ///< refused, lost: why

@@ -13,29 +13,28 @@
 #include "capture/error.h"
 #include "capture/live/helper_process.h"
 #include "capture/recorded/oni_messages.h"
+#include "capture/recorded/parameters.h"
 
 namespace lumigraft::capture {
 namespace {
 
 using Bytes = std::span<std::uint8_t>;
-constexpr std::chrono::seconds kPatience{20};  ///< the program ends itself before
 
-/// The reading end of a pipe; the other goes to a process.
+/// A pipe: this process reads, the helper writes.
 struct Pipe {
   Pipe() {
     if (pipe2(ends, O_CLOEXEC) != 0) {
       throw InputError(std::string("found no pipe to read it through: ") + std::strerror(errno));
     }
-    constexpr int kOneMegabyte = 1 << 20;
-    fcntl(ends[0], F_SETPIPE_SZ, kOneMegabyte);  // where that is not allowed it is slower
+    fcntl(ends[0], F_SETPIPE_SZ, kRecordedParameters.oni_pipe_bytes);  // if not permitted, it is only slower
   }
   ~Pipe() {
     close(ends[0]);
-    close_theirs();
+    close_write_end();
   }
   Pipe(const Pipe&) = delete;
   Pipe& operator=(const Pipe&) = delete;
-  void close_theirs() {
+  void close_write_end() {
     if (ends[1] >= 0) {
       close(ends[1]);
       ends[1] = -1;
@@ -45,15 +44,15 @@ struct Pipe {
   int ends[2] = {-1, -1};
 };
 
-std::vector<std::string> words_for(const std::string& file, const std::vector<StreamSpec>& specs) {
-  std::vector<std::string> words = {file};
+std::vector<std::string> helper_arguments(const std::string& file, const std::vector<StreamSpec>& specs) {
+  std::vector<std::string> arguments = {file};
   for (const StreamSpec& spec : specs) {
     char unit[32];
     std::snprintf(unit, sizeof unit, "%.17g", spec.unit_m);
-    words.insert(words.end(), {spec.stream == Stream::depth ? "depth" : "color", std::to_string(spec.width),
-                               std::to_string(spec.height), unit});
+    arguments.insert(arguments.end(), {spec.stream == Stream::depth ? "depth" : "color", std::to_string(spec.width),
+                                       std::to_string(spec.height), unit});
   }
-  return words;
+  return arguments;
 }
 
 }  // namespace
@@ -62,11 +61,11 @@ std::vector<std::string> words_for(const std::string& file, const std::vector<St
 class OniSource::Reader {
  public:
   Reader(const std::string& file, const std::vector<StreamSpec>& specs)
-      : specs_(specs), process_("lumigraft_oni", words_for(file, specs), pipe_.ends[1], kOniPipe) {
-    pipe_.close_theirs();
+      : specs_(specs), process_("lumigraft_oni", helper_arguments(file, specs), pipe_.ends[1], kOniPipe) {
+    pipe_.close_write_end();
     OniMessage opened;
-    if (!hear({reinterpret_cast<std::uint8_t*>(&opened), sizeof opened})) {
-      throw InputError(file + ": found a recording that OpenNI2 does not survive reading: " + why_it_ended());
+    if (!receive({reinterpret_cast<std::uint8_t*>(&opened), sizeof opened})) {
+      throw InputError(file + ": found a recording that OpenNI2 does not survive reading: " + exit_reason());
     }
     if (opened.kind != OniMessage::Kind::opened) {
       opened.text.back() = '\0';
@@ -75,65 +74,55 @@ class OniSource::Reader {
   }
 
   std::optional<SourceItem> next() {
-    OniMessage said;
-    if (finished_ || !hear({reinterpret_cast<std::uint8_t*>(&said), sizeof said}) || said.stream >= specs_.size()) {
+    OniMessage message;
+    if (finished_ || !receive({reinterpret_cast<std::uint8_t*>(&message), sizeof message}) ||
+        message.stream >= specs_.size()) {
       return ended();
     }
-    const StreamSpec& spec = specs_[said.stream];
-    last_ = {said.time_ns, steady_now_ns(), said.sequence};
+    const StreamSpec& spec = specs_[message.stream];
+    last_ = {message.time_ns, steady_now_ns(), message.sequence};
     last_stream_ = spec.stream;
-    if (said.kind != OniMessage::Kind::picture) {
-      said.text.back() = '\0';
-      return LostPicture{last_, spec.stream, said.text.data()};
+    if (message.kind != OniMessage::Kind::picture) {
+      message.text.back() = '\0';
+      return LostPicture{last_, spec.stream, message.text.data()};
     }
     if (spec.stream == Stream::depth) {
       RawDepth depth{last_, Image<std::uint16_t>(spec.width, spec.height, 1)};
       const Bytes bytes(reinterpret_cast<std::uint8_t*>(depth.counts.data.data()), 2 * depth.counts.data.size());
-      return hear(bytes) ? std::optional<SourceItem>(std::move(depth)) : ended();
+      return receive(bytes) ? std::optional<SourceItem>(std::move(depth)) : ended();
     }
-    Picture picture;
-    picture.stamp = last_;
-    picture.stream = spec.stream;
-    picture.exposure = spec.exposure;
+    Picture picture{.stamp = last_, .stream = spec.stream, .exposure = spec.exposure};
     picture.encoded = Image<std::uint8_t>(spec.width, spec.height, 3);
-    return hear(picture.encoded.data) ? std::optional<SourceItem>(std::move(picture)) : ended();
+    return receive(picture.encoded.data) ? std::optional<SourceItem>(std::move(picture)) : ended();
   }
 
   bool finished() const { return finished_; }
-  const std::string& fault() const { return trouble_; }
+  const std::string& fault() const { return fault_; }
 
  private:
-  /// All of these bytes; false where they do not come any more.
-  bool hear(Bytes bytes) {
+  /// Fills `bytes`; false if the helper has ended or does not answer.
+  bool receive(Bytes bytes) {
     while (!bytes.empty()) {
       pollfd waiting{pipe_.ends[0], POLLIN, 0};
-      const int ready = poll(&waiting, 1, static_cast<int>(std::chrono::milliseconds(kPatience).count()));
-      if (ready < 0 && errno == EINTR) {
-        continue;
-      }
+      const int ready = poll(&waiting, 1, static_cast<int>(kRecordedParameters.oni_timeout.count()));
+      if (ready < 0 && errno == EINTR) continue;
       silent_ = ready == 0;
       const ssize_t got = ready > 0 ? read(pipe_.ends[0], bytes.data(), bytes.size()) : 0;
-      if (got <= 0) {
-        return false;
-      }
+      if (got <= 0) return false;
       bytes = bytes.subspan(static_cast<std::size_t>(got));
     }
     return true;
   }
 
-  std::string why_it_ended() { return silent_ ? "it does not answer" : process_.how_it_ended(); }
+  std::string exit_reason() { return silent_ ? "it does not answer" : process_.exit_reason(); }
 
   std::optional<SourceItem> ended() {
-    if (finished_) {
-      return std::nullopt;
-    }
+    if (finished_) return std::nullopt;
     finished_ = true;
-    const std::string why = why_it_ended();
-    if (why.empty()) {
-      return std::nullopt;
-    }
-    trouble_ = "OpenNI2 does not survive reading the rest of the recording: " + why;
-    return LostPicture{{last_.time_ns, steady_now_ns(), last_.sequence + 1}, last_stream_, trouble_};
+    const std::string why = exit_reason();
+    if (why.empty()) return std::nullopt;
+    fault_ = "OpenNI2 does not survive reading the rest of the recording: " + why;
+    return LostPicture{{last_.time_ns, steady_now_ns(), last_.sequence + 1}, last_stream_, fault_};
   }
 
   std::vector<StreamSpec> specs_;
@@ -142,7 +131,7 @@ class OniSource::Reader {
   Stamp last_;
   Stream last_stream_ = Stream::color;
   bool silent_ = false, finished_ = false;
-  std::string trouble_;
+  std::string fault_;
 };
 
 OniSource::OniSource(std::string file, std::vector<StreamSpec> specs)
@@ -161,7 +150,7 @@ void OniSource::rewind() {
   try {
     reader_ = std::make_unique<Reader>(file_, specs_);
   } catch (const InputError&) {
-    // The file has gone meanwhile: finished() says so.
+    // The file does not exist any more: finished().
   }
 }
 

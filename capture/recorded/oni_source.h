@@ -1,6 +1,6 @@
 #pragma once
-// oni:FILE - what OpenNI2's recorder wrote. OpenNI2 crashes on some damaged files, so a program of its own reads it
-// (oni_messages.h), and this one gets pictures of the size it asked for or none.
+// oni:FILE - a recording of OpenNI2. OpenNI2 crashes on some damaged files, so a helper program reads the file
+// (oni_messages.h); only frames of the requested size are accepted from it.
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,11 +12,11 @@ namespace lumigraft::capture {
 
 class OniSource : public Source {
  public:
-  /// Throws InputError, also where OpenNI2 does not survive opening the file.
+  /// Throws InputError, also if OpenNI2 crashes when it opens the file.
   OniSource(std::string file, std::vector<StreamSpec> specs);
   ~OniSource() override;
 
-  /// Where OpenNI2 does not survive the rest of the recording it ends with a lost picture that says so.
+  /// If OpenNI2 crashes later, the last item is a lost frame with that reason.
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;
   bool finished() const override;
   void rewind() override;

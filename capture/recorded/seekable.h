@@ -1,5 +1,5 @@
 #pragma once
-// A recording that need not be decoded from its beginning.
+// A recording that can be decoded from a given time on.
 #include <cstdint>
 #include <optional>
 
@@ -9,9 +9,9 @@ class Seekable {
  public:
   virtual ~Seekable() = default;
   virtual std::int64_t first_time_ns() const = 0;
-  /// Of the last picture; empty where only reading everything would tell.
+  /// Time of the last frame; empty if only reading the whole recording would show it.
   virtual std::optional<std::int64_t> last_time_ns() const = 0;
-  /// Leaves out what is older than this, undecoded; never goes back. Pictures keep their numbers.
+  /// Skips older frames without decoding them; never goes back. Sequence numbers stay those of the whole recording.
   virtual void skip_to(std::int64_t time_ns) = 0;
 };
 

@@ -3,12 +3,11 @@
 #include <utility>
 
 #include "capture/error.h"
+#include "capture/recorded/parameters.h"
 #include "capture/recorded/seekable.h"
 
 namespace lumigraft::capture {
 namespace {
-
-constexpr std::int64_t kLead_ns = 2'000'000'000;
 
 class FramesFrom : public SeekableReader {
  public:
@@ -20,9 +19,7 @@ class FramesFrom : public SeekableReader {
   std::optional<FrameSet> next(std::chrono::milliseconds timeout) override {
     while (std::optional<FrameSet> set = reader_->next(timeout)) {
       first_time_ns_ = first_time_ns_.value_or(set->time_ns);
-      if (set->time_ns - *first_time_ns_ >= from_ns_) {
-        return set;
-      }
+      if (set->time_ns - *first_time_ns_ >= from_ns_) return set;
     }
     return std::nullopt;
   }
@@ -47,12 +44,12 @@ class FramesFrom : public SeekableReader {
   void begin() {
     auto* color = dynamic_cast<Seekable*>(sources_.color.get());
     if (color == nullptr) {
-      return;  // it is read from its beginning
+      return;  // read from the beginning
     }
     first_time_ns_ = color->first_time_ns();
     for (Source* source : {sources_.color.get(), sources_.depth.get(), sources_.fisheye.get()}) {
       if (auto* seekable = dynamic_cast<Seekable*>(source)) {
-        seekable->skip_to(*first_time_ns_ + from_ns_ - kLead_ns);
+        seekable->skip_to(*first_time_ns_ + from_ns_ - kRecordedParameters.seek_lead_ns);
       }
     }
   }
@@ -60,7 +57,7 @@ class FramesFrom : public SeekableReader {
   PairedSources sources_;
   std::unique_ptr<FrameReader> reader_;
   std::int64_t from_ns_ = 0;
-  std::optional<std::int64_t> first_time_ns_;  ///< of colour
+  std::optional<std::int64_t> first_time_ns_;  ///< of the colour stream
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
-// FrameSets of a recording from a moment on, without decoding what lies long before it. They are those of a replay from
-// the beginning: pairing begins two seconds earlier, since it depends on the newest pictures.
+// FrameSets of a recording from a given time on, without decoding everything before it. They equal those of a replay
+// from the beginning: pairing starts two seconds earlier, since it depends on recent frames.
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -10,12 +10,12 @@
 
 namespace lumigraft::capture {
 
-/// Moments count from the first colour picture on.
+/// Times are relative to the first colour frame.
 class SeekableReader : public FrameReader {
  public:
-  /// The next frame is the first one that is not before this. Rewinding goes there too.
+  /// The next frame is the first one at or after `from_ns`. rewind() returns to it too.
   virtual void seek(std::int64_t from_ns) = 0;
-  /// Of the last colour picture; empty where only reading everything would tell.
+  /// Time of the last colour frame; empty if only reading the whole recording would show it.
   virtual std::optional<std::int64_t> length_ns() const = 0;
 };
 

@@ -176,9 +176,7 @@ int ConfigTable::integer(std::string_view key, int low, int high, int fallback) 
 }
 
 bool ConfigTable::flag(std::string_view key, bool fallback) const {
-  if (!has(key)) {
-    return fallback;
-  }
+  if (!has(key)) return fallback;
   const toml::node* node = node_->lookup(key);
   if (!node->is_boolean()) {
     fail(key, found_text(node) + ", allowed: true or false");
@@ -200,15 +198,11 @@ std::string ConfigTable::text(std::string_view key, std::string_view fallback) c
 
 std::string ConfigTable::choice(std::string_view key, const std::vector<std::string>& allowed,
                                 std::string_view fallback) const {
-  if (!has(key)) {
-    return std::string(fallback);
-  }
+  if (!has(key)) return std::string(fallback);
   const toml::node* node = node_->lookup(key);
   std::string words;
   for (const std::string& word : allowed) {
-    if (node->is_string() && node->as_string()->get() == word) {
-      return word;
-    }
+    if (node->is_string() && node->as_string()->get() == word) return word;
     words += (words.empty() ? "" : ", ") + in_quotes(word);
   }
   fail(key, found_text(node) + ", allowed: " + words);
@@ -299,9 +293,7 @@ std::optional<ConfigTable> ConfigTable::optional_table(std::string_view key) con
 
 std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
   std::vector<ConfigTable> out;
-  if (!has(key)) {
-    return out;
-  }
+  if (!has(key)) return out;
   const toml::node* node = node_->lookup(key);
   const std::string allowed = ", allowed: tables [[" + join(node_->path, key) + "]]";
   if (!node->is_array()) {

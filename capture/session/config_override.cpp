@@ -31,24 +31,12 @@ std::string number_text(double value) {
 }
 
 std::string found_text(const toml::node* node) {
-  if (node == nullptr) {
-    return "found nothing";
-  }
-  if (const auto* s = node->as_string()) {
-    return "found " + in_quotes(s->get());
-  }
-  if (const auto* i = node->as_integer()) {
-    return "found " + std::to_string(i->get());
-  }
-  if (const auto* d = node->as_floating_point()) {
-    return "found " + number_text(d->get());
-  }
-  if (const auto* b = node->as_boolean()) {
-    return b->get() ? "found true" : "found false";
-  }
-  if (const auto* a = node->as_array()) {
-    return "found an array of " + std::to_string(a->size());
-  }
+  if (node == nullptr) return "found nothing";
+  if (const auto* s = node->as_string()) return "found " + in_quotes(s->get());
+  if (const auto* i = node->as_integer()) return "found " + std::to_string(i->get());
+  if (const auto* d = node->as_floating_point()) return "found " + number_text(d->get());
+  if (const auto* b = node->as_boolean()) return b->get() ? "found true" : "found false";
+  if (const auto* a = node->as_array()) return "found an array of " + std::to_string(a->size());
   return node->is_table() ? "found a table" : "found a date or time";
 }
 
@@ -93,9 +81,7 @@ toml::node* descend(toml::node* at, const std::string& part, const std::string& 
   }
   if (auto* array = at->as_array()) {
     const bool digits = part.find_first_not_of("0123456789") == std::string::npos && part.size() < 6;
-    if (digits && std::stoul(part) < array->size()) {
-      return array->get(std::stoul(part));
-    }
+    if (digits && std::stoul(part) < array->size()) return array->get(std::stoul(part));
     throw InputError("--set " + key + ": found no element \"" + part + "\", allowed: an index below " +
                      std::to_string(array->size()));
   }
@@ -131,12 +117,8 @@ void apply_override(toml::table& root, const std::string& line, std::set<std::st
 
 bool was_overridden(const std::set<std::string>& overridden, const std::string& path) {
   for (std::size_t end = path.find('.');; end = path.find('.', end + 1)) {
-    if (overridden.count(path.substr(0, end)) != 0) {
-      return true;
-    }
-    if (end == std::string::npos) {
-      return false;
-    }
+    if (overridden.count(path.substr(0, end)) != 0) return true;
+    if (end == std::string::npos) return false;
   }
 }
 

@@ -32,9 +32,7 @@ std::string source_uri(const ConfigTable& table) {
 
 Response read_response(const ConfigTable& table) {
   const std::string name = table.text("response", "srgb");
-  if (name == "srgb") {
-    return Response::srgb();
-  }
+  if (name == "srgb") return Response::srgb();
   return name == "linear" ? Response::linear() : Response::from_file(table.existing_file("response"));
 }
 
@@ -80,9 +78,7 @@ CameraModel read_fisheye_model(const ConfigTable& table) {
 
 Vignetting read_vignetting(const ConfigTable& table, const CameraModel& camera) {
   Vignetting vignetting;
-  if (!table.has("vignetting")) {
-    return vignetting;
-  }
+  if (!table.has("vignetting")) return vignetting;
   const std::vector<double> terms = table.numbers("vignetting", vignetting.terms.size());
   std::copy(terms.begin(), terms.end(), vignetting.terms.begin());
   constexpr int kSteps = 100;  // one per degree of a lens of 200 degrees
@@ -165,9 +161,7 @@ Size read_size(const ConfigTable& table) {
 ConfigTable lens_table(const ConfigTable& camera, const Size& size, const std::optional<ConfigTable>& calibration,
                        std::string_view name) {
   const auto lens = calibration ? calibration->optional_table(name) : std::nullopt;
-  if (!lens) {
-    return camera;
-  }
+  if (!lens) return camera;
   const std::string other = ", allowed: that of the camera in " + camera.file().string() + ", ";
   for (const auto& [side, wanted] : {std::pair("width", size.width), std::pair("height", size.height)}) {
     const int found = lens->integer(side, 1, kMaxSide_px);

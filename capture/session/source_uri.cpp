@@ -10,9 +10,7 @@ std::optional<SourceUri> parse_source(const std::string& uri) {
                                                     {"aravis", true}};
   const std::size_t colon = uri.find(':');
   const auto kind = kLive.find(uri.substr(0, colon));
-  if (colon == std::string::npos || kind == kLive.end()) {
-    return std::nullopt;
-  }
+  if (colon == std::string::npos || kind == kLive.end()) return std::nullopt;
   return SourceUri{kind->first, uri.substr(colon + 1), kind->second};
 }
 

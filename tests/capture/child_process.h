@@ -1,5 +1,5 @@
 #pragma once
-// A program beside a test that is told to go, and killed when its turn is over.
+// Runs a program during a test and kills it at the end.
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,8 +12,8 @@ namespace lumigraft::test {
 
 class ChildProcess {
  public:
-  /// Returns when the program has said something, or has ended without.
-  explicit ChildProcess(std::vector<std::string> words) {
+  /// Returns when the program has written to its standard output, or has ended.
+  explicit ChildProcess(std::vector<std::string> arguments) {
     int ends[2];
     if (pipe(ends) != 0) {
       return;
@@ -23,15 +23,15 @@ class ChildProcess {
     posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
     posix_spawn_file_actions_addclose(&actions, ends[0]);
     std::vector<char*> argv;
-    for (std::string& word : words) {
-      argv.push_back(word.data());
+    for (std::string& argument : arguments) {
+      argv.push_back(argument.data());
     }
     argv.push_back(nullptr);
     running_ = posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ) == 0;
     posix_spawn_file_actions_destroy(&actions);
     close(ends[1]);
-    char said[8] = {};
-    running_ = running_ && read(ends[0], said, sizeof said) > 0;
+    char output[8] = {};
+    running_ = running_ && read(ends[0], output, sizeof output) > 0;
     close(ends[0]);
   }
   ~ChildProcess() {

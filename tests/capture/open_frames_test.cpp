@@ -1,4 +1,4 @@
-// From session files to FrameSets, through each kind of source.
+// FrameSets from session files, with each kind of source.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -93,14 +93,14 @@ TEST_F(OpenFrames, MatroskaAndImagesTogether) {
   }
 }
 
-TEST_F(OpenFrames, DepthBesideColorIsRegistered) {
+TEST_F(OpenFrames, DepthOfAnotherCameraIsRegistered) {
   const auto reader =
       open_frames(session({"depth.registered=false", "depth.fx=130", "depth.fy=130", "depth.cx=79.5", "depth.cy=59.5",
                            "depth.T_color_depth=[[1,0,0,0.1],[0,1,0,0],[0,0,1,0.25],[0,0,0,1]]"}));
   const auto set = reader->next(100ms);
   ASSERT_TRUE(set && set->depth);
   EXPECT_FLOAT_EQ(set->depth->depth_m.at(80, 60), 1.75f);
-  EXPECT_EQ(set->depth->depth_m.at(0, 60), 0.0f) << "left of what the depth camera sees";
+  EXPECT_EQ(set->depth->depth_m.at(0, 60), 0.0f) << "outside the depth camera's view";
 }
 
 TEST_F(OpenFrames, ALiveDevice) {
@@ -121,7 +121,7 @@ TEST_F(OpenFrames, ALiveDevice) {
   EXPECT_GE(paired, 6);
 }
 
-TEST_F(OpenFrames, ACameraTellsItsSerialNumberAndIsRefusedForAnothers) {
+TEST_F(OpenFrames, ACameraWithAnotherSerialNumberIsRefused) {
   Session live = session({"color.source=openni2:", "depth.source=openni2:", "depth.serial=LG-0042"});
   live.fisheye.reset();
   EXPECT_EQ(live.color.serial, "");
@@ -130,7 +130,7 @@ TEST_F(OpenFrames, ACameraTellsItsSerialNumberAndIsRefusedForAnothers) {
   live.depth->serial = "LG-0043";
   try {
     open_sources(live);
-    FAIL() << "taken";
+    FAIL() << "not refused";
   } catch (const InputError& e) {
     EXPECT_STREQ(e.what(),
                  "color.source: openni2:: found the camera with the serial number \"LG-0042\", allowed: "
@@ -151,7 +151,7 @@ TEST_F(OpenFrames, SettingsThatALiveCameraCannotTakeAreRefused) {
             "fisheye.bracket_us: found it beside aravis:, allowed: v4l2:");
 }
 
-TEST_F(OpenFrames, AnAbsentCameraIsWaitedFor) {
+TEST_F(OpenFrames, AnAbsentCameraIsOpenedLater) {
   Session live = session({"color.source=v4l2:/dev/no-such-camera"});
   live.depth.reset();
   live.fisheye.reset();

@@ -1,5 +1,5 @@
 #pragma once
-// A live colour camera is recorded, and must come out as it went in.
+// Records a live colour camera and checks that the replay equals it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace lumigraft::test {
 
-/// Of the session.toml in `folder`, into its folder "out".
-inline void expect_to_replay_as_it_came(const std::filesystem::path& folder, std::size_t pictures) {
+/// Records the session of `folder`/session.toml into `folder`/out.
+inline void expect_identical_replay(const std::filesystem::path& folder, std::size_t pictures) {
   const capture::Session live = capture::read_session(capture::ConfigTable::load(folder / "session.toml"));
   std::vector<capture::Picture> seen;
   {

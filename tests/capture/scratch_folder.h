@@ -1,5 +1,5 @@
 #pragma once
-// A folder of a test's own that goes when the test ends.
+// A temporary folder for one test, removed at its end.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

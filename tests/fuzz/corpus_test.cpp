@@ -1,4 +1,4 @@
-// What libFuzzer once found is read again, without libFuzzer.
+// Reads the inputs that libFuzzer has found, without libFuzzer.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -11,7 +11,7 @@
 namespace lumigraft::test {
 namespace {
 
-/// The largest memory of the program, or of its children, so far.
+/// Peak memory of this process or of its children.
 long largest_mb(int whose) {
   rusage used{};
   getrusage(whose, &used);
@@ -29,7 +29,7 @@ int play(const char* corpus, void (*target)(fuzz::Bytes)) {
     ++files;
   }
   EXPECT_LT(largest_mb(RUSAGE_SELF), 500);
-  EXPECT_LT(largest_mb(RUSAGE_CHILDREN), 1200) << "of a recording that OpenNI2 reads";
+  EXPECT_LT(largest_mb(RUSAGE_CHILDREN), 1200) << "memory of the helper for OpenNI2 recordings";
   return files;
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# openni_with_coverage.sh INTO: makes INTO/libOpenNI2.so.0 with the driver of recordings from the library's own source,
-# taken from apt, in a way that libFuzzer sees which parts of it run and AddressSanitizer what they do to memory.
+# openni_with_coverage.sh INTO: builds INTO/libOpenNI2.so.0 and its driver for recordings from the source in apt, with
+# libFuzzer's coverage and AddressSanitizer.
 set -euo pipefail
 mkdir -p "$1"
 into=$(cd "$1" && pwd)

@@ -30,7 +30,7 @@ void expect_answer(const Action& action) {
   }
 }
 
-/// As the corpus has them.
+/// The streams of the recordings in the corpus.
 const std::vector<capture::StreamSpec> kOniStreams = {{.stream = capture::Stream::color, .width = 160, .height = 120},
                                                       {.stream = capture::Stream::depth, .width = 160, .height = 120}};
 
@@ -47,7 +47,7 @@ std::filesystem::path file_with(Bytes bytes) {
   if (ftruncate(file, 0) != 0 || pwrite(file, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
     throw std::runtime_error("no memory for a file");
   }
-  return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(file);  // other programs read it too
+  return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(file);  // a path that helper programs can open
 }
 
 void mkv(Bytes bytes) {

@@ -1,8 +1,8 @@
 #pragma once
-// What is done with bytes that may be anything: read as what they claim to be, to the end. InputError and CameraFault
-// are right answers; whatever else is thrown, crashes, hangs or fills the memory is a fault.
+// Fuzz targets: each reads arbitrary bytes as one kind of input, to the end. InputError and CameraFault are correct
+// results; any other exception, a crash, a hang or exhausted memory is a fault.
 //
-// libFuzzer makes the bytes, in a build of its own with clang:
+// libFuzzer generates the bytes, in a build of its own with clang:
 //
 //   cmake --preset fuzz && cmake --build --preset fuzz
 //   build/fuzz/fuzz_mkv -max_total_time=600 -rss_limit_mb=1500 -max_len=20000 new_corpus tests/fuzz/corpus/mkv
@@ -12,7 +12,7 @@
 //   flags="-fork=1 -ignore_crashes=1 -ignore_timeouts=1 -ignore_ooms=1 -timeout=10 -max_total_time=600"
 //   build/fuzz/fuzz_oni_library $flags new_corpus tests/fuzz/corpus/oni
 //
-// and what it found, made small by -merge=1, is kept in corpus/ and read again by every run of the tests.
+// The inputs it found, reduced by -merge=1, are kept in corpus/ and read again by every run of the tests.
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -21,11 +21,12 @@ namespace lumigraft::fuzz {
 
 using Bytes = std::span<const std::uint8_t>;
 
-void mkv(Bytes bytes);          ///< a recording; its first byte says what it is taken for, and whether from a moment on
+void mkv(Bytes bytes);          ///< a Matroska recording; the first byte selects the stream and the seek time
 void session(Bytes bytes);      ///< a session.toml
-void calibration(Bytes bytes);  ///< what a session.toml names as calibration
-void oni(Bytes bytes);          ///< a recording of OpenNI2, in the program that reads it
-/// The same in this process, so that libFuzzer sees into OpenNI2, where openni_with_coverage.sh built it. It crashes.
+void calibration(Bytes bytes);  ///< the calibration file of a session.toml
+void oni(Bytes bytes);          ///< a recording of OpenNI2, read by the helper program
+/// The same in this process, so that libFuzzer measures coverage of OpenNI2 as built by openni_with_coverage.sh.
+/// OpenNI2 may crash.
 void oni_library(Bytes bytes);
 
 /// A file in memory with these bytes; the same path each time.

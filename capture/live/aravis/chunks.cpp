@@ -5,24 +5,27 @@
 #include <cstdlib>
 #include <span>
 
+#include "capture/live/parameters.h"
+
 namespace lumigraft::capture::aravis {
 namespace {
 
 constexpr std::uint64_t kNsPerS = 1'000'000'000;
-constexpr std::size_t kNumber = 4;         ///< bytes of a chunk's name, and of its length
-constexpr std::size_t kTag = 2 * kNumber;  ///< what stands behind each chunk
+constexpr std::size_t kNumber = 4;             ///< bytes of a chunk's ID, and of its length
+constexpr std::size_t kTrailer = 2 * kNumber;  ///< ID and length, after each chunk
 
-bool says_no(const CameraSettings& settings) {
+bool disabled_by(const CameraSettings& settings) {
   return std::any_of(settings.controls.begin(), settings.controls.end(),
                      [](const auto& control) { return control.first == "ChunkModeActive" && control.second == 0.0; });
 }
 
-/// Ticks of f a second, without leaving 64 bits.
+/// Converts ticks of frequency f to nanoseconds without overflow of 64 bits.
 std::uint64_t ns_of(std::uint64_t ticks, std::uint64_t f) { return ticks / f * kNsPerS + ticks % f * kNsPerS / f; }
 
-/// Two times of one picture on one clock lie as far apart as its exposure and its way to the wire may be long.
+/// Whether two times may belong to one frame: they differ by less than exposure and transfer can take.
 bool are_near(std::uint64_t a_ns, std::uint64_t b_ns) {
-  return std::min(a_ns - b_ns, b_ns - a_ns) <= kNsPerS;  // unsigned: the smaller one is the distance
+  // Unsigned: the smaller one is the distance.
+  return std::min(a_ns - b_ns, b_ns - a_ns) <= kAravisParameters.max_time_difference_ns;
 }
 
 std::uint64_t number_at(std::span<const std::uint8_t> bytes, std::size_t at, bool big_endian) {
@@ -44,8 +47,8 @@ std::vector<ArvGcPropertyNode*> properties_of(ArvGcNode* node) {
   return out;
 }
 
-/// What a port leads to; empty where that is not a chunk.
-std::optional<std::uint32_t> chunk_of(ArvGcNode* port) {
+/// Chunk ID of a port; empty if it is not the port of a chunk.
+std::optional<std::uint32_t> chunk_id(ArvGcNode* port) {
   for (ArvGcPropertyNode* property : properties_of(port)) {
     if (arv_gc_property_node_get_node_type(property) == ARV_GC_PROPERTY_NODE_TYPE_CHUNK_ID) {
       const char* name = arv_gc_property_node_get_string(property, nullptr);
@@ -60,9 +63,7 @@ std::optional<std::uint32_t> chunk_of(ArvGcNode* port) {
 Chunks::Chunks(ArvCamera& camera, const StreamSpec& spec) : spec_(spec) {
   Check check;
   ArvDevice* device = arv_camera_get_device(&camera);
-  if (says_no(spec.settings) || !arv_camera_are_chunks_available(&camera, check)) {
-    return;
-  }
+  if (disabled_by(spec.settings) || !arv_camera_are_chunks_available(&camera, check)) return;
   arv_camera_set_chunk_mode(&camera, TRUE, check);
   if (check.failed()) {
     refused_ = check.text();
@@ -72,17 +73,17 @@ Chunks::Chunks(ArvCamera& camera, const StreamSpec& spec) : spec_(spec) {
   if (ARV_IS_GV_DEVICE(device)) {
     ticks_per_s_ = arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device), check);
   }
-  time_ = switched_on(camera, "Timestamp", ARV_TYPE_GC_INTEGER);
-  // The session says what one exposure and one gain make of light; others stand in proportion to those.
+  time_ = enable(camera, "Timestamp", ARV_TYPE_GC_INTEGER);
+  // The session's `exposure` holds for its exposure_us and gain; those of a frame scale it.
   if (spec.settings.exposure_us) {
-    exposure_ = switched_on(camera, "ExposureTime", ARV_TYPE_GC_FLOAT);
+    exposure_ = enable(camera, "ExposureTime", ARV_TYPE_GC_FLOAT);
   }
-  ArvGcNode* gain = arv_device_get_feature(device, "Gain");  // without it `gain` is in the camera's own steps
+  ArvGcNode* gain = arv_device_get_feature(device, "Gain");  // if absent, `gain` is in the camera's own steps
   if (spec.settings.gain && ARV_IS_GC_FLOAT(gain)) {
     const char* unit = arv_gc_float_get_unit(ARV_GC_FLOAT(gain));
     gain_in_db_ = unit != nullptr && std::string(unit) == "dB";
     if (gain_in_db_ || *spec.settings.gain > 0.0) {
-      gain_ = switched_on(camera, "Gain", ARV_TYPE_GC_FLOAT);
+      gain_ = enable(camera, "Gain", ARV_TYPE_GC_FLOAT);
     }
   }
   if (time_ || exposure_ || gain_) {
@@ -92,23 +93,20 @@ Chunks::Chunks(ArvCamera& camera, const StreamSpec& spec) : spec_(spec) {
   }
 }
 
-/// The registers that a feature is made of: in which chunk each lies, and where it ends.
-std::vector<Chunks::Need> Chunks::needs_of(ArvGcNode* node, int depth) {
-  constexpr int kDeepest = 8;  // a description may go in circles
-  std::vector<Need> out;
-  if (depth > kDeepest) {
-    return out;
-  }
+/// Chunks that contain the registers of a feature, each with the end of its last register.
+std::vector<Chunks::RequiredChunk> Chunks::chunks_of(ArvGcNode* node, int depth) {
+  std::vector<RequiredChunk> out;
+  if (depth > kAravisParameters.max_feature_depth) return out;
   for (ArvGcPropertyNode* property : properties_of(node)) {
     const ArvGcPropertyNodeType type = arv_gc_property_node_get_node_type(property);
     if (type == ARV_GC_PROPERTY_NODE_TYPE_P_VALUE || type == ARV_GC_PROPERTY_NODE_TYPE_P_VARIABLE) {
-      const std::vector<Need> deeper = needs_of(arv_gc_property_node_get_linked_node(property), depth + 1);
+      const std::vector<RequiredChunk> deeper = chunks_of(arv_gc_property_node_get_linked_node(property), depth + 1);
       out.insert(out.end(), deeper.begin(), deeper.end());
     } else if (type == ARV_GC_PROPERTY_NODE_TYPE_P_PORT && ARV_IS_GC_REGISTER(node)) {
       Check address, size;
       const guint64 from = arv_gc_register_get_address(ARV_GC_REGISTER(node), address);
       const guint64 length = arv_gc_register_get_length(ARV_GC_REGISTER(node), size);
-      const auto chunk = chunk_of(arv_gc_property_node_get_linked_node(property));
+      const auto chunk = chunk_id(arv_gc_property_node_get_linked_node(property));
       if (chunk && !address.failed() && !size.failed() && from <= G_MAXUINT32 && length <= G_MAXUINT32) {
         out.push_back({*chunk, from + length});
       }
@@ -117,112 +115,95 @@ std::vector<Chunks::Need> Chunks::needs_of(ArvGcNode* node, int depth) {
   return out;
 }
 
-/// What the camera does not offer, or will not do, is left out.
-std::optional<Chunks::Feature> Chunks::switched_on(ArvCamera& camera, const std::string& name, GType type) {
+/// Enables one chunk. Empty if the camera does not offer it or refuses.
+std::optional<Chunks::Feature> Chunks::enable(ArvCamera& camera, const std::string& name, GType type) {
   Check check;
   guint count = 0;
   const std::unique_ptr<const char*, FreeMemory> offered(
       arv_camera_dup_available_enumerations_as_strings(&camera, "ChunkSelector", &count, check));
   const std::span<const char*> all(offered.get(), offered != nullptr ? count : 0);
-  if (std::find(all.begin(), all.end(), name) == all.end()) {
-    return std::nullopt;
-  }
+  if (std::find(all.begin(), all.end(), name) == all.end()) return std::nullopt;
   Feature feature{"Chunk" + name, {}};
   ArvGcNode* node = arv_device_get_feature(arv_camera_get_device(&camera), feature.name.c_str());
-  if (node == nullptr || !G_TYPE_CHECK_INSTANCE_TYPE(node, type)) {
-    return std::nullopt;
-  }
-  feature.needs = needs_of(node);
-  if (feature.needs.empty()) {
-    return std::nullopt;
-  }
+  if (node == nullptr || !G_TYPE_CHECK_INSTANCE_TYPE(node, type)) return std::nullopt;
+  feature.chunks = chunks_of(node);
+  if (feature.chunks.empty()) return std::nullopt;
   arv_camera_set_chunk_state(&camera, name.c_str(), TRUE, check);
   const std::string why = check.text();
-  if (!arv_camera_get_chunk_state(&camera, name.c_str(), check) || check.failed()) {  // some are on and cannot be set
+  if (!arv_camera_get_chunk_state(&camera, name.c_str(), check) ||
+      check.failed()) {  // some chunks are always on and cannot be set
     refused_ = feature.name + (why.empty() ? "" : ": " + why);
     return std::nullopt;
   }
   return feature;
 }
 
-bool Chunks::are_whole(ArvBuffer& buffer, std::size_t picture_bytes) const {
+bool Chunks::are_complete(ArvBuffer& buffer, std::size_t picture_bytes) const {
   std::size_t size = 0;
   const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(&buffer, &size));
   const std::span<const std::uint8_t> bytes(data, data != nullptr ? size : 0);
-  // From the end to the picture, which may be a chunk like the others.
-  for (std::size_t end = bytes.size(); end >= picture_bytes + kTag;) {
-    const std::size_t tag = end - kTag;
-    const std::uint64_t length = number_at(bytes, tag + kNumber, big_endian_);
-    if (length > tag) {
-      return false;
-    }
-    end = tag - length;
-    if (end == picture_bytes || (end == 0 && tag == picture_bytes)) {
-      return true;
-    }
+  // From the end of the buffer to the image, which may itself be the first chunk.
+  for (std::size_t end = bytes.size(); end >= picture_bytes + kTrailer;) {
+    const std::size_t trailer = end - kTrailer;
+    const std::uint64_t length = number_at(bytes, trailer + kNumber, big_endian_);
+    if (length > trailer) return false;
+    end = trailer - length;
+    if (end == picture_bytes || (end == 0 && trailer == picture_bytes)) return true;
   }
   return false;
 }
 
-/// Empty where its chunks are there and long enough.
-std::string Chunks::reason_against(const Feature& feature, ArvBuffer& buffer) const {
-  for (const Need& need : feature.needs) {
+/// Why a feature cannot be read from this buffer; empty if its chunks are present and long enough.
+std::string Chunks::rejection_reason(const Feature& feature, ArvBuffer& buffer) const {
+  for (const RequiredChunk& chunk : feature.chunks) {
     std::size_t length = 0;
-    if (arv_buffer_get_chunk_data(&buffer, need.chunk, &length) == nullptr) {
-      return feature.name + " is missing";
-    }
-    if (length < need.bytes) {
-      return feature.name + " has " + std::to_string(length) + " bytes, not " + std::to_string(need.bytes);
+    if (arv_buffer_get_chunk_data(&buffer, chunk.id, &length) == nullptr) return feature.name + " is missing";
+    if (length < chunk.min_bytes) {
+      return feature.name + " has " + std::to_string(length) + " bytes, not " + std::to_string(chunk.min_bytes);
     }
   }
   return {};
 }
 
 std::optional<std::int64_t> Chunks::time_ns(ArvBuffer& buffer, std::string& fault) const {
-  fault = reason_against(*time_, buffer);
-  if (!fault.empty()) {
-    return std::nullopt;
-  }
+  fault = rejection_reason(*time_, buffer);
+  if (!fault.empty()) return std::nullopt;
   Check check;
-  const auto told = static_cast<std::uint64_t>(
+  const auto value = static_cast<std::uint64_t>(
       arv_chunk_parser_get_integer_value(parser_.get(), &buffer, time_->name.c_str(), check));
   if (check.failed()) {
     fault = check.text();
     return std::nullopt;
   }
-  // Some cameras' features are in nanoseconds, those of others in the ticks of their clock; the leader's are ticks.
+  // Some cameras report the chunk's time in nanoseconds, others in ticks of their clock; the leader's time decides.
   const std::uint64_t leader_ns = arv_buffer_get_timestamp(&buffer);
-  if (are_near(told, leader_ns)) {
-    return static_cast<std::int64_t>(told);
-  }
-  if (ticks_per_s_ > 0 && ticks_per_s_ <= kNsPerS && are_near(ns_of(told, ticks_per_s_), leader_ns)) {
-    return static_cast<std::int64_t>(ns_of(told, ticks_per_s_));
+  if (are_near(value, leader_ns)) return static_cast<std::int64_t>(value);
+  if (ticks_per_s_ > 0 && ticks_per_s_ <= kNsPerS && are_near(ns_of(value, ticks_per_s_), leader_ns)) {
+    return static_cast<std::int64_t>(ns_of(value, ticks_per_s_));
   }
   fault = time_->name + " is of another moment than its picture";
   return std::nullopt;
 }
 
 std::optional<double> Chunks::number(const Feature& feature, ArvBuffer& buffer, std::string& fault) const {
-  fault = reason_against(feature, buffer);
-  if (!fault.empty()) {
-    return std::nullopt;
-  }
+  fault = rejection_reason(feature, buffer);
+  if (!fault.empty()) return std::nullopt;
   Check check;
-  const double told = arv_chunk_parser_get_float_value(parser_.get(), &buffer, feature.name.c_str(), check);
+  const double value = arv_chunk_parser_get_float_value(parser_.get(), &buffer, feature.name.c_str(), check);
   if (check.failed()) {
     fault = check.text();
     return std::nullopt;
   }
-  return told;
+  return value;
 }
 
-OwnSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
-  OwnSettings own;
+FrameSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
+  FrameSettings own;
   if (!arv_buffer_has_chunks(&buffer)) {
     own.fault = "it has none";
     return own;
   }
-  if (!are_whole(buffer, picture_bytes)) {
+  if (!are_complete(buffer, picture_bytes)) {
     own.fault = "they have not the lengths that they say";
     return own;
   }
@@ -236,22 +217,22 @@ OwnSettings Chunks::read(ArvBuffer& buffer, std::size_t picture_bytes) const {
     own.time_ns = time_ns(buffer, fault);
     note();
   }
-  double ratio = 1.0;  // of the light that makes one code, to that of the session's exposure and gain
+  double ratio = 1.0;  // of exposure time times gain, frame to session
   if (exposure_) {
     const auto exposure_us = number(*exposure_, buffer, fault);
     note();
     ratio *= exposure_us ? *exposure_us / *spec_.settings.exposure_us : std::nan("");
   }
   if (gain_) {
-    constexpr double kDbPerTen = 20.0;  // of an amplitude
+    constexpr double kDbPerTen = 20.0;  // decibels of a factor of ten in amplitude
     const auto gain = number(*gain_, buffer, fault);
     note();
     ratio *= !gain         ? std::nan("")
              : gain_in_db_ ? std::pow(10.0, (*gain - *spec_.settings.gain) / kDbPerTen)
                            : *gain / *spec_.settings.gain;
   }
-  constexpr double kMost = 1e4;  // of what a sensor can do, far above
-  if (ratio > 1.0 / kMost && ratio < kMost) {
+  constexpr double kMaxRatio = kAravisParameters.max_exposure_ratio;
+  if (ratio > 1.0 / kMaxRatio && ratio < kMaxRatio) {
     own.exposure = spec_.exposure * ratio;
   } else if (own.fault.empty()) {
     own.fault = "its exposure and gain cannot be true";

@@ -8,19 +8,19 @@
 namespace lumigraft::capture::aravis {
 namespace {
 
-struct Pair {
+struct FormatPair {
   ArvPixelFormat aravis;
-  PixelFormat ours;
+  PixelFormat format;
 };
 
-constexpr std::array<Pair, 8> kFormats = {{{ARV_PIXEL_FORMAT_BAYER_RG_8, PixelFormat::bayer_rggb8},
-                                           {ARV_PIXEL_FORMAT_BAYER_BG_8, PixelFormat::bayer_bggr8},
-                                           {ARV_PIXEL_FORMAT_BAYER_GB_8, PixelFormat::bayer_gbrg8},
-                                           {ARV_PIXEL_FORMAT_BAYER_GR_8, PixelFormat::bayer_grbg8},
-                                           {ARV_PIXEL_FORMAT_RGB_8_PACKED, PixelFormat::rgb8},
-                                           {ARV_PIXEL_FORMAT_BGR_8_PACKED, PixelFormat::bgr8},
-                                           {ARV_PIXEL_FORMAT_MONO_8, PixelFormat::grey8},
-                                           {ARV_PIXEL_FORMAT_MONO_16, PixelFormat::grey16}}};
+constexpr std::array<FormatPair, 8> kFormats = {{{ARV_PIXEL_FORMAT_BAYER_RG_8, PixelFormat::bayer_rggb8},
+                                                 {ARV_PIXEL_FORMAT_BAYER_BG_8, PixelFormat::bayer_bggr8},
+                                                 {ARV_PIXEL_FORMAT_BAYER_GB_8, PixelFormat::bayer_gbrg8},
+                                                 {ARV_PIXEL_FORMAT_BAYER_GR_8, PixelFormat::bayer_grbg8},
+                                                 {ARV_PIXEL_FORMAT_RGB_8_PACKED, PixelFormat::rgb8},
+                                                 {ARV_PIXEL_FORMAT_BGR_8_PACKED, PixelFormat::bgr8},
+                                                 {ARV_PIXEL_FORMAT_MONO_8, PixelFormat::grey8},
+                                                 {ARV_PIXEL_FORMAT_MONO_16, PixelFormat::grey16}}};
 
 }  // namespace
 
@@ -31,44 +31,34 @@ std::string Check::text() const {
 }
 
 void Check::or_throw(const std::string& what) const {
-  if (error_ == nullptr) {
-    return;
-  }
-  // What the camera's own description of itself forbids stays forbidden; anything else, as a network that is not up
-  // yet, may pass.
-  const bool stays =
+  if (error_ == nullptr) return;
+  // What the camera's description does not allow is permanent. Other errors, for example of a network that is not up
+  // yet, may be temporary.
+  const bool permanent =
       error_->domain == ARV_GC_ERROR ||
       (error_->domain == ARV_DEVICE_ERROR &&
        (error_->code == ARV_DEVICE_ERROR_WRONG_FEATURE || error_->code == ARV_DEVICE_ERROR_FEATURE_NOT_FOUND ||
         error_->code == ARV_DEVICE_ERROR_INVALID_PARAMETER ||
         error_->code == ARV_DEVICE_ERROR_PROTOCOL_ERROR_INVALID_PARAMETER));
-  if (stays) {
+  if (permanent) {
     throw InputError(what + ": " + text());
   }
   throw CameraFault(what + ": " + text());
 }
 
 bool usb3_vision_is_forbidden() {
-  constexpr int kMiscellaneous = 0xEF, kUsb3Vision = 0x05;
+  constexpr int kMiscellaneous = 0xEF, kUsb3Vision = 0x05;  // class and subclass of the USB3 Vision standard
   return is_forbidden_usb_interface(kMiscellaneous, kUsb3Vision);
 }
 
 std::optional<PixelFormat> pixel_format_of(gint64 format) {
-  for (const Pair& pair : kFormats) {
-    if (pair.aravis == format) {
-      return pair.ours;
-    }
-  }
-  return std::nullopt;
+  const auto* found = std::ranges::find(kFormats, format, &FormatPair::aravis);
+  return found != kFormats.end() ? std::optional(found->format) : std::nullopt;
 }
 
 std::optional<ArvPixelFormat> aravis_format_of(PixelFormat format) {
-  for (const Pair& pair : kFormats) {
-    if (pair.ours == format) {
-      return pair.aravis;
-    }
-  }
-  return std::nullopt;
+  const auto* found = std::ranges::find(kFormats, format, &FormatPair::format);
+  return found != kFormats.end() ? std::optional(found->aravis) : std::nullopt;
 }
 
 }  // namespace lumigraft::capture::aravis

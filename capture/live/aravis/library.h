@@ -1,5 +1,5 @@
 #pragma once
-// What both users of Aravis need: its errors and its words. Included by .cpp files alone.
+// Aravis' errors, pointers and pixel formats. Included by .cpp files alone.
 #include <arv.h>
 
 #include <memory>
@@ -21,7 +21,7 @@ struct FreeMemory {
   void operator()(gpointer p) const { g_free(p); }
 };
 
-/// Takes an error out of a call; throws it as what it is: a camera that does not answer may do so later.
+/// Receives the error of a call. or_throw() throws a CameraFault for errors that may be temporary, else an InputError.
 class Check {
  public:
   Check() = default;
@@ -34,14 +34,14 @@ class Check {
     return &error_;
   }
   bool failed() const { return error_ != nullptr; }
-  std::string text() const;  ///< on one line; empty where nothing failed
+  std::string text() const;  ///< on one line; empty without an error
   void or_throw(const std::string& what) const;
 
  private:
   GError* error_ = nullptr;
 };
 
-/// Of a camera of USB3 Vision that this program may not use Aravis says nothing.
+/// Whether there is a USB3 Vision camera without permission, which Aravis silently ignores.
 bool usb3_vision_is_forbidden();
 
 std::optional<PixelFormat> pixel_format_of(gint64 format);

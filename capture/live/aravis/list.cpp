@@ -7,7 +7,7 @@ namespace {
 
 using aravis::Check;
 
-void look_into(ArvCamera* camera, CameraListing& listing) {
+void list_device(ArvCamera* camera, CameraListing& listing) {
   Check check;
   gint width = 0, height = 0;
   arv_camera_get_sensor_size(camera, &width, &height, check);
@@ -57,7 +57,7 @@ std::vector<CameraListing> list_aravis_cameras() {
       Check check;
       const aravis::Ref<ArvCamera> camera(arv_camera_new(id.c_str(), check));
       check.or_throw("open");
-      look_into(camera.get(), listing);
+      list_device(camera.get(), listing);
     } catch (const InputError& e) {
       listing.rejection_reason = e.what();
     }

@@ -11,6 +11,7 @@
 #include "capture/live/aravis/chunks.h"
 #include "capture/live/aravis/library.h"
 #include "capture/live/error_context.h"
+#include "capture/live/parameters.h"
 #include "capture/live/usb_permission.h"
 
 namespace lumigraft::capture {
@@ -19,16 +20,14 @@ namespace {
 using aravis::Check;
 using aravis::Ref;
 
-constexpr int kBuffers = 8;
-
-/// Colour before grey, and what takes a third of the wire before what does not.
+/// Colour before grey, and Bayer first, since it needs a third of the bandwidth of RGB.
 constexpr PixelFormat kPreferred[] = {PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8,
                                       PixelFormat::bayer_grbg8, PixelFormat::rgb8,        PixelFormat::bgr8,
                                       PixelFormat::grey8,       PixelFormat::grey16};
 
 }  // namespace
 
-/// One connection. The constructor throws with the reason alone.
+/// The camera from opening to closing. The constructor throws with the reason alone.
 class AravisSource::Camera {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
@@ -47,7 +46,7 @@ class AravisSource::Camera {
     if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
       throw CameraFault("found it in use by another program, or by one that ended some seconds ago without a word");
     }
-    stop_what_runs();
+    stop_acquisition();
     choose_format();
     choose_region();
     fix_exposure();
@@ -56,12 +55,11 @@ class AravisSource::Camera {
     start();
   }
 
-  /// A camera that is gone keeps the library waiting for a dozen seconds, which it may do alone.
+  /// Closes the camera on another thread, since Aravis waits a dozen seconds for a camera that is gone.
   ~Camera() {
     if (device_ != nullptr) {
       g_signal_handlers_disconnect_by_data(device_, this);
     }
-    constexpr std::chrono::milliseconds kAnswersWithin{500};
     std::promise<void> promise;
     const std::future<void> closed = promise.get_future();
     std::thread([started = started_, camera = std::move(camera_), stream = std::move(stream_),
@@ -70,12 +68,12 @@ class AravisSource::Camera {
         Check ignored;
         arv_camera_stop_acquisition(camera.get(), ignored);
       }
-      chunks.reset();  // it watches the stream's pictures
+      chunks.reset();  // before the stream, whose buffers it refers to
       stream.reset();
       camera.reset();
       promise.set_value();
     }).detach();
-    closed.wait_for(kAnswersWithin);
+    closed.wait_for(kAravisParameters.close_timeout);
   }
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
@@ -83,10 +81,8 @@ class AravisSource::Camera {
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
     ArvBuffer* buffer =
         arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(std::chrono::microseconds(timeout).count()));
-    if (buffer == nullptr) {
-      return std::nullopt;
-    }
-    SourceItem item = take(*buffer);
+    if (buffer == nullptr) return std::nullopt;
+    SourceItem item = to_item(*buffer);
     arv_stream_push_buffer(stream_.get(), buffer);
     return item;
   }
@@ -95,9 +91,8 @@ class AravisSource::Camera {
   std::string take_warning() { return std::exchange(warning_, ""); }
 
  private:
-  /// What a program that was killed had started may go on: such a camera refuses other settings, or sends its pictures
-  /// to where nobody is.
-  void stop_what_runs() {
+  /// A program that was killed may have left the camera running; it would refuse settings or send frames elsewhere.
+  void stop_acquisition() {
     Check ignored;
     arv_camera_stop_acquisition(camera_.get(), ignored);
   }
@@ -156,12 +151,12 @@ class AravisSource::Camera {
     }
   }
 
-  /// Radiance = response / exposure holds for a fixed exposure alone; cameras without these features have one.
+  /// Radiance = response / exposure requires a fixed exposure; cameras without these features have one.
   void fix_exposure() {
     ArvCamera* camera = camera_.get();
     Check check;
     const auto answer = [&](bool available, const char* what) {
-      check.or_throw(what);  // unanswered is not unavailable
+      check.or_throw(what);  // no answer does not mean not available
       return available;
     };
     if (answer(arv_camera_is_exposure_auto_available(camera, check), "auto-exposure")) {
@@ -190,7 +185,7 @@ class AravisSource::Camera {
     }
   }
 
-  /// FEATURE, or FEATURE[ENTRY] where FEATURESelector says which of several is meant, as GenICam writes it.
+  /// Controls are named FEATURE, or FEATURE[ENTRY] with the entry of FEATURESelector, as in GenICam.
   void set_controls() {
     for (const auto& [name, value] : spec_.settings.controls) {
       const std::size_t bracket = name.find('[');
@@ -249,7 +244,7 @@ class AravisSource::Camera {
     }
   }
 
-  /// Once, for a camera that does so with one picture does so with many.
+  /// Warns once, since a fault of chunks usually affects many frames.
   void warn(const std::string& fault) {
     if (!std::exchange(warned_, true)) {
       warning_ = std::string(name_of(spec_.stream)) +
@@ -270,11 +265,11 @@ class AravisSource::Camera {
     const guint payload = arv_camera_get_payload(camera_.get(), check);
     check.or_throw("payload");
     if (ARV_IS_GV_STREAM(stream_.get())) {
-      // Two pictures may wait in the kernel where net.core.rmem_max lets them; the default holds a fifth of a megabyte.
+      // Room for two frames in the kernel, if net.core.rmem_max allows it; the default is a fifth of a megabyte.
       g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                    static_cast<gint>(std::min<guint64>(2 * guint64{payload}, G_MAXINT)), nullptr);
     }
-    for (int i = 0; i < kBuffers; ++i) {
+    for (int i = 0; i < kAravisParameters.buffers; ++i) {
       arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(payload));
     }
     device_ = arv_camera_get_device(camera_.get());
@@ -286,12 +281,11 @@ class AravisSource::Camera {
 
   static void control_lost(ArvDevice*, gpointer self) { static_cast<Camera*>(self)->lost_ = true; }
 
-  /// Pictures are numbered with 16 bits, of which 0 is not used, or with 64.
+  /// Difference to the last frame ID. IDs have 16 bits without 0, or 64 bits.
   std::uint64_t steps_to(guint64 id) const {
     constexpr guint64 kLast16 = 65535;
-    constexpr guint64 kCredible = 1000;  // a longer gap is a counter that was set anew
     const guint64 steps = id > *last_id_ ? id - *last_id_ : id + kLast16 - *last_id_;
-    return steps >= 1 && steps <= kCredible ? steps : 1;
+    return steps >= 1 && steps <= kLiveParameters.max_sequence_gap ? steps : 1;
   }
 
   struct Pixels {
@@ -300,14 +294,13 @@ class AravisSource::Camera {
     std::size_t row_padding = 0;
   };
 
-  /// Empty where they are not what was asked for.
+  /// The image in a buffer; empty if its size or format is not the requested one.
   Pixels pixels_in(ArvBuffer& buffer, std::size_t wanted) const {
     std::size_t size = 0;
     if (arv_buffer_get_payload_type(&buffer) == ARV_BUFFER_PAYLOAD_TYPE_CHUNK_DATA) {
-      // Its leader says nothing of the picture, which is the first chunk and as was asked for, or its length would
-      // differ.
+      // The leader does not describe the image, which is the first chunk; only its length shows a different size.
       const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(&buffer, &size));
-      const bool whole = data != nullptr && chunks_ && chunks_->are_whole(buffer, wanted);
+      const bool whole = data != nullptr && chunks_ && chunks_->are_complete(buffer, wanted);
       return whole ? Pixels{data, wanted} : Pixels{};
     }
     const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(&buffer, &size));
@@ -324,24 +317,24 @@ class AravisSource::Camera {
     return {data, std::min(bytes, size), static_cast<std::size_t>(row_padding)};
   }
 
-  /// The picture's own time and exposure. A time that its chunk does not tell is its leader's, moved as the last
-  /// chunk's was, so that no picture changes places with its neighbour.
+  /// Time and exposure from the chunks. If a frame has no chunk time, its leader's time is shifted by the last known
+  /// difference, so that the order of frames is kept.
   void read_chunks(ArvBuffer& buffer, std::size_t picture_bytes, Stamp& stamp, double& exposure) {
-    const aravis::OwnSettings own = chunks_->read(buffer, picture_bytes);
+    const aravis::FrameSettings own = chunks_->read(buffer, picture_bytes);
     if (!own.fault.empty()) {
       warn(own.fault);
     }
     if (own.time_ns) {
-      ahead_ns_ = *own.time_ns - stamp.time_ns;
+      chunk_offset_ns_ = *own.time_ns - stamp.time_ns;
     }
-    stamp.time_ns += ahead_ns_;
+    stamp.time_ns += chunk_offset_ns_;
     exposure = own.exposure.value_or(exposure);
   }
 
-  SourceItem take(ArvBuffer& buffer) {
+  SourceItem to_item(ArvBuffer& buffer) {
     const ArvBufferStatus status = arv_buffer_get_status(&buffer);
     std::uint64_t sequence = next_sequence_;
-    if (status == ARV_BUFFER_STATUS_SUCCESS) {  // the number of a damaged picture may be anything
+    if (status == ARV_BUFFER_STATUS_SUCCESS) {  // the ID of a damaged frame may be wrong
       const guint64 id = arv_buffer_get_frame_id(&buffer);
       sequence = last_id_ ? std::max(sequence, last_whole_ + steps_to(id)) : sequence;
       last_id_ = id;
@@ -358,16 +351,12 @@ class AravisSource::Camera {
     }
     const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
     const Pixels pixels = pixels_in(buffer, wanted);
-    if (pixels.data == nullptr) {
-      return LostPicture{stamp, spec_.stream, "the picture has another size or format"};
-    }
-    Picture picture;
-    picture.exposure = spec_.exposure;
+    if (pixels.data == nullptr) return LostPicture{stamp, spec_.stream, "the picture has another size or format"};
+    Picture picture{.stream = spec_.stream, .exposure = spec_.exposure};
     if (chunks_) {
       read_chunks(buffer, pixels.bytes, stamp, picture.exposure);
     }
     picture.stamp = stamp;
-    picture.stream = spec_.stream;
     std::vector<std::uint8_t> own;
     std::span<const std::uint8_t> bytes(pixels.data, wanted);
     if (pixels.row_padding > 0) {
@@ -376,9 +365,7 @@ class AravisSource::Camera {
       bytes = own;
     }
     std::optional<Image<std::uint8_t>> rgb = pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
-    if (!rgb) {
-      return LostPicture{stamp, spec_.stream, "the picture is damaged"};
-    }
+    if (!rgb) return LostPicture{stamp, spec_.stream, "the picture is damaged"};
     picture.encoded = std::move(*rgb);
     if (format_ != PixelFormat::rgb8) {
       picture.original = std::make_shared<CameraPicture>(format_, std::vector(bytes.begin(), bytes.end()));
@@ -391,15 +378,15 @@ class AravisSource::Camera {
   PixelConverter pixels_;
   Ref<ArvCamera> camera_;
   Ref<ArvStream> stream_;
-  std::unique_ptr<aravis::Chunks> chunks_;  ///< empty where the camera has none
-  std::int64_t ahead_ns_ = 0;               ///< of the last chunk's time, to its leader's
+  std::unique_ptr<aravis::Chunks> chunks_;  ///< null if the camera has none
+  std::int64_t chunk_offset_ns_ = 0;        ///< last chunk time minus leader time
   bool warned_ = false;
   std::string warning_;
   ArvDevice* device_ = nullptr;  ///< the camera's
   bool started_ = false;
   std::atomic<bool> lost_{false};
-  std::optional<guint64> last_id_;  ///< of the newest whole picture
-  std::uint64_t last_whole_ = 0;    ///< its sequence
+  std::optional<guint64> last_id_;  ///< of the last complete frame
+  std::uint64_t last_whole_ = 0;    ///< its sequence number
   std::uint64_t next_sequence_ = 0;
 };
 

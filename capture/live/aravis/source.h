@@ -1,11 +1,10 @@
 #pragma once
-// aravis:[CAMERA] - a GigE Vision or USB3 Vision camera through Aravis, named by its ID, serial number's ID or address;
-// the first one where no name is given.
+// aravis:[CAMERA] - a GigE Vision or USB3 Vision camera through Aravis, given by its ID, the ID of its serial number or
+// its address; the first one if no name is given.
 //
-// Exposure, gain and white balance are fixed. A picture whose packets did not all come, after they were asked for
-// again, is lost and never shown. Times are the camera's own: those of chunks, with the exposure and gain that each
-// picture had, where the camera has such; else those of the pictures' leaders. One copy is made of what the driver
-// holds.
+// Exposure, gain and white balance are fixed. A frame with missing packets, after they were requested again, is lost.
+// Times are the camera's: from chunks, together with exposure and gain of each frame, if the camera has them; else from
+// the leader of each frame. Frames are copied once from the driver's buffer.
 #include <string>
 
 #include "capture/session/stream_spec.h"
@@ -15,7 +14,7 @@ namespace lumigraft::capture {
 
 class AravisSource : public Source {
  public:
-  /// Throws CameraFault where the camera does not answer, InputError where it does not offer what the session wants.
+  /// Throws CameraFault if the camera does not answer, InputError if it does not offer what the session requires.
   AravisSource(const std::string& camera, const StreamSpec& spec);
   ~AravisSource() override;
 

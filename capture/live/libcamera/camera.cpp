@@ -10,20 +10,14 @@
 #include <utility>
 
 #include "capture/error.h"
+#include "capture/live/format_preference.h"
+#include "capture/live/parameters.h"
 
 namespace lumigraft::capture::libcam {
 namespace {
 
-constexpr unsigned kBuffers = 8;
-
-/// Colour before grey, and what was never compressed, or is not yet interpolated, before JPEG.
-constexpr PixelFormat kPreferred[] = {PixelFormat::yuyv,        PixelFormat::nv12,        PixelFormat::rgb8,
-                                      PixelFormat::bgr8,        PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8,
-                                      PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8, PixelFormat::mjpeg,
-                                      PixelFormat::grey8};
-
-/// Of a camera whose files it may not open libcamera says nothing.
-bool some_are_forbidden() {
+/// Whether a media device may not be opened: libcamera silently ignores its cameras.
+bool any_camera_is_forbidden() {
   for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
     if (entry.path().filename().string().starts_with("media") &&
         faccessat(AT_FDCWD, entry.path().c_str(), R_OK | W_OK, AT_EACCESS) != 0 && errno == EACCES) {
@@ -35,11 +29,9 @@ bool some_are_forbidden() {
 
 std::shared_ptr<libcamera::Camera> find(const std::string& name) {
   for (const auto& camera : cameras()) {
-    if (name.empty() || camera->id() == name || model_of(*camera) == name) {
-      return camera;
-    }
+    if (name.empty() || camera->id() == name || model_of(*camera) == name) return camera;
   }
-  throw CameraFault(some_are_forbidden()
+  throw CameraFault(any_camera_is_forbidden()
                         ? "found no permission to use all cameras, allowed: root and members of the group video"
                         : "found no such camera, or another program has it");
 }
@@ -50,7 +42,7 @@ void check(int result, const char* what) {
   }
 }
 
-/// What to_rgb takes for granted of a format must be what the camera means by it.
+/// Refuses YUV encodings and value ranges that PixelConverter does not assume.
 void check_colors(const libcamera::StreamConfiguration& stream, PixelFormat format) {
   using Space = libcamera::ColorSpace;
   if (stream.colorSpace && (format == PixelFormat::yuyv || format == PixelFormat::nv12) &&
@@ -63,12 +55,12 @@ void check_colors(const libcamera::StreamConfiguration& stream, PixelFormat form
 
 }  // namespace
 
-Camera::Camera(const std::string& name, const StreamSpec& spec, Tell tell)
-    : spec_(spec), tell_(std::move(tell)), camera_(find(name)) {
+Camera::Camera(const std::string& name, const StreamSpec& spec, Send send)
+    : spec_(spec), send_(std::move(send)), camera_(find(name)) {
   if (const int error = camera_->acquire(); error != 0) {
     throw CameraFault(error == -EBUSY ? "the camera is in use by another program" : std::strerror(-error));
   }
-  agree();
+  negotiate_format();
   make_requests();
 }
 
@@ -76,22 +68,18 @@ const std::vector<std::unique_ptr<libcamera::FrameBuffer>>& Camera::buffers() co
   return allocator_->buffers(configuration_->at(0).stream());
 }
 
-void Camera::agree() {
+void Camera::negotiate_format() {
   std::string offered;
   for (const libcamera::StreamRole role : kRoles) {
     configuration_ = camera_->generateConfiguration({role});
-    if (!configuration_ || configuration_->empty()) {
-      continue;
-    }
+    if (!configuration_ || configuration_->empty()) continue;
     for (const libcamera::PixelFormat& format : configuration_->at(0).formats().pixelformats()) {
       const auto ours = pixel_format_of(format);
       const std::string name = ours ? " " + std::string(name_of(*ours)) : "";
       offered += offered.find(name) == std::string::npos ? name : "";
     }
-    for (const PixelFormat format : kPreferred) {
-      if ((!spec_.settings.pixel_format || spec_.settings.pixel_format == format) && agree(format)) {
-        return;
-      }
+    for (const PixelFormat format : kPreferredFormats) {
+      if ((!spec_.settings.pixel_format || spec_.settings.pixel_format == format) && try_format(format)) return;
     }
   }
   const auto wanted = spec_.settings.pixel_format;
@@ -99,20 +87,18 @@ void Camera::agree() {
                    ", offered:" + offered);
 }
 
-/// False where the camera has no such format.
-bool Camera::agree(PixelFormat format) {
+/// False if the camera does not offer the format.
+bool Camera::try_format(PixelFormat format) {
   libcamera::StreamConfiguration& stream = configuration_->at(0);
   const auto formats = stream.formats().pixelformats();
-  const libcamera::PixelFormat theirs = *libcamera_format_of(format);
-  if (std::find(formats.begin(), formats.end(), theirs) == formats.end()) {
-    return false;
-  }
-  stream.pixelFormat = theirs;
+  const std::optional<libcamera::PixelFormat> wanted = libcamera_format_of(format);
+  if (!wanted || std::find(formats.begin(), formats.end(), *wanted) == formats.end()) return false;
+  stream.pixelFormat = *wanted;
   stream.size = {static_cast<unsigned>(spec_.width), static_cast<unsigned>(spec_.height)};
-  stream.bufferCount = std::max(stream.bufferCount, kBuffers);
-  const auto verdict = configuration_->validate();
+  stream.bufferCount = std::max(stream.bufferCount, kLibcameraParameters.buffers);
+  const auto status = configuration_->validate();
   const libcamera::Size given = stream.size;
-  if (verdict == libcamera::CameraConfiguration::Invalid || stream.pixelFormat != theirs ||
+  if (status == libcamera::CameraConfiguration::Invalid || stream.pixelFormat != *wanted ||
       static_cast<int>(given.width) != spec_.width || static_cast<int>(given.height) != spec_.height) {
     throw InputError("found a camera that gives " + stream.toString() + ", allowed by the session: " +
                      size_text(spec_.width, spec_.height) + ", " + std::string(name_of(format)));
@@ -129,13 +115,13 @@ void Camera::make_requests() {
   check(allocator_->allocate(stream), "buffers");
   for (const auto& buffer : buffers()) {
     auto request = camera_->createRequest(requests_.size());
-    if (!request || request->addBuffer(stream, buffer.get()) != 0 || buffer->planes().size() > kMostPlanes) {
+    if (!request || request->addBuffer(stream, buffer.get()) != 0 || buffer->planes().size() > kMaxPlanes) {
       throw CameraFault("buffers: libcamera takes no request");
     }
     requests_.push_back(std::move(request));
   }
   for (const auto& [id, value] : controls_for(camera_->controls(), spec_.settings)) {
-    requests_.front()->controls().set(id, value);  // with the first picture, for all
+    requests_.front()->controls().set(id, value);  // takes effect with the first frame and stays
   }
 }
 
@@ -151,31 +137,29 @@ void Camera::start() {
 void Camera::give_back(std::uint32_t index) {
   if (index < requests_.size()) {
     requests_[index]->reuse(libcamera::Request::ReuseBuffers);
-    camera_->queueRequest(requests_[index].get());  // a camera that is gone says so by itself
+    camera_->queueRequest(requests_[index].get());  // if the camera is gone, disconnected() is called
   }
 }
 
 void Camera::completed(libcamera::Request* request) {
-  if (request->status() != libcamera::Request::RequestComplete) {
-    return;
-  }
-  const libcamera::FrameMetadata& said = request->buffers().begin()->second->metadata();
+  if (request->status() != libcamera::Request::RequestComplete) return;
+  const libcamera::FrameMetadata& frame = request->buffers().begin()->second->metadata();
   const libcamera::ControlList& metadata = request->metadata();
   HelperMessage message;
   message.kind = HelperMessage::Kind::picture;
   message.index = static_cast<std::uint32_t>(request->cookie());
-  message.whole = said.status == libcamera::FrameMetadata::FrameSuccess;
-  for (std::size_t i = 0; i < std::min<std::size_t>(said.planes().size(), kMostPlanes); ++i) {
-    message.used[i] = said.planes()[i].bytesused;
+  message.whole = frame.status == libcamera::FrameMetadata::FrameSuccess;
+  for (std::size_t i = 0; i < std::min<std::size_t>(frame.planes().size(), kMaxPlanes); ++i) {
+    message.used[i] = frame.planes()[i].bytesused;
   }
   message.time_ns =
-      metadata.get(libcamera::controls::SensorTimestamp).value_or(static_cast<std::int64_t>(said.timestamp));
-  message.sequence = said.sequence;
+      metadata.get(libcamera::controls::SensorTimestamp).value_or(static_cast<std::int64_t>(frame.timestamp));
+  message.sequence = frame.sequence;
   message.exposure = exposure_of(metadata, spec_);
-  tell_(message);
+  send_(message);
 }
 
-/// libcamera would abort at the next call.
+/// libcamera would abort the process at the next call.
 void Camera::disconnected() { _exit(0); }
 
 }  // namespace lumigraft::capture::libcam

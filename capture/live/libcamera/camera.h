@@ -1,5 +1,5 @@
 #pragma once
-// A camera as libcamera runs it, in the helper's process. Included by .cpp files alone.
+// A camera driven by libcamera, in the helper process. Included by .cpp files alone.
 #include <functional>
 #include <memory>
 #include <string>
@@ -13,11 +13,11 @@ namespace lumigraft::capture::libcam {
 
 class Camera {
  public:
-  using Tell = std::function<void(const HelperMessage&)>;
+  using Send = std::function<void(const HelperMessage&)>;
 
-  /// Agrees with the camera on what the session wants, and makes buffers. Throws CameraFault or InputError with the
-  /// reason alone. `tell` is called on a thread of libcamera's for each picture.
-  Camera(const std::string& name, const StreamSpec& spec, Tell tell);
+  /// Negotiates the session's format with the camera and allocates buffers. Throws CameraFault or InputError with the
+  /// reason alone. `send` is called for each frame on a thread of libcamera.
+  Camera(const std::string& name, const StreamSpec& spec, Send send);
 
   const libcamera::Camera& camera() const { return *camera_; }
   PixelFormat format() const { return format_; }
@@ -25,18 +25,18 @@ class Camera {
   const std::vector<std::unique_ptr<libcamera::FrameBuffer>>& buffers() const;
 
   void start();
-  /// The buffer may be filled again.
+  /// Returns a buffer to the camera.
   void give_back(std::uint32_t index);
 
  private:
-  void agree();
-  bool agree(PixelFormat format);
+  void negotiate_format();
+  bool try_format(PixelFormat format);
   void make_requests();
   void completed(libcamera::Request* request);
   void disconnected();
 
   StreamSpec spec_;
-  Tell tell_;
+  Send send_;
   PixelFormat format_ = PixelFormat::rgb8;
   std::shared_ptr<libcamera::Camera> camera_;
   std::unique_ptr<libcamera::CameraConfiguration> configuration_;

@@ -1,10 +1,10 @@
-// lumigraft_libcamera: the program that libcamera runs in, started by LibcameraSource and list_libcamera_cameras.
+// lumigraft_libcamera: helper program that runs libcamera, started by LibcameraSource and list_libcamera_cameras.
 //
 //   lumigraft_libcamera list
 //   lumigraft_libcamera open CAMERA WIDTH HEIGHT EXPOSURE [KEY=VALUE ...]
 //
-// `list` writes lines of fields between tabs. `open` speaks over descriptor 3 (libcamera_messages.h) until the other
-// end is closed. KEY is of a session.toml: pixel_format, rate_hz, exposure_us, gain, controls.NAME.
+// `list` writes lines of fields separated by tabs. `open` exchanges messages over descriptor 3 (messages.h) until the
+// other end is closed. KEY is a key of session.toml: pixel_format, rate_hz, exposure_us, gain, controls.NAME.
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -24,14 +24,14 @@
 namespace lumigraft::capture::libcam {
 namespace {
 
-/// Of a camera that gives any size within bounds the bounds: libcamera's own list for it is of sizes that are usual.
+/// Sizes that the camera offers. For a range its two ends, where libcamera itself would list common sizes.
 std::vector<libcamera::Size> sizes(const libcamera::StreamFormats& formats, const libcamera::PixelFormat& format) {
   const libcamera::SizeRange range = formats.range(format);
   const bool any = range.hStep > 0 && range.vStep > 0 && range.min != range.max;
   return any ? std::vector{range.min, range.max} : formats.sizes(format);
 }
 
-/// The kernel's nodes that the camera reads from.
+/// Device nodes of the camera.
 std::vector<std::filesystem::path> nodes_of(const libcamera::Camera& camera) {
   std::vector<std::filesystem::path> out;
   for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
@@ -44,9 +44,9 @@ std::vector<std::filesystem::path> nodes_of(const libcamera::Camera& camera) {
   return out;
 }
 
-/// What the camera of a USB node says; empty for others.
+/// Serial number of the USB camera of a node; empty for others.
 std::string usb_serial(const std::filesystem::path& node) {
-  // A node's device is an interface of the camera, which lies above it.
+  // `device` is a USB interface; its parent is the camera.
   std::ifstream file("/sys/class/video4linux" / node.filename() / "device/../serial");
   std::string serial;
   std::getline(file, serial);
@@ -61,14 +61,10 @@ void list(libcamera::Camera& camera) {
   std::vector<libcamera::PixelFormat> seen;
   for (const libcamera::StreamRole role : kRoles) {
     const auto configuration = camera.generateConfiguration({role});
-    if (!configuration || configuration->empty()) {
-      continue;
-    }
+    if (!configuration || configuration->empty()) continue;
     const libcamera::StreamFormats& formats = configuration->at(0).formats();
     for (const libcamera::PixelFormat& format : formats.pixelformats()) {
-      if (std::find(seen.begin(), seen.end(), format) != seen.end()) {
-        continue;
-      }
+      if (std::find(seen.begin(), seen.end(), format) != seen.end()) continue;
       seen.push_back(format);
       const std::optional<PixelFormat> ours = pixel_format_of(format);
       for (const libcamera::Size& size : sizes(formats, format)) {
@@ -78,18 +74,16 @@ void list(libcamera::Camera& camera) {
     }
   }
   for (const auto& [id, info] : camera.controls()) {
-    // By the keys of a configuration where it has them.
+    // Named as in a configuration, which has keys of its own for exposure and gain.
     const bool exposure = id->id() == libcamera::controls::ExposureTime.id();
     const bool gain = id->id() == libcamera::controls::AnalogueGain.id();
     const auto low = number_in(info.min());
     const auto high = number_in(info.max());
-    if (!low || !high) {
-      continue;
-    }
+    if (!low || !high) continue;
     std::vector<std::string> names = {exposure ? "exposure_us" : gain ? "gain" : id->name()};
     if (id->id() == libcamera::controls::ColourGains.id()) {
       names = {kRedGain, kBlueGain};
-    } else if (holds_several(*id)) {
+    } else if (is_array(*id)) {
       continue;
     }
     for (const std::string& name : names) {
@@ -122,9 +116,9 @@ StreamSpec spec_of(int count, char** words) {
   return spec;
 }
 
-void tell(const HelperMessage& message, const std::vector<int>& descriptors = {}) {
+void send(const HelperMessage& message, const std::vector<int>& descriptors = {}) {
   iovec piece{const_cast<HelperMessage*>(&message), sizeof message};
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(kMostPlanes * sizeof(int))> room{};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(kMaxPlanes * sizeof(int))> room{};
   msghdr whole{};
   whole.msg_iov = &piece;
   whole.msg_iovlen = 1;
@@ -138,7 +132,7 @@ void tell(const HelperMessage& message, const std::vector<int>& descriptors = {}
     std::memcpy(CMSG_DATA(head), descriptors.data(), descriptors.size() * sizeof(int));
   }
   if (sendmsg(kHelperSocket, &whole, MSG_NOSIGNAL) < 0) {
-    _exit(0);  // nobody listens any more
+    _exit(0);  // the other end is closed
   }
 }
 
@@ -150,13 +144,13 @@ void set_text(HelperMessage& message, const std::string& text) {
   HelperMessage message;
   message.kind = kind;
   set_text(message, why);
-  tell(message);
+  send(message);
   _exit(0);
 }
 
 [[noreturn]] void open(const std::string& name, const StreamSpec& spec) {
   try {
-    static Camera camera(name, spec, [](const HelperMessage& picture) { tell(picture); });
+    static Camera camera(name, spec, [](const HelperMessage& picture) { send(picture); });
     HelperMessage opened;
     opened.kind = HelperMessage::Kind::opened;
     opened.format = camera.format();
@@ -165,7 +159,7 @@ void set_text(HelperMessage& message, const std::string& text) {
     for (const std::filesystem::path& node : nodes_of(camera.camera())) {
       set_text(opened, usb_serial(node));
     }
-    tell(opened);
+    send(opened);
     for (std::uint32_t i = 0; i < opened.buffers; ++i) {
       HelperMessage memory;
       memory.kind = HelperMessage::Kind::memory;
@@ -175,7 +169,7 @@ void set_text(HelperMessage& message, const std::string& text) {
         memory.plane[memory.planes++] = {plane.offset, plane.length};
         descriptors.push_back(plane.fd.get());
       }
-      tell(memory, descriptors);
+      send(memory, descriptors);
     }
     camera.start();
     std::uint32_t index = 0;
@@ -187,7 +181,7 @@ void set_text(HelperMessage& message, const std::string& text) {
   } catch (const InputError& e) {
     refuse(HelperMessage::Kind::unfit, e.what());
   }
-  _exit(0);  // the kernel closes the camera
+  _exit(0);  // the kernel then closes the camera
 }
 
 }  // namespace
@@ -196,7 +190,7 @@ void set_text(HelperMessage& message, const std::string& text) {
 int main(int count, char** words) {
   using namespace lumigraft;
   const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);  // of an abort that is expected
+  setrlimit(RLIMIT_CORE, &no_core);  // aborts are expected
   if (count == 2 && std::strcmp(words[1], "list") == 0) {
     try {
       for (const auto& camera : capture::libcam::cameras()) {

@@ -14,13 +14,13 @@
 namespace lumigraft::capture::libcam {
 namespace {
 
-/// One a process is all that libcamera allows. Once started it hears of cameras that come and go by itself.
+/// libcamera allows one manager per process. It keeps track of cameras that are plugged in and out.
 libcamera::CameraManager& manager() {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   static bool started = false;
   if (!started && std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr) {
-    libcamera::logSetTarget(libcamera::LoggingTargetNone);  // its errors are told by our own words
+    libcamera::logSetTarget(libcamera::LoggingTargetNone);  // this program reports errors itself
   }
   static libcamera::CameraManager one;
   if (!started) {
@@ -32,7 +32,7 @@ libcamera::CameraManager& manager() {
   return one;
 }
 
-/// libcamera names packed formats as a little-endian word, first letter uppermost.
+/// libcamera names packed formats as a little-endian word, most significant byte first: its BGR888 is R G B in memory.
 const std::array<std::pair<PixelFormat, libcamera::PixelFormat>, 10> kFormats = {
     {{PixelFormat::rgb8, libcamera::formats::BGR888},
      {PixelFormat::bgr8, libcamera::formats::RGB888},
@@ -60,7 +60,7 @@ libcamera::ControlValue value_of(libcamera::ControlType type, double number) {
   }
 }
 
-/// ControlInfoMap::count() answers for every control that libcamera knows.
+/// Whether the camera offers the control. ControlInfoMap::count() is true for every control that libcamera knows.
 bool offers(const libcamera::ControlInfoMap& offered, const libcamera::ControlId& control) {
   return offered.find(control.id()) != offered.end();
 }
@@ -72,19 +72,17 @@ void switch_off(libcamera::ControlList& list, const libcamera::ControlInfoMap& o
   }
 }
 
-std::optional<double> named(const CameraSettings& settings, const std::string& name) {
+std::optional<double> control_named(const CameraSettings& settings, const std::string& name) {
   const auto found = std::find_if(settings.controls.begin(), settings.controls.end(),
                                   [&](const auto& control) { return control.first == name; });
   return found != settings.controls.end() ? std::optional(found->second) : std::nullopt;
 }
 
-/// Both gains at once, since libcamera has one control for them.
+/// Sets both gains at once, since libcamera has one control for them.
 void set_white_balance(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered,
                        const CameraSettings& settings) {
-  const std::optional<double> red = named(settings, kRedGain), blue = named(settings, kBlueGain);
-  if (!red && !blue) {
-    return;
-  }
+  const std::optional<double> red = control_named(settings, kRedGain), blue = control_named(settings, kBlueGain);
+  if (!red && !blue) return;
   const std::string key = std::string("controls.") + (red ? kRedGain : kBlueGain);
   const auto found = offered.find(libcamera::controls::ColourGains.id());
   if (found == offered.end()) {
@@ -126,9 +124,7 @@ std::optional<libcamera::PixelFormat> libcamera_format_of(PixelFormat format) {
 }
 
 std::optional<double> number_in(const libcamera::ControlValue& value) {
-  if (value.isArray()) {
-    return std::nullopt;
-  }
+  if (value.isArray()) return std::nullopt;
   switch (value.type()) {
     case libcamera::ControlTypeBool:
       return value.get<bool>() ? 1.0 : 0.0;
@@ -145,7 +141,7 @@ std::optional<double> number_in(const libcamera::ControlValue& value) {
   }
 }
 
-bool holds_several(const libcamera::ControlId& control) {
+bool is_array(const libcamera::ControlId& control) {
   namespace known = libcamera::controls;
   const unsigned ids[] = {known::ColourGains.id(), known::ColourCorrectionMatrix.id(), known::FrameDurationLimits.id(),
                           known::SensorBlackLevels.id(), known::AfWindows.id()};
@@ -155,8 +151,7 @@ bool holds_several(const libcamera::ControlId& control) {
 void set_number(libcamera::ControlList& list, const libcamera::ControlInfoMap& offered, const std::string& name,
                 const std::string& key, double number) {
   const auto found = std::find_if(offered.begin(), offered.end(), [&](const auto& c) {
-    return c.first->name() == name && !holds_several(*c.first) && number_in(c.second.min()) &&
-           number_in(c.second.max());
+    return c.first->name() == name && !is_array(*c.first) && number_in(c.second.min()) && number_in(c.second.max());
   });
   if (found == offered.end()) {
     throw InputError(key +

@@ -7,26 +7,24 @@
 #include "capture/error.h"
 #include "capture/live/camera_list.h"
 #include "capture/live/helper_process.h"
+#include "capture/live/parameters.h"
 
 namespace lumigraft::capture {
 namespace {
 
-constexpr int kPatience_ms = 10'000;
-
-/// What the helper writes until it ends.
-std::string listing() {
+/// Output of the helper.
+std::string helper_output() {
   int ends[2];
-  if (pipe(ends) != 0) {
-    return {};
-  }
+  if (pipe(ends) != 0) return {};
   std::string out;
   try {
     const HelperProcess helper("lumigraft_libcamera", {"list"}, ends[1], STDOUT_FILENO);
     close(ends[1]);
     ends[1] = -1;
+    constexpr int kTimeout_ms = static_cast<int>(kLibcameraParameters.list_timeout.count());
     char piece[4096];
     pollfd waiting{ends[0], POLLIN, 0};
-    for (ssize_t size = 1; size > 0 && poll(&waiting, 1, kPatience_ms) > 0;) {
+    for (ssize_t size = 1; size > 0 && poll(&waiting, 1, kTimeout_ms) > 0;) {
       size = read(ends[0], piece, sizeof piece);
       out.append(piece, static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
     }
@@ -44,7 +42,7 @@ std::string listing() {
 
 std::vector<CameraListing> list_libcamera_cameras() {
   std::vector<CameraListing> out;
-  std::istringstream lines(listing());
+  std::istringstream lines(helper_output());
   for (std::string line; std::getline(lines, line);) {
     std::istringstream fields(line);
     const auto field = [&fields] {

@@ -19,6 +19,7 @@
 #include "capture/live/error_context.h"
 #include "capture/live/helper_process.h"
 #include "capture/live/libcamera/messages.h"
+#include "capture/live/parameters.h"
 #include "capture/live/sequence_unwrapper.h"
 
 namespace lumigraft::capture {
@@ -26,7 +27,6 @@ namespace {
 
 using libcam::HelperMessage;
 using Bytes = std::span<const std::uint8_t>;
-constexpr std::chrono::seconds kPatience{10};  ///< until the camera runs
 
 class Descriptor {
  public:
@@ -47,11 +47,11 @@ class Descriptor {
   int number_;
 };
 
-/// A buffer's planes, mapped from its first byte on.
-class Mapped {
+/// A buffer's planes in memory. A mapping starts at the first byte of the descriptor.
+class MappedBuffer {
  public:
-  Mapped() = default;
-  Mapped(const HelperMessage& memory, const std::vector<Descriptor>& files) {
+  MappedBuffer() = default;
+  MappedBuffer(const HelperMessage& memory, const std::vector<Descriptor>& files) {
     for (std::uint32_t i = 0; i < std::min<std::size_t>(memory.planes, files.size()); ++i) {
       const std::size_t size = std::size_t{memory.plane[i].offset} + memory.plane[i].length;
       void* begin = mmap(nullptr, size, PROT_READ, MAP_SHARED, files[i].number(), 0);
@@ -62,13 +62,13 @@ class Mapped {
       planes_.emplace_back(static_cast<const std::uint8_t*>(begin) + memory.plane[i].offset, memory.plane[i].length);
     }
   }
-  Mapped(Mapped&&) = default;
-  Mapped& operator=(Mapped&& other) noexcept {
+  MappedBuffer(MappedBuffer&&) = default;
+  MappedBuffer& operator=(MappedBuffer&& other) noexcept {
     std::swap(files_, other.files_);
     std::swap(planes_, other.planes_);
     return *this;
   }
-  ~Mapped() {
+  ~MappedBuffer() {
     for (const auto& [begin, size] : files_) {
       munmap(begin, size);
     }
@@ -81,20 +81,20 @@ class Mapped {
   std::vector<Bytes> planes_;
 };
 
-/// What those who hold a lent picture share with the camera.
+/// State shared by the camera and the holders of lent buffers.
 struct Shared {
   void give_back(std::uint32_t index) {
     const std::lock_guard lock(mutex);
     ++with_driver;
     if (socket.number() >= 0) {
-      send(socket.number(), &index, sizeof index, MSG_NOSIGNAL);  // a helper that is gone says so by itself
+      send(socket.number(), &index, sizeof index, MSG_NOSIGNAL);  // receive() reports a helper that is gone
     }
   }
 
   std::mutex mutex;
-  Descriptor socket;  ///< empty once the camera is closed
-  int with_driver = 0;
-  std::vector<Mapped> memory;  ///< by index
+  Descriptor socket;                 ///< empty after the camera was closed
+  int with_driver = 0;               ///< number of buffers that the driver has
+  std::vector<MappedBuffer> memory;  ///< by index
 };
 
 std::string text_of(double value) {
@@ -103,29 +103,29 @@ std::string text_of(double value) {
   return text;
 }
 
-std::vector<std::string> words_for(const std::string& camera, const StreamSpec& spec) {
-  std::vector<std::string> words = {"open", camera, std::to_string(spec.width), std::to_string(spec.height),
-                                    text_of(spec.exposure)};
+std::vector<std::string> helper_arguments(const std::string& camera, const StreamSpec& spec) {
+  std::vector<std::string> arguments = {"open", camera, std::to_string(spec.width), std::to_string(spec.height),
+                                        text_of(spec.exposure)};
   const CameraSettings& s = spec.settings;
   if (s.pixel_format) {
-    words.push_back("pixel_format=" + std::string(name_of(*s.pixel_format)));
+    arguments.push_back("pixel_format=" + std::string(name_of(*s.pixel_format)));
   }
   const std::pair<const char*, std::optional<double>> numbers[] = {
       {"rate_hz", s.rate_hz}, {"exposure_us", s.exposure_us}, {"gain", s.gain}};
   for (const auto& [key, value] : numbers) {
     if (value) {
-      words.push_back(std::string(key) + "=" + text_of(*value));
+      arguments.push_back(std::string(key) + "=" + text_of(*value));
     }
   }
   for (const auto& [name, value] : s.controls) {
-    words.push_back("controls." + name + "=" + text_of(value));
+    arguments.push_back("controls." + name + "=" + text_of(value));
   }
-  return words;
+  return arguments;
 }
 
 }  // namespace
 
-/// One run of the camera. The constructor throws with the reason alone.
+/// The camera from opening to closing. The constructor throws with the reason alone.
 class LibcameraSource::Camera {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
@@ -134,11 +134,12 @@ class LibcameraSource::Camera {
       throw CameraFault(std::strerror(errno));
     }
     shared_->socket = Descriptor(ends[0]);
-    const Descriptor theirs(ends[1]);
-    process_ = std::make_unique<HelperProcess>("lumigraft_libcamera", words_for(name, spec), theirs.number(),
+    const Descriptor helper_end(ends[1]);
+    process_ = std::make_unique<HelperProcess>("lumigraft_libcamera", helper_arguments(name, spec), helper_end.number(),
                                                libcam::kHelperSocket);
   }
-  /// Apart from the constructor, so that the helper's own end is closed here by then, and its death seen.
+  /// Waits until the camera is open. Called after the constructor, when this process has closed the helper's end of the
+  /// socket and so notices if the helper dies.
   void open() {
     const HelperMessage opened = demand(HelperMessage::Kind::opened).first;
     serial_ = opened.text.data();
@@ -149,7 +150,7 @@ class LibcameraSource::Camera {
     for (std::uint32_t i = 0; i < opened.buffers; ++i) {
       const auto [memory, files] = demand(HelperMessage::Kind::memory);
       if (memory.index < shared_->memory.size()) {
-        shared_->memory[memory.index] = Mapped(memory, files);
+        shared_->memory[memory.index] = MappedBuffer(memory, files);
       }
     }
     shared_->with_driver = static_cast<int>(opened.buffers);
@@ -163,39 +164,35 @@ class LibcameraSource::Camera {
   Camera& operator=(const Camera&) = delete;
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
-    auto message = hear(timeout);
-    if (message && refused(message->first)) {
-      return std::nullopt;
-    }
+    auto message = receive(timeout);
+    if (message && refused(message->first)) return std::nullopt;
     return message && message->first.kind == HelperMessage::Kind::picture &&
                    message->first.index < shared_->memory.size()
-               ? std::optional(take(message->first))
+               ? std::optional(to_item(message->first))
                : std::nullopt;
   }
 
-  const std::string& fault() const { return trouble_; }
+  const std::string& fault() const { return fault_; }
   const std::string& serial() const { return serial_; }
   pid_t process() const { return process_->id(); }
 
  private:
-  using Heard = std::pair<HelperMessage, std::vector<Descriptor>>;
+  using Received = std::pair<HelperMessage, std::vector<Descriptor>>;
 
-  /// Empty: nothing came, or trouble() says why nothing will.
-  std::optional<Heard> hear(std::chrono::milliseconds timeout) {
+  /// Empty: timeout, or the camera is gone (fault()).
+  std::optional<Received> receive(std::chrono::milliseconds timeout) {
     pollfd waiting{shared_->socket.number(), POLLIN, 0};
-    if (!trouble_.empty() || poll(&waiting, 1, static_cast<int>(timeout.count())) <= 0) {
-      return std::nullopt;
-    }
-    Heard out;
+    if (!fault_.empty() || poll(&waiting, 1, static_cast<int>(timeout.count())) <= 0) return std::nullopt;
+    Received out;
     iovec piece{&out.first, sizeof out.first};
-    alignas(cmsghdr) std::array<char, CMSG_SPACE(libcam::kMostPlanes * sizeof(int))> room{};
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(libcam::kMaxPlanes * sizeof(int))> room{};
     msghdr whole{};
     whole.msg_iov = &piece;
     whole.msg_iovlen = 1;
     whole.msg_control = room.data();
     whole.msg_controllen = room.size();
     if (recvmsg(waiting.fd, &whole, MSG_CMSG_CLOEXEC) != static_cast<ssize_t>(sizeof out.first)) {
-      trouble_ = "the camera is gone";
+      fault_ = "the camera is gone";
       return std::nullopt;
     }
     for (cmsghdr* head = CMSG_FIRSTHDR(&whole); head != nullptr; head = CMSG_NXTHDR(&whole, head)) {
@@ -208,51 +205,44 @@ class LibcameraSource::Camera {
     return out;
   }
 
-  /// What went wrong after the camera was opened.
+  /// Whether the camera failed after it was opened.
   bool refused(const HelperMessage& message) {
     if (message.kind == HelperMessage::Kind::unavailable) {
-      trouble_ = message.text.data();
+      fault_ = message.text.data();
     }
-    return !trouble_.empty();
+    return !fault_.empty();
   }
 
-  Heard demand(HelperMessage::Kind kind) {
-    auto heard = hear(std::chrono::duration_cast<std::chrono::milliseconds>(kPatience));
-    if (!heard) {
-      throw CameraFault(trouble_.empty() ? "libcamera does not answer" : trouble_);
+  /// Waits for a message of that kind; throws the helper's reason if another one comes.
+  Received demand(HelperMessage::Kind kind) {
+    auto received = receive(kLibcameraParameters.open_timeout);
+    if (!received) {
+      throw CameraFault(fault_.empty() ? "libcamera does not answer" : fault_);
     }
-    if (heard->first.kind == HelperMessage::Kind::unfit) {
-      throw InputError(heard->first.text.data());
+    if (received->first.kind == HelperMessage::Kind::unfit) {
+      throw InputError(received->first.text.data());
     }
-    if (heard->first.kind != kind) {
-      throw CameraFault(heard->first.text.data());
+    if (received->first.kind != kind) {
+      throw CameraFault(received->first.text.data());
     }
-    return std::move(*heard);
+    return std::move(*received);
   }
 
-  SourceItem take(const HelperMessage& said) {
+  SourceItem to_item(const HelperMessage& frame) {
     {
       const std::lock_guard lock(shared_->mutex);
       --shared_->with_driver;
     }
-    // Lent until the last copy of this goes.
-    std::shared_ptr<const void> lent(shared_.get(),
-                                     [shared = shared_, index = said.index](const void*) { shared->give_back(index); });
-    const Stamp stamp{said.time_ns, steady_now_ns(), count_.sequence_of(said.sequence)};
+    // The buffer returns to the driver with the last copy of this.
+    std::shared_ptr<const void> lent(
+        shared_.get(), [shared = shared_, index = frame.index](const void*) { shared->give_back(index); });
+    const Stamp stamp{frame.time_ns, steady_now_ns(), count_.sequence_of(frame.sequence)};
     std::vector<std::uint8_t> own;
-    const Bytes bytes = said.whole ? bytes_of_picture(said, own) : Bytes();
+    const Bytes bytes = frame.whole ? bytes_of_frame(frame, own) : Bytes();
     auto rgb = bytes.empty() ? std::nullopt : pixels_.to_rgb(format_, spec_.width, spec_.height, bytes);
-    if (!rgb) {
-      return LostPicture{stamp, spec_.stream, "the picture is damaged"};
-    }
-    Picture picture;
-    picture.stamp = stamp;
-    picture.stream = spec_.stream;
-    picture.exposure = said.exposure;
-    picture.encoded = std::move(*rgb);
-    if (format_ == PixelFormat::rgb8) {
-      return picture;
-    }
+    if (!rgb) return LostPicture{stamp, spec_.stream, "the picture is damaged"};
+    Picture picture{.stamp = stamp, .stream = spec_.stream, .exposure = frame.exposure, .encoded = std::move(*rgb)};
+    if (format_ == PixelFormat::rgb8) return picture;
     if (own.empty() && can_spare()) {
       picture.original = std::make_shared<CameraPicture>(format_, bytes, std::move(lent));
       return picture;
@@ -266,25 +256,20 @@ class LibcameraSource::Camera {
 
   bool can_spare() const {
     const std::lock_guard lock(shared_->mutex);
-    return 2 * shared_->with_driver >= static_cast<int>(shared_->memory.size());  // the driver keeps half
+    return 2 * shared_->with_driver >= static_cast<int>(shared_->memory.size());  // half stays with the driver
   }
 
-  /// In the driver's memory where it lies there as it is kept, else in `own`. Empty where it is too short.
-  Bytes bytes_of_picture(const HelperMessage& said, std::vector<std::uint8_t>& own) const {
-    const std::vector<Bytes>& planes = shared_->memory[said.index].planes();
+  /// The frame's bytes without padding: in the driver's memory if possible, else copied to `own`. Empty if too short.
+  Bytes bytes_of_frame(const HelperMessage& frame, std::vector<std::uint8_t>& own) const {
+    const std::vector<Bytes>& planes = shared_->memory[frame.index].planes();
     const auto plane = [&](std::size_t i) {
-      return i < planes.size() ? planes[i].first(std::min<std::size_t>(planes[i].size(), said.used[i])) : Bytes();
+      return i < planes.size() ? planes[i].first(std::min<std::size_t>(planes[i].size(), frame.used[i])) : Bytes();
     };
-    if (format_ == PixelFormat::mjpeg) {
-      return plane(0);
-    }
+    if (format_ == PixelFormat::mjpeg) return plane(0);
     const std::size_t wanted = *bytes_of(format_, spec_.width, spec_.height);
     if (format_ == PixelFormat::nv12 && planes.size() == 2) {
-      // The rows of both its halves are as wide as grey ones.
-      own = without_padding(PixelFormat::grey8, spec_.width, spec_.height, stride_, plane(0));
-      const auto colors = without_padding(PixelFormat::grey8, spec_.width, spec_.height / 2, stride_, plane(1));
-      own.insert(own.end(), colors.begin(), colors.end());
-      return own.size() == wanted ? Bytes(own) : Bytes();
+      own = nv12_without_padding(spec_.width, spec_.height, {stride_, stride_}, {plane(0), plane(1)});
+      return own;
     }
     const auto width = static_cast<std::size_t>(spec_.width);
     const std::size_t row = format_ == PixelFormat::nv12 ? width : wanted / static_cast<std::size_t>(spec_.height);
@@ -301,7 +286,7 @@ class LibcameraSource::Camera {
   PixelConverter pixels_;
   std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
   std::unique_ptr<HelperProcess> process_;
-  std::string trouble_, serial_;
+  std::string fault_, serial_;
   SequenceUnwrapper count_;
 };
 

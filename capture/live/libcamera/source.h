@@ -1,11 +1,11 @@
 #pragma once
-// libcamera:[CAMERA] - a camera that libcamera drives, as those of phones' and laptops' image processors, and webcams:
-// its ID or its model; the first one where no name is given.
+// libcamera:[CAMERA] - a camera that libcamera drives, for example behind the image processors of phones and laptops,
+// or a webcam, given by ID or model; the first one if no name is given.
 //
-// libcamera runs in a process of its own (libcamera_messages.h), since it aborts where a camera is unplugged. Exposure,
-// gain and white balance are fixed; where the camera says with what a picture was really taken, the picture's exposure
-// follows it. Times are the sensor's, on the host's clock. Pictures are read where the driver put them; none is copied
-// but those whose rows are padded or in two pieces, and those that are kept for longer than the driver can spare.
+// libcamera runs in a helper process (messages.h), since it aborts when a camera is unplugged. Exposure, gain and white
+// balance are fixed; if the camera reports the exposure of each frame, it is used. Times are the sensor's, on the
+// host's clock. Frames are read from the driver's buffers without a copy, except if rows are padded, planes are
+// separate, or the driver would have too few buffers left.
 #include <sys/types.h>
 
 #include <string>
@@ -17,8 +17,7 @@ namespace lumigraft::capture {
 
 class LibcameraSource : public Source {
  public:
-  /// Throws CameraFault where the camera is not there or somebody else's, InputError where it does not offer what the
-  /// session wants.
+  /// Throws CameraFault if the camera is absent or in use, InputError if it does not offer what the session requires.
   LibcameraSource(const std::string& camera, const StreamSpec& spec);
   ~LibcameraSource() override;
 
@@ -29,7 +28,7 @@ class LibcameraSource : public Source {
   std::string serial() const override;
   bool on_host_clock() const override { return true; }
 
-  pid_t process() const;  ///< that libcamera runs in
+  pid_t process() const;  ///< the helper
 
  private:
   class Camera;

@@ -21,7 +21,7 @@ std::string pixels_of(openni::PixelFormat format) {
   }
 }
 
-void look_into(openni::Device& device, CameraListing& listing) {
+void list_device(openni::Device& device, CameraListing& listing) {
   for (const openni::SensorType sensor : {openni::SENSOR_COLOR, openni::SENSOR_DEPTH}) {
     const openni::SensorInfo* info = device.getSensorInfo(sensor);
     for (int i = 0; info != nullptr && i < info->getSupportedVideoModes().getSize(); ++i) {
@@ -45,9 +45,7 @@ void look_into(openni::Device& device, CameraListing& listing) {
 
 std::vector<CameraListing> list_openni_cameras() {
   std::vector<CameraListing> out;
-  if (openni::OpenNI::initialize() != openni::STATUS_OK) {
-    return out;
-  }
+  if (openni::OpenNI::initialize() != openni::STATUS_OK) return out;
   openni::Array<openni::DeviceInfo> devices;
   openni::OpenNI::enumerateDevices(&devices);
   for (int i = 0; i < devices.getSize(); ++i) {
@@ -55,7 +53,7 @@ std::vector<CameraListing> list_openni_cameras() {
                           .name = std::string(devices[i].getVendor()) + " " + devices[i].getName()};
     openni::Device device;
     if (device.open(devices[i].getUri()) == openni::STATUS_OK) {
-      look_into(device, listing);
+      list_device(device, listing);
       device.close();
     } else if (is_forbidden_usb_device(devices[i].getUri())) {
       listing.rejection_reason = kForbiddenUsb;

@@ -18,9 +18,7 @@
 namespace lumigraft::capture {
 namespace {
 
-using namespace std::chrono_literals;
-
-/// What OpenNI2 says about its last failure, on one line.
+/// OpenNI2's message about its last failure, on one line.
 std::string openni_error() {
   std::string text = openni::OpenNI::getExtendedError();
   std::replace_if(
@@ -29,19 +27,17 @@ std::string openni_error() {
   return text.empty() ? "no reason given" : text;
 }
 
-/// Whether the device of that URI, or one of all where it is empty, is there and not ours to open.
+/// Whether the device of that URI, or for an empty URI any device, is present but without permission.
 bool is_forbidden(const std::string& uri) {
   openni::Array<openni::DeviceInfo> devices;
   openni::OpenNI::enumerateDevices(&devices);
   for (int i = 0; i < devices.getSize(); ++i) {
-    if ((uri.empty() || uri == devices[i].getUri()) && is_forbidden_usb_device(devices[i].getUri())) {
-      return true;
-    }
+    if ((uri.empty() || uri == devices[i].getUri()) && is_forbidden_usb_device(devices[i].getUri())) return true;
   }
   return false;
 }
 
-/// The library counts initialize and shutdown.
+/// OpenNI2 counts calls of initialize and shutdown, so several objects may exist.
 struct Library {
   Library() {
     if (openni::OpenNI::initialize() != openni::STATUS_OK) {
@@ -53,7 +49,7 @@ struct Library {
   Library& operator=(const Library&) = delete;
 };
 
-/// Hears from OpenNI2's threads that a device has gone or a recording is over.
+/// Notified by OpenNI2's threads when a device is gone or a recording has ended.
 class EndListener : public openni::OpenNI::DeviceStateChangedListener,
                     public openni::OpenNI::DeviceDisconnectedListener {
  public:
@@ -73,18 +69,16 @@ class EndListener : public openni::OpenNI::DeviceStateChangedListener,
   }
   void onDeviceDisconnected(const openni::DeviceInfo* info) override { ended_ = ended_ || uri_ == info->getUri(); }
 
-  void listen_to(const std::string& uri) { uri_ = uri; }
+  void set_uri(const std::string& uri) { uri_ = uri; }
   bool ended() const { return ended_; }
 
  private:
-  std::string uri_;  ///< set before the device starts, only read afterwards
+  std::string uri_;  ///< set before the device starts, constant afterwards
   std::atomic<bool> ended_{false};
 };
 
 openni::PixelFormat format_of(const StreamSpec& spec) {
-  if (spec.stream != Stream::depth) {
-    return openni::PIXEL_FORMAT_RGB888;
-  }
+  if (spec.stream != Stream::depth) return openni::PIXEL_FORMAT_RGB888;
   return std::abs(spec.unit_m - 0.0001) < 1e-9 ? openni::PIXEL_FORMAT_DEPTH_100_UM : openni::PIXEL_FORMAT_DEPTH_1_MM;
 }
 
@@ -104,13 +98,13 @@ bool fits(const openni::VideoMode& mode, const StreamSpec& spec) {
 struct Lane {
   StreamSpec spec;
   openni::VideoStream stream;
-  int left = 0;  ///< pictures of a recording not yet read
+  int left = 0;  ///< frames of a recording not yet read
   std::optional<int> first_index;
   std::uint64_t next_sequence = 0;
   std::int64_t last_time_ns = 0;
 };
 
-/// An open device with its streams, and the order in which they must go.
+/// An open device with its streams, destroyed in the order that OpenNI2 requires.
 struct OpenDevice {
   OpenDevice() = default;
   OpenDevice(const OpenDevice&) = delete;
@@ -120,9 +114,9 @@ struct OpenDevice {
       lane->stream.stop();
     }
     if (device.isValid() && device.isFile()) {
-      // The player's thread walks its list of streams without a lock, all the time while one of them is started and
-      // every 10 ms otherwise. Destroying a stream while it walks crashes it, so it is let come to rest first.
-      std::this_thread::sleep_for(25ms);
+      // OpenNI2's player thread iterates over its list of streams without a lock: continuously while a stream is
+      // started, every 10 ms otherwise. Destroying a stream meanwhile crashes it.
+      std::this_thread::sleep_for(kOpenNiParameters.player_pause);
     }
     lanes.clear();
     device.close();
@@ -134,13 +128,14 @@ struct OpenDevice {
 
 }  // namespace
 
-/// One run of a device or one pass over a recording. The constructor throws InputError with the reason alone.
+/// A device from opening to closing, or one pass over a recording. The constructor throws InputError with the reason
+/// alone.
 class OpenNiSource::Reader {
  public:
   Reader(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs, std::chrono::milliseconds silence)
       : kind_(kind), silence_(silence) {
     if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK) {
-      const std::string why = openni_error();  // the next call forgets it
+      const std::string why = openni_error();  // the next call overwrites it
       if (is_forbidden(uri)) {
         throw CameraFault(kForbiddenUsb);
       }
@@ -150,7 +145,7 @@ class OpenNiSource::Reader {
       throw InputError(std::string("found a ") + (device_.isFile() ? "recording" : "device") +
                        ", allowed: oni: for recordings, openni2: for devices");
     }
-    listener_.listen_to(device_.getDeviceInfo().getUri());
+    listener_.set_uri(device_.getDeviceInfo().getUri());
     if (kind == Kind::device) {
       serial_ = serial_of_device();
     }
@@ -167,7 +162,7 @@ class OpenNiSource::Reader {
     }
     if (kind == Kind::recording) {
       openni::PlaybackControl* playback = device_.getPlaybackControl();
-      // -1: one picture per read, whatever its time.
+      // -1: one frame per read, independent of its time.
       if (playback == nullptr || playback->setSpeed(-1.0f) != openni::STATUS_OK ||
           playback->setRepeatEnabled(false) != openni::STATUS_OK) {
         throw InputError("found a recording that cannot be stepped: " + openni_error());
@@ -178,9 +173,8 @@ class OpenNiSource::Reader {
           throw InputError(std::string("found no ") + name_of(lane->spec.stream) + " pictures in the recording");
         }
       }
-      constexpr std::uintmax_t kLeastOfAPicture = 20;  // bytes: what comes more often comes again and again
       std::error_code error;
-      left_ = std::filesystem::file_size(uri, error) / kLeastOfAPicture;
+      left_ = std::filesystem::file_size(uri, error) / kOpenNiParameters.min_frame_bytes;
     } else {
       prepare_device();
     }
@@ -190,30 +184,29 @@ class OpenNiSource::Reader {
                           " stream that does not start: " + openni_error());
       }
       if (kind == Kind::device) {
-        fix_light(*lane);  // now: a PS1080 does not do what it was told before its start
+        fix_exposure(*lane);  // after the start: a PS1080 ignores settings made before
       }
     }
   }
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) {
-    // A recording answers as fast as it can be read. Its counts of pictures say when it is over; where they are wrong,
-    // silence does.
-    if (finished_) {
-      return std::nullopt;
-    }
+    // A recording is read as fast as possible. It ends after its number of frames or, if that is wrong, by silence.
+    if (finished_) return std::nullopt;
     std::vector<openni::VideoStream*> streams;
     for (const auto& lane : lanes_) {
       streams.push_back(&lane->stream);
     }
     int ready = -1;
-    const auto wait = kind_ == Kind::device ? timeout : listener_.ended() ? silence_ / 5 : silence_;
+    const auto wait = kind_ == Kind::device ? timeout
+                      : listener_.ended()   ? silence_ / kOpenNiParameters.end_silence_divisor
+                                            : silence_;
     const openni::Status status = openni::OpenNI::waitForAnyStream(streams.data(), static_cast<int>(streams.size()),
                                                                    &ready, static_cast<int>(wait.count()));
     if (status != openni::STATUS_OK || ready < 0 || ready >= static_cast<int>(lanes_.size())) {
       finished_ = kind_ == Kind::recording || listener_.ended();
       return std::nullopt;
     }
-    SourceItem item = take(*lanes_[ready]);
+    SourceItem item = read_frame(*lanes_[ready]);
     if (kind_ == Kind::recording) {
       --lanes_[ready]->left;
       finished_ =
@@ -229,9 +222,9 @@ class OpenNiSource::Reader {
   std::string serial_of_device() const {
     std::array<char, 256> text{};
     int size = static_cast<int>(text.size()) - 1;
-    const bool said =
+    const bool known =
         device_.getProperty(openni::DEVICE_PROPERTY_SERIAL_NUMBER, text.data(), &size) == openni::STATUS_OK;
-    return said ? text.data() : "";
+    return known ? text.data() : "";
   }
 
   void create(Lane& lane) {
@@ -279,11 +272,11 @@ class OpenNiSource::Reader {
         }
       }
     }
-    device_.setDepthColorSyncEnabled(true);  // where it can; pairing by time copes without
+    device_.setDepthColorSyncEnabled(true);  // if supported; pairing by time works without
   }
 
-  /// Radiance = response / exposure holds for a fixed exposure alone; devices without these controls have one.
-  static void fix_light(Lane& lane) {
+  /// Radiance = response / exposure requires a fixed exposure; devices without these controls have one.
+  static void fix_exposure(Lane& lane) {
     const CameraSettings& wanted = lane.spec.settings;
     openni::CameraSettings* camera = lane.stream.getCameraSettings();
     if (camera == nullptr) {
@@ -299,8 +292,8 @@ class OpenNiSource::Reader {
       throw InputError(
           "found a device whose exposure or white balance stays automatic, allowed: one that can be fixed");
     }
-    const auto set = [](const std::string& key, double value, const auto& tell) {
-      if (std::floor(value) != value || tell(static_cast<int>(value)) != openni::STATUS_OK) {
+    const auto set = [](const std::string& key, double value, const auto& apply) {
+      if (std::floor(value) != value || apply(static_cast<int>(value)) != openni::STATUS_OK) {
         throw InputError(key + ": found " + std::to_string(value) +
                          ", which the device does not take: " + openni_error());
       }
@@ -313,7 +306,7 @@ class OpenNiSource::Reader {
     }
   }
 
-  SourceItem take(Lane& lane) {
+  SourceItem read_frame(Lane& lane) {
     openni::VideoFrameRef frame;
     const bool read = lane.stream.readFrame(&frame) == openni::STATUS_OK && frame.isValid();
     Stamp stamp{lane.last_time_ns, steady_now_ns(), lane.next_sequence};
@@ -323,7 +316,7 @@ class OpenNiSource::Reader {
       }
       const auto index = static_cast<std::int64_t>(frame.getFrameIndex()) - *lane.first_index;
       if (index > static_cast<std::int64_t>(stamp.sequence)) {
-        stamp.sequence = static_cast<std::uint64_t>(index);  // the device says that pictures are missing
+        stamp.sequence = static_cast<std::uint64_t>(index);  // the device counts lost frames
       }
       stamp.time_ns = static_cast<std::int64_t>(std::min<std::uint64_t>(frame.getTimestamp(), INT64_MAX / 1000)) * 1000;
     }
@@ -332,9 +325,7 @@ class OpenNiSource::Reader {
     const std::size_t pixel = lane.spec.stream == Stream::depth ? 2 : 3;
     const std::size_t row = pixel * static_cast<std::size_t>(lane.spec.width);
     const auto lost = [&](const char* reason) { return LostPicture{stamp, lane.spec.stream, reason}; };
-    if (!read) {
-      return lost("the picture is damaged");
-    }
+    if (!read) return lost("the picture is damaged");
     if (!fits(frame.getVideoMode(), lane.spec) || frame.getWidth() != lane.spec.width ||
         frame.getHeight() != lane.spec.height) {
       return lost("the picture has another size or format");
@@ -354,10 +345,7 @@ class OpenNiSource::Reader {
       copy(depth.counts);
       return depth;
     }
-    Picture picture;
-    picture.stamp = stamp;
-    picture.stream = lane.spec.stream;
-    picture.exposure = lane.spec.exposure;
+    Picture picture{.stamp = stamp, .stream = lane.spec.stream, .exposure = lane.spec.exposure};
     picture.encoded = Image<std::uint8_t>(lane.spec.width, lane.spec.height, 3);
     copy(picture.encoded);
     return picture;
@@ -365,7 +353,7 @@ class OpenNiSource::Reader {
 
   Kind kind_;
   std::chrono::milliseconds silence_;
-  std::uintmax_t left_ = 0;        ///< more pictures that a recording can have
+  std::uintmax_t left_ = 0;        ///< frames that a recording may still have, by the size of its file
   std::optional<double> rate_hz_;  ///< of all streams
   Library library_;
   EndListener listener_;

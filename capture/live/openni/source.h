@@ -1,15 +1,16 @@
 #pragma once
-// openni2:[URI] - a depth camera that OpenNI2 knows. One object delivers colour and depth. A device runs without
+// openni2:[URI] - a depth camera supported by OpenNI2. One object delivers colour and depth. Devices run without
 // mirroring and with fixed exposure and white balance, at the spec's `rate_hz` and `gain`; `controls.exposure` is in
-// the device's own unit, which OpenNI2 does not know.
+// the device's own unit, which OpenNI2 does not report.
 //
-// Also what OpenNI2's recorder wrote, in a process that may crash (oni_source.h): stepped picture by picture, never
-// sought (OpenNI2 2.2 crashes), its times starting at 0.
+// Also reads OpenNI2's recordings, in a helper process (oni_source.h): frame by frame without seeking, which crashes
+// OpenNI2 2.2; times start at 0.
 #include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "capture/live/parameters.h"
 #include "capture/session/stream_spec.h"
 #include "capture/source.h"
 
@@ -19,10 +20,10 @@ class OpenNiSource : public Source {
  public:
   enum class Kind { recording, device };
 
-  /// `uri` is a file's path, a device's URI, or empty for any device. `silence` is how long no picture of a recording
-  /// comes where its counts do not say that it is over. Throws InputError.
+  /// `uri` is a file's path, a device's URI, or empty for any device. After `silence` without a frame, a recording
+  /// whose frame counts are wrong has ended. Throws InputError.
   OpenNiSource(Kind kind, const std::string& uri, const std::vector<StreamSpec>& specs,
-               std::chrono::milliseconds silence = std::chrono::milliseconds(5000));
+               std::chrono::milliseconds silence = kOpenNiParameters.recording_silence);
   ~OpenNiSource() override;
 
   std::optional<SourceItem> next(std::chrono::milliseconds timeout) override;

@@ -11,7 +11,7 @@
 namespace lumigraft::capture::v4l2 {
 namespace {
 
-/// As v4l2-ctl does: letters and digits in lower case, and one underscore for whatever stands between them.
+/// As v4l2-ctl does: letters and digits in lower case, one underscore for any other characters between them.
 std::string plain_name(const std::string& driver_name) {
   std::string out;
   bool gap = false;
@@ -66,7 +66,7 @@ int set(const Device& device, std::uint32_t id, std::int64_t value) {
   return device.call(VIDIOC_S_EXT_CTRLS, &request);
 }
 
-/// Refuses what the driver would cut to its range.
+/// Refuses values that the driver would clip to its range.
 void set_within(const Device& device, const Control& control, double value, const std::string& key) {
   const std::int64_t whole = std::llround(value);
   if (control.read_only) {
@@ -77,7 +77,7 @@ void set_within(const Device& device, const Control& control, double value, cons
                      std::to_string(control.high));
   }
   const int error = set(device, control.id, whole);
-  if (error == EINVAL || error == ERANGE || error == EACCES) {  // the last where another control has the say
+  if (error == EINVAL || error == ERANGE || error == EACCES) {  // EACCES: another control disables this one
     throw InputError(key + ": found " + std::to_string(whole) + ", which the camera does not take now");
   }
   if (error != 0) {
@@ -85,12 +85,11 @@ void set_within(const Device& device, const Control& control, double value, cons
   }
 }
 
+/// Sets a control if the camera has it; `what` names it in errors.
 void fix(const Device& device, const std::vector<Control>& all, std::uint32_t id, std::int64_t value,
          const char* what) {
   const Control* control = find(all, id);
-  if (control == nullptr || control->read_only) {
-    return;
-  }
+  if (control == nullptr || control->read_only) return;
   const int error = set(device, id, value);
   if (error == EINVAL || error == ERANGE) {
     throw InputError(std::string("found ") + what + " that cannot be switched off");
@@ -100,7 +99,7 @@ void fix(const Device& device, const std::vector<Control>& all, std::uint32_t id
   }
 }
 
-/// Cameras offer at least one of the two: an exposure that is set, the iris left alone or not.
+/// Cameras offer manual exposure, with or without an automatic iris.
 void fix_exposure(const Device& device, const std::vector<Control>& all) {
   if (find(all, V4L2_CID_EXPOSURE_AUTO) != nullptr && set(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL) != 0) {
     fix(device, all, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_SHUTTER_PRIORITY, "an automatic exposure");
@@ -147,7 +146,7 @@ double set_exposure_us(const Device& device, double exposure_us) {
 
 void set_controls(const Device& device, const CameraSettings& settings) {
   const std::vector<Control> all = controls(device);
-  // Radiance = response / exposure holds for a fixed exposure alone; cameras without these controls have one.
+  // Radiance = response / exposure requires a fixed exposure; cameras without these controls have one.
   fix_exposure(device, all);
   fix(device, all, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "a rate that follows the exposure");
   fix(device, all, V4L2_CID_AUTOGAIN, 0, "an automatic gain");

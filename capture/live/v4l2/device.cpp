@@ -17,24 +17,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Pair {
+struct FormatPair {
   std::uint32_t fourcc;
-  PixelFormat ours;
+  PixelFormat format;
 };
 
-constexpr std::array<Pair, 13> kFormats = {{{V4L2_PIX_FMT_YUYV, PixelFormat::yuyv},
-                                            {V4L2_PIX_FMT_NV12, PixelFormat::nv12},
-                                            {V4L2_PIX_FMT_NV12M, PixelFormat::nv12},
-                                            {V4L2_PIX_FMT_RGB24, PixelFormat::rgb8},
-                                            {V4L2_PIX_FMT_BGR24, PixelFormat::bgr8},
-                                            {V4L2_PIX_FMT_SRGGB8, PixelFormat::bayer_rggb8},
-                                            {V4L2_PIX_FMT_SBGGR8, PixelFormat::bayer_bggr8},
-                                            {V4L2_PIX_FMT_SGBRG8, PixelFormat::bayer_gbrg8},
-                                            {V4L2_PIX_FMT_SGRBG8, PixelFormat::bayer_grbg8},
-                                            {V4L2_PIX_FMT_MJPEG, PixelFormat::mjpeg},
-                                            {V4L2_PIX_FMT_JPEG, PixelFormat::mjpeg},
-                                            {V4L2_PIX_FMT_GREY, PixelFormat::grey8},
-                                            {V4L2_PIX_FMT_Y16, PixelFormat::grey16}}};
+constexpr std::array<FormatPair, 13> kFormats = {{{V4L2_PIX_FMT_YUYV, PixelFormat::yuyv},
+                                                  {V4L2_PIX_FMT_NV12, PixelFormat::nv12},
+                                                  {V4L2_PIX_FMT_NV12M, PixelFormat::nv12},
+                                                  {V4L2_PIX_FMT_RGB24, PixelFormat::rgb8},
+                                                  {V4L2_PIX_FMT_BGR24, PixelFormat::bgr8},
+                                                  {V4L2_PIX_FMT_SRGGB8, PixelFormat::bayer_rggb8},
+                                                  {V4L2_PIX_FMT_SBGGR8, PixelFormat::bayer_bggr8},
+                                                  {V4L2_PIX_FMT_SGBRG8, PixelFormat::bayer_gbrg8},
+                                                  {V4L2_PIX_FMT_SGRBG8, PixelFormat::bayer_grbg8},
+                                                  {V4L2_PIX_FMT_MJPEG, PixelFormat::mjpeg},
+                                                  {V4L2_PIX_FMT_JPEG, PixelFormat::mjpeg},
+                                                  {V4L2_PIX_FMT_GREY, PixelFormat::grey8},
+                                                  {V4L2_PIX_FMT_Y16, PixelFormat::grey16}}};
 
 constexpr const char* kNameFolders[] = {"/dev/v4l/by-id", "/dev/v4l/by-path"};
 
@@ -80,9 +80,7 @@ Device::Device(const std::string& path) : descriptor_(::open(path.c_str(), O_RDW
       (capability_.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability_.device_caps : capability_.capabilities;
   capability_.device_caps = offers;
   const bool captures = (offers & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) != 0;
-  if (error == 0 && captures && (offers & V4L2_CAP_STREAMING) != 0) {
-    return;
-  }
+  if (error == 0 && captures && (offers & V4L2_CAP_STREAMING) != 0) return;
   ::close(descriptor_);
   if (error != 0 && error != ENOTTY && error != EINVAL) {
     fail(error, "capabilities");
@@ -122,8 +120,8 @@ std::vector<std::string> nodes() {
       continue;
     }
     try {
-      const Device looked_at(path.string());
-    } catch (const CameraFault&) {  // busy or not ours: a camera nevertheless
+      const Device device(path.string());
+    } catch (const CameraFault&) {  // in use or without permission, but a camera
     } catch (const InputError&) {
       continue;
     }
@@ -137,50 +135,36 @@ std::vector<std::string> nodes() {
   return out;
 }
 
-std::string node_named(const std::string& name) {
-  if (name.rfind('/', 0) == 0) {
-    return name;
-  }
+std::string find_node(const std::string& name) {
+  if (name.rfind('/', 0) == 0) return name;
   for (const char* folder : kNameFolders) {
     std::error_code error;
-    if (!name.empty() && fs::exists(fs::path(folder) / name, error)) {
-      return (fs::path(folder) / name).string();
-    }
+    if (!name.empty() && fs::exists(fs::path(folder) / name, error)) return (fs::path(folder) / name).string();
   }
   for (const std::string& node : nodes()) {
-    if (name.empty()) {
-      return node;
-    }
+    if (name.empty()) return node;
     try {
       const Device device(node);
-      if (device.card() == name || device.bus() == name) {
-        return node;
-      }
+      if (device.card() == name || device.bus() == name) return node;
     } catch (const InputError&) {
     }
   }
   throw CameraFault("found no such camera");
 }
 
-std::string lasting_name(const std::string& node) {
+std::string persistent_name(const std::string& node) {
   for (const char* folder : kNameFolders) {
     for (const fs::path& entry : entries(folder)) {
       std::error_code error;
-      if (fs::canonical(entry, error) == fs::path(node) && !error) {
-        return entry.filename().string();
-      }
+      if (fs::canonical(entry, error) == fs::path(node) && !error) return entry.filename().string();
     }
   }
   return node;
 }
 
 std::optional<PixelFormat> pixel_format_of(std::uint32_t fourcc) {
-  for (const Pair& pair : kFormats) {
-    if (pair.fourcc == fourcc) {
-      return pair.ours;
-    }
-  }
-  return std::nullopt;
+  const auto* found = std::ranges::find(kFormats, fourcc, &FormatPair::fourcc);
+  return found != kFormats.end() ? std::optional(found->format) : std::nullopt;
 }
 
 std::string fourcc_text(std::uint32_t fourcc) {
@@ -203,8 +187,8 @@ std::vector<std::uint32_t> formats(const Device& device) {
   return out;
 }
 
-bool Sizes::holds(int width, int height) const {
-  if (between) {
+bool Sizes::contains(int width, int height) const {
+  if (range) {
     return width >= each[0].width && height >= each[0].height && width <= each[1].width && height <= each[1].height;
   }
   return each.empty() ||
@@ -219,7 +203,7 @@ Sizes sizes(const Device& device, std::uint32_t fourcc) {
     if (entry.type != V4L2_FRMSIZE_TYPE_DISCRETE) {
       out.each = {{static_cast<int>(entry.stepwise.min_width), static_cast<int>(entry.stepwise.min_height)},
                   {static_cast<int>(entry.stepwise.max_width), static_cast<int>(entry.stepwise.max_height)}};
-      out.between = true;
+      out.range = true;
       return out;
     }
     out.each.push_back({static_cast<int>(entry.discrete.width), static_cast<int>(entry.discrete.height)});
@@ -238,9 +222,7 @@ double highest_rate_hz(const Device& device, std::uint32_t fourcc, Size size) {
     if (period.numerator > 0) {
       best_hz = std::max(best_hz, static_cast<double>(period.denominator) / period.numerator);
     }
-    if (entry.type != V4L2_FRMIVAL_TYPE_DISCRETE) {
-      break;
-    }
+    if (entry.type != V4L2_FRMIVAL_TYPE_DISCRETE) break;
   }
   return best_hz;
 }

@@ -1,6 +1,5 @@
 #pragma once
-// A camera node of the kernel's Video4Linux: its system calls, their errors and its words. Included by .cpp files
-// alone.
+// A device node of the kernel's Video4Linux: system calls, errors, formats and names. Included by .cpp files alone.
 #include <linux/videodev2.h>
 
 #include <cstdint>
@@ -12,20 +11,20 @@
 
 namespace lumigraft::capture::v4l2 {
 
-/// Throws what `error` (an errno) means: a CameraFault where it may pass.
+/// Throws a CameraFault with the meaning of `error` (an errno).
 [[noreturn]] void fail(int error, const std::string& what);
 
 class Device {
  public:
-  /// Throws CameraFault where it cannot be opened, InputError where it is no camera. The reason alone is said.
+  /// Throws CameraFault if it cannot be opened, InputError if it is no camera, with the reason alone.
   explicit Device(const std::string& path);
   ~Device();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  /// 0 or the errno.
+  /// ioctl; returns 0 or the errno.
   int call(unsigned long request, void* argument) const;
-  /// Throws as fail() does.
+  /// ioctl; throws as fail().
   void demand(unsigned long request, void* argument, const std::string& what) const;
 
   int descriptor() const { return descriptor_; }
@@ -39,32 +38,31 @@ class Device {
   v4l2_capability capability_{};
 };
 
-/// The node that a configuration calls `name`: a path, an entry of /dev/v4l/by-id or by-path, a card's name or its bus,
-/// or the first camera for an empty name. Throws CameraFault where none is there.
-std::string node_named(const std::string& name);
-/// Nodes of cameras in the order of their numbers, those that cannot be opened among them.
+/// The node of a camera that a configuration names by path, by an entry of /dev/v4l/by-id or by-path, by card name or
+/// bus; the first camera for an empty name. Throws CameraFault if there is none.
+std::string find_node(const std::string& name);
+/// Nodes of cameras in numerical order, including those that cannot be opened.
 std::vector<std::string> nodes();
-/// What to call a node so that the same camera is found after it was plugged into another socket; the node where the
-/// system keeps no such name.
-std::string lasting_name(const std::string& node);
+/// Name under /dev/v4l that stays the same if the camera is plugged in elsewhere; the node itself if there is none.
+std::string persistent_name(const std::string& node);
 
 std::optional<PixelFormat> pixel_format_of(std::uint32_t fourcc);
 std::string fourcc_text(std::uint32_t fourcc);
-/// What the camera offers, in its own order.
+/// Formats that the camera offers, in its order.
 std::vector<std::uint32_t> formats(const Device& device);
 
 struct Size {
   int width = 0;
   int height = 0;
 };
-/// Every size, or the smallest and the largest where those between them are offered too; empty where it does not say.
+/// Frame sizes: every size, or the smallest and the largest of a range; empty if the driver reports none.
 struct Sizes {
   std::vector<Size> each;
-  bool between = false;  ///< the two and what lies between
-  bool holds(int width, int height) const;
+  bool range = false;                          ///< `each` holds the two ends of a range
+  bool contains(int width, int height) const;  ///< also true if no sizes are reported
 };
 Sizes sizes(const Device& device, std::uint32_t fourcc);
-/// The highest; 0 where the camera does not say.
+/// The highest rate; 0 if the driver reports none.
 double highest_rate_hz(const Device& device, std::uint32_t fourcc, Size size);
 
 }  // namespace lumigraft::capture::v4l2

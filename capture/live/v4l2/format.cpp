@@ -8,21 +8,16 @@
 #include <utility>
 
 #include "capture/error.h"
+#include "capture/live/format_preference.h"
+#include "capture/live/parameters.h"
 
 namespace lumigraft::capture::v4l2 {
 namespace {
 
-/// Colour before grey, and what was never compressed, or is not yet interpolated, before JPEG.
-constexpr PixelFormat kPreferred[] = {PixelFormat::yuyv,        PixelFormat::nv12,        PixelFormat::rgb8,
-                                      PixelFormat::bgr8,        PixelFormat::bayer_rggb8, PixelFormat::bayer_bggr8,
-                                      PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8, PixelFormat::mjpeg,
-                                      PixelFormat::grey8,       PixelFormat::grey16};
-constexpr double kFastEnough_hz = 25.0;
-
 struct Offer {
   std::uint32_t fourcc = 0;
   PixelFormat format = PixelFormat::rgb8;
-  bool size = false;  ///< holds the session's
+  bool has_size = false;  ///< the session's frame size is offered
   double rate_hz = 0.0;
 };
 
@@ -30,66 +25,65 @@ std::vector<Offer> offers(const Device& device, const StreamSpec& spec) {
   std::vector<Offer> out;
   for (const std::uint32_t fourcc : formats(device)) {
     const std::optional<PixelFormat> format = pixel_format_of(fourcc);
-    if (!format || (*format != PixelFormat::mjpeg && !bytes_of(*format, spec.width, spec.height))) {
-      continue;
-    }
-    out.push_back({fourcc, *format, sizes(device, fourcc).holds(spec.width, spec.height),
+    if (!format || (*format != PixelFormat::mjpeg && !bytes_of(*format, spec.width, spec.height))) continue;
+    out.push_back({fourcc, *format, sizes(device, fourcc).contains(spec.width, spec.height),
                    highest_rate_hz(device, fourcc, {spec.width, spec.height})});
   }
   return out;
 }
 
-/// That hold the session's size: the most preferred of those that are fast enough first, else the fastest.
+/// Offers with the session's frame size. First those that are fast enough, by preference, then the others by rate.
 std::vector<Offer> choices(const Device& device, const StreamSpec& spec) {
   std::vector<Offer> all = offers(device, spec);
   std::string names;
   for (const Offer& offer : all) {
     names += " " + std::string(name_of(offer.format));
   }
-  const auto drop = [&all](const auto& unfit) { all.erase(std::remove_if(all.begin(), all.end(), unfit), all.end()); };
   if (spec.settings.pixel_format) {
-    drop([&](const Offer& o) { return o.format != *spec.settings.pixel_format; });
+    std::erase_if(all, [&](const Offer& o) { return o.format != *spec.settings.pixel_format; });
     if (all.empty()) {
       throw InputError("found no pixel format " + std::string(name_of(*spec.settings.pixel_format)) + " for " +
                        size_text(spec.width, spec.height) + ", offered:" + names);
     }
   }
-  drop([](const Offer& o) { return !o.size; });
+  std::erase_if(all, [](const Offer& o) { return !o.has_size; });
   if (all.empty()) {
     throw InputError("found no pictures of " + size_text(spec.width, spec.height) +
                      ", allowed: what `lumigraft devices` lists");
   }
-  const double wanted_hz = spec.settings.rate_hz.value_or(kFastEnough_hz) * 0.99;
+  const double wanted_hz =
+      spec.settings.rate_hz.value_or(kV4l2Parameters.sufficient_rate_hz) * kV4l2Parameters.rate_rounding;
   const auto rank = [&](const Offer& o) {
     const bool fast = o.rate_hz == 0.0 || o.rate_hz >= wanted_hz;
-    const auto preference = std::find(std::begin(kPreferred), std::end(kPreferred), o.format) - std::begin(kPreferred);
+    const auto preference =
+        std::find(std::begin(kPreferredFormats), std::end(kPreferredFormats), o.format) - std::begin(kPreferredFormats);
     return std::tuple(fast ? 0 : 1, fast ? 0.0 : -o.rate_hz, preference);
   };
   std::stable_sort(all.begin(), all.end(), [&](const Offer& a, const Offer& b) { return rank(a) < rank(b); });
   return all;
 }
 
-/// What both kinds of v4l2_format say.
-struct Said {
+/// Fields that single-planar and multi-planar v4l2_format have in common.
+struct FormatFields {
   int width, height;
   std::uint32_t fourcc, field, colorspace, encoding, quantization;
 };
 
-Said said(const v4l2_format& f, bool planar) {
+FormatFields fields_of(const v4l2_format& f, bool planar) {
   const auto of = [](const auto& p) {
-    return Said{static_cast<int>(p.width),
-                static_cast<int>(p.height),
-                p.pixelformat,
-                p.field,
-                p.colorspace,
-                p.ycbcr_enc,
-                p.quantization};
+    return FormatFields{static_cast<int>(p.width),
+                        static_cast<int>(p.height),
+                        p.pixelformat,
+                        p.field,
+                        p.colorspace,
+                        p.ycbcr_enc,
+                        p.quantization};
   };
   return planar ? of(f.fmt.pix_mp) : of(f.fmt.pix);
 }
 
-/// What to_rgb takes for granted of a format must be what the camera means by it.
-void check_colors(const Said& s, PixelFormat format) {
+/// Refuses YUV encodings and value ranges that PixelConverter does not assume.
+void check_colors(const FormatFields& s, PixelFormat format) {
   const bool yuv = format == PixelFormat::yuyv || format == PixelFormat::nv12;
   const bool rgb = format == PixelFormat::rgb8 || format == PixelFormat::bgr8;
   std::uint32_t encoding = s.encoding;
@@ -109,18 +103,15 @@ void check_colors(const Said& s, PixelFormat format) {
   }
 }
 
-/// Without one asked for a usual one, since a driver starts with whatever it had last.
+/// Sets the wanted rate, else a default, since drivers keep the rate that another program set.
 void set_rate(const Device& device, const std::optional<double>& wanted_hz) {
-  constexpr double kUsual_hz = 30.0;
-  const double rate_hz = wanted_hz.value_or(kUsual_hz);
+  const double rate_hz = wanted_hz.value_or(kV4l2Parameters.default_rate_hz);
   v4l2_streamparm parameters{};
   parameters.type = device.buffers();
-  constexpr __u32 kFine = 1'000'000;
-  parameters.parm.capture.timeperframe = {kFine, static_cast<__u32>(std::lround(rate_hz * kFine))};
+  constexpr __u32 kNumerator = 1'000'000;  // the rate is given as a fraction, to 1e-6 Hz
+  parameters.parm.capture.timeperframe = {kNumerator, static_cast<__u32>(std::lround(rate_hz * kNumerator))};
   const int error = device.call(VIDIOC_S_PARM, &parameters);
-  if (!wanted_hz) {
-    return;
-  }
+  if (!wanted_hz) return;
   if (error == ENOTTY || error == EINVAL) {
     throw InputError("rate_hz: found a camera whose rate is not set this way");
   }
@@ -129,13 +120,13 @@ void set_rate(const Device& device, const std::optional<double>& wanted_hz) {
   }
   const v4l2_fract& period = parameters.parm.capture.timeperframe;
   const double given_hz = period.numerator > 0 ? static_cast<double>(period.denominator) / period.numerator : 0.0;
-  if (std::abs(given_hz - rate_hz) > 0.02 * rate_hz) {
+  if (std::abs(given_hz - rate_hz) > kV4l2Parameters.max_rate_error * rate_hz) {
     throw InputError("rate_hz: found a camera that gives " + std::to_string(given_hz) + " Hz, wanted " +
                      std::to_string(rate_hz));
   }
 }
 
-/// Throws InputError for what the session does not want, or PixelConverter would misread.
+/// Throws InputError if the driver sets another format or size, or colours that PixelConverter would misread.
 v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer& offer) {
   const bool planar = device.multi_planar();
   v4l2_format format{};
@@ -152,7 +143,7 @@ v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer
     format.fmt.pix.field = V4L2_FIELD_NONE;
   }
   device.demand(VIDIOC_S_FMT, &format, "format");
-  const Said given = said(format, planar);
+  const FormatFields given = fields_of(format, planar);
   if (given.width != spec.width || given.height != spec.height || given.fourcc != offer.fourcc) {
     throw InputError("found a camera that gives " + fourcc_text(given.fourcc) + " of " +
                      size_text(given.width, given.height) +
@@ -167,13 +158,13 @@ v4l2_format set_format(const Device& device, const StreamSpec& spec, const Offer
 
 bool is_grey(PixelFormat format) { return format == PixelFormat::grey8 || format == PixelFormat::grey16; }
 
-/// The first choice that can be read: grabbers of HDMI often mean another YUV than webcams, and offer RGB beside it.
-std::pair<Offer, v4l2_format> settle(const Device& device, const StreamSpec& spec) {
+/// The first choice that can be used: HDMI grabbers often use another YUV encoding than webcams, but also offer RGB.
+std::pair<Offer, v4l2_format> set_best_format(const Device& device, const StreamSpec& spec) {
   const std::vector<Offer> all = choices(device, spec);
   std::optional<InputError> refused;
   for (const Offer& offer : all) {
     if (refused && is_grey(offer.format)) {
-      continue;  // a camera of colours is to show them
+      continue;  // a colour camera is not used as a grey one
     }
     try {
       return {offer, set_format(device, spec, offer)};
@@ -188,26 +179,24 @@ std::pair<Offer, v4l2_format> settle(const Device& device, const StreamSpec& spe
 
 }  // namespace
 
-Agreed agree(const Device& device, const StreamSpec& spec) {
-  const auto [offer, format] = settle(device, spec);
+NegotiatedFormat negotiate_format(const Device& device, const StreamSpec& spec) {
+  const auto [offer, format] = set_best_format(device, spec);
   const bool planar = device.multi_planar();
   set_rate(device, spec.settings.rate_hz);
 
-  Agreed out{.format = offer.format, .planes = planar ? format.fmt.pix_mp.num_planes : 1};
+  NegotiatedFormat out{.format = offer.format, .planes = planar ? format.fmt.pix_mp.num_planes : 1};
   if (out.planes < 1 || out.planes > (offer.fourcc == V4L2_PIX_FMT_NV12M ? 2 : 1)) {
     throw InputError("found pictures in " + std::to_string(out.planes) + " pieces");
   }
-  if (offer.format == PixelFormat::mjpeg) {
-    return out;
-  }
+  if (offer.format == PixelFormat::mjpeg) return out;
   const auto width = static_cast<std::size_t>(spec.width);
   const std::size_t row = offer.format == PixelFormat::nv12 ? width
                                                             : *bytes_of(offer.format, spec.width, spec.height) /
                                                                   static_cast<std::size_t>(spec.height);
   for (int i = 0; i < out.planes; ++i) {
     const auto n = static_cast<std::size_t>(i);
-    const std::size_t said_bytes = planar ? format.fmt.pix_mp.plane_fmt[i].bytesperline : format.fmt.pix.bytesperline;
-    out.row_bytes[n] = said_bytes != 0 ? said_bytes : row;
+    const std::size_t driver_row = planar ? format.fmt.pix_mp.plane_fmt[i].bytesperline : format.fmt.pix.bytesperline;
+    out.row_bytes[n] = driver_row != 0 ? driver_row : row;
     out.padded = out.padded || out.row_bytes[n] != row;
   }
   return out;

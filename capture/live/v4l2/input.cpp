@@ -7,12 +7,13 @@
 #include <cstring>
 
 #include "capture/error.h"
+#include "capture/live/parameters.h"
 
 namespace lumigraft::capture::v4l2 {
 namespace {
 
-/// What the errors of VIDIOC_QUERY_DV_TIMINGS mean; nullptr for others.
-const char* why_no_signal(int error) {
+/// Meaning of the errors of VIDIOC_QUERY_DV_TIMINGS; null for others.
+const char* signal_fault(int error) {
   switch (error) {
     case ENOLINK:
       return "no signal";
@@ -32,24 +33,24 @@ std::string text_of(const v4l2_bt_timings& timings) {
   return std::to_string(timings.width) + "x" + std::to_string(timings.height) + rate;
 }
 
-/// Grabbers that scale would make any signal fit: what its camera sees would then lie elsewhere in the picture.
+/// Grabbers that scale accept any signal, but another aspect ratio would invalidate the camera's calibration.
 void check_shape(const v4l2_bt_timings& signal, const StreamSpec& spec, const Input& input) {
   const double wanted = static_cast<double>(spec.width) / spec.height;
   const double found = static_cast<double>(signal.width) / std::max(signal.height, __u32{1});
-  if (std::abs(found - wanted) > 0.01 * wanted) {
+  if (std::abs(found - wanted) > kV4l2Parameters.max_aspect_ratio_error * wanted) {
     throw InputError("found a signal of " + text_of(signal) + " at its input \"" + input.name +
                      "\", allowed by the session: " + size_text(spec.width, spec.height) + " or of that shape");
   }
 }
 
-/// Drivers forget what was plugged in last time, and start with a size of their own.
+/// Sets the driver to the timings of the signal; drivers start with default timings.
 void follow_signal(const Device& device, const StreamSpec& spec, const Input& input) {
   v4l2_dv_timings timings{};
   const int error = device.call(VIDIOC_QUERY_DV_TIMINGS, &timings);
-  if (const char* why = why_no_signal(error)) {
+  if (const char* why = signal_fault(error)) {
     throw CameraFault(std::string("found ") + why + " at its input \"" + input.name + "\"");
   }
-  if (error == 0) {  // else it cannot look, and has the timings that somebody set
+  if (error == 0) {  // else the driver cannot detect timings and keeps those that were set
     check_shape(timings.bt, spec, input);
     device.demand(VIDIOC_S_DV_TIMINGS, &timings, "the signal's timings");
   }
@@ -71,33 +72,25 @@ std::vector<Input> inputs(const Device& device) {
   return out;
 }
 
-std::optional<Input> chosen_input(const Device& device) {
+std::optional<Input> selected_input(const Device& device) {
   int index = 0;
-  if (device.call(VIDIOC_G_INPUT, &index) != 0) {
-    return std::nullopt;
-  }
+  if (device.call(VIDIOC_G_INPUT, &index) != 0) return std::nullopt;
   for (const Input& input : inputs(device)) {
-    if (input.index == static_cast<std::uint32_t>(index)) {
-      return input;
-    }
+    if (input.index == static_cast<std::uint32_t>(index)) return input;
   }
   return std::nullopt;
 }
 
 std::string signal_text(const Device& device) {
-  const std::optional<Input> input = chosen_input(device);
-  if (!input || !input->digital) {
-    return "";
-  }
+  const std::optional<Input> input = selected_input(device);
+  if (!input || !input->digital) return "";
   v4l2_dv_timings timings{};
   const int error = device.call(VIDIOC_QUERY_DV_TIMINGS, &timings);
-  if (const char* why = why_no_signal(error)) {
-    return why;
-  }
+  if (const char* why = signal_fault(error)) return why;
   return error == 0 ? text_of(timings.bt) : "";
 }
 
-void choose_input(const Device& device, const StreamSpec& spec) {
+void select_input(const Device& device, const StreamSpec& spec) {
   if (const std::optional<std::string>& name = spec.settings.input) {
     const std::vector<Input> all = inputs(device);
     const auto wanted = std::find_if(all.begin(), all.end(), [&](const Input& i) { return i.name == *name; });
@@ -112,7 +105,7 @@ void choose_input(const Device& device, const StreamSpec& spec) {
     int index = static_cast<int>(wanted->index);
     device.demand(VIDIOC_S_INPUT, &index, "input");
   }
-  if (const std::optional<Input> input = chosen_input(device); input && input->digital) {
+  if (const std::optional<Input> input = selected_input(device); input && input->digital) {
     follow_signal(device, spec, *input);
   }
 }

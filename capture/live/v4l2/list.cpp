@@ -7,21 +7,19 @@
 namespace lumigraft::capture {
 namespace {
 
-/// Only what can be seen without touching the camera: somebody may use it.
-void look_at_inputs(const v4l2::Device& device, CameraListing& listing) {
+/// Reads without changing the camera's state: another program may use it.
+void list_inputs(const v4l2::Device& device, CameraListing& listing) {
   const std::vector<v4l2::Input> all = v4l2::inputs(device);
-  const std::optional<v4l2::Input> chosen = v4l2::chosen_input(device);
-  if (all.size() < 2 && !(chosen && chosen->digital)) {
-    return;
-  }
+  const std::optional<v4l2::Input> chosen = v4l2::selected_input(device);
+  if (all.size() < 2 && !(chosen && chosen->digital)) return;
   for (const v4l2::Input& input : all) {
     const bool now = chosen && chosen->index == input.index;
     listing.inputs.push_back({input.name, now, now ? v4l2::signal_text(device) : ""});
   }
 }
 
-void look_into(const v4l2::Device& device, CameraListing& listing) {
-  look_at_inputs(device, listing);
+void list_device(const v4l2::Device& device, CameraListing& listing) {
+  list_inputs(device, listing);
   for (const std::uint32_t fourcc : v4l2::formats(device)) {
     const std::optional<PixelFormat> ours = v4l2::pixel_format_of(fourcc);
     const std::string name = ours ? std::string(name_of(*ours)) : "V4L2 " + v4l2::fourcc_text(fourcc);
@@ -30,7 +28,7 @@ void look_into(const v4l2::Device& device, CameraListing& listing) {
     }
   }
   for (const v4l2::Control& control : v4l2::controls(device)) {
-    // By the keys of a configuration where it has them.
+    // Named as in a configuration, which has a key of its own for the exposure.
     const bool exposure = control.id == V4L2_CID_EXPOSURE_ABSOLUTE;
     const double unit = exposure ? v4l2::kExposureUnit_us : 1.0;
     listing.controls.push_back({exposure ? "exposure_us" : control.name, unit * static_cast<double>(control.low),
@@ -44,11 +42,11 @@ void look_into(const v4l2::Device& device, CameraListing& listing) {
 std::vector<CameraListing> list_v4l2_cameras() {
   std::vector<CameraListing> out;
   for (const std::string& node : v4l2::nodes()) {
-    CameraListing listing{.source = "v4l2:" + v4l2::lasting_name(node), .name = node, .nodes = {node}};
+    CameraListing listing{.source = "v4l2:" + v4l2::persistent_name(node), .name = node, .nodes = {node}};
     try {
       const v4l2::Device device(node);
       listing.name = device.card() + ", " + node;
-      look_into(device, listing);
+      list_device(device, listing);
     } catch (const InputError& e) {
       listing.rejection_reason = e.what();
     }

@@ -7,6 +7,7 @@
 
 #include "capture/error.h"
 #include "capture/live/error_context.h"
+#include "capture/live/parameters.h"
 #include "capture/live/sequence_unwrapper.h"
 #include "capture/live/v4l2/controls.h"
 #include "capture/live/v4l2/format.h"
@@ -16,37 +17,26 @@
 namespace lumigraft::capture {
 namespace {
 
-/// Pictures that come after a new exposure was set and may still have the old one: those in the sensor, two or three of
-/// them, and one on the way.
-constexpr int kOldExposures = 4;
-
-/// One after the other, as PixelConverter wants them. Empty where the driver gave too few bytes.
-std::vector<std::uint8_t> gathered(const v4l2::Filled& filled, const v4l2::Agreed& agreed, const StreamSpec& spec) {
-  if (agreed.planes == 1) {
-    return without_padding(agreed.format, spec.width, spec.height, agreed.row_bytes[0], filled.planes[0]);
+/// Copies planes and rows without padding, as PixelConverter expects. Empty if the driver gave too few bytes.
+std::vector<std::uint8_t> packed(const v4l2::FilledBuffer& filled, const v4l2::NegotiatedFormat& format,
+                                 const StreamSpec& spec) {
+  if (format.planes == 1) {
+    return without_padding(format.format, spec.width, spec.height, format.row_bytes[0], filled.planes[0]);
   }
-  // The rows of both halves of nv12 are as wide as grey ones.
-  auto out = without_padding(PixelFormat::grey8, spec.width, spec.height, agreed.row_bytes[0], filled.planes[0]);
-  const auto colors =
-      without_padding(PixelFormat::grey8, spec.width, spec.height / 2, agreed.row_bytes[1], filled.planes[1]);
-  if (out.empty() || colors.empty()) {
-    return {};
-  }
-  out.insert(out.end(), colors.begin(), colors.end());
-  return out;
+  return nv12_without_padding(spec.width, spec.height, format.row_bytes, filled.planes);
 }
 
 }  // namespace
 
-/// One run of the camera. The constructor throws with the reason alone.
+/// The camera from opening to closing. The constructor throws with the reason alone.
 class V4l2Source::Camera {
  public:
   Camera(const std::string& name, const StreamSpec& spec) : spec_(spec) {
-    auto device = std::make_unique<v4l2::Device>(v4l2::node_named(name));
-    v4l2::choose_input(*device, spec);
-    agreed_ = v4l2::agree(*device, spec);
+    auto device = std::make_unique<v4l2::Device>(v4l2::find_node(name));
+    v4l2::select_input(*device, spec);
+    format_ = v4l2::negotiate_format(*device, spec);
     v4l2::set_controls(*device, spec.settings);
-    stream_ = std::make_unique<v4l2::Stream>(std::move(device), agreed_.planes);
+    stream_ = std::make_unique<v4l2::Stream>(std::move(device), format_.planes);
     if (!spec_.settings.bracket_us.empty()) {
       begin_exposure();
     }
@@ -68,20 +58,16 @@ class V4l2Source::Camera {
       } else if (left.count() <= 0) {
         return std::nullopt;
       }
-      if (ready_.empty() && !fault().empty()) {
-        return std::nullopt;
-      }
+      if (ready_.empty() && !fault().empty()) return std::nullopt;
     }
   }
 
-  const std::string& fault() const { return trouble_.empty() ? stream_->fault() : trouble_; }
+  const std::string& fault() const { return fault_.empty() ? stream_->fault() : fault_; }
   bool on_host_clock() const { return monotonic_; }
-  bool bracket_incomplete() const {
-    return !ready_.empty();
-  }  // a bracket is made ready as a whole, and nothing else waits
+  bool bracket_incomplete() const { return !ready_.empty(); }  // ready_ holds one frame or one bracket
 
  private:
-  void accept(const v4l2::Filled& filled) {
+  void accept(const v4l2::FilledBuffer& filled) {
     monotonic_ = filled.monotonic;
     const bool brackets = !spec_.settings.bracket_us.empty();
     if (brackets && old_exposures_ > 0) {
@@ -99,55 +85,51 @@ class V4l2Source::Camera {
     }
   }
 
-  SourceItem picture_of(const v4l2::Filled& filled, const Stamp& stamp) {
+  SourceItem picture_of(const v4l2::FilledBuffer& filled, const Stamp& stamp) {
     const auto lost = [&](const char* reason) { return LostPicture{stamp, spec_.stream, reason}; };
     std::vector<std::uint8_t> own;
     std::span<const std::uint8_t> bytes = filled.planes[0];
-    if (agreed_.padded || agreed_.planes > 1) {
-      own = gathered(filled, agreed_, spec_);
+    if (format_.padded || format_.planes > 1) {
+      own = packed(filled, format_, spec_);
       bytes = own;
-    } else if (const auto size = bytes_of(agreed_.format, spec_.width, spec_.height)) {
+    } else if (const auto size = bytes_of(format_.format, spec_.width, spec_.height)) {
       bytes = bytes.first(std::min(bytes.size(), *size));
     }
-    auto rgb = filled.damaged ? std::nullopt : pixels_.to_rgb(agreed_.format, spec_.width, spec_.height, bytes);
+    auto rgb = filled.damaged ? std::nullopt : pixels_.to_rgb(format_.format, spec_.width, spec_.height, bytes);
     if (!rgb) {
       stream_->give_back(filled.index);
       return lost("the picture is damaged");
     }
-    Picture picture;
-    picture.stamp = stamp;
-    picture.stream = spec_.stream;
-    picture.exposure = exposure_;
-    picture.encoded = std::move(*rgb);
-    if (agreed_.format == PixelFormat::rgb8) {
+    Picture picture{.stamp = stamp, .stream = spec_.stream, .exposure = exposure_, .encoded = std::move(*rgb)};
+    if (format_.format == PixelFormat::rgb8) {
       stream_->give_back(filled.index);
       return picture;
     }
     std::shared_ptr<const void> lent = own.empty() ? stream_->lend(filled.index) : nullptr;
     if (lent) {
-      picture.original = std::make_shared<CameraPicture>(agreed_.format, bytes, std::move(lent));
+      picture.original = std::make_shared<CameraPicture>(format_.format, bytes, std::move(lent));
       return picture;
     }
     if (own.empty()) {
       own.assign(bytes.begin(), bytes.end());
     }
     stream_->give_back(filled.index);
-    picture.original = std::make_shared<CameraPicture>(agreed_.format, std::move(own));
+    picture.original = std::make_shared<CameraPicture>(format_.format, std::move(own));
     return picture;
   }
 
-  /// The session's exposure is that of exposure_us; what is gathered in another time stands in proportion.
+  /// Sets the next exposure of a bracket. `exposure` of the session holds for exposure_us and is scaled to this one.
   void begin_exposure() {
     const std::vector<double>& all = spec_.settings.bracket_us;
     const double given_us = v4l2::set_exposure_us(stream_->device(), all[bracket_.size()]);
     exposure_ = spec_.exposure * given_us / *spec_.settings.exposure_us;
-    old_exposures_ = kOldExposures;
-    while (const auto waiting = stream_->next(std::chrono::milliseconds(0))) {  // what nobody had the time to take yet
+    old_exposures_ = kV4l2Parameters.old_exposures;
+    while (const auto waiting = stream_->next(std::chrono::milliseconds(0))) {  // frames that have queued up
       stream_->give_back(waiting->index);
     }
   }
 
-  /// Starts the next one; hands on the bracket where it is whole.
+  /// Delivers the bracket if it is complete, and starts the next exposure.
   void end_exposure() {
     if (bracket_.size() == spec_.settings.bracket_us.size()) {
       const Stamp last = bracket_.back().stamp;
@@ -160,19 +142,19 @@ class V4l2Source::Camera {
     try {
       begin_exposure();
     } catch (const InputError& e) {
-      trouble_ = e.what();
+      fault_ = e.what();
     }
   }
 
   StreamSpec spec_;
-  v4l2::Agreed agreed_;
+  v4l2::NegotiatedFormat format_;
   PixelConverter pixels_;
   std::unique_ptr<v4l2::Stream> stream_;
   std::deque<SourceItem> ready_;
-  std::vector<Picture> bracket_;  ///< not yet whole
+  std::vector<Picture> bracket_;  ///< incomplete bracket
   double exposure_ = spec_.exposure;
-  int old_exposures_ = 0;
-  std::string trouble_;  ///< beside the stream's
+  int old_exposures_ = 0;  ///< frames still to drop, which may have the previous exposure
+  std::string fault_;      ///< in addition to the stream's
   bool monotonic_ = false;
   SequenceUnwrapper count_;
 };

@@ -1,14 +1,13 @@
 #pragma once
-// v4l2:[CAMERA] - a camera of the kernel's Video4Linux, as webcams and frame grabbers: its node, its name under
-// /dev/v4l/by-id, its card's name or bus; the first one where no name is given.
+// v4l2:[CAMERA] - a Video4Linux camera, for example a webcam or frame grabber, given by node, name under
+// /dev/v4l/by-id, card name or bus; the first one if no name is given.
 //
-// A frame grabber stays at its chosen input or takes the one that the session names, follows the signal that is plugged
-// into a digital one, and is opened anew where that changes.
+// A frame grabber uses the input that the session names or the selected one, takes frame size and rate from a digital
+// signal, and is opened again if the signal changes.
 //
-// Exposure, gain and white balance are fixed. Pictures are read where the driver put them; none is copied but those
-// whose rows are padded or in two pieces, and those that are kept for longer than the driver can spare. Times are the
-// driver's. A fish-eye may take the exposures of a bracket in turn; its pictures carry one time, and each its own
-// exposure.
+// Exposure, gain and white balance are fixed. Frames are read from the driver's buffers without a copy, except if rows
+// are padded, planes are separate, or the driver would have too few buffers left. Times are the driver's. A fish-eye
+// may take the exposures of a bracket in turn; the frames of a bracket have one time and an exposure each.
 #include <string>
 
 #include "capture/session/stream_spec.h"
@@ -18,8 +17,8 @@ namespace lumigraft::capture {
 
 class V4l2Source : public Source {
  public:
-  /// Throws CameraFault where the camera is not there or not ours, InputError where it does not offer what the session
-  /// wants.
+  /// Throws CameraFault if the camera is absent, in use or forbidden, InputError if it does not offer what the session
+  /// requires.
   V4l2Source(const std::string& camera, const StreamSpec& spec);
   ~V4l2Source() override;
 

@@ -9,15 +9,10 @@
 #include <thread>
 
 #include "capture/error.h"
+#include "capture/live/parameters.h"
 
 namespace lumigraft::capture::v4l2 {
 namespace {
-
-constexpr std::uint32_t kBuffers = 8;
-constexpr int kLeastWithDriver = 4;
-/// An unplugged camera is closed when the kernel has put it away: closing it meanwhile lets two threads of the kernel
-/// meet in the same media entity, of which one finds it gone and crashes the machine's kernel (6.1).
-constexpr std::chrono::milliseconds kPutAway{300};
 
 struct Mapping {
   void* begin = MAP_FAILED;
@@ -31,13 +26,11 @@ void unmap(Mapping& mapping) {
   mapping.begin = MAP_FAILED;
 }
 
-/// The same bytes at the same place in memory of our own: the kernel keeps a camera open for as long as any of its own
-/// is mapped. Readers notice nothing, since mremap takes the place of what lies there in one step.
-void make_own(const Mapping& mapping) {
+/// Replaces a driver mapping by anonymous memory with the same bytes at the same address, because the kernel keeps a
+/// camera open while any of its memory is mapped. Atomic for readers, since mremap replaces the mapping in one step.
+void replace_by_copy(const Mapping& mapping) {
   void* own = mmap(nullptr, mapping.size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (own == MAP_FAILED) {
-    return;
-  }
+  if (own == MAP_FAILED) return;
   std::memcpy(own, mapping.begin, mapping.size);
   if (mremap(own, mapping.size, mapping.size, MREMAP_MAYMOVE | MREMAP_FIXED, mapping.begin) == MAP_FAILED) {
     munmap(own, mapping.size);
@@ -63,7 +56,7 @@ struct Stream::Buffer {
   bool lent = false;
 };
 
-/// What those who hold a lent picture share with the stream.
+/// State shared by the stream and the holders of lent buffers.
 struct Stream::Shared {
   ~Shared() {
     for (Buffer& buffer : buffers) {
@@ -78,13 +71,13 @@ struct Stream::Shared {
       std::array<v4l2_plane, VIDEO_MAX_PLANES> memory;
       v4l2_buffer buffer = buffer_of(*device, planes, memory);
       buffer.index = index;
-      with_driver += device->call(VIDIOC_QBUF, &buffer) == 0 ? 1 : 0;  // a camera that is gone says so in take()
+      with_driver += device->call(VIDIOC_QBUF, &buffer) == 0 ? 1 : 0;  // dequeue() reports a camera that is gone
     }
   }
 
   std::mutex mutex;
-  std::unique_ptr<Device> device;  ///< empty once the stream has ended
-  int with_driver = 0;             ///< buffers
+  std::unique_ptr<Device> device;  ///< null after the stream has ended
+  int with_driver = 0;             ///< number of buffers queued in the driver
   std::vector<Buffer> buffers;
 };
 
@@ -92,7 +85,7 @@ Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_s
   shared_->device = std::move(device);
   const Device& camera = *shared_->device;
   v4l2_requestbuffers request{};
-  request.count = kBuffers;
+  request.count = kV4l2Parameters.buffers;
   request.type = camera.buffers();
   request.memory = V4L2_MEMORY_MMAP;
   camera.demand(VIDIOC_REQBUFS, &request, "buffers");
@@ -118,16 +111,16 @@ Stream::Stream(std::unique_ptr<Device> device, int planes) : shared_(std::make_s
   subscription.type = V4L2_EVENT_SOURCE_CHANGE;
   int input = 0;
   if (camera.call(VIDIOC_G_INPUT, &input) == 0) {
-    subscription.id = static_cast<__u32>(input);  // others' changes are not heard, nor are this one's without it
+    subscription.id = static_cast<__u32>(input);  // events are per input
   }
-  camera.call(VIDIOC_SUBSCRIBE_EVENT, &subscription);  // most cameras know no such event
+  camera.call(VIDIOC_SUBSCRIBE_EVENT, &subscription);  // fails for most cameras, which have no such event
   v4l2_buf_type type = camera.buffers();
   camera.demand(VIDIOC_STREAMON, &type, "start");
 }
 
 Stream::~Stream() {
   if (unplugged_) {
-    std::this_thread::sleep_for(kPutAway);
+    std::this_thread::sleep_for(kV4l2Parameters.unplug_delay);
   }
   const std::lock_guard lock(shared_->mutex);
   v4l2_buf_type type = shared_->device->buffers();
@@ -137,7 +130,7 @@ Stream::~Stream() {
       if (!buffer.lent) {
         unmap(mapping);
       } else if (mapping.begin != MAP_FAILED) {
-        make_own(mapping);
+        replace_by_copy(mapping);
       }
     }
   }
@@ -146,24 +139,22 @@ Stream::~Stream() {
 
 const Device& Stream::device() const { return *shared_->device; }
 
-std::optional<Filled> Stream::next(std::chrono::milliseconds timeout) {
-  if (!trouble_.empty()) {
-    return std::nullopt;
-  }
+std::optional<FilledBuffer> Stream::next(std::chrono::milliseconds timeout) {
+  if (!fault_.empty()) return std::nullopt;
   pollfd waiting{shared_->device->descriptor(), POLLIN | POLLPRI, 0};
   const int ready = poll(&waiting, 1, static_cast<int>(timeout.count()));
   if (ready <= 0) {
-    return std::nullopt;  // a signal counts as a timeout
+    return std::nullopt;  // interruption by a signal counts as a timeout
   }
-  if ((waiting.revents & POLLPRI) != 0 && hear_events()) {
-    trouble_ = "the camera gives another format now";
+  if ((waiting.revents & POLLPRI) != 0 && source_changed()) {
+    fault_ = "the camera gives another format now";
     return std::nullopt;
   }
-  return take();
+  return dequeue();
 }
 
-/// True where what the camera gives has changed.
-bool Stream::hear_events() {
+/// Whether an event reports a change of the signal.
+bool Stream::source_changed() {
   v4l2_event event{};
   bool changed = false;
   while (shared_->device->call(VIDIOC_DQEVENT, &event) == 0) {
@@ -173,20 +164,18 @@ bool Stream::hear_events() {
   return changed;
 }
 
-std::optional<Filled> Stream::take() {
+std::optional<FilledBuffer> Stream::dequeue() {
   const Device& device = *shared_->device;
   std::array<v4l2_plane, VIDEO_MAX_PLANES> memory;
   v4l2_buffer buffer = buffer_of(device, planes_, memory);
   const int error = device.call(VIDIOC_DQBUF, &buffer);
-  if (error == EAGAIN) {
-    return std::nullopt;
-  }
+  if (error == EAGAIN) return std::nullopt;
   if (error != 0 || buffer.index >= shared_->buffers.size()) {
     unplugged_ = error == ENODEV;
     try {
       fail(error, "the camera stopped");
     } catch (const InputError& e) {
-      trouble_ = unplugged_ ? "the camera is gone" : e.what();
+      fault_ = unplugged_ ? "the camera is gone" : e.what();
     }
     return std::nullopt;
   }
@@ -194,7 +183,7 @@ std::optional<Filled> Stream::take() {
     const std::lock_guard lock(shared_->mutex);
     --shared_->with_driver;
   }
-  Filled out{
+  FilledBuffer out{
       .index = buffer.index,
       .sequence = buffer.sequence,
       .time_ns = std::int64_t{buffer.timestamp.tv_sec} * 1'000'000'000 + std::int64_t{buffer.timestamp.tv_usec} * 1'000,
@@ -217,9 +206,7 @@ void Stream::give_back(std::uint32_t index) { shared_->queue(index, planes_); }
 std::shared_ptr<const void> Stream::lend(std::uint32_t index) {
   {
     const std::lock_guard lock(shared_->mutex);
-    if (shared_->with_driver < kLeastWithDriver) {
-      return nullptr;
-    }
+    if (shared_->with_driver < kV4l2Parameters.min_buffers_with_driver) return nullptr;
     shared_->buffers[index].lent = true;
   }
   return {shared_->buffers[index].planes[0].begin,

@@ -1,6 +1,6 @@
 #pragma once
-// The memory that a V4L2 driver fills and this process reads: mapped, so that nothing is copied on the way. Included by
-// .cpp files alone.
+// Buffers that a V4L2 driver fills and this process reads. They are mapped, so no frame is copied. Included by .cpp
+// files alone.
 #include <array>
 #include <chrono>
 #include <memory>
@@ -14,17 +14,17 @@
 
 namespace lumigraft::capture::v4l2 {
 
-/// A picture as the driver gave it, valid until its index is given back.
-struct Filled {
+/// A buffer with a frame, valid until give_back().
+struct FilledBuffer {
   std::uint32_t index = 0;
   std::uint32_t sequence = 0;
   std::int64_t time_ns = 0;
-  bool monotonic = false;  ///< the time is CLOCK_MONOTONIC's
+  bool monotonic = false;  ///< time_ns is on CLOCK_MONOTONIC
   bool damaged = false;
   std::array<std::span<const std::uint8_t>, 2> planes;
 };
 
-/// Runs until it is destroyed or the camera is gone. What was lent may outlive it.
+/// Streams until it is destroyed or the camera is gone. Lent buffers may outlive it.
 class Stream {
  public:
   Stream(std::unique_ptr<Device> device, int planes);
@@ -33,24 +33,24 @@ class Stream {
   Stream& operator=(const Stream&) = delete;
 
   const Device& device() const;
-  /// Empty: nothing came, or trouble() says why nothing will.
-  std::optional<Filled> next(std::chrono::milliseconds timeout);
-  const std::string& fault() const { return trouble_; }
+  /// Empty: timeout, or the stream has ended because of fault().
+  std::optional<FilledBuffer> next(std::chrono::milliseconds timeout);
+  const std::string& fault() const { return fault_; }
 
-  /// The driver may fill it again.
+  /// Returns the buffer to the driver.
   void give_back(std::uint32_t index);
-  /// Gives it back when the last copy of the result goes; null where the driver would have too few left.
+  /// The buffer returns to the driver with the last copy of the result; null if the driver would have too few buffers.
   std::shared_ptr<const void> lend(std::uint32_t index);
 
  private:
   struct Buffer;
   struct Shared;
-  bool hear_events();
-  std::optional<Filled> take();
+  bool source_changed();
+  std::optional<FilledBuffer> dequeue();
 
   std::shared_ptr<Shared> shared_;
   int planes_;
-  std::string trouble_;
+  std::string fault_;
   bool unplugged_ = false;
 };
 

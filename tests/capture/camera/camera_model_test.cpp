@@ -42,10 +42,10 @@ CameraModel fisheye(CameraModel::Kind kind, double fov_degrees) {
   return m;
 }
 
-/// Angle between unit vectors, exact where acos of the dot product is not.
+/// Angle between unit vectors, also accurate for small angles, unlike acos of the dot product.
 double angle(const Vector3d& a, const Vector3d& b) { return 2.0 * std::asin(std::min(1.0, 0.5 * (a - b).norm())); }
 
-/// Both ways over the whole picture and its surroundings.
+/// Checks project(unproject(pixel)) = pixel in the image and around it, and the inverse.
 void expect_inverse(const CameraModel& m) {
   int seen = 0;
   for (double v = -20; v < m.height + 20; v += 7.3) {
@@ -70,7 +70,7 @@ void expect_inverse(const CameraModel& m) {
 TEST(CameraModel, PinholeIsInverse) { expect_inverse(pinhole({})); }
 
 TEST(CameraModel, PinholeWithDistortionIsInverse) {
-  expect_inverse(pinhole({0.19, -0.55, 0.0012, -0.0009, 0.47}));   // a Kinect's colour camera
+  expect_inverse(pinhole({0.19, -0.55, 0.0012, -0.0009, 0.47}));   // colour camera of a Kinect
   expect_inverse(pinhole({-0.28, 0.07, 0.0005, 0.0002, -0.004}));  // barrel, wide angle
   expect_inverse(pinhole({0.02, 0.0, 0.01, -0.02, 0.0}));
 }
@@ -116,7 +116,7 @@ TEST(CameraModel, FisheyesFollowTheirFormulas) {
   EXPECT_NEAR(p->y(), 255.5 + 123 * r * std::sin(phi), 1e-10);
 }
 
-TEST(CameraModel, NothingBeyondTheField) {
+TEST(CameraModel, NothingBeyondTheFieldOfView) {
   EXPECT_FALSE(pinhole({}).project({0, 0, -1}));
   EXPECT_FALSE(pinhole({}).project({1, 0, 0}));
   EXPECT_FALSE(pinhole({}).project({std::numeric_limits<double>::quiet_NaN(), 0, 1}));
@@ -131,7 +131,7 @@ TEST(CameraModel, NothingBeyondTheField) {
     const double radius = m.project(at(edge - 1e-9))->x() - m.cx;
     EXPECT_TRUE(m.unproject({m.cx + radius - 1e-3, m.cy}));
     EXPECT_FALSE(m.unproject({m.cx + radius + 1e-3, m.cy}));
-    EXPECT_FALSE(m.unproject({0, 0})) << "the picture's corner lies outside of the circle";
+    EXPECT_FALSE(m.unproject({0, 0})) << "the corner lies outside the image circle";
     EXPECT_EQ(m.solid_angle_sr(0, 0), 0.0);
     EXPECT_EQ(*m.project({0, 0, 2}), Vector2d(m.cx, m.cy));
     EXPECT_NEAR(m.unproject({m.cx, m.cy})->z(), 1.0, 1e-15);
@@ -139,7 +139,7 @@ TEST(CameraModel, NothingBeyondTheField) {
 }
 
 TEST(CameraModel, NothingBeyondTheFold) {
-  // r (1 - 0.3 r²) grows up to r² = 1/0.9 and comes back down.
+  // r (1 - 0.3 r²) increases up to r² = 1/0.9 and then decreases.
   const CameraModel m = pinhole({-0.3, 0, 0, 0, 0});
   const double fold = std::sqrt(1.0 / 0.9);
   EXPECT_TRUE(m.project({fold - 1e-6, 0, 1}));
@@ -149,20 +149,20 @@ TEST(CameraModel, NothingBeyondTheFold) {
   EXPECT_TRUE(m.unproject({m.cx + m.fx * (largest - 1e-6), m.cy}));
   EXPECT_FALSE(m.unproject({m.cx + m.fx * (largest + 1e-6), m.cy}));
 
-  // θ - 0.1 θ³ grows up to θ = √(1/0.3).
+  // θ - 0.1 θ³ increases up to θ = √(1/0.3).
   CameraModel kb = fisheye(CameraModel::Kind::kannala_brandt, 360);
   kb.k = {-0.1, 0, 0, 0};
   const double theta = std::sqrt(1.0 / 0.3);
   EXPECT_TRUE(kb.project({std::sin(theta - 1e-6), 0, std::cos(theta - 1e-6)}));
   EXPECT_FALSE(kb.project({std::sin(theta + 1e-6), 0, std::cos(theta + 1e-6)}));
   EXPECT_FALSE(kb.project({std::sin(3.0), 0, std::cos(3.0)}));
-  // A polynomial that turns back and grows again: what lies behind the fold stays unseen.
+  // A polynomial that decreases and increases again: directions beyond the fold have no pixel.
   kb.k = {-0.6, 0.12, 0, 0};
   EXPECT_TRUE(kb.project({std::sin(0.8), 0, std::cos(0.8)}));
   EXPECT_FALSE(kb.project({std::sin(2.9), 0, std::cos(2.9)}));
 }
 
-TEST(CameraModel, SolidAnglesOfAFisheyeSumToTheCap) {
+TEST(CameraModel, SolidAnglesOfAFisheyeSumToTheSphericalCap) {
   for (const double fov : {90.0, 180.0, 190.0}) {
     const double cap = 2.0 * kPi * (1.0 - std::cos(0.5 * fov * kPi / 180.0));
     for (const auto kind : {CameraModel::Kind::equidistant, CameraModel::Kind::kannala_brandt}) {
@@ -191,7 +191,7 @@ TEST(CameraModel, SolidAnglesOfAPinholeSumToThePyramid) {
       sum += m.solid_angle_sr(u, v);
     }
   }
-  // Rectangle a × b at distance 1, centred: 4 atan(ab / 4 / √(1 + a²/4 + b²/4))
+  // Centred rectangle a × b at distance 1: 4 atan(ab / 4 / √(1 + a²/4 + b²/4)).
   const double a = 101.0 / 60.0;
   const double b = 51.0 / 60.0;
   EXPECT_NEAR(sum, 4.0 * std::atan(a * b / 4.0 / std::sqrt(1.0 + a * a / 4.0 + b * b / 4.0)), 1e-12);

@@ -10,7 +10,7 @@
 namespace lumigraft::capture {
 namespace {
 
-/// What an 8-bit sRGB camera shows of a row of grey radiances.
+/// Frame of an 8-bit sRGB camera that sees a row of grey radiances.
 std::shared_ptr<Picture> expose(const std::vector<double>& radiance, double exposure) {
   auto picture = std::make_shared<Picture>();
   picture->exposure = exposure;
@@ -34,7 +34,7 @@ std::vector<double> sweep(double low, double high, int count) {
   return out;
 }
 
-TEST(Radiance, OnePictureIsResponseOverExposure) {
+TEST(Radiance, OneFrameIsResponseOverExposure) {
   Picture picture;
   picture.exposure = 4.0;
   picture.encoded = Image<std::uint8_t>(2, 1, 3);
@@ -46,17 +46,17 @@ TEST(Radiance, OnePictureIsResponseOverExposure) {
   EXPECT_EQ(out.clipped_fraction, 0.5);
 }
 
-TEST(Radiance, PicturesOfRadiancePassThrough) {
+TEST(Radiance, FramesOfRadiancePassThrough) {
   Picture picture;
   picture.exposure = 7.0;
   picture.radiance = Image<float>(2, 1, 3);
   picture.radiance.data = {1e6f, 0.5f, -0.25f, 1.0f, std::numeric_limits<float>::infinity(), std::nanf("")};
   const RadiancePicture out = to_radiance(picture, Response::srgb());
   EXPECT_EQ(out.radiance.data, (std::vector<float>{1e6f, 0.5f, 0.0f, 1.0f, 0.0f, 0.0f}));
-  EXPECT_EQ(out.clipped.data, (std::vector<std::uint8_t>{0, 1})) << "what is no number is a lower bound of zero";
+  EXPECT_EQ(out.clipped.data, (std::vector<std::uint8_t>{0, 1})) << "NaN becomes 0, a lower bound";
 }
 
-TEST(Radiance, ABracketOfFourHoldsItsRoundingError) {
+TEST(Radiance, ABracketOfFourKeepsItsRoundingError) {
   const std::vector<double> truth = sweep(1e-3, 500.0, 2000);
   const double longest = 6.25;
   std::vector<std::shared_ptr<const Picture>> bracket;
@@ -66,7 +66,8 @@ TEST(Radiance, ABracketOfFourHoldsItsRoundingError) {
   const RadiancePicture merged = merge_bracket(bracket, Response::srgb());
   EXPECT_EQ(merged.clipped_fraction, 0.0);
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    // Half a code at 1/16 of full scale, just after a longer exposure has clipped, is the worst: 2.5 %.
+    // Largest rounding error, just after a longer exposure has clipped: half a pixel value at 1/16 of full scale, 2.5
+    // %.
     const double allowed = 0.025 * truth[i] + 0.5 / 255.0 / 12.92 / longest;
     EXPECT_NEAR(merged.radiance.data[3 * i], truth[i], allowed);
   }
@@ -81,24 +82,24 @@ TEST(Radiance, TheOrderOfABracketDoesNotMatter) {
   EXPECT_EQ(merge_bracket(bracket, Response::srgb()).radiance.data, one.radiance.data);
 }
 
-TEST(Radiance, WhatTheShortestExposureClipsIsALowerBound) {
+TEST(Radiance, PixelsClippedInTheShortestExposureAreLowerBounds) {
   const std::vector<double> truth = {1.0, 10.0, 100.0, 1e5};
   const RadiancePicture merged = merge_bracket({expose(truth, 0.5), expose(truth, 0.05)}, Response::srgb());
   EXPECT_EQ(merged.clipped.data, (std::vector<std::uint8_t>{0, 0, 1, 1}));
   EXPECT_EQ(merged.clipped_fraction, 0.5);
   EXPECT_NEAR(merged.radiance.data[3], 10.0, 0.1);
-  EXPECT_NEAR(merged.radiance.data[6], 20.0, 1e-4) << "full scale over the shortest exposure";
+  EXPECT_NEAR(merged.radiance.data[6], 20.0, 1e-4) << "full scale divided by the shortest exposure";
   EXPECT_NEAR(merged.radiance.data[9], 20.0, 1e-4);
 }
 
-TEST(Radiance, OnePictureIsABracketOfOne) {
+TEST(Radiance, OneFrameIsABracketOfOne) {
   const auto picture = expose(sweep(0.01, 2.0, 50), 1.0);
   EXPECT_EQ(merge_bracket({picture}, Response::srgb()).radiance.data,
             to_radiance(*picture, Response::srgb()).radiance.data);
   EXPECT_TRUE(merge_bracket({}, Response::srgb()).radiance.empty());
 }
 
-TEST(Radiance, VignettingIsTakenOut) {
+TEST(Radiance, VignettingIsCorrected) {
   CameraModel camera;
   camera.kind = CameraModel::Kind::equidistant;
   camera.width = camera.height = 65;
@@ -120,7 +121,8 @@ TEST(Radiance, VignettingIsTakenOut) {
   EXPECT_NEAR(picture.radiance.at(54, 44, 1), 2, 1e-5);
   EXPECT_NEAR(picture.radiance.at(8, 40, 2), 3, 1e-5);
   const float outside = picture.radiance.at(0, 0, 0);
-  EXPECT_EQ(outside, static_cast<float>(vignetting.transmission(std::hypot(32, 32) / 20))) << "beyond its field";
+  EXPECT_EQ(outside, static_cast<float>(vignetting.transmission(std::hypot(32, 32) / 20)))
+      << "outside the field of view";
   EXPECT_TRUE(vignetting_gain({}, camera).empty());
   const RadiancePicture before = picture;
   undo_vignetting(picture, {});

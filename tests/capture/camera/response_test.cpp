@@ -57,7 +57,7 @@ TEST_F(ResponseFile, OneOrThreeColumns) {
   write([](int i) { return std::to_string(i / 255.0 * i / 255.0); });
   EXPECT_NEAR(Response::from_file(path_).to_linear(128, 2), 128.0 * 128.0 / 255.0 / 255.0, 1e-6);
   write([](int i) { return std::to_string(i / 255.0) + " " + std::to_string(i / 510.0) + " 1 # three"; });
-  EXPECT_NE(error(), "no error") << "blue is the same for every code";
+  EXPECT_NE(error(), "no error") << "the blue column is constant";
   write([](int i) {
     return std::to_string(i / 255.0) + " " + std::to_string(i / 510.0) + " " + std::to_string(i / 1020.0);
   });

@@ -1,5 +1,5 @@
 #pragma once
-// Writes OpenEXR files for tests: 32-bit float, channels R G B, or Y alone.
+// Writes OpenEXR files for tests: 32-bit floats, channels R G B, or Y alone.
 #include <filesystem>
 
 #include "capture/image.h"

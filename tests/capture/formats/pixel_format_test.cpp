@@ -10,10 +10,10 @@ namespace {
 constexpr int kWidth = 32;
 constexpr int kHeight = 16;
 
-/// A picture of one colour in `format`, by the format's own definition.
+/// A frame of one colour in `format`, made by the definition of the format.
 std::vector<std::uint8_t> flat(PixelFormat format, std::array<std::uint8_t, 3> rgb) {
   const double r = rgb[0], g = rgb[1], b = rgb[2];
-  // ITU-R BT.601-7, 2.5: 8-bit, 16 to 235 and 16 to 240.
+  // ITU-R BT.601-7, 2.5: 8 bits, luma 16 to 235, chroma 16 to 240.
   const double luma = 0.299 * r + 0.587 * g + 0.114 * b;
   const auto y = static_cast<std::uint8_t>(std::lround(16 + 219.0 / 255.0 * luma));
   const auto u = static_cast<std::uint8_t>(std::lround(128 + 224.0 / 255.0 * (b - luma) / 1.772));
@@ -61,7 +61,7 @@ constexpr std::array kUncompressed = {PixelFormat::rgb8,        PixelFormat::bgr
                                       PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8,
                                       PixelFormat::nv12};
 
-TEST(PixelFormats, AFlatColourComesOutAsItWasMeant) {
+TEST(PixelFormats, UniformColoursConvertCorrectly) {
   PixelConverter converter;
   for (const PixelFormat format : kUncompressed) {
     for (const std::array<std::uint8_t, 3> rgb :
@@ -80,7 +80,7 @@ TEST(PixelFormats, AFlatColourComesOutAsItWasMeant) {
   }
 }
 
-TEST(PixelFormats, PaddedRowsCloseUp) {
+TEST(PixelFormats, RowPaddingIsRemoved) {
   constexpr std::size_t kPadding = 7;
   for (const PixelFormat format : kUncompressed) {
     std::vector<std::uint8_t> tight(*bytes_of(format, kWidth, kHeight));
@@ -94,7 +94,7 @@ TEST(PixelFormats, PaddedRowsCloseUp) {
                     tight.begin() + static_cast<std::ptrdiff_t>(at + row));
       padded.insert(padded.end(), kPadding, 0xEE);
     }
-    padded.resize(padded.size() - kPadding);  // a driver may leave the last one out
+    padded.resize(padded.size() - kPadding);  // drivers may omit the padding of the last row
     EXPECT_EQ(without_padding(format, kWidth, kHeight, row + kPadding, padded), tight) << name_of(format);
     padded.pop_back();
     EXPECT_TRUE(without_padding(format, kWidth, kHeight, row + kPadding, padded).empty()) << name_of(format);
@@ -102,7 +102,7 @@ TEST(PixelFormats, PaddedRowsCloseUp) {
   }
 }
 
-TEST(PixelFormats, NamesAndFourCharactersLeadBack) {
+TEST(PixelFormats, NamesAndFourCharacterCodesRoundTrip) {
   for (const PixelFormat format : kUncompressed) {
     EXPECT_EQ(pixel_format_named(name_of(format)), format);
     EXPECT_EQ(pixel_format_of(*fourcc_of(format)), format);
@@ -112,14 +112,14 @@ TEST(PixelFormats, NamesAndFourCharactersLeadBack) {
   EXPECT_FALSE(pixel_format_named("rgb9"));
 }
 
-TEST(PixelFormats, WhatIsNoPictureIsRefused) {
+TEST(PixelFormats, InvalidBytesAreRefused) {
   PixelConverter converter;
   for (const PixelFormat format : kUncompressed) {
     std::vector<std::uint8_t> bytes = flat(format, {1, 2, 3});
     bytes.pop_back();
     EXPECT_FALSE(converter.to_rgb(format, kWidth, kHeight, bytes)) << name_of(format);
   }
-  EXPECT_FALSE(bytes_of(PixelFormat::bayer_rggb8, 31, 16)) << "its rows come in pairs of colours";
+  EXPECT_FALSE(bytes_of(PixelFormat::bayer_rggb8, 31, 16)) << "Bayer needs an even width";
   EXPECT_FALSE(bytes_of(PixelFormat::rgb8, 0, 16));
   EXPECT_FALSE(bytes_of(PixelFormat::rgb8, 2'000'000'000, 2'000'000'000));
   const std::vector<std::uint8_t> noise(5000, 0x5a);

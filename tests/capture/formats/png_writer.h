@@ -1,5 +1,5 @@
 #pragma once
-// Writes PNG files for tests: 8 or 16 bits a channel; 1 channel is grey, 3 are R G B, 4 are R G B A.
+// Writes PNG files for tests: 8 or 16 bits per channel; 1 channel is grey, 3 are R G B, 4 are R G B A.
 #include <cstdint>
 #include <filesystem>
 

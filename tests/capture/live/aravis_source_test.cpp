@@ -1,4 +1,4 @@
-// The real Aravis library with its own GigE Vision camera on a loopback address, in a process that can be killed.
+// Tests with the real Aravis library and its fake GigE Vision camera on a loopback address, in a process of its own.
 #include <arv.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-// Small enough for a picture to wait in the kernel while a busy machine has no time for it.
+// Small, so that a frame fits into the kernel's socket buffer while the machine is busy.
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
 
@@ -38,8 +38,7 @@ StreamSpec spec_of(PixelFormat format) {
   return spec;
 }
 
-/// The camera shows a ramp that grows by one code, modulo 255, along rows and columns; what was put together from two
-/// pictures breaks it.
+/// The camera shows a ramp that grows by one, modulo 255, along rows and columns; a mix of two frames breaks it.
 bool is_whole(const Image<std::uint8_t>& grey) {
   const auto follows = [](std::uint8_t after, std::uint8_t before) { return after == (before + 1) % 255; };
   for (int y = 0; y < grey.height; ++y) {
@@ -63,7 +62,7 @@ std::string error(const std::string& name, const StreamSpec& spec) {
   return "no error";
 }
 
-TEST(Aravis, GivesEveryFormatInOrder) {
+TEST(Aravis, DeliversEveryFormatInOrder) {
   const CameraProcess camera;
   ASSERT_TRUE(camera.running());
   for (const PixelFormat format : {PixelFormat::grey8, PixelFormat::grey16, PixelFormat::rgb8, PixelFormat::bayer_rggb8,
@@ -71,7 +70,7 @@ TEST(Aravis, GivesEveryFormatInOrder) {
     AravisSource source(kName, spec_of(format));
     std::optional<Stamp> last;
     int whole = 0;
-    // A busy machine may lose packets on its own loopback; what comes is right and in order.
+    // A busy machine may lose packets on its loopback; frames that arrive must be correct and in order.
     for (int i = 0; whole < 5 && i < 30; ++i) {
       const auto item = source.next(3000ms);
       ASSERT_TRUE(item) << name_of(format);
@@ -93,11 +92,11 @@ TEST(Aravis, GivesEveryFormatInOrder) {
     }
     EXPECT_EQ(whole, 5) << name_of(format);
     EXPECT_FALSE(source.finished());
-    EXPECT_EQ(source.take_warning(), "") << "of a camera without chunks";
+    EXPECT_EQ(source.take_warning(), "") << "a camera without chunks gives no warning";
   }
 }
 
-TEST(Aravis, SettingsReachTheCamera) {
+TEST(Aravis, SettingsAreApplied) {
   const CameraProcess camera;
   ASSERT_TRUE(camera.running());
   StreamSpec spec = spec_of(PixelFormat::grey8);
@@ -124,7 +123,7 @@ TEST(Aravis, SettingsReachTheCamera) {
   EXPECT_NEAR(control("gain"), 3.0, 0.5);
 }
 
-TEST(Aravis, WhiteBalanceIsAFeatureOfTwoEntries) {
+TEST(Aravis, WhiteBalanceHasASelector) {
   const CameraProcess camera("0", "chunks");
   ASSERT_TRUE(camera.running());
   StreamSpec spec = spec_of(PixelFormat::bayer_rggb8);
@@ -186,7 +185,7 @@ TEST(Aravis, LostPacketsCostPicturesAndTearNone) {
     if (picture != nullptr) {
       EXPECT_TRUE(is_whole(picture->encoded));
       if (whole > 0) {
-        // What a torn one would look like: rows of the picture before.
+        // A damaged frame would contain rows of the previous one.
         const auto middle = static_cast<std::ptrdiff_t>(before.data.size() / 2);
         std::copy(picture->encoded.data.begin(), picture->encoded.data.begin() + middle, before.data.begin());
         EXPECT_FALSE(is_whole(before));
@@ -196,7 +195,7 @@ TEST(Aravis, LostPacketsCostPicturesAndTearNone) {
     }
   }
   EXPECT_GT(whole, 5u);
-  EXPECT_GT(lost, 0u) << "or nothing was tested";
+  EXPECT_GT(lost, 0u) << "no packets were lost: nothing was tested";
 }
 
 TEST(Aravis, LostPacketsAreAskedForAgain) {
@@ -224,7 +223,7 @@ TEST(Aravis, LostPacketsAreAskedForAgain) {
     std::printf("%s: %d of %d pictures missing\n", network.c_str(), static_cast<int>(missing),
                 static_cast<int>(missing + whole));
     if (network == "resending") {
-      EXPECT_LT(missing, 4u) << "but what a busy machine loses";
+      EXPECT_LT(missing, 4u) << "a busy machine may lose a few";
     } else {
       EXPECT_GT(missing, 8u) << "most of them";
     }
@@ -238,10 +237,10 @@ StreamSpec spec_with_exposure() {
   return spec;
 }
 
-/// The exposure that chunks tell of a picture whose number is odd or even (gige_chunks.h), where 2.5 is the session's.
+/// Exposure from the chunks of odd and even frames (gige_chunks.h); the session's is 2.5.
 double told_exposure(bool odd) { return 2.5 * (odd ? 3.0 : 2.0) * std::pow(10.0, 6.0 / 20.0); }
 
-TEST(Aravis, ChunksTellTimeExposureAndGainOfEachPicture) {
+TEST(Aravis, ChunksGiveTimeExposureAndGainOfEachFrame) {
   for (const std::string kind : {"chunks", "chunks-appended", "chunks-alone", "chunks-ticks"}) {
     const CameraProcess camera("0", kind);
     ASSERT_TRUE(camera.running());
@@ -263,7 +262,7 @@ TEST(Aravis, ChunksTellTimeExposureAndGainOfEachPicture) {
       odd_ones += odd ? 1 : 0;
     }
     EXPECT_EQ(whole, 8) << kind;
-    EXPECT_TRUE(odd_ones > 0 && odd_ones < whole) << kind << ": or nothing was tested";
+    EXPECT_TRUE(odd_ones > 0 && odd_ones < whole) << kind << ": nothing was tested";
     EXPECT_EQ(source.take_warning(), "") << kind;
   }
 }
@@ -299,7 +298,7 @@ TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
       EXPECT_TRUE(warning.empty() || warning.find("(" + says + ")") != std::string::npos) << warning;
       const auto* picture = std::get_if<Picture>(&*item);
       if (picture == nullptr) {
-        EXPECT_EQ(std::get<LostPicture>(*item).reason, "packets are missing") << "which a busy machine may lose";
+        EXPECT_EQ(std::get<LostPicture>(*item).reason, "packets are missing") << "a busy machine may lose packets";
         continue;
       }
       ++whole;
@@ -307,21 +306,21 @@ TEST(Aravis, AChunkThatIsTornCostsNoPictureAndIsSaidOnce) {
       without += picture->exposure == 2.5 ? 1 : 0;
       const std::int64_t digits = picture->stamp.time_ns % 1000;
       EXPECT_TRUE(digits == 500 || digits == 501)
-          << kind << ": its leader's ends in 000, and is moved as the last one was";
+          << kind << ": a leader's time ends in 000 and is shifted by the last chunk's difference";
       EXPECT_TRUE(!last || picture->stamp.time_ns > last->time_ns) << kind;
       last = picture->stamp;
     }
     EXPECT_EQ(whole, 24) << kind;
     EXPECT_EQ(warnings, 1) << kind;
     if (kind == "chunks-torn") {
-      EXPECT_TRUE(without >= 2 && without <= 4) << without << ": one of eight has the session's exposure";
+      EXPECT_TRUE(without >= 2 && without <= 4) << without << ": one frame of eight has the session's exposure";
     } else {
-      EXPECT_EQ(without, 0) << kind << ": only its time is not told";
+      EXPECT_EQ(without, 0) << kind << ": only the time is missing";
     }
   }
 }
 
-TEST(Aravis, ChunksMayBeSwitchedOffByHand) {
+TEST(Aravis, ChunksCanBeDisabled) {
   const CameraProcess camera("0", "chunks");
   ASSERT_TRUE(camera.running());
   StreamSpec spec = spec_with_exposure();
@@ -330,7 +329,7 @@ TEST(Aravis, ChunksMayBeSwitchedOffByHand) {
   const auto item = source.next(3000ms);
   ASSERT_TRUE(item && std::holds_alternative<Picture>(*item));
   EXPECT_EQ(std::get<Picture>(*item).exposure, 2.5);
-  EXPECT_EQ(std::get<Picture>(*item).stamp.time_ns % 1000, 0) << "its leader's";
+  EXPECT_EQ(std::get<Picture>(*item).stamp.time_ns % 1000, 0) << "the leader's time";
   EXPECT_EQ(source.take_warning(), "");
 }
 
@@ -406,7 +405,7 @@ TEST_F(LiveAravis, KilledAndRestartedItComesBack) {
   leaks.expect_none();
 }
 
-/// As when its cable is out for a while: it goes on where it was.
+/// As if its cable were unplugged for a while: the camera continues where it was.
 TEST_F(LiveAravis, FrozenWithoutAnError) {
   const CameraProcess camera;
   ASSERT_TRUE(camera.running());
@@ -418,7 +417,7 @@ TEST_F(LiveAravis, FrozenWithoutAnError) {
   EXPECT_LT(wait_for_frame(*reader), kBackWithin);
 }
 
-/// What the network makes of the pictures; their numbers and times only grow, and they are whole, whatever it is.
+/// Faults of the network. Sequence numbers and times increase, and frames are complete.
 TEST_F(LiveAravis, PicturesRepeatedSwappedLateOrInPieces) {
   constexpr double kPeriod_ms = 1e3 / 30;
   for (const std::string fault : {"repeating", "swapping", "late", "shuffling"}) {
@@ -450,16 +449,16 @@ TEST_F(LiveAravis, PicturesRepeatedSwappedLateOrInPieces) {
     }
     std::printf("%s: %d pictures, %d late, %d missing\n", fault.c_str(), frames, late, static_cast<int>(missing));
     EXPECT_GT(frames, 30) << fault;
-    EXPECT_TRUE(fault != "swapping" || missing > 2) << "or nothing was tested";
-    EXPECT_TRUE(fault != "late" || late > 2) << "or nothing was tested";
+    EXPECT_TRUE(fault != "swapping" || missing > 2) << "no frames were missing: nothing was tested";
+    EXPECT_TRUE(fault != "late" || late > 2) << "no frames were late: nothing was tested";
     ASSERT_FALSE(steps_ms.empty());
     const auto middle = steps_ms.begin() + static_cast<std::ptrdiff_t>(steps_ms.size() / 2);
     std::nth_element(steps_ms.begin(), middle, steps_ms.end());
-    EXPECT_NEAR(*middle, kPeriod_ms, 2.0) << fault << ": their moments, whenever they came";
+    EXPECT_NEAR(*middle, kPeriod_ms, 2.0) << fault << ": period of the frame times, whenever they arrived";
   }
 }
 
-TEST_F(LiveAravis, TornChunksAreAWarningOfOneFrame) {
+TEST_F(LiveAravis, DamagedChunksWarnOnce) {
   const CameraProcess camera("0", "chunks-torn");
   ASSERT_TRUE(camera.running());
   constexpr double kSessionExposure = 2.0;  // of test::kSmallCamera
@@ -480,10 +479,10 @@ TEST_F(LiveAravis, TornChunksAreAWarningOfOneFrame) {
   }
   EXPECT_EQ(frames, 30);
   EXPECT_EQ(warnings, 1);
-  EXPECT_GE(without, 3) << "or nothing was tested";
+  EXPECT_GE(without, 3) << "nothing was tested";
 }
 
-TEST_F(LiveAravis, EndsSoonThoughItsCameraIsGone) {
+TEST_F(LiveAravis, ClosesQuicklyAfterItsCameraIsGone) {
   std::optional<CameraProcess> camera(std::in_place);
   ASSERT_TRUE(camera->running());
   auto reader = open_frames(session());
@@ -501,15 +500,15 @@ TEST_F(LiveAravis, InUseByAnotherClient) {
   ASSERT_TRUE(other->next(3000ms));
   const auto reader = open_frames(session());
   wait_for_trouble(*reader, "aravis:Aravis-Fake-GV77: found it in use by another program");
-  EXPECT_TRUE(other->next(3000ms)) << "who has it keeps it";
+  EXPECT_TRUE(other->next(3000ms)) << "the first client keeps the camera";
   other.reset();
   EXPECT_LT(wait_for_frame(*reader), kBackWithin);
 }
 
-TEST_F(LiveAravis, IsRecordedAsItCame) {
+TEST_F(LiveAravis, IsRecordedWithoutLoss) {
   const CameraProcess camera;
   ASSERT_TRUE(camera.running());
-  test::expect_to_replay_as_it_came(folder_, 5);
+  test::expect_identical_replay(folder_, 5);
   EXPECT_LT(std::filesystem::file_size(folder_ / "out" / "color.mkv"), 5u * (kWidth * kHeight + 200) + 1000u)
       << "one byte a pixel, as on the wire";
 }

@@ -10,16 +10,16 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-TEST(DeviceClock, AJitterlessClockIsShiftedAndNothingElse) {
+TEST(DeviceClock, WithoutJitterOnlyTheOffsetChanges) {
   DeviceClock clock;
   for (std::int64_t i = 0; i < 1000; ++i) {
     EXPECT_EQ(clock.to_host(5 + i * 33 * kMs, 7'000 * kMs + i * 33 * kMs), 7'000 * kMs + i * 33 * kMs);
   }
 }
 
-// Two cameras of one room, shutters together; their clocks differ by hours and drift by 200 ppm against each other,
-// their pictures take up to 20 ms, one in a hundred is lost. All that is paired within half a period belongs together.
-TEST(DeviceClock, JitteringDriftingCamerasArePairedRight) {
+// Two synchronous cameras whose clocks differ by hours and drift by 200 ppm against each other; frames have up to 20 ms
+// of latency, and one in a hundred is lost. All frames paired within half a period must belong together.
+TEST(DeviceClock, CamerasWithJitterAndDriftArePairedCorrectly) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> jitter(0.0, 20e6);
   std::uniform_real_distribution<double> loss(0.0, 1.0);
@@ -38,11 +38,11 @@ TEST(DeviceClock, JitteringDriftingCamerasArePairedRight) {
       worst = std::max(worst, std::abs(a - b));
     }
   }
-  EXPECT_LT(worst, 5 * kMs) << "a third of what would be a wrong pair";
+  EXPECT_LT(worst, 5 * kMs) << "a third of the error that would cause a wrong pair";
 }
 
-// Pictures that are told twice, the second time some milliseconds later: windows begin between the two as well.
-TEST(DeviceClock, WhatIsToldAgainKeepsItsTime) {
+// Each device time is converted twice, some milliseconds apart; windows also begin between the two calls.
+TEST(DeviceClock, TheSameDeviceTimeAgainGivesTheSameResult) {
   std::mt19937 random(2);
   std::uniform_int_distribution<std::int64_t> jitter(0, 3 * kMs);
   DeviceClock clock;
@@ -53,7 +53,7 @@ TEST(DeviceClock, WhatIsToldAgainKeepsItsTime) {
   }
 }
 
-TEST(DeviceClock, NeverAfterTheArrivalAndFollowsAJump) {
+TEST(DeviceClock, IsNeverAfterTheArrivalAndFollowsAJump) {
   DeviceClock clock;
   std::mt19937 random(2);
   std::uniform_int_distribution<std::int64_t> late(0, 10 * kMs);

@@ -1,9 +1,8 @@
-// fake_gige_camera ADDRESS SERIAL LOST [FAULT]: Aravis's camera of GigE Vision on a loopback address, losing that share
-// of its packets. Says "running" once it is, and runs until it is killed. Of every eight pictures the network, as FAULT
-// says, delivers one again ("repeating"), one after its successor ("swapping"), one 80 ms late ("late"), or all with
-// their packets in the opposite order ("shuffling"). "forgetting" loses one packet of twenty for good, "resending"
-// sends it when it is asked for, as Aravis's camera alone does not. "chunks" and what gige_chunks.h adds to it are
-// chunks.
+// fake_gige_camera ADDRESS SERIAL LOST [FAULT]: Aravis's fake GigE Vision camera on a loopback address, losing the
+// fraction LOST of its packets. Prints "running" once it runs, and runs until it is killed. FAULT is a fault of the
+// network. In one frame of eight: "repeating" delivers it twice, "swapping" after its successor, "late" 80 ms late. In
+// all frames: "shuffling" reverses the order of packets, "forgetting" loses one packet of twenty permanently,
+// "resending" sends it when it is requested, which Aravis's camera cannot. "chunks" and others: see gige_chunks.h.
 #include <arv.h>
 #include <dlfcn.h>
 #include <glib/gstdio.h>
@@ -28,23 +27,23 @@ using Send = gssize (*)(GSocket*, GSocketAddress*, const gchar*, gsize, GCancell
 
 std::string fault;
 std::optional<GigeChunks> chunks;
-ArvFakeCamera* inside = nullptr;  ///< what the camera is without its network
+ArvFakeCamera* inside = nullptr;  ///< the camera without its network
 
-/// Gathers the camera's packets picture by picture and delivers them as the fault wants. Of the camera's one thread.
+/// Collects the packets of each frame and delivers them with the fault. Used by the camera's single thread.
 class Network {
  public:
   void take(GSocket* socket, GSocketAddress* to, const gchar* packet, gsize size) {
     socket_ = socket;
     to_ = to;
     picture_.emplace_back(packet, packet + size);
-    constexpr gsize kFormat = 4;  // of a packet of GVSP: 1 leader, 2 trailer, 3 data
+    constexpr gsize kFormat = 4;  // offset of the format in a GVSP packet: 1 leader, 2 trailer, 3 data
     if (size > kFormat && (packet[kFormat] & 0x0F) == 2) {
       deliver_as_wanted();
       picture_.clear();
     }
   }
 
-  /// A request of GVCP for packets that did not come: its picture's number, and those of the first and the last packet.
+  /// A GVCP request for missing packets: frame ID, first and last packet.
   void hear(const guint8* request, gsize size) const {
     constexpr gsize kHeader = 8;
     constexpr guint32 kResend = 0x40;
@@ -127,7 +126,7 @@ class Network {
 
 Network network;
 
-/// Answers to its client come from the one port of GigE Vision's control, pictures from any other.
+/// Control messages are sent from the GigE Vision control port, frames from another one.
 bool is_picture(GSocket* socket) {
   constexpr guint16 kControl = 3956;
   GSocketAddress* from = g_socket_get_local_address(socket, nullptr);
@@ -138,7 +137,7 @@ bool is_picture(GSocket* socket) {
 
 }  // namespace
 
-/// Stands before GLib's, so that what the camera sends passes through here.
+/// Replaces GLib's function to intercept what the camera sends.
 extern "C" gssize g_socket_send_to(GSocket* socket, GSocketAddress* to, const gchar* packet, gsize size,
                                    GCancellable* cancellable, GError** error) {
   if (fault.empty() || !is_picture(socket)) {
@@ -148,7 +147,7 @@ extern "C" gssize g_socket_send_to(GSocket* socket, GSocketAddress* to, const gc
   return static_cast<gssize>(size);
 }
 
-/// And what it receives.
+/// As above, for what the camera receives.
 extern "C" gssize g_socket_receive_message(GSocket* socket, GSocketAddress** from, GInputVector* vectors, gint count,
                                            GSocketControlMessage*** messages, gint* message_count, gint* flags,
                                            GCancellable* cancellable, GError** error) {
@@ -160,7 +159,7 @@ extern "C" gssize g_socket_receive_message(GSocket* socket, GSocketAddress** fro
   return size;
 }
 
-/// Aravis's own camera says what it is in a text that it holds.
+/// Replaces the GenICam description in the fake camera.
 ArvGvFakeCamera* camera_with_chunks(const char* address, const char* serial) {
   ArvFakeCamera* plain = arv_fake_camera_new(serial);
   std::size_t size = 0;
@@ -199,7 +198,8 @@ int main(int argc, char** argv) {
     chunks->set_up(inside);
   }
   if (fault == "resending") {
-    constexpr guint32 kCapability = 0x0934, kResendsPackets = 1 << 2;  // a client asks who says so alone
+    constexpr guint32 kCapability = 0x0934,
+                      kResendsPackets = 1 << 2;  // clients request packets only from cameras with this capability
     guint32 offered = 0;
     arv_fake_camera_read_register(inside, kCapability, &offered);
     arv_fake_camera_write_register(inside, kCapability, offered | kResendsPackets);

@@ -7,12 +7,12 @@
 namespace lumigraft::test {
 namespace {
 
-// Registers that Aravis's camera has no use for.
+// Registers that Aravis's camera does not use.
 constexpr guint32 kActive = 0x4000, kEnable = 0x4010;
-constexpr guint32 kExposure = 0x0120, kGain = 0x0110;  // its own
+constexpr guint32 kExposure = 0x0120, kGain = 0x0110;  // the camera's own registers
 constexpr guint32 kFrequencyLow = 0x0940;
 
-// By ChunkSelector, and in the same order the chunks' names: 0xA1 ...
+// By ChunkSelector; the chunk IDs are 0xA1 ... in the same order.
 enum Chunk : guint32 { kTime, kExposureTime, kGainOf };
 constexpr guint32 kName = 0xA1, kPictureName = 0xA0;
 
@@ -81,7 +81,7 @@ constexpr char kFeatures[] = R"(
   </FloatReg>
 )";
 
-// Of a packet of GVSP: its header, and what stands at which byte of the whole.
+// GVSP packet: length of the header, and offsets of fields in the packet.
 constexpr std::size_t kHeader = 8, kPacketNumber = 5, kPayloadType = 10, kTime_ns = 12;
 
 bool replace(std::string& text, const std::string& from, const std::string& to) {
@@ -111,7 +111,7 @@ void add(std::vector<gchar>& bytes, std::size_t count, std::uint64_t number) {
   put(bytes, bytes.size() - count, count, number);
 }
 
-/// What stands behind a chunk.
+/// ID and length that follow a chunk.
 void add_tag(std::vector<gchar>& bytes, guint32 name, std::uint64_t length) {
   add(bytes, 4, name);
   add(bytes, 4, length);

@@ -1,7 +1,7 @@
 #pragma once
-// Chunks and a white balance for Aravis's camera of GigE Vision, which has none: features for its description of
-// itself, and the packets of its pictures with chunks behind the pixels. Read by the real library; GigE Vision 2.0,
-// chunk data and GVSP.
+// Adds chunk data and white balance to Aravis's fake GigE Vision camera: features in its GenICam description, and
+// chunks after the pixels in the packets of its frames (GigE Vision 2.0, chunk data and GVSP). Aravis itself reads
+// them.
 #include <arv.h>
 
 #include <string>
@@ -13,20 +13,19 @@ class GigeChunks {
  public:
   using Packets = std::vector<std::vector<gchar>>;
 
-  /// `kind`: "chunks"; "chunks-appended", behind a picture that is no chunk itself; "chunks-alone", whose leaders say
-  /// nothing of the picture; "chunks-ticks", with a clock of 125 MHz; "chunks-factor", whose gain is a factor and
-  /// has no unit. Wrong in one picture of eight: "chunks-torn",
-  /// with a length that is not its own; "chunks-short", with half a time; "chunks-missing", with none.
+  /// `kind`: "chunks"; "chunks-appended", after an image that is no chunk itself; "chunks-alone", with leaders that do
+  /// not describe the image; "chunks-ticks", with a clock of 125 MHz; "chunks-factor", with a gain that is a factor
+  /// without unit. With a fault in one frame of eight: "chunks-torn", a wrong length; "chunks-short", half a time;
+  /// "chunks-missing", no chunks.
   explicit GigeChunks(std::string kind) : kind_(std::move(kind)) {}
 
-  /// The camera's description of itself with their features. Empty where it is not the one that we know.
+  /// The camera's GenICam description with the added features. Empty if the description is not the expected one.
   std::string described(std::string xml) const;
-  /// Tells the camera's clock.
+  /// Sets the frequency of the camera's clock.
   void set_up(ArvFakeCamera* camera) const;
 
-  /// One picture's packets as the camera would send them with what is switched on. Of picture n the time is 7 ms before
-  /// the leader's, with 500 + n mod 2 in its last three digits; the exposure is 2 + n mod 2 times, and the gain 6 dB
-  /// more than what was set.
+  /// Packets of one frame with the enabled chunks. In frame n the time is 7 ms before the leader's and its last three
+  /// digits are 500 + n mod 2; the exposure is 2 + n mod 2 times the one that was set, the gain 6 dB higher.
   Packets with_chunks(const Packets& plain, ArvFakeCamera* camera) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// Cameras that come and go: how often, and whether anything of them stays.
+// Detects leaks of memory and descriptors over repeated cycles of opening and closing a camera.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -11,7 +11,7 @@
 
 namespace lumigraft::test {
 
-/// As often as the test usually does it, or as the environment's LUMIGRAFT_CYCLES says, for a longer look.
+/// Number of cycles: `usual`, or LUMIGRAFT_CYCLES of the environment for a longer test.
 inline int cycles(int usual) {
   const char* wanted = std::getenv("LUMIGRAFT_CYCLES");
   return wanted != nullptr ? std::atoi(wanted) : usual;
@@ -31,7 +31,7 @@ inline long resident_kb() {
   return 0;
 }
 
-/// To be told of each cycle's end. The first ones fill what every later one uses again.
+/// Compares the state after the last cycle with that after the fifth; the first cycles fill caches.
 class Leaks {
  public:
   void end_of_cycle() {
@@ -49,7 +49,7 @@ class Leaks {
       return;
     }
     EXPECT_LE(open_descriptors(), descriptors_);
-#ifndef __SANITIZE_ADDRESS__  // which keeps what was freed for a while
+#ifndef __SANITIZE_ADDRESS__  // AddressSanitizer keeps freed memory for a while
     EXPECT_LT(resident_kb(), resident_kb_ + kTolerated_kb) << "memory after " << cycles_ << " cycles";
 #endif
     std::printf("%d cycles: %td descriptors, before %td; %ld kB of memory, before %ld%s%s\n", cycles_,
@@ -59,7 +59,7 @@ class Leaks {
 
  private:
   static constexpr int kFirst = 5;
-  static constexpr long kTolerated_kb = 8 * 1024;  ///< what an allocator may keep of differently timed work
+  static constexpr long kTolerated_kb = 8 * 1024;  ///< kept by the allocator, depending on timing
   static constexpr int kEvery = 20;
   int cycles_ = 0;
   std::string course_;

@@ -1,5 +1,5 @@
-// What a session's settings become among libcamera's controls, and what a picture's metadata says of them. Cameras that
-// obey and answer are rarer than kernels: those in tests/integration/camera_vm have no such metadata.
+// Conversion of a session's settings to libcamera's controls, and of frame metadata to exposure. Tested without a
+// camera: the virtual cameras of tests/integration/camera_vm have no such metadata.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -19,7 +19,7 @@ const libcamera::ControlInfoMap kOffered({{&controls::AeEnable, libcamera::Contr
                                            libcamera::ControlInfo(std::int64_t{10'000}, std::int64_t{100'000})}},
                                          controls::controls);
 
-TEST(LibcameraSettings, WhatIsSetIsFixed) {
+TEST(LibcameraSettings, AutomaticControlsAreOffAndValuesAreSet) {
   CameraSettings settings;
   settings.exposure_us = 5000;
   settings.gain = 2;
@@ -28,14 +28,14 @@ TEST(LibcameraSettings, WhatIsSetIsFixed) {
   EXPECT_EQ(list.get(controls::AeEnable), false);
   EXPECT_EQ(list.get(controls::ExposureTime), 5000);
   EXPECT_EQ(list.get(controls::AnalogueGain), 2.0f);
-  EXPECT_FALSE(list.contains(controls::AwbEnable.id())) << "it has none";
+  EXPECT_FALSE(list.contains(controls::AwbEnable.id())) << "the camera has no such control";
   const auto limits_us = list.get(controls::FrameDurationLimits);
   ASSERT_TRUE(limits_us);
   EXPECT_EQ((*limits_us)[0], 40'000);
   EXPECT_EQ((*limits_us)[1], 40'000);
 }
 
-TEST(LibcameraSettings, WhatIsOutOfRangeIsRefused) {
+TEST(LibcameraSettings, ValuesOutOfRangeAreRefused) {
   CameraSettings settings;
   settings.exposure_us = 50'000;
   try {
@@ -55,7 +55,7 @@ std::string error(const libcamera::ControlInfoMap& offered, const CameraSettings
   return "no error";
 }
 
-TEST(LibcameraSettings, WhiteBalanceIsTwoGains) {
+TEST(LibcameraSettings, WhiteBalanceHasTwoGains) {
   const libcamera::ControlInfoMap offered({{&controls::AwbEnable, libcamera::ControlInfo(false, true)},
                                            {&controls::ColourGains, libcamera::ControlInfo(0.0f, 32.0f)}},
                                           controls::controls);
@@ -74,20 +74,20 @@ TEST(LibcameraSettings, WhiteBalanceIsTwoGains) {
   EXPECT_EQ(error(offered, settings), "controls.ColourGains[Blue]: found 40.000000, allowed: 0.000000 to 32.000000");
   settings.controls = {{"ColourGains", 1.5}};
   EXPECT_EQ(error(offered, settings).find("controls.ColourGains: found no such number"), 0u)
-      << "libcamera would read a second one";
+      << "libcamera would read a second number";
 }
 
-TEST(LibcameraSettings, APicturesExposureIsWhatItSaysItHad) {
+TEST(LibcameraSettings, AFramesExposureIsThatOfItsMetadata) {
   StreamSpec spec{.exposure = 3.0};
   libcamera::ControlList metadata(controls::controls);
   metadata.set(controls::ExposureTime, 2500);
   metadata.set(controls::AnalogueGain, 4.0f);
-  EXPECT_EQ(libcam::exposure_of(metadata, spec), 3.0) << "nobody says what `exposure` holds for";
+  EXPECT_EQ(libcam::exposure_of(metadata, spec), 3.0) << "the session does not state exposure_us and gain";
   spec.settings.exposure_us = 5000;
   EXPECT_DOUBLE_EQ(libcam::exposure_of(metadata, spec), 1.5);
   spec.settings.gain = 2;
   EXPECT_DOUBLE_EQ(libcam::exposure_of(metadata, spec), 3.0);
-  EXPECT_DOUBLE_EQ(libcam::exposure_of(libcamera::ControlList(controls::controls), spec), 3.0) << "it does not say";
+  EXPECT_DOUBLE_EQ(libcam::exposure_of(libcamera::ControlList(controls::controls), spec), 3.0) << "no metadata";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Cameras that come and go: made-up ones. Real ones are in openni_faults_test, aravis_source_test and camera_vm.
+// LiveSource with a scripted camera. Drivers are tested in openni_faults_test, aravis_source_test and camera_vm.
 #include "capture/live/live_source.h"
 
 #include <gtest/gtest.h>
@@ -15,17 +15,17 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-/// More than a busy machine keeps a thread waiting, which is no camera's silence.
+/// Longer than a busy machine delays a thread.
 constexpr LivePatience kQuick{1000ms, 20ms};
 
-/// What the made-up camera does, set by the test.
+/// Behaviour of the scripted camera, set by the test.
 struct Switches {
   std::atomic<bool> absent{false}, unplugged{false}, frozen{false}, torn{false};
-  std::atomic<std::int64_t> late_ns{0};  ///< of its stamps' host clock, where it has one: before or after the arrival
+  std::atomic<std::int64_t> late_ns{0};  ///< frame time minus arrival, if it uses the host clock
   std::atomic<bool> host_clock{false};
-  std::atomic<std::uint64_t> bracket{1};  ///< pictures of one moment
+  std::atomic<std::uint64_t> bracket{1};  ///< frames per bracket
   std::atomic<int> opened{0}, alive{0};
-  std::atomic<int> policy_of_opening{99}, policy{99};  ///< of the scheduler
+  std::atomic<int> policy_of_opening{99}, policy{99};  ///< scheduling policy
 };
 
 class MadeUpCamera : public Source {
@@ -77,7 +77,7 @@ class LiveCamera : public testing::Test {
     return std::make_unique<LiveSource>(
         "colour", [this] { return std::make_unique<MadeUpCamera>(switches_); }, kQuick);
   }
-  /// Takes pictures until one is whole, which must be soon; their times and numbers only grow.
+  /// The next complete frame, which must come soon. Checks that times and sequence numbers increase.
   void expect_pictures(LiveSource& source, int count) {
     const Clock::time_point deadline = Clock::now() + 5s;
     while (count > 0 && Clock::now() < deadline) {
@@ -110,12 +110,12 @@ class LiveCamera : public testing::Test {
   Stamp last_;
 };
 
-TEST_F(LiveCamera, GoesBeforeOtherThreadsWhereTheSystemLetsIt) {
+TEST_F(LiveCamera, RunsAtRealtimePriorityIfPermitted) {
   const sched_param least{.sched_priority = 1}, usual{};
   const bool allowed = sched_setscheduler(0, SCHED_RR, &least) == 0;
   sched_setscheduler(0, SCHED_OTHER, &usual);
   const auto source = open();
-  EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER) << "who opened it stays as it was";
+  EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER) << "the priority of the opening thread is restored";
   expect_pictures(*source, 1);
   EXPECT_EQ(switches_.policy_of_opening, allowed ? SCHED_RR : SCHED_OTHER);
   EXPECT_EQ(switches_.policy, allowed ? SCHED_RR : SCHED_OTHER);
@@ -129,12 +129,12 @@ TEST_F(LiveCamera, AbsentAtTheStartItIsLookedFor) {
   expect_pictures(*source, 3);
 }
 
-TEST_F(LiveCamera, TheFirstPicturesOfAnUnknownClockAreKeptBack) {
+TEST_F(LiveCamera, DropsTheFirstFramesOfAnUnknownClock) {
   const auto source = open();
   const auto first = source->next(1000ms);
   ASSERT_TRUE(first);
-  EXPECT_EQ(stamp_of(*first).sequence, 0u) << "as if they had never been";
-  EXPECT_GT(stamp_of(*first).host_time_ns - opened_ns_, 20'000'000) << "four of 5 ms";
+  EXPECT_EQ(stamp_of(*first).sequence, 0u) << "dropped frames are not counted";
+  EXPECT_GT(stamp_of(*first).host_time_ns - opened_ns_, 20'000'000) << "four frames of 5 ms";
   const auto second = source->next(1000ms);
   ASSERT_TRUE(second);
   EXPECT_EQ(stamp_of(*second).sequence, 1u);
@@ -152,7 +152,7 @@ TEST_F(LiveCamera, UnpluggedAndReplugged) {
   expect_pictures(*source, 3);
 }
 
-TEST_F(LiveCamera, SaysWhatItsDriverSays) {
+TEST_F(LiveCamera, ReportsTheDriversFault) {
   const auto source = open();
   expect_pictures(*source, 3);
   switches_.unplugged = true;
@@ -161,7 +161,7 @@ TEST_F(LiveCamera, SaysWhatItsDriverSays) {
   expect_pictures(*source, 3);
 }
 
-TEST_F(LiveCamera, StampsOfTheHostsClockAreKept) {
+TEST_F(LiveCamera, KeepsTimesOfTheHostClock) {
   switches_.host_clock = true;
   for (const std::int64_t late_ns : {-20'000'000L, 0L, 20'000'000L, -3'000'000'000L}) {
     switches_.late_ns = late_ns;
@@ -170,14 +170,14 @@ TEST_F(LiveCamera, StampsOfTheHostsClockAreKept) {
       const auto item = source->next(1000ms);
       ASSERT_TRUE(item);
       const Stamp& stamp = stamp_of(*item);
-      // Not those that lie after their arrival, or further back than any picture was on its way.
+      // Times after the arrival, or earlier than any latency explains, are not kept.
       const std::int64_t wanted_ns = late_ns == -20'000'000 ? late_ns : 0;
       EXPECT_EQ(stamp.time_ns - stamp.host_time_ns, wanted_ns) << late_ns;
     }
   }
 }
 
-TEST_F(LiveCamera, ABracketIsHandedOnAsAWhole) {
+TEST_F(LiveCamera, DeliversABracketAsAWhole) {
   switches_.bracket = 4;
   const auto source = open();
   for (int i = 0; i < 5; ++i) {
@@ -186,13 +186,13 @@ TEST_F(LiveCamera, ABracketIsHandedOnAsAWhole) {
     EXPECT_EQ(stamp_of(*item).sequence % 4, 0u);
     for (std::uint64_t rest = 1; rest < 4; ++rest) {
       item = source->next(0ms);
-      ASSERT_TRUE(item) << "the made-up camera takes 5 ms for each";
+      ASSERT_TRUE(item) << "the camera takes 5 ms per frame";
       EXPECT_EQ(stamp_of(*item).sequence % 4, rest);
     }
   }
 }
 
-TEST_F(LiveCamera, FrozenOrTornOnlyItIsOpenedAgain) {
+TEST_F(LiveCamera, IsReopenedIfFrozenOrOnlyDamaged) {
   const auto source = open();
   for (const auto& [fault, says] :
        {std::pair(&switches_.frozen, "the camera gives no pictures, it is opened again"),
@@ -207,7 +207,7 @@ TEST_F(LiveCamera, FrozenOrTornOnlyItIsOpenedAgain) {
   }
 }
 
-TEST_F(LiveCamera, NobodyTakesItsPicturesAndItEndsAtOnce) {
+TEST_F(LiveCamera, DropsOldFramesAndClosesAtOnce) {
   auto source = open();
   std::this_thread::sleep_for(300ms);
   expect_pictures(*source, 3);
@@ -217,7 +217,7 @@ TEST_F(LiveCamera, NobodyTakesItsPicturesAndItEndsAtOnce) {
   EXPECT_EQ(switches_.alive, 0);
 }
 
-TEST_F(LiveCamera, WhatNoPatienceMendsIsAnError) {
+TEST_F(LiveCamera, APermanentFaultIsAnError) {
   EXPECT_THROW(LiveSource("colour", []() -> std::unique_ptr<Source> { throw InputError("found no such size"); }),
                InputError);
 }

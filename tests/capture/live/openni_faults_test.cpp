@@ -1,5 +1,5 @@
-// What goes wrong with a depth camera, made to go wrong in our test device below the real OpenNI2 library, as the kiosk
-// sees it: in the frames of a session.
+// Faults of a depth camera, produced by the test device below the real OpenNI2 library, and their effect on the frames
+// of a session.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,21 +25,21 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// The device's picture, modulo 256 of colour and modulo 100 of depth.
+/// Index of the device's frame, modulo 256 for colour and modulo 100 for depth.
 int shown(const Picture& color) {
-  constexpr int kInverseOf5 = 205;  // modulo 256
+  constexpr int kInverseOf5 = 205;  // modulo 256; see device_color
   return color.encoded.at(0, 0, 2) * kInverseOf5 % 256;
 }
 int shown(const DepthPicture& depth) {
-  constexpr int kColumn = 8, kInverseOf7 = 43;  // modulo 100
+  constexpr int kColumn = 8, kInverseOf7 = 43;  // modulo 100; see device_depth
   const auto counts = static_cast<int>(std::lround(1000.0f * depth.depth_m.at(kColumn, 0)));
   return (counts - test::device_depth(0, kColumn, 0)) * kInverseOf7 % 100;
 }
 
-/// What a while of frames was like.
+/// Summary of the frames of some time.
 struct Course {
   int frames = 0, without_depth = 0;
-  std::uint64_t left_out = 0;  ///< numbers between the first and the last that no frame has
+  std::uint64_t left_out = 0;  ///< frame indices missing between the first and the last
   Clock::duration longest_wait{};
   std::string warnings;
 
@@ -72,7 +72,7 @@ size_m = 0.1
   void set(const char* what) const { std::ofstream(folder_ / what) << ""; }
   void clear(const char* what) const { std::filesystem::remove(folder_ / what); }
 
-  /// How long until a frame with depth is there.
+  /// Time until a frame with depth arrives.
   static Clock::duration wait_for_frame(FrameReader& reader) {
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 10s) {
@@ -90,15 +90,15 @@ size_m = 0.1
       reader.next(20ms);
       const std::vector<std::string> troubles = reader.troubles();
       if (troubles.size() == 1 && troubles[0].find(says) != std::string::npos) {
-        EXPECT_EQ(troubles[0].find("colour and depth: "), 0u) << "one device is said once: " << troubles[0];
+        EXPECT_EQ(troubles[0].find("colour and depth: "), 0u) << "one fault per device: " << troubles[0];
         return;
       }
     }
     ADD_FAILURE() << "no trouble";
   }
 
-  /// Frames of a paced device that was opened less than 256 pictures ago: numbers and times only grow, and depth is
-  /// that of the colour picture's moment.
+  /// Reads frames of a paced device opened less than 256 frames ago. Checks that indices and times increase and that
+  /// depth and colour are of the same moment.
   static Course play(FrameReader& reader, Clock::duration span) {
     Course out;
     std::optional<FrameSet> last;
@@ -132,7 +132,7 @@ size_m = 0.1
       out.without_depth += set->depth ? 0 : 1;
       last = set;
     }
-    EXPECT_TRUE(reader.troubles().empty()) << "none of this is a camera's end";
+    EXPECT_TRUE(reader.troubles().empty()) << "none of these faults ends the camera";
     return out;
   }
   Course play_with(const char* fault) const {
@@ -152,7 +152,7 @@ TEST_F(OpenNiFaults, AbsentAtTheStartThenLive) {
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
 
-/// The library has no error of its own for it: what the driver says is handed on.
+/// OpenNI2 has no error code for it; the driver's message is passed on.
 TEST_F(OpenNiFaults, InUseByAnotherProgramUntilItIsFree) {
   set("in-use");
   const auto reader = open_frames(session());
@@ -194,7 +194,7 @@ TEST_F(OpenNiFaults, PicturesOfAnotherSize) {
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
 
-TEST_F(OpenNiFaults, ASizeItDoesNotOfferIsRefused) {
+TEST_F(OpenNiFaults, AnUnsupportedSizeIsRefused) {
   EXPECT_THROW(open_frames(session({"color.width=320"})), InputError);
 }
 
@@ -238,7 +238,7 @@ TEST_F(OpenNiFaults, AClockThatJumpsIsFollowed) {
   EXPECT_GT(play(*reader, 1s).frames, 20) << "and back";
 }
 
-/// The kiosk's whole rig: a depth camera and a fish-eye of GigE Vision.
+/// All cameras of a kiosk: a depth camera and a GigE Vision fish-eye.
 class TwoCameras : public OpenNiFaults {
  protected:
   void SetUp() override {
@@ -285,14 +285,14 @@ TEST_F(TwoCameras, AFaultInOneStopsNotTheOther) {
       last = Clock::now();
     }
   }
-  EXPECT_LT(longest, 500ms) << "while the fish-eye was found to be gone and looked for";
+  EXPECT_LT(longest, 500ms) << "longest pause of colour while the fish-eye was absent";
   ASSERT_EQ(reader->troubles().size(), 1u);
   EXPECT_EQ(reader->troubles()[0].find("fish-eye: "), 0u) << reader->troubles()[0];
   fisheye = std::make_unique<test::GigeCamera>();
   EXPECT_LT(wait_for_both(*reader), 5s);
 
   set("absent");
-  wait_for_trouble(*reader, "found nothing");  // alone: the fish-eye goes on
+  wait_for_trouble(*reader, "found nothing");  // the only fault: the fish-eye continues
   clear("absent");
   EXPECT_LT(wait_for_both(*reader), 2s);
 }

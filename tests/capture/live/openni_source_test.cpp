@@ -1,4 +1,4 @@
-// The real OpenNI2 library, recorder and player, with a device of our own (openni_test_driver.cpp).
+// Tests with the real OpenNI2 library, recorder and player, and the test device of openni_test_driver.cpp.
 #include <OpenNI.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -32,8 +32,8 @@ constexpr StreamSpec kColor{.stream = Stream::color, .width = kDeviceWidth, .hei
 constexpr StreamSpec kDepth{.stream = Stream::depth, .width = kDeviceWidth, .height = kDeviceHeight};
 const std::vector<StreamSpec> kBoth = {kColor, kDepth};
 
-/// Index of the device's picture that an item shows, checked pixel by pixel; -1 where it shows none. Picture 0 has the
-/// time `time_offset_us`.
+/// Index of the device's frame in an item, checked pixel by pixel; -1 if it is none. Frame 0 has the time
+/// `time_offset_us`.
 int shown(const SourceItem& item, std::int64_t time_offset_us) {
   const auto* depth = std::get_if<RawDepth>(&item);
   const auto* color = std::get_if<Picture>(&item);
@@ -44,7 +44,7 @@ int shown(const SourceItem& item, std::int64_t time_offset_us) {
   const int index = static_cast<int>((stamp.time_ns / 1000 - time_offset_us + 16'000) / 33'333);
   for (int y = 0; y < kDeviceHeight; ++y) {
     for (int x = 0; x < kDeviceWidth; ++x) {
-      // The recorder's depth compression gets the last pixels of some pictures wrong.
+      // The recorder's depth compression has wrong values in the last pixels of some frames.
       if (depth != nullptr && y + 1 < kDeviceHeight && depth->counts.at(x, y) != test::device_depth(index, x, y)) {
         return -1;
       }
@@ -86,7 +86,7 @@ class OpenNi : public test::ScratchFolder {
   }
 };
 
-TEST_F(OpenNi, ADeviceDeliversBothStreamsUnmirrored) {
+TEST_F(OpenNi, ADeviceDeliversBothStreamsWithoutMirroring) {
   OpenNiSource source(OpenNiSource::Kind::device, "", kBoth);
   int next_color = -1;
   int next_depth = -1;
@@ -107,7 +107,7 @@ TEST_F(OpenNi, ADeviceDeliversBothStreamsUnmirrored) {
   EXPECT_FALSE(source.finished());
 }
 
-TEST_F(OpenNi, SettingsReachTheDeviceAndNothingStaysAutomatic) {
+TEST_F(OpenNi, SettingsAreAppliedAndNothingStaysAutomatic) {
   setenv("LUMIGRAFT_TEST_PLUG", folder_.c_str(), 1);
   StreamSpec color = kColor;
   color.settings.gain = 7;
@@ -132,7 +132,7 @@ TEST_F(OpenNi, SettingsReachTheDeviceAndNothingStaysAutomatic) {
     EXPECT_EQ(all[0].controls[0].value, 33.0);
     EXPECT_EQ(all[0].controls[1].name, "gain");
     EXPECT_EQ(all[0].controls[1].value, 7.0);
-    EXPECT_TRUE(source.next(2000ms)) << "who has it keeps it";
+    EXPECT_TRUE(source.next(2000ms)) << "the first client keeps the device";
   }
   const auto refused = [&](auto change) {
     StreamSpec spec = kColor;
@@ -163,13 +163,13 @@ TEST_F(OpenNi, AnUnpluggedDeviceIsFinished) {
   EXPECT_FALSE(source.next(10ms));
 }
 
-TEST_F(OpenNi, ARecordingPlaysPictureByPictureAndRewinds) {
+TEST_F(OpenNi, ARecordingPlaysFrameByFrameAndRewinds) {
   record(15);
   OniSource source(file(), kBoth);
   std::vector<std::int64_t> first_pass;
   for (int pass = 0; pass < 2; ++pass) {
     std::vector<std::int64_t> times[2];
-    // A recording's times start at 0, so each stream is shifted by the device's picture it began with.
+    // A recording's times start at 0, so each stream is shifted by the device's frame that it began with.
     std::optional<std::int64_t> shift_us[2];
     while (const auto item = source.next(0ms)) {
       const auto* depth = std::get_if<RawDepth>(&*item);
@@ -181,7 +181,7 @@ TEST_F(OpenNi, ARecordingPlaysPictureByPictureAndRewinds) {
         }
       }
       ASSERT_TRUE(shift_us[stream]);
-      EXPECT_GE(shown(*item, *shift_us[stream]), 0) << "pixels as the device gave them";
+      EXPECT_GE(shown(*item, *shift_us[stream]), 0) << "pixels equal those of the device";
       EXPECT_EQ(stamp.sequence, times[stream].size());
       times[stream].push_back(stamp.time_ns);
     }
@@ -233,7 +233,7 @@ TEST_F(OpenNi, WrongSizesAndDamageInRecordingsAreRefused) {
   std::ifstream in(file(), std::ios::binary);
   const std::string good((std::istreambuf_iterator<char>(in)), {});
   in.close();
-  for (const double keep : {0.02, 0.5, 0.9}) {  // cut short: refused, or played up to the cut
+  for (const double keep : {0.02, 0.5, 0.9}) {  // truncated: refused, or played up to its end
     std::ofstream(file(), std::ios::binary) << good.substr(0, static_cast<std::size_t>(keep * good.size()));
     try {
       OniSource source(file(), kBoth);
@@ -246,7 +246,7 @@ TEST_F(OpenNi, WrongSizesAndDamageInRecordingsAreRefused) {
       EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
     }
   }
-  // Whatever is flipped, this process lives: another reads it.
+  // Damaged recordings may crash the helper, never this process.
   unsigned random = 3;
   for (int trial = 0; trial < 8; ++trial) {
     std::string bytes = good;
@@ -268,7 +268,7 @@ TEST_F(OpenNi, WrongSizesAndDamageInRecordingsAreRefused) {
   }
 }
 
-/// A child of this process; 0 where there is none.
+/// A child process of this one; 0 if there is none.
 pid_t a_child() {
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
     pid_t child = 0;
@@ -279,7 +279,7 @@ pid_t a_child() {
   return 0;
 }
 
-TEST_F(OpenNi, AReaderThatIsKilledIsSaidAndLeavesNothing) {
+TEST_F(OpenNi, AKilledHelperIsReportedAndLeavesNoProcess) {
   record(12);
   test::Leaks leaks;
   std::uint32_t random = 5;
@@ -304,7 +304,7 @@ TEST_F(OpenNi, AReaderThatIsKilledIsSaidAndLeavesNothing) {
         last = lost != nullptr ? lost->reason : "";
       }
       EXPECT_TRUE(source.finished());
-      if (!last.empty()) {  // else all was in the pipe
+      if (!last.empty()) {  // else everything was already in the pipe
         EXPECT_EQ(last, "OpenNI2 does not survive reading the rest of the recording: Killed");
         EXPECT_EQ(source.fault(), last);
         ++on_the_way;

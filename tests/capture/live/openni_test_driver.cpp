@@ -1,13 +1,12 @@
-// An OpenNI2 driver for tests: one synthetic device with depth and colour, shown as live, so that the library, its
-// recorder and its player are the real ones.
+// An OpenNI2 driver for tests: one synthetic live device with depth and colour, so that library, recorder and player
+// are the real ones.
 //
-// LUMIGRAFT_TEST_UNPLUG_AFTER=N in the environment makes the device disappear after N pictures. LUMIGRAFT_TEST_PLUG
-// names a folder. While a file "absent" lies there the device is unplugged, while "frozen" does it gives no pictures.
-// With "paced" its pictures come when their times say, with "in-use" it cannot be opened. Of every eight pictures,
-// while the file lies there: "lossy" leaves one out, "repeating" gives one again, "swapping" gives one after its
-// successor, "late" gives one of depth 80 ms after its time. "jumped" sets the device's clock forward by an hour,
-// "resized" gives pictures of half the height. Colour's exposure and gain are automatic at first, and "stubborn" keeps
-// them so; what is set before the start is lost, as on a PS1080.
+// LUMIGRAFT_TEST_UNPLUG_AFTER=N in the environment makes the device disappear after N frames. LUMIGRAFT_TEST_PLUG names
+// a folder; the device behaves by the names of the files in it. "absent": unplugged. "frozen": no frames. "paced":
+// frames arrive at their times. "in-use": cannot be opened. One frame of eight: "lossy" omits it, "repeating" repeats
+// it, "swapping" sends it after its successor, "late" sends it 80 ms late (depth). "jumped": the device's clock is an
+// hour ahead. "resized": frames of half the height. Exposure and gain of colour are automatic at first; "stubborn":
+// they stay so. Settings made before the start are lost, as on a PS1080.
 #include <OniCTypes.h>
 #include <unistd.h>
 
@@ -65,7 +64,7 @@ class TestStream : public oni::driver::StreamBase {
     if (id == ONI_STREAM_PROPERTY_VIDEO_MODE) {
       return give(mode(), data, size);
     }
-    if (id == ONI_STREAM_PROPERTY_CROPPING) {  // without an answer a recording opens and plays nothing
+    if (id == ONI_STREAM_PROPERTY_CROPPING) {  // without an answer, a recording of the device plays nothing
       return give(OniCropping{}, data, size);
     }
     if (id == ONI_STREAM_PROPERTY_MIRRORING) {
@@ -144,10 +143,10 @@ class TestStream : public oni::driver::StreamBase {
       }
     }
   }
-  /// The picture, or what a fault makes of it.
+  /// Sends a frame, changed by the faults that are set.
   void show(int index) {
     constexpr int kPeriod = 8, kAfterIt = 5;
-    constexpr std::chrono::milliseconds kSoon{10};  // the library keeps the newest alone until somebody took it
+    constexpr std::chrono::milliseconds kSoon{10};  // the library keeps only the newest frame until it is read
     if (index % kPeriod == kAfterIt && plug_says("swapping")) {
       send(index);
       std::this_thread::sleep_for(kSoon);
@@ -158,7 +157,7 @@ class TestStream : public oni::driver::StreamBase {
     if (faulty && (plug_says("lossy") || plug_says("swapping"))) {
       return;
     }
-    if (depth() && plug_says("late")) {  // and those behind it with it
+    if (depth() && plug_says("late")) {  // delays the following frames too
       std::this_thread::sleep_for(faulty ? std::chrono::milliseconds(80) : kSoon);
     }
     send(index);
@@ -268,7 +267,7 @@ class TestDriver : public oni::driver::DriverBase {
     return ONI_STATUS_OK;
   }
   oni::driver::DeviceBase* deviceOpen(const char*, const char*) override {
-    if (plug_says("in-use")) {  // as the driver of PrimeSense's devices, which asks libusb
+    if (plug_says("in-use")) {  // as PrimeSense's driver, which gets this error from libusb
       getServices().errorLoggerAppend("Failed to open the USB device: device is busy");
       return nullptr;
     }

@@ -1,5 +1,5 @@
 #pragma once
-// The colour camera of sessions that tests write, but for its source.
+// Keys of a small colour camera for sessions that tests write, without its source.
 
 namespace lumigraft::test {
 

@@ -1,4 +1,4 @@
-// What is recorded replays: the same pictures, the same times, whatever ends the recording.
+// A recording replays with the same frames and times, also if it was interrupted.
 #include "capture/record/session_recorder.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kWidth = 61;  // odd, and no multiple of what vectors hold
+constexpr int kWidth = 61;  // odd, and no multiple of a SIMD width
 constexpr int kHeight = 47;
 
 constexpr const char* kSession = R"(format = 1
@@ -67,7 +67,7 @@ radius_m = 0.02
 listen = "127.0.0.1:8080"
 )";
 
-/// Nanoseconds that no millisecond or microsecond holds.
+/// Times that are not whole microseconds.
 std::int64_t time_of(int index, Stream stream) {
   return 86'400'000'000'001 + index * std::int64_t{33'333'333} + static_cast<int>(stream) * std::int64_t{1'000'007};
 }
@@ -94,7 +94,7 @@ SourceItem item_of(int index, Stream stream, std::optional<double> exposure = st
   return picture;
 }
 
-/// Expects the picture of `index`, byte for byte and to the nanosecond.
+/// Expects frame `index` with identical bytes and time.
 void expect_same(const SourceItem& replayed, int index, Stream stream) {
   const SourceItem recorded = item_of(index, stream);
   if (stream == Stream::depth) {
@@ -138,7 +138,7 @@ class SessionRecording : public test::ScratchFolder {
       }
     }
   }
-  /// How many pictures of each stream replay, each checked.
+  /// Replays and checks every frame; returns the number of frames of each stream.
   std::array<int, 3> play() const {
     const PairedSources sources = open_sources(replayed());
     std::array<int, 3> count{};
@@ -164,7 +164,7 @@ TEST_F(SessionRecording, ReplaysByteForByteAndToTheNanosecond) {
   EXPECT_EQ(play(), (std::array{5, 5, 5}));
 }
 
-TEST_F(SessionRecording, CarriesTheCalibrationUnrounded) {
+TEST_F(SessionRecording, KeepsTheCalibrationWithoutRounding) {
   record(1);
   const Session before = session();
   const Session after = replayed();
@@ -175,14 +175,14 @@ TEST_F(SessionRecording, CarriesTheCalibrationUnrounded) {
   EXPECT_EQ(after.depth->unit_m, before.depth->unit_m);
   EXPECT_EQ(after.fisheye->model.fov_rad, before.fisheye->model.fov_rad);
   EXPECT_EQ(after.fisheye->T_tag_fisheye.matrix(), before.fisheye->T_tag_fisheye.matrix());
-  EXPECT_EQ(after.tag.id, 7) << "what --set said";
+  EXPECT_EQ(after.tag.id, 7) << "set by --set";
   ASSERT_EQ(after.lamps.size(), 1u);
   EXPECT_EQ(after.lamps[0].tag_id, 4);
   ASSERT_EQ(after.real_surfaces.size(), 1u);
   EXPECT_EQ(after.real_surfaces[0].mesh.parent_path(), out());
 }
 
-TEST_F(SessionRecording, TakesALensThatStandsInACalibrationFile) {
+TEST_F(SessionRecording, IncludesALensFromACalibrationFile) {
   std::ofstream(folder_ / "lens.toml") << "format = 1\n[color]\nwidth = 61\nheight = 47\nserial = \"17\"\n"
                                           "fx = 51.25\nfy = 50\ncx = 30\ncy = 23\n";
   const std::filesystem::path file = text().file;
@@ -196,7 +196,7 @@ TEST_F(SessionRecording, TakesALensThatStandsInACalibrationFile) {
   EXPECT_FALSE(std::filesystem::exists(out() / "lens.toml"));
 }
 
-TEST_F(SessionRecording, TakesAllThatACalibrationSays) {
+TEST_F(SessionRecording, IncludesTheWholeCalibration) {
   std::ofstream(folder_ / "rig.toml") << R"(format = 1
 [depth]
 width = 61
@@ -228,12 +228,12 @@ time_offset_s = 0.0125
   EXPECT_EQ(after.fisheye->model.fx, 6.5);
   EXPECT_EQ(after.fisheye->vignetting.terms[0], -0.25);
   EXPECT_EQ(after.fisheye->time_offset_s, 0.0125);
-  // The times themselves are the camera's: the offset is added once, where they are read.
+  // Recorded times are the camera's: the offset is added only when they are read.
   const PairedSources sources = open_sources(after);
   EXPECT_EQ(stamp_of(*sources.fisheye->next(0ms)).time_ns, time_of(0, Stream::fisheye));
 }
 
-TEST_F(SessionRecording, AStreamWithoutAPictureIsLeftOut) {
+TEST_F(SessionRecording, AStreamWithoutFramesIsOmitted) {
   SessionRecorder recorder(text(), session(), out());
   recorder.write(Stream::depth, item_of(0, Stream::depth));
   EXPECT_FALSE(std::filesystem::exists(out() / "session.toml"));
@@ -243,10 +243,10 @@ TEST_F(SessionRecording, AStreamWithoutAPictureIsLeftOut) {
   EXPECT_EQ(play(), (std::array{1, 1, 1}));
 }
 
-TEST_F(SessionRecording, KeepsWhatItCanAndEachPicturesExposure) {
+TEST_F(SessionRecording, KeepsValidFramesAndTheirExposures) {
   SessionRecorder recorder(text(), session(), out());
   EXPECT_TRUE(recorder.write(Stream::color, item_of(3, Stream::color)));
-  EXPECT_FALSE(recorder.write(Stream::color, item_of(3, Stream::color))) << "its time does not go on";
+  EXPECT_FALSE(recorder.write(Stream::color, item_of(3, Stream::color))) << "its time does not increase";
   EXPECT_FALSE(recorder.write(Stream::color, item_of(2, Stream::color)));
   EXPECT_FALSE(recorder.write(Stream::color, LostPicture{{time_of(4, Stream::color), 0, 4}, Stream::color, "torn"}));
   // A bracket: one time, three exposures.
@@ -258,7 +258,7 @@ TEST_F(SessionRecording, KeepsWhatItCanAndEachPicturesExposure) {
   const auto color = sources.color->next(0ms);
   ASSERT_TRUE(color);
   expect_same(*color, 3, Stream::color);
-  EXPECT_FALSE(sources.color->next(0ms)) << "one picture was kept";
+  EXPECT_FALSE(sources.color->next(0ms)) << "one frame was recorded";
   for (const double exposure : bracket) {
     const auto item = sources.fisheye->next(0ms);
     ASSERT_TRUE(item);
@@ -270,7 +270,7 @@ TEST_F(SessionRecording, KeepsWhatItCanAndEachPicturesExposure) {
   EXPECT_THROW(recorder.write(Stream::color, radiance), InputError);
 }
 
-TEST_F(SessionRecording, NeverWritesOverARecording) {
+TEST_F(SessionRecording, NeverOverwritesARecording) {
   record(1);
   EXPECT_THROW(SessionRecorder(text(), session(), out()), InputError);
   EXPECT_THROW(SessionRecorder(text(), session(), text().file), InputError);
@@ -289,20 +289,20 @@ TEST_F(SessionRecording, DepthMayBeCompressedAfterwards) {
       recorder.write(stream, item_of(i, stream));
     }
   }
-  EXPECT_EQ(play(), (std::array{4, 4, 0})) << "as it came";
+  EXPECT_EQ(play(), (std::array{4, 4, 0})) << "uncompressed";
   EXPECT_TRUE(coded_as("V_UNCOMPRESSED"));
-  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 1);  // as a killed recorder leaves it
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 1);  // as after a killed recorder
   std::stop_source stopped;
   stopped.request_stop();
   recorder.compress_depth(stopped.get_token());
-  EXPECT_TRUE(coded_as("V_UNCOMPRESSED")) << "stopped, it changes nothing";
+  EXPECT_TRUE(coded_as("V_UNCOMPRESSED")) << "a stopped compression changes nothing";
   recorder.compress_depth({});
   EXPECT_TRUE(coded_as("V_FFV1"));
-  EXPECT_EQ(play(), (std::array{4, 3, 0})) << "the torn one is lost either way";
+  EXPECT_EQ(play(), (std::array{4, 3, 0})) << "the incomplete frame is lost with and without compression";
   EXPECT_FALSE(std::filesystem::exists(out() / "depth.mkv.partial"));
 }
 
-TEST_F(SessionRecording, CutAtAnyByteItReplaysToTheLastWholePicture) {
+TEST_F(SessionRecording, CutAtAnyByteItReplaysToTheLastCompleteFrame) {
   record(3);
   for (const Stream stream : {Stream::color, Stream::depth}) {
     const auto file = out() / (stream == Stream::color ? "color.mkv" : "depth.mkv");
@@ -310,7 +310,7 @@ TEST_F(SessionRecording, CutAtAnyByteItReplaysToTheLastWholePicture) {
     std::ifstream in(file, std::ios::binary);
     const std::string whole((std::istreambuf_iterator<char>(in)), {});
     const std::string cluster = "\x1F\x43\xB6\x75";
-    std::vector<std::size_t> ends;  // of whole pictures
+    std::vector<std::size_t> ends;  // file positions after complete frames
     for (std::size_t next = whole.find(cluster, whole.find(cluster) + 1); next != std::string::npos;
          next = whole.find(cluster, next + 1)) {
       ends.push_back(next);
@@ -347,7 +347,7 @@ TEST_F(SessionRecording, CutAtAnyByteItReplaysToTheLastWholePicture) {
   }
 }
 
-TEST_F(SessionRecording, AKilledRecorderLeavesASession) {
+TEST_F(SessionRecording, AKilledRecorderLeavesAValidSession) {
   int pipe_ends[2];
   ASSERT_EQ(pipe(pipe_ends), 0);
   const pid_t child = fork();
@@ -381,11 +381,11 @@ TEST_F(SessionRecording, AKilledRecorderLeavesASession) {
   EXPECT_LE(count[0] - count[2], 1);
 }
 
-TEST_F(SessionRecording, AFullDiskEndsItWithWhatIsThere) {
+TEST_F(SessionRecording, AFullDiskKeepsTheFramesWritten) {
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    // The system's limit of a file's size stands for a disk that is full in the middle of a picture.
+    // A limit on file size replaces a disk that becomes full within a frame.
     std::signal(SIGXFSZ, SIG_IGN);
     SessionRecorder recorder(text(), session(), out());
     const rlimit limit{30'000, 30'000};
@@ -403,10 +403,10 @@ TEST_F(SessionRecording, AFullDiskEndsItWithWhatIsThere) {
   waitpid(child, &status, 0);
   EXPECT_EQ(status, 0);
   const std::array<int, 3> count = play();
-  EXPECT_EQ(count[0], 3) << "three pictures of 8,601 bytes fit";
-  EXPECT_EQ(count[1], 3) << "noise grows a little as FFV1";
+  EXPECT_EQ(count[0], 3) << "three frames of 8,601 bytes fit";
+  EXPECT_EQ(count[1], 3) << "FFV1 makes noise slightly larger";
   for (const char* file : {"color.mkv", "depth.mkv"}) {
-    EXPECT_LT(std::filesystem::file_size(out() / file), 30'000u) << "what is left of a torn picture is taken away";
+    EXPECT_LT(std::filesystem::file_size(out() / file), 30'000u) << "the incomplete frame is removed";
   }
 }
 

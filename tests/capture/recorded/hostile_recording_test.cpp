@@ -1,4 +1,4 @@
-// Recordings that were damaged or made up: a clear error or a shorter session, never a crash, a hang or gigabytes.
+// Damaged and forged recordings cause a clear error or a shorter session, never a crash, a hang or large memory use.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -38,7 +38,7 @@ class HostileRecording : public test::ScratchFolder {
     return {std::istreambuf_iterator<char>(in), {}};
   }
 
-  /// One of each kind that a recorder or another program writes.
+  /// One recording of each format that the recorder or other programs write.
   std::vector<File> recordings() const {
     const StreamSpec color{.stream = Stream::color, .width = kWidth, .height = kHeight};
     const StreamSpec depth{.stream = Stream::depth, .width = kWidth, .height = kHeight};
@@ -75,7 +75,7 @@ class HostileRecording : public test::ScratchFolder {
             {color, read(folder_ / "ffv1.mkv")}};
   }
 
-  /// Plays what `damage` makes of each recording, `trials` times, in a child process that has little memory and time.
+  /// Applies `damage` to each recording `trials` times and plays it in a child process with limited memory and time.
   template <typename Damage>
   void survive(int trials, const Damage& damage) const {
     const std::vector<File> files = recordings();
@@ -135,7 +135,7 @@ TEST_F(HostileRecording, FlippedBits) {
 }
 
 TEST_F(HostileRecording, HugeSizes) {
-  // Eight bytes that say more than any disk holds, or less than nothing, where a size or a number may stand.
+  // Overwrites eight bytes anywhere, among them sizes, by a huge or by a negative number.
   survive(60, [](std::string& bytes, Random& random) {
     const std::size_t at = random() % std::min<std::size_t>(bytes.size() - 8, 700);
     const std::string huge =

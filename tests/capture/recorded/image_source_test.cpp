@@ -28,7 +28,8 @@ class ImageSourceTest : public test::ScratchFolder {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < width; ++x) {
         picture.at(x, y, 0) = 10;
-        picture.at(x, y, 1) = static_cast<std::uint8_t>(20 + (x * y) % 7);  // not all alike, so that cutting hurts
+        picture.at(x, y, 1) =
+            static_cast<std::uint8_t>(20 + (x * y) % 7);  // not uniform, so that truncation loses pixels
         picture.at(x, y, 2) = static_cast<std::uint8_t>(blue);
       }
     }
@@ -45,7 +46,7 @@ class ImageSourceTest : public test::ScratchFolder {
     }
     test::write_png(folder_ / name, picture);
   }
-  /// Rows of one pixel (R G B E), as they are.
+  /// An image of one pixel value (R G B E), without run-length encoding.
   void hdr(const std::string& name, const std::string& rgbe) const {
     std::ofstream out(folder_ / name, std::ios::binary);
     out << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " << kHeight << " +X " << kWidth << "\n";
@@ -74,7 +75,7 @@ class ImageSourceTest : public test::ScratchFolder {
   }
 };
 
-TEST_F(ImageSourceTest, DeliversWhatTheListSays) {
+TEST_F(ImageSourceTest, DeliversTheListedImages) {
   color("a.png", 100);
   color("b.png", 200);
   ImageSource source(list("# timestamp path\n\n1305031102.175304 a.png\n1305031102.211214 b.png 7.5\n"), kColor);
@@ -113,7 +114,7 @@ TEST_F(ImageSourceTest, DepthKeepsAllSixteenBits) {
 
 TEST_F(ImageSourceTest, RadianceFromExrAndHdr) {
   Image<float> radiance(kWidth, kHeight, 3, 0.25f);
-  radiance.at(5, 3, 0) = 70000.0f;  // more than a half float holds
+  radiance.at(5, 3, 0) = 70000.0f;  // exceeds the range of half floats
   radiance.at(5, 3, 2) = 1e-3f;
   test::write_exr(folder_ / "a.exr", radiance);
   hdr("b.hdr", {static_cast<char>(200), 100, 7, static_cast<char>(140)});
@@ -126,8 +127,8 @@ TEST_F(ImageSourceTest, RadianceFromExrAndHdr) {
   EXPECT_EQ(b.radiance.at(7, 7, 2), 7.5f / 256.0f * 4096.0f);
 }
 
-/// All three ways of writing rows, and the exposure that the header says was applied.
-TEST_F(ImageSourceTest, HdrRowsOfEveryKind) {
+/// All three encodings of rows, and the exposure factors of the header.
+TEST_F(ImageSourceTest, HdrRowsOfEveryEncoding) {
   const auto pixel = [](int r, int g, int b, int e) {
     return std::string{static_cast<char>(r), static_cast<char>(g), static_cast<char>(b), static_cast<char>(e)};
   };
@@ -165,7 +166,7 @@ TEST_F(ImageSourceTest, GreyAndTransparentPngsBecomeRgb) {
   ImageSource source(list("0 grey.png\n1 clear.png\n"), kColor);
   EXPECT_EQ(std::get<Picture>(*source.next(0ms)).encoded.at(4, 4, 2), 7);
   const auto clear = std::get<Picture>(*source.next(0ms));
-  EXPECT_EQ(clear.encoded.at(4, 4, 0), 3) << "alpha changes nothing";
+  EXPECT_EQ(clear.encoded.at(4, 4, 0), 3) << "alpha is ignored";
   EXPECT_EQ(clear.encoded.at(4, 4, 2), 1);
 }
 
@@ -179,7 +180,7 @@ TEST_F(ImageSourceTest, OneTimestampIsOneBracket) {
   EXPECT_EQ(std::get<Picture>(*source.next(0ms)).stamp.time_ns, 1'000'000'000);
 }
 
-TEST_F(ImageSourceTest, APictureThatBreaksLaterIsLost) {
+TEST_F(ImageSourceTest, AnUndecodableImageIsLost) {
   color("a.png", 100);
   color("b.png", 120);
   color("c.png", 140);
@@ -196,7 +197,7 @@ TEST_F(ImageSourceTest, APictureThatBreaksLaterIsLost) {
   EXPECT_EQ(c.encoded.at(0, 0, 2), 140);
 }
 
-TEST_F(ImageSourceTest, AFileThatVanishesIsLost) {
+TEST_F(ImageSourceTest, ADeletedFileIsLost) {
   color("a.png", 100);
   color("b.png", 120);
   ImageSource source(list("0 a.png\n0.1 b.png\n"), kColor);
@@ -230,7 +231,7 @@ TEST_F(ImageSourceTest, BadListsAreRefused) {
   }
 }
 
-TEST_F(ImageSourceTest, BadPicturesAreRefusedBeforeTheFirstFrame) {
+TEST_F(ImageSourceTest, BadImagesAreRefusedBeforeTheFirstFrame) {
   color("a.png", 100);
   color("wide.png", 100, 41);
   depth("d.png", 5);

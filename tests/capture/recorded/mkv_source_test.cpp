@@ -100,7 +100,7 @@ TEST_F(MkvSourceTest, LosslessColorIsBitExact) {
   }
 }
 
-TEST_F(MkvSourceTest, MotionJpegIsNearAndUnbiased) {
+TEST_F(MkvSourceTest, MotionJpegIsAccurateAndUnbiased) {
   write_color("mjpeg");
   MkvSource source(file(), kColor);
   for (const std::int64_t time_ms : {0, 33, 67, 100}) {
@@ -114,11 +114,11 @@ TEST_F(MkvSourceTest, MotionJpegIsNearAndUnbiased) {
       ASSERT_LE(std::abs(error), 12) << i;
       sum += error;
     }
-    EXPECT_NEAR(sum / static_cast<double>(truth.rgb.data.size()), 0.0, 0.5) << "full range in, full range out";
+    EXPECT_NEAR(sum / static_cast<double>(truth.rgb.data.size()), 0.0, 0.5) << "full range is kept";
   }
 }
 
-TEST_F(MkvSourceTest, ACutFilePlaysUpToTheCut) {
+TEST_F(MkvSourceTest, ATruncatedFilePlaysUpToItsEnd) {
   write_depth();
   change([](std::string& bytes) { bytes.resize(bytes.size() * 6 / 10); });
   MkvSource source(file(), kDepth);
@@ -133,7 +133,7 @@ TEST_F(MkvSourceTest, ACutFilePlaysUpToTheCut) {
   EXPECT_TRUE(source.finished());
 }
 
-TEST_F(MkvSourceTest, ADamagedPictureIsLostAndTheRestPlays) {
+TEST_F(MkvSourceTest, ADamagedFrameIsLostAndTheRestPlays) {
   write_depth();
   change([](std::string& bytes) {
     for (std::size_t i = bytes.size() * 55 / 100; i < bytes.size() * 55 / 100 + 40; ++i) {

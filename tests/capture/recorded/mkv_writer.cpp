@@ -21,7 +21,7 @@ void check(int code, const char* what) {
 
 using Fill = std::function<void(std::size_t, AVFrame&)>;
 
-/// Encodes one frame per time; `fill` draws into it.
+/// Encodes one frame per time; `fill` sets its pixels.
 void write(const std::filesystem::path& file, const std::string& codec_name, AVPixelFormat format, int width,
            int height, const std::vector<std::int64_t>& times_ms, const Fill& fill) {
   AVFormatContext* out = nullptr;

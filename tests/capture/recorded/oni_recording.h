@@ -1,5 +1,5 @@
 #pragma once
-// An .oni file of the tests' device, by OpenNI2's own recorder (oni_writer.cpp).
+// Records an .oni file of the test device with OpenNI2's own recorder (oni_writer.cpp), which sometimes crashes.
 #include <gtest/gtest.h>
 #include <spawn.h>
 #include <sys/wait.h>

@@ -1,5 +1,5 @@
-// oni_writer FILE PICTURES: OpenNI2's own recorder writes about so many pictures of each stream of the tests' device,
-// unmirrored. It crashes or locks up now and then.
+// oni_writer FILE FRAMES: records about FRAMES frames of each stream of the test device with OpenNI2's recorder,
+// without mirroring. OpenNI2's recorder sometimes crashes or hangs.
 #include <OpenNI.h>
 #include <unistd.h>
 
@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
   if (!ready) {
     _exit(1);
   }
-  constexpr int kOfAPicture_ms = 12;  // the device runs faster than it says
+  constexpr int kOfAPicture_ms = 12;  // time per frame: the device runs faster than its nominal rate
   std::this_thread::sleep_for(std::chrono::milliseconds(kOfAPicture_ms * std::atoi(argv[2])));
   recorder.stop();
   recorder.destroy();

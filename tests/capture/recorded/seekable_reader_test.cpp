@@ -1,4 +1,4 @@
-// From a moment on a recording gives what it gives there when it is played from its beginning.
+// A recording read from a given time on gives the same frames as a replay from its beginning.
 #include "capture/recorded/seekable_reader.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 constexpr int kPictures = 150;
 
-class FramesFromTest : public test::ScratchFolder {
+class SeekableReaderTest : public test::ScratchFolder {
  protected:
   void SetUp() override {
     ScratchFolder::SetUp();
@@ -31,7 +31,7 @@ class FramesFromTest : public test::ScratchFolder {
     std::ofstream color(folder_ / "color.txt"), depth(folder_ / "depth.txt");
     for (int i = 0; i < kPictures; ++i) {
       const std::string second = std::to_string(7 + i / 30) + "." + std::to_string(1000 + 33 * (i % 30)).substr(1);
-      color << second << (i % 40 == 39 ? "7" : "1") << " c" << i % 3 << ".png\n";  // one in forty is late
+      color << second << (i % 40 == 39 ? "7" : "1") << " c" << i % 3 << ".png\n";  // one frame in forty is late
       if (i % 17 != 3) {
         depth << second << "4 d" << i % 3 << ".png\n";
       }
@@ -70,7 +70,7 @@ class FramesFromTest : public test::ScratchFolder {
   }
 };
 
-TEST_F(FramesFromTest, AreThoseOfAWholeReplay) {
+TEST_F(SeekableReaderTest, EqualsAReplayFromTheBeginning) {
   record();
   for (const auto& folder : {folder_, folder_ / "mkv"}) {
     const auto whole = open_frames(session(folder));
@@ -80,14 +80,14 @@ TEST_F(FramesFromTest, AreThoseOfAWholeReplay) {
       const auto reader = open_frames_from(session(folder), from_ms * 1'000'000);
       EXPECT_EQ(play(*reader), wanted) << from_ms << " ms of " << folder;
       reader->rewind();
-      EXPECT_EQ(play(*reader), wanted) << "rewound";
+      EXPECT_EQ(play(*reader), wanted) << "after rewind()";
       EXPECT_FALSE(reader->live());
     }
-    EXPECT_TRUE(play(*open_frames_from(session(folder), 60'000'000'000)).empty()) << "after its end there is nothing";
+    EXPECT_TRUE(play(*open_frames_from(session(folder), 60'000'000'000)).empty()) << "beyond the end";
   }
 }
 
-TEST_F(FramesFromTest, MaySeekToAndFroAndKnowTheirLength) {
+TEST_F(SeekableReaderTest, SeeksBothWaysAndKnowsItsLength) {
   record();
   for (const auto& folder : {folder_, folder_ / "mkv"}) {
     const auto whole = play(*open_frames(session(folder)));
@@ -106,13 +106,13 @@ TEST_F(FramesFromTest, MaySeekToAndFroAndKnowTheirLength) {
     }
     reader->seek(*reader->length_ns());
     EXPECT_EQ(newest(), first_ns + *reader->length_ns()) << folder;
-    EXPECT_EQ(newest(), -1) << "it was the last";
+    EXPECT_EQ(newest(), -1) << "no frame follows the last one";
     reader->seek(0);
     EXPECT_EQ(play(*reader), whole);
   }
 }
 
-/// Bytes that this process has read of files.
+/// Bytes that this process has read from files.
 std::uint64_t bytes_read() {
   std::ifstream in("/proc/self/io");
   std::string word;
@@ -121,7 +121,7 @@ std::uint64_t bytes_read() {
   return bytes;
 }
 
-TEST_F(FramesFromTest, LittleIsReadOfALargeFileBeforeThem) {
+TEST_F(SeekableReaderTest, ReadsLittleOfALargeFile) {
   constexpr int kMany = 300, kAt = 250;
   const StreamSpec spec{.stream = Stream::fisheye, .width = 320, .height = 240};
   const auto file = folder_ / "large.mkv";
@@ -142,7 +142,8 @@ TEST_F(FramesFromTest, LittleIsReadOfALargeFileBeforeThem) {
   const std::uint64_t before = bytes_read();
   source.skip_to(time_ns(kAt));
   const auto item = source.next(0ms);
-  EXPECT_LT(bytes_read() - before, std::filesystem::file_size(file) / 4) << "heads alone, and the pictures asked for";
+  EXPECT_LT(bytes_read() - before, std::filesystem::file_size(file) / 4)
+      << "only element headers and the wanted frames are read";
   ASSERT_TRUE(item);
   const auto& picture = std::get<Picture>(*item);
   EXPECT_EQ(picture.stamp.time_ns, time_ns(kAt));
@@ -154,12 +155,13 @@ TEST_F(FramesFromTest, LittleIsReadOfALargeFileBeforeThem) {
   EXPECT_EQ(behind, kMany - kAt - 1);
 }
 
-TEST_F(FramesFromTest, DamageBeforeThemIsNotLookedAt) {
+TEST_F(SeekableReaderTest, IgnoresDamageBeforeTheSeekTime) {
   std::ofstream(folder_ / "c0.png") << "no longer a picture";
-  EXPECT_THROW(open_frames_from(session(folder_), 3'000'000'000), InputError) << "as a replay would say at once";
+  EXPECT_THROW(open_frames_from(session(folder_), 3'000'000'000), InputError)
+      << "the first image is checked as in a replay";
 }
 
-TEST_F(FramesFromTest, LiveCamerasHaveNoBeginning) {
+TEST_F(SeekableReaderTest, LiveCamerasAreRefused) {
   Session live = session(folder_);
   live.color.source = "v4l2:/dev/null/none";
   live.depth.reset();

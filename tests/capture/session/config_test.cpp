@@ -17,7 +17,7 @@ std::string error_of(Action action) {
   try {
     action();
   } catch (const InputError& e) {
-    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << "one line, please: " << e.what();
+    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << "not on one line: " << e.what();
     return e.what();
   }
   return "no error";
@@ -27,7 +27,7 @@ ConfigTable parse(const std::string& text, const std::vector<std::string>& overr
   return ConfigTable::parse(text, "kiosk.toml", overrides);
 }
 
-TEST(Config, ReadsEveryKind) {
+TEST(Config, ReadsEveryType) {
   const ConfigTable root =
       parse("a = 1\nb = 2.5\nc = true\nd = \"x\"\ne = [1, 2.5]\n[t]\nf = 3\n[[u]]\ng = 1\n[[u]]\ng = 2\n");
   EXPECT_EQ(root.integer("a", 0, 10), 1);
@@ -45,7 +45,7 @@ TEST(Config, ReadsEveryKind) {
   EXPECT_NO_THROW(root.finish());
 }
 
-TEST(Config, FallbacksStandInForAbsentKeys) {
+TEST(Config, DefaultsReplaceAbsentKeys) {
   const ConfigTable root = parse("");
   EXPECT_EQ(root.integer("a", 0, 10, 7), 7);
   EXPECT_EQ(root.number("b", 0, 10, 1.5), 1.5);
@@ -75,7 +75,7 @@ TEST(Config, ErrorsSayFileLineKeyFoundAllowed) {
   EXPECT_EQ(error_of([&] { root.table("depth"); }), "kiosk.toml: depth: found nothing, allowed: a table [depth]");
 }
 
-TEST(Config, NumberOutsideOfIntIsRefused) {
+TEST(Config, ANumberOutsideOfIntIsRefused) {
   const ConfigTable root = parse("a = 4294967297\nb = 1.5\n");
   EXPECT_EQ(error_of([&] { root.integer("a", 1, 10); }),
             "kiosk.toml:1: a: found 4294967297, allowed: an integer from 1 to 10");
@@ -109,14 +109,14 @@ TEST(Config, ObsoleteKeysAreAcceptedWithAWarning) {
   EXPECT_EQ(root.warnings(), std::vector<std::string>{"kiosk.toml:3: color.old: has no effect any more"});
 }
 
-TEST(Config, TwoReadersOfOneTableCountTogether) {
+TEST(Config, TwoReadersOfOneTableShareWhatWasRead) {
   const ConfigTable root = parse("[color]\nwidth = 1\nheight = 2\n");
   root.table("color").integer("width", 0, 10);
   root.table("color").integer("height", 0, 10);
   EXPECT_NO_THROW(root.finish());
 }
 
-TEST(Config, OverridesLieOverTheFile) {
+TEST(Config, OverridesReplaceTheFile) {
   const ConfigTable root = parse("[fisheye]\nsource = \"images:fisheye.txt\"\n[[object]]\nscale = 1.0\n",
                                  {"fisheye.source=images:fisheye-ldr.txt", "plan.trace_scale=4", "object.0.scale=2",
                                   "plan.name=\"quoted\"", "plan.list=[1, 2]", "plan.empty=", "plan.trace_scale=8"});
@@ -146,7 +146,7 @@ TEST(Config, ErrorsInOverridesNameTheOverride) {
             "--set o.7.c: found no element \"7\", allowed: an index below 1");
 }
 
-TEST(Config, AnOverrideCannotSmuggleASecondKey) {
+TEST(Config, AnOverrideSetsOneKeyOnly) {
   const ConfigTable root = parse("", {"a=1\nb = 2"});
   EXPECT_EQ(root.text("a"), "1\nb = 2");
   EXPECT_FALSE(root.has("b"));
@@ -184,7 +184,7 @@ TEST_F(ConfigFile, FilesMustExist) {
   EXPECT_NE(error_of([&] { ConfigTable::load(folder); }).find("no readable file"), std::string::npos);
 }
 
-TEST(Config, BrokenTomlSaysTheLine) {
+TEST(Config, TomlErrorsNameTheLine) {
   EXPECT_NE(error_of([] { parse("a = 1\nb = = 2\n"); }).find("kiosk.toml:2: found a TOML error"), std::string::npos);
   EXPECT_NE(error_of([] { parse("a = \"\xff\"\n"); }).find("kiosk.toml"), std::string::npos);
   EXPECT_NE(error_of([] { parse("a = " + std::string(100000, '[')); }).find("kiosk.toml"), std::string::npos);

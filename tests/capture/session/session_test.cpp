@@ -79,7 +79,7 @@ class SessionFile : public test::ScratchFolder {
     }
     return "no error";
   }
-  /// The error of the whole session with one piece of its text replaced.
+  /// The error of the complete session after one part of its text was replaced.
   std::string error_with(const std::string& piece, const std::string& replacement) const {
     std::string text = kWhole;
     const std::size_t at = text.find(piece);
@@ -120,7 +120,7 @@ TEST_F(SessionFile, SettingsOfLiveCameras) {
   EXPECT_NE(error({"color.controls.Gamma=high"}).find("color.controls.Gamma: found \"high\""), std::string::npos);
 }
 
-TEST_F(SessionFile, EveryKeyArrives) {
+TEST_F(SessionFile, ReadsEveryKey) {
   const Session s = read();
   EXPECT_EQ(s.name, "tabletop");
   EXPECT_EQ(s.folder, folder_);
@@ -133,7 +133,7 @@ TEST_F(SessionFile, EveryKeyArrives) {
   ASSERT_TRUE(s.depth);
   EXPECT_FALSE(s.depth->registered);
   EXPECT_EQ(s.depth->unit_m, 0.0002);
-  EXPECT_EQ(s.depth->model.width, 640) << "as colour where not given";
+  EXPECT_EQ(s.depth->model.width, 640) << "default: the colour camera's";
   EXPECT_EQ(s.depth->model.cy, 252.0);
   EXPECT_EQ(s.depth->T_color_depth.translation(), Eigen::Vector3d(0.025, 0, 0.001));
   EXPECT_NEAR((s.depth->T_color_depth * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.025, 1, 0.001)).norm(), 0, 1e-15);
@@ -143,7 +143,8 @@ TEST_F(SessionFile, EveryKeyArrives) {
   EXPECT_EQ(s.fisheye->model.fy, 154.4);
   EXPECT_NEAR(s.fisheye->model.fov_rad, 3.316125579, 1e-9);
   const Eigen::Matrix3d R = s.fisheye->T_tag_fisheye.linear();
-  EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14) << "nine digits made orthonormal";
+  EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14)
+      << "the nearest rotation, from nine digits";
   EXPECT_NEAR(R(0, 0), 0.64278761, 1e-8);
   EXPECT_EQ(s.tag.id, 2);
   EXPECT_EQ(s.tag.size_m, 0.16);
@@ -202,7 +203,7 @@ TEST_F(SessionFile, FormerNamesOfExtraTagsAreReadWithOneWarningEach) {
             std::string::npos);
 }
 
-TEST_F(SessionFile, LampsMayCarryTags) {
+TEST_F(SessionFile, LampsWithTags) {
   const std::string lamp = R"([[lamp]]
 tag_id = 7
 tag_size_m = 0.06
@@ -328,12 +329,12 @@ fov_degrees = 180.0
   }
 };
 
-TEST_F(CalibratedSession, TakesLensesFromTheCalibration) {
+TEST_F(CalibratedSession, ReadsLensesFromTheCalibration) {
   const Session s = kiosk();
   EXPECT_EQ(s.color.model.fx, 531.5);
   EXPECT_EQ(s.color.model.distortion[0], -0.2);
   EXPECT_EQ(s.color.serial, "Maker-17");
-  EXPECT_EQ(s.fisheye->serial, "another") << "whose lens it has";
+  EXPECT_EQ(s.fisheye->serial, "another") << "of the calibration";
   EXPECT_EQ(s.fisheye->model.kind, CameraModel::Kind::kannala_brandt);
   EXPECT_EQ(s.fisheye->model.k[1], 0.004);
   EXPECT_EQ(s.fisheye->T_tag_fisheye.translation().x(), 0.5);
@@ -351,11 +352,11 @@ TEST_F(CalibratedSession, TakesLensesFromTheCalibration) {
   }
   const std::size_t at = text.find("T_tag_fisheye");
   std::ofstream(folder_ / "kiosk.toml") << text.erase(at, text.find('\n', at) - at);
-  EXPECT_NEAR(kiosk().fisheye->response.to_linear(51), 0.04f, 1e-6f) << "beside the calibration";
+  EXPECT_NEAR(kiosk().fisheye->response.to_linear(51), 0.04f, 1e-6f) << "relative to the calibration's folder";
   EXPECT_EQ(kiosk().fisheye->T_tag_fisheye.translation().x(), 2);
 }
 
-TEST_F(CalibratedSession, TakesVignettingTimeOffsetAndWhereDepthIs) {
+TEST_F(CalibratedSession, ReadsVignettingTimeOffsetAndDepthPose) {
   calibrate("640", "Maker-17", R"(vignetting = [-0.3, 0.05, -0.02]
 time_offset_s = -0.0125
 [depth]
@@ -364,7 +365,7 @@ height = 240
 serial = "depth-4"
 T_color_depth = [[1, 0, 0, 0.025], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 )");
-  const Session without = kiosk();  // a camera less than was calibrated
+  const Session without = kiosk();  // the calibration has a camera that the session lacks
   EXPECT_FALSE(without.depth);
   EXPECT_EQ(without.fisheye->vignetting.terms, (std::array{-0.3, 0.05, -0.02}));
   EXPECT_EQ(without.fisheye->time_offset_s, -0.0125);
@@ -400,7 +401,7 @@ T_color_depth = [[1, 0, 0, 0.025], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
       << registered;
 }
 
-TEST_F(CalibratedSession, RefusesThatOfAnotherCamera) {
+TEST_F(CalibratedSession, RefusesACalibrationOfAnotherCamera) {
   calibrate("1280", "Maker-17");
   EXPECT_NE(refusal().find("calibration.toml:3: color.width: found 1280, allowed: that of the camera in"),
             std::string::npos)
@@ -409,13 +410,13 @@ TEST_F(CalibratedSession, RefusesThatOfAnotherCamera) {
   calibrate("640", "Maker-18");
   EXPECT_NE(refusal().find("color.serial: found \"Maker-18\", allowed: that of the camera in"), std::string::npos)
       << refusal();
-  EXPECT_EQ(refusal({"color.serial=Maker-18"}), "no error") << "its own word counts before its source";
+  EXPECT_EQ(refusal({"color.serial=Maker-18"}), "no error") << "the key `serial` has precedence over the source";
   calibrate("640", "");
-  EXPECT_EQ(refusal(), "no error") << "not known";
+  EXPECT_EQ(refusal(), "no error") << "unknown serial number";
   EXPECT_NE(refusal({"fisheye.serial=one"}).find("fisheye.serial: found \"another\""), std::string::npos);
 }
 
-TEST_F(CalibratedSession, RefusesThatOfAnotherCameraWhateverTheSource) {
+TEST_F(CalibratedSession, RefusesAnotherCameraForEveryKindOfSource) {
   for (const std::string source :
        {"images:color.txt", "mkv:color.mkv", "oni:rgbd.oni", "openni2:", "v4l2:", "v4l2:/dev/video0",
         "libcamera:imx219", "aravis:", "v4l2:usb-Maker_Cam_42-video-index0", "aravis:Maker-42"}) {
@@ -436,15 +437,15 @@ TEST_F(CalibratedSession, RefusesThatOfAnotherCameraWhateverTheSource) {
   EXPECT_EQ(refusal({"color.source=v4l2:/dev/v4l/by-id/usb-Maker_Cam_42-video-index0"}), "no error");
 }
 
-TEST_F(CalibratedSession, RefusesLensesInTwoPlaces) {
+TEST_F(CalibratedSession, RefusesLensesInBothFiles) {
   EXPECT_NE(refusal({"color.fx=500"}).find("--set color.fx: found beside "), std::string::npos) << refusal();
   EXPECT_NE(refusal({"fisheye.f=150"}).find("--set fisheye.f: found beside "), std::string::npos) << refusal();
   EXPECT_NE(refusal({"calibration=none.toml"}).find("calibration"), std::string::npos);
   calibrate("640", "Maker-17", "colour = 3");
-  EXPECT_NE(refusal().find("colour"), std::string::npos) << "a key that nobody reads";
+  EXPECT_NE(refusal().find("colour"), std::string::npos) << "an unknown table";
 }
 
-TEST_F(SessionFile, VignettingThatNoLensHasIsRefused) {
+TEST_F(SessionFile, ImplausibleVignettingIsRefused) {
   EXPECT_TRUE(read().fisheye->vignetting.none());
   EXPECT_EQ(read().fisheye->time_offset_s, 0.0);
   EXPECT_EQ(read({"fisheye.vignetting=[-0.3, 0, 0]"}).fisheye->vignetting.terms[0], -0.3);
@@ -492,7 +493,7 @@ TEST_F(SessionFile, BadValuesAreRefusedWithTheirLine) {
             std::string::npos);
 }
 
-TEST_F(SessionFile, SourcesOfOtherBuildsAreNamed) {
+TEST_F(SessionFile, UnknownSourcesListTheKnownOnes) {
   for (const char* uri : {"theremin:0", "color.txt", "images:", ""}) {
     const std::string what = error({"color.source=\"" + std::string(uri) + "\""});
     EXPECT_NE(what.find("--set color.source: found \"" + std::string(uri) + "\", allowed"), std::string::npos) << what;

@@ -1,5 +1,5 @@
 #pragma once
-// A camera that goes and comes back, again and again.
+// Repeated removal and return of a camera.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace lumigraft::test {
 
-/// The next whole picture but `after`.
+/// The next complete frame after skipping `after` complete frames.
 inline std::optional<capture::Picture> picture_of(capture::Source& source, int after = 0) {
   for (int i = 0; i < 40; ++i) {
     const auto item = source.next(std::chrono::milliseconds(3000));
@@ -28,12 +28,12 @@ inline std::optional<capture::Picture> picture_of(capture::Source& source, int a
   return std::nullopt;
 }
 
-/// How long it may take a camera that the system has to give pictures again.
+/// Longest time until a camera that the system has found again delivers frames.
 inline constexpr std::chrono::nanoseconds kBackWithin = std::chrono::seconds(2);
 
-/// That the source says `trouble` once its camera is gone, gives pictures soon after its return, with numbers that go
-/// on, and keeps nothing of former times. `longest` is asked whenever the camera is away, and its largest answer
-/// counts, since a busy machine's changes from second to second.
+/// Checks that the source reports `fault` while its camera is away, delivers frames soon after its return with
+/// increasing sequence numbers, and leaks nothing. `longest` measures the allowed time whenever the camera is away; the
+/// largest value counts, since the speed of a busy machine varies.
 template <typename Go, typename Return>
 void expect_back_again(
     capture::LiveSource& source, int usual_cycles, const std::string& fault, const Go& go, const Return& come_back,
@@ -62,7 +62,7 @@ void expect_back_again(
     slowest = std::max<std::chrono::nanoseconds>(slowest, Clock::now() - back);
     leaks.end_of_cycle();
   }
-  if (slowest >= within) {  // was it slower meanwhile than it was before?
+  if (slowest >= within) {  // the machine may have become slower: measure again
     go();
     within = std::max(within, longest());
     come_back();

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# build_vimc.sh KERNEL INTO: makes INTO/vimc.ko for that kernel of Debian's, which does not come with it: from the
-# kernel's own source, against its headers, all taken from apt and unpacked without root.
+# build_vimc.sh KERNEL INTO: builds INTO/vimc.ko, which Debian's kernel packages lack, from the kernel's source against
+# its headers. Both are downloaded with apt and unpacked without root.
 set -euo pipefail
 kernel=$1
 into=$2

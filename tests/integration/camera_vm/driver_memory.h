@@ -1,5 +1,5 @@
 #pragma once
-// Whose memory a picture lies in.
+// Finds out whether a frame is in the driver's memory.
 #include <cstdint>
 #include <fstream>
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace lumigraft::test {
 
-/// Whether the bytes lie in memory mapped from a file of this name, or a part of it.
+/// Whether the bytes lie in memory mapped from a file whose path contains `name`.
 inline bool lies_in(std::span<const std::uint8_t> bytes, const std::string& name) {
   std::ifstream maps("/proc/self/maps");
   const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data());

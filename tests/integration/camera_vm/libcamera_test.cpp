@@ -1,4 +1,4 @@
-// Cameras of libcamera: the kernel's virtual image processor (vimc), and a webcam on the make-believe USB.
+// libcamera with the kernel's virtual image processor (vimc) and with a webcam on an emulated USB port.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -27,7 +27,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using test::picture_of;
-constexpr int kWidth = 576;  // of what vimc gives, multiples of 6, one whose rows need no padding to 64 bytes
+constexpr int kWidth = 576;  // a multiple of 6, as vimc requires, whose rows need no padding to 64 bytes
 constexpr int kHeight = 480;
 constexpr int kBelowItsText = 460;
 constexpr char kVimc[] = "platform/vimc.0 Sensor B";
@@ -58,8 +58,8 @@ std::string error(const std::string& camera, const StreamSpec& spec) {
   return "no error";
 }
 
-/// Starting libcamera's process takes the emulated processor a second, and several where it has little of a busy
-/// host's, whoever asks. One start in vain is allowed, the rest after it, and one that finds the camera.
+/// Allowed time until frames arrive: one failed start of libcamera's process, the pause after it, and one start that
+/// finds the camera. A start takes a second in the virtual machine, or several on a busy host, so it is measured.
 std::chrono::nanoseconds back_within() {
   const Clock::time_point begin = Clock::now();
   list_libcamera_cameras();
@@ -94,7 +94,7 @@ void expect_bars(const Picture& picture, int brighter = 0) {
   }
 }
 
-TEST_F(Vimc, ShowsTheSameInBothOrdersOfColours) {
+TEST_F(Vimc, RgbAndBgrGiveTheSameImage) {
   for (const PixelFormat format : {PixelFormat::rgb8, PixelFormat::bgr8}) {
     LibcameraSource source(kVimc, vimc_spec(format));
     const auto picture = picture_of(source);
@@ -107,7 +107,7 @@ TEST_F(Vimc, ShowsTheSameInBothOrdersOfColours) {
   }
 }
 
-TEST_F(Vimc, PaddingOfRowsIsLeftOut) {
+TEST_F(Vimc, RowPaddingIsRemoved) {
   StreamSpec spec = vimc_spec(PixelFormat::bgr8);
   spec.width = 636;
   LibcameraSource source(kVimc, spec);
@@ -119,7 +119,7 @@ TEST_F(Vimc, PaddingOfRowsIsLeftOut) {
   EXPECT_NEAR(picture->encoded.at(20, kBelowItsText + 15, 2), k75, 3);
 }
 
-TEST_F(Vimc, NumbersAndTimesOnlyGrowOnTheHostsClock) {
+TEST_F(Vimc, SequenceAndHostTimesIncrease) {
   LibcameraSource source("Sensor B", vimc_spec(PixelFormat::rgb8));
   EXPECT_TRUE(source.on_host_clock());
   Stamp last;
@@ -134,7 +134,7 @@ TEST_F(Vimc, NumbersAndTimesOnlyGrowOnTheHostsClock) {
   }
 }
 
-TEST_F(Vimc, ASettingReachesTheCamera) {
+TEST_F(Vimc, ASettingIsApplied) {
   StreamSpec spec = vimc_spec(PixelFormat::rgb8);
   for (const double brightness : {0.25, 0.0}) {  // of [-1, 1]: 0.25 is 32 of 256
     spec.settings.controls = {{"Brightness", brightness}};
@@ -182,11 +182,11 @@ TEST_F(Vimc, WithoutPermission) {
                       ": found no permission to use all cameras, allowed: root and members of the group video");
 }
 
-TEST_F(Vimc, IsListedWithAllItOffers) {
+TEST_F(Vimc, IsListedCompletely) {
   const auto listing = listed(kVimc);
   ASSERT_TRUE(listing);
   EXPECT_EQ(listing->name, "Sensor B");
-  ASSERT_EQ(listing->formats.size(), 4u) << "the least and the largest of both";
+  ASSERT_EQ(listing->formats.size(), 4u) << "smallest and largest size of both formats";
   EXPECT_EQ(listing->formats[1].pixels, "rgb8");
   EXPECT_EQ(listing->formats[1].width, 4096);
   EXPECT_TRUE(std::any_of(listing->controls.begin(), listing->controls.end(), [](const OfferedControl& c) {
@@ -204,34 +204,35 @@ TEST_F(Vimc, GoneAndBackAgain) {
       [&] { tell("unbind"); },
       [&] {
         tell("bind");
-        EXPECT_EQ(std::system("udevadm settle -t 20"), 0) << "the system has it when udev has seen all its parts";
+        EXPECT_EQ(std::system("udevadm settle -t 20"), 0)
+            << "the camera is complete when udev has announced all its parts";
       },
       back_within);
 }
 
-/// Whether the bytes lie in memory that the driver lends.
+/// Whether the bytes lie in the driver's memory.
 bool is_of_the_driver(std::span<const std::uint8_t> bytes) { return test::lies_in(bytes, "dmabuf"); }
 
-TEST_F(Vimc, PicturesAreReadWhereTheDriverPutThemAndStayTrue) {
+TEST_F(Vimc, FramesAreNotCopiedAndStayValid) {
   auto source = std::make_unique<LibcameraSource>(kVimc, vimc_spec(PixelFormat::bgr8));
   std::vector<Picture> held;
   int of_the_driver = 0;
-  for (int i = 0; i < 12; ++i) {  // more than there are buffers
+  for (int i = 0; i < 12; ++i) {  // more frames than there are buffers
     auto picture = picture_of(*source);
     ASSERT_TRUE(picture && picture->original);
     of_the_driver += is_of_the_driver(picture->original->bytes) ? 1 : 0;
     held.push_back(std::move(*picture));
   }
-  EXPECT_EQ(of_the_driver, 2) << "the driver keeps half of four, what is held beyond that is copied";
+  EXPECT_EQ(of_the_driver, 2) << "half of the four buffers stay with the driver, other frames are copied";
   source.reset();
   PixelConverter converter;
   for (const Picture& one : held) {
     EXPECT_EQ(converter.to_rgb(PixelFormat::bgr8, kWidth, kHeight, one.original->bytes)->data, one.encoded.data)
-        << "though the camera is closed";
+        << "valid after the camera was closed";
   }
   held.erase(held.begin() + 1, held.end());
   LibcameraSource again(kVimc, vimc_spec(PixelFormat::bgr8));
-  EXPECT_TRUE(picture_of(again)) << "though a picture of its last run is held";
+  EXPECT_TRUE(picture_of(again)) << "a frame of the previous opening is still held";
 }
 
 TEST_F(Vimc, ItsProcessIsKilled) {
@@ -264,7 +265,7 @@ TEST_F(Vimc, ItsProcessIsKilled) {
   std::printf("back within %.2f s\n", 1e-9 * static_cast<double>(longest.count()));
   leaks.expect_none();
   source.reset();
-  if (longest >= within) {  // was the machine slower meanwhile than it was before?
+  if (longest >= within) {  // the machine may have become slower: measure again
     within = std::max(within, back_within());
   }
   EXPECT_LT(longest, within);
@@ -275,7 +276,7 @@ TEST_F(Vimc, ReplaysByteForByte) {
       << "format = 1\n[color]\nsource = \"libcamera:" << kVimc << "\"\npixel_format = \"bgr8\"\nwidth = " << kWidth
       << "\nheight = " << kHeight << "\nfx = 300\nfy = 300\ncx = 288\ncy = 240\nexposure = 2\n[tag]\nid = 1\n"
       << "size_m = 0.1\n";
-  test::expect_to_replay_as_it_came(folder_, 6);
+  test::expect_identical_replay(folder_, 6);
 }
 
 constexpr const char* kUsb = test::UsbPlug::kName;
@@ -291,7 +292,7 @@ StreamSpec usb_spec(double exposure_us) {
   return spec;
 }
 
-TEST(LibcameraUsb, JpegsComeAtTheExposureThatWasSet) {
+TEST(LibcameraUsb, DeliversJpegsAtTheExposureThatWasSet) {
   const UsbCamera camera;
   for (const double exposure_us : {10'000.0, 30'000.0, 5'000.0}) {
     LibcameraSource source(kUsb, usb_spec(exposure_us));
@@ -299,12 +300,12 @@ TEST(LibcameraUsb, JpegsComeAtTheExposureThatWasSet) {
     ASSERT_TRUE(picture && picture->original);
     EXPECT_EQ(picture->original->format, PixelFormat::mjpeg);
     EXPECT_NEAR(picture->encoded.at(20, 60, 0), 50.0 * exposure_us / 10'000.0, 5.0) << exposure_us;
-    EXPECT_EQ(picture->exposure, 2.0) << "this camera does not say with what it took a picture";
+    EXPECT_EQ(picture->exposure, 2.0) << "this camera does not report its exposure";
   }
   EXPECT_NE(error(kUsb, usb_spec(600'000)).find("exposure_us: found 600000.000000, allowed: 100"), std::string::npos);
 }
 
-TEST(LibcameraUsb, TellsItsSerialNumberAndIsRefusedForAnothers) {
+TEST(LibcameraUsb, ACameraWithAnotherSerialNumberIsRefused) {
   const UsbCamera camera;
   StreamSpec spec = usb_spec(10'000);
   spec.serial = "0123";
@@ -315,7 +316,7 @@ TEST(LibcameraUsb, TellsItsSerialNumberAndIsRefusedForAnothers) {
       << error(kUsb, spec);
 }
 
-TEST(LibcameraUsb, IsSaidToBeTheSameHardwareAsTheKernelsCamera) {
+TEST(LibcameraUsb, IsListedAsTheSameHardwareAsItsV4l2Camera) {
   const UsbCamera camera;
   std::vector<std::string> said;
   for (const CameraListing& one : list_cameras()) {
@@ -342,7 +343,7 @@ TEST(LibcameraUsb, ATornPictureIsLostAndTheNextIsWhole) {
   EXPECT_TRUE(torn);
   const auto next = picture_of(source);
   ASSERT_TRUE(next);
-  EXPECT_NEAR(next->encoded.at(20, test::UsbPlug::kHeight - 5, 0), 50.0, 5.0) << "to its end";
+  EXPECT_NEAR(next->encoded.at(20, test::UsbPlug::kHeight - 5, 0), 50.0, 5.0) << "complete to its last rows";
 }
 
 TEST(LibcameraUsb, FrozenWithoutAnError) {
@@ -365,7 +366,7 @@ TEST(LibcameraUsb, FrozenWithoutAnError) {
   const Clock::duration took = Clock::now() - back;
   std::printf("back within %.2f s\n", 1e-9 * static_cast<double>(took.count()));
   source.reset();
-  if (took >= within) {  // was the machine slower meanwhile than it was before?
+  if (took >= within) {  // the machine may have become slower: measure again
     within = std::max(within, back_within());
   }
   EXPECT_LT(took, within);

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# run.sh FOLDER V4L2_TESTS LIBCAMERA_TESTS ARGS...: boots Debian's kernel in QEMU, without the host's help for virtual
-# machines and without root, and runs guest.sh there with these programs. The machine sees this one's files as they are
-# and writes into its memory alone. FOLDER keeps the kernel. Exits with 77 where QEMU is not to be had.
+# run.sh FOLDER V4L2_TESTS LIBCAMERA_TESTS ARGS...: boots Debian's kernel in QEMU, without KVM and without root, and runs
+# guest.sh with these programs. The virtual machine sees the host's files read-only and writes to its memory. FOLDER
+# keeps the kernel between runs. Exits with 77 if QEMU is not installed.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 folder=$1
@@ -16,7 +16,7 @@ newest_kernel() {
   apt-cache pkgnames linux-image-6.1.0- | grep -E '^linux-image-6\.1\.0-[0-9]+-amd64$' | sort -V | tail -1
 }
 
-# Into FOLDER/KERNEL: the kernel and those of its modules that are looked at below.
+# Unpacks into FOLDER/KERNEL the kernel and the modules that are used below.
 fetch_kernel() {
   local package=$1 into=$2
   rm -rf "$into" "$into.partial"
@@ -56,7 +56,7 @@ if [ ! -d "$vimc" ]; then
   fi
 fi
 
-# The first file system: what is needed to see the host's files.
+# The initial file system: what is needed to mount the host's files.
 first=$(mktemp -d)
 trap 'rm -rf "$first"' EXIT
 mkdir "$first"/{bin,dev,proc,sys,modules,host,new}
@@ -69,7 +69,8 @@ for module in virtio_pci 9p 9pnet_virtio overlay; do
     compgen -G "$first/modules/*-$name" >/dev/null || cp "$file" "$first/modules/$((number++))-$name"
   done
 done
-# LUMIGRAFT_CYCLES: how often cameras come and go, for a longer look than every run takes, which is below three minutes.
+# LUMIGRAFT_CYCLES: number of times that cameras are removed and return, for longer tests; a usual run takes less than
+# three minutes.
 cycles=${LUMIGRAFT_CYCLES:-}
 limit_s=$([ -n "$cycles" ] && echo 6000 || echo 360)
 printf '%q ' env ${cycles:+LUMIGRAFT_CYCLES="$cycles"} bash "$here/guest.sh" "$root" "$@" >"$first/command"

@@ -1,7 +1,7 @@
-// usb_camera WIDTH HEIGHT RATE: a webcam on the kernel's make-believe USB port (dummy_hcd, gadgetfs): MJPEG over a bulk
-// endpoint as USB Video Class 1.0 has it, with exposure, gain and white balance. It shows four bars, red, green, blue
-// and grey, of 50 at 10 ms and in proportion to the exposure, which takes effect two pictures after it was set. SIGUSR1
-// cuts the next picture short, SIGUSR2 lets it give none until it comes again.
+// usb_camera WIDTH HEIGHT RATE: a webcam on the kernel's emulated USB port (dummy_hcd, gadgetfs): MJPEG over a bulk
+// endpoint as in USB Video Class 1.0, with exposure, gain and white balance. It shows four bars, red, green, blue and
+// grey, with the value 50 at 10 ms, proportional to the exposure, which takes effect two frames after it was set.
+// SIGUSR1 truncates the next frame; SIGUSR2 stops the frames until the next SIGUSR2.
 #include <turbojpeg.h>
 
 #include <atomic>
@@ -26,7 +26,7 @@ constexpr std::uint32_t kLargestPayload = 1 << 18;
 
 std::atomic<bool> streaming{false};
 std::atomic<int> endpoint{-1};
-std::atomic<std::uint32_t> exposure{100};  ///< 100 µs
+std::atomic<std::uint32_t> exposure{100};  ///< in units of 100 µs
 volatile std::sig_atomic_t cut_next = 0, frozen = 0;
 
 struct Mode {
@@ -40,7 +40,7 @@ Bytes configuration(const Mode& mode, std::uint32_t packet) {
   Bytes control;
   add(control, {0x24, 2, 1, 0x01, 0x02, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0x0A, 0, 0});  // camera: exposure and its mode
   add(control, {0x24, 5, 2, 1, 0, 0, 2, 0x40, 0x12, 0});                          // white balance and its mode, gain
-  add(control, {0x24, 3, 3, 0x01, 0x01, 0, 2, 0});                                // to the USB
+  add(control, {0x24, 3, 3, 0x01, 0x01, 0, 2, 0});                                // output to USB
   Bytes head{0x24, 1, 0x00, 0x01};
   put(head, static_cast<std::uint32_t>(13 + control.size()), 2);
   put(head, 48'000'000, 4);
@@ -91,7 +91,7 @@ Bytes device_descriptor() {
   return out;
 }
 
-/// What a request for a control may be about; chapter 4.2.
+/// A control and its range; chapter 4.2.
 struct Control {
   std::uint8_t unit, selector;
   int bytes;
@@ -211,7 +211,7 @@ class Plug {
         put(out, static_cast<std::uint32_t>(control.bytes), 2);
         break;
       case 0x86:
-        out.push_back(3);  // may be read and set
+        out.push_back(3);  // readable and settable
         break;
       case 0x87:
         put(out, control.usual, control.bytes);
@@ -260,7 +260,7 @@ void stream(const Mode& mode) {
     in_the_sensor.push_back(exposure);
     const Bytes jpeg = jpeg_of(mode, in_the_sensor.front());
     in_the_sensor.pop_front();
-    // One payload a picture, 2.4.3.2: length, then the picture's parity, its end and that of the header.
+    // One payload per frame, 2.4.3.2: length of the header, then bits for frame parity, end of frame, end of header.
     Bytes payload{2, static_cast<std::uint8_t>(0x82 | (number & 1))};
     payload.insert(payload.end(), jpeg.begin(), jpeg.end());
     if (cut_next != 0) {

@@ -1,4 +1,4 @@
-// A webcam on the USB: the kernel's uvcvideo with a camera of ours (usb_camera.cpp) on its make-believe port.
+// A USB webcam: the kernel's uvcvideo driver with the camera of usb_camera.cpp on an emulated port.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,7 +56,7 @@ void expect_bars(const Picture& picture, double exposure_us) {
   }
 }
 
-TEST(UsbCamera, JpegsComeAsTheyWereMadeAtTheExposureThatWasSet) {
+TEST(UsbCamera, DeliversJpegsAtTheExposureThatWasSet) {
   const UsbCamera camera;
   for (const double exposure_us : {10'000.0, 30'000.0, 5'000.0}) {
     StreamSpec spec = usb_spec(exposure_us);
@@ -77,7 +77,7 @@ TEST(UsbCamera, JpegsComeAsTheyWereMadeAtTheExposureThatWasSet) {
       return found != listing->controls.end() ? found->value : -1.0;
     };
     EXPECT_EQ(value("exposure_us"), exposure_us);
-    EXPECT_EQ(value("auto_exposure"), 1.0) << "by hand";
+    EXPECT_EQ(value("auto_exposure"), 1.0) << "manual exposure";
     EXPECT_EQ(value("gain"), 99.0);
     EXPECT_EQ(value("white_balance_automatic"), 0.0);
     EXPECT_EQ(value("white_balance_temperature"), 3500.0);
@@ -87,7 +87,7 @@ TEST(UsbCamera, JpegsComeAsTheyWereMadeAtTheExposureThatWasSet) {
   }
 }
 
-TEST(UsbCamera, WhatAnotherControlDecidesIsRefusedAndSaid) {
+TEST(UsbCamera, AControlDisabledByAnotherIsRefused) {
   const UsbCamera camera;
   StreamSpec spec = usb_spec(10'000);
   spec.settings.controls = {{"white_balance_automatic", 1}, {"white_balance_temperature", 3500}};
@@ -101,7 +101,7 @@ TEST(UsbCamera, WhatAnotherControlDecidesIsRefusedAndSaid) {
   }
 }
 
-TEST(UsbCamera, OfABracketEachPictureCarriesItsOwnExposure) {
+TEST(UsbCamera, EachFrameOfABracketHasItsOwnExposure) {
   const UsbCamera camera;
   StreamSpec spec = usb_spec(10'000);
   spec.settings.bracket_us = {5'000, 10'000, 40'000};
@@ -110,14 +110,14 @@ TEST(UsbCamera, OfABracketEachPictureCarriesItsOwnExposure) {
   std::int64_t before_ns = 0;
   for (int bracket = 0; bracket < 4; ++bracket) {
     std::int64_t time_ns = 0;
-    std::this_thread::sleep_for(bracket * 200ms);  // pictures pile up while nobody has the time for them
+    std::this_thread::sleep_for(bracket * 200ms);  // frames queue up while nothing reads them
     for (const double exposure_us : spec.settings.bracket_us) {
       const auto picture = picture_of(source);
       ASSERT_TRUE(picture);
       EXPECT_DOUBLE_EQ(picture->exposure, 2.0 * exposure_us / 10'000);
       expect_bars(*picture, exposure_us);
-      EXPECT_EQ(picture->stamp.sequence, sequence++) << "none of those between is missed";
-      EXPECT_TRUE(time_ns == 0 || picture->stamp.time_ns == time_ns) << "one bracket has one time";
+      EXPECT_EQ(picture->stamp.sequence, sequence++) << "no frame is missing";
+      EXPECT_TRUE(time_ns == 0 || picture->stamp.time_ns == time_ns) << "all frames of a bracket have one time";
       EXPECT_GT(picture->stamp.time_ns, before_ns);
       time_ns = picture->stamp.time_ns;
     }
@@ -149,7 +149,7 @@ TEST(UsbCamera, EveryBracketReachesAFrameOfALiveColourCamera) {
     if (next) {
       EXPECT_EQ(frame->fisheye[0]->stamp.sequence, *next);
     } else {
-      EXPECT_LE(frame->fisheye[0]->stamp.sequence, 2u) << "the first may come before there is any colour";
+      EXPECT_LE(frame->fisheye[0]->stamp.sequence, 2u) << "the first bracket may come before the first colour frame";
     }
     EXPECT_EQ(frame->fisheye[1]->stamp.sequence, frame->fisheye[0]->stamp.sequence + 1);
     EXPECT_NEAR(1e-9 * static_cast<double>(frame->time_ns - frame->fisheye[0]->stamp.time_ns), 0.0, 0.25);
@@ -193,7 +193,7 @@ TEST_F(RecordedUsbCamera, ReplaysByteForByte) {
   const UsbCamera camera;
   std::ofstream(folder_ / "session.toml") << "format = 1\n[color]\nsource = \"v4l2:Test Camera\"\n"
                                           << test::kSmallCamera << "exposure_us = 10000\n[tag]\nid = 1\nsize_m = 0.1\n";
-  test::expect_to_replay_as_it_came(folder_, 6);
+  test::expect_identical_replay(folder_, 6);
 }
 
 }  // namespace

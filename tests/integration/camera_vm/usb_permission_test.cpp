@@ -1,5 +1,5 @@
-// Cameras on the USB that belong to root alone, as the libraries' own drivers meet them: what has the numbers of a
-// depth camera that OpenNI2 knows, and what says that it is a camera of USB3 Vision.
+// USB cameras that only root may use: a device with the IDs of a depth camera of OpenNI2, and one with the interface
+// class of USB3 Vision, as seen by the libraries' own drivers.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -48,7 +48,7 @@ class UsbPermission : public testing::Test {
     }
     return "no fault";
   }
-  /// Why the first listed camera of this kind cannot be looked into.
+  /// Why the first listed camera of this kind cannot be opened.
   static std::string rejection_reason(const std::vector<CameraListing>& all, const std::string& source) {
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.source.rfind(source, 0) == 0; });
@@ -58,7 +58,7 @@ class UsbPermission : public testing::Test {
   static constexpr char kSays[] = "found no permission to use it, allowed: root and whom the rules of udev let use it";
 
  private:
-  /// With its configuration chosen, by which its interfaces exist.
+  /// After its configuration was selected, so that its interfaces exist.
   static bool is_there(const std::string& product) {
     for (const auto& entry : std::filesystem::directory_iterator("/sys/bus/usb/devices")) {
       std::ifstream in(entry.path() / "idProduct");
@@ -79,19 +79,19 @@ TEST_F(UsbPermission, OfADepthCamera) {
   const auto open = [&] { OpenNiSource source(OpenNiSource::Kind::device, "", {spec}); };
   EXPECT_EQ(as_nobody([&] { return fault_of(open); }), std::string("openni2:: ") + kSays);
   EXPECT_EQ(as_nobody([] { return rejection_reason(list_openni_cameras(), "openni2:1d27/0600@"); }), kSays);
-  EXPECT_EQ(fault_of(open).find("openni2:: found nothing OpenNI2 can open: "), 0u) << "root's trouble is another one";
+  EXPECT_EQ(fault_of(open).find("openni2:: found nothing OpenNI2 can open: "), 0u) << "root gets another fault";
 }
 
 TEST_F(UsbPermission, OfACameraOfUsb3Vision) {
   const StreamSpec spec{.stream = Stream::color, .width = 640, .height = 480};
   const auto open = [&] { AravisSource source("Maker-0001", spec); };
-  EXPECT_EQ(fault_of(open).find("aravis:Maker-0001: found no such camera that answers: "), 0u) << "none is there";
+  EXPECT_EQ(fault_of(open).find("aravis:Maker-0001: found no such camera that answers: "), 0u) << "no such camera";
   plug("1d6b", "0103", "ef", "05");
   EXPECT_EQ(as_nobody([&] { return fault_of(open); }),
             std::string("aravis:Maker-0001: found no such camera but one of USB3 Vision: ") + kSays);
   EXPECT_EQ(as_nobody([] { return rejection_reason(list_aravis_cameras(), "aravis:"); }), kSays);
   EXPECT_EQ(rejection_reason(list_aravis_cameras(), "aravis:Maker-0001").find(kSays), std::string::npos)
-      << "root sees it";
+      << "root finds it";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-// The camera of usb_camera.cpp, plugged in for as long as it lives.
+// Plugs in the camera of usb_camera.cpp for the lifetime of an object.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -19,7 +19,7 @@ class UsbPlug {
   static constexpr int kWidth = 160;
   static constexpr int kHeight = 120;
 
-  /// Returns when `found` says that the system has it.
+  /// Returns when `found` is true: the system has the camera.
   explicit UsbPlug(const std::function<bool()>& found = known_to_the_kernel) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point begin = Clock::now();
@@ -28,14 +28,14 @@ class UsbPlug {
     }
     EXPECT_TRUE(process_.running() && found());
   }
-  /// Without a word over the wire: what a source says there meanwhile, as it opens it, is mixed up by gadgetfs.
+  /// Checks without USB requests: gadgetfs would mix them up with those of a source that opens the camera meanwhile.
   static bool known_to_the_kernel() {
     for (const std::string& node : capture::v4l2::nodes()) {
       try {
         if (capture::v4l2::Device(node).card().rfind(kName, 0) == 0) {
           return true;
         }
-      } catch (const capture::InputError&) {  // it has gone again
+      } catch (const capture::InputError&) {  // the node has disappeared again
       }
     }
     return false;

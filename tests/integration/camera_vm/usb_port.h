@@ -1,6 +1,5 @@
 #pragma once
-// A device on the kernel's make-believe USB port (dummy_hcd, gadgetfs): its descriptors, and answers to what the host
-// asks of it.
+// A device on the kernel's emulated USB port (dummy_hcd, gadgetfs): its descriptors and its answers to requests.
 #include <fcntl.h>
 #include <linux/usb/ch9.h>
 #include <linux/usb/gadgetfs.h>
@@ -32,8 +31,8 @@ inline void add(Bytes& out, Bytes body) {
   out.insert(out.end(), body.begin(), body.end());
 }
 
-/// A camera is no program that waits for those that read it. And gadgetfs mixes requests up where the host asks again
-/// before an answer was fetched: on one processor this does not happen to who comes first.
+/// Sets real-time priority `others` above the lowest. A real camera does not wait for its readers; and gadgetfs mixes
+/// up requests if the host sends one before the last answer was read, which on one processor the priority prevents.
 inline void come_before(int others) {
   const sched_param first{sched_get_priority_min(SCHED_FIFO) + others};
   sched_setscheduler(0, SCHED_FIFO, &first);
@@ -41,7 +40,7 @@ inline void come_before(int others) {
 
 class UsbPort {
  public:
-  /// Plugs in what has these configurations, at full and at high speed, and this descriptor.
+  /// Plugs in a device with these configurations, for full and high speed, and this device descriptor.
   UsbPort(const Bytes& full_speed, const Bytes& high_speed, const Bytes& device) {
     for (const auto& entry : std::filesystem::directory_iterator("/dev/gadget")) {
       file_ = ::open(entry.path().c_str(), O_RDWR);
@@ -55,7 +54,7 @@ class UsbPort {
   }
   bool plugged() const { return plugged_; }
 
-  /// Until the kernel takes the port away. `answer` must refuse, acknowledge, reply or receive.
+  /// Runs until the kernel removes the port. `answer` must call refuse, acknowledge, reply or receive.
   void serve(const std::function<void(const usb_ctrlrequest&)>& answer, const std::function<void()>& disconnected) {
     std::array<usb_gadgetfs_event, 5> events;
     for (;;) {
@@ -88,7 +87,7 @@ class UsbPort {
     data.resize(static_cast<std::size_t>(std::max<ssize_t>(::read(file_, data.data(), data.size()), 0)));
     return data;
   }
-  /// One of the texts that descriptors name by number; the first number is that of the languages.
+  /// Replies with the string of a descriptor's index; index 0 is the list of languages.
   void reply_text(const usb_ctrlrequest& q, const std::array<const char*, 4>& texts) {
     const std::string text = texts[q.wValue & 3];
     Bytes body{USB_DT_STRING};

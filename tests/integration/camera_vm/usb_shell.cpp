@@ -1,5 +1,5 @@
-// usb_shell VENDOR PRODUCT CLASS SUBCLASS: a device on the make-believe USB port that says who it is and what kind of
-// interface it has, in hexadecimal, and can do nothing else.
+// usb_shell VENDOR PRODUCT CLASS SUBCLASS (hexadecimal): a device on the emulated USB port with these IDs and this
+// interface class, and no function.
 #include <cstdio>
 #include <cstdlib>
 
@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   const auto number = [&](int word) { return std::strtoul(argv[word], nullptr, 16); };
-  constexpr std::uint8_t kWhole = 18;  // bytes of the configuration
+  constexpr std::uint8_t kWhole = 18;  // bytes of the whole configuration
   Bytes configuration, device;
   add(configuration, {USB_DT_CONFIG, kWhole, 0, 1, 1, 0, 0xC0, 50});
   add(configuration, {USB_DT_INTERFACE, 0, 0, 0, low(number(3)), low(number(4)), 0, 0});

@@ -1,5 +1,5 @@
 #pragma once
-// The kernel's virtual camera, and how a test plays tricks on it behind the back of what is tested.
+// The kernel's virtual camera vivid, and control of it by a test while it is in use.
 #include <cstdint>
 #include <string>
 
@@ -7,16 +7,16 @@
 
 namespace lumigraft::test {
 
-inline constexpr char kSinglePlanar[] = "platform:vivid-000";  ///< the bus: nodes may be numbered anew
+inline constexpr char kSinglePlanar[] = "platform:vivid-000";  ///< bus names, since node numbers may change
 inline constexpr char kMultiPlanar[] = "platform:vivid-001";
 inline constexpr char kGrabber[] = "platform:vivid-002";  ///< has inputs "Webcam 0" and "HDMI 0"
 inline constexpr int kVividWidth = 320;
 inline constexpr int kVividHeight = 180;
 
-/// The camera with its text switched off: eight bars of full height.
+/// The camera without text overlay: eight bars of full height.
 capture::StreamSpec vivid_spec(capture::PixelFormat format);
 
-/// A second hand on the camera.
+/// A second handle of the camera, which changes its controls.
 class Vivid {
  public:
   explicit Vivid(const std::string& bus = kSinglePlanar);
@@ -25,9 +25,9 @@ class Vivid {
   Vivid& operator=(const Vivid&) = delete;
 
   bool open() const { return descriptor_ >= 0; }
-  /// By the driver's own name. False where the driver refuses.
+  /// Sets a control by the driver's name. False if the driver refuses.
   bool set(const std::string& control, std::int64_t value = 1) const;
-  /// Of a control that is a menu, the entry of that name.
+  /// Sets a menu control to the entry of that name.
   bool choose(const std::string& control, const std::string& entry) const;
   bool choose_input(const std::string& input) const;
 

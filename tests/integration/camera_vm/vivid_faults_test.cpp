@@ -1,4 +1,4 @@
-// What goes wrong with a V4L2 camera, made to go wrong in the kernel's own virtual one.
+// Faults of a V4L2 camera, produced by the kernel's virtual camera vivid.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -31,7 +31,7 @@ std::unique_ptr<LiveSource> live(const std::string& camera = kSinglePlanar, Live
 
 class VividFaults : public testing::Test {
  protected:
-  /// How long until pictures come again; their numbers and times only grow, whatever happened.
+  /// Time until frames arrive again. Checks that sequence numbers and times increase.
   Clock::duration wait_for_picture(LiveSource& source) {
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 10s) {
@@ -74,7 +74,7 @@ TEST_F(VividFaults, GoneAndBackAgain) {
   wait_for_picture(*source);
   for (int cycle = 0; cycle < 3; ++cycle) {
     {
-      const Vivid camera;  // for as long as a hand is on it, it stays away
+      const Vivid camera;  // while a handle is open, the camera stays away
       ASSERT_TRUE(camera.set("Disconnect"));
       wait_for_trouble(*source, "the camera is gone, it is looked for again");
       wait_for_trouble(*source, "v4l2:platform:vivid-000: found no such camera");
@@ -83,8 +83,8 @@ TEST_F(VividFaults, GoneAndBackAgain) {
   }
 }
 
-/// As the kiosk does while its camera is away.
-TEST_F(VividFaults, APictureThatIsKeptKeepsNoCameraAway) {
+/// A kiosk holds the last frame while its camera is away.
+TEST_F(VividFaults, ALentFrameDoesNotKeepTheCameraOpen) {
   const auto open = [] { return std::make_unique<V4l2Source>(kSinglePlanar, vivid_spec(PixelFormat::yuyv)); };
   LiveSource source("fish-eye", open);
   std::vector<Picture> kept;
@@ -155,7 +155,7 @@ TEST_F(VividFaults, AStreamThatDoesNotStart) {
     ASSERT_TRUE(camera.set(control)) << control;
     const auto source = live();
     wait_for_trouble(*source, says);
-    last_.reset();  // of another source
+    last_.reset();  // from another source
     EXPECT_LT(wait_for_picture(*source), 2s);
   }
 }
@@ -214,7 +214,7 @@ TEST_F(VividFaults, AnotherMeaningOfColours) {
   wait_for_picture(source);
   {
     const Vivid camera;
-    ASSERT_TRUE(camera.set("Y'CbCr Encoding", 2));  // BT.709
+    ASSERT_TRUE(camera.set("Y'CbCr Encoding", 2));  // menu entry: BT.709
     wait_for_trouble(source, "the camera gives another format now, it is looked for again");
     wait_for_trouble(source, "found yuyv of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8");
     ASSERT_TRUE(camera.set("Y'CbCr Encoding", 0));
@@ -226,7 +226,7 @@ TEST_F(VividFaults, AnotherMeaningOfColours) {
   EXPECT_LT(wait_for_picture(source), 2s);
 }
 
-/// Of whatever kills a program, its camera is free for the next one.
+/// A camera is free again after the program that used it was killed.
 TEST_F(VividFaults, InUseByAnotherProgramUntilThatIsKilled) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
@@ -262,7 +262,7 @@ TEST_F(VividFaults, WithoutPermission) {
   EXPECT_EQ(said, "v4l2:/dev/video0: found no permission to use it, allowed: root and members of the group video");
 }
 
-/// The driver lets go of its device and takes it again, as when a cable is pulled: the node goes and comes.
+/// Unbinds and binds the driver, which removes and creates the node as unplugging does.
 TEST_F(VividFaults, UnpluggedAndReplugged) {
   const auto write = [](const char* file) {
     std::ofstream(std::string("/sys/bus/platform/drivers/vivid/") + file) << "vivid.0";

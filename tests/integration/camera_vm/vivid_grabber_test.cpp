@@ -1,4 +1,4 @@
-// A frame grabber with an input for HDMI, as the kernel's own virtual camera is one: it follows what is plugged in.
+// A frame grabber with an HDMI input, emulated by the kernel's virtual camera vivid.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 using test::kGrabber;
 using test::Vivid;
 
-/// What the grabber is told to see at its input, by the driver's own words.
+/// Signal at the grabber's input, by the driver's names.
 enum class Signal { as_set = 0, none = 1, unsteady = 2, beyond = 3, selected = 4 };
 
 StreamSpec spec_of(int width, int height, const char* input = "HDMI 0") {
@@ -29,7 +29,7 @@ StreamSpec spec_of(int width, int height, const char* input = "HDMI 0") {
 
 class VividGrabber : public testing::Test {
  protected:
-  /// Puts it to the input that the tests' second hand speaks of.
+  /// Selects the input that the controls of the second handle refer to.
   void SetUp() override {
     ASSERT_TRUE(hand_.open());
     ASSERT_TRUE(hand_.choose_input("HDMI 0"));
@@ -61,7 +61,7 @@ class VividGrabber : public testing::Test {
     ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << source.fault() << '"';
   }
 
-  /// How long until pictures come again.
+  /// Time until frames arrive again.
   static std::chrono::nanoseconds wait_for_picture(LiveSource& source) {
     const auto begin = std::chrono::steady_clock::now();
     while (std::chrono::steady_clock::now() - begin < 10s) {
@@ -77,7 +77,7 @@ class VividGrabber : public testing::Test {
   Vivid hand_{kGrabber};
 };
 
-TEST_F(VividGrabber, GivesSixtyPicturesASecondOfTheSignalThatIsPluggedIn) {
+TEST_F(VividGrabber, DeliversTheSignalAtSixtyHz) {
   V4l2Source source(kGrabber, spec_of(640, 480));
   std::vector<std::int64_t> times_ns;
   std::uint64_t first = 0, last = 0;
@@ -93,11 +93,11 @@ TEST_F(VividGrabber, GivesSixtyPicturesASecondOfTheSignalThatIsPluggedIn) {
   }
   EXPECT_NEAR(1e-6 * static_cast<double>(times_ns.back() - times_ns.front()) / static_cast<double>(last - first),
               1000.0 / 59.94, 1.0)
-      << "ms, by the numbers of lost ones too";
+      << "ms per sequence number, lost frames included";
 }
 
-/// YUV of BT.709, which most of HDMI is, would be misread; RGB is not.
-TEST_F(VividGrabber, OfAFreeChoiceColoursComeAsTheyAre) {
+/// BT.709 YUV, which most HDMI signals use, would be misread; RGB is not.
+TEST_F(VividGrabber, ChoosesAFormatWithCorrectColours) {
   ASSERT_TRUE(hand_.set("Y'CbCr Encoding", 2));
   StreamSpec spec = spec_of(640, 480);
   spec.settings.controls = {{"osd_text_mode", 2}};
@@ -134,13 +134,13 @@ TEST_F(VividGrabber, WithoutASignalItSaysSoAndIsLiveOnceThereIsOne) {
   EXPECT_LT(wait_for_picture(source), 2s);
 }
 
-TEST_F(VividGrabber, AnInputThatItLacksIsRefusedAndSaid) {
+TEST_F(VividGrabber, AnUnknownInputIsRefused) {
   EXPECT_EQ(error(spec_of(640, 480, "HDMI 7")),
             "error: v4l2:platform:vivid-002: input: found \"HDMI 7\", allowed: \"Webcam 0\", \"HDMI 0\"");
   EXPECT_EQ(error(spec_of(640, 360, "Webcam 0")), "no error");
 }
 
-TEST_F(VividGrabber, StaysAtItsInputWhereNoneIsNamed) {
+TEST_F(VividGrabber, KeepsItsInputIfNoneIsNamed) {
   StreamSpec spec = spec_of(640, 480);
   spec.settings.input.reset();
   spec.settings.rate_hz = 30.0;
@@ -148,7 +148,7 @@ TEST_F(VividGrabber, StaysAtItsInputWhereNoneIsNamed) {
       << "the rate is the signal's: " << error(spec);
 }
 
-TEST_F(VividGrabber, IsListedWithItsInputsAndTheSignal) {
+TEST_F(VividGrabber, IsListedWithInputsAndSignal) {
   const auto inputs = [] {
     for (const CameraListing& one : list_v4l2_cameras()) {
       if (!one.inputs.empty()) {

@@ -1,4 +1,4 @@
-// What a V4L2 camera shows, on the kernel's own virtual camera: eight bars of 75 % (ITU-R BT.471), white to black.
+// Frames of a V4L2 camera: the kernel's virtual camera vivid shows eight bars of 75 % (ITU-R BT.471), white to black.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -46,7 +46,7 @@ void expect_bars(const Picture& picture, PixelFormat format) {
   const bool grey = format == PixelFormat::grey8 || format == PixelFormat::grey16;
   for (int bar = 0; bar < 8; ++bar) {
     const auto& [r, g, b] = kBars[static_cast<std::size_t>(bar)];
-    const double luma = 0.2126 * r + 0.7152 * g + 0.0722 * b;  // this camera's grey is that of BT.709, 0 to 255
+    const double luma = 0.2126 * r + 0.7152 * g + 0.0722 * b;  // vivid's grey is BT.709 luma, 0 to 255
     for (const int y : {4, kVividHeight / 2, kVividHeight - 5}) {
       for (int c = 0; c < 3; ++c) {
         const double wanted = grey ? luma : kBars[static_cast<std::size_t>(bar)][static_cast<std::size_t>(c)];
@@ -57,7 +57,7 @@ void expect_bars(const Picture& picture, PixelFormat format) {
   }
 }
 
-TEST(Vivid, EveryFormatShowsItsBars) {
+TEST(Vivid, EveryFormatShowsTheColourBars) {
   for (const PixelFormat format : {PixelFormat::yuyv, PixelFormat::nv12, PixelFormat::rgb8, PixelFormat::bgr8,
                                    PixelFormat::grey8, PixelFormat::grey16, PixelFormat::bayer_rggb8,
                                    PixelFormat::bayer_bggr8, PixelFormat::bayer_gbrg8, PixelFormat::bayer_grbg8}) {
@@ -77,7 +77,7 @@ TEST(Vivid, EveryFormatShowsItsBars) {
   }
 }
 
-TEST(Vivid, OfAFreeChoiceColourComesUncompressed) {
+TEST(Vivid, ChoosesUncompressedColour) {
   StreamSpec spec = vivid_spec(PixelFormat::yuyv);
   spec.settings.pixel_format.reset();
   V4l2Source source("", spec);
@@ -94,7 +94,7 @@ TEST(Vivid, IsFoundByEveryName) {
   }
 }
 
-TEST(Vivid, NumbersAndTimesOnlyGrow) {
+TEST(Vivid, SequenceAndTimesIncrease) {
   StreamSpec spec = vivid_spec(PixelFormat::grey8);
   spec.settings.rate_hz = 25.0;
   V4l2Source source(kSinglePlanar, spec);
@@ -114,32 +114,32 @@ TEST(Vivid, NumbersAndTimesOnlyGrow) {
     last = picture->stamp;
   }
   std::nth_element(periods_ns.begin(), periods_ns.begin() + 20, periods_ns.end());
-  EXPECT_NEAR(static_cast<double>(periods_ns[20]) * 1e-6, 40.0, 2.0) << "ms, by the numbers of lost ones too";
+  EXPECT_NEAR(static_cast<double>(periods_ns[20]) * 1e-6, 40.0, 2.0) << "ms per sequence number, lost frames included";
 }
 
-/// Whether the bytes lie in memory that the driver mapped for us.
+/// Whether the bytes lie in the driver's memory.
 bool is_of_the_driver(std::span<const std::uint8_t> bytes) { return test::lies_in(bytes, "/dev/video"); }
 
-TEST(Vivid, PicturesAreReadWhereTheDriverPutThemAndStayTrue) {
+TEST(Vivid, FramesAreNotCopiedAndStayValid) {
   auto source = std::make_unique<V4l2Source>(kSinglePlanar, vivid_spec(PixelFormat::yuyv));
   std::vector<Picture> held;
   int of_the_driver = 0;
-  for (int i = 0; i < 12; ++i) {  // more than it has buffers
+  for (int i = 0; i < 12; ++i) {  // more frames than there are buffers
     auto picture = picture_of(*source);
     ASSERT_TRUE(picture && picture->original);
     of_the_driver += is_of_the_driver(picture->original->bytes) ? 1 : 0;
     held.push_back(std::move(*picture));
   }
-  EXPECT_EQ(of_the_driver, 4) << "it keeps four, what is held beyond that is copied";
+  EXPECT_EQ(of_the_driver, 4) << "four buffers stay with the driver, other frames are copied";
   held.clear();
   const auto last = picture_of(*source);
   ASSERT_TRUE(last && is_of_the_driver(last->original->bytes));
   source.reset();
-  EXPECT_FALSE(is_of_the_driver(last->original->bytes)) << "or the driver would not let go of the camera";
+  EXPECT_FALSE(is_of_the_driver(last->original->bytes)) << "a mapping would keep the camera open";
   PixelConverter converter;
   EXPECT_EQ(converter.to_rgb(PixelFormat::yuyv, kVividWidth, kVividHeight, last->original->bytes)->data,
             last->encoded.data)
-      << "though the camera is closed";
+      << "valid after the camera was closed";
 }
 
 std::string error(const std::string& camera, const StreamSpec& spec) {
@@ -194,7 +194,7 @@ double control(const std::string& camera, const std::string& name) {
   return -1.0;
 }
 
-TEST(Vivid, SettingsReachTheCamera) {
+TEST(Vivid, SettingsAreApplied) {
   {
     const test::Vivid camera;
     ASSERT_TRUE(camera.set("Gain, Automatic", 1));
@@ -222,13 +222,13 @@ TEST(Vivid, SettingsReachTheCamera) {
   EXPECT_TRUE(camera.set("Brightness", 128));
 }
 
-TEST(Vivid, IsListedWithAllItOffers) {
+TEST(Vivid, IsListedCompletely) {
   const std::vector<CameraListing> all = list_v4l2_cameras();
   ASSERT_EQ(all.size(), 3u) << "two webcams and the frame grabber";
   EXPECT_EQ(all[0].source, "v4l2:usb-Maker_Camera_0123-video-index0");
   EXPECT_EQ(all[0].name, "vivid, /dev/video0");
   EXPECT_EQ(all[1].source, "v4l2:/dev/video1");
-  EXPECT_TRUE(all[0].inputs.empty()) << "there is nothing to choose";
+  EXPECT_TRUE(all[0].inputs.empty()) << "webcams have no inputs to choose from";
   for (const CameraListing& one : all) {
     EXPECT_EQ(one.rejection_reason, "");
     for (const char* pixels : {"yuyv", "nv12", "rgb8", "grey16", "bayer-gbrg8", "V4L2 UYVY"}) {
@@ -251,7 +251,7 @@ TEST_F(RecordedVivid, ReplaysByteForByte) {
                                            << format << "\"\nwidth = " << kVividWidth << "\nheight = " << kVividHeight
                                            << "\nfx = 300\nfy = 300\ncx = 160\ncy = 90\nexposure = 2\n[tag]\nid = 1\n"
                                            << "size_m = 0.1\n";
-    test::expect_to_replay_as_it_came(folder, 6);
+    test::expect_identical_replay(folder, 6);
   }
 }
 
