@@ -22,8 +22,8 @@ void list_device(ArvCamera* camera, CameraListing& listing) {
       arv_camera_dup_available_pixel_formats(camera, &count, check));
   check.or_throw("pixel formats");
   for (guint i = 0; i < count; ++i) {
-    const auto ours = aravis::pixel_format_of(formats.get()[i]);
-    listing.formats.push_back({ours ? std::string(name_of(*ours)) : "GenICam " + std::to_string(formats.get()[i]),
+    const auto format = aravis::pixel_format_of(formats.get()[i]);
+    listing.formats.push_back({format ? std::string(name_of(*format)) : "GenICam " + std::to_string(formats.get()[i]),
                                width, height, fastest_hz});
   }
   OfferedControl exposure{.name = "exposure_us"};

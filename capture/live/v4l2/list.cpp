@@ -21,8 +21,8 @@ void list_inputs(const v4l2::Device& device, CameraListing& listing) {
 void list_device(const v4l2::Device& device, CameraListing& listing) {
   list_inputs(device, listing);
   for (const std::uint32_t fourcc : v4l2::formats(device)) {
-    const std::optional<PixelFormat> ours = v4l2::pixel_format_of(fourcc);
-    const std::string name = ours ? std::string(name_of(*ours)) : "V4L2 " + v4l2::fourcc_text(fourcc);
+    const std::optional<PixelFormat> format = v4l2::pixel_format_of(fourcc);
+    const std::string name = format ? std::string(name_of(*format)) : "V4L2 " + v4l2::fourcc_text(fourcc);
     for (const v4l2::Size& size : v4l2::sizes(device, fourcc).each) {
       listing.formats.push_back({name, size.width, size.height, v4l2::highest_rate_hz(device, fourcc, size)});
     }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/image.h"
 #include "tests/capture/child_process.h"
 
 namespace lumigraft::test {
@@ -39,5 +40,20 @@ class GigeCamera {
  private:
   std::optional<ChildProcess> process_;
 };
+
+/// Whether a frame of the camera is complete. The camera shows a ramp that grows by one, modulo 255, along rows and
+/// columns; a mix of two frames breaks it.
+inline bool is_ramp(const capture::Image<std::uint8_t>& grey) {
+  const auto follows = [](std::uint8_t after, std::uint8_t before) { return after == (before + 1) % 255; };
+  for (int y = 0; y < grey.height; ++y) {
+    for (int x = 0; x < grey.width; ++x) {
+      if ((x > 0 && !follows(grey.at(x, y), grey.at(x - 1, y))) ||
+          (y > 0 && !follows(grey.at(x, y), grey.at(x, y - 1)))) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
 
 }  // namespace lumigraft::test

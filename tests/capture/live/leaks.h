@@ -41,7 +41,7 @@ class Leaks {
       resident_kb_ = resident_kb();
     }
     if (cycles_ % kEvery == 0) {
-      course_ += " " + std::to_string(resident_kb());
+      history_ += " " + std::to_string(resident_kb());
     }
   }
   void expect_none() const {
@@ -54,7 +54,7 @@ class Leaks {
 #endif
     std::printf("%d cycles: %td descriptors, before %td; %ld kB of memory, before %ld%s%s\n", cycles_,
                 open_descriptors(), descriptors_, resident_kb(), resident_kb_,
-                course_.empty() ? "" : ", and after each 20:", course_.c_str());
+                history_.empty() ? "" : ", and after each 20:", history_.c_str());
   }
 
  private:
@@ -62,7 +62,7 @@ class Leaks {
   static constexpr long kTolerated_kb = 8 * 1024;  ///< kept by the allocator, depending on timing
   static constexpr int kEvery = 20;
   int cycles_ = 0;
-  std::string course_;
+  std::string history_;
   std::ptrdiff_t descriptors_ = 0;
   long resident_kb_ = 0;
 };

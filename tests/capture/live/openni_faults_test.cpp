@@ -37,7 +37,7 @@ int shown(const DepthPicture& depth) {
 }
 
 /// Summary of the frames of some time.
-struct Course {
+struct Summary {
   int frames = 0, without_depth = 0;
   std::uint64_t left_out = 0;  ///< frame indices missing between the first and the last
   Clock::duration longest_wait{};
@@ -84,7 +84,7 @@ size_m = 0.1
     ADD_FAILURE() << "no frame";
     return 10s;
   }
-  static void wait_for_trouble(FrameReader& reader, const std::string& says) {
+  static void wait_for_fault(FrameReader& reader, const std::string& says) {
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 10s) {
       reader.next(20ms);
@@ -94,13 +94,13 @@ size_m = 0.1
         return;
       }
     }
-    ADD_FAILURE() << "no trouble";
+    ADD_FAILURE() << "no fault";
   }
 
   /// Reads frames of a paced device opened less than 256 frames ago. Checks that indices and times increase and that
   /// depth and colour are of the same moment.
-  static Course play(FrameReader& reader, Clock::duration span) {
-    Course out;
+  static Summary play(FrameReader& reader, Clock::duration span) {
+    Summary out;
     std::optional<FrameSet> last;
     int last_color = -1;
     const Clock::time_point begin = Clock::now();
@@ -135,7 +135,7 @@ size_m = 0.1
     EXPECT_TRUE(reader.troubles().empty()) << "none of these faults ends the camera";
     return out;
   }
-  Course play_with(const char* fault) const {
+  Summary play_with(const char* fault) const {
     set("paced");
     set(fault);
     const auto reader = open_frames(session());
@@ -147,7 +147,7 @@ size_m = 0.1
 TEST_F(OpenNiFaults, AbsentAtTheStartThenLive) {
   set("absent");
   const auto reader = open_frames(session());
-  wait_for_trouble(*reader, "found nothing OpenNI2 can open");
+  wait_for_fault(*reader, "found nothing OpenNI2 can open");
   clear("absent");
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
@@ -156,8 +156,8 @@ TEST_F(OpenNiFaults, AbsentAtTheStartThenLive) {
 TEST_F(OpenNiFaults, InUseByAnotherProgramUntilItIsFree) {
   set("in-use");
   const auto reader = open_frames(session());
-  wait_for_trouble(*reader, "found nothing OpenNI2 can open: ");
-  wait_for_trouble(*reader, "device is busy");
+  wait_for_fault(*reader, "found nothing OpenNI2 can open: ");
+  wait_for_fault(*reader, "device is busy");
   clear("in-use");
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
@@ -168,7 +168,7 @@ TEST_F(OpenNiFaults, UnpluggedAgainAndAgain) {
   test::Leaks leaks;
   for (int cycle = 0; cycle < test::cycles(10); ++cycle) {
     set("absent");
-    wait_for_trouble(*reader, cycle % 2 == 0 ? "gone" : "found nothing");
+    wait_for_fault(*reader, cycle % 2 == 0 ? "gone" : "found nothing");
     clear("absent");
     EXPECT_LT(wait_for_frame(*reader), 2s) << "after it came back";
     leaks.end_of_cycle();
@@ -180,7 +180,7 @@ TEST_F(OpenNiFaults, FrozenWithoutAnError) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);
   set("frozen");
-  wait_for_trouble(*reader, "the camera gives no pictures, it is opened again");
+  wait_for_fault(*reader, "the camera gives no pictures, it is opened again");
   clear("frozen");
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
@@ -189,7 +189,7 @@ TEST_F(OpenNiFaults, PicturesOfAnotherSize) {
   const auto reader = open_frames(session());
   wait_for_frame(*reader);
   set("resized");
-  wait_for_trouble(*reader, "gives no whole pictures (the picture has another size or format), it is opened again");
+  wait_for_fault(*reader, "gives no whole pictures (the picture has another size or format), it is opened again");
   clear("resized");
   EXPECT_LT(wait_for_frame(*reader), 2s);
 }
@@ -199,32 +199,32 @@ TEST_F(OpenNiFaults, AnUnsupportedSizeIsRefused) {
 }
 
 TEST_F(OpenNiFaults, LostPicturesAreCounted) {
-  const Course course = play_with("lossy");
-  EXPECT_GT(course.frames, 30);
-  EXPECT_GT(course.left_out, 4u) << "one of eight";
-  EXPECT_TRUE(course.says("1 colour pictures missing before picture ")) << course.warnings;
-  EXPECT_TRUE(course.says("1 depth pictures missing before picture ")) << course.warnings;
+  const Summary summary = play_with("lossy");
+  EXPECT_GT(summary.frames, 30);
+  EXPECT_GT(summary.left_out, 4u) << "one of eight";
+  EXPECT_TRUE(summary.says("1 colour pictures missing before picture ")) << summary.warnings;
+  EXPECT_TRUE(summary.says("1 depth pictures missing before picture ")) << summary.warnings;
 }
 
 TEST_F(OpenNiFaults, RepeatedPicturesAreLeftOut) {
-  const Course course = play_with("repeating");
-  EXPECT_GT(course.frames, 35);
-  EXPECT_TRUE(course.says("is 0 ms older than the one before: dropped")) << course.warnings;
+  const Summary summary = play_with("repeating");
+  EXPECT_GT(summary.frames, 35);
+  EXPECT_TRUE(summary.says("is 0 ms older than the one before: dropped")) << summary.warnings;
 }
 
 TEST_F(OpenNiFaults, PicturesAfterTheirSuccessorsAreLeftOut) {
-  const Course course = play_with("swapping");
-  EXPECT_GT(course.frames, 30);
-  EXPECT_TRUE(course.says("is 33 ms older than the one before: dropped")) << course.warnings;
+  const Summary summary = play_with("swapping");
+  EXPECT_GT(summary.frames, 30);
+  EXPECT_TRUE(summary.says("is 33 ms older than the one before: dropped")) << summary.warnings;
 }
 
 TEST_F(OpenNiFaults, LateDepthHoldsUpNoColour) {
-  const Course course = play_with("late");
-  EXPECT_GT(course.frames, 45);
-  EXPECT_LT(course.longest_wait, 150ms);
-  EXPECT_GT(course.without_depth, 2);
-  EXPECT_TRUE(course.says("no depth picture within 17 ms of the colour picture")) << course.warnings;
-  EXPECT_TRUE(course.says("late or without a colour picture: dropped")) << course.warnings;
+  const Summary summary = play_with("late");
+  EXPECT_GT(summary.frames, 45);
+  EXPECT_LT(summary.longest_wait, 150ms);
+  EXPECT_GT(summary.without_depth, 2);
+  EXPECT_TRUE(summary.says("no depth picture within 17 ms of the colour picture")) << summary.warnings;
+  EXPECT_TRUE(summary.says("late or without a colour picture: dropped")) << summary.warnings;
 }
 
 TEST_F(OpenNiFaults, AClockThatJumpsIsFollowed) {
@@ -292,7 +292,7 @@ TEST_F(TwoCameras, AFaultInOneStopsNotTheOther) {
   EXPECT_LT(wait_for_both(*reader), 5s);
 
   set("absent");
-  wait_for_trouble(*reader, "found nothing");  // the only fault: the fish-eye continues
+  wait_for_fault(*reader, "found nothing");  // the only fault: the fish-eye continues
   clear("absent");
   EXPECT_LT(wait_for_both(*reader), 2s);
 }

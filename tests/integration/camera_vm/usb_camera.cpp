@@ -290,9 +290,9 @@ int main(int argc, char** argv) {
     std::perror("/dev/gadget");
     return 1;
   }
-  test::come_before(1);
+  test::raise_priority(1);
   std::thread(stream, mode).detach();
-  test::come_before(2);
+  test::raise_priority(2);
   std::puts("plugged");
   std::fflush(stdout);
   plug.serve();

@@ -31,10 +31,11 @@ inline void add(Bytes& out, Bytes body) {
   out.insert(out.end(), body.begin(), body.end());
 }
 
-/// Sets real-time priority `others` above the lowest. A real camera does not wait for its readers; and gadgetfs mixes
-/// up requests if the host sends one before the last answer was read, which on one processor the priority prevents.
-inline void come_before(int others) {
-  const sched_param first{sched_get_priority_min(SCHED_FIFO) + others};
+/// Sets the real-time priority `steps` above the lowest. A real camera does not wait for its readers; and gadgetfs
+/// mixes up requests if the host sends one before the last answer was read, which on one processor the priority
+/// prevents.
+inline void raise_priority(int steps) {
+  const sched_param first{sched_get_priority_min(SCHED_FIFO) + steps};
   sched_setscheduler(0, SCHED_FIFO, &first);
 }
 

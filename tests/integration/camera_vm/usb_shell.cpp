@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     std::perror("/dev/gadget");
     return 1;
   }
-  come_before(2);
+  raise_priority(2);
   std::puts("plugged");
   std::fflush(stdout);
   port.serve(

@@ -51,7 +51,7 @@ class VividFaults : public testing::Test {
     ADD_FAILURE() << "no picture: " << source.fault();
     return 10s;
   }
-  static void wait_for_trouble(LiveSource& source, const std::string& says) {
+  static void wait_for_fault(LiveSource& source, const std::string& says) {
     const Clock::time_point begin = Clock::now();
     while (Clock::now() - begin < 10s) {
       const std::string fault = source.fault();
@@ -63,7 +63,7 @@ class VividFaults : public testing::Test {
       }
       source.next(10ms);
     }
-    ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << source.fault() << '"';
+    ADD_FAILURE() << "no fault \"" << says << "\" but \"" << source.fault() << '"';
   }
 
   std::optional<Stamp> last_;
@@ -76,8 +76,8 @@ TEST_F(VividFaults, GoneAndBackAgain) {
     {
       const Vivid camera;  // while a handle is open, the camera stays away
       ASSERT_TRUE(camera.set("Disconnect"));
-      wait_for_trouble(*source, "the camera is gone, it is looked for again");
-      wait_for_trouble(*source, "v4l2:platform:vivid-000: found no such camera");
+      wait_for_fault(*source, "the camera is gone, it is looked for again");
+      wait_for_fault(*source, "v4l2:platform:vivid-000: found no such camera");
     }
     EXPECT_LT(wait_for_picture(*source), 2s) << "after it came back";
   }
@@ -96,7 +96,7 @@ TEST_F(VividFaults, ALentFrameDoesNotKeepTheCameraOpen) {
     kept.push_back(std::get<Picture>(*item));
     bytes.emplace_back(kept.back().original->bytes.begin(), kept.back().original->bytes.end());
     ASSERT_TRUE(Vivid().set("Disconnect"));
-    wait_for_trouble(source, "gone");
+    wait_for_fault(source, "gone");
     EXPECT_LT(wait_for_picture(source), 2s);
   }
   for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -120,7 +120,7 @@ TEST_F(VividFaults, AHundredTimesGoneNothingLeaks) {
   test::Leaks leaks;
   for (int cycle = 0; cycle < 100; ++cycle) {
     ASSERT_TRUE(Vivid().set("Disconnect"));
-    wait_for_trouble(*source, "");
+    wait_for_fault(*source, "");
     wait_for_picture(*source);
     ASSERT_FALSE(HasFailure()) << "cycle " << cycle;
     leaks.end_of_cycle();
@@ -135,7 +135,7 @@ TEST_F(VividFaults, AbsentAtTheStartItIsLookedFor) {
     const Vivid camera;
     ASSERT_TRUE(camera.set("Disconnect"));
     source = live();
-    wait_for_trouble(*source, "found no such camera");
+    wait_for_fault(*source, "found no such camera");
   }
   EXPECT_LT(wait_for_picture(*source), 2s);
 }
@@ -144,7 +144,7 @@ TEST_F(VividFaults, AnErrorOfTheStream) {
   const auto source = live();
   wait_for_picture(*source);
   ASSERT_TRUE(Vivid().set("Inject Fatal Streaming Error"));
-  wait_for_trouble(*source, "the camera stopped: Input/output error, it is looked for again");
+  wait_for_fault(*source, "the camera stopped: Input/output error, it is looked for again");
   EXPECT_LT(wait_for_picture(*source), 2s);
 }
 
@@ -154,7 +154,7 @@ TEST_F(VividFaults, AStreamThatDoesNotStart) {
     const Vivid camera;
     ASSERT_TRUE(camera.set(control)) << control;
     const auto source = live();
-    wait_for_trouble(*source, says);
+    wait_for_fault(*source, says);
     last_.reset();  // from another source
     EXPECT_LT(wait_for_picture(*source), 2s);
   }
@@ -166,7 +166,7 @@ TEST_F(VividFaults, FrozenWithoutAnError) {
   {
     const Vivid camera;
     ASSERT_TRUE(camera.set("Percentage of Dropped Buffers", 100));
-    wait_for_trouble(*source, "the camera gives no pictures, it is opened again");
+    wait_for_fault(*source, "the camera gives no pictures, it is opened again");
     ASSERT_TRUE(camera.set("Percentage of Dropped Buffers", 0));
   }
   EXPECT_LT(wait_for_picture(*source), 2s);
@@ -215,13 +215,13 @@ TEST_F(VividFaults, AnotherMeaningOfColours) {
   {
     const Vivid camera;
     ASSERT_TRUE(camera.set("Y'CbCr Encoding", 2));  // menu entry: BT.709
-    wait_for_trouble(source, "the camera gives another format now, it is looked for again");
-    wait_for_trouble(source, "found yuyv of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8");
+    wait_for_fault(source, "the camera gives another format now, it is looked for again");
+    wait_for_fault(source, "found yuyv of another kind than BT.601 from 16 to 235, allowed: pixel_format rgb8");
     ASSERT_TRUE(camera.set("Y'CbCr Encoding", 0));
   }
   EXPECT_LT(wait_for_picture(source), 2s);
   ASSERT_TRUE(Vivid().set("Quantization", 1));
-  wait_for_trouble(source, "found yuyv of another kind");
+  wait_for_fault(source, "found yuyv of another kind");
   ASSERT_TRUE(Vivid().set("Quantization", 0));
   EXPECT_LT(wait_for_picture(source), 2s);
 }
@@ -241,7 +241,7 @@ TEST_F(VividFaults, InUseByAnotherProgramUntilThatIsKilled) {
   char streams = 0;
   ASSERT_EQ(read(ends[0], &streams, 1), 1);
   const auto source = live();
-  wait_for_trouble(*source, "v4l2:platform:vivid-000: found it in use by another program");
+  wait_for_fault(*source, "v4l2:platform:vivid-000: found it in use by another program");
   kill(other, SIGKILL);
   EXPECT_LT(wait_for_picture(*source), 2s);
   waitpid(other, nullptr, 0);
@@ -272,7 +272,7 @@ TEST_F(VividFaults, UnpluggedAndReplugged) {
   for (int cycle = 0; cycle < 2; ++cycle) {
     write("unbind");
     EXPECT_FALSE(std::filesystem::exists("/dev/video0"));
-    wait_for_trouble(*source, "found no such camera");
+    wait_for_fault(*source, "found no such camera");
     write("bind");
     EXPECT_LT(wait_for_picture(*source), 3s);
   }

@@ -51,14 +51,14 @@ class VividGrabber : public testing::Test {
     }
     return "no error";
   }
-  static void wait_for_trouble(LiveSource& source, const std::string& says) {
+  static void wait_for_fault(LiveSource& source, const std::string& says) {
     for (const auto begin = std::chrono::steady_clock::now(); std::chrono::steady_clock::now() - begin < 10s;) {
       if (source.fault().find(says) != std::string::npos) {
         return;
       }
       source.next(10ms);
     }
-    ADD_FAILURE() << "no trouble \"" << says << "\" but \"" << source.fault() << '"';
+    ADD_FAILURE() << "no fault \"" << says << "\" but \"" << source.fault() << '"';
   }
 
   /// Time until frames arrive again.
@@ -120,16 +120,16 @@ TEST_F(VividGrabber, WithoutASignalItSaysSoAndIsLiveOnceThereIsOne) {
   LiveSource source("colour", open);
   wait_for_picture(source);
   ASSERT_TRUE(see(Signal::none));
-  wait_for_trouble(source, "colour: v4l2:platform:vivid-002: found no signal at its input \"HDMI 0\"");
+  wait_for_fault(source, "colour: v4l2:platform:vivid-002: found no signal at its input \"HDMI 0\"");
   ASSERT_TRUE(see(Signal::unsteady));
-  wait_for_trouble(source, "found a signal that is not steady at its input");
+  wait_for_fault(source, "found a signal that is not steady at its input");
   ASSERT_TRUE(see(Signal::beyond));
-  wait_for_trouble(source, "found a signal that is beyond the camera at its input");
+  wait_for_fault(source, "found a signal that is beyond the camera at its input");
   ASSERT_TRUE(plug("640x480p59"));
   EXPECT_LT(wait_for_picture(source), 2s);
   ASSERT_TRUE(plug("1280x720p30"));
-  wait_for_trouble(source,
-                   "found a signal of 1280x720 at 30 Hz at its input \"HDMI 0\", allowed by the session: 640x480");
+  wait_for_fault(source,
+                 "found a signal of 1280x720 at 30 Hz at its input \"HDMI 0\", allowed by the session: 640x480");
   ASSERT_TRUE(plug("640x480p59"));
   EXPECT_LT(wait_for_picture(source), 2s);
 }
