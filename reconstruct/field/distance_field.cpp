@@ -7,7 +7,7 @@ namespace lumigraft::reconstruct {
 namespace {
 
 int brick_of(int voxel) { return voxel >> 3; }  // rounds down, negative indices too
-/// Without SSE 4.1, which plain x86-64 lacks, std::floor is a call.
+/// Floor. std::floor is a library call without SSE 4.1, which baseline x86-64 lacks.
 int rounded_down(float x) {
   const int toward_zero = static_cast<int>(x);
   return toward_zero - (x < static_cast<float>(toward_zero) ? 1 : 0);
@@ -15,10 +15,10 @@ int rounded_down(float x) {
 Eigen::Vector3i rounded_down(const Eigen::Vector3f& p) {
   return {rounded_down(p.x()), rounded_down(p.y()), rounded_down(p.z())};
 }
-int place_in_brick(int voxel) { return voxel & 7; }
+int voxel_in_brick(int voxel) { return voxel & 7; }
 int index_in_brick(int x, int y, int z) { return x + kBrickEdge * (y + kBrickEdge * z); }
 
-/// The eight voxels around a point, and where the point lies between them.
+/// The eight voxels around a point, and the position of the point between them.
 struct Cell {
   std::array<const FieldBrick*, 8> bricks{};  ///< per corner; bit 0 = +x, bit 1 = +y, bit 2 = +z
   std::array<int, 8> index{};
@@ -30,25 +30,24 @@ struct Cell {
   }
 };
 
-/// Looks cells up along a path: keeps the brick it is in and the seven towards +x, +y, +z, so that steps inside one
-/// brick cost no hash look-up.
+/// Looks up cells along a path. Caches the current brick and its seven neighbours towards +x, +y, +z, so that steps
+/// within one brick need no hash look-up.
 class Reader {
  public:
   explicit Reader(const DistanceField& field) : field_(field) {}
 
-  /// False where the brick that holds the cell's lowest corner does not exist: then the cell is unknown. Other
-  /// corners may still be null.
+  /// False if the brick of the cell's lowest corner does not exist: the cell is unknown. Other corners may be null.
   bool find(const Eigen::Vector3f& position_voxels, Cell& cell) {
     const Eigen::Vector3i voxel = rounded_down(position_voxels);
     const BrickKey key{brick_of(voxel.x()), brick_of(voxel.y()), brick_of(voxel.z())};
-    if (!here_ || key != key_) {
+    if (!has_key_ || key != key_) {
       key_ = key;
-      here_ = true;
-      known_.fill(false);
+      has_key_ = true;
+      looked_up_.fill(false);
     }
     if (!neighbour(0)) return false;
     cell.fraction = position_voxels - voxel.cast<float>();
-    const int x = place_in_brick(voxel.x()), y = place_in_brick(voxel.y()), z = place_in_brick(voxel.z());
+    const int x = voxel_in_brick(voxel.x()), y = voxel_in_brick(voxel.y()), z = voxel_in_brick(voxel.z());
     for (int corner = 0; corner < 8; ++corner) {
       const int cx = x + (corner & 1), cy = y + ((corner >> 1) & 1), cz = z + (corner >> 2);
       cell.bricks[corner] = neighbour((cx >> 3) | ((cy >> 3) << 1) | ((cz >> 3) << 2));
@@ -65,31 +64,31 @@ class Reader {
       if (!cell.bricks[corner]) return std::nullopt;
       const float weight = cell.bricks[corner]->weight[cell.index[corner]];
       if (weight <= 0) return std::nullopt;
-      const float share = cell.corner_weight(corner);
-      result.distance_m += share * cell.bricks[corner]->distance_m[cell.index[corner]];
-      result.weight += share * weight;
+      const float corner_weight = cell.corner_weight(corner);
+      result.distance_m += corner_weight * cell.bricks[corner]->distance_m[cell.index[corner]];
+      result.weight += corner_weight * weight;
     }
     return result;
   }
 
  private:
   const FieldBrick* neighbour(int offset) {
-    if (!known_[offset]) {
+    if (!looked_up_[offset]) {
       bricks_[offset] =
           field_.brick({key_[0] + (offset & 1), key_[1] + ((offset >> 1) & 1), key_[2] + ((offset >> 2) & 1)});
-      known_[offset] = true;
+      looked_up_[offset] = true;
     }
     return bricks_[offset];
   }
 
   const DistanceField& field_;
-  bool here_ = false;
+  bool has_key_ = false;
   BrickKey key_{};
-  std::array<bool, 8> known_{};
+  std::array<bool, 8> looked_up_{};
   std::array<const FieldBrick*, 8> bricks_{};
 };
 
-/// The trilinear interpolant with its gradient, in metres per voxel; known wherever the sample is.
+/// Value and gradient (metres per voxel) of the trilinear interpolant; empty where Reader::sample is.
 std::optional<FieldSlope> cell_slope(Reader& reader, const Eigen::Vector3f& position_voxels) {
   Cell cell;
   if (!reader.find(position_voxels, cell)) return std::nullopt;
@@ -97,13 +96,13 @@ std::optional<FieldSlope> cell_slope(Reader& reader, const Eigen::Vector3f& posi
   for (int corner = 0; corner < 8; ++corner) {
     if (!cell.bricks[corner] || cell.bricks[corner]->weight[cell.index[corner]] <= 0) return std::nullopt;
     const float distance = cell.bricks[corner]->distance_m[cell.index[corner]];
-    const Eigen::Vector3f share((corner & 1) ? cell.fraction.x() : 1 - cell.fraction.x(),
+    const Eigen::Vector3f along((corner & 1) ? cell.fraction.x() : 1 - cell.fraction.x(),
                                 (corner & 2) ? cell.fraction.y() : 1 - cell.fraction.y(),
                                 (corner & 4) ? cell.fraction.z() : 1 - cell.fraction.z());
-    slope.distance_m += share.x() * share.y() * share.z() * distance;
-    slope.gradient.x() += ((corner & 1) ? distance : -distance) * share.y() * share.z();
-    slope.gradient.y() += ((corner & 2) ? distance : -distance) * share.x() * share.z();
-    slope.gradient.z() += ((corner & 4) ? distance : -distance) * share.x() * share.y();
+    slope.distance_m += along.x() * along.y() * along.z() * distance;
+    slope.gradient.x() += ((corner & 1) ? distance : -distance) * along.y() * along.z();
+    slope.gradient.y() += ((corner & 2) ? distance : -distance) * along.x() * along.z();
+    slope.gradient.z() += ((corner & 4) ? distance : -distance) * along.x() * along.y();
   }
   return slope;
 }
@@ -168,12 +167,12 @@ std::optional<Eigen::Vector3f> DistanceField::radiance(const Eigen::Vector3f& po
 
 std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction,
                                              float near_m, float far_m) const {
-  // All in voxels: bricks are then 8 long and cells start at integers.
+  // Units are voxels: a brick is 8 long, and cells start at integers.
   Reader reader(*this);
   const Eigen::Vector3f origin = from_m / voxel_m;
   const float end = far_m / voxel_m;
   float t = std::min(near_m / voxel_m, end);
-  std::optional<float> last_distance;  // of the sample before, in voxels; empty where unknown
+  std::optional<float> last_distance;  // previous sample in voxels; empty where unknown
   float last_t = t;
 
   for (bool last_step = false; !last_step;) {
@@ -186,7 +185,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
     if (here) {
       const float distance = here->distance_m / voxel_m;
       if (last_distance && *last_distance > 0 && distance <= 0) {
-        // The crossing lies in [last_t, t]: regula falsi, where the interpolant is known.
+        // The crossing is in [last_t, t]: regula falsi, as long as the interpolant is known.
         float low = last_t, high = t, low_distance = *last_distance, high_distance = distance;
         float crossing = high;
         for (int i = 0; i < 4; ++i) {
@@ -216,7 +215,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
       }
       last_distance = distance;
       last_t = t;
-      // Half the distance keeps the step short of the surface even where distances are overestimated at grazing views.
+      // Steps of half the distance, since distances observed at grazing angles may be too large.
       t += std::max(0.5f, 0.5f * distance);
       continue;
     }
@@ -227,7 +226,7 @@ std::optional<RayHit> DistanceField::raycast(const Eigen::Vector3f& from_m, cons
       t += 0.5f;
       continue;
     }
-    // Nothing in this brick: on to where the ray leaves it.
+    // The brick does not exist: continue where the ray leaves it.
     float leave = end - t;
     for (int axis = 0; axis < 3; ++axis) {
       if (direction[axis] == 0) continue;

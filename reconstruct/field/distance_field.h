@@ -1,11 +1,11 @@
 #pragma once
-// The real room as a truncated signed distance field in the tag frame (Curless & Levoy 1996), sparse: bricks of 8³
+// The room as a truncated signed distance field in the tag frame (Curless & Levoy 1996), sparse: bricks of 8³
 // voxels exist only near surfaces. A published field is immutable; copying it copies pointers.
 //
 // Voxel (i, j, k) of the infinite grid has its centre at voxel_m · (i, j, k) metres in the tag frame. Brick (a, b, c)
 // holds voxels 8a..8a+7, 8b..8b+7, 8c..8c+7; inside a brick the index is x + 8 (y + 8 z).
 // distance_m is positive in front of surfaces (in free space), negative behind, clamped to ± truncation_m.
-// A voxel with weight 0 was never seen: unknown, neither free nor solid.
+// A voxel with weight 0 was never observed: it is unknown, neither free nor solid.
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
@@ -23,7 +23,7 @@ struct FieldBrick {
   std::array<float, kBrickVoxels> distance_m{};
   std::array<float, kBrickVoxels> weight{};              ///< sum of measurement weights, capped; 0 = unknown
   std::array<Eigen::Vector3f, kBrickVoxels> radiance{};  ///< mean radiance towards the cameras, W/sr/m², near surfaces
-  std::array<float, kBrickVoxels> radiance_weight{};     ///< 0 = no colour seen
+  std::array<float, kBrickVoxels> radiance_weight{};     ///< 0 = no colour observed
 };
 
 struct BrickKeyHash {
@@ -43,7 +43,7 @@ struct FieldSample {
 
 struct FieldSlope {
   float distance_m = 0;
-  Eigen::Vector3f gradient;  ///< metres of distance per metre; towards free space, about 1 long near surfaces
+  Eigen::Vector3f gradient;  ///< metres of distance per metre, towards free space; length about 1 near surfaces
 };
 
 struct RayHit {
@@ -55,21 +55,22 @@ struct RayHit {
 struct DistanceField {
   float voxel_m = 0.008f;
   float truncation_m = 0.032f;
-  std::uint64_t version = 0;                 ///< grows with every publication that changed something
-  std::vector<Eigen::Vector3f> seen_from_m;  ///< places a camera looked from, some way apart; not too many; tag frame
+  std::uint64_t version = 0;  ///< increases with every publication that changed something
+  std::vector<Eigen::Vector3f>
+      seen_from_m;  ///< camera positions at some distance from each other, at most 64; tag frame
   BrickMap<FieldBrick> bricks;
 
   const FieldBrick* brick(const BrickKey& key) const;
-  /// Trilinear over known voxels; empty where fewer than all 8 neighbours are known.
+  /// Trilinear interpolation; empty unless all 8 voxels around the point are known.
   std::optional<FieldSample> sample(const Eigen::Vector3f& position_m) const;
-  /// Central differences of `sample`, normalised; empty where unknown. Points to free space.
+  /// Normalised central differences of `sample`, towards free space; empty where unknown.
   std::optional<Eigen::Vector3f> normal(const Eigen::Vector3f& position_m) const;
-  /// The trilinear interpolant of `sample` with its own gradient; empty where that is. Cheaper than `normal`.
+  /// Value and analytic gradient of the trilinear interpolant; empty where `sample` is. Cheaper than `normal`.
   std::optional<FieldSlope> slope(const Eigen::Vector3f& position_m) const;
-  /// Mean radiance of the surface near a point (weighted over the voxels around it); empty where no colour was seen.
+  /// Radiance interpolated over those of the 8 voxels around the point that have colour; empty if none has.
   std::optional<Eigen::Vector3f> radiance(const Eigen::Vector3f& position_m) const;
-  /// First crossing from free to solid from `from_m` on along a unit direction, within [near_m, far_m]. Unknown space
-  /// is passed through.
+  /// First crossing from free to solid space on the ray from_m + t · direction (unit), t in [near_m, far_m]. The ray
+  /// passes through unknown space.
   std::optional<RayHit> raycast(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction, float near_m,
                                 float far_m) const;
 };

@@ -3,26 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reconstruct/field/parameters.h"
 #include "reconstruct/math/simd4.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr std::uint8_t kFarthestGap = 8;
+constexpr std::uint8_t kMaxGap = kFieldParameters.max_gap_bricks;
 
-/// Nearest integers; positions lie within a few thousand voxels of the origin.
+/// Rounds to the nearest integers. The shift keeps coordinates positive: they are within a few thousand voxels.
 Eigen::Vector3i nearest_voxel(const Eigen::Vector3f& p) {
   constexpr int kShift = 1 << 13;
   return {static_cast<int>(p.x() + (kShift + 0.5f)) - kShift, static_cast<int>(p.y() + (kShift + 0.5f)) - kShift,
           static_cast<int>(p.z() + (kShift + 0.5f)) - kShift};
 }
 
-/// Of a voxel in its brick.
+/// Index of a voxel in its brick.
 int index_of(const Eigen::Vector3i& voxel) {
   return (voxel.x() & 7) + kBrickEdge * ((voxel.y() & 7) + kBrickEdge * (voxel.z() & 7));
 }
-
-constexpr float kSteepest = 4;  // change of distance over way, of a surface whose distances are somewhat wrong
 
 }  // namespace
 
@@ -39,19 +38,19 @@ FieldRays::FieldRays(const DistanceField& field) : voxel_m_(field.voxel_m) {
   size_ = high - low_ + Eigen::Vector3i::Ones();
   table_.assign(static_cast<std::size_t>(size_.x()) * size_.y() * size_.z(), nullptr);
   for (const auto& [key, brick] : field.bricks) {
-    table_[static_cast<std::size_t>(place(key[0], key[1], key[2]))] = brick.get();
+    table_[static_cast<std::size_t>(brick_index(key[0], key[1], key[2]))] = brick.get();
   }
   measure_gaps();
 }
 
 void FieldRays::measure_gaps() {
-  gap_.assign(table_.size(), kFarthestGap);
+  gap_.assign(table_.size(), kMaxGap);
   for (std::size_t i = 0; i < table_.size(); ++i) {
     if (table_[i]) gap_[i] = 0;
   }
-  // Each round lets the smallest gaps spread by one brick along each axis in turn.
+  // In each round the smallest gaps spread by one brick along each axis in turn.
   std::vector<std::uint8_t> spread = gap_, before;
-  for (int round = 1; round < kFarthestGap; ++round) {
+  for (int round = 1; round < kMaxGap; ++round) {
     int stride = 1;
     for (int axis = 0; axis < 3; ++axis) {
       before = spread;
@@ -64,13 +63,13 @@ void FieldRays::measure_gaps() {
       stride *= size_[axis];
     }
     for (std::size_t i = 0; i < gap_.size(); ++i) {
-      if (gap_[i] == kFarthestGap && spread[i] == 0) gap_[i] = static_cast<std::uint8_t>(round);
+      if (gap_[i] == kMaxGap && spread[i] == 0) gap_[i] = static_cast<std::uint8_t>(round);
     }
   }
 }
 
 [[gnu::always_inline]] inline std::optional<float> FieldRays::distance_at(const Eigen::Vector3i& voxel) const {
-  const int at = place(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
+  const int at = brick_index(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
   const FieldBrick* brick = at == kOutside ? nullptr : table_[static_cast<std::size_t>(at)];
   if (!brick) return std::nullopt;
   const int index = index_of(voxel);
@@ -83,32 +82,32 @@ std::optional<float> FieldRays::distance_near(const Eigen::Vector3f& position, c
   const auto at = static_cast<std::size_t>(index_of(voxel));
   if (brick.weight[at] <= 0) return std::nullopt;
   const float nearest = brick.distance_m[at] / voxel_m_;
-  if (std::abs(nearest) > 2) return nearest;
+  if (std::abs(nearest) > kFieldParameters.interpolation_reach_voxels) return nearest;
   const Eigen::Vector3i base = nearest_voxel(position - Eigen::Vector3f::Constant(0.5f));
   const Eigen::Vector3f f = position - base.cast<float>();
   const Eigen::Vector3f g = Eigen::Vector3f::Ones() - f;
-  const Simd4 low_shares = Simd4{g.x(), f.x(), g.x(), f.x()} * Simd4{g.y(), g.y(), f.y(), f.y()};
-  const Simd4 shares[2] = {low_shares * g.z(), low_shares * f.z()};
+  const Simd4 low_weights = Simd4{g.x(), f.x(), g.x(), f.x()} * Simd4{g.y(), g.y(), f.y(), f.y()};
+  const Simd4 corner_weights[2] = {low_weights * g.z(), low_weights * f.z()};
   float sum = 0, weights = 0;
-  const auto add = [&](float share, float distance) {
-    sum += share * distance;
-    weights += share;
+  const auto add = [&](float weight, float distance) {
+    sum += weight * distance;
+    weights += weight;
   };
   const Eigen::Vector3i in_brick = base.unaryExpr([](int i) { return i & (kBrickEdge - 1); });
   if (in_brick.maxCoeff() < kBrickEdge - 1) {
-    // All eight in one brick, as most are: that of the nearest, which is one of them.
+    // All eight are in one brick, the most frequent case; it is `brick`, since the nearest voxel is one of them.
     for (int z = 0; z < 2; ++z) {
       const auto i = static_cast<std::size_t>(index_of(base) + kBrickEdge * kBrickEdge * z), j = i + kBrickEdge;
       const Simd4 known = {brick.weight[i], brick.weight[i + 1], brick.weight[j], brick.weight[j + 1]};
       const Simd4 distances =
           Simd4{brick.distance_m[i], brick.distance_m[i + 1], brick.distance_m[j], brick.distance_m[j + 1]} / voxel_m_;
       for (int k = 0; k < 4; ++k)
-        if (known[k] > 0) add(shares[z][k], distances[k]);
+        if (known[k] > 0) add(corner_weights[z][k], distances[k]);
     }
   } else {
     for (int corner = 0; corner < 8; ++corner) {
       const auto distance = distance_at(base + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2));
-      if (distance) add(shares[corner >> 2][corner & 3], *distance);
+      if (distance) add(corner_weights[corner >> 2][corner & 3], *distance);
     }
   }
   return weights > 0 ? sum / weights : nearest;
@@ -119,7 +118,7 @@ std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& 
   if (table_.empty()) return std::nullopt;
   const Eigen::Vector3f origin = from_m / voxel_m_;
   const float end = far_m / voxel_m_;
-  // Nothing lies outside the table: clip the ray to it.
+  // Clips the ray to the table.
   float t = 0, leave_table = end;
   for (int axis = 0; axis < 3; ++axis) {
     const float lowest = static_cast<float>(kBrickEdge * low_[axis]) - 0.5f;
@@ -134,16 +133,16 @@ std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& 
   }
 
   enum class In { start, unknown, free, solid } state = In::start;
-  float last = 0;  // distance at the step before, where known
+  float last = 0;  // distance at the previous step, if known
   float last_t = t;
   while (t <= leave_table) {
     const Eigen::Vector3f p = origin + t * direction;
     const Eigen::Vector3i voxel = nearest_voxel(p);
     const Eigen::Vector3i key(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);
-    const int here = place(key.x(), key.y(), key.z());
+    const int here = brick_index(key.x(), key.y(), key.z());
     const int gap = here == kOutside ? 1 : gap_[static_cast<std::size_t>(here)];
     if (gap > 0) {
-      // Nothing in this brick nor in gap - 1 around it: on to where the ray leaves them.
+      // No bricks here and within gap - 1 bricks around: continue where the ray leaves this block.
       state = In::unknown;
       float leave = end;
       for (int axis = 0; axis < 3; ++axis) {
@@ -157,14 +156,14 @@ std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& 
     const auto distance = distance_near(p, voxel, *table_[static_cast<std::size_t>(here)]);
     if (!distance) {
       state = In::unknown;
-      t += 0.7f;
+      t += kFieldParameters.min_ray_step_voxels;
       continue;
     }
     const bool solid = *distance < 0;
     if ((state == In::free && solid) || (state == In::solid && !solid)) {
-      // A distance changes by at most the way gone. Where it jumps lies no surface but the rim of what the camera saw
-      // behind an edge.
-      if (std::abs(*distance - last) < kSteepest * (t - last_t)) {
+      // A distance changes by at most the length of the step. A larger change is not a surface but the border of what
+      // the camera observed behind a depth discontinuity.
+      if (std::abs(*distance - last) < kFieldParameters.max_distance_slope * (t - last_t)) {
         return (origin + (last_t + last / (last - *distance) * (t - last_t)) * direction) * voxel_m_;
       }
       state = In::start;
@@ -172,7 +171,7 @@ std::optional<Eigen::Vector3f> FieldRays::first_crossing(const Eigen::Vector3f& 
     if (state != In::start || !solid) state = solid ? In::solid : In::free;
     last = *distance;
     last_t = t;
-    t += std::max(0.7f, std::abs(*distance) - 1.0f);
+    t += std::max(kFieldParameters.min_ray_step_voxels, std::abs(*distance) - 1.0f);
   }
   return std::nullopt;
 }
@@ -185,7 +184,7 @@ bool FieldRays::free(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m)
 
 Eigen::Vector3f FieldRays::normal_at(const Eigen::Vector3i& voxel) const {
   for (const int reach : {2, 1}) {
-    // Least squares plane through 27 distances: noise averages out where a difference of two would keep it.
+    // Least-squares plane through 27 distances: averages noise better than the difference of two.
     Eigen::Vector3f gradient = Eigen::Vector3f::Zero();
     bool known = true;
     for (int i = 0; i < 27 && known; ++i) {

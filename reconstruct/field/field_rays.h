@@ -1,7 +1,7 @@
 #pragma once
-// Rays through the distance field for light transport. Unlike DistanceField::raycast, which finds the surface in front
-// of a ray, these also stop where a ray that entered a solid through its unseen back leaves it through its seen front:
-// light does not pass there either.
+// Rays through the distance field for light transport. DistanceField::raycast finds crossings from free to solid space
+// only. These rays also stop where a ray leaves a solid through its observed front after entering through its
+// unobserved back, since light does not pass there either.
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
@@ -15,20 +15,21 @@ class FieldRays {
  public:
   explicit FieldRays(const DistanceField& field);
 
-  /// Place of the first crossing of the surface, in either sense, on from + t·direction, t in [0, far_m]. A start
-  /// inside a solid is forgiven: what lies before the first free or unknown space does not count.
+  /// First crossing of the surface, in either sense, on from_m + t · direction (unit), t in [0, far_m]; metres, tag
+  /// frame. The ray may start inside a solid: crossings count from the first free or unknown point on.
   std::optional<Eigen::Vector3f> first_crossing(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction,
                                                 float far_m) const;
+  /// Whether the segment crosses no surface.
   bool free(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m) const;
 
-  /// Gradient at a voxel, normalised: over two voxels either way, one, or by single differences, as far as distances
-  /// are known; zero where they are not.
+  /// Normalised gradient at a voxel: from differences over two voxels to each side, over one, or one-sided, depending
+  /// on which distances are known; zero if too few are.
   Eigen::Vector3f normal_at(const Eigen::Vector3i& voxel) const;
 
  private:
   static constexpr int kOutside = -1;
-  /// Place of a brick in the tables, or kOutside.
-  int place(int x, int y, int z) const {
+  /// Index of a brick in the tables, or kOutside.
+  int brick_index(int x, int y, int z) const {
     x -= low_.x();
     y -= low_.y();
     z -= low_.z();
@@ -39,16 +40,16 @@ class FieldRays {
   }
   void measure_gaps();
   std::optional<float> distance_at(const Eigen::Vector3i& voxel) const;  ///< voxels; empty where unknown
-  /// In voxels, trilinear near the surface; empty where unknown. In `brick` is the `voxel` that is nearest to the
-  /// position.
+  /// Distance in voxels, trilinear near the surface; empty where unknown. `voxel` is the nearest to `position` (voxels)
+  /// and lies in `brick`.
   std::optional<float> distance_near(const Eigen::Vector3f& position, const Eigen::Vector3i& voxel,
                                      const FieldBrick& brick) const;
 
   float voxel_m_;
-  /// The tables' lowest brick and size.
+  /// Lowest brick and size of the tables, in bricks.
   Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();
-  std::vector<const FieldBrick*> table_;  ///< dense: a look-up costs no hash
-  std::vector<std::uint8_t> gap_;         ///< bricks to the nearest that exists (chessboard), up to a limit
+  std::vector<const FieldBrick*> table_;  ///< dense grid, so that a look-up needs no hash
+  std::vector<std::uint8_t> gap_;         ///< chessboard distance to the nearest existing brick, up to a limit
 };
 
 }  // namespace lumigraft::reconstruct

@@ -3,21 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reconstruct/field/parameters.h"
 #include "reconstruct/field/real_surface_mesh.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr float kCell_m = 0.012f;
-constexpr double kTagPaper =
-    0.5 * 10.0 / 8.0;  // half the paper's edge over the black square's: one white cell around 8
-constexpr float kTagThickness_m = 0.015f;
+constexpr float kCell_m = kFieldParameters.metal_cell_m;
+/// Half the edge of the paper over that of the black square: one white cell around 8.
+constexpr double kTagPaper = 0.5 * 10.0 / 8.0;
 
 }  // namespace
 
 MetalMask::MetalMask(const capture::Session& session) : tag_reach_m_(kTagPaper * session.tag.size_m) {
   for (const capture::RealSurface& surface : session.real_surfaces) {
-    if (surface.metallic < 0.5f) continue;
+    if (surface.metallic < kFieldParameters.min_metallic) continue;
     for (const auto& [a, b, c] : read_triangles(surface)) {
       const float longest = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
       const int steps = std::max(1, static_cast<int>(std::ceil(2 * longest / kCell_m)));
@@ -38,7 +38,7 @@ BrickKey MetalMask::cell(const Eigen::Vector3f& position_m) const {
 bool MetalMask::contains(const Eigen::Vector3f& position_m) const {
   if (cells_.empty()) return false;
   if (std::abs(position_m.x()) < tag_reach_m_ && std::abs(position_m.y()) < tag_reach_m_ &&
-      std::abs(position_m.z()) < kTagThickness_m) {
+      std::abs(position_m.z()) < kFieldParameters.tag_slack_m) {
     return false;
   }
   const BrickKey centre = cell(position_m);

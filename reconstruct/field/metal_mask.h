@@ -1,6 +1,6 @@
 #pragma once
-// Where an operator said that a real surface is metal: it has no diffuse albedo, and what the camera sees on it depends
-// on where the camera stands.
+// Surfaces that the session declares as metal ([[real_surface]]): they have no diffuse albedo, and their radiance
+// depends on the camera position.
 #include <Eigen/Core>
 #include <unordered_set>
 #include <vector>
@@ -12,17 +12,17 @@ namespace lumigraft::reconstruct {
 
 class MetalMask {
  public:
-  /// Reads the meshes of surfaces with metallic >= 0.5. Throws InputError.
+  /// Reads the meshes of real surfaces with metallic >= 0.5. Throws InputError.
   explicit MetalMask(const capture::Session& session);
 
-  /// Whether metal lies within about 1.5 voxels of the point. The tag, which is paper, is not metal.
+  /// Whether metal is within about 1.5 voxels of the point (tag frame). The area of the tag is paper, never metal.
   bool contains(const Eigen::Vector3f& position_m) const;
 
  private:
   BrickKey cell(const Eigen::Vector3f& position_m) const;
 
-  double tag_reach_m_;
-  std::unordered_set<BrickKey, BrickKeyHash> cells_;  ///< cells of kCell_m that metal passes through
+  double tag_reach_m_;                                ///< half the edge of the tag's paper
+  std::unordered_set<BrickKey, BrickKeyHash> cells_;  ///< cells that contain metal
 };
 
 }  // namespace lumigraft::reconstruct

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <map>
 
+#include "reconstruct/field/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kAbove = 0.6f;  // cosine: beside a corner of three right angles a point is 0.577 above each of them
 
 /// The nearest point of a triangle (Ericson 2005, "Real-Time Collision Detection", §5.1.5).
 Vector3f nearest_on(const SurfaceTriangle& t, const Vector3f& p) {
@@ -28,10 +28,10 @@ Vector3f nearest_on(const SurfaceTriangle& t, const Vector3f& p) {
   return t[0] + vb / sum * ab + vc / sum * ac;
 }
 
-/// The triangle nearest so far; of equally near ones that which the point stands above most squarely, so that edges
-/// have the right side.
+/// The nearest triangle so far. Of equally near ones the one whose normal is most parallel to the direction to the
+/// voxel counts, so that the sign is right at edges.
 struct Nearest {
-  float away_m = 1e9f, above = 0;  ///< above: cosine, signed
+  float distance_m = 1e9f, cosine = 0;  ///< unsigned distance; cosine between normal and direction to the voxel, signed
 };
 
 }  // namespace
@@ -39,7 +39,7 @@ struct Nearest {
 DistanceField field_of(const std::vector<SurfaceTriangle>& triangles, float voxel_m, float band_m) {
   using Bricks = std::map<BrickKey, std::array<Nearest, kBrickVoxels>>;
   Bricks found;
-  Bricks::value_type* brick = nullptr;  // the last one
+  Bricks::value_type* brick = nullptr;  // of the previous voxel
   for (const SurfaceTriangle& triangle : triangles) {
     const Vector3f across = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     if (!(across.norm() > 0)) continue;
@@ -57,16 +57,17 @@ DistanceField field_of(const std::vector<SurfaceTriangle>& triangles, float voxe
           const Vector3f p = voxel_m * Vector3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
           if (std::abs(normal.dot(p - triangle[0])) > band_m) continue;
           const Vector3f from = p - nearest_on(triangle, p);
-          const float away_m = from.norm();
-          if (away_m > band_m) continue;
-          const float above = away_m > 1e-6f ? normal.dot(from) / away_m : 1;
+          const float distance_m = from.norm();
+          if (distance_m > band_m) continue;
+          const float cosine = distance_m > 1e-6f ? normal.dot(from) / distance_m : 1;
           const BrickKey key{x >> 3, y >> 3, z >> 3};
           if (!brick || key != brick->first) brick = &*found.try_emplace(key).first;
           Nearest& nearest = brick->second[static_cast<std::size_t>((x & 7) + 8 * (y & 7) + 64 * (z & 7))];
-          const float slack_m = 1e-5f;
-          if (away_m > nearest.away_m + slack_m) continue;
-          if (away_m > nearest.away_m - slack_m && std::abs(above) <= std::abs(nearest.above)) continue;
-          nearest = {away_m, above};
+          if (distance_m > nearest.distance_m + kFieldParameters.equal_distance_m) continue;
+          if (distance_m > nearest.distance_m - kFieldParameters.equal_distance_m &&
+              std::abs(cosine) <= std::abs(nearest.cosine))
+            continue;
+          nearest = {distance_m, cosine};
         }
   }
   DistanceField field;
@@ -75,8 +76,8 @@ DistanceField field_of(const std::vector<SurfaceTriangle>& triangles, float voxe
   for (const auto& [key, voxels] : found) {
     auto distances = std::make_shared<FieldBrick>();
     for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-      if (std::abs(voxels[i].above) < kAbove) continue;
-      distances->distance_m[i] = std::copysign(voxels[i].away_m, voxels[i].above);
+      if (std::abs(voxels[i].cosine) < kFieldParameters.min_triangle_cosine) continue;
+      distances->distance_m[i] = std::copysign(voxels[i].distance_m, voxels[i].cosine);
       distances->weight[i] = 1;
     }
     field.bricks.emplace(key, std::move(distances));

@@ -1,5 +1,5 @@
 #pragma once
-// A mesh as a signed distance field around its surface.
+// Conversion of a triangle mesh into a signed distance field.
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
@@ -7,8 +7,8 @@
 
 namespace lumigraft::reconstruct {
 
-/// Distances to the nearest triangle within `band_m`, free on the side its corners turn about (counter-clockwise). What
-/// lies beyond the edge of an open mesh is unknown.
+/// Signed distances to the nearest triangle, up to `band_m`. Positive on the side from which its corners are in
+/// counter-clockwise order. Points beyond the border of an open mesh stay unknown.
 DistanceField field_of(const std::vector<SurfaceTriangle>& triangles, float voxel_m, float band_m);
 
 }  // namespace lumigraft::reconstruct

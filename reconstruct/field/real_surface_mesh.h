@@ -1,5 +1,5 @@
 #pragma once
-// Triangles of what an operator said about a real surface.
+// Triangles of the mesh that a [[real_surface]] of the session names.
 #include <Eigen/Core>
 #include <array>
 #include <vector>
@@ -10,7 +10,7 @@ namespace lumigraft::reconstruct {
 
 using SurfaceTriangle = std::array<Eigen::Vector3f, 3>;
 
-/// In the frame of the file, which is the tag's. Throws InputError.
+/// Vertices in metres in the tag frame, as in the file. Throws InputError.
 std::vector<SurfaceTriangle> read_triangles(const capture::RealSurface& surface);
 
 }  // namespace lumigraft::reconstruct

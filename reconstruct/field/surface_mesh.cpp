@@ -19,19 +19,19 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Marching cubes over one brick at a time: PCL wants a dense grid, which a room would not fit. The grid's first layer
-/// is outside PCL's loop; the next nine are the brick and its neighbours' first layer.
+/// Marching cubes on one brick at a time, since PCL needs a dense grid, which would be too large for a room. PCL skips
+/// the grid's first layer; the next nine are the brick and the first layer of its neighbours.
 class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
  public:
   BrickCubes() {
     setGridResolution(kLayers, kLayers, kLayers);
-    // PCL measures its input's bounding box, which voxelizeData then replaces.
+    // PCL computes the bounding box of its input, which voxelizeData then replaces.
     auto corners = std::make_shared<pcl::PointCloud<pcl::PointNormal>>();
     corners->resize(2);
     setInputCloud(corners);
   }
 
-  /// Triangle corners in voxels from the brick's first voxel, three per triangle.
+  /// Corners of triangles, three each, in voxels relative to the brick's first voxel.
   const pcl::PointCloud<pcl::PointNormal>& run(const DistanceField& field, const BrickKey& key) {
     field_ = &field;
     key_ = key;
@@ -53,7 +53,7 @@ class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
         for (int z = 0; z <= kBrickEdge; ++z) {
           const FieldBrick* brick = bricks[(x >> 3) | (y >> 3) << 1 | (z >> 3) << 2];
           const int i = (x & 7) + kBrickEdge * ((y & 7) + kBrickEdge * (z & 7));
-          // PCL passes over cells with a NaN: unknown space has no surface.
+          // PCL skips cells with a NaN: unknown space has no surface.
           grid_[((x + 1) * kLayers + y + 1) * kLayers + z + 1] =
               brick && brick->weight[i] > 0 ? brick->distance_m[i] : std::numeric_limits<float>::quiet_NaN();
         }
@@ -65,23 +65,24 @@ class BrickCubes : public pcl::MarchingCubes<pcl::PointNormal> {
   std::vector<pcl::Vertices> polygons_;
 };
 
-/// Where on the grid a vertex lies: a grid point (all even) or an edge between two (one odd), exactly, since marching
-/// cubes leaves two coordinates of every vertex on the grid. Vertices of neighbouring cells meet in it.
-using GridPlace = std::array<std::int64_t, 3>;
-struct GridPlaceHash {
-  std::size_t operator()(const GridPlace& p) const {
+/// Identifies a vertex by its place on the grid: a grid point (all coordinates even) or an edge between two (one odd).
+/// Exact, since marching cubes leaves at least two coordinates of every vertex on the grid. Merges the vertices of
+/// neighbouring cells.
+using GridVertex = std::array<std::int64_t, 3>;
+struct GridVertexHash {
+  std::size_t operator()(const GridVertex& p) const {
     return static_cast<std::size_t>(p[0] * 73856093 ^ p[1] * 19349663 ^ p[2] * 83492791);
   }
 };
 
-GridPlace place_of(const Vector3f& in_brick, const BrickKey& key) {
-  GridPlace place;
+GridVertex grid_vertex_of(const Vector3f& in_brick, const BrickKey& key) {
+  GridVertex vertex;
   for (int axis = 0; axis < 3; ++axis) {
     const float low = std::floor(in_brick[axis]);
-    place[axis] = 2 * (static_cast<std::int64_t>(key[axis]) * kBrickEdge + static_cast<std::int64_t>(low)) +
-                  (in_brick[axis] != low ? 1 : 0);
+    vertex[axis] = 2 * (static_cast<std::int64_t>(key[axis]) * kBrickEdge + static_cast<std::int64_t>(low)) +
+                   (in_brick[axis] != low ? 1 : 0);
   }
-  return place;
+  return vertex;
 }
 
 }  // namespace
@@ -92,7 +93,7 @@ SurfaceMesh extract_surface(const DistanceField& field) {
   std::sort(keys.begin(), keys.end());
 
   SurfaceMesh mesh;
-  std::unordered_map<GridPlace, int, GridPlaceHash> vertex_at;
+  std::unordered_map<GridVertex, int, GridVertexHash> vertex_at;
   BrickCubes cubes;
   for (const BrickKey& key : keys) {
     const auto& corners = cubes.run(field, key);
@@ -102,7 +103,7 @@ SurfaceMesh extract_surface(const DistanceField& field) {
       for (std::size_t c = 0; c < 3; ++c) {
         const Vector3f in_brick = corners[t + c].getVector3fMap();
         const auto [found, is_new] =
-            vertex_at.try_emplace(place_of(in_brick, key), static_cast<int>(mesh.vertices_m.size()));
+            vertex_at.try_emplace(grid_vertex_of(in_brick, key), static_cast<int>(mesh.vertices_m.size()));
         if (is_new) mesh.vertices_m.emplace_back(field.voxel_m * (origin + in_brick));
         triangle[c] = found->second;
       }
@@ -111,14 +112,14 @@ SurfaceMesh extract_surface(const DistanceField& field) {
     }
   }
 
-  // Normals from the field; where it is not known far enough around a vertex, from the triangles.
-  std::vector<Vector3f> facing(mesh.vertices_m.size(), Vector3f::Zero());
+  // Normals come from the field, or from the triangles where too few voxels around the vertex are known.
+  std::vector<Vector3f> face_normals(mesh.vertices_m.size(), Vector3f::Zero());
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vector3f across = (mesh.vertices_m[b] - mesh.vertices_m[a]).cross(mesh.vertices_m[c] - mesh.vertices_m[a]);
-    for (const int corner : {a, b, c}) facing[corner] += across;
+    for (const int corner : {a, b, c}) face_normals[corner] += across;
   }
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i)
-    mesh.normals.push_back(field.normal(mesh.vertices_m[i]).value_or(facing[i].stableNormalized()));
+    mesh.normals.push_back(field.normal(mesh.vertices_m[i]).value_or(face_normals[i].stableNormalized()));
   return mesh;
 }
 

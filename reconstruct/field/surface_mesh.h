@@ -1,5 +1,5 @@
 #pragma once
-// The zero surface as triangles, through pcl::MarchingCubes.
+// The zero level set of a distance field as a triangle mesh, by pcl::MarchingCubes.
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
@@ -16,6 +16,7 @@ struct SurfaceMesh {
 };
 
 SurfaceMesh extract_surface(const DistanceField& field);
+/// Throws InputError if the file cannot be written.
 void write_ply(const SurfaceMesh& mesh, const std::filesystem::path& path);
 
 }  // namespace lumigraft::reconstruct

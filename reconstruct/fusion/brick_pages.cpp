@@ -9,59 +9,60 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr std::size_t kChunk_bytes = std::size_t{2} << 20, kLine_bytes = 64;
-/// A brick and what a shared pointer keeps beside it.
-constexpr std::size_t kPlace_bytes = (sizeof(FieldBrick) + 2 * kLine_bytes - 1) / kLine_bytes * kLine_bytes;
+/// A brick and the control block of its shared pointer.
+constexpr std::size_t kSlot_bytes = (sizeof(FieldBrick) + 2 * kLine_bytes - 1) / kLine_bytes * kLine_bytes;
 
-/// Each brick holds on to the pages that it lies in.
+/// Allocator of std::allocate_shared. Each copy of it, and so each brick, keeps the pool alive.
 template <typename Value>
-struct InPages {
+struct PoolAllocator {
   using value_type = Value;
   std::shared_ptr<BrickPages> pages;
 
-  explicit InPages(std::shared_ptr<BrickPages> in) : pages(std::move(in)) {}
+  explicit PoolAllocator(std::shared_ptr<BrickPages> in) : pages(std::move(in)) {}
   template <typename Other>
-  InPages(const InPages<Other>& other) : pages(other.pages) {}  // NOLINT: allocators turn into another
+  PoolAllocator(const PoolAllocator<Other>& other)
+      : pages(other.pages) {}  // NOLINT: allocators must convert implicitly
 
   Value* allocate(std::size_t) {
-    static_assert(sizeof(Value) <= kPlace_bytes && alignof(Value) <= kLine_bytes);
-    return static_cast<Value*>(pages->take());
+    static_assert(sizeof(Value) <= kSlot_bytes && alignof(Value) <= kLine_bytes);
+    return static_cast<Value*>(pages->allocate());
   }
-  void deallocate(Value* place, std::size_t) { pages->give_back(place); }
+  void deallocate(Value* slot, std::size_t) { pages->deallocate(slot); }
   template <typename Other>
-  bool operator==(const InPages<Other>& other) const {
+  bool operator==(const PoolAllocator<Other>& other) const {
     return pages == other.pages;
   }
 };
 
 }  // namespace
 
-BrickPages::BrickPages(std::size_t place_bytes) : place_bytes_(place_bytes) {}
+BrickPages::BrickPages(std::size_t slot_bytes) : slot_bytes_(slot_bytes) {}
 
-void* BrickPages::take() {
+void* BrickPages::allocate() {
   const std::lock_guard lock(mutex_);
   if (free_.empty()) {
     void* chunk = std::aligned_alloc(kChunk_bytes, kChunk_bytes);
     if (!chunk) throw std::bad_alloc();
     chunks_.emplace_back(chunk);
-    ::madvise(chunk, kChunk_bytes, MADV_HUGEPAGE);  // a wish: where it is not granted all works as before
-    const std::size_t places = kChunk_bytes / place_bytes_;
-    free_.reserve(chunks_.size() * places);
-    for (std::size_t i = places; i-- > 0;) free_.push_back(static_cast<std::byte*>(chunk) + i * place_bytes_);
+    ::madvise(chunk, kChunk_bytes, MADV_HUGEPAGE);  // only a hint to the kernel
+    const std::size_t slots = kChunk_bytes / slot_bytes_;
+    free_.reserve(chunks_.size() * slots);
+    for (std::size_t i = slots; i-- > 0;) free_.push_back(static_cast<std::byte*>(chunk) + i * slot_bytes_);
   }
-  void* place = free_.back();
+  void* slot = free_.back();
   free_.pop_back();
-  return place;
+  return slot;
 }
 
-void BrickPages::give_back(void* place) {
+void BrickPages::deallocate(void* slot) {
   const std::lock_guard lock(mutex_);
-  free_.push_back(place);  // there is room for all
+  free_.push_back(slot);  // reserved, does not allocate
 }
 
-FieldBrickMaker::FieldBrickMaker() : pages_(std::make_shared<BrickPages>(kPlace_bytes)) {}
+FieldBrickMaker::FieldBrickMaker() : pages_(std::make_shared<BrickPages>(kSlot_bytes)) {}
 
 std::shared_ptr<const FieldBrick> FieldBrickMaker::copy(const FieldBrick& brick) const {
-  return std::allocate_shared<FieldBrick>(InPages<FieldBrick>(pages_), brick);
+  return std::allocate_shared<FieldBrick>(PoolAllocator<FieldBrick>(pages_), brick);
 }
 
 }  // namespace lumigraft::reconstruct

@@ -1,6 +1,6 @@
 #pragma once
-// Memory of published bricks. Hundreds come and go with every publication: here one takes the place of another without
-// the general allocator's search, in huge pages.
+// Memory pool of published bricks. Every publication frees and allocates hundreds of them; a pool in huge pages is
+// faster than the general allocator.
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
@@ -11,27 +11,27 @@
 
 namespace lumigraft::reconstruct {
 
-/// Places of one size for one kind of thing. Threads that drop a field give places back while another publishes.
+/// Pool of slots of one size. Thread-safe: threads that release a field free slots while another publishes.
 class BrickPages {
  public:
-  explicit BrickPages(std::size_t place_bytes);
+  explicit BrickPages(std::size_t slot_bytes);
   BrickPages(const BrickPages&) = delete;
   BrickPages& operator=(const BrickPages&) = delete;
 
-  void* take();
-  void give_back(void* place);
+  void* allocate();
+  void deallocate(void* slot);
 
  private:
   struct Free {
     void operator()(void* chunk) const { std::free(chunk); }
   };
-  std::size_t place_bytes_;
+  std::size_t slot_bytes_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<void, Free>> chunks_;
-  std::vector<void*> free_;  ///< the one last in use at the end: it may still be in the cache
+  std::vector<void*> free_;  ///< the slot freed last is at the end: it may still be in the cache
 };
 
-/// Makes copies of bricks that share them; what it made may outlive it.
+/// Copies bricks into a pool. The copies may outlive the maker.
 class FieldBrickMaker {
  public:
   FieldBrickMaker();

@@ -1,5 +1,5 @@
 #pragma once
-// Which bricks a depth picture tells about.
+// Which bricks a depth image observes.
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
@@ -11,27 +11,21 @@
 
 namespace lumigraft::reconstruct {
 
-/// Nothing is fused closer to the camera.
-constexpr float kNearestM = 0.05f;
-/// How far along rays everything is behind what is open, in truncation distances: it is that distance itself away from
-/// planes inclined by 75°.
-constexpr float kOpenReach = 4;
-
-/// One in `of` parts of the picture, spread over it evenly.
-struct PictureShare {
-  int of = 1, which = 0;
+/// One of `count` subsets of the image's blocks, spread evenly over it.
+struct ImageSubset {
+  int count = 1, index = 0;
 };
 
-/// Bricks met before, to know most of them again at once: a bit for each within some metres of the tag, beyond them one
-/// brick for each place of a table.
+/// Set of bricks found by earlier searches; a fast filter that may forget. One bit per brick within 64 bricks of the
+/// tag along each axis; beyond, a hash table of which each slot holds one brick.
 class RecentBricks {
  public:
   RecentBricks() : near_(std::size_t{kEdge} * kEdge * kEdge / 64), far_(std::size_t{1} << 14, {INT32_MAX, 0, 0}) {}
-  /// Whether it is not among them; it is from then on.
-  bool meet(const BrickKey& key) {
+  /// Inserts the brick. False if the set contained it.
+  bool insert(const BrickKey& key) {
     const Simd4Int brick = {key[0], key[1], key[2], 0};
-    if (near(brick)) {
-      const std::uint32_t at = place(brick);
+    if (has_bit(brick)) {
+      const std::uint32_t at = bit_index(brick);
       const std::uint64_t bit = std::uint64_t{1} << at % 64;
       std::uint64_t& bits = near_[at / 64];
       if (bits & bit) return false;
@@ -39,17 +33,17 @@ class RecentBricks {
       return true;
     }
     BrickKey& other = far_[BrickKeyHash{}(key) & (far_.size() - 1)];
-    // std::array's own comparison is a call.
+    // The comparison of std::array is a library call.
     if (other[0] == key[0] && other[1] == key[1] && other[2] == key[2]) return false;
     other = key;
     return true;
   }
-  /// Whether it is surely among them; the fourth of `brick` is 0.
-  bool has(Simd4Int brick) const { return near(brick) && bit_at(place(brick)); }
-  /// The same of all eight of which each coordinate is one of these two; `high` is at most one more than `low`.
-  bool has_all(Simd4Int low, Simd4Int high) const {
-    if (!near(low) || !near(high)) return false;
-    const std::uint32_t first = place(low), x = static_cast<std::uint32_t>(high[0] - low[0]),
+  /// Whether a brick near the tag is in the set; false for far ones. Lane 3 of `brick` is 0.
+  bool contains(Simd4Int brick) const { return has_bit(brick) && bit_at(bit_index(brick)); }
+  /// The same for all bricks of the box from `low` to `high`, which is at most one more along each axis.
+  bool contains_all(Simd4Int low, Simd4Int high) const {
+    if (!has_bit(low) || !has_bit(high)) return false;
+    const std::uint32_t first = bit_index(low), x = static_cast<std::uint32_t>(high[0] - low[0]),
                         y = kEdge * static_cast<std::uint32_t>(high[1] - low[1]),
                         z = kEdge * kEdge * static_cast<std::uint32_t>(high[2] - low[2]);
     const auto row = [&](std::uint32_t at) { return bit_at(at) & bit_at(at + x); };
@@ -58,8 +52,8 @@ class RecentBricks {
 
  private:
   static constexpr int kEdge = 128;
-  static bool near(Simd4Int brick) { return !any((brick + kEdge / 2) & ~(kEdge - 1)); }
-  static std::uint32_t place(Simd4Int brick) {
+  static bool has_bit(Simd4Int brick) { return !any((brick + kEdge / 2) & ~(kEdge - 1)); }
+  static std::uint32_t bit_index(Simd4Int brick) {
     const Simd4Int at = brick + kEdge / 2;
     return static_cast<std::uint32_t>((at[2] * kEdge + at[1]) * kEdge + at[0]);
   }
@@ -69,26 +63,27 @@ class RecentBricks {
   std::vector<BrickKey> far_;
 };
 
-/// Bricks that the truncation band of any surface seen in this share touches, in order, each once, but for most of
-/// those that were `met`.
-std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthPreparation& preparation,
+/// Bricks that intersect the truncation band of a surface observed in this subset of the image, sorted, each once.
+/// Omits bricks that are in `known`, and inserts the others there.
+std::vector<BrickKey> bricks_on_surfaces(const PreparedDepth& view, const DepthPreprocessor& preprocessor,
                                          const Eigen::Isometry3f& T_tag_camera, float voxel_m, float truncation_m,
-                                         const PictureShare& share, RecentBricks& met);
+                                         const ImageSubset& subset, RecentBricks& known);
 
-Eigen::Vector3f middle_of(const BrickKey& key, float voxel_m);
+/// Tag frame, metres.
+Eigen::Vector3f brick_centre(const BrickKey& key, float voxel_m);
 
-/// How a brick stands to what the camera sees.
-struct Sight {
+/// Visibility of a brick in a depth image.
+struct BrickVisibility {
   enum class Kind {
-    hidden,   ///< behind everything seen there, behind the camera, or out of the picture
-    open,     ///< wholly in front, with nothing within the truncation distance
+    hidden,   ///< behind every measurement there, behind the camera, or outside the image
+    open,     ///< completely in front, with no surface within the truncation distance
     surface,  ///< neither
   } kind;
   float far_m = 0;              ///< depth behind which everything is hidden
-  Eigen::Vector2f pixel{0, 0};  ///< of its middle
-  float reach = 0;              ///< pixels, from there to all of it
+  Eigen::Vector2f pixel{0, 0};  ///< of its centre
+  float radius_px = 0;          ///< around it, that contains the brick
 };
-Sight sight_of(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
-               const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);
+BrickVisibility brick_visibility(const BrickKey& key, const PreparedDepth& view, const PixelMap& map, float focal,
+                                 const Eigen::Isometry3f& T_camera_tag, float voxel_m, float truncation_m);
 
 }  // namespace lumigraft::reconstruct

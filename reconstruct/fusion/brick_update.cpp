@@ -4,7 +4,8 @@
 #include <bit>
 #include <cmath>
 
-#include "reconstruct/fusion/depth_noise.h"
+#include "reconstruct/fusion/parameters.h"
+#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/simd8.h"
 
 namespace lumigraft::reconstruct {
@@ -13,48 +14,40 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kShellVoxels = 1.5f;  // colour, and solidity at a rim, reach this far from the surface
-constexpr Simd8 kAlong = {0, 1, 2, 3, 4, 5, 6, 7};
-/// What is seen, free or a surface, so far from where it was (of the truncation distance) that noise does not explain
-/// it has moved: then the past counts as so many looks. What lies hidden behind a surface denies nothing.
-constexpr float kDenies = 0.75f, kDeniedLooks = 3;
-/// Two sides of something thin differ by more than so much noise, and the field rises from one towards the other.
-constexpr float kSideNoise = static_cast<float>(2.5 * kLeastSigmaM), kRises = 0.3f;
-
-constexpr std::uint32_t kRowTurns = 4;  ///< looks, until it is a row's turn
-constexpr float kFreeShare = 0.99f;     ///< of the truncation distance
-
-constexpr float kDeniesNoise = static_cast<float>(4 * kLeastSigmaM);  // of a reading of weight 1
+constexpr Simd8 kLanes = {0, 1, 2, 3, 4, 5, 6, 7};
+// Thresholds in metres for a measurement of weight 1.
+constexpr float kOverrule_m = static_cast<float>(kBrickUpdate.overrule_sigmas * kMinDepthSigma_m);
+constexpr float kSide_m = static_cast<float>(kBrickUpdate.side_sigmas * kMinDepthSigma_m);
 
 }  // namespace
 
-/// Eight voxels in the camera's frame, and the pixels they are seen at.
+/// Eight voxels in the camera frame, metres, and their pixels.
 struct BrickUpdate::Row {
   Simd8 x, y, z, u, v;
 };
 
-/// What the picture says about them.
+/// Observations of eight voxels.
 struct BrickUpdate::Readings {
-  Simd8 distance, weight;  ///< distance may be beyond truncation
-  Simd8Int told;
-  Simd8Int denies;  ///< lanes that may say that the past is gone; beside a jump another surface may be seen
-  Simd8 facing;     ///< 0 = no colour
+  Simd8 distance, weight;  ///< distance (metres) may exceed the truncation distance
+  Simd8Int observed;
+  Simd8Int may_overrule;  ///< lanes that may overrule the past; not near a jump, where another surface may be meant
+  Simd8 facing;           ///< 0 = no colour
   Simd8Int edge;
-  Simd8 normal[3];  ///< of the planes measured to, of any length, away from the camera
+  Simd8 normal[3];  ///< of the observed planes, not normalised, away from the camera
 };
 
-/// Where a reading and what was known cannot both hold.
+/// Lanes in which the observation and the past exclude each other.
 struct BrickUpdate::Conflict {
-  Simd8Int past_gone, reading_void;
+  Simd8Int reset_past, ignore_reading;
 };
 
-/// What changed, over what a brick may drift; squared, summed over rows.
-struct BrickUpdate::Squares {
+/// Squared changes relative to the allowed drift, summed over rows.
+struct BrickUpdate::DriftSum {
   Simd8 sum{};
-  float mean_root() const { return std::sqrt(sum_of(low_of(sum) + high_of(sum)) / kBrickVoxels); }
+  float rms() const { return std::sqrt(sum_of(low_half(sum) + high_half(sum)) / kBrickVoxels); }
 };
 
-BrickUpdate::BrickUpdate(const PreparedDepth& view, const DepthPreparation& preparation, const PixelMap& map,
+BrickUpdate::BrickUpdate(const PreparedDepth& view, const DepthPreprocessor& preprocessor, const PixelMap& map,
                          const ColorLookup& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes,
                          bool wide)
     : view_(view),
@@ -62,84 +55,87 @@ BrickUpdate::BrickUpdate(const PreparedDepth& view, const DepthPreparation& prep
       colour_(colour),
       T_camera_tag_(T_camera_tag),
       sizes_(sizes),
-      shell_m_(kShellVoxels * sizes.voxel_m),
-      denies_m_(kDenies * sizes.truncation_m),
+      shell_m_(kBrickUpdate.shell_voxels * sizes.voxel_m),
+      overrule_m_(kBrickUpdate.overrule_truncations * sizes.truncation_m),
       end_u_(static_cast<float>(2 * view.blocks_x)),
       end_v_(static_cast<float>(2 * view.blocks_y)),
-      near_m_((kDriftNearVoxels + kDriftMargin) * sizes.voxel_m),
-      per_near_square_(1 / (kDriftNearShare * sizes.voxel_m * kDriftNearShare * sizes.voxel_m)),
-      per_away_square_(1 / (kDriftAwayShare * sizes.voxel_m * kDriftAwayShare * sizes.voxel_m)),
-      depth_(view, preparation, map, sizes.voxel_m, sizes.truncation_m, shell_m_),
-      wide_(wide && has_eight()) {}
+      near_m_((kPublication.near_voxels + kPublication.near_margin_voxels) * sizes.voxel_m),
+      per_near_square_(
+          1 / (kPublication.drift_near_voxels * sizes.voxel_m * kPublication.drift_near_voxels * sizes.voxel_m)),
+      per_away_square_(
+          1 / (kPublication.drift_away_voxels * sizes.voxel_m * kPublication.drift_away_voxels * sizes.voxel_m)),
+      depth_(view, preprocessor, map, sizes.voxel_m, sizes.truncation_m, shell_m_),
+      wide_(wide && simd8_supported()) {}
 
-BrickUpdate::Told BrickUpdate::update(WorkingBrick& brick, float hidden_m, Wait wait) const {
-  return wide_ ? update_wide(brick, hidden_m, wait) : update_rows(brick, hidden_m, wait);
+BrickUpdate::Change BrickUpdate::update(WorkingBrick& brick, float hidden_m, Skip skip) const {
+  return wide_ ? update_wide(brick, hidden_m, skip) : update_rows(brick, hidden_m, skip);
 }
 
-LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& brick, float hidden_m, Wait wait) const {
-  return update_rows(brick, hidden_m, wait);
+LUMIGRAFT_SIMD8_TARGET BrickUpdate::Change BrickUpdate::update_wide(WorkingBrick& brick, float hidden_m,
+                                                                    Skip skip) const {
+  return update_rows(brick, hidden_m, skip);
 }
 
-[[gnu::always_inline]] inline BrickUpdate::Told BrickUpdate::update_rows(WorkingBrick& brick, float hidden_m,
-                                                                         Wait wait) const {
+[[gnu::always_inline]] inline BrickUpdate::Change BrickUpdate::update_rows(WorkingBrick& brick, float hidden_m,
+                                                                           Skip skip) const {
   const Vector3f corner =
       T_camera_tag_ * (sizes_.voxel_m * kBrickEdge * Eigen::Map<const Eigen::Vector3i>(brick.key.data()).cast<float>());
   const Eigen::Matrix3f step = sizes_.voxel_m * T_camera_tag_.linear();
-  const float free_m = kFreeShare * sizes_.truncation_m;
-  Told told;
-  Squares squares;
-  const std::uint64_t in_turns = wait == Wait::nothing ? 0
-                                 : wait == Wait::free  ? brick.free_rows
-                                                       : brick.free_rows | brick.unobserved_rows;
+  const float free_m = kUpdateSchedule.free_row * sizes_.truncation_m;
+  Change change;
+  DriftSum drift;
+  const std::uint64_t in_turns = skip == Skip::none   ? 0
+                                 : skip == Skip::free ? brick.free_rows
+                                                      : brick.free_rows | brick.unobserved_rows;
   for (int z = 0; z < kBrickEdge; ++z)
     for (int y = 0; y < kBrickEdge; ++y) {
       const auto at_row = static_cast<std::uint32_t>(y + kBrickEdge * z);
       const std::uint64_t bit = std::uint64_t{1} << at_row;
-      if ((in_turns & bit) && (at_row + brick.turn) % kRowTurns != 0) continue;
+      if ((in_turns & bit) && (at_row + brick.row_turn) % kUpdateSchedule.row_turns != 0) continue;
       const Vector3f row = corner + static_cast<float>(y) * step.col(1) + static_cast<float>(z) * step.col(2);
       if (std::min(row.z(), row.z() + kBrickEdge * step(2, 0)) > hidden_m) continue;
       Row at;
-      at.x = row.x() + kAlong * step(0, 0);
-      at.y = row.y() + kAlong * step(1, 0);
-      at.z = row.z() + kAlong * step(2, 0);
+      at.x = row.x() + kLanes * step(0, 0);
+      at.y = row.y() + kLanes * step(1, 0);
+      at.z = row.z() + kLanes * step(2, 0);
       const Simd8 inverse_z = 1 / at.z;
       const Simd8 across = at.x * inverse_z, down = at.y * inverse_z;
       Simd4 u[2], v[2];
-      map_.pixels(low_of(across), low_of(down), u[0], v[0]);
-      map_.pixels(high_of(across), high_of(down), u[1], v[1]);
-      at.u = joined(u[0], u[1]);
-      at.v = joined(v[0], v[1]);
+      map_.pixels(low_half(across), low_half(down), u[0], v[0]);
+      map_.pixels(high_half(across), high_half(down), u[1], v[1]);
+      at.u = join(u[0], u[1]);
+      at.v = join(v[0], v[1]);
       const Readings readings = read(at);
       brick.free_rows &= ~bit;
-      if (!any(readings.told)) {
+      if (!any(readings.observed)) {
         brick.unobserved_rows |= bit;
         continue;
       }
       brick.unobserved_rows &= ~bit;
       const std::size_t i = std::size_t{kBrickEdge} * at_row;
-      fuse(brick.now, i, readings, told, squares);
+      fuse(brick.now, i, readings, change, drift);
       const Simd8Int free =
-          readings.told & (readings.distance > free_m) & (load_eight(&brick.now.distance_m[i]) > free_m);
+          readings.observed & (readings.distance > free_m) & (load8(&brick.now.distance_m[i]) > free_m);
       if (!any(~free)) brick.free_rows |= bit;
       if (!colour_) continue;
-      unsigned shell = bits_of((readings.facing > 0) & (size_of(readings.distance) <= shell_m_));
+      unsigned shell = lane_mask((readings.facing > 0) & (abs(readings.distance) <= shell_m_));
       for (; shell != 0; shell &= shell - 1) {
         const int k = std::countr_zero(shell);
-        colour(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0, readings.facing[k],
-               told);
+        fuse_color(brick.now, i + static_cast<std::size_t>(k), at.u[k], at.v[k], readings.edge[k] != 0,
+                   readings.facing[k], change);
       }
     }
-  ++brick.turn;
-  told.drift = squares.mean_root();
-  told.radiance_drift = std::sqrt(told.radiance_drift);
-  return told;
+  ++brick.row_turn;
+  change.drift = drift.rms();
+  change.radiance_drift = std::sqrt(change.radiance_drift);
+  return change;
 }
 
 [[gnu::always_inline]] inline BrickUpdate::Readings BrickUpdate::read(const Row& at) const {
   const Simd8 u = at.u + 0.5f, v = at.v + 0.5f;
-  const Simd8Int ahead = at.z >= kNearestM;
+  const Simd8Int ahead = at.z >= kBrickSelection.near_m;
   const Simd8Int inside = ahead & (u >= 0) & (v >= 0) & (u < end_u_) & (v < end_v_);
-  // Lanes that are outside read the first block.
+  // Lanes outside the image read the first block.
   const Simd8Int block =
       (((__builtin_convertvector(v, Simd8Int) >> 1) * view_.blocks_x) + (__builtin_convertvector(u, Simd8Int) >> 1)) &
       inside;
@@ -147,44 +143,45 @@ LUMIGRAFT_EIGHT_WIDE BrickUpdate::Told BrickUpdate::update_wide(WorkingBrick& br
   Simd4 low[4] = {plane(0), plane(1), plane(2), plane(3)}, high[4] = {plane(4), plane(5), plane(6), plane(7)};
   transpose(low[0], low[1], low[2], low[3]);
   transpose(high[0], high[1], high[2], high[3]);
-  const Simd8 a = joined(low[0], high[0]), b = joined(low[1], high[1]), c = joined(low[2], high[2]);
-  // To the plane, not along the ray, so that distances hold at grazing views too.
-  const Simd8 share_of_plane = a * at.x + b * at.y + c * at.z, plane_m = 1 / sqrt(a * a + b * b + c * c);
+  const Simd8 a = join(low[0], high[0]), b = join(low[1], high[1]), c = join(low[2], high[2]);
+  // Distances are to the plane, not along the ray, so that they are right at grazing angles too.
+  const Simd8 depth_ratio = a * at.x + b * at.y + c * at.z, plane_m = 1 / sqrt(a * a + b * b + c * c);
   Readings readings;
-  readings.distance = (1 - share_of_plane) * plane_m;
-  readings.weight = joined(low[3], high[3]);
+  readings.distance = (1 - depth_ratio) * plane_m;
+  readings.weight = join(low[3], high[3]);
   readings.normal[0] = a;
   readings.normal[1] = b;
   readings.normal[2] = c;
-  readings.told = inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
-                  (readings.distance * at.z >= -kBehindSteep * sizes_.truncation_m * plane_m * share_of_plane);
-  readings.denies = readings.told;
+  readings.observed =
+      inside & (readings.weight > 0) & (readings.distance >= -sizes_.truncation_m) &
+      (readings.distance * at.z >= -kDepthLookup.behind_grazing * sizes_.truncation_m * plane_m * depth_ratio);
+  readings.may_overrule = readings.observed;
   readings.edge = Simd8Int{};
   readings.facing = Simd8{};
-  const Simd8Int shell = readings.told & (size_of(readings.distance) <= shell_m_);
+  const Simd8Int shell = readings.observed & (abs(readings.distance) <= shell_m_);
   if (colour_ && any(shell))
     readings.facing =
-        select(shell, plane_m * share_of_plane / sqrt(at.x * at.x + at.y * at.y + at.z * at.z), readings.facing);
-  const float to_m = depth_.beyond_to_m(), to_pixels = depth_.beyond_to_pixels();
-  const Simd8Int beside = ahead & ~inside & (at.z <= to_m) & (at.u > -to_pixels) & (at.v > -to_pixels) &
-                          (at.u < end_u_ + to_pixels) & (at.v < end_v_ + to_pixels);
-  for (unsigned alone = bits_of(beside | (inside & (readings.weight < 0))); alone != 0; alone &= alone - 1) {
-    const int k = std::countr_zero(alone);
-    const Reading one = depth_.read({at.x[k], at.y[k], at.z[k]}, {at.u[k], at.v[k]});
+        select(shell, plane_m * depth_ratio / sqrt(at.x * at.x + at.y * at.y + at.z * at.z), readings.facing);
+  const float max_m = depth_.extrapolation_depth_m(), margin_px = depth_.extrapolation_px();
+  const Simd8Int outside = ahead & ~inside & (at.z <= max_m) & (at.u > -margin_px) & (at.v > -margin_px) &
+                           (at.u < end_u_ + margin_px) & (at.v < end_v_ + margin_px);
+  for (unsigned single = lane_mask(outside | (inside & (readings.weight < 0))); single != 0; single &= single - 1) {
+    const int k = std::countr_zero(single);
+    const DepthReading one = depth_.read({at.x[k], at.y[k], at.z[k]}, {at.u[k], at.v[k]});
     if (one.weight <= 0) continue;
     readings.distance[k] = one.distance_m;
     readings.weight[k] = one.weight;
     for (int axis = 0; axis < 3; ++axis) readings.normal[axis][k] = one.normal[axis];
-    readings.told[k] = -1;
-    readings.denies[k] = one.in_sight && !one.edge ? -1 : 0;
+    readings.observed[k] = -1;
+    readings.may_overrule[k] = one.visible && !one.edge ? -1 : 0;
     readings.edge[k] = one.edge ? -1 : 0;
-    if (one.in_sight) readings.facing[k] = one.facing * (one.edge ? kEdgeTrust : 1);
+    if (one.visible) readings.facing[k] = one.facing * (one.edge ? kDepthLookup.edge_weight : 1);
   }
   return readings;
 }
 
-/// Whether what is known of a voxel was seen from the other side than a surface with this normal (camera's frame): the
-/// field rises along it.
+/// Whether a voxel was observed from the other side of a surface with this normal (camera frame): then the field rises
+/// along the normal.
 bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const Vector3f& normal) const {
   const Vector3f in_tag = T_camera_tag_.linear().transpose() * normal;
   Eigen::Index axis;
@@ -193,112 +190,117 @@ bool BrickUpdate::from_other_side(const FieldBrick& brick, std::size_t i, const 
   const std::size_t low = at == 0 ? i : i - stride, high = at + 1 == kBrickEdge ? i : i + stride;
   if (brick.weight[low] <= 0 || brick.weight[high] <= 0) return false;
   const float rise = brick.distance_m[high] - brick.distance_m[low];
-  return (in_tag[axis] > 0 ? rise : -rise) > kRises * sizes_.voxel_m * static_cast<float>((high - low) / stride);
+  return (in_tag[axis] > 0 ? rise : -rise) >
+         kBrickUpdate.side_slope * sizes_.voxel_m * static_cast<float>((high - low) / stride);
 }
 
-/// Noise is measured against all of the way, however far beyond truncation it goes: the farther something is seen, the
-/// more noise hides in the truncation band. Of the two sides of something thin the nearer one tells: where that is the
-/// reading, the past is gone; else the reading says nothing.
+/// A visible change, free or a surface, that noise does not explain overrules the past; what is hidden behind a surface
+/// does not. Noise is compared with the untruncated difference, since far away it exceeds the truncation distance. Of
+/// the two sides of a thin object the nearer one counts: if that is the observation, the past is reset, else the
+/// observation is ignored.
 [[gnu::always_inline]] inline BrickUpdate::Conflict BrickUpdate::conflict(const FieldBrick& brick, std::size_t i,
                                                                           const Readings& readings) const {
-  const Simd8 was = load_eight(&brick.distance_m[i]);
-  const Simd8 found = min(readings.distance, all_eight(sizes_.truncation_m)), off = size_of(readings.distance - was);
-  const Simd8 noises = off * off * readings.weight;
+  const Simd8 was = load8(&brick.distance_m[i]);
+  const Simd8 found = min(readings.distance, broadcast8(sizes_.truncation_m)),
+              difference = abs(readings.distance - was);
+  const Simd8 weighted_square = difference * difference * readings.weight;
   Conflict result;
-  result.past_gone = readings.denies & (size_of(found - was) > denies_m_) & (found > -shell_m_) &
-                     (noises > kDeniesNoise * kDeniesNoise);
-  result.reading_void = Simd8Int{};
-  const Simd8Int apart = readings.told & (noises > kSideNoise * kSideNoise) & (load_eight(&brick.weight[i]) > 0);
-  const Simd8Int nearer = readings.denies & apart & (found > was) & (was < 0);
+  result.reset_past = readings.may_overrule & (abs(found - was) > overrule_m_) & (found > -shell_m_) &
+                      (weighted_square > kOverrule_m * kOverrule_m);
+  result.ignore_reading = Simd8Int{};
+  const Simd8Int apart = readings.observed & (weighted_square > kSide_m * kSide_m) & (load8(&brick.weight[i]) > 0);
+  const Simd8Int nearer = readings.may_overrule & apart & (found > was) & (was < 0);
   const Simd8Int farther = apart & (found < was) & (found < 0);
-  for (unsigned thin = bits_of(nearer | farther); thin != 0; thin &= thin - 1) {
+  for (unsigned thin = lane_mask(nearer | farther); thin != 0; thin &= thin - 1) {
     const int k = std::countr_zero(thin);
     if (!from_other_side(brick, i + static_cast<std::size_t>(k),
                          {readings.normal[0][k], readings.normal[1][k], readings.normal[2][k]}))
       continue;
-    result.past_gone[k] = nearer[k];
-    result.reading_void[k] = ~nearer[k];
+    result.reset_past[k] = nearer[k];
+    result.ignore_reading[k] = ~nearer[k];
   }
   return result;
 }
 
-/// Into running means.
+/// Weighted running mean of the distance.
 [[gnu::always_inline]] inline void BrickUpdate::fuse(FieldBrick& brick, std::size_t i, const Readings& readings,
-                                                     Told& told, Squares& squares) const {
-  const Simd8Int& read = readings.told;
-  told.any = true;
-  const Simd8 found = min(readings.distance, all_eight(sizes_.truncation_m));
-  const Simd8 was = load_eight(&brick.distance_m[i]), past = load_eight(&brick.weight[i]);
+                                                     Change& change, DriftSum& drift) const {
+  const Simd8Int& read = readings.observed;
+  change.observed = true;
+  const Simd8 found = min(readings.distance, broadcast8(sizes_.truncation_m));
+  const Simd8 was = load8(&brick.distance_m[i]), past = load8(&brick.weight[i]);
   const Simd8Int known = past > 0;
-  told.learnt += std::popcount(bits_of(read & ~known));
-  told.moved += std::popcount(bits_of(read & known & (size_of(was - found) > sizes_.truncation_m)));
+  change.new_voxels += std::popcount(lane_mask(read & ~known));
+  change.moved_voxels += std::popcount(lane_mask(read & known & (abs(was - found) > sizes_.truncation_m)));
   const Conflict conflicts = conflict(brick, i, readings);
-  const Simd8 share = select(read & ~conflicts.reading_void, readings.weight, Simd8{});
-  const Simd8 sum = select(conflicts.past_gone, min(past, kDeniedLooks * share), past) + share;
-  const Simd8 turn = share / select(read, sum, all_eight(1));
-  const Simd8 step = turn * (select(read, found, was) - was), now = was + step;
-  const Simd8Int near = min(size_of(was), size_of(now)) < near_m_;
-  squares.sum += step * step * select(near, all_eight(per_near_square_), all_eight(per_away_square_));
+  const Simd8 weight = select(read & ~conflicts.ignore_reading, readings.weight, Simd8{});
+  const Simd8 sum = select(conflicts.reset_past, min(past, kBrickUpdate.past_updates * weight), past) + weight;
+  const Simd8 fraction = weight / select(read, sum, broadcast8(1));
+  const Simd8 step = fraction * (select(read, found, was) - was), now = was + step;
+  const Simd8Int near = min(abs(was), abs(now)) < near_m_;
+  drift.sum += step * step * select(near, broadcast8(per_near_square_), broadcast8(per_away_square_));
   store(&brick.distance_m[i], now);
-  store(&brick.weight[i], select(read, min(sum, all_eight(sizes_.weight_cap)), past));
+  store(&brick.weight[i], select(read, min(sum, broadcast8(sizes_.weight_cap)), past));
 }
 
-void BrickUpdate::fetch(const WorkingBrick& brick, const Sight& sight) const {
+void BrickUpdate::prefetch(const WorkingBrick& brick, const BrickVisibility& visibility) const {
   constexpr int kLine = 64;  // bytes
   const auto within = [](float at, int end) { return std::clamp(static_cast<int>(at), 0, end - 1); };
-  const float reach = 0.7f * sight.reach;
-  const int low_u = within(sight.pixel.x() - reach, view_.width), high_u = within(sight.pixel.x() + reach, view_.width);
-  const int low_v = within(sight.pixel.y() - reach, view_.height),
-            high_v = within(sight.pixel.y() + reach, view_.height);
+  // The brick covers about 0.7 of the radius of the circle around it.
+  const float half_px = 0.7f * visibility.radius_px;
+  const Vector2f low = visibility.pixel - Vector2f::Constant(half_px),
+                 high = visibility.pixel + Vector2f::Constant(half_px);
+  const int low_u = within(low.x(), view_.width), high_u = within(high.x(), view_.width);
+  const int low_v = within(low.y(), view_.height), high_v = within(high.y(), view_.height);
   for (int v = low_v / 2; v <= std::min(high_v / 2, view_.blocks_y - 1); ++v)
     for (int u = low_u / 2; u <= std::min(high_u / 2, view_.blocks_x - 1); u += kLine / 16)
       __builtin_prefetch(&view_.planes[static_cast<std::size_t>(v * view_.blocks_x + u)]);
   if (colour_)
     for (int v = low_v; v <= high_v; ++v)
-      for (int u = low_u; u <= high_u; u += kLine / 3) colour_.fetch(u, v);
+      for (int u = low_u; u <= high_u; u += kLine / 3) colour_.prefetch(u, v);
   for (std::size_t i = 0; i < kBrickVoxels; i += kLine / 4) {
     __builtin_prefetch(&brick.now.distance_m[i], 1);
     __builtin_prefetch(&brick.now.weight[i], 1);
   }
 }
 
-/// Running mean; the past counts for the cap at most.
-[[gnu::always_inline]] inline void BrickUpdate::colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest,
-                                                       float share, Told& told) const {
+/// Weighted running mean of the radiance.
+[[gnu::always_inline]] inline void BrickUpdate::fuse_color(FieldBrick& brick, std::size_t i, float u, float v,
+                                                           bool nearest, float weight, Change& change) const {
   Simd4 radiance;
   if (!colour_.read(u, v, nearest, radiance)) return;
   Vector3f& mean = brick.radiance[i];
-  const float sum = brick.radiance_weight[i] + share;
-  const Vector3f step = share / sum * (Vector3f(radiance[0], radiance[1], radiance[2]) - mean);
-  told.coloured |= brick.radiance_weight[i] <= 0;
-  told.radiance_drift += step.squaredNorm();
+  const float sum = brick.radiance_weight[i] + weight;
+  const Vector3f step = weight / sum * (Vector3f(radiance[0], radiance[1], radiance[2]) - mean);
+  change.new_color |= brick.radiance_weight[i] <= 0;
+  change.radiance_drift += step.squaredNorm();
   mean += step;
   brick.radiance_weight[i] = std::min(sum, sizes_.weight_cap);
 }
 
-BrickUpdate::Told BrickUpdate::clear(WorkingBrick& brick) const {
+BrickUpdate::Change BrickUpdate::update_open(WorkingBrick& brick) const {
   if (brick.open) return {};
-  const Vector3f centre = T_camera_tag_ * middle_of(brick.key, sizes_.voxel_m);
+  const Vector3f centre = T_camera_tag_ * brick_centre(brick.key, sizes_.voxel_m);
   const Vector2f pixel = map_.pixel(centre.x() / centre.z(), centre.y() / centre.z());
-  const float share = view_.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
-  if (share <= 0) return {};
-  Told told;
-  Squares squares;
+  const float weight = view_.block_of(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())).weight;
+  if (weight <= 0) return {};
+  Change change;
+  DriftSum drift;
   Readings readings;
-  readings.distance = all_eight(kOpenReach * sizes_.truncation_m);
-  readings.weight = all_eight(share);
-  readings.told = readings.denies = ~Simd8Int{};
+  readings.distance = broadcast8(kBrickSelection.open_truncations * sizes_.truncation_m);
+  readings.weight = broadcast8(weight);
+  readings.observed = readings.may_overrule = ~Simd8Int{};
   readings.facing = Simd8{};
   readings.edge = Simd8Int{};
   for (Simd8& axis : readings.normal) axis = Simd8{};
   Simd8Int free = ~Simd8Int{};
   for (std::size_t i = 0; i < kBrickVoxels; i += kBrickEdge) {
-    fuse(brick.now, i, readings, told, squares);
-    free &= load_eight(&brick.now.distance_m[i]) > kFreeShare * sizes_.truncation_m;
+    fuse(brick.now, i, readings, change, drift);
+    free &= load8(&brick.now.distance_m[i]) > kUpdateSchedule.free_row * sizes_.truncation_m;
   }
-  told.drift = squares.mean_root();
+  change.drift = drift.rms();
   brick.open = !any(~free);
-  return told;
+  return change;
 }
 
 }  // namespace lumigraft::reconstruct

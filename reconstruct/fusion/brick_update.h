@@ -1,6 +1,6 @@
 #pragma once
-// One depth picture, and what colour shows, into bricks: a row of eight voxels at a time, but for voxels beside jumps
-// in depth or beside the picture.
+// Updates bricks from one depth image and its colour image: a row of eight voxels at a time, except voxels near a jump
+// in depth or outside the image, which are updated one by one.
 #include <Eigen/Geometry>
 
 #include "reconstruct/fusion/brick_selection.h"
@@ -16,52 +16,53 @@ class BrickUpdate {
   struct Sizes {
     float voxel_m, truncation_m, weight_cap;
   };
-  /// All but `sizes` are kept by reference. Not `wide`: as a processor works that has no vectors of eight; the result
-  /// is the same, to the bit.
-  BrickUpdate(const PreparedDepth& view, const DepthPreparation& preparation, const PixelMap& map,
+  /// Keeps references to all arguments except `sizes`. `wide` false: without vectors of eight floats, as on processors
+  /// that lack them; the result is bit-identical.
+  BrickUpdate(const PreparedDepth& view, const DepthPreprocessor& preprocessor, const PixelMap& map,
               const ColorLookup& colour, const Eigen::Isometry3f& T_camera_tag, const Sizes& sizes, bool wide = true);
 
-  struct Told {
-    bool any = false;
-    int moved = 0;             ///< voxels that were far from where the picture shows them
-    int learnt = 0;            ///< voxels that were unknown
-    bool coloured = false;     ///< one that had no colour has
-    float drift = 0;           ///< root mean square of what changed, over what a brick may drift
-    float radiance_drift = 0;  ///< root of the sum of squares
+  /// What an update changed.
+  struct Change {
+    bool observed = false;     ///< at least one voxel was
+    int moved_voxels = 0;      ///< known voxels whose distance differs by more than the truncation distance
+    int new_voxels = 0;        ///< voxels that were unknown
+    bool new_color = false;    ///< a voxel got its first colour
+    float drift = 0;           ///< RMS change of distance, relative to the allowed drift (PublicationParameters)
+    float radiance_drift = 0;  ///< root of the summed squared changes of radiance
   };
-  /// What of a known brick may wait for a later look.
-  enum class Wait {
-    nothing,
-    free,            ///< rows that were free take turns
-    free_and_silent  ///< and rows of which nothing was told: for a camera that has not moved
+  /// Rows that may take turns instead of being updated every time.
+  enum class Skip {
+    none,
+    free,                ///< rows that are free and were so
+    free_and_unobserved  ///< and rows of which no voxel was observed: for a camera that has not moved
   };
-  /// Of a brick of which nothing is seen from the depth `hidden_m` on.
-  Told update(WorkingBrick& brick, float hidden_m, Wait wait) const;
-  /// To be called some time before `update` of the brick.
-  void fetch(const WorkingBrick& brick, const Sight& sight) const;
-  /// Of a brick in front of everything: free space. Nothing is told where that was known.
-  Told clear(WorkingBrick& brick) const;
+  /// Updates a brick of which everything deeper than `hidden_m` is hidden.
+  Change update(WorkingBrick& brick, float hidden_m, Skip skip) const;
+  /// Prefetches what `update` of this brick reads.
+  void prefetch(const WorkingBrick& brick, const BrickVisibility& visibility) const;
+  /// Updates a brick in open space: all of it is free. No change if that is known.
+  Change update_open(WorkingBrick& brick) const;
 
  private:
   struct Row;
   struct Readings;
   struct Conflict;
-  struct Squares;
-  Told update_rows(WorkingBrick& brick, float hidden_m, Wait wait) const;
-  Told update_wide(WorkingBrick& brick, float hidden_m, Wait wait) const;
+  struct DriftSum;
+  Change update_rows(WorkingBrick& brick, float hidden_m, Skip skip) const;
+  Change update_wide(WorkingBrick& brick, float hidden_m, Skip skip) const;
   Readings read(const Row& at) const;
   Conflict conflict(const FieldBrick& brick, std::size_t i, const Readings& readings) const;
-  void fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Told& told, Squares& squares) const;
+  void fuse(FieldBrick& brick, std::size_t i, const Readings& readings, Change& change, DriftSum& drift) const;
   bool from_other_side(const FieldBrick& brick, std::size_t i, const Eigen::Vector3f& normal) const;
-  void colour(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float share, Told& told) const;
+  void fuse_color(FieldBrick& brick, std::size_t i, float u, float v, bool nearest, float weight, Change& change) const;
 
   const PreparedDepth& view_;
   const PixelMap& map_;
   const ColorLookup& colour_;
   const Eigen::Isometry3f& T_camera_tag_;
   Sizes sizes_;
-  float shell_m_, denies_m_, end_u_, end_v_, near_m_, per_near_square_, per_away_square_;
-  DepthReader depth_;
+  float shell_m_, overrule_m_, end_u_, end_v_, near_m_, per_near_square_, per_away_square_;
+  DepthLookup depth_;
   bool wide_;
 };
 

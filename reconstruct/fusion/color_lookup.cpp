@@ -9,19 +9,18 @@ ColorLookup::ColorLookup(const capture::Picture* picture, const capture::Respons
     if (radiance_.radiance.width != width || radiance_.radiance.height != height) return;
   } else {
     if (picture->encoded.width != width || picture->encoded.height != height || picture->encoded.channels != 3) return;
-    codes_ = picture->encoded.data.data();
-    // What each code stands for, from a picture of all of them.
-    capture::Picture every;
-    every.exposure = picture->exposure;
-    every.encoded = capture::Image<std::uint8_t>(256, 1, 3);
-    for (std::size_t i = 0; i < every.encoded.data.size(); ++i)
-      every.encoded.data[i] = static_cast<std::uint8_t>(i / 3);
-    const capture::RadiancePicture values = capture::to_radiance(every, response);
-    for (int code = 0; code < 256; ++code)
+    pixels_ = picture->encoded.data.data();
+    // Table of the radiance of each pixel value, from an image that contains all of them.
+    capture::Picture all;
+    all.exposure = picture->exposure;
+    all.encoded = capture::Image<std::uint8_t>(256, 1, 3);
+    for (std::size_t i = 0; i < all.encoded.data.size(); ++i) all.encoded.data[i] = static_cast<std::uint8_t>(i / 3);
+    const capture::RadiancePicture values = capture::to_radiance(all, response);
+    for (int value = 0; value < 256; ++value)
       for (int c = 0; c < 3; ++c) {
-        Simd4& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(code)];
-        entry[c] = values.radiance.at(code, 0, c);
-        entry[3] = values.clipped.at(code, 0) != 0 ? 1 : 0;
+        Simd4& entry = table_[static_cast<std::size_t>(c)][static_cast<std::size_t>(value)];
+        entry[c] = values.radiance.at(value, 0, c);
+        entry[3] = values.clipped.at(value, 0) != 0 ? 1 : 0;
       }
   }
   width_ = width;

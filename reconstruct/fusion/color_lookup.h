@@ -1,5 +1,5 @@
 #pragma once
-// Radiance at places of a colour picture, read from its codes where it is needed.
+// Radiance at positions of a colour image, converted from its pixel values only where it is read.
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -12,34 +12,34 @@ namespace lumigraft::reconstruct {
 
 class ColorLookup {
  public:
-  /// `picture` may be null, or of another size than the camera: then nothing can be read.
+  /// `picture` may be null or of another size than the camera: then there is nothing to read.
   ColorLookup(const capture::Picture* picture, const capture::Response& response, int width, int height);
 
   explicit operator bool() const { return width_ > 0; }
-  /// Bilinear, or of the nearest pixel; false outside the picture, and where any pixel it needs is clipped. The fourth
-  /// of `radiance` is of no use.
+  /// Bilinear, or that of the nearest pixel. False outside the image and if a pixel it needs is clipped. Lane 3 of
+  /// `radiance` is unused.
   bool read(float u, float v, bool nearest, Simd4& radiance) const;
-  /// To be called some time before pixels are read.
-  void fetch(int u, int v) const {
-    if (codes_) __builtin_prefetch(codes_ + 3 * (v * width_ + u));
+  /// Prefetches a pixel that will be read soon.
+  void prefetch(int u, int v) const {
+    if (pixels_) __builtin_prefetch(pixels_ + 3 * (v * width_ + u));
   }
 
  private:
   Simd4 at(std::size_t pixel) const;
 
   int width_ = 0, height_ = 0;
-  const std::uint8_t* codes_ = nullptr;  ///< null where the picture holds radiance
+  const std::uint8_t* pixels_ = nullptr;  ///< null if the image holds radiance
   capture::RadiancePicture radiance_;
-  std::array<std::array<Simd4, 256>, 3> table_{};  ///< by channel and code; the fourth is 1 for clipped codes
+  std::array<std::array<Simd4, 256>, 3> table_{};  ///< by channel and pixel value; lane 3 is 1 for clipped values
 };
 
 [[gnu::always_inline]] inline Simd4 ColorLookup::at(std::size_t pixel) const {
-  if (!codes_) {
+  if (!pixels_) {
     const float* radiance = &radiance_.radiance.data[3 * pixel];
     return Simd4{radiance[0], radiance[1], radiance[2], static_cast<float>(radiance_.clipped.data[pixel])};
   }
-  const std::uint8_t* code = codes_ + 3 * pixel;
-  return table_[0][code[0]] + table_[1][code[1]] + table_[2][code[2]];
+  const std::uint8_t* value = pixels_ + 3 * pixel;
+  return table_[0][value[0]] + table_[1][value[1]] + table_[2][value[2]];
 }
 
 [[gnu::always_inline]] inline bool ColorLookup::read(float u, float v, bool nearest, Simd4& radiance) const {

@@ -5,37 +5,33 @@
 #include <cmath>
 #include <limits>
 
-#include "reconstruct/fusion/depth_noise.h"
+#include "reconstruct/fusion/parameters.h"
+#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/math/simd8.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-// Beyond this incidence two neighbouring pixels count as two surfaces, and a plane is not to be trusted.
-constexpr float kSteepest = 5.0f;     // tan 79°
-constexpr float kLeastFacing = 0.1f;  // cos 84°
-constexpr float kLeastSquare = static_cast<float>(kLeastSigmaM * kLeastSigmaM);
-constexpr float kSurelyNoise = 4;  // σ
-constexpr float kSurelyBent = 3;   // σ
-constexpr int kAround = 2;         // blocks to either side that a slope may take in
+constexpr float kMinVariance = static_cast<float>(kMinDepthSigma_m * kMinDepthSigma_m);
+constexpr int kSlopeBlocks = 2;  // blocks to either side that `slope` may read
 
-/// σ of the second difference of three blocks: a block's mean has half the noise of a pixel.
+/// 1σ of the second difference of three blocks' inverse depth q: a block's mean has half the noise of a pixel.
 template <typename Value>
-[[gnu::always_inline]] inline Value bend_noise(Value q) {
+[[gnu::always_inline]] inline Value second_difference_sigma(Value q) {
   constexpr float kRoot6 = 2.44948974f;
-  return 0.5f * kRoot6 * inverse_sigma(q);
+  return 0.5f * kRoot6 * inverse_depth_sigma(q);
 }
 
-/// On a plane 1/z is affine in the picture: in inverse depth q the slope of a surface inclined by θ is q tan θ / f per
-/// pixel. A jump is more than the steepest of them and the sensor's noise.
+/// Largest difference of inverse depth q over so many pixels on one surface; a jump exceeds it. On a plane 1/z is
+/// affine in the image: a surface inclined by θ has the slope q tan θ / f per pixel. Includes the sensor's noise.
 template <typename Value>
-[[gnu::always_inline]] inline Value steepest(Value q, float pixels, float focal) {
-  return q * (pixels * kSteepest / focal) + kSurelyNoise * inverse_sigma(q);
+[[gnu::always_inline]] inline Value max_surface_step(Value q, float pixels, float focal) {
+  return q * (pixels * kDepthPreprocess.max_slope / focal) + kDepthPreprocess.jump_sigmas * inverse_depth_sigma(q);
 }
 
 }  // namespace
 
-DepthPreparation::DepthPreparation(const capture::CameraModel& camera, double voxel_m, double far_m, bool wide)
+DepthPreprocessor::DepthPreprocessor(const capture::CameraModel& camera, double voxel_m, double far_m, bool wide)
     : width_(camera.width),
       height_(camera.height),
       blocks_x_(camera.width / 2),
@@ -43,7 +39,7 @@ DepthPreparation::DepthPreparation(const capture::CameraModel& camera, double vo
       focal_(static_cast<float>((camera.fx + camera.fy) / 2)),
       voxel_m_(static_cast<float>(voxel_m)),
       far_m_(static_cast<float>(far_m)),
-      wide_(wide && has_eight()) {
+      wide_(wide && simd8_supported()) {
   for (std::size_t i = 0; i < oblique_.size(); ++i) {
     const double facing = std::min(1.0, (static_cast<double>(i) + 0.5) / kObliqueSteps);
     oblique_[i] = static_cast<float>(oblique_noise(std::acos(facing)));
@@ -56,7 +52,7 @@ DepthPreparation::DepthPreparation(const capture::CameraModel& camera, double vo
   for (int v = 0; v < height_; ++v)
     for (int u = 0; u < width_; ++u) {
       const Eigen::Vector2f ray = ray_at(u, v);
-      if (std::isnan(ray.x())) blind_.push_back(static_cast<std::uint32_t>(rays_.size()));
+      if (std::isnan(ray.x())) no_ray_.push_back(static_cast<std::uint32_t>(rays_.size()));
       rays_.push_back(ray);
     }
   for (int v = 0; v < blocks_y_; ++v)
@@ -71,22 +67,22 @@ DepthPreparation::DepthPreparation(const capture::CameraModel& camera, double vo
     }
 }
 
-void DepthPreparation::prepare(const capture::Image<float>& depth_m, PreparedDepth& view) {
+void DepthPreprocessor::prepare(const capture::Image<float>& depth_m, PreparedDepth& view) {
   view.width = width_;
   view.height = height_;
   view.blocks_x = blocks_x_;
   view.blocks_y = blocks_y_;
   view.tiles_x = (width_ + PreparedDepth::kTile - 1) / PreparedDepth::kTile;
   view.tiles_y = (height_ + PreparedDepth::kTile - 1) / PreparedDepth::kTile;
-  view.forget_planes_through();
-  view.plane_through.resize(rays_.size(), PreparedDepth::kNotAsked);
+  view.clear_plane_cache();
+  view.plane_cache.resize(rays_.size(), PreparedDepth::kNotCached);
   view.inverse_depth.resize(rays_.size());
   view.tiles.assign(static_cast<std::size_t>(view.tiles_x) * view.tiles_y, {});
   view.jumps.clear();
-  rough_.resize(rays_.size());
+  discontinuous_.resize(rays_.size());
   block_inverse_.resize(static_cast<std::size_t>(blocks_x_) * blocks_y_);
   block_jumps_.resize(block_inverse_.size());
-  // A row of tiles at a time, while it is in the cache.
+  // One row of tiles at a time, so that it stays in the cache.
   for (int y = 0; y < view.tiles_y; ++y) {
     const int v = y * PreparedDepth::kTile, end = std::min(v + PreparedDepth::kTile, height_);
     invert(depth_m, view, v, end);
@@ -103,7 +99,8 @@ void DepthPreparation::prepare(const capture::Image<float>& depth_m, PreparedDep
   spread_jumps(view);
 }
 
-void DepthPreparation::invert(const capture::Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const {
+void DepthPreprocessor::invert(const capture::Image<float>& depth_m, PreparedDepth& view, int first_v,
+                               int end_v) const {
   const std::size_t first = static_cast<std::size_t>(first_v) * width_, end = static_cast<std::size_t>(end_v) * width_;
   std::size_t i = first;
   for (; i + 4 <= end; i += 4) {
@@ -114,26 +111,26 @@ void DepthPreparation::invert(const capture::Image<float>& depth_m, PreparedDept
     const float depth = depth_m.data[i];
     view.inverse_depth[i] = depth > 0 && depth <= far_m_ ? 1 / depth : 0;
   }
-  for (auto blind = std::lower_bound(blind_.begin(), blind_.end(), first); blind != blind_.end() && *blind < end;
-       ++blind)
-    view.inverse_depth[*blind] = 0;
+  for (auto pixel = std::lower_bound(no_ray_.begin(), no_ray_.end(), first); pixel != no_ray_.end() && *pixel < end;
+       ++pixel)
+    view.inverse_depth[*pixel] = 0;
 }
 
-/// From the last row before these on, which needs the first of them.
-void DepthPreparation::find_jumps(PreparedDepth& view, int first_v, int end_v) {
-  std::fill(rough_.begin() + std::ptrdiff_t{first_v} * width_, rough_.begin() + std::ptrdiff_t{end_v} * width_,
-            std::uint8_t{0});
+/// Starts one row earlier, since that row is compared with the first of these.
+void DepthPreprocessor::find_jumps(PreparedDepth& view, int first_v, int end_v) {
+  std::fill(discontinuous_.begin() + std::ptrdiff_t{first_v} * width_,
+            discontinuous_.begin() + std::ptrdiff_t{end_v} * width_, std::uint8_t{0});
   std::fill(block_jumps_.begin() + std::ptrdiff_t{first_v / 2} * blocks_x_,
             block_jumps_.begin() + std::ptrdiff_t{end_v / 2} * blocks_x_, -1);
   const auto differ = [&]<typename Value>(Value a, Value b, Value c, Value d, const Value& none) {
     const Value low_ab = a < b ? a : b, low_cd = c < d ? c : d, high_ab = a > b ? a : b, high_cd = c > d ? c : d;
     const Value low = low_ab < low_cd ? low_ab : low_cd, high = high_ab > high_cd ? high_ab : high_cd;
-    // What is missing is as far from what was measured as can be.
-    return high - low > (low > 0 ? steepest(high, 1, focal_) : none);
+    // A missing measurement next to a valid one counts as a jump.
+    return high - low > (low > 0 ? max_surface_step(high, 1, focal_) : none);
   };
   for (int v = std::max(first_v - 1, 0); v + 1 < end_v; ++v) {
     const float* q = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
-    std::uint8_t* rough = &rough_[static_cast<std::size_t>(v) * width_];
+    std::uint8_t* discontinuous = &discontinuous_[static_cast<std::size_t>(v) * width_];
     int u = 0;
     for (; u + 5 <= width_; u += 4) {
       const Simd4Int jumps =
@@ -141,22 +138,22 @@ void DepthPreparation::find_jumps(PreparedDepth& view, int first_v, int end_v) {
       if (!any(jumps)) continue;
       for (int k = 0; k < 4; ++k) {
         if (!jumps[k]) continue;
-        rough[u + k] = 1;
+        discontinuous[u + k] = 1;
         add_jump(view, u + k, v);
       }
     }
     for (; u + 1 < width_; ++u) {
       if (!differ(q[u], q[u + 1], q[u + width_], q[u + width_ + 1], 0.0f)) continue;
-      rough[u] = 1;
+      discontinuous[u] = 1;
       add_jump(view, u, v);
     }
   }
 }
 
-void DepthPreparation::add_jump(PreparedDepth& view, int u, int v) {
+void DepthPreprocessor::add_jump(PreparedDepth& view, int u, int v) {
   std::int32_t& in_block = block_jumps_[static_cast<std::size_t>(std::min(v / 2, blocks_y_ - 1) * blocks_x_ +
                                                                  std::min(u / 2, blocks_x_ - 1))];
-  if (in_block >= 0) return;  // one tells enough
+  if (in_block >= 0) return;  // one jump per block is enough
   const std::int32_t first = view.pixel_index(u, v);
   const auto q = [&](std::int32_t pixel) { return view.inverse_depth[static_cast<std::size_t>(pixel)]; };
   PreparedDepth::Jump jump;
@@ -167,8 +164,8 @@ void DepthPreparation::add_jump(PreparedDepth& view, int u, int v) {
     if (jump.far < 0 || q(pixel) < q(jump.far)) jump.far = pixel;
   }
   const float near = q(jump.near);
-  // What is missing says nothing about what is behind.
-  if (near - q(jump.far) <= steepest(near, 1, focal_)) jump.far = -1;
+  // A missing measurement says nothing about the surface behind.
+  if (near - q(jump.far) <= max_surface_step(near, 1, focal_)) jump.far = -1;
   jump.divide = jump.far < 0 ? 0 : (near + q(jump.far)) / 2;
   jump.pixel = Eigen::Vector2f(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f);
   jump.voxel_pixels = voxel_m_ * focal_ * near;
@@ -176,29 +173,29 @@ void DepthPreparation::add_jump(PreparedDepth& view, int u, int v) {
   view.jumps.push_back(jump);
 }
 
-void DepthPreparation::average_blocks(const PreparedDepth& view, int first_v, int end_v) {
+void DepthPreprocessor::average_blocks(const PreparedDepth& view, int first_v, int end_v) {
   for (int v = first_v; v < end_v; ++v)
     for (int u = 0; u < blocks_x_; ++u) {
       const std::size_t i = static_cast<std::size_t>(2 * v) * width_ + 2 * u;
       const float* q = &view.inverse_depth[i];
       const float sum = q[0] + q[1] + q[width_] + q[width_ + 1];
-      block_inverse_[static_cast<std::size_t>(v) * blocks_x_ + u] = rough_[i] ? 0 : 0.25f * sum;
+      block_inverse_[static_cast<std::size_t>(v) * blocks_x_ + u] = discontinuous_[i] ? 0 : 0.25f * sum;
     }
 }
 
-/// Per pixel, from the blocks to either side that are on the same surface; NaN where there is none. Where the surface
-/// has a crease, which shows as more than `bend`, from the side that is straighter (as in ENO schemes, Harten et al.
-/// 1987). `before` and `after` are how many blocks there are on either side.
-float DepthPreparation::slope(const float* q, std::ptrdiff_t step, int before, int after, float bend) const {
-  const float here = *q, most = steepest(here, 2, focal_);
-  const bool back = before > 0 && q[-step] > 0 && std::abs(here - q[-step]) <= most;
-  const bool ahead = after > 0 && q[step] > 0 && std::abs(q[step] - here) <= most;
+/// Slope of inverse depth per pixel, from the blocks to either side that are on the same surface; NaN if none is. At a
+/// crease, where the second difference exceeds `bend`, from the straighter side (as in ENO schemes, Harten et al.
+/// 1987). `before` and `after`: number of blocks in the image to either side.
+float DepthPreprocessor::slope(const float* q, std::ptrdiff_t step, int before, int after, float bend) const {
+  const float here = *q, max_step = max_surface_step(here, 2, focal_);
+  const bool back = before > 0 && q[-step] > 0 && std::abs(here - q[-step]) <= max_step;
+  const bool ahead = after > 0 && q[step] > 0 && std::abs(q[step] - here) <= max_step;
   if (back && ahead) {
     const float bent = std::abs(q[step] - 2 * here + q[-step]);
     if (bent > bend && before > 1 && after > 1) {
       const float bent_back = q[-2 * step] > 0 ? std::abs(here - 2 * q[-step] + q[-2 * step]) : bent;
       const float bent_ahead = q[2 * step] > 0 ? std::abs(here - 2 * q[step] + q[2 * step]) : bent;
-      if (std::min(bent_back, bent_ahead) < 0.5f * bent)
+      if (std::min(bent_back, bent_ahead) < kDepthPreprocess.crease_ratio * bent)
         return bent_back < bent_ahead ? 0.5f * (here - q[-step]) : 0.5f * (q[step] - here);
     }
     return 0.25f * (q[step] - q[-step]);
@@ -207,17 +204,17 @@ float DepthPreparation::slope(const float* q, std::ptrdiff_t step, int before, i
   return ahead ? 0.5f * (q[step] - here) : std::numeric_limits<float>::quiet_NaN();
 }
 
-LUMIGRAFT_EIGHT_WIDE void DepthPreparation::fit_planes_wide(PreparedDepth& view) const { fit_planes(view); }
+LUMIGRAFT_SIMD8_TARGET void DepthPreprocessor::fit_planes_wide(PreparedDepth& view) const { fit_planes(view); }
 
-[[gnu::always_inline]] inline void DepthPreparation::fit_planes(PreparedDepth& view) const {
+[[gnu::always_inline]] inline void DepthPreprocessor::fit_planes(PreparedDepth& view) const {
   view.blocks.resize(block_inverse_.size());
   view.planes.resize(block_inverse_.size());
   for (int v = 0; v < blocks_y_; ++v) {
-    const bool inside = v >= kAround && v + kAround < blocks_y_;
+    const bool inside = v >= kSlopeBlocks && v + kSlopeBlocks < blocks_y_;
     int u = 0;
     while (u < blocks_x_) {
-      if (inside && u >= kAround && u + 8 + kAround <= blocks_x_) {
-        fit_eight(view, u, v);
+      if (inside && u >= kSlopeBlocks && u + 8 + kSlopeBlocks <= blocks_x_) {
+        fit_eight_planes(view, u, v);
         u += 8;
       } else {
         fit_plane(view, u++, v);
@@ -226,65 +223,66 @@ LUMIGRAFT_EIGHT_WIDE void DepthPreparation::fit_planes_wide(PreparedDepth& view)
   }
 }
 
-void DepthPreparation::fit_plane(PreparedDepth& view, int u, int v) const {
+void DepthPreprocessor::fit_plane(PreparedDepth& view, int u, int v) const {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
   PreparedDepth::Block& block = view.blocks[i];
   block = {};
   view.planes[i] = Simd4{};
   const float q = block_inverse_[i];
   if (q == 0) return;
-  const float bend = kSurelyBent * view.noise_scale * bend_noise(q);
+  const float bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q);
   const float by_u = slope(&block_inverse_[i], 1, u, blocks_x_ - 1 - u, bend);
   const float by_v = slope(&block_inverse_[i], blocks_x_, v, blocks_y_ - 1 - v, bend);
-  // q = A x/z + B y/z + C, and (A, B, C) is the plane's normal over its distance.
+  // q = a x/z + b y/z + c, where (a, b, c) is the plane's normal divided by its distance.
   const float a = by_u * block_rays_.per_x[i], b = by_v * block_rays_.per_y[i];
   const float c = q - a * block_rays_.x[i] - b * block_rays_.y[i];
   const float distance = 1 / std::sqrt(a * a + b * b + c * c);
   const float facing = std::min(q * distance * block_rays_.inverse_length[i], 1.0f);
-  if (!(facing >= kLeastFacing)) return;  // slopes that are not known, too
-  // depth_sigma_m(1 / q, acos(facing)), its angular part from the table.
+  if (!(facing >= kDepthPreprocess.min_facing)) return;  // also for unknown slopes (NaN)
+  // depth_sigma_m(1 / q, acos(facing)) with the angular term from the table.
   const float sigma =
-      straight_sigma_m(q) + 0.0001f * std::sqrt(q) * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
+      axial_sigma_m(1 / q) + 0.0001f * std::sqrt(q) * oblique_[static_cast<std::size_t>(facing * kObliqueSteps)];
   block.normal = distance * Eigen::Vector3f(a, b, c);
   block.distance_m = distance;
-  block.weight = kLeastSquare / (sigma * sigma);
+  block.weight = kMinVariance / (sigma * sigma);
   block.facing = facing;
   view.planes[i] = Simd4{a, b, c, block.weight};
 }
 
-/// As fit_plane, of eight blocks in a row with kAround more on every side.
-[[gnu::always_inline]] inline void DepthPreparation::fit_eight(PreparedDepth& view, int u, int v) const {
+/// fit_plane for eight blocks in a row that have kSlopeBlocks more on every side.
+[[gnu::always_inline]] inline void DepthPreprocessor::fit_eight_planes(PreparedDepth& view, int u, int v) const {
   const std::size_t i = static_cast<std::size_t>(v) * blocks_x_ + u;
-  const Simd8 q = load_eight(&block_inverse_[i]);
-  const Simd8 bend = kSurelyBent * view.noise_scale * bend_noise(q);
-  const Simd8 most = steepest(q, 2, focal_);
-  // As `slope`, along u or v.
+  const Simd8 q = load8(&block_inverse_[i]);
+  const Simd8 bend = kDepthPreprocess.crease_sigmas * view.noise_scale * second_difference_sigma(q);
+  const Simd8 max_step = max_surface_step(q, 2, focal_);
+  // `slope` for eight blocks, along u or v.
   const auto slopes = [&](std::ptrdiff_t step) __attribute__((always_inline)) {
-    const Simd8 back = load_eight(&block_inverse_[i] - step), ahead = load_eight(&block_inverse_[i] + step);
-    const Simd8Int with_back = (back > 0) & (size_of(q - back) <= most);
-    const Simd8Int with_ahead = (ahead > 0) & (size_of(ahead - q) <= most);
+    const Simd8 back = load8(&block_inverse_[i] - step), ahead = load8(&block_inverse_[i] + step);
+    const Simd8Int with_back = (back > 0) & (abs(q - back) <= max_step);
+    const Simd8Int with_ahead = (ahead > 0) & (abs(ahead - q) <= max_step);
     const Simd8 one_side = select(with_back, 0.5f * (q - back), 0.5f * (ahead - q));
     Simd8 found = select(with_back & with_ahead, 0.25f * (ahead - back), one_side);
-    found = select(with_back | with_ahead, found, all_eight(std::numeric_limits<float>::quiet_NaN()));
-    unsigned bent = bits_of(with_back & with_ahead & (size_of(ahead - 2 * q + back) > bend));
+    found = select(with_back | with_ahead, found, broadcast8(std::numeric_limits<float>::quiet_NaN()));
+    unsigned bent = lane_mask(with_back & with_ahead & (abs(ahead - 2 * q + back) > bend));
     for (; bent != 0; bent &= bent - 1) {
       const int k = std::countr_zero(bent);
-      found[k] = slope(&block_inverse_[i] + k, step, kAround, kAround, bend[k]);
+      found[k] = slope(&block_inverse_[i] + k, step, kSlopeBlocks, kSlopeBlocks, bend[k]);
     }
     return found;
   };
-  Simd8 a = slopes(1) * load_eight(&block_rays_.per_x[i]);
-  Simd8 b = slopes(blocks_x_) * load_eight(&block_rays_.per_y[i]);
-  Simd8 c = q - a * load_eight(&block_rays_.x[i]) - b * load_eight(&block_rays_.y[i]);
+  Simd8 a = slopes(1) * load8(&block_rays_.per_x[i]);
+  Simd8 b = slopes(blocks_x_) * load8(&block_rays_.per_y[i]);
+  Simd8 c = q - a * load8(&block_rays_.x[i]) - b * load8(&block_rays_.y[i]);
   Simd8 distance = 1 / sqrt(a * a + b * b + c * c);
-  const Simd8 facing = min(all_eight(1), q * distance * load_eight(&block_rays_.inverse_length[i]));  // keeps a NaN
-  const Simd8Int known = (q > 0) & (facing >= kLeastFacing);
+  const Simd8 facing =
+      min(broadcast8(1), q * distance * load8(&block_rays_.inverse_length[i]));  // this order of operands keeps a NaN
+  const Simd8Int known = (q > 0) & (facing >= kDepthPreprocess.min_facing);
   const Simd8Int step = __builtin_convertvector(select(known, facing, Simd8{}) * kObliqueSteps, Simd8Int);
   const auto oblique_at = [&](int lane) { return oblique_[static_cast<std::size_t>(step[lane])]; };
   const Simd8 oblique = {oblique_at(0), oblique_at(1), oblique_at(2), oblique_at(3),
                          oblique_at(4), oblique_at(5), oblique_at(6), oblique_at(7)};
-  const Simd8 sigma = straight_sigma_m(q) + 0.0001f * sqrt(q) * oblique;
-  const Simd8 weights = select(known, kLeastSquare / (sigma * sigma), Simd8{});
+  const Simd8 sigma = axial_sigma_m(1 / q) + 0.0001f * sqrt(q) * oblique;
+  const Simd8 weights = select(known, kMinVariance / (sigma * sigma), Simd8{});
   const Simd8 facings = select(known, facing, Simd8{});
   a = select(known, a, Simd8{});
   b = select(known, b, Simd8{});
@@ -296,31 +294,32 @@ void DepthPreparation::fit_plane(PreparedDepth& view, int u, int v) const {
     transpose(normal[0], normal[1], normal[2], normal[3]);
     Simd4 planes[4] = {half_of(a), half_of(b), half_of(c), half_of(weights)};
     transpose(planes[0], planes[1], planes[2], planes[3]);
-    const Simd4 its_weights = half_of(weights), its_facings = half_of(facings);
+    const Simd4 four_weights = half_of(weights), four_facings = half_of(facings);
     for (std::size_t k = 0; k < 4; ++k) {
       view.planes[from + k] = planes[k];
       PreparedDepth::Block& block = view.blocks[from + k];
       block.normal = {normal[k][0], normal[k][1], normal[k][2]};
       block.distance_m = normal[k][3];
-      block.weight = its_weights[k];
-      block.facing = its_facings[k];
+      block.weight = four_weights[k];
+      block.facing = four_facings[k];
       block.jump = -1;
     }
   };
   write(
-      i, [](Simd8 of) __attribute__((always_inline)) { return low_of(of); });
+      i, [](Simd8 of) __attribute__((always_inline)) { return low_half(of); });
   write(
-      i + 4, [](Simd8 of) __attribute__((always_inline)) { return high_of(of); });
+      i + 4, [](Simd8 of) __attribute__((always_inline)) { return high_half(of); });
 }
 
-/// Tells each block the closest jump, in two sweeps over neighbours (Danielsson 1980).
-void DepthPreparation::spread_jumps(PreparedDepth& view) {
+/// Propagates the closest jump to each block in two sweeps over neighbours (Danielsson 1980).
+void DepthPreprocessor::spread_jumps(PreparedDepth& view) {
   const auto adopt = [&](std::size_t i, int u, int v, std::int32_t candidate) {
     if (candidate < 0 || candidate == block_jumps_[i]) return;
     const Eigen::Vector2f here(2 * static_cast<float>(u) + 0.5f, 2 * static_cast<float>(v) + 0.5f);
     const PreparedDepth::Jump& jump = view.jumps[static_cast<std::size_t>(candidate)];
     const float away = (jump.pixel - here).squaredNorm();
-    const float reach = std::clamp(kJumpVoxels * jump.voxel_pixels, 2.0f, 48.0f);
+    const float reach = std::clamp(kDepthPreprocess.jump_reach_voxels * jump.voxel_pixels,
+                                   kDepthPreprocess.min_jump_reach_px, kDepthPreprocess.max_jump_reach_px);
     if (away > reach * reach) return;
     const std::int32_t own = block_jumps_[i];
     if (own < 0 || away < (view.jumps[static_cast<std::size_t>(own)].pixel - here).squaredNorm())
@@ -338,7 +337,7 @@ void DepthPreparation::spread_jumps(PreparedDepth& view) {
     if (before_u) adopt(i, u, v, at[-step * row - step]);
     if (after_u) adopt(i, u, v, at[-step * row + step]);
   };
-  // Most of most pictures is far from jumps: only what has one beside it, or before it in its own row, is visited.
+  // Most blocks are far from jumps: groups of eight without a jump next to them or before them in the row are skipped.
   const auto sweep = [&](int v, int step) {
     const std::int32_t* own = &block_jumps_[static_cast<std::size_t>(v) * blocks_x_];
     const bool before_v = step > 0 ? v > 0 : v + 1 < blocks_y_;
@@ -368,31 +367,31 @@ void DepthPreparation::spread_jumps(PreparedDepth& view) {
   }
 }
 
-/// Second differences along rows vanish on planes; their mean size over what the model says they would be.
-void DepthPreparation::measure_noise(PreparedDepth& view) const {
+/// Second differences along rows vanish on planes: their mean magnitude relative to that expected from the noise model.
+void DepthPreprocessor::measure_noise(PreparedDepth& view) const {
   double sum = 0;
   int count = 0;
   for (int v = 0; v < blocks_y_; v += 3)
     for (int u = 1; u + 1 < blocks_x_; u += 3) {
       const float* q = &block_inverse_[static_cast<std::size_t>(v) * blocks_x_ + u];
-      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > steepest(q[0], 4, focal_)) continue;
-      // E|x| = 0.8 σ.
-      sum += static_cast<double>(std::abs(q[-1] - 2 * q[0] + q[1]) / (0.8f * bend_noise(*q)));
+      if (q[-1] == 0 || q[0] == 0 || q[1] == 0 || std::abs(q[1] - q[-1]) > max_surface_step(q[0], 4, focal_)) continue;
+      // E|x| = 0.8 σ for a Gaussian.
+      sum += static_cast<double>(std::abs(q[-1] - 2 * q[0] + q[1]) / (0.8f * second_difference_sigma(*q)));
       ++count;
     }
   view.noise_scale = count > 0 ? static_cast<float>(sum / count) : 0.0f;
 }
 
-/// One row of them.
-void DepthPreparation::measure_tiles(PreparedDepth& view, int y) const {
-  constexpr float kMost = std::numeric_limits<float>::max();
+/// Depth ranges of row y of the tiles.
+void DepthPreprocessor::measure_tiles(PreparedDepth& view, int y) const {
+  constexpr float kInfinity = std::numeric_limits<float>::max();
   for (int x = 0; x < view.tiles_x; ++x) {
     const int first_u = x * PreparedDepth::kTile, end_u = std::min(first_u + PreparedDepth::kTile, width_),
               end_v = std::min((y + 1) * PreparedDepth::kTile, height_);
-    Simd4 lows = all(kMost), highs{};
+    Simd4 lows = broadcast(kInfinity), highs{};
     Simd4Int measured{-1, -1, -1, -1};
-    float low = kMost, high = 0;
-    bool whole = true;
+    float low = kInfinity, high = 0;
+    bool complete = true;
     for (int v = y * PreparedDepth::kTile; v < end_v; ++v) {
       const float* row = &view.inverse_depth[static_cast<std::size_t>(v) * width_];
       int u = first_u;
@@ -400,22 +399,22 @@ void DepthPreparation::measure_tiles(PreparedDepth& view, int y) const {
         const Simd4 q = load(row + u);
         const Simd4Int seen = q > 0;
         highs = max(highs, q);
-        lows = min(lows, select(seen, q, all(kMost)));
+        lows = min(lows, select(seen, q, broadcast(kInfinity)));
         measured &= seen;
       }
       for (; u < end_u; ++u) {
         high = std::max(high, row[u]);
-        whole &= row[u] > 0;
+        complete &= row[u] > 0;
         low = std::min(low, row[u] > 0 ? row[u] : low);
       }
     }
     for (int k = 0; k < 4; ++k) {
       low = std::min(low, lows[k]);
       high = std::max(high, highs[k]);
-      whole &= measured[k] != 0;
+      complete &= measured[k] != 0;
     }
     PreparedDepth::Tile& tile = view.tiles[static_cast<std::size_t>(y) * view.tiles_x + x];
-    tile.whole = whole;
+    tile.complete = complete;
     if (high == 0) continue;
     tile.near_m = 1 / high;
     tile.far_m = 1 / low;

@@ -1,5 +1,5 @@
 #pragma once
-// A depth picture made ready for fusion: what plane is seen where, how far to trust it, and where depth jumps.
+// Preprocessing of a depth image for fusion: local planes with weights from the noise model, and jumps in depth.
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -13,45 +13,45 @@
 namespace lumigraft::reconstruct {
 
 struct PreparedDepth {
-  /// What a block of 2 × 2 pixels sees.
+  /// Plane observed by a block of 2 × 2 pixels.
   struct Block {
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, camera frame, away from the camera
     float distance_m = 0;                              ///< of the plane: normal · p = distance_m
     float weight = 0;                                  ///< (smallest σ / σ)², at most 1; 0 = no plane
     float facing = 0;                                  ///< cosine of incidence
-    std::int32_t jump = -1;  ///< the closest jump in depth whose reach this is in; −1 = none
+    std::int32_t jump = -1;                            ///< the closest jump in depth within reach; −1 = none
   };
-  /// Between two neighbouring pixels one surface ends before a farther one, or before nothing.
+  /// Depth discontinuity between neighbouring pixels: a surface ends in front of a farther one, or of no measurement.
   struct Jump {
-    Eigen::Vector2f pixel;
-    std::int32_t near = 0, far = -1;  ///< pixels; far −1 = nothing measured there
+    Eigen::Vector2f pixel;            ///< its position
+    std::int32_t near = 0, far = -1;  ///< pixel indices; far −1 = nothing measured there
     float divide = 0;                 ///< inverse depth between the two surfaces
-    float voxel_pixels = 0;           ///< how large a voxel is there
+    float voxel_pixels = 0;           ///< size of a voxel at the near surface, pixels
   };
-  /// Of kTile² pixels.
+  /// Depth range of kTile × kTile pixels.
   struct Tile {
     float near_m = 0, far_m = 0;  ///< far_m 0 = nothing measured
-    bool whole = true;            ///< every pixel measured
+    bool complete = true;         ///< every pixel has a measurement
   };
   static constexpr int kTile = 16;
 
   int width = 0, height = 0, blocks_x = 0, blocks_y = 0, tiles_x = 0, tiles_y = 0;
   std::vector<float> inverse_depth;  ///< per pixel, 1/m; 0 = nothing measured
   std::vector<Block> blocks;
-  /// The same in short, for the many voxels that see one plane and no jump: normal over distance, and the weight; that
-  /// is −1 in the reach of a jump.
+  /// The same per block in one vector, for voxels that are not near a jump: normal / distance, and the weight; weight
+  /// −1 within reach of a jump.
   std::vector<Simd4> planes;
   std::vector<Jump> jumps;
   std::vector<Tile> tiles;
-  /// By pixel beside a jump, which block's plane it was found to lie on (see DepthReader); many voxels ask. −1 = none.
-  mutable std::vector<std::int32_t> plane_through;
-  static constexpr std::int32_t kNotAsked = -2;
-  mutable std::vector<std::int32_t> asked;  ///< pixels of which that was found
-  void forget_planes_through() {
-    for (const std::int32_t pixel : asked) plane_through[static_cast<std::size_t>(pixel)] = kNotAsked;
-    asked.clear();
+  /// Cache of DepthLookup by pixel: the block whose plane contains a pixel next to a jump; −1 = none.
+  mutable std::vector<std::int32_t> plane_cache;
+  static constexpr std::int32_t kNotCached = -2;
+  mutable std::vector<std::int32_t> cached_pixels;  ///< pixels with an entry
+  void clear_plane_cache() {
+    for (const std::int32_t pixel : cached_pixels) plane_cache[static_cast<std::size_t>(pixel)] = kNotCached;
+    cached_pixels.clear();
   }
-  float noise_scale = 0;  ///< how noisy the picture is, over the sensor noise model
+  float noise_scale = 0;  ///< noise of the image relative to the sensor noise model
 
   std::int32_t pixel_index(int u, int v) const { return v * width + u; }
   const Block& block_of(int u, int v) const {
@@ -59,17 +59,14 @@ struct PreparedDepth {
   }
 };
 
-/// How far from a jump, in voxels, what lies behind a surface is looked at with care.
-constexpr float kJumpVoxels = 4;
-
-/// Prepares depth pictures of one camera.
-class DepthPreparation {
+/// Preprocesses depth images of one camera.
+class DepthPreprocessor {
  public:
-  /// Not `wide`: as a processor works that has no vectors of eight; the result is the same, to the bit.
-  DepthPreparation(const capture::CameraModel& camera, double voxel_m, double far_m, bool wide = true);
-  /// `depth_m` has the camera's size. Buffers of `view` are used again.
+  /// `wide` false: without vectors of eight floats, as on processors that lack them; the result is bit-identical.
+  DepthPreprocessor(const capture::CameraModel& camera, double voxel_m, double far_m, bool wide = true);
+  /// `depth_m` has the camera's size. Reuses the buffers of `view`.
   void prepare(const capture::Image<float>& depth_m, PreparedDepth& view);
-  /// x/z, y/z of a pixel's centre; NaN where it sees nothing.
+  /// x/z, y/z of a pixel's centre; NaN where the lens model has no ray.
   const Eigen::Vector2f& ray(std::int32_t pixel) const { return rays_[static_cast<std::size_t>(pixel)]; }
   float focal() const { return focal_; }
 
@@ -77,7 +74,7 @@ class DepthPreparation {
   void average_blocks(const PreparedDepth& view, int first_v, int end_v);
   float slope(const float* inverse_depth, std::ptrdiff_t step, int before, int after, float bend) const;
   void fit_plane(PreparedDepth& view, int u, int v) const;
-  void fit_eight(PreparedDepth& view, int u, int v) const;
+  void fit_eight_planes(PreparedDepth& view, int u, int v) const;
   void invert(const capture::Image<float>& depth_m, PreparedDepth& view, int first_v, int end_v) const;
   void find_jumps(PreparedDepth& view, int first_v, int end_v);
   void add_jump(PreparedDepth& view, int u, int v);
@@ -93,14 +90,14 @@ class DepthPreparation {
   static constexpr int kObliqueSteps = 256;
   std::array<float, kObliqueSteps + 1> oblique_{};  ///< angular part of the noise, by cosine of incidence
   std::vector<Eigen::Vector2f> rays_;               ///< per pixel
-  std::vector<std::uint32_t> blind_;                ///< pixels whose ray is NaN
-  /// By block: x/z and y/z of its middle, pixels per unit of both, and the inverse length of (x/z, y/z, 1).
+  std::vector<std::uint32_t> no_ray_;               ///< indices of pixels without a ray, sorted
+  /// By block: x/z and y/z of its centre, pixels per unit of both, and the inverse length of (x/z, y/z, 1).
   struct BlockRays {
     std::vector<float> x, y, per_x, per_y, inverse_length;
   } block_rays_;
-  std::vector<float> block_inverse_;  ///< mean inverse depth of a block on one surface; 0 = on none
-  std::vector<std::uint8_t> rough_;   ///< per pixel: depth jumps between it and its neighbours to the right and below
-  std::vector<std::int32_t> block_jumps_;  ///< the jump in the block, later the closest
+  std::vector<float> block_inverse_;         ///< mean inverse depth of a block on one surface; 0 = otherwise
+  std::vector<std::uint8_t> discontinuous_;  ///< per pixel: depth jumps between it and its right and lower neighbours
+  std::vector<std::int32_t> block_jumps_;    ///< per block: the jump in it, then the closest
 };
 
 }  // namespace lumigraft::reconstruct

@@ -23,26 +23,16 @@ namespace {
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-/// A brick that many pictures have told about learns little from one more out of the same place. From so many looks on
-/// it takes every second, fourth and eighth; but every one for a while after a picture showed so many voxels far from
-/// where they were, and more of them as soon as the camera has moved on as far as makes it see anew.
-constexpr std::array<std::uint32_t, 3> kSettled = {6, 12, 40};
-constexpr std::uint32_t kLongestRest = 1u << kSettled.size(), kLivelyLooks = 8;
-constexpr float kAnewM = 0.02f, kAnewRad = 0.03f;
-constexpr float kUnmoved = 0.5f;  ///< times that: rows that told nothing tell nothing again
-constexpr float kFarAnew = 8;     ///< times that: another view altogether, that nothing rests for
-constexpr int kLivelyVoxels = 24;
-/// How far the camera has moved since surfaces were looked through for new bricks says how large a share of them is
-/// looked through now: all of another view, half of a moving one, a quarter at rest.
-constexpr float kSteadyM = 0.01f, kSteadyRad = 0.01f;
-constexpr float kFarSteady = 8;  ///< times that
-constexpr int kMovingShares = 2, kShares = 4;
-constexpr int kUrgentVoxels = 8;     ///< far from where they were: published at once
-constexpr std::uint32_t kYoung = 4;  ///< pictures of a room just begun: all of each is searched, and told at once
-constexpr int kNewVoxels = 64;       ///< newly known: likewise
-constexpr std::uint32_t kWait = 4;   ///< pictures, that slight changes are held back to be published together
-constexpr float kPlaceM = 0.25f;     // apart, as places from where the camera looked
-constexpr std::size_t kMostPlaces = 64;
+/// Frames without an update after which a brick is updated in any case.
+constexpr std::uint32_t kMaxSkipped = 1u << kUpdateSchedule.settled_updates.size();
+/// Largest change of an element of the pose's matrix (metres for its position) that counts as the same pose.
+constexpr double kSamePose = 1e-5;
+
+/// Camera motion between two poses in units: translation over `unit_m` plus rotation over `unit_rad`.
+float motion(const Isometry3f& from, const Isometry3f& to, float unit_m, float unit_rad) {
+  return (to.translation() - from.translation()).norm() / unit_m +
+         Eigen::AngleAxisf(from.linear().transpose() * to.linear()).angle() / unit_rad;
+}
 
 bool same_picture(const std::shared_ptr<const capture::Picture>& a, const std::shared_ptr<const capture::Picture>& b) {
   if (a == b) return true;
@@ -65,186 +55,189 @@ struct FusionStage::State {
         truncation_m(static_cast<float>(settings.voxel_m * settings.truncation_voxels)),
         weight_cap(static_cast<float>(settings.weight_cap)),
         map(session.color.model),
-        preparation(session.color.model, settings.voxel_m, settings.far_m),
+        preprocessor(session.color.model, settings.voxel_m, settings.far_m),
         surfaces(session, voxel_m) {}
 
-  void look_from(const Vector3f& camera_m);
+  void add_viewpoint(const Vector3f& camera_m);
   WorkingBrick& brick_at(const BrickKey& key);
   void allocate(const Isometry3f& T_tag_camera);
-  void lay_surfaces();
-  void await_publication(WorkingBrick& brick);
-  void remember(const Isometry3f& T_tag_camera);
-  bool rests(const WorkingBrick& brick, std::size_t place) const;
-  BrickUpdate::Wait may_wait(const WorkingBrick& brick) const;
-  void consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told);
-  bool publication_due() const { return pictures - last_publication >= kWait || new_place; }
-  void renew(WorkingBrick& brick) const;
+  void update_models();
+  void queue(WorkingBrick& brick);
+  void record_pose(const Isometry3f& T_tag_camera);
+  bool skipped(const WorkingBrick& brick, std::size_t index) const;
+  BrickUpdate::Skip skipped_rows(const WorkingBrick& brick) const;
+  void record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change);
+  bool publication_due() const { return frames - last_publication >= kPublication.interval_frames || new_viewpoint; }
+  void copy_drifted(WorkingBrick& brick) const;
   void publish();
 
   capture::CameraModel camera;
   capture::Response response;
   float voxel_m, truncation_m, weight_cap;
   PixelMap map;
-  DepthPreparation preparation;
+  DepthPreprocessor preprocessor;
   PreparedDepth view;
   RealSurfaces surfaces;
 
-  std::uint32_t pictures = 0, last_publication = 0;
-  std::array<Isometry3f, kLongestRest> T_tag_camera_at{};  ///< by picture, the last ones
-  std::array<float, kLongestRest> moved_since{};           ///< by how many pictures ago
-  RecentBricks found;                                      ///< that were looked for before
-  Isometry3f searched_from = Isometry3f::Identity();       ///< camera when all surfaces were last looked through
-  std::vector<WorkingBrick*> waiting;                      ///< to be published
-  bool urgent = false;                                     ///< one of them at once
-  bool new_place = false;                                  ///< in seen_from_m, not published yet
+  std::uint32_t frames = 0, last_publication = 0;
+  std::array<Isometry3f, kMaxSkipped> T_tag_camera_at{};  ///< of the last frames, by frame number modulo the size
+  std::array<float, kMaxSkipped> motion_since{};          ///< since so many frames ago, in new views (UpdateSchedule)
+  RecentBricks found_bricks;                              ///< by earlier searches
+  Isometry3f search_pose = Isometry3f::Identity();        ///< camera at the last search with larger subsets
+  std::vector<WorkingBrick*> publication_queue;
+  bool urgent = false;         ///< one of them is to be published at once
+  bool new_viewpoint = false;  ///< in seen_from_m, not yet published
   WorkingBricks bricks;
-  FieldBrickMaker maker;  ///< of those that are published
-  std::unordered_map<BrickKey, std::size_t, BrickKeyHash> places;
+  FieldBrickMaker maker;  ///< of published bricks
+  std::unordered_map<BrickKey, std::size_t, BrickKeyHash> index_of;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const capture::DepthPicture> last_depth;
   std::shared_ptr<const capture::Picture> last_color;
-  std::vector<Vector3f> seen_from_m;  ///< the one that was left longest ago first
+  std::vector<Vector3f> seen_from_m;  ///< least recently used first
   Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
 };
 
-/// Remembers the place. While the camera moves on, places of wrong poses are forgotten in time.
-void FusionStage::State::look_from(const Vector3f& camera_m) {
-  const auto place = std::find_if(seen_from_m.begin(), seen_from_m.end(),
-                                  [&](const Vector3f& p) { return (p - camera_m).norm() < kPlaceM; });
-  if (place != seen_from_m.end()) {
-    std::rotate(place, place + 1, seen_from_m.end());
+/// Adds the camera position to the viewpoints, or marks a near one as most recent. The limit removes positions of wrong
+/// poses in time.
+void FusionStage::State::add_viewpoint(const Vector3f& camera_m) {
+  const auto near = std::find_if(seen_from_m.begin(), seen_from_m.end(), [&](const Vector3f& p) {
+    return (p - camera_m).norm() < kPublication.viewpoint_spacing_m;
+  });
+  if (near != seen_from_m.end()) {
+    std::rotate(near, near + 1, seen_from_m.end());
     return;
   }
-  if (seen_from_m.size() == kMostPlaces) seen_from_m.erase(seen_from_m.begin());
+  if (seen_from_m.size() == kPublication.max_viewpoints) seen_from_m.erase(seen_from_m.begin());
   seen_from_m.push_back(camera_m);
-  new_place = true;
+  new_viewpoint = true;
 }
 
 WorkingBrick& FusionStage::State::brick_at(const BrickKey& key) {
-  const auto [place, is_new] = places.emplace(key, bricks.size());
-  if (is_new) {
-    bricks.add().key = key;
-  }
-  return bricks[place->second];
+  const auto [entry, is_new] = index_of.emplace(key, bricks.size());
+  if (is_new) bricks.add().key = key;
+  return bricks[entry->second];
 }
 
 void FusionStage::State::allocate(const Isometry3f& T_tag_camera) {
-  const float moved =
-      (T_tag_camera.translation() - searched_from.translation()).norm() / kSteadyM +
-      Eigen::AngleAxisf(searched_from.linear().transpose() * T_tag_camera.linear()).angle() / kSteadyRad;
-  const int shares = pictures < kYoung || moved > kFarSteady ? 1 : moved > 1 ? kMovingShares : kShares;
-  if (shares < kShares) searched_from = T_tag_camera;
-  for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera, voxel_m, truncation_m,
-                                                {shares, static_cast<int>(pictures) % shares}, found)) {
+  const float moved = motion(search_pose, T_tag_camera, kSearchSchedule.still_m, kSearchSchedule.still_rad);
+  const int subsets = frames < kSearchSchedule.initial_frames || moved > kSearchSchedule.other_view ? 1
+                      : moved > 1 ? kSearchSchedule.moving_subsets
+                                  : kSearchSchedule.still_subsets;
+  if (subsets < kSearchSchedule.still_subsets) search_pose = T_tag_camera;
+  for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera, voxel_m, truncation_m,
+                                                {subsets, static_cast<int>(frames) % subsets}, found_bricks)) {
     brick_at(key);
   }
 }
 
-/// Where real surfaces were found, or are found to lie elsewhere.
-void FusionStage::State::lay_surfaces() {
-  for (std::size_t place = 0; place < bricks.size(); ++place) {
-    WorkingBrick& brick = bricks[place];
+/// Assigns the models of real surfaces to bricks, after a surface was found or its pose changed.
+void FusionStage::State::update_models() {
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    WorkingBrick& brick = bricks[i];
     if (!brick.model) continue;
     brick.model = nullptr;
-    await_publication(brick);
+    queue(brick);
   }
   for (const auto& [key, model] : surfaces.bricks()) {
     WorkingBrick& brick = brick_at(key);
     brick.model = model;
     if (!brick.published) brick.urgent = urgent = true;
-    await_publication(brick);
+    queue(brick);
   }
 }
 
-void FusionStage::State::await_publication(WorkingBrick& brick) {
-  if (brick.waiting) return;
-  brick.waiting = true;
-  waiting.push_back(&brick);
+void FusionStage::State::queue(WorkingBrick& brick) {
+  if (brick.queued) return;
+  brick.queued = true;
+  publication_queue.push_back(&brick);
 }
 
-/// How far the camera has moved since so many pictures, over what makes it see anew.
-void FusionStage::State::remember(const Isometry3f& T_tag_camera) {
-  for (std::uint32_t ago = 1; ago < kLongestRest; ++ago) {
-    const Isometry3f& then = T_tag_camera_at[(pictures + kLongestRest - ago) % kLongestRest];
-    const float way = (then.translation() - T_tag_camera.translation()).norm() / kAnewM;
-    const float turn = Eigen::AngleAxisf(then.linear().transpose() * T_tag_camera.linear()).angle() / kAnewRad;
-    moved_since[ago] = way + turn;
+/// Computes the motion since earlier frames and stores the pose.
+void FusionStage::State::record_pose(const Isometry3f& T_tag_camera) {
+  for (std::uint32_t ago = 1; ago < kMaxSkipped; ++ago) {
+    const Isometry3f& then = T_tag_camera_at[(frames + kMaxSkipped - ago) % kMaxSkipped];
+    motion_since[ago] = motion(then, T_tag_camera, kUpdateSchedule.new_view_m, kUpdateSchedule.new_view_rad);
   }
-  T_tag_camera_at[pictures % kLongestRest] = T_tag_camera;
+  T_tag_camera_at[frames % kMaxSkipped] = T_tag_camera;
 }
 
-bool FusionStage::State::rests(const WorkingBrick& brick, std::size_t place) const {
-  const std::uint32_t ago = pictures - brick.last_look;
-  if (brick.update_count < brick.active_until || ago >= kLongestRest) return false;
-  // Not all bricks at once.
-  constexpr std::uint32_t kTurns = 8;
-  const float patience = 0.75f + 0.5f * static_cast<float>(place % kTurns) / kTurns;
+/// Whether a settled brick is not updated in this frame. `index`: of the brick.
+bool FusionStage::State::skipped(const WorkingBrick& brick, std::size_t index) const {
+  const std::uint32_t ago = frames - brick.last_update;
+  if (brick.update_count < brick.active_until || ago >= kMaxSkipped) return false;
+  constexpr std::uint32_t kTurns = kUpdateSchedule.patience_turns;
+  const float patience =
+      kUpdateSchedule.patience_min + kUpdateSchedule.patience_spread * static_cast<float>(index % kTurns) / kTurns;
+  constexpr const auto& kSettled = kUpdateSchedule.settled_updates;
   auto steps = std::upper_bound(kSettled.begin(), kSettled.end(), brick.update_count) - kSettled.begin();
-  if (moved_since[ago] > kFarAnew) return false;
-  if (moved_since[ago] > patience) steps = steps > 1 ? 1 : 0;
-  return ((pictures + place) & ((1u << steps) - 1)) != 0;
+  if (motion_since[ago] > kUpdateSchedule.other_view) return false;
+  if (motion_since[ago] > patience) steps = steps > 1 ? 1 : 0;
+  return ((frames + index) & ((1u << steps) - 1)) != 0;
 }
 
-/// Of what is looked at often; what rests is looked at all over, or a visitor would stay in its corners.
-BrickUpdate::Wait FusionStage::State::may_wait(const WorkingBrick& brick) const {
-  constexpr std::uint32_t kOften = 2;
-  const std::uint32_t ago = pictures - brick.last_look;
-  if (brick.update_count < kSettled.front() || brick.update_count < brick.active_until || ago == 0 || ago > kOften)
-    return BrickUpdate::Wait::nothing;
-  return moved_since[ago] < kUnmoved ? BrickUpdate::Wait::free_and_silent : BrickUpdate::Wait::free;
+/// Rows take turns only in settled bricks that are updated often.
+BrickUpdate::Skip FusionStage::State::skipped_rows(const WorkingBrick& brick) const {
+  const std::uint32_t ago = frames - brick.last_update;
+  if (brick.update_count < kUpdateSchedule.settled_updates.front() || brick.update_count < brick.active_until ||
+      ago == 0 || ago > kUpdateSchedule.frequent_frames)
+    return BrickUpdate::Skip::none;
+  return motion_since[ago] < kUpdateSchedule.same_view ? BrickUpdate::Skip::free_and_unobserved
+                                                       : BrickUpdate::Skip::free;
 }
 
-/// A brick of which a picture told is to be published, now or with others.
-void FusionStage::State::consider(WorkingBrick& brick, bool open, const BrickUpdate::Told& told) {
+/// Updates the brick's counters and queues it for publication if it may have drifted.
+void FusionStage::State::record_change(WorkingBrick& brick, bool open, const BrickUpdate::Change& change) {
   if (!open) {
     brick.open = false;
-    if (told.moved > kLivelyVoxels) brick.active_until = brick.update_count + kLivelyLooks;
+    if (change.moved_voxels > kUpdateSchedule.active_moved_voxels)
+      brick.active_until = brick.update_count + kUpdateSchedule.active_updates;
   }
   ++brick.update_count;
-  brick.last_look = pictures;
-  // A look at what was published costs as much as an update: what is urgent is known without.
-  brick.urgent |= !brick.published || told.learnt >= (pictures < kYoung ? kUrgentVoxels : kNewVoxels) ||
-                  told.moved >= kUrgentVoxels;
+  brick.last_update = frames;
+  const int urgent_new_voxels =
+      frames < kSearchSchedule.initial_frames ? kPublication.urgent_moved_voxels : kPublication.urgent_new_voxels;
+  brick.urgent |= !brick.published || change.new_voxels >= urgent_new_voxels ||
+                  change.moved_voxels >= kPublication.urgent_moved_voxels;
   urgent |= brick.urgent;
-  brick.add_drift(told.learnt > 0 || told.coloured, told.drift, told.radiance_drift);
-  if (brick.urgent || brick.model || brick.may_have_drifted()) await_publication(brick);
+  brick.add_drift(change.new_voxels > 0 || change.new_color, change.drift, change.radiance_drift);
+  if (brick.urgent || brick.model || brick.may_have_drifted()) queue(brick);
 }
 
-/// What is published of a brick that awaits it, where that has drifted.
-void FusionStage::State::renew(WorkingBrick& brick) const {
+/// Copies a queued brick for publication if it has drifted.
+void FusionStage::State::copy_drifted(WorkingBrick& brick) const {
   std::optional<FieldBrick> with_model;
-  if (brick.model) with_model = merged(brick.now, *brick.model, voxel_m);
-  const FieldBrick& whole = with_model ? *with_model : brick.now;
-  const bool drifted = brick.urgent || brick.drifted(whole, voxel_m);
-  brick.waiting = brick.urgent = false;
+  if (brick.model) with_model = merge_model(brick.now, *brick.model, voxel_m);
+  const FieldBrick& result = with_model ? *with_model : brick.now;
+  const bool drifted = brick.urgent || brick.drifted(result, voxel_m);
+  brick.queued = brick.urgent = false;
   if (!drifted) return;
-  brick.published = maker.copy(whole);
+  brick.published = maker.copy(result);
   brick.drift = WorkingBrick::kDriftUnknown;
-  brick.renewed = true;
+  brick.copied = true;
 }
 
 void FusionStage::State::publish() {
   const bool due = publication_due();
-  if (!urgent && !(due && (new_place || !waiting.empty()))) return;
+  if (!urgent && !(due && (new_viewpoint || !publication_queue.empty()))) return;
   auto next = std::make_shared<DistanceField>(*field);
   next->version += 1;
   next->seen_from_m = seen_from_m;
-  bool changed = new_place;
-  std::erase_if(waiting, [&](WorkingBrick* brick) {
-    if (brick->waiting) {
+  bool changed = new_viewpoint;
+  std::erase_if(publication_queue, [&](WorkingBrick* brick) {
+    if (brick->queued) {
       if (!due && !brick->urgent) return false;
-      renew(*brick);
+      copy_drifted(*brick);
     }
-    if (!brick->renewed) return true;
-    brick->renewed = false;
+    if (!brick->copied) return true;
+    brick->copied = false;
     next->bricks.insert_or_assign(brick->key, brick->published);
     changed = true;
     return true;
   });
   urgent = false;
-  if (due) last_publication = pictures;
+  if (due) last_publication = frames;
   if (!changed) return;
-  new_place = false;
+  new_viewpoint = false;
   field = std::move(next);
 }
 
@@ -257,7 +250,7 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& 
   State& s = *state_;
   if (!frame.depth || pose.age_ns != 0) return s.field;
   if (frame.depth->depth_m.width != s.camera.width || frame.depth->depth_m.height != s.camera.height) return s.field;
-  const bool same_pose = (pose.T_tag_camera.matrix() - s.last_pose.matrix()).cwiseAbs().maxCoeff() < 1e-5;
+  const bool same_pose = (pose.T_tag_camera.matrix() - s.last_pose.matrix()).cwiseAbs().maxCoeff() < kSamePose;
   if (s.field && same_pose && same_depth(frame.depth, s.last_depth) && same_picture(frame.color, s.last_color))
     return s.field;
   if (!s.field) {
@@ -267,40 +260,42 @@ std::shared_ptr<const DistanceField> FusionStage::fuse(const capture::FrameSet& 
     s.field = empty;
   }
 
-  s.preparation.prepare(frame.depth->depth_m, s.view);
+  s.preprocessor.prepare(frame.depth->depth_m, s.view);
   const Isometry3f T_camera_tag = pose.T_tag_camera.inverse().cast<float>();
-  s.look_from(pose.T_tag_camera.translation().cast<float>());
+  s.add_viewpoint(pose.T_tag_camera.translation().cast<float>());
   s.allocate(pose.T_tag_camera.cast<float>());
-  if (s.surfaces.any() && s.surfaces.look(frame.depth->depth_m, pose.T_tag_camera)) s.lay_surfaces();
-  s.remember(pose.T_tag_camera.cast<float>());
+  if (s.surfaces.any() && s.surfaces.register_models(frame.depth->depth_m, pose.T_tag_camera)) s.update_models();
+  s.record_pose(pose.T_tag_camera.cast<float>());
   const ColorLookup colour(frame.color.get(), s.response, s.camera.width, s.camera.height);
-  const BrickUpdate picture(s.view, s.preparation, s.map, colour, T_camera_tag,
-                            {s.voxel_m, s.truncation_m, s.weight_cap});
+  const BrickUpdate update(s.view, s.preprocessor, s.map, colour, T_camera_tag,
+                           {s.voxel_m, s.truncation_m, s.weight_cap});
   const float focal = static_cast<float>(std::max(s.camera.fx, s.camera.fy));
   const Vector3f camera_m = pose.T_tag_camera.translation().cast<float>();
-  std::vector<std::pair<WorkingBrick*, Sight>> seen;
-  for (std::size_t place = 0; place < s.bricks.size(); ++place) {
-    WorkingBrick& brick = s.bricks[place];
-    if (s.rests(brick, place)) continue;
-    const Sight sight = sight_of(brick.key, s.view, s.map, focal, T_camera_tag, s.voxel_m, s.truncation_m);
-    if (sight.kind == Sight::Kind::hidden || s.surfaces.behind_mirror(camera_m, middle_of(brick.key, s.voxel_m)))
+  std::vector<std::pair<WorkingBrick*, BrickVisibility>> visible;
+  for (std::size_t i = 0; i < s.bricks.size(); ++i) {
+    WorkingBrick& brick = s.bricks[i];
+    if (s.skipped(brick, i)) continue;
+    const BrickVisibility visibility =
+        brick_visibility(brick.key, s.view, s.map, focal, T_camera_tag, s.voxel_m, s.truncation_m);
+    if (visibility.kind == BrickVisibility::Kind::hidden ||
+        s.surfaces.behind_mirror(camera_m, brick_centre(brick.key, s.voxel_m)))
       continue;
-    seen.emplace_back(&brick, sight);
+    visible.emplace_back(&brick, visibility);
   }
   const bool due = s.publication_due();
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (i + 1 < seen.size() && seen[i + 1].second.kind == Sight::Kind::surface)
-      picture.fetch(*seen[i + 1].first, seen[i + 1].second);
-    auto& [brick, sight] = seen[i];
-    const bool open = sight.kind == Sight::Kind::open;
-    const BrickUpdate::Told told =
-        open ? picture.clear(*brick) : picture.update(*brick, sight.far_m, s.may_wait(*brick));
-    if (told.any) s.consider(*brick, open, told);
-    // At once, while the brick is in the cache.
-    if (brick->waiting && (due || brick->urgent)) s.renew(*brick);
+  for (std::size_t i = 0; i < visible.size(); ++i) {
+    if (i + 1 < visible.size() && visible[i + 1].second.kind == BrickVisibility::Kind::surface)
+      update.prefetch(*visible[i + 1].first, visible[i + 1].second);
+    auto& [brick, visibility] = visible[i];
+    const bool open = visibility.kind == BrickVisibility::Kind::open;
+    const BrickUpdate::Change change =
+        open ? update.update_open(*brick) : update.update(*brick, visibility.far_m, s.skipped_rows(*brick));
+    if (change.observed) s.record_change(*brick, open, change);
+    // Now, while the brick is in the cache.
+    if (brick->queued && (due || brick->urgent)) s.copy_drifted(*brick);
   }
   s.publish();
-  ++s.pictures;
+  ++s.frames;
   s.last_depth = frame.depth;
   s.last_color = frame.color;
   s.last_pose = pose.T_tag_camera;

@@ -1,5 +1,5 @@
 #pragma once
-// Where in the picture points are seen.
+// Projection of points into the image.
 #include <Eigen/Core>
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace lumigraft::reconstruct {
 
-/// Pixels of points in the camera's frame, fast: a distorted lens goes through a table.
+/// Fast projection from the camera frame to pixels; lens distortion is interpolated from a table.
 class PixelMap {
  public:
   explicit PixelMap(const capture::CameraModel& camera);
@@ -33,7 +33,8 @@ class PixelMap {
   static constexpr int kMargin = 32;
   float fx_, fy_, cx_, cy_;
   int width_, height_;
-  std::vector<Eigen::Vector2f> table_;  ///< per pixel of the undistorted camera, margin included; empty without lens
+  std::vector<Eigen::Vector2f>
+      table_;  ///< distorted pixel by undistorted pixel, with margin; empty if there is no distortion
 };
 
 }  // namespace lumigraft::reconstruct

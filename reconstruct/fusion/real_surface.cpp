@@ -5,7 +5,8 @@
 #include <cstdio>
 
 #include "reconstruct/field/real_surface_field.h"
-#include "reconstruct/fusion/depth_noise.h"
+#include "reconstruct/fusion/parameters.h"
+#include "reconstruct/math/depth_noise.h"
 #include "reconstruct/pose/icp.h"
 
 namespace lumigraft::reconstruct {
@@ -15,23 +16,8 @@ using Eigen::Isometry3d;
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-constexpr float kBandVoxels = 3;      // around the mesh, as far as ICP reaches
-constexpr float kFineness = 0.5f;     // voxels of models over those of the room: a plate may be thin
-constexpr float kMergeVoxels = 2.5f;  // and as far as it is merged
-constexpr float kAgreeVoxels = 1.5f;
-constexpr float kModelWeight = 8;  // of a model: 1σ of 0.4 mm
-constexpr float kMirrorRoughness = 0.3f, kMirrorMetallic = 0.5f;
-constexpr int kColumns = 160;  // points in a row: a model may be small
-constexpr int kFewest = 100;   // points that show a model
-constexpr int kFewestOfMirror = 20;
-constexpr int kPictures = 8;                              // that its place is the mean of
-constexpr double kPlaceSigmaM = 0.01, kTurnSigma = 0.02;  // of what the session says
-constexpr double kNotedM = 0.005, kNotedRad = 0.01;       // an offset worth a word
-constexpr float kFarM = 5;
-constexpr float kSurelyNoise = 3;  // σ
-
 bool is_mirror(const capture::RealSurface& surface) {
-  return surface.metallic >= kMirrorMetallic && surface.roughness < kMirrorRoughness;
+  return surface.metallic >= kRealSurface.mirror_min_metallic && surface.roughness < kRealSurface.mirror_max_roughness;
 }
 
 std::string offset_text(const Isometry3d& offset) {
@@ -45,12 +31,13 @@ std::string offset_text(const Isometry3d& offset) {
 
 RealSurfaces::RealSurfaces(const capture::Session& session, float voxel_m)
     : voxel_m_(voxel_m),
-      step_(std::max(1, session.color.model.width / kColumns)),
+      step_(std::max(1, session.color.model.width / kRealSurface.columns)),
       columns_(session.color.model.width / step_),
       rows_(session.color.model.height / step_) {
   for (const capture::RealSurface& surface : session.real_surfaces) {
     models_.push_back(
-        {field_of(read_triangles(surface), kFineness * voxel_m, kBandVoxels * voxel_m), is_mirror(surface)});
+        {field_of(read_triangles(surface), kRealSurface.model_voxel * voxel_m, kRealSurface.band_voxels * voxel_m),
+         is_mirror(surface)});
     found_.push_back({surface.name});
   }
   for (int r = 0; r < rows_ && !models_.empty(); ++r)
@@ -69,74 +56,78 @@ DepthGrid RealSurfaces::sample(const capture::Image<float>& depth_m) const {
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     const int at = static_cast<int>(i), u = at % columns_ * step_ + step_ / 2, v = at / columns_ * step_ + step_ / 2;
     const float depth = depth_m.at(u, v);
-    if (!(depth > 0) || depth > kFarM) continue;
+    if (!(depth > 0) || depth > kRealSurface.far_m) continue;
     grid.points[i].place = depth * rays_[i];
-    grid.points[i].sigma_m = straight_sigma_m(1 / depth);
+    const float inverse_depth = 1 / depth;
+    grid.points[i].sigma_m = axial_sigma_m(1 / inverse_depth);  // rounded as where depth is stored inverted
   }
   return grid;
 }
 
-/// What depth shows of a model: points on it, near enough for ICP, and pixels that see through where it should be.
-struct RealSurfaces::Sight {
-  DepthGrid near;
-  int on = 0, through = 0;
+/// Observation of a model in a depth image.
+struct RealSurfaces::Observation {
+  DepthGrid near;           ///< points near enough to the model for ICP
+  int on = 0, through = 0;  ///< rays that end on the model, and that pass through it
 };
 
-RealSurfaces::Sight RealSurfaces::sight_of(const Model& model, const DepthGrid& grid,
-                                           const Isometry3d& T_model_camera) const {
-  Sight sight{grid};
+RealSurfaces::Observation RealSurfaces::observe(const Model& model, const DepthGrid& grid,
+                                                const Isometry3d& T_model_camera) const {
+  Observation result{grid};
   const Isometry3f T = T_model_camera.cast<float>();
-  for (DepthGrid::Point& point : sight.near.points) {
+  for (DepthGrid::Point& point : result.near.points) {
     if (point.place.z() == 0) continue;
-    const Vector3f way = T.linear() * point.place;
-    const float length = way.norm();
-    const auto slope = model.field.slope(T.translation() + way);
-    const auto hit = model.field.raycast(T.translation(), way / length, 0.05f, length + kBandVoxels * voxel_m_);
-    const float slack_m = kSurelyNoise * point.sigma_m + kAgreeVoxels * voxel_m_;
-    // To the plane, not along the ray.
-    const float behind_m = hit ? -(length - hit->distance_m) * hit->normal.dot(way) / length : 0;
-    if (hit && behind_m > slack_m) ++sight.through;
-    if (hit && std::abs(behind_m) <= slack_m) ++sight.on;
-    if (!slope || !hit || std::abs(behind_m) > kBandVoxels * voxel_m_) point.place.z() = 0;
+    const Vector3f ray = T.linear() * point.place;
+    const float length = ray.norm();
+    const auto slope = model.field.slope(T.translation() + ray);
+    const auto hit = model.field.raycast(T.translation(), ray / length, kRealSurface.min_range_m,
+                                         length + kRealSurface.band_voxels * voxel_m_);
+    const float slack_m = kRealSurface.noise_sigmas * point.sigma_m + kRealSurface.agree_voxels * voxel_m_;
+    // Distance to the plane, not along the ray.
+    const float behind_m = hit ? -(length - hit->distance_m) * hit->normal.dot(ray) / length : 0;
+    if (hit && behind_m > slack_m) ++result.through;
+    if (hit && std::abs(behind_m) <= slack_m) ++result.on;
+    if (!slope || !hit || std::abs(behind_m) > kRealSurface.band_voxels * voxel_m_) point.place.z() = 0;
   }
-  return sight;
+  return result;
 }
 
-bool RealSurfaces::look(const capture::Image<float>& depth_m, const Isometry3d& T_tag_camera) {
+bool RealSurfaces::register_models(const capture::Image<float>& depth_m, const Isometry3d& T_tag_camera) {
   bool changed = false;
   std::optional<DepthGrid> grid;
   for (std::size_t m = 0; m < models_.size(); ++m) {
     Found& found = found_[m];
-    if (found.state == State::refused || found.pictures >= kPictures) continue;
+    if (found.state == State::rejected || found.frames >= kRealSurface.max_frames) continue;
     if (!grid) grid = sample(depth_m);
-    const Sight said = sight_of(models_[m], *grid, T_tag_camera);
-    if (models_[m].mirror && said.on + said.through >= kFewestOfMirror) {
-      // It shows no depth of its own: it is where the session says.
+    const Observation as_configured = observe(models_[m], *grid, T_tag_camera);
+    if (models_[m].mirror && as_configured.on + as_configured.through >= kRealSurface.min_mirror_points) {
+      // It has no depth of its own: the pose in the session is used.
       found.state = State::used;
-      found.pictures = kPictures;
+      found.frames = kRealSurface.max_frames;
       changed = true;
       continue;
     }
-    PoseEstimate expected{T_tag_camera, PoseCovariance::Identity() * kPlaceSigmaM * kPlaceSigmaM};
+    PoseEstimate expected{T_tag_camera,
+                          PoseCovariance::Identity() * kRealSurface.prior_sigma_m * kRealSurface.prior_sigma_m};
     expected.covariance.bottomRightCorner<3, 3>().setIdentity();
-    expected.covariance.bottomRightCorner<3, 3>() *= kTurnSigma * kTurnSigma;
-    const auto fit = align_to_field(said.near, models_[m].field, expected);
-    const Sight now = fit ? sight_of(models_[m], *grid, fit->pose.T_tag_camera) : said;
-    if (now.on + now.through < kFewest) continue;
-    if (now.through > now.on || !fit) {
-      // Once found, it may be hidden for a while by what noise makes of it.
-      if (found.state == State::unseen && now.through > now.on) {
-        found.state = State::refused;
+    expected.covariance.bottomRightCorner<3, 3>() *= kRealSurface.prior_sigma_rad * kRealSurface.prior_sigma_rad;
+    const auto fit = align_to_field(as_configured.near, models_[m].field, expected);
+    const Observation aligned = fit ? observe(models_[m], *grid, fit->pose.T_tag_camera) : as_configured;
+    if (aligned.on + aligned.through < kRealSurface.min_points) continue;
+    if (aligned.through > aligned.on || !fit) {
+      // A model that was found before is kept: noise may contradict it for some frames.
+      if (found.state == State::unobserved && aligned.through > aligned.on) {
+        found.state = State::rejected;
         changed = true;
       }
       continue;
     }
     const Isometry3d offset = T_tag_camera * fit->pose.T_tag_camera.inverse();
-    ++found.pictures;
-    const double share = 1.0 / found.pictures;
-    const Eigen::Quaterniond turn(found.T_tag_model.linear());
-    found.T_tag_model.translation() += share * (offset.translation() - found.T_tag_model.translation());
-    found.T_tag_model.linear() = turn.slerp(share, Eigen::Quaterniond(offset.linear())).normalized().toRotationMatrix();
+    ++found.frames;
+    const double weight = 1.0 / found.frames;
+    const Eigen::Quaterniond rotation(found.T_tag_model.linear());
+    found.T_tag_model.translation() += weight * (offset.translation() - found.T_tag_model.translation());
+    found.T_tag_model.linear() =
+        rotation.slerp(weight, Eigen::Quaterniond(offset.linear())).normalized().toRotationMatrix();
     found.state = State::used;
     changed = true;
   }
@@ -145,14 +136,14 @@ bool RealSurfaces::look(const capture::Image<float>& depth_m, const Isometry3d& 
 
 std::map<BrickKey, std::shared_ptr<const SurfaceBrick>> RealSurfaces::bricks() const {
   std::map<BrickKey, std::shared_ptr<SurfaceBrick>> bricks;
-  const float edge_m = kBrickEdge * voxel_m_, model_edge_m = kFineness * edge_m;
+  const float edge_m = kBrickEdge * voxel_m_, model_edge_m = kRealSurface.model_voxel * edge_m;
   for (std::size_t m = 0; m < models_.size(); ++m) {
     if (found_[m].state != State::used) continue;
     const Isometry3f T_model_tag = found_[m].T_tag_model.inverse().cast<float>();
     const Isometry3f T_tag_model = T_model_tag.inverse();
     for (const auto& model_brick : models_[m].field.bricks) {
       const Vector3f first = model_edge_m * Eigen::Map<const Eigen::Vector3i>(model_brick.first.data()).cast<float>();
-      // Where its corners come to lie in the tag's grid.
+      // Bounding box of the model's brick in the tag frame.
       Vector3f low = Vector3f::Constant(1e9f), high = -low;
       for (int corner = 0; corner < 8; ++corner) {
         const Vector3f at = T_tag_model * (first + model_edge_m * Vector3f(static_cast<float>(corner & 1),
@@ -174,11 +165,11 @@ std::map<BrickKey, std::shared_ptr<const SurfaceBrick>> RealSurfaces::bricks() c
                                                static_cast<float>(kBrickEdge * key[1] + i / 8 % 8),
                                                static_cast<float>(kBrickEdge * key[2] + i / 64));
         const auto sample = models_[m].field.sample(T_model_tag * p);
-        if (!sample || std::abs(sample->distance_m) > kMergeVoxels * voxel_m_) continue;
+        if (!sample || std::abs(sample->distance_m) > kRealSurface.merge_voxels * voxel_m_) continue;
         const auto at = static_cast<std::size_t>(i);
         if (brick->weight[at] > 0 && brick->distance_m[at] <= sample->distance_m) continue;
         brick->distance_m[at] = sample->distance_m;
-        brick->weight[at] = kModelWeight;
+        brick->weight[at] = kRealSurface.model_weight;
         brick->mirror |= models_[m].mirror;
       }
     }
@@ -192,9 +183,9 @@ std::map<BrickKey, std::shared_ptr<const SurfaceBrick>> RealSurfaces::bricks() c
 bool RealSurfaces::behind_mirror(const Vector3f& camera_m, const Vector3f& point_m) const {
   for (std::size_t m = 0; m < models_.size(); ++m) {
     if (!models_[m].mirror || found_[m].state != State::used) continue;
-    const Vector3f way = point_m - camera_m;
-    const float length = way.norm();
-    if (models_[m].field.raycast(camera_m, way / length, 0.05f, length)) return true;
+    const Vector3f ray = point_m - camera_m;
+    const float length = ray.norm();
+    if (models_[m].field.raycast(camera_m, ray / length, kRealSurface.min_range_m, length)) return true;
   }
   return false;
 }
@@ -202,12 +193,12 @@ bool RealSurfaces::behind_mirror(const Vector3f& camera_m, const Vector3f& point
 std::vector<std::string> RealSurfaces::warnings() const {
   std::vector<std::string> warnings;
   for (const Found& found : found_) {
-    if (found.state == State::refused)
+    if (found.state == State::rejected)
       warnings.push_back("real surface \"" + found.name +
                          "\": depth goes through where the session says it is; it is not used");
     if (found.state != State::used) continue;
-    const bool far = found.T_tag_model.translation().norm() > kNotedM ||
-                     Eigen::AngleAxisd(found.T_tag_model.linear()).angle() > kNotedRad;
+    const bool far = found.T_tag_model.translation().norm() > kRealSurface.warn_offset_m ||
+                     Eigen::AngleAxisd(found.T_tag_model.linear()).angle() > kRealSurface.warn_offset_rad;
     if (far)
       warnings.push_back("real surface \"" + found.name + "\" lies " + offset_text(found.T_tag_model) +
                          " from where the session says");
@@ -215,15 +206,15 @@ std::vector<std::string> RealSurfaces::warnings() const {
   return warnings;
 }
 
-FieldBrick merged(const FieldBrick& brick, const SurfaceBrick& model, float voxel_m) {
+FieldBrick merge_model(const FieldBrick& brick, const SurfaceBrick& model, float voxel_m) {
   FieldBrick result = brick;
-  const float agree_m = kAgreeVoxels * voxel_m, front_m = model.mirror ? agree_m : 0;
+  const float agree_m = kRealSurface.agree_voxels * voxel_m, front_m = model.mirror ? agree_m : 0;
   for (std::size_t i = 0; i < kBrickVoxels; ++i) {
     if (model.weight[i] <= 0) continue;
-    const float said = model.distance_m[i];
+    const float model_m = model.distance_m[i];
     float &distance_m = result.distance_m[i], &weight = result.weight[i];
-    if (weight > 0 ? distance_m < said + agree_m : said > front_m) continue;
-    distance_m = said;
+    if (weight > 0 ? distance_m < model_m + agree_m : model_m > front_m) continue;
+    distance_m = model_m;
     weight = model.weight[i];
   }
   return result;

@@ -1,5 +1,5 @@
 #pragma once
-// A brick that is being worked on, and what of it was published.
+// A brick in progress, and its published copy.
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
@@ -11,50 +11,43 @@ namespace lumigraft::reconstruct {
 
 struct SurfaceBrick;
 
-/// What a brick may be away from what was published, root mean square over its voxels: of a voxel, near surfaces and
-/// away from them; and of its radiance.
-constexpr float kDriftNearShare = 0.02f, kDriftAwayShare = 0.1f, kDriftNearVoxels = 2, kDriftRadianceShare = 0.01f;
-/// Voxels more that count as near in a bound: what crosses them has drifted.
-constexpr float kDriftMargin = 0.5f;
-
 struct WorkingBrick {
-  // What is asked of every brick in every picture lies together, before what few need.
+  // The fields read for every brick in every frame come first, close together.
   BrickKey key{};
-  std::uint32_t update_count = 0;  ///< pictures that said something about it
-  std::uint32_t last_look = 0;     ///< picture that was the last of them
-  std::uint32_t active_until = 0;  ///< look, while what is there seems to change
-  std::uint32_t turn = 0;          ///< counts looks, whether they told anything or not
-  /// By row, y + 8 z: what the last look at it found.
-  std::uint64_t free_rows = 0;        ///< free, and known to be, all along
-  std::uint64_t unobserved_rows = 0;  ///< nothing told
+  std::uint32_t update_count = 0;  ///< frames that observed it
+  std::uint32_t last_update = 0;   ///< the last of them
+  std::uint32_t active_until = 0;  ///< update_count up to which it is updated in every frame
+  std::uint32_t row_turn = 0;      ///< counts updates, also those that observed nothing
+  /// One bit per row y + 8 z, from the last update of the row.
+  std::uint64_t free_rows = 0;        ///< all voxels observed as free, and free before
+  std::uint64_t unobserved_rows = 0;  ///< no voxel observed
   bool open = false;                  ///< every voxel is known to be free, far from surfaces
-  bool waiting = false;               ///< to be published, if it drifted
-  bool urgent = false;                ///< at once
-  bool renewed = false;               ///< `published` is not in the field yet
+  bool queued = false;                ///< to be published if it has drifted
+  bool urgent = false;                ///< to be published at once
+  bool copied = false;                ///< `published` is newer than the field's
 
-  /// Drift since what was published at most, over what it may be; and of radiance, in its units. What a look changes is
-  /// added up, since looking at both fields costs as much as a look.
-  float drift = kDriftUnknown, radiance_drift = 0, most_radiance_drift = 0;
+  /// Upper bounds of the drift since the last publication: of distance, relative to the allowed drift, and of radiance.
+  /// Changes are added up, since a comparison with the published brick costs as much as an update.
+  float drift = kDriftUnknown, radiance_drift = 0, max_radiance_drift = 0;
   static constexpr float kDriftUnknown = 1e9f;
 
   std::shared_ptr<const FieldBrick> published;
-  std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null without
-  alignas(64) FieldBrick now;                 ///< a row never in two lines of the cache
+  std::shared_ptr<const SurfaceBrick> model;  ///< of real surfaces in it; null if there are none
+  alignas(64) FieldBrick now;                 ///< aligned, so that a row is in one cache line
 
-  /// After a look. `more_known`: distance or colour of a voxel.
-  void add_drift(bool more_known, float look_drift, float look_radiance_drift) {
-    drift = more_known ? kDriftUnknown : drift + look_drift;
-    radiance_drift += look_radiance_drift;
+  /// Adds the drift of an update. `more_known`: distance or colour of a voxel became known.
+  void add_drift(bool more_known, float update_drift, float update_radiance_drift) {
+    drift = more_known ? kDriftUnknown : drift + update_drift;
+    radiance_drift += update_radiance_drift;
   }
-  bool may_have_drifted() const { return drift >= 1 || radiance_drift >= most_radiance_drift; }
-  /// Whether `next` is away from what was published by more than 2 % of a voxel (10 % away from surfaces), root mean
-  /// square over the brick, or half of what noise leaves uncertain where that is more; or by 1 % of radiance; or a
-  /// voxel became known. If not, remembers by how much it is.
+  bool may_have_drifted() const { return drift >= 1 || radiance_drift >= max_radiance_drift; }
+  /// Whether `next` differs from the published brick by more than PublicationParameters allow (RMS distance or radiance
+  /// over the brick, noise excepted), or a voxel became known. If not, stores the drift.
   bool drifted(const FieldBrick& next, float voxel_m);
 };
 
-/// All of them, in the order in which they came, where they stay. They are megabytes that are gone through in leaps:
-/// huge pages spare a tenth of fusion's time.
+/// All bricks in the order of their creation, at stable addresses. Access jumps through megabytes: huge pages save a
+/// tenth of fusion's time.
 class WorkingBricks {
  public:
   WorkingBricks() = default;

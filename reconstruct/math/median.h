@@ -1,12 +1,12 @@
 #pragma once
-// The middle of some values: of an even number the upper one, 0 of none.
+// Median of a set of values.
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
 namespace lumigraft::reconstruct {
 
-/// Changes the values' order.
+/// The upper median for an even count; 0 for no values. Reorders `values`.
 template <typename Value>
 Value median(std::vector<Value>& values) {
   if (values.empty()) return 0;

@@ -4,24 +4,27 @@
 
 namespace lumigraft::reconstruct {
 
-Eigen::Isometry3d moved(const Eigen::Isometry3d& T_tag_camera, const Eigen::Matrix<double, 6, 1>& step) {
+Eigen::Isometry3d apply_step(const Eigen::Isometry3d& T_tag_camera, const Eigen::Matrix<double, 6, 1>& step) {
   Eigen::Isometry3d result = T_tag_camera;
-  const Eigen::Vector3d turn = step.tail<3>();
-  if (turn.norm() > 0)
-    result.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * T_tag_camera.linear();
+  const Eigen::Vector3d rotation = step.tail<3>();
+  if (rotation.norm() > 0)
+    result.linear() =
+        Eigen::AngleAxisd(rotation.norm(), rotation.normalized()).toRotationMatrix() * T_tag_camera.linear();
   result.translation() += step.head<3>();
   return result;
 }
 
 Eigen::Matrix<double, 6, 1> step_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
   Eigen::Matrix<double, 6, 1> step;
-  const Eigen::AngleAxisd turn(Eigen::Matrix3d(to.linear() * from.linear().transpose()));
-  step << to.translation() - from.translation(), turn.angle() * turn.axis();
+  const Eigen::AngleAxisd rotation(Eigen::Matrix3d(to.linear() * from.linear().transpose()));
+  step << to.translation() - from.translation(), rotation.angle() * rotation.axis();
   return step;
 }
 
-PoseCovariance camera_covariance(const Eigen::Matrix<double, 6, 6>& of_tag, const Eigen::Isometry3d& T_camera_tag) {
-  // The camera sits at -Rᵀt. A turn ω of the tag moves it by Rᵀ(ω × t), a shift s by -Rᵀs, and turns it by -Rᵀω.
+PoseCovariance camera_covariance(const Eigen::Matrix<double, 6, 6>& tag_covariance,
+                                 const Eigen::Isometry3d& T_camera_tag) {
+  // The camera is at -Rᵀt. A rotation ω of the tag moves it by Rᵀ(ω × t) and rotates it by -Rᵀω; a translation s
+  // moves it by -Rᵀs.
   const Eigen::Matrix3d to_tag = T_camera_tag.linear().transpose();
   const Eigen::Vector3d t = T_camera_tag.translation();
   Eigen::Matrix3d cross_t;  // ω × t
@@ -30,7 +33,7 @@ PoseCovariance camera_covariance(const Eigen::Matrix<double, 6, 6>& of_tag, cons
   j.topLeftCorner<3, 3>() = to_tag * cross_t;
   j.topRightCorner<3, 3>() = -to_tag;
   j.bottomLeftCorner<3, 3>() = -to_tag;
-  return j * of_tag * j.transpose();
+  return j * tag_covariance * j.transpose();
 }
 
 PoseCovariance information_of(const PoseCovariance& covariance) {
@@ -41,7 +44,7 @@ Eigen::Matrix<double, 6, 1> solved(const Eigen::Matrix<double, 6, 6>& a, const E
   return a.ldlt().solve(b);
 }
 
-double squared_sigmas(const Eigen::Matrix<double, 6, 1>& step, const PoseCovariance& covariance) {
+double squared_mahalanobis(const Eigen::Matrix<double, 6, 1>& step, const PoseCovariance& covariance) {
   return step.dot(solved(covariance, step));
 }
 

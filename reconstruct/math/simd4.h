@@ -1,5 +1,5 @@
 #pragma once
-// Four floats at a time, in the compiler's own vectors: every processor has them this wide.
+// Vectors of four floats in the compiler's vector types; every supported processor has registers this wide.
 #include <cmath>
 #include <cstdint>
 #ifdef __SSE__
@@ -9,9 +9,9 @@
 namespace lumigraft::reconstruct {
 
 using Simd4 = float __attribute__((vector_size(16)));
-using Simd4Int = std::int32_t __attribute__((vector_size(16)));  ///< of a comparison: −1 where it holds, else 0
+using Simd4Int = std::int32_t __attribute__((vector_size(16)));  ///< comparison result per lane: −1 = true, 0 = false
 
-inline Simd4 all(float x) { return Simd4{x, x, x, x}; }
+inline Simd4 broadcast(float x) { return Simd4{x, x, x, x}; }
 inline Simd4 load(const float* from) {
   Simd4 x;
   __builtin_memcpy(&x, from, sizeof(x));
@@ -21,13 +21,13 @@ inline void store(float* to, Simd4 x) { __builtin_memcpy(to, &x, sizeof(x)); }
 inline Simd4 select(Simd4Int where, Simd4 a, Simd4 b) {
   return reinterpret_cast<Simd4>((where & reinterpret_cast<Simd4Int>(a)) | (~where & reinterpret_cast<Simd4Int>(b)));
 }
-/// Where one is no number these give the second.
+/// If a lane of either operand is NaN, these return that of `b`.
 inline Simd4 min(Simd4 a, Simd4 b) { return a < b ? a : b; }
 inline Simd4 max(Simd4 a, Simd4 b) { return a > b ? a : b; }
-inline Simd4 size_of(Simd4 x) {
+inline Simd4 abs(Simd4 x) {
   return reinterpret_cast<Simd4>(reinterpret_cast<Simd4Int>(x) & Simd4Int{INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX});
 }
-/// Every processor has one, but the compilers have no vector of them.
+/// The compilers have no built-in square root for their vector types.
 inline Simd4 sqrt(Simd4 x) {
 #ifdef __SSE__
   return _mm_sqrt_ps(x);
@@ -41,7 +41,7 @@ inline bool any(Simd4Int where) {
   return (halves[0] | halves[1]) != 0;
 }
 inline float sum_of(Simd4 x) { return (x[0] + x[1]) + (x[2] + x[3]); }
-/// Rows to columns.
+/// Transposes the 4 × 4 matrix with the rows a, b, c, d.
 inline void transpose(Simd4& a, Simd4& b, Simd4& c, Simd4& d) {
   const Simd4 ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
   const Simd4 cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5), cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);

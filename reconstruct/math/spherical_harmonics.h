@@ -12,7 +12,7 @@ namespace lumigraft::reconstruct {
 using Sh9 = std::array<Eigen::Vector3f, 9>;  ///< RGB per coefficient
 
 std::array<float, 9> sh_basis(const Eigen::Vector3f& direction);
-/// Radiance towards a point from `direction`.
+/// Radiance that arrives from `direction` (unit).
 Eigen::Vector3f sh_radiance(const Sh9& radiance, const Eigen::Vector3f& direction);
 /// Irradiance on a plane with unit normal `normal`: convolution with the clamped cosine, eq. 7 and 8 (A0 = π,
 /// A1 = 2π/3, A2 = π/4).

@@ -21,7 +21,7 @@ bool within(const Isometry3d& T, double position_m, double angle_rad) {
 
 /// The share of a small transform that is left.
 Isometry3d faded(const Isometry3d& T, double share) {
-  return moved(Isometry3d::Identity(), share * step_between(Isometry3d::Identity(), T));
+  return apply_step(Isometry3d::Identity(), share * step_between(Isometry3d::Identity(), T));
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ std::optional<PoseEstimate> DepthTracking::follow(const capture::FrameSet& frame
   const double passed = passed_s(frame);
   if (!frame.depth || !(passed > 0) || passed > kLongestGapS) return std::nullopt;
   DepthGrid grid = sampler_.sample(frame.depth->depth_m);
-  PoseEstimate expected{moved(last_->T_tag_camera, passed * speed_), after(last_->covariance, passed)};
+  PoseEstimate expected{apply_step(last_->T_tag_camera, passed * speed_), after(last_->covariance, passed)};
   const Isometry3d guess = expected.T_tag_camera;
   if (!grid_ && depth_) grid_ = sampler_.sample(depth_->depth_m);
   if (grid_ && !grid_->points.empty() && !grid.points.empty())

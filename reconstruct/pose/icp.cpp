@@ -88,7 +88,7 @@ std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceFi
     if (sums.points * row_stride < kFewest) return std::nullopt;
     const auto step = sums.step(pose, expected, certainty);
     if (!step) return std::nullopt;
-    pose = moved(pose, *step);
+    pose = apply_step(pose, *step);
     if (!coarse && settled(*step)) break;
     if (round == 7 || (coarse && nearly_settled(*step))) coarse = false;
   }
@@ -138,7 +138,7 @@ Isometry3d align_to_picture(const DepthGrid& grid, const DepthGrid& earlier, con
     if (4 * sums.points < kFewest || sums.points < kLeastShare * measured) return expected.T_tag_camera;
     const auto step = sums.step(pose, expected, certainty);
     if (!step) return expected.T_tag_camera;
-    pose = moved(pose, *step);
+    pose = apply_step(pose, *step);
     if (settled(*step)) break;
   }
   return pose;

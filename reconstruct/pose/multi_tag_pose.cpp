@@ -33,7 +33,7 @@ EvidenceTerm witness_of(const PoseCandidate& candidate, const TagMapEntry& place
 
 double apart(const EvidenceTerm& a, const EvidenceTerm& b) {
   const Eigen::Matrix<double, 6, 1> step = step_between(a.T_world_camera, b.T_world_camera);
-  return squared_sigmas(step, a.noise + a.bias + b.noise + b.bias);
+  return squared_mahalanobis(step, a.noise + a.bias + b.noise + b.bias);
 }
 
 /// Weighted by certainty. The noise that is left is what averages out over time.
@@ -47,7 +47,7 @@ void average(const std::vector<EvidenceTerm>& evidence_terms, MultiTagPose& resu
     sum += certainties.back() * step_between(result.T_tag_camera, evidence.T_world_camera);
   }
   const PoseCovariance covariance = information_of(information);
-  result.T_tag_camera = moved(result.T_tag_camera, covariance * sum);
+  result.T_tag_camera = apply_step(result.T_tag_camera, covariance * sum);
   result.noise.setZero();
   for (std::size_t i = 0; i < evidence_terms.size(); ++i) {
     const PoseCovariance share = covariance * certainties[i];

@@ -270,7 +270,7 @@ bool PoseStage::State::surer_by_surface(const capture::FrameSet& frame, const Di
   const PoseCovariance of_tag = tag.noise + tag.bias;
   if (!carried || position_sigma_m(carried->covariance) > position_sigma_m(of_tag)) return false;
   const Eigen::Matrix<double, 6, 1> apart = step_between(carried->T_tag_camera, tag.T_tag_camera);
-  if (squared_sigmas(apart, of_tag + carried->covariance) > kAgree) return false;
+  if (squared_mahalanobis(apart, of_tag + carried->covariance) > kAgree) return false;
   follow_surface(frame, *carried);
   return true;
 }

@@ -61,7 +61,7 @@ void TagMapEntry::see(const Isometry3d& seen) {
   }
   ++count_;
   const Step before = step_between(mean_, seen);
-  mean_ = moved(mean_, before / count_);
+  mean_ = apply_step(mean_, before / count_);
   squares_ += before.cwiseProduct(step_between(mean_, seen));
   if (count_ >= kEnough) T_world_tag_ = mean_;
 }

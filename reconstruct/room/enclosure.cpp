@@ -155,7 +155,7 @@ std::vector<RoomPoint> room_points(const DistanceField& field) {
       for (int row = 0; row < half * half; ++row) {
         const int y = corner.y() + row % half, z = corner.z() + row / half;
         const auto k = static_cast<std::size_t>(corner.x() + kBrickEdge * (y + kBrickEdge * z));
-        const Simd4 near = 1 - size_of(load(&brick.distance_m[k])) * per_voxel;
+        const Simd4 near = 1 - abs(load(&brick.distance_m[k])) * per_voxel;
         const Simd4 weight = select((load(&brick.weight[k]) > 0) & (near > 0), near, Simd4{});
         weights += weight;
         sum_x += weight * kAlong;

@@ -25,14 +25,14 @@ capture::CameraModel coarse_camera() {
 TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
   const capture::CameraModel camera = coarse_camera();
   const PixelMap map(camera);
-  DepthPreparation preparation(camera, kVoxelM, 5), narrow(camera, kVoxelM, 5, false);
-  RecentBricks met;
+  DepthPreprocessor preprocessor(camera, kVoxelM, 5), narrow(camera, kVoxelM, 5, false);
+  RecentBricks known;
   std::vector<WorkingBrick> wide, plain;
   for (unsigned i = 0; i < 3; ++i) {
     const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8 + 0.05 * i, 50 * test::kDegree, -2.4 + 0.1 * i);
     const capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
     PreparedDepth view;
-    preparation.prepare(frame.depth->depth_m, view);
+    preprocessor.prepare(frame.depth->depth_m, view);
     PreparedDepth by_four_too;
     narrow.prepare(frame.depth->depth_m, by_four_too);
     for (std::size_t k = 0; k < view.blocks.size(); ++k) {
@@ -43,19 +43,19 @@ TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
     }
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
     const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
-    for (const BrickKey& key : bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
-                                                  PictureShare{}, met)) {
+    for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
+                                                  ImageSubset{}, known)) {
       wide.emplace_back().key = key;
       plain.emplace_back().key = key;
     }
     const BrickUpdate::Sizes sizes{kVoxelM, kTruncationM, 64};
-    const BrickUpdate by_eight(view, preparation, map, colour, T_camera_tag, sizes);
-    const BrickUpdate by_four(view, preparation, map, colour, T_camera_tag, sizes, false);
+    const BrickUpdate by_eight(view, preprocessor, map, colour, T_camera_tag, sizes);
+    const BrickUpdate by_four(view, preprocessor, map, colour, T_camera_tag, sizes, false);
     for (std::size_t k = 0; k < wide.size(); ++k) {
-      const auto a = by_eight.update(wide[k], 5, BrickUpdate::Wait::nothing);
-      const auto b = by_four.update(plain[k], 5, BrickUpdate::Wait::nothing);
-      EXPECT_EQ(a.learnt, b.learnt);
-      EXPECT_EQ(a.moved, b.moved);
+      const auto a = by_eight.update(wide[k], 5, BrickUpdate::Skip::none);
+      const auto b = by_four.update(plain[k], 5, BrickUpdate::Skip::none);
+      EXPECT_EQ(a.new_voxels, b.new_voxels);
+      EXPECT_EQ(a.moved_voxels, b.moved_voxels);
       EXPECT_EQ(wide[k].now.distance_m, plain[k].now.distance_m);
       EXPECT_EQ(wide[k].now.weight, plain[k].now.weight);
       EXPECT_EQ(wide[k].now.radiance, plain[k].now.radiance);
@@ -70,32 +70,32 @@ TEST(RecentBricks, EachIsMetOnceNearAndFar) {
   RecentBricks bricks;
   for (const int far : {0, -64, 63, 64, -1000, 100000}) {
     const BrickKey key{far, 3, -far};
-    EXPECT_TRUE(bricks.meet(key)) << far;
-    EXPECT_FALSE(bricks.meet(key)) << far;
-    EXPECT_FALSE(bricks.has(Simd4Int{far + 1, 3, -far, 0})) << far;
+    EXPECT_TRUE(bricks.insert(key)) << far;
+    EXPECT_FALSE(bricks.insert(key)) << far;
+    EXPECT_FALSE(bricks.contains(Simd4Int{far + 1, 3, -far, 0})) << far;
   }
-  EXPECT_TRUE(bricks.has(Simd4Int{63, 3, -63, 0}));
-  EXPECT_FALSE(bricks.has(Simd4Int{64, 3, -64, 0})) << "nothing that far is told without a search";
+  EXPECT_TRUE(bricks.contains(Simd4Int{63, 3, -63, 0}));
+  EXPECT_FALSE(bricks.contains(Simd4Int{64, 3, -64, 0})) << "nothing that far is told without a search";
 }
 
 TEST(RecentBricks, AllOfEightAreToldOnlyOnceEachWasMet) {
   RecentBricks bricks;
   const Simd4Int low{-1, 7, 20, 0}, high{0, 8, 21, 0};
   for (int i = 0; i < 8; ++i) {
-    EXPECT_FALSE(bricks.has_all(low, high)) << i;
-    bricks.meet({low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2)});
+    EXPECT_FALSE(bricks.contains_all(low, high)) << i;
+    bricks.insert({low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2)});
   }
-  EXPECT_TRUE(bricks.has_all(low, high));
-  EXPECT_TRUE(bricks.has_all(low, low));
-  EXPECT_FALSE(bricks.has_all(high, high + Simd4Int{1, 0, 0, 0}));
+  EXPECT_TRUE(bricks.contains_all(low, high));
+  EXPECT_TRUE(bricks.contains_all(low, low));
+  EXPECT_FALSE(bricks.contains_all(high, high + Simd4Int{1, 0, 0, 0}));
 }
 
 // A brick that may not have drifted need not be compared with what was published: it never has.
 TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
   const capture::CameraModel camera = coarse_camera();
   const PixelMap map(camera);
-  DepthPreparation preparation(camera, kVoxelM, 5);
-  RecentBricks met;
+  DepthPreprocessor preprocessor(camera, kVoxelM, 5);
+  RecentBricks known;
   std::vector<WorkingBrick> bricks;
   int spared = 0, compared = 0, published = 0;
   for (unsigned i = 0; i < 32; ++i) {
@@ -108,16 +108,16 @@ TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
       frame.color = brighter;
     }
     PreparedDepth view;
-    preparation.prepare(frame.depth->depth_m, view);
+    preprocessor.prepare(frame.depth->depth_m, view);
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
     const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
-    for (const BrickKey& key :
-         bricks_on_surfaces(view, preparation, T_tag_camera.cast<float>(), kVoxelM, kTruncationM, PictureShare{}, met))
+    for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
+                                                  ImageSubset{}, known))
       bricks.emplace_back().key = key;
-    const BrickUpdate update(view, preparation, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
+    const BrickUpdate update(view, preprocessor, map, colour, T_camera_tag, {kVoxelM, kTruncationM, 64});
     for (WorkingBrick& brick : bricks) {
-      const BrickUpdate::Told told = update.update(brick, 5, BrickUpdate::Wait::nothing);
-      brick.add_drift(told.learnt > 0 || told.coloured, told.drift, told.radiance_drift);
+      const BrickUpdate::Change change = update.update(brick, 5, BrickUpdate::Skip::none);
+      brick.add_drift(change.new_voxels > 0 || change.new_color, change.drift, change.radiance_drift);
       if (!brick.may_have_drifted()) {
         ++spared;
         EXPECT_FALSE(WorkingBrick(brick).drifted(brick.now, kVoxelM)) << i;

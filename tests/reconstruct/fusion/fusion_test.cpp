@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "reconstruct/fusion/depth_noise.h"
+#include "reconstruct/math/depth_noise.h"
 #include "tests/reconstruct/fusion/fusion_views.h"
 
 namespace lumigraft::reconstruct {
@@ -158,15 +158,15 @@ TEST(Fusion, AVisitorIsGoneWithinASecond) {
     without.push_back(frame_of(table, camera, T, k, {0.5, k + 11}));
   }
   const auto left = [&](const DistanceField& field) {  // rays that still meet the leg
-    int met = 0;
+    int known = 0;
     for (double z = 0.05; z < 0.3; z += 0.02)
       for (double y = -0.06; y <= 0.06; y += 0.02) {
         const Vector3d aim(leg.x(), leg.y() + y, z);
         const Vector3d direction = (aim - T.translation()).normalized();
         const auto hit = field.raycast(T.translation().cast<float>(), direction.cast<float>(), 0.05f, 3);
-        met += hit && hit->position_m.z() > 0.02f;
+        known += hit && hit->position_m.z() > 0.02f;
       }
-    return met;
+    return known;
   };
   std::shared_ptr<const DistanceField> field;
   for (; i < 10; ++i) field = fuse(without[i % 4]);

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "capture/camera/response.h"
-#include "reconstruct/fusion/depth_noise.h"
 #include "reconstruct/fusion/fusion.h"
+#include "reconstruct/math/depth_noise.h"
 #include "tests/reconstruct/pose/pose_views.h"
 
 namespace lumigraft::test {
@@ -103,7 +103,7 @@ inline reconstruct::Pose pose_at(const Eigen::Isometry3d& T_tag_camera) {
 }
 
 /// Mean and largest |distance| of the field's zero surface from the shape, by casting a ray through every third pixel;
-/// and the share of rays that met it.
+/// and the share of rays that known it.
 struct Agreement {
   double mean_m = 0, largest_m = 0, share = 0, normal_deg = 0;
 };

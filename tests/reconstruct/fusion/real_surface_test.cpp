@@ -91,7 +91,7 @@ TEST(RealSurface, ItsOffsetIsReported) {
   RealSurfaces surfaces(session, 0.008f);
   EXPECT_TRUE(surfaces.bricks().empty()) << "nothing was seen";
   for (unsigned i = 0; i < 8; ++i)
-    surfaces.look(frame_of(crate_on_table, camera, T, i, {0.5, i + 1}).depth->depth_m, T);
+    surfaces.register_models(frame_of(crate_on_table, camera, T, i, {0.5, i + 1}).depth->depth_m, T);
   const RealSurfaces::Found& found = surfaces.found()[0];
   ASSERT_EQ(found.state, RealSurfaces::State::used);
   const Isometry3d left = found.T_tag_model * wrong;

@@ -26,7 +26,7 @@ PoseCovariance covariance(double position_m, double angle_rad) {
 Isometry3d off_by(const Isometry3d& pose, const Vector3d& shift_m, const Vector3d& turn_rad) {
   Eigen::Matrix<double, 6, 1> step;
   step << shift_m, turn_rad;
-  return moved(pose, step);
+  return apply_step(pose, step);
 }
 
 class PoseSurface : public testing::Test {
@@ -38,7 +38,7 @@ class PoseSurface : public testing::Test {
 
 TEST(PoseCovarianceSteps, LeadFromOnePoseToAnother) {
   const Isometry3d a = test::looking_at_tag(1.3, 0.8, -1.2), b = test::looking_at_tag(1.1, 0.5, 0.3);
-  EXPECT_LT((moved(a, step_between(a, b)).matrix() - b.matrix()).norm(), 1e-12);
+  EXPECT_LT((apply_step(a, step_between(a, b)).matrix() - b.matrix()).norm(), 1e-12);
   EXPECT_LT(step_between(a, a).norm(), 1e-12);
 }
 
@@ -81,7 +81,7 @@ TEST_F(PoseSurface, TheFieldBringsTheCameraBack) {
                 angle_sigma_rad(fit->pose.covariance) / kDegree, cpu_ms);
     EXPECT_LT(away_mm, noise > 0 ? 2.5 : 1.0);
     EXPECT_LT(away_degrees, noise > 0 ? 0.12 : 0.06);
-    EXPECT_LT(squared_sigmas(error, fit->pose.covariance), 22) << "beyond 99.9 % of six squares";
+    EXPECT_LT(squared_mahalanobis(error, fit->pose.covariance), 22) << "beyond 99.9 % of six squares";
     EXPECT_GT(fit->shared, 0.5);
   }
 }

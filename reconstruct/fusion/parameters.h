@@ -1,0 +1,142 @@
+#pragma once
+// Parameters of fusion. FusionSettings can be set per stage; the rest are constants. Distances in voxels or truncation
+// distances scale with the settings. Measured by tests/sweeps/fusion_sweep_test.cpp and tests/bench/fusion_time; no
+// parameter without a figure below has been swept on its own.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace lumigraft::reconstruct {
+
+struct FusionSettings {
+  double voxel_m = 0.008;
+  double truncation_voxels = 4.0;
+  double far_m = 5.0;      ///< depth beyond it is not fused
+  double weight_cap = 64;  ///< limit of the summed weight of a voxel: bounds the time over which it averages
+};
+
+/// How often a brick is updated. Updating every brick in every frame took 92 ms of processor time a frame on the
+/// recording where this schedule takes 23 ms; a visitor must still disappear within a second.
+struct UpdateSchedule {
+  /// Updates after which a brick is updated in every second, fourth and eighth frame only.
+  std::array<std::uint32_t, 3> settled_updates = {6, 12, 40};
+  std::uint32_t active_updates = 8;   ///< a brick whose content moved is updated in every frame for so many updates
+  int active_moved_voxels = 24;       ///< voxels of 512 far from their old distance that count as content that moved
+  float new_view_m = 0.02f;           ///< camera motion that gives new information: sum of translation over this
+  float new_view_rad = 0.03f;         ///< and rotation over this; 1 = a new view
+  float patience_min = 0.75f;         ///< new views after which a settled brick is due: min + spread · [0, 1),
+  float patience_spread = 0.5f;       ///< so that not all bricks are due in the same frame
+  std::uint32_t patience_turns = 8;   ///< different values of it
+  float other_view = 8;               ///< new views after which every brick is updated
+  float same_view = 0.5f;             ///< new views below which rows that were not observed are not observed now
+  std::uint32_t frequent_frames = 2;  ///< rows take turns only in bricks whose last update is at most so long ago, else
+                                      ///< a visitor would remain in the brick's corners
+  std::uint32_t row_turns = 4;        ///< a row that takes turns is updated in every fourth update
+  float free_row = 0.99f;             ///< of the truncation distance, from which a row counts as free
+};
+inline constexpr UpdateSchedule kUpdateSchedule;
+
+/// How much of each frame is searched for new bricks. A fraction of the blocks is searched, in turns.
+struct SearchSchedule {
+  float still_m = 0.01f;             ///< camera motion since the last search: sum of translation over this
+  float still_rad = 0.01f;           ///< and rotation over this; at most 1 = a camera at rest
+  float other_view = 8;              ///< such motions after which the whole frame is searched
+  int moving_subsets = 2;            ///< a moving camera's frames are searched by halves (12 to 19 % less time)
+  int still_subsets = 4;             ///< those of a camera at rest by quarters
+  std::uint32_t initial_frames = 4;  ///< searched whole and published at once: with halves too little of the room was
+                                     ///< known to check the extrinsics (tilt of 28° for 15°)
+};
+inline constexpr SearchSchedule kSearchSchedule;
+
+/// When a brick is published. Publishing a moving camera's bricks in every frame took 8 to 12 of 26 ms.
+struct PublicationParameters {
+  int urgent_moved_voxels = 8;        ///< so many voxels far from their old distance are published at once
+  int urgent_new_voxels = 64;         ///< likewise newly known ones; urgent_moved_voxels in the initial frames
+  std::uint32_t interval_frames = 4;  ///< smaller changes are published together
+  float viewpoint_spacing_m = 0.25f;  ///< between the camera positions that a field lists
+  std::size_t max_viewpoints = 64;    ///< bounds the memory and the time of those who read them
+  /// RMS change since the last publication, as a fraction of a voxel, above which a brick is published: near surfaces
+  /// and elsewhere.
+  float drift_near_voxels = 0.02f, drift_away_voxels = 0.1f;
+  float near_voxels = 2;            ///< a voxel within this distance is near a surface
+  float near_margin_voxels = 0.5f;  ///< added in the upper bound of drift: a voxel that crosses it has drifted
+  float drift_radiance = 0.01f;     ///< RMS change of radiance, relative
+  double noise = 0.5;               ///< drift below this fraction of the noise of one measurement does not count
+};
+inline constexpr PublicationParameters kPublication;
+
+/// Planes and jumps in a depth image (depth_preprocess).
+struct DepthPreprocessParameters {
+  float max_slope = 5.0f;       ///< tan 79°: a steeper step between two pixels counts as a jump between surfaces
+  float min_facing = 0.1f;      ///< cos 84°: planes seen at a more grazing angle are not used
+  float jump_sigmas = 4;        ///< a jump exceeds the steepest surface by so much noise
+  float crease_sigmas = 3;      ///< a second difference above it counts as a crease
+  float crease_ratio = 0.5f;    ///< one side of a crease is used if its bend is below this fraction of the other's
+  float jump_reach_voxels = 4;  ///< around a jump, in which voxels are updated one by one
+  float min_jump_reach_px = 2, max_jump_reach_px = 48;  ///< limits of the same
+};
+inline constexpr DepthPreprocessParameters kDepthPreprocess;
+
+/// The observation of one voxel next to a jump or the image border (depth_lookup).
+struct DepthLookupParameters {
+  float edge_weight = 0.25f;       ///< factor on the weight of an observation next to a jump or outside the image
+  float behind_grazing = 2.5f;     ///< truncation distances along a ray that a surface is solid, at grazing angles too
+  float rim_voxels = 1.5f;         ///< within it of a rim, a surface is solid only near itself; also the reach of
+                                   ///< extrapolated planes. Without it rims grew ledges of up to 60 mm
+  float min_depth_m = 0.3f;        ///< least depth for which the reach of extrapolation in pixels is computed
+  float occlusion_voxels = 2;      ///< within it of a jump, what one surface hides of the other is filled in
+  float rim_slack_voxels = 0.75f;  ///< a cell that the rim passes through needs a corner behind the surface
+  float deep_voxels = 3;           ///< a voxel deeper than this behind the measured depth,
+  float deep_ratio = 1.02f;        ///< and this ratio, is not observed: a plane differs less from its own pixel
+  float max_slope_change = 2;      ///< tangent of the angle by which a plane may turn from one block to the next
+  float steady_voxels = 0.4f;      ///< planes with more noise are not extrapolated, since noise tilts them
+  float noise_sigmas = 3;          ///< difference that noise explains
+};
+inline constexpr DepthLookupParameters kDepthLookup;
+
+/// Which bricks a depth image observes (brick_selection).
+struct BrickSelectionParameters {
+  float near_m = 0.05f;          ///< nothing is fused closer to the camera
+  float search_step_voxels = 3;  ///< spacing of the surface points at which bricks are searched; less than half a brick
+  int block_stride = 4;          ///< largest spacing in blocks of 2 × 2 pixels; a power of two
+  float open_truncations = 4;    ///< a brick is in open space if everything along its rays is so much behind it: at
+                                 ///< least the truncation distance from planes inclined by up to 75°
+};
+inline constexpr BrickSelectionParameters kBrickSelection;
+
+/// Update of voxels (brick_update).
+struct BrickUpdateParameters {
+  float shell_voxels = 1.5f;  ///< colour, and the solid side of a rim, extend so far from the surface
+  /// A measurement overrules the past if it differs by more than this fraction of the truncation distance
+  float overrule_truncations = 0.75f;
+  double overrule_sigmas = 4;  ///< and by more than so much noise of a measurement of its weight;
+  float past_updates = 3;      ///< then the past counts as so many updates. A visitor disappears within a second
+  double side_sigmas = 2.5;    ///< the two sides of a thin object differ by more noise than this
+  float side_slope = 0.3f;     ///< and the field rises from one towards the other by more per voxel
+};
+inline constexpr BrickUpdateParameters kBrickUpdate;
+
+/// Registration of real surfaces named by the session (real_surface). Chosen by hand; tested, not swept.
+struct RealSurfaceParameters {
+  float band_voxels = 3;              ///< half width of a model's field; the reach of ICP
+  float model_voxel = 0.5f;           ///< voxel of a model in voxels of the room, since a plate may be thin
+  float merge_voxels = 2.5f;          ///< distance from the model up to which it is merged
+  float agree_voxels = 1.5f;          ///< difference up to which depth agrees with the model, besides noise
+  float model_weight = 8;             ///< weight of a merged voxel: 1σ of 0.4 mm
+  float mirror_max_roughness = 0.3f;  ///< a smoother and
+  float mirror_min_metallic = 0.5f;   ///< more metallic surface is a mirror
+  int columns = 160;                  ///< of depth points per row, since a model may be small in the image
+  int min_points = 100;               ///< depth points that observe a model
+  int min_mirror_points = 20;         ///< the same for a mirror, which has little depth of its own
+  int max_frames = 8;                 ///< its pose is the mean over so many frames
+  double prior_sigma_m = 0.01;        ///< 1σ of the position in the session, per axis
+  double prior_sigma_rad = 0.02;      ///< 1σ of its rotation
+  double warn_offset_m = 0.005;       ///< a larger offset from the session
+  double warn_offset_rad = 0.01;      ///< or rotation is reported
+  float far_m = 5;                    ///< depth beyond it is not used
+  float noise_sigmas = 3;             ///< difference that noise explains
+  float min_range_m = 0.05f;          ///< start of rays that test visibility
+};
+inline constexpr RealSurfaceParameters kRealSurface;
+
+}  // namespace lumigraft::reconstruct
