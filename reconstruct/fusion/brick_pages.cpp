@@ -8,7 +8,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr std::size_t kChunk_bytes = std::size_t{2} << 20, kLine_bytes = 64;
+constexpr std::size_t kLine_bytes = 64;  // of the cache
 /// A brick and the control block of its shared pointer.
 constexpr std::size_t kSlot_bytes = (sizeof(FieldBrick) + 2 * kLine_bytes - 1) / kLine_bytes * kLine_bytes;
 
@@ -20,8 +20,7 @@ struct PoolAllocator {
 
   explicit PoolAllocator(std::shared_ptr<BrickPages> in) : pages(std::move(in)) {}
   template <typename Other>
-  PoolAllocator(const PoolAllocator<Other>& other)
-      : pages(other.pages) {}  // NOLINT: allocators must convert implicitly
+  PoolAllocator(const PoolAllocator<Other>& other) : pages(other.pages) {}  // NOLINT: implicit by concept
 
   Value* allocate(std::size_t) {
     static_assert(sizeof(Value) <= kSlot_bytes && alignof(Value) <= kLine_bytes);
@@ -36,18 +35,22 @@ struct PoolAllocator {
 
 }  // namespace
 
+void* allocate_page() {
+  void* page = std::aligned_alloc(kPage_bytes, kPage_bytes);
+  if (!page) throw std::bad_alloc();
+  ::madvise(page, kPage_bytes, MADV_HUGEPAGE);  // only a hint to the kernel
+  return page;
+}
+
 BrickPages::BrickPages(std::size_t slot_bytes) : slot_bytes_(slot_bytes) {}
 
 void* BrickPages::allocate() {
   const std::lock_guard lock(mutex_);
   if (free_.empty()) {
-    void* chunk = std::aligned_alloc(kChunk_bytes, kChunk_bytes);
-    if (!chunk) throw std::bad_alloc();
-    chunks_.emplace_back(chunk);
-    ::madvise(chunk, kChunk_bytes, MADV_HUGEPAGE);  // only a hint to the kernel
-    const std::size_t slots = kChunk_bytes / slot_bytes_;
-    free_.reserve(chunks_.size() * slots);
-    for (std::size_t i = slots; i-- > 0;) free_.push_back(static_cast<std::byte*>(chunk) + i * slot_bytes_);
+    std::byte* page = static_cast<std::byte*>(pages_.emplace_back(allocate_page()).get());
+    const std::size_t slots = kPage_bytes / slot_bytes_;
+    free_.reserve(pages_.size() * slots);
+    for (std::size_t i = slots; i-- > 0;) free_.push_back(page + i * slot_bytes_);
   }
   void* slot = free_.back();
   free_.pop_back();

@@ -11,6 +11,13 @@
 
 namespace lumigraft::reconstruct {
 
+constexpr std::size_t kPage_bytes = std::size_t{2} << 20;  ///< of a huge page
+/// kPage_bytes of memory, in a huge page if the kernel grants it; to be released by FreePage.
+void* allocate_page();
+struct FreePage {
+  void operator()(void* page) const { std::free(page); }
+};
+
 /// Pool of slots of one size. Thread-safe: threads that release a field free slots while another publishes.
 class BrickPages {
  public:
@@ -22,12 +29,9 @@ class BrickPages {
   void deallocate(void* slot);
 
  private:
-  struct Free {
-    void operator()(void* chunk) const { std::free(chunk); }
-  };
   std::size_t slot_bytes_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<void, Free>> chunks_;
+  std::vector<std::unique_ptr<void, FreePage>> pages_;
   std::vector<void*> free_;  ///< the slot freed last is at the end: it may still be in the cache
 };
 

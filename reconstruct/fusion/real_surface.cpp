@@ -57,7 +57,7 @@ DepthGrid RealSurfaces::sample(const capture::Image<float>& depth_m) const {
     const int at = static_cast<int>(i), u = at % columns_ * step_ + step_ / 2, v = at / columns_ * step_ + step_ / 2;
     const float depth = depth_m.at(u, v);
     if (!(depth > 0) || depth > kRealSurface.far_m) continue;
-    grid.points[i].place = depth * rays_[i];
+    grid.points[i].position = depth * rays_[i];
     const float inverse_depth = 1 / depth;
     grid.points[i].sigma_m = axial_sigma_m(1 / inverse_depth);  // rounded as where depth is stored inverted
   }
@@ -75,8 +75,8 @@ RealSurfaces::Observation RealSurfaces::observe(const Model& model, const DepthG
   Observation result{grid};
   const Isometry3f T = T_model_camera.cast<float>();
   for (DepthGrid::Point& point : result.near.points) {
-    if (point.place.z() == 0) continue;
-    const Vector3f ray = T.linear() * point.place;
+    if (point.position.z() == 0) continue;
+    const Vector3f ray = T.linear() * point.position;
     const float length = ray.norm();
     const auto slope = model.field.slope(T.translation() + ray);
     const auto hit = model.field.raycast(T.translation(), ray / length, kRealSurface.min_range_m,
@@ -86,7 +86,7 @@ RealSurfaces::Observation RealSurfaces::observe(const Model& model, const DepthG
     const float behind_m = hit ? -(length - hit->distance_m) * hit->normal.dot(ray) / length : 0;
     if (hit && behind_m > slack_m) ++result.through;
     if (hit && std::abs(behind_m) <= slack_m) ++result.on;
-    if (!slope || !hit || std::abs(behind_m) > kRealSurface.band_voxels * voxel_m_) point.place.z() = 0;
+    if (!slope || !hit || std::abs(behind_m) > kRealSurface.band_voxels * voxel_m_) point.position.z() = 0;
   }
   return result;
 }

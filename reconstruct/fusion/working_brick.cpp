@@ -1,7 +1,5 @@
 #include "reconstruct/fusion/working_brick.h"
 
-#include <sys/mman.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -70,18 +68,13 @@ bool WorkingBrick::drifted(const FieldBrick& next, float voxel_m) {
 }
 
 WorkingBrick& WorkingBricks::add() {
-  if (size_ == chunks_.size() * kInChunk) {
-    void* chunk = std::aligned_alloc(kChunk_bytes, kChunk_bytes);
-    if (!chunk) throw std::bad_alloc();
-    chunks_.emplace_back(static_cast<WorkingBrick*>(chunk));
-    ::madvise(chunk, kChunk_bytes, MADV_HUGEPAGE);  // only a hint to the kernel
-  }
+  if (size_ == pages_.size() * kInPage) pages_.emplace_back(static_cast<WorkingBrick*>(allocate_page()));
   return *new (&(*this)[size_++]) WorkingBrick();
 }
 
 void WorkingBricks::clear() {
   for (; size_ > 0; --size_) std::destroy_at(&(*this)[size_ - 1]);
-  chunks_.clear();
+  pages_.clear();
 }
 
 }  // namespace lumigraft::reconstruct

@@ -1,11 +1,11 @@
 #pragma once
 // A brick in progress, and its published copy.
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <vector>
 
 #include "reconstruct/field/distance_field.h"
+#include "reconstruct/fusion/brick_pages.h"
 
 namespace lumigraft::reconstruct {
 
@@ -56,16 +56,13 @@ class WorkingBricks {
   ~WorkingBricks() { clear(); }
 
   WorkingBrick& add();
-  WorkingBrick& operator[](std::size_t i) { return chunks_[i / kInChunk].get()[i % kInChunk]; }
+  WorkingBrick& operator[](std::size_t i) { return pages_[i / kInPage].get()[i % kInPage]; }
   std::size_t size() const { return size_; }
   void clear();
 
  private:
-  static constexpr std::size_t kChunk_bytes = std::size_t{2} << 20, kInChunk = kChunk_bytes / sizeof(WorkingBrick);
-  struct Free {
-    void operator()(WorkingBrick* chunk) const { std::free(chunk); }
-  };
-  std::vector<std::unique_ptr<WorkingBrick, Free>> chunks_;
+  static constexpr std::size_t kInPage = kPage_bytes / sizeof(WorkingBrick);
+  std::vector<std::unique_ptr<WorkingBrick, FreePage>> pages_;
   std::size_t size_ = 0;  ///< bricks that live
 };
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "reconstruct/pose/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
@@ -14,8 +16,8 @@ using Eigen::Vector3d;
 bool inside(const TagCorners& corners, const Vector2d& p) {
   int left = 0, right = 0;
   for (int i = 0; i < 4; ++i) {
-    const Vector2d edge = corners[(i + 1) % 4] - corners[i], arm = p - corners[i];
-    (edge.x() * arm.y() - edge.y() * arm.x() > 0 ? left : right)++;
+    const Vector2d edge = corners[(i + 1) % 4] - corners[i], to_point = p - corners[i];
+    (edge.x() * to_point.y() - edge.y() * to_point.x() > 0 ? left : right)++;
   }
   return left == 4 || right == 4;
 }
@@ -29,9 +31,9 @@ std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, con
     low = low.cwiseMin(corner);
     high = high.cwiseMax(corner);
   }
-  // On a plane, 1/z is an affine function of x/z and y/z: linear least squares.
+  // On a plane 1/z is affine in x/z and y/z: linear least squares.
   struct Point {
-    Vector3d place;  // x/z, y/z, 1
+    Vector3d ray;  // x/z, y/z, 1
     double inverse_depth;
   };
   std::vector<Point> points;
@@ -49,30 +51,30 @@ std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, con
   Vector3d plane = Vector3d::Zero();
   double sigma = 0;
   Eigen::Matrix3d covariance;
-  for (int round = 0; round < 3; ++round) {
-    if (points.size() < 30 || 2 * static_cast<int>(points.size()) < pixels) return std::nullopt;
+  for (int round = 0; round < kDepthPlane.rounds; ++round) {
+    if (points.size() < kDepthPlane.min_points || 2 * static_cast<int>(points.size()) < pixels) return std::nullopt;
     Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
     Vector3d b = Vector3d::Zero();
     for (const Point& point : points) {
-      a += point.place * point.place.transpose();
-      b += point.inverse_depth * point.place;
+      a += point.ray * point.ray.transpose();
+      b += point.inverse_depth * point.ray;
     }
     covariance = a.inverse();
     plane = covariance * b;
     if (!plane.allFinite() || !(plane.norm() > 0)) return std::nullopt;
     double sum = 0;
-    for (const Point& point : points) sum += std::pow(plane.dot(point.place) - point.inverse_depth, 2);
+    for (const Point& point : points) sum += std::pow(plane.dot(point.ray) - point.inverse_depth, 2);
     sigma = std::sqrt(sum / static_cast<double>(points.size() - 3));
     std::erase_if(points, [&](const Point& point) {
-      return std::abs(plane.dot(point.place) - point.inverse_depth) > 2.5 * sigma + 1e-9;
+      return std::abs(plane.dot(point.ray) - point.inverse_depth) > kDepthPlane.outlier_sigmas * sigma + 1e-9;
     });
   }
   DepthPlane result;
   result.normal = -plane.normalized();
   result.inverse_depth = plane;
-  // Neighbouring pixels of depth cameras err together: count one in nine. A degree for the camera's own distortion.
-  const double tilt = 3 * sigma * std::sqrt(covariance.topLeftCorner<2, 2>().trace()) / plane.norm();
-  result.angle_sigma_rad = std::hypot(tilt, M_PI / 180);
+  const double tilt_sigma_rad =
+      kDepthPlane.noise_factor * sigma * std::sqrt(covariance.topLeftCorner<2, 2>().trace()) / plane.norm();
+  result.angle_sigma_rad = std::hypot(tilt_sigma_rad, kDepthPlane.camera_sigma_rad);
   return result;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The plane that depth shows inside the tag.
+// The plane that depth measures inside a tag.
 #include <Eigen/Core>
 #include <optional>
 
@@ -10,12 +10,12 @@
 namespace lumigraft::reconstruct {
 
 struct DepthPlane {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, camera frame, towards the camera
-  double angle_sigma_rad = 0;
-  Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< 1/z at (x/z, y/z, 1) is the product with it
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();         ///< unit, camera frame, towards the camera
+  double angle_sigma_rad = 0;                               ///< 1σ of the normal
+  Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< 1/z = its dot product with (x/z, y/z, 1)
 };
 
-/// Empty where depth has too many holes there, or is no plane.
+/// Robust least-squares plane through the depth inside the corners. Empty if too few pixels have depth on one plane.
 std::optional<DepthPlane> plane_inside(const capture::Image<float>& depth_m, const capture::CameraModel& camera,
                                        const TagCorners& corners);
 

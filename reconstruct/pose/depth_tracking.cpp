@@ -3,33 +3,28 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reconstruct/pose/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
 
-constexpr double kFadeS = 0.15;       // time constant of the hand-back: a few frames
-constexpr double kLongestGapS = 0.5;  // beyond it the pose is anywhere
-constexpr double kAnywhere = 100;     // of the variance: what the picture before shows counts more than a guess
-constexpr double kLeap = 6;           // σ
-constexpr double kLargestFadeM = 0.05, kLargestFadeRad = 0.07;  // a tag farther off is believed at once
-constexpr double kHeldM = 0.03, kHeldRad = 0.035;               // 1σ beyond which surfaces do not hold the pose
-
 bool within(const Isometry3d& T, double position_m, double angle_rad) {
   return T.translation().norm() <= position_m && Eigen::AngleAxisd(T.linear()).angle() <= angle_rad;
 }
 
-/// The share of a small transform that is left.
-Isometry3d faded(const Isometry3d& T, double share) {
-  return apply_step(Isometry3d::Identity(), share * step_between(Isometry3d::Identity(), T));
+/// A fraction of a small transform.
+Isometry3d scaled(const Isometry3d& T, double fraction) {
+  return apply_step(Isometry3d::Identity(), fraction * step_between(Isometry3d::Identity(), T));
 }
 
 }  // namespace
 
-PoseCovariance DepthTracking::after(const PoseCovariance& covariance, double passed_s) {
-  // A hand that holds a camera: 5 mm and half a degree from frame to frame, and 3 m/s² and 10 rad/s² of what changes.
-  const double position_m = std::min(0.3, 0.005 + 0.5 * 3 * passed_s * passed_s);
-  const double angle_rad = std::min(0.3, 0.01 + 0.5 * 10 * passed_s * passed_s);
+PoseCovariance DepthTracking::predicted(const PoseCovariance& covariance, double elapsed_s) {
+  const DepthTrackingParameters& p = kDepthTracking;
+  const double position_m = std::min(p.max_step, p.step_m + 0.5 * p.acceleration_mps2 * elapsed_s * elapsed_s);
+  const double angle_rad = std::min(p.max_step, p.step_rad + 0.5 * p.acceleration_radps2 * elapsed_s * elapsed_s);
   PoseCovariance result = covariance;
   result.diagonal().head<3>().array() += position_m * position_m;
   result.diagonal().tail<3>().array() += angle_rad * angle_rad;
@@ -40,85 +35,86 @@ void DepthTracking::reset() {
   last_.reset();
   depth_.reset();
   grid_.reset();
-  speed_.setZero();
-  carrying_ = false;
+  velocity_.setZero();
+  tracking_ = false;
   fading_.setIdentity();
 }
 
-void DepthTracking::keep(const capture::FrameSet& frame, const PoseEstimate& pose) {
-  const double passed = passed_s(frame);
-  if (last_ && passed > 0 && passed < kLongestGapS)
-    speed_ = step_between(last_->T_tag_camera, pose.T_tag_camera) / passed;
+void DepthTracking::store(const capture::FrameSet& frame, const PoseEstimate& pose) {
+  const double elapsed = elapsed_s(frame);
+  if (last_ && elapsed > 0 && elapsed < kDepthTracking.max_gap_s)
+    velocity_ = step_between(last_->T_tag_camera, pose.T_tag_camera) / elapsed;
   else
-    speed_.setZero();
+    velocity_.setZero();
   last_ = pose;
   time_ns_ = frame.time_ns;
   depth_ = frame.depth;
   grid_.reset();
 }
 
-/// Where surfaces put the camera now. Keeps it.
-std::optional<PoseEstimate> DepthTracking::follow(const capture::FrameSet& frame, const DistanceField& field) {
-  const double passed = passed_s(frame);
-  if (!frame.depth || !(passed > 0) || passed > kLongestGapS) return std::nullopt;
+/// Pose by ICP of this frame's depth against the previous frame, then against the field. Stores it.
+std::optional<PoseEstimate> DepthTracking::align(const capture::FrameSet& frame, const DistanceField& field) {
+  const double elapsed = elapsed_s(frame);
+  if (!frame.depth || !(elapsed > 0) || elapsed > kDepthTracking.max_gap_s) return std::nullopt;
   DepthGrid grid = sampler_.sample(frame.depth->depth_m);
-  PoseEstimate expected{apply_step(last_->T_tag_camera, passed * speed_), after(last_->covariance, passed)};
+  PoseEstimate expected{apply_step(last_->T_tag_camera, elapsed * velocity_), predicted(last_->covariance, elapsed)};
   const Isometry3d guess = expected.T_tag_camera;
   if (!grid_ && depth_) grid_ = sampler_.sample(depth_->depth_m);
   if (grid_ && !grid_->points.empty() && !grid.points.empty())
-    expected.T_tag_camera = align_to_picture(grid, *grid_, sampler_.camera(), last_->T_tag_camera,
-                                             {expected.T_tag_camera, kAnywhere * expected.covariance});
+    expected.T_tag_camera = align_to_frame(grid, *grid_, sampler_.camera(), last_->T_tag_camera,
+                                           {expected.T_tag_camera, kDepthTracking.frame_prior * expected.covariance});
   auto fit = align_to_field(grid, field, expected);
   if (!fit) return std::nullopt;
-  // After a leap that no hand makes, surfaces may have been taken for one another: the pose is as unsure as it was
-  // long.
-  const auto leap = step_between(guess, fit->pose.T_tag_camera);
-  if (leap.head<3>().norm() > kLeap * position_sigma_m(expected.covariance) ||
-      leap.tail<3>().norm() > kLeap * angle_sigma_rad(expected.covariance))
-    fit->pose.covariance += 0.1 * leap * leap.transpose();
-  if (position_sigma_m(fit->pose.covariance) > kHeldM || angle_sigma_rad(fit->pose.covariance) > kHeldRad)
+  // A jump that no hand makes may be a match with the wrong surface.
+  const auto jump = step_between(guess, fit->pose.T_tag_camera);
+  if (jump.head<3>().norm() > kDepthTracking.max_jump_sigmas * position_sigma_m(expected.covariance) ||
+      jump.tail<3>().norm() > kDepthTracking.max_jump_sigmas * angle_sigma_rad(expected.covariance))
+    fit->pose.covariance += kDepthTracking.jump_variance * jump * jump.transpose();
+  if (position_sigma_m(fit->pose.covariance) > kDepthTracking.max_sigma_m ||
+      angle_sigma_rad(fit->pose.covariance) > kDepthTracking.max_sigma_rad)
     return std::nullopt;
-  keep(frame, fit->pose);
+  store(frame, fit->pose);
   grid_ = std::move(grid);
   return fit->pose;
 }
 
-std::optional<PoseEstimate> DepthTracking::hidden(const capture::FrameSet& frame, const DistanceField& field) {
+std::optional<PoseEstimate> DepthTracking::track(const capture::FrameSet& frame, const DistanceField& field) {
   if (!last_) return std::nullopt;
-  if (!carrying_) {
-    // Depth cameras and prints disagree by a little. Where the surface puts the camera of the last frame that saw both
-    // tells by how much; without it the picture would jump.
+  if (!tracking_) {
+    // Poses from depth and from the print differ slightly. The last frame that has both gives the difference; without
+    // it the image would jump.
     if (!depth_) return std::nullopt;
     grid_ = sampler_.sample(depth_->depth_m);
-    const auto fit = align_to_field(*grid_, field, {last_->T_tag_camera, after(last_->covariance, 0)});
+    const auto fit = align_to_field(*grid_, field, {last_->T_tag_camera, predicted(last_->covariance, 0)});
     if (!fit) return std::nullopt;
-    apart_ = fit->pose.T_tag_camera.inverse() * shown_;
-    if (!within(apart_, kLargestFadeM, kLargestFadeRad)) return std::nullopt;
-    start_ = last_->covariance;
+    handover_ = fit->pose.T_tag_camera.inverse() * displayed_;
+    if (!within(handover_, kDepthTracking.max_fade_m, kDepthTracking.max_fade_rad)) return std::nullopt;
+    start_covariance_ = last_->covariance;
     *last_ = fit->pose;
-    carrying_ = true;
+    tracking_ = true;
   }
-  auto pose = follow(frame, field);
+  auto pose = align(frame, field);
   if (!pose) return std::nullopt;
-  pose->T_tag_camera = pose->T_tag_camera * apart_;
+  pose->T_tag_camera = pose->T_tag_camera * handover_;
   return pose;
 }
 
-Isometry3d DepthTracking::seen(const capture::FrameSet& frame, const PoseEstimate& measured,
-                               const DistanceField* field) {
-  const double passed = passed_s(frame);
-  if (carrying_) {
-    carrying_ = false;
+Isometry3d DepthTracking::tag_seen(const capture::FrameSet& frame, const PoseEstimate& measured,
+                                   const DistanceField* field) {
+  const double elapsed = elapsed_s(frame);
+  if (tracking_) {
+    tracking_ = false;
     fading_.setIdentity();
-    const auto carried = field ? follow(frame, *field) : std::nullopt;
-    if (carried) fading_ = measured.T_tag_camera.inverse() * carried->T_tag_camera * apart_;
-    if (!within(fading_, kLargestFadeM, kLargestFadeRad)) fading_.setIdentity();
-    const auto speed = speed_;
-    keep(frame, measured);
-    speed_ = speed;  // the step from surfaces to the tag is none of the camera's
+    const auto tracked = field ? align(frame, *field) : std::nullopt;
+    if (tracked) fading_ = measured.T_tag_camera.inverse() * tracked->T_tag_camera * handover_;
+    if (!within(fading_, kDepthTracking.max_fade_m, kDepthTracking.max_fade_rad)) fading_.setIdentity();
+    const auto velocity = velocity_;
+    store(frame, measured);
+    velocity_ = velocity;  // the step from depth to tag is no motion of the camera
   } else {
-    fading_ = last_ && passed > 0 ? faded(fading_, std::exp(-passed / kFadeS)) : Isometry3d::Identity();
-    keep(frame, measured);
+    fading_ =
+        last_ && elapsed > 0 ? scaled(fading_, std::exp(-elapsed / kDepthTracking.fade_s)) : Isometry3d::Identity();
+    store(frame, measured);
   }
   return measured.T_tag_camera * fading_;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// The pose while the tag is hidden: carried on along the room's surface, and handed back to the tag without a jump.
+// Tracks the camera by depth against the room's surface while all tags are hidden, and returns to the tag's pose
+// without a jump.
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
@@ -17,35 +18,39 @@ class DepthTracking {
  public:
   explicit DepthTracking(const capture::CameraModel& camera) : sampler_(camera) {}
 
-  /// The tag gave this frame's pose. Returns the one to use: where the pose had been carried on, what that is off by
-  /// fades within some frames.
-  Eigen::Isometry3d seen(const capture::FrameSet& frame, const PoseEstimate& measured, const DistanceField* field);
-  /// What became of it when it was smoothed: where the tag hides next, pictures go on from there.
-  void shown(const Eigen::Isometry3d& T_tag_camera) { shown_ = T_tag_camera; }
-  /// The tag is hidden. Empty without depth, a field, or a pose to start from, or where surfaces do not hold the pose.
-  std::optional<PoseEstimate> hidden(const capture::FrameSet& frame, const DistanceField& field);
-  /// Of the tag's pose when it hid, which all that follows builds on.
-  const PoseCovariance& covariance_at_start() const { return start_; }
-  /// How sure a pose is that long after, with nothing seen.
-  static PoseCovariance after(const PoseCovariance& covariance, double passed_s);
+  /// A tag measured this frame's pose. Returns the pose to use: after tracking, the difference between both fades out
+  /// within some frames.
+  Eigen::Isometry3d tag_seen(const capture::FrameSet& frame, const PoseEstimate& measured, const DistanceField* field);
+  /// The smoothed pose that was displayed. Tracking starts from it, so that the image does not jump.
+  void set_displayed(const Eigen::Isometry3d& T_tag_camera) { displayed_ = T_tag_camera; }
+  /// Tracks the camera in a frame without a tag. Empty without depth or a pose to start from, and where the surfaces do
+  /// not determine the pose.
+  std::optional<PoseEstimate> track(const capture::FrameSet& frame, const DistanceField& field);
+  /// Covariance of the tag's last pose, from which tracking started.
+  const PoseCovariance& covariance_at_start() const { return start_covariance_; }
+  /// Covariance of a pose `elapsed_s` after its measurement, by the motion of a hand-held camera.
+  static PoseCovariance predicted(const PoseCovariance& covariance, double elapsed_s);
   void reset();
 
  private:
-  std::optional<PoseEstimate> follow(const capture::FrameSet& frame, const DistanceField& field);
-  void keep(const capture::FrameSet& frame, const PoseEstimate& pose);
-  double passed_s(const capture::FrameSet& frame) const { return 1e-9 * static_cast<double>(frame.time_ns - time_ns_); }
+  std::optional<PoseEstimate> align(const capture::FrameSet& frame, const DistanceField& field);
+  void store(const capture::FrameSet& frame, const PoseEstimate& pose);
+  double elapsed_s(const capture::FrameSet& frame) const {
+    return 1e-9 * static_cast<double>(frame.time_ns - time_ns_);
+  }
 
   DepthSampler sampler_;
   std::int64_t time_ns_ = 0;
-  std::optional<PoseEstimate> last_;                    ///< as the tag says, or as surfaces do while `carrying_`
-  std::shared_ptr<const capture::DepthPicture> depth_;  ///< of that frame
-  std::optional<DepthGrid> grid_;                       ///< of that depth, once it was needed
-  Eigen::Matrix<double, 6, 1> speed_ = Eigen::Matrix<double, 6, 1>::Zero();  ///< steps a second
-  bool carrying_ = false;
-  Eigen::Isometry3d apart_ = Eigen::Isometry3d::Identity();  ///< from the camera that surfaces saw to the tag's, then
-  PoseCovariance start_ = PoseCovariance::Zero();
-  Eigen::Isometry3d shown_ = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d fading_ = Eigen::Isometry3d::Identity();
+  std::optional<PoseEstimate> last_;                    ///< from the tag, or from depth while `tracking_`
+  std::shared_ptr<const capture::DepthPicture> depth_;  ///< of the same frame
+  std::optional<DepthGrid> grid_;                       ///< points of that depth, computed when needed
+  Eigen::Matrix<double, 6, 1> velocity_ = Eigen::Matrix<double, 6, 1>::Zero();  ///< steps per second
+  bool tracking_ = false;
+  /// The displayed pose relative to the pose from depth when tracking started: depth and print differ slightly.
+  Eigen::Isometry3d handover_ = Eigen::Isometry3d::Identity();
+  PoseCovariance start_covariance_ = PoseCovariance::Zero();
+  Eigen::Isometry3d displayed_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d fading_ = Eigen::Isometry3d::Identity();  ///< difference that fades out after tracking
 };
 
 }  // namespace lumigraft::reconstruct

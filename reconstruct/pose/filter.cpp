@@ -2,16 +2,9 @@
 
 #include <algorithm>
 
+#include "reconstruct/pose/parameters.h"
+
 namespace lumigraft::reconstruct {
-namespace {
-
-constexpr double kLongest = 30;      // measurements in the mean of a still camera: one second at 30 Hz
-constexpr double kJump = 3;          // innovation in σ beyond which the camera moved
-constexpr double kDriftRate = 0.25;  // share of the newest innovation in the drift; noise alone keeps it below 1 σ
-constexpr double kDrift = 1.0;
-
-}  // namespace
-
 Eigen::Isometry3d PoseFilter::update(const Eigen::Isometry3d& T_camera_tag, double position_sigma_m,
                                      double angle_sigma_rad) {
   const Eigen::Vector3d position = T_camera_tag.translation();
@@ -26,12 +19,12 @@ Eigen::Isometry3d PoseFilter::update(const Eigen::Isometry3d& T_camera_tag, doub
     Eigen::Matrix<double, 6, 1> innovation;
     innovation.head<3>() = (position - position_) / position_sigma_m;
     innovation.tail<3>() = turn.angle() / angle_sigma_rad * turn.axis();
-    drift_ += kDriftRate * (innovation - drift_);
-    // A jump is seen at once, a slow motion by innovations that keep pointing the same way.
-    const double jump = std::max(innovation.head<3>().norm(), innovation.tail<3>().norm()) / kJump;
-    const double drift = std::max(drift_.head<3>().norm(), drift_.tail<3>().norm()) / kDrift;
+    drift_ += kPoseFilter.drift_rate * (innovation - drift_);
+    // One large innovation is a jump; innovations that keep pointing in one direction are a slow motion.
+    const double jump = std::max(innovation.head<3>().norm(), innovation.tail<3>().norm()) / kPoseFilter.jump_sigmas;
+    const double drift = std::max(drift_.head<3>().norm(), drift_.tail<3>().norm()) / kPoseFilter.drift_sigmas;
     const double motion = std::max(jump, drift);
-    count_ = std::min(count_ + 1, kLongest);
+    count_ = std::min(count_ + 1, kPoseFilter.max_count);
     if (motion > 1) count_ = std::max(1.0, count_ / (motion * motion));
     position_ += (position - position_) / count_;
     rotation_ = rotation_.slerp(1 / count_, rotation).normalized();

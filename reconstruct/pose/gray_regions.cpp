@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "capture/camera/radiance.h"
+#include "reconstruct/pose/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
@@ -57,8 +58,8 @@ capture::Image<std::uint8_t> detector_codes(const capture::Picture& picture, con
   return codes;
 }
 
-std::vector<SeenPixel> seen_pixels(const capture::Picture& picture, const capture::Response& response,
-                                   const capture::CameraModel& camera, const PixelRegion& region) {
+std::vector<PixelSample> sample_pixels(const capture::Picture& picture, const capture::Response& response,
+                                       const capture::CameraModel& camera, const PixelRegion& region) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   std::vector<Vector2d> rays;
   rays.reserve(static_cast<std::size_t>(region.width) * region.height);
@@ -68,12 +69,12 @@ std::vector<SeenPixel> seen_pixels(const capture::Picture& picture, const captur
       rays.push_back(direction && direction->z() > 0 ? Vector2d(direction->head<2>() / direction->z())
                                                      : Vector2d(kNaN, kNaN));
     }
-  std::vector<SeenPixel> pixels;
+  std::vector<PixelSample> pixels;
   pixels.reserve(rays.size());
   for (int y = 1; y + 1 < region.height; ++y)
     for (int x = 1; x + 1 < region.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * region.width + x;
-      SeenPixel pixel;
+      PixelSample pixel;
       pixel.u = region.left + x;
       pixel.v = region.top + y;
       pixel.ray = rays[i];
@@ -85,7 +86,7 @@ std::vector<SeenPixel> seen_pixels(const capture::Picture& picture, const captur
         float linear[3];
         for (int c = 0; c < 3; ++c) {
           linear[c] = response.to_linear(std::min(rgb[c], capture::kFullScale), c);
-          pixel.cut = pixel.cut || rgb[c] >= capture::kFullScale;
+          pixel.clipped = pixel.clipped || rgb[c] >= capture::kFullScale;
         }
         pixel.light = luminance(linear);
       } else {
@@ -96,12 +97,11 @@ std::vector<SeenPixel> seen_pixels(const capture::Picture& picture, const captur
   return pixels;
 }
 
-std::vector<SeenPixel> thinned(const std::vector<SeenPixel>& pixels) {
-  // Lattices whose points are a knight's move apart: no row or column of the print is seen more often than another.
-  constexpr std::size_t kEnough = 1000;
-  const bool many = pixels.size() > 13 * kEnough;
-  std::vector<SeenPixel> few;
-  for (const SeenPixel& pixel : pixels)
+std::vector<PixelSample> thin_out(const std::vector<PixelSample>& pixels) {
+  // Points of these lattices are a knight's move apart, so that all rows and columns have equally many.
+  const bool many = pixels.size() > kPrintAlignment.many_pixels;
+  std::vector<PixelSample> few;
+  for (const PixelSample& pixel : pixels)
     if (many ? (pixel.u + 5 * pixel.v) % 13 == 0 : (pixel.u + 2 * pixel.v) % 5 == 0) few.push_back(pixel);
   return few;
 }

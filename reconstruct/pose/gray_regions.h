@@ -1,5 +1,5 @@
 #pragma once
-// The parts of a colour picture that pose looks at. While the tag is tracked that is a small region around it.
+// Grey regions of a colour image for tag detection and alignment. While a tag is tracked, a small region around it.
 #include <Eigen/Core>
 #include <vector>
 
@@ -9,36 +9,36 @@
 
 namespace lumigraft::reconstruct {
 
-/// A rectangle of pixels, all of them inside the picture.
+/// A rectangle of pixels inside the image.
 struct PixelRegion {
   int left = 0, top = 0, width = 0, height = 0;
 };
 
-/// Grows the box `low` to `high` to whole pixels and cuts it to the picture. Corners on multiples of `grid`.
+/// Extends the box from `low` to `high` to multiples of `grid` pixels, and clips it to the image.
 PixelRegion region_around(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int picture_width,
                           int picture_height, int grid = 1);
 
-/// Brings linear radiance to where the detector's 8 bits tell it apart: the brightest 5 % saturate.
+/// Gain from linear radiance to the detector's 8 bits: the brightest 5 % saturate.
 float detector_gain(const capture::Image<float>& radiance);
 
-/// Luminance in 8 bits under an sRGB-like curve, for the detector. `gain` counts for radiance pictures alone.
+/// Luminance in 8 bits with an sRGB-like curve, for the detector. `gain` applies to radiance images only.
 capture::Image<std::uint8_t> detector_codes(const capture::Picture& picture, const PixelRegion& region, float gain);
 
-/// A pixel as geometry needs it.
-struct SeenPixel {
+/// A pixel with its ray and linear light, for alignment.
+struct PixelSample {
   int u = 0, v = 0;
-  Eigen::Vector2d ray;       ///< x/z, y/z of its line of sight
-  Eigen::Vector2d ray_by_u;  ///< change of that from pixel to pixel
+  Eigen::Vector2d ray;       ///< x/z, y/z
+  Eigen::Vector2d ray_by_u;  ///< derivative of `ray` by the pixel coordinates u, v
   Eigen::Vector2d ray_by_v;
-  double light = 0;  ///< linear luminance in any unit
-  bool cut = false;  ///< the picture ends there, in some channel: the light is that or more
+  double light = 0;      ///< linear luminance in any unit
+  bool clipped = false;  ///< in some channel: `light` is a lower bound
 };
 
-/// Pixels of the region, but those on its border, whose neighbours are not all known.
-std::vector<SeenPixel> seen_pixels(const capture::Picture& picture, const capture::Response& response,
-                                   const capture::CameraModel& camera, const PixelRegion& region);
+/// Pixels of the region except those on its border, which have no complete neighbourhood.
+std::vector<PixelSample> sample_pixels(const capture::Picture& picture, const capture::Response& response,
+                                       const capture::CameraModel& camera, const PixelRegion& region);
 
-/// Every fifth pixel, or every thirteenth of many, spread evenly over rows and columns.
-std::vector<SeenPixel> thinned(const std::vector<SeenPixel>& pixels);
+/// Every 5th pixel, or every 13th of many (PrintAlignmentParameters), spread evenly over rows and columns.
+std::vector<PixelSample> thin_out(const std::vector<PixelSample>& pixels);
 
 }  // namespace lumigraft::reconstruct

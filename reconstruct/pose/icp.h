@@ -1,5 +1,5 @@
 #pragma once
-// The camera's pose from depth alone: against the room's surface, and against the picture before.
+// Camera pose from depth by ICP: against the distance field, and against an earlier depth image.
 #include <Eigen/Geometry>
 #include <optional>
 
@@ -16,19 +16,21 @@ struct PoseEstimate {
 
 struct SurfaceFit {
   PoseEstimate pose;
-  double shared = 0;  ///< of the points measured, the share that lies on the known surface
+  double inlier_fraction = 0;  ///< measured points on the known surface
 };
 
-/// Frame-to-model ICP, point to plane: the distance field is the distance of a point to the plane next to it, and its
-/// gradient that plane's normal, so no neighbours are searched (Bylow et al. 2013, "Real-time camera tracking and 3D
-/// reconstruction using signed distance functions", eq. 8-14, with robust weights). What surfaces do not tell stays
-/// as `expected` says. Reaches as far as the field's truncation. Empty where too few points lie on the known surface.
+/// Frame-to-model ICP, point to plane. The field gives a point's distance to the nearest plane, and its gradient that
+/// plane's normal, so there is no search for neighbours (Bylow et al. 2013, "Real-time camera tracking and 3D
+/// reconstruction using signed distance functions", eq. 8-14, with robust weights). `expected` is a prior: directions
+/// that surfaces do not determine keep its values. Reaches as far as the field's truncation distance. Empty if too few
+/// points are on the known surface.
 std::optional<SurfaceFit> align_to_field(const DepthGrid& grid, const DistanceField& field,
                                          const PoseEstimate& expected);
 
-/// Projective point-to-plane ICP against an earlier picture (Rusinkiewicz & Levoy 2001; Newcombe et al. 2011, §3.5):
-/// less exact, but it reaches decimetres. Never worse than `expected` where pictures share too little.
-Eigen::Isometry3d align_to_picture(const DepthGrid& grid, const DepthGrid& earlier, const capture::CameraModel& camera,
-                                   const Eigen::Isometry3d& earlier_T_tag_camera, const PoseEstimate& expected);
+/// Projective point-to-plane ICP against an earlier depth image (Rusinkiewicz & Levoy 2001; Newcombe et al. 2011,
+/// §3.5): less exact, but with a reach of decimetres. Returns the pose of `expected` if the images have too little in
+/// common.
+Eigen::Isometry3d align_to_frame(const DepthGrid& grid, const DepthGrid& earlier, const capture::CameraModel& camera,
+                                 const Eigen::Isometry3d& earlier_T_tag_camera, const PoseEstimate& expected);
 
 }  // namespace lumigraft::reconstruct

@@ -1,5 +1,5 @@
 #pragma once
-// Where lamps stand that carry a tag (Franke 2015, section 5.3.1: light sources that are tracked).
+// Positions of lamps that carry a tag (Franke 2015, section 5.3.1: tracked light sources).
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
@@ -9,41 +9,43 @@
 
 #include "capture/frame.h"
 #include "capture/session/session.h"
+#include "reconstruct/pose/parameters.h"
 #include "reconstruct/pose/pose.h"
 
 namespace lumigraft::reconstruct {
 
-/// What a tag says of the lamp that carries it.
+/// Pose of a lamp from its tag.
 struct LampTagPose {
   int lamp = 0;                                          ///< index into Session::lamps
-  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< of the lamp's middle, in the frame of the room's tag
+  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< the lamp's centre, in the frame of the room's tag
   float sigma_m = 0;                                     ///< 1σ along any axis; grows while the tag is hidden
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, same frame, where the lamp glows as a plane; else zero
+  Eigen::Vector3f normal =
+      Eigen::Vector3f::Zero();  ///< unit, same frame, for a lamp that emits from a plane; else zero
 };
 
-/// Finds the tags of the session's lamps in the colour picture and puts them into the room by the camera's pose.
-/// A place is the mean over pictures while the lamp stands still (PoseFilter). While its tag is hidden a lamp is held
-/// where it was, for kHeldNs; then it has no mark until the tag shows again.
-/// Not used, and named in a warning: a tag that depth shows to be of another size, one of several with its number
-/// before it is known which, and one that two poses explain so that its lamp is in two places.
+/// Detects the tags of the session's lamps in the colour image and transforms them into the room by the camera pose.
+/// A position is the mean over frames while the lamp is at rest (PoseFilter). While its tag is hidden a lamp keeps its
+/// position for kHeldNs; then it has none until the tag is seen again.
+/// Not used, with a warning: a tag whose size contradicts depth, several tags with one id before it is known which is
+/// meant, and a tag with two poses that place its lamp differently.
 class LampTagStage {
  public:
-  /// Throws InputError for a tag that does not exist.
+  /// Throws InputError for a family or id that does not exist.
   explicit LampTagStage(const capture::Session& session);
   ~LampTagStage();
 
-  static constexpr std::int64_t kHeldNs = 20'000'000'000;
+  static constexpr std::int64_t kHeldNs = kLampTags.held_ns;
 
   struct Result {
-    std::vector<LampTagPose> marks;  ///< of lamps whose place is known
+    std::vector<LampTagPose> marks;  ///< of lamps whose position is known
     std::vector<std::string> warnings;
   };
-  /// `pose`: of the camera in this very frame; empty: nothing new is seen.
+  /// `pose`: of the camera in this frame; empty: the image is not used.
   Result locate(const capture::FrameSet& frame, const std::optional<Pose>& pose);
 
  private:
   struct State;
-  std::unique_ptr<State> state_;  ///< null where no lamp carries a tag
+  std::unique_ptr<State> state_;  ///< null if no lamp has a tag
 };
 
 }  // namespace lumigraft::reconstruct

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "reconstruct/pose/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
-
-constexpr double kApart = 60;  // squared σ in six directions, beyond which two tags contradict each other
 
 /// A candidate as a pose of the camera in the world.
 struct EvidenceTerm {
@@ -19,39 +19,40 @@ struct EvidenceTerm {
   const PoseCandidate* candidate;
 };
 
-PoseCovariance turned(const PoseCovariance& covariance, const Eigen::Matrix3d& rotation) {
+PoseCovariance rotated(const PoseCovariance& covariance, const Eigen::Matrix3d& rotation) {
   PoseCovariance both = PoseCovariance::Zero();
   both.topLeftCorner<3, 3>() = both.bottomRightCorner<3, 3>() = rotation;
   return both * covariance * both.transpose();
 }
 
-EvidenceTerm witness_of(const PoseCandidate& candidate, const TagMapEntry& place) {
-  const Isometry3d& T_world_tag = *place.T_world_tag();
-  return {T_world_tag * candidate.T_camera_tag.inverse(), turned(candidate.noise, T_world_tag.linear()),
-          turned(candidate.bias + place.slack(candidate.T_camera_tag), T_world_tag.linear()), &candidate};
+EvidenceTerm evidence_of(const PoseCandidate& candidate, const TagMapEntry& entry) {
+  const Isometry3d& T_world_tag = *entry.T_world_tag();
+  return {T_world_tag * candidate.T_camera_tag.inverse(), rotated(candidate.noise, T_world_tag.linear()),
+          rotated(candidate.bias + entry.uncertainty(candidate.T_camera_tag), T_world_tag.linear()), &candidate};
 }
 
-double apart(const EvidenceTerm& a, const EvidenceTerm& b) {
+/// Squared Mahalanobis distance.
+double distance(const EvidenceTerm& a, const EvidenceTerm& b) {
   const Eigen::Matrix<double, 6, 1> step = step_between(a.T_world_camera, b.T_world_camera);
   return squared_mahalanobis(step, a.noise + a.bias + b.noise + b.bias);
 }
 
-/// Weighted by certainty. The noise that is left is what averages out over time.
+/// Mean weighted by information. `result.noise` is the part that averages out over time.
 void average(const std::vector<EvidenceTerm>& evidence_terms, MultiTagPose& result) {
   PoseCovariance information = PoseCovariance::Zero();
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
-  std::vector<PoseCovariance> certainties;
+  std::vector<PoseCovariance> weights;
   for (const EvidenceTerm& evidence : evidence_terms) {
-    certainties.push_back(information_of(evidence.noise + evidence.bias));
-    information += certainties.back();
-    sum += certainties.back() * step_between(result.T_tag_camera, evidence.T_world_camera);
+    weights.push_back(information_of(evidence.noise + evidence.bias));
+    information += weights.back();
+    sum += weights.back() * step_between(result.T_tag_camera, evidence.T_world_camera);
   }
   const PoseCovariance covariance = information_of(information);
   result.T_tag_camera = apply_step(result.T_tag_camera, covariance * sum);
   result.noise.setZero();
   for (std::size_t i = 0; i < evidence_terms.size(); ++i) {
-    const PoseCovariance share = covariance * certainties[i];
-    result.noise += share * evidence_terms[i].noise * share.transpose();
+    const PoseCovariance gain = covariance * weights[i];
+    result.noise += gain * evidence_terms[i].noise * gain.transpose();
   }
   result.bias = covariance - result.noise;
 }
@@ -59,16 +60,16 @@ void average(const std::vector<EvidenceTerm>& evidence_terms, MultiTagPose& resu
 }  // namespace
 
 std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings,
-                                         const std::vector<TagMapEntry>& places) {
+                                         const std::vector<TagMapEntry>& tag_map) {
   std::vector<std::vector<EvidenceTerm>> evidence_terms(readings.size());
   bool first_seen = false;
   for (std::size_t r = 0; r < readings.size(); ++r) {
-    if (!places[readings[r].tag].T_world_tag()) continue;
+    if (!tag_map[readings[r].tag].T_world_tag()) continue;
     first_seen |= readings[r].tag == 0;
     for (const PoseCandidate& candidate : readings[r].candidates)
-      evidence_terms[r].push_back(witness_of(candidate, places[readings[r].tag]));
+      evidence_terms[r].push_back(evidence_of(candidate, tag_map[readings[r].tag]));
   }
-  // Which candidate of which reading all others speak against least.
+  // The candidate of a reading that has the least evidence against it from all others.
   MultiTagPose result;
   double best = std::numeric_limits<double>::max();
   std::size_t base = 0;
@@ -80,15 +81,16 @@ std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings
       choice[r] = c;
       for (std::size_t q = 0; q < readings.size(); ++q) {
         if (q == r) continue;
-        double least = std::numeric_limits<double>::max();
+        double min_cost = std::numeric_limits<double>::max();
         for (std::size_t d = 0; d < evidence_terms[q].size(); ++d) {
-          const double against = evidence_terms[q][d].candidate->cost +
-                                 std::min(kWitnessCap, apart(evidence_terms[r][c], evidence_terms[q][d]));
-          if (against >= least) continue;
-          least = against;
+          const double cost_against =
+              evidence_terms[q][d].candidate->cost +
+              std::min(kTagPose.evidence_cap, distance(evidence_terms[r][c], evidence_terms[q][d]));
+          if (cost_against >= min_cost) continue;
+          min_cost = cost_against;
           choice[q] = d;
         }
-        if (!evidence_terms[q].empty()) cost += least;
+        if (!evidence_terms[q].empty()) cost += min_cost;
       }
       if (cost >= best) continue;
       best = cost;
@@ -99,17 +101,18 @@ std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings
   if (result.choice.empty()) return std::nullopt;
 
   const EvidenceTerm& chosen = evidence_terms[base][result.choice[base]];
-  // How much worse the base's other explanation is.
-  result.rival = std::numeric_limits<double>::max();
+  // The additional cost of the other candidate of the same reading.
+  result.cost_gap = std::numeric_limits<double>::max();
   for (const EvidenceTerm& other : evidence_terms[base]) {
     if (&other == &chosen) continue;
     double cost = other.candidate->cost - chosen.candidate->cost;
     for (std::size_t q = 0; q < readings.size(); ++q)
       if (q != base && !evidence_terms[q].empty()) {
         const EvidenceTerm& agreed = evidence_terms[q][result.choice[q]];
-        cost += std::min(kWitnessCap, apart(other, agreed)) - std::min(kWitnessCap, apart(chosen, agreed));
+        cost += std::min(kTagPose.evidence_cap, distance(other, agreed)) -
+                std::min(kTagPose.evidence_cap, distance(chosen, agreed));
       }
-    result.rival = cost;
+    result.cost_gap = cost;
   }
   result.T_tag_camera = chosen.T_world_camera;
   result.noise = chosen.noise;
@@ -122,8 +125,8 @@ std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings
   for (std::size_t r = 0; r < readings.size(); ++r) {
     if (evidence_terms[r].empty()) continue;
     const EvidenceTerm& evidence = evidence_terms[r][result.choice[r]];
-    if (r != base && apart(chosen, evidence) > kApart) {
-      result.apart.push_back(readings[r].tag);
+    if (r != base && distance(chosen, evidence) > kTagPose.tag_disagreement) {
+      result.contradicting.push_back(readings[r].tag);
       continue;
     }
     agreeing.push_back(evidence);

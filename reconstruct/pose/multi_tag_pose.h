@@ -1,5 +1,5 @@
 #pragma once
-// One pose from all tags in a picture.
+// One camera pose from all tags in a frame.
 #include <Eigen/Geometry>
 #include <optional>
 #include <vector>
@@ -9,27 +9,28 @@
 
 namespace lumigraft::reconstruct {
 
-/// What one tag says of a picture.
+/// Candidates from one tag in a frame.
 struct TagReading {
-  std::size_t tag = 0;  ///< 0: the first, whose frame is the world
+  std::size_t tag = 0;  ///< index; 0: the first, whose frame is the world
   std::vector<PoseCandidate> candidates;
-  std::optional<TagCorners> corners{};  ///< empty where no square was whole
+  std::optional<TagCorners> corners{};  ///< empty if the square was not detected
 };
 
 struct MultiTagPose {
   Eigen::Isometry3d T_tag_camera = Eigen::Isometry3d::Identity();
-  PoseCovariance noise = PoseCovariance::Zero(), bias = PoseCovariance::Zero();  ///< from frame to frame; beyond it
-  double position_sigma_m = 0, angle_sigma_rad = 0;                              ///< noise of T_camera_tag
+  PoseCovariance noise = PoseCovariance::Zero(),
+                 bias = PoseCovariance::Zero();      ///< independent in each frame; constant
+  double position_sigma_m = 0, angle_sigma_rad = 0;  ///< noise of T_camera_tag
   double error_px = 0;
-  bool printed = true;              ///< the print was fitted, not just corners
-  std::vector<std::size_t> choice;  ///< of each reading, the candidate that agrees with the pose
-  std::vector<std::size_t> apart;   ///< tags that contradict it
-  double rival = 0;                 ///< by how much the next best explanation is worse, in squared σ
+  bool printed = true;                     ///< the print was aligned, not only corners
+  std::vector<std::size_t> choice;         ///< by reading: index of the candidate that agrees with the pose
+  std::vector<std::size_t> contradicting;  ///< tags
+  double cost_gap = 0;                     ///< by which the next best candidate is worse, in squared σ
 };
 
-/// Chooses among what explains each tag so that all agree, and takes their mean by how sure each is. The first tag is
-/// right where another contradicts it. Empty where no tag has a place.
+/// Chooses one candidate per tag so that all agree best, and averages them weighted by information. If another tag
+/// contradicts the first, the first is right. Empty if no tag has a known pose in the world.
 std::optional<MultiTagPose> pose_of_tags(const std::vector<TagReading>& readings,
-                                         const std::vector<TagMapEntry>& places);
+                                         const std::vector<TagMapEntry>& tag_map);
 
 }  // namespace lumigraft::reconstruct

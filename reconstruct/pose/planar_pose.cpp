@@ -26,7 +26,7 @@ Matrix3d nearest_rotation(const Matrix3d& m) {
   return u * svd.matrixV().transpose();
 }
 
-/// The homography from the tag's plane through four points, read as a pose (Zhang 2000, §3.1).
+/// Pose from the homography of the tag's plane (Zhang 2000, §3.1).
 std::optional<Isometry3d> pose_of_homography(const SquareCorners& corners, double size_m) {
   const auto tag = tag_corners(size_m);
   Eigen::Matrix<double, 8, 8> a;
@@ -54,19 +54,19 @@ std::optional<Isometry3d> pose_of_homography(const SquareCorners& corners, doubl
   return pose;
 }
 
-/// How a corner's x/z, y/z change by a turn about the tag's centre and a shift, in the camera's frame.
+/// Derivative of a corner's x/z, y/z by a rotation about the tag's centre and a translation, camera frame.
 Eigen::Matrix<double, 2, 6> corner_by_pose(const Isometry3d& pose, const Vector3d& corner) {
-  const Vector3d turned = pose.linear() * corner;
-  const Vector3d p = turned + pose.translation();
+  const Vector3d rotated = pose.linear() * corner;
+  const Vector3d p = rotated + pose.translation();
   Eigen::Matrix<double, 2, 3> by_point;
   by_point << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
   Eigen::Matrix<double, 3, 6> by_pose;
-  by_pose << 0, turned.z(), -turned.y(), 1, 0, 0, -turned.z(), 0, turned.x(), 0, 1, 0, turned.y(), -turned.x(), 0, 0, 0,
-      1;
+  by_pose << 0, rotated.z(), -rotated.y(), 1, 0, 0, -rotated.z(), 0, rotated.x(), 0, 1, 0, rotated.y(), -rotated.x(), 0,
+      0, 0, 1;
   return by_point * by_pose;
 }
 
-/// Levenberg-Marquardt on the reprojection error; increments turn about the tag's centre, in the camera's frame.
+/// Levenberg-Marquardt on the reprojection error; rotations are about the tag's centre, in the camera frame.
 PlanarPose refine(Isometry3d pose, const SquareCorners& corners, double size_m) {
   const auto tag = tag_corners(size_m);
   double error = square_error(pose, corners, size_m);
@@ -86,8 +86,8 @@ PlanarPose refine(Isometry3d pose, const SquareCorners& corners, double size_m) 
     const Eigen::Matrix<double, 6, 1> step = solved(damped, -jtr);
     if (!step.allFinite()) break;
     Isometry3d next = pose;
-    const Vector3d turn = step.head<3>();
-    if (turn.norm() > 0) next.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * pose.linear();
+    const Vector3d rotation = step.head<3>();
+    if (rotation.norm() > 0) next.linear() = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()) * pose.linear();
     next.translation() += step.tail<3>();
     const double next_error = square_error(next, corners, size_m);
     if (!(next_error < error)) {
@@ -95,11 +95,11 @@ PlanarPose refine(Isometry3d pose, const SquareCorners& corners, double size_m) 
       if (damping > 1e6) break;
       continue;
     }
-    const bool settled = error - next_error < 1e-12;
+    const bool converged = error - next_error < 1e-12;
     pose = next;
     error = next_error;
     damping /= 10;
-    if (settled) break;
+    if (converged) break;
   }
   pose.linear() = nearest_rotation(pose.linear());
   return {pose, error};
@@ -145,11 +145,11 @@ std::vector<PlanarPose> solve_square(const SquareCorners& corners, double size_m
   const Isometry3d other = mirrored(poses[0].T_camera_tag);
   if (std::isfinite(square_error(other, corners, size_m))) {
     const PlanarPose second = refine(other, corners, size_m);
-    const double apart =
+    const double angle =
         Eigen::AngleAxisd(second.T_camera_tag.linear().transpose() * poses[0].T_camera_tag.linear()).angle();
-    // A tag seen from behind is not a second explanation.
+    // A tag seen from behind is no valid minimum.
     const bool faces_camera = second.T_camera_tag.linear().col(2).dot(second.T_camera_tag.translation()) < 0;
-    if (apart > 1e-3 && faces_camera) poses.push_back(second);
+    if (angle > 1e-3 && faces_camera) poses.push_back(second);
   }
   if (poses.size() == 2 && poses[1].error < poses[0].error) std::swap(poses[0], poses[1]);
   return poses;

@@ -1,5 +1,5 @@
 #pragma once
-// Poses of a square from its four corners.
+// Poses of a square from its four corners in the image.
 #include <Eigen/Geometry>
 #include <array>
 #include <vector>
@@ -16,15 +16,15 @@ struct PlanarPose {
   double error = 0;  ///< RMS over the corners, in the units of x/z
 };
 
-/// Both local minima of the reprojection error (Schweighofer & Pinz 2006: a plane seen in weak perspective looks the
-/// same when mirrored along the line of sight), the better first. One where they coincide; none where the corners are
-/// no square in front of the camera.
+/// Both local minima of the reprojection error, the better first (Schweighofer & Pinz 2006: in weak perspective a plane
+/// and its mirror image along the line of sight project alike). One if they coincide; none if the corners are not those
+/// of a square in front of the camera.
 std::vector<PlanarPose> solve_square(const SquareCorners& corners, double size_m);
 
-/// How sure a pose is whose corners are off by `corner_sigma` (1σ of x/z and y/z each).
+/// Covariance of the camera pose for corners with errors of `corner_sigma` (1σ of x/z and y/z each).
 PoseCovariance square_covariance(const Eigen::Isometry3d& T_camera_tag, double size_m, double corner_sigma);
 
-/// The tag's plane mirrored along the line of sight to its centre: where the other explanation lies, to first order.
+/// The pose mirrored along the line of sight to the tag's centre: to first order the other minimum.
 Eigen::Isometry3d mirrored(const Eigen::Isometry3d& T_camera_tag);
 
 /// RMS distance of the projected corners from the given ones, in the units of x/z.

@@ -49,7 +49,7 @@ const Family& family_named(const std::string& name) {
 }
 
 TagPattern pattern_of(apriltag_family_t* family, int id) {
-  // image_u8_destroy is not exported; the picture is two plain allocations.
+  // image_u8_destroy is not exported; the image consists of two plain allocations.
   image_u8_t* picture = apriltag_to_image(family, id);
   TagPattern pattern;
   pattern.cells = picture->width;
@@ -109,28 +109,29 @@ std::vector<TagSighting> TagFinder::find(const capture::Image<std::uint8_t>& gre
   image_u8_t picture = {grey.width, grey.height, grey.width, const_cast<std::uint8_t*>(grey.data.data())};
   zarray_t* detections = apriltag_detector_detect(detector_->detector, &picture);
 
-  struct Sure {
+  struct Detection {
     TagSighting sighting;
     float margin;
   };
-  std::vector<Sure> seen;
+  std::vector<Detection> found;
   for (int i = 0; i < zarray_size(detections); ++i) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(detections, i, &detection);
     const std::vector<int>& ids = detector_->ids;
     if (std::find(ids.begin(), ids.end(), detection->id) == ids.end()) continue;
-    // The library's pixel (0, 0) spans [0, 1]; ours is centred at 0. Its corners start bottom left and run
-    // counter-clockwise around the tag.
-    Sure& sure = seen.emplace_back();
-    sure.sighting.id = detection->id;
-    for (int c = 0; c < 4; ++c) sure.sighting.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
-    sure.margin = detection->decision_margin;
+    // The library's pixel (0, 0) spans [0, 1]; ours is centred at 0. Its corners start at the bottom left and are in
+    // counter-clockwise order around the tag.
+    Detection& entry = found.emplace_back();
+    entry.sighting.id = detection->id;
+    for (int c = 0; c < 4; ++c) entry.sighting.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
+    entry.margin = detection->decision_margin;
   }
   apriltag_detections_destroy(detections);
 
-  std::stable_sort(seen.begin(), seen.end(), [](const Sure& a, const Sure& b) { return a.margin > b.margin; });
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Detection& a, const Detection& b) { return a.margin > b.margin; });
   std::vector<TagSighting> result;
-  for (const Sure& sure : seen) result.push_back(sure.sighting);
+  for (const Detection& entry : found) result.push_back(entry.sighting);
   return result;
 }
 

@@ -4,66 +4,63 @@
 #include <cmath>
 #include <cstdio>
 
+#include "reconstruct/pose/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Isometry3d;
 using Step = Eigen::Matrix<double, 6, 1>;
 
-constexpr int kEnough = 8, kMost = 300, kMoved = 15;           // sightings
-constexpr double kConfiguredM = 0.003, kConfiguredRad = 0.01;  // 1σ of what a hand measures
-constexpr double kFloorM = 0.0003, kFloorRad = 0.0005;         // 1σ that no number of sightings goes below
-constexpr double kElsewhereM = 0.01, kElsewhereRad = 0.035;    // beyond it, and beyond noise, a tag hangs elsewhere
-
-/// How far beyond what is allowed.
-bool beyond(const Step& step, const Step& sigma) {
-  return step.head<3>().norm() > kElsewhereM + 4 * sigma.head<3>().norm() ||
-         step.tail<3>().norm() > kElsewhereRad + 4 * sigma.tail<3>().norm();
+/// Whether a difference is larger than allowed.
+bool contradicts(const Step& step, const Step& sigma) {
+  return step.head<3>().norm() > kTagMap.moved_m + kTagMap.moved_sigmas * sigma.head<3>().norm() ||
+         step.tail<3>().norm() > kTagMap.moved_rad + kTagMap.moved_sigmas * sigma.tail<3>().norm();
 }
 
 }  // namespace
 
-PoseCovariance TagMapEntry::slack(const Isometry3d& T_camera_tag) const {
-  PoseCovariance of_tag = PoseCovariance::Zero();  // turn, shift
+PoseCovariance TagMapEntry::uncertainty(const Isometry3d& T_camera_tag) const {
+  PoseCovariance of_tag = PoseCovariance::Zero();  // rotation, translation
   if (first_) return of_tag;
-  double shift_m = kConfiguredM, turn_rad = kConfiguredRad;
-  if (count_ >= kEnough) {
+  double position_sigma_m = kTagMap.configured_sigma_m, angle_sigma_rad = kTagMap.configured_sigma_rad;
+  if (count_ >= kTagMap.min_sightings) {
     const Step variance = squares_ / (count_ - 1.0) / count_;
-    shift_m = std::sqrt(kFloorM * kFloorM + variance.head<3>().sum() / 3);
-    turn_rad = std::sqrt(kFloorRad * kFloorRad + variance.tail<3>().sum() / 3);
+    position_sigma_m = std::sqrt(kTagMap.min_sigma_m * kTagMap.min_sigma_m + variance.head<3>().sum() / 3);
+    angle_sigma_rad = std::sqrt(kTagMap.min_sigma_rad * kTagMap.min_sigma_rad + variance.tail<3>().sum() / 3);
   }
-  of_tag.diagonal().head<3>().setConstant(turn_rad * turn_rad);
-  of_tag.diagonal().tail<3>().setConstant(shift_m * shift_m);
+  of_tag.diagonal().head<3>().setConstant(angle_sigma_rad * angle_sigma_rad);
+  of_tag.diagonal().tail<3>().setConstant(position_sigma_m * position_sigma_m);
   return camera_covariance(of_tag, T_camera_tag);
 }
 
-void TagMapEntry::see(const Isometry3d& seen) {
+void TagMapEntry::add_sighting(const Isometry3d& T_world_tag) {
   if (first_) return;
   if (count_ > 0) {
-    const Step off = step_between(mean_, seen);
-    const Step sigma =
-        count_ >= kEnough ? Step((squares_ / (count_ - 1.0)).cwiseSqrt()) : Step(Step::Constant(kElsewhereM));
-    elsewhere_ = beyond(off, sigma) ? elsewhere_ + 1 : 0;
-    if (elsewhere_ > 0 && elsewhere_ < kMoved) return;
+    const Step difference = step_between(mean_, T_world_tag);
+    const Step sigma = count_ >= kTagMap.min_sightings ? Step((squares_ / (count_ - 1.0)).cwiseSqrt())
+                                                       : Step(Step::Constant(kTagMap.moved_m));
+    contradicting_ = contradicts(difference, sigma) ? contradicting_ + 1 : 0;
+    if (contradicting_ > 0 && contradicting_ < kTagMap.moved_sightings) return;
   }
-  if (count_ == 0 || elsewhere_ >= kMoved) {
-    if (count_ >= kEnough) T_world_tag_.reset();  // it hangs elsewhere now
-    mean_ = seen;
+  if (count_ == 0 || contradicting_ >= kTagMap.moved_sightings) {
+    if (count_ >= kTagMap.min_sightings) T_world_tag_.reset();  // it was moved
+    mean_ = T_world_tag;
     squares_.setZero();
     count_ = 1;
-    elsewhere_ = 0;
+    contradicting_ = 0;
     return;
   }
-  // Welford's running mean and sum of squares; the past counts for kMost at most.
-  if (count_ == kMost) {
-    squares_ *= (kMost - 1.0) / kMost;
+  // Welford's running mean and sum of squares with a limited count.
+  if (count_ == kTagMap.max_sightings) {
+    squares_ *= (kTagMap.max_sightings - 1.0) / kTagMap.max_sightings;
     --count_;
   }
   ++count_;
-  const Step before = step_between(mean_, seen);
+  const Step before = step_between(mean_, T_world_tag);
   mean_ = apply_step(mean_, before / count_);
-  squares_ += before.cwiseProduct(step_between(mean_, seen));
-  if (count_ >= kEnough) T_world_tag_ = mean_;
+  squares_ += before.cwiseProduct(step_between(mean_, T_world_tag));
+  if (count_ >= kTagMap.min_sightings) T_world_tag_ = mean_;
 }
 
 std::string TagMapEntry::warning(int id) const {
@@ -72,11 +69,11 @@ std::string TagMapEntry::warning(int id) const {
     std::snprintf(text, sizeof(text), "tag %d: not used before it was seen beside others", id);
     return text;
   }
-  if (!configured_ || count_ < kEnough) return {};
-  const Step off = step_between(*configured_, mean_);
-  if (!beyond(off, (squares_ / (count_ - 1.0) / count_).cwiseSqrt())) return {};
+  if (!configured_ || count_ < kTagMap.min_sightings) return {};
+  const Step difference = step_between(*configured_, mean_);
+  if (!contradicts(difference, (squares_ / (count_ - 1.0) / count_).cwiseSqrt())) return {};
   std::snprintf(text, sizeof(text), "tag %d: hangs %.0f mm and %.1f degrees from where it is configured", id,
-                1e3 * off.head<3>().norm(), off.tail<3>().norm() * 180 / M_PI);
+                1e3 * difference.head<3>().norm(), difference.tail<3>().norm() * 180 / M_PI);
   return text;
 }
 

@@ -7,6 +7,7 @@
 
 #include "reconstruct/pose/depth_plane.h"
 #include "reconstruct/pose/gray_regions.h"
+#include "reconstruct/pose/parameters.h"
 #include "reconstruct/pose/planar_pose.h"
 
 namespace lumigraft::reconstruct {
@@ -17,15 +18,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
-constexpr double kCornerPx = 0.1;  // 1σ of a corner as the detector finds it
-constexpr double kBiasPx = 0.015;  // 1σ at the corners, by which lens and print are not what they are taken for
-constexpr int kTile = 8;           // pixels of the detector's tiles
-constexpr double kFollowM = 0.04, kFollowRad = 0.05;  // how far a print is followed that shows in part
-constexpr double kFollowContrast = 0.2;               // and how well what shows must fit
+constexpr int kTile = 8;  // pixels of the detector's tiles
 
-/// Edges that are told by their dark side alone are off by twice as much.
+/// 1σ of systematic errors at the corners.
 double bias_px(const PoseCandidate& candidate) {
-  return kBiasPx * (1 + (candidate.alignment ? candidate.alignment->cut_share : 0));
+  return kTagPose.bias_sigma_px * (1 + (candidate.alignment ? candidate.alignment->clipped_fraction : 0));
 }
 
 std::pair<Vector2d, Vector2d> extent(const TagCorners& points) {
@@ -37,12 +34,12 @@ std::pair<Vector2d, Vector2d> extent(const TagCorners& points) {
   return {low, high};
 }
 
-/// Around the corners, by the paper that alignment reads and the neighbours that its pixels need.
+/// The corners with a margin for the paper that alignment uses, and for the neighbours of its pixels.
 PixelRegion region_of_corners(const TagCorners& corners, const TagPattern& pattern,
                               const capture::CameraModel& camera) {
   const auto [low, high] = extent(corners);
-  const Vector2d around = (high - low) / pattern.square_cells + Vector2d::Constant(3);
-  return region_around(low - around, high + around, camera.width, camera.height);
+  const Vector2d margin = (high - low) / pattern.square_cells + Vector2d::Constant(3);
+  return region_around(low - margin, high + margin, camera.width, camera.height);
 }
 
 std::optional<TagCorners> projected(const Isometry3d& T_camera_tag, double half_m, const capture::CameraModel& camera) {
@@ -64,8 +61,8 @@ double angle_between(const Isometry3d& a, const Isometry3d& b) {
 
 PixelRegion tiles_around(const TagCorners& points, const capture::CameraModel& camera) {
   const auto [low, high] = extent(points);
-  const Vector2d around = ((high - low) / 2).cwiseMax(16);
-  return region_around(low - around, high + around, camera.width, camera.height, kTile);
+  const Vector2d margin = ((high - low) / 2).cwiseMax(kTagSearch.min_margin_px);
+  return region_around(low - margin, high + margin, camera.width, camera.height, kTile);
 }
 
 double narrowest_px(const TagCorners& points) {
@@ -82,48 +79,50 @@ TagPoseEstimator::TagPoseEstimator(const TagPattern& pattern, double size_m, con
                                    const capture::Response& response)
     : pattern_(pattern), size_m_(size_m), camera_(camera), response_(response) {}
 
-std::optional<TagPoseEstimator::Place> TagPoseEstimator::place(const Isometry3d& T_camera_tag) const {
+std::optional<TagPoseEstimator::SearchRegion> TagPoseEstimator::search_region(const Isometry3d& T_camera_tag) const {
   const auto print = projected(T_camera_tag, size_m_ / 2 * pattern_.cells / pattern_.square_cells, camera_);
   if (!print) return std::nullopt;
   const PixelRegion region = tiles_around(*print, camera_);
   if (region.width < 4 * kTile || region.height < 4 * kTile ||
       2 * region.width * region.height > camera_.width * camera_.height)
     return std::nullopt;
-  return Place{region, narrowest_px(*print)};
+  return SearchRegion{region, narrowest_px(*print)};
 }
 
-void TagPoseEstimator::align(PoseCandidate& candidate, const std::vector<SeenPixel>& pixels) const {
+void TagPoseEstimator::align(PoseCandidate& candidate, const std::vector<PixelSample>& pixels) const {
   const auto& before = candidate.alignment;
   candidate.alignment = align_to_print(pixels, pattern_, size_m_, candidate.T_camera_tag,
-                                       before ? std::optional(before->look) : std::nullopt);
+                                       before ? std::optional(before->appearance) : std::nullopt);
   if (!candidate.alignment) return;
   candidate.T_camera_tag = candidate.alignment->T_camera_tag;
-  // The residuals call noise independent from pixel to pixel; measured errors are three times as large.
-  candidate.position_sigma_m = std::max(3 * candidate.alignment->position_sigma_m, 1e-5);
-  candidate.angle_sigma_rad = std::max(3 * candidate.alignment->angle_sigma_rad, 1e-5);
-  candidate.noise = 9 * candidate.alignment->covariance;
+  constexpr double kFactor = kTagPose.print_sigma_factor;
+  candidate.position_sigma_m = std::max(kFactor * candidate.alignment->position_sigma_m, kTagPose.min_sigma);
+  candidate.angle_sigma_rad = std::max(kFactor * candidate.alignment->angle_sigma_rad, kTagPose.min_sigma);
+  candidate.noise = kFactor * kFactor * candidate.alignment->covariance;
 }
 
-void TagPoseEstimator::weigh(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const {
+void TagPoseEstimator::compute_costs(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const {
   double best_contrast = std::numeric_limits<double>::max();
   for (const PoseCandidate& pose : candidates)
     if (pose.alignment) best_contrast = std::min(best_contrast, pose.alignment->contrast_error);
   for (PoseCandidate& pose : candidates) {
-    pose.cost = std::min(kWitnessCap, std::pow(pose.error_px / 0.2, 2));
+    pose.cost = std::min(kTagPose.evidence_cap, std::pow(pose.error_px / kTagPose.corner_cost_px, 2));
     if (best_contrast < std::numeric_limits<double>::max()) {
-      const double ratio = pose.alignment ? pose.alignment->contrast_error / best_contrast : 10;
-      const double independent = pose.alignment ? pose.alignment->pixels / 10.0 : 10;
-      pose.cost += std::min(kWitnessCap, independent * (ratio * ratio - 1));
+      const double ratio = pose.alignment ? pose.alignment->contrast_error / best_contrast : kTagPose.missing_print;
+      const double independent =
+          pose.alignment ? pose.alignment->pixels / kTagPose.pixels_per_sample : kTagPose.missing_print;
+      pose.cost += std::min(kTagPose.evidence_cap, independent * (ratio * ratio - 1));
     }
     if (hints.T_camera_tag_before) {
       const double angle = angle_between(pose.T_camera_tag, *hints.T_camera_tag_before);
-      pose.cost += std::min(kWitnessCap, std::pow(angle / ((2 + 60 * hints.passed_s) * kDegree), 2));
+      const double sigma_rad = (kTagPose.still_deg + kTagPose.deg_per_s * hints.elapsed_s) * kDegree;
+      pose.cost += std::min(kTagPose.evidence_cap, std::pow(angle / sigma_rad, 2));
     }
   }
 }
 
-std::vector<PoseCandidate> TagPoseEstimator::explain(const TagCorners& corners, const capture::Picture& picture,
-                                                     const PoseHints& hints) const {
+std::vector<PoseCandidate> TagPoseEstimator::estimate(const TagCorners& corners, const capture::Picture& picture,
+                                                      const PoseHints& hints) const {
   SquareCorners rays;
   for (int i = 0; i < 4; ++i) {
     const auto direction = camera_.unproject(corners[i]);
@@ -134,79 +133,79 @@ std::vector<PoseCandidate> TagPoseEstimator::explain(const TagCorners& corners, 
   std::vector<PlanarPose> starts = solve_square(rays, size_m_);
   const std::size_t minima = starts.size();
   if (minima == 1) {
-    // Noise can merge both minima of four corners; the whole print may still have two.
+    // Noise can merge the two minima of four corners; the whole print may still have both.
     const Isometry3d other = mirrored(starts[0].T_camera_tag);
     starts.push_back({other, square_error(other, rays, size_m_)});
   }
-  const std::vector<SeenPixel> pixels =
-      seen_pixels(picture, response_, camera_, region_of_corners(corners, pattern_, camera_));
-  const std::vector<SeenPixel> few = thinned(pixels);
-  const auto aligned = [&](PoseCandidate& candidate, const std::vector<SeenPixel>& seen) {
+  const std::vector<PixelSample> pixels =
+      sample_pixels(picture, response_, camera_, region_of_corners(corners, pattern_, camera_));
+  const std::vector<PixelSample> few = thin_out(pixels);
+  const auto aligned = [&](PoseCandidate& candidate, const std::vector<PixelSample>& seen) {
     align(candidate, seen);
     if (candidate.alignment) candidate.error_px = square_error(candidate.T_camera_tag, rays, size_m_) * focal_px;
   };
   std::vector<PoseCandidate> result;
   for (std::size_t i = 0; i < starts.size(); ++i) {
     const PlanarPose& start = starts[i];
-    // Four corners alone settle it where one pose misses them by pixels.
-    if (i > 0 && (start.error - starts[0].error) * focal_px > 1.5) break;
+    // The corners alone decide if one pose fits them much worse.
+    if (i > 0 && (start.error - starts[0].error) * focal_px > kTagPose.max_corner_gap_px) break;
     PoseCandidate candidate;
     candidate.T_camera_tag = start.T_camera_tag;
     candidate.error_px = start.error * focal_px;
-    // Corners that miss a square's are off by that much at least. Their share in the pose grows with distance over
-    // size.
-    const double corner_px = std::max(kCornerPx, candidate.error_px);
+    // The residual is a lower limit of the corners' error; its effect on the pose grows with distance over size.
+    const double corner_px = std::max(kTagPose.corner_sigma_px, candidate.error_px);
     const double distance_m = start.T_camera_tag.translation().norm();
     candidate.angle_sigma_rad = corner_px / focal_px * distance_m / size_m_;
     candidate.position_sigma_m = candidate.angle_sigma_rad * distance_m;
     candidate.noise = square_covariance(start.T_camera_tag, size_m_, corner_px / focal_px);
-    // A share of the pixels brings a pose near to where all of them would, and tells most wrong ones.
+    // A subset of the pixels brings the pose close to the result of all pixels, and rejects most wrong poses.
     aligned(candidate, few);
     if (!candidate.alignment && few.size() < pixels.size()) aligned(candidate, pixels);
-    if (!candidate.alignment && i >= minima) break;  // a mirror image that is no minimum explains nothing
+    if (!candidate.alignment && i >= minima) break;  // the mirror image is no minimum
     result.push_back(candidate);
   }
-  weigh(result, hints);
-  // What depth has to say is not worth asking for where the rest outvotes it.
-  if (result.size() == 2 && std::abs(result[0].cost - result[1].cost) > kWitnessCap)
+  compute_costs(result, hints);
+  // Drop a candidate that depth cannot save any more.
+  if (result.size() == 2 && std::abs(result[0].cost - result[1].cost) > kTagPose.evidence_cap)
     result.erase(result.begin() + (result[0].cost > result[1].cost ? 0 : 1));
   for (PoseCandidate& candidate : result)
     if (candidate.alignment) aligned(candidate, pixels);
-  if (result.size() == 2 && angle_between(result[0].T_camera_tag, result[1].T_camera_tag) < 0.1 * kDegree)
+  if (result.size() == 2 &&
+      angle_between(result[0].T_camera_tag, result[1].T_camera_tag) < kTagPose.same_pose_deg * kDegree)
     result.pop_back();
-  weigh(result, hints);
+  compute_costs(result, hints);
   const auto plane =
       result.size() == 2 && hints.depth_m ? plane_inside(*hints.depth_m, camera_, corners) : std::nullopt;
   for (PoseCandidate& candidate : result) {
     candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);
     if (!plane) continue;
     const double cosine = std::clamp(plane->normal.dot(candidate.T_camera_tag.linear().col(2)), -1.0, 1.0);
-    candidate.cost += std::min(kWitnessCap, std::pow(std::acos(cosine) / (2 * plane->angle_sigma_rad), 2));
+    candidate.cost += std::min(kTagPose.evidence_cap, std::pow(std::acos(cosine) / (2 * plane->angle_sigma_rad), 2));
   }
   return result;
 }
 
 std::optional<PoseCandidate> TagPoseEstimator::follow(const capture::Picture& picture, const Isometry3d& T_camera_tag,
-                                                      const PrintAppearance& look) const {
+                                                      const PrintAppearance& appearance) const {
   const auto corners = projected(T_camera_tag, size_m_ / 2, camera_);
   if (!corners) return std::nullopt;
   const PixelRegion region = region_of_corners(*corners, pattern_, camera_);
   if (region.width < 3 || region.height < 3) return std::nullopt;
-  const std::vector<SeenPixel> pixels = seen_pixels(picture, response_, camera_, region);
+  const std::vector<PixelSample> pixels = sample_pixels(picture, response_, camera_, region);
   PoseCandidate candidate;
   candidate.T_camera_tag = T_camera_tag;
   candidate.alignment.emplace();
-  candidate.alignment->look = look;
-  // A share of the pixels tells that nothing shows; it is asked in every picture while the tag is hidden.
-  align(candidate, thinned(pixels));
-  if (!candidate.alignment || candidate.alignment->contrast_error > kFollowContrast) return std::nullopt;
+  candidate.alignment->appearance = appearance;
+  // First on a subset of the pixels, which rejects most frames while the tag is hidden.
+  align(candidate, thin_out(pixels));
+  if (!candidate.alignment || candidate.alignment->contrast_error > kTagPose.follow_contrast_error) return std::nullopt;
   align(candidate, pixels);
-  if (!candidate.alignment || candidate.alignment->contrast_error > kFollowContrast) return std::nullopt;
-  const PrintAppearance& now = candidate.alignment->look;
-  const double contrast = now.contrast() / look.contrast();
-  if (!(contrast > 0.5 && contrast < 2)) return std::nullopt;
-  if ((candidate.T_camera_tag.translation() - T_camera_tag.translation()).norm() > kFollowM ||
-      angle_between(candidate.T_camera_tag, T_camera_tag) > kFollowRad)
+  if (!candidate.alignment || candidate.alignment->contrast_error > kTagPose.follow_contrast_error) return std::nullopt;
+  const PrintAppearance& now = candidate.alignment->appearance;
+  const double contrast = now.contrast() / appearance.contrast();
+  if (!(contrast > kTagPose.follow_min_contrast && contrast < kTagPose.follow_max_contrast)) return std::nullopt;
+  if ((candidate.T_camera_tag.translation() - T_camera_tag.translation()).norm() > kTagPose.follow_m ||
+      angle_between(candidate.T_camera_tag, T_camera_tag) > kTagPose.follow_rad)
     return std::nullopt;
   const double focal_px = (camera_.fx + camera_.fy) / 2;
   candidate.bias = square_covariance(candidate.T_camera_tag, size_m_, bias_px(candidate) / focal_px);

@@ -1,5 +1,5 @@
 #pragma once
-// What one sighting of a tag says about where the camera stands.
+// Candidates for the camera pose from one sighting of a tag.
 #include <Eigen/Geometry>
 #include <optional>
 #include <vector>
@@ -13,24 +13,21 @@
 
 namespace lumigraft::reconstruct {
 
+/// One of the poses that explain a sighting.
 struct PoseCandidate {
   Eigen::Isometry3d T_camera_tag = Eigen::Isometry3d::Identity();
-  double error_px = 0;  ///< RMS over the corners; 0 where they were not seen
-  double position_sigma_m = 0;
-  double angle_sigma_rad = 0;
-  PoseCovariance noise = PoseCovariance::Zero();  ///< of the camera in the tag's frame
-  PoseCovariance bias = PoseCovariance::Zero();   ///< the same from picture to picture
+  double error_px = 0;                               ///< RMS over the corners; 0 if they were not detected
+  double position_sigma_m = 0, angle_sigma_rad = 0;  ///< noise of T_camera_tag
+  PoseCovariance noise = PoseCovariance::Zero();     ///< of the camera in the tag frame, independent in each frame
+  PoseCovariance bias = PoseCovariance::Zero();      ///< the part that is the same in all frames
   std::optional<Alignment> alignment;
-  double cost = 0;  ///< what speaks against it, as squared deviations in σ
+  double cost = 0;  ///< sum of evidence terms against it: squared deviations in σ, each at most evidence_cap
 };
 
-/// Each witness for a pose counts as squared deviations in σ, and for no more than this.
-constexpr double kWitnessCap = 100;
-
-/// What can tell two explanations apart beside the picture.
+/// Further evidence for the choice between candidates.
 struct PoseHints {
   std::optional<Eigen::Isometry3d> T_camera_tag_before;
-  double passed_s = 0;  ///< since then
+  double elapsed_s = 0;  ///< since that pose
   const capture::Image<float>* depth_m = nullptr;
 };
 
@@ -39,23 +36,23 @@ class TagPoseEstimator {
   TagPoseEstimator(const TagPattern& pattern, double size_m, const capture::CameraModel& camera,
                    const capture::Response& response);
 
-  /// Both poses that explain the corners (Schweighofer & Pinz 2006) as far as they differ, aligned to the whole print.
-  std::vector<PoseCandidate> explain(const TagCorners& corners, const capture::Picture& picture,
-                                     const PoseHints& hints) const;
-  /// The pose from the part of the print that shows, where the square is no longer whole. Empty where that is too
-  /// little, or not near `T_camera_tag`.
+  /// Both poses that explain the corners (Schweighofer & Pinz 2006) if they differ, aligned to the whole print.
+  std::vector<PoseCandidate> estimate(const TagCorners& corners, const capture::Picture& picture,
+                                      const PoseHints& hints) const;
+  /// The pose from the visible part of the print, if the square is not detected. Empty if too little is visible, or the
+  /// result is not near `T_camera_tag`.
   std::optional<PoseCandidate> follow(const capture::Picture& picture, const Eigen::Isometry3d& T_camera_tag,
-                                      const PrintAppearance& look) const;
-  struct Place {
-    PixelRegion region;
-    double narrowest_px;  ///< of the print
+                                      const PrintAppearance& appearance) const;
+  struct SearchRegion {
+    PixelRegion pixels;
+    double narrowest_px;  ///< width of the print
   };
-  /// Where to look for the print if the camera hardly moved. Empty where that would be most of the picture.
-  std::optional<Place> place(const Eigen::Isometry3d& T_camera_tag) const;
+  /// Where to search for the print if the camera hardly moved. Empty if that is more than half of the image.
+  std::optional<SearchRegion> search_region(const Eigen::Isometry3d& T_camera_tag) const;
 
  private:
-  void align(PoseCandidate& candidate, const std::vector<SeenPixel>& pixels) const;
-  void weigh(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const;
+  void align(PoseCandidate& candidate, const std::vector<PixelSample>& pixels) const;
+  void compute_costs(std::vector<PoseCandidate>& candidates, const PoseHints& hints) const;
 
   TagPattern pattern_;
   double size_m_;
@@ -63,10 +60,10 @@ class TagPoseEstimator {
   capture::Response response_;
 };
 
-/// The points, and half their extent around them: what a hand moves a tag between two pictures. On the grid of tiles
-/// that the detector works in, so that a region shows it the same tiles as the whole picture.
+/// The region of the points with a margin for the motion between two frames (half their extent), aligned with the tiles
+/// of the detector, so that it processes the same tiles as in the whole image.
 PixelRegion tiles_around(const TagCorners& points, const capture::CameraModel& camera);
-/// Across a quadrangle where it is narrowest.
+/// Smallest width of a quadrangle, pixels.
 double narrowest_px(const TagCorners& points);
 
 }  // namespace lumigraft::reconstruct

@@ -1,5 +1,5 @@
 #pragma once
-// The print of a tag as a function of the plane, for fits that hold it against pixels.
+// The print of a tag as a function of position, for alignment with pixels.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,11 @@
 
 namespace lumigraft::reconstruct {
 
-/// The print as a function whose mean over any axis-parallel box is exact: its double integral is bilinear in every
-/// cell.
+/// Exact means of the print over axis-parallel boxes, from its summed-area table: the integral is bilinear in a cell.
 class PrintIntegral {
  public:
   explicit PrintIntegral(const TagPattern& pattern) : pattern_(pattern) {
-    // Some cells of paper beyond the print, so that boxes may reach over its edge.
+    // A margin of paper around the print, since boxes may extend beyond it.
     edge_ = pattern.cells + 2 * kMargin;
     sums_.assign(static_cast<std::size_t>(edge_ + 1) * (edge_ + 1), 0.0);
     for (int row = 0; row < edge_; ++row)
@@ -25,11 +24,11 @@ class PrintIntegral {
 
   struct Mean {
     double white = 0;
-    bool flat = false;  ///< one cell fills the box: all derivatives are 0
-    Eigen::Vector2d by_centre = Eigen::Vector2d::Zero();
-    double by_scale = 0;  ///< by a common factor on width and height
+    bool flat = false;                                    ///< the box is inside one cell: all derivatives are 0
+    Eigen::Vector2d by_centre = Eigen::Vector2d::Zero();  ///< derivative by the box's centre
+    double by_scale = 0;                                  ///< derivative by a common factor on width and height
   };
-  /// Mean over the box. Cells; x right, y down, from the print's corner.
+  /// Mean over a box with centre (x, y). Units are cells; x right, y down, from the print's corner.
   Mean mean(double x, double y, double width, double height) const {
     const double x0 = x - width / 2, x1 = x + width / 2, y0 = y - height / 2, y1 = y + height / 2;
     Mean mean;
@@ -41,7 +40,7 @@ class PrintIntegral {
     }
     const double area = width * height;
     if (x1 < column_of + 2 && y1 < row_of + 2) {
-      // Two cells either way, as almost always: sums of parts of four.
+      // The most frequent case: the box covers at most 2 × 2 cells.
       const int i = static_cast<int>(column_of), j = static_cast<int>(row_of);
       const bool wide = x1 >= column_of + 1, high = y1 >= row_of + 1;
       const double left = wide ? column_of + 1 - x0 : width, right = width - left;
@@ -75,7 +74,7 @@ class PrintIntegral {
     const double a = x - i, b = y - j;
     return (1 - b) * ((1 - a) * at(i, j) + a * at(i + 1, j)) + b * ((1 - a) * at(i, j + 1) + a * at(i + 1, j + 1));
   }
-  /// ∫ print(x, y) dy from y0 to y1: the derivative of the integral by x.
+  /// ∫ print(x, y) dy from y0 to y1, the derivative of the integral by x; `row` likewise by y.
   double column(double x, double y0, double y1) const {
     const int i = std::clamp(static_cast<int>(std::floor(x)), -kMargin, edge_ - kMargin - 1);
     return integral(i + 1, y1) - integral(i, y1) - integral(i + 1, y0) + integral(i, y0);

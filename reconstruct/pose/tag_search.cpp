@@ -1,8 +1,8 @@
 #include "reconstruct/pose/tag_search.h"
 
 #include <algorithm>
-#include <optional>
 
+#include "reconstruct/pose/parameters.h"
 #include "reconstruct/pose/tag_pose_estimator.h"
 
 namespace lumigraft::reconstruct {
@@ -10,15 +10,37 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// Full resolution while the tag may be small in the picture; half beyond, where corners are refined anyway.
-int finest(int width) { return width <= 640 ? 1 : 2; }
-/// A tag so wide is found as well at half of it, in a quarter of the time: the library needs three pixels a cell or so,
-/// of eight, and refines corners in the whole picture.
-constexpr double kWide_px = 64;
+/// Smallest decimation for an image or region of this width.
+int min_decimation(int width) { return width <= kTagSearch.full_resolution_px ? 1 : 2; }
 
 }  // namespace
 
 Vector2d centre_of(const TagCorners& corners) { return (corners[0] + corners[1] + corners[2] + corners[3]) / 4; }
+
+void add_new_sightings(std::vector<TagSighting>& found, const std::vector<TagSighting>& more) {
+  for (const TagSighting& sighting : more) {
+    const TagSighting* same = nearest_sighting(found, sighting.id, centre_of(sighting.corners));
+    if (!same || (centre_of(same->corners) - centre_of(sighting.corners)).norm() >= kTagSearch.same_sighting_px)
+      found.push_back(sighting);
+  }
+}
+
+std::size_t count_sightings(const std::vector<TagSighting>& sightings, int id) {
+  return static_cast<std::size_t>(std::count_if(sightings.begin(), sightings.end(),
+                                                [id](const TagSighting& sighting) { return sighting.id == id; }));
+}
+
+const TagSighting* nearest_sighting(const std::vector<TagSighting>& sightings, int id,
+                                    const std::optional<Vector2d>& pixel) {
+  const TagSighting* nearest = nullptr;
+  for (const TagSighting& sighting : sightings) {
+    if (sighting.id != id) continue;
+    if (!nearest ||
+        (pixel && (centre_of(sighting.corners) - *pixel).norm() < (centre_of(nearest->corners) - *pixel).norm()))
+      nearest = &sighting;
+  }
+  return nearest;
+}
 
 bool TagSearch::fits(const capture::Picture& picture) const {
   return std::max(picture.encoded.width, picture.radiance.width) == camera_.width &&
@@ -27,12 +49,12 @@ bool TagSearch::fits(const capture::Picture& picture) const {
 
 std::vector<TagSighting> TagSearch::in_region(const capture::Picture& picture, const PixelRegion& region,
                                               double narrowest_px, int id) {
-  const capture::Image<std::uint8_t> codes = detector_codes(picture, region, gain_);
-  const int fine = finest(region.width);
+  const capture::Image<std::uint8_t> grey = detector_codes(picture, region, gain_);
+  const int fine = min_decimation(region.width);
   std::vector<TagSighting> found;
-  for (int decimate = narrowest_px >= kWide_px * fine ? 2 * fine : fine; found.empty() && decimate >= fine;
-       decimate /= 2) {
-    found = finder_.find(codes, decimate);
+  for (int decimate = narrowest_px >= kTagSearch.wide_tag_px * fine ? 2 * fine : fine;
+       found.empty() && decimate >= fine; decimate /= 2) {
+    found = finder_.find(grey, decimate);
     std::erase_if(found, [id](const TagSighting& sighting) { return sighting.id != id; });
   }
   for (TagSighting& sighting : found)
@@ -40,21 +62,18 @@ std::vector<TagSighting> TagSearch::in_region(const capture::Picture& picture, c
   return found;
 }
 
-std::vector<TagSighting> TagSearch::everywhere(const capture::Picture& picture, Depth depth) {
+std::vector<TagSighting> TagSearch::in_image(const capture::Picture& picture, Resolution resolution) {
   if (!picture.radiance.empty()) gain_ = detector_gain(picture.radiance);
-  const capture::Image<std::uint8_t> codes = detector_codes(picture, {0, 0, camera_.width, camera_.height}, gain_);
+  const capture::Image<std::uint8_t> grey = detector_codes(picture, {0, 0, camera_.width, camera_.height}, gain_);
   std::vector<TagSighting> coarse;
-  if (depth != Depth::full) coarse = finder_.find(codes, 2 * finest(camera_.width));
-  if (coarse.empty() && depth != Depth::half) coarse = finder_.find(codes, finest(camera_.width));
+  if (resolution != Resolution::full) coarse = finder_.find(grey, 2 * min_decimation(camera_.width));
+  if (coarse.empty() && resolution != Resolution::half) coarse = finder_.find(grey, min_decimation(camera_.width));
   std::vector<TagSighting> found;
   for (const TagSighting& sighting : coarse) {
-    const Vector2d centre = centre_of(sighting.corners);
-    std::optional<TagSighting> nearest;
-    for (const TagSighting& again :
-         in_region(picture, tiles_around(sighting.corners, camera_), narrowest_px(sighting.corners), sighting.id))
-      if (!nearest || (centre_of(again.corners) - centre).norm() < (centre_of(nearest->corners) - centre).norm())
-        nearest = again;
-    found.push_back(nearest.value_or(sighting));
+    const std::vector<TagSighting> in_tiles =
+        in_region(picture, tiles_around(sighting.corners, camera_), narrowest_px(sighting.corners), sighting.id);
+    const TagSighting* nearest = nearest_sighting(in_tiles, sighting.id, centre_of(sighting.corners));
+    found.push_back(nearest ? *nearest : sighting);
   }
   return found;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// Where tags are looked for: in a part of the picture where they were, or all over it.
+// Search for tags in a region of an image or in all of it.
+#include <optional>
 #include <vector>
 
 #include "capture/camera/camera_model.h"
@@ -11,29 +12,35 @@ namespace lumigraft::reconstruct {
 
 class TagSearch {
  public:
-  /// Throws InputError for a tag that does not exist.
+  /// Throws InputError for a family or id that does not exist.
   TagSearch(const capture::Tag& tag, const capture::CameraModel& camera) : camera_(camera), finder_(tag) {}
 
-  /// Of the tag itself (0) and those beside it.
+  /// Of the first tag (0) and the extra tags.
   const TagPattern& pattern(std::size_t index) const { return finder_.pattern(index); }
-  /// Whether a picture is one of the camera's.
+  /// Whether an image has the camera's size.
   bool fits(const capture::Picture& picture) const;
 
-  /// A tag of about this width, every time that a region shows it.
+  /// All sightings of a tag of about this width in a region.
   std::vector<TagSighting> in_region(const capture::Picture& picture, const PixelRegion& region, double narrowest_px,
                                      int id);
-  /// Which resolutions a whole picture is searched at: half of it takes a quarter of the time and misses small tags.
-  enum class Depth { half, half_then_full, full };
-  /// Every tag in the picture, with the corners that a region around it shows: what tracking measures, too.
-  std::vector<TagSighting> everywhere(const capture::Picture& picture, Depth depth);
+  /// Resolution of the search in a whole image: half takes a quarter of the time and misses small tags.
+  enum class Resolution { half, half_then_full, full };
+  /// All tags in the image. Corners are measured in a region around each tag, so that tracking gives the same values.
+  std::vector<TagSighting> in_image(const capture::Picture& picture, Resolution resolution);
 
  private:
   capture::CameraModel camera_;
   TagFinder finder_;
-  float gain_ = 1;  ///< of the last search over a whole picture
+  float gain_ = 1;  ///< detector_gain of the last whole image
 };
 
-/// Of its four corners.
+/// Mean of the four corners.
 Eigen::Vector2d centre_of(const TagCorners& corners);
+/// Adds those of `more` that are not in `found`: another sighting of the id within a few pixels is the same.
+void add_new_sightings(std::vector<TagSighting>& found, const std::vector<TagSighting>& more);
+std::size_t count_sightings(const std::vector<TagSighting>& sightings, int id);
+/// The sighting of the id nearest to `pixel`, or the first of the id without `pixel`; null if there is none.
+const TagSighting* nearest_sighting(const std::vector<TagSighting>& sightings, int id,
+                                    const std::optional<Eigen::Vector2d>& pixel);
 
 }  // namespace lumigraft::reconstruct

@@ -1,5 +1,5 @@
 #pragma once
-// Whether a tag is as large as it is said to be: depth measures how far it is away, and so how large.
+// Compares a tag's configured size with depth: depth measures its distance, and so its size.
 #include <Eigen/Geometry>
 #include <string>
 
@@ -11,16 +11,16 @@ class TagSizeCheck {
  public:
   TagSizeCheck(int id, double size_m) : id_(id), size_m_(size_m) {}
 
-  /// A frame's depth across the tag beside its pose.
-  void see(const DepthPlane& plane, const Eigen::Isometry3d& T_camera_tag);
-  /// Empty while depth agrees, or has said too little.
+  /// Adds a frame: the depth plane inside the tag, and the tag's pose.
+  void add(const DepthPlane& plane, const Eigen::Isometry3d& T_camera_tag);
+  /// Empty if depth agrees, or has too few frames.
   std::string warning() const;
 
  private:
   int id_;
   double size_m_;
   int count_ = 0;
-  double mean_ = 0;  ///< of the logarithm of measured depth over the pose's
+  double mean_ = 0;  ///< of the logarithm of measured depth over that of the pose
   double distance_m_ = 0;
 };
 

@@ -34,8 +34,8 @@ Isometry3d read_pose(const std::filesystem::path& path) {
 double median_off_mm(const DepthGrid& grid, const DistanceField& field, const Isometry3d& T_tag_camera) {
   std::vector<float> off;
   for (const DepthGrid::Point& point : grid.points) {
-    if (point.place.z() == 0) continue;
-    if (const auto slope = field.slope(T_tag_camera.cast<float>() * point.place))
+    if (point.position.z() == 0) continue;
+    if (const auto slope = field.slope(T_tag_camera.cast<float>() * point.position))
       off.push_back(std::abs(slope->distance_m));
   }
   if (off.empty()) return 0;

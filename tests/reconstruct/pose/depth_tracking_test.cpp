@@ -1,4 +1,4 @@
-// The pose while the tag is hidden: a camera moves past furniture, someone covers the tag for a while.
+// Tracking by depth while the tag is hidden: a camera moves past furniture, and the tag is covered for some time.
 #include "reconstruct/pose/depth_tracking.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ Isometry3d camera_at(std::uint64_t index) {
                               {0.0, 0.15, 0.1});
 }
 
-class PoseCarryOn : public testing::Test {
+class DepthTrackingFrames : public testing::Test {
  protected:
   capture::FrameSet frame(std::uint64_t index, bool hidden, double depth_noise) const {
     capture::Picture picture;
@@ -50,14 +50,14 @@ class PoseCarryOn : public testing::Test {
   const DistanceField field = room.field();
 };
 
-TEST_F(PoseCarryOn, SurfacesCarryThePoseOnAndHandItBack) {
+TEST_F(DepthTrackingFrames, TracksByDepthAndReturnsToTheTag) {
   constexpr std::uint64_t kHides = 4, kBack = 28, kEnd = 40;
   std::vector<capture::FrameSet> frames;
   for (std::uint64_t i = 0; i < kEnd; ++i) frames.push_back(frame(i, i >= kHides && i < kBack, 1));
-  // Noisy depth, and depth that is wrong by a percent: then surfaces and print disagree by a centimetre.
+  // Noisy depth, and depth with a scale error of a percent: then depth and print differ by a centimetre.
   for (const float depth_scale : {1.0f, 1.01f}) {
     PoseStage stage(some_tag(), camera);
-    double carried_mm = 0, carried_degrees = 0, step_mm = 0, calm_step_mm = 0, sigmas = 0;
+    double carried_mm = 0, carried_degrees = 0, step_mm = 0, other_step_mm = 0, sigmas = 0;
     Isometry3d last_error = Isometry3d::Identity();
     for (std::uint64_t i = 0; i < kEnd; ++i) {
       const bool hidden = i >= kHides && i < kBack;
@@ -72,16 +72,16 @@ TEST_F(PoseCarryOn, SurfacesCarryThePoseOnAndHandItBack) {
       EXPECT_EQ(pose.from, hidden ? Pose::From::surface : Pose::From::tag) << i;
       EXPECT_EQ(pose.time_ns, static_cast<std::int64_t>(i) * kFrameNs);
       EXPECT_EQ(pose.age_ns, hidden ? static_cast<std::int64_t>(i - kHides + 1) * kFrameNs : 0);
-      // The same words each time, or a log would repeat them with every frame.
+      // The text must not change, or a log would repeat it for every frame.
       std::vector<std::string> wanted;
       if (hidden) wanted = {"tag: not in the picture, surfaces carry the pose"};
       EXPECT_EQ(result.warnings, wanted) << i;
-      // What pictures see of an error is how it changes from one to the next.
+      // Only the change of the error from frame to frame is visible.
       const Isometry3d error = truth.inverse() * pose.T_tag_camera;
       const double step = i > 0 ? test::millimetres_apart(error, last_error) : 0;
       last_error = error;
       const bool handed_over = (i >= kHides && i < kHides + 2) || (i >= kBack && i < kBack + 8);
-      (handed_over ? step_mm : calm_step_mm) = std::max(handed_over ? step_mm : calm_step_mm, step);
+      (handed_over ? step_mm : other_step_mm) = std::max(handed_over ? step_mm : other_step_mm, step);
       if (!hidden) continue;
       carried_mm = std::max(carried_mm, test::millimetres_apart(pose.T_tag_camera, truth));
       carried_degrees = std::max(carried_degrees, test::degrees_apart(pose.T_tag_camera, truth));
@@ -93,15 +93,15 @@ TEST_F(PoseCarryOn, SurfacesCarryThePoseOnAndHandItBack) {
         "most "
         "%.2f mm a frame where handed over, %.2f mm elsewhere\n",
         1e-9 * static_cast<double>(kFrameNs) * (kBack - kHides), static_cast<double>(depth_scale), carried_mm,
-        carried_degrees, sigmas, step_mm, calm_step_mm);
+        carried_degrees, sigmas, step_mm, other_step_mm);
     EXPECT_LT(carried_mm, 3);
     EXPECT_LT(carried_degrees, 0.15);
     EXPECT_LT(step_mm, 2);
-    EXPECT_LT(step_mm, 1.5 * calm_step_mm) << "of what the tag's own noise does";
+    EXPECT_LT(step_mm, 1.5 * other_step_mm) << "compared with the tag's noise";
   }
 }
 
-TEST_F(PoseCarryOn, WithoutFieldOrDepthThePoseOnlyAges) {
+TEST_F(DepthTrackingFrames, WithoutFieldOrDepthThePoseOnlyAges) {
   for (const bool with_field : {false, true}) {
     PoseStage stage(some_tag(), camera);
     const DistanceField* const given = with_field ? &field : nullptr;
@@ -117,8 +117,8 @@ TEST_F(PoseCarryOn, WithoutFieldOrDepthThePoseOnlyAges) {
   }
 }
 
-// A bare floor does not hold a shift along it: the pose is given up before it is anywhere.
-TEST_F(PoseCarryOn, ABareFloorIsGivenUp) {
+// A bare floor does not determine translations along it: tracking stops before the pose is unknown.
+TEST_F(DepthTrackingFrames, StopsOnABareFloor) {
   TestRoom bare = room;
   bare.boxes.clear();
   const DistanceField floor = bare.field();
@@ -146,10 +146,10 @@ TEST_F(PoseCarryOn, ABareFloorIsGivenUp) {
   EXPECT_LT(most_mm, 30);
 }
 
-TEST(DepthTracking, TimeMakesAPoseUnsure) {
+TEST(DepthTracking, UncertaintyGrowsWithTime) {
   const PoseCovariance none = PoseCovariance::Zero();
-  EXPECT_LT(position_sigma_m(DepthTracking::after(none, 1.0 / 30)), 0.02);
-  EXPECT_GT(position_sigma_m(DepthTracking::after(none, 0.3)), 0.1);
+  EXPECT_LT(position_sigma_m(DepthTracking::predicted(none, 1.0 / 30)), 0.02);
+  EXPECT_GT(position_sigma_m(DepthTracking::predicted(none, 0.3)), 0.1);
 }
 
 }  // namespace

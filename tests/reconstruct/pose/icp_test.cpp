@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
 
-/// Sure to `position_m` and `angle_rad` along each axis.
+/// 1σ of `position_m` and `angle_rad` along each axis.
 PoseCovariance covariance(double position_m, double angle_rad) {
   PoseCovariance result = PoseCovariance::Zero();
   result.topLeftCorner<3, 3>().diagonal().setConstant(position_m * position_m);
@@ -29,33 +29,33 @@ Isometry3d off_by(const Isometry3d& pose, const Vector3d& shift_m, const Vector3
   return apply_step(pose, step);
 }
 
-class PoseSurface : public testing::Test {
+class Icp : public testing::Test {
  protected:
   const capture::CameraModel camera = test::small_camera();
   const DepthSampler sampler{camera};
   const Isometry3d truth = test::looking_at_tag(1.3, 50 * kDegree, -1.2, {0.0, 0.15, 0.1});
 };
 
-TEST(PoseCovarianceSteps, LeadFromOnePoseToAnother) {
+TEST(PoseCovariance, StepsLeadFromOnePoseToAnother) {
   const Isometry3d a = test::looking_at_tag(1.3, 0.8, -1.2), b = test::looking_at_tag(1.1, 0.5, 0.3);
   EXPECT_LT((apply_step(a, step_between(a, b)).matrix() - b.matrix()).norm(), 1e-12);
   EXPECT_LT(step_between(a, a).norm(), 1e-12);
 }
 
-TEST_F(PoseSurface, GridPointsLieOnTheSurface) {
+TEST_F(Icp, GridPointsLieOnTheSurface) {
   const TestRoom room = test::furnished_room();
   const DepthGrid grid = sampler.sample(test::depth_of_room(room, camera, truth, 1, 0).depth_m);
   ASSERT_EQ(grid.columns, 80);
   ASSERT_EQ(grid.rows, 60);
   int points = 0, normals = 0, off = 0, slanted = 0;
   for (const DepthGrid::Point& point : grid.points) {
-    if (point.place.z() == 0) continue;
+    if (point.position.z() == 0) continue;
     ++points;
-    const Eigen::Vector3f place = truth.cast<float>() * point.place;
-    off += std::abs(room.distance(place)) > 1e-3f;
+    const Eigen::Vector3f position = truth.cast<float>() * point.position;
+    off += std::abs(room.distance(position)) > 1e-3f;
     if (point.normal.isZero()) continue;
     ++normals;
-    slanted += (truth.linear().cast<float>() * point.normal).dot(room.normal(place)) < 0.95f;
+    slanted += (truth.linear().cast<float>() * point.normal).dot(room.normal(position)) < 0.95f;
   }
   EXPECT_GT(points, 3000);
   EXPECT_LT(off, 0.02 * points) << "at creases";
@@ -63,7 +63,7 @@ TEST_F(PoseSurface, GridPointsLieOnTheSurface) {
   EXPECT_GT(normals, 0.8 * points);
 }
 
-TEST_F(PoseSurface, TheFieldBringsTheCameraBack) {
+TEST_F(Icp, AlignmentToTheFieldFindsThePose) {
   const TestRoom room = test::furnished_room();
   const DistanceField field = room.field();
   for (const double noise : {0.0, 1.0}) {
@@ -81,13 +81,14 @@ TEST_F(PoseSurface, TheFieldBringsTheCameraBack) {
                 angle_sigma_rad(fit->pose.covariance) / kDegree, cpu_ms);
     EXPECT_LT(away_mm, noise > 0 ? 2.5 : 1.0);
     EXPECT_LT(away_degrees, noise > 0 ? 0.12 : 0.06);
-    EXPECT_LT(squared_mahalanobis(error, fit->pose.covariance), 22) << "beyond 99.9 % of six squares";
-    EXPECT_GT(fit->shared, 0.5);
+    EXPECT_LT(squared_mahalanobis(error, fit->pose.covariance), 22)
+        << "99.9 % quantile of chi-squared with 6 degrees of freedom";
+    EXPECT_GT(fit->inlier_fraction, 0.5);
   }
 }
 
-// Straight at a floor: its distance and two tilts are seen; shifts along it and a turn about its normal are not.
-TEST_F(PoseSurface, WhatAPlaneDoesNotTellStaysAsExpected) {
+// A floor determines its distance and two tilts, but no translation along it and no rotation about its normal.
+TEST_F(Icp, UndeterminedDirectionsKeepThePrior) {
   TestRoom room;
   room.half_m = 0.9f;
   const Isometry3d above = test::looking_at_tag(0.8, 5 * kDegree, 0.4);
@@ -109,7 +110,7 @@ TEST_F(PoseSurface, WhatAPlaneDoesNotTellStaysAsExpected) {
   EXPECT_LT(sigma[3], 0.003);
 }
 
-TEST_F(PoseSurface, AnArmInFrontOfTheRoomDoesNotMoveIt) {
+TEST_F(Icp, AnArmInFrontOfTheRoomIsAnOutlier) {
   const TestRoom room = test::furnished_room();
   capture::DepthPicture depth = test::depth_of_room(room, camera, truth, 1, 1);
   for (int v = 60; v < 240; ++v)
@@ -121,7 +122,7 @@ TEST_F(PoseSurface, AnArmInFrontOfTheRoomDoesNotMoveIt) {
   EXPECT_LT(test::degrees_apart(fit->pose.T_tag_camera, truth), 0.15);
 }
 
-TEST_F(PoseSurface, WithoutSurfaceThereIsNoPose) {
+TEST_F(Icp, WithoutSurfaceThereIsNoPose) {
   const TestRoom room = test::furnished_room();
   const DepthGrid grid = sampler.sample(test::depth_of_room(room, camera, truth, 1, 0).depth_m);
   EXPECT_FALSE(align_to_field(grid, DistanceField(), {truth, covariance(0.02, 0.02)}));
@@ -131,12 +132,12 @@ TEST_F(PoseSurface, WithoutSurfaceThereIsNoPose) {
                               {truth, covariance(0.02, 0.02)}));
 }
 
-TEST_F(PoseSurface, AnEarlierPictureReachesFar) {
+TEST_F(Icp, AlignmentToAnEarlierFrameReachesFar) {
   const TestRoom room = test::furnished_room();
   const DepthGrid earlier = sampler.sample(test::depth_of_room(room, camera, truth, 1, 1).depth_m);
   const Isometry3d now = off_by(truth, {0.06, -0.03, 0.02}, {0.04, -0.05, 0.03});
   const DepthGrid grid = sampler.sample(test::depth_of_room(room, camera, now, 2, 1).depth_m);
-  const Isometry3d near = align_to_picture(grid, earlier, camera, truth, {truth, covariance(0.1, 0.1)});
+  const Isometry3d near = align_to_frame(grid, earlier, camera, truth, {truth, covariance(0.1, 0.1)});
   std::printf("pose: %.0f mm and %.1f deg away, %.1f mm and %.2f deg after the earlier picture\n",
               test::millimetres_apart(truth, now), test::degrees_apart(truth, now), test::millimetres_apart(near, now),
               test::degrees_apart(near, now));

@@ -1,4 +1,4 @@
-// Lamps that carry a tag: found, followed, hidden, doubled, of another size.
+// Lamps that carry a tag: detected, moved, hidden, with a second tag of the same id, with a wrong size.
 #include "reconstruct/pose/lamp_tags.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ Pose camera_pose() {
   return pose;
 }
 
-/// Tags of the lamp as the camera sees them, before grey.
+/// A frame with tags of the lamp on a grey background.
 capture::FrameSet frame_with(const std::vector<Isometry3d>& tags, std::int64_t time_ns, bool depth = false) {
   const capture::CameraModel camera = test::small_camera();
   const TagFinder finder(capture::Tag{"tag36h11", 9, kLampTag_m});
@@ -73,7 +73,7 @@ capture::FrameSet frame_with(const std::vector<Isometry3d>& tags, std::int64_t t
   return frame;
 }
 
-bool says(const std::vector<std::string>& warnings, const char* text) {
+bool contains(const std::vector<std::string>& warnings, const char* text) {
   return std::any_of(warnings.begin(), warnings.end(),
                      [&](const std::string& line) { return line.find(text) != std::string::npos; });
 }
@@ -82,11 +82,11 @@ double millimetres_off(const LampTagPose& mark, const Isometry3d& tag) {
   return 1e3 * (mark.position_m.cast<double>() - tag * kOnTag).norm();
 }
 
-TEST(LampTagStage, ALampIsWhereItsTagSaysAndGoesWithIt) {
+TEST(LampTagStage, ALampMovesWithItsTag) {
   LampTagStage stage(session_with_lamp());
-  EXPECT_TRUE(says(stage.locate(frame_with({}, 0), camera_pose()).warnings, "tag 9 has not been seen yet"));
+  EXPECT_TRUE(contains(stage.locate(frame_with({}, 0), camera_pose()).warnings, "tag 9 has not been seen yet"));
   for (int i = 1; i < 16; ++i) {
-    // Still, then carried to the left at 30 cm/s.
+    // At rest, then moved to the left at 30 cm/s.
     const Isometry3d there = leaning_at({0.1 - 0.03 * std::max(0, i - 9), 0.1, 0.05});
     const auto result = stage.locate(frame_with({there}, 5 * kFrameNs + i * kFrameNs), camera_pose());
     ASSERT_EQ(result.marks.size(), 1u) << i;
@@ -100,39 +100,39 @@ TEST(LampTagStage, ALampIsWhereItsTagSaysAndGoesWithIt) {
   }
 }
 
-TEST(LampTagStage, WhileItsTagIsHiddenALampIsHeldAndLessSure) {
+TEST(LampTagStage, AHiddenLampKeepsItsPositionWithGrowingUncertainty) {
   LampTagStage stage(session_with_lamp());
   const float seen_m = stage.locate(frame_with({kThere}, 0), camera_pose()).marks.at(0).sigma_m;
   const auto early = stage.locate(frame_with({}, 5'000'000'000), camera_pose());
   ASSERT_EQ(early.marks.size(), 1u);
   EXPECT_NEAR(early.marks[0].sigma_m, std::hypot(seen_m, 0.05), 1e-4);
-  EXPECT_TRUE(says(early.warnings, "lamp desk: its tag is hidden"));
+  EXPECT_TRUE(contains(early.warnings, "lamp desk: its tag is hidden"));
   const auto late = stage.locate(frame_with({}, 19'000'000'000), std::nullopt);
-  ASSERT_EQ(late.marks.size(), 1u) << "the camera's pose is not needed for a lamp that is held";
+  ASSERT_EQ(late.marks.size(), 1u) << "a hidden lamp does not need the camera's pose";
   EXPECT_GT(late.marks[0].sigma_m, 0.15);
   const auto gone = stage.locate(frame_with({}, 21'000'000'000), camera_pose());
   EXPECT_TRUE(gone.marks.empty());
-  EXPECT_TRUE(says(gone.warnings, "hidden for too long"));
+  EXPECT_TRUE(contains(gone.warnings, "hidden for too long"));
   const auto again = stage.locate(frame_with({kElsewhere}, 22'000'000'000), camera_pose());
   ASSERT_EQ(again.marks.size(), 1u);
   EXPECT_LT(millimetres_off(again.marks[0], kElsewhere), 15);
   EXPECT_TRUE(again.warnings.empty());
-  EXPECT_TRUE(stage.locate(frame_with({}, 0), camera_pose()).marks.empty()) << "a recording from the start";
+  EXPECT_TRUE(stage.locate(frame_with({}, 0), camera_pose()).marks.empty()) << "a recording that restarts";
 }
 
-TEST(LampTagStage, OfTwoTagsOfOneNumberThatWhereItWasIsUsed) {
+TEST(LampTagStage, OfTwoTagsWithOneIdTheExpectedOneIsUsed) {
   LampTagStage stage(session_with_lamp());
   const auto both = stage.locate(frame_with({kElsewhere, kThere}, 0), camera_pose());
-  EXPECT_TRUE(both.marks.empty()) << "nobody knows which";
-  EXPECT_TRUE(says(both.warnings, "lamp desk: tag 9 is seen 2 times at once, none"));
+  EXPECT_TRUE(both.marks.empty()) << "it is not known which is meant";
+  EXPECT_TRUE(contains(both.warnings, "lamp desk: tag 9 is seen 2 times at once, none"));
   stage.locate(frame_with({kThere}, 10'000'000'000), camera_pose());
   const auto known = stage.locate(frame_with({kElsewhere, kThere}, 13'000'000'000), camera_pose());
   ASSERT_EQ(known.marks.size(), 1u);
   EXPECT_LT(millimetres_off(known.marks[0], kThere), 15);
-  EXPECT_TRUE(says(known.warnings, "the one nearest to where it was is used"));
+  EXPECT_TRUE(contains(known.warnings, "the one nearest to where it was is used"));
 }
 
-TEST(LampTagStage, ATagOfAnotherSizeIsNamedAndNotUsed) {
+TEST(LampTagStage, ATagOfAnotherSizeIsNotUsed) {
   LampTagStage stage(session_with_lamp(0.1)), right(session_with_lamp());
   LampTagStage::Result result, as_said;
   for (int i = 0; i < 8; ++i) {
@@ -141,7 +141,7 @@ TEST(LampTagStage, ATagOfAnotherSizeIsNamedAndNotUsed) {
     as_said = right.locate(frame, camera_pose());
   }
   EXPECT_TRUE(result.marks.empty());
-  EXPECT_TRUE(says(result.warnings, "lamp desk: tag 9: by depth its square is 120 mm wide, configured are 100 mm"))
+  EXPECT_TRUE(contains(result.warnings, "lamp desk: tag 9: by depth its square is 120 mm wide, configured are 100 mm"))
       << result.warnings.at(0);
   EXPECT_EQ(as_said.marks.size(), 1u);
   EXPECT_TRUE(as_said.warnings.empty());

@@ -1,4 +1,4 @@
-// Several tags in one room: bundles, doubles, wrong sizes, hands in front.
+// Several tags in one room: bundles, two tags of one id, wrong sizes, covered tags.
 #include "reconstruct/pose/multi_tag_pose.h"
 
 #include <gtest/gtest.h>
@@ -26,14 +26,14 @@ Isometry3d lying_at(const Vector3d& place_m, double turn_rad) {
 
 const Isometry3d kBeside = lying_at({0.28, 0.05, 0.0}, 0.4);
 
-/// Tag 2 at the origin and, where asked for, tag 5 beside it.
+/// Tag 2 at the origin and, if `second`, tag 5 next to it.
 struct Table {
   bool first = true, second = true;
   double size_m = 0.16;
   int second_id = 5;
   Isometry3d T_tag_second = kBeside;
 
-  /// Whichever is nearer owns the pixel.
+  /// Whether the second tag is nearer to the pixel's point on the table.
   bool is_of_second(const capture::CameraModel& camera, const Isometry3d& T_tag_camera, int u, int v) const {
     const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
     const Vector3d d = T_tag_camera.linear() * *ray, from = T_tag_camera.translation();
@@ -85,7 +85,7 @@ TEST(PoseTags, OneOfABundleIsEnough) {
   }
 }
 
-TEST(PoseTags, TwoAreSurerThanOne) {
+TEST(PoseTags, TwoAreMoreCertainThanOne) {
   double one_mm = 0, two_mm = 0, one_sigma = 0, two_sigma = 0;
   for (unsigned i = 0; i < 8; ++i) {
     const capture::FrameSet frame = Table().seen_from(camera_at(3 * i), 0, 5);
@@ -103,7 +103,7 @@ TEST(PoseTags, TwoAreSurerThanOne) {
   EXPECT_LT(two_mm, 1.3 * one_mm);
 }
 
-TEST(PoseTags, APlaceIsFoundWhileBothAreSeen) {
+TEST(PoseTags, AnUnknownPoseIsLearntWhileBothAreSeen) {
   PoseStage stage({"tag36h11", 2, 0.16, {{5, 0.16, std::nullopt}}}, test::small_camera());
   Table table;
   const auto first = stage.locate(table.seen_from(camera_at(0), 0));
@@ -111,7 +111,7 @@ TEST(PoseTags, APlaceIsFoundWhileBothAreSeen) {
   EXPECT_EQ(all_warnings(first, "tag 5: not used before").size(), 1u);
   std::uint64_t i = 1;
   PoseStage::Result result = first;
-  // Until it has a place the whole picture is looked at four times a second.
+  // Until its pose is known the whole image is searched four times a second.
   for (; i < 120 && !all_warnings(result, "tag 5").empty(); i += 8)
     result = stage.locate(table.seen_from(camera_at(static_cast<unsigned>(i)), i));
   EXPECT_LT(i, 110u);
@@ -122,7 +122,7 @@ TEST(PoseTags, APlaceIsFoundWhileBothAreSeen) {
   EXPECT_LT(test::millimetres_apart(alone.pose->T_tag_camera_raw, camera_at(static_cast<unsigned>(i))), 4);
 }
 
-TEST(PoseTags, ATagThatWasMovedIsNamed) {
+TEST(PoseTags, AMisplacedTagIsReported) {
   PoseStage stage({"tag36h11", 2, 0.16, {{5, 0.16, lying_at({0.33, 0.05, 0}, 0.4)}}}, test::small_camera());
   std::size_t left_out = 0, misplaced = 0;
   for (unsigned i = 0; i < 12; ++i) {
@@ -136,7 +136,7 @@ TEST(PoseTags, ATagThatWasMovedIsNamed) {
   EXPECT_GE(misplaced, 4u);
 }
 
-TEST(PoseTags, TwoOfOneNumberAreNamedAndTheNearerIsFollowed) {
+TEST(PoseTags, TwoTagsOfOneIdAreReportedAndTheNearerIsTracked) {
   PoseStage stage({"tag36h11", 2, 0.16}, test::small_camera());
   Table table;
   table.second_id = 2;
@@ -169,7 +169,7 @@ TEST(PoseTags, AnotherSizeIsToldByDepth) {
     return result.warnings;
   };
   EXPECT_TRUE(warnings(0.16, 1).empty());
-  EXPECT_TRUE(warnings(0.16, 1.02f).empty()) << "as depth cameras err";
+  EXPECT_TRUE(warnings(0.16, 1.02f).empty()) << "within the error of depth cameras";
   const auto small = warnings(0.148, 1), large = warnings(0.175, 1), unit = warnings(0.16, 1000);
   ASSERT_EQ(small.size(), 1u);
   EXPECT_EQ(small[0].substr(0, 39), "tag 2: by depth its square is 148 mm wi") << small[0];
@@ -179,9 +179,9 @@ TEST(PoseTags, AnotherSizeIsToldByDepth) {
   EXPECT_NE(unit[0].find("in another unit"), std::string::npos) << unit[0];
 }
 
-// Depth says that another of the same number is larger. Nobody asked for that one. The camera is jerked to and fro, so
-// that both are found anew in each picture.
-TEST(PoseTags, TheSizeIsThatOfTheTagInUse) {
+// Depth contradicts the size of a second tag with the same id, which is not used. The camera jumps to and fro, so that
+// both tags are detected in each frame.
+TEST(PoseTags, TheSizeCheckUsesTheTagInUse) {
   const capture::CameraModel camera = test::small_camera();
   for (const double side : {-1, 1}) {
     PoseStage stage({"tag36h11", 2, 0.16}, camera);
@@ -205,8 +205,8 @@ TEST(PoseTags, TheSizeIsThatOfTheTagInUse) {
   }
 }
 
-// A hand lies on the tag's corner: no square is whole, but most of its print shows.
-TEST(PoseTags, AHandOnTheTagLeavesAPose) {
+// A hand covers the tag's corner: no square is detected, but most of the print is visible.
+TEST(PoseTags, APartlyCoveredTagGivesAPose) {
   PoseStage stage({"tag36h11", 2, 0.16}, test::small_camera());
   const Isometry3d truth = test::looking_at_tag(0.8, 45 * kDegree, -1.4);
   Table table;

@@ -35,7 +35,7 @@ TEST(PoseSolver, ExactCornersGiveTheExactPose) {
   }
 }
 
-TEST(PoseSolver, BothExplanationsOfATiltedTagAreMinima) {
+TEST(PoseSolver, BothPosesOfATiltedTagAreMinima) {
   const Isometry3d truth = test::looking_at_tag(1.5, 20 * M_PI / 180, 0.7);
   const SquareCorners corners = project(truth.inverse(), 0.16);
   const auto poses = solve_square(corners, 0.16);
@@ -54,7 +54,7 @@ TEST(PoseSolver, BothExplanationsOfATiltedTagAreMinima) {
       }
 }
 
-TEST(PoseSolver, TheTruthIsAmongTheExplanationsOfNoisyCorners) {
+TEST(PoseSolver, OneOfThePosesOfNoisyCornersIsTheTruth) {
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0, 0.3 / 262.5);
   int second = 0;
@@ -70,7 +70,7 @@ TEST(PoseSolver, TheTruthIsAmongTheExplanationsOfNoisyCorners) {
     EXPECT_LT(nearest, 30) << i;
     second += poses.size() == 2 && test::degrees_apart(poses[0].T_camera_tag.inverse(), truth) > nearest;
   }
-  EXPECT_GT(second, 20) << "or the corners would settle it and nothing else were needed";
+  EXPECT_GT(second, 20) << "else the corners alone would be enough";
 }
 
 TEST(PoseSolver, CornersOnALineHaveNoPose) {

@@ -1,5 +1,5 @@
 #pragma once
-// What a depth camera sees of a room whose distances are known in closed form.
+// Synthetic depth images of a room with closed-form distances.
 #include <Eigen/Geometry>
 #include <limits>
 
@@ -8,7 +8,7 @@
 
 namespace lumigraft::test {
 
-/// A floor with two boxes: no direction and no turn leaves it as it is.
+/// A floor with two boxes, which determine all six degrees of freedom of a pose.
 inline reconstruct::TestRoom furnished_room() {
   reconstruct::TestRoom room;
   room.half_m = 0.9f;

@@ -30,7 +30,7 @@ capture::FrameSet empty_table(std::uint64_t index) {
   return test::frame_of(std::move(picture), index, static_cast<std::int64_t>(index) * kFrameNs);
 }
 
-TEST(Pose, AQuietPictureGivesTheCamera) {
+TEST(Pose, AnImageWithoutNoiseGivesThePose) {
   for (const double azimuth : {-1.6, -0.9, 0.3}) {
     PoseStage stage(some_tag(), test::small_camera());
     const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, azimuth, {0.05, 0.1, 0});
@@ -44,7 +44,7 @@ TEST(Pose, AQuietPictureGivesTheCamera) {
   }
 }
 
-TEST(Pose, NoiseIsAveragedWhileTheCameraStands) {
+TEST(Pose, NoiseIsAveragedWhileTheCameraRests) {
   PoseStage stage(some_tag(), test::small_camera());
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
   std::vector<Isometry3d> raw, smooth;
@@ -65,7 +65,7 @@ TEST(Pose, NoiseIsAveragedWhileTheCameraStands) {
   EXPECT_LT(test::millimetres_apart(smooth.back(), truth), 0.6);
 }
 
-TEST(Pose, LensDistortionIsUndone) {
+TEST(Pose, LensDistortionIsCorrected) {
   capture::CameraModel camera = test::small_camera();
   camera.distortion = {-0.28, 0.08, 0.001, -0.001, 0};
   PoseStage stage(some_tag(), camera);
@@ -76,14 +76,14 @@ TEST(Pose, LensDistortionIsUndone) {
   EXPECT_LT(test::degrees_apart(result.pose->T_tag_camera, truth), 0.05);
 }
 
-TEST(Pose, PrintBeatsCorners) {
+TEST(Pose, ThePrintIsMoreExactThanCorners) {
   const TagFinder finder(some_tag());
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
   capture::Picture picture = test::view_of_tag(camera, finder.pattern(), 0.16, truth);
   const PixelRegion whole{0, 0, camera.width, camera.height};
   const auto align = [&](const Isometry3d& start) {
-    return align_to_print(seen_pixels(picture, capture::Response::srgb(), camera, whole), finder.pattern(), 0.16,
+    return align_to_print(sample_pixels(picture, capture::Response::srgb(), camera, whole), finder.pattern(), 0.16,
                           start);
   };
   Isometry3d off = truth.inverse();
@@ -94,14 +94,14 @@ TEST(Pose, PrintBeatsCorners) {
   EXPECT_LT(alignment->contrast_error, 0.02);
   EXPECT_LT(test::millimetres_apart(alignment->T_camera_tag.inverse(), truth), 0.6);
 
-  // A fifth of the pixels comes near it.
-  const auto few = thinned(seen_pixels(picture, capture::Response::srgb(), camera, whole));
+  // A fifth of the pixels gives nearly the same pose.
+  const auto few = thin_out(sample_pixels(picture, capture::Response::srgb(), camera, whole));
   const auto near = align_to_print(few, finder.pattern(), 0.16, off);
   ASSERT_TRUE(near);
   EXPECT_LT(near->pixels, 0.22 * alignment->pixels);
   EXPECT_LT(test::millimetres_apart(near->T_camera_tag.inverse(), truth), 2);
 
-  // A finger over a corner of the print: the rest still holds the pose.
+  // A finger covers a corner of the print: the rest is enough.
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       const auto ray = camera.unproject({static_cast<double>(u), static_cast<double>(v)});
@@ -113,16 +113,16 @@ TEST(Pose, PrintBeatsCorners) {
   ASSERT_TRUE(partly);
   EXPECT_LT(test::millimetres_apart(partly->T_camera_tag.inverse(), truth), 3);
 
-  // A print that is not there.
+  // An image without the print.
   picture.encoded = capture::Image<std::uint8_t>(320, 240, 3, 150);
   EXPECT_FALSE(align(off));
 }
 
-// While it is tracked the tag is looked for where it was; that must not change what is measured.
-TEST(Pose, TrackingMeasuresWhatSearchingDoes) {
+// A tracked tag is searched near its last position, with the same result as a search of the whole image.
+TEST(Pose, TrackingGivesTheSameAsSearching) {
   PoseStage tracking(some_tag(), test::small_camera());
   for (unsigned i = 0; i < 8; ++i) {
-    // From one picture to the next it moves by a fifth of its size and more, then leaps across the picture.
+    // It moves by a fifth of its size and more per frame, then jumps across the image.
     const Vector3d aim(0.03 * i, i < 6 ? 0.05 : -0.25, 0);
     const capture::FrameSet frame =
         seen_from(test::looking_at_tag(0.85, 50 * kDegree, -1.2 + 0.03 * i, aim), i, {6, i + 1});
@@ -135,7 +135,7 @@ TEST(Pose, TrackingMeasuresWhatSearchingDoes) {
   }
 }
 
-TEST(Pose, LinearRadianceWorksAsWell) {
+TEST(Pose, LinearRadianceGivesTheSamePose) {
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2);
   capture::FrameSet frame = seen_from(truth, 0);
   capture::Picture linear;
@@ -148,8 +148,8 @@ TEST(Pose, LinearRadianceWorksAsWell) {
   EXPECT_LT(test::millimetres_apart(result.pose->T_tag_camera, truth), 0.6);
 }
 
-// Warm light that cuts off white paper in red by far, in green a little and in blue not at all; then a hand on it.
-TEST(Pose, PaperThatIsCutOffMovesNothing) {
+// Warm light clips white paper strongly in red, slightly in green and not in blue; then a hand covers a part.
+TEST(Pose, ClippedPaperDoesNotMoveThePose) {
   const TagFinder finder(some_tag());
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d truth = test::looking_at_tag(0.85, 50 * kDegree, -1.2, {0.05, 0.1, 0});
@@ -178,12 +178,12 @@ TEST(Pose, PaperThatIsCutOffMovesNothing) {
     }
   const auto followed = stage.locate(test::frame_of(picture, 1, kFrameNs));
   ASSERT_TRUE(followed.pose);
-  EXPECT_EQ(followed.pose->age_ns, 0) << "seen, though in part";
+  EXPECT_EQ(followed.pose->age_ns, 0) << "visible in part";
   EXPECT_LT(test::millimetres_apart(followed.pose->T_tag_camera_raw, truth), 7);
 }
 
-// A far, almost frontal tag in noise: corners and print cannot tell both poses apart, depth or the past can.
-TEST(Pose, DepthSettlesTheAmbiguity) {
+// A far, almost frontal tag with noise: corners and print do not distinguish the two poses, depth or the past does.
+TEST(Pose, DepthResolvesTheAmbiguity) {
   int flips_alone = 0, flips_with_depth = 0, seen = 0;
   for (unsigned i = 0; i < 24; ++i) {
     const Isometry3d truth = test::looking_at_tag(2.4, 10 * kDegree, 0.5 * i);
@@ -201,15 +201,15 @@ TEST(Pose, DepthSettlesTheAmbiguity) {
   std::printf("pose: almost frontal tag 2.4 m away: %d of %d flipped alone, %d with depth\n", flips_alone, seen,
               flips_with_depth);
   EXPECT_GT(seen, 12);
-  EXPECT_GT(flips_alone, 0) << "or the case is too easy to say anything";
+  EXPECT_GT(flips_alone, 0) << "else the case is too easy";
   EXPECT_EQ(flips_with_depth, 0);
 }
 
-TEST(Pose, ThePastSettlesTheAmbiguity) {
+TEST(Pose, ThePastResolvesTheAmbiguity) {
   PoseStage stage(some_tag(), test::small_camera());
   int flips = 0;
   for (unsigned i = 0; i < 24; ++i) {
-    // Comes from a clear view and backs off to an ambiguous one.
+    // From an unambiguous view to an ambiguous one.
     const double share = std::min(1.0, i / 8.0);
     const Isometry3d truth = test::looking_at_tag(0.8 + 1.4 * share, (40 - 26 * share) * kDegree, -1.2 + 0.02 * i);
     const auto result = stage.locate(seen_from(truth, i, {14 * share, i + 1}));
@@ -255,7 +255,7 @@ TEST(Pose, TheLastPoseIsUsedUpToItsAgeLimit) {
   EXPECT_FALSE(stage.locate(empty_table(1)).pose);
 }
 
-TEST(Pose, ATagThatDoesNotExistIsRefused) {
+TEST(Pose, ATagThatDoesNotExistThrows) {
   EXPECT_THROW(PoseStage({"tag36h12", 0, 0.16}, test::small_camera()), capture::InputError);
   EXPECT_THROW(PoseStage({"tag36h11", 587, 0.16}, test::small_camera()), capture::InputError);
   EXPECT_THROW(PoseStage({"tag36h11", -1, 0.16}, test::small_camera()), capture::InputError);

@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of a tag on a table, rendered from the print itself with many samples per pixel: the truth for pose tests.
+// Images of a tag on a table with known camera pose, rendered from the print with many samples per pixel.
 #include <Eigen/Geometry>
 #include <random>
 
@@ -20,8 +20,8 @@ inline capture::CameraModel small_camera() {
   return camera;
 }
 
-/// A camera `distance_m` from the tag's centre that looks at `aim_m`, its line of sight `tilt_rad` from the tag's
-/// normal, turned by `azimuth_rad` around it.
+/// T_tag_camera of a camera at `distance_m` from the tag's centre, `tilt_rad` from its normal and `azimuth_rad` around
+/// it, that looks at `aim_m`.
 inline Eigen::Isometry3d looking_at_tag(double distance_m, double tilt_rad, double azimuth_rad,
                                         const Eigen::Vector3d& aim_m = Eigen::Vector3d::Zero()) {
   const Eigen::Vector3d from(distance_m * std::sin(tilt_rad) * std::cos(azimuth_rad),
@@ -38,12 +38,12 @@ inline Eigen::Isometry3d looking_at_tag(double distance_m, double tilt_rad, doub
 struct ViewNoise {
   double code_sigma = 0;  ///< added to every 8-bit value
   unsigned seed = 1;
-  double exposure = 1;   ///< light times this, before the picture's end cuts it off
-  double lens_blur = 0;  ///< 1σ in pixels of a Gaussian around the tag, before the same
+  double exposure = 1;   ///< factor on the light before clipping
+  double lens_blur = 0;  ///< 1σ in pixels of a Gaussian blur before clipping
 };
 constexpr double kPaperLight = 0.7;  ///< at exposure 1, at the tag's centre
 
-/// By a Gaussian, rows and then columns.
+/// Gaussian blur, rows and then columns.
 inline void blur(capture::Image<double>& light, double sigma_px) {
   const int reach = static_cast<int>(std::ceil(3 * sigma_px));
   for (const bool rows : {true, false}) {
@@ -82,7 +82,7 @@ inline capture::Picture view_of_tag(const capture::CameraModel& camera, const re
   capture::Image<double> linear(camera.width, camera.height, 1);
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
-      // Away from the print there are no edges.
+      // There are no edges outside the print.
       const auto centre = on_table({static_cast<double>(u), static_cast<double>(v)});
       const int samples = centre && centre->cwiseAbs().maxCoeff() < pattern.cells * cell_m ? kSamples : 1;
       double& light = linear.at(u, v);
@@ -108,8 +108,8 @@ inline capture::Picture view_of_tag(const capture::CameraModel& camera, const re
   return picture;
 }
 
-/// Depth z of what `along(from, d)` finds on the ray from + along · d of the tag's frame (m; none: not finite), with
-/// noise that grows with depth as a Kinect's (Nguyen, Izadi & Lovell 2012, eq. 3), `noise_scale` times.
+/// Depth z of the hit at from + along(from, d) · d (tag frame, metres; not finite: no hit), with `noise_scale` times
+/// the noise of a structured-light camera (Nguyen, Izadi & Lovell 2012, eq. 2).
 template <typename Along>
 capture::DepthPicture depth_picture(const capture::CameraModel& camera, const Eigen::Isometry3d& T_tag_camera,
                                     unsigned seed, double noise_scale, const Along& along) {

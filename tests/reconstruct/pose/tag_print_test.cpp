@@ -1,4 +1,4 @@
-// The print of a tag as a function of the plane.
+// Means of a print over boxes.
 #include "reconstruct/pose/tag_print.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ TagPattern chequers() {
   return pattern;
 }
 
-TEST(PrintIntegral, WholesAreTheSumOfTheirParts) {
+TEST(PrintIntegral, MeansOfPartsAddUp) {
   const TagPattern pattern = chequers();
   const PrintIntegral print(pattern);
   std::mt19937 random(1);
@@ -30,7 +30,7 @@ TEST(PrintIntegral, WholesAreTheSumOfTheirParts) {
   }
 }
 
-TEST(PrintIntegral, DerivativesAreThoseOfItsMean) {
+TEST(PrintIntegral, DerivativesMatchDifferences) {
   const TagPattern pattern = chequers();
   const PrintIntegral print(pattern);
   std::mt19937 random(2);
