@@ -1,5 +1,5 @@
 #pragma once
-// Organised clouds in PCD files as depth cameras gave them: fields x y z and maybe label, binary_compressed.
+// Reads organised point clouds from PCD files (binary_compressed) with the fields x y z and optionally label.
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -15,11 +15,11 @@ namespace lumigraft::test {
 
 struct PointCloud {
   int width = 0, height = 0;
-  std::vector<Eigen::Vector3f> points;  ///< camera frame, metres; z = 0 where nothing was measured
-  std::vector<std::uint32_t> labels;    ///< empty where the file has none
+  std::vector<Eigen::Vector3f> points;  ///< camera frame, metres; z = 0: no measurement
+  std::vector<std::uint32_t> labels;    ///< empty if the file has none
 };
 
-/// LZF as PCL writes it (Lehmann's liblzf): runs of literals and references back.
+/// Decompresses LZF as PCL writes it (Lehmann's liblzf): runs of literals and back references.
 inline std::vector<char> unpack_lzf(const std::vector<char>& packed, std::size_t size) {
   std::vector<char> out;
   out.reserve(size);

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// A field filled from a closed form wherever |distance| is within `band_m`; other voxels stay unknown.
+/// A field filled from a closed-form distance up to `band_m`; other voxels stay unknown.
 DistanceField make_field(const std::function<float(const Vector3f&)>& distance_m, const Vector3f& low_m,
                          const Vector3f& high_m, float band_m,
                          const std::function<Vector3f(const Vector3f&)>& radiance = nullptr) {
@@ -88,7 +88,7 @@ TEST(DistanceField, NormalOfASphere) {
   }
 }
 
-TEST(DistanceField, RaycastMeetsAPlaneWhereItShould) {
+TEST(DistanceField, RaycastHitsAPlaneAtTheRightPlace) {
   const DistanceField field = make_field(plane, kLow, kHigh, 0.03f);
   const Vector3f n = Vector3f(0.2f, -0.3f, 0.9f).normalized();
   std::mt19937 random(3);
@@ -109,7 +109,7 @@ TEST(DistanceField, RaycastMeetsAPlaneWhereItShould) {
   }
 }
 
-TEST(DistanceField, RaycastMeetsASphereAndPassesBesideIt) {
+TEST(DistanceField, RaycastHitsASphereOrMissesIt) {
   const DistanceField field = make_field(sphere, kLow, kHigh, 0.03f);
   const Vector3f centre(0.1f, -0.2f, 0.3f);
   std::mt19937 random(4);
@@ -136,7 +136,7 @@ TEST(DistanceField, RaycastMeetsASphereAndPassesBesideIt) {
   EXPECT_GT(misses, 100);
 }
 
-TEST(DistanceField, RaycastFromInsideFindsNoWayIn) {
+TEST(DistanceField, RaycastFromInsideFindsNoCrossing) {
   const DistanceField field = make_field(sphere, kLow, kHigh, 0.03f);
   EXPECT_FALSE(field.raycast(Vector3f(0.1f, -0.2f, 0.3f), Vector3f::UnitX(), 0, 3));
 }

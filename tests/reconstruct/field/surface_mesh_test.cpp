@@ -39,7 +39,7 @@ constexpr float kRadius = 0.1f;
 const Vector3f kCentre(0.013f, -0.007f, 0.004f);
 float sphere(const Vector3f& p) { return (p - kCentre).norm() - kRadius; }
 
-/// How often each edge is used in each direction: a closed surface uses every edge once each way.
+/// Number of uses of each directed edge: a closed surface uses every edge once in each direction.
 std::map<std::pair<int, int>, int> edges_of(const SurfaceMesh& mesh) {
   std::map<std::pair<int, int>, int> edges;
   for (const auto& t : mesh.triangles)
@@ -81,7 +81,7 @@ TEST(SurfaceMesh, APlaneThroughGridPoints) {
   EXPECT_EQ(mesh.triangles.size(), 2u * 15u * 15u);
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     EXPECT_EQ(mesh.vertices_m[i].z(), 0);
-    EXPECT_NEAR(mesh.normals[i].z(), 1, 1e-5f) << "on the rim of what is known, too";
+    EXPECT_NEAR(mesh.normals[i].z(), 1, 1e-5f) << "also at the border of the known voxels";
   }
 }
 

@@ -1,4 +1,4 @@
-// Bricks that are published and dropped.
+// The pool of published bricks.
 #include "reconstruct/fusion/brick_pages.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ FieldBrick brick_of(float distance_m) {
   return brick;
 }
 
-TEST(FieldBrickMaker, BricksHoldWhatTheyCopyAndOutliveTheirMaker) {
+TEST(FieldBrickMaker, CopiesAreEqualAndOutliveTheMaker) {
   std::vector<std::shared_ptr<const FieldBrick>> bricks;
   {
     const FieldBrickMaker maker;
@@ -29,7 +29,7 @@ TEST(FieldBrickMaker, BricksHoldWhatTheyCopyAndOutliveTheirMaker) {
   }
 }
 
-TEST(FieldBrickMaker, OneTakesThePlaceOfAnother) {
+TEST(FieldBrickMaker, FreedSlotsAreReused) {
   const FieldBrickMaker maker;
   std::set<const FieldBrick*> places;
   for (int round = 0; round < 10; ++round) {
@@ -39,7 +39,7 @@ TEST(FieldBrickMaker, OneTakesThePlaceOfAnother) {
   EXPECT_EQ(places.size(), 300u);
 }
 
-TEST(FieldBrickMaker, OthersDropBricksMeanwhile) {
+TEST(FieldBrickMaker, OtherThreadsReleaseBricks) {
   const FieldBrickMaker maker;
   std::vector<std::thread> threads;
   for (int round = 0; round < 20; ++round) {

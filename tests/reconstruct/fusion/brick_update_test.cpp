@@ -1,4 +1,4 @@
-// One depth picture into bricks.
+// Update of bricks from a depth image.
 #include "reconstruct/fusion/brick_update.h"
 
 #include <gtest/gtest.h>
@@ -22,51 +22,51 @@ capture::CameraModel coarse_camera() {
   return camera;
 }
 
-TEST(FusionUpdate, IsTheSameOnEveryProcessor) {
+TEST(FusionUpdate, IsBitIdenticalWithNarrowVectors) {
   const capture::CameraModel camera = coarse_camera();
   const PixelMap map(camera);
   DepthPreprocessor preprocessor(camera, kVoxelM, 5), narrow(camera, kVoxelM, 5, false);
   RecentBricks known;
-  std::vector<WorkingBrick> wide, plain;
+  std::vector<WorkingBrick> wide_bricks, narrow_bricks;
   for (unsigned i = 0; i < 3; ++i) {
     const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8 + 0.05 * i, 50 * test::kDegree, -2.4 + 0.1 * i);
     const capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
     PreparedDepth view;
     preprocessor.prepare(frame.depth->depth_m, view);
-    PreparedDepth by_four_too;
-    narrow.prepare(frame.depth->depth_m, by_four_too);
+    PreparedDepth narrow_view;
+    narrow.prepare(frame.depth->depth_m, narrow_view);
     for (std::size_t k = 0; k < view.blocks.size(); ++k) {
-      const PreparedDepth::Block &a = view.blocks[k], &b = by_four_too.blocks[k];
+      const PreparedDepth::Block &a = view.blocks[k], &b = narrow_view.blocks[k];
       EXPECT_EQ(a.normal, b.normal);
       EXPECT_EQ(std::tie(a.distance_m, a.weight, a.facing, a.jump), std::tie(b.distance_m, b.weight, b.facing, b.jump));
-      for (int c = 0; c < 4; ++c) EXPECT_EQ(view.planes[k][c], by_four_too.planes[k][c]);
+      for (int c = 0; c < 4; ++c) EXPECT_EQ(view.planes[k][c], narrow_view.planes[k][c]);
     }
     const Eigen::Isometry3f T_camera_tag = T_tag_camera.inverse().cast<float>();
     const ColorLookup colour(frame.color.get(), capture::Response::srgb(), camera.width, camera.height);
     for (const BrickKey& key : bricks_on_surfaces(view, preprocessor, T_tag_camera.cast<float>(), kVoxelM, kTruncationM,
                                                   ImageSubset{}, known)) {
-      wide.emplace_back().key = key;
-      plain.emplace_back().key = key;
+      wide_bricks.emplace_back().key = key;
+      narrow_bricks.emplace_back().key = key;
     }
     const BrickUpdate::Sizes sizes{kVoxelM, kTruncationM, 64};
     const BrickUpdate by_eight(view, preprocessor, map, colour, T_camera_tag, sizes);
     const BrickUpdate by_four(view, preprocessor, map, colour, T_camera_tag, sizes, false);
-    for (std::size_t k = 0; k < wide.size(); ++k) {
-      const auto a = by_eight.update(wide[k], 5, BrickUpdate::Skip::none);
-      const auto b = by_four.update(plain[k], 5, BrickUpdate::Skip::none);
+    for (std::size_t k = 0; k < wide_bricks.size(); ++k) {
+      const auto a = by_eight.update(wide_bricks[k], 5, BrickUpdate::Skip::none);
+      const auto b = by_four.update(narrow_bricks[k], 5, BrickUpdate::Skip::none);
       EXPECT_EQ(a.new_voxels, b.new_voxels);
       EXPECT_EQ(a.moved_voxels, b.moved_voxels);
-      EXPECT_EQ(wide[k].now.distance_m, plain[k].now.distance_m);
-      EXPECT_EQ(wide[k].now.weight, plain[k].now.weight);
-      EXPECT_EQ(wide[k].now.radiance, plain[k].now.radiance);
-      EXPECT_EQ(wide[k].free_rows, plain[k].free_rows);
-      EXPECT_EQ(wide[k].unobserved_rows, plain[k].unobserved_rows);
+      EXPECT_EQ(wide_bricks[k].now.distance_m, narrow_bricks[k].now.distance_m);
+      EXPECT_EQ(wide_bricks[k].now.weight, narrow_bricks[k].now.weight);
+      EXPECT_EQ(wide_bricks[k].now.radiance, narrow_bricks[k].now.radiance);
+      EXPECT_EQ(wide_bricks[k].free_rows, narrow_bricks[k].free_rows);
+      EXPECT_EQ(wide_bricks[k].unobserved_rows, narrow_bricks[k].unobserved_rows);
     }
   }
-  EXPECT_GT(wide.size(), 100u);
+  EXPECT_GT(wide_bricks.size(), 100u);
 }
 
-TEST(RecentBricks, EachIsMetOnceNearAndFar) {
+TEST(RecentBricks, EachIsInsertedOnceNearAndFar) {
   RecentBricks bricks;
   for (const int far : {0, -64, 63, 64, -1000, 100000}) {
     const BrickKey key{far, 3, -far};
@@ -75,10 +75,10 @@ TEST(RecentBricks, EachIsMetOnceNearAndFar) {
     EXPECT_FALSE(bricks.contains(Simd4Int{far + 1, 3, -far, 0})) << far;
   }
   EXPECT_TRUE(bricks.contains(Simd4Int{63, 3, -63, 0}));
-  EXPECT_FALSE(bricks.contains(Simd4Int{64, 3, -64, 0})) << "nothing that far is told without a search";
+  EXPECT_FALSE(bricks.contains(Simd4Int{64, 3, -64, 0})) << "contains() is false for bricks outside the bit table";
 }
 
-TEST(RecentBricks, AllOfEightAreToldOnlyOnceEachWasMet) {
+TEST(RecentBricks, ContainsAllOnlyAfterEachWasInserted) {
   RecentBricks bricks;
   const Simd4Int low{-1, 7, 20, 0}, high{0, 8, 21, 0};
   for (int i = 0; i < 8; ++i) {
@@ -90,21 +90,21 @@ TEST(RecentBricks, AllOfEightAreToldOnlyOnceEachWasMet) {
   EXPECT_FALSE(bricks.contains_all(high, high + Simd4Int{1, 0, 0, 0}));
 }
 
-// A brick that may not have drifted need not be compared with what was published: it never has.
-TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
+// The upper bound of drift: a brick below it has not drifted in the exact comparison.
+TEST(FusionUpdate, TheBoundOfDriftHolds) {
   const capture::CameraModel camera = coarse_camera();
   const PixelMap map(camera);
   DepthPreprocessor preprocessor(camera, kVoxelM, 5);
   RecentBricks known;
   std::vector<WorkingBrick> bricks;
-  int spared = 0, compared = 0, published = 0;
+  int skipped = 0, compared = 0, published = 0;
   for (unsigned i = 0; i < 32; ++i) {
-    // A lamp brightens late, once all is settled.
+    // A lamp becomes brighter after everything has settled.
     const Eigen::Isometry3d T_tag_camera = test::looking_at_tag(0.8, 50 * test::kDegree, -2.4 + 0.002 * i);
     capture::FrameSet frame = test::frame_of(test::ball_on_table, camera, T_tag_camera, i, {1, i + 1});
     if (i > 26) {
       auto brighter = std::make_shared<capture::Picture>(*frame.color);
-      for (std::uint8_t& code : brighter->encoded.data) code = static_cast<std::uint8_t>(std::min(255, code + 8));
+      for (std::uint8_t& value : brighter->encoded.data) value = static_cast<std::uint8_t>(std::min(255, value + 8));
       frame.color = brighter;
     }
     PreparedDepth view;
@@ -119,7 +119,7 @@ TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
       const BrickUpdate::Change change = update.update(brick, 5, BrickUpdate::Skip::none);
       brick.add_drift(change.new_voxels > 0 || change.new_color, change.drift, change.radiance_drift);
       if (!brick.may_have_drifted()) {
-        ++spared;
+        ++skipped;
         EXPECT_FALSE(WorkingBrick(brick).drifted(brick.now, kVoxelM)) << i;
         continue;
       }
@@ -129,7 +129,7 @@ TEST(FusionUpdate, WhatMayNotHaveDriftedHasNot) {
       brick.published = std::make_shared<FieldBrick>(brick.now);
     }
   }
-  EXPECT_GT(spared, compared / 4);
+  EXPECT_GT(skipped, compared / 4);
   EXPECT_GT(published, 500);
 }
 

@@ -54,7 +54,7 @@ TEST(Fusion, ABallOnATable) {
   EXPECT_GT(seen.share, 0.98);
   EXPECT_LT(seen.normal_deg, 2);
 
-  // Between ball and table, seen from the side, no skirt: points well away from both are not inside anything.
+  // No skirt between ball and table: points far from both are not solid.
   int inside = 0;
   for (const auto& [key, brick] : field->bricks)
     for (int i = 0; i < kBrickVoxels; ++i) {
@@ -106,8 +106,8 @@ TEST(Fusion, NoisyPicturesAverage) {
   EXPECT_GT(last.share, 0.995);
 }
 
-// What both sides of something thin say of the voxels between them, in noise and by poses that are off, is a number.
-TEST(Fusion, EveryDistanceIsANumber) {
+// No NaN between the two sides of a thin object, with noise and wrong poses.
+TEST(Fusion, EveryDistanceIsFinite) {
   const capture::CameraModel camera = test::small_camera();
   const Shape plate = [](const Vector3d& p) {
     const Vector3d q = (p - Vector3d(0, 0, 0.2)).cwiseAbs() - Vector3d(0.25, 0.01, 0.2);
@@ -129,7 +129,7 @@ TEST(Fusion, EveryDistanceIsANumber) {
   }
 }
 
-TEST(Fusion, WhatIsTakenAwayIsCarved) {
+TEST(Fusion, ARemovedObjectIsCarved) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   FusionSettings settings;
@@ -141,7 +141,7 @@ TEST(Fusion, WhatIsTakenAwayIsCarved) {
   EXPECT_LT(compare(*field, table, camera, T, 16).largest_m, 1e-3);
 }
 
-// Ten seconds of standing there fill the weights to their cap; what a picture shows since counts.
+// In ten seconds the weights reach their cap; afterwards the newest frames must still count.
 TEST(Fusion, AVisitorIsGoneWithinASecond) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
@@ -151,42 +151,42 @@ TEST(Fusion, AVisitorIsGoneWithinASecond) {
   FusionStage stage(session_with(camera), {});
   unsigned i = 0;
   const auto fuse = [&](const capture::FrameSet& frame) { return stage.fuse(frame, pose_at(T)); };
-  // A few pictures over and over: noise of its own for each would take minutes to make.
+  // A few images in turns: new noise for each frame would take minutes.
   std::vector<capture::FrameSet> with, without;
   for (unsigned k = 0; k < 4; ++k) {
     with.push_back(frame_of(visited, camera, T, k, {0.5, k + 1}));
     without.push_back(frame_of(table, camera, T, k, {0.5, k + 11}));
   }
-  const auto left = [&](const DistanceField& field) {  // rays that still meet the leg
-    int known = 0;
+  const auto left = [&](const DistanceField& field) {  // number of rays that still hit the leg
+    int hits = 0;
     for (double z = 0.05; z < 0.3; z += 0.02)
       for (double y = -0.06; y <= 0.06; y += 0.02) {
         const Vector3d aim(leg.x(), leg.y() + y, z);
         const Vector3d direction = (aim - T.translation()).normalized();
         const auto hit = field.raycast(T.translation().cast<float>(), direction.cast<float>(), 0.05f, 3);
-        known += hit && hit->position_m.z() > 0.02f;
+        hits += hit && hit->position_m.z() > 0.02f;
       }
-    return known;
+    return hits;
   };
   std::shared_ptr<const DistanceField> field;
   for (; i < 10; ++i) field = fuse(without[i % 4]);
   for (; i < 15; ++i) field = fuse(with[i % 4]);
-  EXPECT_GT(left(*field), 70) << "there within five pictures, of 91 rays";
+  EXPECT_GT(left(*field), 70) << "visible after five frames, of 91 rays";
   for (; i < 300; ++i) field = fuse(with[i % 4]);
   EXPECT_GT(left(*field), 70);
   for (unsigned k = 0; k < 30; ++k, ++i) field = fuse(without[i % 4]);
   EXPECT_EQ(left(*field), 0);
 }
 
-// Far away, where noise fills the truncation band, and in front of a jump in depth, a visitor fades no slower.
-TEST(Fusion, AFarVisitorBeforeAJumpIsGoneWithinASecond) {
+// The same far away, where noise is as large as the truncation distance, and in front of a jump in depth.
+TEST(Fusion, AFarVisitorInFrontOfAJumpIsGoneWithinASecond) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(3.4, 0, 0);
   const Shape step = [](const Vector3d& p) {
     return std::min(p.z(), std::max(p.x(), p.z() - 0.4));  // half of the floor is 0.4 m higher
   };
   const Shape visited = [&](const Vector3d& p) {
-    return std::min(step(p), (p.cwiseAbs() - Vector3d(0.2, 0.2, 0.56)).maxCoeff());  // near what is behind
+    return std::min(step(p), (p.cwiseAbs() - Vector3d(0.2, 0.2, 0.56)).maxCoeff());  // close to the background
   };
   FusionStage stage(session_with(camera), {});
   std::vector<capture::FrameSet> with, without;
@@ -211,8 +211,8 @@ TEST(Fusion, AFarVisitorBeforeAJumpIsGoneWithinASecond) {
   EXPECT_EQ(left(), 0);
 }
 
-// A camera that measures nothing from a new place tells nothing of the room, but that it looked from there is known.
-TEST(Fusion, PlacesArePublishedThoughNothingDrifted) {
+// A camera position is published even if the frame has no measurement and no brick drifted.
+TEST(Fusion, ViewpointsArePublishedThoughNothingDrifted) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 0, 0), T_away = test::looking_at_tag(1.5, 0, 0);
   const Shape nothing = [](const Vector3d&) { return 10.0; };
@@ -227,7 +227,7 @@ TEST(Fusion, PlacesArePublishedThoughNothingDrifted) {
   for (const auto& [key, brick] : field->bricks) EXPECT_EQ(before->brick(key), brick.get());
 }
 
-// What relight packs again is what is another pointer than in the field before.
+// Only bricks that changed get a new pointer: relight uploads those.
 TEST(Fusion, AnUpdateTouchesOnlyWhatChanged) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
@@ -240,7 +240,7 @@ TEST(Fusion, AnUpdateTouchesOnlyWhatChanged) {
   for (const auto& [key, brick] : field->bricks) {
     if (before->brick(key) == brick.get()) continue;
     const Vector3d middle = 0.064 * (Vector3d(key[0], key[1], key[2]) + Vector3d::Constant(0.5));
-    // The ball, and the table that it hides.
+    // Near the ball, or hidden by it.
     const Vector3d along = (middle - T.translation()).normalized(), to = kBall - T.translation();
     const bool beside = (to - std::min(along.dot(to), to.norm()) * along).norm() < kBallRadius + 0.09;
     ++(beside ? near : far);
@@ -249,7 +249,7 @@ TEST(Fusion, AnUpdateTouchesOnlyWhatChanged) {
   EXPECT_LT(far, 3) << "of " << field->bricks.size();
 }
 
-// Bricks stand where surfaces are: half the voxel, four times as many.
+// Bricks exist near surfaces only: with half the voxel there are four times as many.
 TEST(Fusion, MemoryFollowsTheSurface) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
@@ -272,7 +272,7 @@ TEST(Fusion, NothingNewChangesNothing) {
   const capture::FrameSet frame = frame_of(ball_on_table, camera, T);
   const auto field = stage.fuse(frame, pose_at(T));
   EXPECT_EQ(stage.fuse(frame, pose_at(T)), field);
-  EXPECT_EQ(stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T)), field) << "the same content read again";
+  EXPECT_EQ(stage.fuse(frame_of(ball_on_table, camera, T), pose_at(T)), field) << "equal content in another object";
 
   capture::FrameSet without_depth = frame;
   without_depth.depth = nullptr;
@@ -300,7 +300,7 @@ TEST(Fusion, APublishedFieldNeverChanges) {
   }
 }
 
-TEST(Fusion, AFieldThatHasConvergedStandsStill) {
+TEST(Fusion, AConvergedFieldDoesNotChange) {
   const capture::CameraModel camera = test::small_camera();
   const Isometry3d T = test::looking_at_tag(0.85, 50 * kDegree, -1.3);
   FusionSettings settings;
@@ -317,9 +317,9 @@ TEST(Fusion, AFieldThatHasConvergedStandsStill) {
     fuse(table, i);
     for (const auto& [key, brick] : field->bricks) republished += before->brick(key) != brick.get();
   }
-  EXPECT_LT(republished, field->bricks.size()) << "less than one brick in twenty a picture";
+  EXPECT_LT(republished, field->bricks.size()) << "less than one brick in twenty per frame";
 
-  // What moves slowly is not lost: a table that rises by 0.1 mm a picture.
+  // Slow motion is followed: a table that rises by 0.1 mm per frame.
   for (unsigned i = 50; i < 140; ++i) {
     const double rise = 1e-4 * std::min(i - 50, 50u);
     fuse([&](const Vector3d& p) { return p.z() - rise; }, i);
@@ -364,7 +364,7 @@ TEST(Fusion, ColourBecomesRadiance) {
   }
   EXPECT_FALSE(field->radiance(Vector3f(0, 0, 0.025f))) << "colour belongs to surfaces";
 
-  // Clipped pixels say nothing.
+  // Clipped pixels do not count.
   FusionStage bright(session_with(camera), {});
   const auto clipped = bright.fuse(
       frame_of(table, camera, T, 0, {}, [](const Vector3d& p) { return p.x() > 0 ? 2.0 : 0.2; }), pose_at(T));

@@ -1,5 +1,5 @@
 #pragma once
-// Depth pictures of shapes given by their distance functions, and how near a field comes to the shape.
+// Synthetic frames of shapes given by signed distances, and comparison of a field with its shape.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace lumigraft::test {
 
 inline constexpr double kDegree = M_PI / 180;
 
-/// Signed distance to the nearest surface, tag frame; rays are marched through it to make pictures.
+/// Signed distance to the nearest surface, tag frame; images are made by sphere tracing.
 using Shape = std::function<double(const Eigen::Vector3d&)>;
 
 inline double table(const Eigen::Vector3d& p) { return p.z(); }
@@ -26,7 +26,7 @@ inline constexpr double kBallRadius = 0.1;
 inline double ball(const Eigen::Vector3d& p) { return (p - kBall).norm() - kBallRadius; }
 inline double ball_on_table(const Eigen::Vector3d& p) { return std::min(table(p), ball(p)); }
 
-/// Where a ray meets the shape within 6 m.
+/// Distance along the ray to the shape, within 6 m.
 inline std::optional<double> march(const Shape& shape, const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
   double along = 0;
   for (int i = 0; i < 500 && along < 6; ++i) {
@@ -53,9 +53,9 @@ inline capture::Session session_with(const capture::CameraModel& camera) {
 }
 
 struct Noise {
-  double scale = 0;  ///< of the Kinect's noise model
+  double scale = 0;  ///< factor on the noise model
   unsigned seed = 1;
-  bool oblique = false;  ///< its part that grows with incidence, too
+  bool oblique = false;  ///< with the term that grows with incidence
 };
 
 inline capture::FrameSet frame_of(const Shape& shape, const capture::CameraModel& camera,
@@ -102,8 +102,8 @@ inline reconstruct::Pose pose_at(const Eigen::Isometry3d& T_tag_camera) {
   return pose;
 }
 
-/// Mean and largest |distance| of the field's zero surface from the shape, by casting a ray through every third pixel;
-/// and the share of rays that known it.
+/// Distance of the field's surface from the shape, by a ray through every third pixel; and the fraction of rays that
+/// hit.
 struct Agreement {
   double mean_m = 0, largest_m = 0, share = 0, normal_deg = 0;
 };
@@ -117,7 +117,7 @@ inline Agreement compare(const reconstruct::DistanceField& field, const Shape& s
       if (!ray) continue;
       const Eigen::Vector3d direction = T_tag_camera.linear() * *ray;
       const auto truth = march(shape, T_tag_camera.translation(), direction);
-      // Beyond the far limit and at the most grazing views nothing is promised.
+      // Beyond the depth limit and at very grazing angles no surface is required.
       if (!truth || *truth * ray->z() > 4.8 ||
           -direction.dot(normal_of(shape, T_tag_camera.translation() + *truth * direction)) < 0.2)
         continue;

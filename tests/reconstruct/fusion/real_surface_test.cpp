@@ -51,10 +51,10 @@ TEST(RealSurface, AMeshBecomesItsDistances) {
       }
   EXPECT_GT(known, 1500);
   EXPECT_LT(off / known, 5e-4) << "edges are rounded by less than half a voxel";
-  EXPECT_FALSE(field.sample(kMiddle.cast<float>())) << "far inside nothing is said";
+  EXPECT_FALSE(field.sample(kMiddle.cast<float>())) << "far inside it is unknown";
 }
 
-// The session is wrong by a centimetre; depth tells where it is, and the model what depth does not see.
+// The pose in the session has an error of a centimetre: depth corrects it, and the model fills what depth does not see.
 TEST(RealSurface, IsFoundInDepthAndMerged) {
   const capture::CameraModel camera = small_camera();
   const Isometry3d wrong = moved_by({0.008, -0.005, 0.004}, 1 * kDegree);
@@ -62,7 +62,7 @@ TEST(RealSurface, IsFoundInDepthAndMerged) {
   session.real_surfaces = {real_surface("crate", box_faces(kMiddle, kHalf, wrong))};
   FusionStage with(session, {}), without(session_with(camera), {});
   const auto field = fused(with, camera), plain = fused(without, camera);
-  const auto back = [&](const DistanceField& of) {  // places known to be solid behind the side that no picture shows
+  const auto back = [&](const DistanceField& of) {  // number of solid points behind the side that no image shows
     int solid = 0;
     for (float x = -0.09f; x < 0.1f; x += 0.03f)
       for (float z = 0.03f; z < 0.13f; z += 0.03f) {
@@ -82,14 +82,14 @@ TEST(RealSurface, IsFoundInDepthAndMerged) {
   EXPECT_NE(with.warnings()[0].find("\"crate\" lies"), std::string::npos) << with.warnings()[0];
 }
 
-TEST(RealSurface, ItsOffsetIsReported) {
+TEST(RealSurface, OffsetIsReported) {
   const capture::CameraModel camera = small_camera();
   const Isometry3d T = looking_at_tag(0.9, 50 * kDegree, -1.3, {0, 0.1, 0.1});
   const Isometry3d wrong = moved_by({0.008, -0.005, 0.004}, 1 * kDegree);
   capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("crate", box_faces(kMiddle, kHalf, wrong))};
   RealSurfaces surfaces(session, 0.008f);
-  EXPECT_TRUE(surfaces.bricks().empty()) << "nothing was seen";
+  EXPECT_TRUE(surfaces.bricks().empty()) << "before any frame";
   for (unsigned i = 0; i < 8; ++i)
     surfaces.register_models(frame_of(crate_on_table, camera, T, i, {0.5, i + 1}).depth->depth_m, T);
   const RealSurfaces::Found& found = surfaces.found()[0];
@@ -100,7 +100,7 @@ TEST(RealSurface, ItsOffsetIsReported) {
   EXPECT_FALSE(surfaces.bricks().empty());
 }
 
-TEST(RealSurface, WhatDepthDeniesIsRefused) {
+TEST(RealSurface, RejectedIfDepthContradictsIt) {
   const capture::CameraModel camera = small_camera();
   capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("shelf", box_faces({0, 0.1, 0.4}, {0.2, 0.1, 0.01}))};
@@ -112,8 +112,8 @@ TEST(RealSurface, WhatDepthDeniesIsRefused) {
   for (const auto& [key, brick] : field->bricks) EXPECT_EQ(brick->distance_m, plain->brick(key)->distance_m);
 }
 
-// What stands on a real surface is not swallowed by it.
-TEST(RealSurface, ThingsStandOnIt) {
+// Objects on a real surface are kept.
+TEST(RealSurface, KeepsObjectsOnIt) {
   const capture::CameraModel camera = small_camera();
   capture::Session session = session_with(camera);
   session.real_surfaces = {real_surface("table", box_faces({0, 0, -0.02}, {0.5, 0.5, 0.02}))};
@@ -124,7 +124,7 @@ TEST(RealSurface, ThingsStandOnIt) {
   const Agreement seen = compare(*field, crate_on_table, camera, T, 16);
   EXPECT_LT(seen.mean_m, 1e-3);
   EXPECT_GT(seen.share, 0.98);
-  // Its front, down to where the table's own distances are laid in.
+  // The crate's front, down to where the table's distances are merged.
   for (float x = -0.08f; x < 0.09f; x += 0.04f) {
     const auto hit = field->raycast({x, -0.1f, 0.012f}, Vector3f::UnitY(), 0, 0.3f);
     ASSERT_TRUE(hit) << x;

@@ -1,5 +1,5 @@
 #pragma once
-// Meshes of real surfaces, as a session names them.
+// Meshes for [[real_surface]] of a session.
 #include <unistd.h>
 
 #include <Eigen/Geometry>
@@ -32,7 +32,7 @@ inline capture::RealSurface real_surface(const std::string& name,
   return surface;
 }
 
-/// The six faces of a box that is moved by T.
+/// The six faces of a box transformed by T.
 inline std::vector<std::array<Eigen::Vector3d, 4>> box_faces(
     const Eigen::Vector3d& middle, const Eigen::Vector3d& half,
     const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity()) {
@@ -49,7 +49,7 @@ inline std::vector<std::array<Eigen::Vector3d, 4>> box_faces(
   return faces;
 }
 
-/// Signed distance to the same box, not moved.
+/// Signed distance to the same box without T.
 inline double box(const Eigen::Vector3d& p, const Eigen::Vector3d& middle, const Eigen::Vector3d& half) {
   const Eigen::Vector3d out = (p - middle).cwiseAbs() - half;
   return out.cwiseMax(0.0).norm() + std::min(out.maxCoeff(), 0.0);
