@@ -43,7 +43,7 @@ bool near(const reconstruct::Illumination& a, const reconstruct::Illumination& b
         (p.position_m - q.position_m).norm() > kMostLampMove * (p.position_m - a.probe_position_m).norm())
       return false;
   }
-  return near(a.remainder_sh[0].maxCoeff(), b.remainder_sh[0].maxCoeff());
+  return near(a.environment_sh[0].maxCoeff(), b.environment_sh[0].maxCoeff());
 }
 
 bool near(const LightKey& a, const LightKey& b) {

@@ -9,7 +9,7 @@ namespace lumigraft::relight {
 
 LightMeasures measure_light(const reconstruct::Illumination& light) {
   LightMeasures measures;
-  const capture::Image<float>& rest = light.remainder.radiance;
+  const capture::Image<float>& rest = light.environment.radiance;
   double remainder = 0;
   for (int v = 0; v < rest.height; ++v) {
     const double solid_angle = reconstruct::environment_solid_angle_sr(v, rest.width, rest.height) / 3;
@@ -25,9 +25,9 @@ LightMeasures measure_light(const reconstruct::Illumination& light) {
   constexpr std::array kCosine = {std::numbers::pi_v<float>, 2 * std::numbers::pi_v<float> / 3,
                                   std::numbers::pi_v<float> / 4};
   std::array<float, 3> energy{};
-  for (std::size_t i = 0; i < light.remainder_sh.size(); ++i) {
+  for (std::size_t i = 0; i < light.environment_sh.size(); ++i) {
     const std::size_t band = i == 0 ? 0 : i < 4 ? 1 : 2;
-    energy[band] += (kCosine[band] * light.remainder_sh[i]).squaredNorm();
+    energy[band] += (kCosine[band] * light.environment_sh[i]).squaredNorm();
   }
   // The mean over all normals of a source's irradiance is a quarter of what it sends to a sphere's middle.
   const auto mean = static_cast<float>(all / 4);

@@ -162,9 +162,9 @@ struct Relighter::State {
       p.surfaces[i].metallic_specular << s.metallic, s.specular, 0, 0;
     }
     const auto kept = static_cast<std::size_t>(plan.sh_bands * plan.sh_bands);
-    for (std::size_t i = 0; i < scene.illumination->remainder_sh.size(); ++i) {
+    for (std::size_t i = 0; i < scene.illumination->environment_sh.size(); ++i) {
       if (i < kept)
-        p.sh[i] << scene.illumination->remainder_sh[i], 0;
+        p.sh[i] << scene.illumination->environment_sh[i], 0;
       else
         p.sh[i].setZero();
     }

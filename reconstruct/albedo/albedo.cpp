@@ -39,7 +39,7 @@ constexpr int kRigKept = 12;              ///< solves of all after which the rig
 constexpr int kSolvesKept = 8;            ///< solves after which it is, whatever happened
 constexpr int kNewSolvesKept = 32;        ///< solves of what is new, after which all is, whatever happened
 constexpr double kMostNew = 0.25;         ///< of the surface that may be solved apart from the rest
-constexpr float kOtherLight = 0.05f;      ///< and so much of the remainder may change meanwhile
+constexpr float kOtherLight = 0.05f;      ///< and so much of the environment may change meanwhile
 constexpr float kGuessed = 0.3f;          ///< of log power; beyond it that is a guess
 constexpr float kFarthestKnown_m = 7.5f;  ///< beyond it a lamp is as good as infinitely far
 
@@ -116,8 +116,8 @@ std::string beam_warning(const std::vector<LampEstimate>& estimates) {
          " drawn as a panel, and may stand farther away; a tag on it would tell";
 }
 
-/// Of the remainder: what changed over all of it.
-float other_light(const EnvironmentPicture& now, const EnvironmentPicture& before) {
+/// Of the environment: what changed over all of it.
+float other_light(const EnvironmentMap& now, const EnvironmentMap& before) {
   if (now.radiance.data.size() != before.radiance.data.size()) return 1;
   double change = 0, sum = 0;
   for (std::size_t i = 0; i < now.radiance.data.size(); ++i) {
@@ -182,7 +182,7 @@ struct AlbedoStage::State {
   bool empty = false;                     ///< no surface is known
   IrradianceModel::Beyond beyond;         ///< as everything was solved with,
   std::vector<Eigen::Vector3f> on_floor;  ///< what lamps made of the floor that nobody saw,
-  EnvironmentPicture remainder;           ///< and the remainder as it was measured
+  EnvironmentMap environment;             ///< and the environment as it was measured
 };
 
 std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room, const Illumination& illumination,
@@ -243,7 +243,7 @@ std::optional<AlbedoStage::Result> AlbedoStage::State::solve_new(const DistanceF
                                                                  const Illumination& illumination, bool even_if_due) {
   if (!solved) return std::nullopt;
   if (field_version == field.version && illumination_version == illumination.version) return last;
-  if (other_light(illumination.remainder, remainder) > kOtherLight) return std::nullopt;
+  if (other_light(illumination.environment, environment) > kOtherLight) return std::nullopt;
   const IncrementalSolver::Change change = known.change(field);
   const bool due = change.share > kMostNew || located.grown(change.points) || located.solves >= kNewSolvesKept;
   if (due && !even_if_due) return std::nullopt;
@@ -343,7 +343,7 @@ AlbedoStage::Result AlbedoStage::solve_all(const DistanceField& field, const Ill
     if (floor) add_floor();
     // What closes the room, and what a floor that nobody saw sends back, hang on where lamps are: at first these are
     // found roughly, then again.
-    if (!first || !(floor || closed || !lit->remainder.clipped.empty())) break;
+    if (!first || !(floor || closed || !lit->environment.clipped.empty())) break;
     first = false;
     s.located = {};
   }
@@ -365,7 +365,7 @@ AlbedoStage::Result AlbedoStage::solve_all(const DistanceField& field, const Ill
 
   s.known.keep(field, surface, gathered, albedo, of_points, dark);
   s.beyond = room->beyond();
-  s.remainder = illumination.remainder;
+  s.environment = illumination.environment;
   s.last = {result, lit, std::move(warnings), true, false, surface.samples.size()};
   s.empty = surface.points.empty();
   s.check_rig(field, rays, illumination, surface.points.size());

@@ -2,7 +2,7 @@
 // What colour surfaces have, given what light falls on them.
 //
 // For every surface voxel the measured radiance B (fused over views) and the modelled irradiance E (lamps with
-// visibility through the field, plus a gather of the field's own measured radiance and of the remainder of the
+// visibility through the field, plus a gather of the field's own measured radiance and of the environment of the
 // fish-eye picture as the enclosure's sides show it: all bounces, since measured radiance holds them; and where no
 // camera looked, below, of a floor of usual albedo) give albedo = π B / E. Ceres solves lamps' distances (see light.h)
 // by pairs of samples, and then all samples together, robustly, bounded to [0, 1].

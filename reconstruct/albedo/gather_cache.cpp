@@ -18,8 +18,8 @@ BrickKey cell_of(const Eigen::Vector3f& position, float edge_m) {
 float light_of(const Illumination& illumination) {
   float sum = 0;
   for (const PointLight& light : illumination.lights) sum += light.irradiance.sum();
-  for (const float value : illumination.remainder.radiance.data) {
-    sum += value / static_cast<float>(illumination.remainder.radiance.data.size());
+  for (const float value : illumination.environment.radiance.data) {
+    sum += value / static_cast<float>(illumination.environment.radiance.data.size());
   }
   return sum;
 }

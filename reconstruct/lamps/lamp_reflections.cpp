@@ -35,12 +35,12 @@ Illumination without_reflections(const Illumination& illumination, const Distanc
   result.lights.clear();
   for (const PointLight& light : illumination.lights) {
     if (light.mark < 0 && is_reflection(light, illumination.probe_position_m, field, rays)) {
-      add_disk(result.remainder, light.direction, light.angular_radius_rad, light.irradiance);
+      add_disk(result.environment, light.direction, light.angular_radius_rad, light.irradiance);
     } else {
       result.lights.push_back(light);
     }
   }
-  if (result.lights.size() != illumination.lights.size()) result.remainder_sh = project_sh(result.remainder);
+  if (result.lights.size() != illumination.lights.size()) result.environment_sh = project_sh(result.environment);
   return result;
 }
 

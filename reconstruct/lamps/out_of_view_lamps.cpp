@@ -18,7 +18,7 @@ constexpr float kBeside_m = 0.05f;  ///< what is so near to a lamp is its own sh
 }  // namespace
 
 OutOfViewLamps::OutOfViewLamps(Illumination& light, const FieldRays& rays) {
-  all_light_ = light.remainder_sh[0].mean() * std::sqrt(4 * std::numbers::pi_v<float>);
+  all_light_ = light.environment_sh[0].mean() * std::sqrt(4 * std::numbers::pi_v<float>);
   for (const PointLight& lamp : light.lights)
     if (lamp.shown == PointLight::Shown::yes) all_light_ += lamp.irradiance.mean();
   const Eigen::Vector3f& probe = light.probe_position_m;

@@ -26,7 +26,7 @@ float environment_solid_angle_sr(int v, int width, int height) {
   return static_cast<float>(2 * kPi / width * (std::cos(kPi * v / height) - std::cos(kPi * (v + 1) / height)));
 }
 
-Eigen::Vector3f EnvironmentPicture::sample(const Eigen::Vector3f& direction) const {
+Eigen::Vector3f EnvironmentMap::sample(const Eigen::Vector3f& direction) const {
   const int width = radiance.width, height = radiance.height;
   const float phi = std::atan2(direction.y(), direction.x());
   const float theta = std::atan2(std::hypot(direction.x(), direction.y()), direction.z());
@@ -84,13 +84,13 @@ EnvironmentResampler::EnvironmentResampler(const capture::FisheyeCamera& camera,
   nearest_begin_.push_back(static_cast<std::uint32_t>(nearest_.size()));
 }
 
-EnvironmentPicture EnvironmentResampler::resample(const capture::Image<float>& radiance, const FisheyeView& view,
-                                                  const capture::Image<std::uint8_t>* clipped) const {
+EnvironmentMap EnvironmentResampler::resample(const capture::Image<float>& radiance, const FisheyeView& view,
+                                              const capture::Image<std::uint8_t>* clipped) const {
   Eigen::Vector3d picture_total = Eigen::Vector3d::Zero(), cell_total = Eigen::Vector3d::Zero();
   for (std::size_t pixel = 0; pixel < view.solid_angle_sr.size(); ++pixel) {
     for (int c = 0; c < 3; ++c) picture_total[c] += double(radiance.data[3 * pixel + c]) * view.solid_angle_sr[pixel];
   }
-  EnvironmentPicture result;
+  EnvironmentMap result;
   result.radiance = capture::Image<float>(width_, height_, 3);
   result.seen = capture::Image<std::uint8_t>(width_, height_, 1, 1);
   const std::size_t cells = seen_share_.size();
@@ -132,7 +132,7 @@ EnvironmentPicture EnvironmentResampler::resample(const capture::Image<float>& r
   return result;
 }
 
-void add_disk(EnvironmentPicture& picture, const Eigen::Vector3f& direction, float radius_rad,
+void add_disk(EnvironmentMap& picture, const Eigen::Vector3f& direction, float radius_rad,
               const Eigen::Vector3f& energy) {
   capture::Image<float>& radiance = picture.radiance;
   std::vector<std::size_t> cells;
@@ -151,7 +151,7 @@ void add_disk(EnvironmentPicture& picture, const Eigen::Vector3f& direction, flo
   }
 }
 
-Sh9 project_sh(const EnvironmentPicture& picture) {
+Sh9 project_sh(const EnvironmentMap& picture) {
   const capture::Image<float>& radiance = picture.radiance;
   std::array<Eigen::Vector3d, 9> sum;
   sum.fill(Eigen::Vector3d::Zero());

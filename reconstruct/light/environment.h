@@ -16,8 +16,8 @@ class EnvironmentResampler {
   /// Means over cells. The seen part is scaled per channel so that it integrates to the picture exactly; unseen cells
   /// take the mean of the seen cells nearest to them. `clipped`, where there is one, has one channel, not 0 where a
   /// pixel's radiance is a lower bound; cells of such pixels are marked.
-  EnvironmentPicture resample(const capture::Image<float>& radiance, const FisheyeView& view,
-                              const capture::Image<std::uint8_t>* clipped = nullptr) const;
+  EnvironmentMap resample(const capture::Image<float>& radiance, const FisheyeView& view,
+                          const capture::Image<std::uint8_t>* clipped = nullptr) const;
 
  private:
   int width_, height_;
@@ -33,8 +33,8 @@ class EnvironmentResampler {
 Eigen::Vector3f environment_direction(int u, int v, int width, int height);  ///< of a cell's centre
 float environment_solid_angle_sr(int v, int width, int height);              ///< of a cell in row v
 /// Adds a disk of even radiance that integrates to `energy` (L dω per channel).
-void add_disk(EnvironmentPicture& picture, const Eigen::Vector3f& direction, float radius_rad,
+void add_disk(EnvironmentMap& picture, const Eigen::Vector3f& direction, float radius_rad,
               const Eigen::Vector3f& energy);
-Sh9 project_sh(const EnvironmentPicture& picture);
+Sh9 project_sh(const EnvironmentMap& picture);
 
 }  // namespace lumigraft::reconstruct

@@ -106,7 +106,7 @@ class ExtrinsicsCheck {
     for (const Known& known : known_) {
       const Vector3f seen_at = place.turn.transpose() * known.direction;
       if (!usable(seen_at)) continue;
-      off_.push_back(std::log(std::max(light_.remainder.sample(seen_at).mean(), 1e-6f)) - known.log_radiance);
+      off_.push_back(std::log(std::max(light_.environment.sample(seen_at).mean(), 1e-6f)) - known.log_radiance);
     }
     if (first_seen_ == 0) first_seen_ = off_.size();
     if (off_.size() < kLeast || static_cast<float>(off_.size()) < kLeastShare * static_cast<float>(first_seen_)) {

@@ -54,7 +54,7 @@ float gate_rad(const LampTagPose& mark, float distance_m, const PointLight& ligh
 
 /// ∫ L dω of all that is seen, mean of channels.
 float all_light(const Illumination& seen) {
-  float sum = seen.remainder_sh[0].mean() * std::sqrt(4 * std::numbers::pi_v<float>);
+  float sum = seen.environment_sh[0].mean() * std::sqrt(4 * std::numbers::pi_v<float>);
   for (const PointLight& light : seen.lights) sum += light.irradiance.mean();
   return std::max(sum, 1e-6f);
 }

@@ -129,8 +129,8 @@ Illumination LightStage::State::illuminate(const capture::RadiancePicture& pictu
     now.lights.back().id = static_cast<int>(now.lights.size());  // until it is known who is who
   }
   const capture::Image<std::uint8_t> clipped = still_clipped(picture, split);
-  now.remainder = resampler->resample(split.rest, view, clipped.empty() ? nullptr : &clipped);
-  now.remainder_sh = project_sh(now.remainder);
+  now.environment = resampler->resample(split.rest, view, clipped.empty() ? nullptr : &clipped);
+  now.environment_sh = project_sh(now.environment);
   now.clipped_fraction = picture.clipped_fraction;
   return now;
 }

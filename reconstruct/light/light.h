@@ -1,6 +1,6 @@
 #pragma once
 // The fish-eye picture split into lamps and the rest. No energy is counted twice: the lamps' irradiance plus the
-// remainder integrates to the picture.
+// environment integrates to the picture.
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
@@ -52,7 +52,7 @@ constexpr float kLeastSlant = 0.1f;
 /// Radiance as a latitude-longitude picture: column u is azimuth φ = 2π (u + 0.5)/width - π (φ = atan2(y, x)), row v is
 /// polar angle θ = π (v + 0.5)/height from +z (tag frame). Directions no camera saw hold the mean of what was seen
 /// nearest to them.
-struct EnvironmentPicture {
+struct EnvironmentMap {
   capture::Image<float> radiance;
   capture::Image<std::uint8_t> seen = {};     ///< 1 channel: 0 where no camera saw; empty where all was seen
   capture::Image<std::uint8_t> clipped = {};  ///< 1 channel: not 0 where it is a lower bound; empty where it nowhere is
@@ -62,8 +62,8 @@ struct EnvironmentPicture {
 struct Illumination {
   Eigen::Vector3f probe_position_m = Eigen::Vector3f::Zero();  ///< where the fish-eye stands, tag frame
   std::vector<PointLight> lights;                              ///< strongest first
-  EnvironmentPicture remainder;                                ///< everything but the lamps
-  Sh9 remainder_sh{};                                          ///< the same, projected
+  EnvironmentMap environment;                                  ///< everything but the lamps
+  Sh9 environment_sh{};                                        ///< the same, projected
   double clipped_fraction = 0;                                 ///< share of the fish-eye's pixels that are clipped
   std::uint64_t version = 0;
 };

@@ -25,7 +25,7 @@ struct LightSplit {
 };
 
 /// Lamps are compact regions with a sharp edge that stand well above what surrounds them; bright regions too wide for
-/// one lamp, and a remainder that is still concentrated, are cut into several. At most `max_lamps`, none that carries
+/// one lamp, and a environment that is still concentrated, are cut into several. At most `max_lamps`, none that carries
 /// less than 1 % of the lamps' energy. `clipped` has one channel, non-zero where the radiance is a lower bound.
 LightSplit split_lamps(const capture::Image<float>& radiance, const capture::Image<std::uint8_t>& clipped,
                        const FisheyeView& view, int max_lamps);

@@ -57,7 +57,7 @@ bool still(const PointLight& now, const PointLight& last) {
 double energy(const Illumination& light) {
   double sum = 0;
   for (const PointLight& lamp : light.lights) sum += lamp.irradiance.mean();
-  const capture::Image<float>& rest = light.remainder.radiance;
+  const capture::Image<float>& rest = light.environment.radiance;
   for (int v = 0; v < rest.height; ++v) {
     double row = 0;
     for (int u = 0; u < rest.width; ++u) row += (rest.at(u, v, 0) + rest.at(u, v, 1) + rest.at(u, v, 2)) / 3;
@@ -143,11 +143,11 @@ void LightTracker::update(const Illumination* last, Illumination& now) {
     light.irradiance = a * light.irradiance + b * old.irradiance;
     light.angular_radius_rad = a * light.angular_radius_rad + b * old.angular_radius_rad;
   }
-  for (std::size_t i = 0; i < now.remainder.radiance.data.size(); ++i) {
-    now.remainder.radiance.data[i] = a * now.remainder.radiance.data[i] + b * last->remainder.radiance.data[i];
+  for (std::size_t i = 0; i < now.environment.radiance.data.size(); ++i) {
+    now.environment.radiance.data[i] = a * now.environment.radiance.data[i] + b * last->environment.radiance.data[i];
   }
-  for (std::size_t i = 0; i < now.remainder_sh.size(); ++i) {
-    now.remainder_sh[i] = a * now.remainder_sh[i] + b * last->remainder_sh[i];
+  for (std::size_t i = 0; i < now.environment_sh.size(); ++i) {
+    now.environment_sh[i] = a * now.environment_sh[i] + b * last->environment_sh[i];
   }
 }
 

@@ -8,7 +8,7 @@
 namespace lumigraft::reconstruct {
 
 /// Gives the lamps of `now` the ids of the nearest lamps of `last` (new ones where none is near), and averages the two
-/// while the light stands still, lamps and remainder alike, so that they still sum to an (averaged) picture.
+/// while the light stands still, lamps and environment alike, so that they still sum to an (averaged) picture.
 ///
 /// A lamp with a mark keeps its id wherever it goes.
 ///

@@ -24,7 +24,7 @@ class Clipped {
   Clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room, const DistanceField& field,
           const FieldRays& rays, const MetalMask& metal)
       : light_(light),
-        picture_(light.remainder),
+        picture_(light.environment),
         lamps_(lamps),
         room_(room),
         field_(field),
@@ -50,7 +50,7 @@ class Clipped {
       }
     }
     follow(before);
-    light_.remainder_sh = project_sh(picture_);
+    light_.environment_sh = project_sh(picture_);
   }
 
  private:
@@ -94,7 +94,7 @@ class Clipped {
       if (fall < 1e-3f || away <= 0) continue;
       const Vector3f place = light_.probe_position_m + away / fall * towards;
       ++places;
-      sum += sh_irradiance(light_.remainder_sh, side.normal).cwiseMax(0.0f);
+      sum += sh_irradiance(light_.environment_sh, side.normal).cwiseMax(0.0f);
       for (const PointLight& lamp : lamps_) {
         if (!lamp.distance_known) continue;
         const Vector3f way = lamp.position_m - place;
@@ -158,7 +158,7 @@ class Clipped {
   }
 
   Illumination& light_;
-  EnvironmentPicture& picture_;
+  EnvironmentMap& picture_;
   const std::vector<PointLight>& lamps_;
   const Enclosure* room_;
   const DistanceField& field_;
@@ -175,7 +175,7 @@ class Clipped {
 
 void raise_clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room,
                    const DistanceField& field, const FieldRays& rays, const MetalMask& metal) {
-  if (light.remainder.clipped.empty()) return;
+  if (light.environment.clipped.empty()) return;
   Clipped(light, lamps, room, field, rays, metal).raise();
 }
 

@@ -9,9 +9,9 @@
 
 namespace lumigraft::reconstruct {
 
-/// Raises cells of the remainder that are marked as clipped: to the radiance that the colour camera measured where the
-/// fish-eye's ray meets known surface; else, on a measured side of the room, to what `lamps` make of a surface of the
-/// albedo that this side shows where it is not clipped. Cells that no camera saw follow those nearest to them, as
+/// Raises cells of the environment that are marked as clipped: to the radiance that the colour camera measured where
+/// the fish-eye's ray meets known surface; else, on a measured side of the room, to what `lamps` make of a surface of
+/// the albedo that this side shows where it is not clipped. Cells that no camera saw follow those nearest to them, as
 /// before. The harmonics are those of the result.
 void raise_clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room,
                    const DistanceField& field, const FieldRays& rays, const MetalMask& metal);

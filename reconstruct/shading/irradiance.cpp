@@ -50,10 +50,10 @@ Frame frame_around(const Eigen::Vector3f& z) {
 
 /// A picture in which cells that show something near are filled from the cells nearest to them that do not: seen from
 /// elsewhere the near thing stands in another direction, where rays meet it in the field.
-EnvironmentPicture without_near(const EnvironmentPicture& picture, const FieldRays& rays, const Eigen::Vector3f& probe,
-                                const Enclosure* room) {
+EnvironmentMap without_near(const EnvironmentMap& picture, const FieldRays& rays, const Eigen::Vector3f& probe,
+                            const Enclosure* room) {
   const capture::Image<float>& from = picture.radiance;
-  EnvironmentPicture result = picture;
+  EnvironmentMap result = picture;
   std::vector<std::size_t> far, near;
   std::vector<Eigen::Vector3f> directions;
   for (int v = 0; v < from.height; ++v) {
@@ -100,10 +100,10 @@ IrradianceModel::IrradianceModel(const DistanceField& field, const FieldRays& ra
       enclosure_(room),
       lift_m_(kLiftVoxels * field.voxel_m),
       beyond_{illumination.probe_position_m,
-              without_near(illumination.remainder, rays, illumination.probe_position_m, room)} {
+              without_near(illumination.environment, rays, illumination.probe_position_m, room)} {
   beyond_.guessed = room && std::count_if(room->sides.begin(), room->sides.end(),
                                           [](const Enclosure::Side& side) { return side.measured; }) >= kCorner;
-  const EnvironmentPicture& whole = illumination.remainder;
+  const EnvironmentMap& whole = illumination.environment;
   if (std::all_of(whole.seen.data.begin(), whole.seen.data.end(), [](std::uint8_t seen) { return seen != 0; })) return;
   const int width = whole.seen.width, height = whole.seen.height;
   for (int v = 0; v < height; ++v)

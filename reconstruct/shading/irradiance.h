@@ -21,11 +21,11 @@ class IrradianceModel {
   /// What lies beyond all that is known.
   struct Beyond {
     Eigen::Vector3f probe;
-    EnvironmentPicture far;  ///< the remainder without what stands between the probe and the distance
-    bool guessed = false;    ///< what of the enclosure is guessed counts
+    EnvironmentMap far;    ///< the environment without what stands between the probe and the distance
+    bool guessed = false;  ///< what of the enclosure is guessed counts
     Eigen::Vector3f up = Eigen::Vector3f::Zero();        ///< the middle of what the fish-eye sees; zero: it sees all
     float floor_m = 0;                                   ///< along `up`, from the origin
-    Eigen::Vector3f on_floor = Eigen::Vector3f::Zero();  ///< the remainder's irradiance there
+    Eigen::Vector3f on_floor = Eigen::Vector3f::Zero();  ///< the environment's irradiance there
   };
   const Beyond& beyond() const { return beyond_; }
   /// The same beyond a field of which somewhat more is known, or somewhat else.
@@ -34,8 +34,8 @@ class IrradianceModel {
 
   /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
   /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; one that goes down
-  /// where no camera looked meets a floor of usual albedo, which the remainder lights; any other returns the far
-  /// remainder, which has no lamps in it.
+  /// where no camera looked meets a floor of usual albedo, which the environment lights; any other returns the far
+  /// environment, which has no lamps in it.
   struct Gathered {
     Eigen::Vector3f irradiance;
     float metal_share = 0;                  ///< of the rays: metal was measured towards the camera, not towards here

@@ -76,8 +76,8 @@ ReferenceLamp lamp_of(const reconstruct::PointLight& light, const Vector3f& prob
   return lamp;
 }
 
-reconstruct::EnvironmentPicture picture_of(const reconstruct::Sh9& sh) {
-  reconstruct::EnvironmentPicture picture{capture::Image<float>(kSkyWidth, kSkyHeight, 3), {}};
+reconstruct::EnvironmentMap picture_of(const reconstruct::Sh9& sh) {
+  reconstruct::EnvironmentMap picture{capture::Image<float>(kSkyWidth, kSkyHeight, 3), {}};
   for (int y = 0; y < kSkyHeight; ++y) {
     const float theta = kPi * (static_cast<float>(y) + 0.5f) / kSkyHeight;
     for (int x = 0; x < kSkyWidth; ++x) {
@@ -132,7 +132,7 @@ ReferenceScene reference_room_of(const reconstruct::Scene& scene, const std::vec
 void light_room(const reconstruct::Illumination& light, ReferenceScene& room) {
   room.lamps.clear();
   for (const reconstruct::PointLight& lamp : light.lights) room.lamps.push_back(lamp_of(lamp, light.probe_position_m));
-  room.environment = light.remainder.radiance.empty() ? picture_of(light.remainder_sh) : light.remainder;
+  room.environment = light.environment.radiance.empty() ? picture_of(light.environment_sh) : light.environment;
 }
 
 std::vector<ReferenceMesh> reference_objects_of(const Exhibit& exhibit, double time_s) {

@@ -101,8 +101,8 @@ void add_cell(const Polygon& cell, const Vector3f& normal, const Vector3f& albed
 
 Vector3f fisheye_radiance(const reconstruct::Illumination& light, const Vector3f& p_m) {
   const Vector3f w = (p_m - light.probe_position_m).normalized();
-  return light.remainder.radiance.empty() ? reconstruct::sh_radiance(light.remainder_sh, w).cwiseMax(0.0f).eval()
-                                          : light.remainder.sample(w);
+  return light.environment.radiance.empty() ? reconstruct::sh_radiance(light.environment_sh, w).cwiseMax(0.0f).eval()
+                                            : light.environment.sample(w);
 }
 
 std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, const std::vector<ReferenceMesh>& known) {

@@ -58,7 +58,7 @@ struct ReferenceScene {
   std::vector<ReferenceMesh> real;
   std::vector<ReferenceMesh> objects;  ///< virtual
   std::vector<ReferenceLamp> lamps;
-  reconstruct::EnvironmentPicture environment;  ///< light from far away; empty: `background` from everywhere
+  reconstruct::EnvironmentMap environment;  ///< light from far away; empty: `background` from everywhere
   Rgb background = Rgb::Zero();
   std::shared_ptr<const SeenMaterials> seen;  ///< null: meshes say it all
 };

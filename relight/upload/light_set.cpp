@@ -92,9 +92,9 @@ LightSet make_light_set(const reconstruct::Illumination& illumination, int max_l
         const Eigen::Vector2f uv((x + 0.25f + 0.5f * static_cast<float>(i & 1)) / map.width,
                                  (y + 0.25f + 0.5f * static_cast<float>(i >> 1)) / map.height);
         const Eigen::Vector3f w = octahedral_direction(uv);
-        sum += illumination.remainder.radiance.empty()
-                   ? reconstruct::sh_radiance(illumination.remainder_sh, w).cwiseMax(0.0f)
-                   : illumination.remainder.sample(w);
+        sum += illumination.environment.radiance.empty()
+                   ? reconstruct::sh_radiance(illumination.environment_sh, w).cwiseMax(0.0f)
+                   : illumination.environment.sample(w);
       }
       for (int c = 0; c < 3; ++c) map.at(x, y, c) = 0.25f * sum[c];
     }

@@ -51,7 +51,7 @@ std::string frame_record_line(const capture::FrameSet& frame, const FrameRecord&
       json["lights"].push_back(lamp(light));
     }
     json["sh"] = Json::array();
-    for (const Eigen::Vector3f& coefficient : scene.illumination->remainder_sh) {
+    for (const Eigen::Vector3f& coefficient : scene.illumination->environment_sh) {
       json["sh"].push_back(rgb(coefficient));
     }
   }

@@ -101,9 +101,8 @@ bool has_disk_at(const std::vector<reconstruct::PointLight>& lamps, const Eigen:
 
 /// Cells of the newest remainder that are clipped, or that no camera saw, as much brighter as solving found them. Where
 /// solving put lamps' disks back they are left as they are.
-bool raise_as_before(reconstruct::EnvironmentPicture& newest, const reconstruct::EnvironmentPicture& measured,
-                     const reconstruct::EnvironmentPicture& solved,
-                     const std::vector<reconstruct::PointLight>& put_back) {
+bool raise_as_before(reconstruct::EnvironmentMap& newest, const reconstruct::EnvironmentMap& measured,
+                     const reconstruct::EnvironmentMap& solved, const std::vector<reconstruct::PointLight>& put_back) {
   const capture::Image<float>& to = newest.radiance;
   const auto alike = [&](const capture::Image<float>& other) {
     return other.width == to.width && other.height == to.height;
@@ -139,7 +138,7 @@ std::shared_ptr<const reconstruct::Illumination> carry_lamps(const reconstruct::
   std::vector<reconstruct::PointLight> put_back;
   for (const reconstruct::PointLight& lamp : measured.lights)
     if (!lamp_of(solved, lamp.id)) put_back.push_back(lamp);
-  const bool raised = raise_as_before(carried->remainder, measured.remainder, solved.remainder, put_back);
+  const bool raised = raise_as_before(carried->environment, measured.environment, solved.environment, put_back);
   for (reconstruct::PointLight lamp : newest.lights) {
     const reconstruct::PointLight* before = lamp_of(measured, lamp.id);
     const reconstruct::PointLight* known = lamp_of(solved, lamp.id);
@@ -147,7 +146,7 @@ std::shared_ptr<const reconstruct::Illumination> carry_lamps(const reconstruct::
     const bool was_unseen = before && before->shown != reconstruct::PointLight::Shown::yes;
     if (was_unseen && !known && unseen) continue;  // it was found to be off
     if (before && !known && !was_unseen) {
-      reconstruct::add_disk(carried->remainder, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);
+      reconstruct::add_disk(carried->environment, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);
       continue;
     }
     if (known && ((unseen && was_unseen) || (lamp.clipped && before->clipped))) {
@@ -172,7 +171,7 @@ std::shared_ptr<const reconstruct::Illumination> carry_lamps(const reconstruct::
     carried->lights.push_back(lamp);
   }
   if (raised || carried->lights.size() != newest.lights.size()) {
-    carried->remainder_sh = reconstruct::project_sh(carried->remainder);
+    carried->environment_sh = reconstruct::project_sh(carried->environment);
   }
   return carried;
 }

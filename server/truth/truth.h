@@ -23,7 +23,7 @@ struct TrueLamp {
   double seen_area_m2(const Eigen::Vector3d& from_m) const;
 };
 
-/// Light from far away: the same from everywhere, or truth/environment.exr, laid out as EnvironmentPicture is.
+/// Light from far away: the same from everywhere, or truth/environment.exr, laid out as EnvironmentMap is.
 struct TrueSky {
   Eigen::Vector3d constant = Eigen::Vector3d::Zero();
   bool is_picture = false;

@@ -12,12 +12,12 @@ namespace {
 
 reconstruct::Illumination light_of(const std::function<float(const Eigen::Vector3f&)>& radiance) {
   reconstruct::Illumination light;
-  light.remainder.radiance = capture::Image<float>(128, 64, 3);
+  light.environment.radiance = capture::Image<float>(128, 64, 3);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 128; ++u)
       for (int c = 0; c < 3; ++c)
-        light.remainder.radiance.at(u, v, c) = radiance(reconstruct::environment_direction(u, v, 128, 64));
-  light.remainder_sh = reconstruct::project_sh(light.remainder);
+        light.environment.radiance.at(u, v, c) = radiance(reconstruct::environment_direction(u, v, 128, 64));
+  light.environment_sh = reconstruct::project_sh(light.environment);
   return light;
 }
 

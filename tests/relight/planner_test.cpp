@@ -17,12 +17,12 @@ using Eigen::Vector3f;
 reconstruct::Scene build_trace_scene(const std::vector<float>& irradiances,
                                      const std::function<float(const Vector3f&)>& sky) {
   auto light = std::make_shared<reconstruct::Illumination>();
-  light->remainder.radiance = capture::Image<float>(128, 64, 3);
+  light->environment.radiance = capture::Image<float>(128, 64, 3);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 128; ++u)
       for (int c = 0; c < 3; ++c)
-        light->remainder.radiance.at(u, v, c) = sky(reconstruct::environment_direction(u, v, 128, 64));
-  light->remainder_sh = reconstruct::project_sh(light->remainder);
+        light->environment.radiance.at(u, v, c) = sky(reconstruct::environment_direction(u, v, 128, 64));
+  light->environment_sh = reconstruct::project_sh(light->environment);
   for (std::size_t i = 0; i < irradiances.size(); ++i) {
     reconstruct::PointLight lamp;
     lamp.id = static_cast<int>(i);

@@ -195,13 +195,13 @@ TEST(AlbedoBust, LightAndAlbedoFromOtherViews) {
   std::vector<Sample> all = seen[0];
   all.insert(all.end(), seen[1].begin(), seen[1].end());
   Illumination light;
-  light.remainder_sh = light_of(all);
-  light.remainder.radiance = capture::Image<float>(128, 64, 3);
+  light.environment_sh = light_of(all);
+  light.environment.radiance = capture::Image<float>(128, 64, 3);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 128; ++u)
       for (int c = 0; c < 3; ++c)
-        light.remainder.radiance.at(u, v, c) =
-            std::max(0.0f, sh_radiance(light.remainder_sh, environment_direction(u, v, 128, 64))[c]);
+        light.environment.radiance.at(u, v, c) =
+            std::max(0.0f, sh_radiance(light.environment_sh, environment_direction(u, v, 128, 64))[c]);
   capture::Session session;
   session.color.model = camera();
   std::vector<std::shared_ptr<const AlbedoField>> albedo;

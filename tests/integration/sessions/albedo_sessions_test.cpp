@@ -145,7 +145,7 @@ double remainder_error(const Illumination& light, const std::vector<TrueLamp>& l
     }
     for (const std::size_t i : on) Eigen::Map<Vector3f>(&truth.data[3 * i]) = around / std::max(count, 1);
   }
-  const EnvironmentPicture exact = EnvironmentResampler(*session.fisheye, view, 128, 64).resample(truth, view);
+  const EnvironmentMap exact = EnvironmentResampler(*session.fisheye, view, 128, 64).resample(truth, view);
   double squares = 0, sum = 0;
   constexpr int kNormals = 60;
   for (int i = 0; i < kNormals; ++i) {  // Fibonacci's spiral
@@ -160,7 +160,7 @@ double remainder_error(const Illumination& light, const std::vector<TrueLamp>& l
                       Eigen::Map<const Vector3f>(&exact.radiance.data[exact.radiance.index(u, v)]);
       }
     }
-    squares += (sh_irradiance(light.remainder_sh, normal) - irradiance).squaredNorm() / 3;
+    squares += (sh_irradiance(light.environment_sh, normal) - irradiance).squaredNorm() / 3;
     sum += irradiance.mean();
   }
   return std::sqrt(squares / kNormals) / (sum / kNormals);

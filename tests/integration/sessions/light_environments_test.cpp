@@ -46,7 +46,7 @@ struct Exact {
   std::vector<float> solid_angle_sr;
 };
 
-Exact exact_of(const EnvironmentPicture& map) {
+Exact exact_of(const EnvironmentMap& map) {
   Exact exact;
   const int width = map.radiance.width, height = map.radiance.height;
   for (int v = 0; v < height; ++v) {
@@ -107,13 +107,13 @@ TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
   const FisheyeView view = fisheye_view(camera);
   const EnvironmentResampler resampler(camera, view, 128, 64);
   for (const auto& file : files) {
-    EnvironmentPicture map;
+    EnvironmentMap map;
     map.radiance = capture::read_radiance(file);
     const Exact exact = exact_of(map);
     const auto picture = render(camera, [&](const Eigen::Vector3f& d) { return map.sample(d); });
     const LightSplit split =
         split_lamps(picture, capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0), view, 8);
-    const EnvironmentPicture rest = resampler.resample(split.rest, view);
+    const EnvironmentMap rest = resampler.resample(split.rest, view);
     const Sh9 harmonics = project_sh(rest);
     const Exact rest_exact = exact_of(rest);
 

@@ -133,12 +133,12 @@ struct TestRoom {
       light.squareness = lamp.flat ? 0.43f : 0.0f;
       result.lights.push_back(light);
     }
-    result.remainder.radiance = capture::Image<float>(128, 64, 3);
-    for (std::size_t i = 0; i < result.remainder.radiance.data.size(); ++i) {
-      result.remainder.radiance.data[i] = ambient[static_cast<Eigen::Index>(i % 3)];
+    result.environment.radiance = capture::Image<float>(128, 64, 3);
+    for (std::size_t i = 0; i < result.environment.radiance.data.size(); ++i) {
+      result.environment.radiance.data[i] = ambient[static_cast<Eigen::Index>(i % 3)];
     }
-    result.remainder_sh.fill(Eigen::Vector3f::Zero());
-    result.remainder_sh[0] = ambient * std::sqrt(4 * kTestPi);
+    result.environment_sh.fill(Eigen::Vector3f::Zero());
+    result.environment_sh[0] = ambient * std::sqrt(4 * kTestPi);
     return result;
   }
 };

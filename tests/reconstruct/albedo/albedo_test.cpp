@@ -466,7 +466,7 @@ TEST(AlbedoStage, AReflectionIsNoLamp) {
   EXPECT_EQ(result.illumination->lights[0].id, 0);
   // Its light is not lost.
   const float band0 = std::sqrt(1 / (4 * kTestPi));
-  EXPECT_NEAR(result.illumination->remainder_sh[0].x() - seen.remainder_sh[0].x(), 0.3f * band0, 0.01f * band0);
+  EXPECT_NEAR(result.illumination->environment_sh[0].x() - seen.environment_sh[0].x(), 0.3f * band0, 0.01f * band0);
 }
 
 TEST(AlbedoStage, NothingNewNothingDoneAndTheSameBytesEachTime) {

@@ -268,7 +268,7 @@ TEST(LightEnvironment, ResampledPictureKeepsEnergyAndDirections) {
     return Eigen::Vector3f(1 + d.x(), 1 + 0.5f * d.y(), 1 - 0.8f * d.z());
   };
   const auto picture = render(camera, radiance);
-  const EnvironmentPicture environment = EnvironmentResampler(camera, view, 128, 64).resample(picture, view);
+  const EnvironmentMap environment = EnvironmentResampler(camera, view, 128, 64).resample(picture, view);
   const Eigen::Vector3d whole = integral(picture, view);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int v = 0; v < 64; ++v) {
@@ -292,7 +292,7 @@ TEST(LightEnvironment, UnseenDirectionsTakeTheNearestSeen) {
   const FisheyeView view = fisheye_view(camera);
   const auto picture = render(
       camera, [](const Eigen::Vector3f& d) { return d.x() > 0 ? Eigen::Vector3f(2, 2, 2) : Eigen::Vector3f(1, 1, 1); });
-  const EnvironmentPicture environment = EnvironmentResampler(camera, view, 128, 64).resample(picture, view);
+  const EnvironmentMap environment = EnvironmentResampler(camera, view, 128, 64).resample(picture, view);
   EXPECT_NEAR(environment.sample(towards(120, 0)).x(), 2, 0.05);
   EXPECT_NEAR(environment.sample(towards(120, 180)).x(), 1, 0.05);
   EXPECT_NEAR(environment.sample(towards(30, 180)).x(), 1, 0.05);

@@ -35,7 +35,7 @@ Enclosure room(bool measured) {
 Illumination seen(const PointLight& lamp) {
   Illumination light;
   light.probe_position_m = {0.3f, 0.1f, 0.03f};
-  light.remainder.radiance = capture::Image<float>(128, 64, 3);
+  light.environment.radiance = capture::Image<float>(128, 64, 3);
   const Enclosure walls = room(true);
   for (int v = 0; v < 64; ++v) {
     for (int u = 0; u < 128; ++u) {
@@ -44,19 +44,19 @@ Illumination seen(const PointLight& lamp) {
       if (exit->side != 0) continue;
       const Vector3f way = lamp.position_m - light.probe_position_m - exit->distance_m * direction;
       const float arriving = way.normalized().x() / way.squaredNorm();
-      Eigen::Map<Vector3f>(&light.remainder.radiance.at(u, v, 0)) = kAlbedo / kTestPi * arriving * lamp.intensity;
+      Eigen::Map<Vector3f>(&light.environment.radiance.at(u, v, 0)) = kAlbedo / kTestPi * arriving * lamp.intensity;
     }
   }
-  light.remainder_sh = project_sh(light.remainder);
+  light.environment_sh = project_sh(light.environment);
   return light;
 }
 
 void clip(Illumination& light, float end) {
-  light.remainder.clipped = capture::Image<std::uint8_t>(128, 64, 1);
-  for (std::size_t i = 0; i < light.remainder.clipped.data.size(); ++i) {
+  light.environment.clipped = capture::Image<std::uint8_t>(128, 64, 1);
+  for (std::size_t i = 0; i < light.environment.clipped.data.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      float& value = light.remainder.radiance.data[3 * i + c];
-      if (value > end) light.remainder.clipped.data[i] = 1;
+      float& value = light.environment.radiance.data[3 * i + c];
+      if (value > end) light.environment.clipped.data[i] = 1;
       value = std::min(value, end);
     }
   }
@@ -68,10 +68,10 @@ TEST(RaiseClipped, AWallBesideALampIsAsBrightAsTheLampMakesIt) {
   const DistanceField nothing;
   const FieldRays rays(nothing);
   const MetalMask metal{capture::Session()};
-  const auto energy = [](const Illumination& light) { return light.remainder_sh[0].sum(); };
+  const auto energy = [](const Illumination& light) { return light.environment_sh[0].sum(); };
   Illumination clipped = exact;
   clip(clipped, 0.1f);
-  clipped.remainder_sh = project_sh(clipped.remainder);
+  clipped.environment_sh = project_sh(clipped.environment);
   ASSERT_LT(energy(clipped) / energy(exact), 0.75);
 
   Illumination raised = clipped;
@@ -83,7 +83,7 @@ TEST(RaiseClipped, AWallBesideALampIsAsBrightAsTheLampMakesIt) {
   Illumination kept = clipped;
   const Enclosure guess = room(false);
   raise_clipped(kept, {lamp}, &guess, nothing, rays, metal);
-  EXPECT_EQ(kept.remainder.radiance.data, clipped.remainder.radiance.data);
+  EXPECT_EQ(kept.environment.radiance.data, clipped.environment.radiance.data);
 }
 
 }  // namespace

@@ -28,9 +28,9 @@ TestRoom wall() {
 /// What a fish-eye that looks up saw of the sky; it is as bright below, where nobody looked.
 Illumination seen_above(const TestRoom& room) {
   Illumination light = room.illumination();
-  light.remainder.seen = capture::Image<std::uint8_t>(128, 64, 1, 1);
+  light.environment.seen = capture::Image<std::uint8_t>(128, 64, 1, 1);
   for (int v = 32; v < 64; ++v)
-    for (int u = 0; u < 128; ++u) light.remainder.seen.at(u, v) = 0;
+    for (int u = 0; u < 128; ++u) light.environment.seen.at(u, v) = 0;
   return light;
 }
 
@@ -94,12 +94,12 @@ TEST(IrradianceModel, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
   const Enclosure room = bright_room(true), guess = bright_room(false);
   Illumination light;
   light.probe_position_m = {0.3f, 0.1f, 0.03f};
-  light.remainder.radiance = capture::Image<float>(128, 64, 3);
-  light.remainder.seen = capture::Image<std::uint8_t>(128, 64, 1, 1);
+  light.environment.radiance = capture::Image<float>(128, 64, 3);
+  light.environment.seen = capture::Image<std::uint8_t>(128, 64, 1, 1);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 128; ++u)
       for (int c = 0; c < 3; ++c)
-        light.remainder.radiance.at(u, v, c) =
+        light.environment.radiance.at(u, v, c) =
             bright(room, light.probe_position_m, environment_direction(u, v, 128, 64));
   const DistanceField nothing;
   const FieldRays rays(nothing);

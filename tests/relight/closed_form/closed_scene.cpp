@@ -121,9 +121,9 @@ reconstruct::Scene ClosedScene::scene() const {
 
   auto light = std::make_shared<reconstruct::Illumination>();
   light->probe_position_m = {0, 0, 0.3f};
-  light->remainder.radiance = capture::Image<float>(32, 16, 3, sky);
-  light->remainder_sh.fill(Eigen::Vector3f::Zero());
-  light->remainder_sh[0].setConstant(sky * 2 * std::sqrt(std::numbers::pi_v<float>));
+  light->environment.radiance = capture::Image<float>(32, 16, 3, sky);
+  light->environment_sh.fill(Eigen::Vector3f::Zero());
+  light->environment_sh[0].setConstant(sky * 2 * std::sqrt(std::numbers::pi_v<float>));
   light->lights = lamps;
   light->version = 1;
   scene.illumination = light;

@@ -123,7 +123,7 @@ std::shared_ptr<const reconstruct::Illumination> fisheye_light(const WallRadianc
   light->probe_position_m = kProbe;
   light->lights = {lamp()};
   light->version = 1;
-  light->remainder.radiance = capture::Image<float>(96, 48, 3);
+  light->environment.radiance = capture::Image<float>(96, 48, 3);
   for (int v = 0; v < 48; ++v) {
     for (int u = 0; u < 96; ++u) {
       const float phi = 2 * kPi * (static_cast<float>(u) + 0.5f) / 96 - kPi;
@@ -133,7 +133,7 @@ std::shared_ptr<const reconstruct::Illumination> fisheye_light(const WallRadianc
       for (int a = 0; a < 3; ++a) {
         if (w[a] != 0) t = std::min(t, (std::copysign(kHalf_m, w[a]) - kProbe[a]) / w[a]);
       }
-      for (int c = 0; c < 3; ++c) light->remainder.radiance.at(u, v, c) = walls.at(kProbe + t * w);
+      for (int c = 0; c < 3; ++c) light->environment.radiance.at(u, v, c) = walls.at(kProbe + t * w);
     }
   }
   return light;

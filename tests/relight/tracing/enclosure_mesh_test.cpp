@@ -15,7 +15,7 @@ reconstruct::Scene box_with_bright_middle(float times) {
   reconstruct::Scene scene = ClosedScene().scene();
   auto light = std::make_shared<reconstruct::Illumination>(*scene.illumination);
   light->probe_position_m = {0, 0, 0.5f};
-  capture::Image<float>& seen = light->remainder.radiance;
+  capture::Image<float>& seen = light->environment.radiance;
   seen = capture::Image<float>(512, 256, 3, 1.0f);
   for (int v = 0; v < 28; ++v) {  // less than 20° from the zenith
     for (int u = 0; u < seen.width; ++u) {

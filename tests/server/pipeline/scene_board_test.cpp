@@ -139,38 +139,38 @@ TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
 TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
   constexpr std::size_t kClipped = 10 * 64 + 20, kUnseen = 30 * 64 + 5, kPlain = 10 * 64 + 40;
   reconstruct::Illumination measured = one_lamp(1, 10);
-  measured.remainder.radiance = capture::Image<float>(64, 32, 3);
-  std::fill(measured.remainder.radiance.data.begin(), measured.remainder.radiance.data.end(), 1.0f);
-  measured.remainder.clipped = capture::Image<std::uint8_t>(64, 32, 1);
-  measured.remainder.clipped.data[kClipped] = 1;
-  measured.remainder.seen = capture::Image<std::uint8_t>(64, 32, 1);
-  std::fill(measured.remainder.seen.data.begin(), measured.remainder.seen.data.end(), std::uint8_t{1});
-  measured.remainder.seen.data[kUnseen] = 0;
+  measured.environment.radiance = capture::Image<float>(64, 32, 3);
+  std::fill(measured.environment.radiance.data.begin(), measured.environment.radiance.data.end(), 1.0f);
+  measured.environment.clipped = capture::Image<std::uint8_t>(64, 32, 1);
+  measured.environment.clipped.data[kClipped] = 1;
+  measured.environment.seen = capture::Image<std::uint8_t>(64, 32, 1);
+  std::fill(measured.environment.seen.data.begin(), measured.environment.seen.data.end(), std::uint8_t{1});
+  measured.environment.seen.data[kUnseen] = 0;
   reconstruct::Illumination newest = measured, solved = at_two_metres(measured);
   newest.version = 2;
-  for (const std::size_t cell : {kClipped, kUnseen, kPlain}) solved.remainder.radiance.data[3 * cell] = 5;
-  newest.remainder.radiance.data[3 * kClipped] = 1.1f;
+  for (const std::size_t cell : {kClipped, kUnseen, kPlain}) solved.environment.radiance.data[3 * cell] = 5;
+  newest.environment.radiance.data[3 * kClipped] = 1.1f;
   const auto carried = carry_lamps(newest, measured, solved);
-  const std::vector<float>& found = carried->remainder.radiance.data;
+  const std::vector<float>& found = carried->environment.radiance.data;
   EXPECT_FLOAT_EQ(found[3 * kClipped], 5.5f);
   EXPECT_FLOAT_EQ(found[3 * kUnseen], 5);
   EXPECT_FLOAT_EQ(found[3 * kPlain], 1) << "that was measured";
   EXPECT_FLOAT_EQ(found[3 * kClipped + 1], 1);
-  EXPECT_EQ(carried->remainder_sh[0], reconstruct::project_sh(carried->remainder)[0]);
+  EXPECT_EQ(carried->environment_sh[0], reconstruct::project_sh(carried->environment)[0]);
 
-  newest.remainder.clipped.data[kClipped] = 0;
-  EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->remainder.radiance.data[3 * kClipped], 1.1f)
+  newest.environment.clipped.data[kClipped] = 0;
+  EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->environment.radiance.data[3 * kClipped], 1.1f)
       << "now it is, too";
 }
 
 TEST(SceneStore, AReflectionStaysOne) {
   reconstruct::Illumination newest = one_lamp(2, 7), solved = one_lamp(1, 10);
-  newest.remainder.radiance = capture::Image<float>(64, 32, 3);
+  newest.environment.radiance = capture::Image<float>(64, 32, 3);
   solved.lights.clear();
   const auto carried = carry_lamps(newest, one_lamp(1, 10), solved);
   EXPECT_TRUE(carried->lights.empty());
-  EXPECT_GT(carried->remainder.sample(Eigen::Vector3f::UnitX()).x(), 100) << "7 W/m² in a disk of 0.1 rad";
-  EXPECT_GT(carried->remainder_sh[0].x(), 1);
+  EXPECT_GT(carried->environment.sample(Eigen::Vector3f::UnitX()).x(), 100) << "7 W/m² in a disk of 0.1 rad";
+  EXPECT_GT(carried->environment_sh[0].x(), 1);
 }
 
 }  // namespace
