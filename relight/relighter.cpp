@@ -22,7 +22,7 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr int kLeastVolume = 32;
-static_assert(reconstruct::kMostSides == shader::kMaxSides);
+static_assert(reconstruct::kMaxSides == shader::kMaxSides);
 constexpr float kNearPlane_m = 0.02f;
 constexpr float kLeastNearest_m = 0.05f;  // of what the camera's stillness is measured at
 constexpr float kGlossyMargin_m = 0.03f;

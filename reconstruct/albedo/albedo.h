@@ -1,12 +1,12 @@
 #pragma once
-// What colour surfaces have, given what light falls on them.
+// Albedo of surfaces, given the light on them.
 //
-// For every surface voxel the measured radiance B (fused over views) and the modelled irradiance E (lamps with
-// visibility through the field, plus a gather of the field's own measured radiance and of the environment of the
-// fish-eye picture as the enclosure's sides show it: all bounces, since measured radiance holds them; and where no
-// camera looked, below, of a floor of usual albedo) give albedo = π B / E. Ceres solves lamps' distances (see light.h)
-// by pairs of samples, and then all samples together, robustly, bounded to [0, 1].
-// Gauge: the scale of albedo follows from the fish-eye's and the colour camera's absolute radiance; no albedo is fixed.
+// For every surface voxel: albedo = π B / E, from the measured radiance B (fused over views) and the modelled
+// irradiance E: lamps with visibility through the field, plus gathered light, which is the field's own measured
+// radiance (it includes all bounces), the environment as the sides of the enclosure show it, and a floor of typical
+// albedo where no camera looked down. Lamp distances follow from pairs of samples (lamps/lamp_placement.h); then Ceres
+// solves the albedo of all samples together, robustly, bounded to [0, 1]. The scale of albedo follows from the absolute
+// radiance of the fish-eye and the colour camera; no albedo is fixed.
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -39,16 +39,15 @@ class AlbedoStage {
     std::shared_ptr<const AlbedoField> albedo;
     std::shared_ptr<const Illumination> illumination;  ///< the input with lamp distances filled in
     std::vector<std::string> warnings;
-    bool whole = false;       ///< lamps and all samples were solved
-    bool due = false;         ///< they should be: a tenth more surface is known, a quarter of it changed, or long ago
-    std::size_t samples = 0;  ///< that were solved
+    bool whole = false;       ///< a complete solution: lamps and all samples
+    bool due = false;         ///< a complete one is due: more surface is known, much of it changed, or it is long ago
+    std::size_t samples = 0;  ///< number of samples solved
   };
-  /// Solves what is new alone where that is as good, else everything.
+  /// Incremental solution if that is as good, else a complete one.
   Result solve(const DistanceField& field, const Illumination& illumination);
   Result solve_all(const DistanceField& field, const Illumination& illumination);
-  /// Solves the samples of the bricks that are new or changed since they were solved, with all others, the lamps and
-  /// what lies beyond the surface as they are: prior knowledge that is not touched. Empty where that does not hold,
-  /// since a lamp moved or changed, or the other light.
+  /// Solves only the samples of bricks that are new or changed since they were solved; all other samples, lamps and the
+  /// surroundings stay fixed. Empty if that is not valid, as a lamp or the environment changed.
   std::optional<Result> solve_new(const DistanceField& field, const Illumination& illumination);
 
  private:

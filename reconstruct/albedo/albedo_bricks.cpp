@@ -2,17 +2,19 @@
 
 #include <unordered_map>
 
+#include "reconstruct/albedo/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
 using OpenBricks = std::unordered_map<BrickKey, std::shared_ptr<AlbedoBrick>, BrickKeyHash>;
 
-struct Place {
+struct Front {
   Eigen::Vector3i voxel;
   int point;
 };
 
-/// Writes where nothing was written yet. Keeps the brick last used, since neighbours share it.
+/// Writes each voxel once. Remembers the last brick, which neighbours usually share.
 class Writer {
  public:
   explicit Writer(OpenBricks& bricks) : bricks_(bricks) {}
@@ -44,21 +46,21 @@ class Writer {
   AlbedoBrick* brick_ = nullptr;
 };
 
-constexpr float kUnseen = 0.01f, kUnseenInOne = 0.04f;  // differences of albedo: mean square, and in one voxel
+constexpr const AlbedoParameters::Bricks& kParameters = kAlbedoParameters.bricks;
 
-/// Whether `old` can stand for `now`: it knows as much, and nobody would see the difference.
-bool alike(const AlbedoBrick& now, const AlbedoBrick& old) {
+/// Whether `old` can replace `now`: it is known where `now` is, and the difference is not visible.
+bool visually_equal(const AlbedoBrick& now, const AlbedoBrick& old) {
   float sum = 0;
   int known = 0;
   for (int i = 0; i < kBrickVoxels; ++i) {
     if (now.sigma[i] < 0) continue;
     if (old.sigma[i] < 0) return false;
     const float squared = (now.albedo[i] - old.albedo[i]).squaredNorm() / 3;
-    if (squared > kUnseenInOne * kUnseenInOne) return false;
+    if (squared > kParameters.same_max * kParameters.same_max) return false;
     sum += squared;
     ++known;
   }
-  return sum <= kUnseen * kUnseen * static_cast<float>(known);
+  return sum <= kParameters.same_rms * kParameters.same_rms * static_cast<float>(known);
 }
 
 }  // namespace
@@ -66,20 +68,20 @@ bool alike(const AlbedoBrick& now, const AlbedoBrick& old) {
 BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, const std::vector<PointAlbedo>& albedo) {
   OpenBricks open;
   Writer writer(open);
-  std::vector<Place> front, next;
+  std::vector<Front> front, next;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const SurfacePoint& p = points[i];
     const Eigen::Vector3i voxel(p.brick[0] * kBrickEdge + (p.index & 7), p.brick[1] * kBrickEdge + ((p.index >> 3) & 7),
                                 p.brick[2] * kBrickEdge + (p.index >> 6));
     if (writer.claim(voxel, albedo[i])) front.push_back({voxel, static_cast<int>(i)});
   }
-  for (int step = 0; step < kAlbedoReach; ++step) {
+  for (int step = 0; step < kParameters.reach; ++step) {
     next.clear();
-    for (const Place& place : front) {
+    for (const Front& from : front) {
       for (int side = 0; side < 6; ++side) {
-        Eigen::Vector3i voxel = place.voxel;
+        Eigen::Vector3i voxel = from.voxel;
         voxel[side >> 1] += (side & 1) ? 1 : -1;
-        if (writer.claim(voxel, albedo[static_cast<std::size_t>(place.point)])) next.push_back({voxel, place.point});
+        if (writer.claim(voxel, albedo[static_cast<std::size_t>(from.point)])) next.push_back({voxel, from.point});
       }
     }
     front.swap(next);
@@ -95,7 +97,7 @@ BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, con
 void keep_unchanged(BrickMap<AlbedoBrick>& bricks, const BrickMap<AlbedoBrick>& before) {
   for (auto& [key, brick] : bricks) {
     const auto old = before.find(key);
-    if (old != before.end() && alike(*brick, *old->second)) brick = old->second;
+    if (old != before.end() && visually_equal(*brick, *old->second)) brick = old->second;
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Albedo of surface points into bricks.
+// Bricks of albedo from surface points.
 #include <Eigen/Core>
 #include <vector>
 
@@ -13,14 +13,11 @@ struct PointAlbedo {
   float sigma = -1;
 };
 
-/// Every voxel within kAlbedoReach steps of a surface point takes the nearest point's albedo, so that sampling between
-/// voxels works; all others are unknown.
+/// Every voxel within AlbedoParameters::Bricks::reach steps of a surface point takes the nearest point's albedo, so
+/// that interpolation between voxels works; all others are unknown.
 BrickMap<AlbedoBrick> albedo_bricks(const std::vector<SurfacePoint>& points, const std::vector<PointAlbedo>& albedo);
 
-constexpr int kAlbedoReach = 3;
-
-/// Bricks that are as they were, but for differences that nobody would see (1 % of albedo), stay the same bricks: who
-/// draws from them has nothing to do again.
+/// Replaces bricks that differ from `before` by less than is visible by those of `before`: same pointer, same content.
 void keep_unchanged(BrickMap<AlbedoBrick>& bricks, const BrickMap<AlbedoBrick>& before);
 
 }  // namespace lumigraft::reconstruct

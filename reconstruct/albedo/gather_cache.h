@@ -1,5 +1,5 @@
 #pragma once
-// What samples gather, kept from one solve to the next.
+// Gathered light of samples, kept from one solution to the next.
 #include <cstdint>
 #include <vector>
 
@@ -8,9 +8,9 @@
 
 namespace lumigraft::reconstruct {
 
-/// A sample near one of the solve before gathers what that one did; every kRefresh-th looks again all the same, so that
-/// a room that changes slowly is followed. All look again when the light changes by kLightShare, or when so much more
-/// of the room is known that rays end elsewhere.
+/// A sample close to one of the last solution takes its gathered light; a fraction of them is gathered anew in turn, so
+/// that slow changes of the room are followed. All are gathered anew when the light changed or much more of the room is
+/// known.
 class GatherCache {
  public:
   std::vector<IrradianceModel::Gathered> gather(const IrradianceModel& room, const Illumination& illumination,
@@ -19,14 +19,10 @@ class GatherCache {
   void forget() { entries_.clear(); }
 
  private:
-  static constexpr std::uint32_t kRefresh = 8;
-  static constexpr float kLightShare = 0.05f;
-  static constexpr double kGrown = 1.1;
-
   struct Entry {
     Eigen::Vector3f position, normal;
     IrradianceModel::Gathered light;
-    std::uint32_t turn = 0;  ///< looks again when solves reach it, modulo kRefresh
+    std::uint32_t turn = 0;  ///< gathered anew when solves_ equals it, modulo the refresh period
   };
   std::vector<Entry> entries_;
   std::uint32_t solves_ = 0, turns_ = 0;

@@ -5,20 +5,21 @@
 #include <cmath>
 #include <utility>
 
+#include "reconstruct/albedo/parameters.h"
 #include "reconstruct/albedo/sample_solver.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr float kOtherLook = 0.02f;  ///< of radiance, of the voxels' number: what lamps' light is known to at best
-constexpr float kElsewhere = 1;      ///< voxels
+constexpr const AlbedoParameters::Incremental& kParameters = kAlbedoParameters.incremental;
+constexpr int kReach = kAlbedoParameters.bricks.reach;
 
 template <typename Visit>
 void around(const BrickKey& key, const Visit& visit) {
   for (int k = 0; k < 27; ++k) visit(BrickKey{key[0] + k % 3 - 1, key[1] + k / 3 % 3 - 1, key[2] + k / 9 - 1});
 }
 
-/// Which voxels of a brick lie in a changed one, or within so many voxels of it (less than a brick's edge).
+/// Whether a voxel of a brick lies in a changed brick, or within `reach` voxels of one (less than a brick's edge).
 class Near {
  public:
   Near(const BrickKey& key, const std::set<BrickKey>& changed, int reach) : reach_(reach) {
@@ -51,41 +52,42 @@ AlbedoBrick unknown_brick() {
 
 }  // namespace
 
-IncrementalSolver::Look IncrementalSolver::look_of(const FieldBrick& brick, float voxel_m) {
-  Look look;
+IncrementalSolver::BrickSummary IncrementalSolver::summarize(const FieldBrick& brick, float voxel_m) {
+  BrickSummary summary;
   Eigen::Vector3i sum = Eigen::Vector3i::Zero();
   for (int i = 0; i < kBrickVoxels; ++i) {
     if (!on_surface(brick, i, voxel_m)) continue;
-    ++look.count;
-    look.radiance += brick.radiance[i];
+    ++summary.count;
+    summary.radiance += brick.radiance[i];
     sum += Eigen::Vector3i(i & 7, (i >> 3) & 7, i >> 6);
   }
-  if (look.count > 0) {
-    look.radiance /= look.count;
-    look.middle = sum.cast<float>() / look.count;
+  if (summary.count > 0) {
+    summary.radiance /= summary.count;
+    summary.centroid = sum.cast<float>() / summary.count;
   }
-  return look;
+  return summary;
 }
 
-bool IncrementalSolver::Look::differs(const Look& other) const {
-  return std::abs(count - other.count) > kOtherLook * std::max(count, other.count) + 1 ||
-         (radiance - other.radiance).norm() > kOtherLook * std::max(radiance.norm(), other.radiance.norm()) ||
-         (middle - other.middle).cwiseAbs().maxCoeff() > kElsewhere;
+bool IncrementalSolver::BrickSummary::differs(const BrickSummary& other) const {
+  return std::abs(count - other.count) > kParameters.same_summary * std::max(count, other.count) + 1 ||
+         (radiance - other.radiance).norm() >
+             kParameters.same_summary * std::max(radiance.norm(), other.radiance.norm()) ||
+         (centroid - other.centroid).cwiseAbs().maxCoeff() > kParameters.same_centroid_voxels;
 }
 
 void IncrementalSolver::keep(const DistanceField& field, const Surface& surface,
                              const std::vector<Eigen::Vector3f>& gathered, const std::vector<SampleAlbedo>& albedo,
-                             const std::vector<PointAlbedo>& points, float dark) {
+                             const std::vector<PointAlbedo>& points, float noise_floor) {
   forget();
   voxel_m_ = field.voxel_m;
   sample_m_ = surface.sample_m;
-  dark_ = dark;
+  noise_floor_ = noise_floor;
   seen_ = field.bricks;
   for (const auto& [key, brick] : field.bricks) {
-    const Look look = look_of(*brick, field.voxel_m);
-    if (look.count == 0) continue;
-    bricks_[key].look = look;
-    count_ += look.count;
+    const BrickSummary summary = summarize(*brick, field.voxel_m);
+    if (summary.count == 0) continue;
+    bricks_[key].summary = summary;
+    count_ += summary.count;
   }
   Brick* brick = nullptr;
   for (std::size_t i = 0; i < surface.points.size(); ++i) {
@@ -101,7 +103,7 @@ void IncrementalSolver::keep(const DistanceField& field, const Surface& surface,
 IncrementalSolver::Change IncrementalSolver::change(const DistanceField& field) const {
   Change change;
   change.points = count_;
-  std::set<BrickKey> others = since_all_;
+  std::set<BrickKey> others = incremental_;
   const auto add = [&](const BrickKey& key, float count, float before) {
     change.bricks.push_back(key);
     change.points += count - before;
@@ -112,21 +114,21 @@ IncrementalSolver::Change IncrementalSolver::change(const DistanceField& field) 
     if (seen != seen_.end() && seen->second == brick) continue;
     change.published.push_back(key);
     const auto known = bricks_.find(key);
-    const Look now = look_of(*brick, field.voxel_m);
-    if (known == bricks_.end() ? now.count > 0 : now.differs(known->second.look))
-      add(key, now.count, known == bricks_.end() ? 0 : known->second.look.count);
+    const BrickSummary now = summarize(*brick, field.voxel_m);
+    if (known == bricks_.end() ? now.count > 0 : now.differs(known->second.summary))
+      add(key, now.count, known == bricks_.end() ? 0 : known->second.summary.count);
   }
   for (const auto& [key, brick] : seen_) {
     if (field.brick(key)) continue;
     change.published.push_back(key);
-    if (const auto known = bricks_.find(key); known != bricks_.end()) add(key, 0, known->second.look.count);
+    if (const auto known = bricks_.find(key); known != bricks_.end()) add(key, 0, known->second.summary.count);
   }
   std::sort(change.bricks.begin(), change.bricks.end());
-  change.share = static_cast<double>(others.size()) / std::max<double>(1, static_cast<double>(bricks_.size()));
+  change.fraction = static_cast<double>(others.size()) / std::max<double>(1, static_cast<double>(bricks_.size()));
   return change;
 }
 
-/// Reads the points of these bricks again. Gives the cells that they are in, or were.
+/// Reads the points of these bricks again; returns the cells of their old and new points.
 std::set<SampleCell> IncrementalSolver::refresh_points(const DistanceField& field, const FieldRays& rays,
                                                        const MetalMask& metal, const std::vector<BrickKey>& changed) {
   std::set<SampleCell> cells;
@@ -137,19 +139,92 @@ std::set<SampleCell> IncrementalSolver::refresh_points(const DistanceField& fiel
   for (const BrickKey& key : changed) {
     Brick& brick = bricks_[key];
     touch(brick.points);
-    count_ -= brick.look.count;
+    count_ -= brick.summary.count;
     if (!field.brick(key)) {
       bricks_.erase(key);
       continue;
     }
-    brick.look = look_of(*field.brick(key), field.voxel_m);
+    brick.summary = summarize(*field.brick(key), field.voxel_m);
     brick.points = points_in(field, key, rays, metal);
     brick.albedo.assign(brick.points.size(), {});
-    count_ += brick.look.count;
+    count_ += brick.summary.count;
     touch(brick.points);
-    if (brick.look.count == 0) bricks_.erase(key);
+    if (brick.summary.count == 0) bricks_.erase(key);
   }
   return cells;
+}
+
+/// The changed bricks and all that may hold points of these cells.
+std::set<BrickKey> IncrementalSolver::bricks_of(const std::set<SampleCell>& cells,
+                                                const std::vector<BrickKey>& changed) const {
+  std::set<BrickKey> holding(changed.begin(), changed.end());
+  const float brick_m = voxel_m_ * kBrickEdge, half_voxel_m = 0.5f * voxel_m_;
+  for (const auto& [level, x, y, z, side] : cells) {
+    const float edge_m = sample_m_ * static_cast<float>(1 << level);
+    const Eigen::Vector3f low = edge_m * Eigen::Vector3i(x, y, z).cast<float>();
+    const auto brick_at = [&](const Eigen::Vector3f& p) {
+      return ((p.array() + half_voxel_m) / brick_m).floor().cast<int>().matrix().eval();
+    };
+    const Eigen::Vector3i first = brick_at(low.array() - voxel_m_), last = brick_at(low.array() + edge_m + voxel_m_);
+    for (int a = first.x(); a <= last.x(); ++a)
+      for (int b = first.y(); b <= last.y(); ++b)
+        for (int c = first.z(); c <= last.z(); ++c) holding.insert({a, b, c});
+  }
+  return holding;
+}
+
+/// The samples of these cells, newly gathered and taken out of samples_, and after them those around them.
+IncrementalSolver::Part IncrementalSolver::part_of(const std::set<SampleCell>& cells,
+                                                   const std::vector<BrickKey>& changed, const Light& light) {
+  // All points of these cells, of other bricks too.
+  const std::set<BrickKey> holding = bricks_of(cells, changed);
+  std::vector<SurfacePoint> near;
+  std::map<SampleCell, std::vector<int>> members;
+  for (const BrickKey& key : holding) {
+    const auto brick = bricks_.find(key);
+    if (brick == bricks_.end()) continue;
+    for (const SurfacePoint& point : brick->second.points) {
+      const SampleCell cell = point.metal ? SampleCell{} : cell_of(point, sample_m_);
+      if (point.metal || !cells.contains(cell)) continue;
+      members[cell].push_back(static_cast<int>(near.size()));
+      near.push_back(point);
+    }
+  }
+
+  Part result;
+  auto& [part, gathered, held] = result;
+  part.sample_m = sample_m_;
+  std::map<SampleCell, int> sample_of;
+  for (const SampleCell& cell : cells) samples_.erase(cell);
+  for (const auto& [cell, of_cell] : members) {
+    const SurfaceSample sample = patch(near, of_cell, cell, sample_m_);
+    const IrradianceModel::Gathered own = light.room.gather(sample.position, sample.normal, light.rays);
+    gathered.push_back(own.irradiance + light.room.irradiance_from_floor(own, light.floor_grid));
+    sample_of[cell] = static_cast<int>(part.samples.size());
+    part.samples.push_back(sample);
+    part.cells.push_back(cell);
+  }
+  const std::size_t open = part.samples.size();
+  for (const auto& [cell, sample] : samples_) {
+    const bool next_to = std::any_of(
+        part.samples.begin(), part.samples.begin() + static_cast<std::ptrdiff_t>(open), [&](const SurfaceSample& own) {
+          const float reach_m = kAlbedoParameters.lighting.neighbour_reach * own.size_m;
+          return (own.position - sample.surface.position).squaredNorm() < reach_m * reach_m;
+        });
+    if (!next_to) continue;
+    part.samples.push_back(sample.surface);
+    gathered.push_back(sample.gathered);
+    held.push_back(sample.albedo);
+  }
+  for (const BrickKey& key : changed) {
+    const auto brick = bricks_.find(key);
+    if (brick == bricks_.end()) continue;
+    for (SurfacePoint point : brick->second.points) {
+      if (!point.metal) point.sample = sample_of.at(cell_of(point, sample_m_));
+      part.points.push_back(point);
+    }
+  }
+  return result;
 }
 
 std::size_t IncrementalSolver::solve(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
@@ -164,74 +239,14 @@ std::size_t IncrementalSolver::solve(const DistanceField& field, const FieldRays
   }
   const std::vector<BrickKey>& changed = change.bricks;
   if (changed.empty()) return 0;
-  since_all_.insert(changed.begin(), changed.end());
+  incremental_.insert(changed.begin(), changed.end());
   const std::set<SampleCell> cells = refresh_points(field, rays, metal, changed);
+  const auto [part, gathered, held] = part_of(cells, changed, light);
+  const std::size_t open = part.samples.size() - held.size();
 
-  // All points of these cells, of other bricks too.
-  std::set<BrickKey> holding(changed.begin(), changed.end());
-  const float brick_m = voxel_m_ * kBrickEdge, half_voxel_m = 0.5f * voxel_m_;
-  for (const auto& [level, x, y, z, side] : cells) {
-    const float edge_m = sample_m_ * static_cast<float>(1 << level);
-    const Eigen::Vector3f low = edge_m * Eigen::Vector3i(x, y, z).cast<float>();
-    const auto brick_at = [&](const Eigen::Vector3f& p) {
-      return ((p.array() + half_voxel_m) / brick_m).floor().cast<int>().matrix().eval();
-    };
-    const Eigen::Vector3i first = brick_at(low.array() - voxel_m_), last = brick_at(low.array() + edge_m + voxel_m_);
-    for (int a = first.x(); a <= last.x(); ++a)
-      for (int b = first.y(); b <= last.y(); ++b)
-        for (int c = first.z(); c <= last.z(); ++c) holding.insert({a, b, c});
-  }
-  std::vector<SurfacePoint> near;
-  std::map<SampleCell, std::vector<int>> members;
-  for (const BrickKey& key : holding) {
-    const auto brick = bricks_.find(key);
-    if (brick == bricks_.end()) continue;
-    for (const SurfacePoint& point : brick->second.points) {
-      const SampleCell cell = point.metal ? SampleCell{} : cell_of(point, sample_m_);
-      if (point.metal || !cells.contains(cell)) continue;
-      members[cell].push_back(static_cast<int>(near.size()));
-      near.push_back(point);
-    }
-  }
-
-  Surface part;
-  part.sample_m = sample_m_;
-  std::vector<Eigen::Vector3f> gathered;
-  std::map<SampleCell, int> place;
-  for (const SampleCell& cell : cells) samples_.erase(cell);
-  for (const auto& [cell, of_cell] : members) {
-    const SurfaceSample sample = patch(near, of_cell, cell, sample_m_);
-    const IrradianceModel::Gathered around_it = light.room.gather(sample.position, sample.normal, light.rays);
-    gathered.push_back(around_it.irradiance + light.room.by_floor(around_it, light.on_floor));
-    place[cell] = static_cast<int>(part.samples.size());
-    part.samples.push_back(sample);
-    part.cells.push_back(cell);
-  }
-  const std::size_t open = part.samples.size();
-  std::vector<SampleAlbedo> held;
-  for (const auto& [cell, sample] : samples_) {
-    const bool next_to = std::any_of(
-        part.samples.begin(), part.samples.begin() + static_cast<std::ptrdiff_t>(open), [&](const SurfaceSample& own) {
-          const float reach_m = LitSurface::kNeighbourReach * own.size_m;
-          return (own.position - sample.surface.position).squaredNorm() < reach_m * reach_m;
-        });
-    if (!next_to) continue;
-    part.samples.push_back(sample.surface);
-    gathered.push_back(sample.gathered);
-    held.push_back(sample.albedo);
-  }
-  for (const BrickKey& key : changed) {
-    const auto brick = bricks_.find(key);
-    if (brick == bricks_.end()) continue;
-    for (SurfacePoint point : brick->second.points) {
-      if (!point.metal) point.sample = place.at(cell_of(point, sample_m_));
-      part.points.push_back(point);
-    }
-  }
-
-  const LitSurface lit(part, light.room, light.illumination, gathered, dark_, held);
+  const SurfaceLighting lit(part, light.room, light.illumination, gathered, noise_floor_, held);
   const std::vector<SampleAlbedo> albedo =
-      solve_albedo(part.samples, lit.sample_light(), lit.neighbours(), dark_, held);
+      solve_albedo(part.samples, lit.sample_light(), lit.neighbours(), noise_floor_, held);
   const std::vector<PointAlbedo> points = lit.albedo(albedo);
   for (std::size_t i = 0; i < open; ++i) samples_[part.cells[i]] = {part.samples[i], gathered[i], albedo[i]};
   std::size_t next = 0;
@@ -248,13 +263,13 @@ void IncrementalSolver::write(const std::vector<BrickKey>& changed, BrickMap<Alb
   const std::set<BrickKey> own(changed.begin(), changed.end());
   std::set<BrickKey> written;
   for (const BrickKey& key : changed) around(key, [&](const BrickKey& k) { written.insert(k); });
-  // What points of changed bricks reach may be nearest to points that are as far from it.
+  // A voxel within reach of a changed point may be nearer to an unchanged one: points within twice the reach matter.
   std::vector<SurfacePoint> points;
   std::vector<PointAlbedo> albedo;
   for (const BrickKey& key : written) {
     const auto brick = bricks_.find(key);
     if (brick == bricks_.end()) continue;
-    const Near near(key, own, 2 * kAlbedoReach);
+    const Near near(key, own, 2 * kReach);
     for (std::size_t i = 0; i < brick->second.points.size(); ++i) {
       if (!near(brick->second.points[i].index)) continue;
       points.push_back(brick->second.points[i]);
@@ -262,25 +277,25 @@ void IncrementalSolver::write(const std::vector<BrickKey>& changed, BrickMap<Alb
     }
   }
   const BrickMap<AlbedoBrick> reached = albedo_bricks(points, albedo);
-  static const AlbedoBrick nothing = unknown_brick();
-  BrickMap<AlbedoBrick> anew, before;
+  static const AlbedoBrick unknown = unknown_brick();
+  BrickMap<AlbedoBrick> updated, before;
   for (const BrickKey& key : written) {
     const auto was = bricks.find(key);
     const auto now = reached.find(key);
     if (was == bricks.end() && now == reached.end()) continue;
     if (was != bricks.end()) before.insert(*was);
-    const AlbedoBrick& from = now == reached.end() ? nothing : *now->second;
-    auto brick = std::make_shared<AlbedoBrick>(was == bricks.end() ? nothing : *was->second);
-    const Near near(key, own, kAlbedoReach);
+    const AlbedoBrick& from = now == reached.end() ? unknown : *now->second;
+    auto brick = std::make_shared<AlbedoBrick>(was == bricks.end() ? unknown : *was->second);
+    const Near near(key, own, kReach);
     for (int i = 0; i < kBrickVoxels; ++i) {
       if (!near(i)) continue;
       brick->albedo[i] = from.albedo[i];
       brick->sigma[i] = from.sigma[i];
     }
-    anew.emplace(key, std::move(brick));
+    updated.emplace(key, std::move(brick));
   }
-  keep_unchanged(anew, before);
-  for (auto& [key, brick] : anew) {
+  keep_unchanged(updated, before);
+  for (auto& [key, brick] : updated) {
     if (*std::max_element(brick->sigma.begin(), brick->sigma.end()) < 0) {
       bricks.erase(key);
     } else {

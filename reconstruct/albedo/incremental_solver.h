@@ -1,5 +1,5 @@
 #pragma once
-// What solves of albedo found, kept so that later ones need look only at what is new or changed.
+// Solutions of albedo, kept so that later ones need to solve only what is new or changed.
 #include <Eigen/Core>
 #include <cstddef>
 #include <map>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "reconstruct/albedo/albedo_bricks.h"
-#include "reconstruct/albedo/surface_points.h"
+#include "reconstruct/albedo/surface_lighting.h"
 #include "reconstruct/field/metal_mask.h"
 #include "reconstruct/shading/irradiance.h"
 #include "reconstruct/shading/surface_samples.h"
@@ -17,43 +17,43 @@ namespace lumigraft::reconstruct {
 
 class IncrementalSolver {
  public:
-  /// After a solve of everything. `gathered`, `albedo` by sample, `points` by point.
+  /// Keeps a complete solution: `gathered` and `albedo` per sample, `points` per point.
   void keep(const DistanceField& field, const Surface& surface, const std::vector<Eigen::Vector3f>& gathered,
-            const std::vector<SampleAlbedo>& albedo, const std::vector<PointAlbedo>& points, float dark);
+            const std::vector<SampleAlbedo>& albedo, const std::vector<PointAlbedo>& points, float noise_floor);
   void forget() { *this = {}; }
 
   struct Change {
     std::vector<BrickKey> bricks;  ///< whose surface is new, gone, elsewhere, or of another radiance than when solved
-    double points = 0;             ///< surface points of the whole field, about
-    double share = 0;  ///< of the bricks with surface: those that are not as at the last solve of everything
-    std::vector<BrickKey> published;  ///< all that are not the same bricks as then, or are gone
+    double points = 0;             ///< approximate number of surface points of the field
+    double fraction = 0;           ///< of the bricks with surface that differ from the last complete solution
+    std::vector<BrickKey> published;  ///< all whose pointer differs from then, or that are gone
   };
   Change change(const DistanceField& field) const;
 
-  /// The light that new samples lie in.
+  /// Light on new samples.
   struct Light {
     const IrradianceModel& room;
     const Illumination& illumination;
-    const std::vector<Eigen::Vector3f>& on_floor;  ///< IrradianceModel::light_on_floor
-    int rays;                                      ///< gathered by each
+    const std::vector<Eigen::Vector3f>& floor_grid;  ///< IrradianceModel::lamp_irradiance_on_floor
+    int rays;                                        ///< gathered per sample
   };
-  /// Solves the samples of the changed bricks anew, with the others around them as they are, and writes their points'
-  /// albedo into `bricks`. Gives the number of samples.
+  /// Solves the samples of the changed bricks with the samples around them fixed, and writes the albedo of their points
+  /// into `bricks`. Returns the number of samples.
   std::size_t solve(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, const Light& light,
                     const Change& change, BrickMap<AlbedoBrick>& bricks);
 
  private:
-  /// A brick's surface in a few numbers.
-  struct Look {
-    float count = 0;                                     ///< voxels next to the surface
+  /// A brick's surface, summarized.
+  struct BrickSummary {
+    float count = 0;                                     ///< of voxels next to the surface
     Eigen::Vector3f radiance = Eigen::Vector3f::Zero();  ///< their mean
-    Eigen::Vector3f middle = Eigen::Vector3f::Zero();    ///< voxels
-    bool differs(const Look& other) const;
+    Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< in voxels
+    bool differs(const BrickSummary& other) const;
   };
-  static Look look_of(const FieldBrick& brick, float voxel_m);
+  static BrickSummary summarize(const FieldBrick& brick, float voxel_m);
 
   struct Brick {
-    Look look;
+    BrickSummary summary;
     std::vector<SurfacePoint> points;
     std::vector<PointAlbedo> albedo;  ///< of each point
   };
@@ -63,16 +63,24 @@ class IncrementalSolver {
     SampleAlbedo albedo;
   };
   using Bricks = std::unordered_map<BrickKey, Brick, BrickKeyHash>;
+  /// What one call solves.
+  struct Part {
+    Surface surface;                        ///< points of the changed bricks; samples, those that are held last
+    std::vector<Eigen::Vector3f> gathered;  ///< per sample
+    std::vector<SampleAlbedo> held;         ///< known albedo of the last samples
+  };
 
   std::set<SampleCell> refresh_points(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                                       const std::vector<BrickKey>& changed);
+  std::set<BrickKey> bricks_of(const std::set<SampleCell>& cells, const std::vector<BrickKey>& changed) const;
+  Part part_of(const std::set<SampleCell>& cells, const std::vector<BrickKey>& changed, const Light& light);
   void write(const std::vector<BrickKey>& changed, BrickMap<AlbedoBrick>& bricks) const;
 
-  float voxel_m_ = 0, sample_m_ = 0, dark_ = 0;
-  double count_ = 0;              ///< of all looks
-  std::set<BrickKey> since_all_;  ///< bricks that were solved alone since the last solve of everything
-  BrickMap<FieldBrick> seen_;     ///< the field's when it was last solved
-  Bricks bricks_;                 ///< that have surface
+  float voxel_m_ = 0, sample_m_ = 0, noise_floor_ = 0;
+  double count_ = 0;                ///< of surface voxels in all bricks
+  std::set<BrickKey> incremental_;  ///< bricks solved since the last complete solution
+  BrickMap<FieldBrick> seen_;       ///< bricks of the field when last solved
+  Bricks bricks_;                   ///< with surface
   std::map<SampleCell, Sample> samples_;
 };
 

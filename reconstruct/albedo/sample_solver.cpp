@@ -6,18 +6,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "reconstruct/albedo/parameters.h"
 #include "reconstruct/shading/noise_floor.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr int kNeighbours = 6;
-constexpr float kSameOrientation = 0.8f;  // cosine
-constexpr double kSmoothSigma = 0.03;     // of albedo between neighbours the picture shows no edge between
-constexpr double kEdgeSigma = 0.15;       // of log ratio B/E that makes an edge
-constexpr int kIterations = 15;
-constexpr float kUselessSigma = 0.35f;  // of albedo: as good as a guess
+constexpr const AlbedoParameters::Solver& kParameters = kAlbedoParameters.solver;
 
 /// (π B - a E) / σ, per channel.
 struct Data {
@@ -38,14 +34,53 @@ struct Smooth {
   }
 };
 
-Eigen::Array3f direct(const SurfaceSample& sample, const SampleLight& light, float dark) {
-  return matt_albedo(sample.radiance, light.irradiance, dark);
+Eigen::Array3f direct(const SurfaceSample& sample, const SampleLight& light, float noise_floor) {
+  return lambertian_albedo(sample.radiance, light.irradiance, noise_floor);
 }
 
-/// 1σ of π B: the code's step, and the model of the light.
-Eigen::Array3f data_sigma(const SurfaceSample& sample, const SampleLight& light, float dark) {
-  const Eigen::Array3f model = light.sigma_share * kPi * sample.radiance.array();
-  return (model.square() + std::pow(dark_sigma(dark), 2.0f)).sqrt();
+/// 1σ of π B: noise floor and model error.
+Eigen::Array3f data_sigma(const SurfaceSample& sample, const SampleLight& light, float noise_floor) {
+  const Eigen::Array3f model = light.relative_sigma * kPi * sample.radiance.array();
+  return (model.square() + std::pow(noise_floor_sigma(noise_floor), 2.0f)).sqrt();
+}
+
+/// Adds smoothness between neighbours, of which at least one is among the first `open` samples, and its `information`.
+void add_smoothness(ceres::Problem& problem, const std::vector<SurfaceSample>& samples,
+                    const std::vector<SampleLight>& light, const std::vector<std::vector<int>>& neighbours,
+                    float noise_floor, std::size_t open, std::vector<std::array<double, 3>>& albedo,
+                    std::vector<double>& information) {
+  const std::vector<double> data_information = information;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    for (const int j : neighbours[i]) {
+      const auto other = static_cast<std::size_t>(j);
+      if (other < i && std::count(neighbours[other].begin(), neighbours[other].end(), static_cast<int>(i))) continue;
+      if (i >= open && other >= open) continue;
+      // At a shadow's edge the light is uncertain, so that a step of B / E is not an edge of albedo.
+      const Eigen::Array3f step =
+          (direct(samples[i], light[i], noise_floor) / direct(samples[other], light[other], noise_floor)).log();
+      const double sigma = std::hypot(kParameters.edge_sigma, light[i].relative_sigma, light[other].relative_sigma);
+      const double weight = std::exp(-0.5 * step.square().mean() / (sigma * sigma)) / kParameters.smooth_sigma;
+      if (weight * kParameters.smooth_sigma < kParameters.min_weight) continue;
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Smooth, 3, 3, 3>(new Smooth{weight}),
+                               new ceres::HuberLoss(kParameters.huber), albedo[i].data(), albedo[other].data());
+      // A neighbour adds at most its own information.
+      const double link = weight * weight;
+      information[i] += link * data_information[other] / (link + data_information[other]);
+      information[other] += link * data_information[i] / (link + data_information[i]);
+    }
+  }
+}
+
+void minimise(ceres::Problem& problem) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::CGNR;
+  options.max_num_iterations = kParameters.iterations;
+  options.max_linear_solver_iterations = kParameters.linear_iterations;
+  options.function_tolerance = kParameters.tolerance;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
 }
 
 }  // namespace
@@ -59,10 +94,10 @@ std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& sampl
     for (std::size_t j = 0; j < samples.size(); ++j) {
       const float squared = (samples[i].position - samples[j].position).squaredNorm();
       if (i == j || squared > reach * reach) continue;
-      if (samples[i].normal.dot(samples[j].normal) < kSameOrientation) continue;
+      if (samples[i].normal.dot(samples[j].normal) < kParameters.same_orientation) continue;
       near.emplace_back(squared, static_cast<int>(j));
     }
-    const auto count = std::min<std::ptrdiff_t>(kNeighbours, static_cast<std::ptrdiff_t>(near.size()));
+    const auto count = std::min<std::ptrdiff_t>(kParameters.neighbours, static_cast<std::ptrdiff_t>(near.size()));
     std::partial_sort(near.begin(), near.begin() + count, near.end());
     for (std::ptrdiff_t k = 0; k < count; ++k) result[i].push_back(near[static_cast<std::size_t>(k)].second);
   }
@@ -70,7 +105,7 @@ std::vector<std::vector<int>> neighbours(const std::vector<SurfaceSample>& sampl
 }
 
 std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples, const std::vector<SampleLight>& light,
-                                       const std::vector<std::vector<int>>& neighbours, float dark,
+                                       const std::vector<std::vector<int>>& neighbours, float noise_floor,
                                        const std::vector<SampleAlbedo>& held) {
   if (samples.empty()) return {};
   std::vector<std::array<double, 3>> albedo(samples.size());
@@ -78,7 +113,8 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
   const std::size_t open = samples.size() - held.size();
   ceres::Problem problem;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const Eigen::Array3f start = direct(samples[i], light[i], dark), sigma = data_sigma(samples[i], light[i], dark);
+    const Eigen::Array3f start = direct(samples[i], light[i], noise_floor),
+                         sigma = data_sigma(samples[i], light[i], noise_floor);
     auto* data = new Data;
     for (std::size_t c = 0; c < 3; ++c) {
       const auto k = static_cast<Eigen::Index>(c);
@@ -89,7 +125,7 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
       information[i] += std::pow(data->irradiance[c] / data->sigma[c], 2) / 3;
       if (i >= open) albedo[i][c] = held[i - open].albedo[k];
     }
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Data, 3, 3>(data), new ceres::HuberLoss(2),
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Data, 3, 3>(data), new ceres::HuberLoss(kParameters.huber),
                              albedo[i].data());
     for (int c = 0; c < 3; ++c) {
       problem.SetParameterLowerBound(albedo[i].data(), c, 0.0);
@@ -97,45 +133,18 @@ std::vector<SampleAlbedo> solve_albedo(const std::vector<SurfaceSample>& samples
     }
     if (i >= open) problem.SetParameterBlockConstant(albedo[i].data());
   }
-  const std::vector<double> data_information = information;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    for (const int j : neighbours[i]) {
-      const auto other = static_cast<std::size_t>(j);
-      if (other < i && std::count(neighbours[other].begin(), neighbours[other].end(), static_cast<int>(i))) continue;
-      if (i >= open && other >= open) continue;
-      // An edge counts by how sure it is: across a shadow's rim the light is in doubt, not the albedo.
-      const Eigen::Array3f step =
-          (direct(samples[i], light[i], dark) / direct(samples[other], light[other], dark)).log();
-      const double doubt = std::hypot(kEdgeSigma, light[i].sigma_share, light[other].sigma_share);
-      const double weight = std::exp(-0.5 * step.square().mean() / (doubt * doubt)) / kSmoothSigma;
-      if (weight * kSmoothSigma < 0.01) continue;
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Smooth, 3, 3, 3>(new Smooth{weight}),
-                               new ceres::HuberLoss(2), albedo[i].data(), albedo[other].data());
-      // A neighbour tells at most what it knows itself.
-      const double link = weight * weight;
-      information[i] += link * data_information[other] / (link + data_information[other]);
-      information[other] += link * data_information[i] / (link + data_information[i]);
-    }
-  }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::CGNR;
-  options.max_num_iterations = kIterations;
-  options.max_linear_solver_iterations = 40;
-  options.function_tolerance = 1e-4;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  add_smoothness(problem, samples, light, neighbours, noise_floor, open, albedo, information);
+  minimise(problem);
 
   std::vector<SampleAlbedo> result(samples.size());
   std::copy(held.begin(), held.end(), result.begin() + static_cast<std::ptrdiff_t>(open));
   for (std::size_t i = 0; i < open; ++i) {
     for (std::size_t c = 0; c < 3; ++c)
       result[i].albedo[static_cast<Eigen::Index>(c)] = static_cast<float>(albedo[i][c]);
-    const double misfit = (result[i].albedo.array() - direct(samples[i], light[i], dark)).abs().mean() *
-                          std::min(1.0, 0.1 / std::max(light[i].sigma_share, 0.01f));
-    const double sigma = std::hypot(1 / std::sqrt(std::max(information[i], 1e-9)), 0.5 * misfit);
-    result[i].sigma = sigma < kUselessSigma ? static_cast<float>(sigma) : -1;
+    const double misfit = (result[i].albedo.array() - direct(samples[i], light[i], noise_floor)).abs().mean() *
+                          std::min(1.0, kParameters.trusted_error / std::max(light[i].relative_sigma, 0.01f));
+    const double sigma = std::hypot(1 / std::sqrt(std::max(information[i], 1e-9)), kParameters.misfit_sigma * misfit);
+    result[i].sigma = sigma < kParameters.max_sigma ? static_cast<float>(sigma) : -1;
   }
   return result;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Shadows of what no camera saw.
+// Shadows of objects, or sides of objects, that no camera saw.
 #include <Eigen/Core>
 #include <vector>
 
@@ -9,18 +9,17 @@
 
 namespace lumigraft::reconstruct {
 
-/// Rays to lamps pass through unseen space, so that light gets through the unseen sides of a box, and its shadow would
-/// be taken for paint. Where a surface is darker than what lies around it in its plane, is as light as that without a
-/// lamp (or without a part of it), and the way to that lamp leads through space that something hides from every camera,
-/// the lamp is taken for covered.
+/// Rays to lamps pass through unobserved space, so the unseen sides of a box let light through, and its shadow would be
+/// taken for paint. A lamp (or part of it) counts as occluded at a sample if the sample is darker than its plane around
+/// it, is as light as that without the lamp, and the ray to the lamp passes space that is occluded from every camera.
 ///
-/// `light` is the irradiance of each sample, of it `from_lamp` (per lamp, per sample) straight from lamps; `held`, of
-/// the last samples, albedo that is known; these are not looked at.
-/// @return per lamp, per sample: the share of the lamp that is left, 1 nearly everywhere
-std::vector<std::vector<float>> hidden_shadows(const std::vector<SurfaceSample>& samples, const IrradianceModel& room,
-                                               const std::vector<PointLight>& lights,
-                                               const std::vector<SampleLight>& light,
-                                               const std::vector<std::vector<Eigen::Vector3f>>& from_lamp, float dark,
-                                               const std::vector<SampleAlbedo>& held);
+/// `light`: irradiance of each sample; `from_lamp`: the part directly from each lamp, per lamp and sample. `held`:
+/// known albedo of the last samples, which are not examined.
+/// @return per lamp and sample: the unoccluded fraction of the lamp, mostly 1
+std::vector<std::vector<float>> unobserved_shadows(const std::vector<SurfaceSample>& samples,
+                                                   const IrradianceModel& room, const std::vector<PointLight>& lights,
+                                                   const std::vector<SampleLight>& light,
+                                                   const std::vector<std::vector<Eigen::Vector3f>>& from_lamp,
+                                                   float noise_floor, const std::vector<SampleAlbedo>& held);
 
 }  // namespace lumigraft::reconstruct

@@ -4,16 +4,15 @@
 #include <limits>
 
 #include "reconstruct/lamps/lamp_refinement.h"
+#include "reconstruct/lamps/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kAsFar_m[] = {12, 24, 100};  ///< as good as infinitely far, and what explains the room as the sun does
-
-/// The room's lamps, each where it was found or far.
-class Arrangement {
+/// The lamps of the room, each near or distant.
+class LampArrangement {
  public:
-  Arrangement(const ShadingModel& model, const std::vector<SamplePair>& pairs, const std::vector<LampShape>& shapes)
+  LampArrangement(const ShadingModel& model, const std::vector<SamplePair>& pairs, const std::vector<LampShape>& shapes)
       : model_(model), pairs_(pairs), factors_(shapes.size()) {
     for (std::size_t lamp = 0; lamp < shapes.size(); ++lamp) {
       powers_.push_back(model.power(lamp, shapes[lamp]));
@@ -21,7 +20,7 @@ class Arrangement {
     }
   }
 
-  /// Puts other factors in the place of a lamp's.
+  /// Swaps the irradiance factors of one lamp.
   void exchange(std::size_t lamp, std::vector<float>& factors) { std::swap(factors_[lamp], factors); }
 
   double cost() {
@@ -40,16 +39,16 @@ class Arrangement {
 struct DistantLamp {
   std::size_t lamp;
   LampShape shape;
-  double cost;                 ///< with this one alone far
-  std::vector<float> factors;  ///< of the state that the arrangement is not in
+  double cost;                 ///< with this lamp alone distant
+  std::vector<float> factors;  ///< of the lamp's other state
 };
 
-DistantLamp best_far(ShadingModel& model, Arrangement& lamps, std::size_t lamp, const LampShape& near) {
+DistantLamp best_far(ShadingModel& model, LampArrangement& lamps, std::size_t lamp, const LampShape& near) {
   DistantLamp best{lamp, {}, std::numeric_limits<double>::infinity(), {}};
-  for (const double distance_m : kAsFar_m) {
+  for (const double distance_m : kLampParameters.distant_m) {
     const LampShape shape{.log_distance = std::log(distance_m), .log_gain = near.log_gain, .far = true};
     std::vector<float> factors;
-    model.tabulate(lamp, {shape.log_distance}, kFineRays);
+    model.tabulate(lamp, {shape.log_distance}, kLampParameters.search.fine_rays);
     model.factors(lamp, shape, factors);
     lamps.exchange(lamp, factors);
     const double cost = lamps.cost();
@@ -61,9 +60,9 @@ DistantLamp best_far(ShadingModel& model, Arrangement& lamps, std::size_t lamp, 
 
 }  // namespace
 
-std::vector<std::optional<LampShape>> far_lamps(ShadingModel& model, const std::vector<SamplePair>& pairs,
-                                                const std::vector<LampShape>& near, double pair_variance) {
-  Arrangement lamps(model, pairs, near);
+std::vector<std::optional<LampShape>> find_distant_lamps(ShadingModel& model, const std::vector<SamplePair>& pairs,
+                                                         const std::vector<LampShape>& near, double pair_variance) {
+  LampArrangement lamps(model, pairs, near);
   const double found = lamps.cost();
   std::vector<DistantLamp> doubtful;
   for (std::size_t lamp = 0; lamp < near.size(); ++lamp) {

@@ -1,5 +1,5 @@
 #pragma once
-// Which lamps may as well be infinitely far.
+// Detection of lamps that are as good as infinitely far.
 #include <optional>
 #include <vector>
 
@@ -8,14 +8,14 @@
 
 namespace lumigraft::reconstruct {
 
-/// A lamp is placed where the room is explained best, but how sharp that minimum is does not tell whether there is a
-/// better one farther away: the sun's lies anywhere. Likelihoods are compared instead. A lamp is far where the room is
-/// then explained as well as before. Doubtful ones, where it is explained worse by less than 1σ, are far where that
-/// holds for all of them at once: lamps that share what shading tells may each be uncertain, and yet none of them far.
+/// The sharpness of the minimum at a lamp's distance does not show whether a larger distance fits better: the minimum
+/// of the sun may be anywhere. So likelihoods are compared. A lamp is distant if the room is then explained as well.
+/// Doubtful lamps, with which it is explained worse by less than 1σ, are distant if that holds for all of them at once:
+/// lamps that share the evidence may each be uncertain although they cannot all be distant.
 ///
-/// `near` are the shapes found, `pair_variance` as in Refinement. The model's tables are lost.
-/// @return for each lamp its shape when far; nothing where it stands where it was found
-std::vector<std::optional<LampShape>> far_lamps(ShadingModel& model, const std::vector<SamplePair>& pairs,
-                                                const std::vector<LampShape>& near, double pair_variance);
+/// `near` are the estimated shapes, `pair_variance` as in Refinement. Overwrites the model's visibility tables.
+/// @return for each lamp its shape if distant
+std::vector<std::optional<LampShape>> find_distant_lamps(ShadingModel& model, const std::vector<SamplePair>& pairs,
+                                                         const std::vector<LampShape>& near, double pair_variance);
 
 }  // namespace lumigraft::reconstruct

@@ -5,40 +5,41 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reconstruct/lamps/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kKept = 0.75;          ///< of the information of solves before: about four count
-constexpr double kContradicts = 22.5;   ///< squared Mahalanobis distance: one in a thousand of six numbers
-constexpr float kSameCosine = 0.9999f;  ///< 0.8°
-constexpr float kSameShare = 0.2f;      ///< of a measured irradiance
+constexpr const LampParameters::Filter& kParameters = kLampParameters.filter;
 
-using Block = Eigen::Matrix<double, kPerLamp, kPerLamp>;
+using Block = Eigen::Matrix<double, kUnknownsPerLamp, kUnknownsPerLamp>;
 
 Eigen::MatrixXd chosen(const Eigen::MatrixXd& matrix, const std::vector<Eigen::Index>& lamps) {
   const auto count = static_cast<Eigen::Index>(lamps.size());
-  Eigen::MatrixXd result(kPerLamp * count, kPerLamp * count);
+  Eigen::MatrixXd result(kUnknownsPerLamp * count, kUnknownsPerLamp * count);
   for (Eigen::Index i = 0; i < count; ++i) {
     for (Eigen::Index j = 0; j < count; ++j) {
-      result.block<kPerLamp, kPerLamp>(kPerLamp * i, kPerLamp * j) = matrix.block<kPerLamp, kPerLamp>(
-          kPerLamp * lamps[static_cast<std::size_t>(i)], kPerLamp * lamps[static_cast<std::size_t>(j)]);
+      result.block<kUnknownsPerLamp, kUnknownsPerLamp>(kUnknownsPerLamp * i, kUnknownsPerLamp * j) =
+          matrix.block<kUnknownsPerLamp, kUnknownsPerLamp>(kUnknownsPerLamp * lamps[static_cast<std::size_t>(i)],
+                                                           kUnknownsPerLamp * lamps[static_cast<std::size_t>(j)]);
     }
   }
   return result;
 }
 
-/// Adds the information that a covariance of some lamps stands for, and its product with their values.
-void add(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& values, const std::vector<Eigen::Index>& places,
+/// Adds the information of the lamps at `indices`, weight · covariance⁻¹, and its product with their values.
+void add(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& values, const std::vector<Eigen::Index>& indices,
          double weight, Eigen::MatrixXd& information, Eigen::VectorXd& product) {
-  if (places.empty()) return;
+  if (indices.empty()) return;
   const Eigen::MatrixXd own = weight * covariance.inverse();
-  const Eigen::VectorXd with = own * values;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(kPerLamp * i);
-    product.segment<kPerLamp>(kPerLamp * places[i]) += with.segment<kPerLamp>(row);
-    for (std::size_t j = 0; j < places.size(); ++j) {
-      information.block<kPerLamp, kPerLamp>(kPerLamp * places[i], kPerLamp * places[j]) +=
-          own.block<kPerLamp, kPerLamp>(row, static_cast<Eigen::Index>(kPerLamp * j));
+  const Eigen::VectorXd weighted = own * values;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(kUnknownsPerLamp * i);
+    product.segment<kUnknownsPerLamp>(kUnknownsPerLamp * indices[i]) += weighted.segment<kUnknownsPerLamp>(row);
+    for (std::size_t j = 0; j < indices.size(); ++j) {
+      information.block<kUnknownsPerLamp, kUnknownsPerLamp>(kUnknownsPerLamp * indices[i],
+                                                            kUnknownsPerLamp * indices[j]) +=
+          own.block<kUnknownsPerLamp, kUnknownsPerLamp>(row, static_cast<Eigen::Index>(kUnknownsPerLamp * j));
     }
   }
 }
@@ -48,18 +49,18 @@ std::array<Eigen::Vector3f, 2> axes_across(const Eigen::Vector3f& direction) {
   return {first, direction.cross(first)};
 }
 
-bool far_apart(const Eigen::Matrix<double, kPerLamp, 1>& difference, const Block& covariance) {
-  return difference.dot(covariance.inverse() * difference) > kContradicts;
+bool far_apart(const Eigen::Matrix<double, kUnknownsPerLamp, 1>& difference, const Block& covariance) {
+  return difference.dot(covariance.inverse() * difference) > kParameters.contradiction;
 }
 
 }  // namespace
 
 LampFilter::Parameters LampFilter::parameters(const Track& track, const PointLight& light,
-                                              const LampEstimate& estimate) const {
+                                              const LampEstimate& estimate) {
   Parameters result = Parameters::Zero();
   result[0] = std::log(estimate.distance_m);
   if (estimate.flat) {
-    const float along = std::max(-estimate.normal.dot(light.direction), kLeastSlant);
+    const float along = std::max(-estimate.normal.dot(light.direction), kMinSlantCosine);
     for (Eigen::Index i = 0; i < 2; ++i)
       result[1 + i] = estimate.normal.dot(track.across[static_cast<std::size_t>(i)]) / along;
   }
@@ -68,104 +69,117 @@ LampFilter::Parameters LampFilter::parameters(const Track& track, const PointLig
   return result;
 }
 
-std::vector<LampEstimate> LampFilter::combine(const std::vector<PointLight>& lights, const LampSolution& now) {
-  const std::size_t count = lights.size();
-  const auto size = static_cast<Eigen::Index>(kPerLamp * count);
-  const Eigen::MatrixXd before = information_.size() > 0 ? Eigen::MatrixXd(information_.inverse()) : Eigen::MatrixXd();
-  Eigen::MatrixXd covariance = now.covariance;
-  std::vector<Track> tracks;
-  std::vector<Eigen::Index> kept, kept_from,
-      told;  // places of lamps that go on, theirs before, and of those that count
-  Eigen::VectorXd values(size);
-  for (std::size_t k = 0; k < count; ++k) {
-    const PointLight& light = lights[k];
-    const LampEstimate& estimate = now.lamps[k];
-    const auto place = static_cast<Eigen::Index>(k);
-    const Block own = covariance.block<kPerLamp, kPerLamp>(kPerLamp * place, kPerLamp * place);
-    const Track anew{light.id,          estimate.flat,   estimate.beam,    estimate.far,
-                     light.clipped,     light.direction, light.irradiance, axes_across(light.direction),
-                     Parameters::Zero()};
-    const auto was = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& t) { return t.id == light.id; });
-    bool goes_on = was != tracks_.end() && was->clipped == light.clipped &&
-                   was->direction.dot(light.direction) > kSameCosine &&
-                   (light.clipped || (was->irradiance - light.irradiance).norm() < kSameShare * was->irradiance.norm());
-    Track track = goes_on ? *was : anew;
-    Parameters value = parameters(track, light, estimate);
-    bool counts = true;
-    if (goes_on) {
-      const Eigen::Index from = was - tracks_.begin();
-      const Block known = before.block<kPerLamp, kPerLamp>(kPerLamp * from, kPerLamp * from);
-      const Parameters off = value - mean_.segment<kPerLamp>(kPerLamp * from);
-      const bool contradicts = track.flat != estimate.flat || track.beam != estimate.beam ||
-                               track.far != estimate.far || far_apart(off, known + own);
-      if (contradicts && track.contradicted && !far_apart(value - track.last, 2 * own)) {
-        goes_on = false;
-        track = anew;
-        value = parameters(track, light, estimate);
-      } else {
-        counts = !contradicts;
-        track.contradicted = contradicts;
-        kept_from.push_back(from);
-      }
+/// Continues the track of a lamp or starts a new one.
+void LampFilter::follow(const PointLight& light, const LampEstimate& estimate, const Eigen::MatrixXd& before,
+                        Step& step) const {
+  const auto index = static_cast<Eigen::Index>(step.tracks.size());
+  const Block own =
+      step.covariance.block<kUnknownsPerLamp, kUnknownsPerLamp>(kUnknownsPerLamp * index, kUnknownsPerLamp * index);
+  const Track new_track{light.id,          estimate.flat,   estimate.beam,    estimate.far,
+                        light.clipped,     light.direction, light.irradiance, axes_across(light.direction),
+                        Parameters::Zero()};
+  const auto was = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& t) { return t.id == light.id; });
+  bool goes_on = was != tracks_.end() && was->clipped == light.clipped &&
+                 was->direction.dot(light.direction) > kParameters.same_direction &&
+                 (light.clipped ||
+                  (was->irradiance - light.irradiance).norm() < kParameters.same_irradiance * was->irradiance.norm());
+  Track track = goes_on ? *was : new_track;
+  Parameters value = parameters(track, light, estimate);
+  bool counts = true;
+  if (goes_on) {
+    const Eigen::Index from = was - tracks_.begin();
+    const Block known =
+        before.block<kUnknownsPerLamp, kUnknownsPerLamp>(kUnknownsPerLamp * from, kUnknownsPerLamp * from);
+    const Parameters difference = value - mean_.segment<kUnknownsPerLamp>(kUnknownsPerLamp * from);
+    const bool contradicts = track.flat != estimate.flat || track.beam != estimate.beam || track.far != estimate.far ||
+                             far_apart(difference, known + own);
+    if (contradicts && track.contradicted && !far_apart(value - track.last, 2 * own)) {
+      goes_on = false;
+      track = new_track;
+      value = parameters(track, light, estimate);
+    } else {
+      counts = !contradicts;
+      track.contradicted = contradicts;
+      step.kept_from.push_back(from);
     }
-    track.last = value;
-    values.segment<kPerLamp>(kPerLamp * place) = value;
-    if (goes_on) kept.push_back(place);
-    if (counts) told.push_back(place);
-    // Tilts of the solve are along axes of its own.
-    const std::array<Eigen::Vector3f, 2> across = axes_across(light.direction);
-    Eigen::Matrix2d turn;
-    for (Eigen::Index i = 0; i < 2; ++i)
-      for (Eigen::Index j = 0; j < 2; ++j)
-        turn(i, j) = track.across[static_cast<std::size_t>(i)].dot(across[static_cast<std::size_t>(j)]);
-    const Eigen::Index tilt = kPerLamp * place + 1;
-    covariance.middleRows<2>(tilt) = (turn * covariance.middleRows<2>(tilt)).eval();
-    covariance.middleCols<2>(tilt) = (covariance.middleCols<2>(tilt) * turn.transpose()).eval();
-    tracks.push_back(track);
   }
+  track.last = value;
+  step.values.segment<kUnknownsPerLamp>(kUnknownsPerLamp * index) = value;
+  if (goes_on) step.kept.push_back(index);
+  if (counts) step.counted.push_back(index);
+  // The solution's tilts are along axes of its own.
+  const std::array<Eigen::Vector3f, 2> across = axes_across(light.direction);
+  Eigen::Matrix2d turn;
+  for (Eigen::Index i = 0; i < 2; ++i)
+    for (Eigen::Index j = 0; j < 2; ++j)
+      turn(i, j) = track.across[static_cast<std::size_t>(i)].dot(across[static_cast<std::size_t>(j)]);
+  const Eigen::Index tilt = kUnknownsPerLamp * index + 1;
+  step.covariance.middleRows<2>(tilt) = (turn * step.covariance.middleRows<2>(tilt)).eval();
+  step.covariance.middleCols<2>(tilt) = (step.covariance.middleCols<2>(tilt) * turn.transpose()).eval();
+  step.tracks.push_back(track);
+}
 
+/// Adds faded old information and that of the solution; sets mean_, information_ and solves_.
+void LampFilter::fuse(const Eigen::MatrixXd& before, const Step& step) {
+  const Eigen::Index size = step.values.size();
+  const auto values_at = [](const Eigen::VectorXd& values, const std::vector<Eigen::Index>& indices) {
+    Eigen::VectorXd result(static_cast<Eigen::Index>(kUnknownsPerLamp * indices.size()));
+    for (std::size_t i = 0; i < indices.size(); ++i)
+      result.segment<kUnknownsPerLamp>(static_cast<Eigen::Index>(kUnknownsPerLamp * i)) =
+          values.segment<kUnknownsPerLamp>(kUnknownsPerLamp * indices[i]);
+    return result;
+  };
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd product = Eigen::VectorXd::Zero(size);
-  Eigen::VectorXd kept_values(static_cast<Eigen::Index>(kPerLamp * kept.size()));
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    kept_values.segment<kPerLamp>(static_cast<Eigen::Index>(kPerLamp * i)) =
-        mean_.segment<kPerLamp>(kPerLamp * kept_from[i]);
-  Eigen::VectorXd told_values(static_cast<Eigen::Index>(kPerLamp * told.size()));
-  for (std::size_t i = 0; i < told.size(); ++i)
-    told_values.segment<kPerLamp>(static_cast<Eigen::Index>(kPerLamp * i)) =
-        values.segment<kPerLamp>(kPerLamp * told[i]);
-  if (!kept.empty()) add(chosen(before, kept_from), kept_values, kept, kKept, information, product);
-  add(chosen(covariance, told), told_values, told, 1, information, product);
-  tracks_ = std::move(tracks);
+  if (!step.kept.empty())
+    add(chosen(before, step.kept_from), values_at(mean_, step.kept_from), step.kept, kParameters.kept, information,
+        product);
+  add(chosen(step.covariance, step.counted), values_at(step.values, step.counted), step.counted, 1, information,
+      product);
   information_ = std::move(information);
   const Eigen::MatrixXd after = information_.inverse();
   mean_ = after * product;
-  solves_ = kept.empty() ? 1 : kKept * solves_ + 1;
+  solves_ = step.kept.empty() ? 1 : kParameters.kept * solves_ + 1;
+}
 
-  std::vector<LampEstimate> result = now.lamps;
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto at = static_cast<Eigen::Index>(kPerLamp * k);
-    const Track& track = tracks_[k];
-    LampEstimate& estimate = result[k];
-    estimate.distance_m = static_cast<float>(std::exp(mean_[at]));
-    estimate.log_sigma = static_cast<float>(std::sqrt(std::max(0.0, solves_ * after(at, at))));
-    estimate.flat = track.flat;
-    if (track.beam) estimate.log_sigma = std::max(estimate.log_sigma, now.lamps[k].log_sigma);
-    estimate.beam = track.beam;
-    estimate.far = track.far;
-    if (track.flat) {
-      estimate.normal = (-lights[k].direction + static_cast<float>(mean_[at + 1]) * track.across[0] +
-                         static_cast<float>(mean_[at + 2]) * track.across[1])
-                            .normalized();
-    }
-    if (!track.clipped) continue;
-    for (Eigen::Index c = 0; c < 3; ++c) {
-      const double gain = std::exp(mean_[at + 3 + c]) / std::max(lights[k].irradiance[c], 1e-12f);
-      estimate.gain[c] = static_cast<float>(std::max(gain, 1.0));
-    }
-    const double variance = solves_ * after.diagonal().segment<3>(at + 3).mean();
-    estimate.gain_log_sigma = static_cast<float>(std::sqrt(std::max(0.0, variance)));
+LampEstimate LampFilter::report(std::size_t lamp, const PointLight& light, LampEstimate estimate,
+                                const Eigen::MatrixXd& covariance) const {
+  const auto at = static_cast<Eigen::Index>(kUnknownsPerLamp * lamp);
+  const Track& track = tracks_[lamp];
+  const float solved_sigma = estimate.log_sigma;
+  estimate.distance_m = static_cast<float>(std::exp(mean_[at]));
+  estimate.log_sigma = static_cast<float>(std::sqrt(std::max(0.0, solves_ * covariance(at, at))));
+  estimate.flat = track.flat;
+  if (track.beam) estimate.log_sigma = std::max(estimate.log_sigma, solved_sigma);
+  estimate.beam = track.beam;
+  estimate.far = track.far;
+  if (track.flat) {
+    estimate.normal = (-light.direction + static_cast<float>(mean_[at + 1]) * track.across[0] +
+                       static_cast<float>(mean_[at + 2]) * track.across[1])
+                          .normalized();
   }
+  if (!track.clipped) return estimate;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    const double gain = std::exp(mean_[at + 3 + c]) / std::max(light.irradiance[c], 1e-12f);
+    estimate.gain[c] = static_cast<float>(std::max(gain, 1.0));
+  }
+  const double variance = solves_ * covariance.diagonal().segment<3>(at + 3).mean();
+  estimate.gain_log_sigma = static_cast<float>(std::sqrt(std::max(0.0, variance)));
+  return estimate;
+}
+
+std::vector<LampEstimate> LampFilter::combine(const std::vector<PointLight>& lights, const LampSolution& now) {
+  const Eigen::MatrixXd before = information_.size() > 0 ? Eigen::MatrixXd(information_.inverse()) : Eigen::MatrixXd();
+  Step step;
+  step.covariance = now.covariance;
+  step.values.resize(static_cast<Eigen::Index>(kUnknownsPerLamp * lights.size()));
+  for (std::size_t lamp = 0; lamp < lights.size(); ++lamp) follow(lights[lamp], now.lamps[lamp], before, step);
+  fuse(before, step);
+  tracks_ = std::move(step.tracks);
+  const Eigen::MatrixXd after = information_.inverse();
+  std::vector<LampEstimate> result;
+  for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
+    result.push_back(report(lamp, lights[lamp], now.lamps[lamp], after));
   return result;
 }
 

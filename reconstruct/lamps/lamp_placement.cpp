@@ -6,29 +6,13 @@
 
 #include "reconstruct/lamps/distant_lamps.h"
 #include "reconstruct/lamps/lamp_refinement.h"
+#include "reconstruct/lamps/parameters.h"
 #include "reconstruct/lamps/shading_model.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kNearest_m = 0.4, kFarthest_m = 8.0, kUsual_m = 1.5;
-constexpr int kGridSteps = 16;
-constexpr int kFineSteps = 7;
-constexpr double kFineReach = 0.22;       ///< of log distance, either way
-constexpr double kLargestGain = 1 << 18;  ///< the sun over a sky that is well exposed
-constexpr int kGainSteps = 19;            ///< powers of two
-constexpr int kPaperRays = 64;
-constexpr int kRounds = 3;  ///< of coordinate descent
-constexpr int kShaped = 3;  ///< strongest lamps whose shape is looked into after the grid
-/// Outlines (PointLight::squareness) that are surely round, and surely have four corners. A shape that they speak
-/// against costs this share of the robust sum.
-constexpr float kRound = 0.1f, kQuadrilateral = 0.3f;
-constexpr double kOutlinePenalty = 0.1;
-/// A beam must bring the robust sum down to this share, where rooms without one come down by a hundredth at most; and
-/// by so much for every pair: where all pairs agree the rest of the sum is nothing but the model's own error.
-constexpr double kBeamShare = 0.95, kBeamPerPair = 0.03;
-constexpr double kBeamFarther = 0.25;  ///< of log distance: one is looked for so far beyond what shines everywhere
-constexpr float kBeamSigma = 0.2f;     ///< 1σ of log distance: narrower beams from farther away explain a room as well
+constexpr const LampParameters::Search& kParameters = kLampParameters.search;
 
 std::vector<double> spaced(double low, double high, int count) {
   std::vector<double> result;
@@ -36,14 +20,16 @@ std::vector<double> spaced(double low, double high, int count) {
   return result;
 }
 
-std::vector<SamplePair> every_third(const std::vector<SamplePair>& pairs) {
+std::vector<SamplePair> thinned(const std::vector<SamplePair>& pairs) {
   std::vector<SamplePair> result;
-  for (std::size_t i = 0; i < pairs.size(); i += 3) result.push_back(pairs[i]);
+  for (std::size_t i = 0; i < pairs.size(); i += kParameters.pair_stride) result.push_back(pairs[i]);
   return result;
 }
 
 double outline_penalty(const PointLight& light, bool flat) {
-  return (light.squareness > kQuadrilateral && !flat) || (light.squareness < kRound && flat) ? 1 + kOutlinePenalty : 1;
+  return (light.squareness > kParameters.quadrilateral && !flat) || (light.squareness < kParameters.round && flat)
+             ? 1 + kParameters.outline_penalty
+             : 1;
 }
 
 class LampSearch {
@@ -51,21 +37,21 @@ class LampSearch {
   LampSearch(ShadingModel& model, const std::vector<SamplePair>& pairs, int paper)
       : model_(model),
         pairs_(pairs),
-        some_pairs_(every_third(pairs)),
+        some_pairs_(thinned(pairs)),
         paper_(paper),
         shapes_(model.lamps()),
         powers_(model.lamps()),
         facing_(model.lamps()),
         factors_(model.lamps()) {}
 
-  /// From nothing.
+  /// Without earlier estimates.
   LampSolution solve(const Eigen::Vector3f& probe, Search search) {
     start(probe);
     if (has_clipped(model_)) {
       start_gains();
       adopt(refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough));
     }
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kParameters.rounds; ++round) {
       bool changed = false;
       for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) changed |= descend(lamp);
       if (!changed) break;
@@ -74,55 +60,59 @@ class LampSearch {
     return search == Search::rough ? solution(refined) : finish();
   }
 
-  /// From earlier estimates; empty where a lamp left what was looked at around its estimate.
+  /// From earlier estimates; empty if a lamp moved out of the range searched around them.
   std::optional<LampSolution> solve_near(const std::vector<std::optional<LampEstimate>>& before) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       LampShape& shape = shapes_[lamp];
       shape.log_distance = std::log(before[lamp]->distance_m);
       shape.flat = before[lamp]->flat;
       shape.beam = before[lamp]->beam;
-      if (model_.placed(lamp)) place(lamp);
+      if (model_.placed(lamp)) set_from_tag(lamp);
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, before[lamp]->normal);
-      // From nothing no slope leads to the power of a lamp that was switched on.
-      const double least = unseen(lamp) ? kLogDim : 0;
+      // At zero power the gradient vanishes: a lamp that was switched on would not be found.
+      const double min_gain = unseen(lamp) ? kLampParameters.refinement.log_dim : 0;
       for (std::size_t c = 0; clipped(lamp) && c < 3; ++c) {
-        shape.log_gain[c] = std::max<double>(least, std::log(before[lamp]->gain[static_cast<Eigen::Index>(c)]));
+        shape.log_gain[c] = std::max<double>(min_gain, std::log(before[lamp]->gain[static_cast<Eigen::Index>(c)]));
       }
     }
     LampSolution found = finish();
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (model_.placed(lamp)) continue;
       const double moved = std::log(found.lamps[lamp].distance_m / before[lamp]->distance_m);
-      if (std::abs(moved) > 0.7 * kFineReach) return std::nullopt;
+      if (std::abs(moved) > kParameters.fine_limit * kParameters.fine_reach) return std::nullopt;
     }
     return found;
   }
 
  private:
-  /// Lamps where they usually stand; a panel faces the probe, the floor, or the tag.
+  /// Lamps at the usual distance; a panel faces the probe, the floor or the tag.
   void start(const Eigen::Vector3f& probe) {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (model_.placed(lamp))
         model_.tabulate(lamp, {model_.log_distance_of(model_.light(lamp))}, 1);
       else
-        model_.tabulate(lamp, spaced(std::log(kNearest_m), std::log(kFarthest_m), kGridSteps), 1);
+        model_.tabulate(
+            lamp,
+            spaced(std::log(kParameters.min_distance_m), std::log(kParameters.max_distance_m), kParameters.grid_steps),
+            1);
       const Eigen::Vector3f& direction = model_.light(lamp).direction;
       facing_[lamp] = {-direction};
-      if (direction.z() > 0.3f) facing_[lamp].push_back(-Eigen::Vector3f::UnitZ());
-      const Eigen::Vector3f to_tag = -(probe + static_cast<float>(kUsual_m) * direction).normalized();
-      if (to_tag.dot(direction) < -0.3f) facing_[lamp].push_back(to_tag);
+      if (direction.z() > kParameters.facing_cosine) facing_[lamp].push_back(-Eigen::Vector3f::UnitZ());
+      const Eigen::Vector3f to_tag =
+          -(probe + static_cast<float>(kLampParameters.usual_distance_m) * direction).normalized();
+      if (to_tag.dot(direction) < -kParameters.facing_cosine) facing_[lamp].push_back(to_tag);
       LampShape& shape = shapes_[lamp];
       shape = {};
-      shape.log_distance = std::log(kUsual_m);
-      shape.flat = model_.light(lamp).squareness > kQuadrilateral;
+      shape.log_distance = std::log(kLampParameters.usual_distance_m);
+      shape.flat = model_.light(lamp).squareness > kParameters.quadrilateral;
       if (shape.flat) shape.tilt = model_.tilt_of(lamp, facing_[lamp].back());
-      if (model_.placed(lamp)) place(lamp);
+      if (model_.placed(lamp)) set_from_tag(lamp);
       update(lamp);
     }
   }
 
-  /// Where and as its tag says.
-  void place(std::size_t lamp) {
+  /// Position and normal of a lamp with a tag.
+  void set_from_tag(std::size_t lamp) {
     const PointLight& light = model_.light(lamp);
     shapes_[lamp].log_distance = model_.log_distance_of(light);
     if (!light.flat) return;
@@ -135,14 +125,15 @@ class LampSearch {
   LampSolution finish() {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) tabulate_near(lamp);
     const Refinement near = refine_lamps(model_, pairs_, paper_, shapes_, Search::fine);
-    const std::vector<std::optional<LampShape>> far = far_lamps(model_, pairs_, near.shapes, near.pair_variance);
+    const std::vector<std::optional<LampShape>> far =
+        find_distant_lamps(model_, pairs_, near.shapes, near.pair_variance);
     if (std::none_of(far.begin(), far.end(), [](const auto& shape) { return shape.has_value(); }))
       return solution(near);
     shapes_ = near.shapes;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (far[lamp]) {
         shapes_[lamp] = *far[lamp];
-        model_.tabulate(lamp, {shapes_[lamp].log_distance}, kFineRays);
+        model_.tabulate(lamp, {shapes_[lamp].log_distance}, kParameters.fine_rays);
       } else {
         tabulate_near(lamp);
       }
@@ -157,9 +148,10 @@ class LampSearch {
   void tabulate_near(std::size_t lamp) {
     const double at = shapes_[lamp].log_distance;
     if (model_.placed(lamp))
-      model_.tabulate(lamp, {at}, kFineRays);
+      model_.tabulate(lamp, {at}, kParameters.fine_rays);
     else
-      model_.tabulate(lamp, spaced(at - kFineReach, at + kFineReach, kFineSteps), kFineRays);
+      model_.tabulate(lamp, spaced(at - kParameters.fine_reach, at + kParameters.fine_reach, kParameters.fine_steps),
+                      kParameters.fine_rays);
   }
 
   LampSolution solution(const Refinement& last) const {
@@ -173,7 +165,7 @@ class LampSearch {
       estimate.flat = shape.flat;
       estimate.beam = shape.beam;
       estimate.far = shape.far;
-      if (shape.beam) estimate.log_sigma = std::hypot(estimate.log_sigma, kBeamSigma);
+      if (shape.beam) estimate.log_sigma = std::hypot(estimate.log_sigma, kParameters.beam_log_sigma);
       if (shape.flat) estimate.normal = model_.normal(lamp, shape);
       for (std::size_t c = 0; c < 3; ++c) {
         estimate.gain[static_cast<Eigen::Index>(c)] = static_cast<float>(std::exp(shape.log_gain[c]));
@@ -188,7 +180,7 @@ class LampSearch {
     powers_[lamp] = model_.power(lamp, shapes_[lamp]);
   }
   bool clipped(std::size_t lamp) const { return model_.light(lamp).clipped; }
-  bool unseen(std::size_t lamp) const { return model_.light(lamp).shown != PointLight::Shown::yes; }
+  bool unseen(std::size_t lamp) const { return model_.light(lamp).visibility != PointLight::Visibility::visible; }
   void set_gain(std::size_t lamp, double log_gain) {
     shapes_[lamp].log_gain = {log_gain, log_gain, log_gain};
     update(lamp);
@@ -199,27 +191,27 @@ class LampSearch {
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) update(lamp);
   }
 
-  /// Gains of clipped lamps where they usually stand: first the best one for all, then one by one. Without them a
-  /// single lamp close to the probe would have to explain what all of them do. Lamps that nobody sees are off at first:
-  /// they may be, and do not explain what one that is seen does.
+  /// Gains of clipped lamps at the usual distance: first the best one for all, then one by one. Without them a single
+  /// lamp close to the probe would have to explain the effect of all. Lamps that the fish-eye does not see start
+  /// switched off, so that they do not explain the effect of a visible one.
   void start_gains() {
     std::vector<std::size_t> all;
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (clipped(lamp) && !unseen(lamp)) all.push_back(lamp);
     }
     scan_gain(all);
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kParameters.rounds; ++round) {
       for (const std::size_t lamp : all) scan_gain({lamp});
     }
   }
 
   void scan_gain(const std::vector<std::size_t>& lamps) {
-    double least = std::numeric_limits<double>::infinity(), best = 0;
-    for (const double log_gain : spaced(0, std::log(kLargestGain), kGainSteps)) {
+    double min_cost = std::numeric_limits<double>::infinity(), best = 0;
+    for (const double log_gain : spaced(0, std::log(kParameters.max_gain), kParameters.gain_steps)) {
       for (const std::size_t lamp : lamps) set_gain(lamp, log_gain);
       const double here = cost();
-      if (here >= least) continue;
-      least = here;
+      if (here >= min_cost) continue;
+      min_cost = here;
       best = log_gain;
     }
     for (const std::size_t lamp : lamps) set_gain(lamp, best);
@@ -237,27 +229,27 @@ class LampSearch {
     model_.log_albedo(powers_, factors_, log_albedo_);
     double sum = robust_cost(log_albedo_, some_pairs_) * static_cast<double>(pairs_.size()) /
                  static_cast<double>(some_pairs_.size());
-    if (has_gauge(model_, paper_)) sum += gauge_cost(model_, log_albedo_, paper_);
+    if (needs_albedo_scale_prior(model_, paper_)) sum += albedo_scale_cost(model_, log_albedo_, paper_);
     return sum * penalty(shapes_);
   }
 
-  /// The best of all distances and simple shapes of one lamp, the others held.
+  /// The best of all distances and simple shapes of one lamp, with the others fixed.
   bool descend(std::size_t lamp) {
     const LampShape before = shapes_[lamp];
     LampShape best = before;
-    double least = cost();
+    double min_cost = cost();
     const auto consider = [&](const LampShape& shape) {
       shapes_[lamp] = shape;
       update(lamp);
       const double here = cost();
-      if (here < least) {
-        least = here;
+      if (here < min_cost) {
+        min_cost = here;
         best = shape;
       }
     };
     const double octave = std::log(2.0);
-    const std::vector<double> gains = unseen(lamp)    ? spaced(0, std::log(kLargestGain), kGainSteps)
-                                      : clipped(lamp) ? spaced(-2 * octave, 2 * octave, 5)
+    const std::vector<double> gains = unseen(lamp) ? spaced(0, std::log(kParameters.max_gain), kParameters.gain_steps)
+                                      : clipped(lamp) ? spaced(-2 * octave, 2 * octave, kParameters.near_gain_steps)
                                                       : std::vector{0.0};
     for (const double gain : gains) {
       std::array<double, 3> log_gain = before.log_gain;
@@ -280,58 +272,60 @@ class LampSearch {
            best.log_gain != before.log_gain;
   }
 
-  /// Refines all lamps together, then looks whether one that nobody sees would rather be off, and one of the strongest,
-  /// of doubtful outline, of the other kind.
+  /// Refines all lamps together, then tries each lamp that the fish-eye does not see switched off, and each of the
+  /// strongest with a doubtful outline in the other shape.
   Refinement refine_shapes() {
     Refinement best = refine_lamps(model_, some_pairs_, paper_, shapes_, Search::rough);
-    double least = best.cost * penalty(best.shapes);
+    double min_cost = best.cost * penalty(best.shapes);
     for (std::size_t lamp = 0; lamp < model_.lamps(); ++lamp) {
       if (!unseen(lamp)) continue;
       std::vector<LampShape> other = best.shapes;
       other[lamp].log_gain = {};
       const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
-      if (tried.cost * penalty(tried.shapes) > least) continue;
+      if (tried.cost * penalty(tried.shapes) > min_cost) continue;
       best = tried;
-      least = tried.cost * penalty(tried.shapes);
+      min_cost = tried.cost * penalty(tried.shapes);
     }
-    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kShaped, model_.lamps()); ++lamp) {
+    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kParameters.shaped, model_.lamps()); ++lamp) {
       const float squareness = model_.light(lamp).squareness;
-      if (squareness < kRound || squareness > kQuadrilateral || shape_known(lamp)) continue;
+      if (squareness < kParameters.round || squareness > kParameters.quadrilateral || shape_known(lamp)) continue;
       std::vector<LampShape> other = best.shapes;
       other[lamp].flat = !other[lamp].flat;
       other[lamp].tilt = {};
       const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
-      if (tried.cost * penalty(tried.shapes) < least) {
+      if (tried.cost * penalty(tried.shapes) < min_cost) {
         best = tried;
-        least = tried.cost * penalty(tried.shapes);
+        min_cost = tried.cost * penalty(tried.shapes);
       }
     }
-    try_beams(best, least);
+    try_beams(best, min_cost);
     adopt(best);
     return best;
   }
 
-  /// A lamp deep in a shade lights a patch, as one does that stands near and shines everywhere. It is taken for what it
-  /// is where that explains the room much better.
-  void try_beams(Refinement& best, double least) const {
-    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kShaped, model_.lamps()); ++lamp) {
-      // What is as good as infinitely far sends no beam.
-      if (model_.placed(lamp) || best.shapes[lamp].log_distance > std::log(kFarthest_m)) continue;
+  /// A lamp deep in a shade lights a patch, as a near isotropic lamp does. It is taken for a beam where that explains
+  /// the room much better.
+  void try_beams(Refinement& best, double min_cost) const {
+    for (std::size_t lamp = 0; lamp < std::min<std::size_t>(kParameters.shaped, model_.lamps()); ++lamp) {
+      // Beyond the grid a lamp counts as distant: no beam.
+      if (model_.placed(lamp) || best.shapes[lamp].log_distance > std::log(kParameters.max_distance_m)) continue;
       std::vector<LampShape> other = best.shapes;
       if (!other[lamp].flat) other[lamp].tilt = {};
       other[lamp].flat = other[lamp].beam = true;
-      other[lamp].log_distance += kBeamFarther;
+      other[lamp].log_distance += kParameters.beam_farther;
       const Refinement tried = refine_lamps(model_, some_pairs_, paper_, other, Search::rough);
       const double cost = tried.cost * penalty(tried.shapes);
-      if (cost > kBeamShare * least || least - cost < kBeamPerPair * static_cast<double>(some_pairs_.size())) continue;
+      if (cost > kParameters.max_beam_cost * min_cost ||
+          min_cost - cost < kParameters.min_beam_gain * static_cast<double>(some_pairs_.size()))
+        continue;
       best = tried;
-      least = cost;
+      min_cost = cost;
     }
   }
 
   ShadingModel& model_;
   const std::vector<SamplePair>& pairs_;
-  std::vector<SamplePair> some_pairs_;  ///< enough to search with
+  std::vector<SamplePair> some_pairs_;  ///< for the search
   int paper_;                           ///< a sample's index, or -1
   std::vector<LampShape> shapes_;
   std::vector<Eigen::Array3f> powers_;
@@ -350,7 +344,7 @@ LampSolution locate_lamps(const IrradianceModel& room, const Illumination& illum
   const std::vector<SamplePair> pairs = choose_pairs(samples);
   if (paper) {
     samples.push_back(*paper);
-    gathered.push_back(room.gather(paper->position, paper->normal, kPaperRays).irradiance);
+    gathered.push_back(room.gather(paper->position, paper->normal, kParameters.paper_rays).irradiance);
   }
   ShadingModel model(room, illumination, samples, gathered);
   const int paper_index = paper ? static_cast<int>(samples.size()) - 1 : -1;

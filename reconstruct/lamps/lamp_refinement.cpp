@@ -10,18 +10,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr double kNearest_m = 0.3, kFarthest_m = 12;
-constexpr double kSteepest = 4;  // tilt: 76°
-constexpr double kLargestGain = 1e6;
-constexpr double kStep = 1e-3;  // of numeric derivatives
-constexpr int kIterations = 20, kLastIterations = 60;
-constexpr double kTolerance = 1e-5, kLastTolerance = 1e-6;  // of the cost
-/// Errors of the model (of what is gathered, of normals) are alike over a whole surface: so many pairs are one
-/// independent observation. And no pair is known better than this share of the light.
-constexpr double kPairsPerObservation = 600;
-constexpr double kModelShare = 0.02;
-constexpr double kGainPrior = 0.1;  // 1/σ² of a log gain of which nothing is known
-constexpr double kPriorPairs = 30;  // the priors are as strong as so many pairs
+constexpr const LampParameters::Refinement& kParameters = kLampParameters.refinement;
 
 /// Log albedo of all samples and its derivatives, computed once per step for all pairs.
 class Evaluation : public ceres::EvaluationCallback {
@@ -29,13 +18,13 @@ class Evaluation : public ceres::EvaluationCallback {
   Evaluation(const ShadingModel& model, std::vector<LampShape> shapes)
       : model_(model),
         shapes_(std::move(shapes)),
-        parameters_(kPerLamp * shapes_.size()),
+        parameters_(kUnknownsPerLamp * shapes_.size()),
         powers_(shapes_.size()),
         factors_(shapes_.size()) {
     for (std::size_t lamp = 0; lamp < shapes_.size(); ++lamp) {
-      parameters_[kPerLamp * lamp] = shapes_[lamp].log_distance;
-      for (std::size_t i = 0; i < 2; ++i) parameters_[kPerLamp * lamp + 1 + i] = shapes_[lamp].tilt[i];
-      for (std::size_t i = 0; i < 3; ++i) parameters_[kPerLamp * lamp + 3 + i] = shapes_[lamp].log_gain[i];
+      parameters_[kUnknownsPerLamp * lamp] = shapes_[lamp].log_distance;
+      for (std::size_t i = 0; i < 2; ++i) parameters_[kUnknownsPerLamp * lamp + 1 + i] = shapes_[lamp].tilt[i];
+      for (std::size_t i = 0; i < 3; ++i) parameters_[kUnknownsPerLamp * lamp + 3 + i] = shapes_[lamp].log_gain[i];
     }
   }
 
@@ -52,10 +41,10 @@ class Evaluation : public ceres::EvaluationCallback {
   }
 
   LampShape shape(std::size_t lamp) const {
-    const double* p = &parameters_[kPerLamp * lamp];
+    const double* p = &parameters_[kUnknownsPerLamp * lamp];
     return {p[0], shapes_[lamp].flat, {p[1], p[2]}, {p[3], p[4], p[5]}, shapes_[lamp].beam, shapes_[lamp].far};
   }
-  /// Which of a lamp's parameters are known.
+  /// Indices of a lamp's parameters that are known.
   std::vector<int> fixed(std::size_t lamp) const {
     std::vector<int> result;
     if (model_.placed(lamp) || shapes_[lamp].far) result = {0};
@@ -65,9 +54,9 @@ class Evaluation : public ceres::EvaluationCallback {
   }
   std::size_t lamps() const { return shapes_.size(); }
   std::size_t parameters() const { return parameters_.size(); }
-  double* of_lamp(std::size_t lamp) { return &parameters_[kPerLamp * lamp]; }
+  double* of_lamp(std::size_t lamp) { return &parameters_[kUnknownsPerLamp * lamp]; }
 
-  float told(std::size_t sample) const { return model_.told(sample, powers_, factors_); }
+  float information_weight(std::size_t sample) const { return model_.information_weight(sample, powers_, factors_); }
 
   std::vector<Eigen::Array3f> log_albedo;
   std::vector<std::vector<Eigen::Array3f>> derivative;  ///< per parameter, per sample
@@ -79,26 +68,26 @@ class Evaluation : public ceres::EvaluationCallback {
     for (std::size_t i = 0; i < slope.size(); ++i) slope[i] = model_.slope(i, powers_, factors_);
     std::vector<float> ahead, behind;
     for (std::size_t p = 0; p < parameters_.size(); ++p) {
-      const std::size_t lamp = p / kPerLamp;
-      const int place = static_cast<int>(p % kPerLamp);
+      const std::size_t lamp = p / kUnknownsPerLamp;
+      const int unknown = static_cast<int>(p % kUnknownsPerLamp);
       const std::vector<int> known = fixed(lamp);
       derivative[p].assign(log_albedo.size(), Eigen::Array3f::Zero());
-      if (std::count(known.begin(), known.end(), place)) continue;
-      if (place >= 3) {
-        const int c = place - 3;
+      if (std::count(known.begin(), known.end(), unknown)) continue;
+      if (unknown >= 3) {
+        const int c = unknown - 3;
         for (std::size_t i = 0; i < slope.size(); ++i) {
           derivative[p][i][c] = powers_[lamp][c] * factors_[lamp][i] * slope[i][c];
         }
         continue;
       }
       const double value = parameters_[p];
-      parameters_[p] = value + kStep;
+      parameters_[p] = value + kParameters.step;
       model_.factors(lamp, shape(lamp), ahead);
-      parameters_[p] = value - kStep;
+      parameters_[p] = value - kParameters.step;
       model_.factors(lamp, shape(lamp), behind);
       parameters_[p] = value;
       for (std::size_t i = 0; i < ahead.size(); ++i) {
-        const float change = (ahead[i] - behind[i]) / static_cast<float>(2 * kStep);
+        const float change = (ahead[i] - behind[i]) / static_cast<float>(2 * kParameters.step);
         if (change != 0) derivative[p][i] = change * powers_[lamp] * slope[i];
       }
     }
@@ -113,11 +102,10 @@ class Evaluation : public ceres::EvaluationCallback {
   bool derivatives_done_ = false;
 };
 
-constexpr double kPaperAlbedo = 0.8, kPaperSigma = 0.15;
-constexpr double kRoomAlbedo = 0.35, kRoomSigma = 0.5;  // geometric mean over a room
-
-double gauge_scale(const AlbedoScalePrior& gauge) { return std::sqrt(kGaugePairs / 3) / gauge.sigma; }
-const double kChannelScale = 1 / (kPairScale * std::sqrt(3.0));
+double albedo_scale_weight(const AlbedoScalePrior& prior) {
+  return std::sqrt(kParameters.scale_pairs / 3) / prior.log_sigma;
+}
+const double kChannelScale = 1 / (kParameters.pair_scale * std::sqrt(3.0));
 
 /// a s / (a + s) of a squared residual s.
 class GemanMcClure : public ceres::LossFunction {
@@ -138,7 +126,8 @@ class PairCost : public ceres::CostFunction {
  public:
   PairCost(const Evaluation& evaluation, SamplePair pair) : evaluation_(evaluation), pair_(pair) {
     set_num_residuals(3);
-    for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) mutable_parameter_block_sizes()->push_back(kPerLamp);
+    for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp)
+      mutable_parameter_block_sizes()->push_back(kUnknownsPerLamp);
   }
 
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
@@ -146,10 +135,11 @@ class PairCost : public ceres::CostFunction {
     const Eigen::Array3f difference = evaluation_.log_albedo[a] - evaluation_.log_albedo[b];
     for (int c = 0; c < 3; ++c) residuals[c] = kChannelScale * difference[c];
     for (std::size_t p = 0; jacobians && p < evaluation_.parameters(); ++p) {
-      double* block = jacobians[p / kPerLamp];
+      double* block = jacobians[p / kUnknownsPerLamp];
       if (!block) continue;
       const Eigen::Array3f slope = evaluation_.derivative[p][a] - evaluation_.derivative[p][b];
-      for (int c = 0; c < 3; ++c) block[c * kPerLamp + static_cast<int>(p % kPerLamp)] = kChannelScale * slope[c];
+      for (int c = 0; c < 3; ++c)
+        block[c * kUnknownsPerLamp + static_cast<int>(p % kUnknownsPerLamp)] = kChannelScale * slope[c];
     }
     return true;
   }
@@ -162,20 +152,22 @@ class PairCost : public ceres::CostFunction {
 class AlbedoScalePriorCost : public ceres::CostFunction {
  public:
   AlbedoScalePriorCost(const ShadingModel& model, const Evaluation& evaluation, int paper)
-      : model_(model), evaluation_(evaluation), gauge_(gauge_of(paper)) {
+      : model_(model), evaluation_(evaluation), prior_(albedo_scale_prior(paper)) {
     set_num_residuals(3);
-    for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) mutable_parameter_block_sizes()->push_back(kPerLamp);
+    for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp)
+      mutable_parameter_block_sizes()->push_back(kUnknownsPerLamp);
   }
 
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
-    const double scale = gauge_scale(gauge_);
-    const Eigen::Array3f found = model_.gauged(evaluation_.log_albedo, gauge_.paper);
-    for (int c = 0; c < 3; ++c) residuals[c] = scale * (found[c] - std::log(gauge_.albedo));
+    const double scale = albedo_scale_weight(prior_);
+    const Eigen::Array3f found = model_.scale_reference(evaluation_.log_albedo, prior_.paper);
+    for (int c = 0; c < 3; ++c) residuals[c] = scale * (found[c] - std::log(prior_.albedo));
     for (std::size_t p = 0; jacobians && p < evaluation_.parameters(); ++p) {
-      double* block = jacobians[p / kPerLamp];
+      double* block = jacobians[p / kUnknownsPerLamp];
       if (!block) continue;
-      const Eigen::Array3f slope = model_.gauged(evaluation_.derivative[p], gauge_.paper);
-      for (int c = 0; c < 3; ++c) block[c * kPerLamp + static_cast<int>(p % kPerLamp)] = scale * slope[c];
+      const Eigen::Array3f slope = model_.scale_reference(evaluation_.derivative[p], prior_.paper);
+      for (int c = 0; c < 3; ++c)
+        block[c * kUnknownsPerLamp + static_cast<int>(p % kUnknownsPerLamp)] = scale * slope[c];
     }
     return true;
   }
@@ -183,42 +175,34 @@ class AlbedoScalePriorCost : public ceres::CostFunction {
  private:
   const ShadingModel& model_;
   const Evaluation& evaluation_;
-  AlbedoScalePrior gauge_;
+  AlbedoScalePrior prior_;
 };
 
-/// Lamps glow or are made to look as if they did: their log colours (linear Rec. 709, less their mean) lie near the
-/// line from a black body of 6500 K, which is white, to one of 2700 K. Beside it tints are rare.
-constexpr double kWarm[3] = {0.631, 0.134, -0.765};   // unit
-constexpr double kUsualWarmth = 0.8, kLooseness = 4;  // half of the way to 2700 K; σ along the line over that beside it
-
-/// Holds what the pairs do not decide: a lamp in a room, a panel that faces the probe more or less, and the colour of a
-/// clipped lamp.
+/// Prior of what the pairs may not determine: distance, a panel that faces the probe, and the colour of a clipped lamp.
 struct Prior {
   double weight;
-  std::array<double, 3> log_measured;  ///< of its irradiance, which clipping made white or tinted the other way
+  std::array<double, 3> log_measured;  ///< irradiance, whose colour clipping changed
   template <typename T>
   bool operator()(const T* p, T* residuals) const {
-    residuals[0] = weight * 0.5 * (p[0] - std::log(1.5));
-    residuals[1] = weight * p[1];
-    residuals[2] = weight * p[2];
+    residuals[0] = weight * kParameters.distance_prior * (p[0] - std::log(kLampParameters.usual_distance_m));
+    residuals[1] = weight * kParameters.tilt_prior * p[1];
+    residuals[2] = weight * kParameters.tilt_prior * p[2];
     const T colour[3] = {p[3] + log_measured[0], p[4] + log_measured[1], p[5] + log_measured[2]};
     const T mean = (colour[0] + colour[1] + colour[2]) / 3.0;
     T warmth = T(0);
-    for (int c = 0; c < 3; ++c) warmth += kWarm[c] * colour[c];
-    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (colour[c] - mean - warmth * kWarm[c]);
-    residuals[6] = weight / kLooseness * (warmth - kUsualWarmth);
+    for (int c = 0; c < 3; ++c) warmth += kParameters.warm[c] * colour[c];
+    for (int c = 0; c < 3; ++c) residuals[3 + c] = weight * (colour[c] - mean - warmth * kParameters.warm[c]);
+    residuals[6] = weight / kParameters.warmth_looseness * (warmth - kParameters.usual_warmth);
     return true;
   }
 };
 
-/// Clipped lamps of one kind in a room are usually alike. Where shading tells what they send together, and not which of
-/// them, this shares it out.
-constexpr double kAlikeSigma = 0.7;  ///< of log radiance, mean of the channels
-
+/// Clipped lamps of one kind in a room usually have equal radiance. Where shading determines their sum but not each of
+/// them, this prior divides it.
 struct AlikeLamps {
   std::size_t first, second;
-  double information;       ///< 1/σ² of
-  double log_gain_between;  ///< second's less first's, were their radiance equal
+  double information;     ///< 1/σ²
+  double log_gain_ratio;  ///< of second to first, for equal radiance
 };
 
 std::vector<AlikeLamps> alike_lamps(const ShadingModel& model, const std::vector<LampShape>& shapes) {
@@ -232,12 +216,15 @@ std::vector<AlikeLamps> alike_lamps(const ShadingModel& model, const std::vector
     std::vector<std::size_t> kind;
     for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp) {
       const PointLight& light = model.light(lamp);
-      if (light.clipped && light.shown == PointLight::Shown::yes && shapes[lamp].flat == flat) kind.push_back(lamp);
+      if (light.clipped && light.visibility == PointLight::Visibility::visible && shapes[lamp].flat == flat)
+        kind.push_back(lamp);
     }
     for (std::size_t i = 0; i < kind.size(); ++i) {
       for (std::size_t k = 0; k < i; ++k) {
-        result.push_back({kind[k], kind[i], 2 / (static_cast<double>(kind.size()) * kAlikeSigma * kAlikeSigma),
-                          log_measured(kind[k]) - log_measured(kind[i])});
+        result.push_back(
+            {kind[k], kind[i],
+             2 / (static_cast<double>(kind.size()) * kParameters.alike_log_sigma * kParameters.alike_log_sigma),
+             log_measured(kind[k]) - log_measured(kind[i])});
       }
     }
   }
@@ -245,69 +232,76 @@ std::vector<AlikeLamps> alike_lamps(const ShadingModel& model, const std::vector
 }
 
 struct Alike {
-  double weight, log_gain_between;
+  double weight, log_gain_ratio;
   template <typename T>
   bool operator()(const T* first, const T* second, T* residual) const {
-    T between = T(0);
-    for (int c = 0; c < 3; ++c) between += (second[3 + c] - first[3 + c]) / 3.0;
-    residual[0] = weight * (between - log_gain_between);
+    T ratio = T(0);
+    for (int c = 0; c < 3; ++c) ratio += (second[3 + c] - first[3 + c]) / 3.0;
+    residual[0] = weight * (ratio - log_gain_ratio);
     return true;
   }
 };
 
-struct Spread {
+struct Uncertainty {
   Eigen::MatrixXd covariance;
   double pair_variance;
 };
 
-/// Covariance of all parameters from the curvature of the robust cost (weights 1 / (1 + r²)²), of the gauge where a
-/// gauge is needed, of lamps that are alike, and of wide priors.
-Spread spread_of(const ShadingModel& model, const Evaluation& evaluation, const std::vector<SamplePair>& pairs,
-                 int paper, bool gauged, const std::vector<AlikeLamps>& alikes) {
+/// Covariance of all parameters from the curvature of the robust cost (weights 1 / (1 + r²)²), of the prior of the
+/// albedo scale if used, of the prior of alike lamps, and of the wide priors.
+Uncertainty uncertainty_of(const ShadingModel& model, const Evaluation& evaluation,
+                           const std::vector<SamplePair>& pairs, int paper, bool with_scale_prior,
+                           const std::vector<AlikeLamps>& alikes) {
   const auto size = static_cast<Eigen::Index>(evaluation.parameters());
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(size, size);
-  Eigen::VectorXd row(size), raised = Eigen::VectorXd::Ones(size);  // of lamps that send next to nothing
+  Eigen::VectorXd row(size), scale = Eigen::VectorXd::Ones(size);
+  // Log gains of unseen lamps that are nearly off differ much without any effect: their uncertainty is that at log_dim.
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
-    if (model.light(lamp).shown == PointLight::Shown::yes) continue;
+    if (model.light(lamp).visibility == PointLight::Visibility::visible) continue;
     const LampShape shape = evaluation.shape(lamp);
     for (std::size_t c = 0; c < 3; ++c)
-      raised[static_cast<Eigen::Index>(kPerLamp * lamp + 3 + c)] = std::exp(std::max(0.0, kLogDim - shape.log_gain[c]));
+      scale[static_cast<Eigen::Index>(kUnknownsPerLamp * lamp + 3 + c)] =
+          std::exp(std::max(0.0, kParameters.log_dim - shape.log_gain[c]));
   }
   double squares = 0, weights = 0;
   for (const SamplePair& pair : pairs) {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     const Eigen::Array3f r = static_cast<float>(kChannelScale) * (evaluation.log_albedo[a] - evaluation.log_albedo[b]);
-    const double told = std::pow(std::min(evaluation.told(a), evaluation.told(b)), 2);
-    const double weight = told / std::pow(1 + r.square().sum(), 2);
+    const double information =
+        std::pow(std::min(evaluation.information_weight(a), evaluation.information_weight(b)), 2);
+    const double weight = information / std::pow(1 + r.square().sum(), 2);
     squares += weight * r.square().sum();
     weights += 3 * weight;
     for (int c = 0; c < 3; ++c) {
       for (Eigen::Index p = 0; p < size; ++p) {
         const auto& derivative = evaluation.derivative[static_cast<std::size_t>(p)];
-        row[p] = raised[p] * kChannelScale * (derivative[a][c] - derivative[b][c]);
+        row[p] = scale[p] * kChannelScale * (derivative[a][c] - derivative[b][c]);
       }
       curvature.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
     }
   }
   curvature = curvature.selfadjointView<Eigen::Lower>();
-  const double least = std::pow(kModelShare / kPairScale, 2) / 3;
-  const double variance = kPairsPerObservation * std::max(least, squares / std::max(weights, 1e-9));
+  const double min_variance = std::pow(kParameters.model_error / kParameters.pair_scale, 2) / 3;
+  const double variance = kParameters.pairs_per_observation * std::max(min_variance, squares / std::max(weights, 1e-9));
   curvature /= variance;
-  const AlbedoScalePrior gauge = gauge_of(paper);
-  for (int c = 0; gauged && c < 3; ++c) {
+  const AlbedoScalePrior prior = albedo_scale_prior(paper);
+  for (int c = 0; with_scale_prior && c < 3; ++c) {
     for (Eigen::Index p = 0; p < size; ++p) {
-      row[p] = raised[p] * model.gauged(evaluation.derivative[static_cast<std::size_t>(p)], paper)[c] / gauge.sigma;
+      row[p] = scale[p] * model.scale_reference(evaluation.derivative[static_cast<std::size_t>(p)], paper)[c] /
+               prior.log_sigma;
     }
     curvature += row * row.transpose();
   }
   for (Eigen::Index p = 0; p < size; ++p) {
-    const Eigen::Index place = p % kPerLamp;
-    curvature(p, p) += place == 0 ? 0.25 : place < 3 ? 1 : kGainPrior;
+    const Eigen::Index unknown = p % kUnknownsPerLamp;
+    curvature(p, p) += unknown == 0  ? kParameters.distance_prior * kParameters.distance_prior
+                       : unknown < 3 ? kParameters.tilt_prior * kParameters.tilt_prior
+                                     : kParameters.gain_prior;
   }
   for (const AlikeLamps& alike : alikes) {
     row.setZero();
-    row.segment<3>(static_cast<Eigen::Index>(kPerLamp * alike.first + 3)).setConstant(-1.0 / 3);
-    row.segment<3>(static_cast<Eigen::Index>(kPerLamp * alike.second + 3)).setConstant(1.0 / 3);
+    row.segment<3>(static_cast<Eigen::Index>(kUnknownsPerLamp * alike.first + 3)).setConstant(-1.0 / 3);
+    row.segment<3>(static_cast<Eigen::Index>(kUnknownsPerLamp * alike.second + 3)).setConstant(1.0 / 3);
     curvature += alike.information * row * row.transpose();
   }
   return {curvature.inverse(), variance};
@@ -329,27 +323,67 @@ double robust_cost(const std::vector<Eigen::Array3f>& log_albedo, const std::vec
 
 bool has_clipped(const ShadingModel& model) {
   for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp)
-    if (model.light(lamp).clipped && model.light(lamp).shown == PointLight::Shown::yes) return true;
+    if (model.light(lamp).clipped && model.light(lamp).visibility == PointLight::Visibility::visible) return true;
   return false;
 }
 
-bool has_gauge(const ShadingModel& model, int paper) {
+bool needs_albedo_scale_prior(const ShadingModel& model, int paper) {
   if (has_clipped(model)) return true;
   for (std::size_t lamp = 0; lamp < model.lamps(); ++lamp)
     if (model.light(lamp).clipped) return paper >= 0;
   return false;
 }
 
-AlbedoScalePrior gauge_of(int paper) {
-  return paper >= 0 ? AlbedoScalePrior{paper, kPaperAlbedo, kPaperSigma}
-                    : AlbedoScalePrior{-1, kRoomAlbedo, kRoomSigma};
+AlbedoScalePrior albedo_scale_prior(int paper) {
+  return paper >= 0 ? AlbedoScalePrior{paper, kParameters.paper_albedo, kParameters.paper_log_sigma}
+                    : AlbedoScalePrior{-1, kParameters.room_albedo, kParameters.room_log_sigma};
 }
 
-double gauge_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& log_albedo, int paper) {
-  const AlbedoScalePrior gauge = gauge_of(paper);
-  const Eigen::Array3f off = model.gauged(log_albedo, paper) - static_cast<float>(std::log(gauge.albedo));
-  return gauge_scale(gauge) * gauge_scale(gauge) * off.square().sum();
+double albedo_scale_cost(const ShadingModel& model, const std::vector<Eigen::Array3f>& log_albedo, int paper) {
+  const AlbedoScalePrior prior = albedo_scale_prior(paper);
+  const Eigen::Array3f error = model.scale_reference(log_albedo, paper) - static_cast<float>(std::log(prior.albedo));
+  return albedo_scale_weight(prior) * albedo_scale_weight(prior) * error.square().sum();
 }
+
+namespace {
+
+/// Prior and bounds of one lamp's unknowns.
+void add_lamp(ceres::Problem& problem, Evaluation& evaluation, const ShadingModel& model, std::size_t lamp) {
+  double* p = evaluation.of_lamp(lamp);
+  auto* prior = new Prior{std::sqrt(kParameters.prior_pairs), {}};
+  for (int c = 0; c < 3; ++c) {
+    prior->log_measured[static_cast<std::size_t>(c)] = std::log(std::max(model.light(lamp).irradiance[c], 1e-12f));
+  }
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 7, kUnknownsPerLamp>(prior), nullptr, p);
+  const std::vector<int> known = evaluation.fixed(lamp);
+  if (known.size() == kUnknownsPerLamp) {
+    problem.SetParameterBlockConstant(p);
+    return;
+  }
+  for (int i = 0; i < kUnknownsPerLamp; ++i) {
+    if (std::count(known.begin(), known.end(), i)) continue;
+    const double max_tilt = kParameters.max_tilt;
+    problem.SetParameterLowerBound(p, i, i == 0 ? std::log(kParameters.min_distance_m) : i < 3 ? -max_tilt : 0);
+    problem.SetParameterUpperBound(p, i,
+                                   i == 0  ? std::log(kParameters.max_distance_m)
+                                   : i < 3 ? max_tilt
+                                           : std::log(kParameters.max_gain));
+  }
+  if (!known.empty()) problem.SetManifold(p, new ceres::SubsetManifold(kUnknownsPerLamp, known));
+}
+
+void minimise(ceres::Problem& problem, Search how) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = how == Search::fine ? kParameters.fine_iterations : kParameters.rough_iterations;
+  options.function_tolerance = how == Search::fine ? kParameters.fine_tolerance : kParameters.rough_tolerance;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+}
+
+}  // namespace
 
 Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>& pairs, int paper,
                         const std::vector<LampShape>& start, Search how) {
@@ -360,55 +394,30 @@ Refinement refine_lamps(const ShadingModel& model, const std::vector<SamplePair>
   std::vector<double*> blocks;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) blocks.push_back(evaluation.of_lamp(lamp));
   for (const SamplePair& pair : pairs) {
-    problem.AddResidualBlock(new PairCost(evaluation, pair), new GemanMcClure(how == Search::fine ? 1 : kWideLevel),
-                             blocks);
+    problem.AddResidualBlock(new PairCost(evaluation, pair),
+                             new GemanMcClure(how == Search::fine ? 1 : kParameters.wide_level), blocks);
   }
-  const bool gauged = has_gauge(model, paper);
-  if (gauged) problem.AddResidualBlock(new AlbedoScalePriorCost(model, evaluation, paper), nullptr, blocks);
-  for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
-    double* p = evaluation.of_lamp(lamp);
-    auto* prior = new Prior{std::sqrt(kPriorPairs), {}};
-    for (int c = 0; c < 3; ++c) {
-      prior->log_measured[static_cast<std::size_t>(c)] = std::log(std::max(model.light(lamp).irradiance[c], 1e-12f));
-    }
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 7, kPerLamp>(prior), nullptr, p);
-    const std::vector<int> known = evaluation.fixed(lamp);
-    if (known.size() == kPerLamp) {
-      problem.SetParameterBlockConstant(p);
-      continue;
-    }
-    for (int i = 0; i < kPerLamp; ++i) {
-      if (std::count(known.begin(), known.end(), i)) continue;
-      problem.SetParameterLowerBound(p, i, i == 0 ? std::log(kNearest_m) : i < 3 ? -kSteepest : 0);
-      problem.SetParameterUpperBound(p, i, i == 0 ? std::log(kFarthest_m) : i < 3 ? kSteepest : std::log(kLargestGain));
-    }
-    if (!known.empty()) problem.SetManifold(p, new ceres::SubsetManifold(kPerLamp, known));
-  }
+  const bool with_scale_prior = needs_albedo_scale_prior(model, paper);
+  if (with_scale_prior) problem.AddResidualBlock(new AlbedoScalePriorCost(model, evaluation, paper), nullptr, blocks);
+  for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) add_lamp(problem, evaluation, model, lamp);
   const std::vector<AlikeLamps> alikes = alike_lamps(model, start);
   for (const AlikeLamps& alike : alikes) {
-    auto* cost = new Alike{std::sqrt(alike.information * kGaugePairs / 3), alike.log_gain_between};
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Alike, 1, kPerLamp, kPerLamp>(cost), nullptr,
-                             evaluation.of_lamp(alike.first), evaluation.of_lamp(alike.second));
+    auto* cost = new Alike{std::sqrt(alike.information * kParameters.scale_pairs / 3), alike.log_gain_ratio};
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Alike, 1, kUnknownsPerLamp, kUnknownsPerLamp>(cost),
+                             nullptr, evaluation.of_lamp(alike.first), evaluation.of_lamp(alike.second));
   }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = how == Search::fine ? kLastIterations : kIterations;
-  options.function_tolerance = how == Search::fine ? kLastTolerance : kTolerance;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  minimise(problem, how);
 
   evaluation.PrepareForEvaluation(true, true);
   Refinement result;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) result.shapes.push_back(evaluation.shape(lamp));
   result.cost = robust_cost(evaluation.log_albedo, pairs);
-  if (gauged) result.cost += gauge_cost(model, evaluation.log_albedo, paper);
-  const Spread spread = spread_of(model, evaluation, pairs, paper, gauged, alikes);
-  result.covariance = spread.covariance;
-  result.pair_variance = spread.pair_variance;
+  if (with_scale_prior) result.cost += albedo_scale_cost(model, evaluation.log_albedo, paper);
+  const Uncertainty uncertainty = uncertainty_of(model, evaluation, pairs, paper, with_scale_prior, alikes);
+  result.covariance = uncertainty.covariance;
+  result.pair_variance = uncertainty.pair_variance;
   for (std::size_t lamp = 0; lamp < evaluation.lamps(); ++lamp) {
-    const auto p = static_cast<Eigen::Index>(kPerLamp * lamp);
+    const auto p = static_cast<Eigen::Index>(kUnknownsPerLamp * lamp);
     result.log_sigma.push_back(std::sqrt(std::max(0.0, result.covariance(p, p))));
     result.gain_log_sigma.push_back(std::sqrt(std::max(0.0, result.covariance.diagonal().segment(p + 3, 3).mean())));
   }

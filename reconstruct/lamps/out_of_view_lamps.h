@@ -1,5 +1,5 @@
 #pragma once
-// The power of marked lamps that the fish-eye does not show, from how the room is shaded.
+// Power of tagged lamps that the fish-eye does not see, from the shading of the room.
 #include <string>
 #include <vector>
 
@@ -11,23 +11,23 @@ namespace lumigraft::reconstruct {
 
 class OutOfViewLamps {
  public:
-  /// Makes such lamps ones that are clipped far below what they send, so that locate_lamps looks for their power;
-  /// leaves out those that a free sight from the fish-eye shows to be off.
+  /// Marks such lamps as clipped at a very low power, so that locate_lamps estimates their power. Removes those that
+  /// are visibly off: in view and not occluded.
   OutOfViewLamps(Illumination& light, const FieldRays& rays);
 
-  /// After their power was found: leaves out those that are off, and gives those the power back that was said before of
-  /// which the shading says too little. `named` are the session's lamps, for warnings.
-  void settle(Illumination& light, const std::vector<capture::TaggedLamp>& named,
-              std::vector<std::string>& warnings) const;
+  /// After locate_lamps: removes lamps that are off, and restores the previous or configured power of those that
+  /// shading does not determine. `named`: Session::lamps, for warnings.
+  void resolve(Illumination& light, const std::vector<capture::TaggedLamp>& named,
+               std::vector<std::string>& warnings) const;
 
  private:
-  struct Said {
+  struct Prior {
     int id;
     Eigen::Vector3f irradiance;
     float log_sigma;
   };
-  std::vector<Said> said_;
-  float all_light_ = 0;  ///< at the probe, mean of channels
+  std::vector<Prior> priors_;  ///< power before the estimate
+  float all_light_ = 0;        ///< at the probe, mean of channels
 };
 
 }  // namespace lumigraft::reconstruct

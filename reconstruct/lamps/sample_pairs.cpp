@@ -4,14 +4,12 @@
 #include <random>
 #include <utility>
 
+#include "reconstruct/lamps/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr int kNeighbours = 4;
-constexpr int kFar = 6;
-constexpr int kFarTries = 40;
-constexpr float kFarReach_m = 1.0f;       // a floor's or wall's shading says more the farther it is followed
-constexpr float kSameOrientation = 0.9f;  // cosine
+constexpr const LampParameters::Pairs& kParameters = kLampParameters.pairs;
 
 }  // namespace
 
@@ -22,7 +20,7 @@ std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples) 
   }
   std::vector<SamplePair> pairs;
   if (usable.size() < 2) return pairs;
-  std::mt19937 random(1);  // the engine's output is the same everywhere; distributions are not
+  std::mt19937 random(1);  // engines are portable, distributions are not
   std::vector<std::pair<float, int>> near(usable.size());
   for (const int a : usable) {
     const SurfaceSample& sample = samples[static_cast<std::size_t>(a)];
@@ -30,14 +28,15 @@ std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples) 
     for (const int b : usable) {
       if (a != b) near.emplace_back((samples[static_cast<std::size_t>(b)].position - sample.position).squaredNorm(), b);
     }
-    const auto count = std::min<std::ptrdiff_t>(kNeighbours, static_cast<std::ptrdiff_t>(near.size()));
+    const auto count = std::min<std::ptrdiff_t>(kParameters.neighbours, static_cast<std::ptrdiff_t>(near.size()));
     std::partial_sort(near.begin(), near.begin() + count, near.end());
     for (std::ptrdiff_t i = 0; i < count; ++i) pairs.push_back({a, near[static_cast<std::size_t>(i)].second});
-    for (int found = 0, i = 0; i < kFarTries && found < kFar; ++i) {
+    for (int found = 0, i = 0; i < kParameters.far_tries && found < kParameters.far; ++i) {
       const int b = usable[random() % usable.size()];
       const SurfaceSample& other = samples[static_cast<std::size_t>(b)];
-      if (a == b || sample.normal.dot(other.normal) < kSameOrientation) continue;
-      if ((sample.position - other.position).squaredNorm() > kFarReach_m * kFarReach_m) continue;
+      if (a == b || sample.normal.dot(other.normal) < kParameters.same_orientation) continue;
+      if ((sample.position - other.position).squaredNorm() > kParameters.far_reach_m * kParameters.far_reach_m)
+        continue;
       pairs.push_back({a, b});
       ++found;
     }

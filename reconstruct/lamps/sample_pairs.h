@@ -1,5 +1,5 @@
 #pragma once
-// Pairs of surface samples that probably have the same albedo: what light does to them differs, what they are does not.
+// Pairs of surface samples that probably have the same albedo but different irradiance.
 #include <vector>
 
 #include "reconstruct/shading/surface_samples.h"
@@ -10,8 +10,8 @@ struct SamplePair {
   int a, b;
 };
 
-/// For each usable sample its nearest neighbours, whatever their normals, and others of the same orientation up to half
-/// a metre away. The choice is random but always the same.
+/// For each usable sample its nearest neighbours of any normal, and random ones of the same orientation up to 1 m away.
+/// The random choice is the same for the same samples.
 std::vector<SamplePair> choose_pairs(const std::vector<SurfaceSample>& samples);
 
 }  // namespace lumigraft::reconstruct

@@ -6,24 +6,22 @@
 #include <numbers>
 
 #include "reconstruct/shading/noise_floor.h"
+#include "reconstruct/shading/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-/// What neither light nor picture reaches has this albedo, neither white nor black.
-constexpr float kDarkAlbedo = 0.35f;
-
-/// Places in a table and their shares.
+/// Indices into a table and their weights.
 using Blend = std::array<std::pair<std::size_t, float>, 4>;
 
-/// Cubic B-spline weights (evenly spaced knots; the ends repeated). They smooth alike wherever `at` lies. Linear ones
-/// are sharp at the knots alone, where shadows then fit best: the search would stop at one.
+/// Cubic B-spline weights (evenly spaced knots; the ends repeated). They smooth equally at every position. Linear
+/// weights are sharp at the knots only, where shadows then fit best and attract the search.
 Blend blended(const std::vector<double>& knots, double at) {
   const std::size_t last = knots.size() - 1;
   if (last == 0) return {{{0, 1.0f}}};
-  const double place =
+  const double position =
       std::clamp((at - knots.front()) / (knots.back() - knots.front()), 0.0, 1.0) * static_cast<double>(last);
-  const double low = std::min(std::floor(place), static_cast<double>(last) - 1), t = place - low;
+  const double low = std::min(std::floor(position), static_cast<double>(last) - 1), t = position - low;
   const double weights[] = {std::pow(1 - t, 3) / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
                             (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6};
   Blend result;
@@ -43,14 +41,14 @@ ShadingModel::ShadingModel(const IrradianceModel& room, const Illumination& illu
       lights_(illumination.lights),
       samples_(samples),
       gathered_(gathered),
-      dark_(dark_radiance(samples)),
+      noise_floor_(noise_floor_radiance(samples)),
       tables_(illumination.lights.size()) {
   for (const PointLight& light : lights_) {
     const Eigen::Vector3f first = light.direction.unitOrthogonal();
     across_.push_back({first, light.direction.cross(first)});
   }
   for (const SurfaceSample& sample : samples)
-    log_radiance_.push_back((sample.radiance.array() + kDarkAlbedo * dark_).log());
+    log_radiance_.push_back((sample.radiance.array() + kTypicalAlbedo * noise_floor_).log());
 }
 
 void ShadingModel::tabulate(std::size_t lamp, std::vector<double> log_distances, int rays) {
@@ -71,10 +69,10 @@ double ShadingModel::log_distance_of(const PointLight& placed) const {
   return std::log((placed.position_m - probe_).norm());
 }
 
-/// Its cosine with a direction is the emission that way over that towards the probe.
+/// Normal scaled so that its dot product with a direction is the emission there over that towards the probe.
 Eigen::Vector3f ShadingModel::axis(std::size_t lamp, const LampShape& shape) const {
   const PointLight& light = lights_[lamp];
-  if (placed(lamp) && light.flat) return light.normal / std::max(-light.normal.dot(light.direction), kLeastSlant);
+  if (placed(lamp) && light.flat) return light.normal / std::max(-light.normal.dot(light.direction), kMinSlantCosine);
   return -light.direction + static_cast<float>(shape.tilt[0]) * across_[lamp][0] +
          static_cast<float>(shape.tilt[1]) * across_[lamp][1];
 }
@@ -84,7 +82,7 @@ Eigen::Vector3f ShadingModel::normal(std::size_t lamp, const LampShape& shape) c
 }
 
 std::array<double, 2> ShadingModel::tilt_of(std::size_t lamp, const Eigen::Vector3f& normal) const {
-  const double along = std::max(-normal.dot(lights_[lamp].direction), kLeastSlant);
+  const double along = std::max(-normal.dot(lights_[lamp].direction), kMinSlantCosine);
   return {normal.dot(across_[lamp][0]) / along, normal.dot(across_[lamp][1]) / along};
 }
 
@@ -99,11 +97,11 @@ void ShadingModel::factors(std::size_t lamp, const LampShape& shape, std::vector
     float visible = 0;
     for (std::size_t k = 0; k < blend.size(); ++k) visible += blend[k].second * table.visibility[blend[k].first][i];
     if (!(visible > 0)) continue;
-    const Eigen::Vector3f way = position - samples_[i].position;
-    const float squared = way.squaredNorm(), length = std::sqrt(squared);
-    const float cosine = samples_[i].normal.dot(way) / length;
+    const Eigen::Vector3f offset = position - samples_[i].position;
+    const float squared = offset.squaredNorm(), length = std::sqrt(squared);
+    const float cosine = samples_[i].normal.dot(offset) / length;
     if (!(cosine > 0)) continue;
-    const float ahead = std::max(0.0f, -facing.dot(way) / length);
+    const float ahead = std::max(0.0f, -facing.dot(offset) / length);
     const float emission = shape.beam ? ahead * ahead * ahead * ahead : shape.flat ? ahead : 1.0f;
     result[i] = visible * emission * cosine * distance * distance / squared;
   }
@@ -127,18 +125,19 @@ void ShadingModel::log_albedo(const std::vector<Eigen::Array3f>& powers, const s
   result.resize(samples_.size());
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     if (!samples_[i].usable) continue;
-    result[i] = log_radiance_[i] - (irradiance(i, powers, factors) * std::numbers::inv_pi_v<float> + dark_).log();
+    result[i] =
+        log_radiance_[i] - (irradiance(i, powers, factors) * std::numbers::inv_pi_v<float> + noise_floor_).log();
   }
 }
 
-float ShadingModel::told(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
-                         const std::vector<std::vector<float>>& factors) const {
+float ShadingModel::information_weight(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
+                                       const std::vector<std::vector<float>>& factors) const {
   const float lit = irradiance(sample, powers, factors).mean() * std::numbers::inv_pi_v<float>;
   const float brighter = std::max(lit, samples_[sample].radiance.mean());
-  return brighter / (brighter + dark_);
+  return brighter / (brighter + noise_floor_);
 }
 
-Eigen::Array3f ShadingModel::gauged(const std::vector<Eigen::Array3f>& values, int paper) const {
+Eigen::Array3f ShadingModel::scale_reference(const std::vector<Eigen::Array3f>& values, int paper) const {
   if (paper >= 0) return values[static_cast<std::size_t>(paper)];
   Eigen::Array3d sum = Eigen::Array3d::Zero();
   int count = 0;
@@ -152,7 +151,7 @@ Eigen::Array3f ShadingModel::gauged(const std::vector<Eigen::Array3f>& values, i
 
 Eigen::Array3f ShadingModel::slope(std::size_t sample, const std::vector<Eigen::Array3f>& powers,
                                    const std::vector<std::vector<float>>& factors) const {
-  return -1 / (irradiance(sample, powers, factors) + dark_ * std::numbers::pi_v<float>);
+  return -1 / (irradiance(sample, powers, factors) + noise_floor_ * std::numbers::pi_v<float>);
 }
 
 }  // namespace lumigraft::reconstruct

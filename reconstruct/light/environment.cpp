@@ -4,12 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "reconstruct/light/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kSubsamples = 6;  // per edge of a cell; the fish-eye has about 8 x 8 pixels in a cell of 128 x 64
-constexpr float kNearestMarginRad = 0.12f;
+constexpr int kSubsamples = kLightParameters.environment.subsamples;
 
 Eigen::Vector3d direction_at(double u, double v, int width, int height) {
   const double phi = 2 * kPi * (u + 0.5) / width - kPi, theta = kPi * (v + 0.5) / height;
@@ -49,7 +50,7 @@ EnvironmentResampler::EnvironmentResampler(const capture::FisheyeCamera& camera,
     : width_(width), height_(height) {
   const Eigen::Matrix3d R_fisheye_tag = camera.T_tag_fisheye.linear().transpose();
   const std::size_t cells = static_cast<std::size_t>(width) * height;
-  seen_share_.assign(cells, 0.0f);
+  seen_fraction_.assign(cells, 0.0f);
   std::vector<std::uint32_t> seen;
   std::vector<Eigen::Vector3f> directions(cells);
   for (int v = 0; v < height; ++v) {
@@ -66,7 +67,7 @@ EnvironmentResampler::EnvironmentResampler(const capture::FisheyeCamera& camera,
         if (view.sees(index)) pixels_.push_back(index);
       }
       const std::size_t found = pixels_.size() - pixel_begin_.back();
-      seen_share_[cell] = static_cast<float>(found) / (kSubsamples * kSubsamples);
+      seen_fraction_[cell] = static_cast<float>(found) / (kSubsamples * kSubsamples);
       (found > 0 ? seen : unseen_).push_back(cell);
     }
   }
@@ -76,7 +77,8 @@ EnvironmentResampler::EnvironmentResampler(const capture::FisheyeCamera& camera,
     nearest_begin_.push_back(static_cast<std::uint32_t>(nearest_.size()));
     float best = -1;
     for (const std::uint32_t other : seen) best = std::max(best, directions[cell].dot(directions[other]));
-    const float limit = std::cos(std::min(std::acos(std::min(best, 1.0f)) + kNearestMarginRad, 3.14f));
+    const float limit =
+        std::cos(std::min(std::acos(std::min(best, 1.0f)) + kLightParameters.environment.fill_margin_rad, 3.14f));
     for (const std::uint32_t other : seen) {
       if (directions[cell].dot(directions[other]) >= limit) nearest_.push_back(other);
     }
@@ -93,7 +95,7 @@ EnvironmentMap EnvironmentResampler::resample(const capture::Image<float>& radia
   EnvironmentMap result;
   result.radiance = capture::Image<float>(width_, height_, 3);
   result.seen = capture::Image<std::uint8_t>(width_, height_, 1, 1);
-  const std::size_t cells = seen_share_.size();
+  const std::size_t cells = seen_fraction_.size();
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const std::uint32_t begin = pixel_begin_[cell], end = pixel_begin_[cell + 1];
     if (begin == end) continue;
@@ -102,7 +104,7 @@ EnvironmentMap EnvironmentResampler::resample(const capture::Image<float>& radia
       if (result.clipped.empty()) result.clipped = capture::Image<std::uint8_t>(width_, height_, 1);
       result.clipped.data[cell] = 1;
     }
-    const double weight = double(cell_solid_angle_[cell / width_]) * seen_share_[cell];
+    const double weight = double(cell_solid_angle_[cell / width_]) * seen_fraction_[cell];
     for (int c = 0; c < 3; ++c) {
       double sum = 0;
       for (std::uint32_t i = begin; i < end; ++i) sum += radiance.data[3 * std::size_t{pixels_[i]} + c];
@@ -122,7 +124,7 @@ EnvironmentMap EnvironmentResampler::resample(const capture::Image<float>& radia
     double weight_sum = 0;
     for (std::uint32_t j = nearest_begin_[i]; j < nearest_begin_[i + 1]; ++j) {
       const std::size_t other = nearest_[j];
-      const double weight = double(cell_solid_angle_[other / width_]) * seen_share_[other];
+      const double weight = double(cell_solid_angle_[other / width_]) * seen_fraction_[other];
       for (int c = 0; c < 3; ++c) sum[c] += weight * result.radiance.data[3 * other + c];
       weight_sum += weight;
     }
@@ -132,12 +134,11 @@ EnvironmentMap EnvironmentResampler::resample(const capture::Image<float>& radia
   return result;
 }
 
-void add_disk(EnvironmentMap& picture, const Eigen::Vector3f& direction, float radius_rad,
-              const Eigen::Vector3f& energy) {
-  capture::Image<float>& radiance = picture.radiance;
+void add_disk(EnvironmentMap& map, const Eigen::Vector3f& direction, float radius_rad, const Eigen::Vector3f& energy) {
+  capture::Image<float>& radiance = map.radiance;
   std::vector<std::size_t> cells;
   double covered = 0;
-  // A disk smaller than a cell still covers the cell that it lies in.
+  // A disk smaller than a cell covers the cell that it lies in.
   const float reach = std::cos(std::max(radius_rad, 1.5f * static_cast<float>(kPi) / radiance.height));
   for (int v = 0; v < radiance.height; ++v) {
     for (int u = 0; u < radiance.width; ++u) {
@@ -151,8 +152,8 @@ void add_disk(EnvironmentMap& picture, const Eigen::Vector3f& direction, float r
   }
 }
 
-Sh9 project_sh(const EnvironmentMap& picture) {
-  const capture::Image<float>& radiance = picture.radiance;
+Sh9 project_sh(const EnvironmentMap& map) {
+  const capture::Image<float>& radiance = map.radiance;
   std::array<Eigen::Vector3d, 9> sum;
   sum.fill(Eigen::Vector3d::Zero());
   for (int v = 0; v < radiance.height; ++v) {

@@ -6,6 +6,9 @@
 #include <numbers>
 #include <vector>
 
+#include "reconstruct/light/parameters.h"
+#include "reconstruct/math/median.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
@@ -13,24 +16,17 @@ using Eigen::Vector3f;
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kDegree = kPi / 180;
-constexpr int kDirections = 5000;     ///< over the sphere
-constexpr std::size_t kLeast = 60;    ///< directions that both cameras must know
-constexpr float kRoom_m = 10;         ///< longest ray
-constexpr float kMargin_deg = 4;      ///< at the end of the fish-eye's view, and around lamps: a cell of its picture
-constexpr float kMostOff = 0.5f;      ///< of log radiance: beyond it a direction counts no more
-constexpr float kAgrees = 0.05f;      ///< mean of log radiance: as well as they ever agree
-constexpr float kLeastShare = 0.6f;   ///< of the directions that both know from the configured pose
-constexpr float kFarBetter = 0.5f;    ///< another pose's mean over the configured one's
-constexpr float kShiftShare = 0.75f;  ///< a shift's mean over a turn's, to be the likelier error
-constexpr float kLeastTurn_deg = 3, kLeastShift_m = 0.05f;  ///< a smaller error is not told from noise
+constexpr const LightParameters::ExtrinsicsCheck& kParameters = kLightParameters.extrinsics_check;
 
-struct Place {
-  Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();  ///< what the configured directions are turned by
+struct PoseOffset {
+  Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();  ///< of the configured directions
   Vector3f shift_m = Vector3f::Zero();
 };
 
-Vector3f spiral(int i) {  // Fibonacci's
-  const float z = 1 - (2 * static_cast<float>(i) + 1) / kDirections, phi = 2.39996323f * static_cast<float>(i);
+/// Fibonacci spiral on the sphere.
+Vector3f spiral(int i) {
+  const float z = 1 - (2 * static_cast<float>(i) + 1) / kParameters.directions,
+              phi = 2.39996323f * static_cast<float>(i);
   const float r = std::sqrt(1 - z * z);
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
@@ -45,47 +41,48 @@ class ExtrinsicsCheck {
                   const capture::FisheyeCamera& camera)
       : field_(field), rays_(rays), metal_(metal), light_(light) {
     axis_ = camera.T_tag_fisheye.linear().cast<float>().col(2);
-    end_ = std::cos(std::min(kPi, 0.5f * static_cast<float>(camera.model.fov_rad) - kMargin_deg * kDegree));
-    look_from(Vector3f::Zero());
+    end_ = std::cos(std::min(kPi, 0.5f * static_cast<float>(camera.model.fov_rad) - kParameters.margin_deg * kDegree));
+    sample_field(Vector3f::Zero());
   }
 
   std::optional<ExtrinsicsError> find() {
-    const Place configured;
+    const PoseOffset configured;
     const auto now = cost(configured);
-    if (!now || *now < kAgrees) return std::nullopt;
-    // Turns and shifts look alike near by: downhill from the best turn and from where it is said to stand, and from the
-    // best shift, which must explain much more to be believed.
-    Place best = coarse_turn(*now), near, shifted = coarse_shift(*now);
-    float least = refine(best);
-    const auto take = [&](Place& place, float share) {
-      const float here = refine(place);
-      if (here >= share * least) return;
-      least = here;
-      best = place;
+    if (!now || *now < kParameters.agreement) return std::nullopt;
+    // Small turns and shifts look alike: refine the best turn, the configured pose, and the best shift. A shift must
+    // explain much more to be accepted.
+    PoseOffset best = coarse_turn(*now), near, shifted = coarse_shift(*now);
+    float min_cost = refine(best);
+    const auto take = [&](PoseOffset& offset, float ratio) {
+      const float here = refine(offset);
+      if (here >= ratio * min_cost) return;
+      min_cost = here;
+      best = offset;
     };
     take(near, 1);
-    take(shifted, kShiftShare);
+    take(shifted, kParameters.shift_over_turn);
     const double turn = Eigen::AngleAxisf(best.turn).angle() / kDegree, shift = best.shift_m.norm();
-    const bool differs = turn > kLeastTurn_deg || shift > kLeastShift_m;
-    return least < kFarBetter * *now && differs ? std::optional(ExtrinsicsError{turn, shift}) : std::nullopt;
+    const bool differs = turn > kParameters.min_turn_deg || shift > kParameters.min_shift_m;
+    return min_cost < kParameters.min_improvement * *now && differs ? std::optional(ExtrinsicsError{turn, shift})
+                                                                    : std::nullopt;
   }
 
  private:
-  struct Known {
+  struct FieldSample {
     Vector3f direction;
     float log_radiance;
   };
 
-  /// What the field shows from there.
-  void look_from(const Vector3f& shift_m) {
-    if (looked_ && shift_m == shift_m_) return;
-    looked_ = true;
+  /// Samples the field's radiance as seen from the shifted probe.
+  void sample_field(const Vector3f& shift_m) {
+    if (sampled_ && shift_m == shift_m_) return;
+    sampled_ = true;
     shift_m_ = shift_m;
     known_.clear();
     const Vector3f from = light_.probe_position_m + shift_m;
-    for (int i = 0; i < kDirections; ++i) {
+    for (int i = 0; i < kParameters.directions; ++i) {
       const Vector3f direction = spiral(i);
-      const auto hit = rays_.first_crossing(from, direction, kRoom_m);
+      const auto hit = rays_.first_crossing(from, direction, kParameters.max_ray_m);
       const auto radiance = hit ? field_.radiance(*hit) : std::nullopt;
       if (!radiance || !(radiance->mean() > 0) || metal_.contains(*hit)) continue;
       known_.push_back({direction, std::log(radiance->mean())});
@@ -95,92 +92,93 @@ class ExtrinsicsCheck {
   bool usable(const Vector3f& direction) const {
     if (direction.dot(axis_) < end_) return false;
     return std::none_of(light_.lights.begin(), light_.lights.end(), [&](const PointLight& lamp) {
-      return direction.dot(lamp.direction) > std::cos(1.5f * lamp.angular_radius_rad + kMargin_deg * kDegree);
+      return direction.dot(lamp.direction) >
+             std::cos(1.5f * lamp.angular_radius_rad + kParameters.margin_deg * kDegree);
     });
   }
 
   /// Mean difference of log radiance up to one factor; empty where too few directions are known to both.
-  std::optional<float> cost(const Place& place) {
-    look_from(place.shift_m);
-    off_.clear();
-    for (const Known& known : known_) {
-      const Vector3f seen_at = place.turn.transpose() * known.direction;
+  std::optional<float> cost(const PoseOffset& offset) {
+    sample_field(offset.shift_m);
+    differences_.clear();
+    for (const FieldSample& known : known_) {
+      const Vector3f seen_at = offset.turn.transpose() * known.direction;
       if (!usable(seen_at)) continue;
-      off_.push_back(std::log(std::max(light_.environment.sample(seen_at).mean(), 1e-6f)) - known.log_radiance);
+      differences_.push_back(std::log(std::max(light_.environment.sample(seen_at).mean(), 1e-6f)) - known.log_radiance);
     }
-    if (first_seen_ == 0) first_seen_ = off_.size();
-    if (off_.size() < kLeast || static_cast<float>(off_.size()) < kLeastShare * static_cast<float>(first_seen_)) {
+    if (first_common_ == 0) first_common_ = differences_.size();
+    if (differences_.size() < kParameters.min_directions ||
+        static_cast<float>(differences_.size()) < kParameters.min_common_fraction * static_cast<float>(first_common_)) {
       return std::nullopt;
     }
-    const auto middle = off_.begin() + static_cast<std::ptrdiff_t>(off_.size() / 2);
-    std::nth_element(off_.begin(), middle, off_.end());
-    const float factor = *middle;
+    const float factor = median(differences_);
     float sum = 0;
-    for (const float off : off_) sum += std::min(std::abs(off - factor), kMostOff);
-    return sum / static_cast<float>(off_.size());
+    for (const float value : differences_) sum += std::min(std::abs(value - factor), kParameters.max_log_difference);
+    return sum / static_cast<float>(differences_.size());
   }
-  /// The best turn of all, in steps of ten degrees about the axis and up to thirty across it.
-  Place coarse_turn(float least) {
-    Place best;
+  /// The best turn in steps of 10°: all turns about the optical axis, and tilts of it up to 30°.
+  PoseOffset coarse_turn(float min_cost) {
+    PoseOffset best;
     const Vector3f x = axis_.unitOrthogonal();
     for (int tilt = 0; tilt <= 3; ++tilt) {
       for (int side = 0; side < (tilt == 0 ? 1 : 8); ++side) {
         const Eigen::Matrix3f across =
             turned(turned(axis_, 45 * static_cast<float>(side)) * x, 10 * static_cast<float>(tilt));
         for (int about = 0; about < 36; ++about) {
-          const Place place{across * turned(axis_, 10 * static_cast<float>(about)), Vector3f::Zero()};
-          const auto here = cost(place);
-          if (!here || *here >= least) continue;
-          least = *here;
-          best = place;
+          const PoseOffset offset{across * turned(axis_, 10 * static_cast<float>(about)), Vector3f::Zero()};
+          const auto here = cost(offset);
+          if (!here || *here >= min_cost) continue;
+          min_cost = *here;
+          best = offset;
         }
       }
     }
     return best;
   }
 
-  /// The best shift along the tag's plane and up and down, of ten and twenty centimetres.
-  Place coarse_shift(float least) {
-    Place best;
+  /// The best shift of 0.1 and 0.2 m in the tag's plane and along its normal.
+  PoseOffset coarse_shift(float min_cost) {
+    PoseOffset best;
     for (const float metres : {0.1f, 0.2f}) {
       for (int i = 0; i < 10; ++i) {
         const float angle = static_cast<float>(i) * kPi / 4;
         const Vector3f along = i < 8 ? Vector3f(std::cos(angle), std::sin(angle), 0) : Vector3f(0, 0, i == 8 ? 1 : -1);
-        const Place place{Eigen::Matrix3f::Identity(), metres * along};
-        const auto here = cost(place);
-        if (!here || *here >= least) continue;
-        least = *here;
-        best = place;
+        const PoseOffset offset{Eigen::Matrix3f::Identity(), metres * along};
+        const auto here = cost(offset);
+        if (!here || *here >= min_cost) continue;
+        min_cost = *here;
+        best = offset;
       }
     }
     return best;
   }
 
-  /// Downhill in turns and shifts, in falling steps.
-  float refine(Place& place) {
-    float least = cost(place).value_or(kMostOff);
-    for (int level = 0; level < 4; ++level) {
-      const float degrees = 5 / static_cast<float>(1 << level), metres = 0.08f / static_cast<float>(1 << level);
-      for (int round = 0; round < 4; ++round) {
-        const float before = least;
+  /// Pattern search over turns and shifts with steps that are halved.
+  float refine(PoseOffset& offset) {
+    float min_cost = cost(offset).value_or(kParameters.max_log_difference);
+    for (int level = 0; level < kParameters.refine_levels; ++level) {
+      const float scale = static_cast<float>(1 << level), degrees = kParameters.first_turn_deg / scale,
+                  metres = kParameters.first_shift_m / scale;
+      for (int round = 0; round < kParameters.rounds_per_level; ++round) {
+        const float before = min_cost;
         for (int i = 0; i < 12; ++i) {
           const float sign = i % 2 ? -1.0f : 1.0f;
           const Vector3f axis = Vector3f::Unit(i / 2 % 3);
-          Place next = place;
+          PoseOffset next = offset;
           if (i < 6) {
             next.turn = turned(axis, sign * degrees) * next.turn;
           } else {
             next.shift_m += sign * metres * axis;
           }
           const auto here = cost(next);
-          if (!here || *here >= least) continue;
-          least = *here;
-          place = next;
+          if (!here || *here >= min_cost) continue;
+          min_cost = *here;
+          offset = next;
         }
-        if (least > 0.99f * before) break;
+        if (min_cost > 0.99f * before) break;
       }
     }
-    return least;
+    return min_cost;
   }
 
   const DistanceField& field_;
@@ -189,17 +187,18 @@ class ExtrinsicsCheck {
   const Illumination& light_;
   Vector3f axis_;
   float end_;
-  bool looked_ = false;
+  bool sampled_ = false;
   Vector3f shift_m_ = Vector3f::Zero();
-  std::vector<Known> known_;
-  std::vector<float> off_;
-  std::size_t first_seen_ = 0;  ///< directions known to both from the configured pose
+  std::vector<FieldSample> known_;
+  std::vector<float> differences_;
+  std::size_t first_common_ = 0;  ///< directions measured by both at the configured pose
 };
 
 }  // namespace
 
-std::optional<ExtrinsicsError> rig_error(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
-                                         const Illumination& illumination, const capture::FisheyeCamera& camera) {
+std::optional<ExtrinsicsError> extrinsics_error(const DistanceField& field, const FieldRays& rays,
+                                                const MetalMask& metal, const Illumination& illumination,
+                                                const capture::FisheyeCamera& camera) {
   return ExtrinsicsCheck(field, rays, metal, illumination, camera).find();
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Whether the fish-eye stands as it is said to: what it sees of the room, against what the colour camera saw there.
+// Check of the configured pose of the fish-eye against the radiance that the colour camera measured in the field.
 #include <Eigen/Geometry>
 #include <optional>
 
@@ -12,15 +12,16 @@
 namespace lumigraft::reconstruct {
 
 struct ExtrinsicsError {
-  double turn_degrees = 0;  ///< by which T_tag_fisheye would explain the picture better
+  double turn_degrees = 0;  ///< of T_tag_fisheye, to the pose that explains the image better
   double shift_m = 0;
 };
 
-/// Radiance in the field, seen from the probe, is compared with the fish-eye's, logarithm with logarithm and up to one
-/// factor, over all directions in which both see the same surface. Where another pose near by or another turn makes
-/// them agree far better, that is the likely error (seldom the only one: a turn and a shift may look alike). Empty
-/// where the rig agrees, and where too little of the room is known to both, or too even, to tell.
-std::optional<ExtrinsicsError> rig_error(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
-                                         const Illumination& illumination, const capture::FisheyeCamera& camera);
+/// Compares log radiance of the field, seen from the probe, with the fish-eye's, up to one common factor, over all
+/// directions in which both see the same surface. If another pose near by or another rotation agrees far better, that
+/// is the likely error (rotations and shifts can look alike). Empty if the configured pose agrees, and if too little of
+/// the room, or too uniform a room, was measured by both.
+std::optional<ExtrinsicsError> extrinsics_error(const DistanceField& field, const FieldRays& rays,
+                                                const MetalMask& metal, const Illumination& illumination,
+                                                const capture::FisheyeCamera& camera);
 
 }  // namespace lumigraft::reconstruct

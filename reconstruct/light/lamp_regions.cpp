@@ -5,12 +5,12 @@
 #include <cmath>
 #include <queue>
 
+#include "reconstruct/light/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr float kLargestRegionSr = 0.8f;  // beyond it nothing is compact
-constexpr float kLargestGrowth = 0.3f;    // of the solid angle over one octave of threshold, border pixels excepted
-constexpr int kThresholdsPerOctave = 4;
+constexpr const LightParameters::Regions& kParameters = kLightParameters.regions;
 
 template <typename F>
 void for_neighbours(std::uint32_t pixel, const FisheyeView& view, int reach, F f) {
@@ -27,14 +27,15 @@ struct Candidate {
   float level;
   std::uint32_t pixel;
   bool operator<(const Candidate& other) const {
-    return level != other.level ? level < other.level : pixel > other.pixel;  // ties by place: deterministic
+    return level != other.level ? level < other.level
+                                : pixel > other.pixel;  // ties by position, for a deterministic order
   }
 };
 
 }  // namespace
 
 Pixels stable_region(const std::vector<float>& level, const FisheyeView& view, std::uint32_t peak, float floor) {
-  // Flood downhill. `order` lists pixels as they are reached; `threshold` is the lowest level passed so far.
+  // Flood downhill. `order` lists pixels as they are reached, `threshold` the lowest level so far.
   Pixels order;
   std::vector<float> threshold, area;
   std::vector<bool> queued(level.size(), false);
@@ -42,15 +43,15 @@ Pixels stable_region(const std::vector<float>& level, const FisheyeView& view, s
   queue.push({level[peak], peak});
   queued[peak] = true;
   float lowest = level[peak], total = 0;
-  bool whole = true;
+  bool complete = true;
   while (!queue.empty()) {
     const Candidate next = queue.top();
     queue.pop();
     if (next.level < floor) break;
     lowest = std::min(lowest, next.level);
     total += view.solid_angle_sr[next.pixel];
-    if (total > kLargestRegionSr) {
-      whole = false;
+    if (total > kParameters.max_region_sr) {
+      complete = false;
       break;
     }
     order.push_back(next.pixel);
@@ -62,28 +63,28 @@ Pixels stable_region(const std::vector<float>& level, const FisheyeView& view, s
       queue.push({level[other], other});
     });
   }
-  // Thresholds below `end` were not flooded to their end.
-  const float end = whole ? floor : lowest;
+  // The flood is incomplete at thresholds below `end`.
+  const float end = complete ? floor : lowest;
   const auto count_above = [&](float t) {
     return std::partition_point(threshold.begin(), threshold.end(), [&](float x) { return x >= t; }) -
            threshold.begin();
   };
   const float pixel_sr = view.solid_angle_sr[peak];
   std::ptrdiff_t count = 0;
-  float largest = 0;  // solid angle that the region may grow to by its blurred edge alone
+  float max_area = 0;  // solid angle to which the blurred edge alone may extend the region
   for (int step = 1;; ++step) {
-    const float t = level[peak] * std::exp2(-static_cast<float>(step) / kThresholdsPerOctave);
+    const float t = level[peak] * std::exp2(-static_cast<float>(step) / kParameters.thresholds_per_octave);
     if (t / 2 < end) break;
     const std::ptrdiff_t here = count_above(t), below = count_above(t / 2);
     if (here == 0) continue;
     if (count == 0) {
       // An edge blurred over a pixel moves by less than half a pixel over an octave.
       const float edge = 0.5f * std::sqrt(12.57f * area[here - 1] * pixel_sr);
-      if (area[below - 1] > (1 + kLargestGrowth) * area[here - 1] + edge) continue;
+      if (area[below - 1] > (1 + kParameters.max_growth) * area[here - 1] + edge) continue;
       count = below;
-      largest = (1 + kLargestGrowth) * area[below - 1] + edge;
-    } else if (area[below - 1] <= largest) {
-      count = below;  // still the same region: more of its edge. A neighbour that it meets would be more.
+      max_area = (1 + kParameters.max_growth) * area[below - 1] + edge;
+    } else if (area[below - 1] <= max_area) {
+      count = below;  // more of the edge of the same region; a merge with a neighbour would add more
     } else {
       break;
     }
@@ -133,7 +134,7 @@ float roundness(const Pixels& region, const FisheyeView& view) {
     weight += view.solid_angle_sr[pixel];
   }
   mean /= weight;
-  // A pixel's own extent keeps a region of one pixel round.
+  // The extent of a pixel makes a region of one pixel round.
   Eigen::Matrix3d spread = Eigen::Matrix3d::Identity() * (weight / region.size() / 12);
   for (const std::uint32_t pixel : region) {
     const Eigen::Vector3d d = view.direction[pixel].cast<double>() - mean;

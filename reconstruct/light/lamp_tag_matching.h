@@ -1,5 +1,5 @@
 #pragma once
-// Lamps that the fish-eye sees and lamps whose tags say where they are, put together.
+// Matching of the lamps in the fish-eye image with the poses of lamp tags.
 #include <functional>
 #include <optional>
 #include <string>
@@ -10,40 +10,40 @@
 
 namespace lumigraft::reconstruct {
 
-class TaggedLights {
+class LampTagMatcher {
  public:
-  explicit TaggedLights(const capture::Session& session);
+  explicit LampTagMatcher(const capture::Session& session);
 
-  /// Says which lamps of the picture are the marked ones (PointLight::mark) where that is not known yet: the nearest to
-  /// where the mark puts it, within what is unsure of both. Ids or regions must tell the lamps apart.
-  void identify(const std::vector<LampTagPose>& marks, std::vector<PointLight>& lights,
+  /// Sets PointLight::lamp_tag of lamps that have none: each tag takes the lamp nearest to its direction, within the
+  /// uncertainty of both. Ids or regions must distinguish the lamps.
+  void identify(const std::vector<LampTagPose>& tags, std::vector<PointLight>& lights,
                 const Eigen::Vector3f& probe_m) const;
 
   struct Result {
     std::vector<PointLight> lights;
     std::vector<std::string> warnings;
   };
-  /// Lamps as seen, with places: distance and size by the mark, direction by mark and picture, each as sure as it is.
-  /// One that is clipped has the configured intensity where that is no less. Marked lamps that the picture does not
-  /// show follow, with the intensity that they had when last seen, else the configured one; or of unknown power.
-  /// `id_of` gives them the ids of their marks.
-  Result place(const Illumination& seen, const std::vector<LampTagPose>& marks, const std::function<int(int)>& id_of);
+  /// The lamps of the image with positions: distance and size from the tag, direction from tag and image, weighted by
+  /// their variances. A clipped lamp gets its configured intensity if that is not less. Tagged lamps that the image
+  /// does not show are appended, with the last measured intensity, else the configured one, else unknown power;
+  /// `id_of(tag)` gives their ids.
+  Result place(const Illumination& seen, const std::vector<LampTagPose>& tags, const std::function<int(int)>& id_of);
 
  private:
-  void place_seen(PointLight& lamp, const LampTagPose& mark, const Eigen::Vector3f& probe_m);
-  PointLight unseen(const LampTagPose& mark, const Illumination& seen, std::vector<std::string>& warnings);
+  void place_seen(PointLight& lamp, const LampTagPose& tag, const Eigen::Vector3f& probe_m);
+  PointLight unseen_lamp(const LampTagPose& tag, const Illumination& seen, std::vector<std::string>& warnings);
   bool in_view(const Eigen::Vector3f& position_m) const;
 
   std::vector<capture::TaggedLamp> lamps_;
   std::optional<capture::FisheyeCamera> camera_;
   struct Power {
-    std::optional<Eigen::Vector3f> seen;   ///< intensity straight ahead when the picture last showed it
-    std::optional<Eigen::Vector3f> guess;  ///< the same where nothing is known
+    std::optional<Eigen::Vector3f> seen;   ///< intensity along the normal when last measured
+    std::optional<Eigen::Vector3f> guess;  ///< placeholder for it if nothing is known
   };
-  std::vector<Power> powers_;  ///< of each lamp
+  std::vector<Power> powers_;  ///< per lamp
 };
 
-/// Whether two results are the same but for the noise of marks.
+/// Whether two results differ by no more than the noise of tag poses.
 bool same_places(const std::vector<PointLight>& a, const std::vector<PointLight>& b);
 
 }  // namespace lumigraft::reconstruct

@@ -11,13 +11,15 @@
 #include "reconstruct/light/fisheye_rays.h"
 #include "reconstruct/light/lamp_tag_matching.h"
 #include "reconstruct/light/occlusion_check.h"
+#include "reconstruct/light/parameters.h"
 #include "reconstruct/light/split.h"
 #include "reconstruct/light/tracking.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr int kEnvironmentWidth = 128, kEnvironmentHeight = 64;
+constexpr int kEnvironmentWidth = kLightParameters.environment.width;
+constexpr int kEnvironmentHeight = kLightParameters.environment.height;
 
 using Pictures = std::vector<std::shared_ptr<const capture::Picture>>;
 
@@ -28,7 +30,7 @@ bool same_content(const Pictures& a, const Pictures& b) {
   });
 }
 
-PointLight point_light(const Lamp& lamp) {
+PointLight point_light(const SplitLamp& lamp) {
   PointLight light;
   light.direction = lamp.direction;
   light.irradiance = lamp.irradiance;
@@ -49,11 +51,12 @@ double flux_of(const capture::Image<float>& radiance, const FisheyeView& view) {
   return sum;
 }
 
-/// Where no lamp was taken out of clipped pixels.
+/// Clipped pixels from which no lamp was removed.
 capture::Image<std::uint8_t> still_clipped(const capture::RadiancePicture& picture, const LightSplit& split) {
   capture::Image<std::uint8_t> result = picture.clipped;
   for (std::size_t i = 0; i < result.data.size(); ++i) {
-    const auto same = std::equal(&split.rest.data[3 * i], &split.rest.data[3 * i] + 3, &picture.radiance.data[3 * i]);
+    const auto same =
+        std::equal(&split.residual.data[3 * i], &split.residual.data[3 * i] + 3, &picture.radiance.data[3 * i]);
     if (!same) result.data[i] = 0;
   }
   return result;
@@ -81,30 +84,30 @@ std::string clipped_warning(const Illumination& illumination) {
 }  // namespace
 
 float PointLight::emission(const Eigen::Vector3f& towards) const {
-  return flat ? std::max(0.0f, normal.dot(towards)) / std::max(-normal.dot(direction), kLeastSlant) : 1.0f;
+  return flat ? std::max(0.0f, normal.dot(towards)) / std::max(-normal.dot(direction), kMinSlantCosine) : 1.0f;
 }
 
 struct LightStage::State {
   State(const capture::Session& session, const LightSettings& the_settings)
-      : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)), marked(session) {}
+      : settings(the_settings), tracker(static_cast<std::size_t>(the_settings.max_lights)), tag_matcher(session) {}
 
   LightSettings settings;
   Illumination illuminate(const capture::RadiancePicture& picture) const;
-  void place(const std::vector<LampTagPose>& marks, bool fresh);
+  void place(const std::vector<LampTagPose>& tags, bool fresh);
 
   std::optional<capture::FisheyeCamera> camera;
   capture::Response color_response = capture::Response::srgb();
-  OcclusionCheck watch;
-  std::string level_warning;  ///< of the last picture that was not covered
+  OcclusionCheck occlusion;
+  std::string level_warning;  ///< of the last image that was not covered
   FisheyeView view;
   capture::Image<float> vignetting_gain;
   std::optional<EnvironmentResampler> resampler;
   LightTracker tracker;
-  TaggedLights marked;
+  LampTagMatcher tag_matcher;
   Pictures last_pictures;
-  std::shared_ptr<const Illumination> seen;  ///< what the last picture showed, no more;
-  std::shared_ptr<const Illumination> last;  ///< and with what marks say of lamps
-  std::vector<std::string> mark_warnings;
+  std::shared_ptr<const Illumination> seen;  ///< from the last image alone,
+  std::shared_ptr<const Illumination> last;  ///< and with the positions of lamp tags
+  std::vector<std::string> tag_warnings;
   std::uint64_t version = 0;
 };
 
@@ -124,27 +127,27 @@ Illumination LightStage::State::illuminate(const capture::RadiancePicture& pictu
   const LightSplit split = split_lamps(picture.radiance, picture.clipped, view, settings.max_lights);
   Illumination now;
   now.probe_position_m = camera->T_tag_fisheye.translation().cast<float>();
-  for (const Lamp& lamp : split.lamps) {
+  for (const SplitLamp& lamp : split.lamps) {
     now.lights.push_back(point_light(lamp));
-    now.lights.back().id = static_cast<int>(now.lights.size());  // until it is known who is who
+    now.lights.back().id = static_cast<int>(now.lights.size());  // provisional, until LightTracker assigns it
   }
   const capture::Image<std::uint8_t> clipped = still_clipped(picture, split);
-  now.environment = resampler->resample(split.rest, view, clipped.empty() ? nullptr : &clipped);
+  now.environment = resampler->resample(split.residual, view, clipped.empty() ? nullptr : &clipped);
   now.environment_sh = project_sh(now.environment);
   now.clipped_fraction = picture.clipped_fraction;
   return now;
 }
 
-/// Puts what the picture showed and what marks say together, anew where either changed.
-void LightStage::State::place(const std::vector<LampTagPose>& marks, bool fresh) {
-  if (!marks.empty()) {
+/// Combines the image with lamp tags if either changed; `fresh`: the image did.
+void LightStage::State::place(const std::vector<LampTagPose>& tags, bool fresh) {
+  if (!tags.empty()) {
     auto known = std::make_shared<Illumination>(*seen);
-    marked.identify(marks, known->lights, known->probe_position_m);
+    tag_matcher.identify(tags, known->lights, known->probe_position_m);
     seen = std::move(known);
   }
-  TaggedLights::Result placed =
-      marked.place(*seen, marks, [this](int mark) { return tracker.id_of_mark(mark, seen->lights); });
-  mark_warnings = std::move(placed.warnings);
+  LampTagMatcher::Result placed =
+      tag_matcher.place(*seen, tags, [this](int tag) { return tracker.id_of_tag(tag, seen->lights); });
+  tag_warnings = std::move(placed.warnings);
   if (!fresh && last && same_places(placed.lights, last->lights)) return;
   auto now = std::make_shared<Illumination>(*seen);
   now->lights = std::move(placed.lights);
@@ -152,27 +155,27 @@ void LightStage::State::place(const std::vector<LampTagPose>& marks, bool fresh)
   last = std::move(now);
 }
 
-LightStage::Result LightStage::extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& marks) {
+LightStage::Result LightStage::extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags) {
   State& s = *state_;
   Result result;
-  bool fresh = false;  // a picture that says something new
+  bool fresh = false;  // a new image was evaluated
   const bool at_rest = s.seen && std::none_of(s.seen->lights.begin(), s.seen->lights.end(),
                                               [](const PointLight& light) { return light.hidden > 0; });
   if (s.camera && !frame.fisheye.empty() && !(at_rest && same_content(frame.fisheye, s.last_pictures))) {
     capture::RadiancePicture picture = capture::merge_bracket(frame.fisheye, s.camera->response);
     if (picture.radiance.width == s.view.width && picture.radiance.height == s.view.height) {
-      if (frame.fisheye.front()->radiance.empty()) {  // radiance has no lens in it any more
+      if (frame.fisheye.front()->radiance.empty()) {  // else vignetting is removed already
         capture::undo_vignetting(picture, s.vignetting_gain);
       }
       const OcclusionCheck::Finding finding =
-          s.watch.look(flux_of(picture.radiance, s.view), room_level(frame.color.get(), s.color_response),
-                       picture.clipped_fraction > 0);
+          s.occlusion.check(flux_of(picture.radiance, s.view), median_radiance(frame.color.get(), s.color_response),
+                            picture.clipped_fraction > 0);
       if (finding.covered) {
         result.warnings.push_back(finding.warning);
       } else {
         s.level_warning = finding.warning;
         auto now = std::make_shared<Illumination>(s.illuminate(picture));
-        s.marked.identify(marks, now->lights, now->probe_position_m);
+        s.tag_matcher.identify(tags, now->lights, now->probe_position_m);
         s.tracker.update(s.seen.get(), *now);
         s.seen = std::move(now);
         fresh = true;
@@ -182,14 +185,14 @@ LightStage::Result LightStage::extract(const capture::FrameSet& frame, const std
       result.warnings.push_back("the fish-eye picture is not of the size of its camera: skipped");
     }
   }
-  if (s.seen) s.place(marks, fresh);
+  if (s.seen) s.place(tags, fresh);
   result.illumination = s.last;
   if (!s.last) {
     result.warnings.push_back("no fish-eye picture: where light comes from is unknown");
     return result;
   }
   const std::string level_warning = result.warnings.empty() ? s.level_warning : "";
-  result.warnings.insert(result.warnings.end(), s.mark_warnings.begin(), s.mark_warnings.end());
+  result.warnings.insert(result.warnings.end(), s.tag_warnings.begin(), s.tag_warnings.end());
   for (const std::string& warning : {level_warning, hidden_warning(*s.last), clipped_warning(*s.last)}) {
     if (!warning.empty()) result.warnings.push_back(warning);
   }

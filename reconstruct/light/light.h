@@ -1,6 +1,6 @@
 #pragma once
-// The fish-eye picture split into lamps and the rest. No energy is counted twice: the lamps' irradiance plus the
-// environment integrates to the picture.
+// Light of the room from the fish-eye image: lamps and a residual environment. The irradiance of the lamps plus the
+// environment integrates to the image; no energy is counted twice.
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
@@ -14,57 +14,57 @@
 
 namespace lumigraft::reconstruct {
 
-/// A lamp. The fish-eye gives direction, size and irradiance at its place; shading of the room gives the distance, or
-/// the tag that the lamp carries. While `distance_known` is false the lamp counts as infinitely far.
+/// A lamp. The fish-eye measures direction, size and irradiance at the probe; shading of the room, or a tag on the
+/// lamp, gives the distance. While `distance_known` is false the lamp counts as infinitely far.
 struct PointLight {
   int id = 0;                                            ///< stable over time
   Eigen::Vector3f direction = Eigen::Vector3f::UnitZ();  ///< unit, tag frame, from the probe to the lamp
   Eigen::Vector3f irradiance = Eigen::Vector3f::Zero();  ///< W/m² per channel at the probe, facing the lamp
   float angular_radius_rad = 0;                          ///< of the disk with the same solid angle, at the probe
   bool distance_known = false;
-  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< tag frame; where distance_known
-  Eigen::Vector3f intensity = Eigen::Vector3f::Zero();   ///< radiant intensity, W/sr per channel; where distance_known
-  float radius_m = 0;                                    ///< where distance_known
-  bool clipped = false;       ///< in the picture: its power is a lower bound, or was found from how the room is shaded
-  float power_log_sigma = 0;  ///< 1σ of log irradiance; where it was found
-  float distance_log_sigma = 0;                      ///< 1σ of log distance; where distance_known
-  float squareness = 0;                              ///< of its outline: 0 a disk, 0.43 a quadrilateral
-  int region = -1;                                   ///< the same for pieces of one wide lamp; -1: no piece
-  bool flat = false;                                 ///< emits as a plane does, with the cosine; else evenly
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, tag frame; where flat (and distance_known)
-  int mark = -1;  ///< index into Session::lamps of what its tag says that it is; -1: none says so
-  /// What the fish-eye's picture says of a lamp that its tag puts there. `outside` of its view, and `dark` where it is
-  /// hidden from the fish-eye or switched off: then irradiance is that of a free sight, a guess, and power_log_sigma
-  /// says how good (kUnknownPower: none). The shading of the room tells more.
-  enum class Shown { yes, outside, dark } shown = Shown::yes;
-  int hidden = 0;  ///< pictures since it was last seen: it is held, then faded out; 0 where the newest shows it
+  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< tag frame; if distance_known
+  Eigen::Vector3f intensity = Eigen::Vector3f::Zero();   ///< radiant intensity, W/sr per channel; if distance_known
+  float radius_m = 0;                                    ///< if distance_known
+  bool clipped = false;          ///< clipped in the image: power is a lower bound, or was estimated from shading
+  float power_log_sigma = 0;     ///< 1σ of log irradiance, if estimated
+  float distance_log_sigma = 0;  ///< 1σ of log distance, if distance_known
+  float squareness = 0;          ///< of the outline (SplitLamp): 0 a disk, 0.43 a quadrilateral
+  int region = -1;               ///< equal for the pieces of one wide lamp; -1: not a piece
+  bool flat = false;             ///< emits with the cosine to its normal; else isotropically
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, tag frame; if flat and distance_known
+  int lamp_tag = -1;  ///< index into Session::lamps of the tagged lamp that this is; -1: none
+  /// Whether the fish-eye measures the lamp. Only lamps with a tag can be `outside_view` of the fish-eye, or `dark`:
+  /// occluded from it or switched off. Their irradiance is that of an unoccluded lamp, a prior value with
+  /// power_log_sigma (kUnknownPowerLogSigma: none); shading of the room determines it better.
+  enum class Visibility { visible, outside_view, dark } visibility = Visibility::visible;
+  int hidden = 0;  ///< frames since it was last seen. It is held, then faded out; 0 if the newest frame shows it
 
-  /// Radiant intensity towards a unit direction (from the lamp on), over `intensity`, which is that towards the probe:
-  /// 1 where not flat, else max(0, n·ω) / (n·ω_probe).
+  /// Radiant intensity in a unit direction (away from the lamp) over `intensity`, which is that towards the probe: 1
+  /// if not flat, else max(0, n·ω) / (n·ω_probe).
   float emission(const Eigen::Vector3f& towards) const;
 };
 
-constexpr float kUnknownPower = 10;  ///< power_log_sigma of a power of which nothing is known
-/// A panel that the probe sees at a slant sends more straight ahead than was seen of it: this cosine bounds how much.
-/// As relight has it.
-constexpr float kLeastSlant = 0.1f;
+constexpr float kUnknownPowerLogSigma = 10;  ///< power_log_sigma of an unknown power
+/// Lower bound of a panel's n·ω_probe. Seen at a slant its normal intensity is extrapolated by 1/cosine; this bounds
+/// the factor to 10. Same value as in relight.
+constexpr float kMinSlantCosine = 0.1f;
 
-/// Radiance as a latitude-longitude picture: column u is azimuth φ = 2π (u + 0.5)/width - π (φ = atan2(y, x)), row v is
-/// polar angle θ = π (v + 0.5)/height from +z (tag frame). Directions no camera saw hold the mean of what was seen
-/// nearest to them.
+/// Radiance as a latitude-longitude map: column u is azimuth φ = 2π (u + 0.5)/width - π (φ = atan2(y, x)), row v is
+/// polar angle θ = π (v + 0.5)/height from +z (tag frame). Cells outside the fish-eye's view hold the mean of the
+/// nearest cells inside.
 struct EnvironmentMap {
   capture::Image<float> radiance;
-  capture::Image<std::uint8_t> seen = {};     ///< 1 channel: 0 where no camera saw; empty where all was seen
-  capture::Image<std::uint8_t> clipped = {};  ///< 1 channel: not 0 where it is a lower bound; empty where it nowhere is
+  capture::Image<std::uint8_t> seen = {};     ///< 1 channel: 0 outside the view; empty if all is inside
+  capture::Image<std::uint8_t> clipped = {};  ///< 1 channel: not 0 where radiance is a lower bound; may be empty
   Eigen::Vector3f sample(const Eigen::Vector3f& direction) const;  ///< bilinear
 };
 
 struct Illumination {
-  Eigen::Vector3f probe_position_m = Eigen::Vector3f::Zero();  ///< where the fish-eye stands, tag frame
+  Eigen::Vector3f probe_position_m = Eigen::Vector3f::Zero();  ///< of the fish-eye, tag frame
   std::vector<PointLight> lights;                              ///< strongest first
-  EnvironmentMap environment;                                  ///< everything but the lamps
-  Sh9 environment_sh{};                                        ///< the same, projected
-  double clipped_fraction = 0;                                 ///< share of the fish-eye's pixels that are clipped
+  EnvironmentMap environment;                                  ///< residual: everything but the lamps
+  Sh9 environment_sh{};                                        ///< its spherical harmonics
+  double clipped_fraction = 0;                                 ///< of the fish-eye's pixels
   std::uint64_t version = 0;
 };
 
@@ -77,12 +77,11 @@ class LightStage {
   LightStage(const capture::Session& session, const LightSettings& settings);
   ~LightStage();
   struct Result {
-    std::shared_ptr<const Illumination>
-        illumination;  ///< the last one again where the frame has no fish-eye; may be null
+    std::shared_ptr<const Illumination> illumination;  ///< unchanged pointer if the frame has no fish-eye; may be null
     std::vector<std::string> warnings;
   };
-  /// `marks`: where lamps stand that carry tags, in this very frame.
-  Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& marks = {});
+  /// `tags`: poses of the lamps that carry tags, at the time of this frame.
+  Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags = {});
 
  private:
   struct State;

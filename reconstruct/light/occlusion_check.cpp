@@ -4,25 +4,24 @@
 #include <numbers>
 #include <vector>
 
+#include "reconstruct/light/parameters.h"
+#include "reconstruct/math/median.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr int kEvery = 7;          ///< pixels of a colour picture looked at, either way
-constexpr double kDark = 0.05;     ///< of the light there was
-constexpr float kSameRoom = 0.5f;  ///< of the level there was: the lamps still burn
-constexpr double kMostReturned =
-    5;  ///< of the light that arrives; surfaces nearer to a lamp than the fish-eye have more
+constexpr const LightParameters::Occlusion& kParameters = kLightParameters.occlusion;
 
 }  // namespace
 
-std::optional<float> room_level(const capture::Picture* color, const capture::Response& response) {
+std::optional<float> median_radiance(const capture::Picture* color, const capture::Response& response) {
   if (!color) return std::nullopt;
   const bool linear = !color->radiance.empty();
   const int width = linear ? color->radiance.width : color->encoded.width;
   const int height = linear ? color->radiance.height : color->encoded.height;
   std::vector<float> levels;
-  for (int v = 0; v < height; v += kEvery) {
-    for (int u = 0; u < width; u += kEvery) {
+  for (int v = 0; v < height; v += kParameters.pixel_step) {
+    for (int u = 0; u < width; u += kParameters.pixel_step) {
       float sum = 0;
       for (int c = 0; c < 3; ++c) {
         sum += linear ? color->radiance.at(u, v, c)
@@ -31,16 +30,14 @@ std::optional<float> room_level(const capture::Picture* color, const capture::Re
       levels.push_back(sum / 3);
     }
   }
-  if (levels.empty()) return std::nullopt;
-  const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
-  std::nth_element(levels.begin(), middle, levels.end());
-  return *middle;
+  return levels.empty() ? std::nullopt : std::optional(median(levels));
 }
 
-OcclusionCheck::Finding OcclusionCheck::look(double flux, std::optional<float> level, bool clipped) {
+OcclusionCheck::Finding OcclusionCheck::check(double flux, std::optional<float> room_radiance, bool clipped) {
   Finding finding;
-  // Without a colour picture to say that the lamps still burn, dark is dark.
-  if (seen_ && flux < kDark * flux_ && level && level_ && *level_ > 0 && *level > kSameRoom * *level_) {
+  // Without a colour image that shows the lamps still on, the room may really be dark.
+  if (seen_ && flux < kParameters.max_flux_ratio * flux_ && room_radiance && room_radiance_ && *room_radiance_ > 0 &&
+      *room_radiance > kParameters.min_colour_ratio * *room_radiance_) {
     finding.covered = true;
     finding.warning =
         "the fish-eye is covered: it went dark while the colour camera sees the room as before; "
@@ -49,8 +46,8 @@ OcclusionCheck::Finding OcclusionCheck::look(double flux, std::optional<float> l
   }
   seen_ = true;
   flux_ = flux;
-  level_ = level;
-  if (!clipped && level && std::numbers::pi * *level > kMostReturned * flux) {
+  room_radiance_ = room_radiance;
+  if (!clipped && room_radiance && std::numbers::pi * *room_radiance > kParameters.max_returned_ratio * flux) {
     finding.warning =
         "the fish-eye sees far less light than the room sends back to the colour camera: it is covered, "
         "or one of their exposures is wrong";

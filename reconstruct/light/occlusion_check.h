@@ -1,5 +1,5 @@
 #pragma once
-// A fish-eye that something lies on: it says that there is no light, while the colour camera sees the room as before.
+// Detection of a covered fish-eye: it measures no light while the colour camera sees the room as before.
 #include <optional>
 #include <string>
 
@@ -8,23 +8,23 @@
 
 namespace lumigraft::reconstruct {
 
-/// Median radiance of a colour picture, mean of its channels; empty where there is no picture.
-std::optional<float> room_level(const capture::Picture* color, const capture::Response& response);
+/// Median radiance of a colour image, mean of the channels; empty if there is no image.
+std::optional<float> median_radiance(const capture::Picture* color, const capture::Response& response);
 
 class OcclusionCheck {
  public:
   struct Finding {
-    bool covered = false;  ///< the picture is of no use: the light from before holds
-    std::string warning;   ///< empty where all is well
+    bool covered = false;  ///< the image must not be used: the previous light stays
+    std::string warning;   ///< empty if nothing is wrong
   };
-  /// `flux` is the integral of radiance over the fish-eye picture, mean of channels; `level` the room_level of the
-  /// colour picture with it. `clipped`: the flux is a lower bound.
-  Finding look(double flux, std::optional<float> level, bool clipped);
+  /// `flux`: ∫ L dω over the fish-eye image, mean of channels; a lower bound if `clipped`. `room_radiance`:
+  /// median_radiance of the colour image of the same moment.
+  Finding check(double flux, std::optional<float> room_radiance, bool clipped);
 
  private:
   bool seen_ = false;
-  double flux_ = 0;  ///< of the last picture that was not covered
-  std::optional<float> level_;
+  double flux_ = 0;  ///< of the last image that was not covered
+  std::optional<float> room_radiance_;
 };
 
 }  // namespace lumigraft::reconstruct

@@ -1,5 +1,5 @@
 #pragma once
-// A fish-eye radiance picture split into lamps and the rest: picture = lamps + rest, exactly.
+// Split of a fish-eye radiance image into lamps and a residual image: image = lamps + residual, exactly.
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
@@ -9,24 +9,24 @@
 
 namespace lumigraft::reconstruct {
 
-struct Lamp {
+struct SplitLamp {
   Eigen::Vector3f direction;   ///< unit, tag frame; centroid of the energy
-  Eigen::Vector3f irradiance;  ///< Σ L dω over the lamp, above what surrounds it, per channel
+  Eigen::Vector3f irradiance;  ///< Σ L dω over the lamp above its background, per channel
   float solid_angle_sr = 0;
   bool clipped = false;
-  float squareness = 0;  ///< |E z⁴| / E|z|⁴ of the outline, spread made equal in both directions: 0 for an
-                         ///< ellipse, 0.43 for a parallelogram
-  int region = -1;       ///< the same for what was cut from one region; -1 where nothing was cut
+  float squareness = 0;  ///< |E z⁴| / E|z|⁴ of the outline with whitened second moments: 0 for an ellipse, 0.43 for a
+                         ///< parallelogram
+  int region = -1;  ///< equal for the parts of one region that was cut; -1 if it was not
 };
 
 struct LightSplit {
-  std::vector<Lamp> lamps;     ///< strongest first
-  capture::Image<float> rest;  ///< the picture with the lamps' holes filled from around them
+  std::vector<SplitLamp> lamps;    ///< strongest first
+  capture::Image<float> residual;  ///< lamps removed, their pixels filled from the background
 };
 
-/// Lamps are compact regions with a sharp edge that stand well above what surrounds them; bright regions too wide for
-/// one lamp, and a environment that is still concentrated, are cut into several. At most `max_lamps`, none that carries
-/// less than 1 % of the lamps' energy. `clipped` has one channel, non-zero where the radiance is a lower bound.
+/// Lamps are compact regions with a sharp edge and a high contrast. Bright regions too wide for one lamp, and a
+/// residual that is still concentrated, are cut into several lamps. At most `max_lamps`, each with at least 1 % of the
+/// lamps' energy. `clipped` has one channel, non-zero where the radiance is a lower bound.
 LightSplit split_lamps(const capture::Image<float>& radiance, const capture::Image<std::uint8_t>& clipped,
                        const FisheyeView& view, int max_lamps);
 

@@ -1,5 +1,5 @@
 #pragma once
-// Lamps from one fish-eye picture to the next: who is who, and averaging while nothing moves.
+// Tracking of lamps from one fish-eye image to the next, and averaging while the light is still.
 #include <map>
 #include <vector>
 
@@ -7,33 +7,32 @@
 
 namespace lumigraft::reconstruct {
 
-/// Gives the lamps of `now` the ids of the nearest lamps of `last` (new ones where none is near), and averages the two
-/// while the light stands still, lamps and environment alike, so that they still sum to an (averaged) picture.
+/// Gives each lamp of `now` the id of the nearest lamp of `last` (a new id if none is near; a lamp with a tag keeps its
+/// id), and averages both images while lamps and environment are still, so that their sum is an averaged image.
 ///
-/// A lamp with a mark keeps its id wherever it goes.
-///
-/// A lamp that is gone with its energy may be covered by what moves: it stays for kHeld pictures and is faded out over
-/// kFaded more. One whose energy is found elsewhere has moved, or is cut otherwise, and is not kept.
+/// A lamp that disappears with its energy may be occluded: it is held for some frames, then faded out. One whose energy
+/// appears elsewhere has moved or was cut differently, and is dropped.
 class LightTracker {
  public:
-  explicit LightTracker(std::size_t most_lamps) : most_(most_lamps) {}
+  explicit LightTracker(std::size_t max_lamps) : max_lamps_(max_lamps) {}
 
   void update(const Illumination* last, Illumination& now);
-  /// The id of the lamp with this mark, which none of `lights` is: a new one where another has it.
-  int id_of_mark(int mark, const std::vector<PointLight>& lights);
+  /// The id of the tagged lamp `lamp_tag`, which is not among `lights`; a new id if one of those has it.
+  int id_of_tag(int lamp_tag, const std::vector<PointLight>& lights);
 
  private:
-  static constexpr int kHeld = 3, kFaded = 4, kFirstHeld = 1000;
+  static constexpr int kFirstHeld = 1000;  ///< above all regions of an image
 
-  void keep_hidden(const Illumination& last, const std::vector<int>& found, Illumination& now);
+  void hold_missing(const Illumination& last, const std::vector<int>& found, Illumination& now);
 
-  void name(const std::vector<PointLight>& before, const std::vector<int>& found, std::vector<PointLight>& lights);
+  void assign_ids(const std::vector<PointLight>& before, const std::vector<int>& found,
+                  std::vector<PointLight>& lights);
 
-  std::size_t most_;
-  std::map<int, int> ids_of_marks_;
+  std::size_t max_lamps_;
+  std::map<int, int> ids_of_tags_;
   int next_id_ = 0;
-  int next_held_region_ = kFirstHeld;  ///< a hidden lamp's region is none of any picture's
-  int averaged_ = 0;                   ///< pictures in the running mean
+  int next_held_region_ = kFirstHeld;  ///< a held lamp's region differs from those of any image
+  int averaged_ = 0;                   ///< frames in the running mean
 };
 
 }  // namespace lumigraft::reconstruct

@@ -8,7 +8,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-/// Moments of energy over directions.
+/// Moments of the energy's distribution over directions.
 struct Moments {
   double weight = 0;
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
@@ -42,26 +42,26 @@ Eigen::Vector3f principal_axis(const std::vector<PixelEnergy>& part, const Fishe
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2).cast<float>();
 }
 
-/// Sorts the part along its principal axis and returns how many pixels the first half of the best cut has.
+/// Sorts the part along its principal axis; returns the number of pixels before the best cut, 0 if none is better.
 std::size_t best_cut(std::vector<PixelEnergy>& part, const FisheyeView& view) {
   const Eigen::Vector3f axis = principal_axis(part, view);
   std::sort(part.begin(), part.end(), [&](const PixelEnergy& a, const PixelEnergy& b) {
     const float da = axis.dot(view.direction[a.pixel]), db = axis.dot(view.direction[b.pixel]);
     return da != db ? da < db : a.pixel < b.pixel;
   });
-  const Moments whole = moments(part, view);
+  const Moments total = moments(part, view);
   Moments low;
-  double least = whole.variance();
+  double smallest = total.variance();
   std::size_t cut = 0;
   for (std::size_t i = 0; i + 1 < part.size(); ++i) {
     low.add(view.direction[part[i].pixel], weight_of(part[i]));
     Moments high;
-    high.weight = whole.weight - low.weight;
-    high.first = whole.first - low.first;
-    high.second = whole.second - low.second;
+    high.weight = total.weight - low.weight;
+    high.first = total.first - low.first;
+    high.second = total.second - low.second;
     const double sum = low.variance() + high.variance();
-    if (sum < least) {
-      least = sum;
+    if (sum < smallest) {
+      smallest = sum;
       cut = i + 1;
     }
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Wide light cut into several lamps.
+// Subdivision of a wide region into several lamps.
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
@@ -8,15 +8,15 @@
 
 namespace lumigraft::reconstruct {
 
-/// Energy that a pixel gives to a lamp: L dω per channel, W/m².
+/// Contribution of a pixel to a lamp: L dω per channel, W/m².
 struct PixelEnergy {
   std::uint32_t pixel;
   Eigen::Vector3f energy;
 };
 
-/// Variance cut (Viriyothai & Debevec 2009, "Variance Minimization Light Probe Sampling"): the part with the largest
-/// variance is cut in two where the sum of the two variances is least, until there are `parts`. Done on the sphere,
-/// across a part's principal axis, in place of the paper's axis-aligned cuts of the latitude-longitude picture.
+/// Variance cut (Viriyothai and Debevec 2009, "Variance Minimization Light Probe Sampling"): repeatedly cuts the part
+/// with the largest variance where the sum of the two variances is smallest, until there are `parts`. Works on the
+/// sphere across a part's principal axis; the paper cuts the latitude-longitude image along its axes.
 std::vector<std::vector<PixelEnergy>> variance_cut(std::vector<PixelEnergy> pixels, const FisheyeView& view, int parts);
 
 }  // namespace lumigraft::reconstruct

@@ -5,34 +5,25 @@
 #include <cmath>
 
 #include "reconstruct/math/simd4.h"
+#include "reconstruct/room/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kLeastPoints = 100;                   // of all, for a room to be worth closing
-constexpr std::size_t kMostPoints = 4000;                   // looked at
-constexpr std::size_t kSeeds = 160;                         // tried as a side's place
-constexpr float kOnSide_m = 0.025f, kOnSideShare = 0.005f;  // so far from the plane, and by so much of the way to it
-constexpr float kAlike = 0.95f;                             // cosine of the normals of points on the same side
-constexpr float kApart = 0.85f;                             // and of different sides, at most
-constexpr float kLeastShare = 0.03f;                        // of the points, on a side
-constexpr float kMostBehind = 0.01f;                        // of the points, behind a side
-constexpr float kFacing = 0.75f;                            // cosine: a side stands for the directions around its own
-constexpr float kStraight = 0.94f;                          // cosine: a lamp shines straight away from a side
-constexpr float kGuess = 0.5f;                              // of the way to the farthest thing known, beyond it
-constexpr float kSame_m = 0.02f, kSameCosine = 0.9995f;     // moved by noise
-constexpr float kSameGuess = 0.1f;                          // of the room's half: a guess may be off as far
+constexpr const RoomParameters::Enclosure& kParameters = kRoomParameters.enclosure;
 
 struct Known {
   std::vector<RoomPoint> points;
   std::vector<Vector3f> inside_m;
-  Vector3f from_m;  // the fish-eye
+  Vector3f probe_m;
 
-  float tolerance(const Vector3f& p) const { return kOnSide_m + kOnSideShare * (p - from_m).norm(); }
+  float tolerance(const Vector3f& p) const {
+    return kParameters.plane_tolerance_m + kParameters.plane_tolerance_ratio * (p - probe_m).norm();
+  }
   bool on(const Enclosure::Side& side, const RoomPoint& p) const {
-    return p.normal.dot(side.normal) > kAlike &&
+    return p.normal.dot(side.normal) > kParameters.same_plane_cosine &&
            std::abs(side.normal.dot(p.position_m) + side.offset_m) < tolerance(p.position_m);
   }
   bool behind(const Enclosure::Side& side, const Vector3f& p) const {
@@ -40,10 +31,10 @@ struct Known {
   }
 };
 
-/// The plane through the points on `side`, by their mean place and mean normal.
-std::size_t settle(Enclosure::Side& side, const Known& known, const std::vector<bool>& taken) {
+/// Fits `side` to the points on it by their mean position and mean normal; returns their number.
+std::size_t fit_side(Enclosure::Side& side, const Known& known, const std::vector<bool>& taken) {
   std::size_t count = 0;
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < kParameters.fit_rounds; ++round) {
     Vector3f normal = Vector3f::Zero(), middle = Vector3f::Zero();
     count = 0;
     for (std::size_t i = 0; i < known.points.size(); ++i) {
@@ -66,38 +57,39 @@ bool encloses(const Enclosure::Side& side, const Known& known) {
   }
   const auto behind = std::count_if(known.points.begin(), known.points.end(),
                                     [&](const RoomPoint& p) { return known.behind(side, p.position_m); });
-  return static_cast<float>(behind) <= kMostBehind * static_cast<float>(known.points.size());
+  return static_cast<float>(behind) <= kParameters.max_fraction_behind * static_cast<float>(known.points.size());
 }
 
-/// Largest first.
+/// Planes with many points and almost none behind them, largest first.
 std::vector<Enclosure::Side> measured_sides(const Known& known) {
   std::vector<Enclosure::Side> sides;
   std::vector<bool> taken(known.points.size(), false);
-  const std::size_t step = std::max<std::size_t>(known.points.size() / kSeeds, 1);
-  while (sides.size() < kMostSides / 2) {
+  const std::size_t step = std::max<std::size_t>(known.points.size() / kParameters.seeds, 1);
+  while (sides.size() < kMaxSides / 2) {
     Enclosure::Side best;
-    std::size_t most = 0;
+    std::size_t best_count = 0;
     for (std::size_t seed = 0; seed < known.points.size(); seed += step) {
       const RoomPoint& p = known.points[seed];
-      const bool told = taken[seed] || std::any_of(sides.begin(), sides.end(), [&](const Enclosure::Side& s) {
-                          return s.normal.dot(p.normal) > kApart;
+      const bool skip = taken[seed] || std::any_of(sides.begin(), sides.end(), [&](const Enclosure::Side& s) {
+                          return s.normal.dot(p.normal) > kParameters.other_side_cosine;
                         });
-      if (told) continue;
+      if (skip) continue;
       Enclosure::Side side{p.normal, -p.normal.dot(p.position_m), true};
-      const std::size_t count = settle(side, known, taken);
-      if (count > most && encloses(side, known)) {
+      const std::size_t count = fit_side(side, known, taken);
+      if (count > best_count && encloses(side, known)) {
         best = side;
-        most = count;
+        best_count = count;
       }
     }
-    if (static_cast<float>(most) < kLeastShare * static_cast<float>(known.points.size())) break;
+    if (static_cast<float>(best_count) < kParameters.min_fraction_on_side * static_cast<float>(known.points.size()))
+      break;
     for (std::size_t i = 0; i < known.points.size(); ++i) taken[i] = taken[i] || known.on(best, known.points[i]);
     sides.push_back(best);
   }
   return sides;
 }
 
-/// Three axes at right angles: the largest side's normal, the next one's that stands on it, and the third.
+/// Orthogonal axes: the largest side's normal, the next normal that is nearly orthogonal to it, and their product.
 std::array<Vector3f, 3> axes_of(const std::vector<Enclosure::Side>& sides) {
   const Vector3f x = sides.front().normal;
   Vector3f y = x.unitOrthogonal();
@@ -109,20 +101,22 @@ std::array<Vector3f, 3> axes_of(const std::vector<Enclosure::Side>& sides) {
   return {x, y, x.cross(y)};
 }
 
-/// A side across `outward`, beyond everything known.
-Enclosure::Side beyond(const Vector3f& outward, const Known& known, const Illumination& light) {
+/// A side orthogonal to `outward`, through a lamp mounted in it or beyond everything known.
+Enclosure::Side guess_side(const Vector3f& outward, const Known& known, const Illumination& light) {
   std::vector<float> reach;
   for (const RoomPoint& p : known.points) reach.push_back(outward.dot(p.position_m));
-  const auto nearly_all = reach.end() - 1 - static_cast<std::ptrdiff_t>(kMostBehind * static_cast<float>(reach.size()));
+  const auto nearly_all =
+      reach.end() - 1 - static_cast<std::ptrdiff_t>(kParameters.max_fraction_behind * static_cast<float>(reach.size()));
   std::nth_element(reach.begin(), nearly_all, reach.end());
   float farthest = *nearly_all, lamp_at = -1e9f;
   for (const Vector3f& p : known.inside_m) farthest = std::max(farthest, outward.dot(p));
   for (const PointLight& lamp : light.lights) {
-    const bool straight = lamp.distance_known && lamp.flat && lamp.normal.dot(outward) < -kStraight;
-    if (straight) lamp_at = std::max(lamp_at, outward.dot(lamp.position_m));
+    const bool mounted =
+        lamp.distance_known && lamp.flat && lamp.normal.dot(outward) < -kParameters.lamp_on_side_cosine;
+    if (mounted) lamp_at = std::max(lamp_at, outward.dot(lamp.position_m));
   }
-  if (lamp_at >= farthest - kOnSide_m) return {-outward, lamp_at, true};
-  return {-outward, farthest + kGuess * (farthest - outward.dot(known.from_m)), false};
+  if (lamp_at >= farthest - kParameters.plane_tolerance_m) return {-outward, lamp_at, true};
+  return {-outward, farthest + kParameters.guess_ratio * (farthest - outward.dot(known.probe_m)), false};
 }
 
 }  // namespace
@@ -162,13 +156,13 @@ std::vector<RoomPoint> room_points(const DistanceField& field) {
         sum_y += weight * static_cast<float>(y);
         sum_z += weight * static_cast<float>(z);
       }
-      const float whole = sum_of(weights);
-      if (whole == 0) continue;
-      const Vector3f middle(static_cast<float>(corner.x()) + sum_of(sum_x) / whole, sum_of(sum_y) / whole,
-                            sum_of(sum_z) / whole);
-      const Vector3f place_m =
+      const float sum = sum_of(weights);
+      if (sum == 0) continue;
+      const Vector3f middle(static_cast<float>(corner.x()) + sum_of(sum_x) / sum, sum_of(sum_y) / sum,
+                            sum_of(sum_z) / sum);
+      const Vector3f position_m =
           field.voxel_m * (kBrickEdge * Eigen::Vector3i(key[0], key[1], key[2]).cast<float>() + middle);
-      if (const auto normal = field.normal(place_m)) points.push_back({place_m, *normal});
+      if (const auto normal = field.normal(position_m)) points.push_back({position_m, *normal});
     }
   }
   return points;
@@ -176,9 +170,9 @@ std::vector<RoomPoint> room_points(const DistanceField& field) {
 
 std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const Illumination& light,
                                     const std::vector<Vector3f>& inside_m) {
-  if (points.size() < kLeastPoints) return std::nullopt;
+  if (points.size() < kParameters.min_points) return std::nullopt;
   Known known{{}, inside_m, light.probe_position_m};
-  const std::size_t step = (points.size() + kMostPoints - 1) / kMostPoints;
+  const std::size_t step = (points.size() + kParameters.max_points - 1) / kParameters.max_points;
   for (std::size_t i = 0; i < points.size(); i += step) known.points.push_back(points[i]);
   known.inside_m.push_back(light.probe_position_m);
   for (const PointLight& lamp : light.lights) {
@@ -192,14 +186,15 @@ std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const 
   std::vector<Enclosure::Side> others;
   for (int i = 0; i < 6; ++i) {
     const Vector3f outward = (i % 2 ? -1.0f : 1.0f) * axes[static_cast<std::size_t>(i / 2)];
-    const bool closed = std::any_of(room.sides.begin(), room.sides.end(),
-                                    [&](const Enclosure::Side& s) { return s.normal.dot(outward) < -kFacing; });
-    if (!closed) others.push_back(beyond(outward, known, light));
+    const bool closed = std::any_of(room.sides.begin(), room.sides.end(), [&](const Enclosure::Side& s) {
+      return s.normal.dot(outward) < -kParameters.covers_cosine;
+    });
+    if (!closed) others.push_back(guess_side(outward, known, light));
   }
   std::stable_partition(others.begin(), others.end(), [](const Enclosure::Side& s) { return s.measured; });
   room.sides.insert(room.sides.end(), others.begin(), others.end());
 
-  room.middle_m = known.from_m;
+  room.middle_m = known.probe_m;
   for (const Vector3f& axis : axes) {
     const auto ahead = room.leave(room.middle_m, axis), back = room.leave(room.middle_m, -axis);
     if (ahead && back) room.middle_m += 0.5f * (ahead->distance_m - back->distance_m) * axis;
@@ -216,8 +211,9 @@ std::shared_ptr<const Enclosure> EnclosureStage::close(const DistanceField& fiel
   const std::optional<Enclosure> now = close_room(points, light, field.seen_from_m);
   const auto stays = [&](const Enclosure::Side& a, const Enclosure::Side& b) {
     const float half_m = b.normal.dot(last_->middle_m) + b.offset_m;
-    return a.measured == b.measured && a.normal.dot(b.normal) > kSameCosine &&
-           std::abs(a.offset_m - b.offset_m) < (a.measured ? kSame_m : kSameGuess * half_m);
+    return a.measured == b.measured && a.normal.dot(b.normal) > kParameters.same_normal_cosine &&
+           std::abs(a.offset_m - b.offset_m) <
+               (a.measured ? kParameters.same_offset_m : kParameters.same_guess_ratio * half_m);
   };
   const bool same =
       now && last_ && std::equal(now->sides.begin(), now->sides.end(), last_->sides.begin(), last_->sides.end(), stays);

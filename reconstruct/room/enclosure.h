@@ -1,11 +1,11 @@
 #pragma once
-// What closes the room where no camera has looked: a convex hull of a few planes around everything known. Depth
-// pictures show a part of a room; light that an object takes or gives leaves it through the rest and comes back.
+// Enclosure of the room: a convex hull of a few planes around everything known. Depth images show a part of a room;
+// this closes the rest, so that light to and from objects meets a wall everywhere.
 //
-// Planes that hold much of the known surface, and have none of it behind them, are sides of the room, and go on where
-// they were not seen. A lamp that shines straight away from the end of what is known is taken to be set into a side.
-// Towards the other ends a side is guessed half as far again from the fish-eye as anything known. What light comes from
-// there the fish-eye saw, wherever the side is; the guess only says how strongly it is lit by what is near.
+// Planes with much known surface, and none behind them, are measured sides and are extended beyond what was seen. A
+// panel that emits away from the end of the known surface is assumed to be mounted in a side. Towards the remaining
+// ends a side is guessed half as far again from the fish-eye as anything known. Its radiance is what the fish-eye saw
+// in that direction; the guess decides only how strongly near objects light it.
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
@@ -16,18 +16,18 @@
 
 namespace lumigraft::reconstruct {
 
-constexpr std::size_t kMostSides = 12;
+constexpr std::size_t kMaxSides = 12;  ///< as in the shaders
 
 struct Enclosure {
   struct Side {
-    Eigen::Vector3f normal;  ///< unit, to the inside; tag frame
+    Eigen::Vector3f normal;  ///< unit, inwards; tag frame
     float offset_m = 0;      ///< n·p + offset is 0 on the side, positive inside
     bool measured = false;   ///< else guessed
   };
-  std::vector<Side> sides;                             ///< those that were measured first; at most kMostSides
-  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  ///< well inside
+  std::vector<Side> sides;                             ///< measured ones first; at most kMaxSides
+  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  ///< about the centre
 
-  /// Where a ray from inside along a unit direction leaves, and through which side; empty where none is ahead.
+  /// Distance and side at which a ray from inside along a unit direction leaves; empty if no side is ahead.
   struct Exit {
     float distance_m;
     std::size_t side;
@@ -36,23 +36,23 @@ struct Enclosure {
 };
 
 struct RoomPoint {
-  Eigen::Vector3f position_m, normal;  ///< the normal to free space
+  Eigen::Vector3f position_m, normal;  ///< tag frame; the normal towards free space
 };
 
-/// Points of the field's surface, one for each four voxels or so, in a fixed order.
+/// Points of the field's surface, at most one per cube of 4³ voxels, in a fixed order.
 std::vector<RoomPoint> room_points(const DistanceField& field);
 
-/// `points` stand for equal areas. Inside lie also the fish-eye and lamps at known distances, and `inside_m`. Empty
-/// where too little is known for a single side.
+/// `points` represent equal areas. The fish-eye, lamps at known distances and `inside_m` are also inside. Empty if too
+/// little is known for a single side.
 std::optional<Enclosure> close_room(const std::vector<RoomPoint>& points, const Illumination& light,
                                     const std::vector<Eigen::Vector3f>& inside_m);
 
-/// The same for the room as it is learnt.
+/// Keeps the enclosure while the reconstruction grows.
 class EnclosureStage {
  public:
-  /// The same pointer again while the sides stay where they were, but for noise. Null where nothing closes the room.
+  /// The same pointer as before while no side moves by more than noise. Null if too little is known.
   std::shared_ptr<const Enclosure> close(const DistanceField& field, const Illumination& light);
-  /// The same, where the field's room_points are at hand.
+  /// `points`: room_points(field).
   std::shared_ptr<const Enclosure> close(const DistanceField& field, const std::vector<RoomPoint>& points,
                                          const Illumination& light);
 

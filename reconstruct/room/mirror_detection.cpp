@@ -8,50 +8,42 @@
 #include <numbers>
 #include <optional>
 
+#include "reconstruct/room/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kSeeds = 60;                  // tried as a plane's place
-constexpr std::size_t kMostChecked = 1000;          // points behind a plane
-constexpr float kOnPlane_m = 0.02f;                 // so far from it
-constexpr float kAlike = 0.95f;                     // cosine of the normals of points on it
-constexpr float kSamePlane = 0.98f;                 // and of planes tried before
-constexpr std::size_t kLeastOnPlane = 40;           // points, each of about 10 cm²
-constexpr int kSectors = 8, kLeastSectors = 6;      // around a hole, that hold some of the plane
-constexpr float kAround_m = 1;                      // and so near
-constexpr float kBehind_m = 0.06f;                  // what is nearer may be the plane itself
-constexpr float kOff_m = 0.02f, kOffShare = 0.02f;  // of a reflection, and by so much of its way from the plane
-constexpr float kSameWay = 0.7f;                    // cosine of its normal with that of what it is said to reflect
-constexpr int kLeastConfirmed = 20;
-constexpr float kMostDenied = 0.15f;  // of what is confirmed or denied
+constexpr const RoomParameters::Mirrors& kParameters = kRoomParameters.mirrors;
+constexpr int kSectors = 8;  // of the circle around a hole
 
 struct Plane {
   Vector3f normal;
   float offset_m;
   float height(const Vector3f& p) const { return normal.dot(p) + offset_m; }
   bool holds(const RoomPoint& p) const {
-    return p.normal.dot(normal) > kAlike && std::abs(height(p.position_m)) < kOnPlane_m;
+    return p.normal.dot(normal) > kParameters.same_plane_cosine &&
+           std::abs(height(p.position_m)) < kParameters.plane_tolerance_m;
   }
   Vector3f reflected(const Vector3f& p) const { return p - 2 * height(p) * normal; }
 };
 
-/// The plane through the points on it, least squares; how many there are.
-std::size_t settle(Plane& plane, const std::vector<RoomPoint>& points) {
+/// Least-squares fit of the plane to the points on it; returns their number, 0 if too few.
+std::size_t fit_plane(Plane& plane, const std::vector<RoomPoint>& points) {
   std::size_t count = 0;
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < kParameters.fit_rounds; ++round) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
     count = 0;
     for (const RoomPoint& p : points) {
       if (!plane.holds(p)) continue;
-      const Eigen::Vector3d place = p.position_m.cast<double>();
-      sum += place;
-      squares += place * place.transpose();
+      const Eigen::Vector3d position = p.position_m.cast<double>();
+      sum += position;
+      squares += position * position.transpose();
       ++count;
     }
-    if (count < kLeastOnPlane) return 0;
+    if (count < kParameters.min_points_on_plane) return 0;
     const Eigen::Vector3d middle = sum / static_cast<double>(count);
     const Eigen::Matrix3d spread = squares / static_cast<double>(count) - middle * middle.transpose();
     const Vector3f across = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0).cast<float>();
@@ -64,66 +56,71 @@ std::size_t settle(Plane& plane, const std::vector<RoomPoint>& points) {
 /// Planes in the order of their first point.
 std::vector<Plane> planes_of(const std::vector<RoomPoint>& points) {
   std::vector<Plane> planes;
-  const std::size_t step = std::max<std::size_t>(points.size() / kSeeds, 1);
+  const std::size_t step = std::max<std::size_t>(points.size() / kParameters.seeds, 1);
   for (std::size_t seed = 0; seed < points.size(); seed += step) {
     const RoomPoint& p = points[seed];
     const bool known = std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) { return plane.holds(p); });
     if (known) continue;
     Plane plane{p.normal, -p.normal.dot(p.position_m)};
-    if (settle(plane, points) == 0) continue;
+    if (fit_plane(plane, points) == 0) continue;
     const bool same = std::any_of(planes.begin(), planes.end(), [&](const Plane& other) {
-      return other.normal.dot(plane.normal) > kSamePlane && std::abs(other.offset_m - plane.offset_m) < kOnPlane_m;
+      return other.normal.dot(plane.normal) > kParameters.duplicate_cosine &&
+             std::abs(other.offset_m - plane.offset_m) < kParameters.plane_tolerance_m;
     });
     if (!same) planes.push_back(plane);
   }
   return planes;
 }
 
-/// Whether a place on the plane has the plane's surface around it: what is seen through it is seen through a hole.
-bool surrounded(const Vector3f& place, const std::vector<Vector3f>& surface, const Plane& plane) {
+/// Whether a point of the plane is surrounded by the plane's surface: a view through it is a view through a hole.
+bool surrounded(const Vector3f& point, const std::vector<Vector3f>& surface, const Plane& plane) {
   const Vector3f x = plane.normal.unitOrthogonal(), y = plane.normal.cross(x);
   unsigned sectors = 0;
   for (const Vector3f& p : surface) {
-    const Vector3f way = p - place;
-    if (way.squaredNorm() > kAround_m * kAround_m) continue;
-    const float turn = std::atan2(way.dot(y), way.dot(x)) / (2 * std::numbers::pi_v<float>)+0.5f;
+    const Vector3f offset = p - point;
+    if (offset.squaredNorm() > kParameters.surround_m * kParameters.surround_m) continue;
+    const float turn = std::atan2(offset.dot(y), offset.dot(x)) / (2 * std::numbers::pi_v<float>)+0.5f;
     sectors |= 1u << std::min(static_cast<int>(kSectors * turn), kSectors - 1);
   }
-  return std::popcount(sectors) >= kLeastSectors;
+  return std::popcount(sectors) >= kParameters.min_sectors;
 }
 
-/// Where on the plane a camera looked through it and saw the point.
-std::optional<Vector3f> looked_through(const RoomPoint& p, const Plane& plane, const DistanceField& field) {
+/// Where a ray from a camera that saw the point crosses the plane; empty if no camera saw it through the plane.
+std::optional<Vector3f> crossing_of_view(const RoomPoint& p, const Plane& plane, const DistanceField& field) {
   const float depth_m = -plane.height(p.position_m);
   for (const Vector3f& camera : field.seen_from_m) {
-    const Vector3f way = p.position_m - camera;
-    const float before_m = plane.height(camera), distance_m = way.norm();
-    if (before_m <= 0 || p.normal.dot(way) >= 0) continue;
-    const auto hit = field.raycast(camera, way / distance_m, 0.05f, distance_m + kOff_m);
-    if (hit && hit->distance_m < distance_m - kOff_m) continue;
-    return p.position_m - depth_m / (depth_m + before_m) * way;
+    const Vector3f offset = p.position_m - camera;
+    const float before_m = plane.height(camera), distance_m = offset.norm();
+    if (before_m <= 0 || p.normal.dot(offset) >= 0) continue;
+    const auto hit =
+        field.raycast(camera, offset / distance_m, kParameters.first_ray_m, distance_m + kParameters.tolerance_m);
+    if (hit && hit->distance_m < distance_m - kParameters.tolerance_m) continue;
+    return p.position_m - depth_m / (depth_m + before_m) * offset;
   }
   return std::nullopt;
 }
 
-enum class Reflection { confirmed, denied, unknown };
+enum class Evidence { confirms, contradicts, none };
 
-Reflection judge(const RoomPoint& p, const Plane& plane, const DistanceField& field) {
-  const Vector3f place = plane.reflected(p.position_m);
+/// Whether a point behind the plane is the reflection of something in front of it.
+Evidence evidence_of(const RoomPoint& p, const Plane& plane, const DistanceField& field) {
+  const Vector3f reflected = plane.reflected(p.position_m);
   const Vector3f normal = p.normal - 2 * plane.normal.dot(p.normal) * plane.normal;
-  const float off_m = kOff_m + kOffShare * std::abs(plane.height(p.position_m));
-  if (const auto sample = field.sample(place)) {
-    const auto there = field.normal(place);
-    if (std::abs(sample->distance_m) < off_m && there && there->dot(normal) > kSameWay) return Reflection::confirmed;
+  const float off_m = kParameters.tolerance_m + kParameters.tolerance_ratio * std::abs(plane.height(p.position_m));
+  if (const auto sample = field.sample(reflected)) {
+    const auto there = field.normal(reflected);
+    if (std::abs(sample->distance_m) < off_m && there && there->dot(normal) > kParameters.same_normal_cosine)
+      return Evidence::confirms;
   }
   for (const Vector3f& camera : field.seen_from_m) {
-    const Vector3f way = place - camera;
-    const float distance_m = way.norm();
-    if (distance_m < 0.1f) continue;
-    const auto hit = field.raycast(camera, way / distance_m, 0.05f, distance_m + 6);
-    if (hit && hit->distance_m > distance_m + 2 * off_m) return Reflection::denied;
+    const Vector3f offset = reflected - camera;
+    const float distance_m = offset.norm();
+    if (distance_m < kParameters.min_ray_m) continue;
+    const auto hit =
+        field.raycast(camera, offset / distance_m, kParameters.first_ray_m, distance_m + kParameters.ray_beyond_m);
+    if (hit && hit->distance_m > distance_m + 2 * off_m) return Evidence::contradicts;
   }
-  return Reflection::unknown;
+  return Evidence::none;
 }
 
 std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<RoomPoint>& points,
@@ -132,23 +129,24 @@ std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<Ro
   std::vector<Vector3f> surface;
   for (const RoomPoint& p : points) {
     if (plane.holds(p)) surface.push_back(p.position_m);
-    if (plane.height(p.position_m) < -kBehind_m) behind.push_back(p);
+    if (plane.height(p.position_m) < -kParameters.min_depth_m) behind.push_back(p);
   }
   DetectedMirror mirror;
   mirror.normal = plane.normal;
   std::vector<Vector3f> through;
-  const std::size_t step = (behind.size() + kMostChecked - 1) / kMostChecked;
+  const std::size_t step = (behind.size() + kParameters.max_points - 1) / kParameters.max_points;
   for (std::size_t i = 0; i < behind.size(); i += step) {
-    const auto place = looked_through(behind[i], plane, field);
-    if (!place || !surrounded(*place, surface, plane)) continue;
-    const Reflection found = judge(behind[i], plane, field);
-    mirror.denied += found == Reflection::denied;
-    if (found != Reflection::confirmed) continue;
+    const auto crossing = crossing_of_view(behind[i], plane, field);
+    if (!crossing || !surrounded(*crossing, surface, plane)) continue;
+    const Evidence found = evidence_of(behind[i], plane, field);
+    mirror.contradicted += found == Evidence::contradicts;
+    if (found != Evidence::confirms) continue;
     ++mirror.confirmed;
-    through.push_back(*place);
+    through.push_back(*crossing);
   }
-  if (mirror.confirmed < kLeastConfirmed ||
-      static_cast<float>(mirror.denied) > kMostDenied * static_cast<float>(mirror.confirmed + mirror.denied))
+  if (mirror.confirmed < kParameters.min_confirmed ||
+      static_cast<float>(mirror.contradicted) >
+          kParameters.max_contradicted * static_cast<float>(mirror.confirmed + mirror.contradicted))
     return std::nullopt;
   for (const Vector3f& p : through) mirror.middle_m += p / static_cast<float>(through.size());
   return mirror;
@@ -156,7 +154,7 @@ std::optional<DetectedMirror> mirror_in(const Plane& plane, const std::vector<Ro
 
 }  // namespace
 
-std::vector<DetectedMirror> suspected_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field) {
+std::vector<DetectedMirror> find_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field) {
   std::vector<DetectedMirror> mirrors;
   for (const Plane& plane : planes_of(points))
     if (const auto mirror = mirror_in(plane, points, field)) mirrors.push_back(*mirror);
@@ -167,7 +165,7 @@ std::vector<DetectedMirror> suspected_mirrors(const std::vector<RoomPoint>& poin
 
 std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field) {
   std::vector<std::string> lines;
-  for (const DetectedMirror& mirror : suspected_mirrors(points, field)) {
+  for (const DetectedMirror& mirror : find_mirrors(points, field)) {
     char line[256];
     std::snprintf(line, sizeof line,
                   "depth goes through the wall at (%.2f, %.2f, %.2f) m and shows behind it what stands before it: if a "

@@ -1,11 +1,10 @@
 #pragma once
-// Mirrors that nobody named. A depth camera measures through them: what they reflect is fused as a second room behind
-// the wall that they hang on.
+// Detection of mirrors that the session does not name. A depth camera measures through a mirror: its reflection is
+// fused as a second room behind the wall.
 //
-// A plane of the room through which things were seen is taken for one with a mirror in it where those things are the
-// reflection of what stands before it: reflected back they lie on known surfaces, the same way round, and hardly ever
-// in space that cameras saw to be free. Behind an opening stands a room of its own, and most of it falls into free
-// space.
+// A plane is taken for a wall with a mirror if the surface seen through it is the reflection of what is in front of it:
+// reflected back it lies on known surface with the same normal, and hardly ever in observed free space. Behind a real
+// opening is another room, most of which falls into free space.
 #include <Eigen/Core>
 #include <string>
 #include <vector>
@@ -15,15 +14,15 @@
 namespace lumigraft::reconstruct {
 
 struct DetectedMirror {
-  Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();   ///< unit, to where cameras are; tag frame
-  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  ///< of where its reflections are seen through the plane
-  int confirmed = 0, denied = 0;                       ///< points behind it that are reflections, or cannot be
+  Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();   ///< unit, towards the cameras; tag frame
+  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  ///< mean of where rays to its reflections cross the plane
+  int confirmed = 0, contradicted = 0;                 ///< points behind it that are, or cannot be, reflections
 };
 
-/// `points` are the field's own (room_points). Those with most points first; empty where nothing looks like a mirror.
-std::vector<DetectedMirror> suspected_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field);
+/// `points`: room_points(field). Mirrors with the most confirmed points first.
+std::vector<DetectedMirror> find_mirrors(const std::vector<RoomPoint>& points, const DistanceField& field);
 
-/// A line for each.
+/// One line per mirror.
 std::vector<std::string> mirror_warnings(const std::vector<RoomPoint>& points, const DistanceField& field);
 
 }  // namespace lumigraft::reconstruct

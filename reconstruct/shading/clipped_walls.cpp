@@ -6,23 +6,21 @@
 #include <optional>
 
 #include "reconstruct/light/environment.h"
+#include "reconstruct/light/parameters.h"
+#include "reconstruct/shading/parameters.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kRoom_m = 10;      ///< longest ray
-constexpr float kOnSide = 0.97f;   ///< of the way to a side: there
-constexpr float kMostRaised = 8;   ///< over the level at which it clips: beyond it the lamp stands on the side
-constexpr int kAcross = 3;         ///< places that stand for a cell, either way
-constexpr float kNearest = 0.12f;  ///< rad: what no camera saw looks like what was seen so little farther than nearest
-constexpr float kLeastTold = 1e-4f;  ///< irradiance over the brightest: nothing is told where it is dark
+constexpr const ShadingParameters& kParameters = kShadingParameters;
+constexpr const ShadingParameters::ClippedWalls& kWalls = kShadingParameters.clipped_walls;
 
-class Clipped {
+class ClippedWalls {
  public:
-  Clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room, const DistanceField& field,
-          const FieldRays& rays, const MetalMask& metal)
+  ClippedWalls(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room,
+               const DistanceField& field, const FieldRays& rays, const MetalMask& metal)
       : light_(light),
         picture_(light.environment),
         lamps_(lamps),
@@ -46,10 +44,10 @@ class Clipped {
       if (!radiance) continue;
       for (int c = 0; c < 3; ++c) {
         float& value = picture_.radiance.data[3 * cell + c];
-        value = std::max(value, std::min((*radiance)[c], kMostRaised * value));
+        value = std::max(value, std::min((*radiance)[c], kWalls.max_gain * value));
       }
     }
-    follow(before);
+    fill_unseen(before);
     light_.environment_sh = project_sh(picture_);
   }
 
@@ -62,53 +60,57 @@ class Clipped {
       if (!seen(cell)) continue;
       const auto exit = room_->leave(light_.probe_position_m, direction_[cell]);
       if (!exit || !room_->sides[exit->side].measured) continue;
-      const auto hit = rays_.first_crossing(light_.probe_position_m, direction_[cell], kRoom_m);
-      if (hit && (*hit - light_.probe_position_m).norm() < kOnSide * exit->distance_m) continue;
+      const auto hit = rays_.first_crossing(light_.probe_position_m, direction_[cell], kParameters.max_ray_m);
+      if (hit && (*hit - light_.probe_position_m).norm() < kParameters.on_side_ratio * exit->distance_m) continue;
       side_[cell] = static_cast<int>(exit->side);
     }
   }
 
-  /// By the colour camera.
+  /// Radiance measured by the colour camera.
   std::optional<Vector3f> measured(std::size_t cell) const {
-    const auto hit = rays_.first_crossing(light_.probe_position_m, direction_[cell], kRoom_m);
+    const auto hit = rays_.first_crossing(light_.probe_position_m, direction_[cell], kParameters.max_ray_m);
     return hit && !metal_.contains(*hit) ? field_.radiance(*hit) : std::nullopt;
   }
 
-  /// Of a side, where a cell shows it: mean over the cell, as the fish-eye's.
+  /// Irradiance of the side that a cell shows, mean over the cell.
   Vector3f irradiance(std::size_t cell) const {
     const Enclosure::Side& side = room_->sides[static_cast<std::size_t>(side_[cell])];
     Vector3f sum = Vector3f::Zero();
-    int places = 0;
-    for (int i = 0; i < kAcross * kAcross; ++i) {
-      const auto off = [&](int k) { return (static_cast<float>(k) + 0.5f) / kAcross - 0.5f; };
-      const float phi = 2 * std::numbers::pi_v<float> *
-                            (static_cast<float>(cell % static_cast<std::size_t>(width_)) + 0.5f + off(i % kAcross)) /
-                            static_cast<float>(width_) -
-                        std::numbers::pi_v<float>;
-      const float theta = std::numbers::pi_v<float> *
-                          (static_cast<float>(cell / static_cast<std::size_t>(width_)) + 0.5f + off(i / kAcross)) /
-                          static_cast<float>(height_);
+    int count = 0;
+    for (int i = 0; i < kWalls.samples * kWalls.samples; ++i) {
+      const auto off = [&](int k) { return (static_cast<float>(k) + 0.5f) / kWalls.samples - 0.5f; };
+      const float phi =
+          2 * std::numbers::pi_v<float> *
+              (static_cast<float>(cell % static_cast<std::size_t>(width_)) + 0.5f + off(i % kWalls.samples)) /
+              static_cast<float>(width_) -
+          std::numbers::pi_v<float>;
+      const float theta =
+          std::numbers::pi_v<float> *
+          (static_cast<float>(cell / static_cast<std::size_t>(width_)) + 0.5f + off(i / kWalls.samples)) /
+          static_cast<float>(height_);
       const Vector3f towards(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
-      const float fall = -side.normal.dot(towards);
-      const float away = side.normal.dot(light_.probe_position_m) + side.offset_m;
-      if (fall < 1e-3f || away <= 0) continue;
-      const Vector3f place = light_.probe_position_m + away / fall * towards;
-      ++places;
+      const float descent = -side.normal.dot(towards);
+      const float height_m = side.normal.dot(light_.probe_position_m) + side.offset_m;
+      if (descent < 1e-3f || height_m <= 0) continue;
+      const Vector3f point = light_.probe_position_m + height_m / descent * towards;
+      ++count;
       sum += sh_irradiance(light_.environment_sh, side.normal).cwiseMax(0.0f);
       for (const PointLight& lamp : lamps_) {
         if (!lamp.distance_known) continue;
-        const Vector3f way = lamp.position_m - place;
-        const float arriving = std::max(0.0f, side.normal.dot(way.normalized())) * lamp.emission(-way.normalized());
+        const Vector3f offset = lamp.position_m - point;
+        const float arriving =
+            std::max(0.0f, side.normal.dot(offset.normalized())) * lamp.emission(-offset.normalized());
         if (arriving <= 0 ||
-            !rays_.free(place + 0.02f * side.normal, lamp.position_m - 1.5f * lamp.radius_m * way.normalized()))
+            !rays_.free(point + kWalls.lift_m * side.normal,
+                        lamp.position_m - kParameters.lamp_radii_clear * lamp.radius_m * offset.normalized()))
           continue;
-        sum += arriving / way.squaredNorm() * lamp.intensity;
+        sum += arriving / offset.squaredNorm() * lamp.intensity;
       }
     }
-    return places > 0 ? Vector3f(sum / static_cast<float>(places)) : Vector3f::Zero();
+    return count > 0 ? Vector3f(sum / static_cast<float>(count)) : Vector3f::Zero();
   }
 
-  /// From cells of the same side that are not clipped; the nearest decide.
+  /// Radiance from the albedo of the same side's unclipped cells, weighted by 1/angle⁴.
   std::optional<Vector3f> modelled(std::size_t cell, const capture::Image<float>& before) {
     if (side_[cell] < 0) return std::nullopt;
     if (irradiance_.empty()) {
@@ -119,7 +121,8 @@ class Clipped {
     Vector3f sum = Vector3f::Zero();
     float weights = 0;
     for (std::size_t i = 0; i < side_.size(); ++i) {
-      if (side_[i] != side_[cell] || picture_.clipped.data[i] || irradiance_[i].minCoeff() < kLeastTold * brightest_)
+      if (side_[i] != side_[cell] || picture_.clipped.data[i] ||
+          irradiance_[i].minCoeff() < kWalls.min_irradiance_ratio * brightest_)
         continue;
       const float squared = 2 - 2 * direction_[i].dot(direction_[cell]) + 1e-3f;
       const float w = 1 / (squared * squared);
@@ -130,8 +133,8 @@ class Clipped {
     return (sum / weights).cwiseProduct(irradiance_[cell]).eval();
   }
 
-  /// What no camera saw.
-  void follow(const capture::Image<float>& before) {
+  /// Cells outside the view take the mean of the nearest cells inside, if any cell was raised.
+  void fill_unseen(const capture::Image<float>& before) {
     std::vector<std::size_t> raised;
     for (std::size_t i = 0; i < side_.size(); ++i)
       if (picture_.radiance.data[3 * i] != before.data[3 * i]) raised.push_back(i);
@@ -144,7 +147,7 @@ class Clipped {
       const Vector3f here = direction_[cell];
       float best = -1;
       for (const std::size_t i : known) best = std::max(best, here.dot(direction_[i]));
-      const float limit = std::cos(std::acos(std::min(best, 1.0f)) + kNearest);
+      const float limit = std::cos(std::acos(std::min(best, 1.0f)) + kLightParameters.environment.fill_margin_rad);
       Vector3f sum = Vector3f::Zero();
       float weights = 0;
       for (const std::size_t i : known) {
@@ -166,7 +169,7 @@ class Clipped {
   const MetalMask& metal_;
   int width_, height_;
   std::vector<Vector3f> direction_;   ///< per cell
-  std::vector<int> side_;             ///< per cell: of the room, where a measured one was seen; -1 elsewhere
+  std::vector<int> side_;             ///< per cell: index of the measured side that it shows; -1: none
   std::vector<Vector3f> irradiance_;  ///< per cell
   float brightest_ = 0;
 };
@@ -176,7 +179,7 @@ class Clipped {
 void raise_clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room,
                    const DistanceField& field, const FieldRays& rays, const MetalMask& metal) {
   if (light.environment.clipped.empty()) return;
-  Clipped(light, lamps, room, field, rays, metal).raise();
+  ClippedWalls(light, lamps, room, field, rays, metal).raise();
 }
 
 }  // namespace lumigraft::reconstruct

@@ -1,5 +1,5 @@
 #pragma once
-// Surfaces so bright that the fish-eye's picture clips on them.
+// Correction of walls that are so bright that the fish-eye image clips on them.
 #include <vector>
 
 #include "reconstruct/field/field_rays.h"
@@ -9,10 +9,10 @@
 
 namespace lumigraft::reconstruct {
 
-/// Raises cells of the environment that are marked as clipped: to the radiance that the colour camera measured where
-/// the fish-eye's ray meets known surface; else, on a measured side of the room, to what `lamps` make of a surface of
-/// the albedo that this side shows where it is not clipped. Cells that no camera saw follow those nearest to them, as
-/// before. The harmonics are those of the result.
+/// Raises the clipped cells of the environment: to the radiance that the colour camera measured where the fish-eye's
+/// ray hits known surface; else, on a measured side of the room, to the radiance that `lamps` cause at the albedo which
+/// that side has where it is not clipped. Cells outside the view follow the nearest cells inside. Updates the spherical
+/// harmonics.
 void raise_clipped(Illumination& light, const std::vector<PointLight>& lamps, const Enclosure* room,
                    const DistanceField& field, const FieldRays& rays, const MetalMask& metal);
 

@@ -1,5 +1,5 @@
 #pragma once
-// Irradiance on surfaces of the room: lamps through the field, and everything else as it was measured.
+// Irradiance on surfaces of the room: from lamps with visibility through the field, and from measured radiance.
 #include <Eigen/Core>
 #include <vector>
 
@@ -11,68 +11,67 @@
 
 namespace lumigraft::reconstruct {
 
-constexpr float kInfinitelyFar = 0;  ///< as a lamp's distance
+constexpr float kInfinitelyFar = 0;  ///< as the distance of a lamp
 
 class IrradianceModel {
  public:
   IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal,
                   const Illumination& illumination, const Enclosure* room = nullptr);
 
-  /// What lies beyond all that is known.
-  struct Beyond {
+  /// Light from beyond the known surface.
+  struct Surroundings {
     Eigen::Vector3f probe;
-    EnvironmentMap far;    ///< the environment without what stands between the probe and the distance
-    bool guessed = false;  ///< what of the enclosure is guessed counts
-    Eigen::Vector3f up = Eigen::Vector3f::Zero();        ///< the middle of what the fish-eye sees; zero: it sees all
-    float floor_m = 0;                                   ///< along `up`, from the origin
-    Eigen::Vector3f on_floor = Eigen::Vector3f::Zero();  ///< the environment's irradiance there
+    EnvironmentMap far;        ///< the environment without surfaces between the probe and the enclosure
+    bool use_guessed = false;  ///< guessed sides of the enclosure count
+    Eigen::Vector3f up = Eigen::Vector3f::Zero();  ///< centre of the fish-eye's view; zero if it covers the sphere
+    float floor_m = 0;                             ///< height of the floor along `up`, from the origin
+    Eigen::Vector3f floor_irradiance = Eigen::Vector3f::Zero();  ///< on the floor, from the environment
   };
-  const Beyond& beyond() const { return beyond_; }
-  /// The same beyond a field of which somewhat more is known, or somewhat else.
+  const Surroundings& surroundings() const { return surroundings_; }
+  /// Reuses the surroundings of an earlier model for a field that changed a little.
   IrradianceModel(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, const Enclosure* room,
-                  Beyond beyond);
+                  Surroundings surroundings);
 
-  /// Irradiance that is not straight from a lamp: `directions` rays, cosine-distributed (Hammersley points). A ray that
-  /// meets a coloured surface returns that surface's own measured radiance, which holds all bounces; one that goes down
-  /// where no camera looked meets a floor of usual albedo, which the environment lights; any other returns the far
-  /// environment, which has no lamps in it.
+  /// Irradiance except direct light of lamps: `directions` rays, cosine-distributed (Hammersley points). A ray that
+  /// hits coloured surface returns its measured radiance, which includes all bounces. One that goes down outside the
+  /// view of all cameras hits a floor of typical albedo, lit by the environment. Any other returns the far environment.
   struct Gathered {
     Eigen::Vector3f irradiance;
-    float metal_share = 0;                  ///< of the rays: metal was measured towards the camera, not towards here
-    std::vector<Eigen::Vector3f> on_floor;  ///< where rays met it
-    float floor_share = 0;                  ///< irradiance of what they bring over the floor's own, for each
+    float metal_fraction = 0;                 ///< of the rays: metal was measured towards the camera, not towards here
+    std::vector<Eigen::Vector3f> floor_hits;  ///< of rays that hit the unseen floor
+    float floor_weight = 0;                   ///< of the floor's lamp irradiance at each hit
   };
   Gathered gather(const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal, int directions) const;
 
-  /// Irradiance of the lamps on the floor that nobody saw, in squares around the place below the probe. Lamps whose
-  /// distance is not known are where lamps usually are.
-  std::vector<Eigen::Vector3f> light_on_floor(const std::vector<PointLight>& lamps) const;
-  /// What gathered rays bring of it.
-  Eigen::Vector3f by_floor(const Gathered& gathered, const std::vector<Eigen::Vector3f>& on_floor) const;
+  /// Irradiance of the lamps on the unseen floor, on a grid around the point below the probe. Lamps at unknown distance
+  /// are assumed at a usual one.
+  std::vector<Eigen::Vector3f> lamp_irradiance_on_floor(const std::vector<PointLight>& lamps) const;
+  /// The part of it that the gathered rays reflect to their origin.
+  Eigen::Vector3f irradiance_from_floor(const Gathered& gathered, const std::vector<Eigen::Vector3f>& floor_grid) const;
 
-  /// How much of the lamp's disk a point sees, were the lamp `distance_m` from the probe: mean over `rays` points of
-  /// it.
+  /// Visible fraction of a lamp's disk at `distance_m` from the probe (kInfinitelyFar allowed): mean of `rays` points.
   float visibility(const PointLight& light, float distance_m, const Eigen::Vector3f& position_m,
                    const Eigen::Vector3f& normal, int rays) const;
 
-  /// Whether the way from a point to a lamp leads through space that something hides from every place a camera looked
-  /// from: what nobody saw may stand there.
-  bool hidden_way(const PointLight& light, const Eigen::Vector3f& position_m, const Eigen::Vector3f& normal) const;
+  /// Whether the ray from a point to a lamp passes space that is occluded from all camera positions, where an
+  /// unobserved object may be.
+  bool passes_unobserved_space(const PointLight& light, const Eigen::Vector3f& position_m,
+                               const Eigen::Vector3f& normal) const;
 
  private:
-  /// Of what a ray meets beyond all that is known: the fish-eye saw the same place of the enclosure, in another
-  /// direction. Without an enclosure it is infinitely far; a guessed side may stand anywhere beyond, and is taken half
-  /// as if it stood there, half as if it were infinitely far.
+  /// Radiance of a ray that hits no known surface: that of the fish-eye towards the ray's exit from the enclosure.
+  /// Without an enclosure the environment is infinitely far; a guessed side counts half, and half as infinitely far, as
+  /// it may be anywhere beyond.
   Eigen::Vector3f far_radiance(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const;
-  /// Where a ray that meets nothing known meets the floor; empty where a camera saw that way, or it goes up.
-  std::optional<Eigen::Vector3f> floor_ahead(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const;
+  /// Where a ray that hits no known surface hits the unseen floor; empty if that direction was seen or goes up.
+  std::optional<Eigen::Vector3f> floor_hit(const Eigen::Vector3f& from_m, const Eigen::Vector3f& direction) const;
 
   const DistanceField& field_;
   const FieldRays& rays_;
   const MetalMask& metal_;
   const Enclosure* enclosure_;
-  float lift_m_;  ///< rays start so far above the surface
-  Beyond beyond_;
+  float lift_m_;  ///< start of rays above the surface
+  Surroundings surroundings_;
 };
 
 }  // namespace lumigraft::reconstruct

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 
+#include "reconstruct/shading/parameters.h"
+
 namespace lumigraft::reconstruct {
 
-float dark_radiance(const std::vector<SurfaceSample>& samples) {
-  constexpr float kShare = 0.02f, kLeast = 1e-6f;
+float noise_floor_radiance(const std::vector<SurfaceSample>& samples) {
+  constexpr float kRatio = kShadingParameters.noise_floor_ratio, kMin = kShadingParameters.min_noise_floor;
   double sum = 0;
   for (const SurfaceSample& sample : samples) sum += sample.radiance.mean();
-  return samples.empty() ? kLeast : std::max(kLeast, kShare * static_cast<float>(sum / samples.size()));
+  return samples.empty() ? kMin : std::max(kMin, kRatio * static_cast<float>(sum / samples.size()));
 }
 
 }  // namespace lumigraft::reconstruct

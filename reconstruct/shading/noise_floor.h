@@ -1,5 +1,5 @@
 #pragma once
-// Where a picture is too dark to tell: what an 8-bit picture's darkest codes hold is as good as black.
+// Noise floor of radiance: the darkest values of an 8-bit image are indistinguishable from black.
 #include <Eigen/Core>
 #include <numbers>
 #include <vector>
@@ -8,16 +8,17 @@
 
 namespace lumigraft::reconstruct {
 
-/// Radiance that counts as black: a share of the samples' mean.
-float dark_radiance(const std::vector<SurfaceSample>& samples);
+/// Radiance that counts as black: a fraction of the samples' mean.
+float noise_floor_radiance(const std::vector<SurfaceSample>& samples);
 
-/// π B / E of a matt surface. Where little light falls, and the picture is as dark, it says white: nothing is known.
-inline Eigen::Array3f matt_albedo(const Eigen::Vector3f& radiance, const Eigen::Vector3f& irradiance, float dark) {
+/// Albedo π B / E of a diffuse surface. It tends to 1 where B and E are below the noise floor: nothing is known there.
+inline Eigen::Array3f lambertian_albedo(const Eigen::Vector3f& radiance, const Eigen::Vector3f& irradiance,
+                                        float noise_floor) {
   constexpr float kPi = std::numbers::pi_v<float>;
-  return kPi * (radiance.array() + dark) / (irradiance.array() + kPi * dark);
+  return kPi * (radiance.array() + noise_floor) / (irradiance.array() + kPi * noise_floor);
 }
 
-/// 1σ of π B that is due to darkness.
-inline float dark_sigma(float dark) { return 0.5f * std::numbers::pi_v<float> * dark; }
+/// 1σ of π B from the noise floor.
+inline float noise_floor_sigma(float noise_floor) { return 0.5f * std::numbers::pi_v<float> * noise_floor; }
 
 }  // namespace lumigraft::reconstruct

@@ -5,20 +5,18 @@
 #include <cmath>
 #include <map>
 
+#include "reconstruct/shading/parameters.h"
+
 namespace lumigraft::reconstruct {
 namespace {
 
-constexpr float kFinestCellVoxels = 2.0f;
-constexpr float kMostOfWhite = 0.6f;    // that a print's ink, blurred, sends back
-constexpr float kLeastOfWhite = 0.75f;  // of white: the brighter half of what is told of the print
-constexpr float kTagThickness_m = 0.015f;
-constexpr std::size_t kLeastSloped = 8;  // points of a patch whose slope of light is looked for
-constexpr float kSmooth = 0.95f;         // length of a patch's mean normal
+constexpr const ShadingParameters::Samples& kParameters = kShadingParameters.samples;
+constexpr const ShadingParameters::TagPaper& kPaper = kShadingParameters.tag_paper;
 
-/// Cells double at one and at two metres from the tag: what is far is seen coarsely, and matters less.
+/// Level of a cell's size: far surface is measured more coarsely and matters less.
 int level_at(const Eigen::Vector3f& position) {
   const float squared = position.squaredNorm();
-  return squared < 1 ? 0 : squared < 4 ? 1 : 2;
+  return squared < kParameters.finest_m2 ? 0 : squared < kParameters.fine_m2 ? 1 : 2;
 }
 
 std::vector<SurfacePoint> surface_points(const DistanceField& field, const FieldRays& rays, const MetalMask& metal) {
@@ -34,16 +32,16 @@ std::vector<SurfacePoint> surface_points(const DistanceField& field, const Field
 }
 
 bool on_paper(const Eigen::Vector3f& p, double tag_size_m, float margin_m) {
-  // With the white rim, one cell of eight wide.
+  // With its white rim, which is one cell of eight wide.
   const float reach_m = static_cast<float>(0.5 * tag_size_m * 10 / 8) + margin_m;
-  return std::abs(p.x()) < reach_m && std::abs(p.y()) < reach_m && std::abs(p.z()) < kTagThickness_m + margin_m;
+  return std::abs(p.x()) < reach_m && std::abs(p.y()) < reach_m && std::abs(p.z()) < kPaper.thickness_m + margin_m;
 }
 
 }  // namespace
 
 bool on_surface(const FieldBrick& brick, int index, float voxel_m) {
   const float distance = brick.distance_m[index];
-  // Half a voxel either way: on a plane along the axes one layer of voxels.
+  // Half a voxel either way: one layer of voxels on an axis-aligned plane.
   return brick.weight[index] > 0 && brick.radiance_weight[index] > 0 && distance <= 0.5f * voxel_m &&
          distance > -0.5f * voxel_m;
 }
@@ -95,19 +93,20 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
   const float count = static_cast<float>(members.size());
   middle /= count;
   sample.radiance = radiance / count;
-  // Light that falls off over the patch is no texture: what a slope of it explains does not count.
+  // A slope of light over the patch is not texture: the variance that it explains does not count.
   Eigen::Vector3d along = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d places = Eigen::Matrix3d::Identity() * 1e-8;
+  Eigen::Matrix3d second_moments = Eigen::Matrix3d::Identity() * 1e-8;
   for (const int i : members) {
     const Eigen::Vector3d off = (points[i].position - middle).cast<double>();
     along += off * (std::log(std::max(points[i].radiance.mean(), 1e-6f)) - log_sum / count) / count;
-    places += off * off.transpose() / count;
+    second_moments += off * off.transpose() / count;
   }
-  const double explained = members.size() < kLeastSloped ? 0 : along.dot(places.inverse() * along);
+  const double explained =
+      members.size() < kParameters.min_slope_points ? 0 : along.dot(second_moments.inverse() * along);
   const double variance = log_squares / count - std::pow(log_sum / count, 2);
   sample.spread = static_cast<float>(std::sqrt(std::max(0.0, variance)));
   sample.texture = static_cast<float>(std::sqrt(std::max(0.0, variance - explained)));
-  sample.usable = normal.norm() > kSmooth * count;
+  sample.usable = normal.norm() > kParameters.min_normal_length * count;
   const int nearest = *std::min_element(members.begin(), members.end(), [&](int a, int b) {
     return (points[a].position - middle).squaredNorm() < (points[b].position - middle).squaredNorm();
   });
@@ -116,30 +115,28 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
   return sample;
 }
 
-bool on_tag(const SurfaceSample& sample, double tag_size_m) {
+bool on_tag_print(const SurfaceSample& sample, double tag_size_m) {
   return on_paper(sample.position, tag_size_m, 0.5f * sample.size_m);
 }
 
 std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double tag_size_m) {
-  std::vector<int> on_tag;
+  std::vector<int> print;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (on_paper(points[i].position, tag_size_m, 0) && points[i].normal.z() > 0.9f)
-      on_tag.push_back(static_cast<int>(i));
+    if (on_paper(points[i].position, tag_size_m, 0) && points[i].normal.z() > kPaper.min_normal_z)
+      print.push_back(static_cast<int>(i));
   }
-  if (on_tag.size() < 40) return std::nullopt;
-  // About half of it is white; blur makes most of that grey, and noise lifts the very brightest.
+  if (print.size() < kPaper.min_points) return std::nullopt;
   const auto radiance_sum = [&](int i) { return points[static_cast<std::size_t>(i)].radiance.sum(); };
-  std::sort(on_tag.begin(), on_tag.end(), [&](int a, int b) {
+  std::sort(print.begin(), print.end(), [&](int a, int b) {
     const float la = radiance_sum(a), lb = radiance_sum(b);
     return la != lb ? la > lb : a < b;
   });
-  const auto first = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() / 20);
-  const auto last = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() / 5);
-  const auto black = on_tag.end() - 1 - static_cast<std::ptrdiff_t>(on_tag.size() / 10);
-  if (radiance_sum(*black) > kMostOfWhite * radiance_sum(*last)) return std::nullopt;  // no print: something covers it
-  // White that clips is not fused: then what is left of it is grey.
-  const auto third = on_tag.begin() + static_cast<std::ptrdiff_t>(on_tag.size() * 7 / 20);
-  if (radiance_sum(*third) < kLeastOfWhite * radiance_sum(*last)) return std::nullopt;
+  const auto first = print.begin() + static_cast<std::ptrdiff_t>(print.size() / kPaper.first_rank);
+  const auto last = print.begin() + static_cast<std::ptrdiff_t>(print.size() / kPaper.last_rank);
+  const auto black = print.end() - 1 - static_cast<std::ptrdiff_t>(print.size() / kPaper.black_rank);
+  if (radiance_sum(*black) > kPaper.max_black_ratio * radiance_sum(*last)) return std::nullopt;
+  const auto still_white = print.begin() + static_cast<std::ptrdiff_t>(print.size() * kPaper.check_20ths / 20);
+  if (radiance_sum(*still_white) < kPaper.min_white_ratio * radiance_sum(*last)) return std::nullopt;
   SurfaceSample paper = patch(points, std::vector<int>(first, last), {}, 0);
   paper.position = Eigen::Vector3f::Zero();
   paper.normal = Eigen::Vector3f::UnitZ();
@@ -147,20 +144,21 @@ std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, 
   return paper;
 }
 
-Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, int most_samples,
-                     float least_m) {
+Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, int max_samples,
+                     float min_cell_m) {
   Surface surface;
   surface.points = surface_points(field, rays, metal);
-  surface.sample_m = std::max(kFinestCellVoxels * field.voxel_m, least_m);
+  surface.sample_m = std::max(kParameters.min_cell_voxels * field.voxel_m, min_cell_m);
   std::map<SampleCell, std::vector<int>> cells;
   for (;;) {
     cells.clear();
     for (std::size_t i = 0; i < surface.points.size(); ++i) {
       if (!surface.points[i].metal) cells[cell_of(surface.points[i], surface.sample_m)].push_back(static_cast<int>(i));
     }
-    if (static_cast<int>(cells.size()) <= most_samples) break;
-    // Cells on surfaces fall with the square of their edge.
-    surface.sample_m *= std::max(1.05f, std::sqrt(static_cast<float>(cells.size()) / most_samples));
+    if (static_cast<int>(cells.size()) <= max_samples) break;
+    // The number of cells on surfaces is proportional to 1/edge².
+    surface.sample_m *=
+        std::max(kParameters.min_cell_growth, std::sqrt(static_cast<float>(cells.size()) / max_samples));
   }
   for (const auto& [key, members] : cells) {
     for (const int i : members) surface.points[i].sample = static_cast<int>(surface.samples.size());

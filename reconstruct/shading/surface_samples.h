@@ -1,5 +1,5 @@
 #pragma once
-// The coloured surface of the distance field as points, and a thinned set of them to solve on.
+// The coloured surface of the distance field as points, and a coarser set of samples to solve on.
 #include <Eigen/Core>
 #include <optional>
 #include <tuple>
@@ -11,7 +11,7 @@
 
 namespace lumigraft::reconstruct {
 
-/// One voxel next to the surface.
+/// A voxel next to the surface.
 struct SurfacePoint {
   BrickKey brick{};
   int index = 0;             ///< in the brick
@@ -19,51 +19,50 @@ struct SurfacePoint {
   Eigen::Vector3f normal;    ///< towards free space
   Eigen::Vector3f radiance;  ///< towards the cameras
   bool metal = false;
-  int sample = -1;  ///< of the thinned set, the one that stands for it
+  int sample = -1;  ///< index of the sample that represents it
 };
 
 /// A patch of surface.
 struct SurfaceSample {
-  Eigen::Vector3f position;  ///< of the point nearest to the patch's middle
+  Eigen::Vector3f position;  ///< of the point nearest to the patch's centroid
   Eigen::Vector3f normal;    ///< mean over the patch
   Eigen::Vector3f radiance;  ///< mean over the patch
   float size_m = 0;          ///< edge of its cell
   float spread = 0;          ///< standard deviation of log luminance over the patch
-  float texture = 0;         ///< the same but for an even slope of it: texture, or a shadow's edge
-  bool usable = true;        ///< one smooth piece of surface: not the rim of something
+  float texture = 0;         ///< the same after a linear slope is removed: texture or a shadow edge
+  bool usable = true;        ///< one smooth piece of surface, no rim
 };
 
-/// Where a sample's points lie: how large the cell is, its place, and the axis that their normals are nearest to.
+/// Level of size, three coordinates, and signed axis nearest to the normals of its points.
 using SampleCell = std::tuple<int, int, int, int, int>;
 
 struct Surface {
   std::vector<SurfacePoint> points;    ///< in a fixed order: by brick, then by index
   std::vector<SurfaceSample> samples;  ///< of those that are not metal
   std::vector<SampleCell> cells;       ///< of each sample
-  float sample_m = 0;                  ///< edge of the smallest cells that samples were taken from
+  float sample_m = 0;                  ///< edge of the smallest cells
 };
 
-/// Whether a voxel of a brick is one that the surface is next to, and colour was seen there.
+/// Whether a voxel is next to the surface and has colour.
 bool on_surface(const FieldBrick& brick, int index, float voxel_m);
 /// The points of one brick.
 std::vector<SurfacePoint> points_in(const DistanceField& field, const BrickKey& key, const FieldRays& rays,
                                     const MetalMask& metal);
-/// The cell of a point that is not metal, smallest cells being `sample_m` wide.
+/// The cell of a point; the smallest cells are `sample_m` wide.
 SampleCell cell_of(const SurfacePoint& point, float sample_m);
-/// What some points of one cell are together.
+/// The sample that represents some points (`members`) of one cell.
 SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<int>& members, const SampleCell& cell,
                     float sample_m);
 
-/// Whether some of a patch is the tag's print.
-bool on_tag(const SurfaceSample& sample, double tag_size_m);
+/// Whether the patch overlaps the print of the tag.
+bool on_tag_print(const SurfaceSample& sample, double tag_size_m);
 
-/// The white of the tag's paper, of which more is known than of any other surface; empty where too little of it was
-/// seen.
+/// The white paper of the tag, a surface of known albedo; empty if too little of it was measured.
 std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double tag_size_m);
 
-/// Points where the field crosses zero and colour was seen; samples from cells as small as gives at most
-/// `most_samples`, and no smaller than `least_m`.
-Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, int most_samples,
-                     float least_m = 0);
+/// Points where the field crosses zero and has colour; samples from the smallest cells, at least `min_cell_m` wide,
+/// that give at most `max_samples`.
+Surface find_surface(const DistanceField& field, const FieldRays& rays, const MetalMask& metal, int max_samples,
+                     float min_cell_m = 0);
 
 }  // namespace lumigraft::reconstruct

@@ -142,8 +142,8 @@ std::shared_ptr<const reconstruct::Illumination> carry_lamps(const reconstruct::
   for (reconstruct::PointLight lamp : newest.lights) {
     const reconstruct::PointLight* before = lamp_of(measured, lamp.id);
     const reconstruct::PointLight* known = lamp_of(solved, lamp.id);
-    const bool unseen = lamp.shown != reconstruct::PointLight::Shown::yes;
-    const bool was_unseen = before && before->shown != reconstruct::PointLight::Shown::yes;
+    const bool unseen = lamp.visibility != reconstruct::PointLight::Visibility::visible;
+    const bool was_unseen = before && before->visibility != reconstruct::PointLight::Visibility::visible;
     if (was_unseen && !known && unseen) continue;  // it was found to be off
     if (before && !known && !was_unseen) {
       reconstruct::add_disk(carried->environment, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);

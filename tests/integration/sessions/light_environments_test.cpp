@@ -92,7 +92,7 @@ std::optional<Taken> taken(const Lamp& lamp, const LightSplit& split, const Exac
     const auto pixel = camera.model.project(R_fisheye_tag * exact.direction[i].cast<double>());
     if (!pixel || !camera.model.inside(*pixel)) continue;
     const auto u = static_cast<int>(std::lround(pixel->x())), v = static_cast<int>(std::lround(pixel->y()));
-    const auto rest = Eigen::Map<const Eigen::Vector3f>(&split.rest.data[split.rest.index(u, v)]);
+    const auto rest = Eigen::Map<const Eigen::Vector3f>(&split.residual.data[split.residual.index(u, v)]);
     const double above = exact.energy[i].mean() - rest.mean() * exact.solid_angle_sr[i];
     energy += above;
     direction += above * exact.direction[i].cast<double>();
@@ -113,7 +113,7 @@ TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
     const auto picture = render(camera, [&](const Eigen::Vector3f& d) { return map.sample(d); });
     const LightSplit split =
         split_lamps(picture, capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0), view, 8);
-    const EnvironmentMap rest = resampler.resample(split.rest, view);
+    const EnvironmentMap rest = resampler.resample(split.residual, view);
     const Sh9 harmonics = project_sh(rest);
     const Exact rest_exact = exact_of(rest);
 

@@ -1,4 +1,4 @@
-// Later solves of one room: what they keep, and what they notice.
+// Repeated solutions of one room: what they keep and what they update.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -25,11 +25,11 @@ std::size_t kept(const AlbedoField& a, const AlbedoField& b) {
   return count;
 }
 
-TEST(AlbedoAgain, ARoomThatStaysKeepsItsBricks) {
+TEST(RepeatedSolutions, UnchangedRoomKeepsItsBricks) {
   TestRoom room = room_with_lamp();
   AlbedoStage stage{capture::Session()};
   const auto first = stage.solve(room.field(), room.illumination());
-  // Radiance flickers by less than anybody sees.
+  // Radiance changes by less than is visible.
   room.albedo = [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.501f, 0.401f, 0.301f); };
   DistanceField field = room.field();
   field.version = 2;
@@ -37,7 +37,7 @@ TEST(AlbedoAgain, ARoomThatStaysKeepsItsBricks) {
   EXPECT_EQ(kept(*first.albedo, *second.albedo), first.albedo->bricks.size());
   EXPECT_EQ(first.illumination->lights[0].position_m, second.illumination->lights[0].position_m);
 
-  // Steps too small to be seen add up: they are not lost.
+  // Invisible steps accumulate and are not lost.
   for (int i = 3; i < 60; ++i) {
     const float more = 1 + 0.005f * static_cast<float>(std::min(i, 40));
     room.albedo = [more](const Eigen::Vector3f&) -> Eigen::Vector3f {
@@ -53,7 +53,7 @@ TEST(AlbedoAgain, ARoomThatStaysKeepsItsBricks) {
   }
 }
 
-TEST(AlbedoAgain, ALampThatMovedIsFoundAgain) {
+TEST(RepeatedSolutions, MovedLampIsFoundAgain) {
   TestRoom room = room_with_lamp();
   AlbedoStage stage{capture::Session()};
   stage.solve(room.field(), room.illumination());
@@ -68,7 +68,7 @@ TEST(AlbedoAgain, ALampThatMovedIsFoundAgain) {
   EXPECT_LT((again.illumination->lights[0].position_m - room.lamps[0].position).norm(), 0.12f);
 }
 
-TEST(AlbedoAgain, WhatChangesColourIsSeen) {
+TEST(RepeatedSolutions, ChangedColourIsDetected) {
   TestRoom room = room_with_lamp();
   AlbedoStage stage{capture::Session()};
   stage.solve(room.field(), room.illumination());

@@ -1,5 +1,5 @@
 #pragma once
-// How far two solutions of one room differ.
+// Difference of two solutions of one room.
 #include <algorithm>
 #include <cmath>
 
@@ -7,11 +7,11 @@
 
 namespace lumigraft::reconstruct {
 
-/// Over all voxels that either knows.
+/// Over all voxels known to at least one of them.
 struct Agreement {
-  double within_sigma = 0;  ///< share whose channels differ by no more than the second's 1σ, RMS
-  double mean = 0;          ///< of the first over the second
-  double known = 0;         ///< share that both know
+  double within_sigma = 0;  ///< fraction whose RMS difference over channels is within the second's 1σ
+  double mean = 0;          ///< mean of the first over that of the second
+  double known = 0;         ///< fraction known to both
 };
 inline Agreement agreement(const AlbedoField& a, const AlbedoField& b) {
   Agreement result;

@@ -1,5 +1,5 @@
 #pragma once
-// A made-up room whose distances and radiance are known in closed form: what albedo tests are held against.
+// A synthetic room whose distances and radiance are known in closed form, for tests of albedo.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -37,11 +37,11 @@ struct TestBox {
 };
 
 struct TestLamp {
-  Eigen::Vector3f position, intensity;  ///< intensity: towards the normal where flat
+  Eigen::Vector3f position, intensity;  ///< intensity: along the normal if flat
   float radius = 0.05f;
   bool flat = false;
   Eigen::Vector3f normal = -Eigen::Vector3f::UnitZ();
-  float focus = 1;  ///< where flat: the power of the cosine that its light falls with
+  float focus = 1;  ///< if flat: exponent of the cosine of its emission
 
   Eigen::Vector3f towards(const Eigen::Vector3f& point) const {
     const Eigen::Vector3f way = (point - position).normalized();
@@ -49,8 +49,8 @@ struct TestLamp {
   }
 };
 
-/// A floor z = 0 within a square, boxes on it, point lamps, and even light from everywhere that boxes do not block:
-/// boxes must be few and dark, or the ambient light small, for this to be nearly true.
+/// A floor z = 0 within a square, boxes on it, point lamps, and uniform ambient light without occlusion. Few and dark
+/// boxes, or little ambient light, keep the error small.
 struct TestRoom {
   float half_m = 0.6f;
   std::vector<TestBox> boxes;
@@ -118,7 +118,7 @@ struct TestRoom {
     return field;
   }
 
-  /// What a perfect fish-eye at the probe says: lamps without distances.
+  /// The result of a perfect fish-eye at the probe: lamps without distances.
   Illumination illumination() const {
     Illumination result;
     result.version = 1;
@@ -143,7 +143,7 @@ struct TestRoom {
   }
 };
 
-/// Albedo and sigma at a point's nearest voxel; sigma -1 where there is no brick.
+/// Albedo and sigma at a point's nearest voxel; sigma -1 if there is no brick.
 template <typename Field>
 std::pair<Eigen::Vector3f, float> albedo_at(const Field& field, const Eigen::Vector3f& position) {
   const Eigen::Vector3f rounded = (position / field.voxel_m).array().round();

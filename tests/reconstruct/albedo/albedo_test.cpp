@@ -14,7 +14,7 @@ namespace {
 
 TestLamp bulb() { return {{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}; }
 
-/// Mean over a grid of floor points of |albedo - truth|, and how many of them are unknown.
+/// Mean |albedo - truth| over a grid of floor points, and the number of unknown ones.
 struct FloorError {
   double mean = 0;
   int known = 0, unknown = 0;
@@ -40,29 +40,29 @@ FloorError floor_error(const TestRoom& room, const AlbedoField& field, Skip skip
 }
 const auto kNowhere = [](const Eigen::Vector3f&) { return false; };
 
-/// What an 8 mm grid holds of a print: a black frame 2 cm wide, white around it and in the left half within.
-std::vector<SurfacePoint> printed(float white, float most) {
+/// A print sampled on an 8 mm grid: a black frame 2 cm wide, white around it and in the left half inside.
+std::vector<SurfacePoint> printed(float white, float max) {
   std::vector<SurfacePoint> points;
   for (int i = -12; i <= 12; ++i) {
     for (int k = -12; k <= 12; ++k) {
       SurfacePoint point;
       point.position = 0.008f * Eigen::Vector3f(static_cast<float>(i), static_cast<float>(k), 0);
       point.normal = Eigen::Vector3f::UnitZ();
-      float share = 0;  // of white, over a voxel
+      float fraction = 0;  // of white, over a voxel
       for (int s = 0; s < 16; ++s) {
         const float x = point.position.x() + 0.002f * (static_cast<float>(s % 4) - 1.5f);
         const float y = point.position.y() + 0.002f * (static_cast<float>(s / 4) - 1.5f);
         const float out = std::max(std::abs(x), std::abs(y));
-        share += out > 0.08f || (out < 0.06f && x < 0) ? 1.0f / 16 : 0.0f;
+        fraction += out > 0.08f || (out < 0.06f && x < 0) ? 1.0f / 16 : 0.0f;
       }
-      point.radiance = Eigen::Vector3f::Constant(white * (0.05f + 0.95f * share));
-      if (point.radiance.x() < most) points.push_back(point);  // what clips is not fused
+      point.radiance = Eigen::Vector3f::Constant(white * (0.05f + 0.95f * fraction));
+      if (point.radiance.x() < max) points.push_back(point);  // clipped radiance is not fused
     }
   }
   return points;
 }
 
-TEST(TagPaper, WhiteThatClipsIsNotTakenForGrey) {
+TEST(TagPaper, ClippedWhiteIsNotTakenForGrey) {
   const auto seen = tag_paper(printed(0.4f, 1.0f), 0.16);
   ASSERT_TRUE(seen);
   EXPECT_NEAR(seen->radiance.x(), 0.4, 0.01);
@@ -104,7 +104,7 @@ TEST(AlbedoStage, LampBesideABox) {
   room.ambient = Eigen::Vector3f::Constant(0.01f);
   room.boxes = {{{0.05f, -0.1f, 0.0f}, {0.15f, 0.05f, 0.15f}}};
   room.albedo = [](const Eigen::Vector3f& p) {
-    // Planks: the floor is no even grey.
+    // Planks: the floor is not uniform.
     return Eigen::Vector3f((0.3f + 0.05f * std::sin(60 * p.x())) * Eigen::Vector3f(1, 0.8f, 0.6f));
   };
   AlbedoStage stage{capture::Session()};
@@ -119,8 +119,8 @@ TEST(AlbedoStage, LampBesideABox) {
   EXPECT_LT(floor_error(room, *result.albedo, far_from_box).mean, 0.025);
 }
 
-// What is left of a surface's light in a shadow is its texture only where albedo holds the texture whole.
-TEST(AlbedoStage, ATextureKeepsItsContrast) {
+// Relighting keeps a surface's texture only if albedo contains its full contrast.
+TEST(AlbedoStage, TextureKeepsItsContrast) {
   TestRoom room;
   room.lamps = {bulb()};
   room.ambient = Eigen::Vector3f::Constant(0.02f);
@@ -145,7 +145,7 @@ TEST(AlbedoStage, ATextureKeepsItsContrast) {
   EXPECT_NEAR(found / found_mean / (whole / whole_mean), 1, 0.08);
 }
 
-TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
+TEST(AlbedoStage, PanelIsDistinguishedFromABulbAndItsNormalFound) {
   TestRoom room;
   room.half_m = 0.8f;
   TestLamp panel{{0.3f, 0.4f, 0.8f}, {1, 1, 1}, 0.08f};
@@ -159,10 +159,10 @@ TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
   const PointLight& light = result.illumination->lights[0];
   ASSERT_TRUE(light.distance_known);
   ASSERT_TRUE(light.flat);
-  EXPECT_TRUE(result.warnings.empty()) << "a panel sends no beam";
+  EXPECT_TRUE(result.warnings.empty()) << "a panel is not a beam";
   EXPECT_NEAR((light.position_m - room.probe).norm() / (panel.position - room.probe).norm(), 1, 0.1);
   EXPECT_GT(light.normal.dot(panel.normal), std::cos(0.3f));
-  // Towards any point of the floor the two emit alike.
+  // Equal irradiance at points of the floor.
   for (const Eigen::Vector3f& p : {Eigen::Vector3f(0.4f, -0.4f, 0), Eigen::Vector3f(-0.4f, 0.4f, 0)}) {
     const float found = light.emission((p - light.position_m).normalized()) * light.intensity.y() /
                         (p - light.position_m).squaredNorm();
@@ -170,8 +170,8 @@ TEST(AlbedoStage, PanelIsToldFromABulbAndItsNormalFound) {
   }
 }
 
-// A lamp deep in a tube lights a patch, as a bulb would that stands near.
-TEST(AlbedoStage, ABeamIsNoLampNearBy) {
+// A lamp deep in a tube lights a patch, as a near bulb does.
+TEST(AlbedoStage, BeamIsNotTakenForANearLamp) {
   TestRoom room;
   room.half_m = 0.8f;
   TestLamp spot{{0.5f, 0.6f, 1.3f}, {2, 2, 2}, 0.05f};
@@ -194,9 +194,9 @@ TEST(AlbedoStage, ABeamIsNoLampNearBy) {
   EXPECT_GT(light.normal.dot(spot.normal), std::cos(0.3f));
 }
 
-// A window is cut into pieces that are drawn one by one, but they are one pane: what lights a chequered floor tells its
-// place, where each piece alone would leave it open which of them does what.
-TEST(AlbedoStage, PiecesOfAWindowStandInItsPlane) {
+// The pieces of a window are one plane: their sum on a chequered floor determines its position, while the contribution
+// of each piece alone is ambiguous.
+TEST(AlbedoStage, PiecesOfAWindowLieInItsPlane) {
   TestRoom room;
   room.half_m = 0.8f;
   for (const float y : {-0.25f, 0.05f}) {
@@ -261,8 +261,8 @@ TestRoom ceiling_of_panels() {
   return room;
 }
 
-// Which of them is how far away is told badly, that none is endlessly far, well.
-TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
+// Each distance alone is uncertain, but that none is infinite is certain.
+TEST(AlbedoStage, PanelsThatShareARoomAreNotDistant) {
   const TestRoom room = ceiling_of_panels();
   AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(room.field(), room.illumination());
@@ -278,8 +278,8 @@ TEST(AlbedoStage, PanelsThatShareARoomAreNearEnough) {
   EXPECT_LT(std::sqrt(off), 0.6 * std::sqrt(off_if_far));
 }
 
-// Which of them sends how much is told badly, too: they are alike.
-TEST(AlbedoStage, ClippedPanelsThatShareARoomShareItsLight) {
+// The power of each alone is uncertain, too; the prior of equal radiance divides their sum.
+TEST(AlbedoStage, ClippedPanelsOfOneKindShareTheirPower) {
   const TestRoom room = ceiling_of_panels();
   Illumination seen = room.illumination();
   std::vector<float> truth;
@@ -296,12 +296,12 @@ TEST(AlbedoStage, ClippedPanelsThatShareARoomShareItsLight) {
     off.push_back(std::log(result.illumination->lights[i].irradiance.mean() / truth[i]));
     EXPECT_LT(std::abs(off.back()), 2 * result.illumination->lights[i].power_log_sigma) << i;
   }
-  const auto [least, most] = std::minmax_element(off.begin(), off.end());
-  EXPECT_LT(*most - *least, 0.3f);  // .65 where each is by itself
+  const auto [min, max] = std::minmax_element(off.begin(), off.end());
+  EXPECT_LT(*max - *min, 0.3f);  // 0.65 without that prior
 }
 
-// The sun is many thousand times brighter than what the picture of its sky ends at; shadows tell its power.
-TEST(AlbedoStage, AClippedSunIsAsStrongAsItsShadowsTell) {
+// The sun is many thousand times brighter than the clipping level of an image of its sky; shadows determine its power.
+TEST(AlbedoStage, PowerOfAClippedSunFromItsShadows) {
   TestRoom room;
   room.lamps = {{{40, -50, 60}, {9500, 8900, 7600}, 0.4f}};
   room.ambient = Eigen::Vector3f(0.05f, 0.06f, 0.08f);
@@ -316,8 +316,8 @@ TEST(AlbedoStage, AClippedSunIsAsStrongAsItsShadowsTell) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c] / truth[c], 1, 0.25) << c;
 }
 
-// Tiles whose mean rises slowly over the floor are explained a little by a lamp near by: by less than tiles differ.
-TEST(AlbedoStage, ASunOverAMotleyFloorStaysFar) {
+// A slow slope of the tiles' mean albedo fits a near lamp slightly better: by less than the tiles differ.
+TEST(AlbedoStage, SunOverATiledFloorStaysDistant) {
   TestRoom room;
   room.lamps = {{{40, -50, 60}, {9500, 8900, 7600}, 0.4f}};
   room.ambient = Eigen::Vector3f(0.2f, 0.25f, 0.3f);
@@ -332,7 +332,7 @@ TEST(AlbedoStage, ASunOverAMotleyFloorStaysFar) {
   EXPECT_FALSE(stage.solve(room.field(), room.illumination()).illumination->lights[0].distance_known);
 }
 
-TEST(AlbedoStage, ASmallPatchDoesNotTellTheDistance) {
+TEST(AlbedoStage, SmallPatchDoesNotDetermineTheDistance) {
   TestRoom room;
   room.half_m = 0.128f;
   room.probe = {0, 0, 0.03f};
@@ -343,11 +343,11 @@ TEST(AlbedoStage, ASmallPatchDoesNotTellTheDistance) {
   EXPECT_FALSE(result.illumination->lights[0].distance_known);
   ASSERT_EQ(result.warnings.size(), 1u);
   EXPECT_NE(result.warnings[0].find("1 lamp is taken as infinitely far"), std::string::npos);
-  // The lamp then lights from its direction alone, which is right for so small a patch.
+  // A distant lamp is a good approximation for so small a patch.
   EXPECT_LT((albedo_at(*result.albedo, {0, 0, 0}).first - room.albedo({0, 0, 0})).cwiseAbs().mean(), 0.02);
 }
 
-TEST(AlbedoStage, WhatWasNeverSeenIsUnknown) {
+TEST(AlbedoStage, UnobservedSurfaceIsUnknown) {
   TestRoom room;
   room.ambient = Eigen::Vector3f::Ones();
   room.seen = [](const Eigen::Vector3f& p) { return p.x() < 0.1f; };
@@ -361,7 +361,7 @@ TEST(AlbedoStage, WhatWasNeverSeenIsUnknown) {
 TEST(AlbedoStage, DarknessIsUnknownNotGrey) {
   TestRoom room;
   room.lamps = {bulb()};
-  // A tall box throws a black shadow: no ambient light at all.
+  // A tall box throws a black shadow: there is no ambient light.
   room.boxes = {{{-0.1f, -0.05f, 0.0f}, {0.1f, 0.15f, 0.4f}}};
   room.albedo = [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.02f, 0.02f, 0.02f); };
   AlbedoStage stage{capture::Session()};
@@ -371,7 +371,7 @@ TEST(AlbedoStage, DarknessIsUnknownNotGrey) {
     for (float y = -0.4f; y < 0.5f; y += 0.02f) {
       const Eigen::Vector3f p(x, y, 0);
       bool deep = room.boxes[0].distance(p) > 0.05f;
-      for (int k = 0; k < 4 && deep; ++k) {  // 12 cm inside the shadow all round
+      for (int k = 0; k < 4 && deep; ++k) {  // 12 cm inside the shadow on all sides
         const Eigen::Vector3f q = p + 0.12f * Eigen::Vector3f(k == 0   ? 1
                                                               : k == 1 ? -1
                                                                        : 0,
@@ -447,7 +447,7 @@ TEST(AlbedoStage, MetalHasNoAlbedo) {
   EXPECT_THROW(AlbedoStage{session}, capture::InputError);
 }
 
-TEST(AlbedoStage, AReflectionIsNoLamp) {
+TEST(AlbedoStage, ReflectionIsNoLamp) {
   TestRoom room;
   room.half_m = 0.6f;
   room.lamps = {bulb()};
@@ -464,12 +464,12 @@ TEST(AlbedoStage, AReflectionIsNoLamp) {
   const auto result = stage.solve(room.field(), seen);
   ASSERT_EQ(result.illumination->lights.size(), 1u);
   EXPECT_EQ(result.illumination->lights[0].id, 0);
-  // Its light is not lost.
+  // Its light is in the environment.
   const float band0 = std::sqrt(1 / (4 * kTestPi));
   EXPECT_NEAR(result.illumination->environment_sh[0].x() - seen.environment_sh[0].x(), 0.3f * band0, 0.01f * band0);
 }
 
-TEST(AlbedoStage, NothingNewNothingDoneAndTheSameBytesEachTime) {
+TEST(AlbedoStage, RepeatedInputIsNotSolvedAgainAndResultsAreDeterministic) {
   TestRoom room;
   room.lamps = {bulb()};
   room.ambient = Eigen::Vector3f::Constant(0.02f);
@@ -487,11 +487,11 @@ TEST(AlbedoStage, NothingNewNothingDoneAndTheSameBytesEachTime) {
     EXPECT_EQ(brick->sigma, b.albedo->bricks.at(key)->sigma);
     EXPECT_EQ(brick->albedo, b.albedo->bricks.at(key)->albedo);
   }
-  // A new version of a field that shows nothing new: nobody who draws from it has anything to do.
+  // A new version of the field without changes gives the same pointer.
   DistanceField next = field;
   next.version = 2;
   EXPECT_EQ(first.solve(next, seen).albedo, a.albedo);
-  // All of it is solved near the last estimate.
+  // A complete solution starts at the last estimate.
   const auto c = first.solve_all(next, seen);
   EXPECT_GT(c.albedo->version, a.albedo->version);
   EXPECT_LT((c.illumination->lights[0].position_m - a.illumination->lights[0].position_m).norm(), 0.01);

@@ -1,4 +1,4 @@
-// Solving only what is new: as near to the truth as solving everything, for less.
+// Incremental solutions: as accurate as complete ones, at lower cost.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,8 +27,8 @@ TestRoom large_room() {
   return room;
 }
 
-/// The bricks of `whole` that a camera has seen that looked at so many of them, column by column: those of a field
-/// before are the same ones.
+/// The first `bricks` bricks of `whole`, column by column, as a camera that sweeps the room adds them; the pointers are
+/// the same.
 DistanceField seen_part(const DistanceField& whole, std::size_t bricks, std::uint64_t version) {
   std::vector<BrickKey> keys;
   for (const auto& [key, brick] : whole.bricks) keys.push_back(key);
@@ -45,7 +45,7 @@ double cpu_ms() {
   return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
 }
 
-TEST(AlbedoNew, ACameraThatSweepsARoomEndsWhereSolvingEverythingDoes) {
+TEST(IncrementalSolver, SweepEndsAtTheCompleteSolution) {
   const TestRoom room = large_room();
   const DistanceField whole = room.field();
   const Illumination seen = room.illumination();
@@ -55,8 +55,8 @@ TEST(AlbedoNew, ACameraThatSweepsARoomEndsWhereSolvingEverythingDoes) {
   AlbedoStage::Result last;
   DistanceField field;
   for (int step = 0; step <= kSteps; ++step) {
-    const double share = 0.5 + 0.5 * step / kSteps;
-    field = seen_part(whole, static_cast<std::size_t>(share * static_cast<double>(whole.bricks.size())),
+    const double fraction = 0.5 + 0.5 * step / kSteps;
+    field = seen_part(whole, static_cast<std::size_t>(fraction * static_cast<double>(whole.bricks.size())),
                       static_cast<std::uint64_t>(step + 1));
     last = sweeping.solve(field, seen);
     alone += !last.whole;
@@ -73,15 +73,15 @@ TEST(AlbedoNew, ACameraThatSweepsARoomEndsWhereSolvingEverythingDoes) {
   EXPECT_GT(agree.known, 0.99);
 }
 
-// However often: what is held while others are solved does not go on by its own errors.
-TEST(AlbedoNew, NothingDriftsOverManySolves) {
+// Samples that are held while others are solved do not accumulate errors.
+TEST(IncrementalSolver, NoDriftOverManySolutions) {
   TestRoom room = large_room();
   room.half_m = 0.7f;
   const DistanceField whole = room.field();
   const Illumination seen = room.illumination();
   AlbedoStage stage{capture::Session()};
   const auto first = stage.solve(whole, seen);
-  // A shadow passes over the floor to and fro, and is gone.
+  // A shadow sweeps over the floor and disappears, several times.
   constexpr int kOnce = 36, kTimes = 5;
   std::vector<Agreement> agree;
   for (int i = 0; i < kOnce * kTimes; ++i) {
@@ -109,7 +109,7 @@ TEST(AlbedoNew, NothingDriftsOverManySolves) {
   EXPECT_NEAR(agree.back().mean, agree.front().mean, 2e-4);
 }
 
-TEST(AlbedoNew, ItsCostFollowsWhatIsNewAndNotTheRoom) {
+TEST(IncrementalSolver, CostDependsOnTheChangeNotTheRoom) {
   struct Cost {
     double all_ms = 0, new_ms = 1e9;
     std::size_t samples = 0;

@@ -1,4 +1,4 @@
-// Shadows of what no camera saw, and paint that is none.
+// Shadows of unobserved surfaces, and dark paint.
 #include "reconstruct/albedo/unobserved_occluders.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@ using Eigen::Vector3f;
 
 constexpr float kUnseenFrom_m = 0.04f;  ///< behind the front of a box
 
-/// A tall box between a camera before it and nothing behind: its sides, along which the camera looks, and its back are
-/// unseen. A lamp on its left throws its shadow to the right. Left of it a square is painted as dark as the shadow.
+/// A tall box seen from its front only: its sides, along which the camera looks, and its back are unobserved. A lamp on
+/// its left throws its shadow to the right. Left of it a square is painted as dark as the shadow.
 struct HalfSeenBox {
   TestRoom room;
   TestBox box{{-0.05f, -0.05f, 0}, {0.05f, 0.15f, 0.3f}};
@@ -42,7 +42,7 @@ struct HalfSeenBox {
   }
 };
 
-TEST(HiddenShadows, AShadowOfUnseenSidesIsNoPaintAndPaintIsNoShadow) {
+TEST(UnobservedOccluders, ShadowsOfUnseenSidesAreSeparatedFromPaint) {
   const HalfSeenBox half;
   AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(half.field(), half.room.illumination());
@@ -56,14 +56,15 @@ TEST(HiddenShadows, AShadowOfUnseenSidesIsNoPaintAndPaintIsNoShadow) {
   EXPECT_LT(off(half.on_paint), 0.03f);
 }
 
-TEST(HiddenShadows, WhereNoCameraIsHinderedThereAreNone) {
+TEST(UnobservedOccluders, NoneWhereCamerasSawThroughTheSpace) {
   HalfSeenBox half;
   DistanceField field = half.field();
-  field.seen_from_m.push_back({0.9f, 0.05f, 0.4f});  // this one looks along the shadow into the box's place
+  field.seen_from_m.push_back({0.9f, 0.05f, 0.4f});  // looks along the shadow into the box's volume
   field.seen_from_m.push_back({-0.9f, 0.05f, 0.4f});
   AlbedoStage stage{capture::Session()};
   const auto result = stage.solve(field, half.room.illumination());
-  EXPECT_LT(albedo_at(*result.albedo, half.in_shadow).first.mean(), 0.3f) << "it saw nothing there: the floor is dark";
+  EXPECT_LT(albedo_at(*result.albedo, half.in_shadow).first.mean(), 0.3f)
+      << "no occluder was observed there: the floor is dark";
 }
 
 }  // namespace

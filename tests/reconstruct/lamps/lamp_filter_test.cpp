@@ -1,4 +1,4 @@
-// Successive estimates of lamps, put together.
+// Fusion of successive estimates of lamps.
 #include "reconstruct/lamps/lamp_filter.h"
 
 #include <gtest/gtest.h>
@@ -29,21 +29,21 @@ LampEstimate estimate(double log_distance, double log_gain) {
   return result;
 }
 
-/// Errors of distance and power that hang together: along (1, 1) they are large.
+/// Correlated errors of log distance and log gain: σ `along` (1, 1), `across` (1, -1).
 Eigen::MatrixXd covariance(double along, double across, int lamps = 1) {
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(kPerLamp * lamps, kPerLamp * lamps);
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(kUnknownsPerLamp * lamps, kUnknownsPerLamp * lamps);
   for (int k = 0; k < lamps; ++k) {
-    Eigen::MatrixXd one = 1e-4 * Eigen::MatrixXd::Identity(kPerLamp, kPerLamp);
-    Eigen::VectorXd ridge = Eigen::VectorXd::Zero(kPerLamp), over = ridge;
+    Eigen::MatrixXd one = 1e-4 * Eigen::MatrixXd::Identity(kUnknownsPerLamp, kUnknownsPerLamp);
+    Eigen::VectorXd ridge = Eigen::VectorXd::Zero(kUnknownsPerLamp), over = ridge;
     ridge << 1, 0, 0, 1, 1, 1;
     over << 1, 0, 0, -1, -1, -1;
     one += along * along * ridge * ridge.transpose() + across * across * over * over.transpose();
-    all.block(kPerLamp * k, kPerLamp * k, kPerLamp, kPerLamp) = one;
+    all.block(kUnknownsPerLamp * k, kUnknownsPerLamp * k, kUnknownsPerLamp, kUnknownsPerLamp) = one;
   }
   return all;
 }
 
-TEST(LampFilter, TheFirstSolveStaysAsItIs) {
+TEST(LampFilter, FirstSolutionIsUnchanged) {
   LampFilter filter;
   const LampEstimate first = estimate(0.4, 1);
   const auto combined = filter.combine({panel(7)}, {{first}, covariance(0.05, 0.02)});
@@ -54,17 +54,17 @@ TEST(LampFilter, TheFirstSolveStaysAsItIs) {
   EXPECT_NEAR(combined[0].log_sigma, std::sqrt(1e-4 + 0.05 * 0.05 + 0.02 * 0.02), 1e-4);
 }
 
-TEST(LampFilter, SolvesAreWeighedByWhatEachKnows) {
+TEST(LampFilter, SolutionsAreWeightedByInformation) {
   LampFilter filter;
   filter.combine({panel(7)}, {{estimate(0.4, 1)}, covariance(0.3, 0.01)});
-  // The second knows along what the first does not, and is wrong where the first knows.
+  // The second is accurate where the first is not, and wrong where the first is accurate.
   const auto combined = filter.combine({panel(7)}, {{estimate(0.2, 0.6)}, covariance(0.01, 0.3)});
-  // The first holds log distance - log gain at -0.6, the second log distance + log gain at 0.8.
+  // The first determines log distance - log gain = -0.6, the second log distance + log gain = 0.8.
   EXPECT_NEAR(std::log(combined[0].distance_m), 0.1, 0.01);
   EXPECT_NEAR(std::log(combined[0].gain.x()), 0.7, 0.01);
 }
 
-TEST(LampFilter, NoiseIsAveragedAndUncertaintyIsThatOfOneSolve) {
+TEST(LampFilter, NoiseIsAveragedAndSigmaIsThatOfOneSolution) {
   LampFilter filter;
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, 0.05);
@@ -81,7 +81,7 @@ TEST(LampFilter, NoiseIsAveragedAndUncertaintyIsThatOfOneSolve) {
   EXPECT_NEAR(combined[0].log_sigma, 0.05, 0.01);
 }
 
-TEST(LampFilter, OneSolveFarOffChangesNothingTwoThatAgreeDo) {
+TEST(LampFilter, OneOutlierChangesNothingTwoThatAgreeDo) {
   LampFilter filter;
   const Eigen::MatrixXd sure = covariance(0.02, 0.02);
   for (int i = 0; i < 5; ++i) filter.combine({panel(7)}, {{estimate(0.4, 1)}, sure});
@@ -91,7 +91,7 @@ TEST(LampFilter, OneSolveFarOffChangesNothingTwoThatAgreeDo) {
   EXPECT_NEAR(std::log(filter.combine({panel(7)}, {{estimate(0.91, 1)}, sure})[0].distance_m), 0.91, 1e-3);
 }
 
-TEST(LampFilter, ALampIsFarOnceTwoSolvesSaySo) {
+TEST(LampFilter, LampIsDistantAfterTwoSolutions) {
   LampFilter filter;
   filter.combine({panel(7)}, {{estimate(0.4, 1)}, covariance(0.05, 0.02)});
   LampEstimate far = estimate(0.4, 1);
@@ -100,7 +100,7 @@ TEST(LampFilter, ALampIsFarOnceTwoSolvesSaySo) {
   EXPECT_TRUE(filter.combine({panel(7)}, {{far}, covariance(0.05, 0.02)})[0].far);
 }
 
-TEST(LampFilter, ALampThatTurnsStartsAnewAndOthersGoOn) {
+TEST(LampFilter, LampThatMovesRestartsOthersContinue) {
   LampFilter filter;
   const Eigen::MatrixXd sure = covariance(0.05, 0.05, 2);
   PointLight moving = panel(3);
@@ -110,7 +110,7 @@ TEST(LampFilter, ALampThatTurnsStartsAnewAndOthersGoOn) {
   EXPECT_NEAR(std::log(combined[0].distance_m), 0.45, 1e-3);
   EXPECT_LT(std::log(combined[1].distance_m), 0.42);
   EXPECT_GT(std::log(combined[1].distance_m), 0.4);
-  // A lamp that goes leaves the other as it was.
+  // A lamp that disappears does not change the other.
   EXPECT_NEAR(std::log(filter.combine({panel(7)}, {{estimate(0.4, 1)}, covariance(0.05, 0.05)})[0].distance_m), 0.41,
               0.01);
 }

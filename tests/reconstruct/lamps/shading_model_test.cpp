@@ -1,10 +1,11 @@
-// The model of how lamps shade a room, between the distances that visibility was cast for.
+// The shading model between the distances at which visibility is tabulated.
 #include "reconstruct/lamps/shading_model.h"
 
 #include <gtest/gtest.h>
 
 #include "reconstruct/field/field_rays.h"
 #include "reconstruct/field/metal_mask.h"
+#include "reconstruct/lamps/parameters.h"
 #include "reconstruct/shading/irradiance.h"
 #include "tests/reconstruct/albedo/albedo_room.h"
 
@@ -13,8 +14,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-// Were shadows sharper at some distances than between them, they would fit best there, and the search would stop there.
-TEST(ShadingModel, ShadowsMoveSteadilyWithTheLampsDistance) {
+// If shadows were sharper at the tabulated distances they would fit best there and attract the search.
+TEST(ShadingModel, ShadowsMoveSmoothlyWithDistance) {
   TestRoom room;
   room.boxes = {{{0.0f, 0.0f, 0.0f}, {0.1f, 0.1f, 0.25f}}};
   room.lamps = {{{0.9f, -0.7f, 0.8f}, {1, 1, 1}, 0.02f}};
@@ -31,7 +32,7 @@ TEST(ShadingModel, ShadowsMoveSteadilyWithTheLampsDistance) {
   const std::vector<Vector3f> gathered(samples.size(), Vector3f::Zero());
   ShadingModel model(room_light, light, samples, gathered);
   const std::vector<double> knots{0.0, 0.07, 0.14, 0.21, 0.28, 0.35, 0.42};
-  model.tabulate(0, knots, kFineRays);
+  model.tabulate(0, knots, kLampParameters.search.fine_rays);
 
   const auto at = [&](double log_distance) {
     std::vector<float> factors;

@@ -1,5 +1,5 @@
 // A real exposure bracket of an office through a circular fish-eye, merged to absolute radiance. LUMIGRAFT_EXTRA names
-// a folder that has data/office-fisheye: five of the exposures, the camera's response, the lens's fall-off.
+// a folder with data/office-fisheye: five of the exposures, the camera's response, the lens's fall-off.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,20 +19,20 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kPi = 3.14159265358979;
-// Which square of the photograph the fish-eye's 180° fill (its notes), of which every fourth pixel is taken.
+// The square of the photograph that the fish-eye's 180° fill (from its notes); every fourth pixel is used.
 constexpr int kLeft = 1019, kTop = 3744 - 74 - 3612, kDiameter = 3612, kStep = 4, kSize = kDiameter / kStep;
 constexpr std::array kExposures = {std::pair{"IMG_6955", 13.0}, std::pair{"IMG_6959", 0.8}, std::pair{"IMG_6963", 0.05},
                                    std::pair{"IMG_6967", 1 / 320.0}, std::pair{"IMG_6971", 1 / 5000.0}};  // seconds
 constexpr double kAperture = 5.6, kIso = 100;
-// Luminance that fills the range is K N² / (t S), ISO 12232 with K = 87 cd s/m² as the programs assume whose
-// photometric factor of this lens at f/5.6 is the second number.
+// Saturation luminance is K N² / (t S), ISO 12232, with K = 87 cd s/m² as in the program that determined the second
+// number, the photometric factor of this lens at f/5.6.
 constexpr double kK = 87, kPhotometric = 1.18;
-constexpr double kLuxThere = 900.94;  ///< by others from all 18 exposures, says the data's source
+constexpr double kReferenceLux = 900.94;  ///< from all 18 exposures, stated by the data's source
 
 double fall_off(double r) { return 1 + 0.1755458928191 * r * r - 0.528613562104476 * r * r * r * r; }
 double luminance(const float* rgb) { return 0.265 * rgb[0] + 0.670 * rgb[1] + 0.065 * rgb[2]; }
 
-/// Equisolid angle, r = 2 f sin(θ/2), as the series that camera models have; its next term is 2e-6 of θ at 90°.
+/// Equisolid angle, r = 2 f sin(θ/2), as a Kannala-Brandt series; its next term is 2e-6 of θ at 90°.
 capture::CameraModel lens() {
   capture::CameraModel camera;
   camera.kind = capture::CameraModel::Kind::kannala_brandt;
@@ -57,7 +57,7 @@ std::shared_ptr<capture::Picture> photograph(const std::filesystem::path& file, 
   return picture;
 }
 
-/// Polynomials of the code value over 255, highest power first, a line for each channel.
+/// `polynomials`: of the pixel value over 255, highest power first, one line per channel.
 capture::Response response_of(const std::filesystem::path& polynomials, const std::filesystem::path& table) {
   std::ifstream in(polynomials);
   std::array<std::array<double, 5>, 3> of{};
@@ -79,7 +79,7 @@ capture::Response response_of(const std::filesystem::path& polynomials, const st
   return capture::Response::from_file(table);
 }
 
-/// Of the lens's fall-off made good, and to photometric truth.
+/// Removes the lens's fall-off and applies the photometric factor.
 void correct(capture::Image<float>& radiance, const FisheyeView& view) {
   for (std::size_t i = 0; i < view.direction.size(); ++i) {
     if (!view.sees(i)) continue;
@@ -88,7 +88,7 @@ void correct(capture::Image<float>& radiance, const FisheyeView& view) {
   }
 }
 
-/// Of a plane that faces where the camera looks, lx.
+/// Of a plane orthogonal to the optical axis, lx.
 double illuminance(const capture::Image<float>& radiance, const FisheyeView& view) {
   double lux = 0;
   for (std::size_t i = 0; i < view.direction.size(); ++i)
@@ -118,12 +118,12 @@ TEST_F(LightBracket, AnOfficeInLux) {
   float brightest = 0;
   for (std::size_t i = 0; i < view.direction.size(); ++i)
     if (view.sees(i)) brightest = std::max(brightest, static_cast<float>(luminance(&merged.radiance.data[3 * i])));
-  std::printf("office: %.0f lx (others %.0f), brightest %.0f cd/m², %.4f %% of pixels clipped\n", lux, kLuxThere,
+  std::printf("office: %.0f lx (reference %.0f), brightest %.0f cd/m², %.4f %% of pixels clipped\n", lux, kReferenceLux,
               brightest, 100 * merged.clipped_fraction);
-  EXPECT_NEAR(lux / kLuxThere, 1, 0.05);
+  EXPECT_NEAR(lux / kReferenceLux, 1, 0.05);
   EXPECT_LT(merged.clipped_fraction, 0.001);
 
-  // Each exposure alone says the same where it can, and none is needed for what the others show.
+  // Each exposure alone agrees with the merged image where it is in range, and none is needed if the others cover it.
   for (std::size_t i = 0; i < bracket.size(); ++i) {
     capture::RadiancePicture alone = capture::to_radiance(*bracket[i], response);
     correct(alone.radiance, view);

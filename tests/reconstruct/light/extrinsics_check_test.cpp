@@ -1,4 +1,4 @@
-// A fish-eye that stands otherwise than it is said to.
+// Fish-eyes whose configured pose is wrong.
 #include "reconstruct/light/extrinsics_check.h"
 
 #include <gtest/gtest.h>
@@ -41,15 +41,15 @@ class RigSessions : public testing::TestWithParam<const char*> {
     metal_.emplace(session_);
   }
 
-  /// With the fish-eye said to stand turned about an axis of its own and moved.
+  /// With the configured pose turned about an axis of the fish-eye and shifted.
   std::optional<ExtrinsicsError> error(const Eigen::Vector3d& axis, double degrees, const Eigen::Vector3d& shift_m) {
-    capture::Session said = session_;
-    Eigen::Isometry3d& T = said.fisheye->T_tag_fisheye;
+    capture::Session configured = session_;
+    Eigen::Isometry3d& T = configured.fisheye->T_tag_fisheye;
     T.linear() = T.linear() * Eigen::AngleAxisd(degrees * kDegree, axis).toRotationMatrix();
     T.translation() += shift_m;
-    const auto light = LightStage(said, {}).extract(*frame_).illumination;
+    const auto light = LightStage(configured, {}).extract(*frame_).illumination;
     const std::clock_t start = std::clock();
-    const auto found = rig_error(*field_, *rays_, *metal_, *light, *said.fisheye);
+    const auto found = extrinsics_error(*field_, *rays_, *metal_, *light, *configured.fisheye);
     std::printf("rig: %-16s turned %5.1f, moved %4.1f cm: ", GetParam(), degrees, 100 * shift_m.norm());
     std::printf(found ? "found %.1f, %.1f cm" : "agrees", found ? found->turn_degrees : 0,
                 found ? 100 * found->shift_m : 0);
@@ -70,8 +70,8 @@ TEST_P(RigSessions, ARightRigAgreesAndAWrongOneIsFound) {
   for (const double degrees : {8.0, -25.0, 180.0}) {
     const auto found = error(z, degrees, nowhere);
     ASSERT_TRUE(found) << degrees;
-    // On a table that looks alike all around, another turn with a shift may as well explain the little that both see:
-    // that it is wrong is said for sure, how wrong is a guess.
+    // On a table that looks the same all around, another turn with a shift can explain the little that both cameras
+    // see: the error is detected, but its size is uncertain.
     if (std::abs(degrees) > 20 && std::string(GetParam()).starts_with("tabletop")) {
       EXPECT_GT(found->turn_degrees, 8);
     } else {
@@ -81,7 +81,7 @@ TEST_P(RigSessions, ARightRigAgreesAndAWrongOneIsFound) {
   const auto tilted = error(x, 15, nowhere);
   ASSERT_TRUE(tilted);
   EXPECT_NEAR(tilted->turn_degrees, 15, 6);
-  if (std::string(GetParam()) == "box-with-inside") return;  // a floor so even looks alike from everywhere
+  if (std::string(GetParam()) == "box-with-inside") return;  // a uniform floor looks the same from everywhere
   const auto moved = error(z, 0, {0.12, 0.12, 0.05});
   ASSERT_TRUE(moved);
   EXPECT_NEAR(moved->shift_m, 0.18, 0.1);

@@ -1,4 +1,4 @@
-// Pieces of one wide lamp: joined, placed, and cut again.
+// Pieces of one wide lamp: merged, placed, and separated again.
 #include "reconstruct/light/lamp_merge.h"
 
 #include <gtest/gtest.h>
@@ -34,11 +34,11 @@ PointLight panel(PointLight joined, const Vector3f& normal) {
   return joined;
 }
 
-TEST(LightPieces, JoinedTheyAreTheirSum) {
+TEST(LampMerge, MergedLampIsTheSumOfItsPieces) {
   PointLight dim = piece(4, {1, 0, 0}, 1);
   const PointLight bright = piece(7, {0, 1, 0}, 3);
   dim.clipped = true;
-  const std::vector<PointLight> joined = join_pieces({bright, lamp(2), dim});
+  const std::vector<PointLight> joined = merge_pieces({bright, lamp(2), dim});
   ASSERT_EQ(joined.size(), 2U);
   EXPECT_TRUE(joined[0].irradiance.isApprox(Vector3f::Constant(4)));
   EXPECT_TRUE(joined[0].direction.isApprox(Vector3f(1, 3, 0).normalized())) << "weighted by irradiance";
@@ -48,16 +48,16 @@ TEST(LightPieces, JoinedTheyAreTheirSum) {
   EXPECT_EQ(joined[1].irradiance, lamp(2).irradiance);
 }
 
-// Which piece is the brightest, and so the first, changes with noise.
-TEST(LightPieces, WhicheverIsFirstTheyAreOneLamp) {
+// Which piece is the brightest, and therefore first, changes with noise.
+TEST(LampMerge, OrderOfPiecesDoesNotMatter) {
   const PointLight a = piece(7, {1, 0, 2}, 3), b = piece(4, {-1, 0, 2}, 2.9f), c = piece(9, {0, 1, 2}, 2.8f);
   for (const auto& order : {std::vector{a, b, c}, std::vector{b, a, c}, std::vector{c, a, b}})
-    EXPECT_EQ(join_pieces(order).at(0).id, 4);
+    EXPECT_EQ(merge_pieces(order).at(0).id, 4);
 }
 
-TEST(LightPieces, TheyLieOnThePanelAndShareItsGain) {
+TEST(LampMerge, PiecesLieOnThePanelAndShareItsGain) {
   const std::vector<PointLight> pieces{piece(0, {0.3f, 0, 1}, 3), lamp(1), piece(2, {-0.3f, 0, 1}, 3)};
-  const std::vector<PointLight> joined = join_pieces(pieces);
+  const std::vector<PointLight> joined = merge_pieces(pieces);
   std::vector<PointLight> placed = joined;
   placed[0] = panel(placed[0], {0, 0, -1});
   placed[0].irradiance *= 2;
@@ -74,11 +74,11 @@ TEST(LightPieces, TheyLieOnThePanelAndShareItsGain) {
   EXPECT_EQ(found[1].irradiance, lamp(1).irradiance);
 }
 
-// A slanted panel's horizon as the probe sees it cuts one of the pieces off: that one has no plane, and no light comes
-// from behind it.
-TEST(LightPieces, BeyondThePlanesHorizonAPieceShinesEvenly) {
+// The plane of a slanted panel does not reach the direction of one piece: that piece is not flat, as a panel emits
+// nothing backwards.
+TEST(LampMerge, PieceThatMissesThePlaneIsNotFlat) {
   const std::vector<PointLight> pieces{piece(0, {0, 0, 1}, 30), piece(2, {1, 0, 0.2f}, 1)};
-  const std::vector<PointLight> joined = join_pieces(pieces);
+  const std::vector<PointLight> joined = merge_pieces(pieces);
   const std::vector<PointLight> placed{panel(joined[0], {0.4f, 0, -1})};
   ASSERT_LT(placed[0].normal.dot(joined[0].direction), 0);
   ASSERT_GT(placed[0].normal.dot(pieces[1].direction), 0) << "seen from behind";
@@ -89,7 +89,7 @@ TEST(LightPieces, BeyondThePlanesHorizonAPieceShinesEvenly) {
   EXPECT_EQ(found[1].emission(Vector3f::UnitX()), 1);
 }
 
-TEST(LightPieces, APanelSeenAlongItIsNotEndlesslyBright) {
+TEST(LampMerge, GrazingPanelHasBoundedEmission) {
   PointLight along = panel(piece(0, {1, 0, 0}, 1), {-0.01f, 0, -1});
   EXPECT_LE(along.emission(-Vector3f::UnitZ()), 10);
   along.normal = -along.normal;

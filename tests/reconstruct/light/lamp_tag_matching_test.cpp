@@ -1,4 +1,4 @@
-// Lamps of the fish-eye picture and lamps that tags place, in made-up light.
+// Lamps of the fish-eye image matched with lamp tags, in synthetic light.
 #include "reconstruct/light/lamp_tag_matching.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kRadius_m = 0.05f, kRadiance = 60;
-const Vector3f kLamp(0.5f, 0.1f, 0.9f);                       // where it stands at first
-const Vector3f kOther = Vector3f(-1, -1, 1.2f).normalized();  // direction of one without a tag
+const Vector3f kLamp(0.5f, 0.1f, 0.9f);                       // its first position
+const Vector3f kOther = Vector3f(-1, -1, 1.2f).normalized();  // direction of a lamp without a tag
 
 capture::Session session_with_lamp() {
   capture::Session session;
@@ -24,7 +24,7 @@ capture::Session session_with_lamp() {
   return session;
 }
 
-/// What the fish-eye sees of a sphere there (none: it is off), of the other lamp and of the room.
+/// The fish-eye's image of a spherical lamp (none: it is off), of the other lamp and of the room.
 capture::FrameSet frame_with(const capture::Session& session, const std::optional<Vector3f>& lamp_m,
                              float clip = 1e9f) {
   const Vector3f probe = session.fisheye->T_tag_fisheye.translation().cast<float>();
@@ -41,11 +41,11 @@ capture::FrameSet frame_with(const capture::Session& session, const std::optiona
   return frame;
 }
 
-LampTagPose mark_at(const Vector3f& position_m, float sigma_m = 0.01f) { return {0, position_m, sigma_m, {0, 0, 0}}; }
+LampTagPose tag_at(const Vector3f& position_m, float sigma_m = 0.01f) { return {0, position_m, sigma_m, {0, 0, 0}}; }
 
-const PointLight* marked(const LightStage::Result& result) {
+const PointLight* tagged(const LightStage::Result& result) {
   const auto& lights = result.illumination->lights;
-  const auto found = std::find_if(lights.begin(), lights.end(), [](const PointLight& l) { return l.mark == 0; });
+  const auto found = std::find_if(lights.begin(), lights.end(), [](const PointLight& l) { return l.lamp_tag == 0; });
   return found == lights.end() ? nullptr : &*found;
 }
 
@@ -56,113 +56,113 @@ bool says(const std::vector<std::string>& warnings, const std::string& text) {
 
 const float kIntensity = static_cast<float>(kRadiance * M_PI * kRadius_m * kRadius_m);
 
-TEST(TaggedLights, TheLampOfThePictureStandsWhereTheTagSays) {
+TEST(LampTagMatcher, LampInTheImageTakesTheTagsDistance) {
   const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
-  const Vector3f said = kLamp * 1.01f + Vector3f(0.005f, -0.005f, 0);
-  const auto result = stage.extract(frame_with(session, kLamp), {mark_at(said)});
+  const Vector3f tag_m = kLamp * 1.01f + Vector3f(0.005f, -0.005f, 0);
+  const auto result = stage.extract(frame_with(session, kLamp), {tag_at(tag_m)});
   ASSERT_EQ(result.illumination->lights.size(), 2u);
   EXPECT_TRUE(result.warnings.empty());
-  const PointLight* lamp = marked(result);
+  const PointLight* lamp = tagged(result);
   ASSERT_TRUE(lamp);
   EXPECT_TRUE(lamp->distance_known);
-  EXPECT_EQ(lamp->shown, PointLight::Shown::yes);
-  EXPECT_NEAR(lamp->position_m.norm(), said.norm(), 1e-5) << "the distance is the tag's";
-  EXPECT_LT(angle_degrees(lamp->direction, kLamp), 0.3) << "and the direction mostly the picture's";
-  EXPECT_NEAR(lamp->distance_log_sigma, 0.01 / said.norm(), 1e-5);
+  EXPECT_EQ(lamp->visibility, PointLight::Visibility::visible);
+  EXPECT_NEAR(lamp->position_m.norm(), tag_m.norm(), 1e-5) << "the distance is the tag's";
+  EXPECT_LT(angle_degrees(lamp->direction, kLamp), 0.3) << "and the direction mostly the image's";
+  EXPECT_NEAR(lamp->distance_log_sigma, 0.01 / tag_m.norm(), 1e-5);
   EXPECT_NEAR(lamp->radius_m, kRadius_m, 1e-4);
   EXPECT_NEAR(lamp->intensity.x() / kIntensity, 1, 0.05);
 }
 
-TEST(TaggedLights, ItKeepsItsNameWhereverItGoes) {
+TEST(LampTagMatcher, MovingLampKeepsItsId) {
   const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
   const int id = stage.extract(frame_with(session, kLamp)).illumination->lights.at(0).id;
   Vector3f there = kLamp;
   for (int i = 0; i < 6; ++i) {
-    const auto result = stage.extract(frame_with(session, there), {mark_at(there)});
+    const auto result = stage.extract(frame_with(session, there), {tag_at(there)});
     ASSERT_EQ(result.illumination->lights.size(), 2u) << i;
-    ASSERT_TRUE(marked(result)) << i;
-    EXPECT_EQ(marked(result)->id, id) << i;
-    EXPECT_LT((marked(result)->position_m - there).norm(), 0.01) << i;
+    ASSERT_TRUE(tagged(result)) << i;
+    EXPECT_EQ(tagged(result)->id, id) << i;
+    EXPECT_LT((tagged(result)->position_m - there).norm(), 0.01) << i;
     there += Vector3f(-0.25f, 0.05f, 0.05f);  // 10 degrees and more
   }
-  // Its tag has been hidden for too long: it goes on as a lamp without one.
+  // Without its tag it is tracked as a lamp without one.
   there -= Vector3f(-0.25f, 0.05f, 0.05f);
   const auto later = stage.extract(frame_with(session, there));
   ASSERT_EQ(later.illumination->lights.size(), 2u);
-  EXPECT_FALSE(marked(later));
+  EXPECT_FALSE(tagged(later));
   EXPECT_FALSE(later.illumination->lights[0].distance_known);
   EXPECT_EQ(later.illumination->lights[0].id, id);
 }
 
-TEST(TaggedLights, WhatItsTagTellsWhileThePictureRestsMovesTheLamp) {
+TEST(LampTagMatcher, TagMovesTheLampWithoutANewImage) {
   const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
   const capture::FrameSet frame = frame_with(session, kLamp);
-  const auto first = stage.extract(frame, {mark_at(kLamp)});
-  EXPECT_EQ(stage.extract(frame, {mark_at(kLamp * 1.0005f)}).illumination, first.illumination) << "noise moves nothing";
-  const auto closer = stage.extract(frame, {mark_at(kLamp * 0.9f)});
+  const auto first = stage.extract(frame, {tag_at(kLamp)});
+  EXPECT_EQ(stage.extract(frame, {tag_at(kLamp * 1.0005f)}).illumination, first.illumination) << "noise moves nothing";
+  const auto closer = stage.extract(frame, {tag_at(kLamp * 0.9f)});
   EXPECT_GT(closer.illumination->version, first.illumination->version);
-  EXPECT_NEAR(marked(closer)->position_m.norm(), 0.9 * kLamp.norm(), 1e-3);
-  // No picture comes and the lamp goes elsewhere: as strong as it was.
+  EXPECT_NEAR(tagged(closer)->position_m.norm(), 0.9 * kLamp.norm(), 1e-3);
+  // The lamp moves without a new image: it keeps its power.
   const Vector3f elsewhere(-0.3f, 0.8f, 0.6f);
-  const auto moved = stage.extract(capture::FrameSet(), {mark_at(elsewhere)});
-  EXPECT_LT((marked(moved)->position_m - elsewhere).norm(), 1e-3);
-  EXPECT_NEAR(marked(moved)->intensity.x() / marked(closer)->intensity.x(), 1, 1e-3);
+  const auto moved = stage.extract(capture::FrameSet(), {tag_at(elsewhere)});
+  EXPECT_LT((tagged(moved)->position_m - elsewhere).norm(), 1e-3);
+  EXPECT_NEAR(tagged(moved)->intensity.x() / tagged(closer)->intensity.x(), 1, 1e-3);
 }
 
-TEST(TaggedLights, ALampThatIsOffIsSaidToBe) {
+TEST(LampTagMatcher, LampThatIsOffGivesAWarning) {
   capture::Session session = session_with_lamp();
   session.lamps[0].intensity = Vector3f::Constant(5);
   LightStage stage(session, {});
-  const int id = marked(stage.extract(frame_with(session, kLamp), {mark_at(kLamp)}))->id;
+  const int id = tagged(stage.extract(frame_with(session, kLamp), {tag_at(kLamp)}))->id;
   LightStage::Result result;
-  for (int i = 0; i < 8; ++i) result = stage.extract(frame_with(session, std::nullopt), {mark_at(kLamp)});
+  for (int i = 0; i < 8; ++i) result = stage.extract(frame_with(session, std::nullopt), {tag_at(kLamp)});
   EXPECT_TRUE(says(result.warnings, "lamp desk: no light is seen where its tag says")) << result.warnings.at(0);
-  ASSERT_TRUE(marked(result)) << "it may be hidden: the room's shading tells";
-  EXPECT_EQ(marked(result)->shown, PointLight::Shown::dark);
-  EXPECT_LT(marked(result)->irradiance.x(), 0.01) << "till then next to nothing";
-  EXPECT_EQ(marked(result)->power_log_sigma, kUnknownPower);
-  result = stage.extract(frame_with(session, kLamp), {mark_at(kLamp)});
-  EXPECT_EQ(marked(result)->id, id);
-  EXPECT_EQ(marked(result)->shown, PointLight::Shown::yes);
+  ASSERT_TRUE(tagged(result)) << "it may be occluded: shading decides";
+  EXPECT_EQ(tagged(result)->visibility, PointLight::Visibility::dark);
+  EXPECT_LT(tagged(result)->irradiance.x(), 0.01) << "until then almost no power";
+  EXPECT_EQ(tagged(result)->power_log_sigma, kUnknownPowerLogSigma);
+  result = stage.extract(frame_with(session, kLamp), {tag_at(kLamp)});
+  EXPECT_EQ(tagged(result)->id, id);
+  EXPECT_EQ(tagged(result)->visibility, PointLight::Visibility::visible);
   EXPECT_TRUE(result.warnings.empty());
 }
 
-TEST(TaggedLights, ATagThatPutsItBesideIsNamed) {
+TEST(LampTagMatcher, WrongTagPositionGivesAWarning) {
   const capture::Session session = session_with_lamp();
   LightStage stage(session, {});
   const Vector3f beside = kLamp + Vector3f(0, 0.2f, 0);
-  const auto result = stage.extract(frame_with(session, kLamp), {mark_at(beside)});
+  const auto result = stage.extract(frame_with(session, kLamp), {tag_at(beside)});
   EXPECT_TRUE(says(result.warnings, "the one 11 degrees beside, and position_m or tag_size_m is wrong"))
       << result.warnings.at(0);
   EXPECT_EQ(result.illumination->lights.size(), 3u);
 }
 
-TEST(TaggedLights, OutsideOfThePictureItsPowerIsTheLastOneOrTheConfigured) {
+TEST(LampTagMatcher, OutsideTheViewPowerIsTheLastOrTheConfigured) {
   capture::Session session = session_with_lamp();
   const Vector3f below(0.6f, 0, -0.3f);
   {
     LightStage stage(session, {});
-    stage.extract(frame_with(session, kLamp), {mark_at(kLamp)});
-    const auto gone = stage.extract(frame_with(session, std::nullopt), {mark_at(below)});
-    ASSERT_TRUE(marked(gone));
-    EXPECT_LT((marked(gone)->position_m - below).norm(), 1e-5);
-    EXPECT_NEAR(marked(gone)->intensity.x() / kIntensity, 1, 0.05);
+    stage.extract(frame_with(session, kLamp), {tag_at(kLamp)});
+    const auto gone = stage.extract(frame_with(session, std::nullopt), {tag_at(below)});
+    ASSERT_TRUE(tagged(gone));
+    EXPECT_LT((tagged(gone)->position_m - below).norm(), 1e-5);
+    EXPECT_NEAR(tagged(gone)->intensity.x() / kIntensity, 1, 0.05);
   }
-  const auto unknown = LightStage(session, {}).extract(frame_with(session, std::nullopt), {mark_at(below)});
-  ASSERT_TRUE(marked(unknown));
-  EXPECT_EQ(marked(unknown)->shown, PointLight::Shown::outside);
-  EXPECT_LT(marked(unknown)->irradiance.x(), 0.01);
+  const auto unknown = LightStage(session, {}).extract(frame_with(session, std::nullopt), {tag_at(below)});
+  ASSERT_TRUE(tagged(unknown));
+  EXPECT_EQ(tagged(unknown)->visibility, PointLight::Visibility::outside_view);
+  EXPECT_LT(tagged(unknown)->irradiance.x(), 0.01);
   session.lamps[0].intensity = Vector3f(5, 4, 3);
-  const auto said = LightStage(session, {}).extract(frame_with(session, std::nullopt), {mark_at(below)});
-  ASSERT_TRUE(marked(said));
-  EXPECT_TRUE(marked(said)->intensity.isApprox(Vector3f(5, 4, 3)));
-  EXPECT_NEAR(marked(said)->irradiance.x(), 5 / below.squaredNorm(), 1e-4);
+  const auto configured = LightStage(session, {}).extract(frame_with(session, std::nullopt), {tag_at(below)});
+  ASSERT_TRUE(tagged(configured));
+  EXPECT_TRUE(tagged(configured)->intensity.isApprox(Vector3f(5, 4, 3)));
+  EXPECT_NEAR(tagged(configured)->irradiance.x(), 5 / below.squaredNorm(), 1e-4);
 }
 
-TEST(TaggedLights, AConfiguredIntensityStandsInForAClippedOne) {
+TEST(LampTagMatcher, ConfiguredIntensityReplacesAClippedOne) {
   capture::Session session = session_with_lamp();
   session.fisheye->exposure = 1;
   session.fisheye->response = capture::Response::srgb();
@@ -176,14 +176,14 @@ TEST(TaggedLights, AConfiguredIntensityStandsInForAClippedOne) {
   for (std::size_t i = 0; i < radiance.data.size(); ++i)
     clipped->encoded.data[i] = static_cast<std::uint8_t>(std::lround(255 * capture::linear_to_srgb(radiance.data[i])));
   frame.fisheye = {clipped};
-  const auto known = LightStage(session, {}).extract(frame, {mark_at(kLamp)});
-  ASSERT_TRUE(marked(known));
-  EXPECT_FALSE(marked(known)->clipped);
-  EXPECT_NEAR(marked(known)->intensity.x() / kIntensity, 1, 0.01);
-  session.lamps[0].intensity = Vector3f::Constant(1e-4f);  // less than is seen at least
-  const auto wrong = LightStage(session, {}).extract(frame, {mark_at(kLamp)});
-  ASSERT_TRUE(marked(wrong));
-  EXPECT_TRUE(marked(wrong)->clipped);
+  const auto known = LightStage(session, {}).extract(frame, {tag_at(kLamp)});
+  ASSERT_TRUE(tagged(known));
+  EXPECT_FALSE(tagged(known)->clipped);
+  EXPECT_NEAR(tagged(known)->intensity.x() / kIntensity, 1, 0.01);
+  session.lamps[0].intensity = Vector3f::Constant(1e-4f);  // less than the measured lower bound
+  const auto wrong = LightStage(session, {}).extract(frame, {tag_at(kLamp)});
+  ASSERT_TRUE(tagged(wrong));
+  EXPECT_TRUE(tagged(wrong)->clipped);
 }
 
 }  // namespace

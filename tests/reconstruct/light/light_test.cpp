@@ -50,7 +50,7 @@ capture::FrameSet frame_with_lamps(const capture::Session& session, float streng
   return frame;
 }
 
-TEST(LightStage, LampsKeepTheirNamesAndAnEqualPictureChangesNothing) {
+TEST(LightStage, LampsKeepTheirIdsAndAnEqualImageChangesNothing) {
   const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   const auto first = stage.extract(frame_with_lamps(session));
@@ -62,11 +62,11 @@ TEST(LightStage, LampsKeepTheirNamesAndAnEqualPictureChangesNothing) {
   EXPECT_NEAR(first.illumination->lights[0].angular_radius_rad, 0.06, 0.004);
   EXPECT_FALSE(first.illumination->lights[0].distance_known);
 
-  const auto again = stage.extract(frame_with_lamps(session));  // another picture object, the same content
+  const auto again = stage.extract(frame_with_lamps(session));  // another image with the same content
   EXPECT_EQ(again.illumination, first.illumination);
   EXPECT_EQ(stage.extract(capture::FrameSet()).illumination, first.illumination);
 
-  // Lamp A grows weaker than B: the order changes, the names do not.
+  // Lamp A gets weaker than B: the order changes, the ids do not.
   const auto dimmed = stage.extract(frame_with_lamps(session, 0.25f));
   EXPECT_GT(dimmed.illumination->version, first.illumination->version);
   ASSERT_EQ(dimmed.illumination->lights.size(), 2u);
@@ -75,7 +75,7 @@ TEST(LightStage, LampsKeepTheirNamesAndAnEqualPictureChangesNothing) {
   EXPECT_NEAR(dimmed.illumination->lights[1].irradiance.x() / first.illumination->lights[0].irradiance.x(), 0.25, 0.01);
 }
 
-TEST(LightStage, SmallChangesAreAveragedLampsAndRemainderAlike) {
+TEST(LightStage, SmallChangesAreAveraged) {
   const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   const auto first = stage.extract(frame_with_lamps(session, 1.00f)).illumination;
@@ -83,7 +83,7 @@ TEST(LightStage, SmallChangesAreAveragedLampsAndRemainderAlike) {
   EXPECT_NEAR(second->lights[0].irradiance.x() / first->lights[0].irradiance.x(), 1.02, 0.002);
 }
 
-TEST(LightStage, ClippedLampsAreSaid) {
+TEST(LightStage, ClippedLampsGiveAWarning) {
   const capture::Session session = session_with_fisheye();
   capture::FrameSet frame = frame_with_lamps(session);
   auto picture = std::make_shared<capture::Picture>(*frame.fisheye[0]);
@@ -105,7 +105,7 @@ TEST(LightStage, ClippedLampsAreSaid) {
       << result.warnings[0];
 }
 
-TEST(LightStage, TheLensFalloffIsTakenOut) {
+TEST(LightStage, VignettingIsRemoved) {
   capture::Session session = session_with_fisheye();
   capture::FrameSet frame = frame_with_lamps(session);
   LightStage plain(session, {});
@@ -129,13 +129,13 @@ TEST(LightStage, TheLensFalloffIsTakenOut) {
   };
   capture::FrameSet through_lens = frame;
   through_lens.fisheye = {picture};
-  EXPECT_LT(lamps(through_lens), 0.93) << "as it is without";
+  EXPECT_LT(lamps(through_lens), 0.93) << "without the correction";
   session.fisheye->vignetting = falloff;
   EXPECT_NEAR(lamps(through_lens), 1.0, 0.02);
-  EXPECT_NEAR(lamps(frame), 1.0, 1e-5) << "radiance has no lens in it";
+  EXPECT_NEAR(lamps(frame), 1.0, 1e-5) << "radiance images are already corrected";
 }
 
-/// As a camera sees the room while the lamps burn.
+/// The colour image of the room with the lamps on.
 std::shared_ptr<const capture::Picture> room_picture(float radiance) {
   auto picture = std::make_shared<capture::Picture>();
   picture->radiance = capture::Image<float>(64, 48, 3, radiance);
@@ -150,7 +150,7 @@ capture::FrameSet frame_without_lamp_a(const capture::Session& session) {
   return frame;
 }
 
-TEST(LightStage, ALampCoveredForAPictureStaysAndOneThatWentOutFades) {
+TEST(LightStage, LampCoveredForOneFrameStaysAndOneThatWentOutFades) {
   const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   const auto before = stage.extract(frame_with_lamps(session)).illumination;
@@ -168,7 +168,7 @@ TEST(LightStage, ALampCoveredForAPictureStaysAndOneThatWentOutFades) {
   EXPECT_TRUE(again.warnings.empty());
 
   float last = before->lights[0].irradiance.x(), largest_step = 0;
-  for (int i = 0; i < 10; ++i) {  // the same picture again and again: time goes on all the same
+  for (int i = 0; i < 10; ++i) {  // frames count even if the image does not change
     const auto lights = stage.extract(frame_without_lamp_a(session)).illumination->lights;
     const float now = lights.size() < 2 ? 0 : lights[1].irradiance.x();
     largest_step = std::max(largest_step, last - now);
@@ -178,18 +178,17 @@ TEST(LightStage, ALampCoveredForAPictureStaysAndOneThatWentOutFades) {
   EXPECT_LT(largest_step, 0.26f * before->lights[0].irradiance.x());
 }
 
-TEST(LightStage, ALampThatMovedIsNotTwo) {
+TEST(LightStage, MovedLampIsNotDuplicated) {
   const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   stage.extract(frame_with_lamps(session));
   capture::Session turned = session;
   turned.fisheye->T_tag_fisheye.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const capture::FrameSet frame =
-      frame_with_lamps(turned);  // the same light as a turned camera sees it: all lamps elsewhere
+  const capture::FrameSet frame = frame_with_lamps(turned);  // a turned camera: all lamps elsewhere in the image
   EXPECT_EQ(stage.extract(frame).illumination->lights.size(), 2u);
 }
 
-TEST(LightStage, ACoveredFisheyeIsSaidAndTheLightStays) {
+TEST(LightStage, CoveredFisheyeGivesAWarningAndTheLightStays) {
   const capture::Session session = session_with_fisheye();
   LightStage stage(session, {});
   capture::FrameSet open = frame_with_lamps(session), dark = open;
@@ -205,11 +204,11 @@ TEST(LightStage, ACoveredFisheyeIsSaidAndTheLightStays) {
   EXPECT_NE(covered.warnings[0].find("the fish-eye is covered"), std::string::npos) << covered.warnings[0];
   EXPECT_TRUE(stage.extract(open).warnings.empty());
 
-  // The lamps went out: the colour camera says so too.
+  // The lamps went out: the colour camera sees that too.
   dark.color = room_picture(0.001f);
   const auto out = stage.extract(dark);
   EXPECT_NE(out.illumination, before.illumination);
-  // A fish-eye that never saw light, in a lit room.
+  // A fish-eye that has been dark from the start, in a lit room.
   dark.color = room_picture(0.3f);
   const auto from_the_start = LightStage(session, {}).extract(dark);
   ASSERT_EQ(from_the_start.warnings.size(), 1u);
@@ -217,7 +216,7 @@ TEST(LightStage, ACoveredFisheyeIsSaidAndTheLightStays) {
             std::string::npos);
 }
 
-TEST(LightStage, WithoutAPictureLightIsUnknownAndSaidSo) {
+TEST(LightStage, WithoutAnImageLightIsUnknown) {
   LightStage stage(session_with_fisheye(), {});
   const auto result = stage.extract(capture::FrameSet());
   EXPECT_FALSE(result.illumination);

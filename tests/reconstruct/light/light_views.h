@@ -1,5 +1,5 @@
 #pragma once
-// Fish-eye pictures of made-up light: what light tests are held against.
+// Synthetic fish-eye images for tests of light.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ inline capture::FisheyeCamera fisheye(double fov_degrees = 190, int size = 300) 
 
 using Radiance = std::function<Eigen::Vector3f(const Eigen::Vector3f&)>;
 
-/// Renders with 3 x 3 samples a pixel, so borders are blurred as by a real pixel.
+/// Renders with 3 x 3 samples per pixel, so that edges are blurred as by a real pixel.
 inline capture::Image<float> render(const capture::FisheyeCamera& camera, const Radiance& radiance) {
   capture::Image<float> picture(camera.model.width, camera.model.height, 3);
   const Eigen::Matrix3d R = camera.T_tag_fisheye.linear();

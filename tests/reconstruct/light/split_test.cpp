@@ -20,14 +20,14 @@ capture::Image<std::uint8_t> unclipped(const capture::Image<float>& picture) {
   return capture::Image<std::uint8_t>(picture.width, picture.height, 1, 0);
 }
 
-/// Clips a picture at `most`, and says where.
-capture::Image<std::uint8_t> clip(capture::Image<float>* picture, float most) {
+/// Clips an image at `max`; returns the mask of clipped pixels.
+capture::Image<std::uint8_t> clip(capture::Image<float>* picture, float max) {
   capture::Image<std::uint8_t> clipped = unclipped(*picture);
   for (std::size_t i = 0; i < clipped.data.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
       float& value = picture->data[3 * i + c];
-      if (value < most) continue;
-      value = most;
+      if (value < max) continue;
+      value = max;
       clipped.data[i] = 1;
     }
   }
@@ -58,29 +58,29 @@ TEST(LightSplit, OneLampInClosedForm) {
       EXPECT_NEAR(split.lamps[0].irradiance[c] / ((radiance[c] - kRoom[c]) * disk_sr(3)), 1, 0.01);
     }
     EXPECT_NEAR(split.lamps[0].solid_angle_sr / disk_sr(3), 1, 0.08);
-    // The hole holds the room again.
+    // The residual there is the background.
     for (std::size_t i = 0; i < view.solid_angle_sr.size(); ++i) {
       if (within(view.direction[i], lamp, 4)) {
-        EXPECT_NEAR(split.rest.data[3 * i], kRoom[0], 1e-4);
+        EXPECT_NEAR(split.residual.data[3 * i], kRoom[0], 1e-4);
       }
     }
   }
 }
 
-TEST(LightSplit, LampsAndRestIntegrateToThePicture) {
+TEST(LightSplit, LampsAndResidualIntegrateToTheImage) {
   const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f bulb = towards(50, 10), panel = towards(30, 200), tiny = towards(70, 100);
   const auto picture = render(camera, [&](const Eigen::Vector3f& d) -> Eigen::Vector3f {
     if (within(d, bulb, 3)) return {85, 55, 28};
     if (within(d, panel, 9)) return {9, 13, 19};
-    if (within(d, tiny, 0.4)) return {3, 3, 3};  // under 1 % of the energy: stays in the rest
+    if (within(d, tiny, 0.4)) return {3, 3, 3};  // under 1 % of the energy: stays in the residual
     return kRoom * (1.2f + d.z() + 0.5f * d.x());
   });
   const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
   ASSERT_EQ(split.lamps.size(), 2u);
-  Eigen::Vector3d sum = integral(split.rest, view);
-  for (const Lamp& lamp : split.lamps) sum += lamp.irradiance.cast<double>();
+  Eigen::Vector3d sum = integral(split.residual, view);
+  for (const SplitLamp& lamp : split.lamps) sum += lamp.irradiance.cast<double>();
   const Eigen::Vector3d whole = integral(picture, view);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / whole[c], 1, 1e-6);
 }
@@ -98,7 +98,7 @@ TEST(LightSplit, TwoLampsTwoToFortyDegreesApart) {
     });
     const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
     ASSERT_EQ(split.lamps.size(), 2u) << separation;
-    // Two degrees are 5 pixels here: a blurred border goes to the stronger lamp, energy as a whole stays.
+    // Two degrees are 5 pixels here: the stronger lamp takes the blurred border; the total energy is kept.
     const bool touching = separation < 3;
     EXPECT_LT(angle_degrees(split.lamps[0].direction, a), touching ? 0.2 : 0.05) << separation;
     EXPECT_LT(angle_degrees(split.lamps[1].direction, b), touching ? 0.2 : 0.05) << separation;
@@ -122,7 +122,7 @@ TEST(LightSplit, AWindowBecomesSeveralLamps) {
   EXPECT_GE(split.lamps.size(), 2u);
   EXPECT_LE(split.lamps.size(), 8u);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero(), centre = Eigen::Vector3f::Zero();
-  for (const Lamp& lamp : split.lamps) {
+  for (const SplitLamp& lamp : split.lamps) {
     sum += lamp.irradiance;
     centre += lamp.irradiance.y() * lamp.direction;
     EXPECT_EQ(lamp.region, split.lamps.front().region);
@@ -132,8 +132,8 @@ TEST(LightSplit, AWindowBecomesSeveralLamps) {
   EXPECT_LT(angle_degrees(centre, window), 0.1);
 }
 
-// Their places are then looked for together.
-TEST(LightSplit, PiecesOfAWindowTooWideForALampAreOfOneThingAndThoseOfTwoAreNot) {
+// Parts of one region are placed together.
+TEST(LightSplit, PiecesOfOneWindowShareARegionThoseOfTwoDoNot) {
   const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   for (const bool two : {false, true}) {
@@ -146,7 +146,7 @@ TEST(LightSplit, PiecesOfAWindowTooWideForALampAreOfOneThingAndThoseOfTwoAreNot)
     const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
     ASSERT_GE(split.lamps.size(), 3u);
     std::vector<int> regions;
-    for (const Lamp& lamp : split.lamps) regions.push_back(lamp.region);
+    for (const SplitLamp& lamp : split.lamps) regions.push_back(lamp.region);
     const bool same = std::all_of(regions.begin(), regions.end(), [&](int r) { return r >= 0 && r == regions[0]; });
     EXPECT_EQ(same, !two);
   }
@@ -183,9 +183,8 @@ TEST(LightSplit, ClippedLampIsFoundAndAClippedWallIsNot) {
   EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
 }
 
-// Polished stone below a lamp: where its grains are light it clips, where they are dark it does not.
 // A blue bulb close to a wall: around it the wall clips too, in one channel, and farther off in none.
-TEST(LightSplit, AClippedLampBeforeAWallThatItMakesClipIsFound) {
+TEST(LightSplit, ClippedLampInFrontOfAClippedWallIsFound) {
   const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f lamp = towards(60, 20), radiance(7, 16, 42);
@@ -201,8 +200,8 @@ TEST(LightSplit, AClippedLampBeforeAWallThatItMakesClipIsFound) {
   EXPECT_NEAR(split.lamps[0].solid_angle_sr / disk_sr(1.8), 1, 0.4);  // pixels that it covers in part clip too
 }
 
-// The sun is little wider than a pixel. A glint on something that nearly clips is none.
-TEST(LightSplit, AClippedSunIsFoundThoughItIsAFewPixels) {
+// The sun is little wider than a pixel. In a sky that nearly clips it is not found.
+TEST(LightSplit, ClippedSunOfAFewPixelsIsFound) {
   const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   for (const double polar : {20.0, 48.5, 71.3}) {
@@ -222,7 +221,8 @@ TEST(LightSplit, AClippedSunIsFoundThoughItIsAFewPixels) {
   }
 }
 
-TEST(LightSplit, AClippedFloorOfStoneIsNoLamp) {
+// Polished stone below a lamp: its bright grains clip, its dark ones do not.
+TEST(LightSplit, ClippedStoneFloorIsNoLamp) {
   const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const Eigen::Vector3f lamp = towards(40, 0), floor = towards(70, 180);
@@ -240,13 +240,13 @@ TEST(LightSplit, AClippedFloorOfStoneIsNoLamp) {
   EXPECT_LT(angle_degrees(split.lamps[0].direction, lamp), 0.1);
 }
 
-TEST(LightSplit, NoLampInAnEvenSky) {
+TEST(LightSplit, NoLampInASmoothSky) {
   const capture::FisheyeCamera camera = fisheye();
   const FisheyeView view = fisheye_view(camera);
   const auto picture = render(camera, [&](const Eigen::Vector3f& d) { return (kRoom * (1 + d.z())).eval(); });
   const LightSplit split = split_lamps(picture, unclipped(picture), view, 8);
   EXPECT_TRUE(split.lamps.empty());
-  EXPECT_EQ(split.rest.data, picture.data);
+  EXPECT_EQ(split.residual.data, picture.data);
 }
 
 TEST(LightSplit, VarianceCutHalvesAStripInTheMiddle) {
@@ -262,7 +262,7 @@ TEST(LightSplit, VarianceCutHalvesAStripInTheMiddle) {
 }
 
 TEST(LightEnvironment, ResampledPictureKeepsEnergyAndDirections) {
-  const capture::FisheyeCamera camera = fisheye(359.9);  // sees (almost) everything, so nothing is filled
+  const capture::FisheyeCamera camera = fisheye(359.9);  // covers almost the whole sphere, so nothing is filled
   const FisheyeView view = fisheye_view(camera);
   const Radiance radiance = [](const Eigen::Vector3f& d) {
     return Eigen::Vector3f(1 + d.x(), 1 + 0.5f * d.y(), 1 - 0.8f * d.z());

@@ -1,4 +1,4 @@
-// Rooms of known shape, of which a part is seen: where their sides are taken to be.
+// Enclosures of partly observed rooms of known shape.
 #include "reconstruct/room/enclosure.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ const Enclosure::Side* side_towards(const Enclosure& room, const Vector3f& outwa
   return nullptr;
 }
 
-TEST(Enclosure, SidesThatAreSeenAreFound) {
+TEST(Enclosure, ObservedSidesAreFound) {
   const auto room = close_room(corner_of_room(), light_with({}), {});
   ASSERT_TRUE(room);
   ASSERT_EQ(room->sides.size(), 6U);
@@ -66,7 +66,7 @@ TEST(Enclosure, SidesThatAreSeenAreFound) {
   }
 }
 
-// The camera is in the room; so the wall behind it lies behind it.
+// The camera is in the room, so the wall behind it is farther away.
 TEST(Enclosure, EverythingKnownIsInside) {
   const Vector3f camera(0.3f, -1.5f, 1.2f);
   const auto room = close_room(corner_of_room(), light_with({ceiling_panel(1.9f)}), {camera});
@@ -80,7 +80,7 @@ TEST(Enclosure, EverythingKnownIsInside) {
   EXPECT_NEAR(behind_camera->offset_m, 1.5f + 0.5f * (1.5f + 0.5f), 1e-3);  // half as far again from the fish-eye
 }
 
-TEST(Enclosure, APanelThatShinesStraightDownIsTheCeiling) {
+TEST(Enclosure, PanelThatFacesDownIsTheCeiling) {
   const auto room = close_room(corner_of_room(), light_with({ceiling_panel(2.4f)}), {});
   ASSERT_TRUE(room);
   const Enclosure::Side* ceiling = side_towards(*room, {0, 0, 1});
@@ -89,8 +89,8 @@ TEST(Enclosure, APanelThatShinesStraightDownIsTheCeiling) {
   EXPECT_NEAR(ceiling->offset_m, 2.4f, 1e-3);
 }
 
-// A desk lamp below what is seen of the walls shines down too.
-TEST(Enclosure, APanelAmongOtherThingsIsNot) {
+// A desk lamp below the top of the observed walls also emits downwards.
+TEST(Enclosure, PanelBelowTheWallsTopIsNotTheCeiling) {
   const auto room = close_room(corner_of_room(), light_with({ceiling_panel(0.6f)}), {});
   ASSERT_TRUE(room);
   const Enclosure::Side* ceiling = side_towards(*room, {0, 0, 1});
@@ -99,7 +99,7 @@ TEST(Enclosure, APanelAmongOtherThingsIsNot) {
   EXPECT_GT(ceiling->offset_m, 1.0f);
 }
 
-// A table stands in the room; its top and its front have the room behind them.
+// The top and front of a table have known surface behind them.
 TEST(Enclosure, FurnitureIsNoSide) {
   std::vector<RoomPoint> points = corner_of_room();
   add_wall(points, {-0.6f, 0.2f, 0.7f}, {1.6f, 0, 0}, {0, 1.4f, 0});
@@ -124,15 +124,15 @@ TEST(Enclosure, RaysLeaveThroughTheNearestSide) {
   EXPECT_GT(room->sides[exit->side].normal.z(), 0.99f);
 }
 
-TEST(Enclosure, LittleIsNotARoom) {
+TEST(Enclosure, FewPointsAreNotARoom) {
   std::vector<RoomPoint> points;
   add_wall(points, {0, 0, 0}, {0.2f, 0, 0}, {0, 0.2f, 0});
   EXPECT_FALSE(close_room(points, light_with({}), {}));
   EXPECT_FALSE(close_room({}, light_with({}), {}));
 }
 
-// A ball has no side, however much of it is seen.
-TEST(Enclosure, RoundThingsAreNotARoom) {
+// A sphere has no planar side.
+TEST(Enclosure, SphereIsNotARoom) {
   std::vector<RoomPoint> points;
   for (int i = 0; i < 2000; ++i) {
     const float z = 1 - (static_cast<float>(i) + 0.5f) / 1000, s = std::sqrt(1 - z * z),
@@ -143,7 +143,7 @@ TEST(Enclosure, RoundThingsAreNotARoom) {
   EXPECT_FALSE(close_room(points, light_with({}), {}));
 }
 
-// A fused field tells the same: a floor between two layers of its voxels.
+// A floor between two layers of voxels of a fused field.
 TEST(Enclosure, PointsOfAFieldLieOnItsSurface) {
   DistanceField field;
   for (int x = 0; x < 4; ++x) {
@@ -187,8 +187,8 @@ TEST(Enclosure, TheSameRoomIsTheSamePointer) {
   EXPECT_GT(side_towards(*higher, {0, 0, 1})->offset_m, 2);
 }
 
-// Cameras to both sides of a wall that stands askew: the box around them reaches through it, none of them does.
-TEST(Enclosure, AWallMayStandBetweenTheCamerasAxes) {
+// Cameras on one side of an oblique wall: their bounding box crosses it, the cameras do not.
+TEST(Enclosure, ObliqueWallInsideTheCamerasBoundingBoxIsASide) {
   DistanceField field;
   const auto in_front_m = [](const Vector3f& p) { return (p.x() + p.y() - 1.5f) * std::sqrt(0.5f); };
   const float edge_m = field.voxel_m * kBrickEdge;

@@ -26,18 +26,18 @@ constexpr double kWall = 0.5, kHeight = 0.25;  ///< y of a wall with a hole in i
 
 double room(const Vector3d& p) { return test::ball_on_table(p); }
 
-/// A wall behind the table; through a square hole of `edge` in it one sees `behind`.
+/// A wall behind the table with a square hole of edge `edge`, through which `behind` is visible.
 Shape with_hole(double edge, const Shape& behind) {
   return [edge, behind](const Vector3d& p) {
-    const double beside = std::max(std::abs(p.x()), std::abs(p.z() - kHeight)) - 0.5 * edge;
-    const double wall = std::max(std::max(kWall - p.y(), p.y() - kWall - 0.01), -beside);
+    const double hole = std::max(std::abs(p.x()), std::abs(p.z() - kHeight)) - 0.5 * edge;
+    const double wall = std::max(std::max(kWall - p.y(), p.y() - kWall - 0.01), -hole);
     return std::min({std::max(room(p), p.y() - kWall), wall, std::max(behind(p), kWall - p.y())});
   };
 }
 
 Vector3d reflected(const Vector3d& p) { return {p.x(), 2 * kWall - p.y(), p.z()}; }
 double mirrored(const Vector3d& p) { return room(reflected(p)); }
-/// Next door: a table at the same height, and another thing on it.
+/// A neighbouring room: a table at the same height with another object.
 double next_door(const Vector3d& p) {
   return std::min({p.z(), test::box(p, {0.05, kWall + 0.5, 0.1}, {0.1, 0.1, 0.1}), kWall + 1 - p.y()});
 }
@@ -56,36 +56,38 @@ std::vector<DetectedMirror> found(const Shape& shape, const std::vector<double>&
       field = stage.fuse(test::frame_of(shape, camera, T, i, {0.5, i + 1}), test::pose_at(T));
     }
   }
-  return suspected_mirrors(room_points(*field), *field);
+  return find_mirrors(room_points(*field), *field);
 }
 
 const std::vector<double> kOneView = {-90}, kManyViews = {-140, -115, -90, -65, -40};
 
-TEST(MirrorSuspect, AMirrorInAWall) {
+TEST(MirrorDetection, AMirrorInAWall) {
   for (const auto& [edge, views] : {std::pair{0.3, kManyViews}, std::pair{0.4, kManyViews}, std::pair{0.4, kOneView}}) {
     const auto mirrors = found(with_hole(edge, mirrored), views);
     ASSERT_EQ(mirrors.size(), 1u) << edge << " " << views.size();
     EXPECT_LT((mirrors[0].normal + Eigen::Vector3f::UnitY()).norm(), 0.02f);
     EXPECT_NEAR(mirrors[0].middle_m.y(), kWall, 0.01);
     EXPECT_LT(std::hypot(mirrors[0].middle_m.x(), mirrors[0].middle_m.z() - kHeight), edge);
-    std::printf("mirror of %.1f m, %zu views: %d points say so, %d do not\n", edge, views.size(), mirrors[0].confirmed,
-                mirrors[0].denied);
+    std::printf("mirror of %.1f m, %zu views: %d points confirm it, %d contradict it\n", edge, views.size(),
+                mirrors[0].confirmed, mirrors[0].contradicted);
   }
 }
 
-TEST(MirrorSuspect, NamedItIsNoneAnyMore) {
+TEST(MirrorDetection, ConfiguredMirrorIsNotReported) {
   auto mirror = test::real_surface("mirror", test::box_faces({0, kWall + 0.01, kHeight}, {0.2, 0.01, 0.2}));
   mirror.metallic = 1;
   mirror.roughness = 0.02f;
   EXPECT_TRUE(found(with_hole(0.4, mirrored), kManyViews, {mirror}).empty());
 }
 
-TEST(MirrorSuspect, AnOpeningIsNone) { EXPECT_TRUE(found(with_hole(0.4, next_door), kManyViews).empty()); }
+TEST(MirrorDetection, OpeningToAnotherRoomIsNoMirror) {
+  EXPECT_TRUE(found(with_hole(0.4, next_door), kManyViews).empty());
+}
 
-TEST(MirrorSuspect, NoHoleNoMirror) { EXPECT_TRUE(found(room, kManyViews).empty()); }
+TEST(MirrorDetection, NoHoleNoMirror) { EXPECT_TRUE(found(room, kManyViews).empty()); }
 
-// Rooms without a mirror, or where depth shows the mirror itself.
-TEST(MirrorSuspect, NoneInRecordedRooms) {
+// Rooms without a mirror, or with a mirror that the depth camera measures.
+TEST(MirrorDetection, NoneInRecordedRooms) {
   const char* extra = std::getenv("LUMIGRAFT_EXTRA");
   std::vector<std::filesystem::path> folders = {std::filesystem::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop"};
   for (const char* name : {"tabletop", "cornell", "box-with-inside", "brushed-metal", "tabletop-orbit"}) {

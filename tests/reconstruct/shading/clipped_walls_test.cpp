@@ -1,4 +1,4 @@
-// A wall so bright beside a lamp that the fish-eye's picture clips on it.
+// A wall next to a lamp, so bright that the fish-eye image clips on it.
 #include "reconstruct/shading/clipped_walls.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ Enclosure room(bool measured) {
   return result;
 }
 
-/// The wall at x = -1 in that lamp's light; all else is black.
+/// The wall at x = -1 lit by the lamp; everything else is black.
 Illumination seen(const PointLight& lamp) {
   Illumination light;
   light.probe_position_m = {0.3f, 0.1f, 0.03f};
@@ -62,7 +62,7 @@ void clip(Illumination& light, float end) {
   }
 }
 
-TEST(RaiseClipped, AWallBesideALampIsAsBrightAsTheLampMakesIt) {
+TEST(ClippedWalls, WallNextToALampGetsItsTrueRadiance) {
   const PointLight lamp = lamp_by_the_wall();
   const Illumination exact = seen(lamp);
   const DistanceField nothing;
@@ -79,7 +79,7 @@ TEST(RaiseClipped, AWallBesideALampIsAsBrightAsTheLampMakesIt) {
   raise_clipped(raised, {lamp}, &measured, nothing, rays, metal);
   EXPECT_NEAR(energy(raised) / energy(exact), 1, 0.05);
 
-  // Where the wall stands is a guess: nothing is made up.
+  // The position of the wall is a guess: nothing is raised.
   Illumination kept = clipped;
   const Enclosure guess = room(false);
   raise_clipped(kept, {lamp}, &guess, nothing, rays, metal);

@@ -13,10 +13,10 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kRays = 1024;
-constexpr float kFloor = 0.35f;  ///< albedo of floors that nobody saw
+constexpr float kFloor = 0.35f;  ///< albedo of unseen floors
 const Vector3f kPlace(0.5f, 0, 0.3f), kOut(-1, 0, 0);
 
-/// A wall under a white sky, of which a camera saw the face towards -x, down to the floor but not the floor.
+/// A wall under a white sky. A camera saw its face towards -x, but not the floor.
 TestRoom wall() {
   TestRoom room;
   room.ambient = Vector3f::Ones();
@@ -25,7 +25,7 @@ TestRoom wall() {
   return room;
 }
 
-/// What a fish-eye that looks up saw of the sky; it is as bright below, where nobody looked.
+/// The sky in a fish-eye that looks up; the unseen lower half is filled with the same radiance.
 Illumination seen_above(const TestRoom& room) {
   Illumination light = room.illumination();
   light.environment.seen = capture::Image<std::uint8_t>(128, 64, 1, 1);
@@ -34,24 +34,24 @@ Illumination seen_above(const TestRoom& room) {
   return light;
 }
 
-TEST(IrradianceModel, AFloorThatNobodySawReflectsTheSky) {
+TEST(IrradianceModel, UnseenFloorReflectsTheSky) {
   const TestRoom room = wall();
   const DistanceField field = room.field();
   const FieldRays rays(field);
   const MetalMask metal{capture::Session()};
   const IrradianceModel all(field, rays, metal, room.illumination());
   EXPECT_NEAR(all.gather(kPlace, kOut, kRays).irradiance.y() / kTestPi, 1, 0.01);
-  EXPECT_TRUE(all.gather(kPlace, kOut, kRays).on_floor.empty());
+  EXPECT_TRUE(all.gather(kPlace, kOut, kRays).floor_hits.empty());
 
   const Illumination above = seen_above(room);
   const IrradianceModel light(field, rays, metal, above);
   const IrradianceModel::Gathered gathered = light.gather(kPlace, kOut, kRays);
   EXPECT_NEAR(gathered.irradiance.y() / (0.5f * kTestPi * (1 + kFloor)), 1, 0.02);
-  EXPECT_EQ(light.by_floor(gathered, light.light_on_floor({})), Vector3f::Zero());
+  EXPECT_EQ(light.irradiance_from_floor(gathered, light.lamp_irradiance_on_floor({})), Vector3f::Zero());
 }
 
-// The floor's light from a lamp against a sum over the floor itself, in squares of a centimetre.
-TEST(IrradianceModel, AFloorThatNobodySawReflectsLamps) {
+// Light of a lamp from the floor against numerical integration over squares of 1 cm.
+TEST(IrradianceModel, UnseenFloorReflectsLamps) {
   TestRoom room = wall();
   room.lamps = {{{-0.3f, 0.2f, 0.9f}, {2, 1, 0.5f}, 0.04f}};
   const Illumination above = seen_above(room);
@@ -63,7 +63,7 @@ TEST(IrradianceModel, AFloorThatNobodySawReflectsLamps) {
   lamps[0].distance_known = true;
   lamps[0].position_m = room.lamps[0].position;
 
-  const float height = 0.05f;  // of what is known the lowest
+  const float height = 0.05f;  // lowest known surface
   double sum = 0;
   for (float x = -4; x < 0.5f; x += 0.01f) {
     for (float y = -4; y < 4; y += 0.01f) {
@@ -73,12 +73,13 @@ TEST(IrradianceModel, AFloorThatNobodySawReflectsLamps) {
       sum += 1e-4 * kFloor / kTestPi * irradiance * towards.z() * -kOut.dot(towards) / way.squaredNorm();
     }
   }
-  const Vector3f found = light.by_floor(light.gather(kPlace, kOut, kRays), light.light_on_floor(lamps));
-  EXPECT_NEAR(found.y() / sum, 1, 0.08);  // the lowest known place is known to a voxel
+  const Vector3f found =
+      light.irradiance_from_floor(light.gather(kPlace, kOut, kRays), light.lamp_irradiance_on_floor(lamps));
+  EXPECT_NEAR(found.y() / sum, 1, 0.08);  // the height of the floor is known to a voxel
   EXPECT_NEAR(found.x() / found.y(), 2, 1e-3);
 }
 
-/// A room of six sides, of which one is bright.
+/// A room of six sides, one of them bright.
 Enclosure bright_room(bool measured) {
   Enclosure room;
   room.sides = {{{1, 0, 0}, 1, measured},     {{-1, 0, 0}, 1, measured}, {{0, 1, 0}, 1.2f, measured},
@@ -90,7 +91,7 @@ float bright(const Enclosure& room, const Vector3f& from, const Vector3f& direct
   return room.leave(from, direction)->side == 0 ? 1.0f : 0.1f;
 }
 
-TEST(IrradianceModel, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
+TEST(IrradianceModel, EnvironmentIsLookedUpOnTheEnclosure) {
   const Enclosure room = bright_room(true), guess = bright_room(false);
   Illumination light;
   light.probe_position_m = {0.3f, 0.1f, 0.03f};
@@ -121,11 +122,11 @@ TEST(IrradianceModel, WhatTheFishEyeSawOfARoomIsNotInfinitelyFar) {
   EXPECT_NEAR(irradiance(&room) / exact, 1, 0.03);
   const float far = irradiance(nullptr);
   EXPECT_LT(far / exact, 0.6);
-  EXPECT_EQ(irradiance(&guess), far);  // of which nobody knows how it lies
+  EXPECT_EQ(irradiance(&guess), far);  // without a measured corner guessed sides do not count
   Enclosure corner = guess;
   corner.sides[2].measured = corner.sides[4].measured = true;
   const float half = 0.5f * (far + irradiance(&room));
-  EXPECT_NEAR(irradiance(&corner), half, 0.02f * half);  // a guess is half believed
+  EXPECT_NEAR(irradiance(&corner), half, 0.02f * half);  // guessed sides count half
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ TEST(SceneStore, AClippedLampKeepsItsGain) {
 // A lamp that a tag places and no fish-eye sees: solving found 5 times the power that was guessed. It moves.
 TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
   reconstruct::Illumination measured = one_lamp(1, 2);
-  measured.lights[0].shown = reconstruct::PointLight::Shown::dark;
+  measured.lights[0].visibility = reconstruct::PointLight::Visibility::dark;
   measured.lights[0].distance_known = true;
   measured.lights[0].position_m = Eigen::Vector3f(3, 0, 1);
   reconstruct::Illumination newest = measured, solved = measured;
@@ -131,7 +131,8 @@ TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
 
   solved.lights.clear();  // off
   EXPECT_TRUE(carry_lamps(newest, measured, solved)->lights.empty());
-  newest.lights[0].shown = reconstruct::PointLight::Shown::yes;  // switched on since: a lamp, and no reflection
+  newest.lights[0].visibility =
+      reconstruct::PointLight::Visibility::visible;  // switched on since: a lamp, and no reflection
   EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 2);
 }
 

@@ -1,0 +1,90 @@
+#pragma once
+// Every number that decides something in this folder. Where no reason is given the value was chosen by hand and not
+// swept. Measured: tests/bench/results/scene.md ("Light and albedo"), sweeps albedo-*.
+#include <cstddef>
+#include <cstdint>
+
+namespace lumigraft::reconstruct {
+
+struct AlbedoParameters {
+  struct Stage {
+    int max_samples = 2500;                        ///< bounds the time of a solution: 400 to 1100 ms of processor time
+    int gather_rays = 64, rough_gather_rays = 16;  ///< per sample; rough in the first of two passes
+    float max_metal_fraction = 0.1f;               ///< of a sample's rays; more distorts its irradiance
+    double search_growth = 1.5;          ///< of known surface, after which lamps are searched without earlier estimates
+    double locate_growth = 1.1;          ///< of known surface, after which lamps are searched around earlier estimates
+    float same_direction = 0.9999f;      ///< cosine of 0.8°: beyond it a lamp turned and is searched again,
+    float same_irradiance = 0.05f;       ///< as beyond this relative change,
+    float same_position = 0.01f;         ///< and, with a tag, beyond this change over its distance
+    int check_solves = 12;               ///< complete solutions between checks of the fish-eye's pose
+    int locate_solves = 8;               ///< complete solutions between searches for lamps
+    int incremental_solves = 32;         ///< incremental solutions between complete ones
+    double max_changed_fraction = 0.25;  ///< of the surface, for an incremental solution
+    float max_environment_change = 0.05f;  ///< relative, for an incremental solution
+    float guess_log_sigma = 0.3f;          ///< of a lamp's power, above which a warning calls it a guess
+    float max_distance_m = 7.5f;  ///< beyond it a lamp counts as infinitely far (sweep light-distance: 2° off)
+  } stage;
+
+  struct Gather {
+    std::uint32_t refresh = 8;       ///< solutions within which every sample is gathered anew
+    float max_light_change = 0.05f;  ///< relative, before all are
+    double growth = 1.1;             ///< of known surface, before all are
+    float near_cells = 0.4f;         ///< distance of equal samples, in edges of their cell
+    float same_normal = 0.97f;       ///< cosine
+  } gather;
+
+  /// Irradiance and its uncertainty, relative unless stated.
+  struct Lighting {
+    int sample_rays = 8, point_rays = 4;  ///< to a lamp's disk; twice as many make no difference
+    float neighbour_reach = 2.5f;         ///< in edges of a sample's cell
+    float model_error = 0.08f;            ///< 1σ of modelled irradiance away from shadow edges
+    float point_error = 0.01f;            ///< the part of it that differs from point to point
+    float lamp_error = 0.02f;             ///< 1σ of the lamps' light over a whole surface, except from their distance
+    float gathered_error = 0.08f;         ///< the same of gathered light, more of which is assumed
+    float texture_factor = 2.5f;          ///< 1σ of a point over a patch's texture: voxels blur less than patches
+    float edge_error = 0.35f;             ///< of a lamp's light, times the variation of its visibility around a sample
+    float max_distance_slope = 4;         ///< of log irradiance by log distance: beyond it surface is grazed
+    float metal_sigma = 0.02f;            ///< absolute, of albedo 0: metal is configured
+    float weight_softening = 0.05f;       ///< squared cells, in the weights of samples around a point
+  } lighting;
+
+  struct Solver {
+    int neighbours = 6;
+    float same_orientation = 0.8f;  ///< cosine
+    double smooth_sigma = 0.03;     ///< of albedo between neighbours without an edge
+    double edge_sigma = 0.15;       ///< of the log ratio of B / E that makes an edge
+    double min_weight = 0.01;       ///< of smoothness; less is left out
+    double huber = 2;               ///< σ beyond which residuals count linearly
+    int iterations = 15, linear_iterations = 40;
+    double tolerance = 1e-4;     ///< of the cost, relative
+    double misfit_sigma = 0.5;   ///< 1σ of albedo over the difference of solution and measurement,
+    double trusted_error = 0.1;  ///< which counts less where irradiance is less certain than this
+    float max_sigma = 0.35f;     ///< of albedo: as uncertain as a guess, so unknown
+  } solver;
+
+  /// A sample in the shadow of an unobserved object is darker than the plane around it.
+  struct UnobservedShadows {
+    float reach_m = 0.5f, plane_m = 0.03f, same_normal = 0.95f;  ///< of samples on the same plane; the last a cosine
+    std::size_t min_samples = 12;                                ///< on that plane
+    float min_difference = 0.15f;     ///< of log albedo, RMS over channels: less is error of the model,
+    float min_spreads = 2.5f;         ///< and in σ of the surface's own texture
+    float max_unexplained = 0.5f;     ///< of the difference, left without the lamp
+    float min_lamp_fraction = 0.15f;  ///< of a sample's light
+    int steps = 8;                    ///< tried fractions of a lamp
+    float min_albedo = 0.02f;         ///< lower clamp before the logarithm
+  } unobserved;
+
+  struct Incremental {
+    float same_summary = 0.02f;  ///< relative change of radiance and count: the accuracy of the lamps' light
+    float same_centroid_voxels = 1;
+  } incremental;
+
+  struct Bricks {
+    int reach = 3;  ///< voxels around surface points that take their albedo, for interpolation
+    float same_rms = 0.01f, same_max = 0.04f;  ///< of albedo: smaller changes are not visible and not published
+  } bricks;
+};
+
+inline constexpr AlbedoParameters kAlbedoParameters{};
+
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,192 @@
+#include "reconstruct/albedo/surface_lighting.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "reconstruct/albedo/parameters.h"
+#include "reconstruct/albedo/unobserved_occluders.h"
+#include "reconstruct/shading/noise_floor.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+constexpr const AlbedoParameters::Lighting& kParameters = kAlbedoParameters.lighting;
+
+/// ∂ log E / ∂ log d of a lamp's irradiance at a point; d: distance from the probe, at which its irradiance is fixed.
+float distance_slope(const PointLight& light, const Eigen::Vector3f& probe, const Eigen::Vector3f& position,
+                     const Eigen::Vector3f& normal) {
+  const Eigen::Vector3f offset = light.position_m - position, step = light.position_m - probe;
+  const float squared = offset.squaredNorm(), facing = normal.dot(offset);
+  if (!(facing > 0)) return 0;
+  float slope = 2 + normal.dot(step) / facing - 3 * step.dot(offset) / squared;
+  if (light.flat && light.normal.dot(offset) < 0) {
+    slope += light.normal.dot(step) / light.normal.dot(offset) - step.dot(offset) / squared;
+  }
+  return std::clamp(slope, -kParameters.max_distance_slope, kParameters.max_distance_slope);
+}
+
+}  // namespace
+
+SurfaceLighting::SurfaceLighting(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
+                                 const std::vector<Eigen::Vector3f>& gathered, float noise_floor,
+                                 const std::vector<SampleAlbedo>& held)
+    : surface_(surface),
+      room_(room),
+      illumination_(illumination),
+      gathered_(gathered),
+      noise_floor_(noise_floor),
+      neighbours_(lumigraft::reconstruct::neighbours(surface.samples, kParameters.neighbour_reach)) {
+  const std::vector<SurfaceSample>& samples = surface.samples;
+  for (std::size_t i = 0; i < samples.size(); ++i) sample_light_.push_back({gathered[i], 0});
+  std::vector<Eigen::Vector3f> edge_error(samples.size(), Eigen::Vector3f::Zero());
+  std::vector<std::vector<Eigen::Vector3f>> from_lamp;
+  for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
+    const PointLight& light = illumination.lights[lamp];
+    std::vector<float> visible(samples.size());
+    std::vector<Eigen::Vector3f> irradiance(samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const float distance =
+          light.distance_known ? (light.position_m - illumination.probe_position_m).norm() : kInfinitelyFar;
+      visible[i] = room.visibility(light, distance, samples[i].position, samples[i].normal, kParameters.sample_rays);
+      irradiance[i] = lamp_irradiance(lamp, samples[i].position, samples[i].normal, visible[i]);
+      sample_light_[i].irradiance += irradiance[i];
+    }
+    visible_.push_back(std::move(visible));
+    from_lamp.push_back(std::move(irradiance));
+  }
+  left_ = unobserved_shadows(samples, room, illumination.lights, sample_light_, from_lamp, noise_floor, held);
+  for (std::size_t lamp = 0; lamp < illumination.lights.size(); ++lamp) {
+    std::vector<float>& visible = visible_[lamp];
+    std::vector<float> contrast(samples.size(), 0.0f);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      visible[i] *= left_[lamp][i];
+      sample_light_[i].irradiance -= (1 - left_[lamp][i]) * from_lamp[lamp][i];
+    }
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      contrast[i] = std::min(visible[i], 1 - visible[i]);
+      for (const int j : neighbours_[i]) {
+        contrast[i] = std::max(contrast[i], std::abs(visible[i] - visible[static_cast<std::size_t>(j)]));
+      }
+      edge_error[i] +=
+          kParameters.edge_error * contrast[i] * lamp_irradiance(lamp, samples[i].position, samples[i].normal, 1);
+    }
+    contrast_.push_back(std::move(contrast));
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const float edge = edge_error[i].mean() / std::max(sample_light_[i].irradiance.mean(), 1e-9f);
+    sample_light_[i].relative_sigma = std::hypot(kParameters.model_error, edge);
+  }
+}
+
+Eigen::Vector3f SurfaceLighting::lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position,
+                                                 const Eigen::Vector3f& normal, float visible) const {
+  const PointLight& light = illumination_.lights[lamp];
+  if (!light.distance_known) return visible * std::max(0.0f, normal.dot(light.direction)) * light.irradiance;
+  const Eigen::Vector3f offset = light.position_m - position;
+  const float squared = offset.squaredNorm(), length = std::sqrt(squared);
+  return visible * light.emission(-offset / length) * std::max(0.0f, normal.dot(offset) / length) / squared *
+         light.intensity;
+}
+
+float SurfaceLighting::visibility(std::size_t lamp, const SurfacePoint& point) const {
+  const auto sample = static_cast<std::size_t>(point.sample);
+  if (contrast_[lamp][sample] == 0) return visible_[lamp][sample];
+  const PointLight& light = illumination_.lights[lamp];
+  const float distance =
+      light.distance_known ? (light.position_m - illumination_.probe_position_m).norm() : kInfinitelyFar;
+  return left_[lamp][sample] * room_.visibility(light, distance, point.position, point.normal, kParameters.point_rays);
+}
+
+SurfaceLighting::Interpolated SurfaceLighting::interpolate(const SurfacePoint& point,
+                                                           const std::vector<SampleAlbedo>& samples) const {
+  Interpolated result;
+  Eigen::Vector3f gathered = Eigen::Vector3f::Zero(), around = Eigen::Vector3f::Zero();
+  float weights = 0, known_weights = 0, sigma = 0, spread = 0, texture = 0;
+  const auto add = [&](std::size_t j) {
+    const SurfaceSample& sample = surface_.samples[j];
+    const float facing = std::max(0.0f, point.normal.dot(sample.normal));
+    const float squared = (point.position - sample.position).squaredNorm() / (sample.size_m * sample.size_m);
+    const float w = facing * facing * facing * facing / (kParameters.weight_softening + squared) + 1e-6f;
+    gathered += w * gathered_[j];
+    weights += w;
+    if (samples[j].sigma < 0) return;
+    around += w * samples[j].albedo;
+    sigma += w * samples[j].sigma;
+    spread += w * sample.spread;
+    texture += w * sample.texture;
+    known_weights += w;
+  };
+  const auto own = static_cast<std::size_t>(point.sample);
+  add(own);
+  for (const int j : neighbours_[own]) add(static_cast<std::size_t>(j));
+  result.gathered = gathered / weights;
+  result.known = known_weights > 0;
+  if (!result.known) return result;
+  result.albedo = around / known_weights;
+  result.texture_sigma = kParameters.texture_factor * texture / known_weights;  // texture continues within voxels
+  // With texture the surroundings say less about a point.
+  result.sigma = std::hypot(sigma / known_weights, spread / known_weights * result.albedo.mean());
+  return result;
+}
+
+std::vector<PointAlbedo> SurfaceLighting::albedo(const std::vector<SampleAlbedo>& samples) const {
+  std::vector<PointAlbedo> result(surface_.points.size());
+  // Errors of the pieces of one lamp are correlated: its power was estimated for all of them.
+  const std::vector<PointLight>& lights = illumination_.lights;
+  std::vector<std::size_t> first_piece(lights.size());
+  std::vector<float> power_error(lights.size()), distance_error(lights.size());
+  for (std::size_t lamp = 0; lamp < lights.size(); ++lamp) {
+    std::size_t first = lamp;
+    for (std::size_t other = lamp; other-- > 0;)
+      if (lights[lamp].region >= 0 && lights[other].region == lights[lamp].region) first = other;
+    first_piece[lamp] = first;
+  }
+  for (std::size_t i = 0; i < surface_.points.size(); ++i) {
+    const SurfacePoint& point = surface_.points[i];
+    if (point.metal) {
+      result[i].sigma = kParameters.metal_sigma;
+      continue;
+    }
+    const auto own = static_cast<std::size_t>(point.sample);
+    const Interpolated around = interpolate(point, samples);
+    Eigen::Vector3f irradiance = around.gathered;
+    const float gathered_mean = irradiance.mean();
+    float edge_error = 0;
+    std::fill(power_error.begin(), power_error.end(), 0.0f);
+    std::fill(distance_error.begin(), distance_error.end(), 0.0f);
+    for (std::size_t lamp = 0; lamp < illumination_.lights.size(); ++lamp) {
+      const Eigen::Vector3f from_lamp = lamp_irradiance(lamp, point.position, point.normal, visibility(lamp, point));
+      irradiance += from_lamp;
+      const PointLight& light = lights[lamp];
+      power_error[first_piece[lamp]] += light.power_log_sigma * from_lamp.mean();
+      if (light.distance_known) {
+        distance_error[first_piece[lamp]] +=
+            light.distance_log_sigma * from_lamp.mean() *
+            distance_slope(light, illumination_.probe_position_m, point.position, point.normal);
+      }
+      edge_error +=
+          kParameters.edge_error * contrast_[lamp][own] * lamp_irradiance(lamp, point.position, point.normal, 1).mean();
+    }
+    float lamp_error = 0;
+    for (std::size_t lamp = 0; lamp < lights.size(); ++lamp)
+      lamp_error = std::hypot(lamp_error, power_error[lamp], distance_error[lamp]);
+    const Eigen::Array3f direct = lambertian_albedo(point.radiance, irradiance, noise_floor_).min(1.0f);
+    const float relative = std::hypot(kParameters.point_error, edge_error / std::max(irradiance.mean(), 1e-9f));
+    const float direct_sigma =
+        std::hypot(relative * direct.mean(), noise_floor_sigma(noise_floor_) / std::max(irradiance.mean(), 1e-9f));
+    if (!around.known) continue;
+    const float w_direct = 1 / (direct_sigma * direct_sigma + 1e-8f);
+    const float w_around = 1 / (around.sigma * around.sigma + 1e-8f);
+    result[i].albedo = ((w_direct * direct + w_around * around.albedo.array()) / (w_direct + w_around)).matrix();
+    // Errors of the model and of lamps are common to the point and its surroundings: averaging does not reduce them.
+    const float total = std::max(irradiance.mean(), 1e-9f);
+    const float by_model =
+        std::hypot(kParameters.lamp_error * (total - gathered_mean), kParameters.gathered_error * gathered_mean) /
+        total;
+    const float common = std::hypot(by_model, lamp_error / total, around.texture_sigma);
+    result[i].sigma = std::hypot(1 / std::sqrt(w_direct + w_around), common * result[i].albedo.mean());
+  }
+  return result;
+}
+
+}  // namespace lumigraft::reconstruct

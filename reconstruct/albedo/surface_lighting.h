@@ -1,0 +1,55 @@
+#pragma once
+// Irradiance of samples and surface points, and the albedo of points.
+#include <Eigen/Core>
+#include <vector>
+
+#include "reconstruct/albedo/albedo_bricks.h"
+#include "reconstruct/albedo/sample_solver.h"
+#include "reconstruct/shading/irradiance.h"
+#include "reconstruct/shading/surface_samples.h"
+
+namespace lumigraft::reconstruct {
+
+class SurfaceLighting {
+ public:
+  /// `gathered`: IrradianceModel::gather of each sample; points interpolate it. Rays to lamps are cast for samples, and
+  /// for points between samples of different visibility. `noise_floor`: noise_floor_radiance of the room's samples.
+  /// `held`: known albedo of the last samples.
+  SurfaceLighting(const Surface& surface, const IrradianceModel& room, const Illumination& illumination,
+                  const std::vector<Eigen::Vector3f>& gathered, float noise_floor,
+                  const std::vector<SampleAlbedo>& held = {});
+
+  const std::vector<SampleLight>& sample_light() const { return sample_light_; }
+  const std::vector<std::vector<int>>& neighbours() const { return neighbours_; }
+
+  /// Combines each point's own π B / E with the albedo of the samples around it, by their variances.
+  std::vector<PointAlbedo> albedo(const std::vector<SampleAlbedo>& samples) const;
+
+ private:
+  /// Weighted means over the sample of a point and its neighbours.
+  struct Interpolated {
+    Eigen::Vector3f gathered;
+    bool known = false;  ///< albedo of at least one sample is known; else the rest is not set
+    Eigen::Vector3f albedo;
+    float sigma = 0;          ///< absolute,
+    float texture_sigma = 0;  ///< relative
+  };
+  Interpolated interpolate(const SurfacePoint& point, const std::vector<SampleAlbedo>& samples) const;
+  Eigen::Vector3f lamp_irradiance(std::size_t lamp, const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
+                                  float visible) const;
+  /// Visibility of a lamp at a point: that of its sample where the neighbours agree, else by rays.
+  float visibility(std::size_t lamp, const SurfacePoint& point) const;
+
+  const Surface& surface_;
+  const IrradianceModel& room_;
+  const Illumination& illumination_;
+  const std::vector<Eigen::Vector3f>& gathered_;
+  float noise_floor_;
+  std::vector<std::vector<int>> neighbours_;
+  std::vector<std::vector<float>> visible_;   ///< per lamp, per sample
+  std::vector<std::vector<float>> left_;      ///< the part that unobserved_shadows leaves
+  std::vector<std::vector<float>> contrast_;  ///< variation of visibility around the sample
+  std::vector<SampleLight> sample_light_;
+};
+
+}  // namespace lumigraft::reconstruct

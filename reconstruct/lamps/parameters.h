@@ -1,0 +1,106 @@
+#pragma once
+// Every number that decides something in this folder. Where no reason is given the value was chosen by hand and not
+// swept. Measured: tests/bench/results/scene.md ("Light and albedo"), sweeps light-power, light-distance, albedo-*.
+#include <cstddef>
+
+#include "reconstruct/shading/parameters.h"
+
+namespace lumigraft::reconstruct {
+
+struct LampParameters {
+  /// Start of the search, and centre of the prior.
+  double usual_distance_m = kShadingParameters.surroundings.lamp_distance_m;
+
+  struct Pairs {
+    int neighbours = 4;             ///< nearest samples, of any orientation
+    int far = 6, far_tries = 40;    ///< samples of the same orientation, and random draws to find them
+    float far_reach_m = 1.0f;       ///< shading over a larger part of a floor or wall says more
+    float same_orientation = 0.9f;  ///< cosine
+  } pairs;
+
+  struct Search {
+    double min_distance_m = 0.4, max_distance_m = 8.0;  ///< of the grid: beyond about 7.5 m a lamp counts as distant
+    int grid_steps = 16;                                ///< logarithmic: 22 % apart
+    double fine_reach = 0.22;  ///< of log distance, either way: one step of the grid and a little
+    double fine_limit = 0.7;   ///< of fine_reach: an earlier estimate that moves farther is searched anew
+    int fine_steps = 7;
+    int fine_rays = 5;           ///< over a lamp's disk
+    double max_gain = 1 << 18;   ///< of a clipped lamp: the sun over the level of a well-exposed sky
+    int gain_steps = 19;         ///< one per power of two
+    int near_gain_steps = 5;     ///< in coordinate descent: a factor of 4 either way
+    int paper_rays = 64;         ///< gathered on the tag's paper
+    int pair_stride = 3;         ///< a third of the pairs is enough for the search
+    int rounds = 3;              ///< of coordinate descent
+    std::size_t shaped = 3;      ///< strongest lamps for which the other shape and a beam are tried
+    float facing_cosine = 0.3f;  ///< of start normals to the direction of the lamp: else they face away
+    /// PointLight::squareness below which an outline is surely round, and above which it surely has four corners. A
+    /// shape that contradicts the outline multiplies the robust sum by 1 + outline_penalty.
+    float round = 0.1f, quadrilateral = 0.3f;
+    double outline_penalty = 0.1;
+    /// A beam must lower the robust sum to this fraction: over eleven rooms without beams it lowered it to 0.99 at
+    /// least. And by this much per pair: where all pairs agree the rest of the sum is the error of the model. Rooms
+    /// with spots in tubes improved from relight_error 0.595 and 0.571 to 0.494 and 0.550.
+    double max_beam_cost = 0.95, min_beam_gain = 0.03;
+    double beam_farther = 0.25;   ///< of log distance: start of a beam's search beyond the isotropic lamp
+    float beam_log_sigma = 0.2f;  ///< 1σ of log distance: narrower beams from farther away fit as well
+  } search;
+
+  struct Refinement {
+    double min_distance_m = 0.3, max_distance_m = 12;  ///< wider than the grid, so that its ends are no bounds
+    double max_tilt = 4;                               ///< tangent: 76°
+    double max_gain = 1e6;                             ///< above that of the search
+    double step = 1e-3;                                ///< of numeric derivatives
+    int rough_iterations = 20, fine_iterations = 60;
+    double rough_tolerance = 1e-5, fine_tolerance = 1e-6;  ///< of the cost, relative
+    double pair_scale = 0.1;  ///< RMS difference of log albedo that is large: textures vary by about this
+    double wide_level = 4;    ///< level of the robust cost during the search; the last refinement has 1
+    /// Errors of the model (of gathered light, of normals) are equal over a whole surface, so that this many pairs are
+    /// one independent observation. No pair is better than model_error of the light. With both, the power of a clipped
+    /// lamp was never off by more than 1.2 of its sigmas in the sessions.
+    double pairs_per_observation = 600;
+    double model_error = 0.02;
+    /// Scale of albedo where a lamp's power is unknown: albedo with 1σ of its logarithm, of white paper and of the mean
+    /// of a room. An error of 1σ costs as much as scale_pairs pairs that do not agree at all.
+    double scale_pairs = 300;
+    double paper_albedo = 0.8, paper_log_sigma = 0.15;
+    double room_albedo = kShadingParameters.typical_albedo, room_log_sigma = 0.5;
+    /// Wide priors of distance, tilt and colour: weight in pairs, small against pairs_per_observation.
+    double prior_pairs = 30;
+    double distance_prior = 0.5, tilt_prior = 1, gain_prior = 0.1;  ///< 1/σ of log distance and tilt; 1/σ² of log gain
+    /// A clipped lamp's log colour lies near the line of black bodies from 6500 K (white) to 2700 K, in linear Rec. 709
+    /// without its mean: unit vector of the line, its usual value (half of the way), and σ along it over σ across.
+    /// Drawn to white instead, the blue of a bulb was 26 % too strong.
+    double warm[3] = {0.631, 0.134, -0.765};
+    double usual_warmth = 0.8, warmth_looseness = 4;
+    double alike_log_sigma = 0.7;  ///< of log radiance of clipped lamps of one kind: four equal panels are found at 90
+                                   ///< to 136 % of their power instead of 2 to 260 %
+    double log_dim = 3.4;          ///< log gain at which an unseen lamp is dim but matters: 3 % of all light
+  } refinement;
+
+  /// Distances that count as infinite; the likeliest is compared with the lamp's best finite distance.
+  double distant_m[3] = {12, 24, 100};
+
+  struct Filter {
+    double kept = 0.75;              ///< of earlier information per solution: about four solutions count
+    double contradiction = 22.5;     ///< squared Mahalanobis distance: 0.1 % of six normal variates exceed it
+    float same_direction = 0.9999f;  ///< cosine of 0.8°
+    float same_irradiance = 0.2f;    ///< relative change of a measured irradiance
+  } filter;
+
+  struct Reflections {
+    float max_ray_m = 10;
+    float min_contrast = 4;   ///< radiance of a lamp over the surface in front of it
+    float disk_reach = 0.7f;  ///< of the lamp's radius, where its disk is sampled
+  } reflections;
+
+  struct OutOfView {
+    float min_power = 1e-3f;     ///< of all light at the probe: lower end of the search
+    float off_power = 0.05f;     ///< of all light: a lamp surely below it is off, as shading resolves no less
+    float max_log_sigma = 0.3f;  ///< of the power found; above it a previous or configured power is better
+    float housing_m = 0.05f;     ///< around a lamp that does not count as occluder
+  } out_of_view;
+};
+
+inline constexpr LampParameters kLampParameters{};
+
+}  // namespace lumigraft::reconstruct

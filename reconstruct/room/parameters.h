@@ -1,0 +1,53 @@
+#pragma once
+// Every number that decides something in this folder. Where no reason is given the value was chosen by hand and not
+// swept. Measured: tests/bench/results/scene.md (unobserved walls), sweep fusion-mirror.
+#include <cstddef>
+
+namespace lumigraft::reconstruct {
+
+struct RoomParameters {
+  struct Enclosure {
+    std::size_t min_points = 100;   ///< of surface: fewer do not show a room
+    std::size_t max_points = 4000;  ///< evaluated; bounds the time
+    std::size_t seeds = 160;        ///< points tried as the origin of a plane
+    int fit_rounds = 3;             ///< of fitting a plane to the points on it
+    /// A point is on a plane within this distance, plus a fraction of its distance from the fish-eye, as depth noise
+    /// grows with distance.
+    float plane_tolerance_m = 0.025f, plane_tolerance_ratio = 0.005f;
+    float same_plane_cosine = 0.95f;     ///< of the normals of points on one plane, at least
+    float other_side_cosine = 0.85f;     ///< of the normals of two sides, at most
+    float min_fraction_on_side = 0.03f;  ///< of all points
+    float max_fraction_behind = 0.01f;   ///< of all points, behind a side: outliers
+    float covers_cosine = 0.75f;         ///< a side closes the directions within 41° of its normal
+    float lamp_on_side_cosine = 0.94f;   ///< a panel facing away from a side within 20° is mounted in it
+    /// Distance of a guessed side beyond the farthest known point, over that point's distance from the fish-eye. Its
+    /// radiance is what the fish-eye saw anyway; only parallax depends on it.
+    float guess_ratio = 0.5f;
+    float same_offset_m = 0.02f, same_normal_cosine = 0.9995f;  ///< noise of a measured side between solutions
+    float same_guess_ratio = 0.1f;                              ///< noise of a guessed side, of the room's half width
+  } enclosure;
+
+  struct Mirrors {
+    std::size_t seeds = 60;         ///< points tried as the origin of a plane
+    std::size_t max_points = 1000;  ///< evaluated behind a plane
+    int fit_rounds = 3;
+    float plane_tolerance_m = 0.02f;
+    float same_plane_cosine = 0.95f;                     ///< of the normals of points on one plane, at least
+    float duplicate_cosine = 0.98f;                      ///< of two planes, above which the later is dropped
+    std::size_t min_points_on_plane = 40;                ///< each about 10 cm²
+    int min_sectors = 6;                                 ///< of 8 around a hole that contain the plane's surface,
+    float surround_m = 1;                                ///< within this distance
+    float min_depth_m = 0.06f;                           ///< behind the plane; nearer points may belong to the plane
+    float tolerance_m = 0.02f, tolerance_ratio = 0.02f;  ///< of a reflected point; the second of its depth
+    float same_normal_cosine = 0.7f;                     ///< of a reflected point and the surface there
+    float first_ray_m = 0.05f;                           ///< where rays from a camera start
+    float min_ray_m = 0.1f;                              ///< nearer points say nothing of free space
+    float ray_beyond_m = 6;                              ///< how far rays go on beyond a reflected point
+    int min_confirmed = 20;                              ///< points
+    float max_contradicted = 0.15f;                      ///< of the points that are confirmed or contradicted
+  } mirrors;
+};
+
+inline constexpr RoomParameters kRoomParameters{};
+
+}  // namespace lumigraft::reconstruct
