@@ -17,7 +17,7 @@ constexpr float kMostLightChange = 0.25f;  // of a lamp or of the rest
 constexpr std::uint64_t kYoungField = 64;  // publications, before which it still changes much
 
 bool near(const PlacedObject& a, const PlacedObject& b) {
-  if (a.stored != b.stored || a.material.has_value() != b.material.has_value()) return false;
+  if (a.stored != b.stored) return false;
   PlacedObject moved = a;
   moved.T_tag_model = b.T_tag_model;
   if (!(moved == b)) return false;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "relight/shaders/common/interop.h"
+
 namespace lumigraft::relight {
 namespace {
 
@@ -31,7 +33,7 @@ const std::vector<IntegerKey>& integer_keys() {
        {0, 1},
        "1: indirect light is gathered in cells, in rounds of frames while things move; 0: for pixels"},
       {"rsm", &Plan::rsm, {64, 128, 256, 512, 1024}, "edge of the reflective shadow maps, pixels"},
-      {"max_lights", &Plan::max_lights, from_to(0, 16), "strongest lamps that are drawn as lamps"},
+      {"max_lights", &Plan::max_lights, from_to(0, shader::kMaxLamps), "strongest lamps that are drawn as lamps"},
       {"sh_bands", &Plan::sh_bands, {1, 2, 3}, "bands of harmonics of all light but the lamps"},
       {"bounces", &Plan::bounces, from_to(1, 4), "indirect bounces of the change"},
       {"lpv_steps", &Plan::lpv_steps, from_to(4, 128), "dlpv: steps of propagation"},

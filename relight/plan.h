@@ -20,7 +20,7 @@ struct Plan {
   int trace_scale = 2;
   int cells = 0;       ///< 1: indirect light is gathered in cells of the volumes, in rounds of frames; 0: for pixels
   int rsm = 256;       ///< edge of the reflective shadow maps, pixels
-  int max_lights = 8;  ///< strongest lamps that are drawn as lamps
+  int max_lights = 8;  ///< strongest lamps that are drawn as lamps, at most shader::kMaxLamps
   int sh_bands = 3;    ///< bands of harmonics that stand for all light but the lamps where nothing hides it: 1, 2 or 3
   int bounces = 2;     ///< indirect bounces of the change: 1 is the thesis
   int lpv_steps = 16;  ///< dlpv: steps of propagation, each of a cell (two voxels of up to 128)

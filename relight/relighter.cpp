@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "capture/camera/radiance.h"
@@ -38,6 +39,28 @@ GlossyBounds bounds_of(const Model& model, const capture::RealSurface& surface) 
   return bounds;
 }
 
+/// |x, y| / z up to which vertices are drawn as the lens shows them: it does not fold there in any direction. What lies
+/// farther out than kWidestLens is in no picture, and distortion grows there by the seventh power.
+float lens_tangent(const capture::CameraModel& lens) {
+  constexpr double kWidestLens = 2, kUndistorted = 1e3;
+  if (lens.distortion == decltype(lens.distortion){}) return kUndistorted;
+  const auto unfolded = [&](double radius) {
+    constexpr int kAzimuths = 32;  // tangential distortion folds in some directions first
+    for (int i = 0; i < kAzimuths; ++i) {
+      const double phi = 2 * std::numbers::pi * i / kAzimuths;
+      if (!lens.project({radius * std::cos(phi), radius * std::sin(phi), 1})) return false;
+    }
+    return true;
+  };
+  if (unfolded(kWidestLens)) return kWidestLens;
+  double low = 0, high = kWidestLens;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (unfolded(middle) ? low : high) = middle;
+  }
+  return static_cast<float>(low);
+}
+
 }  // namespace
 
 struct Relighter::State {
@@ -47,6 +70,7 @@ struct Relighter::State {
   BrickPool bricks;
   std::vector<StoredModel::Mesh> known_surfaces;
   std::vector<GlossyBounds> glossy;  ///< of these
+  std::string too_many_surfaces;     ///< not empty: the session names more of them than are drawn
   Mirrors mirrors;
 
   // Passes, in the order in which they run.
@@ -64,6 +88,7 @@ struct Relighter::State {
   std::shared_ptr<const reconstruct::Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
+  const float widest_tangent;
   float brightest = 0;  ///< of the environment and of what the camera can tell, W/sr/m²
 
   State(std::shared_ptr<gpu::Device> d, const capture::Session& s)
@@ -73,9 +98,15 @@ struct Relighter::State {
         bricks(*device),
         mirrors(*device),
         light(*device),
-        view(*device, session.color) {
+        view(*device, session.color),
+        widest_tangent(lens_tangent(session.color.model)) {
     for (const capture::RealSurface& surface : session.real_surfaces) {
-      if (known_surfaces.size() == shader::kMaxSurfaces) break;
+      if (known_surfaces.size() == shader::kMaxSurfaces) {
+        too_many_surfaces = std::to_string(session.real_surfaces.size()) + " [[real_surface]] are named and " +
+                            std::to_string(shader::kMaxSurfaces) + " are drawn: from \"" + surface.name +
+                            "\" on they look matt";
+        break;
+      }
       const std::shared_ptr<const Model> model = load_model(surface.mesh, 'z');
       mirrors.add(*device, *model, surface, static_cast<int>(known_surfaces.size()));
       known_surfaces.push_back(store.upload_mesh(*model));
@@ -144,6 +175,7 @@ struct Relighter::State {
     p.distortion << Eigen::Vector4d(k[0], k[1], k[2], k[3]).cast<float>();
     p.camera << static_cast<float>(k[4]), view.camera().exposure(), view.camera().codes_are_srgb() ? 1 : 0,
         kNearPlane_m;
+    p.lens << widest_tangent, 0, 0, 0;
     p.picture << model.width, model.height, plan.trace_scale, quality.supersampling;
     p.cascade[0] = placement.cascade[0];
     p.cascade[1] = placement.cascade[1];
@@ -273,6 +305,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   for (const std::string& line : quality_warnings(exhibit, objects, placement, scene)) {
     result.warnings.push_back("relight: " + line);
   }
+  if (!s.too_many_surfaces.empty()) result.warnings.push_back("relight: " + s.too_many_surfaces);
   s.take_lights(scene.illumination, plan.max_lights);
   s.room.follow(scene);
   bool moved = false;

@@ -30,11 +30,13 @@ Eigen::Quaterniond read_rotation(const capture::ConfigTable& table, const Eigen:
   return Eigen::Quaterniond(rotation.coeffs() / length);
 }
 
-float read_unit(const capture::ConfigTable& table, const char* key, float fallback) {
-  return static_cast<float>(table.number(key, 0.0, 1.0, fallback));
+std::optional<float> read_unit(const capture::ConfigTable& table, const char* key) {
+  if (!table.has(key)) return std::nullopt;
+  return static_cast<float>(table.number(key, 0.0, 1.0));
 }
 
-Material overridden(const capture::ConfigTable& table, Material material) {
+MaterialOverride read_material(const capture::ConfigTable& table) {
+  MaterialOverride material;
   if (table.has("base_color")) {
     const std::vector<double> color = table.numbers("base_color", 3);
     if (*std::min_element(color.begin(), color.end()) < 0 || *std::max_element(color.begin(), color.end()) > 1) {
@@ -42,25 +44,10 @@ Material overridden(const capture::ConfigTable& table, Material material) {
     }
     material.base_color = Eigen::Vector3d(color[0], color[1], color[2]).cast<float>();
   }
-  material.metallic = read_unit(table, "metallic", material.metallic);
-  material.roughness = read_unit(table, "roughness", material.roughness);
-  material.specular = read_unit(table, "specular", material.specular);
+  material.metallic = read_unit(table, "metallic");
+  material.roughness = read_unit(table, "roughness");
+  material.specular = read_unit(table, "specular");
   return material;
-}
-
-// Keys that are not given stay each part's own. So an incomplete override of a model of several materials goes into
-// a copy of the model, and every other one into the object.
-void override_material(const capture::ConfigTable& table, VirtualObject* object) {
-  const Material first = overridden(table, object->model->parts.front().material);
-  const bool complete =
-      table.has("base_color") && table.has("metallic") && table.has("roughness") && table.has("specular");
-  if (complete || object->model->parts.size() == 1) {
-    object->material = first;
-    return;
-  }
-  auto model = std::make_shared<Model>(*object->model);
-  for (Model::Part& part : model->parts) part.material = overridden(table, part.material);
-  object->model = std::move(model);
 }
 
 std::vector<KeyFrame> read_motion(const capture::ConfigTable& table, const VirtualObject& object) {
@@ -99,7 +86,7 @@ VirtualObject read_object(const capture::ConfigTable& table, ModelCache* cache) 
     table.fail("model", error.what());
   }
   object.model = model;
-  if (const auto material = table.optional_table("material")) override_material(*material, &object);
+  if (const auto material = table.optional_table("material")) object.material = read_material(*material);
   return object;
 }
 

@@ -22,6 +22,25 @@ struct Material {
   float specular = 1.0f;
 };
 
+/// What replaces a model's own materials. What is not set stays each part's own; a base colour stands in place of
+/// textures and vertex colours, too.
+struct MaterialOverride {
+  std::optional<Eigen::Vector3f> base_color;  ///< linear
+  std::optional<float> metallic, roughness, specular;
+
+  MaterialOverride() = default;
+  MaterialOverride(const Material& whole)  ///< replaces everything
+      : base_color(whole.base_color), metallic(whole.metallic), roughness(whole.roughness), specular(whole.specular) {}
+
+  bool empty() const { return *this == MaterialOverride(); }
+  /// The material of a part whose own is `part`.
+  Material over(const Material& part) const {
+    return {base_color.value_or(part.base_color), metallic.value_or(part.metallic), roughness.value_or(part.roughness),
+            specular.value_or(part.specular)};
+  }
+  bool operator==(const MaterialOverride&) const = default;
+};
+
 /// Triangles with attributes, in the model's own frame turned so that z is up, metres.
 struct Model {
   struct Part {
@@ -55,8 +74,8 @@ struct VirtualObject {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   double scale = 1.0;
   bool visible = true;
-  std::optional<Material> material;  ///< overrides the model's own
-  std::vector<KeyFrame> motion;      ///< sorted by time; position linear, rotation slerp, held at both ends
+  MaterialOverride material;
+  std::vector<KeyFrame> motion;  ///< sorted by time; position linear, rotation slerp, held at both ends
 
   Eigen::Affine3d T_tag_model(double time_s) const;
 };

@@ -26,7 +26,7 @@ std::vector<std::shared_ptr<const ModelTree>> trees_of(const std::vector<PlacedM
 
 }  // namespace
 
-std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const std::optional<Material>& material) {
+std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const MaterialOverride& material) {
   const Model& model = *places.model;
   const Meshes meshes({{places.model, Eigen::Affine3f::Identity(), material, false}}, {places.tree});
   std::vector<ObjectFacet> facets;
@@ -52,6 +52,7 @@ RayObjects::RayObjects(std::vector<PlacedModel> objects)
   }
   direct_.assign(places_.size(), Rgb::Zero());
   indirect_.assign(places_.size(), Rgb::Zero());
+  has_light_.assign(places_.size(), false);
 }
 
 void RayObjects::spread() {
@@ -94,12 +95,30 @@ void RayObjects::set_direct(std::vector<Rgb> by_place) {
 
 void RayObjects::set_indirect(std::vector<Rgb> by_place) {
   indirect_ = std::move(by_place);
+  has_light_.assign(places_.size(), true);
   spread();
 }
 
 void RayObjects::reuse_from(const RayObjects& others) {
-  direct_ = others.direct_;
-  indirect_ = others.indirect_;
+  std::vector<bool> taken(others.objects_.size(), false);
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    std::size_t nearest = others.objects_.size();
+    float nearest_m = std::numeric_limits<float>::infinity();
+    for (std::size_t j = 0; j < others.objects_.size(); ++j) {
+      if (taken[j] || others.objects_[j].places != objects_[i].places) continue;
+      const float far_m = (objects_[i].T_tag_model.translation() - others.objects_[j].T_tag_model.translation()).norm();
+      if (far_m >= nearest_m) continue;
+      nearest = j;
+      nearest_m = far_m;
+    }
+    if (nearest == others.objects_.size()) continue;
+    taken[nearest] = true;
+    const auto from = static_cast<std::ptrdiff_t>(others.first_[nearest]), to = static_cast<std::ptrdiff_t>(first_[i]);
+    const auto count = static_cast<std::ptrdiff_t>(objects_[i].places->places.size());
+    std::copy_n(others.direct_.begin() + from, count, direct_.begin() + to);
+    std::copy_n(others.indirect_.begin() + from, count, indirect_.begin() + to);
+    std::copy_n(others.has_light_.begin() + from, count, has_light_.begin() + to);
+  }
 }
 
 bool RayObjects::is_inside(const Vector3f& p_m, const Vector3f& w) const {

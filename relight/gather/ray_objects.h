@@ -1,6 +1,7 @@
 #pragma once
 // The virtual objects, ready for rays, and the irradiance of their surfaces (thesis §3.1.1.1: it does not depend on the
 // camera).
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -17,15 +18,14 @@ struct ObjectFacet {
   Rgb albedo;              ///< in its middle
   bool mirrors;
 };
-/// `material` replaces the model's own.
-std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const std::optional<Material>& material);
+std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const MaterialOverride& material);
 
 struct PlacedModel {
   std::shared_ptr<const Model> model;  ///< as it is exhibited
   std::shared_ptr<const IrradianceProbes> places;
   std::shared_ptr<const std::vector<ObjectFacet>> facets;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
-  std::optional<Material> material;  ///< replaces the model's own
+  MaterialOverride material;
 };
 
 class RayObjects {
@@ -52,8 +52,12 @@ class RayObjects {
     if (facet.mirrors) return nullptr;
     return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet.normal).dot(w) < 0 ? 0 : 1];
   }
-  /// The same models, perhaps elsewhere; what they hold counts once more is set.
+  /// Takes what others hold of the same models, perhaps elsewhere; it counts once more is set. Of several alike, the
+  /// nearest.
   void reuse_from(const RayObjects& others);
+  /// Whether the place's indirect light was ever set or taken.
+  bool has_light(int place) const { return has_light_[static_cast<std::size_t>(place)]; }
+  bool all_have_light() const { return std::find(has_light_.begin(), has_light_.end(), false) == has_light_.end(); }
   /// At a hit, on the side of `face`.
   Irradiance irradiance(const MeshHit& hit, const Eigen::Vector3f& face) const;
 
@@ -64,6 +68,7 @@ class RayObjects {
   Meshes meshes_;
   std::vector<IrradianceProbes::Place> places_;
   std::vector<Rgb> direct_, indirect_;    ///< by place
+  std::vector<bool> has_light_;           ///< likewise
   std::vector<std::size_t> first_;        ///< of an object's places
   std::vector<Eigen::Matrix3f> normals_;  ///< from the model's frame to the tag's, by object
   /// By object and triangle, what leaves the side of its vertices' normals and the other, W/sr/m².

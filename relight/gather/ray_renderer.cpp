@@ -303,6 +303,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   }
   Clock clock(result.passes);
   s.follow(scene);
+  s.light.prepare(exhibit);
   const bool lit_anew = s.light.follow(s.room, objects, plan, [&](const char* pass) { clock.done(pass); });
   const CameraRays eye{s.pixel_rays, {s.session.color.model, s.held(scene.pose->T_tag_camera).cast<float>()}};
   s.look(eye, gather_quality_of(plan.trace_scale), clock);

@@ -48,7 +48,7 @@ RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface
   s.facets.resize(s.real.size());
   for (std::size_t i = 0; i < s.real.size(); ++i) {
     const Model& model = *s.real[i].model;
-    const bool is_known = s.real[i].material.has_value();
+    const bool is_known = !s.real[i].material.empty();
     if (is_known) {
       add_patches(model, s.patches);
       continue;

@@ -25,7 +25,7 @@ std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t
   std::vector<Rgb> found = kept;
   for_each_block(static_cast<int>(found.size()), kBlock, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
-      if (!turn.is_of(i)) continue;
+      if (!turn.is_of(i) && objects.has_light(i)) continue;
       const auto& place = objects.places()[static_cast<std::size_t>(i)];
       const PathVertex vertex = white_vertex(place.position_m, place.normal);
       Rgb sum = Rgb::Zero();

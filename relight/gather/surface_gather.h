@@ -7,7 +7,7 @@
 
 namespace lumigraft::relight {
 
-/// Which places get new light, by their number: one of `of`. The others keep what they have.
+/// Which places get new light, by their number: one of `of`. The others keep what they have, if they have any.
 struct UpdateSubset {
   int of = 1, now = 0;
   bool is_of(int place) const { return place % of == now; }

@@ -291,14 +291,14 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
       return s;
     }
   }
-  if (placed.mesh.material) {
-    s.look = bsdf_params_of(placed.mesh.material->base_color.array(), *placed.mesh.material);
-    return s;
-  }
   const Model::Part& part = model.parts[placed.part.empty() ? 0 : placed.part[hit.triangle]];
-  Rgb base = part.material.base_color.array() * mixed(model.colors).array();
-  if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords));
-  s.look = bsdf_params_of(base, part.material);
+  const Material material = placed.mesh.material.over(part.material);
+  Rgb base = material.base_color.array();
+  if (!placed.mesh.material.base_color) {
+    base *= mixed(model.colors).array();
+    if (part.base_color_texture) base *= texel(*part.base_color_texture, mixed(model.texcoords));
+  }
+  s.look = bsdf_params_of(base, material);
   return s;
 }
 

@@ -2,26 +2,40 @@
 // Work on all cores. What is computed must not depend on the order.
 #include <algorithm>
 #include <atomic>
+#include <exception>
+#include <mutex>
 #include <thread>
 #include <vector>
 
 namespace lumigraft::relight {
 
-/// Calls `work(first, last)` for blocks of [0, count), each once.
+/// Calls `work(first, last)` for blocks of [0, count), each once. When `work` throws, no further block begins, and the
+/// first exception is thrown here once all threads have ended.
 template <typename Work>
 void for_each_block(int count, int block, Work work) {
   std::atomic<int> next = 0;
+  std::mutex mutex;
+  std::exception_ptr failure;
   const auto run = [&] {
-    for (int first = next.fetch_add(block); first < count; first = next.fetch_add(block)) {
-      work(first, std::min(first + block, count));
+    try {
+      for (int first = next.fetch_add(block); first < count; first = next.fetch_add(block)) {
+        work(first, std::min(first + block, count));
+      }
+    } catch (...) {
+      next = count;
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
     }
   };
   const int blocks = (count + block - 1) / block;
-  std::vector<std::jthread> others;
-  for (int i = 1; i < std::min(static_cast<int>(std::thread::hardware_concurrency()), blocks); ++i) {
-    others.emplace_back(run);
+  {
+    std::vector<std::jthread> others;
+    for (int i = 1; i < std::min(static_cast<int>(std::thread::hardware_concurrency()), blocks); ++i) {
+      others.emplace_back(run);
+    }
+    run();
   }
-  run();
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace lumigraft::relight

@@ -3,15 +3,10 @@
 #include <algorithm>
 
 namespace lumigraft::relight {
-bool same_material(const std::optional<Material>& a, const std::optional<Material>& b) {
-  return a.has_value() == b.has_value() && (!a || (a->base_color == b->base_color && a->metallic == b->metallic &&
-                                                   a->roughness == b->roughness && a->specular == b->specular));
-}
 
 bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ReferenceMesh& x, const ReferenceMesh& y) {
-    return x.model == y.model && x.T_tag_model.matrix() == y.T_tag_model.matrix() &&
-           same_material(x.material, y.material);
+    return x.model == y.model && x.T_tag_model.matrix() == y.T_tag_model.matrix() && x.material == y.material;
   });
 }
 

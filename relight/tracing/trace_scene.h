@@ -17,13 +17,12 @@ using Rgb = Eigen::Array3f;
 struct ReferenceMesh {
   std::shared_ptr<const Model> model;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
-  std::optional<Material> material;  ///< replaces colour, texture and the rest of the model's own
-  bool seen = false;                 ///< where ReferenceScene::seen shows this point, its material counts instead
+  MaterialOverride material;
+  bool seen = false;  ///< where ReferenceScene::seen shows this point, its material counts instead
   /// false: it reflects, but lamps shine through it, and nothing is hidden by it.
   bool hides = true;
 };
 
-bool same_material(const std::optional<Material>& a, const std::optional<Material>& b);
 /// The same models, placed and painted alike.
 bool same_meshes(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b);
 

@@ -21,12 +21,6 @@ constexpr int kEvenTriangles = 1500;
 
 std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
 
-bool same(const std::optional<Material>& a, const std::optional<Material>& b) {
-  if (a.has_value() != b.has_value()) return false;
-  return !a || (a->base_color == b->base_color && a->metallic == b->metallic && a->roughness == b->roughness &&
-                a->specular == b->specular);
-}
-
 /// Points spread over all triangles, no more than `share_m2` of area to each.
 std::vector<float> surface_samples(const Model& model, double share_m2) {
   std::vector<float> samples;
@@ -95,7 +89,7 @@ std::vector<gpu::VertexAttribute> vertex_attributes() {
 }
 
 bool PlacedObject::operator==(const PlacedObject& o) const {
-  return stored == o.stored && T_tag_model.matrix() == o.T_tag_model.matrix() && same(material, o.material);
+  return stored == o.stored && T_tag_model.matrix() == o.T_tag_model.matrix() && material == o.material;
 }
 
 ObjectStore::ObjectStore(gpu::Device& device) : device_(device) {

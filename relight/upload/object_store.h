@@ -41,7 +41,7 @@ struct StoredModel {
 struct PlacedObject {
   const StoredModel* stored = nullptr;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
-  std::optional<Material> material;  ///< replaces colour, texture and the rest of the model's own
+  MaterialOverride material;
   PlacedBounds bounds;
 
   bool operator==(const PlacedObject& o) const;

@@ -1,29 +1,40 @@
 #include "server/pipeline/exhibit_state.h"
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 namespace lumigraft::server {
 namespace {
 
-/// The material an object starts from when a viewer changes a part of it.
-relight::Material current_material(const relight::VirtualObject& object) {
-  if (object.material) {
-    return *object.material;
-  }
-  return object.model && !object.model->parts.empty() ? object.model->parts.front().material : relight::Material{};
-}
-
-std::optional<relight::Material> changed(const relight::VirtualObject& object, const MaterialChange& change) {
+relight::MaterialOverride changed(relight::MaterialOverride material, const MaterialChange& change) {
   if (change.models_own) {
-    return std::nullopt;
+    return {};
   }
-  relight::Material material = current_material(object);
   material.base_color = change.base_color.value_or(material.base_color);
   material.metallic = change.metallic.value_or(material.metallic);
   material.roughness = change.roughness.value_or(material.roughness);
   material.specular = change.specular.value_or(material.specular);
   return material;
+}
+
+template <typename T>
+nlohmann::ordered_json json_or_null(const std::optional<T>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json json_of(const relight::MaterialOverride& material) {
+  if (material.empty()) {
+    return nullptr;
+  }
+  std::optional<std::array<float, 3>> base_color;
+  if (const auto& c = material.base_color) {
+    base_color = {c->x(), c->y(), c->z()};
+  }
+  return {{"base_color", json_or_null(base_color)},
+          {"metallic", json_or_null(material.metallic)},
+          {"roughness", json_or_null(material.roughness)},
+          {"specular", json_or_null(material.specular)}};
 }
 
 }  // namespace
@@ -76,7 +87,7 @@ std::optional<std::string> ExhibitState::apply(const ObjectCommand& command) {
   }
   object.visible = command.visible.value_or(object.visible);
   if (command.material) {
-    object.material = changed(object, *command.material);
+    object.material = changed(object.material, *command.material);
   }
   exhibit_ = std::move(next);
   return std::nullopt;
@@ -94,14 +105,7 @@ std::string ExhibitState::objects_json() const {
                                 {"rotation_wxyz", {o.rotation.w(), o.rotation.x(), o.rotation.y(), o.rotation.z()}},
                                 {"yaw_degrees", yaw_degrees_[i]},
                                 {"scale", o.scale},
-                                {"material", nullptr}};
-    if (o.material) {
-      const Eigen::Vector3f& c = o.material->base_color;
-      json["material"] = {{"base_color", {c.x(), c.y(), c.z()}},
-                          {"metallic", o.material->metallic},
-                          {"roughness", o.material->roughness},
-                          {"specular", o.material->specular}};
-    }
+                                {"material", json_of(o.material)}};
     objects.push_back(std::move(json));
   }
   return objects.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);

@@ -42,6 +42,10 @@ Eigen::Matrix<double, N, 1> vector(const nlohmann::json& value, const std::strin
   return result;
 }
 
+std::optional<float> unit_or_null(const nlohmann::json& value, const std::string& key) {
+  return value.is_null() ? std::nullopt : std::optional(static_cast<float>(number(value, key, 0, 1)));
+}
+
 MaterialChange material(const nlohmann::json& value) {
   MaterialChange change;
   if (value.is_null()) {
@@ -53,13 +57,14 @@ MaterialChange material(const nlohmann::json& value) {
   }
   for (const auto& [key, v] : value.items()) {
     if (key == "base_color") {
-      change.base_color = vector<3>(v, key, 0, 1).cast<float>();
+      change.base_color.emplace();
+      if (!v.is_null()) *change.base_color = vector<3>(v, key, 0, 1).cast<float>();
     } else if (key == "metallic") {
-      change.metallic = static_cast<float>(number(v, key, 0, 1));
+      change.metallic = unit_or_null(v, key);
     } else if (key == "roughness") {
-      change.roughness = static_cast<float>(number(v, key, 0, 1));
+      change.roughness = unit_or_null(v, key);
     } else if (key == "specular") {
-      change.specular = static_cast<float>(number(v, key, 0, 1));
+      change.specular = unit_or_null(v, key);
     } else {
       throw Refused{"material: base_color, metallic, roughness, specular"};
     }

@@ -42,10 +42,11 @@ std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& hea
 
 enum class Codec { none, h264, jpeg };
 
+/// Of what a message names, the new value, or none where that is the model's own again.
 struct MaterialChange {
-  bool models_own = false;  ///< drop the override
-  std::optional<Eigen::Vector3f> base_color;
-  std::optional<float> metallic, roughness, specular;
+  bool models_own = false;  ///< all of it
+  std::optional<std::optional<Eigen::Vector3f>> base_color;
+  std::optional<std::optional<float>> metallic, roughness, specular;
 };
 
 struct WantCommand {

@@ -6,9 +6,10 @@
 #include <sstream>
 #include <utility>
 
+#include "capture/camera/radiance.h"
 #include "capture/error.h"
-#include "capture/formats/picture_file.h"
 #include "reconstruct/light/light.h"
+#include "server/truth/true_environment.h"
 #include "server/truth/true_surface.h"
 #include "server/truth/truth.h"
 
@@ -19,14 +20,6 @@ constexpr float kSurfaceBand_voxels = 2.0f;  // as far from the surface as albed
 constexpr float kSameSurface_voxels = 3.0f;  // a pixel shows the voxel when its depth is as near
 constexpr float kSameLamp_rad = 0.087f;      // 5°: the split's centroid against the lamp's centre
 constexpr float kTruthSigma = 0.01f;         // of albedo: what an 8-bit texture leaves open
-
-capture::Image<float> read_true_picture(const std::filesystem::path& path) {
-  try {
-    return capture::read_radiance(path);
-  } catch (const capture::InputError& e) {
-    throw capture::InputError(path.string() + ": " + e.what());
-  }
-}
 
 /// Bilinear between the pixels around, as fusion takes their radiance; the nearest pixel's own where those show several
 /// surfaces. Empty where that is not at `depth_m`, within `same_m`.
@@ -102,6 +95,7 @@ std::string name_of(const OracleParts& parts) {
 }
 
 reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split, const std::vector<TrueLamp>& lamps,
+                                          const std::vector<reconstruct::PointLight>& far,
                                           const capture::FisheyeCamera& fisheye) {
   reconstruct::Illumination result = split;
   const Eigen::Vector3d probe_m = split.probe_position_m.cast<double>();
@@ -109,6 +103,15 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
   for (const reconstruct::PointLight& light : split.lights) {
     next_id = std::max(next_id, light.id + 1);
   }
+  const auto add_if_out_of_view = [&](reconstruct::PointLight light) {
+    const Eigen::Vector3d seen_along = fisheye.T_tag_fisheye.rotation().transpose() * light.direction.cast<double>();
+    const std::optional<Eigen::Vector2d> pixel = fisheye.model.project(seen_along);
+    if (pixel && fisheye.model.inside(*pixel)) {
+      return;
+    }
+    light.id = next_id++;
+    result.lights.push_back(light);
+  };
   for (const TrueLamp& lamp : lamps) {
     reconstruct::PointLight light = true_light(lamp, probe_m);
     const auto shows_it = [&](const reconstruct::PointLight& found) {
@@ -122,12 +125,10 @@ reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split
       result.lights.push_back(light);
       continue;
     }
-    const Eigen::Vector3d seen_along = fisheye.T_tag_fisheye.rotation().transpose() * light.direction.cast<double>();
-    const std::optional<Eigen::Vector2d> pixel = fisheye.model.project(seen_along);
-    if (!pixel || !fisheye.model.inside(*pixel)) {
-      light.id = next_id++;
-      result.lights.push_back(light);
-    }
+    add_if_out_of_view(light);
+  }
+  for (const reconstruct::PointLight& lamp : far) {
+    add_if_out_of_view(lamp);
   }
   std::stable_sort(result.lights.begin(), result.lights.end(),
                    [](const reconstruct::PointLight& a, const reconstruct::PointLight& b) {
@@ -142,12 +143,46 @@ struct Oracle::State {
   reconstruct::LightStage light;
   std::shared_ptr<reconstruct::AlbedoField> albedo;
   std::optional<TrueSurface> surface;  ///< of the whole true room
+  std::optional<TrueEnvironment> environment;
 
   State(const capture::Session& the_session, const OracleParts& the_parts)
       : session(the_session), parts(the_parts), light(the_session, reconstruct::LightSettings{}) {}
 
   std::filesystem::path file(std::uint64_t index, const char* name) const {
     return truth_folder(session.folder, index) / name;
+  }
+
+  using Pictures = std::vector<std::shared_ptr<const capture::Picture>>;
+  Pictures fisheye(const capture::FrameSet& frame) const {
+    Pictures pictures = frame.fisheye;
+    for (const std::uint64_t index : {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may be there once
+      const std::filesystem::path path = file(index, "fisheye.exr");
+      if (std::filesystem::exists(path)) {
+        pictures = {fisheye_picture(frame, read_true_picture(path))};
+        break;
+      }
+    }
+    if (!environment || pictures.empty()) {
+      return pictures;
+    }
+    capture::RadiancePicture picture = capture::merge_bracket(pictures, session.fisheye->response);
+    if (picture.clipped_fraction == 0) {
+      return pictures;
+    }
+    if (pictures.front()->radiance.empty()) {
+      capture::undo_vignetting(picture, capture::vignetting_gain(session.fisheye->vignetting, session.fisheye->model));
+    }
+    environment->complete(picture);
+    return {fisheye_picture(frame, std::move(picture.radiance))};
+  }
+
+  static std::shared_ptr<const capture::Picture> fisheye_picture(const capture::FrameSet& frame,
+                                                                 capture::Image<float> radiance) {
+    auto picture = std::make_shared<capture::Picture>();
+    picture->stamp.time_ns = frame.time_ns;
+    picture->stream = capture::Stream::fisheye;
+    picture->radiance = std::move(radiance);
+    return picture;
   }
 };
 
@@ -167,6 +202,9 @@ Oracle::Oracle(const capture::Session& session, const OracleParts& parts)
     read_true_lamps(state_->file(0, "lights.json"));
     if (!session.fisheye) {
       throw capture::InputError("--oracle light: " + session.name + " has no [fisheye], allowed: a session with one");
+    }
+    if (read_true_sky(state_->file(0, "lights.json")).is_picture) {
+      state_->environment.emplace(session);
     }
   }
   if (parts.albedo) {
@@ -208,23 +246,15 @@ capture::FrameSet Oracle::with_true_depth(const capture::FrameSet& frame) const 
 std::shared_ptr<const reconstruct::Illumination> Oracle::illumination(const capture::FrameSet& frame) {
   State& s = *state_;
   capture::FrameSet lit = frame;
-  for (const std::uint64_t index : {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may be there once
-    const std::filesystem::path file = s.file(index, "fisheye.exr");
-    if (std::filesystem::exists(file)) {
-      auto picture = std::make_shared<capture::Picture>();
-      picture->stamp.time_ns = frame.time_ns;
-      picture->stream = capture::Stream::fisheye;
-      picture->radiance = read_true_picture(file);
-      lit.fisheye = {picture};
-      break;
-    }
-  }
+  lit.fisheye = s.fisheye(frame);
   const std::shared_ptr<const reconstruct::Illumination> split = s.light.extract(lit).illumination;
   if (!split) {
     return nullptr;
   }
+  const std::vector<reconstruct::PointLight> far =
+      s.environment ? s.environment->lamps() : std::vector<reconstruct::PointLight>{};
   return std::make_shared<const reconstruct::Illumination>(
-      with_true_lamps(*split, read_true_lamps(s.file(frame.index, "lights.json")), *s.session.fisheye));
+      with_true_lamps(*split, read_true_lamps(s.file(frame.index, "lights.json")), far, *s.session.fisheye));
 }
 
 std::shared_ptr<const reconstruct::Enclosure> Oracle::enclosure(const reconstruct::Illumination& light) const {

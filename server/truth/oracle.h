@@ -36,7 +36,9 @@ class Oracle {
   capture::FrameSet with_true_depth(const capture::FrameSet& frame) const;
   /// The light stage's split of the fish-eye picture (the true one, where truth/ has it), in which every lamp that is
   /// a true lamp's picture gives way to that true lamp. A true lamp that the fish-eye does not see is added; one that
-  /// it sees and the split left in the remainder stays there, so that no light counts twice.
+  /// it sees and the split left in the remainder stays there, so that no light counts twice. So it is with what the
+  /// light stage takes for lamps in truth/environment.exr, where light comes from that; and what the picture holds of
+  /// it as a lower bound is as bright as there.
   std::shared_ptr<const reconstruct::Illumination> illumination(const capture::FrameSet& frame);
   /// Around the whole true room. Null where truth/ has no real_scene.ply.
   std::shared_ptr<const reconstruct::Enclosure> enclosure(const reconstruct::Illumination& light) const;
@@ -50,8 +52,10 @@ class Oracle {
   std::unique_ptr<State> state_;
 };
 
-/// `split` with true lamps in place of what it found of them; see Oracle::illumination.
+/// `split` with true lamps in place of what it found of them; see Oracle::illumination. `far`: lamps of the
+/// environment.
 reconstruct::Illumination with_true_lamps(const reconstruct::Illumination& split, const std::vector<TrueLamp>& lamps,
+                                          const std::vector<reconstruct::PointLight>& far,
                                           const capture::FisheyeCamera& fisheye);
 
 }  // namespace lumigraft::server

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "capture/error.h"
-#include "capture/formats/picture_file.h"
 #include "relight/objects/closest_point.h"
 #include "relight/tracing/build_trace_scene.h"
 #include "server/truth/truth.h"
@@ -14,14 +13,6 @@ namespace lumigraft::server {
 namespace {
 
 constexpr float kSameSurface_m = 5e-5f;  // paper on a surface lies higher
-
-capture::Image<float> read_true_colors(const std::filesystem::path& path) {
-  try {
-    return capture::read_radiance(path);
-  } catch (const capture::InputError& e) {
-    throw capture::InputError(path.string() + ": " + e.what());
-  }
-}
 
 void expect_size(const capture::CameraModel& camera, const capture::Image<float>& image,
                  const std::filesystem::path& path) {
@@ -35,8 +26,8 @@ relight::SeenMaterials read_seen(const std::filesystem::path& folder, const capt
   seen.camera = camera;
   seen.T_camera_tag = read_true_pose(folder / "pose.json").inverse().cast<float>();
   seen.depth_m = read_true_depth(folder / "depth.exr");
-  seen.diffuse = read_true_colors(folder / "albedo.exr");
-  seen.f0 = read_true_colors(folder / "f0.exr");
+  seen.diffuse = read_true_picture(folder / "albedo.exr");
+  seen.f0 = read_true_picture(folder / "f0.exr");
   seen.alpha = read_true_depth(folder / "roughness.exr");
   expect_size(camera, seen.depth_m, folder / "depth.exr");
   expect_size(camera, seen.diffuse, folder / "albedo.exr");
@@ -131,7 +122,7 @@ struct TrueRoom::State {
     const TrueSky sky = read_true_sky(now / "lights.json");
     next->background = sky.constant.cast<float>().array();
     if (sky.is_picture) {
-      next->environment.radiance = read_true_colors(session.folder / "truth" / "environment.exr");
+      next->environment.radiance = read_true_picture(session.folder / "truth" / "environment.exr");
     }
     // A frame without pictures of its materials takes those of the first, which has them all.
     const bool own = std::filesystem::exists(now / "albedo.exr");

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lumigraft::server {
 namespace {
 
 constexpr double kPoints = 4000;  // about as many in all
 constexpr float kOff_m = 1e-3f;   // from the surface a point looks
+
+bool any(std::uint32_t, const Eigen::Vector3f&) { return true; }
 
 std::vector<reconstruct::RoomPoint> points_on(const relight::Model& model) {
   const auto corner = [&](std::size_t i) { return model.positions_m[model.indices[i]]; };
@@ -50,10 +53,13 @@ std::vector<reconstruct::RoomPoint> TrueSurface::seen_from(const Eigen::Vector3f
   std::vector<reconstruct::RoomPoint> seen;
   for (const reconstruct::RoomPoint& point : points_) {
     const Eigen::Vector3f from = point.position_m + kOff_m * point.normal, to = eye_m - from;
-    const auto any = [](std::uint32_t, const Eigen::Vector3f&) { return true; };
     if (to.dot(point.normal) > 0 && !triangles_.first_hit(from, to.normalized(), to.norm(), any)) seen.push_back(point);
   }
   return seen;
+}
+
+bool TrueSurface::hides(const Eigen::Vector3f& eye_m, const Eigen::Vector3f& direction) const {
+  return triangles_.first_hit(eye_m, direction, std::numeric_limits<float>::max(), any).has_value();
 }
 
 }  // namespace lumigraft::server

@@ -18,6 +18,8 @@ class TrueSurface {
   /// Points of it, each for about the same area, in a fixed order: those that a place sees. A floor that goes on behind
   /// a wall is not of the room.
   std::vector<reconstruct::RoomPoint> seen_from(const Eigen::Vector3f& eye_m) const;
+  /// Whether it lies along a unit direction.
+  bool hides(const Eigen::Vector3f& eye_m, const Eigen::Vector3f& direction) const;
 
  private:
   std::shared_ptr<const relight::Model> model_;

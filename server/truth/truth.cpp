@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "capture/error.h"
+#include "capture/formats/picture_file.h"
 
 namespace lumigraft::server {
 namespace {
@@ -106,6 +107,14 @@ TrueSky read_true_sky(const std::filesystem::path& lights_json) {
     throw capture::InputError(lights_json.string() + ": " + e.what());
   }
   return sky;
+}
+
+capture::Image<float> read_true_picture(const std::filesystem::path& exr) {
+  try {
+    return capture::read_radiance(exr);
+  } catch (const capture::InputError& e) {
+    throw capture::InputError(exr.string() + ": " + e.what());
+  }
 }
 
 capture::Image<float> read_true_depth(const std::filesystem::path& exr) {

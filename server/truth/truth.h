@@ -36,6 +36,7 @@ std::filesystem::path truth_folder(const std::filesystem::path& session, std::ui
 Eigen::Isometry3d read_true_pose(const std::filesystem::path& pose_json);
 std::vector<TrueLamp> read_true_lamps(const std::filesystem::path& lights_json);
 TrueSky read_true_sky(const std::filesystem::path& lights_json);
-capture::Image<float> read_true_depth(const std::filesystem::path& exr);  ///< 1 channel, metres along the camera's z
+capture::Image<float> read_true_picture(const std::filesystem::path& exr);  ///< 3 channels
+capture::Image<float> read_true_depth(const std::filesystem::path& exr);    ///< 1 channel, metres along the camera's z
 
 }  // namespace lumigraft::server

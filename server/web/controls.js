@@ -157,6 +157,7 @@ export class Controls {
 }
 
 function nameOf(material) {
+  if (material !== null && Object.values(material).includes(null)) return "set"; // a part of it is the model's own
   const same = (a, b) => a.every((value, i) => Math.abs(value - b[i]) < 1e-4);
   const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular];
   const found = Object.entries(MATERIALS).find(([, m]) => (m === null ? material === null : material !== null && same(list(m), list(material))));

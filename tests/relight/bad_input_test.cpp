@@ -227,7 +227,7 @@ TEST_P(BadInput, RoughnessZeroAndAlbedoOne) {
   for (const Case& c : {Case{0, 0, 0}, Case{0, 0, 1}, Case{1, 0, 1}, Case{1, 1, 1}}) {
     ClosedScene scene = furnace();
     scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.15f}, 1)};
-    relight::Material& material = *scene.exhibit.objects[0].material;
+    relight::MaterialOverride& material = scene.exhibit.objects[0].material;
     material.metallic = c.metallic;
     material.roughness = c.roughness;
     material.specular = c.specular;

@@ -26,7 +26,7 @@ TEST_P(BleedingSweep, GreenCaseOnAWhiteDesk) {
     return 0.8f / std::numbers::pi_v<float> * irradiance(lamp, {p.x(), p.y(), 0}, Eigen::Vector3f::UnitZ());
   };
   scene.exhibit.objects = {box_object({-kHalf_m, -kHalf_m, 0.001f}, {kHalf_m, kHalf_m, 2 * kHalf_m}, 0)};
-  scene.exhibit.objects[0].material->base_color = {0.05f, 0.7f, 0.05f};
+  scene.exhibit.objects[0].material.base_color = {0.05f, 0.7f, 0.05f};
   scene.eye_m = {0, -0.5f, 0.75f};
   scene.look_at_m = {0, -0.02f, 0};
   Sweep sweep{.stem = "bleeding-green-case",

@@ -74,7 +74,7 @@ TEST_P(FurnaceSweep, BallAndBowlOverAlbedo) {
       if (method.plan.method == "dlpv") continue;  // light on objects is the same there
       Curve& curve = sweep.curves.emplace_back(Curve{method.name + (open ? ", in a bowl" : ", ball")});
       for (const double albedo : sweep.x) {
-        scene.exhibit.objects[0].material->base_color.setConstant(static_cast<float>(albedo));
+        scene.exhibit.objects[0].material.base_color->setConstant(static_cast<float>(albedo));
         const double want = open ? albedo * sky / (2 - albedo) : albedo * sky;
         curve.y.push_back(mean_of_object(relit(scene, method.plan)) / want);
       }

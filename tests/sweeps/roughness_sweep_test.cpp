@@ -36,7 +36,7 @@ TEST_P(RoughnessSweep, MetalBallOverALitDesk) {
   }
   for (const double roughness : sweep.x) {
     scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.13f}, 0.9f)};
-    relight::Material& material = *scene.exhibit.objects[0].material;
+    relight::MaterialOverride& material = scene.exhibit.objects[0].material;
     material.metallic = 1;
     material.specular = 1;
     material.roughness = static_cast<float>(roughness);

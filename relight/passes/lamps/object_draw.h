@@ -13,7 +13,7 @@ struct ObjectDraws {
   std::vector<gpu::DrawCall> calls;
 
   /// `view` holds what all parts share: T_view_tag, projection, distortion, more.
-  void add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model, const std::optional<Material>& material,
+  void add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model, const MaterialOverride& material,
            int number, const shader::DrawParams& view, const gpu::Texture& white);
 };
 

@@ -10,6 +10,7 @@ shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
   view.projection << s * frame.pinhole.x(), s * frame.pinhole.y(), s * frame.pinhole.z() + shift,
       s * frame.pinhole.w() + shift;
   view.distortion = frame.distortion;
+  view.lens = frame.lens;
   view.more << frame.camera.x(), frame.camera.w(), s * static_cast<float>(frame.picture.x()),
       s * static_cast<float>(frame.picture.y());
   return view;

@@ -17,9 +17,9 @@ ObjectLight::ObjectLight(gpu::Device& device)
 
 bool ObjectLight::enough_for(const std::vector<PlacedObject>& objects) {
   return std::all_of(objects.begin(), objects.end(), [](const PlacedObject& object) {
-    if (object.material) return is_matt(*object.material);
     const auto& parts = object.stored->simple.parts;
-    return std::all_of(parts.begin(), parts.end(), [](const auto& part) { return is_matt(part.material); });
+    return std::all_of(parts.begin(), parts.end(),
+                       [&](const auto& part) { return is_matt(object.material.over(part.material)); });
   });
 }
 

@@ -22,7 +22,7 @@ void VirtualFill::record(gpu::Device& device, gpu::CommandList& list, shader::Fr
 
     params.pass_i.x() = i == 0 ? 1 : 0;
     params.pass_f.setZero();
-    if (object.material) params.pass_f << object.material->base_color, 1;
+    if (object.material.base_color) params.pass_f << *object.material.base_color, 1;
     dispatch_3d(list, *pipeline_,
                 {gpu::sampled(1, *object.stored->distance, gpu::Filter::linear),
                  gpu::sampled(2, *object.stored->color, gpu::Filter::linear), gpu::image(3, *volumes.virtual_distance),

@@ -14,7 +14,7 @@ using mat4 = Eigen::Matrix4f;
 #endif
 
 const int kMaxLamps = 8;
-const int kMaxSurfaces = 8;
+const int kMaxSurfaces = 32;
 const int kMaxMirrors = 8;
 const int kMaxImages = 8;
 const int kOutline = 64;  // texels along an edge of the picture of a mirror's outline
@@ -67,6 +67,7 @@ struct FrameParams {
   vec4 pinhole;       // fx fy cx cy
   vec4 distortion;    // k1 k2 p1 p2
   vec4 camera;        // k3, exposure, 1 when pictures are sRGB-coded, near plane in metres
+  vec4 lens;          // x: of |x, y| / z, up to which the distortion does not fold back
   ivec4 picture;      // width, height, trace scale, supersampling of the object
   vec4 cascade[2];    // centre of voxel (0, 0, 0), voxel size
   vec4 virtual_grid;  // the same for the virtual distance volume
@@ -79,7 +80,7 @@ struct FrameParams {
   ivec4 counts2;      // cones of a glossy lobe, mips of the environment, surfaces, voxel mips
   Lamp lamps[8];
   ShadowView shadow_views[8];
-  Surface surfaces[8];
+  Surface surfaces[kMaxSurfaces];
   Mirror mirrors[8];
   ivec4 mirror_counts;  // mirrors, images of lamps in them
   ivec4 images[2];      // lamp + 8 × mirror, strongest first
@@ -100,6 +101,7 @@ struct DrawParams {
   vec4 projection;  // pinhole: fx fy cx cy in the target's pixels; lamp: 1 / tan of the half angle in x
   vec4 distortion;  // k1 k2 p1 p2
   vec4 more;        // k3, near plane, target width, target height
+  vec4 lens;        // as in FrameParams
   vec4 base_color;  // rgb; a: 1 when there is a texture
   vec4 tint;        // x: share of the vertex colours
   vec4 material;    // roughness, metallic, specular, object's number + 1

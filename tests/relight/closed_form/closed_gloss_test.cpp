@@ -22,7 +22,7 @@ TEST_P(ClosedGloss, AVarnishedBoxShowsItsLayerAndWhatPassesIt) {
     scene.eye_m.z() = eye_z_m;
     scene.look_at_m.z() = top_m;
     scene.exhibit.objects = {box_object({-0.15f, -0.15f, 0}, {0.15f, 0.15f, top_m}, body)};
-    relight::Material& varnished = *scene.exhibit.objects[0].material;
+    relight::MaterialOverride& varnished = scene.exhibit.objects[0].material;
     varnished.specular = 1;
     varnished.roughness = 0.1f;
     const relight::RelitPicture picture = relit(scene, careful_plan(64, 1));

@@ -63,11 +63,10 @@ specular = 0.0
   const VirtualObject& object = exhibit.objects[0];
   EXPECT_EQ(object.name, "statue");
   EXPECT_TRUE(object.visible);
-  ASSERT_TRUE(object.material.has_value());
-  EXPECT_FLOAT_EQ(object.material->base_color.y(), 0.68f);
-  EXPECT_FLOAT_EQ(object.material->metallic, 0.25f);
-  EXPECT_FLOAT_EQ(object.material->roughness, 0.5f);
-  EXPECT_FLOAT_EQ(object.material->specular, 0.0f);
+  EXPECT_FLOAT_EQ(object.material.base_color.value().y(), 0.68f);
+  EXPECT_FLOAT_EQ(object.material.metallic.value(), 0.25f);
+  EXPECT_FLOAT_EQ(object.material.roughness.value(), 0.5f);
+  EXPECT_FLOAT_EQ(object.material.specular.value(), 0.0f);
   EXPECT_NEAR(object.rotation.norm(), 1.0, 1e-12);
   // Scaled by half, turned by 90° about z, moved.
   const Eigen::Vector3d p = object.T_tag_model(7.0) * Eigen::Vector3d(1, 0, 0);
@@ -78,7 +77,7 @@ TEST_F(ReadExhibit, Defaults) {
   const Exhibit exhibit = read("[[object]]\nmodel = \"square.ply\"\n[[object]]\nmodel = \"triangle.gltf\"\n");
   ASSERT_EQ(exhibit.objects.size(), 2u);
   EXPECT_EQ(exhibit.objects[0].name, "square");
-  EXPECT_FALSE(exhibit.objects[0].material.has_value());
+  EXPECT_TRUE(exhibit.objects[0].material.empty());
   EXPECT_TRUE(exhibit.objects[0].T_tag_model(0).isApprox(Eigen::Affine3d::Identity()));
   // PLY is z up, so the square lies flat; glTF is y up, so the triangle in its z = 0 stands.
   for (const auto& p : exhibit.objects[0].model->positions_m) EXPECT_EQ(p.z(), 0.0f);
@@ -103,17 +102,20 @@ TEST_F(ReadExhibit, OneModelIsLoadedOnce) {
 }
 
 TEST_F(ReadExhibit, IncompleteMaterialKeepsTheRest) {
-  const VirtualObject square =
-      read("[[object]]\nmodel = \"square.ply\"\n[object.material]\nroughness = 0.3\n").objects[0];
-  ASSERT_TRUE(square.material.has_value());
-  EXPECT_FLOAT_EQ(square.material->roughness, 0.3f);
-  EXPECT_TRUE(square.material->base_color.isApprox(square.model->parts[0].material.base_color));
-  // Of several materials each keeps its own colour.
-  const VirtualObject two = read("[[object]]\nmodel = \"two.obj\"\n[object.material]\nroughness = 0.3\n").objects[0];
-  EXPECT_FALSE(two.material.has_value());
-  ASSERT_EQ(two.model->parts.size(), 2u);
-  for (const Model::Part& part : two.model->parts) EXPECT_FLOAT_EQ(part.material.roughness, 0.3f);
-  EXPECT_NE(two.model->parts[0].material.base_color, two.model->parts[1].material.base_color);
+  for (const char* file : {"square.ply", "two.obj"}) {
+    const VirtualObject object =
+        read("[[object]]\nmodel = \"" + std::string(file) + "\"\n[object.material]\nroughness = 0.3\n").objects[0];
+    MaterialOverride expected;
+    expected.roughness = 0.3f;
+    EXPECT_EQ(object.material, expected) << file;
+    for (const Model::Part& part : object.model->parts) {
+      const Material material = object.material.over(part.material);
+      EXPECT_FLOAT_EQ(material.roughness, 0.3f);
+      EXPECT_EQ(material.base_color, part.material.base_color);
+      EXPECT_EQ(material.metallic, part.material.metallic);
+      EXPECT_EQ(material.specular, part.material.specular);
+    }
+  }
 }
 
 TEST_F(ReadExhibit, MotionIsInterpolatedAndHeldAtItsEnds) {

@@ -135,6 +135,61 @@ TEST(RaysKept, LiveLightFollowsInRounds) {
   }
 }
 
+/// A second box beside the first, hidden.
+ClosedScene two_boxes_on_floor() {
+  ClosedScene scene = box_on_floor();
+  scene.exhibit.objects.push_back(box_object({0.15f, -0.1f, 0.01f}, {0.25f, 0.05f, 0.12f}, 0.7f));
+  scene.exhibit.objects[1].visible = false;
+  return scene;
+}
+
+std::ptrdiff_t rounds_in(const relight::RelitPicture& picture) {
+  return std::count_if(picture.passes.begin(), picture.passes.end(),
+                       [](const relight::gpu::PassTime& pass) { return pass.name == "cells"; });
+}
+
+// Live, an object that comes or goes changes light in rounds of frames: no frame solves all of it.
+TEST(RaysKept, LiveLightFollowsWhatComesAndGoesInRounds) {
+  ClosedScene scene = two_boxes_on_floor();
+  const relight::Plan live = rays_plan(8);
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene room = scene.scene();
+  relight::RayRenderer renderer(scene.session());
+  const auto relit = [&] { return renderer.relight(frame, room, scene.exhibit, live); };
+  relit();
+  for (const bool shown : {true, false, true}) {
+    SCOPED_TRACE(shown);
+    scene.exhibit.objects[1].visible = shown;
+    relight::RayRenderer other(scene.session());
+    const capture::Image<std::uint8_t> wanted = other.relight(frame, room, scene.exhibit, live).srgb;
+    relight::RelitPicture picture = relit();
+    EXPECT_LE(rounds_in(picture), 1);
+    EXPECT_LT(rms_codes(picture.srgb, wanted), 3) << "in its first frame it has its light, and its shadow";
+    int frames = 1;
+    for (; !picture.passes.empty() && frames < 200; ++frames) {
+      picture = relit();
+      EXPECT_LE(rounds_in(picture), 1);
+    }
+    EXPECT_LT(frames, 100);
+    EXPECT_LT(rms_codes(picture.srgb, wanted), 0.5) << "as if it had always been so";
+  }
+}
+
+// Otherwise each picture is what it is by itself.
+TEST(RaysKept, WhatComesAndGoesIsSolvedAtOnceOffline) {
+  ClosedScene scene = two_boxes_on_floor();
+  const capture::FrameSet frame = scene.frame();
+  const reconstruct::Scene room = scene.scene();
+  relight::RayRenderer renderer(scene.session());
+  for (const bool shown : {false, true, false}) {
+    scene.exhibit.objects[1].visible = shown;
+    relight::RayRenderer other(scene.session());
+    EXPECT_EQ(renderer.relight(frame, room, scene.exhibit, rays_plan()).srgb.data,
+              other.relight(frame, room, scene.exhibit, rays_plan()).srgb.data);
+    EXPECT_TRUE(renderer.relight(frame, room, scene.exhibit, rays_plan()).passes.empty());
+  }
+}
+
 // Far from the object nothing should change when it turns by a degree, nor may noise.
 TEST(RaysKept, PixelsThatShouldNotChangeDoNot) {
   ClosedScene scene = box_on_floor();

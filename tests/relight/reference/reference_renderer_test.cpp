@@ -129,7 +129,7 @@ TEST(ReferenceSceneOf, AKnownSurfaceTakesThePlaceOfTheFields) {
   const relight::ReferenceScene with = relight::reference_room_of(scene.scene(), {known}),
                                 without = relight::reference_room_of(scene.scene(), {});
   ASSERT_EQ(with.real.size(), 2u);
-  EXPECT_EQ(with.real[1].material->metallic, 1);
+  EXPECT_EQ(with.real[1].material.metallic, 1);
   const double gone = 1 - static_cast<double>(with.real[0].model->indices.size()) /
                               static_cast<double>(without.real[0].model->indices.size());
   EXPECT_NEAR(gone, 0.16 / 3.24, 0.01);

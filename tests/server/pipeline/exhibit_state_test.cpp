@@ -51,12 +51,25 @@ TEST(ExhibitState, YawTurnsFromRestAboutTheTagsNormal) {
 TEST(ExhibitState, MaterialsAreLaidOverTheModelsOwn) {
   ExhibitState board(two_objects());
   apply(board, R"({"type":"object","index":0,"material":{"roughness":0.5}})");
-  EXPECT_FLOAT_EQ(board.newest()->objects[0].material->metallic, 0.75f);
+  EXPECT_FALSE(board.newest()->objects[0].material.metallic);
   apply(board, R"({"type":"object","index":0,"material":{"specular":0.25}})");
-  EXPECT_FLOAT_EQ(board.newest()->objects[0].material->roughness, 0.5f);
+  EXPECT_EQ(board.newest()->objects[0].material.roughness, 0.5f);
   EXPECT_EQ(nlohmann::json::parse(board.objects_json())[0]["material"]["specular"], 0.25);
   apply(board, R"({"type":"object","index":0,"material":null})");
-  EXPECT_FALSE(board.newest()->objects[0].material);
+  EXPECT_TRUE(board.newest()->objects[0].material.empty());
+}
+
+// A model of several materials keeps what a viewer has not set of each; what was set goes back by null.
+TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
+  ExhibitState board(two_objects());
+  const auto material = [&] { return nlohmann::json::parse(board.objects_json())[0]["material"]; };
+  apply(board, R"({"type":"object","index":0,"material":{"roughness":0.5}})");
+  EXPECT_EQ(material(),
+            nlohmann::json::parse(R"({"base_color":null,"metallic":null,"roughness":0.5,"specular":null})"));
+  apply(board, R"({"type":"object","index":0,"material":{"base_color":[1,0,0],"specular":0.25}})");
+  apply(board, R"({"type":"object","index":0,"material":{"base_color":null,"roughness":null}})");
+  EXPECT_EQ(material(),
+            nlohmann::json::parse(R"({"base_color":null,"metallic":null,"roughness":null,"specular":0.25})"));
 }
 
 }  // namespace

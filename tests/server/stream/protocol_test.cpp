@@ -70,9 +70,13 @@ TEST(Protocol, Commands) {
   EXPECT_EQ(*object.position_m, Eigen::Vector3d(0.1, -2, 3));
   EXPECT_EQ(object.yaw_degrees, 90.0);
   EXPECT_EQ(object.visible, false);
-  EXPECT_EQ(object.material->base_color->y(), 0.5f);
-  EXPECT_EQ(object.material->roughness, 0.25f);
-  EXPECT_FALSE(object.material->metallic);
+  EXPECT_EQ(object.material->base_color.value()->y(), 0.5f);
+  EXPECT_EQ(object.material->roughness.value(), 0.25f);
+  EXPECT_FALSE(object.material->metallic) << "not named";
+  const auto own = std::get<ObjectCommand>(
+      parse_command(R"({"type":"object","index":0,"material":{"base_color":null,"specular":null}})"));
+  EXPECT_EQ(own.material->base_color.value(), std::nullopt);
+  EXPECT_EQ(own.material->specular.value(), std::nullopt);
   const auto turned = std::get<ObjectCommand>(
       parse_command(R"({"type":"object","index":2,"rotation_wxyz":[2,0,0,0],"material":null})"));
   EXPECT_EQ(std::get<std::size_t>(turned.object), 2u);

@@ -48,7 +48,7 @@ TEST(Oracle, Parts) {
 TEST(Oracle, ATrueLampTakesThePlaceOfItsPicture) {
   reconstruct::Illumination split;
   split.lights = {found_along({0.02f, 0, 1}, 3), found_along({1, 0, 0.3f}, 5)};
-  const reconstruct::Illumination light = with_true_lamps(split, {bulb({0, 0, 2})}, looking_up());
+  const reconstruct::Illumination light = with_true_lamps(split, {bulb({0, 0, 2})}, {}, looking_up());
   ASSERT_EQ(light.lights.size(), 2u);
   const reconstruct::PointLight& lamp = light.lights[0];
   EXPECT_EQ(lamp.id, 3);
@@ -59,7 +59,7 @@ TEST(Oracle, ATrueLampTakesThePlaceOfItsPicture) {
 }
 
 TEST(Oracle, LampsOutOfViewAreAddedThoseInTheRemainderAreNot) {
-  const reconstruct::Illumination light = with_true_lamps({}, {bulb({0, 0, 2}), bulb({0, 1, -2})}, looking_up());
+  const reconstruct::Illumination light = with_true_lamps({}, {bulb({0, 0, 2}), bulb({0, 1, -2})}, {}, looking_up());
   ASSERT_EQ(light.lights.size(), 1u);
   EXPECT_LT(light.lights[0].position_m.z(), 0);
 }
