@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "capture/camera/radiance.h"
+#include "reconstruct/math/tag_family.h"
 #include "relight/amortized_light_update.h"
 #include "relight/camera_view.h"
 #include "relight/objects/placement.h"
@@ -28,7 +29,6 @@ constexpr float kNearPlane_m = 0.02f;
 constexpr float kLeastNearest_m = 0.05f;  // of what the camera's stillness is measured at
 constexpr float kGlossyMargin_m = 0.03f;
 constexpr float kSharpGloss = 0.1f;  // of GGX's alpha: below it what it mirrors must follow the objects at once
-constexpr double kTagWithBorder = 10.0 / 8.0;  // tag36h11: eight modules of black square, one of white on each side
 
 GlossyBounds bounds_of(const Model& model, const capture::RealSurface& surface) {
   GlossyBounds bounds;
@@ -66,6 +66,7 @@ float lens_tangent(const capture::CameraModel& lens) {
 struct Relighter::State {
   std::shared_ptr<gpu::Device> device;
   capture::Session session;
+  double print_m;  ///< edge of the tag with its paper
   ObjectStore store;
   BrickPool bricks;
   std::vector<StoredModel::Mesh> known_surfaces;
@@ -94,6 +95,7 @@ struct Relighter::State {
   State(std::shared_ptr<gpu::Device> d, const capture::Session& s)
       : device(std::move(d)),
         session(s),
+        print_m(reconstruct::print_edge_m(s.tag)),
         store(*device),
         bricks(*device),
         mirrors(*device),
@@ -211,7 +213,7 @@ struct Relighter::State {
         p.enclosure.w() += sides[i].measured ? 1.0f : 0.0f;
       }
     }
-    p.tag << static_cast<float>(0.5 * session.tag.size_m * kTagWithBorder), 0, 0, 0;
+    p.tag << static_cast<float>(0.5 * print_m), 0, 0, 0;
     p.pass_f.x() = quality.min_code_change;
     light.passes().inject().choose_unit(p);
     lamp_maps->choose(*device, p);

@@ -19,6 +19,7 @@
 #include "reconstruct/lamps/out_of_view_lamps.h"
 #include "reconstruct/light/extrinsics_check.h"
 #include "reconstruct/light/lamp_merge.h"
+#include "reconstruct/math/tag_family.h"
 #include "reconstruct/room/enclosure.h"
 #include "reconstruct/shading/clipped_walls.h"
 #include "reconstruct/shading/irradiance.h"
@@ -134,7 +135,7 @@ std::string extrinsics_warning(const ExtrinsicsError& error) {
 
 struct AlbedoStage::State {
   explicit State(const capture::Session& session)
-      : metal(session), fisheye(session.fisheye), tag_size_m(session.tag.size_m), tagged_lamps(session.lamps) {}
+      : metal(session), fisheye(session.fisheye), print_m(print_edge_m(session.tag)), tagged_lamps(session.lamps) {}
 
   /// Lamp estimates: earlier ones while they hold, else from shading.
   std::vector<LampEstimate> locate(const IrradianceModel& room, const Illumination& illumination,
@@ -159,7 +160,7 @@ struct AlbedoStage::State {
   int check_solves = 0;            ///< complete solutions since the check of the fish-eye's pose
   std::size_t checked_points = 0;  ///< surface points at that check
   std::string extrinsics_found;    ///< warning of that check, or empty
-  double tag_size_m;
+  double print_m;                  ///< edge of the tag with its paper
   std::vector<capture::TaggedLamp> tagged_lamps;
   std::uint64_t version = 0;
   bool solved = false;
@@ -203,7 +204,7 @@ std::vector<LampEstimate> AlbedoStage::State::locate(const IrradianceModel& room
     before.push_back(estimate == estimates.end() ? std::nullopt : std::optional(estimate->second));
   }
   const LampSolution found =
-      locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, tag_size_m), before,
+      locate_lamps(room, illumination, surface.samples, gathered, tag_paper(surface.points, print_m), before,
                    rough ? Search::rough : Search::fine);
   result = rough ? found.lamps : filter.combine(illumination.lights, found);
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -306,8 +307,7 @@ std::vector<PointLight> AlbedoStage::State::light_surface(const DistanceField& f
                                                           std::vector<Eigen::Vector3f>& gathered) {
   const std::vector<RoomPoint> known_points = room_points(field);
   std::vector<bool> smooth;  // without the tag's print, which is black and white
-  for (const SurfaceSample& sample : surface.samples)
-    smooth.push_back(sample.usable && !on_tag_print(sample, tag_size_m));
+  for (const SurfaceSample& sample : surface.samples) smooth.push_back(sample.usable && !on_tag_print(sample, print_m));
   bool first = last_lamps.empty();
   std::vector<PointLight> lamps = first ? merged.lights : last_lamps;
   for (;;) {

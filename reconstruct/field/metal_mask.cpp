@@ -5,17 +5,16 @@
 
 #include "reconstruct/field/parameters.h"
 #include "reconstruct/field/real_surface_mesh.h"
+#include "reconstruct/math/tag_family.h"
 
 namespace lumigraft::reconstruct {
 namespace {
 
 constexpr float kCell_m = kFieldParameters.metal_cell_m;
-/// Half the edge of the paper over that of the black square: one white cell around 8.
-constexpr double kTagPaper = 0.5 * 10.0 / 8.0;
 
 }  // namespace
 
-MetalMask::MetalMask(const capture::Session& session) : tag_reach_m_(kTagPaper * session.tag.size_m) {
+MetalMask::MetalMask(const capture::Session& session) : tag_reach_m_(0.5 * print_edge_m(session.tag)) {
   for (const capture::RealSurface& surface : session.real_surfaces) {
     if (surface.metallic < kFieldParameters.min_metallic) continue;
     for (const auto& [a, b, c] : read_triangles(surface)) {

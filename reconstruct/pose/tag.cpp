@@ -1,52 +1,16 @@
 #include "reconstruct/pose/tag.h"
 
 #include <apriltag/apriltag.h>
-#include <apriltag/tag16h5.h>
-#include <apriltag/tag25h9.h>
-#include <apriltag/tag36h10.h>
-#include <apriltag/tag36h11.h>
-#include <apriltag/tagCircle21h7.h>
-#include <apriltag/tagCircle49h12.h>
-#include <apriltag/tagCustom48h12.h>
-#include <apriltag/tagStandard41h12.h>
-#include <apriltag/tagStandard52h13.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <string>
 
 #include "capture/error.h"
+#include "reconstruct/math/tag_family.h"
 
 namespace lumigraft::reconstruct {
 namespace {
-
-struct Family {
-  const char* name;
-  apriltag_family_t* (*create)();
-  void (*destroy)(apriltag_family_t*);
-};
-
-constexpr Family kFamilies[] = {
-    {"tag36h11", tag36h11_create, tag36h11_destroy},
-    {"tag36h10", tag36h10_create, tag36h10_destroy},
-    {"tag25h9", tag25h9_create, tag25h9_destroy},
-    {"tag16h5", tag16h5_create, tag16h5_destroy},
-    {"tagCircle21h7", tagCircle21h7_create, tagCircle21h7_destroy},
-    {"tagCircle49h12", tagCircle49h12_create, tagCircle49h12_destroy},
-    {"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
-    {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
-    {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
-};
-
-const Family& family_named(const std::string& name) {
-  std::string allowed;
-  for (const Family& family : kFamilies) {
-    if (name == family.name) return family;
-    allowed += allowed.empty() ? "" : ", ";
-    allowed += family.name;
-  }
-  throw capture::InputError("tag.family: found \"" + name + "\", allowed: " + allowed);
-}
 
 TagPattern pattern_of(apriltag_family_t* family, int id) {
   // image_u8_destroy is not exported; the image consists of two plain allocations.
@@ -92,7 +56,7 @@ struct TagFinder::Detector {
     family_functions.destroy(family);
   }
 
-  const Family& family_functions;
+  const TagFamily& family_functions;
   std::vector<int> ids;
   apriltag_family_t* family = nullptr;
   apriltag_detector_t* detector = nullptr;

@@ -31,9 +31,8 @@ std::vector<SurfacePoint> surface_points(const DistanceField& field, const Field
   return points;
 }
 
-bool on_paper(const Eigen::Vector3f& p, double tag_size_m, float margin_m) {
-  // With its white rim, which is one cell of eight wide.
-  const float reach_m = static_cast<float>(0.5 * tag_size_m * 10 / 8) + margin_m;
+bool on_paper(const Eigen::Vector3f& p, double print_edge_m, float margin_m) {
+  const float reach_m = static_cast<float>(0.5 * print_edge_m) + margin_m;
   return std::abs(p.x()) < reach_m && std::abs(p.y()) < reach_m && std::abs(p.z()) < kPaper.thickness_m + margin_m;
 }
 
@@ -115,14 +114,14 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
   return sample;
 }
 
-bool on_tag_print(const SurfaceSample& sample, double tag_size_m) {
-  return on_paper(sample.position, tag_size_m, 0.5f * sample.size_m);
+bool on_tag_print(const SurfaceSample& sample, double print_edge_m) {
+  return on_paper(sample.position, print_edge_m, 0.5f * sample.size_m);
 }
 
-std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double tag_size_m) {
+std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double print_edge_m) {
   std::vector<int> print;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (on_paper(points[i].position, tag_size_m, 0) && points[i].normal.z() > kPaper.min_normal_z)
+    if (on_paper(points[i].position, print_edge_m, 0) && points[i].normal.z() > kPaper.min_normal_z)
       print.push_back(static_cast<int>(i));
   }
   if (print.size() < kPaper.min_points) return std::nullopt;

@@ -55,10 +55,10 @@ SurfaceSample patch(const std::vector<SurfacePoint>& points, const std::vector<i
                     float sample_m);
 
 /// Whether the patch overlaps the print of the tag.
-bool on_tag_print(const SurfaceSample& sample, double tag_size_m);
+bool on_tag_print(const SurfaceSample& sample, double print_edge_m);
 
 /// The white paper of the tag, a surface of known albedo; empty if too little of it was measured.
-std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double tag_size_m);
+std::optional<SurfaceSample> tag_paper(const std::vector<SurfacePoint>& points, double print_edge_m);
 
 /// Points where the field crosses zero and has colour; samples from the smallest cells, at least `min_cell_m` wide,
 /// that give at most `max_samples`.

@@ -21,10 +21,7 @@ SurfaceHit with_look(SurfaceHit surface, const BsdfParams& look) {
 
 Rgb diffuse_under(const BsdfParams& look, float cos_v) {
   if (!look.mirrors()) return look.diffuse;
-  const float m = 1 - std::clamp(cos_v, 0.0f, 1.0f), m2 = m * m;
-  const Rgb seen = look.f0 + (look.f90 - look.f0) * (m2 * m2 * m);
-  const Rgb evenly = look.f0 + (look.f90 - look.f0) / 21;  // the mean of Schlick's over the cosine
-  return look.diffuse * (1 - seen) * (1 - evenly);
+  return look.diffuse * through(look, cos_v) * through_evenly(look);
 }
 
 SurfaceHit white_surface(SurfaceHit surface) {

@@ -101,7 +101,7 @@ struct RayRenderer::State {
         pixel_rays(s.color.model) {}
 
   std::shared_ptr<const RayRoom> room_of(const reconstruct::Scene& scene) const {
-    return std::make_shared<const RayRoom>(scene, known, static_cast<float>(session.tag.size_m));
+    return std::make_shared<const RayRoom>(scene, known, session.tag);
   }
 
   void follow(const reconstruct::Scene& scene) {

@@ -5,14 +5,15 @@
 #include <limits>
 #include <utility>
 
+#include "reconstruct/math/tag_family.h"
+
 namespace lumigraft::relight {
 namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kTagWithBorder = 10.0f / 8;  // tag36h11: eight modules of black square, one of white on each side
-constexpr float kPaperNear_m = 0.005f;       // to the tag's plane
-constexpr float kPatch_m = 0.02f;            // between patches of known surfaces
+constexpr float kPaperNear_m = 0.005f;  // to the tag's plane
+constexpr float kPatch_m = 0.02f;       // between patches of known surfaces
 
 bool is_flat_enough(const Vector3f& p_m) { return std::abs(p_m.z()) < kPaperNear_m; }
 
@@ -34,12 +35,12 @@ void add_patches(const Model& model, std::vector<Patch>& patches) {
 
 }  // namespace
 
-RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known, float tag_size_m)
+RayRoom::RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known, const capture::Tag& tag)
     : light_(reference_room_of(scene, known)), illumination_(scene.illumination) {
   auto made = std::make_shared<Surfaces>();
   Surfaces& s = *made;
   s.real = std::exchange(light_.real, {});
-  s.paper_m = tag_size_m * kTagWithBorder;
+  s.paper_m = static_cast<float>(reconstruct::print_edge_m(tag));
   s.field = scene.field;
   s.albedo = scene.albedo;
   s.enclosure = scene.enclosure;

@@ -36,7 +36,7 @@ struct Patch {
 class RayRoom {
  public:
   /// Needs scene.field and scene.illumination; takes some tenths of a second.
-  RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known, float tag_size_m);
+  RayRoom(const reconstruct::Scene& scene, const std::vector<KnownSurface>& known, const capture::Tag& tag);
   /// The same surfaces under newer light, at little cost. What cameras measured on them stays.
   RayRoom(const RayRoom& room, std::shared_ptr<const reconstruct::Illumination> illumination);
 

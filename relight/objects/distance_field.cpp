@@ -40,6 +40,7 @@ class FieldBuilder {
     std::transform(inside_.begin(), inside_.end(), field_.distance_m.begin(),
                    [&](std::uint8_t in) { return (in ? -band_voxels : band_voxels) * h_; });
     field_.base_color.assign(inside_.size(), Eigen::Vector3f::Zero());
+    field_.part.assign(inside_.size(), 0);
     for (int k = 0; k < field_.size[2]; k += block_voxels) {
       for (int j = 0; j < field_.size[1]; j += block_voxels) {
         for (int i = 0; i < field_.size[0]; i += block_voxels) visit({i, j, k}, block_voxels);
@@ -78,6 +79,7 @@ class FieldBuilder {
     const float distance = inside_[index] ? -(nearest.distance_m + thicker) : nearest.distance_m - thicker;
     field_.distance_m[index] = std::clamp(distance, -band_voxels * h_, band_voxels * h_);
     field_.base_color[index] = color_.at(nearest.triangle, nearest.barycentric, h_);
+    field_.part[index] = color_.part(nearest.triangle);
   }
 
   // How far the surface moves outwards at the nearest point, so that nothing is thinner than a shell: all of half a

@@ -7,6 +7,7 @@
 // Closed parts thinner than that are thickened to it. So nothing is too thin to be hit.
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -19,8 +20,9 @@ struct ObjectField {
   Eigen::Vector3f origin_m = Eigen::Vector3f::Zero();
   float voxel_m = 0;
   std::vector<float> distance_m;
-  std::vector<Eigen::Vector3f> base_color;  ///< linear, of the nearest surface point (texture, vertex colour and the
-                                            ///< part's own base colour), within 3 voxels of the surface
+  // Of the nearest surface point, within 3 voxels of the surface.
+  std::vector<Eigen::Vector3f> base_color;  ///< linear: texture, vertex colour and the part's own base colour
+  std::vector<std::uint32_t> part;          ///< index into Model::parts
 };
 
 /// `edge_voxels` along the longest edge of the bounding box; three voxels of margin all around.

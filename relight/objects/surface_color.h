@@ -14,7 +14,8 @@ namespace lumigraft::relight {
 /// mean pyramid whose texels are about as large as the footprint.
 class ObjectColor {
  public:
-  explicit ObjectColor(const Model& model);  ///< keeps a reference
+  explicit ObjectColor(const Model& model);                                                 ///< keeps a reference
+  std::uint32_t part(std::uint32_t triangle) const { return part_of_triangle_[triangle]; }  ///< index into Model::parts
   Eigen::Vector3f at(std::uint32_t triangle, const Eigen::Vector3f& barycentric, float footprint_m) const;
 
  private:

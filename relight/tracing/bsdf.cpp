@@ -8,13 +8,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kLeastAlpha = 2e-3f;   // as in brdf.glsl
-constexpr float kLeastCosine = 1e-3f;  // of v, as there
-
-Rgb fresnel(const BsdfParams& look, float cos_half) {
-  const float m = 1 - std::clamp(cos_half, 0.0f, 1.0f), m2 = m * m;
-  return look.f0 + (look.f90 - look.f0) * (m2 * m2 * m);
-}
+constexpr float kLeastCosine = 1e-3f;  // of v, as in brdf.glsl
 
 float smith_lambda(float alpha, float cosine) {
   const float c2 = cosine * cosine;
@@ -48,26 +42,13 @@ Vector3f lifted(const Vector3f& v) { return {v.x(), v.y(), std::max(v.z(), kLeas
 
 }  // namespace
 
-BsdfParams bsdf_params_of(const Rgb& base, const Material& m) {
-  BsdfParams look;
-  look.diffuse = base * (1 - m.metallic);
-  look.f0 = 0.04f * m.specular * (1 - m.metallic) + base * m.metallic;
-  look.f90 = m.specular * (1 - m.metallic) + m.metallic;
-  look.alpha = std::max(m.roughness * m.roughness, kLeastAlpha);
-  return look;
-}
-
-BsdfParams bsdf_params_of(const Rgb& diffuse, const Rgb& f0, float alpha) {
-  return {diffuse, f0, f0.maxCoeff() > 0 ? 1.0f : 0.0f, std::max(alpha, kLeastAlpha)};
-}
-
 Rgb reflected(const BsdfParams& look, const Vector3f& seen_from, const Vector3f& w) {
   if (w.z() <= 0) return Rgb::Zero();
   if (!look.mirrors()) return look.diffuse / kPi;
   const Vector3f v = lifted(seen_from), h = (v + w).normalized();
   const Rgb f = fresnel(look, v.dot(h));
   const float masking = 1 / (1 + smith_lambda(look.alpha, v.z()) + smith_lambda(look.alpha, w.z()));
-  const Rgb under = (1 - fresnel(look, v.z())) * (1 - fresnel(look, w.z()));
+  const Rgb under = through(look, v.z()) * through(look, w.z());
   return look.diffuse * under / kPi + f * (normals_density(look.alpha, h) * masking / (4 * v.z() * w.z()));
 }
 

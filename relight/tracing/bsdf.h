@@ -7,24 +7,13 @@
 // All directions are in the shading frame: unit, away from the surface, z along the normal; v towards where light goes.
 #include <Eigen/Core>
 
+#include "relight/exhibit/bsdf_params.h"
 #include "relight/tracing/sampler.h"
 #include "relight/tracing/trace_scene.h"
 
 namespace lumigraft::relight {
 
 constexpr float kPi = 3.14159265358979f;
-
-struct BsdfParams {
-  Rgb diffuse = Rgb::Zero();  ///< albedo of the Lambert part
-  Rgb f0 = Rgb::Zero();
-  float f90 = 0;
-  float alpha = 1;
-
-  bool mirrors() const { return f90 > 0 || f0.maxCoeff() > 0; }
-};
-
-BsdfParams bsdf_params_of(const Rgb& base_color, const Material& material);
-BsdfParams bsdf_params_of(const Rgb& diffuse, const Rgb& f0, float alpha);
 
 /// Reflected radiance over irradiance; 0 below the surface.
 Rgb reflected(const BsdfParams& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);

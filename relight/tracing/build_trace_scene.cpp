@@ -7,7 +7,7 @@
 #include "relight/objects/closest_point.h"
 #include "relight/tracing/bsdf.h"
 #include "relight/tracing/enclosure_mesh.h"
-#include "relight/upload/light_set.h"
+#include "relight/upload/lamp_emitter.h"
 
 namespace lumigraft::relight {
 namespace {
@@ -15,8 +15,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kSameSurface_voxels = 2.0f;
-constexpr float kLeastRadius_m = 1e-3f, kLeastAngle_rad = 1e-3f;  // of lamps that are known as points
-constexpr int kSkyWidth = 128, kSkyHeight = 64;                   // of spherical harmonics as a picture
+constexpr int kSkyWidth = 128, kSkyHeight = 64;  // of spherical harmonics as a picture
 
 bool lies_on(const Vector3f& p_m, const std::vector<std::unique_ptr<ObjectSurface>>& surfaces, float within_m) {
   return std::any_of(surfaces.begin(), surfaces.end(),
@@ -54,24 +53,16 @@ std::shared_ptr<const Model> field_model(const reconstruct::DistanceField& field
 }
 
 ReferenceLamp lamp_of(const reconstruct::PointLight& light, const Vector3f& probe_m) {
+  const LampEmitter emitter = lamp_emitter(light, probe_m);
   ReferenceLamp lamp;
   // The rest of the light that comes from its direction is in the remainder; a glow is several discs, which overlap.
   lamp.hides = false;
-  if (!light.distance_known) {
-    const float d = kUnknownLampDistance_m;
-    lamp.centre_m = probe_m + d * light.direction;
-    lamp.radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kLeastAngle_rad, 1.0f));
-    lamp.radiance = light.irradiance.array() * (d * d / (kPi * lamp.radius_m * lamp.radius_m));
-    return lamp;
-  }
-  lamp.centre_m = light.position_m;
-  lamp.radius_m = std::max(light.radius_m, kLeastRadius_m);
-  lamp.radiance = light.intensity.array() / (kPi * lamp.radius_m * lamp.radius_m);
-  if (light.flat) {
+  lamp.centre_m = emitter.centre_m;
+  lamp.radius_m = emitter.radius_m;
+  lamp.radiance = emitter.radiance().array();
+  if (emitter.flat) {
     lamp.shape = ReferenceLamp::Shape::disc;
-    lamp.normal = light.normal;
-    // The intensity is that towards the probe, and falls with the cosine.
-    lamp.radiance /= std::max(light.normal.dot((probe_m - light.position_m).normalized()), 1e-2f);
+    lamp.normal = emitter.normal;
   }
   return lamp;
 }

@@ -58,6 +58,7 @@ Rgb Sky::radiance(const Eigen::Vector3f& w) const {
 }
 
 LightSample Sky::sample(const Eigen::Vector2f& u) const {
+  if (!is_picture()) return {};
   float in_x = 0, in_y = 0;
   const auto y = static_cast<int>(pick(rows_.data(), rows_.size(), u.y(), in_y));
   const auto width = static_cast<std::size_t>(width_);

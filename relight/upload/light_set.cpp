@@ -4,29 +4,17 @@
 #include <cmath>
 #include <numbers>
 
+#include "relight/upload/lamp_emitter.h"
+
 namespace lumigraft::relight {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kLeastSlant = 0.1f;
-
-shader::Lamp make_lamp(const reconstruct::PointLight& light, const Eigen::Vector3f& probe_m) {
+shader::Lamp make_lamp(const LampEmitter& emitter) {
   shader::Lamp lamp;  // Eigen leaves what it makes unset
-  lamp.facing.setZero();
-  if (light.distance_known) {
-    lamp.position_radius << light.position_m, light.radius_m;
-    lamp.intensity << light.intensity, 0;
-    if (light.flat) {
-      // A panel that the probe sees at a slant sends more straight ahead than was seen of it: kLeastSlant bounds how
-      // much.
-      const float slant = light.normal.dot(-light.direction);
-      lamp.facing << light.normal, 1 / std::max(slant, kLeastSlant);
-    }
-  } else {
-    const float d = kUnknownLampDistance_m;
-    lamp.position_radius << probe_m + d * light.direction, d * std::tan(std::min(light.angular_radius_rad, 1.0f));
-    lamp.intensity << light.irradiance * d * d, 0;
-  }
+  lamp.position_radius << emitter.centre_m, emitter.radius_m;
+  lamp.facing << emitter.normal, emitter.flat ? emitter.ahead : 0.0f;
+  lamp.intensity << emitter.intensity, 0;
   return lamp;
 }
 
@@ -80,7 +68,7 @@ LightSet make_light_set(const reconstruct::Illumination& illumination, int max_l
     return a.irradiance.sum() > b.irradiance.sum();
   });
   for (std::size_t i = 0; i < drawn; ++i) {
-    set.lamps.push_back(make_lamp(lamps[i], illumination.probe_position_m));
+    set.lamps.push_back(make_lamp(lamp_emitter(lamps[i], illumination.probe_position_m)));
   }
 
   // Four samples a texel, each of the picture's own bilinear value.

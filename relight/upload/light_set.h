@@ -8,9 +8,6 @@
 
 namespace lumigraft::relight {
 
-/// Where a lamp without a known distance is put: so far that parallax across a room is below a degree.
-constexpr float kUnknownLampDistance_m = 100.0f;
-
 struct LightSet {
   std::vector<shader::Lamp> lamps;  ///< at most shader::kMaxLamps, strongest first
   /// The remainder and the lamps that are not drawn as lamps, as an equal-area octahedral map (Clarberg 2008): the mean

@@ -4,6 +4,7 @@
 #include <array>
 #include <set>
 
+#include "relight/exhibit/bsdf_params.h"
 #include "relight/objects/distance_field.h"
 #include "relight/objects/far_distance.h"
 #include "relight/objects/mesh_refine.h"
@@ -77,6 +78,17 @@ std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture:
   }
   device.upload(*texture, 0, std::as_bytes(std::span(texels)));
   return texture;
+}
+
+/// RGBA of every voxel: what the surface there sends back of evenly arriving light.
+std::vector<std::uint8_t> reflectances(const ObjectField& field, const Model& model) {
+  std::vector<std::uint8_t> texels(field.base_color.size() * 4, 255);
+  for (std::size_t i = 0; i < field.base_color.size(); ++i) {
+    const BsdfParams look = bsdf_params_of(field.base_color[i], model.parts[field.part[i]].material);
+    const Eigen::Array3f reflectance = reflectance_evenly(look);
+    for (int c = 0; c < 3; ++c) texels[4 * i + static_cast<std::size_t>(c)] = to_byte(reflectance[c]);
+  }
+  return texels;
 }
 
 }  // namespace
@@ -173,15 +185,12 @@ const StoredModel& ObjectStore::stored(const std::shared_ptr<const Model>& model
   const std::vector<float> distances = full_distances(*field);
   device_.upload(*entry->distance, 0, std::as_bytes(std::span(distances)));
 
-  gpu::TextureDesc colored = desc;
-  colored.name = "object colour";
-  colored.format = gpu::Format::rgba8_unorm;
-  entry->color = device_.create_texture(colored);
-  std::vector<std::uint8_t> texels(field->base_color.size() * 4, 255);
-  for (std::size_t i = 0; i < field->base_color.size(); ++i) {
-    for (int c = 0; c < 3; ++c) texels[4 * i + static_cast<std::size_t>(c)] = to_byte(field->base_color[i][c]);
-  }
-  device_.upload(*entry->color, 0, std::as_bytes(std::span(texels)));
+  gpu::TextureDesc reflecting = desc;
+  reflecting.name = "object reflectance";
+  reflecting.format = gpu::Format::rgba8_unorm;
+  entry->reflectance = device_.create_texture(reflecting);
+  const std::vector<std::uint8_t> texels = reflectances(*field, *model);
+  device_.upload(*entry->reflectance, 0, std::as_bytes(std::span(texels)));
   return *entry;
 }
 

@@ -31,7 +31,7 @@ struct StoredModel {
   std::vector<std::unique_ptr<gpu::Texture>> textures;
   std::unique_ptr<gpu::Buffer> samples;  ///< of the surface: position, area; normal, 0; model frame
   int sample_count = 0;
-  std::unique_ptr<gpu::Texture> distance, color;
+  std::unique_ptr<gpu::Texture> distance, reflectance;  ///< of the grid; reflectance of evenly arriving light
   Eigen::Vector3f grid_origin_m = Eigen::Vector3f::Zero();
   float grid_voxel_m = 0;
   BoundingSphere sphere;  ///< in the model's frame

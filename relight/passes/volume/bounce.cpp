@@ -19,12 +19,12 @@ void Bounce::list_cells(gpu::CommandList& list, shader::FrameParams params, floa
 
 void Bounce::gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, Slice slice,
                             const LampMaps& maps, const Volumes& volumes) const {
-  dispatch_slice(
-      list, *virtual_,
-      joined(joined(volumes.bindings(), maps.bindings()),
-             {gpu::storage(28, *volumes.listed_virtual), gpu::sampled(17, *volumes.virtual_color, gpu::Filter::linear),
-              gpu::image(18, *volumes.gathered_virtual)}),
-      params, slice);
+  dispatch_slice(list, *virtual_,
+                 joined(joined(volumes.bindings(), maps.bindings()),
+                        {gpu::storage(28, *volumes.listed_virtual),
+                         gpu::sampled(17, *volumes.virtual_reflectance, gpu::Filter::linear),
+                         gpu::image(18, *volumes.gathered_virtual)}),
+                 params, slice);
 }
 
 void Bounce::gather_real(gpu::CommandList& list, shader::FrameParams params, int change_cones, bool mirrored_lamps,

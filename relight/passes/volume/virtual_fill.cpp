@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "relight/exhibit/bsdf_params.h"
+
 namespace lumigraft::relight {
 
 VirtualFill::VirtualFill(gpu::Device& device) : pipeline_(device.create_compute("virtual_fill.comp")) {}
@@ -22,12 +24,18 @@ void VirtualFill::record(gpu::Device& device, gpu::CommandList& list, shader::Fr
 
     params.pass_i.x() = i == 0 ? 1 : 0;
     params.pass_f.setZero();
-    if (object.material.base_color) params.pass_f << *object.material.base_color, 1;
-    dispatch_3d(list, *pipeline_,
-                {gpu::sampled(1, *object.stored->distance, gpu::Filter::linear),
-                 gpu::sampled(2, *object.stored->color, gpu::Filter::linear), gpu::image(3, *volumes.virtual_distance),
-                 gpu::image(4, *volumes.virtual_color), gpu::storage(5, *places_[i])},
-                params, params.grid.y(), params.grid.z(), params.grid.w());
+    // The texture holds the reflectance by the model's own materials. An override of the base colour replaces it, with
+    // what else is not overridden taken from the first part.
+    if (object.material.base_color) {
+      const Material one = object.material.over(object.stored->model->parts.front().material);
+      params.pass_f << reflectance_evenly(bsdf_params_of(one.base_color, one)).matrix(), 1;
+    }
+    dispatch_3d(
+        list, *pipeline_,
+        {gpu::sampled(1, *object.stored->distance, gpu::Filter::linear),
+         gpu::sampled(2, *object.stored->reflectance, gpu::Filter::linear), gpu::image(3, *volumes.virtual_distance),
+         gpu::image(4, *volumes.virtual_reflectance), gpu::storage(5, *places_[i])},
+        params, params.grid.y(), params.grid.z(), params.grid.w());
   }
 }
 

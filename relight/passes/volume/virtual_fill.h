@@ -1,6 +1,6 @@
 #pragma once
 // The distance fields of all virtual objects in one volume. In: each object's own field and place. Out:
-// virtual_distance, virtual_color.
+// virtual_distance, virtual_reflectance.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 #include "relight/upload/object_store.h"

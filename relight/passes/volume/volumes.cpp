@@ -59,11 +59,11 @@ void Volumes::fit_virtual(gpu::Device& device, const Eigen::Vector3i& size) {
     return;
   }
   virtual_distance.reset();  // never two of a kind
-  virtual_color.reset();
+  virtual_reflectance.reset();
   virtual_distance =
       device.create_texture(volume("virtual distance", size.x(), size.y(), size.z(), gpu::Format::r16_float));
-  virtual_color =
-      device.create_texture(volume("virtual colour", size.x(), size.y(), size.z(), gpu::Format::rgba8_unorm));
+  virtual_reflectance =
+      device.create_texture(volume("virtual reflectance", size.x(), size.y(), size.z(), gpu::Format::rgba8_unorm));
 }
 
 void Volumes::fit_chunks(gpu::Device& device, Surfaces kind) {

@@ -13,7 +13,8 @@ namespace lumigraft::relight {
 
 struct Volumes {
   int edge = 0, mips = 0;
-  std::unique_ptr<gpu::Texture> virtual_distance, virtual_color;  ///< of the virtual volume; made by fit_virtual
+  // Of the virtual volume; made by fit_virtual. Reflectance: of evenly arriving light.
+  std::unique_ptr<gpu::Texture> virtual_distance, virtual_reflectance;
   std::unique_ptr<gpu::Texture> real_distance;
   ChunkSet real_chunks, virtual_chunks;
   std::unique_ptr<gpu::Buffer> chunk_table;  ///< of both

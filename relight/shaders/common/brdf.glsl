@@ -2,30 +2,8 @@
 // eq. 99), Schlick's Fresnel.
 #ifndef BRDF_GLSL
 #define BRDF_GLSL
+#include "common/bsdf_params.glsl"
 #include "common/frame.glsl"
-
-struct Look {
-  vec3 diffuse;  // albedo of the Lambert part
-  vec3 f0;
-  float f90;
-  float alpha;  // GGX
-};
-
-Look look_of(vec3 base, float roughness, float metallic, float specular) {
-  Look l;
-  l.diffuse = base * (1.0 - metallic);
-  l.f0 = mix(vec3(0.04 * specular), base, metallic);
-  l.f90 = mix(specular, 1.0, metallic);
-  l.alpha = max(roughness * roughness, 2e-3);  // below it the lobe is narrower than any cone or lamp here
-  return l;
-}
-
-vec3 fresnel(Look l, float cos_half) { return l.f0 + (l.f90 - l.f0) * pow(1.0 - clamp(cos_half, 0.0, 1.0), 5.0); }
-
-// Light reaches the Lambert part through the layer and leaves through it again (Ashikhmin & Shirley 2000): what each way
-// lets pass, and the mean over light that comes evenly from the hemisphere.
-vec3 through(Look l, float cosine) { return 1.0 - fresnel(l, cosine); }
-vec3 through_evenly(Look l) { return 1.0 - l.f0 - (l.f90 - l.f0) / 21.0; }
 
 float smith_lambda(float alpha, float cosine) {
   float c2 = cosine * cosine;

@@ -8,7 +8,7 @@
 #include "common/slice.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 64) in;
-layout(binding = 17) uniform sampler3D virtual_color;
+layout(binding = 17) uniform sampler3D virtual_reflectance;
 layout(binding = 18, rgba16f) uniform writeonly image3D gathered;
 
 void main() {
@@ -18,12 +18,12 @@ void main() {
     if (dot(n, n) < 0.5) continue;
     vec3 on = voxel.position - virtual_distance(voxel.position) * n;
     vec3 uvw = (on - grid_low(frame.virtual_grid)) / (vec3(frame.grid.yzw) * frame.virtual_grid.w);
-    vec3 albedo = textureLod(virtual_color, uvw, 0.0).rgb;
+    vec3 reflectance = textureLod(virtual_reflectance, uvw, 0.0).rgb;
     Cone k;
     k.from_real = on;
     k.from_virtual = on + 1.5 * frame.virtual_grid.w * n;
     vec3 e = gather_rho(k.from_real, k.from_virtual, n, frame.counts.z, voxel_turn(voxel)) +
              mirrored_irradiance(on, n, k, frame.counts.w, voxel_turn(voxel));
-    imageStore(gathered, voxel_texel(kVirtual, voxel.cascade, voxel.place), to_half(vec4(albedo * e / kPi, 1.0)));
+    imageStore(gathered, voxel_texel(kVirtual, voxel.cascade, voxel.place), to_half(vec4(reflectance * e / kPi, 1.0)));
   }
 }

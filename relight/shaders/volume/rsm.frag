@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/bsdf_params.glsl"
 #include "common/surface_color.glsl"
 layout(location = 0) in vec3 world;
 layout(location = 1) in vec2 uv;
@@ -10,9 +11,11 @@ layout(location = 1) out vec4 out_albedo;
 layout(location = 2) out vec4 out_normal;
 
 void main() {
+  vec3 n = normalize(world_normal + vec3(0, 0, 1e-9));
+  vec3 lamp = -(transpose(mat3(draw.T_view_tag)) * draw.T_view_tag[3].xyz);
+  Look look = look_of(surface_color(uv, tint), draw.material.x, draw.material.y, draw.material.z);
   out_position = vec4(world, 1.0);
-  out_normal = vec4(normalize(world_normal + vec3(0, 0, 1e-9)), 0.0);
+  out_normal = vec4(n, 0.0);
   // What a lobe scatters counts as scattered evenly: metals keep their colour in the volumes.
-  vec3 base = surface_color(uv, tint);
-  out_albedo = vec4(min(mix(base + 0.04 * draw.material.z, base, draw.material.y), vec3(1)), 1.0);
+  out_albedo = vec4(reflectance(look, abs(dot(n, normalize(lamp - world)))), 1.0);
 }

@@ -1,15 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // One virtual object's distance field turned and placed into the volume of all of them: the smallest distance wins.
-// pass_i.x: 1 for the first object. pass_f.rgb: colour override, a: 1 when it applies. object: T_model_tag in the first
+// pass_i.x: 1 for the first object. pass_f.rgb: reflectance of an object of one material, a: 1 when it applies. object: T_model_tag in the first
 // three rows, then the field's grid.
 #include "common/frame.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;
 layout(binding = 1) uniform sampler3D object_distance;  // in model metres
-layout(binding = 2) uniform sampler3D object_color;
+layout(binding = 2) uniform sampler3D object_reflectance;
 layout(binding = 3, r16f) uniform image3D volume_distance;
-layout(binding = 4, rgba8) uniform image3D volume_color;
+layout(binding = 4, rgba8) uniform image3D volume_reflectance;
 layout(std430, binding = 5) readonly buffer Placed { vec4 placed[]; };  // rows of T_model_tag; origin, voxel; scale
 
 void main() {
@@ -29,8 +29,8 @@ void main() {
 
   float before = frame.pass_i.x == 1 ? 1e4 : imageLoad(volume_distance, at).r;
   if (d < before) {
-    vec3 color = frame.pass_f.a > 0.0 ? frame.pass_f.rgb : textureLod(object_color, uvw, 0.0).rgb;
+    vec3 reflectance = frame.pass_f.a > 0.0 ? frame.pass_f.rgb : textureLod(object_reflectance, uvw, 0.0).rgb;
     imageStore(volume_distance, at, vec4(to_half(d)));
-    imageStore(volume_color, at, vec4(color, 1.0));
+    imageStore(volume_reflectance, at, vec4(reflectance, 1.0));
   }
 }

@@ -63,10 +63,10 @@ std::vector<SurfacePoint> printed(float white, float max) {
 }
 
 TEST(TagPaper, ClippedWhiteIsNotTakenForGrey) {
-  const auto seen = tag_paper(printed(0.4f, 1.0f), 0.16);
+  const auto seen = tag_paper(printed(0.4f, 1.0f), 0.2);
   ASSERT_TRUE(seen);
   EXPECT_NEAR(seen->radiance.x(), 0.4, 0.01);
-  EXPECT_FALSE(tag_paper(printed(0.4f, 0.24f), 0.16));
+  EXPECT_FALSE(tag_paper(printed(0.4f, 0.24f), 0.2));
 }
 
 TEST(AlbedoStage, WhiteFurnaceIsExact) {

@@ -1,7 +1,10 @@
 // Inside a closed room: what leaves an object arrives at a wall.
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
+#include "relight/reference/reference_renderer.h"
 #include "tests/relight/closed_form/cube_room.h"
 
 namespace lumigraft::test {
@@ -27,6 +30,98 @@ TEST_P(ClosedRoom, WallsReceiveWhatTheBallReflects) {
   room.change_on_walls(relighter, careful_plan(64, 1), [&](float W) { (W > 0 ? gained_W : lost_W) += W; });
   EXPECT_NEAR(lost_W, -sent_W, 0.02 * sent_W);          // the shadow, which the ball's own light hardly reaches
   EXPECT_NEAR(gained_W, ball * sent_W, 0.05 * sent_W);  // a wall sees the ball through a dozen cones
+}
+
+// A varnish by Schlick with F0 = 0.04 over a Lambert body sends back, of what arrives at the cosine c, F(c) from its
+// layer and ρ (1 - F(c)) (1 - F̄) from its body, where F̄ = F0 + (1 - F0) / 21 is the mean over evenly distributed
+// directions (Ashikhmin & Shirley 2000): of a lamp's light to a ball ∫ I (F + ρ (1 - F) (1 - F̄)) dω, sin of the
+// incidence d/r sin θ; of even light F̄ + ρ (1 - F̄)².
+struct Varnish {
+  static constexpr double kF0 = 0.04, kEvenly = kF0 + (1 - kF0) / 21;
+  double body;
+
+  double albedo(double cosine) const {
+    const double f = kF0 + (1 - kF0) * std::pow(1 - cosine, 5);
+    return f + body * (1 - f) * (1 - kEvenly);
+  }
+  double albedo_evenly() const { return kEvenly + body * (1 - kEvenly) * (1 - kEvenly); }
+  /// W of a lamp of 1 W/sr that a ball sends back.
+  double reflected_W(double radius_m, double distance_m) const {
+    constexpr int kSteps = 10000;
+    const double ratio = distance_m / radius_m, most = 1 - std::sqrt(1 - 1 / (ratio * ratio));  // 1 - cos θ
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double below = most * (i + 0.5) / kSteps, sine2 = ratio * ratio * below * (2 - below);
+      sum += albedo(std::sqrt(std::max(1 - sine2, 0.0)));
+    }
+    return 2 * kPi * most * sum / kSteps;
+  }
+  relight::Material material() const { return {Eigen::Vector3f::Constant(static_cast<float>(body)), 0, 0.2f, 1}; }
+};
+
+// What a varnished ball sends on of a lamp's light has passed its layer twice, on both devices as in the reference.
+TEST_P(ClosedRoom, WallsReceiveWhatVarnishLetsPass) {
+  constexpr float walls = 0.01f, radius = 0.1f;
+  const Varnish varnish{0.8};
+  const reconstruct::PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
+  CubeRoom room(0.4f, 1.05f * radius);
+  room.light_walls(walls, lamp);
+  room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, 0)};
+  room.exhibit.objects[0].material = varnish.material();
+  const double wanted_W = lamp.intensity.x() * varnish.reflected_W(radius, lamp.position_m.norm());
+  relight::Relighter relighter(device_, room.session());
+  double gained_W = 0;
+  room.change_on_walls(relighter, careful_plan(64, 1), [&](float W) { gained_W += std::max(W, 0.0f); });
+  std::printf("varnish: %.3f of what leaves it of a lamp's light\n", gained_W / wanted_W);
+  EXPECT_NEAR(gained_W, wanted_W, 0.05 * wanted_W);  // a wall sees the ball through a dozen cones
+}
+
+// Where walls send out L everywhere, a ball of area A that sends the share a of it back takes (1 - a) π L A from nearly
+// black walls: a varnished one as much as a matt one of the albedo that the varnish has in even light.
+TEST_P(ClosedRoom, WallsMissWhatVarnishTakesOfEvenLight) {
+  constexpr float radiance = 0.05f, radius = 0.1f;
+  CubeRoom room(0.4f, 1.05f * radius);
+  room.albedo = 0.01f;
+  room.sky = 0;
+  room.radiance = [](const Eigen::Vector3f&) { return radiance; };
+  const Varnish varnish{0.8};
+  const auto sent_on = [&](const relight::VirtualObject& ball) {
+    room.exhibit.objects = {ball};
+    relight::Relighter relighter(device_, room.session());
+    double sum_W = 0;
+    room.change_on_walls(relighter, careful_plan(64, 2), [&](float W) { sum_W += W; });
+    return 1 + sum_W / (4 * kPi * kPi * radius * radius * radiance);
+  };
+  relight::VirtualObject ball = sphere_object(radius, {0, 0, 0}, static_cast<float>(varnish.albedo_evenly()));
+  const double matt = sent_on(ball);
+  ball.material = varnish.material();
+  const double varnished = sent_on(ball);
+  std::printf("varnish sends on %.3f of even light, a matt ball of its albedo %.3f, wanted %.3f\n", varnished, matt,
+              varnish.albedo_evenly());
+  EXPECT_NEAR(matt, varnish.albedo_evenly(), 0.04);
+  EXPECT_NEAR(varnished, matt, 0.005);
+}
+
+// The closed forms above are what paths find.
+TEST(ClosedRoomPaths, WallsReceiveWhatVarnishLetsPass) {
+  constexpr float walls = 0.01f, radius = 0.1f;
+  const Varnish varnish{0.8};
+  const reconstruct::PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
+  CubeRoom room(0.4f, 1.05f * radius);
+  room.light_walls(walls, lamp);
+  room.exhibit.objects = {sphere_object(radius, {0, 0, 0}, 0)};
+  room.exhibit.objects[0].material = varnish.material();
+  const double sine = radius / lamp.position_m.norm();
+  const double sent_W = lamp.intensity.x() * 2 * kPi * (1 - std::sqrt(1 - sine * sine));
+  const double wanted_W = lamp.intensity.x() * varnish.reflected_W(radius, lamp.position_m.norm());
+  relight::ReferenceRenderer renderer(room.session());
+  relight::Plan plan;
+  plan.method = "reference";
+  plan.samples = 32;
+  double sum_W = 0;
+  room.change_on_walls(renderer, plan, [&](float W) { sum_W += W; });
+  std::printf("varnish over 0.8: paths find %.3f of what a lamp's light leaves it\n", (sum_W + sent_W) / wanted_W);
+  EXPECT_NEAR(sum_W + sent_W, wanted_W, 0.02 * wanted_W);
 }
 
 // A sealed room holds its own light: where its walls send out L everywhere, a white ball in it sends out L and no wall

@@ -53,6 +53,7 @@ ClosedScene block_on_floor() {
   scene.sky = 0.15f;
   reconstruct::PointLight panel = lamp_at({-0.3f, 0.1f, 0.5f}, 0.08f, 0.12f);
   panel.flat = true;
+  panel.direction = (panel.position_m - Eigen::Vector3f(0, 0, 0.3f)).normalized();  // from the probe
   panel.normal = Eigen::Vector3f(0.3f, -0.1f, -0.5f).normalized();
   scene.lamps = {lamp_at({0.3f, 0.2f, 0.5f}, 0.04f, 0.1f), panel};
   scene.radiance = [lamps = scene.lamps](const Eigen::Vector3f& p) {

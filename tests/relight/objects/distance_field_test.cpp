@@ -261,6 +261,11 @@ TEST(ObjectField, ColorsOfTheNearestPart) {
     const Eigen::Vector3f expected = p.x() < 0 ? Eigen::Vector3f(0.8f, 0.1f, 0.05f) : Eigen::Vector3f(0.1f, 0.1f, 0.4f);
     ASSERT_LT((color - expected).norm(), 1e-5f) << p.transpose();
   });
+  for (const float x : {-0.5f, 0.5f}) {
+    const Eigen::Vector3i at =
+        ((Eigen::Vector3f(x, 0, 1) - field->origin_m) / field->voxel_m).array().round().cast<int>();
+    EXPECT_EQ(field->part[index_of(*field, at.x(), at.y(), at.z())], x < 0 ? 0u : 1u);
+  }
 }
 
 TEST(ObjectField, TexturesAreLinearAndAveragedOverAVoxel) {

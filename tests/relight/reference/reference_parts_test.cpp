@@ -122,6 +122,17 @@ TEST(ReferenceSky, SamplesThePictureByItsLight) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(chosen[c], even[c], 0.01f * even[c]);
 }
 
+TEST(ReferenceSky, ABlackPictureHasNothingToSample) {
+  relight::ReferenceScene scene;
+  scene.environment.radiance = capture::Image<float>(16, 8, 3, 0.0f);
+  const relight::Sky sky(scene);
+  relight::Sampler sampler(1, 1, 1);
+  const relight::LightSample s = sky.sample(sampler.two());
+  EXPECT_EQ(s.pdf, 0);
+  EXPECT_TRUE(s.w.allFinite() && s.radiance.allFinite());
+  EXPECT_EQ(sky.pdf(Vector3f::UnitZ()), 0);
+}
+
 TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
   Points corners;
   add_quad(&corners, {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});

@@ -99,6 +99,7 @@ TEST(ReferenceSceneOf, LampsKeepTheirLight) {
   auto light = std::make_shared<reconstruct::Illumination>(*scene.illumination);
   reconstruct::PointLight near = lamp_at({0, 0, 1.3f}, 0.1f, 2), flat = lamp_at({0.6f, 0, 1.1f}, 0.1f, 3), far;
   flat.flat = true;
+  flat.direction = (flat.position_m - light->probe_position_m).normalized();
   flat.normal = Eigen::Vector3f(0, 0, -1);
   far.direction = Eigen::Vector3f(0, 0.6f, 0.8f);
   far.irradiance.setConstant(0.7f);

@@ -1,0 +1,39 @@
+#include "relight/upload/lamp_emitter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lumigraft::relight {
+namespace {
+
+// Of lamps that are known as points.
+constexpr float kLeastRadius_m = 1e-3f, kLeastAngle_rad = 1e-3f;
+constexpr float kMostAngle_rad = 1;
+
+}  // namespace
+
+Eigen::Vector3f LampEmitter::radiance() const {
+  return intensity * ahead / (std::numbers::pi_v<float> * radius_m * radius_m);
+}
+
+LampEmitter lamp_emitter(const reconstruct::PointLight& light, const Eigen::Vector3f& probe_m) {
+  if (!light.distance_known) {
+    const float d = kUnknownLampDistance_m;
+    return {.centre_m = probe_m + d * light.direction,
+            .radius_m = d * std::tan(std::clamp(light.angular_radius_rad, kLeastAngle_rad, kMostAngle_rad)),
+            .intensity = light.irradiance * d * d,
+            .flat = false};
+  }
+  LampEmitter lamp{.centre_m = light.position_m,
+                   .radius_m = std::max(light.radius_m, kLeastRadius_m),
+                   .intensity = light.intensity,
+                   .flat = light.flat};
+  if (light.flat) {
+    lamp.normal = light.normal;
+    lamp.ahead = light.emission(light.normal);
+  }
+  return lamp;
+}
+
+}  // namespace lumigraft::relight
