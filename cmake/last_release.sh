@@ -10,5 +10,5 @@ if [ -n "$tag" ]; then
   exit
 fi
 [ "$(git rev-parse --is-shallow-repository)" = false ] || exit 0
-dated=$(grep -E -m1 '^## [0-9]+\.[0-9]+.*[0-9]{4}-[0-9]{2}-[0-9]{2}' CHANGELOG.md || true)
+dated=$(grep -E -m1 '^## \[?[0-9]+\.[0-9]+.*[0-9]{4}-[0-9]{2}-[0-9]{2}' CHANGELOG.md || true)
 [ -z "$dated" ] || git log -1 --format=%H -S"$dated" -- CHANGELOG.md
