@@ -98,8 +98,7 @@ void check_draw(const std::string& shader, const RasterDesc& desc, std::span<con
 
 std::string mip_text(const Texture& texture, int mip) {
   const TextureDesc& desc = texture.desc();
-  const std::string text =
-      "mip " + std::to_string(mip) + " of texture \"" + desc.name + "\" (" + size_text(desc) + ")";
+  const std::string text = "mip " + std::to_string(mip) + " of texture \"" + desc.name + "\" (" + size_text(desc) + ")";
   if (mip < 0 || mip >= desc.mips) throw std::logic_error("there is no " + text);
   return text;
 }

@@ -43,8 +43,8 @@ std::optional<PathRay> camera_ray(const PosedCamera& camera, int u, int v, Sampl
 
 /// Calls `sample(ray, paths)` for samples of a pixel.
 template <typename Sample>
-void for_each_sample(const TraceWorld& world, const PosedCamera& camera, std::uint32_t seed, int count, int u,
-                     int v, Sample sample) {
+void for_each_sample(const TraceWorld& world, const PosedCamera& camera, std::uint32_t seed, int count, int u, int v,
+                     Sample sample) {
   for (int i = 0; i < count; ++i) {
     Sampler sampler(seed, static_cast<std::uint32_t>(v * camera.model.width + u), static_cast<std::uint32_t>(i));
     const std::optional<PathRay> ray = camera_ray(camera, u, v, sampler);
@@ -64,8 +64,7 @@ constexpr int kAround_px = 4;           // over which noise is averaged: few sam
 /// How many samples each pixel takes, so that the picture's error is least for `per_pixel` on average: in proportion to
 /// the standard deviation of one sample around there, which other samples tell. Those are not used again, so that
 /// counts and values are independent and nothing is biased.
-std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camera,
-                               const ReferenceSamples& samples) {
+std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camera, const ReferenceSamples& samples) {
   const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kPilotShare;
   std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);
   if (pilot < kLeastPilot) return counts;

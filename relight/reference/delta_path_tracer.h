@@ -41,8 +41,7 @@ class DeltaPathTracer {
   ReferencePicture change(const PosedCamera& camera, const ReferenceSamples& samples) const;
 
   /// L_ρ (with the objects) or L_μ (without), by ordinary path tracing.
-  capture::Image<float> radiance(const PosedCamera& camera, const ReferenceSamples& samples,
-                                 bool with_objects) const;
+  capture::Image<float> radiance(const PosedCamera& camera, const ReferenceSamples& samples, bool with_objects) const;
 
  private:
   struct State;

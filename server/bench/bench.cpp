@@ -109,8 +109,8 @@ void say(const BenchRow& row, std::size_t done, std::size_t all) {
   char text[256];
   std::snprintf(text, sizeof text, "relight_error %.3f, %.0f ms CPU, %.0f ms wall", row.run.measures.relight_error,
                 row.run.moving.host.cpu_ms, row.run.moving.host.wall_ms);
-  std::cerr << "lumigraft: " << done << '/' << all << ' ' << row.session << ", " << row.method << ' '
-            << row.setting << ": " << text << '\n';
+  std::cerr << "lumigraft: " << done << '/' << all << ' ' << row.session << ", " << row.method << ' ' << row.setting
+            << ": " << text << '\n';
   for (const std::string& warning : row.run.warnings) {
     std::cerr << "lumigraft: " << row.session << ", " << row.method << ' ' << row.setting << ": " << warning << '\n';
   }

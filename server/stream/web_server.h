@@ -1,6 +1,6 @@
 #pragma once
-// HTTP and the websocket of docs/protocol.md, on one thread of its own (Boost.Beast). What viewers do to it is bounded: see
-// "Limits" in docs/protocol.md.
+// HTTP and the websocket of docs/protocol.md, on one thread of its own (Boost.Beast). What viewers do to it is bounded:
+// see "Limits" in docs/protocol.md.
 #include <chrono>
 #include <cstddef>
 #include <cstdint>

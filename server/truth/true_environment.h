@@ -28,7 +28,7 @@ class TrueEnvironment {
   Eigen::Vector3f mean_over_pixel(const capture::FisheyeCamera& camera, int u, int v) const;
 
   capture::FisheyeCamera fisheye_;
-  reconstruct::EnvironmentPicture environment_;
+  reconstruct::EnvironmentMap environment_;
   std::optional<TrueSurface> room_;
   std::vector<reconstruct::PointLight> lamps_;
 };

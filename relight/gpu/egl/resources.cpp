@@ -7,9 +7,7 @@
 namespace lumigraft::relight::gpu::egl {
 namespace {
 
-std::string text_of(const TextureDesc& desc) {
-  return "texture \"" + desc.name + "\" (" + size_text(desc) + ")";
-}
+std::string text_of(const TextureDesc& desc) { return "texture \"" + desc.name + "\" (" + size_text(desc) + ")"; }
 
 GLenum target_of(const TextureDesc& desc) { return is_volume(desc) ? GL_TEXTURE_3D : GL_TEXTURE_2D; }
 

@@ -24,7 +24,6 @@ struct InstantRadiosityOptions {
 
 /// `change` and `object` as in DeltaPathTracer; a pixel is covered or isn't.
 relight::ReferencePicture instant_radiosity(const std::shared_ptr<const relight::ReferenceScene>& scene,
-                                            const relight::PosedCamera& camera,
-                                            const InstantRadiosityOptions& options);
+                                            const relight::PosedCamera& camera, const InstantRadiosityOptions& options);
 
 }  // namespace lumigraft::comparators

@@ -79,7 +79,7 @@ inline relight::ReferenceLamp round_panel(const Eigen::Vector3f& centre_m, float
 
 /// Looks from one point to another; `width_m` of what lies there is seen.
 inline relight::PosedCamera looking(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m, float width_m,
-                                        int width, int height) {
+                                    int width, int height) {
   relight::PosedCamera camera;
   camera.model.width = width;
   camera.model.height = height;

@@ -1,4 +1,4 @@
-#include "capture/formats/picture_writer.h"
+#include "server/pipeline/camera_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "capture/formats/picture_file.h"
-#include "server/pipeline/camera_picture.h"
+#include "capture/formats/picture_writer.h"
 #include "server/truth/truth.h"
 
 namespace lumigraft::server {

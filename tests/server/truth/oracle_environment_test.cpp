@@ -96,7 +96,7 @@ class SunAndSky : public testing::Test {
     EXPECT_FALSE(lamp.distance_known);
     EXPECT_FALSE(lamp.clipped);
     for (std::size_t i = 1; i < light.lights.size(); ++i) EXPECT_LT(light.lights[i].irradiance.x(), 0.1f * irradiance_);
-    const capture::Image<float>& rest = light.remainder.radiance;
+    const capture::Image<float>& rest = light.environment.radiance;
     EXPECT_LT(*std::max_element(rest.data.begin(), rest.data.end()), 2 * kSky);
   }
 
