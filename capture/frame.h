@@ -30,20 +30,30 @@ struct Picture {
   std::shared_ptr<const CameraPicture> original = nullptr;
 };
 
-/// Depth along the colour camera's z axis, on the colour camera's pixels (registration is done in capture).
+/// Depth as the sensor gave it, before registration to colour.
+struct RawDepth {
+  Stamp stamp;
+  Image<std::uint16_t> counts;  ///< 0 = no measurement
+};
+
+/// Depth along the colour camera's z axis, on the colour camera's pixels.
 struct DepthPicture {
   Stamp stamp;
   Image<float> depth_m;  ///< 1 channel; 0 = no measurement
 };
+
+/// One picture, or the exposures of one bracket.
+using FisheyePictures = std::vector<std::shared_ptr<const Picture>>;
 
 /// Everything that belongs to one colour frame. Colour is always there; depth and fish-eye may be missing.
 struct FrameSet {
   std::uint64_t index = 0;   ///< 0, 1, 2 ... of the colour stream, counting skipped frames too
   std::int64_t time_ns = 0;  ///< the colour picture's device time
   std::shared_ptr<const Picture> color;
-  std::shared_ptr<const DepthPicture> depth;
-  std::vector<std::shared_ptr<const Picture>> fisheye;  ///< one picture, or the exposures of one bracket
-  std::vector<std::string> warnings;                    ///< what went wrong with this frame, one line each
+  std::shared_ptr<const RawDepth> raw_depth;
+  std::shared_ptr<const DepthPicture> depth;  ///< made of raw_depth by DepthRegistration; null until then
+  FisheyePictures fisheye;
+  std::vector<std::string> warnings;  ///< what went wrong with this frame, one line each
 };
 
 }  // namespace lumigraft::capture

@@ -180,16 +180,12 @@ void take_serials(Session& session, const PairedSources& sources) {
   }
 }
 
-std::unique_ptr<FrameReader> pair_sources(const Session& session, PairedSources sources) {
-  PairingReader::Registration registration;
-  if (session.depth) {
-    registration = DepthRegistration(*session.depth, session.color.model);
-  }
-  return std::make_unique<PairingReader>(std::move(sources), std::move(registration));
+std::unique_ptr<FrameReader> open_paired_frames(const Session& session) {
+  return std::make_unique<PairingReader>(open_sources(session));
 }
 
 std::unique_ptr<FrameReader> open_frames(const Session& session) {
-  return pair_sources(session, open_sources(session));
+  return std::make_unique<RegisteredFrames>(session, open_paired_frames(session));
 }
 
 }  // namespace lumigraft::capture

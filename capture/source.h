@@ -14,12 +14,6 @@
 
 namespace lumigraft::capture {
 
-/// Depth as the sensor gave it, before registration to colour.
-struct RawDepth {
-  Stamp stamp;
-  Image<std::uint16_t> counts;  ///< 0 = no measurement
-};
-
 /// A picture that could not be had: its place in the stream is kept, so pairing and counting stay right.
 struct LostPicture {
   Stamp stamp;
@@ -53,7 +47,7 @@ class Source {
   virtual bool bracket_incomplete() const { return false; }
 };
 
-/// FrameSets in order: opens the session's sources, registers depth to colour, pairs by timestamp.
+/// FrameSets in order.
 class FrameReader {
  public:
   virtual ~FrameReader() = default;
@@ -66,7 +60,11 @@ class FrameReader {
   virtual std::vector<std::string> troubles() const { return {}; }
 };
 
-/// Opens and checks every source; contradictory or missing files throw InputError here, before the first frame.
+/// Opens and checks every source, and pairs their pictures by timestamps; contradictory or missing files throw
+/// InputError here, before the first frame. Depth is on the depth camera's pixels: a pipeline registers it in a stage
+/// of its own.
+std::unique_ptr<FrameReader> open_paired_frames(const Session& session);
+/// The same with depth registered to colour, for those who only read.
 std::unique_ptr<FrameReader> open_frames(const Session& session);
 
 }  // namespace lumigraft::capture

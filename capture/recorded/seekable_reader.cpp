@@ -62,8 +62,8 @@ class FramesFrom : public SeekableReader {
 
 }  // namespace
 
-std::unique_ptr<SeekableReader> seekable_frames(const Session& session, PairedSources sources) {
-  std::unique_ptr<FrameReader> reader = pair_sources(session, sources);
+std::unique_ptr<SeekableReader> seekable_frames(PairedSources sources) {
+  auto reader = std::make_unique<PairingReader>(sources);
   return std::make_unique<FramesFrom>(std::move(sources), std::move(reader));
 }
 
@@ -72,7 +72,7 @@ std::unique_ptr<FrameReader> open_frames_from(const Session& session, std::int64
   if (sources.live) {
     throw InputError("found live cameras, allowed: a recording");
   }
-  auto reader = seekable_frames(session, std::move(sources));
+  auto reader = seekable_frames(std::move(sources));
   reader->seek(from_ns);
   return reader;
 }

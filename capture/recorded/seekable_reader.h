@@ -19,10 +19,10 @@ class SeekableReader : public FrameReader {
   virtual std::optional<std::int64_t> length_ns() const = 0;
 };
 
-/// From its opened sources, none of them live.
-std::unique_ptr<SeekableReader> seekable_frames(const Session& session, PairedSources sources);
+/// Of opened sources, none of them live.
+std::unique_ptr<SeekableReader> seekable_frames(PairedSources sources);
 
-/// Throws as open_frames, and InputError for live cameras.
+/// Throws as open_paired_frames, and InputError for live cameras.
 std::unique_ptr<FrameReader> open_frames_from(const Session& session, std::int64_t from_ns);
 
 }  // namespace lumigraft::capture

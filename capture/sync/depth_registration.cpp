@@ -103,4 +103,31 @@ Image<float> DepthRegistration::reproject(const Image<std::uint16_t>& counts) co
   return depth_m;
 }
 
+RegistrationStage::RegistrationStage(const Session& session) {
+  if (session.depth) {
+    registration_.emplace(*session.depth, session.color.model);
+  }
+}
+
+FrameSet RegistrationStage::register_depth(const FrameSet& frame) {
+  FrameSet with = frame;
+  if (!registration_ || !frame.raw_depth) {
+    return with;
+  }
+  if (frame.raw_depth != last_raw_) {
+    auto depth = std::make_shared<DepthPicture>();
+    depth->stamp = frame.raw_depth->stamp;
+    depth->depth_m = (*registration_)(frame.raw_depth->counts);
+    last_ = std::move(depth);
+    last_raw_ = frame.raw_depth;
+  }
+  with.depth = last_;
+  return with;
+}
+
+std::optional<FrameSet> RegisteredFrames::next(std::chrono::milliseconds timeout) {
+  const std::optional<FrameSet> frame = reader_->next(timeout);
+  return frame ? std::optional(stage_.register_depth(*frame)) : std::nullopt;
+}
+
 }  // namespace lumigraft::capture

@@ -8,26 +8,13 @@ namespace lumigraft::capture {
 namespace {
 
 constexpr std::int64_t kNsPerMs = 1'000'000;
-constexpr std::size_t kMostAhead = 16;  ///< colour pictures read ahead while another stream is behind
-constexpr std::int64_t kLatest_ns = 4'000'000'000'000'000'000;  ///< the year 2096; sums with bounds cannot overflow
-constexpr std::size_t kPeriodsKept = 15;                        ///< their median is the colour period
+constexpr std::size_t kMostAhead = 16;    ///< colour pictures read ahead while another stream is behind
+constexpr std::size_t kPeriodsKept = 15;  ///< their median is the colour period
 constexpr std::int64_t kLongestLiveBound_ns = 250 * kNsPerMs;
 constexpr std::size_t kMostBuffered = 64;  ///< by a live source
 
-bool is_lost(const SourceItem& item) { return std::holds_alternative<LostPicture>(item); }
-
-std::int64_t time_of(const SourceItem& item) { return stamp_of(item).time_ns; }
-
 std::int64_t period_between(const Stamp& a, const Stamp& b) {
   return (b.time_ns - a.time_ns) / static_cast<std::int64_t>(std::max<std::uint64_t>(b.sequence - a.sequence, 1));
-}
-
-std::string ms_text(std::int64_t ns) { return std::to_string((ns + kNsPerMs / 2) / kNsPerMs) + " ms"; }
-
-std::string lost_text(const SourceItem& item) {
-  const auto& lost = std::get<LostPicture>(item);
-  return std::string(name_of(lost.stream)) + " picture " + std::to_string(lost.stamp.sequence) +
-         " lost: " + lost.reason;
 }
 
 std::string alone_text(Stream stream, int count) {
@@ -37,71 +24,28 @@ std::string alone_text(Stream stream, int count) {
 
 }  // namespace
 
-PairingReader::PairingReader(PairedSources sources, Registration registration)
-    : sources_(std::move(sources)), registration_(std::move(registration)) {
+PairingReader::PairingReader(PairedSources sources) : sources_(std::move(sources)) {
   color_.source = sources_.color.get();
   depth_.source = sources_.depth.get();
   fisheye_.source = sources_.fisheye.get();
+  fisheye_.offset_ns = sources_.fisheye_offset_ns;
 }
 
-PairingReader::Lane& PairingReader::lane_of(Stream stream) {
+StreamLane& PairingReader::lane_of(Stream stream) {
   return stream == Stream::color ? color_ : stream == Stream::depth ? depth_ : fisheye_;
-}
-
-/// Puts an item into its lane, or drops it with a note where its time goes back.
-void PairingReader::accept(SourceItem item) {
-  const Stream stream = stream_of(item);
-  Stamp stamp = stamp_of(item);
-  Lane& lane = lane_of(stream);
-  const std::string name = name_of(stream);
-  if (stamp.sequence > lane.next_sequence) {
-    lane.notes.push_back(std::to_string(stamp.sequence - lane.next_sequence) + " " + name +
-                         " pictures missing before picture " + std::to_string(stamp.sequence));
-  }
-  lane.next_sequence = stamp.sequence + 1;
-  if (stamp.time_ns > kLatest_ns || stamp.time_ns < -kLatest_ns) {
-    lane.notes.push_back(name + " picture " + std::to_string(stamp.sequence) + " has an impossible time: dropped");
-    return;
-  }
-  if (stream == Stream::fisheye) {
-    stamp.time_ns += sources_.fisheye_offset_ns;
-    std::visit([&](auto& any) { any.stamp = stamp; }, item);
-  }
-  const bool bracket = stream == Stream::fisheye && stamp.time_ns == lane.last_time_ns;
-  if (stamp.time_ns <= lane.last_time_ns && !bracket) {
-    lane.notes.push_back(is_lost(item)
-                             ? lost_text(item)
-                             : name + " picture " + std::to_string(stamp.sequence) + " is " +
-                                   ms_text(lane.last_time_ns - stamp.time_ns) + " older than the one before: dropped");
-    return;
-  }
-  lane.last_time_ns = stamp.time_ns;
-  lane.queue.push_back({std::move(item), std::move(lane.notes)});
-  lane.notes.clear();
-  drop_oldest(lane);
-}
-
-/// While a live colour camera is away the others go on, for hours perhaps.
-void PairingReader::drop_oldest(Lane& lane) const {
-  if (!sources_.live) {
-    return;
-  }
-  while (lane.queue.size() > kMostAhead) {
-    lane.queue.pop_front();
-    ++lane.dropped;
-  }
-  if (lane.notes.size() > kMostAhead) {
-    lane.notes.erase(lane.notes.begin());
-  }
 }
 
 bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
   std::optional<SourceItem> item = source.next(timeout);
   if (item) {
+    StreamLane& lane = lane_of(stream_of(*item));
     if (std::string warning = source.take_warning(); !warning.empty()) {
-      lane_of(stream_of(*item)).notes.push_back(std::move(warning));
+      lane.notes.push_back(std::move(warning));
     }
-    accept(std::move(*item));
+    lane.accept(std::move(*item));
+    if (sources_.live) {
+      lane.keep_newest(kMostAhead);  // while the colour camera is away the others go on, for hours perhaps
+    }
   }
   return item.has_value();
 }
@@ -117,7 +61,7 @@ void PairingReader::pull_all_waiting() {
 
 std::vector<const Stamp*> PairingReader::good_colors() const {
   std::vector<const Stamp*> out;
-  for (const Entry& entry : color_.queue) {
+  for (const StreamLane::Entry& entry : color_.queue) {
     if (!is_lost(entry.item)) {
       out.push_back(&stamp_of(entry.item));
     }
@@ -157,7 +101,7 @@ Source* PairingReader::wanted() const {
     return nullptr;
   }
   const std::int64_t time_ns = good[0]->time_ns;
-  const auto must_read = [&](const Lane& lane, std::int64_t until_ns) {
+  const auto must_read = [&](const StreamLane& lane, std::int64_t until_ns) {
     const bool color_piles_up = lane.source == color_.source && color_.queue.size() >= kMostAhead;
     return lane.source != nullptr && !lane.source->finished() && lane.last_time_ns < until_ns && !color_piles_up &&
            lane.source->fault().empty();
@@ -204,26 +148,15 @@ std::optional<FrameSet> PairingReader::next(std::chrono::milliseconds timeout) {
   }
 }
 
-/// Takes the front of a lane; notes before it and the loss of it become warnings.
-SourceItem PairingReader::pop(Lane& lane, Warnings& warnings) {
-  Entry entry = std::move(lane.queue.front());
-  lane.queue.pop_front();
-  warnings.insert(warnings.end(), entry.notes.begin(), entry.notes.end());
-  if (is_lost(entry.item)) {
-    warnings.push_back(lost_text(entry.item));
-  }
-  return std::move(entry.item);
-}
-
 FrameSet PairingReader::emit() {
   FrameSet set;
   const std::int64_t bound = bound_ns();
   if (const int dropped = std::exchange(color_.dropped, 0); dropped > 0) {
     set.warnings.push_back(std::to_string(dropped) + " damaged colour pictures dropped");
   }
-  SourceItem color = pop(color_, set.warnings);
+  SourceItem color = color_.pop(set.warnings);
   while (is_lost(color)) {
-    color = pop(color_, set.warnings);
+    color = color_.pop(set.warnings);
   }
   set.color = std::make_shared<const Picture>(std::move(std::get<Picture>(color)));
   const Stamp& stamp = set.color->stamp;
@@ -237,7 +170,7 @@ FrameSet PairingReader::emit() {
   }
   last_color_ = stamp;
   if (depth_.source != nullptr) {
-    set.depth = take_depth(set.time_ns, bound, set.warnings);
+    set.raw_depth = take_depth(set.time_ns, bound, set.warnings);
   }
   if (fisheye_.source != nullptr) {
     set.fisheye = take_fisheye(set.time_ns, bound, set.warnings);
@@ -245,9 +178,9 @@ FrameSet PairingReader::emit() {
   if (finished()) {
     // What is lost at the very end has no FrameSet of its own to be named in.
     while (!color_.queue.empty()) {
-      pop(color_, set.warnings);
+      color_.pop(set.warnings);
     }
-    for (Lane* lane : {&color_, &depth_, &fisheye_}) {
+    for (StreamLane* lane : {&color_, &depth_, &fisheye_}) {
       set.warnings.insert(set.warnings.end(), lane->notes.begin(), lane->notes.end());
       lane->notes.clear();
     }
@@ -256,10 +189,10 @@ FrameSet PairingReader::emit() {
 }
 
 /// The time of the picture (or loss of one) in a lane that is nearest to `time_ns`, if one lies within the bound.
-std::optional<std::int64_t> PairingReader::nearest_ns(const Lane& lane, bool lost, std::int64_t time_ns,
+std::optional<std::int64_t> PairingReader::nearest_ns(const StreamLane& lane, bool lost, std::int64_t time_ns,
                                                       std::int64_t bound) {
   std::optional<std::int64_t> best_ns;
-  for (const Entry& entry : lane.queue) {
+  for (const StreamLane::Entry& entry : lane.queue) {
     const std::int64_t distance = std::abs(time_of(entry.item) - time_ns);
     if (is_lost(entry.item) == lost && distance <= bound && (!best_ns || distance < std::abs(*best_ns - time_ns))) {
       best_ns = time_of(entry.item);
@@ -268,9 +201,9 @@ std::optional<std::int64_t> PairingReader::nearest_ns(const Lane& lane, bool los
   return best_ns;
 }
 
-std::optional<std::int64_t> PairingReader::newest_ns(const Lane& lane, std::int64_t from_ns, std::int64_t to_ns) {
+std::optional<std::int64_t> PairingReader::newest_ns(const StreamLane& lane, std::int64_t from_ns, std::int64_t to_ns) {
   std::optional<std::int64_t> newest;
-  for (const Entry& entry : lane.queue) {
+  for (const StreamLane::Entry& entry : lane.queue) {
     const std::int64_t at_ns = time_of(entry.item);
     if (!is_lost(entry.item) && at_ns >= from_ns && at_ns <= to_ns) {
       newest = std::max(newest.value_or(at_ns), at_ns);
@@ -279,20 +212,18 @@ std::optional<std::int64_t> PairingReader::newest_ns(const Lane& lane, std::int6
   return newest;
 }
 
-std::shared_ptr<const DepthPicture> PairingReader::take_depth(std::int64_t time_ns, std::int64_t bound,
-                                                              Warnings& warnings) {
+std::shared_ptr<const RawDepth> PairingReader::take_depth(std::int64_t time_ns, std::int64_t bound,
+                                                          Warnings& warnings) {
   const std::optional<std::int64_t> best_ns = nearest_ns(depth_, false, time_ns, bound);
   const std::optional<std::int64_t> lost_ns = best_ns ? best_ns : nearest_ns(depth_, true, time_ns, bound);
-  std::shared_ptr<DepthPicture> out;
+  std::shared_ptr<const RawDepth> out;
   const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
   int alone = std::exchange(depth_.dropped, 0);
   while (!depth_.queue.empty() && time_of(depth_.queue.front().item) <= drop_to) {
-    const SourceItem item = pop(depth_, warnings);
-    const auto* raw = std::get_if<RawDepth>(&item);
+    SourceItem item = depth_.pop(warnings);
+    auto* raw = std::get_if<RawDepth>(&item);
     if (raw != nullptr && raw->stamp.time_ns == best_ns) {
-      out = std::make_shared<DepthPicture>();
-      out->stamp = raw->stamp;
-      out->depth_m = registration_(raw->counts);
+      out = std::make_shared<const RawDepth>(std::move(*raw));
     } else if (raw != nullptr) {
       ++alone;
     }
@@ -317,7 +248,7 @@ std::vector<std::shared_ptr<const Picture>> PairingReader::take_fisheye(std::int
   const std::int64_t drop_to = lost_ns.value_or(time_ns - bound - 1);
   int alone = std::exchange(fisheye_.dropped, 0);
   while (!fisheye_.queue.empty() && time_of(fisheye_.queue.front().item) <= drop_to) {
-    SourceItem item = pop(fisheye_, warnings);
+    SourceItem item = fisheye_.pop(warnings);
     auto* picture = std::get_if<Picture>(&item);
     if (picture != nullptr && picture->stamp.time_ns == best_ns) {
       out.push_back(std::make_shared<const Picture>(std::move(*picture)));
@@ -345,14 +276,15 @@ std::vector<std::string> PairingReader::troubles() const {
 }
 
 void PairingReader::rewind() {
-  for (Lane* lane : {&color_, &depth_, &fisheye_}) {
-    Source* source = lane->source;
-    const bool done = lane == &depth_ && source == color_.source;
-    if (source != nullptr && !done) {
-      source->rewind();
+  for (StreamLane* lane : {&color_, &depth_, &fisheye_}) {
+    const bool done = lane == &depth_ && lane->source == color_.source;
+    if (lane->source != nullptr && !done) {
+      lane->source->rewind();
     }
-    *lane = Lane{};
-    lane->source = source;
+    StreamLane empty;
+    empty.source = lane->source;
+    empty.offset_ns = lane->offset_ns;
+    *lane = std::move(empty);
   }
   last_color_.reset();
   periods_ns_.clear();

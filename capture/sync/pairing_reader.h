@@ -9,14 +9,13 @@
 // picture waits for its depth one colour period at most, and for no fish-eye: one that comes after its colour picture
 // was handed on, as every bracket does, joins the next, up to 250 ms later, since light is slow.
 #include <deque>
-#include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "capture/source.h"
+#include "capture/sync/stream_lane.h"
 
 namespace lumigraft::capture {
 
@@ -35,14 +34,9 @@ PairedSources open_sources(const Session& session);
 /// Puts what live cameras say of themselves where the session names no serial number.
 void take_serials(Session& session, const PairedSources& sources);
 
-/// FrameSets of the session from its opened sources; open_frames with something between the two.
-std::unique_ptr<FrameReader> pair_sources(const Session& session, PairedSources sources);
-
 class PairingReader : public FrameReader {
  public:
-  using Registration = std::function<Image<float>(const Image<std::uint16_t>&)>;
-
-  PairingReader(PairedSources sources, Registration registration);
+  explicit PairingReader(PairedSources sources);
 
   std::optional<FrameSet> next(std::chrono::milliseconds timeout) override;
   bool finished() const override;
@@ -51,26 +45,9 @@ class PairingReader : public FrameReader {
   std::vector<std::string> troubles() const override;
 
  private:
-  struct Entry {
-    SourceItem item;
-    std::vector<std::string> notes;  ///< warnings about what came before it
-  };
-
-  /// One stream's pictures that wait to be paired.
-  struct Lane {
-    Source* source = nullptr;
-    std::deque<Entry> queue;
-    std::int64_t last_time_ns = std::numeric_limits<std::int64_t>::min();  ///< of the newest picture that arrived
-    std::uint64_t next_sequence = 0;                                       ///< what follows if nothing is lost
-    std::vector<std::string> notes;                                        ///< for the next Entry
-    int dropped = 0;  ///< since the last FrameSet, because too many waited
-  };
-
   using Warnings = std::vector<std::string>;
 
-  Lane& lane_of(Stream stream);
-  void accept(SourceItem item);
-  void drop_oldest(Lane& lane) const;
+  StreamLane& lane_of(Stream stream);
   bool pull(Source& source, std::chrono::milliseconds timeout);
   void pull_all_waiting();
   std::vector<const Stamp*> good_colors() const;
@@ -78,18 +55,17 @@ class PairingReader : public FrameReader {
   Source* wanted() const;
 
   FrameSet emit();
-  static SourceItem pop(Lane& lane, Warnings& warnings);
-  static std::optional<std::int64_t> nearest_ns(const Lane& lane, bool lost, std::int64_t time_ns, std::int64_t bound);
-  static std::optional<std::int64_t> newest_ns(const Lane& lane, std::int64_t from_ns, std::int64_t to_ns);
-  std::shared_ptr<const DepthPicture> take_depth(std::int64_t time_ns, std::int64_t bound, Warnings& warnings);
+  static std::optional<std::int64_t> nearest_ns(const StreamLane& lane, bool lost, std::int64_t time_ns,
+                                                std::int64_t bound);
+  static std::optional<std::int64_t> newest_ns(const StreamLane& lane, std::int64_t from_ns, std::int64_t to_ns);
+  std::shared_ptr<const RawDepth> take_depth(std::int64_t time_ns, std::int64_t bound, Warnings& warnings);
   std::vector<std::shared_ptr<const Picture>> take_fisheye(std::int64_t time_ns, std::int64_t bound,
                                                            Warnings& warnings);
 
   PairedSources sources_;
-  Registration registration_;
-  Lane color_;
-  Lane depth_;
-  Lane fisheye_;
+  StreamLane color_;
+  StreamLane depth_;
+  StreamLane fisheye_;
   std::optional<Stamp> last_color_;      ///< of the newest FrameSet
   std::deque<std::int64_t> periods_ns_;  ///< the newest gaps between colour pictures, up to last_color_
 };

@@ -290,9 +290,9 @@ void AlbedoStage::State::add_warnings(const Illumination& lit) {
     if (!warning.empty()) last.warnings.push_back(warning);
 }
 
-std::optional<AlbedoStage::Result> AlbedoStage::solve_new(const DistanceField& field,
-                                                          const Illumination& illumination) {
-  return state_->solve_new(field, illumination, true);
+std::optional<AlbedoStage::Result> AlbedoStage::solve_new(const DistanceField& field, const Illumination& illumination,
+                                                          bool even_if_due) {
+  return state_->solve_new(field, illumination, even_if_due);
 }
 
 AlbedoStage::Result AlbedoStage::solve(const DistanceField& field, const Illumination& illumination) {

@@ -47,8 +47,10 @@ class AlbedoStage {
   Result solve(const DistanceField& field, const Illumination& illumination);
   Result solve_all(const DistanceField& field, const Illumination& illumination);
   /// Solves only the samples of bricks that are new or changed since they were solved; all other samples, lamps and the
-  /// surroundings stay fixed. Empty if that is not valid, as a lamp or the environment changed.
-  std::optional<Result> solve_new(const DistanceField& field, const Illumination& illumination);
+  /// surroundings stay fixed. Empty if that is not valid, as a lamp or the environment changed; and, unless
+  /// `even_if_due`, if a complete solution is due.
+  std::optional<Result> solve_new(const DistanceField& field, const Illumination& illumination,
+                                  bool even_if_due = true);
 
  private:
   struct State;

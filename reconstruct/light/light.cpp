@@ -21,9 +21,7 @@ namespace {
 constexpr int kEnvironmentWidth = kLightParameters.environment.width;
 constexpr int kEnvironmentHeight = kLightParameters.environment.height;
 
-using Pictures = std::vector<std::shared_ptr<const capture::Picture>>;
-
-bool same_content(const Pictures& a, const Pictures& b) {
+bool same_content(const capture::FisheyePictures& a, const capture::FisheyePictures& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
     return p == q ||
            (p->exposure == q->exposure && p->encoded.data == q->encoded.data && p->radiance.data == q->radiance.data);
@@ -104,7 +102,7 @@ struct LightStage::State {
   std::optional<EnvironmentResampler> resampler;
   LightTracker tracker;
   LampTagMatcher tag_matcher;
-  Pictures last_pictures;
+  capture::FisheyePictures last_pictures;
   std::shared_ptr<const Illumination> seen;  ///< from the last image alone,
   std::shared_ptr<const Illumination> last;  ///< and with the positions of lamp tags
   std::vector<std::string> tag_warnings;
@@ -155,20 +153,21 @@ void LightStage::State::place(const std::vector<LampTagPose>& tags, bool fresh) 
   last = std::move(now);
 }
 
-LightStage::Result LightStage::extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags) {
+LightStage::Result LightStage::extract(const capture::FisheyePictures& fisheye, const capture::Picture* color,
+                                       const std::vector<LampTagPose>& tags) {
   State& s = *state_;
   Result result;
   bool fresh = false;  // a new image was evaluated
   const bool at_rest = s.seen && std::none_of(s.seen->lights.begin(), s.seen->lights.end(),
                                               [](const PointLight& light) { return light.hidden > 0; });
-  if (s.camera && !frame.fisheye.empty() && !(at_rest && same_content(frame.fisheye, s.last_pictures))) {
-    capture::RadiancePicture picture = capture::merge_bracket(frame.fisheye, s.camera->response);
+  if (s.camera && !fisheye.empty() && !(at_rest && same_content(fisheye, s.last_pictures))) {
+    capture::RadiancePicture picture = capture::merge_bracket(fisheye, s.camera->response);
     if (picture.radiance.width == s.view.width && picture.radiance.height == s.view.height) {
-      if (frame.fisheye.front()->radiance.empty()) {  // else vignetting is removed already
+      if (fisheye.front()->radiance.empty()) {  // else vignetting is removed already
         capture::undo_vignetting(picture, s.vignetting_gain);
       }
       const OcclusionCheck::Finding finding =
-          s.occlusion.check(flux_of(picture.radiance, s.view), median_radiance(frame.color.get(), s.color_response),
+          s.occlusion.check(flux_of(picture.radiance, s.view), median_radiance(color, s.color_response),
                             picture.clipped_fraction > 0);
       if (finding.covered) {
         result.warnings.push_back(finding.warning);
@@ -179,7 +178,7 @@ LightStage::Result LightStage::extract(const capture::FrameSet& frame, const std
         s.tracker.update(s.seen.get(), *now);
         s.seen = std::move(now);
         fresh = true;
-        s.last_pictures = frame.fisheye;
+        s.last_pictures = fisheye;
       }
     } else {
       result.warnings.push_back("the fish-eye picture is not of the size of its camera: skipped");

@@ -77,11 +77,16 @@ class LightStage {
   LightStage(const capture::Session& session, const LightSettings& settings);
   ~LightStage();
   struct Result {
-    std::shared_ptr<const Illumination> illumination;  ///< unchanged pointer if the frame has no fish-eye; may be null
+    /// The last pointer again if there is no new fish-eye picture; may be null.
+    std::shared_ptr<const Illumination> illumination;
     std::vector<std::string> warnings;
   };
-  /// `tags`: poses of the lamps that carry tags, at the time of this frame.
-  Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags = {});
+  /// `color`: of about the same moment, or null. `tags`: poses of the lamps that carry tags, at that moment.
+  Result extract(const capture::FisheyePictures& fisheye, const capture::Picture* color,
+                 const std::vector<LampTagPose>& tags);
+  Result extract(const capture::FrameSet& frame, const std::vector<LampTagPose>& tags = {}) {
+    return extract(frame.fisheye, frame.color.get(), tags);
+  }
 
  private:
   struct State;

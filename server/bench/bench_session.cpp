@@ -5,8 +5,8 @@
 
 #include "capture/error.h"
 #include "capture/source.h"
+#include "reconstruct/scene_store.h"
 #include "server/pipeline/camera_picture.h"
-#include "server/pipeline/scene_board.h"
 #include "server/truth/truth.h"
 
 namespace lumigraft::server {
@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<Oracle> make_oracle(const capture::Session& session, const OracleParts& parts) {
-  return parts.any() ? std::make_unique<Oracle>(session, parts) : nullptr;
+std::shared_ptr<Oracle> make_oracle(const capture::Session& session, const OracleParts& parts) {
+  return parts.any() ? std::make_shared<Oracle>(session, parts) : nullptr;
 }
 
 /// Whether a frame can be scored, and truth/ has these parts of it.
@@ -40,11 +40,12 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-std::map<std::string, StageCost> medians(const std::map<std::string, std::vector<StageCost>>& runs) {
-  std::map<std::string, StageCost> result;
+std::map<std::string, reconstruct::StageCost> medians(
+    const std::map<std::string, std::vector<reconstruct::StageCost>>& runs) {
+  std::map<std::string, reconstruct::StageCost> result;
   for (const auto& [name, costs] : runs) {
     std::vector<double> wall_ms, cpu_ms;
-    for (const StageCost& cost : costs) {
+    for (const reconstruct::StageCost& cost : costs) {
       wall_ms.push_back(cost.wall_ms);
       cpu_ms.push_back(cost.cpu_ms);
     }
@@ -63,31 +64,31 @@ ServiceInput open_bench_session(const fs::path& folder, const OracleParts& oracl
   if (input.exhibit.objects.empty()) {
     throw capture::InputError(folder.string() + ": found no object, allowed: a session with an exhibit.toml");
   }
-  capture::open_frames(input.session);
+  capture::open_paired_frames(input.session);
   make_oracle(input.session, oracle);
   return input;
 }
 
 BenchScene learn_bench_scene(const capture::Session& session, const OracleParts& oracle, const OracleParts& needed) {
-  const std::unique_ptr<capture::FrameReader> frames = capture::open_frames(session);
-  SceneBuilder learner(session, make_oracle(session, oracle));
+  const std::unique_ptr<capture::FrameReader> frames = capture::open_paired_frames(session);
+  reconstruct::SceneBuilder builder(session, overrides_of(make_oracle(session, oracle)));
   BenchScene result;
   fs::path truth;
-  std::map<std::string, std::vector<StageCost>> runs;
+  std::map<std::string, std::vector<reconstruct::StageCost>> runs;
   const std::uint64_t last = last_with_truth(session.folder, needed);
   while (const std::optional<capture::FrameSet> frame = frames->next(std::chrono::seconds(10))) {
     if (frame->index > last) {
       break;
     }
-    BuildResult learnt = learner.learn(*frame);
-    append_warnings(result.warnings, learnt.warnings);
-    for (const auto& [name, cost] : learnt.stages) {
+    reconstruct::BuildResult built = builder.build(*frame);
+    reconstruct::append_warnings(result.warnings, built.warnings);
+    for (const auto& [name, cost] : built.stages) {
       runs[name].push_back(cost);
     }
     if (const fs::path folder = truth_folder(session.folder, frame->index); has_truth(folder, needed)) {
       truth = folder;
-      result.frame = std::move(learnt.frame);
-      result.scene = std::move(learnt.scene);
+      result.frame = std::move(built.frame);
+      result.scene = std::move(built.scene);
     }
   }
   if (truth.empty()) {

@@ -5,9 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "reconstruct/scene_builder.h"
 #include "server/bench/measures.h"
-#include "server/pipeline/scene_learner.h"
 #include "server/pipeline/service_config.h"
+#include "server/truth/oracle.h"
 
 namespace lumigraft::server {
 
@@ -22,7 +23,7 @@ struct BenchScene {
   reconstruct::Scene scene;  ///< as known then
   capture::Image<std::uint8_t> camera;
   TruePictures truth;
-  std::map<std::string, StageCost> stages;  ///< median over the frames, of those on which a stage ran
+  std::map<std::string, reconstruct::StageCost> stages;  ///< median over the frames, of those on which a stage ran
   std::vector<std::string> warnings;
 };
 

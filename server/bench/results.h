@@ -38,7 +38,7 @@ struct BenchResults {
   std::vector<WorkRow> work;
   std::string budget_setting;
   std::vector<BudgetRow> budget;
-  std::map<std::string, std::map<std::string, StageCost>> stages;  ///< by session and stage
+  std::map<std::string, std::map<std::string, reconstruct::StageCost>> stages;  ///< by session and stage
 };
 
 }  // namespace lumigraft::server

@@ -27,13 +27,13 @@ double gpu_ms_of(const relight::RelitPicture& picture) {
 /// Mean over frames, of which `frame` renders the i-th: at least `least`, for what is done in rounds differs from frame
 /// to frame.
 FrameCost measure_cost(bool hardware, int least, const std::function<relight::RelitPicture(int)>& frame) {
-  StageCost sum{0, 0};
+  reconstruct::StageCost sum{0, 0};
   double gpu_ms = 0;
   int frames = 0;
   for (; frames < least || (frames < kMostFrames && sum.wall_ms < kEnough_ms); ++frames) {
-    const CostClock clock;
+    const reconstruct::CostClock clock;
     const relight::RelitPicture picture = frame(frames);
-    const StageCost cost = clock.elapsed();
+    const reconstruct::StageCost cost = clock.elapsed();
     sum.wall_ms += cost.wall_ms;
     sum.cpu_ms += cost.cpu_ms;
     gpu_ms += gpu_ms_of(picture);
@@ -47,7 +47,7 @@ FrameCost measure_cost(bool hardware, int least, const std::function<relight::Re
 /// yet.
 FrameCost measure_moving(bool hardware, const relight::Plan& plan,
                          const std::function<relight::RelitPicture(int)>& frame) {
-  const CostClock clock;
+  const reconstruct::CostClock clock;
   frame(0);
   // Objects that shine, and surfaces that mirror sharply, want light gathered at once.
   const bool slow = clock.elapsed().wall_ms > kEnough_ms;

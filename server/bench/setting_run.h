@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "reconstruct/stage_cost.h"
 #include "relight/renderer.h"
 #include "server/bench/bench_session.h"
 #include "server/bench/measures.h"
-#include "server/metrics/stage_cost.h"
 
 namespace lumigraft::server {
 
 struct FrameCost {
-  StageCost host;                ///< relight alone
+  reconstruct::StageCost host;   ///< relight alone
   std::optional<double> gpu_ms;  ///< between the device's timestamps; of hardware alone
 };
 

@@ -99,7 +99,8 @@ std::vector<std::string> budget_cells(const BudgetRow& row) {
 
 std::vector<std::string> stage_columns() { return {"session", "stage", "cpu_ms", "wall_ms"}; }
 
-std::vector<std::string> stage_cells(const std::string& session, const std::string& stage, const StageCost& cost) {
+std::vector<std::string> stage_cells(const std::string& session, const std::string& stage,
+                                     const reconstruct::StageCost& cost) {
   return {session, stage, cell(cost.cpu_ms, 1), cell(cost.wall_ms, 1)};
 }
 

@@ -28,6 +28,7 @@ std::vector<std::string> work_cells(const WorkRow& row);
 std::vector<std::string> budget_columns();
 std::vector<std::string> budget_cells(const BudgetRow& row);
 std::vector<std::string> stage_columns();
-std::vector<std::string> stage_cells(const std::string& session, const std::string& stage, const StageCost& cost);
+std::vector<std::string> stage_cells(const std::string& session, const std::string& stage,
+                                     const reconstruct::StageCost& cost);
 
 }  // namespace lumigraft::server

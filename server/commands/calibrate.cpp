@@ -15,6 +15,7 @@
 #include "capture/formats/picture_file.h"
 #include "capture/formats/picture_list.h"
 #include "capture/source.h"
+#include "capture/sync/depth_registration.h"
 #include "capture/sync/pairing_reader.h"
 #include "reconstruct/calibrate/board.h"
 #include "reconstruct/calibrate/depth.h"
@@ -89,7 +90,7 @@ std::unique_ptr<capture::FrameReader> open_raw_frames(capture::Session raw, capt
   if (raw.depth) {
     raw.depth->registered = true;
   }
-  return capture::pair_sources(raw, sources);
+  return std::make_unique<capture::RegisteredFrames>(raw, std::make_unique<capture::PairingReader>(sources));
 }
 
 /// Until the end of a recording or of live cameras' time, or what was seen seems enough: true then.

@@ -108,7 +108,7 @@ bool run_replay(const ReplayCommand& command, const std::atomic<bool>& interrupt
   for (const std::string& warning : input.warnings) std::cerr << "lumigraft: " << warning << '\n';
   std::unique_ptr<capture::FrameReader> frames =
       command.from_s > 0.0 ? capture::open_frames_from(input.session, std::llround(1e9 * command.from_s))
-                           : capture::open_frames(input.session);
+                           : capture::open_paired_frames(input.session);
   if (frames->live()) {
     throw capture::InputError("replay: " + input.session.name + " has live cameras, allowed: a recorded session");
   }

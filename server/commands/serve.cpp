@@ -59,16 +59,18 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   const ServerSettings server = input.server;
   capture::SourceObserver tap;
   capture::Session named = session;  // as the cameras call themselves
-  const auto open = [&tap, &named, session]() -> std::unique_ptr<capture::FrameReader> {
+  const auto open = [&tap, &named, session]() -> Pipeline::Cameras {
     capture::PairedSources sources = capture::open_sources(session);
     if (!sources.live) {
-      return capture::seekable_frames(session, std::move(sources));
+      return {capture::seekable_frames(std::move(sources)), nullptr};
     }
     capture::take_serials(named, sources);
-    return capture::pair_sources(session, tap.on(sources));
+    sources = tap.on(sources);
+    std::unique_ptr<capture::FisheyeReader> fisheye = capture::read_fisheye_apart(sources);
+    return {std::make_unique<capture::PairingReader>(std::move(sources)), std::move(fisheye)};
   };
-  std::unique_ptr<capture::FrameReader> frames = open();
-  const bool live = frames->live();
+  Pipeline::Cameras cameras = open();
+  const bool live = cameras.frames->live();
   std::optional<RecordButton> button;
   if (live && !server.recordings.empty()) {
     button.emplace(input.session_text, named, server.recordings, tap);
@@ -79,7 +81,7 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
   JpegEncoder snapshots(server.jpeg_quality);
   WebServer* web_pointer = nullptr;
   Pipeline pipeline(
-      std::move(input), std::move(frames), open,
+      std::move(input), std::move(cameras), open,
       [backend = server.backend] { return relight::gpu::create_device(backend, relight::gpu::DeviceOptions{}); },
       demand, metrics,
       [&web_pointer](std::shared_ptr<const StreamMessage> message) { web_pointer->publish(std::move(message)); });

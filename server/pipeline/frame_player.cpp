@@ -20,8 +20,8 @@ std::size_t bytes_of(const capture::Picture& picture) {
 
 std::size_t bytes_of(const capture::FrameSet& frame) {
   std::size_t bytes = bytes_of(*frame.color);
-  if (frame.depth) {
-    bytes += sizeof(float) * frame.depth->depth_m.data.size();
+  if (frame.raw_depth) {
+    bytes += sizeof(std::uint16_t) * frame.raw_depth->counts.data.size();
   }
   for (const auto& picture : frame.fisheye) {
     bytes += bytes_of(*picture);

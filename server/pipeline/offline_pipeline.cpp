@@ -2,21 +2,21 @@
 
 #include <utility>
 
+#include "reconstruct/scene_store.h"
 #include "server/pipeline/camera_picture.h"
 #include "server/pipeline/make_renderer.h"
-#include "server/pipeline/scene_board.h"
 
 namespace lumigraft::server {
 
 OfflinePipeline::OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
-                                 MakeDevice make_device, std::unique_ptr<Oracle> oracle)
+                                 MakeDevice make_device, std::shared_ptr<Oracle> oracle)
     : session_(session),
       exhibit_(std::move(exhibit)),
       plan_(plan),
       planner_(plan),
       make_device_(std::move(make_device)),
       truth_(oracle ? oracle->parts() : OracleParts{}),
-      learner_(session, std::move(oracle)) {
+      builder_(session, overrides_of(oracle)) {
   make();
 }
 
@@ -25,33 +25,34 @@ void OfflinePipeline::make() {
 }
 
 FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_maps) {
-  BuildResult learnt = learner_.learn(sensed);
-  FrameRecord record{.scene = std::move(learnt.scene),
+  reconstruct::BuildResult built = builder_.build(sensed);
+  FrameRecord record{.scene = std::move(built.scene),
                      .picture = {},
-                     .stages = std::move(learnt.stages),
-                     .warnings = std::move(learnt.warnings),
+                     .stages = std::move(built.stages),
+                     .warnings = std::move(built.warnings),
                      .choices = {}};
-  const CostClock clock;
+  const reconstruct::CostClock clock;
   relight::Planner::Decision decision =
       planner_.decide(record.scene, exhibit_, 1e-9 * static_cast<double>(sensed.time_ns));
   record.choices = std::move(decision.choices);
   try {
     if (!renderer_) make();  // the frame before lost its device, and there was no other
     try {
-      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, decision.plan, with_maps);
+      record.picture = renderer_->relight(built.frame, record.scene, exhibit_, decision.plan, with_maps);
     } catch (const relight::gpu::DeviceLost& e) {
-      append_warnings(record.warnings, {std::string("the GPU was lost, another one draws the frame: ") + e.what()});
+      reconstruct::append_warnings(record.warnings,
+                                   {std::string("the GPU was lost, another one draws the frame: ") + e.what()});
       renderer_.reset();  // frees the device before the next one is made
       make();
-      record.picture = renderer_->relight(learnt.frame, record.scene, exhibit_, decision.plan, with_maps);
+      record.picture = renderer_->relight(built.frame, record.scene, exhibit_, decision.plan, with_maps);
     }
   } catch (const relight::gpu::GpuError&) {
     throw;
   } catch (const std::exception& e) {
-    append_warnings(record.warnings, {std::string("relight: ") + e.what()});
+    reconstruct::append_warnings(record.warnings, {std::string("relight: ") + e.what()});
   }
   record.stages["relight"] = clock.elapsed();
-  append_warnings(record.warnings, record.picture.warnings);
+  reconstruct::append_warnings(record.warnings, record.picture.warnings);
   if (record.picture.srgb.empty()) {
     record.picture.srgb = camera_picture(*sensed.color);
   }

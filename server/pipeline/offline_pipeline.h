@@ -7,16 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "reconstruct/scene_builder.h"
 #include "relight/planner.h"
 #include "relight/renderer.h"
-#include "server/pipeline/scene_learner.h"
+#include "server/truth/oracle.h"
 
 namespace lumigraft::server {
 
 struct FrameRecord {
   reconstruct::Scene scene;
   relight::RelitPicture picture;
-  std::map<std::string, StageCost> stages;
+  std::map<std::string, reconstruct::StageCost> stages;
   std::vector<std::string> warnings;         ///< of every stage, in the order they ran
   std::vector<relight::PlanChoice> choices;  ///< of the plan, that follow the scene
 };
@@ -27,7 +28,7 @@ class OfflinePipeline {
 
   /// `oracle` may be null; `make_device` is not asked where the plan's method needs none.
   OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
-                  MakeDevice make_device, std::unique_ptr<Oracle> oracle);
+                  MakeDevice make_device, std::shared_ptr<Oracle> oracle);
 
   /// A stage that throws becomes a warning of the frame. Where the device is lost, another one draws the frame again.
   /// Else gpu::GpuError passes through, for there is no picture then.
@@ -43,7 +44,7 @@ class OfflinePipeline {
   MakeDevice make_device_;
   OracleParts truth_;
   std::unique_ptr<relight::Renderer> renderer_;
-  SceneBuilder learner_;
+  reconstruct::SceneBuilder builder_;
 };
 
 }  // namespace lumigraft::server

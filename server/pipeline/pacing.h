@@ -18,9 +18,10 @@ class DutyCycle {
   explicit DutyCycle(PaceClock::duration every) : every_(every) {}
 
   /// Any thread.
-  bool over(int times) const {
-    const PaceClock::duration rest = std::max(every_, times * PaceClock::duration(worked_));
-    return !at_work_ && PaceClock::now().time_since_epoch() >= PaceClock::duration(ended_) + rest;
+  bool over(int times) const { return !at_work_ && PaceClock::now() >= ends(times); }
+  /// When it is over, if it does not work now. Any thread.
+  PaceClock::time_point ends(int times) const {
+    return PaceClock::time_point(PaceClock::duration(ended_) + std::max(every_, times * PaceClock::duration(worked_)));
   }
   void begin() {
     began_ = cpu_time();

@@ -11,40 +11,35 @@
 #include <thread>
 #include <utility>
 
-#include "reconstruct/fusion/fusion.h"
-#include "reconstruct/light/light.h"
-#include "reconstruct/pose/lamp_tags.h"
-#include "reconstruct/pose/pose.h"
-#include "reconstruct/room/mirror_detection.h"
+#include "reconstruct/scene_builder.h"
 #include "relight/planner.h"
-#include "server/pipeline/albedo_schedule.h"
 #include "server/pipeline/frame_player.h"
 #include "server/pipeline/mailbox.h"
 #include "server/pipeline/pacing.h"
-#include "server/pipeline/scene_board.h"
+#include "server/pipeline/resting_pace.h"
 
 namespace lumigraft::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{100};
-constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kAlbedoEvery{1000}, kRoomEvery{1000};
+constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kRoomEvery{1000};
+constexpr std::int64_t kSameMoment_ns = 250'000'000;  // of a colour and a fish-eye picture: light is slow
 constexpr std::chrono::milliseconds kKeepAlive{1000};
-constexpr int kBehindThePicture = 10;  // niceness of geometry, light and albedo
+constexpr int kBehindThePicture = 10;  // niceness of geometry, lamp tags, light and albedo
 // How long these rest, in times of their work: a third of a core each while the room is unknown; after that a tenth for
-// geometry and for what rays meet of it, and a twentieth for albedo, whose newest answers hardly differ from the ones
-// before.
-constexpr int kRest = 2, kGeometryRestLater = 9, kAlbedoRestLater = 19, kRoomRestLater = 9;
+// geometry and for what rays meet of it. Albedo has its own pace: RestingPace.
+constexpr int kRest = 2, kGeometryRestLater = 9, kRoomRestLater = 9;
 
 struct PosedFrame {
   PlayedFrame played;
   reconstruct::PoseStage::Result located;
 };
 
-struct AlbedoTurn {
-  AlbedoSchedule schedule;
-  bool due = true;   ///< everything is to be solved
-  bool must = true;  ///< and what is new cannot be solved alone
+/// What light is found from.
+struct FisheyeView {
+  capture::FisheyePictures pictures;
+  std::shared_ptr<const capture::Picture> color;  ///< of about the same moment; may be null
 };
 
 /// Threads that work behind the picture, with lower priority.
@@ -77,39 +72,37 @@ class BackgroundThreads {
 struct Pipeline::State {
   const capture::Session session;
   ExhibitState exhibit;
-  OpenFrames open_again;
+  OpenCameras open_again;
   FramePlayer frames;
+  const std::unique_ptr<capture::FisheyeReader> fisheye;
   Playback playback;
   EncoderDemand& demand;
   Metrics& metrics;
   Publish publish;
 
-  reconstruct::PoseStage pose;
-  reconstruct::FusionStage fusion;
-  reconstruct::LampTagStage marks;
-  reconstruct::LightStage light;
-  reconstruct::AlbedoStage albedo;
-  reconstruct::EnclosureStage enclosure;
+  reconstruct::SceneBuilder builder;
+  reconstruct::SceneStore& store = builder.store();
   relight::Planner planner;
   LiveRelighter relighter;
   EncodeStage encode;
 
-  SceneStore board;
-  std::atomic<bool> learning = true;
   Mailbox<PlayedFrame> to_pose{"pose"};
   Mailbox<std::shared_ptr<const PosedFrame>> to_relight{"relight"};
   std::atomic<bool> pose_waits_for_relight = false;
   LatencyScheduler just_in_time;
   Mailbox<std::shared_ptr<const PosedFrame>> to_geometry{"fuse"};
-  Mailbox<std::shared_ptr<const PosedFrame>> to_light{"light"};
+  Mailbox<std::shared_ptr<const PosedFrame>> to_lamp_tags{"lamp tags"};
+  Mailbox<FisheyeView> to_light{"light"};
   Mailbox<ShownPicture> to_encode{"encode"};
-  DutyCycle geometry_rest{kGeometryEvery}, light_rest{kLightEvery}, albedo_rest{kAlbedoEvery},
-      all_albedo_rest{kAlbedoEvery}, room_rest{kRoomEvery};
+  DutyCycle geometry_rest{kGeometryEvery}, lamp_tags_rest{kLightEvery}, light_rest{kLightEvery}, room_rest{kRoomEvery};
 
   mutable std::mutex newest_mutex;
   ShownPicture newest;
   Record newest_record;
   std::vector<std::string> troubles;  ///< of cameras, now
+
+  std::mutex newest_color_mutex;
+  std::shared_ptr<const capture::Picture> newest_color;  ///< that capture gave
 
   Clock::time_point last_encoded{};  ///< of the encode thread
 
@@ -117,20 +110,17 @@ struct Pipeline::State {
   BackgroundThreads threads_behind;
   std::vector<std::jthread> threads;
 
-  State(ServiceInput input, std::unique_ptr<capture::FrameReader> reader, OpenFrames the_open_again,
-        LiveRelighter::MakeDevice make_device, EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish)
+  State(ServiceInput input, Cameras cameras, OpenCameras the_open_again, LiveRelighter::MakeDevice make_device,
+        EncoderDemand& the_demand, Metrics& the_metrics, Publish the_publish)
       : session(input.session),
         exhibit(std::move(input.exhibit)),
         open_again(std::move(the_open_again)),
-        frames(std::move(reader)),
+        frames(std::move(cameras.frames)),
+        fisheye(std::move(cameras.fisheye)),
         demand(the_demand),
         metrics(the_metrics),
         publish(std::move(the_publish)),
-        pose(session.tag, session.color.model, session.color.response),
-        fusion(session, reconstruct::FusionSettings{}),
-        marks(session),
-        light(session, reconstruct::LightSettings{}),
-        albedo(session),
+        builder(session, {}, std::make_unique<RestingPace>(the_metrics)),
         planner(input.plan),
         relighter(session, input.plan, std::move(make_device)),
         encode(input.server.jpeg_quality, demand, metrics) {}
@@ -153,7 +143,7 @@ struct Pipeline::State {
         try {
           turn();
         } catch (const std::exception& e) {
-          board.publish_warnings(stage + " stage", {stage + ": " + e.what()});
+          store.publish_warnings(stage + " stage", {stage + ": " + e.what()});
           sleep_until(Clock::now() + kTick);
         }
       }
@@ -170,18 +160,21 @@ struct Pipeline::State {
 
   void note_troubles(std::vector<std::string> found);
   void capture_turn();
+  void fisheye_turn();
+  PosedFrame pose_of(const PlayedFrame& played);
   void pose_turn(std::uint64_t& round);
   void relight_turn();
   void geometry_turn();
+  void lamp_tags_turn();
   void light_turn();
-  void albedo_turn(AlbedoTurn& turn);
+  void albedo_turn();
   void room_turn();
   void encode_turn();
 };
 
 /// With every frame, and beside the last one while none comes.
 void Pipeline::State::note_troubles(std::vector<std::string> found) {
-  board.publish_warnings("camera", found);
+  store.publish_warnings("camera", found);
   metrics.cameras_in_trouble(static_cast<int>(found.size()));
   std::lock_guard lock(newest_mutex);
   troubles = std::move(found);
@@ -189,21 +182,66 @@ void Pipeline::State::note_troubles(std::vector<std::string> found) {
 
 void Pipeline::State::capture_turn() {
   const std::optional<PlayedFrame> played = frames.next(stopping.get_token(), playback.take());
-  note_troubles(frames.troubles());
+  std::vector<std::string> found = frames.troubles();
+  if (fisheye && !fisheye->fault().empty()) reconstruct::append_warnings(found, {fisheye->fault()});
+  note_troubles(std::move(found));
   if (!played) {
     if (frames.gone() && !stopping.stop_requested()) {
-      board.publish_warnings("camera", {"the recording gives no pictures and is opened again every second"});
+      store.publish_warnings("camera", {"the recording gives no pictures and is opened again every second"});
       sleep_until(Clock::now() + 10 * kTick);
-      frames = FramePlayer(open_again());
+      frames = FramePlayer(open_again().frames);
     }
     return;
   }
   if (!frames.live()) {
     playback.shown(frames.at_s(), frames.length_s());
   }
+  {
+    std::lock_guard lock(newest_color_mutex);
+    newest_color = played->frame->color;
+  }
+  if (!played->frame->fisheye.empty()) {
+    to_light.put({played->frame->fisheye, played->frame->color});
+  }
   if (to_pose.put(*played)) {
     metrics.drop(pose_waits_for_relight ? "relight" : "pose");
   }
+}
+
+/// Light looks ten times a second at most, by rule: what it leaves out is not counted as dropped.
+void Pipeline::State::fisheye_turn() {
+  std::optional<capture::FisheyeReader::Result> seen = fisheye->next(kTick);
+  if (!seen) {
+    return;
+  }
+  store.publish_warnings("fish-eye", std::move(seen->warnings));
+  if (seen->pictures.empty()) {
+    return;
+  }
+  FisheyeView view{std::move(seen->pictures), nullptr};
+  {
+    std::lock_guard lock(newest_color_mutex);
+    view.color = newest_color;
+  }
+  if (view.color && std::abs(view.color->stamp.time_ns - view.pictures.front()->stamp.time_ns) > kSameMoment_ns) {
+    view.color = nullptr;
+  }
+  to_light.put(std::move(view));
+}
+
+PosedFrame Pipeline::State::pose_of(const PlayedFrame& played) {
+  PosedFrame posed{played, {}};
+  {
+    const StageTimer timer(metrics, "register depth");
+    posed.played.frame = std::make_shared<const capture::FrameSet>(builder.register_depth(*played.frame));
+  }
+  const StageTimer timer(metrics, "pose");
+  try {
+    posed.located = builder.locate_camera(*posed.played.frame);
+  } catch (const std::exception& e) {
+    posed.located.warnings.push_back(std::string("pose: ") + e.what());
+  }
+  return posed;
 }
 
 void Pipeline::State::pose_turn(std::uint64_t& round) {
@@ -218,28 +256,20 @@ void Pipeline::State::pose_turn(std::uint64_t& round) {
   }
   if (played->round != round) {
     round = played->round;
-    pose.reset();  // time went back; the room is the same, so field, light and albedo stay
+    builder.restart_tracking();
   }
-  const auto posed = std::make_shared<PosedFrame>(PosedFrame{*played, {}});
-  {
-    const StageTimer timer(metrics, "pose");
-    const Clock::time_point begin = Clock::now();
-    try {
-      posed->located = pose.locate(*played->frame, board.newest().field.get());
-    } catch (const std::exception& e) {
-      posed->located.warnings.push_back(std::string("pose: ") + e.what());
-    }
-    just_in_time.pose_took(Clock::now() - begin);
-  }
+  const Clock::time_point begin = Clock::now();
+  const auto posed = std::make_shared<const PosedFrame>(pose_of(*played));
+  just_in_time.pose_took(Clock::now() - begin);
   const std::optional<reconstruct::Pose>& where = posed->located.pose;
-  if (where && where->age_ns == 0 && played->frame->depth &&
-      geometry_rest.over(learning ? kRest : kGeometryRestLater)) {
-    put(to_geometry, std::shared_ptr<const PosedFrame>(posed));
+  if (where && where->age_ns == 0 && posed->played.frame->depth &&
+      geometry_rest.over(builder.learning() ? kRest : kGeometryRestLater)) {
+    put(to_geometry, posed);
   }
-  if (light_rest.over(kRest)) {
-    put(to_light, std::shared_ptr<const PosedFrame>(posed));
+  if (!session.lamps.empty() && lamp_tags_rest.over(kRest)) {
+    put(to_lamp_tags, posed);
   }
-  put(to_relight, std::shared_ptr<const PosedFrame>(posed));
+  put(to_relight, posed);
 }
 
 void Pipeline::State::relight_turn() {
@@ -252,11 +282,11 @@ void Pipeline::State::relight_turn() {
   const capture::FrameSet& frame = *posed->played.frame;
   const reconstruct::PoseStage::Result& located = posed->located;
   std::vector<std::string> warnings = frame.warnings;
-  append_warnings(warnings, located.warnings);
-  reconstruct::Scene scene = board.newest();
+  reconstruct::append_warnings(warnings, located.warnings);
+  reconstruct::Scene scene = store.newest();
   scene.pose = located.pose;
-  const bool settled = board.settled(scene);
-  append_warnings(warnings, scene.warnings);
+  const bool settled = store.settled(scene);
+  reconstruct::append_warnings(warnings, scene.warnings);
   LiveRelighter::Result relit;
   {
     const StageTimer timer(metrics, "relight");
@@ -270,7 +300,7 @@ void Pipeline::State::relight_turn() {
   for (const relight::gpu::PassTime& pass : relit.picture.passes) {
     metrics.time("relight/" + pass.name, 1e-3 * pass.gpu_ms);
   }
-  append_warnings(warnings, relit.picture.warnings);
+  reconstruct::append_warnings(warnings, relit.picture.warnings);
   metrics.frame_made();
   metrics.warn(warnings.size());
 
@@ -284,7 +314,7 @@ void Pipeline::State::relight_turn() {
     newest = shown;
     newest_record.warnings = std::move(warnings);
     newest_record.plan = relit.picture.plan;
-    newest_record.learning = learning;
+    newest_record.learning = builder.learning();
     newest_record.settled = settled && relit.up_to_date;
     newest_record.field_version = scene.field ? scene.field->version : 0;
     newest_record.light_version = scene.illumination ? scene.illumination->version : 0;
@@ -302,80 +332,54 @@ void Pipeline::State::geometry_turn() {
   if (const std::shared_ptr<const PosedFrame> posed = to_geometry.take(kTick).value_or(nullptr)) {
     const ScopedWork work(geometry_rest);
     const StageTimer timer(metrics, "fuse");
-    board.publish_field(fusion.fuse(*posed->played.frame, *posed->located.pose));
-    board.publish_warnings("geometry", fusion.warnings());
-    board.publish_warnings("geometry stage", {});
+    builder.fuse_depth(*posed->played.frame, *posed->located.pose);
+    store.publish_warnings("geometry stage", {});
   }
 }
 
+void Pipeline::State::lamp_tags_turn() {
+  if (const std::shared_ptr<const PosedFrame> posed = to_lamp_tags.take(kTick).value_or(nullptr)) {
+    const ScopedWork work(lamp_tags_rest);
+    const StageTimer timer(metrics, "lamp tags");
+    builder.locate_lamp_tags(*posed->played.frame, posed->located.pose);
+    store.publish_warnings("lamp tags stage", {});
+  }
+}
+
+/// With the newest picture; where none comes, with what is new of lamps' tags.
 void Pipeline::State::light_turn() {
-  if (const std::shared_ptr<const PosedFrame> posed = to_light.take(kTick).value_or(nullptr)) {
+  if (!sleep_until(light_rest.ends(kRest))) {
+    return;
+  }
+  if (const std::optional<FisheyeView> view = to_light.take(kTick)) {
     const ScopedWork work(light_rest);
     const StageTimer timer(metrics, "light");
-    reconstruct::LampTagStage::Result marked = marks.locate(*posed->played.frame, posed->located.pose);
-    reconstruct::LightStage::Result result = light.extract(*posed->played.frame, marked.marks);
-    append_warnings(result.warnings, marked.warnings);
-    board.publish_light(result.illumination);
-    board.publish_warnings("light", std::move(result.warnings));
-    board.publish_warnings("light stage", {});
+    builder.extract_light(view->pictures, view->color.get());
+  } else {
+    builder.extract_light({}, nullptr);
   }
+  store.publish_warnings("light stage", {});
 }
 
-void Pipeline::State::albedo_turn(AlbedoTurn& turn) {
-  AlbedoSchedule& schedule = turn.schedule;
-  const std::shared_ptr<const reconstruct::DistanceField> field = board.newest().field;
-  const std::shared_ptr<const reconstruct::Illumination> measured = board.measured_light();
-  if (field && measured) {
-    learning = schedule.changed_much(*field, *measured);
-  }
-  const int times = learning ? kRest : kAlbedoRestLater;
-  const bool all = turn.due && (turn.must || all_albedo_rest.over(times));
-  DutyCycle& rest = all ? all_albedo_rest : albedo_rest;
-  if (!field || !measured || !rest.over(times) || !(all || schedule.changed(*field, *measured))) {
+void Pipeline::State::albedo_turn() {
+  if (!builder.solve_albedo()) {
     sleep_until(Clock::now() + kTick / 2);
     return;
   }
-  if (!learning && !rest.over(kAlbedoRestLater * schedule.patience()) && !schedule.moved(*field, *measured)) {
-    sleep_until(Clock::now() + 10 * kTick);  // looking for what moved takes some milliseconds
-    return;
-  }
-  reconstruct::AlbedoStage::Result solution;
-  if (all) {
-    const ScopedWork work(rest);
-    const StageTimer timer(metrics, "albedo");
-    turn.due = turn.must = false;
-    schedule.begin(field, *measured);
-    solution = albedo.solve_all(*field, *measured);
-    if (solution.illumination) {
-      board.publish_enclosure(enclosure.close(*field, *solution.illumination));
-      board.publish_warnings("mirrors", reconstruct::mirror_warnings(reconstruct::room_points(*field), *field));
-    }
-  } else {
-    const ScopedWork work(rest);
-    const StageTimer timer(metrics, "albedo/new");
-    std::optional<reconstruct::AlbedoStage::Result> found = albedo.solve_new(*field, *measured);
-    turn.must = !found;
-    turn.due = turn.must || found->due;
-    if (turn.must) return;
-    schedule.begin(field, *measured);
-    solution = *std::move(found);
-  }
-  schedule.solved(solution.albedo);
-  metrics.decided("albedo_patience", schedule.patience());
-  board.publish_solution(std::move(solution), field->version, measured);
-  board.publish_warnings("albedo stage", {});
+  metrics.decided("albedo_patience", builder.albedo_patience());
+  store.publish_warnings("albedo stage", {});
 }
 
 void Pipeline::State::room_turn() {
-  const reconstruct::Scene scene = board.newest();
-  if (!relighter.wants_prepared(scene) || !room_rest.over(learning ? kRest : kRoomRestLater)) {
+  const reconstruct::Scene scene = store.newest();
+  if (!relighter.wants_prepared(scene) || !room_rest.over(builder.learning() ? kRest : kRoomRestLater)) {
     sleep_until(Clock::now() + kTick / 2);
     return;
   }
   const ScopedWork work(room_rest);
   const StageTimer timer(metrics, "room");
   relighter.prepare(scene);
-  board.publish_warnings("room stage", {});
+  store.publish_warnings("room stage", {});
 }
 
 void Pipeline::State::encode_turn() {
@@ -395,14 +399,14 @@ void Pipeline::State::encode_turn() {
       publish(std::move(message));
     }
     metrics.time("capture_to_send", std::chrono::duration<double>(Clock::now() - picture->captured).count());
-    board.publish_warnings("encode stage", {});
+    store.publish_warnings("encode stage", {});
   }
 }
 
-Pipeline::Pipeline(ServiceInput input, std::unique_ptr<capture::FrameReader> frames, OpenFrames open_again,
-                   LiveRelighter::MakeDevice make_device, EncoderDemand& demand, Metrics& metrics, Publish publish)
-    : state_(std::make_unique<State>(std::move(input), std::move(frames), std::move(open_again), std::move(make_device),
-                                     demand, metrics, std::move(publish))) {}
+Pipeline::Pipeline(ServiceInput input, Cameras cameras, OpenCameras open_again, LiveRelighter::MakeDevice make_device,
+                   EncoderDemand& demand, Metrics& metrics, Publish publish)
+    : state_(std::make_unique<State>(std::move(input), std::move(cameras), std::move(open_again),
+                                     std::move(make_device), demand, metrics, std::move(publish))) {}
 
 Pipeline::~Pipeline() {
   stop();
@@ -415,10 +419,12 @@ void Pipeline::start() {
   s.run("relight", false, [&s] { s.relight_turn(); });
   s.run("pose", false, [&s, round = std::uint64_t{0}]() mutable { s.pose_turn(round); });
   s.run("light", true, [&s] { s.light_turn(); });
+  if (!s.session.lamps.empty()) s.run("lamp tags", true, [&s] { s.lamp_tags_turn(); });
   s.run("geometry", true, [&s] { s.geometry_turn(); });
-  s.run("albedo", true, [&s, turn = AlbedoTurn()]() mutable { s.albedo_turn(turn); });
+  s.run("albedo", true, [&s] { s.albedo_turn(); });
   if (s.relighter.draws_prepared()) s.run("room", true, [&s] { s.room_turn(); });
   s.run("capture", false, [&s] { s.capture_turn(); });
+  if (s.fisheye) s.run("fisheye", false, [&s] { s.fisheye_turn(); });
 }
 
 void Pipeline::stop() {
@@ -428,6 +434,7 @@ void Pipeline::stop() {
   s.to_pose.close();
   s.to_relight.close();
   s.to_geometry.close();
+  s.to_lamp_tags.close();
   s.to_light.close();
   s.to_encode.close();
 }
@@ -448,7 +455,7 @@ Pipeline::Record Pipeline::newest_record() const {
   Record record = state_->newest_record;
   // A camera that is away says most: the rest follows from it.
   std::vector<std::string> warnings = state_->troubles;
-  append_warnings(warnings, record.warnings);
+  reconstruct::append_warnings(warnings, record.warnings);
   record.warnings = std::move(warnings);
   return record;
 }

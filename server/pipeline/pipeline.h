@@ -3,12 +3,15 @@
 // join them, so the picture never waits for what is slower than it.
 //
 //   capture ──> pose ──> relight ──> encode ──> publish
-//      │          └─> geometry: fuse ──┐    (what geometry, light and albedo know meets relight on the SceneStore)
-//      └──> light ─────────────────────┴─> albedo ─> room   (for rays alone: what they meet of the room)
+//      │          ├─> geometry: fuse ──┐    (what geometry, light and albedo find meets relight in the SceneStore)
+//      │          └─> lamp tags ─┐     ├─> albedo ─> room   (for rays alone: what they meet of the room)
+//   fish-eye ─────────────> light ─────┘
 //
-// Pose takes the newest frame just in time for relight to come free: poses that nobody draws are not found.
-// Geometry, light, albedo and room run behind, with lower priority and rests, so that on two cores the picture comes
-// first.
+// The stages from frames to the scene are SceneBuilder's, the same that a replay runs. Pose registers depth, and takes
+// the newest frame just in time for relight to come free: poses that nobody draws are not found. The fish-eye goes to
+// light by itself, so light goes on while drawing is slow and while the colour camera is away; of a recording, capture
+// hands it on. Geometry, lamp tags, light, albedo and room run behind, with lower priority and rests, so that on two
+// cores the picture comes first.
 #include <Eigen/Geometry>
 #include <chrono>
 #include <functional>
@@ -18,6 +21,7 @@
 #include <vector>
 
 #include "capture/source.h"
+#include "capture/sync/fisheye_reader.h"
 #include "server/metrics/metrics.h"
 #include "server/pipeline/exhibit_state.h"
 #include "server/pipeline/live_relighter.h"
@@ -30,13 +34,17 @@ namespace lumigraft::server {
 
 class Pipeline {
  public:
-  using OpenFrames = std::function<std::unique_ptr<capture::FrameReader>()>;
+  struct Cameras {
+    std::unique_ptr<capture::FrameReader> frames;
+    std::unique_ptr<capture::FisheyeReader> fisheye;  ///< null where there is none, or the frames hold its pictures
+  };
+  using OpenCameras = std::function<Cameras()>;
   using Publish = std::function<void(std::shared_ptr<const StreamMessage>)>;
 
   /// Makes every stage and the GPU device; throws what they throw. `publish` is called on the encode thread.
-  /// `open_again` is called when a live device is gone; the first reader is `frames`.
-  Pipeline(ServiceInput input, std::unique_ptr<capture::FrameReader> frames, OpenFrames open_again,
-           LiveRelighter::MakeDevice make_device, EncoderDemand& demand, Metrics& metrics, Publish publish);
+  /// `open_again` is called when a recording gives nothing any more; `cameras` is what it gave first.
+  Pipeline(ServiceInput input, Cameras cameras, OpenCameras open_again, LiveRelighter::MakeDevice make_device,
+           EncoderDemand& demand, Metrics& metrics, Publish publish);
   ~Pipeline();  ///< stops and joins
 
   void start();

@@ -321,4 +321,21 @@ std::shared_ptr<const reconstruct::AlbedoField> Oracle::albedo(const capture::Fr
   return next;
 }
 
+reconstruct::SceneOverrides overrides_of(std::shared_ptr<Oracle> oracle) {
+  reconstruct::SceneOverrides overrides;
+  if (!oracle) return overrides;
+  const OracleParts parts = oracle->parts();
+  if (parts.pose) overrides.pose = [oracle](const capture::FrameSet& frame) { return oracle->pose(frame); };
+  if (parts.geometry) {
+    overrides.frame = [oracle](const capture::FrameSet& frame) { return oracle->with_true_depth(frame); };
+    overrides.enclosure = [oracle](const reconstruct::Illumination& light) { return oracle->enclosure(light); };
+  }
+  if (parts.light) overrides.light = [oracle](const capture::FrameSet& frame) { return oracle->illumination(frame); };
+  if (parts.albedo) {
+    overrides.albedo = [oracle](const capture::FrameSet& frame, const reconstruct::Pose& pose,
+                                const reconstruct::DistanceField& field) { return oracle->albedo(frame, pose, field); };
+  }
+  return overrides;
+}
+
 }  // namespace lumigraft::server

@@ -7,7 +7,7 @@
 
 #include "capture/frame.h"
 #include "capture/session/session.h"
-#include "reconstruct/scene.h"
+#include "reconstruct/scene_builder.h"
 #include "server/truth/truth.h"
 
 namespace lumigraft::server {
@@ -51,6 +51,9 @@ class Oracle {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// What the oracle knows, in place of estimates. Null: nothing.
+reconstruct::SceneOverrides overrides_of(std::shared_ptr<Oracle> oracle);
 
 /// `split` with true lamps in place of what it found of them; see Oracle::illumination. `far`: lamps of the
 /// environment.

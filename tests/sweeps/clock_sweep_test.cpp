@@ -68,16 +68,15 @@ Outcome outcome(double jitter_ms, double drift_ppm) {
   capture::PairedSources sources;
   sources.color = std::make_shared<Script>(std::move(colors));
   sources.depth = std::make_shared<Script>(std::move(depths));
-  capture::PairingReader reader(
-      std::move(sources), [](const capture::Image<std::uint16_t>&) { return capture::Image<float>(1, 1, 1, 1.0f); });
+  capture::PairingReader reader(std::move(sources));
   Outcome result;
   double pairs = 0;
   while (const auto frame = reader.next(std::chrono::milliseconds(1))) {
     const std::uint64_t taken = frame->color->stamp.sequence;
     if (taken < kSettled) continue;
-    if (frame->depth) {
+    if (frame->raw_depth) {
       ++pairs;
-      result.wrong += frame->depth->stamp.sequence != taken;
+      result.wrong += frame->raw_depth->stamp.sequence != taken;
     } else {
       result.unpaired += both[taken];
       result.untold += frame->warnings.empty();

@@ -61,17 +61,17 @@ Eigen::AlignedBox3f reach_of(const Contest& contest, const relight::Plan& plan) 
   return {low, low + Eigen::Vector3f::Constant(static_cast<float>(plan.volume) * outer.w())};
 }
 
-server::StageCost less(const server::StageCost& a, const server::StageCost& b) {
+reconstruct::StageCost less(const reconstruct::StageCost& a, const reconstruct::StageCost& b) {
   return {a.wall_ms - b.wall_ms, a.cpu_ms - b.cpu_ms};
 }
 
 /// Camera picture with the difference of two pictures.
 Drawn with_difference(const Contest& contest, const std::shared_ptr<const relight::ReferenceScene>& scene,
                       const capture::Image<float>& with, const capture::Image<float>& without,
-                      const server::StageCost& of_room) {
-  const server::CostClock clock;
+                      const reconstruct::StageCost& of_room) {
+  const reconstruct::CostClock clock;
   const capture::Image<float> coverage = object_coverage(relight::TraceWorld(scene), camera_of(contest));
-  const server::StageCost of_mask = clock.elapsed();
+  const reconstruct::StageCost of_mask = clock.elapsed();
   return {shown(contest, difference(with, without, coverage), coverage), of_room, of_mask};
 }
 
@@ -124,9 +124,9 @@ Contender vct_difference(const Contest& contest, relight::Plan plan, const std::
   return {"vct-difference", setting, plan, true, true, [&contest, plan, solutions](const relight::Exhibit& exhibit) {
             const server::BenchScene& s = contest.scene;
             solutions->forget_without();
-            const server::CostClock clock;
+            const reconstruct::CostClock clock;
             const capture::Image<float> without = solutions->without(s.frame, s.scene, plan);
-            const server::StageCost of_room = clock.elapsed();
+            const reconstruct::StageCost of_room = clock.elapsed();
             const capture::Image<float> with = solutions->with(s.frame, s.scene, exhibit, plan);
             return with_difference(contest, scene_with(contest, exhibit), with, without, of_room);
           }};
@@ -185,7 +185,7 @@ std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms) 
   };
   const auto at_equal_time = [&](const char* method, auto draw) {
     const auto cost_ms = [&](int samples) {
-      const server::CostClock clock;
+      const reconstruct::CostClock clock;
       const Drawn drawn = draw(contest.input.exhibit, samples);
       return less(clock.elapsed(), drawn.not_counted).cpu_ms;
     };
@@ -204,15 +204,15 @@ std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms) 
 
 std::vector<server::BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders) {
   struct Costs {
-    server::StageCost moving, moving_kept, still, still_kept;
+    reconstruct::StageCost moving, moving_kept, still, still_kept;
   };
   std::vector<Costs> costs(contenders.size());
   std::vector<server::BenchRow> rows;
   const auto timed = [&](const Contender& contender, const relight::Exhibit& exhibit,
                          capture::Image<std::uint8_t>* picture) {
-    const server::CostClock clock;
+    const reconstruct::CostClock clock;
     Drawn drawn = contender.draw(exhibit);
-    const server::StageCost all = less(clock.elapsed(), drawn.not_counted);
+    const reconstruct::StageCost all = less(clock.elapsed(), drawn.not_counted);
     if (picture) *picture = std::move(drawn.srgb);
     return std::pair(all, less(all, drawn.of_room));
   };

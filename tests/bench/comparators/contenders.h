@@ -15,8 +15,8 @@ namespace lumigraft::comparators {
 
 struct Drawn {
   capture::Image<std::uint8_t> srgb;
-  server::StageCost of_room;      ///< falls away where the room's own picture may be kept from frame to frame
-  server::StageCost not_counted;  ///< of the mask of the objects, by rays: a rasteriser has it for next to nothing
+  reconstruct::StageCost of_room;      ///< falls away where the room's own picture may be kept from frame to frame
+  reconstruct::StageCost not_counted;  ///< of the mask of the objects, by rays: a rasteriser has it for next to nothing
 };
 
 struct Contender {

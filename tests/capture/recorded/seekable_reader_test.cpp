@@ -61,7 +61,7 @@ class SeekableReaderTest : public test::ScratchFolder {
       }
       std::string line = std::to_string(set->index) + " " + std::to_string(set->time_ns) + " " +
                          std::to_string(set->color->encoded.data[0]) + " " +
-                         (set->depth ? std::to_string(set->depth->depth_m.data[0]) : "none");
+                         (set->raw_depth ? std::to_string(set->raw_depth->counts.data[0]) : "none");
       for (const std::string& warning : set->warnings) line += " " + warning;
       out.push_back(line);
     }
@@ -91,7 +91,7 @@ TEST_F(SeekableReaderTest, SeeksBothWaysAndKnowsItsLength) {
   record();
   for (const auto& folder : {folder_, folder_ / "mkv"}) {
     const auto whole = play(*open_frames(session(folder)));
-    const auto reader = seekable_frames(session(folder), open_sources(session(folder)));
+    const auto reader = seekable_frames(open_sources(session(folder)));
     ASSERT_TRUE(reader->length_ns());
     const auto newest = [&] {
       const auto set = reader->next(0ms);

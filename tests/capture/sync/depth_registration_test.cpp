@@ -195,5 +195,31 @@ TEST(DepthRegistration, APointAtTheLensCostsLittleAndBreaksNothing) {
   EXPECT_EQ(DepthRegistration(depth, pinhole(64, 48, 60))(counts).data.size(), 64u * 48u);
 }
 
+TEST(RegistrationStage, PutsDepthOnTheColourCamerasPixels) {
+  Session session;
+  session.color.model = pinhole(32, 24, 40);
+  session.depth.emplace();
+  session.depth->model = pinhole(16, 12, 20);
+  session.depth->T_color_depth = beside();
+  session.depth->unit_m = kUnit;
+  session.depth->registered = false;
+  RegistrationStage stage(session);
+  FrameSet frame;
+  EXPECT_FALSE(stage.register_depth(frame).depth) << "there is none";
+  auto raw = std::make_shared<RawDepth>();
+  raw->stamp.sequence = 3;
+  raw->counts = shoot({}, *session.depth);
+  frame.raw_depth = raw;
+  const FrameSet registered = stage.register_depth(frame);
+  ASSERT_TRUE(registered.depth);
+  EXPECT_EQ(registered.depth->stamp.sequence, 3u);
+  EXPECT_EQ(registered.depth->depth_m.data, DepthRegistration(*session.depth, session.color.model)(raw->counts).data);
+  EXPECT_EQ(stage.register_depth(frame).depth, registered.depth) << "a frame that stands still costs nothing";
+  frame.raw_depth = std::make_shared<const RawDepth>(*raw);
+  EXPECT_NE(stage.register_depth(frame).depth, registered.depth);
+  session.depth.reset();
+  EXPECT_FALSE(RegistrationStage(session).register_depth(frame).depth);
+}
+
 }  // namespace
 }  // namespace lumigraft::capture

@@ -46,8 +46,6 @@ class Script : public Source {
   std::size_t next_ = 0;
 };
 
-Image<float> to_m(const Image<std::uint16_t>& counts) { return Image<float>(1, 1, 1, counts.data[0]); }
-
 std::shared_ptr<Script> script(Items items) { return std::make_shared<Script>(std::move(items)); }
 
 /// "colour sequence / depth sequence / fish-eye sequences" for each frame, and its warnings after it.
@@ -57,9 +55,10 @@ std::vector<std::string> play(FrameReader& reader) {
     EXPECT_EQ(set->index, set->color->stamp.sequence);
     EXPECT_EQ(set->time_ns, set->color->stamp.time_ns);
     std::string line = std::to_string(set->index) + "/";
-    if (set->depth != nullptr) {
-      line += std::to_string(set->depth->stamp.sequence);
-      EXPECT_EQ(set->depth->depth_m.data[0], static_cast<float>(set->depth->stamp.sequence + 1));
+    EXPECT_FALSE(set->depth) << "nobody registered it";
+    if (set->raw_depth != nullptr) {
+      line += std::to_string(set->raw_depth->stamp.sequence);
+      EXPECT_EQ(set->raw_depth->counts.data[0], set->raw_depth->stamp.sequence + 1);
     }
     line += "/";
     for (const auto& f : set->fisheye) {
@@ -79,7 +78,7 @@ std::vector<std::string> play(Items colors, Items depths, Items fisheyes = {}) {
   if (!fisheyes.empty()) {
     sources.fisheye = script(std::move(fisheyes));
   }
-  PairingReader reader(std::move(sources), to_m);
+  PairingReader reader(std::move(sources));
   EXPECT_FALSE(reader.live());
   auto once = play(reader);
   reader.rewind();
@@ -100,7 +99,7 @@ TEST(PairingReader, TheFisheyesTimesAreShiftedBeforeTheyPair) {
   sources.color = script({color(0, 0), color(1, 33), color(2, 67)});
   sources.fisheye = script({fisheye(0, 30), fisheye(1, 63), lost(Stream::fisheye, 2, 97)});
   sources.fisheye_offset_ns = -30 * kMs;
-  PairingReader reader(std::move(sources), to_m);
+  PairingReader reader(std::move(sources));
   EXPECT_EQ(play(reader), (Lines{"0//0", "1//1", "2//", "fish-eye picture 2 lost: torn"}));
   reader.rewind();
   EXPECT_EQ(reader.next(10ms)->fisheye.at(0)->stamp.time_ns, 0) << "on the colour camera's clock";
@@ -192,12 +191,12 @@ TEST(PairingReader, JitterLossAndDriftMakeNoWrongPair) {
     PairedSources sources;
     sources.color = script(std::move(colors));
     sources.depth = script(std::move(depths));
-    PairingReader reader(std::move(sources), to_m);
+    PairingReader reader(std::move(sources));
     int color_missing = 0, depth_missing = 0, alone = 0, without = 0, paired = 0;
     while (const auto set = reader.next(10ms)) {
-      without += set->depth ? 0 : 1;
-      paired += set->depth ? 1 : 0;
-      wrong += set->depth && set->depth->stamp.sequence != set->index ? 1 : 0;
+      without += set->raw_depth ? 0 : 1;
+      paired += set->raw_depth ? 1 : 0;
+      wrong += set->raw_depth && set->raw_depth->stamp.sequence != set->index ? 1 : 0;
       for (const std::string& warning : set->warnings) {
         const auto says = [&](const char* what) { return warning.find(what) != std::string::npos; };
         const int count = std::atoi(warning.c_str());
@@ -257,7 +256,7 @@ TEST(PairingReader, OneSourceForTwoStreamsPairsTheSameWhateverItsOrder) {
     }
     PairedSources sources;
     sources.color = sources.depth = script(items);
-    PairingReader reader(std::move(sources), to_m);
+    PairingReader reader(std::move(sources));
     return play(reader);
   };
   EXPECT_EQ(run(true), run(false));
@@ -272,7 +271,7 @@ TEST(PairingReader, ASharedSourceWithoutDepthIsNotReadIntoMemoryWhole) {
   auto source = script(items);
   PairedSources sources;
   sources.color = sources.depth = source;
-  PairingReader reader(std::move(sources), to_m);
+  PairingReader reader(std::move(sources));
   EXPECT_TRUE(reader.next(10ms));
   int left = 0;
   while (source->next(0ms)) {
@@ -305,7 +304,7 @@ class Device : public Source {
 TEST(PairingReader, LiveWaitsForDepthOnePeriodAndNoLonger) {
   auto device = std::make_shared<Device>();
   PairedSources sources{device, device, nullptr, true};
-  PairingReader reader(std::move(sources), to_m);
+  PairingReader reader(std::move(sources));
   EXPECT_TRUE(reader.live());
   EXPECT_FALSE(reader.next(5ms));
   EXPECT_FALSE(reader.finished());
@@ -314,21 +313,21 @@ TEST(PairingReader, LiveWaitsForDepthOnePeriodAndNoLonger) {
   device->give(depth(0, 1001));
   const auto first = reader.next(1s);
   ASSERT_TRUE(first);
-  EXPECT_TRUE(first->depth);
+  EXPECT_TRUE(first->raw_depth);
 
   device->give(color(1, 1033));
   const auto start = std::chrono::steady_clock::now();
   const auto second = reader.next(5s);
   ASSERT_TRUE(second);
-  EXPECT_FALSE(second->depth);
+  EXPECT_FALSE(second->raw_depth);
   EXPECT_LT(std::chrono::steady_clock::now() - start, 2s);
 
   device->give(depth(1, 1034));  // too late
   device->give(color(2, 1067));
   device->give(depth(2, 1068));
   const auto third = reader.next(1s);
-  ASSERT_TRUE(third && third->depth);
-  EXPECT_EQ(third->depth->stamp.sequence, 2u);
+  ASSERT_TRUE(third && third->raw_depth);
+  EXPECT_EQ(third->raw_depth->stamp.sequence, 2u);
   EXPECT_EQ(third->warnings, Lines{"1 depth picture late or without a colour picture: dropped"});
 
   device->gone = true;
@@ -355,7 +354,7 @@ std::string live_fisheyes(PairingReader& reader) {
 TEST(PairingReader, ALiveFisheyeThatComesAfterItsColourPictureJoinsTheNext) {
   auto camera = std::make_shared<Device>();
   auto above = std::make_shared<Device>();
-  PairingReader reader(PairedSources{camera, nullptr, above, true}, to_m);
+  PairingReader reader(PairedSources{camera, nullptr, above, true});
   const auto color_at = [&](std::uint64_t number) { camera->give(color(number, 1000 + 33 * std::int64_t(number))); };
   color_at(0);
   EXPECT_EQ(live_fisheyes(reader), "") << "it waits for no fish-eye";
@@ -381,7 +380,7 @@ TEST(PairingReader, ALiveFisheyeThatComesAfterItsColourPictureJoinsTheNext) {
 TEST(PairingReader, ALiveBracketIsNeverTakenInHalf) {
   auto camera = std::make_shared<Device>();
   auto above = std::make_shared<Device>();
-  PairingReader reader(PairedSources{camera, nullptr, above, true}, to_m);
+  PairingReader reader(PairedSources{camera, nullptr, above, true});
   for (std::uint64_t i = 0; i < 30; ++i) above->give(fisheye(i, 1000 + 10 * std::int64_t(i / 3)));
   camera->give(color(0, 1100));
   EXPECT_EQ(live_fisheyes(reader).substr(0, 9), "27 28 29 ") << "more came than are kept";
@@ -420,7 +419,7 @@ TEST(PairingReader, KeepsNoPicturesForALiveColourCameraThatIsAway) {
   sources.color = std::make_shared<Away>();
   sources.fisheye = tireless;
   sources.live = true;
-  PairingReader reader(sources, to_m);
+  PairingReader reader(sources);
   while (tireless->given.size() < 200) EXPECT_FALSE(reader.next(1ms));
   const auto kept = std::count_if(tireless->given.begin(), tireless->given.end(),
                                   [](const std::weak_ptr<const CameraPicture>& one) { return !one.expired(); });

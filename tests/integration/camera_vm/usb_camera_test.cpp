@@ -137,7 +137,7 @@ TEST(UsbCamera, EveryBracketReachesAFrameOfALiveColourCamera) {
   sources.fisheye = std::make_shared<LiveSource>(
       "fish-eye", [&] { return std::make_unique<V4l2Source>(kName, bracketed); }, LivePatience{6s, 500ms});
   sources.live = true;
-  PairingReader reader(sources, {});
+  PairingReader reader(sources);
   std::optional<std::uint64_t> next;
   const Clock::time_point begin = Clock::now();
   while (next.value_or(0) < 14 && Clock::now() - begin < 30s) {

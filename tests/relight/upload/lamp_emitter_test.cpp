@@ -20,7 +20,7 @@ Lamps lamps_of(const reconstruct::PointLight& light, const Eigen::Vector3f& prob
   reconstruct::Illumination illumination;
   illumination.probe_position_m = probe_m;
   illumination.lights = {light};
-  illumination.remainder.radiance = capture::Image<float>(8, 4, 3, 0.0f);
+  illumination.environment.radiance = capture::Image<float>(8, 4, 3, 0.0f);
   relight::ReferenceScene room;
   relight::light_room(illumination, room);
   return {relight::make_light_set(illumination, 1).lamps.at(0), room.lamps.at(0)};

@@ -32,7 +32,7 @@ std::vector<FrameRecord> replayed(
   ServiceFiles files;
   files.session = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
   ServiceInput input = read_service(files, plan);
-  const std::unique_ptr<capture::FrameReader> frames = capture::open_frames(input.session);
+  const std::unique_ptr<capture::FrameReader> frames = capture::open_paired_frames(input.session);
   OfflinePipeline pipeline(
       input.session, std::move(input.exhibit), input.plan,
       [&, made = 0]() mutable {

@@ -108,7 +108,7 @@ class SunAndSky : public testing::Test {
 
   std::filesystem::path folder_;
   capture::Session session_;
-  reconstruct::EnvironmentPicture environment_;
+  reconstruct::EnvironmentMap environment_;
   Eigen::Vector3f sun_;
   float irradiance_ = 0;
 };

@@ -2,7 +2,7 @@
 // What a piece of work costs, on the clock and on the processors.
 #include <chrono>
 
-namespace lumigraft::server {
+namespace lumigraft::reconstruct {
 
 struct StageCost {
   double wall_ms = 0;
@@ -20,4 +20,4 @@ class CostClock {
   double cpu_start_ms_;
 };
 
-}  // namespace lumigraft::server
+}  // namespace lumigraft::reconstruct

@@ -1,14 +1,14 @@
-#include "server/pipeline/scene_change.h"
+#include "reconstruct/scene_change.h"
 
 #include <algorithm>
 
-namespace lumigraft::server {
+namespace lumigraft::reconstruct {
 
 using Eigen::Vector3f;
 
-float moved_share(const reconstruct::DistanceField& now, const reconstruct::DistanceField& before) {
+float moved_share(const DistanceField& now, const DistanceField& before) {
   if (now.bricks.empty()) return 0;
-  const auto mean = [](const reconstruct::FieldBrick& brick) {
+  const auto mean = [](const FieldBrick& brick) {
     Vector3f sum = Vector3f::Zero();
     float weights = 0;
     for (std::size_t i = 0; i < brick.radiance.size(); ++i) {
@@ -18,7 +18,7 @@ float moved_share(const reconstruct::DistanceField& now, const reconstruct::Dist
     return weights > 0 ? (sum / weights).eval() : Vector3f::Zero().eval();
   };
   const auto moved = std::count_if(now.bricks.begin(), now.bricks.end(), [&](const auto& entry) {
-    const reconstruct::FieldBrick* was = before.brick(entry.first);
+    const FieldBrick* was = before.brick(entry.first);
     if (was == entry.second.get()) return false;
     if (!was) return true;
     const Vector3f then = mean(*was), here = mean(*entry.second);
@@ -27,7 +27,7 @@ float moved_share(const reconstruct::DistanceField& now, const reconstruct::Dist
   return static_cast<float>(moved) / static_cast<float>(now.bricks.size());
 }
 
-AlbedoDelta compare_albedo(const reconstruct::AlbedoField& now, const reconstruct::AlbedoField& before) {
+AlbedoDelta compare_albedo(const AlbedoField& now, const AlbedoField& before) {
   double change = 0, sum = 0, sigma = 0, sigma_before = 0;
   std::size_t known = 0, fresh = 0;
   for (const auto& [key, brick] : now.bricks) {
@@ -52,4 +52,4 @@ AlbedoDelta compare_albedo(const reconstruct::AlbedoField& now, const reconstruc
   return news;
 }
 
-}  // namespace lumigraft::server
+}  // namespace lumigraft::reconstruct

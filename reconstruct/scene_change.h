@@ -3,11 +3,11 @@
 #include "reconstruct/albedo/albedo.h"
 #include "reconstruct/field/distance_field.h"
 
-namespace lumigraft::server {
+namespace lumigraft::reconstruct {
 
 /// Share of the field's bricks that are new, or whose mean radiance is another than before by more than kOtherRadiance:
 /// what moved, or came to be seen, and not what noise makes drift.
-float moved_share(const reconstruct::DistanceField& now, const reconstruct::DistanceField& before);
+float moved_share(const DistanceField& now, const DistanceField& before);
 constexpr float kOtherRadiance = 0.05f;
 
 /// What one more solution told, over surface samples.
@@ -16,6 +16,6 @@ struct AlbedoDelta {
   float newly_known = 0;  ///< share of the samples known now that were not
   float surer = 0;        ///< by how much their standard deviation fell, over what it was; negative: it rose
 };
-AlbedoDelta compare_albedo(const reconstruct::AlbedoField& now, const reconstruct::AlbedoField& before);
+AlbedoDelta compare_albedo(const AlbedoField& now, const AlbedoField& before);
 
-}  // namespace lumigraft::server
+}  // namespace lumigraft::reconstruct

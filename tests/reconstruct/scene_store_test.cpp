@@ -1,18 +1,18 @@
-#include "server/pipeline/scene_board.h"
+#include "reconstruct/scene_store.h"
 
 #include <gtest/gtest.h>
 
+#include "reconstruct/albedo_schedule.h"
 #include "reconstruct/light/environment.h"
-#include "server/pipeline/albedo_schedule.h"
 
-namespace lumigraft::server {
+namespace lumigraft::reconstruct {
 namespace {
 
-reconstruct::Illumination one_lamp(std::uint64_t version, float irradiance) {
-  reconstruct::Illumination light;
+Illumination one_lamp(std::uint64_t version, float irradiance) {
+  Illumination light;
   light.version = version;
   light.probe_position_m = Eigen::Vector3f(0, 0, 1);
-  reconstruct::PointLight lamp;
+  PointLight lamp;
   lamp.id = 4;
   lamp.direction = Eigen::Vector3f::UnitX();
   lamp.irradiance = Eigen::Vector3f::Constant(irradiance);
@@ -21,8 +21,8 @@ reconstruct::Illumination one_lamp(std::uint64_t version, float irradiance) {
   return light;
 }
 
-reconstruct::Illumination at_two_metres(reconstruct::Illumination light) {
-  reconstruct::PointLight& lamp = light.lights[0];
+Illumination at_two_metres(Illumination light) {
+  PointLight& lamp = light.lights[0];
   lamp.distance_known = true;
   lamp.position_m = light.probe_position_m + 2 * lamp.direction;
   lamp.intensity = 4 * lamp.irradiance;
@@ -33,16 +33,16 @@ reconstruct::Illumination at_two_metres(reconstruct::Illumination light) {
 
 TEST(SceneStore, SettlesWhenTheNewestPicturesTeachNothing) {
   SceneStore board;
-  auto field = std::make_shared<reconstruct::DistanceField>();
+  auto field = std::make_shared<DistanceField>();
   field->version = 3;
-  const auto light = std::make_shared<const reconstruct::Illumination>(one_lamp(2, 10));
+  const auto light = std::make_shared<const Illumination>(one_lamp(2, 10));
   const auto look = [&] {
     board.publish_field(field);
     board.publish_light(light);
   };
   const auto solve = [&](std::uint64_t field_version, std::uint64_t light_version) {
-    const auto measured = std::make_shared<const reconstruct::Illumination>(one_lamp(light_version, 10));
-    board.publish_solution({std::make_shared<reconstruct::AlbedoField>(), light, {}}, field_version, measured);
+    const auto measured = std::make_shared<const Illumination>(one_lamp(light_version, 10));
+    board.publish_solution({std::make_shared<AlbedoField>(), light, {}}, field_version, measured);
   };
   EXPECT_FALSE(board.settled(board.newest()));
   look();
@@ -52,12 +52,12 @@ TEST(SceneStore, SettlesWhenTheNewestPicturesTeachNothing) {
   EXPECT_FALSE(board.settled(board.newest())) << "solved for an older field";
   solve(3, 1);
   EXPECT_FALSE(board.settled(board.newest())) << "solved for older light";
-  const reconstruct::Scene older = board.newest();
+  const Scene older = board.newest();
   solve(3, 2);
   EXPECT_TRUE(board.settled(board.newest()));
   EXPECT_FALSE(board.settled(older)) << "a picture of an older scene";
 
-  field = std::make_shared<reconstruct::DistanceField>(*field);
+  field = std::make_shared<DistanceField>(*field);
   field->version = 4;
   look();
   EXPECT_FALSE(board.settled(board.newest())) << "geometry learnt something";
@@ -69,16 +69,16 @@ TEST(SceneStore, SettlesWhenTheNewestPicturesTeachNothing) {
 
 TEST(SceneStore, SolvedDistancesHoldForLaterLight) {
   SceneStore board;
-  const auto measured = std::make_shared<const reconstruct::Illumination>(one_lamp(1, 10));
+  const auto measured = std::make_shared<const Illumination>(one_lamp(1, 10));
   board.publish_light(measured);
-  const auto solved = std::make_shared<const reconstruct::Illumination>(at_two_metres(one_lamp(1, 10)));
-  board.publish_solution({std::make_shared<reconstruct::AlbedoField>(), solved, {"dim"}}, 0, measured);
+  const auto solved = std::make_shared<const Illumination>(at_two_metres(one_lamp(1, 10)));
+  board.publish_solution({std::make_shared<AlbedoField>(), solved, {"dim"}}, 0, measured);
   EXPECT_EQ(board.newest().illumination, solved) << "the very light that was solved";
   EXPECT_EQ(board.newest().warnings, std::vector<std::string>{"dim"});
 
-  board.publish_light(std::make_shared<const reconstruct::Illumination>(one_lamp(2, 30)));
-  const reconstruct::Scene later = board.newest();
-  const reconstruct::PointLight& lamp = later.illumination->lights[0];
+  board.publish_light(std::make_shared<const Illumination>(one_lamp(2, 30)));
+  const Scene later = board.newest();
+  const PointLight& lamp = later.illumination->lights[0];
   ASSERT_TRUE(lamp.distance_known);
   EXPECT_TRUE(lamp.position_m.isApprox(Eigen::Vector3f(2, 0, 1)));
   EXPECT_FLOAT_EQ(lamp.intensity.x(), 120);  // 30 W/m² at 2 m
@@ -91,7 +91,7 @@ TEST(SceneStore, SolvedDistancesHoldForLaterLight) {
 }
 
 TEST(SceneStore, AnUnknownLampStaysInfinitelyFar) {
-  reconstruct::Illumination other = one_lamp(2, 5);
+  Illumination other = one_lamp(2, 5);
   other.lights[0].id = 9;
   const auto carried = carry_lamps(other, one_lamp(1, 10), at_two_metres(one_lamp(1, 10)));
   EXPECT_FALSE(carried->lights.at(0).distance_known);
@@ -100,10 +100,10 @@ TEST(SceneStore, AnUnknownLampStaysInfinitelyFar) {
 
 // The picture tells a clipped lamp's least power. Solving found 3 times that; it is as much later.
 TEST(SceneStore, AClippedLampKeepsItsGain) {
-  reconstruct::Illumination measured = one_lamp(1, 10), newest = one_lamp(2, 11);
-  reconstruct::Illumination solved = at_two_metres(one_lamp(1, 30));
+  Illumination measured = one_lamp(1, 10), newest = one_lamp(2, 11);
+  Illumination solved = at_two_metres(one_lamp(1, 30));
   measured.lights[0].clipped = newest.lights[0].clipped = solved.lights[0].clipped = true;
-  const reconstruct::PointLight near = carry_lamps(newest, measured, solved)->lights.at(0);
+  const PointLight near = carry_lamps(newest, measured, solved)->lights.at(0);
   EXPECT_FLOAT_EQ(near.irradiance.x(), 33);
   EXPECT_FLOAT_EQ(near.intensity.x(), 4 * 33);
   solved.lights[0].distance_known = false;
@@ -114,16 +114,16 @@ TEST(SceneStore, AClippedLampKeepsItsGain) {
 
 // A lamp that a tag places and no fish-eye sees: solving found 5 times the power that was guessed. It moves.
 TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
-  reconstruct::Illumination measured = one_lamp(1, 2);
-  measured.lights[0].visibility = reconstruct::PointLight::Visibility::dark;
+  Illumination measured = one_lamp(1, 2);
+  measured.lights[0].visibility = PointLight::Visibility::dark;
   measured.lights[0].distance_known = true;
   measured.lights[0].position_m = Eigen::Vector3f(3, 0, 1);
-  reconstruct::Illumination newest = measured, solved = measured;
+  Illumination newest = measured, solved = measured;
   newest.version = 2;
   newest.lights[0].position_m = Eigen::Vector3f(2, 0, 1);
   solved.lights[0].irradiance *= 5;
   solved.lights[0].power_log_sigma = 0.1f;
-  const reconstruct::PointLight lamp = carry_lamps(newest, measured, solved)->lights.at(0);
+  const PointLight lamp = carry_lamps(newest, measured, solved)->lights.at(0);
   EXPECT_EQ(lamp.position_m, newest.lights[0].position_m);
   EXPECT_FLOAT_EQ(lamp.irradiance.x(), 10);
   EXPECT_FLOAT_EQ(lamp.intensity.x(), 4 * 10);
@@ -132,14 +132,14 @@ TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
   solved.lights.clear();  // off
   EXPECT_TRUE(carry_lamps(newest, measured, solved)->lights.empty());
   newest.lights[0].visibility =
-      reconstruct::PointLight::Visibility::visible;  // switched on since: a lamp, and no reflection
+      PointLight::Visibility::visible;  // switched on since: a lamp, and no reflection
   EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 2);
 }
 
 // A wall clips beside a lamp; solving raised it to what the lamp makes of it, and what no camera saw with it.
 TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
   constexpr std::size_t kClipped = 10 * 64 + 20, kUnseen = 30 * 64 + 5, kPlain = 10 * 64 + 40;
-  reconstruct::Illumination measured = one_lamp(1, 10);
+  Illumination measured = one_lamp(1, 10);
   measured.environment.radiance = capture::Image<float>(64, 32, 3);
   std::fill(measured.environment.radiance.data.begin(), measured.environment.radiance.data.end(), 1.0f);
   measured.environment.clipped = capture::Image<std::uint8_t>(64, 32, 1);
@@ -147,7 +147,7 @@ TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
   measured.environment.seen = capture::Image<std::uint8_t>(64, 32, 1);
   std::fill(measured.environment.seen.data.begin(), measured.environment.seen.data.end(), std::uint8_t{1});
   measured.environment.seen.data[kUnseen] = 0;
-  reconstruct::Illumination newest = measured, solved = at_two_metres(measured);
+  Illumination newest = measured, solved = at_two_metres(measured);
   newest.version = 2;
   for (const std::size_t cell : {kClipped, kUnseen, kPlain}) solved.environment.radiance.data[3 * cell] = 5;
   newest.environment.radiance.data[3 * kClipped] = 1.1f;
@@ -157,7 +157,7 @@ TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
   EXPECT_FLOAT_EQ(found[3 * kUnseen], 5);
   EXPECT_FLOAT_EQ(found[3 * kPlain], 1) << "that was measured";
   EXPECT_FLOAT_EQ(found[3 * kClipped + 1], 1);
-  EXPECT_EQ(carried->environment_sh[0], reconstruct::project_sh(carried->environment)[0]);
+  EXPECT_EQ(carried->environment_sh[0], project_sh(carried->environment)[0]);
 
   newest.environment.clipped.data[kClipped] = 0;
   EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->environment.radiance.data[3 * kClipped], 1.1f)
@@ -165,7 +165,7 @@ TEST(SceneStore, AClippedWallStaysAsBrightAsItWasFound) {
 }
 
 TEST(SceneStore, AReflectionStaysOne) {
-  reconstruct::Illumination newest = one_lamp(2, 7), solved = one_lamp(1, 10);
+  Illumination newest = one_lamp(2, 7), solved = one_lamp(1, 10);
   newest.environment.radiance = capture::Image<float>(64, 32, 3);
   solved.lights.clear();
   const auto carried = carry_lamps(newest, one_lamp(1, 10), solved);
@@ -175,4 +175,4 @@ TEST(SceneStore, AReflectionStaysOne) {
 }
 
 }  // namespace
-}  // namespace lumigraft::server
+}  // namespace lumigraft::reconstruct

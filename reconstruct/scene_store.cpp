@@ -1,4 +1,4 @@
-#include "server/pipeline/scene_board.h"
+#include "reconstruct/scene_store.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,24 +7,24 @@
 
 #include "reconstruct/light/environment.h"
 
-namespace lumigraft::server {
+namespace lumigraft::reconstruct {
 namespace {
 
-const reconstruct::PointLight* lamp_of(const reconstruct::Illumination& light, int id) {
-  const auto found = std::find_if(light.lights.begin(), light.lights.end(),
-                                  [&](const reconstruct::PointLight& l) { return l.id == id; });
+const PointLight* lamp_of(const Illumination& light, int id) {
+  const auto found =
+      std::find_if(light.lights.begin(), light.lights.end(), [&](const PointLight& l) { return l.id == id; });
   return found == light.lights.end() ? nullptr : &*found;
 }
 
 }  // namespace
 
-void SceneStore::publish_field(std::shared_ptr<const reconstruct::DistanceField> field) {
+void SceneStore::publish_field(std::shared_ptr<const DistanceField> field) {
   std::lock_guard lock(mutex_);
   same_field_again_ = field && field == scene_.field;
   scene_.field = std::move(field);
 }
 
-void SceneStore::publish_light(std::shared_ptr<const reconstruct::Illumination> light) {
+void SceneStore::publish_light(std::shared_ptr<const Illumination> light) {
   std::lock_guard lock(mutex_);
   same_light_again_ = light && light == light_;
   if (light_ != light) {
@@ -33,8 +33,8 @@ void SceneStore::publish_light(std::shared_ptr<const reconstruct::Illumination> 
   }
 }
 
-void SceneStore::publish_solution(reconstruct::AlbedoStage::Result solution, std::uint64_t field_version,
-                                  std::shared_ptr<const reconstruct::Illumination> measured) {
+void SceneStore::publish_solution(AlbedoStage::Result solution, std::uint64_t field_version,
+                                  std::shared_ptr<const Illumination> measured) {
   std::lock_guard lock(mutex_);
   scene_.albedo = std::move(solution.albedo);
   solved_light_ = std::move(solution.illumination);
@@ -44,12 +44,12 @@ void SceneStore::publish_solution(reconstruct::AlbedoStage::Result solution, std
   combine();
 }
 
-void SceneStore::publish_albedo(std::shared_ptr<const reconstruct::AlbedoField> albedo) {
+void SceneStore::publish_albedo(std::shared_ptr<const AlbedoField> albedo) {
   std::lock_guard lock(mutex_);
   scene_.albedo = std::move(albedo);
 }
 
-void SceneStore::publish_enclosure(std::shared_ptr<const reconstruct::Enclosure> enclosure) {
+void SceneStore::publish_enclosure(std::shared_ptr<const Enclosure> enclosure) {
   std::lock_guard lock(mutex_);
   scene_.enclosure = std::move(enclosure);
 }
@@ -69,40 +69,39 @@ void SceneStore::combine() {
   }
 }
 
-reconstruct::Scene SceneStore::newest() const {
+Scene SceneStore::newest() const {
   std::lock_guard lock(mutex_);
-  reconstruct::Scene scene = scene_;
+  Scene scene = scene_;
   for (const auto& [stage, lines] : warnings_) {
     append_warnings(scene.warnings, lines);
   }
   return scene;
 }
 
-bool SceneStore::settled(const reconstruct::Scene& scene) const {
+bool SceneStore::settled(const Scene& scene) const {
   std::lock_guard lock(mutex_);
   return same_field_again_ && same_light_again_ && scene_.albedo && solved_from_ &&
          scene_.field->version == solved_field_version_ && light_->version == solved_from_->version &&
          scene.field == scene_.field && scene.albedo == scene_.albedo && scene.illumination == scene_.illumination;
 }
 
-std::shared_ptr<const reconstruct::Illumination> SceneStore::measured_light() const {
+std::shared_ptr<const Illumination> SceneStore::measured_light() const {
   std::lock_guard lock(mutex_);
   return light_;
 }
 
 namespace {
 
-bool has_disk_at(const std::vector<reconstruct::PointLight>& lamps, const Eigen::Vector3f& direction,
-                 float margin_rad) {
-  return std::any_of(lamps.begin(), lamps.end(), [&](const reconstruct::PointLight& lamp) {
+bool has_disk_at(const std::vector<PointLight>& lamps, const Eigen::Vector3f& direction, float margin_rad) {
+  return std::any_of(lamps.begin(), lamps.end(), [&](const PointLight& lamp) {
     return lamp.direction.dot(direction) > std::cos(lamp.angular_radius_rad + margin_rad);
   });
 }
 
 /// Cells of the newest remainder that are clipped, or that no camera saw, as much brighter as solving found them. Where
 /// solving put lamps' disks back they are left as they are.
-bool raise_as_before(reconstruct::EnvironmentMap& newest, const reconstruct::EnvironmentMap& measured,
-                     const reconstruct::EnvironmentMap& solved, const std::vector<reconstruct::PointLight>& put_back) {
+bool raise_as_before(EnvironmentMap& newest, const EnvironmentMap& measured,
+                     const EnvironmentMap& solved, const std::vector<PointLight>& put_back) {
   const capture::Image<float>& to = newest.radiance;
   const auto alike = [&](const capture::Image<float>& other) {
     return other.width == to.width && other.height == to.height;
@@ -116,7 +115,7 @@ bool raise_as_before(reconstruct::EnvironmentMap& newest, const reconstruct::Env
       const auto cell = static_cast<std::size_t>(v) * static_cast<std::size_t>(to.width) + static_cast<std::size_t>(u);
       const bool unseen = !newest.seen.empty() && !newest.seen.data[cell];
       if (!unseen && !(newest.clipped.data[cell] && measured.clipped.data[cell])) continue;
-      if (has_disk_at(put_back, reconstruct::environment_direction(u, v, to.width, to.height), cell_rad)) continue;
+      if (has_disk_at(put_back, environment_direction(u, v, to.width, to.height), cell_rad)) continue;
       for (std::size_t c = 3 * cell; c < 3 * cell + 3; ++c) {
         const float gain = solved.radiance.data[c] / std::max(measured.radiance.data[c], 1e-12f);
         if (!(gain > 1)) continue;
@@ -130,23 +129,22 @@ bool raise_as_before(reconstruct::EnvironmentMap& newest, const reconstruct::Env
 
 }  // namespace
 
-std::shared_ptr<const reconstruct::Illumination> carry_lamps(const reconstruct::Illumination& newest,
-                                                             const reconstruct::Illumination& measured,
-                                                             const reconstruct::Illumination& solved) {
-  auto carried = std::make_shared<reconstruct::Illumination>(newest);
+std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, const Illumination& measured,
+                                                const Illumination& solved) {
+  auto carried = std::make_shared<Illumination>(newest);
   carried->lights.clear();
-  std::vector<reconstruct::PointLight> put_back;
-  for (const reconstruct::PointLight& lamp : measured.lights)
+  std::vector<PointLight> put_back;
+  for (const PointLight& lamp : measured.lights)
     if (!lamp_of(solved, lamp.id)) put_back.push_back(lamp);
   const bool raised = raise_as_before(carried->environment, measured.environment, solved.environment, put_back);
-  for (reconstruct::PointLight lamp : newest.lights) {
-    const reconstruct::PointLight* before = lamp_of(measured, lamp.id);
-    const reconstruct::PointLight* known = lamp_of(solved, lamp.id);
-    const bool unseen = lamp.visibility != reconstruct::PointLight::Visibility::visible;
-    const bool was_unseen = before && before->visibility != reconstruct::PointLight::Visibility::visible;
+  for (PointLight lamp : newest.lights) {
+    const PointLight* before = lamp_of(measured, lamp.id);
+    const PointLight* known = lamp_of(solved, lamp.id);
+    const bool unseen = lamp.visibility != PointLight::Visibility::visible;
+    const bool was_unseen = before && before->visibility != PointLight::Visibility::visible;
     if (was_unseen && !known && unseen) continue;  // it was found to be off
     if (before && !known && !was_unseen) {
-      reconstruct::add_disk(carried->environment, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);
+      add_disk(carried->environment, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);
       continue;
     }
     if (known && ((unseen && was_unseen) || (lamp.clipped && before->clipped))) {
@@ -171,7 +169,7 @@ std::shared_ptr<const reconstruct::Illumination> carry_lamps(const reconstruct::
     carried->lights.push_back(lamp);
   }
   if (raised || carried->lights.size() != newest.lights.size()) {
-    carried->environment_sh = reconstruct::project_sh(carried->environment);
+    carried->environment_sh = project_sh(carried->environment);
   }
   return carried;
 }
@@ -184,4 +182,4 @@ void append_warnings(std::vector<std::string>& to, const std::vector<std::string
   }
 }
 
-}  // namespace lumigraft::server
+}  // namespace lumigraft::reconstruct

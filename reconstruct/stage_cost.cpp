@@ -1,8 +1,8 @@
-#include "server/metrics/stage_cost.h"
+#include "reconstruct/stage_cost.h"
 
 #include <ctime>
 
-namespace lumigraft::server {
+namespace lumigraft::reconstruct {
 namespace {
 
 double process_cpu_ms() {
@@ -20,4 +20,4 @@ StageCost CostClock::elapsed() const {
           process_cpu_ms() - cpu_start_ms_};
 }
 
-}  // namespace lumigraft::server
+}  // namespace lumigraft::reconstruct

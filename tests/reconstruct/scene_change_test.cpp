@@ -1,22 +1,22 @@
-#include "server/pipeline/scene_change.h"
+#include "reconstruct/scene_change.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <memory>
 
-namespace lumigraft::server {
+namespace lumigraft::reconstruct {
 namespace {
 
 // 99 of 100 bricks stay; noise of 2 % in one of them is nothing, a fifth less light is.
 TEST(SceneChange, WhatMovedIsNotWhatNoiseMakesDrift) {
   const auto grey = [](float radiance) {
-    auto brick = std::make_shared<reconstruct::FieldBrick>();
+    auto brick = std::make_shared<FieldBrick>();
     brick->radiance.fill(Eigen::Vector3f::Constant(radiance));
     brick->radiance_weight.fill(1);
     return brick;
   };
-  reconstruct::DistanceField before, now;
+  DistanceField before, now;
   for (int i = 0; i < 100; ++i) before.bricks[{i, 0, 0}] = grey(0.5f);
   now = before;
   EXPECT_EQ(moved_share(now, before), 0);
@@ -30,11 +30,11 @@ TEST(SceneChange, WhatMovedIsNotWhatNoiseMakesDrift) {
 
 TEST(SceneChange, WhatASolutionTells) {
   const auto albedo = [](float value, float sigma, std::size_t known) {
-    auto brick = std::make_shared<reconstruct::AlbedoBrick>();
+    auto brick = std::make_shared<AlbedoBrick>();
     brick->albedo.fill(Eigen::Vector3f::Constant(value));
     brick->sigma.fill(-1);
     std::fill_n(brick->sigma.begin(), known, sigma);
-    reconstruct::AlbedoField field;
+    AlbedoField field;
     field.bricks[{0, 0, 0}] = brick;
     return field;
   };
@@ -45,4 +45,4 @@ TEST(SceneChange, WhatASolutionTells) {
 }
 
 }  // namespace
-}  // namespace lumigraft::server
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,71 @@
+#include "capture/sync/stream_lane.h"
+
+#include <utility>
+
+namespace lumigraft::capture {
+namespace {
+
+std::string lost_text(const SourceItem& item) {
+  const auto& lost = std::get<LostPicture>(item);
+  return std::string(name_of(lost.stream)) + " picture " + std::to_string(lost.stamp.sequence) +
+         " lost: " + lost.reason;
+}
+
+}  // namespace
+
+std::string ms_text(std::int64_t ns) { return std::to_string((ns + 500'000) / 1'000'000) + " ms"; }
+
+bool is_lost(const SourceItem& item) { return std::holds_alternative<LostPicture>(item); }
+
+std::int64_t time_of(const SourceItem& item) { return stamp_of(item).time_ns; }
+
+void StreamLane::accept(SourceItem item) {
+  const Stream stream = stream_of(item);
+  Stamp stamp = stamp_of(item);
+  const std::string name = name_of(stream);
+  if (stamp.sequence > next_sequence) {
+    notes.push_back(std::to_string(stamp.sequence - next_sequence) + " " + name + " pictures missing before picture " +
+                    std::to_string(stamp.sequence));
+  }
+  next_sequence = stamp.sequence + 1;
+  if (stamp.time_ns > kLatest_ns || stamp.time_ns < -kLatest_ns) {
+    notes.push_back(name + " picture " + std::to_string(stamp.sequence) + " has an impossible time: dropped");
+    return;
+  }
+  if (offset_ns != 0) {
+    stamp.time_ns += offset_ns;
+    std::visit([&](auto& any) { any.stamp = stamp; }, item);
+  }
+  const bool bracket = stream == Stream::fisheye && stamp.time_ns == last_time_ns;
+  if (stamp.time_ns <= last_time_ns && !bracket) {
+    notes.push_back(is_lost(item) ? lost_text(item)
+                                  : name + " picture " + std::to_string(stamp.sequence) + " is " +
+                                        ms_text(last_time_ns - stamp.time_ns) + " older than the one before: dropped");
+    return;
+  }
+  last_time_ns = stamp.time_ns;
+  queue.push_back({std::move(item), std::move(notes)});
+  notes.clear();
+}
+
+void StreamLane::keep_newest(std::size_t count) {
+  while (queue.size() > count) {
+    queue.pop_front();
+    ++dropped;
+  }
+  if (notes.size() > count) {
+    notes.erase(notes.begin());
+  }
+}
+
+SourceItem StreamLane::pop(std::vector<std::string>& warnings) {
+  Entry entry = std::move(queue.front());
+  queue.pop_front();
+  warnings.insert(warnings.end(), entry.notes.begin(), entry.notes.end());
+  if (is_lost(entry.item)) {
+    warnings.push_back(lost_text(entry.item));
+  }
+  return std::move(entry.item);
+}
+
+}  // namespace lumigraft::capture

@@ -1,0 +1,77 @@
+#include "reconstruct/albedo_schedule.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "reconstruct/scene_change.h"
+
+namespace lumigraft::reconstruct {
+
+AlbedoSchedule::AlbedoSchedule(std::unique_ptr<AlbedoPace> pace) : pace_(std::move(pace)) {}
+
+/// Of the lamps' irradiance since the last solution; infinite where a lamp came or went.
+double AlbedoSchedule::light_change(const Illumination& light) const {
+  constexpr double kOther = std::numeric_limits<double>::infinity();
+  if (light.lights.size() != known_->lights.size()) return kOther;
+  double difference = 0, sum = 0;
+  for (const PointLight& now : light.lights) {
+    const auto before =
+        std::find_if(known_->lights.begin(), known_->lights.end(), [&](const PointLight& l) { return l.id == now.id; });
+    if (before == known_->lights.end()) return kOther;
+    // Direction counts as a change of the vector irradiance.
+    difference += (now.irradiance.sum() * now.direction - before->irradiance.sum() * before->direction).norm();
+    sum += before->irradiance.sum();
+  }
+  return sum > 0 ? difference / sum : 0;
+}
+
+bool AlbedoSchedule::changed_much(const DistanceField& field, const Illumination& light) const {
+  if (!known_) return true;
+  return static_cast<double>(field.bricks.size()) > kMuchMoreRoom * static_cast<double>(known_->field->bricks.size()) ||
+         light_change(light) > kMuchLight;
+}
+
+bool AlbedoSchedule::changed(const DistanceField& field, const Illumination& light) const {
+  return !known_ || field.version != known_->field->version || light.version != known_->light_version;
+}
+
+bool AlbedoSchedule::moved(const DistanceField& field, const Illumination& light) const {
+  return !known_ || light_change(light) > kLittle || moved_share(field, *known_->field) > kMoved;
+}
+
+AlbedoWork AlbedoSchedule::next(const DistanceField& field, const Illumination& light) {
+  pace_->asked();
+  learning_ = changed_much(field, light);
+  may_solve_everything_ = pace_->waited(AlbedoWork::everything, 1, learning_);
+  const bool everything = everything_due_ && (only_everything_ || may_solve_everything_);
+  const AlbedoWork work = everything ? AlbedoWork::everything : AlbedoWork::incremental;
+  if (!pace_->waited(work, 1, learning_) || !(everything || changed(field, light))) return AlbedoWork::nothing;
+  if (!learning_ && !pace_->waited(work, patience_, false) && !(pace_->may_compare() && moved(field, light)))
+    return AlbedoWork::nothing;
+  return work;
+}
+
+void AlbedoSchedule::begin(std::shared_ptr<const DistanceField> field, const Illumination& light) {
+  disturbed_ = changed_much(*field, light) || moved(*field, light);
+  known_before_ = std::exchange(known_, Known{std::move(field), light.version, light.lights});
+  everything_due_ = only_everything_ = false;
+}
+
+void AlbedoSchedule::solved(std::shared_ptr<const AlbedoField> albedo, bool everything_due) {
+  bool told_little = false;
+  if (albedo && albedo_ && !disturbed_) {
+    const AlbedoDelta news = compare_albedo(*albedo, *albedo_);
+    told_little = news.change < kLittle && news.newly_known < kFew && news.surer < kFew;
+  }
+  patience_ = told_little ? std::min(2 * patience_, kMostPatience) : 1;
+  if (albedo) albedo_ = std::move(albedo);
+  everything_due_ = everything_due;
+}
+
+void AlbedoSchedule::wait_for_everything() {
+  known_ = std::move(known_before_);
+  everything_due_ = only_everything_ = true;
+}
+
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,220 @@
+#include "reconstruct/scene_builder.h"
+
+#include <atomic>
+#include <mutex>
+#include <utility>
+
+#include "capture/sync/depth_registration.h"
+#include "reconstruct/fusion/fusion.h"
+#include "reconstruct/light/light.h"
+#include "reconstruct/pose/lamp_tags.h"
+#include "reconstruct/pose/pose.h"
+#include "reconstruct/room/enclosure.h"
+#include "reconstruct/room/mirror_detection.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+/// Runs a stage of a frame, which says whether there was anything to do: its cost is noted, what it throws becomes a
+/// warning.
+template <typename Function>
+void run_if_due(BuildResult& built, const std::string& name, Function function) {
+  const CostClock clock;
+  try {
+    if (!function()) return;
+  } catch (const std::exception& e) {
+    append_warnings(built.warnings, {name + ": " + e.what()});
+  }
+  built.stages[name] = clock.elapsed();
+}
+
+template <typename Function>
+void run_stage(BuildResult& built, const std::string& name, Function function) {
+  run_if_due(built, name, [&] {
+    function();
+    return true;
+  });
+}
+
+/// What the tags of lamps said last. The stage that reads them and the one that uses them may run at once.
+class NewestLampTags {
+ public:
+  void put(std::vector<LampTagPose> tags, std::int64_t time_ns) {
+    std::lock_guard lock(mutex_);
+    tags_ = std::move(tags);
+    time_ns_ = time_ns;
+  }
+  /// None where they were read longer ago than a hidden tag is believed: the colour camera may be away.
+  std::vector<LampTagPose> at(std::int64_t time_ns) const {
+    std::lock_guard lock(mutex_);
+    return time_ns - time_ns_ > LampTagStage::kHeldNs ? std::vector<LampTagPose>() : tags_;
+  }
+  std::int64_t time_ns() const {
+    std::lock_guard lock(mutex_);
+    return time_ns_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<LampTagPose> tags_;
+  std::int64_t time_ns_ = 0;
+};
+
+}  // namespace
+
+struct SceneBuilder::State {
+  SceneOverrides overrides;
+  capture::RegistrationStage registration;
+  PoseStage pose;
+  LampTagStage lamp_tags;
+  LightStage light;
+  FusionStage fusion;
+  AlbedoStage albedo;
+  EnclosureStage enclosure;
+  AlbedoSchedule schedule;
+  std::atomic<bool> learning = true;
+  NewestLampTags newest_lamp_tags;
+  SceneStore store;
+
+  State(const capture::Session& session, SceneOverrides the_overrides, std::unique_ptr<AlbedoPace> pace)
+      : overrides(std::move(the_overrides)),
+        registration(session),
+        pose(session.tag, session.color.model, session.color.response),
+        lamp_tags(session),
+        light(session, LightSettings{}),
+        fusion(session, FusionSettings{}),
+        albedo(session),
+        schedule(std::move(pace)) {}
+
+  std::optional<AlbedoStage::Result> solve(AlbedoWork work, const std::shared_ptr<const DistanceField>& field,
+                                           const Illumination& measured);
+  void publish(AlbedoStage::Result solution, const DistanceField& field,
+               const std::shared_ptr<const Illumination>& measured);
+};
+
+SceneBuilder::SceneBuilder(const capture::Session& session, SceneOverrides overrides,
+                           std::unique_ptr<AlbedoPace> albedo_pace)
+    : state_(std::make_unique<State>(session, std::move(overrides), std::move(albedo_pace))) {}
+
+SceneBuilder::~SceneBuilder() = default;
+
+bool SceneBuilder::learning() const { return state_->learning; }
+int SceneBuilder::albedo_patience() const { return state_->schedule.patience(); }
+SceneStore& SceneBuilder::store() { return state_->store; }
+const SceneStore& SceneBuilder::store() const { return state_->store; }
+
+capture::FrameSet SceneBuilder::register_depth(const capture::FrameSet& sensed) {
+  return state_->registration.register_depth(sensed);
+}
+
+PoseStage::Result SceneBuilder::locate_camera(const capture::FrameSet& frame) {
+  State& s = *state_;
+  if (s.overrides.pose) return {s.overrides.pose(frame), {}};
+  return s.pose.locate(frame, s.store.newest().field.get());
+}
+
+void SceneBuilder::restart_tracking() { state_->pose.reset(); }
+
+LampTagStage::Result SceneBuilder::locate_lamp_tags(const capture::FrameSet& frame, const std::optional<Pose>& pose) {
+  State& s = *state_;
+  LampTagStage::Result found = s.lamp_tags.locate(frame, pose);
+  s.newest_lamp_tags.put(found.marks, frame.time_ns);
+  s.store.publish_warnings("lamp tags", found.warnings);
+  return found;
+}
+
+void SceneBuilder::extract_light(const capture::FisheyePictures& fisheye, const capture::Picture* color) {
+  State& s = *state_;
+  const std::int64_t time_ns = fisheye.empty() ? s.newest_lamp_tags.time_ns() : fisheye.front()->stamp.time_ns;
+  LightStage::Result result = s.light.extract(fisheye, color, s.newest_lamp_tags.at(time_ns));
+  s.store.publish_light(std::move(result.illumination));
+  s.store.publish_warnings("light", std::move(result.warnings));
+}
+
+void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) {
+  State& s = *state_;
+  s.store.publish_field(s.fusion.fuse(frame, pose));
+  s.store.publish_warnings("geometry", s.fusion.warnings());
+}
+
+/// Empty where nothing but solving everything would do, and that waits for its time.
+std::optional<AlbedoStage::Result> SceneBuilder::State::solve(AlbedoWork work,
+                                                              const std::shared_ptr<const DistanceField>& field,
+                                                              const Illumination& measured) {
+  const bool may_solve_everything = schedule.may_solve_everything();
+  schedule.begin(field, measured);
+  if (work == AlbedoWork::incremental) {
+    const AlbedoSchedule::Work at_work(schedule, work);
+    if (auto solution = albedo.solve_new(*field, measured, !may_solve_everything)) return solution;
+    if (!may_solve_everything) {
+      schedule.wait_for_everything();
+      return std::nullopt;
+    }
+  }
+  const AlbedoSchedule::Work at_work(schedule, AlbedoWork::everything);
+  return albedo.solve_all(*field, measured);
+}
+
+void SceneBuilder::State::publish(AlbedoStage::Result solution, const DistanceField& field,
+                                  const std::shared_ptr<const Illumination>& measured) {
+  if (overrides.light) solution.illumination = measured;
+  if (solution.whole && solution.illumination) {
+    const Illumination& lit = *solution.illumination;
+    const std::shared_ptr<const Enclosure> known = overrides.enclosure ? overrides.enclosure(lit) : nullptr;
+    store.publish_enclosure(known ? known : enclosure.close(field, lit));
+    store.publish_warnings("mirrors", mirror_warnings(room_points(field), field));
+  }
+  store.publish_solution(std::move(solution), field.version, measured);
+}
+
+bool SceneBuilder::solve_albedo() {
+  State& s = *state_;
+  const std::shared_ptr<const DistanceField> field = s.store.newest().field;
+  const std::shared_ptr<const Illumination> measured = s.store.measured_light();
+  if (!field || !measured) return false;
+  const AlbedoWork work = s.schedule.next(*field, *measured);
+  s.learning = s.schedule.learning();
+  if (work == AlbedoWork::nothing) return false;
+  std::optional<AlbedoStage::Result> solution = s.solve(work, field, *measured);
+  if (!solution) return false;
+  s.schedule.solved(solution->albedo, solution->due);
+  s.publish(*std::move(solution), *field, measured);
+  return true;
+}
+
+BuildResult SceneBuilder::build(const capture::FrameSet& sensed) {
+  State& s = *state_;
+  BuildResult built;
+  std::optional<Pose> pose;
+  append_warnings(built.warnings, sensed.warnings);
+  built.frame = sensed;
+  run_stage(built, "register depth", [&] { built.frame = register_depth(sensed); });
+  if (s.overrides.frame) built.frame = s.overrides.frame(built.frame);
+  const capture::FrameSet& frame = built.frame;
+
+  run_stage(built, "pose", [&] {
+    PoseStage::Result result = locate_camera(frame);
+    pose = result.pose;
+    append_warnings(built.warnings, result.warnings);
+  });
+  run_stage(built, "light", [&] {
+    if (s.overrides.light) {
+      s.store.publish_light(s.overrides.light(frame));
+      return;
+    }
+    append_warnings(built.warnings, locate_lamp_tags(frame, pose).warnings);
+    extract_light(frame.fisheye, frame.color.get());
+  });
+  if (pose && pose->age_ns == 0 && frame.depth) run_stage(built, "fuse", [&] { fuse_depth(frame, *pose); });
+  run_if_due(built, "albedo", [&] { return solve_albedo(); });
+  if (const auto field = s.store.newest().field; s.overrides.albedo && pose && field) {
+    run_stage(built, "true albedo", [&] { s.store.publish_albedo(s.overrides.albedo(frame, *pose, *field)); });
+  }
+
+  built.scene = s.store.newest();
+  built.scene.pose = pose;
+  append_warnings(built.warnings, built.scene.warnings);
+  return built;
+}
+
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,52 @@
+#pragma once
+// The pace of albedo beside a live picture: it rests some times as long as it kept a core busy, so that on few cores
+// the picture comes first.
+#include <chrono>
+#include <optional>
+
+#include "reconstruct/albedo_schedule.h"
+#include "server/metrics/metrics.h"
+#include "server/pipeline/pacing.h"
+
+namespace lumigraft::server {
+
+class RestingPace : public reconstruct::AlbedoPace {
+ public:
+  explicit RestingPace(Metrics& metrics) : metrics_(metrics) {}
+
+  bool waited(reconstruct::AlbedoWork work, int periods, bool learning) const override {
+    return rests(work).over(learning ? kRestWhileLearning : periods * kRest);
+  }
+  bool may_compare() override {
+    const PaceClock::time_point now = PaceClock::now();
+    if (now < compared_ + kEvery) return false;
+    compared_ = now;
+    return true;
+  }
+  void begin(reconstruct::AlbedoWork work) override {
+    at_work_ = work == reconstruct::AlbedoWork::everything ? &everything_ : &incremental_;
+    at_work_->begin();
+    timer_.emplace(metrics_, work == reconstruct::AlbedoWork::everything ? "albedo" : "albedo/new");
+  }
+  void end() override {
+    timer_.reset();
+    at_work_->end();
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kEvery{1000};
+  static constexpr int kRestWhileLearning = 2;  ///< a third of a core
+  static constexpr int kRest = 19;              ///< a twentieth: its newest answers hardly differ from those before
+
+  const DutyCycle& rests(reconstruct::AlbedoWork work) const {
+    return work == reconstruct::AlbedoWork::everything ? everything_ : incremental_;
+  }
+
+  Metrics& metrics_;
+  DutyCycle incremental_{kEvery}, everything_{kEvery};
+  DutyCycle* at_work_ = nullptr;
+  std::optional<StageTimer> timer_;
+  PaceClock::time_point compared_{};
+};
+
+}  // namespace lumigraft::server

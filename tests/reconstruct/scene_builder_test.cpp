@@ -1,0 +1,121 @@
+#include "reconstruct/scene_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "capture/source.h"
+
+namespace lumigraft::reconstruct {
+namespace {
+
+capture::Session tabletop() {
+  return capture::read_session(capture::ConfigTable::load(LUMIGRAFT_SOURCE_DIR "/recordings/tabletop/session.toml"));
+}
+
+std::vector<capture::FrameSet> first_frames(const capture::Session& session, std::size_t count) {
+  const std::unique_ptr<capture::FrameReader> reader = capture::open_paired_frames(session);
+  std::vector<capture::FrameSet> frames;
+  while (frames.size() < count) frames.push_back(reader->next(std::chrono::seconds(10)).value());
+  return frames;
+}
+
+void expect_same(const Scene& a, const Scene& b) {
+  ASSERT_TRUE(a.field && b.field && a.illumination && b.illumination && a.albedo && b.albedo);
+  ASSERT_EQ(a.field->bricks.size(), b.field->bricks.size());
+  for (const auto& [key, brick] : a.field->bricks) {
+    const auto other = b.field->bricks.find(key);
+    ASSERT_NE(other, b.field->bricks.end());
+    ASSERT_EQ(brick->distance_m, other->second->distance_m);
+  }
+  ASSERT_EQ(a.illumination->lights.size(), b.illumination->lights.size());
+  for (std::size_t i = 0; i < a.illumination->lights.size(); ++i) {
+    EXPECT_EQ(a.illumination->lights[i].irradiance, b.illumination->lights[i].irradiance);
+    EXPECT_EQ(a.illumination->lights[i].position_m, b.illumination->lights[i].position_m);
+  }
+  ASSERT_EQ(a.albedo->bricks.size(), b.albedo->bricks.size());
+  for (const auto& [key, brick] : a.albedo->bricks) {
+    const auto other = b.albedo->bricks.find(key);
+    ASSERT_NE(other, b.albedo->bricks.end());
+    ASSERT_EQ(brick->albedo, other->second->albedo);
+  }
+}
+
+// A live pipeline calls the stages by themselves. Where none waits and nothing is dropped, the scene is that of a
+// replay.
+TEST(SceneBuilder, ItsStagesByThemselvesGiveTheSameScene) {
+  const capture::Session session = tabletop();
+  SceneBuilder whole(session), staged(session);
+  for (const capture::FrameSet& frame : first_frames(session, 10)) {
+    const BuildResult built = whole.build(frame);
+    const capture::FrameSet registered = staged.register_depth(frame);
+    const std::optional<Pose> pose = staged.locate_camera(registered).pose;
+    staged.extract_light(frame.fisheye, frame.color.get());
+    if (pose && registered.depth) staged.fuse_depth(registered, *pose);
+    EXPECT_EQ(staged.solve_albedo(), built.stages.contains("albedo"));
+    ASSERT_TRUE(pose && built.scene.pose);
+    EXPECT_EQ(pose->T_tag_camera.matrix(), built.scene.pose->T_tag_camera.matrix());
+  }
+  expect_same(whole.store().newest(), staged.store().newest());
+  EXPECT_FALSE(whole.learning());
+}
+
+TEST(SceneBuilder, LightNeedsNoColourPicture) {
+  const capture::Session session = tabletop();
+  const capture::FrameSet frame = first_frames(session, 1).front();
+  SceneBuilder with(session), without(session);
+  with.extract_light(frame.fisheye, frame.color.get());
+  without.extract_light(frame.fisheye, nullptr);
+  const auto seen = with.store().measured_light(), alone = without.store().measured_light();
+  ASSERT_TRUE(seen && alone);
+  ASSERT_FALSE(alone->lights.empty());
+  EXPECT_EQ(alone->lights.front().irradiance, seen->lights.front().irradiance);
+  EXPECT_EQ(alone->environment.radiance.data, seen->environment.radiance.data);
+}
+
+TEST(SceneBuilder, OverridesStandInPlaceOfEstimates) {
+  const capture::Session session = tabletop();
+  SceneOverrides overrides;
+  Pose elsewhere;
+  elsewhere.T_tag_camera.translation() = Eigen::Vector3d(1, 2, 3);
+  auto light = std::make_shared<Illumination>();
+  light->version = 7;
+  auto albedo = std::make_shared<AlbedoField>();
+  overrides.pose = [&](const capture::FrameSet&) { return elsewhere; };
+  overrides.light = [&](const capture::FrameSet&) { return light; };
+  overrides.frame = [](const capture::FrameSet& sensed) {
+    capture::FrameSet without = sensed;
+    without.depth = nullptr;
+    return without;
+  };
+  overrides.albedo = [&](const capture::FrameSet&, const Pose&, const DistanceField&) { return albedo; };
+  SceneBuilder builder(session, overrides);
+  const std::vector<capture::FrameSet> frames = first_frames(session, 2);
+  const BuildResult built = builder.build(frames[0]);
+  EXPECT_EQ(built.scene.pose->T_tag_camera.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(built.scene.illumination, light);
+  EXPECT_FALSE(built.frame.depth);
+  EXPECT_FALSE(built.scene.field) << "there was no depth";
+  EXPECT_FALSE(built.scene.albedo) << "nor a field that it could belong to";
+
+  overrides.frame = nullptr;
+  SceneBuilder sensed(session, overrides);
+  EXPECT_EQ(sensed.build(frames[0]).scene.albedo, albedo);
+}
+
+TEST(SceneBuilder, WhatIsThrownBecomesAWarningOfTheFrame) {
+  const capture::Session session = tabletop();
+  SceneOverrides overrides;
+  overrides.pose = [](const capture::FrameSet& frame) -> Pose {
+    throw std::runtime_error("no pose of frame " + std::to_string(frame.index));
+  };
+  SceneBuilder builder(session, overrides);
+  const BuildResult built = builder.build(first_frames(session, 1).front());
+  EXPECT_EQ(std::count(built.warnings.begin(), built.warnings.end(), "pose: no pose of frame 0"), 1);
+  EXPECT_FALSE(built.scene.pose);
+  EXPECT_TRUE(built.scene.illumination) << "the other stages go on";
+}
+
+}  // namespace
+}  // namespace lumigraft::reconstruct

@@ -1,0 +1,131 @@
+#include "server/pipeline/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <mutex>
+#include <thread>
+
+#include "capture/live/device_clock.h"
+#include "capture/recorded/image_source.h"
+#include "capture/recorded/seekable_reader.h"
+#include "tests/relight/gpu/lost_device/lose.h"
+
+namespace lumigraft::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+ServiceInput tabletop(const relight::Plan& plan) {
+  ServiceFiles files;
+  files.session = LUMIGRAFT_SOURCE_DIR "/recordings/tabletop";
+  return read_service(files, plan);
+}
+
+/// A recording's pictures of one stream, as a live camera gives them, twenty times a second.
+class AsLive : public capture::Source {
+ public:
+  explicit AsLive(std::shared_ptr<capture::Source> recorded) : recorded_(std::move(recorded)) {}
+  std::optional<capture::SourceItem> next(std::chrono::milliseconds timeout) override {
+    const auto now = std::chrono::steady_clock::now();
+    std::this_thread::sleep_until(std::min(due_, now + timeout));
+    if (std::chrono::steady_clock::now() < due_) return std::nullopt;
+    std::optional<capture::SourceItem> item = recorded_->next(timeout);
+    if (!item) {
+      recorded_->rewind();
+      item = recorded_->next(timeout);
+    }
+    due_ = std::max(due_ + 50ms, now);
+    const std::int64_t now_ns = capture::steady_now_ns();
+    std::visit([&](auto& any) { any.stamp = {now_ns, now_ns, sequence_++}; }, *item);
+    return item;
+  }
+  bool finished() const override { return false; }
+  void rewind() override {}
+
+ private:
+  std::shared_ptr<capture::Source> recorded_;
+  std::chrono::steady_clock::time_point due_ = std::chrono::steady_clock::now();
+  std::uint64_t sequence_ = 0;
+};
+
+class Away : public capture::Source {
+ public:
+  std::optional<capture::SourceItem> next(std::chrono::milliseconds timeout) override {
+    std::this_thread::sleep_for(timeout);
+    return std::nullopt;
+  }
+  bool finished() const override { return false; }
+  void rewind() override {}
+  std::string fault() const override { return "colour: the camera is gone"; }
+};
+
+/// How often light looked at a fish-eye picture in a second.
+std::uint64_t looks_a_second(Metrics& metrics) {
+  metrics.take_interval();
+  std::this_thread::sleep_for(1s);
+  return metrics.take_interval().stages["light"].count;
+}
+
+TEST(Pipeline, LightGoesOnWhileTheColourCameraIsAway) {
+  relight::Plan plan;
+  plan.method = "rays";  // needs no GPU
+  const ServiceInput input = tabletop(plan);
+  const auto open = [&]() -> Pipeline::Cameras {
+    capture::PairedSources sources = capture::open_sources(input.session);
+    sources.live = true;
+    sources.color = sources.depth = std::make_shared<Away>();
+    sources.fisheye = std::make_shared<AsLive>(sources.fisheye);
+    std::unique_ptr<capture::FisheyeReader> fisheye = capture::read_fisheye_apart(sources);
+    return {std::make_unique<capture::PairingReader>(std::move(sources)), std::move(fisheye)};
+  };
+  EncoderDemand demand;
+  Metrics metrics;
+  Pipeline pipeline(
+      input, open(), open, [] { return nullptr; }, demand, metrics, [](const auto&) {});
+  pipeline.start();
+  std::this_thread::sleep_for(300ms);
+  EXPECT_GE(looks_a_second(metrics), 4u);
+  EXPECT_EQ(metrics.frames(), 0u) << "nothing was drawn";
+  EXPECT_EQ(pipeline.newest_record().warnings, std::vector<std::string>{"colour: the camera is gone"});
+}
+
+TEST(Pipeline, LightGoesOnWhileDrawingIsSlow) {
+  constexpr relight::gpu::Backend kBackend = relight::gpu::Backend::egl;
+  const relight::gpu::LosableDevices losable(kBackend);
+  relight::Plan plan;
+  plan.volume = 32;
+  plan.rsm = 64;
+  plan.trace_scale = 4;
+  const ServiceInput input = tabletop(plan);
+  const auto open = [&]() -> Pipeline::Cameras {
+    return {capture::seekable_frames(capture::open_sources(input.session)), nullptr};
+  };
+  std::promise<void> goes_on;
+  std::atomic<bool> waits = false;
+  const auto make_device = [&, made = 0]() mutable {
+    if (made++ > 0) {
+      waits = true;
+      goes_on.get_future().wait();
+    }
+    return relight::gpu::create_device(kBackend, {});
+  };
+  EncoderDemand demand;
+  Metrics metrics;
+  Pipeline pipeline(input, open(), open, make_device, demand, metrics, [](const auto&) {});
+  pipeline.start();
+  const auto deadline = std::chrono::steady_clock::now() + 60s;
+  while (metrics.frames() == 0 && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(10ms);
+  losable.lose();
+  while (!waits && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(10ms);
+  EXPECT_TRUE(waits) << "for the device that it draws with";
+  std::this_thread::sleep_for(300ms);  // what was under way is over
+  const std::uint64_t frames = metrics.frames();
+  EXPECT_GE(looks_a_second(metrics), 4u);
+  EXPECT_EQ(metrics.frames(), frames) << "nothing was drawn";
+  goes_on.set_value();
+}
+
+}  // namespace
+}  // namespace lumigraft::server
