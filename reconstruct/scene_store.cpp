@@ -100,8 +100,8 @@ bool has_disk_at(const std::vector<PointLight>& lamps, const Eigen::Vector3f& di
 
 /// Cells of the newest remainder that are clipped, or that no camera saw, as much brighter as solving found them. Where
 /// solving put lamps' disks back they are left as they are.
-bool raise_as_before(EnvironmentMap& newest, const EnvironmentMap& measured,
-                     const EnvironmentMap& solved, const std::vector<PointLight>& put_back) {
+bool raise_as_before(EnvironmentMap& newest, const EnvironmentMap& measured, const EnvironmentMap& solved,
+                     const std::vector<PointLight>& put_back) {
   const capture::Image<float>& to = newest.radiance;
   const auto alike = [&](const capture::Image<float>& other) {
     return other.width == to.width && other.height == to.height;

@@ -39,10 +39,10 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
                            const LampShadows& shadows, RelitPicture* result) {
   const bool anew = view.anew || view.with_maps || shown_ != Shown::live;
   const std::vector<char> changed =
-      still_.changed_tiles(camera_.coded(), depth_of(frame), 2 * view.params.field.x(), anew);
+      still_.changed_tiles(*camera_.coded(), depth_of(frame), 2 * view.params.field.x(), anew);
   if (std::find(changed.begin(), changed.end(), 1) != changed.end()) {
     camera_.upload(device_, frame, view.with_maps || !view.glossy.empty(), *screen_);
-    screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), camera_.coded()}, view.objects,
+    screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), *camera_.coded()}, view.objects,
                            {quality_of(view.plan).min_code_change, view.glossy, &shadows, view.with_maps, &changed});
     auto list = device_.begin();
     if (view.with_maps) draw_full(*list, view, light);
@@ -50,7 +50,7 @@ void CameraView::show_live(const capture::FrameSet& frame, const View& view, con
     submit(*list, result);
     live_picture_.read(device_, *screen_, changed);
   }
-  result->srgb = live_picture_.over(camera_.coded(), camera_.exposure());
+  result->srgb = live_picture_.over(*camera_.coded(), camera_.exposure());
   shown_ = Shown::live;
   if (view.with_maps) read_maps(result);
 }
@@ -59,15 +59,15 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
                            RelitPicture* result) {
   bool anew = view.anew || view.with_maps || shown_ != Shown::full;
   const float least_m = 2 * view.params.field.x();
-  const std::vector<char> changed = still_.changed_tiles(camera_.coded(), depth_of(frame), least_m, anew);
+  const std::vector<char> changed = still_.changed_tiles(*camera_.coded(), depth_of(frame), least_m, anew);
   if (!anew && std::find(changed.begin(), changed.end(), 1) != changed.end()) {
     anew = true;
-    still_.changed_tiles(camera_.coded(), depth_of(frame), least_m, true);
+    still_.changed_tiles(*camera_.coded(), depth_of(frame), least_m, true);
   }
-  if (anew || full_codes_.data != camera_.coded().data || full_exposure_ != camera_.exposure()) {
+  if (anew || !same_codes() || full_exposure_ != camera_.exposure()) {
     camera_.upload(device_, frame, true, *screen_);
     if (anew) {
-      screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), camera_.coded()}, view.objects,
+      screen_->tiles->choose(device_, view.params, {camera_.rays(), depth_of(frame), *camera_.coded()}, view.objects,
                              {quality_of(view.plan).min_code_change, view.glossy, nullptr, view.with_maps, nullptr});
       draw_full(list, view, light);
     } else {
@@ -77,11 +77,16 @@ void CameraView::show_full(const capture::FrameSet& frame, const View& view, con
     submit(list, result);
     full_codes_ = camera_.coded();
     full_exposure_ = camera_.exposure();
-    full_picture_ = read_picture(device_, *screen_, camera_.coded());
+    full_drawn_ = device_.download(*screen_->picture);
   }
-  result->srgb = full_picture_;
+  result->srgb = with_drawn_blocks(*camera_.coded(), full_drawn_, *screen_);
   shown_ = Shown::full;
   if (view.with_maps) read_maps(result);
+}
+
+/// As those of the picture that the screen holds.
+bool CameraView::same_codes() const {
+  return full_codes_ && (full_codes_ == camera_.coded() || full_codes_->data == camera_.coded()->data);
 }
 
 void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light& light) const {

@@ -66,6 +66,7 @@ class CameraView {
   void draw_live(gpu::CommandList& list, const View& view, const Light& light, const LampShadows& shadows,
                  bool objects_anew) const;
   void light_objects(gpu::CommandList& list, const shader::FrameParams& params, const Light& light) const;
+  bool same_codes() const;
   const capture::Image<float>* depth_of(const capture::FrameSet& frame) const;
   void submit(gpu::CommandList& list, RelitPicture* result);
   void read_maps(RelitPicture* result);
@@ -90,7 +91,8 @@ class CameraView {
   enum class Shown { nothing, live, full };
   Shown shown_ = Shown::nothing;  ///< what the screen holds of the last frame that a next one may show again
   CpuCompositor live_picture_;
-  capture::Image<std::uint8_t> full_codes_, full_picture_;  ///< of the camera, and what became of it
+  std::shared_ptr<const capture::Image<std::uint8_t>> full_codes_;  ///< of the camera,
+  std::vector<std::byte> full_drawn_;                               ///< and what became of it, RGBA
   float full_exposure_ = 0;
 };
 

@@ -46,9 +46,8 @@ std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& 
   return maps;
 }
 
-capture::Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& screen,
-                                          const capture::Image<std::uint8_t>& coded) {
-  const std::vector<std::byte> bytes = device.download(*screen.picture);
+capture::Image<std::uint8_t> with_drawn_blocks(const capture::Image<std::uint8_t>& coded,
+                                               std::span<const std::byte> drawn, const Screen& screen) {
   capture::Image<std::uint8_t> picture = coded;
   for (const std::uint32_t place : screen.tiles->view_places()) {
     const int left = kTile_px * static_cast<int>(place & 0xffff), top = kTile_px * static_cast<int>(place >> 16);
@@ -56,7 +55,7 @@ capture::Image<std::uint8_t> read_picture(gpu::Device& device, const Screen& scr
       for (int u = left; u < std::min(left + kTile_px, screen.width); ++u) {
         const std::size_t i =
             static_cast<std::size_t>(v) * static_cast<std::size_t>(screen.width) + static_cast<std::size_t>(u);
-        for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(bytes[4 * i + c]);
+        for (std::size_t c = 0; c < 3; ++c) picture.data[3 * i + c] = static_cast<std::uint8_t>(drawn[4 * i + c]);
       }
     }
   }

@@ -294,7 +294,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
   }
   if (!missing.empty()) {
     result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
-    result.srgb = s.view.camera().coded();
+    result.srgb = *s.view.camera().coded();
     result.passed_through = true;
     return result;
   }

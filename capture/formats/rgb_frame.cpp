@@ -8,6 +8,11 @@ extern "C" {
 #include <cstring>
 
 namespace lumigraft::capture {
+namespace {
+
+constexpr int kVector_bytes = 64;  ///< the widest that libswscale writes at once
+
+}  // namespace
 
 void RgbFrame::FreeScaler::operator()(SwsContext* p) const { sws_freeContext(p); }
 
@@ -20,16 +25,24 @@ Image<std::uint8_t> RgbFrame::convert(const AVFrame& frame, bool full_range) {
   const int* from = sws_getCoefficients(frame.colorspace == AVCOL_SPC_BT709 ? SWS_CS_ITU709 : SWS_CS_ITU601);
   sws_setColorspaceDetails(scaler_.get(), from, full_range ? 1 : 0, sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, 1 << 16,
                            1 << 16);
-  // libswscale writes whole vectors past the end of a row: it writes to padded rows, which are then copied.
-  const int stride = (3 * frame.width + 63) / 64 * 64;
-  padded_.resize(static_cast<std::size_t>(stride) * frame.height + 64);
+  Image<std::uint8_t> rgb(frame.width, frame.height, 3);
+  const int row_bytes = 3 * frame.width;
+  // libswscale writes whole vectors. Where rows are whole vectors, too, it writes the image itself; others are padded
+  // and copied.
+  if (row_bytes % kVector_bytes == 0) {
+    std::uint8_t* planes[4] = {rgb.data.data(), nullptr, nullptr, nullptr};
+    const int strides[4] = {row_bytes, 0, 0, 0};
+    sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);
+    return rgb;
+  }
+  const int stride = (row_bytes + kVector_bytes - 1) / kVector_bytes * kVector_bytes;
+  padded_.resize(static_cast<std::size_t>(stride) * frame.height + kVector_bytes);
   std::uint8_t* planes[4] = {padded_.data(), nullptr, nullptr, nullptr};
   const int strides[4] = {stride, 0, 0, 0};
   sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides);
-  Image<std::uint8_t> rgb(frame.width, frame.height, 3);
   for (int y = 0; y < frame.height; ++y) {
     std::memcpy(&rgb.at(0, y), padded_.data() + static_cast<std::ptrdiff_t>(y) * stride,
-                3 * static_cast<std::size_t>(frame.width));
+                static_cast<std::size_t>(row_bytes));
   }
   return rgb;
 }

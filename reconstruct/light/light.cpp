@@ -166,9 +166,8 @@ LightStage::Result LightStage::extract(const capture::FisheyePictures& fisheye, 
       if (fisheye.front()->radiance.empty()) {  // else vignetting is removed already
         capture::undo_vignetting(picture, s.vignetting_gain);
       }
-      const OcclusionCheck::Finding finding =
-          s.occlusion.check(flux_of(picture.radiance, s.view), median_radiance(color, s.color_response),
-                            picture.clipped_fraction > 0);
+      const OcclusionCheck::Finding finding = s.occlusion.check(
+          flux_of(picture.radiance, s.view), median_radiance(color, s.color_response), picture.clipped_fraction > 0);
       if (finding.covered) {
         result.warnings.push_back(finding.warning);
       } else {

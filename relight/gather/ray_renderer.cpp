@@ -289,7 +289,7 @@ RelitPicture RayRenderer::relight(const capture::FrameSet& frame, const reconstr
   RelitPicture result;
   result.plan = plan;
   s.camera.take(frame.color);
-  result.srgb = s.camera.coded();
+  result.srgb = *s.camera.coded();
   const std::vector<ReferenceMesh> objects = reference_objects_of(exhibit, static_cast<double>(frame.time_ns) * 1e-9);
   std::string missing = what_is_missing(scene, objects);
   if (missing.empty() && s.rooms == Rooms::taken && !s.room) missing = "the room is not ready for rays yet";

@@ -110,6 +110,17 @@ void check_upload(const Texture& texture, int mip, std::size_t bytes) {
                          std::to_string(mip_bytes(texture.desc(), mip)));
 }
 
+void check_upload_rgb(const Texture& texture, std::size_t bytes) {
+  const TextureDesc& desc = texture.desc();
+  if (desc.format != Format::rgba8_unorm || is_volume(desc)) {
+    throw std::logic_error("upload of RGB to texture \"" + desc.name + "\" (" + size_text(desc) +
+                           "); allowed is rgba8_unorm without depth");
+  }
+  if (4 * bytes == 3 * mip_bytes(desc, 0)) return;
+  throw std::logic_error("upload of " + std::to_string(bytes) + " bytes of RGB to " + mip_text(texture, 0) +
+                         ", which takes " + std::to_string(mip_bytes(desc, 0) / 4 * 3));
+}
+
 void check_upload(const Buffer& buffer, const std::string& name, std::size_t offset, std::size_t bytes) {
   if (offset <= buffer.size_bytes() && bytes <= buffer.size_bytes() - offset) return;
   throw std::logic_error("upload of " + std::to_string(bytes) + " bytes at " + std::to_string(offset) +

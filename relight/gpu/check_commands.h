@@ -17,6 +17,7 @@ void check_draw(const std::string& shader, const RasterDesc& desc, std::span<con
 /// "mip 1 of texture "albedo" (64x64 rgba8_unorm)".
 std::string mip_text(const Texture& texture, int mip);
 void check_upload(const Texture& texture, int mip, std::size_t bytes);
+void check_upload_rgb(const Texture& texture, std::size_t bytes);
 void check_upload(const Buffer& buffer, const std::string& name, std::size_t offset, std::size_t bytes);
 
 }  // namespace lumigraft::relight::gpu

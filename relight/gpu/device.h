@@ -66,6 +66,7 @@ struct TextureDesc {
   bool volume = false;
   int mips = 1;
   Format format = Format::rgba16_float;
+  bool host_written = false;  ///< often, by upload_rgb: kept where the host can write it, if the device has such memory
   bool attachment = false;  ///< mip 0 may be drawn to; textures can always be sampled, stored to (not depth32), copied
 };
 
@@ -185,6 +186,8 @@ class Device {
   virtual std::unique_ptr<RasterPipeline> create_raster(const RasterDesc& desc) = 0;
 
   virtual void upload(const Texture& texture, int mip, std::span<const std::byte> texels) = 0;
+  /// RGB of 8 bits to an rgba8_unorm texture, with alpha 1; straight into the texture where the device allows it.
+  virtual void upload_rgb(const Texture& texture, std::span<const std::uint8_t> rgb) = 0;
   virtual void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) = 0;
   virtual std::vector<std::byte> download(const Texture& texture, int mip = 0) = 0;
   virtual std::vector<std::byte> download(const Buffer& buffer) = 0;

@@ -13,7 +13,7 @@ namespace {
 
 /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
 capture::Image<std::uint8_t> composed(const CameraUpload& camera, const ReferencePicture& traced) {
-  capture::Image<std::uint8_t> picture = camera.coded();
+  capture::Image<std::uint8_t> picture = *camera.coded();
   const capture::Image<float> radiance = camera.radiance();
   for (std::size_t i = 0; i < traced.coverage.data.size(); ++i) {
     for (std::size_t at = 3 * i; at < 3 * i + 3; ++at) {
@@ -119,7 +119,7 @@ RelitPicture ReferenceRenderer::relight(const capture::FrameSet& frame, const re
   if (!missing.empty()) {
     result.warnings.push_back("relight: " + missing + ", the camera picture passes through");
     result.passed_through = true;
-    result.srgb = s.camera.coded();
+    result.srgb = *s.camera.coded();
     return result;
   }
   const ReferencePicture& traced = s.traced(frame, scene, std::move(objects), plan.samples);

@@ -131,8 +131,7 @@ TEST(SceneStore, AnUnseenLampKeepsItsPowerAndItsTagsPlace) {
 
   solved.lights.clear();  // off
   EXPECT_TRUE(carry_lamps(newest, measured, solved)->lights.empty());
-  newest.lights[0].visibility =
-      PointLight::Visibility::visible;  // switched on since: a lamp, and no reflection
+  newest.lights[0].visibility = PointLight::Visibility::visible;  // switched on since: a lamp, and no reflection
   EXPECT_FLOAT_EQ(carry_lamps(newest, measured, solved)->lights.at(0).irradiance.x(), 2);
 }
 

@@ -38,6 +38,14 @@ class EglDevice final : public Device {
     context_->check("upload to " + mip_text(texture, mip));
   }
 
+  void upload_rgb(const Texture& texture, std::span<const std::uint8_t> rgb) override {
+    const EglTexture& target = own(texture, *context_);
+    check_upload_rgb(texture, rgb.size());
+    const Current current = context_->enter();
+    target.upload_rgb(rgb);
+    context_->check("upload to " + mip_text(texture, 0));
+  }
+
   void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
     const EglBuffer& target = own(buffer, *context_);
     check_upload(buffer, target.name(), offset, bytes.size());

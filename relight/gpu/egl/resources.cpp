@@ -106,6 +106,10 @@ void EglTexture::upload(int mip, std::span<const std::byte> texels) const {
   }
 }
 
+void EglTexture::upload_rgb(std::span<const std::uint8_t> rgb) const {
+  glTextureSubImage2D(handle_, 0, 0, 0, desc_.width, desc_.height, GL_RGB, GL_UNSIGNED_BYTE, rgb.data());
+}
+
 std::vector<std::byte> EglTexture::download(int mip) const {
   const GlFormat format = gl_format(desc_.format);
   std::vector<std::byte> texels(mip_bytes(desc_, mip));

@@ -22,6 +22,7 @@ class EglTexture final : public Texture {
 
   void clear(const std::array<float, 4>& value) const;
   void upload(int mip, std::span<const std::byte> texels) const;
+  void upload_rgb(std::span<const std::uint8_t> rgb) const;
   std::vector<std::byte> download(int mip) const;
 
  private:

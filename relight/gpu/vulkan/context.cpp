@@ -128,6 +128,20 @@ Memory Context::allocate(const VkMemoryRequirements& needs, MemoryUse use, const
   return memory;
 }
 
+bool Context::host_writes_textures(VkFormat format, VkImageUsageFlags usage, const VkExtent3D& extent) const {
+  constexpr VkMemoryPropertyFlags wanted =
+      VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+  for (std::uint32_t i = 0; i < memory_properties_.memoryTypeCount; ++i) {
+    const VkMemoryPropertyFlags flags = memory_properties_.memoryTypes[i].propertyFlags;
+    // Beside memory that the host cannot write, reading what it can is slow: a device of its own, across a bus.
+    if ((flags & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) && (flags & wanted) != wanted) return false;
+  }
+  VkImageFormatProperties properties{};
+  return vkGetPhysicalDeviceImageFormatProperties(physical_, format, VK_IMAGE_TYPE_2D, VK_IMAGE_TILING_LINEAR, usage, 0,
+                                                  &properties) == VK_SUCCESS &&
+         extent.width <= properties.maxExtent.width && extent.height <= properties.maxExtent.height;
+}
+
 HostBuffer Context::create_host_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use) {
   HostBuffer buffer;
   buffer.size_bytes = size_bytes;

@@ -66,6 +66,8 @@ class Context {
 
   /// One allocation per resource: there are some hundred of them, and 4096 is the least any device allows.
   Memory allocate(const VkMemoryRequirements& needs, MemoryUse use, const std::string& what);
+  /// Whether 2D textures with rows in order may be made of memory that is the device's own and the host can write.
+  bool host_writes_textures(VkFormat format, VkImageUsageFlags usage, const VkExtent3D& extent) const;
   HostBuffer create_host_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use);
   void destroy(HostBuffer& buffer);
   /// Staging memory of at least that size, kept for the next transfer in the same direction.

@@ -11,6 +11,14 @@ namespace lumigraft::relight::gpu {
 namespace vulkan {
 namespace {
 
+/// One row.
+void expand_rgb(const std::uint8_t* rgb, int pixels, std::byte* rgba) {
+  for (int i = 0; i < pixels; ++i) {
+    for (int c = 0; c < 3; ++c) rgba[4 * i + c] = std::byte{rgb[3 * i + c]};
+    rgba[4 * i + 3] = std::byte{255};
+  }
+}
+
 class VulkanDevice final : public Device {
  public:
   VulkanDevice(std::shared_ptr<Context> context, std::span<const ShaderCode> more_shaders)
@@ -36,11 +44,22 @@ class VulkanDevice final : public Device {
   void upload(const Texture& texture, int mip, std::span<const std::byte> texels) override {
     const VulkanTexture& target = own(texture, *context_);
     check_upload(texture, mip, texels.size());
-    const HostBuffer& staging = staged(texels);
-    context_->run_once("upload to " + mip_text(texture, mip), [&](VkCommandBuffer commands) {
-      const VkBufferImageCopy copy = target.copy_of(mip);
-      vkCmdCopyBufferToImage(commands, staging.handle, target.image(), VK_IMAGE_LAYOUT_GENERAL, 1, &copy);
-    });
+    copy_staged(staged(texels), target, mip);
+  }
+
+  void upload_rgb(const Texture& texture, std::span<const std::uint8_t> rgb) override {
+    const VulkanTexture& target = own(texture, *context_);
+    check_upload_rgb(texture, rgb.size());
+    const TextureDesc& desc = texture.desc();
+    const HostRows direct = target.host_rows();  // nothing runs meanwhile: submit() waits
+    const HostBuffer* staging = direct.first ? nullptr : &context_->staging(mip_bytes(desc, 0), MemoryUse::to_device);
+    const HostRows rows =
+        direct.first ? direct : HostRows{staging->memory.mapped, 4 * static_cast<std::size_t>(desc.width)};
+    for (int v = 0; v < desc.height; ++v) {
+      const auto row = static_cast<std::size_t>(v);
+      expand_rgb(&rgb[3 * row * static_cast<std::size_t>(desc.width)], desc.width, rows.first + row * rows.pitch_bytes);
+    }
+    if (staging) copy_staged(*staging, target, 0);
   }
 
   void upload(const Buffer& buffer, std::size_t offset, std::span<const std::byte> bytes) override {
@@ -94,6 +113,13 @@ class VulkanDevice final : public Device {
   std::unique_ptr<T> checked(std::unique_ptr<T> made) {
     context_->messages().throw_if_any();
     return made;
+  }
+
+  void copy_staged(const HostBuffer& staging, const VulkanTexture& target, int mip) {
+    context_->run_once("upload to " + mip_text(target, mip), [&](VkCommandBuffer commands) {
+      const VkBufferImageCopy copy = target.copy_of(mip);
+      vkCmdCopyBufferToImage(commands, staging.handle, target.image(), VK_IMAGE_LAYOUT_GENERAL, 1, &copy);
+    });
   }
 
   const HostBuffer& staged(std::span<const std::byte> bytes) {

@@ -54,8 +54,9 @@ void VulkanTexture::create_image() {
   info.mipLevels = edge(desc_.mips);
   info.arrayLayers = 1;
   info.samples = VK_SAMPLE_COUNT_1_BIT;
-  info.tiling = VK_IMAGE_TILING_OPTIMAL;
   info.usage = usage_of(desc_);
+  linear_ = desc_.host_written && context_->host_writes_textures(info.format, info.usage, info.extent);
+  info.tiling = linear_ ? VK_IMAGE_TILING_LINEAR : VK_IMAGE_TILING_OPTIMAL;
   check(vkCreateImage(context_->device(), &info, nullptr, &image_), "creating " + what);
   VkMemoryRequirements needs{};
   vkGetImageMemoryRequirements(context_->device(), image_, &needs);
@@ -123,6 +124,14 @@ VkBufferImageCopy VulkanTexture::copy_of(int mip) const {
   copy.imageExtent = {edge(mip_edge(desc_.width, mip)), edge(mip_edge(desc_.height, mip)),
                       edge(mip_edge(desc_.depth, mip))};
   return copy;
+}
+
+HostRows VulkanTexture::host_rows() const {
+  if (!linear_ || !memory_.mapped) return {};
+  const VkImageSubresource first{aspect(), 0, 0};
+  VkSubresourceLayout layout{};
+  vkGetImageSubresourceLayout(context_->device(), image_, &first, &layout);
+  return {memory_.mapped + layout.offset, layout.rowPitch};
 }
 
 VulkanBuffer::VulkanBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, const std::string& name)

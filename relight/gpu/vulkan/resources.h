@@ -5,6 +5,12 @@
 
 namespace lumigraft::relight::gpu::vulkan {
 
+/// A texture's texels in memory that the host can write.
+struct HostRows {
+  std::byte* first = nullptr;  ///< null where it cannot
+  std::size_t pitch_bytes = 0;
+};
+
 class VulkanTexture final : public Texture {
  public:
   VulkanTexture(std::shared_ptr<Context> context, const TextureDesc& desc);
@@ -16,6 +22,7 @@ class VulkanTexture final : public Texture {
   VkImageView view_from(int mip) const { return views_from_[static_cast<std::size_t>(mip)]; }
   VkImageAspectFlags aspect() const;
   VkBufferImageCopy copy_of(int mip) const;
+  HostRows host_rows() const;
 
  private:
   void create_image();
@@ -26,6 +33,7 @@ class VulkanTexture final : public Texture {
   std::shared_ptr<Context> context_;
   VkImage image_ = VK_NULL_HANDLE;
   Memory memory_;
+  bool linear_ = false;
   std::vector<VkImageView> mip_views_;   ///< one level each: storage, attachments
   std::vector<VkImageView> views_from_;  ///< from one level to the last: sampling
 };

@@ -16,13 +16,6 @@ bool is_srgb(const capture::Response& response) {
   return true;
 }
 
-template <typename T>
-std::vector<T> with_fourth(const capture::Image<T>& rgb, T fourth) {
-  std::vector<T> out(rgb.data.size() / 3 * 4, fourth);
-  for (std::size_t i = 0; i < rgb.data.size() / 3; ++i) std::copy_n(&rgb.data[3 * i], 3, &out[4 * i]);
-  return out;
-}
-
 }  // namespace
 
 CameraUpload::CameraUpload(const capture::ColorCamera& camera)
@@ -40,14 +33,15 @@ void CameraUpload::take(const std::shared_ptr<const capture::Picture>& picture) 
     }
   }
   if (codes_are_srgb_) {
-    coded_ = picture->encoded;
+    coded_ = {picture, &picture->encoded};
     return;
   }
   const capture::Image<float> linear = radiance();
-  coded_ = capture::Image<std::uint8_t>(linear.width, linear.height, 3);
-  for (std::size_t i = 0; i < coded_.data.size(); ++i) {
-    coded_.data[i] = static_cast<std::uint8_t>(capture::linear_to_srgb(exposure_ * linear.data[i]) * 255.0f + 0.5f);
+  auto coded = std::make_shared<capture::Image<std::uint8_t>>(linear.width, linear.height, 3);
+  for (std::size_t i = 0; i < coded->data.size(); ++i) {
+    coded->data[i] = static_cast<std::uint8_t>(capture::linear_to_srgb(exposure_ * linear.data[i]) * 255.0f + 0.5f);
   }
+  coded_ = std::move(coded);
 }
 
 capture::Image<float> CameraUpload::radiance() const {
@@ -80,13 +74,16 @@ void CameraUpload::upload_rays(gpu::Device& device, const Screen& screen) {
 
 void CameraUpload::upload(gpu::Device& device, const capture::FrameSet& frame, bool with_radiance,
                           const Screen& screen) const {
-  const std::vector<std::uint8_t> codes = with_fourth<std::uint8_t>(coded_, 255);
-  device.upload(*screen.codes, 0, std::as_bytes(std::span(codes)));
+  device.upload_rgb(*screen.codes, coded_->data);
+  const std::size_t pixels = static_cast<std::size_t>(screen.width) * screen.height;
   if (with_radiance) {
-    const std::vector<float> linear = with_fourth(radiance(), 1.0f);
+    std::vector<float> linear(4 * pixels, 1.0f);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const Eigen::Array3f of_pixel = radiance(i);
+      std::copy_n(of_pixel.data(), 3, &linear[4 * i]);
+    }
     device.upload(*screen.radiance, 0, std::as_bytes(std::span(linear)));
   }
-  const std::size_t pixels = static_cast<std::size_t>(screen.width) * screen.height;
   const bool has_depth = frame.depth && frame.depth->depth_m.data.size() == pixels;
   const std::vector<float> none(has_depth ? 0 : pixels, 0.0f);
   device.upload(*screen.depth, 0, std::as_bytes(std::span(has_depth ? frame.depth->depth_m.data : none)));

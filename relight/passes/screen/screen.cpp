@@ -26,7 +26,8 @@ Screen::Screen(gpu::Device& device, int width_px, int height_px, int trace_scale
   fine_step = width >= kFinePicture_px ? 2 : 1;
   tiles = std::make_unique<Tiles>(device, width, height, shadow_scale, scale, ambient_scale, fine_step);
   rays = full("rays", Format::rg32_float);
-  codes = full("camera codes", Format::rgba8_unorm);
+  codes = device.create_texture(
+      {.name = "camera codes", .width = width, .height = height, .format = Format::rgba8_unorm, .host_written = true});
   radiance = full("camera radiance", Format::rgba32_float);
   depth = full("depth", Format::r32_float);
 

@@ -44,6 +44,26 @@ class DeviceImageTest : public DeviceTest {
 
 ON_BOTH_DEVICES(DeviceImageTest);
 
+TEST_P(DeviceImageTest, RgbIsExpandedOnItsWay) {
+  for (const bool host_written : {false, true}) {
+    for (const int width : {13, 64}) {
+      const auto texture = device_->create_texture(
+          {.name = "camera", .width = width, .height = 6, .format = Format::rgba8_unorm, .host_written = host_written});
+      std::vector<std::uint8_t> rgb(static_cast<std::size_t>(3 * width * 6));
+      for (const int start : {7, 90}) {  // a second picture replaces the first
+        for (std::size_t i = 0; i < rgb.size(); ++i)
+          rgb[i] = static_cast<std::uint8_t>(start + 11 * static_cast<int>(i));
+        device_->upload_rgb(*texture, rgb);
+        const auto texels = values_of<std::array<std::uint8_t, 4>>(device_->download(*texture));
+        ASSERT_EQ(3 * texels.size(), rgb.size());
+        for (std::size_t i = 0; i < texels.size(); ++i) {
+          EXPECT_EQ(texels[i], (std::array<std::uint8_t, 4>{rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2], 255})) << i;
+        }
+      }
+    }
+  }
+}
+
 TEST_P(DeviceImageTest, EveryFormatComesBackAsItWasSent) {
   for (const Format format :
        {Format::r8_unorm, Format::rgba8_unorm, Format::r16_float, Format::rgba16_float, Format::r32_float,

@@ -28,6 +28,7 @@ class LimitedDevice : public relight::gpu::Device {
     return real_->create_raster(d);
   }
   void upload(const relight::gpu::Texture& t, int m, std::span<const std::byte> b) override { real_->upload(t, m, b); }
+  void upload_rgb(const relight::gpu::Texture& t, std::span<const std::uint8_t> b) override { real_->upload_rgb(t, b); }
   void upload(const relight::gpu::Buffer& t, std::size_t o, std::span<const std::byte> b) override {
     real_->upload(t, o, b);
   }

@@ -20,6 +20,7 @@ class BrokenDevice : public relight::gpu::Device {
   std::unique_ptr<relight::gpu::ComputePipeline> create_compute(std::string_view) override { fail(); }
   std::unique_ptr<relight::gpu::RasterPipeline> create_raster(const relight::gpu::RasterDesc&) override { fail(); }
   void upload(const relight::gpu::Texture&, int, std::span<const std::byte>) override { fail(); }
+  void upload_rgb(const relight::gpu::Texture&, std::span<const std::uint8_t>) override { fail(); }
   void upload(const relight::gpu::Buffer&, std::size_t, std::span<const std::byte>) override { fail(); }
   std::vector<std::byte> download(const relight::gpu::Texture&, int) override { fail(); }
   std::vector<std::byte> download(const relight::gpu::Buffer&) override { fail(); }
@@ -51,6 +52,7 @@ class FailingDevice : public relight::gpu::Device {
     return ok().create_raster(d);
   }
   void upload(const relight::gpu::Texture& t, int m, std::span<const std::byte> b) override { ok().upload(t, m, b); }
+  void upload_rgb(const relight::gpu::Texture& t, std::span<const std::uint8_t> b) override { ok().upload_rgb(t, b); }
   void upload(const relight::gpu::Buffer& t, std::size_t o, std::span<const std::byte> b) override {
     ok().upload(t, o, b);
   }
