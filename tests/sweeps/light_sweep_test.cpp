@@ -41,9 +41,9 @@ reconstruct::LightSplit split_of(const capture::FisheyeCamera& camera, const std
 }
 
 /// The lamp nearest to a disk; null where there is none within ten degrees.
-const reconstruct::Lamp* nearest_to(const Disk& disk, const std::vector<reconstruct::Lamp>& lamps) {
-  const reconstruct::Lamp* best = nullptr;
-  for (const reconstruct::Lamp& lamp : lamps) {
+const reconstruct::SplitLamp* nearest_to(const Disk& disk, const std::vector<reconstruct::SplitLamp>& lamps) {
+  const reconstruct::SplitLamp* best = nullptr;
+  for (const reconstruct::SplitLamp& lamp : lamps) {
     const double angle = reconstruct::angle_degrees(lamp.direction, disk.direction);
     if (angle < (best ? reconstruct::angle_degrees(best->direction, disk.direction) : 10)) best = &lamp;
   }
@@ -68,11 +68,11 @@ TEST(LightSweep, Separation) {
     const reconstruct::LightSplit split = split_of(camera, {strong, weak});
     EXPECT_LE(split.lamps.size(), 2u) << apart << ": no lamps that are none";
     Vector3f sum = Vector3f::Zero();
-    for (const reconstruct::Lamp& lamp : split.lamps) sum += lamp.irradiance;
+    for (const reconstruct::SplitLamp& lamp : split.lamps) sum += lamp.irradiance;
     // Where they are found as one it stands for both: the farther one's direction is off by what lies between.
     double worse = 0;
     for (const Disk& disk : {strong, weak}) {
-      const reconstruct::Lamp* const lamp = nearest_to(disk, split.lamps);
+      const reconstruct::SplitLamp* const lamp = nearest_to(disk, split.lamps);
       ASSERT_TRUE(lamp) << apart;
       worse = std::max(worse, reconstruct::angle_degrees(lamp->direction, disk.direction));
     }

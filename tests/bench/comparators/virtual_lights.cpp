@@ -148,10 +148,10 @@ class Sources {
     const bool any = objects_.radius_m > 0;
     const relight::BoundingSphere& disc = aimed && any ? objects_ : all_;
     const float r = disc.radius_m * std::sqrt(v.x()), phi = 2 * relight::kPi * v.y();
-    const Vector3f at = relight::through(disc) + r * (std::cos(phi) * x + std::sin(phi) * y);
+    const Vector3f at = through(disc) + r * (std::cos(phi) * x + std::sin(phi) * y);
     float per_m2 = 1 / (relight::kPi * all_.radius_m * all_.radius_m);
     if (any) {
-      const bool hits = (at - relight::through(objects_)).norm() <= objects_.radius_m;
+      const bool hits = (at - through(objects_)).norm() <= objects_.radius_m;
       per_m2 = 0.5f * per_m2 + (hits ? 0.5f / (relight::kPi * objects_.radius_m * objects_.radius_m) : 0.0f);
     }
     e.from_m = at + (all_.centre_m.dot(s.w) + all_.radius_m) * s.w;

@@ -75,12 +75,12 @@ struct Taken {
   double off_degrees = 0;
 };
 
-std::optional<Taken> taken(const Lamp& lamp, const LightSplit& split, const Exact& exact,
+std::optional<Taken> taken(const SplitLamp& lamp, const LightSplit& split, const Exact& exact,
                            const capture::FisheyeCamera& camera) {
-  const auto radius = [](const Lamp& of) { return std::acos(1 - of.solid_angle_sr / 6.2831853f); };
+  const auto radius = [](const SplitLamp& of) { return std::acos(1 - of.solid_angle_sr / 6.2831853f); };
   const float reach = 3 * radius(lamp) + 2 * static_cast<float>(kDegree);  // it may be nine times as long as wide
   if (lamp.region >= 0) return std::nullopt;
-  for (const Lamp& other : split.lamps) {
+  for (const SplitLamp& other : split.lamps) {
     const double apart = kDegree * angle_degrees(other.direction, lamp.direction);
     if (&other != &lamp && apart < reach + 3 * radius(other)) return std::nullopt;
   }
@@ -119,13 +119,13 @@ TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
 
     Eigen::Vector3d total = Eigen::Vector3d::Zero(), in_lamps = Eigen::Vector3d::Zero();
     for (const auto& energy : exact.energy) total += energy.cast<double>();
-    for (const Lamp& lamp : split.lamps) in_lamps += lamp.irradiance.cast<double>();
+    for (const SplitLamp& lamp : split.lamps) in_lamps += lamp.irradiance.cast<double>();
     double whole = 0, off = 0, off_picture = 0, rest_whole = 0, rest_off = 0;
     for (const Eigen::Vector3f& n : normals()) {
       const Eigen::Vector3d truth = irradiance(exact, n), of_rest = irradiance(rest_exact, n),
                             by_harmonics = sh_irradiance(harmonics, n).cast<double>();
       Eigen::Vector3d lit = Eigen::Vector3d::Zero();
-      for (const Lamp& lamp : split.lamps)
+      for (const SplitLamp& lamp : split.lamps)
         lit += std::max(0.0f, lamp.direction.dot(n)) * lamp.irradiance.cast<double>();
       whole += truth.squaredNorm();
       off += (lit + by_harmonics - truth).squaredNorm();
@@ -135,7 +135,7 @@ TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
     }
     int alone = 0;
     double off_degrees = 0, off_share = 0;
-    for (const Lamp& lamp : split.lamps) {
+    for (const SplitLamp& lamp : split.lamps) {
       const auto found = taken(lamp, split, exact, camera);
       if (!found) continue;
       ++alone;

@@ -86,11 +86,11 @@ TEST(PoseReal, AKitchenWithoutATag) {
     const Isometry3d truth = T_world_first.inverse() * T_world_camera;
     PoseEstimate pose;
     if (i == 0) {
-      pose.T_tag_camera = carry.seen(frame, pose, nullptr);
-      carry.shown(pose.T_tag_camera);
+      pose.T_tag_camera = carry.tag_seen(frame, pose, nullptr);
+      carry.set_displayed(pose.T_tag_camera);
     } else {
       const std::clock_t start = std::clock();
-      const auto carried = carry.hidden(frame, *field);
+      const auto carried = carry.track(frame, *field);
       cpu_ms += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / (kPictures - 1);
       ASSERT_TRUE(carried) << "picture " << i;
       pose = *carried;

@@ -66,7 +66,7 @@ class MaterialOverrides : public ClosedTest {
   void expect_own_colors(const std::string& model, const relight::Plan& plan, MakeRenderer make_renderer) {
     const auto picture = [&](const std::string& material) {
       exhibit(model, material);
-      const auto renderer = server::make_renderer();
+      const auto renderer = make_renderer();
       return scene_.relit(*renderer, plan).srgb.data;
     };
     // No model is of metal, and the override says nothing else.

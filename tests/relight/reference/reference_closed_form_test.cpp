@@ -153,7 +153,7 @@ TEST(ReferenceClosed, ABlackEnvironmentChangesNothing) {
     relight::ReferenceScene scene = floor_under(bulb({0, 0, 1}, 0.1f, lit ? 10 : 0));
     if (!lit) scene.lamps.clear();
     scene.objects = {ball(0.1f, {0, 0, 0.3f}, metal(0.8f, 0.4f)), ball(0.1f, {0.3f, 0, 0.1f}, lambert(0.8f))};
-    const relight::ReferenceCamera camera = looking({0, -1, 0.8f}, {0, 0, 0.1f}, 0.8f, 24, 18);
+    const relight::PosedCamera camera = looking({0, -1, 0.8f}, {0, 0, 0.1f}, 0.8f, 24, 18);
     const relight::ReferencePicture wanted = tracer_of(scene).change(camera, samples_of(16));
     scene.environment.radiance = capture::Image<float>(32, 16, 3, 0.0f);
     const relight::ReferencePicture found = tracer_of(scene).change(camera, samples_of(16));

@@ -38,7 +38,7 @@ float sent(const relight::ReferenceLamp& lamp, const Eigen::Vector3f& towards) {
 }
 
 // Light of a panel that the probe sees nearly edge on was found, or set, with the same bound for its slant.
-TEST(relight::LampEmitter, APanelShinesAsTheSceneSaysHoweverTheProbeSeesIt) {
+TEST(LampEmitter, APanelShinesAsTheSceneSaysHoweverTheProbeSeesIt) {
   const Eigen::Vector3f probe_m(0.1f, 0, 0.3f);
   for (const float cosine : {1.0f, 0.5f, 0.1f, 0.05f, 0.02f, 0.005f, -0.1f}) {
     SCOPED_TRACE(cosine);
@@ -57,7 +57,7 @@ TEST(relight::LampEmitter, APanelShinesAsTheSceneSaysHoweverTheProbeSeesIt) {
   }
 }
 
-TEST(relight::LampEmitter, OneWithoutADistanceKeepsItsIrradiance) {
+TEST(LampEmitter, OneWithoutADistanceKeepsItsIrradiance) {
   reconstruct::PointLight far;
   far.direction = Eigen::Vector3f(0.6f, 0, 0.8f);
   far.irradiance.setConstant(0.7f);

@@ -9,9 +9,9 @@
 #include <numbers>
 
 #include "capture/camera/response.h"
+#include "capture/formats/picture_writer.h"
 #include "reconstruct/light/environment.h"
 #include "server/truth/oracle.h"
-#include "tests/capture/formats/exr_writer.h"
 #include "tests/reconstruct/light/light_views.h"
 
 namespace lumigraft::server {
@@ -33,7 +33,7 @@ class SunAndSky : public testing::Test {
            "4 0 1 2 3\n";
     session_.folder = folder_;
     session_.name = "sun-and-sky";
-    session_.fisheye = fisheye(190, 300);
+    session_.fisheye = reconstruct::fisheye(190, 300);
     session_.fisheye->T_tag_fisheye.translation() = Eigen::Vector3d(0, 0, 0.05);
     session_.fisheye->exposure = 0.5;
   }
@@ -60,12 +60,12 @@ class SunAndSky : public testing::Test {
       environment_.radiance.at(sun.first, sun.second, c) +=
           irradiance / reconstruct::environment_solid_angle_sr(sun.second, kWidth, kHeight);
     }
-    test::write_exr(folder_ / "truth/environment.exr", environment_.radiance);
+    capture::write_exr(folder_ / "truth/environment.exr", environment_.radiance);
   }
 
   /// What the fish-eye sees, linear.
   capture::Image<float> seen() const {
-    return render(*session_.fisheye, [&](const Eigen::Vector3f& w) {
+    return reconstruct::render(*session_.fisheye, [&](const Eigen::Vector3f& w) {
       return w.z() > 0 ? environment_.sample(w) : Eigen::Vector3f::Constant(kGround).eval();
     });
   }
@@ -90,9 +90,9 @@ class SunAndSky : public testing::Test {
   void expect_sun(const reconstruct::Illumination& light) const {
     ASSERT_FALSE(light.lights.empty());
     const reconstruct::PointLight& lamp = light.lights[0];
-    EXPECT_LT(angle_degrees(lamp.direction, sun_), 0.3);
+    EXPECT_LT(reconstruct::angle_degrees(lamp.direction, sun_), 0.3);
     EXPECT_NEAR(lamp.irradiance.x() / irradiance_, 1, 0.05);
-    EXPECT_LT(lamp.angular_radius_rad, 2 * kDegree);
+    EXPECT_LT(lamp.angular_radius_rad, 2 * reconstruct::kDegree);
     EXPECT_FALSE(lamp.distance_known);
     EXPECT_FALSE(lamp.clipped);
     for (std::size_t i = 1; i < light.lights.size(); ++i) EXPECT_LT(light.lights[i].irradiance.x(), 0.1f * irradiance_);
@@ -114,32 +114,32 @@ class SunAndSky : public testing::Test {
 };
 
 TEST_F(SunAndSky, ATrueFisheyePictureHoldsTheSun) {
-  shine(towards(50, 20), 6);
-  test::write_exr(folder_ / "truth/000000/fisheye.exr", seen());
+  shine(reconstruct::towards(50, 20), 6);
+  capture::write_exr(folder_ / "truth/000000/fisheye.exr", seen());
   expect_sun(*light());
 }
 
 // Half precision ends at 65504 W/sr/m².
 TEST_F(SunAndSky, ASunThatAFileCannotHoldIsAsStrongAsInTheEnvironment) {
-  shine(towards(50, 20), 6);
+  shine(reconstruct::towards(50, 20), 6);
   capture::Image<float> picture = seen();
   const float most = *std::max_element(picture.data.begin(), picture.data.end());
   for (float& value : picture.data) {
     if (value > 0.3f * most) value = std::numeric_limits<float>::infinity();
   }
-  test::write_exr(folder_ / "truth/000000/fisheye.exr", picture);
+  capture::write_exr(folder_ / "truth/000000/fisheye.exr", picture);
   expect_sun(*light());
 }
 
 TEST_F(SunAndSky, WithoutATrueFisheyePictureTheSunIsThatOfTheEnvironment) {
-  shine(towards(50, 20), 6);
+  shine(reconstruct::towards(50, 20), 6);
   expect_sun(*light());
 }
 
 TEST_F(SunAndSky, ASunBeyondTheFisheyesViewIsALampToo) {
-  session_.fisheye = fisheye(100, 300);
-  shine(towards(70, 20), 6);
-  test::write_exr(folder_ / "truth/000000/fisheye.exr", seen());
+  session_.fisheye = reconstruct::fisheye(100, 300);
+  shine(reconstruct::towards(70, 20), 6);
+  capture::write_exr(folder_ / "truth/000000/fisheye.exr", seen());
   expect_sun(*light());
 }
 
