@@ -1,10 +1,10 @@
 #pragma once
-// Keeps the light volumes up with the room, its lamps and the objects: all at once, or, in the live setting while
-// things move little by little, in rounds of kRoundFrames frames. A round takes the objects, lamps and room as they are
-// when it begins and gathers their indirect light while pictures go on; then it is faded in while the next round runs.
-// So indirect light is between one and three rounds old, never jumps, and two rounds and a fade after everything stands
-// still it is what would have been gathered at once. Frames are counted, not time: the same input gives the same
-// pictures.
+// Updates the light volumes when the room, its lamps or the objects change. The update runs at once, or, in the live
+// setting and for small changes, is amortized over rounds of kRoundFrames frames. A round takes a snapshot of objects,
+// lamps and room at its start and gathers their indirect light while frames are rendered; the result is faded in during
+// the next round. Indirect light is therefore one to three rounds old and changes without jumps; two rounds and one
+// fade after the last change it equals the result of an update at once. Rounds count frames, not time: the same input
+// gives the same output.
 #include "relight/light_volume_builder.h"
 
 namespace lumigraft::relight {
@@ -21,29 +21,32 @@ class AmortizedLightUpdate {
     const LightSet& lights;
     const LampMaps& maps;
     float brightest;
-    bool live;         ///< also on vertices
-    bool incremental;  ///< in rounds, if what has changed since the last frame allows it
+    bool live;         ///< gather at vertices too
+    bool incremental;  ///< update in rounds, if the changes since the last frame are small enough
     const gpu::Texture& white;
   };
   struct Done {
-    bool recorded = false;                   ///< something into the list
-    bool changed = false;                    ///< what room(), irradiance() or the light of vertices show
-    std::vector<gpu::PassTime> passes = {};  ///< of what had to run at once
+    bool recorded = false;                   ///< commands were added to the list
+    bool changed = false;                    ///< room(), irradiance() or the light at vertices changed
+    std::vector<gpu::PassTime> passes = {};  ///< of the passes that ran at once
   };
-  /// Before: fit() to the plan. The bricks follow the key's room as rounds begin. Throws gpu::GpuError where the device
-  /// has no room for what the volumes hold of surfaces; then they are of no use.
+  /// Call fit() first. The bricks follow the key's room at the start of a round. Throws gpu::GpuError if the surface
+  /// chunks don't fit in device memory; the volumes must not be used then.
   Done advance(gpu::CommandList& list, const Now& now, BrickPool& bricks);
 
-  /// `mirror_outlines`: of known surfaces.
+  /// `mirror_outlines`: of surfaces with known material.
   void fit(const Plan& plan, const gpu::Texture& mirror_outlines);
   LightVolumeBuilder& passes() { return light_; }
   const LightVolumeBuilder& passes() const { return light_; }
-  const std::string& why_no_rounds() const { return why_no_rounds_; }  ///< the device has no room for them; else empty
-  bool any_room() const { return shown_ != nullptr; }                  ///< whether the last fit() left volumes
+  const std::string& why_no_rounds() const {
+    return why_no_rounds_;
+  }                                                    ///< non-empty: device memory is too small for
+                                                       ///< rounds
+  bool any_room() const { return shown_ != nullptr; }  ///< whether the last fit() allocated volumes
   LightVolumeState& room() { return *shown_; }
   const LightVolumeState& room() const { return *shown_; }
-  const gpu::Texture& irradiance() const;  ///< change of it in real cells, as it is now
-  /// Two rounds of light on the objects' vertices, and the share of the newer.
+  const gpu::Texture& irradiance() const;  ///< current change of irradiance in real cells
+  /// Light at the objects' vertices of the last two rounds, and the blend weight of the newer.
   const VertexLight& older() const { return older_gathered_; }
   const VertexLight& newer() const { return shown_->gathered; }
   float share() const { return fading_ ? static_cast<float>(frame_) / kRoundFrames : 1.0f; }
@@ -62,13 +65,13 @@ class AmortizedLightUpdate {
   std::unique_ptr<LightVolumeState> shown_, next_;  ///< next_: null before the first round
   std::optional<LightKey> last_;                    ///< of the last frame
   std::string why_no_rounds_;
-  // The round under way.
+  // The current round.
   std::vector<LightStep> steps_;
   std::size_t done_ = 0;
   bool running_ = false, fading_ = false;
   int frame_ = 0;
   LightKey next_key_;
-  // What is faded from.
+  // The older end of the fade.
   std::unique_ptr<gpu::Texture> older_irradiance_, mixed_irradiance_;
   shader::vec4 older_cascade_[shader::kCascades];
   VertexLight older_gathered_;

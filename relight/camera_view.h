@@ -1,6 +1,6 @@
 #pragma once
-// What depends on the camera: draws the picture from what the light volumes hold, and shows again what still holds of
-// the last one.
+// The camera-dependent part of a frame: renders it from the light volumes, and reuses what is still valid of the last
+// frame.
 #include <vector>
 
 #include "relight/amortized_light_update.h"
@@ -28,11 +28,11 @@ class CameraView {
  public:
   CameraView(gpu::Device& device, const capture::ColorCamera& camera);
 
-  /// `glossy`: known real surfaces are there.
+  /// `glossy`: real surfaces of known material exist.
   void fit(const Plan& plan, bool glossy);
   CameraUpload& camera() { return camera_; }
   const CameraUpload& camera() const { return camera_; }
-  /// The pose to draw with; see StaticViewCache.
+  /// The camera pose to render with; see StaticViewCache.
   const Eigen::Isometry3d& hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved) {
     return still_.hold(T_tag_camera, nearest_m, moved);
   }
@@ -41,23 +41,23 @@ class CameraView {
     const shader::FrameParams& params;
     const std::vector<PlacedObject>& objects;
     const std::vector<StoredModel::Mesh>& known_surfaces;
-    const std::vector<GlossyBounds>& glossy;  ///< of these
+    const std::vector<GlossyBounds>& glossy;  ///< bounds of glossy real surfaces of known material
     const gpu::Texture& white;
     const Plan& plan;
-    bool anew;       ///< the camera, the light or the objects are not as they were
-    bool with_maps;  ///< those of the full view
-    bool live;       ///< the light was made for the live view
+    bool anew;       ///< camera, light or objects changed since the last frame
+    bool with_maps;  ///< also fill the maps of the full view (RelightMaps)
+    bool live;       ///< the light was computed for the live view
   };
   struct Light {
     const AmortizedLightUpdate& rounds;
     const LampMaps& maps;
     const BrickPool& bricks;
   };
-  /// Draws only blocks that are not as they were; the rest is multiplied as before.
+  /// Renders only the blocks that changed; the others reuse their factors.
   void show_live(const capture::FrameSet& frame, const View& view, const Light& light, const LampShadows& shadows,
                  RelitPicture* result);
-  /// Draws everything, or composes alone where only the camera's code values are new, or nothing where not even these.
-  /// What is recorded comes after what the list holds.
+  /// Renders everything; only composes if nothing but the camera's pixel values changed; does nothing if these are
+  /// equal too. Appends its commands to the list.
   void show_full(const capture::FrameSet& frame, const View& view, const Light& light, gpu::CommandList& list,
                  RelitPicture* result);
 
@@ -75,7 +75,7 @@ class CameraView {
   CameraUpload camera_;
   capture::CameraModel model_;
   std::unique_ptr<Screen> screen_;
-  // Passes, in the order in which they run.
+  // Passes in execution order.
   ObjectView object_view_;
   RealView real_view_;
   Shadow shadow_;
@@ -86,10 +86,10 @@ class CameraView {
   Shade shade_;
   Compose compose_;
   LiveView live_view_;
-  // What is kept from frame to frame.
+  // State kept between frames.
   StaticViewCache still_;
   enum class Shown { nothing, live, full };
-  Shown shown_ = Shown::nothing;  ///< what the screen holds of the last frame that a next one may show again
+  Shown shown_ = Shown::nothing;  ///< which results of the last frame on the screen can be reused
   CpuCompositor live_picture_;
   std::shared_ptr<const capture::Image<std::uint8_t>> full_codes_;  ///< of the camera,
   std::vector<std::byte> full_drawn_;                               ///< and what became of it, RGBA

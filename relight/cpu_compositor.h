@@ -1,6 +1,6 @@
 #pragma once
-// The picture of a live service, put together on the host: the camera's code values, multiplied where the light of real
-// surfaces changes, behind the objects. While nothing but the camera's code values is new, no device has any work.
+// Composites the live frame on the CPU: the camera's pixel values, multiplied by a gain where the light on real
+// surfaces changes, behind the objects. A frame in which only the camera's pixel values changed needs no GPU work.
 #include <cstdint>
 #include <vector>
 
@@ -12,10 +12,10 @@ namespace lumigraft::relight {
 
 class CpuCompositor {
  public:
-  /// Reads what LiveView left on the device for the blocks that screen.tiles chose among `considered`; other blocks
-  /// stay as they are.
+  /// Reads back the results of LiveView for those blocks that screen.tiles selected among `considered`; other blocks
+  /// keep their values.
   void read(gpu::Device& device, const Screen& screen, const std::vector<char>& considered);
-  /// `exposure`: code value 1 over the radiance that it stands for, linear.
+  /// `exposure`: pixel value 1 over its linear radiance, (W/sr/m²)⁻¹.
   capture::Image<std::uint8_t> over(const capture::Image<std::uint8_t>& coded, float exposure) const;
 
  private:
@@ -26,10 +26,10 @@ class CpuCompositor {
   void over_object(int left, int top, float exposure, capture::Image<std::uint8_t>* picture) const;
 
   int width_ = 0, height_ = 0, columns_ = 0, fine_step_ = 1;
-  std::vector<Kind> kinds_;     ///< of every block
-  std::vector<float> smooth_;   ///< gain to the power of 1 / 2.4 of every cell of kSmoothStep
-  std::vector<float> fine_;     ///< gain of one pixel of every fine_step_
-  std::vector<float> gain_;     ///< of every pixel, from these
+  std::vector<Kind> kinds_;     ///< per block
+  std::vector<float> smooth_;   ///< gain^(1/2.4), one value per kSmoothStep × kSmoothStep pixels
+  std::vector<float> fine_;     ///< gain, one value per fine_step_ × fine_step_ pixels
+  std::vector<float> gain_;     ///< per pixel, interpolated from these
   std::vector<float> objects_;  ///< radiance times coverage, coverage
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// How much of the light each part of an illumination carries, at the probe.
+// Measures how much of the light at the probe each part of the illumination contributes.
 #include <array>
 
 #include "reconstruct/light/light.h"
@@ -7,9 +7,9 @@
 namespace lumigraft::relight {
 
 struct LightMeasures {
-  float remainder_share = 0;  ///< of the remainder: of all light at the probe, ∫L dω
-  /// By the last band of the remainder's harmonics that is kept: root of the mean squared irradiance of the higher
-  /// ones, over the mean irradiance of all light, lamps too; both over all normals.
+  float remainder_share = 0;  ///< fraction of all light at the probe, ∫L dω, that the residual environment contributes
+  /// Truncation error by the last band of the residual environment's spherical harmonics that is kept: root mean square
+  /// irradiance of the higher bands over the mean irradiance of all light including lamps, both over all normals.
   std::array<float, 3> bands_left_out{};
 };
 

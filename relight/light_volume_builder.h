@@ -1,5 +1,6 @@
 #pragma once
-// Fills the light volumes: what does not depend on the camera and is made once for a room, its lamps and the objects.
+// Fills the light volumes: all light that does not depend on the camera, computed once for a room, its lamps and the
+// objects.
 #include <functional>
 #include <memory>
 #include <vector>
@@ -21,12 +22,13 @@
 
 namespace lumigraft::relight {
 
-/// Part of the work, to be done in its order.
+/// One step of the update; steps run in order.
 struct LightStep {
   const char* pass;
-  float cost;  ///< relative to others
+  float cost;  ///< relative to the other steps
   std::function<void(gpu::CommandList&)> record;
-  std::function<void()> on_host = {};  ///< in place of `record`, when all that was recorded before has run
+  std::function<void()> on_host = {};  ///< runs on the CPU in place of `record`, after all commands recorded before
+                                       ///< have finished
 };
 
 class LightVolumeBuilder {
@@ -37,20 +39,21 @@ class LightVolumeBuilder {
   struct Work {
     shader::FrameParams params;
     LightKey key;
-    bool live = false;  ///< gather at matt objects' vertices too, and for real surfaces also what comes by mirrors
+    bool live = false;  ///< also gather at the vertices of matt objects, and include light that reaches real surfaces
+                        ///< by mirrors
     const LampMaps* maps = nullptr;
-    float brightest = 0;  ///< of the environment and of what the camera can tell, W/sr/m²
-    int slices = 1;       ///< of long passes
+    float brightest = 0;  ///< highest radiance of the environment and of the camera's range, W/sr/m²
+    int slices = 1;       ///< number of slices that long passes are split into
   };
-  /// What is left to do where `room` holds older light. The bricks hold the work's room; everything named must stay as
-  /// it is until the last step was recorded and has run.
+  /// The steps that remain where `room` holds older light. The bricks must hold the room of `work`; all arguments must
+  /// stay unchanged until the last step has been recorded and has run.
   std::vector<LightStep> steps(const Work& work, const BrickPool& bricks, const gpu::Texture& white,
                                LightVolumeState& room);
 
   const Inject& inject() const { return *inject_; }
   ObjectLight& object_light() { return object_light_; }
   const ObjectLight& object_light() const { return object_light_; }
-  const Lpv* lpv() const { return lpv_.get(); }  ///< null where cones carry the change
+  const Lpv* lpv() const { return lpv_.get(); }  ///< null if cones carry the change
 
  private:
   void add_chunks(const Work& work, const BrickPool& bricks, bool real, LightVolumeState& room,

@@ -1,21 +1,20 @@
 #pragma once
-// What the scene needs, and no more: a plan that leaves out what carries too little of the light to be seen.
+// Reduces the plan to what the scene needs: leaves out light whose contribution is too small to be visible.
 //
-// Energy criterion: what a choice leaves out is below kLeftOut of the irradiance, at the probe and where each visible
-// object stands. What was set by hand stays (Plan::by_hand), and nothing goes beyond the plan that was asked for.
+// Energy criterion: what a choice leaves out is below kLeftOut of the irradiance, at the probe and at each visible
+// object. Values set by the user stay (Plan::user_set), and no value exceeds the requested plan.
+// - max_lights: lamps rendered as lamps. The weakest are moved into the environment as long as their sum is below the
+//   bound: their light is kept, only their shadow edges are lost.
+// - sh_bands: bands of the residual environment's spherical harmonics; the dropped part is measured as the root mean
+//   square irradiance over all normals (Ramamoorthi & Hanrahan 2001, eq. 7 and 8).
+// - rsm: where light is traced per pixel, reflective shadow maps have twice the volume's edge: a texel is then smaller
+//   than half a voxel, and finer texels inject the same light. With cells the lamps' shadows on the room have the
+//   resolution of these maps, so the value stays.
 //
-// - max_lights: lamps that are drawn as lamps. The weakest go into the environment while all of them together stay
-//   below the bound: their light stays, only the edges of their shadows are lost.
-// - sh_bands: bands of the remainder's harmonics; what is dropped is measured as the root of its mean squared
-//   irradiance over all normals (Ramamoorthi & Hanrahan 2001, eq. 7 and 8).
-// - rsm: where light is traced for pixels, reflective shadow maps of twice the volume's edge: a texel is then below
-//   half a voxel, and finer ones inject the same. In cells the lamps' shadows on the room are as fine as they: there
-//   it stays.
+// Methods that do not render on a device (Plan::on_device) read none of these: their plan is unchanged.
 //
-// Methods that draw on no device (Plan::on_device) read none of these: their plan stays as it is.
-//
-// Calm: more is taken at once, when the bound is passed; less only after it would have kept to half of the bound for
-// kCalmFrames frames. The first scene is taken as it is.
+// Hysteresis: a value is raised at once when the bound is exceeded, and lowered only after the smaller value would have
+// kept to half the bound for kCalmFrames frames. The first scene's values are taken directly.
 #include <array>
 #include <memory>
 #include <string>
@@ -32,9 +31,9 @@ namespace lumigraft::relight {
 
 struct PlanChoice {
   std::string key;  ///< of plan.KEY
-  int most = 0;     ///< as asked
-  int value = 0;    ///< as taken
-  /// Share of the irradiance that the value leaves out: above the bound where `most` is too little.
+  int most = 0;     ///< as requested
+  int value = 0;    ///< as chosen
+  /// Fraction of the irradiance that the value leaves out; exceeds the bound where `most` is too small.
   float left_out = 0;
 };
 
@@ -47,12 +46,12 @@ class Planner {
 
   struct Decision {
     Plan plan;
-    std::vector<PlanChoice> choices;  ///< none where the scene holds no light, and none of keys that are set by hand
+    std::vector<PlanChoice> choices;  ///< empty where the scene has no light; without keys set by the user
   };
   Decision decide(const reconstruct::Scene& scene, const Exhibit& exhibit, double time_s);
 
  private:
-  /// Of one key: what is left out by 0, 1, 2 ... of it.
+  /// For one key: the fraction left out by the values 0, 1, 2 ...
   struct Held {
     int value = -1, calm = 0;
     int hold(const std::vector<float>& left_out);

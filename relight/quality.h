@@ -1,30 +1,31 @@
 #pragma once
-// What the plan leaves to be derived from it.
+// Settings derived from the plan.
 #include "relight/plan.h"
 
 namespace lumigraft::relight {
 
 struct Quality {
-  float
-      min_code_change;   ///< code values by which the objects must be able to change a pixel, at the most careful bound
-  int delta_cones;       ///< aimed at the objects, per real pixel; unused with `cells`
-  int change_cones;      ///< over the hemisphere of real pixels, for the change of other real surfaces; likewise
-  int hemisphere_cones;  ///< over the hemisphere of virtual surfaces
-  int shadow_cones;      ///< per lamp
-  int lamp_maps;         ///< points of all lamps together from which shadows are drawn
-  int lamp_map_edge;     ///< texels along the edge of such a map
-  int shadow_scale;      ///< shadows on surfaces without known gloss are traced at 1/shadow_scale of the picture
-  int ambient_scale;     ///< light on virtual surfaces but for the lamps is traced at 1/ambient_scale of the picture
-  int glossy_cones;      ///< per mirror lobe
-  int voxel_cones;       ///< per voxel and bounce
-  int window;            ///< half the window of the filter of traced light, in traced pixels; likewise
-  int supersampling;     ///< of the object's silhouette, along each axis
-  bool simple_models;    ///< draw simplified triangles to the camera too, and still simpler ones to lamps
-  bool cells;  ///< take the indirect change of real pixels from the cells of the volumes, not traced per pixel
+  float min_code_change;  ///< pixel values (8 bit) by which the objects must be able to change a pixel, by a
+                          ///< conservative bound
+  int delta_cones;        ///< cones towards the objects, per real pixel; unused with `cells`
+  int change_cones;       ///< cones over the hemisphere of real pixels, for the change of other real surfaces; unused
+                          ///< with `cells`
+  int hemisphere_cones;   ///< cones over the hemisphere of virtual surfaces
+  int shadow_cones;       ///< per lamp
+  int lamp_maps;          ///< light sample points with a shadow map, all lamps together
+  int lamp_map_edge;      ///< texels along the edge of such a shadow map
+  int shadow_scale;       ///< shadows on surfaces of unknown gloss are traced at 1/shadow_scale of the image size
+  int ambient_scale;      ///< light on virtual surfaces except lamps is traced at 1/ambient_scale of the image size
+  int glossy_cones;       ///< per mirror lobe
+  int voxel_cones;        ///< per voxel and bounce
+  int window;             ///< half width of the filter of traced light, in traced pixels; unused with `cells`
+  int supersampling;      ///< samples per pixel along each axis, for object silhouettes
+  bool simple_models;     ///< render simplified meshes to the camera too, and coarser ones to lamps
+  bool cells;  ///< take the indirect change of real pixels from cells of the volumes instead of tracing it per pixel
 };
 
-/// Full resolution is the careful setting; coarser tracing goes with fewer cones. 9 is the least that covers a
-/// hemisphere evenly (Crassin et al. 2011 use 5 to 9).
+/// Full resolution is the highest setting; coarser tracing uses fewer cones. 9 is the minimum that covers a hemisphere
+/// evenly (Crassin et al. 2011 use 5 to 9).
 inline Quality quality_of(const Plan& plan) {
   if (plan.quality) return *plan.quality;
   if (plan.in_cells() && plan.trace_scale < 4) return {1.0f, 0, 0, 20, 6, 32, 256, 1, 1, 16, 12, 0, 2, false, true};
@@ -38,13 +39,14 @@ inline Quality quality_of(const Plan& plan) {
   }
 }
 
-/// Whether the last bounce ends in cells by cones, whose noise is smoothed between them.
+/// Whether the last bounce is gathered in cells by cones, whose noise is filtered between cells.
 inline bool smooths_cells(const Plan& plan) { return quality_of(plan).cells && plan.method != "dlpv"; }
 
 /// Over the hemisphere of real cells, for the change of other real surfaces.
 constexpr int kChangeCones = 9;
 
-/// Real cells whose hemisphere the objects fill by less do not gather: their change is below a code value.
+/// Real cells whose hemisphere the objects cover by a smaller fraction do not gather: their change is below one pixel
+/// value (8 bit).
 constexpr float kLeastShare = 0.004f;
 
 }  // namespace lumigraft::relight

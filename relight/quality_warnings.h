@@ -1,5 +1,5 @@
 #pragma once
-// Where a frame asks for more than the methods hold, they come near: this says so, for the frame's warnings.
+// Warnings for a frame that exceeds what the methods represent exactly, so that they approximate.
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,13 +10,13 @@
 
 namespace lumigraft::relight {
 
-/// One line for each thing that is approximate: triangles that were left out or taken together; lamps so near or inside
-/// the objects that shadows of theirs come from voxels; objects that are few voxels long because others are far away; a
-/// camera inside an object's bounds, from where the volumes show it coarsely.
+/// One line per approximation: triangles left out or merged; lamps so near to or inside the objects that their shadows
+/// are traced through voxels; objects only a few voxels long because others are far away; a camera inside an object's
+/// bounds, where the volumes represent it coarsely.
 std::vector<std::string> quality_warnings(const Exhibit& exhibit, const std::vector<PlacedObject>& objects,
                                           const Placement& placement, const reconstruct::Scene& scene);
 
-/// The line about an object's triangles that could not be used, if there are any; every renderer says it.
+/// The line about an object's unusable triangles, if any; used by every renderer.
 std::optional<std::string> left_out(const VirtualObject& object);
 
 }  // namespace lumigraft::relight

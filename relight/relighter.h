@@ -1,5 +1,5 @@
 #pragma once
-// Scene + exhibit + camera picture become the composited picture.
+// Renders scene + exhibit + camera frame to the composited frame on a GPU.
 #include <memory>
 
 #include "capture/session/session.h"
@@ -7,9 +7,9 @@
 
 namespace lumigraft::relight {
 
-/// One verb. Holds caches of what depends only on still geometry, still light or a rigid object. Not thread safe.
-/// Never throws for what a frame holds: where the scene lacks something (no pose, no light) the camera picture passes
-/// through and a warning says why. Throws gpu::GpuError where the device fails, gpu::DeviceLost where it is gone.
+/// Caches results that depend only on static geometry, static light or rigid objects. Not thread safe. Never throws
+/// because of a frame's content: if the scene lacks something (no pose, no light) the camera frame passes through and a
+/// warning gives the reason. Throws gpu::GpuError if the device fails, gpu::DeviceLost if it is lost.
 class Relighter : public Renderer {
  public:
   Relighter(std::shared_ptr<gpu::Device> device, const capture::Session& session);

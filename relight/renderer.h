@@ -1,6 +1,7 @@
 #pragma once
-// What turns a frame into its relit picture. Plan::method says which: a Relighter (GPU), or the path-traced reference
-// (reference/reference_renderer.h), which needs none.
+// Interface of all renderers: a frame in, its relit frame out. Plan::method selects the implementation: a Relighter
+// (GPU), final gathering (gather/ray_renderer.h) or the path-traced reference (reference/reference_renderer.h), both
+// without a GPU.
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,26 +14,26 @@
 
 namespace lumigraft::relight {
 
-/// Intermediate maps, filled on request; all at the picture's size. Linear radiance unless said otherwise.
+/// Intermediate maps, filled on request, at the frame's size. Linear radiance unless noted.
 struct RelightMaps {
-  capture::Image<float> albedo;   ///< 3 channels, of what is visible
+  capture::Image<float> albedo;   ///< 3 channels, of the visible surface
   capture::Image<float> normals;  ///< 3 channels, tag frame
   capture::Image<float> depth_m;  ///< 1 channel, along the camera's z
-  capture::Image<float> delta;    ///< 3 channels, signed change of real pixels, W/sr/m²
+  capture::Image<float> delta;    ///< 3 channels, signed change of radiance of real pixels, W/sr/m²
   capture::Image<float> mask;     ///< 1 channel, coverage by virtual objects
 };
 
 struct RelitPicture {
-  capture::Image<std::uint8_t> srgb;  ///< R G B, the colour camera's size and response (sRGB)
+  capture::Image<std::uint8_t> srgb;  ///< R G B, size and response (sRGB) of the colour camera
   Plan plan;
-  std::vector<gpu::PassTime> passes;  ///< none where nothing had to be worked out anew
-  bool passed_through = false;        ///< the camera picture as it is: a warning says why
+  std::vector<gpu::PassTime> passes;  ///< empty if nothing was recomputed
+  bool passed_through = false;        ///< unmodified camera frame; a warning gives the reason
   std::vector<std::string> warnings;
-  std::shared_ptr<const RelightMaps> maps;  ///< null unless asked for
+  std::shared_ptr<const RelightMaps> maps;  ///< null unless requested
 };
 
-/// One verb. May hold caches; not thread safe. Never throws for what a frame holds: where the scene lacks something (no
-/// pose, no light) the camera picture passes through and a warning says why.
+/// May hold caches; not thread safe. Never throws because of a frame's content: if the scene lacks something (no pose,
+/// no light) the camera frame passes through and a warning gives the reason.
 class Renderer {
  public:
   virtual ~Renderer() = default;

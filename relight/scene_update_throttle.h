@@ -1,5 +1,5 @@
 #pragma once
-// The real room that the light volumes hold, which follows the scene's no faster than it needs to.
+// The version of the real room in the light volumes; it follows the scene's updates no faster than necessary.
 #include <memory>
 
 #include "reconstruct/scene.h"
@@ -8,9 +8,9 @@ namespace lumigraft::relight {
 
 class SceneUpdateThrottle {
  public:
-  /// Every depth picture changes the field a little, ever less as it is looked at longer: this follows at once in the
-  /// beginning and lags behind by a quarter of its age, 24 publications at most, later; while less than a tenth of its
-  /// bricks and of the albedo's have changed it waits for 64. `scene` has a field.
+  /// Every depth frame changes the field a little, by decreasing amounts the longer it is observed. So this follows
+  /// every publication at first and lags later by a quarter of the scene's age, at most 24 publications; while less
+  /// than a tenth of the bricks of distance and albedo changed, by 64. `scene` must have a field.
   void follow(const reconstruct::Scene& scene);
 
   const std::shared_ptr<const reconstruct::DistanceField>& field() const { return field_; }

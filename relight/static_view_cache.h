@@ -1,5 +1,5 @@
 #pragma once
-// What a camera that stands still shows again, so that it need not be worked out again.
+// Detects a static camera and unchanged image blocks, so that their results can be reused.
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
@@ -11,20 +11,20 @@ namespace lumigraft::relight {
 
 class StaticViewCache {
  public:
-  /// A camera that moves the picture by less stands still. Objects are drawn with two samples a pixel or more along
-  /// each axis, so a silhouette that is off by this changes the coverage of a pixel by less than one sample does.
+  /// A camera motion that moves the image by less counts as static. Objects are drawn with two samples per pixel or
+  /// more along each axis, so a silhouette error of this size changes a pixel's coverage by less than one sample.
   static constexpr double kStill_px = 0.125;
 
   explicit StaticViewCache(const capture::CameraModel& camera) : camera_(camera) {}
 
-  /// The pose to draw with: the one of before, while nothing that is `nearest_m` away or more moves by kStill_px in the
-  /// picture. `moved` says whether it is another than before.
+  /// The pose to render with: the previous one as long as no point at `nearest_m` or farther moves by kStill_px in the
+  /// image. `moved`: whether it differs from the previous.
   const Eigen::Isometry3d& hold(const Eigen::Isometry3d& T_tag_camera, double nearest_m, bool* moved);
 
-  /// Blocks of kTile_px that do not show what they showed when they were last taken, and takes these: where surfaces
-  /// lie elsewhere by more than a depth camera's noise, or colours differ by more than a colour camera's. Of a block
-  /// every second pixel along each axis is looked at, and two must differ. `depth_m` null: none. `all`: takes every
-  /// block. `least_m`: a change of depth that is none at any distance.
+  /// Blocks of kTile_px whose content differs from when they were last stored; stores these. Changed means: depth
+  /// differs by more than a depth camera's noise, or colour by more than a colour camera's, at two or more of the
+  /// block's pixels; every second pixel along each axis is compared. `depth_m` null: none. `all`: returns every block.
+  /// `least_m`: depth changes below this are ignored at any distance.
   std::vector<char> changed_tiles(const capture::Image<std::uint8_t>& codes, const capture::Image<float>* depth_m,
                                   float least_m, bool all);
 
@@ -32,8 +32,8 @@ class StaticViewCache {
   capture::CameraModel camera_;
   Eigen::Isometry3d held_ = Eigen::Isometry3d::Identity();
   bool any_ = false;
-  std::vector<float> depth_m_;       // of every second pixel, as taken; 0: none
-  std::vector<std::uint8_t> codes_;  // the same, of the brightest channel
+  std::vector<float> depth_m_;       // every second pixel, as stored; 0: none
+  std::vector<std::uint8_t> codes_;  // likewise, the brightest channel
 };
 
 }  // namespace lumigraft::relight

@@ -1,11 +1,11 @@
 #pragma once
-// One thread per texel, in the local sizes that every pass's shaders use.
+// Compute dispatches with one thread per texel, in the local sizes of all passes' shaders.
 #include "relight/gpu/device.h"
 #include "relight/shaders/common/interop.h"
 
 namespace lumigraft::relight {
 
-/// 8 × 8 threads a group.
+/// 8 × 8 threads per group.
 inline void dispatch_2d(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
                         const std::vector<gpu::Binding>& bindings, const shader::FrameParams& params, int width,
                         int height) {
@@ -14,13 +14,13 @@ inline void dispatch_2d(gpu::CommandList& list, const gpu::ComputePipeline& pipe
 
 constexpr int kTile_px = 8;
 
-/// Blocks of 8 × 8 texels, on the GPU as column | row << 16 (shaders/tiles.glsl).
+/// Blocks of 8 × 8 texels, on the GPU as column | row << 16 (shaders/common/tiles.glsl).
 struct TileList {
   std::unique_ptr<gpu::Buffer> buffer;
   int count = 0;
 };
 
-/// 8 × 8 threads for every listed block.
+/// 8 × 8 threads per listed block.
 inline void dispatch_tiles(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
                            std::vector<gpu::Binding> bindings, const shader::FrameParams& params,
                            const TileList& tiles) {
@@ -29,12 +29,12 @@ inline void dispatch_tiles(gpu::CommandList& list, const gpu::ComputePipeline& p
   list.dispatch(pipeline, bindings, gpu::bytes_of(params), tiles.count);
 }
 
-/// Part of the work on a list (shaders/slice.glsl).
+/// Part of a list to process (shaders/common/slice.glsl).
 struct Slice {
   int number = 0, of = 1;
 };
 
-/// Groups of 64 threads walk the list together.
+/// Groups of 64 threads iterate over the list together.
 inline void dispatch_slice(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
                            const std::vector<gpu::Binding>& bindings, shader::FrameParams params, Slice slice) {
   constexpr int groups = 256;
@@ -43,7 +43,7 @@ inline void dispatch_slice(gpu::CommandList& list, const gpu::ComputePipeline& p
   list.dispatch(pipeline, bindings, gpu::bytes_of(params), (groups + slice.of - 1) / slice.of);
 }
 
-/// 8 × 4 × 2 threads a group.
+/// 8 × 4 × 2 threads per group.
 inline void dispatch_3d(gpu::CommandList& list, const gpu::ComputePipeline& pipeline,
                         const std::vector<gpu::Binding>& bindings, const shader::FrameParams& params, int x, int y,
                         int z) {

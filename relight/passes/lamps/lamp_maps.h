@@ -1,7 +1,7 @@
 #pragma once
-// What lamps see of the objects: depth from several points of each lamp, so that their mean is the penumbra (Heckbert &
-// Herf 1997). Surfaces thinner than any voxel cast a whole shadow. In: objects, lamps. Out: bindings(), and in the
-// lamps of the frame's parameters how many maps each has.
+// Shadow maps of the objects: depth from several points of each lamp, whose mean is the penumbra (Heckbert & Herf
+// 1997). Surfaces thinner than a voxel cast full shadows too. In: objects, lamps. Out: bindings(), and the number of
+// maps per lamp in the frame's parameters.
 #include "relight/passes/dispatch.h"
 #include "relight/upload/object_store.h"
 
@@ -9,14 +9,13 @@ namespace lumigraft::relight {
 
 class LampMaps {
  public:
-  /// About `most` maps of edge × edge texels, a multiple of 32, for all lamps together, of which each has one at least;
-  /// 0: none.
+  /// About `most` maps of edge × edge texels (a multiple of 32) for all lamps together, at least one per lamp; 0: none.
   LampMaps(gpu::Device& device, int edge, int most);
 
-  /// Shares the maps out among the lamps and says so in `params`. A lamp within the sphere around the objects gets
-  /// none: no map can hold all that it sees.
+  /// Distributes the maps among the lamps and writes their number to `params`. A lamp inside the sphere around the
+  /// objects gets none: no map covers its field of view.
   void choose(gpu::Device& device, shader::FrameParams& params);
-  /// `rough`: of the objects' roughest triangles.
+  /// `rough`: draw the objects' coarsest meshes.
   void record(gpu::CommandList& list, const std::vector<PlacedObject>& objects, bool rough,
               const gpu::Texture& white) const;
 
@@ -27,7 +26,7 @@ class LampMaps {
   int edge_, most_;
   std::unique_ptr<gpu::RasterPipeline> raster_;
   std::unique_ptr<gpu::ComputePipeline> bound_;
-  std::unique_ptr<gpu::Texture> depths_;  ///< the maps side by side
+  std::unique_ptr<gpu::Texture> depths_;  ///< the maps in one atlas, side by side
   std::unique_ptr<gpu::Buffer> views_, bounds_;
   std::vector<shader::DrawParams> draws_;
 };

@@ -1,5 +1,5 @@
 #pragma once
-// Draw calls of virtual objects, part by part.
+// Draw calls of virtual objects, one per part.
 #include <deque>
 
 #include "relight/shaders/common/interop.h"
@@ -7,12 +7,12 @@
 
 namespace lumigraft::relight {
 
-/// Draw calls keep spans into `params`, which must live until they are recorded.
+/// Draw calls keep spans into `params`, which must outlive their recording.
 struct ObjectDraws {
   std::deque<shader::DrawParams> params;
   std::vector<gpu::DrawCall> calls;
 
-  /// `view` holds what all parts share: T_view_tag, projection, distortion, more.
+  /// `view` holds the parameters common to all parts: T_view_tag, projection, distortion, more.
   void add(const StoredModel::Mesh& mesh, const Eigen::Affine3f& T_tag_model, const MaterialOverride& material,
            int number, const shader::DrawParams& view, const gpu::Texture& white);
 };

@@ -1,7 +1,7 @@
 #pragma once
-// Delta Light Propagation Volumes (thesis §5.3): the change of light starts at the surfaces where it arises, moves from
-// cell to cell, and is looked up where it arrives. Beside cone tracing it takes the place of Bounce::gather_real and of
-// Trace. Shadows of lamps are drawn by cones (Shadow), and objects see the room by cones (Ambient), for both methods.
+// Delta Light Propagation Volumes (thesis §5.3): the change of light is injected at the surfaces that cause it,
+// propagated from cell to cell, and looked up at the receivers. Replaces Bounce::gather_real and Trace of cone tracing.
+// Shadows of lamps (Shadow) and the light of the room on objects (Ambient) use cones in both methods.
 #include "relight/passes/lpv/inject.h"
 #include "relight/passes/lpv/propagate.h"
 #include "relight/passes/lpv/query.h"
@@ -12,11 +12,11 @@ class Lpv {
  public:
   explicit Lpv(gpu::Device& device);
   void fit(gpu::Device& device, int edge_voxels, int steps);
-  /// The change of irradiance on real surfaces by all light in the volumes, as Bounce::gather_real finds it. In the
-  /// rounds after the first nothing but the reflected light may have changed.
+  /// The change of irradiance on real surfaces by all light in the volumes, as Bounce::gather_real computes it. In
+  /// rounds after the first only reflected light may have changed.
   void gather_real(gpu::CommandList& list, const shader::FrameParams& params, float brightest, int round, int rounds,
                    const Volumes& volumes);
-  /// The same in every pixel, from the light that gather_real left.
+  /// The same per pixel, from the light that gather_real left in the grid.
   void look_up(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
                const Screen& screen) const;
 
@@ -25,7 +25,7 @@ class Lpv {
   LpvPropagate propagate_;
   LpvQuery query_;
   std::unique_ptr<LpvGrid> grid_;
-  std::unique_ptr<gpu::Texture> beyond_;  ///< the enclosure's part of real_irradiance, as large
+  std::unique_ptr<gpu::Texture> beyond_;  ///< the enclosure's part of real_irradiance, of the same size
   int steps_ = 0;
 };
 

@@ -8,7 +8,7 @@ namespace lumigraft::relight {
 class LpvPropagate {
  public:
   explicit LpvPropagate(gpu::Device& device);
-  /// Sweeps over all cells, of two steps each, from nothing or on from what `light` holds.
+  /// Sweeps over all cells, of two steps each; starts from zero, or from the content of `light` if `go_on`.
   void record(gpu::CommandList& list, shader::FrameParams params, int sweeps, bool go_on, const LpvGrid& grid) const;
 
  private:

@@ -1,7 +1,8 @@
 #pragma once
-// Change of irradiance on real surfaces. cells: in: light, cells, real_radiance, real_normal, enclosure_change; out:
-// real_irradiance, beyond (the enclosure's part of it). pixels: in: light, beyond, real_position, real_normal; out:
-// indirect.
+// Change of irradiance on real surfaces.
+// cells: in: light, cells, real_radiance, real_normal, enclosure_change; out: real_irradiance, beyond (the enclosure's
+// part of it).
+// pixels: in: light, beyond, real_position, real_normal; out: indirect.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lpv/grid.h"
 #include "relight/passes/screen/screen.h"

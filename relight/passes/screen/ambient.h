@@ -1,7 +1,7 @@
 #pragma once
-// Light on virtual surfaces that varies slowly over them: how much of the lamps they see, and everything but the lamps
-// (thesis eq. 5.23-5.24). In: every volume, object_normal,
-// object_base, object_surface, rays. Out: object_irradiance, object_mirrored, object_open.
+// Slowly varying light on virtual surfaces: visibility of the lamps, and all light except lamps (thesis eq. 5.23-5.24).
+// In: all volumes, object_normal, object_base, object_surface, rays. Out: object_irradiance, object_mirrored,
+// object_open.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"
 #include "relight/passes/volume/volumes.h"

@@ -1,5 +1,5 @@
 #pragma once
-// The camera picture on its way to the GPU.
+// Uploads the camera frame to the GPU.
 #include <array>
 #include <memory>
 
@@ -14,9 +14,9 @@ class CameraUpload {
  public:
   explicit CameraUpload(const capture::ColorCamera& camera);
 
-  void take(const std::shared_ptr<const capture::Picture>& picture);  ///< keeps code values of this frame
+  void take(const std::shared_ptr<const capture::Picture>& picture);  ///< keeps this frame's pixel values
   void upload_rays(gpu::Device& device, const Screen& screen);
-  /// Codes and depth, and radiance on request.
+  /// Uploads pixel values and depth, and radiance on request.
   void upload(gpu::Device& device, const capture::FrameSet& frame, bool with_radiance, const Screen& screen) const;
 
   float exposure() const { return exposure_; }

@@ -1,5 +1,5 @@
 #pragma once
-// The final picture (thesis §5.4.4). In: camera codes and radiance, the real view, all changes, object_radiance,
+// The final frame (thesis §5.4.4). In: camera codes and radiance, the real view, all changes, object_radiance,
 // object_surface. Out: picture, delta.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"

@@ -1,7 +1,7 @@
 #pragma once
-// The picture of a live service: all that does not depend on the camera was gathered once (lamp shadows, light on
-// vertices, the volumes' cells), so a frame looks it up; known glossy surfaces alone are traced (Reflect). In: the
-// volumes, the lamp maps, rays, depth, codes. Out: live_gain, and live_object, where objects can be seen or throw
+// The live setting's frame: all light that does not depend on the camera was gathered before (lamp shadows, light at
+// vertices, the volumes' cells) and is looked up; only glossy real surfaces of known material are traced (Reflect). In:
+// the volumes, the lamp maps, rays, depth, codes. Out: live_gain and live_object where objects may be visible or cast
 // shadows; gain elsewhere.
 #include "relight/passes/screen/lamp_shadows.h"
 #include "relight/passes/screen/object_view.h"
@@ -15,24 +15,24 @@ class LiveView {
  public:
   explicit LiveView(gpu::Device& device);
 
-  /// Matt objects with their light, into `lit_samples`.
+  /// Rasterizes matt objects with their light into `lit_samples`.
   void draw_objects(gpu::CommandList& list, const shader::FrameParams& params, const std::vector<PlacedObject>& objects,
                     const ObjectLight& light, const gpu::Texture& white, const Screen& screen) const;
-  /// real_position of the tiles that objects may cover.
+  /// real_position in the tiles that objects may cover.
   void place(gpu::CommandList& list, const shader::FrameParams& params, const Volumes& volumes,
              const Screen& screen) const;
-  /// gain and live_gain; `samples`: objects come from lit_samples, else from object_radiance and object_surface.
-  /// `irradiance`: change of it in the cells of the volumes; it counts where params.pass_f.x code values or more can
-  /// change by it.
+  /// Computes gain and live_gain. `samples`: objects come from lit_samples, else from object_radiance and
+  /// object_surface. `irradiance`: its change in the cells of the volumes; applied where it can change params.pass_f.x
+  /// pixel values (8 bit) or more.
   void compose(gpu::CommandList& list, shader::FrameParams params, const LampShadows& shadows, bool samples,
                const Volumes& volumes, const gpu::Texture& irradiance, const Screen& screen) const;
 
   /// real_position, real_normal, real_albedo, mirror_lost, mirror_all and `indirect`, the change of their diffuse part,
-  /// where glossy surfaces can be. In: known_depth, radiance.
+  /// where glossy surfaces may be visible. In: known_depth, radiance.
   void see_gloss(gpu::CommandList& list, const shader::FrameParams& params, const LampShadows& shadows,
                  const LampMaps& maps, const Volumes& volumes, const gpu::Texture& irradiance,
                  const Screen& screen) const;
-  /// Adds what Reflect found there; after compose.
+  /// Adds the results of Reflect there; after compose.
   void add_gloss(gpu::CommandList& list, shader::FrameParams params, const Screen& screen) const;
 
  private:

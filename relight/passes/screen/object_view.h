@@ -1,14 +1,16 @@
 #pragma once
-// What virtual surface every pixel shows. draw: triangles into the supersampled targets; in: objects; out: sample_*.
-// draw_known: the same for real surfaces of known material; out: known_*. resolve: samples in front of the real surface
-// become one surface a pixel; in: sample_*, real_position; out: object_normal, object_base, object_surface.
+// The virtual surface at each pixel.
+// draw: rasterizes triangles into the supersampled targets; in: objects; out: sample_*.
+// draw_known: the same for real surfaces of known material; out: known_*.
+// resolve: samples in front of the real surface are merged to one surface per pixel; in: sample_*, real_position; out:
+// object_normal, object_base, object_surface.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/object_draw.h"
 #include "relight/passes/screen/screen.h"
 
 namespace lumigraft::relight {
 
-/// What all draw calls share that show the camera's picture, with so many samples along each axis of a pixel.
+/// Parameters common to all draw calls into the camera view, with so many samples per pixel along each axis.
 shader::DrawParams camera_view(const shader::FrameParams& frame, int samples);
 
 class ObjectView {

@@ -1,5 +1,5 @@
 #pragma once
-// The pictures that passes hand to one another. Linear radiance, W/sr/m², unless said otherwise.
+// The image buffers passed between passes. Linear radiance, W/sr/m², unless noted.
 #include <memory>
 #include <optional>
 
@@ -10,46 +10,50 @@ namespace lumigraft::relight {
 
 struct Screen {
   int width = 0, height = 0, scale = 0, shadow_scale = 1, ambient_scale = 1, supersampling = 0;
-  /// Pixels along each axis that one stands for where lamps' shadows change it: pictures of shadows are no finer, and
-  /// where pixels are small neighbours differ by less.
+  /// Pixels along each axis per sample where lamp shadows change: the shadow images are no finer, and for small pixels
+  /// neighbours differ by less.
   int fine_step = 1;
-  std::unique_ptr<Tiles> tiles;  ///< the blocks that passes work on; what lies outside is cleared
-  // What the camera gave.
-  std::unique_ptr<gpu::Texture> rays;   ///< x/z and y/z of every pixel
-  std::unique_ptr<gpu::Texture> codes;  ///< 8-bit code values
+  std::unique_ptr<Tiles> tiles;  ///< blocks that passes work on; the outside is cleared
+  // Camera input.
+  std::unique_ptr<gpu::Texture> rays;   ///< x/z and y/z per pixel
+  std::unique_ptr<gpu::Texture> codes;  ///< 8-bit pixel values
   std::unique_ptr<gpu::Texture> radiance;
   std::unique_ptr<gpu::Texture> depth;  ///< metres along z, 0: none
   // Virtual surfaces.
   std::unique_ptr<gpu::Texture> sample_normal, sample_base, sample_depth, sample_z;  ///< supersampled
   std::unique_ptr<gpu::Texture> lit_samples;                                         ///< radiance; z in the camera
+                                                                                     ///< frame
   std::unique_ptr<gpu::Texture> object_normal;                                       ///< tag frame; roughness
   std::unique_ptr<gpu::Texture> object_base;                                         ///< base colour; metallic
-  std::unique_ptr<gpu::Texture> object_surface;     ///< z, coverage, specular, share of it that shows another surface
+  std::unique_ptr<gpu::Texture> object_surface;     ///< z, coverage, specular, fraction of the coverage that shows
+                                                    ///< another surface
   std::unique_ptr<gpu::Texture> object_other;       ///< that surface: normal, tag frame; z
-  std::unique_ptr<gpu::Texture> object_irradiance;  ///< but for the lamps, at 1/ambient_scale
-  std::unique_ptr<gpu::Texture> object_mirrored;  ///< radiance of the mirror part but for the lamps, at 1/ambient_scale
-  std::unique_ptr<gpu::Texture> object_open;      ///< share of lamps 0-3 that is seen; below it that of lamps 4-7
+  std::unique_ptr<gpu::Texture> object_irradiance;  ///< without lamps, at 1/ambient_scale
+  std::unique_ptr<gpu::Texture> object_mirrored;    ///< radiance of the specular part without lamps, at 1/ambient_scale
+  std::unique_ptr<gpu::Texture> object_open;        ///< visible fraction of lamps 0-3; below it that of lamps 4-7
   std::unique_ptr<gpu::Texture> object_radiance;
-  // Known materials of real surfaces, as seen by the camera.
+  // Known materials of real surfaces in the camera view.
   std::unique_ptr<gpu::Texture> known_normal, known_base, known_depth, known_z;
   // Real surfaces.
   std::unique_ptr<gpu::Texture> real_position;  ///< tag frame; z, 0: unknown
-  std::unique_ptr<gpu::Texture> real_normal;    ///< tag frame; how far inside the delta's footprint
-  std::unique_ptr<gpu::Texture> real_albedo;    ///< diffuse; number + 1 of a known surface, 0: solved, -1: unknown
-  std::unique_ptr<gpu::Texture> shadowed;       ///< irradiance that lamps no longer bring, at 1/shadow_scale
+  std::unique_ptr<gpu::Texture> real_normal;    ///< tag frame; value of the influence mask
+  std::unique_ptr<gpu::Texture> real_albedo;    ///< diffuse; number + 1 of a surface of known material, 0: solved, -1:
+                                                ///< unknown
+  std::unique_ptr<gpu::Texture> shadowed;       ///< irradiance of lamps lost by occlusion, at 1/shadow_scale
   std::unique_ptr<gpu::Texture> direct_lost;    ///< the same, full size
-  std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< off known glossy surfaces, by lamps
+  std::unique_ptr<gpu::Texture> mirror_lost, mirror_all;  ///< specular radiance of glossy surfaces of known material,
+                                                          ///< by lamps
   std::unique_ptr<gpu::Texture> traced;                   ///< change of irradiance at 1/scale
   std::unique_ptr<gpu::Texture> indirect;                 ///< the same, filtered, full size
   std::unique_ptr<gpu::Texture> gain;                     ///< factor of the radiance in smooth tiles, at 1/kSmoothStep
   std::unique_ptr<gpu::Texture> live_gain;                ///< the same in the other tiles, at 1/fine_step
   std::unique_ptr<gpu::Texture> live_object;              ///< radiance of objects times coverage, coverage
   std::unique_ptr<gpu::Texture> mirror_gained, mirror_share, mirror_gained_smooth, mirror_share_smooth;
-  // What leaves.
-  std::unique_ptr<gpu::Texture> picture;  ///< sRGB codes
+  // Output.
+  std::unique_ptr<gpu::Texture> picture;  ///< 8-bit sRGB
   std::unique_ptr<gpu::Texture> delta;    ///< change of radiance of real pixels; coverage
 
-  /// The part of the supersampled targets that the objects' tiles cover; empty where there are none.
+  /// The part of the supersampled targets that the objects' tiles cover; empty if there are none.
   std::optional<gpu::Area> object_area() const;
 
   Screen(gpu::Device& device, int width_px, int height_px, int trace_scale, int coarse_shadows, int coarse_ambient,

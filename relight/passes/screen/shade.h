@@ -1,5 +1,5 @@
 #pragma once
-// Radiance of virtual surfaces (thesis eq. 5.23-5.25). In: every volume, object_normal, object_base, object_surface,
+// Radiance of virtual surfaces (thesis eq. 5.23-5.25). In: all volumes, object_normal, object_base, object_surface,
 // object_irradiance, object_mirrored, object_open, rays. Out: object_radiance.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/lamp_maps.h"

@@ -11,8 +11,8 @@ namespace lumigraft::relight {
 class Shadow {
  public:
   explicit Shadow(gpu::Device& device);
-  /// `glossy`: materials of real surfaces are known; then shadows are full size. `by_mirrors`: with what lamps no
-  /// longer bring by way of these.
+  /// `glossy`: materials of real surfaces are known; shadows are then computed at full size. `by_mirrors`: include the
+  /// light of lamps reflected by mirrors that the objects block.
   void record(gpu::CommandList& list, shader::FrameParams params, bool glossy, bool by_mirrors, const LampMaps& maps,
               const Volumes& volumes, const Screen& screen) const;
 

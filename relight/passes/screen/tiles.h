@@ -1,6 +1,6 @@
 #pragma once
-// Which 8 × 8 blocks of pixels the objects can change or cover. Software devices run every branch of a shader, so work
-// that is not needed must not be dispatched.
+// Selects the 8 × 8 pixel blocks that the objects can change or cover. Software devices execute every branch of a
+// shader, so work that is not needed must not be dispatched.
 #include <Eigen/Geometry>
 #include <memory>
 #include <vector>
@@ -14,13 +14,13 @@
 
 namespace lumigraft::relight {
 
-constexpr int kBlurredStep = 2;  ///< the same where gloss blurs what it mirrors over more
-constexpr int kSmoothStep = 4;   ///< pixels along each axis that one stands for where all that changes is smooth
+constexpr int kBlurredStep = 2;  ///< the same, where gloss blurs the reflection over more pixels
+constexpr int kSmoothStep = 4;   ///< pixels along each axis per sample, where all changes are smooth
 
-/// Around a known glossy surface, tag frame, with room for what is not exactly known.
+/// Bounding sphere of a glossy real surface of known material, tag frame, with a margin for its uncertainty.
 struct GlossyBounds {
   Eigen::AlignedBox3f box;
-  float alpha = 1;  ///< of GGX
+  float alpha = 1;  ///< GGX roughness
 };
 
 class Tiles {
@@ -29,16 +29,16 @@ class Tiles {
         int fine_step);
 
   struct Picture {
-    const std::vector<float>& rays;        ///< x/z and y/z of every pixel
+    const std::vector<float>& rays;        ///< x/z and y/z per pixel
     const capture::Image<float>* depth_m;  ///< null: none
     const capture::Image<std::uint8_t>& codes;
   };
   struct Choice {
     float min_code_change = 0;                  ///< as in quality.h
-    const std::vector<GlossyBounds>& glossy;    ///< where known glossy surfaces can be
+    const std::vector<GlossyBounds>& glossy;    ///< where glossy real surfaces of known material may be
     const LampShadows* lamp_shadows = nullptr;  ///< null: shadows of the sphere around the objects
-    bool all = false;                           ///< take every block
-    const std::vector<char>* only = nullptr;    ///< null: choose among all blocks, else among those that are not 0
+    bool all = false;                           ///< select every block
+    const std::vector<char>* only = nullptr;    ///< null: select among all blocks, else among those that are not 0
   };
   void choose(gpu::Device& device, const shader::FrameParams& params, const Picture& picture,
               const std::vector<PlacedObject>& objects, const Choice& choice);
@@ -46,25 +46,28 @@ class Tiles {
   const TileList& views() const { return views_; }  ///< changed or covered
   /// The same as column | row << 16.
   const std::vector<std::uint32_t>& view_places() const { return view_places_; }
-  /// The views in two parts: objects and shadows, of the grid of one pixel of `fine_step` along each axis, and what
-  /// else changes, of that of kSmoothStep; the lists reach into one another.
+  /// The changed blocks in two parts: objects and shadows, on the grid of one sample per `fine_step` pixels along each
+  /// axis, and all other changes, on that of kSmoothStep; the lists overlap at their borders.
   const TileList& fine() const { return fine_; }
   const TileList& smooth() const { return smooth_; }
-  /// Those that are drawn pixel by pixel (inside the objects' bounds, and glossy ones), of the other ones those with
-  /// shadows, and the rest, as column | row << 16 of the grid of pixels.
+  /// views() in three parts: blocks drawn per pixel (inside the objects' bounds, and glossy ones); of the others those
+  /// with shadows; and the rest. As column | row << 16 of the pixel grid.
   const std::vector<std::uint32_t>& object_places() const { return object_places_; }
   const std::vector<std::uint32_t>& shaded_alone_places() const { return shaded_alone_places_; }
   const std::vector<std::uint32_t>& smooth_places() const { return smooth_places_; }
-  const Eigen::AlignedBox2i& covered() const { return covered_; }  ///< around objects(), in blocks
+  const Eigen::AlignedBox2i& covered() const { return covered_; }  ///< bounding box of objects(), in blocks
   const TileList& changed() const { return changed_; }
   const TileList& objects() const { return objects_; }    ///< inside the objects' bounds
-  const TileList& ambients() const { return ambients_; }  ///< the same, of the grid of ambient cells
-  const TileList& shaded() const { return shaded_; }      ///< where objects can stand before a lamp
-  const TileList& shadows() const { return shadows_; }    ///< the same, of the grid of shadow cells
-  const TileList& traces() const { return traces_; }      ///< of the grid of traced cells
-  const TileList& glossy() const { return glossy_; }      ///< of changed(), those that can show known glossy surfaces
-  /// The same in two parts: where gloss blurs what it mirrors of the objects over so many pixels that one of
-  /// kBlurredStep along each axis will do, of the grid of those; and the rest. The first reaches into the rest.
+  const TileList& ambients() const { return ambients_; }  ///< the same, on the grid of ambient cells
+  const TileList& shaded() const { return shaded_; }      ///< where objects may occlude a lamp
+  const TileList& shadows() const { return shadows_; }    ///< the same, on the grid of shadow cells
+  const TileList& traces() const { return traces_; }      ///< on the grid of traced cells
+  const TileList& glossy() const {
+    return glossy_;
+  }  ///< of changed(), those that may show glossy real surfaces of
+     ///< known material
+  /// The same in two parts: where gloss blurs the objects' reflection over so many pixels that one sample per
+  /// kBlurredStep pixels along each axis suffices, on the grid of these; and the rest. The first overlaps the rest.
   const TileList& blurred() const { return blurred_; }
   const TileList& sharp() const { return sharp_; }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Indirect change of real surfaces (thesis eq. 5.21) at 1/scale. In: every volume, real_position, real_normal,
+// Indirect change of real surfaces (thesis eq. 5.21) at 1/scale. In: all volumes, real_position, real_normal,
 // object_surface. Out: traced.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"

@@ -1,6 +1,6 @@
 #pragma once
-// Joint bilateral filter over the real surface, from 1/scale (or full size) to full size. In: a traced picture,
-// real_position, real_normal. Out: the smooth picture.
+// Joint bilateral filter guided by the real surface, from 1/scale (or full size) to full size. In: a traced image,
+// real_position, real_normal. Out: the filtered image.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/screen/screen.h"
 

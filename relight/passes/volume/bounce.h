@@ -1,6 +1,6 @@
 #pragma once
-// Bounces beyond the first. In: listed_virtual, cells, every volume. Out: gathered_virtual, at the voxels near
-// surfaces; real_irradiance, at the cells.
+// Bounces beyond the first. In: listed_virtual, cells, all volumes. Out: gathered_virtual, at the voxels near surfaces;
+// real_irradiance, at the cells.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/volume/volumes.h"
@@ -10,13 +10,13 @@ namespace lumigraft::relight {
 class Bounce {
  public:
   explicit Bounce(gpu::Device& device);
-  /// Fills `cells`, from real_radiance and the objects. `least_share` is how much of the hemisphere the objects must
-  /// fill for a real cell to gather.
+  /// Fills `cells`, from real_radiance and the objects. `least_share`: minimum fraction of its hemisphere that the
+  /// objects must cover for a real cell to gather.
   void list_cells(gpu::CommandList& list, shader::FrameParams params, float least_share, const Volumes& volumes) const;
   void gather_virtual(gpu::CommandList& list, const shader::FrameParams& params, Slice slice, const LampMaps& maps,
                       const Volumes& volumes) const;
-  /// To `irradiance`. `mirrored_lamps`: with what lamps no longer bring by way of mirrors, which the shadow pass finds
-  /// for pixels.
+  /// Writes `irradiance`. `mirrored_lamps`: include the light of lamps reflected by mirrors that the objects block; for
+  /// pixels the shadow pass computes it.
   void gather_real(gpu::CommandList& list, shader::FrameParams params, int change_cones, bool mirrored_lamps,
                    Slice slice, const LampMaps& maps, const gpu::Texture& irradiance, const Volumes& volumes) const;
   /// From rough_irradiance to real_irradiance.

@@ -1,7 +1,8 @@
 #pragma once
-// What surrounds the known room, and how its light changes (see shaders/volume.glsl). light: in: lamps, distances,
-// real_radiance, the environment; out: enclosure_response, enclosure_lost. change: in: both, distances,
-// virtual_radiance, real_change, the environment, enclosure_change of the round before; out: enclosure_change.
+// The enclosure around the reconstructed room, and the change of its light (see shaders/volume/volume.glsl).
+// light: in: lamps, distances, real_radiance, the environment; out: enclosure_response, enclosure_lost.
+// change: in: both, distances, virtual_radiance, real_change, the environment, enclosure_change of the previous round;
+// out: enclosure_change.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 

@@ -1,6 +1,6 @@
 #pragma once
-// The hierarchy of a pool of chunks, level by level. In: level 0, premultiplied by its weight. Out: the levels above
-// it.
+// Builds the hierarchy of a pool of chunks, level by level. In: level 0, premultiplied by its weight. Out: the coarser
+// levels.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 

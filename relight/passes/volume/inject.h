@@ -1,6 +1,6 @@
 #pragma once
-// Pairs of reflective shadow maps and split-inject (thesis §5.4.1). For every lamp the objects are drawn as the lamp
-// sees them (R_rho); the real surface behind each texel (R_mu) is found by tracing the distance field. In: objects,
+// Pairs of reflective shadow maps and split-inject (thesis §5.4.1). For every lamp the objects are rendered from the
+// lamp (R_rho); the real surface behind each texel (R_mu) is found by tracing the distance field. In: objects,
 // real_distance, real_albedo. Out: virtual_flux, real_flux.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/object_draw.h"
@@ -11,7 +11,7 @@ namespace lumigraft::relight {
 class Inject {
  public:
   Inject(gpu::Device& device, int map_edge);
-  /// Chooses the fixed-point unit so that no voxel can overflow, and writes it to params.field.
+  /// Chooses the fixed-point unit such that no voxel can overflow, and writes it to params.field.
   void choose_unit(shader::FrameParams& params) const;
   static void clear(gpu::CommandList& list, const Volumes& volumes);
   void record(gpu::CommandList& list, shader::FrameParams params, int lamp, const std::vector<PlacedObject>& objects,

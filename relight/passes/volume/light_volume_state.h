@@ -1,5 +1,5 @@
 #pragma once
-// The light volumes of a room and what they were made from.
+// The light volumes of a room and the inputs they were computed from.
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,7 +14,7 @@
 
 namespace lumigraft::relight {
 
-/// What of a room its surfaces in the volumes depend on.
+/// The part of a room that the surfaces in the volumes depend on.
 struct RealKey {
   shader::vec4 cascade[shader::kCascades];
   std::shared_ptr<const reconstruct::DistanceField> field;
@@ -25,7 +25,7 @@ struct RealKey {
   }
 };
 
-/// Everything that the light volumes depend on.
+/// All inputs of the light volumes.
 struct LightKey {
   std::vector<PlacedObject> objects;
   Placement placement;
@@ -50,9 +50,9 @@ struct LightKey {
 struct LightVolumeState {
   Volumes volumes;
   std::optional<LightKey> lit;   ///< empty: the volumes hold no light yet
-  std::optional<RealKey> real;   ///< empty: nor surfaces
-  shader::FrameParams params{};  ///< with which they were filled
-  VertexLight gathered;          ///< by the objects' vertices; of the live setting alone
+  std::optional<RealKey> real;   ///< empty: the volumes hold no surfaces yet
+  shader::FrameParams params{};  ///< parameters of the last fill
+  VertexLight gathered;          ///< light at the objects' vertices; live setting only
 
   LightVolumeState(gpu::Device& device, int edge_voxels) : volumes(device, edge_voxels) {}
 };

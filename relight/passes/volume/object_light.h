@@ -1,8 +1,8 @@
 #pragma once
-// Irradiance at the vertices of matt objects, which does not depend on the camera. gather: all but the lamps themselves
-// (thesis eq. 5.23-5.24), made once for a room, its lamps and the objects; in: every volume, the objects' vertices;
-// out: a buffer for every object. record: with the lamps; in: two rounds of gather, the distance volumes, the lamp
-// maps; out: of().
+// Irradiance at the vertices of matt objects, which does not depend on the camera.
+// gather: all light except lamps (thesis eq. 5.23-5.24), computed once for a room, its lamps and the objects; in: all
+// volumes, the objects' vertices; out: one buffer per object.
+// record: adds the lamps; in: two rounds of gather, the distance volumes, the lamp maps; out: of().
 #include "relight/passes/dispatch.h"
 #include "relight/passes/lamps/lamp_maps.h"
 #include "relight/passes/volume/volumes.h"
@@ -10,24 +10,24 @@
 
 namespace lumigraft::relight {
 
-/// Of one object after the other: of the front and of the back of every vertex of its simple mesh.
+/// Per object: front and back side of every vertex of its simplified mesh.
 using VertexLight = std::vector<std::unique_ptr<gpu::Buffer>>;
 
 class ObjectLight {
  public:
   explicit ObjectLight(gpu::Device& device);
 
-  /// Whether no object has a mirror part.
+  /// Whether no object has a specular part.
   static bool enough_for(const std::vector<PlacedObject>& objects);
 
-  /// Room for so many objects.
+  /// Allocates buffers for the objects.
   static void fit(gpu::Device& device, const std::vector<PlacedObject>& objects, VertexLight* light);
 
   /// `cones`: over the hemisphere of a vertex. `slice`: of the vertices.
   void gather(gpu::CommandList& list, shader::FrameParams params, int cones, Slice slice,
               const std::vector<PlacedObject>& objects, const LampMaps& maps, const Volumes& volumes,
               const VertexLight& gathered) const;
-  /// `share`: of the newer round; the older is used up to 1 alone.
+  /// `share`: blend weight of the newer round; below 1 the older round is blended in.
   void record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params, const VertexLight& older,
               const VertexLight& newer, float share, const std::vector<PlacedObject>& objects, const LampMaps& maps,
               const Volumes& volumes);

@@ -1,6 +1,7 @@
 #pragma once
-// The fused field resampled into both cascades. distances: in: the bricks (BrickPool); out: real_distance. surfaces:
-// in: the bricks, listed_real; out: real_distance (made Euclidean near the surface), real_radiance level 0,
+// Resamples the fused field into both cascades.
+// distances: in: the bricks (BrickPool); out: real_distance.
+// surfaces: in: the bricks, listed_real; out: real_distance (made Euclidean near the surface), real_radiance level 0,
 // real_albedo, real_normal, real_response.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"

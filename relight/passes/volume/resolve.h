@@ -1,7 +1,7 @@
 #pragma once
-// Flux and gathered light become radiance. In: listed_virtual, listed_real, virtual_flux, real_flux (Inject),
+// Converts flux and gathered light to radiance. In: listed_virtual, listed_real, virtual_flux, real_flux (Inject),
 // gathered_virtual, real_irradiance (Bounce), real_albedo, real_radiance level 0 (RealFill), virtual_distance
-// (VirtualFill). Out: level 0 of virtual_radiance and real_change, in the listed voxels alone.
+// (VirtualFill). Out: level 0 of virtual_radiance and real_change, in the listed voxels only.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// The distance fields of all virtual objects in one volume. In: each object's own field and place. Out:
+// Merges the distance fields of all virtual objects into one volume. In: each object's own field and pose. Out:
 // virtual_distance, virtual_reflectance.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
@@ -10,7 +10,7 @@ namespace lumigraft::relight {
 class VirtualFill {
  public:
   explicit VirtualFill(gpu::Device& device);
-  /// Uploads the objects' places at once, before the list runs.
+  /// Uploads the objects' poses at once, before the list runs.
   void record(gpu::Device& device, gpu::CommandList& list, shader::FrameParams params,
               const std::vector<PlacedObject>& objects, const Volumes& volumes);
 

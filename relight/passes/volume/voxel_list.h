@@ -1,7 +1,8 @@
 #pragma once
-// Which voxels lie near surfaces, so that costly passes run over them alone. near_real: in: real_distance as RealFill
-// resampled it; out: listed_real, marks of real_chunks. near_virtual: in: virtual_distance; out: listed_virtual, marks
-// of virtual_chunks. The chunks are there after Volumes::fit_chunks.
+// Lists the voxels near surfaces, so that expensive passes run on these only.
+// near_real: in: real_distance as resampled by RealFill; out: listed_real, marks of real_chunks.
+// near_virtual: in: virtual_distance; out: listed_virtual, marks of virtual_chunks.
+// The chunks exist after Volumes::fit_chunks.
 #include "relight/passes/dispatch.h"
 #include "relight/passes/volume/volumes.h"
 
