@@ -1,5 +1,5 @@
 #pragma once
-// Materials of a model file as glTF metallic-roughness. Private to the model loader.
+// Converts materials of a model file to glTF metallic-roughness. Private to the model loader.
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -19,17 +19,16 @@ enum class ModelFormat { gltf, ply, obj };
 struct ModelMaterial {
   Material material;
   std::shared_ptr<const capture::Image<std::uint8_t>> base_color_texture;
-  unsigned texcoord_channel = 0;  ///< which set of texture coordinates the texture is laid by
+  unsigned texcoord_channel = 0;  ///< texture coordinate set of the texture
 };
 
-/// Reads the materials of one file; a picture used twice is decoded once.
+/// Reads the materials of one file; a texture used twice is decoded once.
 ///
-/// glTF: factors as they are (linear); the metallic and roughness textures enter by their mean, as parts have one
-/// value each; specularFactor from KHR_materials_specular.
-/// OBJ: Kd, taken as linear, or the texture alone where there is one (what stands in Kd beside a map varies by
-/// exporter); Pm and Pr where given; else roughness from the Phong exponent, GGX α² = 2 / (Ns + 2)  (Walter et al.
-/// 2007, "Microfacet Models for Refraction", §5.2), and specular = Ks / 0.04.
-/// PLY: no materials, white under vertex colours or a texture and the default grey without.
+/// glTF: factors as they are (linear); metallic and roughness textures are replaced by their mean, as parts have one
+/// value each; specularFactor from KHR_materials_specular. OBJ: Kd, taken as linear, or only the texture if there is
+/// one (the meaning of Kd with a texture varies by exporter); Pm and Pr if given; else roughness from the Phong
+/// exponent, GGX α² = 2 / (Ns + 2) (Walter et al. 2007, "Microfacet Models for Refraction", §5.2), and specular = Ks /
+/// 0.04. PLY: no materials; white with vertex colours or a texture, else the default grey.
 class ModelMaterials {
  public:
   ModelMaterials(const aiScene& scene, const std::filesystem::path& file, ModelFormat format);
@@ -50,8 +49,8 @@ class ModelMaterials {
   std::map<std::string, Picture> pictures_;
 };
 
-/// KHR_materials_specular: specularFactor of each material of a .gltf or .glb file (assimp 5.2 doesn't read the
-/// extension). Empty where no material has it.
+/// KHR_materials_specular: specularFactor of each material of a .gltf or .glb file (not read by assimp 5.2). Empty if
+/// no material has it.
 std::vector<float> gltf_specular_factors(const std::filesystem::path& file);
 
 }  // namespace lumigraft::relight

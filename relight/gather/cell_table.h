@@ -1,5 +1,5 @@
 #pragma once
-// Numbers by 64-bit keys, for look-ups in the middle of ray tracing: open addressing with linear probing.
+// Hash table from 64-bit keys to numbers, for look-ups during ray tracing: open addressing with linear probing.
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -8,7 +8,7 @@ namespace lumigraft::relight {
 
 class CellTable {
  public:
-  /// The number of a key; -1: there is none.
+  /// The number of a key; -1: not found.
   int find(std::uint64_t key) const {
     if (slots_.empty()) return -1;
     for (std::size_t at = home(key);; at = (at + 1) & (slots_.size() - 1)) {
@@ -17,7 +17,7 @@ class CellTable {
     }
   }
 
-  /// False: the key has a number, and keeps it. `number` is not negative.
+  /// False if the key exists; its number is kept. `number` must not be negative.
   bool insert(std::uint64_t key, int number) {
     if (2 * (count_ + 1) > slots_.size()) grow();
     std::size_t at = home(key);

@@ -1,8 +1,7 @@
 #pragma once
-// Radiance along rays in both worlds. What a camera measured of the room and what the caches hold of the objects and of
-// the change ends a ray where it meets them; only mirrors send it on.
-//
-// L_ρ, with the objects; L_μ, without; L_Δ = L_ρ - L_μ (Franke 2015, eq. 3.11).
+// Radiance along rays with and without the objects. Rays end at the first surface, in the radiance that cameras
+// measured of the room or in the cached light of objects and cells; only specular surfaces continue them.
+// L_ρ: with the objects; L_μ: without; L_Δ = L_ρ - L_μ (Franke 2015, eq. 3.11).
 #include <limits>
 #include <optional>
 
@@ -16,8 +15,8 @@ namespace lumigraft::relight {
 
 struct SampledRay {
   Eigen::Vector3f from_m, w;  ///< w unit
-  /// 1/sr; lamps that it meets count by their share against samples of lamps (Veach & Guibas 1995); 0: not at all,
-  /// where only those samples count.
+  /// 1/sr; lamps on the ray are weighted by multiple importance sampling against lamp samples (Veach & Guibas 1995); 0:
+  /// lamps are excluded, as only lamp samples count.
   float pdf = 0;
 };
 
@@ -28,20 +27,20 @@ class DeltaLight {
              const BoundingSphere& sphere)
       : room_(room), objects_(objects), cells_(cells), sphere_(sphere) {}
 
-  /// W/sr/m². `mirrors`: how many more times a ray may be sent on.
+  /// W/sr/m². `mirrors`: maximum number of further specular reflections.
   Rgb before(const SampledRay& ray, Sampler& sampler, int mirrors) const;                                // L_μ
   Rgb change(const SampledRay& ray, Sampler& sampler, int mirrors, float* to_object_m = nullptr) const;  // L_Δ
   Rgb with_objects(const SampledRay& ray, Sampler& sampler, int mirrors) const;                          // L_ρ
-  /// The same, but where the ray ends on a matt object, only what comes from before it: `end` is the radiance that is
-  /// to be added, which follows the irradiance of the objects.
+  /// The same, but if the ray ends on a matt object, returns only the light from in front of it: `end` is the radiance
+  /// to be added, which follows the objects' irradiance.
   Rgb with_objects_unless(const SampledRay& ray, Sampler& sampler, int mirrors, const Rgb** end) const;
 
-  /// What an object's mirror lobe sends back to where it is seen from, lamps among it. `mirrors` is at least 1.
+  /// Radiance that an object's specular lobe reflects to the viewer, including lamps. `mirrors` is at least 1.
   Rgb mirrored_by_object(const PathVertex& lobe, Sampler& sampler, int mirrors) const;
-  /// What lamps bring to the vertex and objects do not hide; and what they hide of what came before.
+  /// lit: light of lamps at the vertex that objects do not occlude. Below it: the light from before that they occlude.
   Rgb lit(const PathVertex& vertex, Sampler& sampler) const;
   Rgb hidden(const PathVertex& vertex, Sampler& sampler) const;
-  /// By bit, which rays of a fan towards a lamp end on the room or on another lamp.
+  /// Bit mask of the rays of a fan towards a lamp that the room or another lamp blocks.
   std::uint32_t behind_room(const RayFan& fan, std::size_t lamp) const;
   /// Whether the objects may be between a point and a lamp.
   bool may_hide(std::size_t lamp, const Eigen::Vector3f& p_m) const;
@@ -55,17 +54,17 @@ class DeltaLight {
     float t_m = 0;
     MeshHit hit;
   };
-  /// What a ray meets first, in the room alone or nearer, on the objects.
+  /// First hit in the room only, or a nearer one on the objects.
   Arrival in_room(const SampledRay& ray) const;
   std::optional<Arrival> on_objects(const SampledRay& ray, float limit_m) const;
-  /// What lamps send along the ray from between `near_m` and `far_m`.
+  /// Radiance of lamps along the ray between `near_m` and `far_m`.
   Rgb lamps_along(const SampledRay& ray, float near_m, float far_m) const;
   /// From beyond `near_m`.
   Rgb arriving_before(const SampledRay& ray, float near_m, const Arrival& at, Sampler& sampler, int mirrors) const;
   Rgb left_before(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
   Rgb left_change(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
   Rgb left_object(const SampledRay& ray, const Arrival& at, Sampler& sampler, int mirrors) const;
-  /// Irradiance of lamps, for one point of each, that the objects hide from a point of the room.
+  /// Irradiance of lamps, from one sample per lamp, that the objects occlude at a point of the room.
   Rgb hidden_from(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal, Sampler& sampler) const;
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;
   template <typename Counts>
@@ -78,11 +77,12 @@ class DeltaLight {
   BoundingSphere sphere_;  // around the objects
 };
 
-/// The same place, reflecting all of its light evenly: radiance that it sends back is irradiance over π.
+/// The same point with a white Lambert material: its reflected radiance is irradiance over π.
 SurfaceHit white_surface(SurfaceHit surface);
-/// The Lambert part under its surface, seen from where the cosine is `cos_v`, per evenly arriving irradiance: times π.
+/// The Lambert part below the interface, viewed at the cosine `cos_v`: π times radiance per uniform incident
+/// irradiance.
 Rgb diffuse_under(const BsdfParams& look, float cos_v);
-/// The mirror part alone.
+/// The specular part only.
 BsdfParams mirror_of(const BsdfParams& look);
 
 }  // namespace lumigraft::relight

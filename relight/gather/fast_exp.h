@@ -1,9 +1,9 @@
 #pragma once
-// Weights of the filters over pixels, without the library's exp and pow, which cost more than all else in them.
+// Fast weight functions for filters over pixels, where std::exp and std::pow dominated the cost.
 
 namespace lumigraft::relight {
 
-/// About exp(-x), x >= 0: 1 at 0, the same slope there, 1e-3 at 10.
+/// Approximates exp(-x), x >= 0: value and slope exact at 0, 1e-3 at 10.
 inline float fast_exp(float x) {
   const float once = 1 / (1 + x / 8), twice = once * once, four = twice * twice;
   return four * four;

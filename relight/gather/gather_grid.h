@@ -1,6 +1,6 @@
 #pragma once
-// The change of indirect light at pixels: gathered for one of scale² pixels, smoothed over like surfaces (Dammertz et
-// al. 2010, edge-avoiding à-trous), brought to every pixel by joint bilateral upsampling (Kopf et al. 2007).
+// The change of indirect light at pixels: gathered for one of scale² pixels, filtered over similar surfaces (Dammertz
+// et al. 2010, edge-avoiding à-trous), and interpolated to all pixels by joint bilateral upsampling (Kopf et al. 2007).
 #include <array>
 #include <limits>
 
@@ -9,29 +9,29 @@
 
 namespace lumigraft::relight {
 
-/// For one kind of the surfaces that a camera sees, as long as it sees them.
+/// For one kind of surface in a camera view, as long as the view does not change.
 class GatherGrid {
  public:
   enum class Of { even, glossy };
 
-  /// Keeps references to `seen`, by pixel of `camera`. `scale`: edge of the squares of pixels of which one is gathered
-  /// for.
+  /// Keeps references to `seen`, per pixel of `camera`. `scale`: edge of the pixel squares with one gathered pixel
+  /// each.
   GatherGrid(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int scale, Of kind);
 
-  /// `places`: where light changes. `rays`: of a pixel. `turn`: which of the squares get new light; they are
+  /// `places`: regions where light changes. `rays`: per pixel. `turn`: the subset of squares to update; they are
   /// numbered from 0 to 7 in patterns of 4 × 2.
   void gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
               const UpdateSubset& turn);
 
-  /// By pixel, of three channels. Even surfaces: signed change of irradiance without what lamps bring themselves, W/m².
-  /// Glossy ones: the whole change of radiance that they send to the camera, W/sr/m². 0 for all others.
+  /// Per pixel, three channels. Matt surfaces: signed change of irradiance without the lamps' direct light, W/m².
+  /// Glossy surfaces: the whole change of the radiance they send to the camera, W/sr/m². 0 for all others.
   std::vector<Eigen::Array4f> at_pixels() const;
 
  private:
   struct Cell {
-    int pixel = -1;                                         ///< that it was gathered for
-    float near_m = std::numeric_limits<float>::infinity();  ///< within which its light changes little
-    float pixel_m = 0;  ///< how much of the surface's depth a pixel of the grid spans
+    int pixel = -1;                                         ///< the gathered pixel
+    float near_m = std::numeric_limits<float>::infinity();  ///< distance within which its light changes little
+    float pixel_m = 0;                                      ///< depth range of the surface within a pixel of the grid
     Rgb light = Rgb::Zero();
   };
 
@@ -50,7 +50,7 @@ class GatherGrid {
   Of kind_;
   int width_, height_;
   std::vector<Cell> cells_;
-  std::vector<std::array<float, 9>> shares_;  ///< by pixel: what it takes of the cells around it, row by row
+  std::vector<std::array<float, 9>> shares_;  ///< per pixel: weights of the cells around it, row by row
 };
 
 }  // namespace lumigraft::relight

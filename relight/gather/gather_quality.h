@@ -1,19 +1,19 @@
 #pragma once
-// How finely pixels are looked at, as the plan's trace_scale says.
+// Sampling densities of final gathering, chosen by the plan's trace_scale.
 
 namespace lumigraft::relight {
 
 struct GatherQuality {
-  int gather = 2;       ///< edge of the squares of pixels that indirect light is gathered for, pixels
-  int block = 1;        ///< likewise of those of the room that share lamps' shadows and indirect light
-  int on_object = 1;    ///< likewise of those of objects that share lamps' shadows
-  int step = 2;         ///< blocks between those that shadows are looked for at first
-  int lamp_rays = 16;   ///< of a block, to each lamp
-  bool sparse = false;  ///< one of 2 × 2 blocks tells of penumbrae that are wide
-  int inside = 4;       ///< rays of a pixel in the middle of an object
-  int at_edges = 16;    ///< and at its edge
-  int mirrored = 4;     ///< rays that a glossy object sends on for each of those inside
-  int rounds = 1;       ///< frames in which all that does not depend on the camera gets new light while things move
+  int gather = 2;       ///< indirect light is gathered for one pixel per square of this edge, pixels
+  int block = 1;        ///< edge of the pixel squares of the room that share lamp shadows and indirect light
+  int on_object = 1;    ///< edge of the pixel squares of objects that share lamp shadows
+  int step = 2;         ///< spacing, in blocks, of the first shadow samples
+  int lamp_rays = 16;   ///< per block and lamp
+  bool sparse = false;  ///< where penumbrae are wide, sample one of 2 × 2 blocks
+  int inside = 4;       ///< rays per pixel in the interior of an object
+  int at_edges = 16;    ///< rays per pixel at its edge
+  int mirrored = 4;     ///< reflected rays of a glossy object per interior ray
+  int rounds = 1;       ///< frames over which all camera-independent light is updated while things move
 
   bool operator==(const GatherQuality&) const = default;
 };

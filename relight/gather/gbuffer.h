@@ -1,5 +1,5 @@
 #pragma once
-// What every pixel shows of the room.
+// G-buffer: the real surface at each pixel.
 #include "capture/image.h"
 #include "relight/gather/ray_room.h"
 #include "relight/tracing/posed_camera.h"
@@ -7,24 +7,24 @@
 namespace lumigraft::relight {
 
 struct GBufferPixel {
-  bool known = false;   ///< there is a surface
-  bool glossy = false;  ///< a known one, which sends light on by direction
+  bool known = false;   ///< a surface exists
+  bool glossy = false;  ///< of known material with a directional (glossy) part
   SurfaceHit surface;
   Eigen::Vector3f w = Eigen::Vector3f::Zero();  ///< unit, from the camera
   float depth_m = 0;                            ///< along w
-  Rgb albedo = Rgb::Zero();                     ///< of the pixel, finer than the room's; unless glossy
+  Rgb albedo = Rgb::Zero();                     ///< per pixel, finer than the room's; unset if glossy
 };
 
-/// Directions in which pixels look, known at their corners; linear between.
+/// View directions of pixels, computed at the pixels' corners, linear between.
 class PixelRays {
  public:
   explicit PixelRays(const capture::CameraModel& camera);
-  /// Unit, camera frame; `within` [0, 1)² of the pixel's square. Zero if the camera has no ray there.
+  /// Unit, camera frame; `within`: position in the pixel, [0, 1)². Zero if the camera has no ray there.
   Eigen::Vector3f at(int u, int v, const Eigen::Vector2f& within = {0.5f, 0.5f}) const;
 
  private:
   int across_;
-  std::vector<Eigen::Vector3f> corners_;  ///< unit; NaN where there is no ray
+  std::vector<Eigen::Vector3f> corners_;  ///< unit; NaN if there is no ray
 };
 
 struct CameraRays {
@@ -36,7 +36,8 @@ struct CameraRays {
   }
 };
 
-/// By pixel, through its centre, into `seen`. `radiance`: the camera picture, linear, W/sr/m².
+/// Traces a ray through every pixel's centre and writes the result to `seen`. `radiance`: the camera image, linear,
+/// W/sr/m².
 void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,
                 std::vector<GBufferPixel>& seen);
 

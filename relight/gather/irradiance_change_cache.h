@@ -1,6 +1,6 @@
 #pragma once
-// The change of indirect light on real surfaces, in cells that grow with the distance from the objects; what later
-// bounces look up.
+// Cache of the change of indirect irradiance on real surfaces, in cells whose size grows with the distance from the
+// objects; the source of later bounces.
 #include <array>
 #include <memory>
 #include <vector>
@@ -14,25 +14,25 @@ namespace lumigraft::relight {
 
 class IrradianceChangeCache {
  public:
-  /// `sphere`: around the objects. Patches inside of closed objects stand for nothing.
+  /// `sphere`: around the objects. Patches inside closed objects are ignored.
   IrradianceChangeCache(const std::vector<Patch>& patches, const BoundingSphere& sphere, const RayObjects& objects);
 
   const std::vector<Patch>& cells() const { return layout_->cells; }
-  std::vector<Rgb> irradiance;  ///< by cell, signed change without what lamps bring themselves, W/m²
+  std::vector<Rgb> irradiance;  ///< per cell, signed change without the lamps' direct light, W/m²
 
-  /// What others held at the same places.
+  /// Copies the values of another cache at the same positions.
   void reuse_from(const IrradianceChangeCache& others);
 
   Rgb at(const Eigen::Vector3f& p_m, const Eigen::Vector3f& normal) const;
 
  private:
   static constexpr int kMostLevels = 12;
-  static constexpr int kCoarser = 3;  ///< levels more, where patches lie farther apart than cells
+  static constexpr int kCoarser = 3;  ///< additional levels, for patches farther apart than the cells
 
-  /// Which cell a place belongs to; shared by copies.
+  /// Assignment of positions to cells; shared by copies.
   struct Layout {
     BoundingSphere sphere;
-    std::array<float, kMostLevels + kCoarser + 1> edge_m;  ///< by level
+    std::array<float, kMostLevels + kCoarser + 1> edge_m;  ///< per level
     std::vector<Patch> cells;
     CellTable found;
 

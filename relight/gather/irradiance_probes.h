@@ -1,6 +1,6 @@
 #pragma once
-// Where irradiance is gathered on an object: places some way apart on both sides of its surface (on the outer side
-// alone where it is closed), and how its vertices mix them. In the model's own frame: a rigid object keeps them.
+// Irradiance probes on an object: points distributed over both sides of its surface (the outer side only if it is
+// closed), and the interpolation weights from probes to vertices. In the model's frame: constant for a rigid object.
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -11,19 +11,20 @@ namespace lumigraft::relight {
 
 struct IrradianceProbes {
   struct Place {
-    Eigen::Vector3f position_m, normal;  ///< unit, on its side
+    Eigen::Vector3f position_m, normal;  ///< unit, on the probe's side
   };
   struct Share {
     int place = 0;
     float weight = 0;
   };
 
-  std::shared_ptr<const Model> model;  ///< finely divided
+  std::shared_ptr<const Model> model;  ///< subdivided
   std::shared_ptr<const ModelTree> tree;
   bool closed = false;
   std::vector<Place> places;
-  std::vector<Share> shares;  ///< of vertex v's front those from first[v] to first[v + 1]; backs after all fronts
-  std::vector<std::uint32_t> first;  ///< 2 · vertices + 1; a side without places has none
+  std::vector<Share> shares;  ///< vertex v's front side uses first[v] to first[v + 1]; back sides follow all front
+                              ///< sides
+  std::vector<std::uint32_t> first;  ///< 2 · vertices + 1; a side without probes has an empty range
 };
 
 IrradianceProbes place_probes(const Model& model);

@@ -1,6 +1,6 @@
 #pragma once
-// The same points of a lamp for many places, in sets that are even over it: what a place takes of them as a fan of
-// rays.
+// Precomputed sample points of a lamp, shared by all receivers, in sets that are stratified over it; a receiver uses a
+// set as a packet of shadow rays.
 #include <array>
 #include <vector>
 
@@ -8,14 +8,14 @@
 
 namespace lumigraft::relight {
 
-/// Towards one set, from one place.
+/// Shadow rays towards one set, from one receiver.
 struct ShadowRayPacket {
-  RayFan rays;  ///< those from which anything could come
-  /// By ray, the irradiance that it stands for over the lamp's radiance, sr; 0 for the others.
+  RayFan rays;  ///< active rays: those with a non-zero weight
+  /// Per ray, its irradiance over the lamp's radiance, sr; 0 for inactive ones.
   std::array<float, RayFan::kMost> weight;
-  float all = 0;  ///< their sum: of the lamp as if nothing were in its way
+  float all = 0;  ///< their sum: the unoccluded lamp
 
-  /// The first `rays` alone in place of all; they are even too where that is a power of two.
+  /// Keeps only the first `rays`; they are stratified too if that is a power of two.
   void keep_first(int rays);
 };
 
@@ -25,18 +25,19 @@ class LightSampleSet {
 
   explicit LightSampleSet(const ReferenceLamp& lamp, std::uint32_t seed);
 
-  /// From a white surface. `set`: below kSets.
+  /// For a white surface. `set`: below kSets.
   ShadowRayPacket from(const SurfaceHit& surface, int set) const;
-  /// What `all` of such a fan stands for, the same for each place: irradiance over the lamp's radiance, sr.
+  /// The value of `all` of such a packet, independent of the set: irradiance over the lamp's radiance, sr.
   float unhidden(const SurfaceHit& surface) const;
 
   const ReferenceLamp& lamp() const { return lamp_; }
 
  private:
-  static constexpr int kAll = kSets;  // a set of its own
+  static constexpr int kAll = kSets;  // index of the set of all points
   using Row = std::array<float, RayFan::kMost>;
   struct Set {
-    Row x, y, z;  ///< of a flat lamp: the point, tag frame; of a sphere: cosine and sine of the turn, share of the cap
+    Row x, y, z;  ///< of a flat lamp: the point, tag frame; of a sphere: cosine and sine of the azimuth, fraction of
+                  ///< the cap
   };
   ReferenceLamp lamp_;
   float area_m2_ = 0;  ///< of a flat lamp

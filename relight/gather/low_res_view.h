@@ -1,6 +1,6 @@
 #pragma once
-// A view of fewer pixels: of each block of the picture one pixel stands for all of it, and every pixel mixes the blocks
-// around it that show the same surface (Kopf et al. 2007, joint bilateral upsampling).
+// A view at reduced resolution: one pixel represents each block of the image, and every full-size pixel interpolates
+// the surrounding blocks that show the same surface (Kopf et al. 2007, joint bilateral upsampling).
 #include <array>
 #include <cstdint>
 
@@ -8,9 +8,9 @@
 
 namespace lumigraft::relight {
 
-/// What a pixel takes of the four blocks around it, in 255ths; nothing where no block says anything.
+/// A pixel's weights of the four blocks around it, in 255ths; empty if no block shows its surface.
 struct BlockMix {
-  std::int32_t first = 0;  ///< the left upper one
+  std::int32_t first = 0;  ///< index of the upper left block
   std::array<std::uint8_t, 4> weight{};
 
   bool empty() const { return weight == std::array<std::uint8_t, 4>{}; }
@@ -18,17 +18,17 @@ struct BlockMix {
 
 class LowResView {
  public:
-  /// `block`: their edge, pixels. Glossy surfaces are left out.
+  /// `block`: their edge, pixels. Glossy surfaces are excluded.
   LowResView(const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, int block);
 
-  /// By block, as by pixel of a picture of that size; with the camera that has it.
+  /// Per block, laid out as the pixels of an image of that size; `camera` is the matching camera.
   const std::vector<GBufferPixel>& seen() const { return seen_; }
   const capture::CameraModel& camera() const { return camera_; }
 
-  /// For a surface that is seen at a pixel of the picture.
+  /// For a surface visible at a pixel of the full-size image.
   BlockMix mix(int u, int v, const SurfaceHit& surface) const;
 
-  /// `value(block)`, mixed; zero for an empty mix.
+  /// `value(block)`, interpolated; zero for an empty mix.
   template <typename Value>
   auto mixed(const BlockMix& mix, Value value) const -> decltype(value(std::size_t{})) {
     const auto first = static_cast<std::size_t>(mix.first);
@@ -41,10 +41,10 @@ class LowResView {
   bool is_even(std::size_t first) const;
 
   int block_;
-  capture::CameraModel camera_;  ///< only its size and focal lengths mean something
-  std::size_t right_, below_;    ///< from a block to those beside it, 0 where there are none
+  capture::CameraModel camera_;  ///< only its size and focal lengths are valid
+  std::size_t right_, below_;    ///< offset from a block to its right and lower neighbour, 0 if there is none
   std::vector<GBufferPixel> seen_;
-  std::vector<std::uint8_t> even_;  ///< by block: it and those right of and below it show one plane
+  std::vector<std::uint8_t> even_;  ///< per block: it and its right and lower neighbours show one plane
 };
 
 }  // namespace lumigraft::relight

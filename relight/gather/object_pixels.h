@@ -1,19 +1,21 @@
 #pragma once
-// What the camera sees of the objects.
+// Radiance and coverage of the objects in the camera view.
 #include "relight/gather/gather_quality.h"
 #include "relight/gather/ray_shadows.h"
 
 namespace lumigraft::relight {
 
-/// By pixel of the smallest known window that holds all that shows objects.
+/// Per pixel of the smallest window that contains all pixels showing objects.
 struct ObjectPixels {
-  int left = 0, top = 0;               ///< of the window, pixels of the picture
-  capture::Image<float> radiance;      ///< 3 channels, L_ρ of the share that shows objects, 0 for the rest, W/sr/m²
-  capture::Image<float> coverage;      ///< 1 channel, how large that share is
-  std::vector<GBufferPixel> surfaces;  ///< what a pixel's first ray found of them
+  int left = 0, top = 0;           ///< of the window, in pixels of the full image
+  capture::Image<float> radiance;  ///< 3 channels, L_ρ of the part of the pixel that shows objects, 0 for the rest,
+                                   ///< W/sr/m²
+  capture::Image<float> coverage;  ///< 1 channel, the fraction of that part
+  std::vector<GBufferPixel> surfaces;  ///< object surface at each pixel's first ray
 };
 
-/// `room`: what the same camera sees of the room, by pixel of the picture. `last`: of a frame before, for its memory.
+/// `room`: the room's G-buffer of the same camera, full image. `last`: an earlier frame's result, whose memory is
+/// reused.
 ObjectPixels trace_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
                            const std::vector<GBufferPixel>& room, const CameraRays& eye, const GatherQuality& detail,
                            ObjectPixels last);

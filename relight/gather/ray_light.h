@@ -1,5 +1,5 @@
 #pragma once
-// The light of a room with objects that does not depend on the camera, kept from frame to frame.
+// The camera-independent light of a room with objects, updated from frame to frame.
 #include <functional>
 #include <memory>
 #include <optional>
@@ -14,19 +14,19 @@ namespace lumigraft::relight {
 
 class RayLight {
  public:
-  /// Makes what the exhibit's models need, hidden ones too: when they are shown, light is all that is to be found.
+  /// Prepares the exhibit's models, hidden ones too, so that showing one only requires computing its light.
   void prepare(const Exhibit& exhibit);
 
-  /// Follows room and objects. Where the plan's detail has rounds of frames, light follows in these, also when objects
-  /// come and go; it is solved in one frame where there is nothing to go on from. False: nothing has changed.
-  /// `done(pass)` is called after each pass.
+  /// Updates to a room and objects. If the plan's quality has rounds, light is updated over that many frames, also when
+  /// objects appear or disappear; it is solved within one frame if there is no previous solution. Returns false if
+  /// nothing has changed. Calls `done(pass)` after each pass.
   bool follow(std::shared_ptr<const RayRoom> room, const std::vector<ReferenceMesh>& objects, const Plan& plan,
               const std::function<void(const char*)>& done);
 
-  /// After the first `follow`.
+  /// Valid after the first `follow`.
   const DeltaLight& light() const { return world_->light; }
   const std::vector<ChangeRegion>& places() const { return world_->places; }
-  /// Which places got new light last; what is seen of it may follow in the same rounds.
+  /// The subset that was updated last; light that depends on the camera can be updated with the same subset.
   const UpdateSubset& turn() const { return turn_; }
 
  private:
@@ -38,11 +38,11 @@ class RayLight {
     RayObjects objects;
     BoundingSphere sphere;
     IrradianceChangeCache cells;
-    std::vector<ChangeRegion> places;  ///< where light changes
+    std::vector<ChangeRegion> places;  ///< regions where light changes
     DeltaLight light;
   };
 
-  /// A model that is exhibited, and its places.
+  /// A model of the exhibit, and its probes.
   struct Prepared {
     std::shared_ptr<const Model> model;
     std::shared_ptr<const IrradianceProbes> places;
@@ -61,10 +61,10 @@ class RayLight {
   std::vector<ReferenceMesh> objects_;
   int rays_ = 0, trace_scale_ = 0;
   UpdateSubset turn_;
-  int outstanding_ = 0;                  ///< frames until all places have light that is of now
-  std::optional<BounceSeries> bounces_;  ///< to be followed to their end, since objects have come or gone
+  int outstanding_ = 0;                  ///< frames until every probe has been updated since the last change
+  std::optional<BounceSeries> bounces_;  ///< iterated to convergence after objects appeared or disappeared
   std::unique_ptr<World> world_;
-  bool solved_ = false;  ///< there is light in it to go on from
+  bool solved_ = false;  ///< a previous solution exists
 };
 
 }  // namespace lumigraft::relight

@@ -1,6 +1,6 @@
 #pragma once
-// The virtual objects, ready for rays, and the irradiance of their surfaces (thesis §3.1.1.1: it does not depend on the
-// camera).
+// The virtual objects prepared for ray tracing, and the irradiance of their surfaces (thesis §3.1.1.1: independent of
+// the camera).
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -12,16 +12,16 @@
 
 namespace lumigraft::relight {
 
-/// Triangles as rays of later bounces meet them: they don't need to know where in them.
+/// A triangle as rays of later bounces use it: one value for the whole triangle.
 struct ObjectFacet {
-  Eigen::Vector3f normal;  ///< of the triangle, model frame, on the side of its vertices' normals
-  Rgb albedo;              ///< in its middle
+  Eigen::Vector3f normal;  ///< geometric normal, model frame, on the side of its vertices' normals
+  Rgb albedo;              ///< at its centre
   bool mirrors;
 };
 std::vector<ObjectFacet> find_facets(const IrradianceProbes& places, const MaterialOverride& material);
 
 struct PlacedModel {
-  std::shared_ptr<const Model> model;  ///< as it is exhibited
+  std::shared_ptr<const Model> model;  ///< with the exhibit's materials
   std::shared_ptr<const IrradianceProbes> places;
   std::shared_ptr<const std::vector<ObjectFacet>> facets;
   Eigen::Affine3f T_tag_model = Eigen::Affine3f::Identity();
@@ -33,29 +33,29 @@ class RayObjects {
   explicit RayObjects(std::vector<PlacedModel> objects);
 
   const Meshes& meshes() const { return meshes_; }
-  /// Of all objects, tag frame.
+  /// Probes of all objects, tag frame.
   const std::vector<IrradianceProbes::Place>& places() const { return places_; }
-  /// Whether a ray from there leaves a closed object.
+  /// Whether a ray from this point would exit a closed object.
   bool is_inside(const Eigen::Vector3f& p_m, const Eigen::Vector3f& w) const;
 
   struct Irradiance {
     Rgb direct = Rgb::Zero(), indirect = Rgb::Zero();
   };
-  /// By place, W/m²: what lamps bring, and all else.
+  /// Per probe, W/m²: direct light of lamps, and all other light.
   void set_direct(std::vector<Rgb> by_place);
   void set_indirect(std::vector<Rgb> by_place);
   const std::vector<Rgb>& direct() const { return direct_; }
   const std::vector<Rgb>& indirect() const { return indirect_; }
-  /// L_ρ that leaves a triangle of a matt object evenly to the side that w meets, W/sr/m²; null on one that mirrors.
+  /// L_ρ leaving a triangle of a matt object on the side that w hits, W/sr/m²; null on objects with a specular part.
   const Rgb* even_radiance(const MeshHit& hit, const Eigen::Vector3f& w) const {
     const ObjectFacet& facet = (*objects_[hit.mesh].facets)[hit.triangle];
     if (facet.mirrors) return nullptr;
     return &radiance_[hit.mesh][hit.triangle][(normals_[hit.mesh] * facet.normal).dot(w) < 0 ? 0 : 1];
   }
-  /// Takes what others hold of the same models, perhaps elsewhere; it counts once more is set. Of several alike, the
-  /// nearest.
+  /// Copies the indirect light of other objects with the same models, at any pose; takes effect with the next set. Of
+  /// several with the same model, the nearest.
   void reuse_from(const RayObjects& others);
-  /// Whether the place's indirect light was ever set or taken.
+  /// Whether the probe's indirect light was set or copied.
   bool has_light(int place) const { return has_light_[static_cast<std::size_t>(place)]; }
   bool all_have_light() const { return std::find(has_light_.begin(), has_light_.end(), false) == has_light_.end(); }
   /// At a hit, on the side of `face`.
@@ -67,13 +67,13 @@ class RayObjects {
   std::vector<PlacedModel> objects_;
   Meshes meshes_;
   std::vector<IrradianceProbes::Place> places_;
-  std::vector<Rgb> direct_, indirect_;    ///< by place
+  std::vector<Rgb> direct_, indirect_;    ///< per probe
   std::vector<bool> has_light_;           ///< likewise
-  std::vector<std::size_t> first_;        ///< of an object's places
-  std::vector<Eigen::Matrix3f> normals_;  ///< from the model's frame to the tag's, by object
-  /// By object and triangle, what leaves the side of its vertices' normals and the other, W/sr/m².
+  std::vector<std::size_t> first_;        ///< index of each object's first probe
+  std::vector<Eigen::Matrix3f> normals_;  ///< from model frame to tag frame, per object
+  /// Per object and triangle, radiance leaving the side of its vertices' normals and the other, W/sr/m².
   std::vector<std::vector<std::array<Rgb, 2>>> radiance_;
-  std::vector<std::vector<Irradiance>> irradiance_;  ///< by object; fronts of all vertices, then backs
+  std::vector<std::vector<Irradiance>> irradiance_;  ///< per object; front sides of all vertices, then back sides
 };
 
 }  // namespace lumigraft::relight

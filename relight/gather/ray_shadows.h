@@ -1,7 +1,7 @@
 #pragma once
-// Shadows at pixels: fans of rays to each lamp, smoothed within its penumbra. 4 × 4 pixels share the points of a lamp,
-// which are even over it. Where pixels some way apart all around find a lamp open, or all of it hidden, those between
-// find the same and send no rays.
+// Lamp shadows at pixels: packets of shadow rays to each lamp, filtered within its penumbra. 4 × 4 pixels share
+// stratified sample points of a lamp. Where sparse pixels all around find a lamp fully visible or fully occluded, the
+// pixels between take that value without sending rays.
 #include "relight/gather/delta_light.h"
 #include "relight/gather/gather_quality.h"
 #include "relight/gather/gbuffer.h"
@@ -12,15 +12,15 @@ namespace lumigraft::relight {
 /// For each lamp of the room.
 std::vector<LightSampleSet> light_samples_of(const RayRoom& room);
 
-/// By pixel, of three channels, irradiance of all lamps that objects hide from even real surfaces, W/m². What is
-/// narrower than detail.step may be missed.
+/// Per pixel, three channels: irradiance of all lamps that objects occlude on matt real surfaces, W/m². Shadows
+/// narrower than the quality's `step` may be missed.
 std::vector<Eigen::Array4f> hidden_by_objects(const DeltaLight& light, const std::vector<LightSampleSet>& lamps,
                                               const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera,
                                               const GatherQuality& detail);
 
 struct LampVisibility {
-  float open = 1;          ///< the share of a lamp's light that comes past room and objects
-  bool holds_near = true;  ///< across the pixel: shadows around there are wider than that, or there are none
+  float open = 1;          ///< fraction of a lamp's light that neither room nor objects occlude
+  bool holds_near = true;  ///< constant over the pixel: shadows nearby are wider than it, or there are none
 };
 /// By lamp and pixel of an object.
 std::vector<std::vector<LampVisibility>> open_to_lamps(const DeltaLight& light,

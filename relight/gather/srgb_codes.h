@@ -1,5 +1,5 @@
 #pragma once
-// Linear light to code values by table, as exactly as linear_to_srgb rounds it.
+// Converts linear light to 8-bit sRGB by table, with exactly the rounding of linear_to_srgb.
 #include <array>
 #include <cstdint>
 
@@ -19,8 +19,8 @@ class SrgbCodes {
 
  private:
   static constexpr float kSteps = 4096;
-  std::array<float, 257> from_;                                          ///< the least light of each code
-  std::array<std::uint8_t, static_cast<std::size_t>(kSteps)> at_least_;  ///< the code at the beginning of each step
+  std::array<float, 257> from_;                                          ///< lower bound of each pixel value
+  std::array<std::uint8_t, static_cast<std::size_t>(kSteps)> at_least_;  ///< pixel value at the start of each step
 };
 
 }  // namespace lumigraft::relight

@@ -1,5 +1,5 @@
 #pragma once
-// Nearest points and rays on the triangles of a model. Private to the object field.
+// Closest-point and ray queries on the triangles of a model. Private to the object field.
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
@@ -14,7 +14,7 @@ struct ClosestPoint {
   float distance_m = 0;
   std::uint32_t triangle = 0;
   Eigen::Vector3f position_m;
-  Eigen::Vector3f barycentric;  ///< weights of the triangle's three vertices
+  Eigen::Vector3f barycentric;  ///< barycentric weights of the triangle's three vertices
 };
 
 class ObjectSurface {
@@ -22,10 +22,10 @@ class ObjectSurface {
   explicit ObjectSurface(const Model& model);  ///< keeps a reference
   ~ObjectSurface();
 
-  /// Empty where nothing lies within `radius_m`. Of triangles that are equally near, the one of lowest index.
+  /// Empty if nothing is within `radius_m`. Of triangles at equal distance, the one with the lowest index.
   std::optional<ClosestPoint> nearest(const Eigen::Vector3f& p_m, float radius_m) const;
 
-  /// Distance to the first triangle along the ray that `accept` takes, given its index and unit normal.
+  /// Distance to the first triangle along the ray for which `accept` (index, unit normal) is true.
   using Accept = std::function<bool(std::uint32_t triangle, const Eigen::Vector3f& normal)>;
   std::optional<float> first_hit(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, float limit_m,
                                  const Accept& accept) const;

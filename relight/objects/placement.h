@@ -1,5 +1,5 @@
 #pragma once
-// Where the volumes lie: two cascades around the virtual objects, and a tight box for the objects' own distances.
+// Placement of the volumes: two cascades around the virtual objects, and a tight box for the objects' distances.
 #include <Eigen/Geometry>
 #include <vector>
 
@@ -13,7 +13,7 @@ struct BoundingSphere {
   float radius_m = 0;
 };
 
-/// Around the middle of the bounding box.
+/// Centred on the bounding box.
 BoundingSphere bounding_sphere(const std::vector<Eigen::Vector3f>& points_m);
 
 struct PlacedBounds {
@@ -30,9 +30,9 @@ struct Placement {
   bool operator==(const Placement&) const;
 };
 
-/// Cascade 0 is a cube of 1.3 times the sphere's diameter, cascade 1 one of 3.5 times cascade 0's edge, both snapped to
-/// their own voxels so that nothing swims while objects move. The virtual volume takes the longest edge of the objects'
-/// box and a margin of three voxels.
+/// Cascade 0 is a cube of 1.3 times the sphere's diameter, cascade 1 one of 3.5 times cascade 0's edge; both are
+/// snapped to their own voxel grid, to avoid swimming artifacts while objects move. The virtual volume has the longest
+/// edge of the objects' box plus a margin of three voxels.
 Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels);
 
 }  // namespace lumigraft::relight

@@ -1,5 +1,5 @@
 #pragma once
-// Which parts of a model enclose space, and which voxels lie inside them. Private to the object field.
+// Determines which parts of a model enclose space, and the voxels inside them. Private to the object field.
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace lumigraft::relight {
 
-/// A component is what is connected by vertices at equal places. Its boundary is the set of directed edges that no
-/// neighbour runs the other way; each connected piece of boundary is closed by a cone of triangles to its centre. Where
-/// these cones take no more than 5 % of the component's area (the holes of a scan; none, where it is closed), it is a
-/// solid, cones included; otherwise it is a shell.
+/// A component is a set of triangles connected by vertices at equal positions. Its boundary is the set of directed
+/// edges without an opposite edge; each connected piece of boundary is closed by a triangle fan to its centroid. If
+/// these fans are at most 5 % of the component's area (the holes of a scan; none if it is closed), it is a solid, fans
+/// included; otherwise it is a shell.
 ///
-/// Inside is where the winding number of all solids together isn't zero: parts may overlap, nest, or be inside out,
+/// Inside means that the winding number of all solids together is not zero: parts may overlap, nest, or be inside out,
 /// and a hollow modelled by an inner surface stays hollow.
 class ObjectSolid {
  public:
@@ -22,7 +22,7 @@ class ObjectSolid {
 
   std::uint32_t component(std::uint32_t triangle) const { return component_of_triangle_[triangle]; }
   bool is_solid(std::uint32_t component) const { return components_[component].solid; }
-  /// +1 where the component's normals point out of it, -1 where it is inside out.
+  /// +1 if the component's normals point outwards, -1 if it is inside out.
   float orientation(std::uint32_t component) const { return components_[component].orientation; }
 
   /// 1 for each voxel centre origin_m + voxel_m (i, j, k) inside; index i + nx (j + ny k).
@@ -38,7 +38,7 @@ class ObjectSolid {
   using Triangle = std::array<Eigen::Vector3f, 3>;
   std::vector<std::uint32_t> component_of_triangle_;
   std::vector<Component> components_;
-  std::vector<Triangle> closed_;  ///< triangles and cones of all solids
+  std::vector<Triangle> closed_;  ///< triangles and fans of all solids
 };
 
 }  // namespace lumigraft::relight

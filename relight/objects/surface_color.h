@@ -10,8 +10,8 @@
 
 namespace lumigraft::relight {
 
-/// Texture × vertex colour × the part's own base colour, linear. Textures repeat, and are read from the level of a
-/// mean pyramid whose texels are about as large as the footprint.
+/// Texture × vertex colour × the part's base colour, linear. Textures repeat, and are read at the mip level whose texel
+/// size is about that of the footprint.
 class ObjectColor {
  public:
   explicit ObjectColor(const Model& model);                                                 ///< keeps a reference
@@ -20,13 +20,13 @@ class ObjectColor {
 
  private:
   using Picture = capture::Image<std::uint8_t>;
-  using Pyramid = std::vector<capture::Image<float>>;  ///< linear; the first is half the texture's size
+  using Pyramid = std::vector<capture::Image<float>>;  ///< linear; the first level has half the texture's size
   Eigen::Vector3f texture_at(const Picture& texture, std::uint32_t triangle, const Eigen::Vector3f& barycentric,
                              float footprint_m) const;
 
   const Model& model_;
   std::vector<std::uint32_t> part_of_triangle_;
-  std::map<const Picture*, Pyramid> pyramids_;  ///< looked up only, never walked
+  std::map<const Picture*, Pyramid> pyramids_;  ///< look-up only, never iterated
 };
 
 }  // namespace lumigraft::relight

@@ -1,5 +1,5 @@
 #pragma once
-// The paths of one sample of a pixel. See delta_path_tracer.h for the estimator.
+// The paths of one sample of a pixel. The estimator is described in delta_path_tracer.h.
 #include "relight/tracing/vertex.h"
 
 namespace lumigraft::relight {
@@ -21,15 +21,15 @@ class Paths {
   Rgb radiance(const PathRay& ray, bool with_objects) { return followed(ray, {}, with_objects); }
 
  private:
-  /// How a path has come to where it is.
+  /// State of the path so far.
   struct Past {
     Rgb throughput = Rgb::Ones();
-    float pdf = 0;  ///< of the last direction, 1/sr; 0: from the camera, which no lamp sample can know
+    float pdf = 0;  ///< of the last direction, 1/sr; 0: from the camera, without lamp sampling
     int bounces = 0;
 
     float chance_to_go_on() const;
   };
-  /// What a ray meets first.
+  /// The first hit of a ray.
   struct Arrival {
     enum class At { sky, lamp, real, object } at = At::sky;
     float t_m = 0;
@@ -38,16 +38,16 @@ class Paths {
   };
 
   Arrival arrival(const PathRay& ray, bool with_objects) const;
-  /// Light that reaches the ray's start along it from a lamp or the sky, weighted against sampling these.
+  /// Light emitted by a lamp or the sky towards the ray's origin, MIS-weighted against their sampling.
   Rgb emitted(const PathRay& ray, const Arrival& arrival, float pdf) const;
-  /// The same of lamps that hide nothing, on the way to where it arrives.
+  /// The same for non-occluding lamps along the ray, up to its hit.
   Rgb on_the_way(const PathRay& ray, const Arrival& arrival, float pdf) const;
   Rgb followed(PathRay ray, Past past, bool with_objects);
-  /// The change of what comes along a ray that meets `arrival` in the world with both.
+  /// The change of radiance along a ray whose hit is `arrival` in the scene with objects.
   Rgb changed(const PathRay& ray, const Arrival& arrival, Past past);
-  /// The same in a direction that the vertex has chosen, one way or the other.
+  /// The same for a direction that the vertex sampled, by any strategy.
   Rgb changed_towards(const PathVertex& vertex, const Eigen::Vector3f& w, Past past);
-  /// What lamps and sky bring to the vertex at first hand, of those that `counts(w, limit, lamp)`.
+  /// Direct light of lamps and sky at the vertex, of those samples for which `counts(w, limit, lamp)`.
   template <typename Counts>
   Rgb direct(const PathVertex& vertex, Counts counts);
   bool blocked_by_room(const Eigen::Vector3f& from_m, const Eigen::Vector3f& w, float limit_m, std::size_t lamp) const;

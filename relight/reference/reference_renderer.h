@@ -1,5 +1,5 @@
 #pragma once
-// The path-traced reference as a Renderer: camera picture plus change, without a GPU.
+// The path-traced reference as a Renderer: camera frame plus change, without a GPU.
 #include <functional>
 #include <memory>
 
@@ -10,14 +10,14 @@ namespace lumigraft::relight {
 
 struct ReferenceScene;
 
-/// Plan::samples camera paths a pixel; all else of the plan means nothing here. What stands still since the last frame
-/// is not traced again: the same paths would give the same picture.
+/// Uses only Plan::samples, the camera paths per pixel. Pixels whose inputs have not changed since the last frame are
+/// not traced again: the same paths would give the same result.
 class ReferenceRenderer : public Renderer {
  public:
-  /// A room without objects, known from elsewhere than the Scene; the same pointer as long as nothing has changed.
+  /// A room without objects from another source than the Scene; returns the same pointer while nothing changes.
   using Room = std::function<std::shared_ptr<const ReferenceScene>(const capture::FrameSet&)>;
 
-  /// Throws InputError for a [[real_surface]] that can't be read. `room` empty: the Scene's.
+  /// Throws InputError if a [[real_surface]] cannot be read. `room` empty: uses the Scene's.
   explicit ReferenceRenderer(const capture::Session& session, Room room = {});
   ~ReferenceRenderer() override;
   RelitPicture relight(const capture::FrameSet& frame, const reconstruct::Scene& scene, const Exhibit& exhibit,

@@ -1,10 +1,11 @@
 #pragma once
 // glTF 2.0 metallic-roughness with KHR_materials_specular: Lambert under GGX (Walter et al. 2007), height-correlated
-// Smith masking (Heitz 2014, eq. 99), Schlick's Fresnel, all as in shaders/brdf.glsl. What the Lambert part sends back
-// went through the surface twice: diffuse / π · (1 - F(n·l)) (1 - F(n·v)); what the inside of the surface throws back
-// into the body is counted as lost. (1 - F(v·h)), which glTF suggests, is brighter at grazing angles than a layer is.
+// Smith masking (Heitz 2014, eq. 99), Schlick's Fresnel, all as in shaders/common/brdf.glsl. Light of the Lambert part
+// passes the interface twice: diffuse / π · (1 - F(n·l)) (1 - F(n·v)); internal reflection at the interface counts as
+// lost. The factor (1 - F(v·h)) suggested by glTF is brighter at grazing angles than a physical layer.
 //
-// All directions are in the shading frame: unit, away from the surface, z along the normal; v towards where light goes.
+// All directions are in the shading frame: unit, away from the surface, z along the normal; v towards the outgoing
+// light.
 #include <Eigen/Core>
 
 #include "relight/exhibit/bsdf_params.h"
@@ -18,7 +19,7 @@ constexpr float kPi = 3.14159265358979f;
 /// Reflected radiance over irradiance; 0 below the surface.
 Rgb reflected(const BsdfParams& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);
 
-/// A direction w for a given v, with a density that follows the material; z <= 0 where it goes under the surface.
+/// Samples a direction w for a given v, with a density that follows the material; z <= 0: below the surface.
 Eigen::Vector3f sample_direction(const BsdfParams& look, const Eigen::Vector3f& v, Sampler& sampler);
 float direction_pdf(const BsdfParams& look, const Eigen::Vector3f& v, const Eigen::Vector3f& w);  ///< 1/sr
 

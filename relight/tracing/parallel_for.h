@@ -1,5 +1,5 @@
 #pragma once
-// Work on all cores. What is computed must not depend on the order.
+// Runs work on all cores. Results must not depend on the order of execution.
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -9,8 +9,8 @@
 
 namespace lumigraft::relight {
 
-/// Calls `work(first, last)` for blocks of [0, count), each once. When `work` throws, no further block begins, and the
-/// first exception is thrown here once all threads have ended.
+/// Calls `work(first, last)` for blocks of [0, count), once each. If `work` throws, no further block starts, and the
+/// first exception is rethrown after all threads have ended.
 template <typename Work>
 void for_each_block(int count, int block, Work work) {
   std::atomic<int> next = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// A camera and where it is.
+// A camera and its pose.
 #include <Eigen/Geometry>
 
 #include "capture/camera/camera_model.h"

@@ -1,10 +1,9 @@
 #pragma once
-// Numbers for the samples of a pixel, from counters alone: the same pixel, sample and draw give the same number on
-// every run and every thread.
+// Deterministic sample values: a function of pixel, sample and dimension only, so equal on every run and thread.
 //
-// Each pair of draws is a two-dimensional Sobol' sequence over the samples, scrambled and shuffled by hashes of pixel
-// and draw (Owen 1995; Burley 2020, "Practical Hash-based Owen Scrambling"): every number is uniform in [0, 1), and
-// the samples of a pixel lie evenly in each pair.
+// Each pair of dimensions is a two-dimensional Sobol' sequence over the samples, scrambled and shuffled by hashes of
+// pixel and dimension (Owen 1995; Burley 2020, "Practical Hash-based Owen Scrambling"): every value is uniform in [0,
+// 1), and a pixel's samples are stratified in each pair.
 #include <Eigen/Core>
 #include <cstdint>
 
@@ -43,7 +42,7 @@ class Sampler {
     return ((x & 0x55555555u) << 1) | ((x & 0xaaaaaaaau) >> 1);
   }
 
-  /// Owen scrambling: each bit is flipped depending on those above it (Laine & Karras 2011, on reversed bits).
+  /// Owen scrambling: flips each bit depending on the bits above it (Laine & Karras 2011, on reversed bits).
   static std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) {
     x = reversed(x) + seed;
     x ^= x * 0x6c50b47cu;

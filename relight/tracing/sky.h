@@ -1,5 +1,5 @@
 #pragma once
-// Light from far away: a latitude-longitude picture, or the same from everywhere.
+// Distant light: a latitude-longitude map, or constant radiance from all directions.
 #include <vector>
 
 #include "relight/tracing/lamps.h"
@@ -10,11 +10,11 @@ class Sky {
  public:
   explicit Sky(const ReferenceScene& scene);  ///< keeps a reference
 
-  /// Worth samples of its own. An even sky is found best by following the material.
+  /// Whether it is worth importance sampling; a constant sky is sampled best by the material.
   bool is_picture() const { return !scene_.environment.radiance.empty() && total_ > 0; }
   Rgb radiance(const Eigen::Vector3f& w) const;
   LightSample sample(const Eigen::Vector2f& u) const;
-  float pdf(const Eigen::Vector3f& w) const;  ///< 1/sr; 0 where there are no samples
+  float pdf(const Eigen::Vector3f& w) const;  ///< 1/sr; 0 where sample() never samples
 
  private:
   float weight(int x, int y) const { return weights_[static_cast<std::size_t>(y) * width_ + x]; }
@@ -22,8 +22,8 @@ class Sky {
 
   const ReferenceScene& scene_;
   int width_ = 1, height_ = 1;
-  std::vector<float> weights_;  ///< of a texel's solid angle times the luminance it can have
-  std::vector<double> rows_;    ///< running sums; columns_ those within each row
+  std::vector<float> weights_;  ///< of each texel: solid angle times an upper bound of its luminance
+  std::vector<double> rows_;    ///< cumulative sums; columns_: within each row
   std::vector<double> columns_;
   double total_ = 0;
 };

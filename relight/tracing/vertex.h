@@ -1,5 +1,5 @@
 #pragma once
-// A surface that a path has come to: its shading frame, and ways to choose where to look from there.
+// A path vertex: the surface that a path hit, its shading frame, and ways to sample the next direction.
 #include <cmath>
 #include <vector>
 
@@ -7,9 +7,9 @@
 
 namespace lumigraft::relight {
 
-/// Where a ray along w starts, a little off the surface.
+/// Origin of a ray along w, offset from the surface.
 inline Eigen::Vector3f ray_origin(const SurfaceHit& surface, const Eigen::Vector3f& w) {
-  constexpr float kLift = 3e-5f;  // of a metre, at 1 m from the origin
+  constexpr float kLift = 3e-5f;  // m, for points within 1 m of the origin
   const float lift = kLift * (1 + surface.position_m.cwiseAbs().maxCoeff());
   return surface.position_m + std::copysign(lift, surface.face.dot(w)) * surface.face;
 }
@@ -23,20 +23,20 @@ class PathVertex {
     v_ = frame_.transpose() * -arriving_along;
   }
 
-  /// Reflected radiance over radiance per solid angle that arrives from w.
+  /// BSDF times cosine: reflected radiance per radiance and solid angle arriving from w.
   Rgb response(const Eigen::Vector3f& w) const {
     const Eigen::Vector3f local = frame_.transpose() * w;
     if (!(surface_.face.dot(w) > 0 && local.z() > 0)) return Rgb::Zero();
     return reflected(surface_.look, v_, local) * local.z();
   }
 
-  /// By the material.
+  /// Samples the material.
   Eigen::Vector3f sample(Sampler& sampler) const {
     return (frame_ * sample_direction(surface_.look, v_, sampler)).normalized();
   }
   float pdf(const Eigen::Vector3f& w) const { return direction_pdf(surface_.look, v_, frame_.transpose() * w); }
 
-  /// By where light changes: rays into the cones that places fill. Those around the vertex have none.
+  /// Samples the cones that regions of changed light subtend. Regions that contain the vertex are excluded.
   void look_for(const std::vector<ChangeRegion>& places) {
     float sum = 0;
     for (const ChangeRegion& place : places) {
@@ -59,7 +59,7 @@ class PathVertex {
   float aim_pdf(const Eigen::Vector3f& w) const {
     float sum = 0;
     for (const Cone& cone : cones_) {
-      // 1 - cos from the chord: no cancellation for narrow cones.
+      // 1 - cos from the chord: avoids cancellation for narrow cones.
       if (0.5f * (w - cone.axis).squaredNorm() <= cone.one_minus_cos)
         sum += cone.share / (2 * kPi * cone.one_minus_cos);
     }
@@ -76,8 +76,8 @@ class PathVertex {
   };
 
   SurfaceHit surface_;
-  Eigen::Matrix3f frame_;  // columns x, y, normal
-  Eigen::Vector3f v_;      // in the frame, to where the light goes
+  Eigen::Matrix3f frame_;  // columns: x, y, normal
+  Eigen::Vector3f v_;      // in the frame, direction of the outgoing light
   std::vector<Cone> cones_;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// A scene ready for rays. Immutable, shared by threads.
+// A scene prepared for ray tracing. Immutable, shared by threads.
 #include <memory>
 #include <vector>
 
@@ -8,14 +8,14 @@
 
 namespace lumigraft::relight {
 
-/// A sphere around something that changes light.
+/// Bounding sphere of something that changes light.
 struct ChangeRegion {
   Eigen::Vector3f centre_m;
   float radius_m = 0;
-  float share = 0;  ///< of the rays that look for places
+  float share = 0;  ///< fraction of the rays aimed at regions
 };
 
-/// Around the objects, and for each lamp around where their shadows lie on the real room.
+/// Around the objects, and per lamp around their shadows on the real room.
 std::vector<ChangeRegion> change_regions(const std::vector<ReferenceLamp>& lamps, const Meshes& real,
                                          const Meshes& objects);
 
@@ -25,7 +25,7 @@ struct TraceWorld {
   std::shared_ptr<const ReferenceScene> scene;
   Meshes real, objects;
   Sky sky;
-  /// A guess at where looking pays: no picture depends on it but for its noise.
+  /// Used for importance sampling only: affects noise, not the expected result.
   std::vector<ChangeRegion> places;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// The real distance field and albedo on the GPU, as bricks behind a dense index. Bricks are immutable, so only those
-// that changed since the last frame are packed again.
+// The real distance field and albedo on the GPU: bricks with a dense index. Bricks are immutable, so only those that
+// changed since the last frame are uploaded again.
 #include <Eigen/Geometry>
 #include <memory>
 
@@ -16,13 +16,13 @@ class BrickPool {
   explicit BrickPool(gpu::Device& device);
   ~BrickPool();
 
-  /// Takes the bricks of the field inside `region` (tag frame, metres). Returns true where anything changed.
+  /// Uploads the bricks of the field inside `region` (tag frame, metres). Returns whether anything changed.
   bool update(const std::shared_ptr<const reconstruct::DistanceField>& field,
               const std::shared_ptr<const reconstruct::AlbedoField>& albedo, const Eigen::AlignedBox3f& region);
 
-  void describe(shader::FrameParams& params) const;     ///< bricks_low, bricks_size, field.xy
-  std::vector<gpu::Binding> bindings() const;           ///< as bricks.glsl declares them
-  std::vector<gpu::Binding> distance_bindings() const;  ///< those that distances need
+  void describe(shader::FrameParams& params) const;     ///< fills bricks_low, bricks_size, field.xy
+  std::vector<gpu::Binding> bindings() const;           ///< as declared in bricks.glsl
+  std::vector<gpu::Binding> distance_bindings() const;  ///< the subset that distance look-ups need
 
  private:
   struct State;

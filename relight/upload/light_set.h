@@ -1,5 +1,6 @@
 #pragma once
-// The lights of a scene as the shaders want them: the strongest lamps as spheres, everything else as one environment.
+// Converts the lights of a scene to shader data: the strongest lamps as spheres or discs, everything else as one
+// environment map.
 #include <Eigen/Core>
 #include <vector>
 
@@ -10,15 +11,16 @@ namespace lumigraft::relight {
 
 struct LightSet {
   std::vector<shader::Lamp> lamps;  ///< at most shader::kMaxLamps, strongest first
-  /// The remainder and the lamps that are not drawn as lamps, as an equal-area octahedral map (Clarberg 2008): the mean
-  /// of its texels is the mean over the sphere, at every level. RGBA, level 0 first, each level half the edge.
+  /// The residual environment and the lamps that are not rendered as lamps, as an equal-area octahedral map (Clarberg
+  /// 2008): the mean of its texels is the mean over the sphere, at every level. RGBA, level 0 first, each level has
+  /// half the edge.
   std::vector<capture::Image<float>> environment;
 };
 
 constexpr int kEnvironmentEdge = 128;
 constexpr int kEnvironmentMips = 6;
 
-/// Unit square [0, 1]² to the sphere; the inverse of octahedral() in volume.glsl.
+/// Unit square [0, 1]² to unit direction; the inverse of octahedral() in volume.glsl.
 Eigen::Vector3f octahedral_direction(const Eigen::Vector2f& uv);
 
 LightSet make_light_set(const reconstruct::Illumination& illumination, int max_lights);

@@ -1,7 +1,7 @@
 #pragma once
-// Flat pieces of known real surfaces, and the lamps whose light they send on to the objects. A lamp that shines into a
-// looking glass shines out of it again from its image's place, blurred by the glass's roughness: the radiance that the
-// camera saw on the glass says nothing of it, since it goes elsewhere.
+// Flat pieces of real surfaces with known material, and the lamps whose light they reflect to the objects. A lamp
+// reflected by a plane mirror acts as a lamp at its mirror image, blurred by the surface's roughness: the radiance that
+// the camera measured on the mirror does not contain this light, which leaves in other directions.
 #include <memory>
 #include <vector>
 
@@ -15,14 +15,14 @@ class Mirrors {
  public:
   explicit Mirrors(gpu::Device& device);
 
-  /// The flat pieces of one more surface; the largest kMaxMirrors of all are kept. `number` as in
+  /// Adds the flat pieces of a surface; the largest kMaxMirrors of all surfaces are kept. `number`: index into
   /// FrameParams::surfaces.
   void add(gpu::Device& device, const Model& model, const capture::RealSurface& surface, int number);
 
-  /// Fills params.mirrors, mirror_counts and images for the lamps and the sphere around the objects that are there.
+  /// Fills params.mirrors, mirror_counts and images for the lamps and the sphere around the objects in `params`.
   void describe(shader::FrameParams& params) const;
 
-  const gpu::Texture& outlines() const { return *outlines_; }  ///< one above the other, 1: mirror
+  const gpu::Texture& outlines() const { return *outlines_; }  ///< masks stacked vertically, 1: mirror
 
  private:
   struct Piece {
