@@ -10,7 +10,7 @@ float smith_lambda(float alpha, float cosine) {
   return 0.5 * (sqrt(1.0 + alpha * alpha * (1.0 - c2) / c2) - 1.0);
 }
 
-// Reflected radiance per irradiance of the mirror part, times nothing else: D F G / (4 n·v n·l).
+// Specular BRDF: D F G / (4 n·v n·l).
 vec3 ggx(Look l, vec3 n, vec3 v, vec3 w) {
   float nv = max(dot(n, v), 1e-3), nl = dot(n, w);
   if (nl <= 0.0 || l.f90 + l.f0.x + l.f0.y + l.f0.z <= 0.0) return vec3(0);
@@ -22,7 +22,7 @@ vec3 ggx(Look l, vec3 n, vec3 v, vec3 w) {
   return fresnel(l, dot(v, h)) * (d * g / (4.0 * nv * nl));
 }
 
-// A lamp share of half angle a is no point: its lobe is GGX widened to α' = α + tan(a)/2, with the energy kept by
+// For a lamp sample of half angle a instead of a point: GGX widened to α' = α + tan(a)/2, with energy preserved by
 // (α/α')² (Karis 2013, "Real Shading in Unreal Engine 4", representative spheres).
 vec3 ggx_wide(Look l, vec3 n, vec3 v, vec3 w, float tan_half) {
   Look wide = l;
@@ -30,8 +30,8 @@ vec3 ggx_wide(Look l, vec3 n, vec3 v, vec3 w, float tan_half) {
   return ggx(wide, n, v, w);
 }
 
-// A visible microfacet (Dupuy & Benyoub 2023, spherical caps); u in [0,1)². Returns the mirrored direction and its
-// weight F G2/G1.
+// Samples a visible microfacet (Dupuy & Benyoub 2023, spherical caps); u in [0,1)². Returns the reflected direction and
+// its weight F G2/G1.
 vec3 ggx_sample(Look l, vec3 n, vec3 v, vec2 u, out vec3 weight) {
   vec3 x, y;
   basis(n, x, y);

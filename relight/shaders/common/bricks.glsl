@@ -1,10 +1,11 @@
-// The real distance field as reconstruct published it, on its own grid: bricks of 8³ voxels behind a dense index.
+// The real distance field as published by reconstruct, on its own grid: bricks of 8³ voxels behind a dense index.
 #ifndef BRICKS_GLSL
 #define BRICKS_GLSL
 #include "common/frame.glsl"
 
 layout(std430, binding = 20) readonly buffer BrickIndex { int brick_slot[]; };          // -1: no brick
-layout(std430, binding = 21) readonly buffer BrickClearance { uint clearance[]; };  // half2: metres, of the middles of half bricks
+layout(std430, binding = 21) readonly buffer BrickClearance { uint clearance[]; };  // half2: metres, at the centres of
+                                                                                    // half bricks
 layout(std430, binding = 22) readonly buffer BrickDistance { uint brick_distance[]; };  // half2: metres, known
 layout(std430, binding = 23) readonly buffer BrickRadiance { uvec2 brick_radiance[]; }; // half4: rgb, known
 layout(std430, binding = 24) readonly buffer BrickAlbedo { uvec2 brick_albedo[]; };     // half4: rgb, known
@@ -24,10 +25,10 @@ int voxel_of(ivec3 voxel) {
   return slot < 0 ? -1 : slot * 512 + at.x + 8 * (at.y + 8 * at.z);
 }
 
-// Whether anything of the field is, at the voxel nearest to p.
+// Whether the field has a voxel nearest to p.
 bool held(vec3 p) { return voxel_of(ivec3(floor(p / frame.field.x + 0.5))) >= 0; }
 
-// Distance from the middle of a cell of half a brick's edge to the nearest surface, for the cells within the index.
+// Distance from the centre of a cell of half a brick's edge to the nearest surface, for cells inside the index.
 const int kHalfBrick = kBrickCells / 2;
 float cell_clearance(ivec3 cell) {
   ivec3 size = 2 * frame.bricks_size.xyz;
@@ -39,16 +40,16 @@ bool in_index(vec3 p) {
   return brick_cell(ivec3(floor(p / frame.field.x + 0.5)) >> 3) >= 0 && frame.bricks_size.w != 0;
 }
 
-// No surface is nearer: p and the surface may be half a cell's diagonal away from what the cell's distance stands for,
-// and the surface's own point once more.
+// Lower bound of the distance to the surface: p and the surface may each be half a cell's diagonal from the points that
+// the cell's distance was computed between.
 float field_clearance(vec3 p) {
   if (!in_index(p)) return 0.0;
   float d = cell_clearance(ivec3(floor(p / frame.field.x + 0.5)) >> 2);
   return max(d - 1.5 * sqrt(3.0) * float(kHalfBrick) * frame.field.x, 0.0);
 }
 
-// About how far the nearest surface is, linear between the cells' middles. Beyond the index as the legs of the right angle
-// at its nearest point say.
+// Approximate distance to the nearest surface, interpolated between the cells' centres. Outside the index: the
+// hypotenuse of the distance to the index box and the distance at the nearest point of the box.
 float far_distance(vec3 p) {
   if (frame.bricks_size.w == 0) return 0.0;
   vec3 low = (vec3(frame.bricks_low.xyz * kBrickCells) - 0.5) * frame.field.x;
@@ -83,7 +84,7 @@ Corners corners_of(vec3 p) {
   return c;
 }
 
-// Trilinear distance; false where any of the 8 voxels around is unknown.
+// Trilinear distance; false if any of the 8 surrounding voxels is unknown.
 bool field_distance(vec3 p, out float d) {
   Corners c = corners_of(p);
   d = 0.0;
@@ -96,7 +97,7 @@ bool field_distance(vec3 p, out float d) {
   return true;
 }
 
-// Differences of the distance over `h` metres to either side, one-sided where one side is unknown.
+// Central differences of the distance with step `h` (metres), one-sided where one side is unknown.
 bool field_slope(vec3 p, float d, float h, out vec3 g) {
   for (int a = 0; a < 3; ++a) {
     vec3 e = vec3(0);
@@ -111,8 +112,8 @@ bool field_slope(vec3 p, float d, float h, out vec3 g) {
   return dot(g, g) > 1e-4;
 }
 
-// Gradient of the distance over two voxels to either side, which halves the noise of depth, where the surface is as flat
-// as that: there its length is 1, and less over an edge.
+// Gradient of the distance with a step of two voxels, which halves the noise of depth, where the surface is flat at
+// that scale: there the gradient's length is 1, and less across an edge.
 bool field_gradient(vec3 p, float d, out vec3 g) {
   if (!field_slope(p, d, frame.field.x, g)) return false;
   vec3 wide;
@@ -120,7 +121,7 @@ bool field_gradient(vec3 p, float d, out vec3 g) {
   return true;
 }
 
-// Weighted mean over the known voxels around; a: their weight.
+// Weighted mean over the surrounding known voxels; a: their weight.
 vec4 field_radiance(vec3 p) {
   Corners c = corners_of(p);
   vec4 s = vec4(0);

@@ -1,11 +1,11 @@
-// Where the camera shows a point, lens distortion included (Brown 1966, applied to vertices).
+// Projection of a point into the camera image, including lens distortion (Brown 1966, applied to vertices).
 #ifndef CAMERA_VERTEX_GLSL
 #define CAMERA_VERTEX_GLSL
 #include "common/interop.h"
 layout(std140, binding = 0) uniform Draw { DrawParams draw; };
 
-// Beyond the field of the lens, where distortion would fold a point back into the picture, and behind the camera it goes
-// on straight from the field's edge.
+// Outside the lens's field of view, where distortion would fold a point back into the image, and behind the camera, the
+// projection is extended linearly from the field's edge.
 vec4 camera_position(vec3 c) {
   float r = length(c.xy);
   bool beyond = r > draw.lens.x * c.z;

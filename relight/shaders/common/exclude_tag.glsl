@@ -1,5 +1,5 @@
-// What a known surface itself sends out, where paper shares the pixel: what it does around there. For passes that declare
-// `radiance` of the camera and `real_albedo`, and include known_share.glsl.
+// Radiance of a surface of known material where the tag's paper covers part of the pixel: estimated from the pixels
+// around. For passes that declare `radiance` of the camera and `real_albedo`, and include material_mask.glsl.
 #ifndef WITHOUT_PAPER_GLSL
 #define WITHOUT_PAPER_GLSL
 vec3 exclude_tag(ivec2 at, vec3 own, float packed) {

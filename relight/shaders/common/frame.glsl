@@ -1,4 +1,4 @@
-// The uniform block and small geometry shared by every compute pass.
+// The uniform block and small geometry functions of all compute passes.
 #ifndef FRAME_GLSL
 #define FRAME_GLSL
 #include "common/interop.h"
@@ -7,7 +7,7 @@ layout(std140, binding = 0) uniform Frame { FrameParams frame; };
 
 const float kPi = 3.14159265358979;
 
-// Two unit vectors that make a right-handed frame with n (Duff et al. 2017).
+// Unit vectors x, y that form a right-handed frame with n (Duff et al. 2017).
 void basis(vec3 n, out vec3 x, out vec3 y) {
   float s = n.z >= 0.0 ? 1.0 : -1.0;
   float a = -1.0 / (s + n.z), b = n.x * n.y * a;
@@ -15,10 +15,11 @@ void basis(vec3 n, out vec3 x, out vec3 y) {
   y = vec3(b, s + n.y * n.y * a, -n.y);
 }
 
-// How far off a real surface cones start, m: closer by, the volumes and the fused field still show the surface itself.
+// Offset of cone origins from a real surface, m: nearer than this the volumes and the fused field still contain the
+// surface itself.
 float cone_start_m() { return max(frame.cascade[0].w, 0.75 * frame.field.x); }
 
-// Where a ray meets an axis-aligned box; x > y: never.
+// Intersection of a ray with an axis-aligned box: entry, exit; x > y: none.
 vec2 ray_box(vec3 from, vec3 w, vec3 low, vec3 high) {
   vec3 inv = 1.0 / mix(w, vec3(1e-12), lessThan(abs(w), vec3(1e-12)));
   vec3 a = (low - from) * inv, b = (high - from) * inv;
@@ -26,7 +27,7 @@ vec2 ray_box(vec3 from, vec3 w, vec3 low, vec3 high) {
   return vec2(max(max(lo.x, lo.y), lo.z), min(min(hi.x, hi.y), hi.z));
 }
 
-// Where a ray meets a sphere; x > y: never.
+// Intersection of a ray with a sphere: entry, exit; x > y: none.
 vec2 ray_sphere(vec3 from, vec3 w, vec3 centre, float radius) {
   vec3 d = centre - from;
   float along = dot(d, w), q = radius * radius - dot(d, d) + along * along;

@@ -1,25 +1,26 @@
-// Lamps as discs of points, each with its own share of the lamp's solid angle.
+// Samples lamps as discs of points, each with a fraction of the lamp's solid angle.
 #ifndef LAMP_GLSL
 #define LAMP_GLSL
 #include "common/frame.glsl"
 
-// A share's cone is narrower than its part of the disc: thin walls would not fill a wider one, and neighbours blend.
+// A sample's cone is narrower than its part of the disc: a thin wall would not cover a wider one, and neighbouring
+// cones still overlap.
 const float kLampShare = 0.75;
 
 struct LampSample {
-  vec3 w;          // unit, to the lamp
+  vec3 w;          // unit, towards the lamp
   float distance;  // m
-  float tan_half;  // aperture of this share
-  vec3 irradiance; // W/m² on a plane that faces it
+  float tan_half;  // aperture of this sample's cone
+  vec3 irradiance; // W/m² on a plane perpendicular to w
 };
 
-// Radiant intensity along w, from the lamp on, over the lamp's `intensity`: a flat lamp is a Lambert emitter.
+// Radiant intensity along w, leaving the lamp, over the lamp's `intensity`: a flat lamp is a Lambert emitter.
 float emission(Lamp lamp, vec3 w) {
   return lamp.facing.a > 0.0 ? lamp.facing.a * max(dot(lamp.facing.xyz, w), 0.0) : 1.0;
 }
 
-// Point i of n of a disc of radius 1, by a sunflower spiral (Vogel 1979) of pairs that face each other across the middle,
-// the golden ratio of a half turn apart: the mean of few is the middle, as light at a grazing angle wants it.
+// Point i of n on a disc of radius 1: a sunflower spiral (Vogel 1979) of antipodal pairs, rotated by half a golden
+// angle each, so that the mean of even a few points is the centre, which grazing light requires.
 vec2 disc_point(int i, int n) {
   int odd = n & 1, pair = (i - odd) / 2;
   if (i < odd) return vec2(0);
@@ -27,7 +28,7 @@ vec2 disc_point(int i, int n) {
   return r * vec2(cos(phi), sin(phi));
 }
 
-// Share i of n of a lamp seen from p: its disc, which faces p unless it is flat.
+// Sample i of n of a lamp seen from p: a point on its disc, which faces p unless the lamp is flat.
 LampSample lamp_share(Lamp lamp, vec3 p, int i, int n) {
   vec3 to = lamp.position_radius.xyz - p;
   float far = length(to);

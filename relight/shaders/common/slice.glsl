@@ -1,4 +1,4 @@
-// Groups of 64 threads walk a slice of a list together: pass_i.z is its number, pass_i.w how many there are.
+// Groups of 64 threads iterate over a slice of a list: pass_i.z is the slice's number, pass_i.w the number of slices.
 #ifndef SLICE_GLSL
 #define SLICE_GLSL
 #include "common/frame.glsl"

@@ -1,7 +1,7 @@
 // Base colour of a virtual surface: factor, vertex colour, texture.
 #include "common/interop.h"
 layout(std140, binding = 0) uniform Draw { DrawParams draw; };
-layout(binding = 1) uniform sampler2D base_color_texture;  // sRGB codes
+layout(binding = 1) uniform sampler2D base_color_texture;  // 8-bit sRGB
 
 vec3 srgb_decode(vec3 c) { return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045))); }
 

@@ -1,4 +1,4 @@
-// Work on chosen blocks of 8 × 8 alone: one workgroup a block.
+// Work on selected blocks of 8 × 8 texels: one workgroup per block.
 #ifndef TILES_GLSL
 #define TILES_GLSL
 layout(std430, binding = 29) readonly buffer Tiles { uint tiles[]; };

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Bounds of a lamp's map (lamp_bounds.glsl): a group for 32 × 32 texels of a map, a thread for each of its smallest blocks.
+// Computes the depth bounds of a lamp's map (lamp_bounds.glsl): one group per 32 × 32 texels of a map, one thread for
+// each of its smallest blocks.
 #include "common/interop.h"
 #include "lamps/lamp_bounds.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;

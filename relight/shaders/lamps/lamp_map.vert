@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A virtual object seen from a point of a lamp, in that map's place among the others (passes/lamp_maps.cpp).
+// Projects a virtual object from a point of a lamp, into that map's part of the atlas (passes/lamps/lamp_maps.cpp).
 #include "common/interop.h"
 layout(std140, binding = 0) uniform Draw { DrawParams draw; };
 layout(location = 0) in vec3 position_m;

@@ -1,4 +1,4 @@
-// Looking up what points of lamps see of the objects (passes/lamp_maps.h).
+// Look-up in the lamps' shadow maps of the objects (passes/lamps/lamp_maps.h).
 #ifndef LAMP_MAPS_GLSL
 #define LAMP_MAPS_GLSL
 #include "common/lamp.glsl"
@@ -7,14 +7,15 @@ layout(std430, binding = 8) readonly buffer LampViews { LampMap lamp_views[]; };
 #include "lamps/lamp_bounds.glsl"
 layout(std430, binding = 11) readonly buffer LampBounds { uint lamp_bounds[]; };
 
-// How far in front of a real surface the objects must be to hide it.
+// Minimum distance of the objects in front of a real surface to occlude it.
 const float kBefore_m = 5e-4;
 const float kClear_m = 1e-3, kClearTexels = 1.5;
 const int kSoftTaps = 8;
-const float kFurthestTap = 0.97;  // of the radius
-const float kLeastSoft = 0.7, kMostSoft = 24.0;  // texels; a disc no larger than the first is 2 × 2 comparisons
+const float kFurthestTap = 0.97;  // of the disc's radius
+const float kLeastSoft = 0.7, kMostSoft = 24.0;  // texels; a disc no larger than the first is filtered by 2 × 2
+                                                 // comparisons
 
-// What a map's point stands for, one of n of its lamp.
+// The part of its lamp that a map's point represents, one of n.
 LampSample map_share(Lamp lamp, LampMap m, vec3 p, int n) {
   vec3 to = m.from.xyz - p;
   LampSample s;
@@ -25,10 +26,11 @@ LampSample map_share(Lamp lamp, LampMap m, vec3 p, int n) {
   return s;
 }
 
-// The depth before which texels hide what lies at z.
+// The depth below which texels occlude a point at z.
 float map_threshold(LampMap m, float z) { return min(m.place.z - m.place.w / z, 1.0); }  // empty texels are at 1
 
-// Where a map sees p: texel, z along its axis, and the depth before which texels hide it. False where it sees nothing.
+// Projects p into a map: texel, z along its axis, and the depth below which texels occlude p. False if p is outside its
+// view.
 bool map_place(LampMap m, vec3 p, float before_m, out vec2 at, out float z, out float depth) {
   vec3 d = p - m.from.xyz, v = vec3(dot(m.x.xyz, d), dot(m.y.xyz, d), dot(m.z.xyz, d));
   if (v.z <= before_m || any(greaterThan(abs(v.xy), v.zz))) return false;
@@ -41,8 +43,8 @@ float map_depth(LampMap m, ivec2 q) {
   return texelFetch(lamp_depths, ivec2(m.place.xy) + clamp(q, ivec2(0), ivec2(m.more.x) - 1), 0).r;
 }
 
-// Which part of a texel's width around a place is nearer than depth: 2 × 2 comparisons, weighed by their share (Reeves
-// et al. 1987).
+// Fraction of a texel-sized square around a position that is nearer than depth: 2 × 2 comparisons, bilinearly weighted
+// (Reeves et al. 1987).
 float map_nearer(LampMap m, vec2 at, float depth) {
   vec2 low = clamp(floor(at), vec2(0.0), vec2(m.more.x - 2.0)), f = clamp(at - low, 0.0, 1.0);
   vec2 middle = (m.place.xy + low + 1.0) / vec2(textureSize(lamp_depths, 0));
@@ -50,14 +52,15 @@ float map_nearer(LampMap m, vec2 at, float depth) {
   return mix(mix(nearer.w, nearer.z, f.x), mix(nearer.x, nearer.y, f.x), f.y);
 }
 
-// Width of the image of a map's share of its lamp, through the nearest that may hide what lies at z; radius in texels.
+// Radius in texels of the image of a map's part of its lamp, projected through the nearest possible occluder of a point
+// at z.
 float disc_texels(LampMap m, float z) {
   float nearest = m.place.w / m.place.z;
   return min(m.more.z * (1.0 / min(nearest, z) - 1.0 / z), kMostSoft);
 }
 
-// What the bounds of blocks tell of texels from `from` to `to`, rounded, for what lies between two depths: 1 every one is
-// nearer, 0 none is, -1 they don't tell.
+// Result of the block bounds for texels from `from` to `to`, rounded, and depths in a range: 1: every texel is nearer,
+// 0: none is, -1: undecided.
 float map_bounded(LampMap m, vec2 from, vec2 to, float near, float far) {
   int edge = int(m.more.x);
   ivec2 low = clamp(ivec2(floor(from + 0.5)), ivec2(0), ivec2(edge - 1));
@@ -73,26 +76,26 @@ float map_bounded(LampMap m, vec2 from, vec2 to, float near, float far) {
   return float(max(max(a & 0xffffu, b & 0xffffu), max(c & 0xffffu, d & 0xffffu))) < near * kBoundScale ? 1.0 : -1.0;
 }
 
-// Whether the objects hide p from a map's point. before_m: how far in front of p they must be.
+// Whether the objects occlude p from a map's point. before_m: minimum distance of the occluder in front of p.
 float map_hidden(LampMap m, vec3 p, float before_m) {
   vec2 at;
   float z, depth;
   return map_place(m, p, before_m, at, z, depth) ? map_nearer(m, at, depth) : 0.0;
 }
 
-// The way from one leaf of a sunflower (Vogel 1979) to the next.
+// Rotation from one point of a sunflower spiral (Vogel 1979) to the next.
 const vec2 kGoldenTurn = vec2(-0.73736888, 0.67549029);  // cos, sin of the golden angle
 vec2 turned(vec2 q, vec2 turn) { return vec2(turn.x * q.x - turn.y * q.y, turn.y * q.x + turn.x * q.y); }
 float leaf(int i) { return sqrt((float(i) + 0.5) / float(kSoftTaps)); }
 
-// Which part of a map's share of its lamp, a disc, the objects hide from p: comparisons over the disc's image through
-// what hides it, whose mean distance 8 of them find first (Fernando 2005).
+// Fraction of a map's part of its lamp, a disc, that the objects occlude at p: comparisons over the disc's image
+// through the occluder, whose mean distance is first estimated by 8 of them (Fernando 2005).
 float share_hidden(LampMap m, vec3 p, float before_m) {
   vec2 at;
   float z, depth;
   bool seen = map_place(m, p, before_m, at, z, depth);
   float radius = disc_texels(m, z), reach = max(kFurthestTap * radius, 0.5);
-  // Software devices run both ways of a branch and leave loops alone early.
+  // Software devices execute both sides of a branch but leave loops early.
   float bounded = seen ? map_bounded(m, at - reach, at + reach, depth, depth) : 0.0;
   bool small = radius < kLeastSoft;
   vec2 turn = vec2(cos(m.more.w), sin(m.more.w));
@@ -119,8 +122,8 @@ float share_hidden(LampMap m, vec3 p, float before_m) {
   return small ? map_nearer(m, at, depth) : hidden / float(kSoftTaps);
 }
 
-// The share of a lamp's light that reaches a virtual surface past the objects. It starts so far off the surface that the
-// texels in which maps hold it, and the simpler triangles that they are drawn from, do not hide it from itself.
+// Fraction of a lamp's light that the objects do not occlude at a virtual surface. The look-up is offset from the
+// surface far enough that neither the maps' resolution nor the simplified meshes drawn into them cause self-shadowing.
 float map_open(int first, int count, vec3 p, vec3 n) {
   vec3 off = p + (kClear_m + kClearTexels * lamp_views[first].more.y) * n;
   float open = 0.0, all = 1e-6;

@@ -1,13 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Which share of the light that leaves the cells around gets into each cell, past the surfaces of the room and of the
-// objects. The light of a cell is in the open part of it, so light that runs along a surface is not weakened by it.
-// Four lines through every face, half a cell apart and half a cell off all grid planes.
+// Fraction of the light leaving the neighbouring cells that enters each cell, past the surfaces of the room and the
+// objects. A cell's light is in its open part, so light parallel to a surface is not attenuated by it. Sampled by four
+// lines through every face, half a cell apart and half a cell off all grid planes.
 #include "volume/volume.glsl"
 #include "lpv/lpv.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;
-layout(binding = 12, rgba16f) uniform writeonly image3D from_low;   // from the cells at -x, -y, -z; open part of the volume
-layout(binding = 13, rgba16f) uniform writeonly image3D from_high;  // from the cells at +x, +y, +z
+layout(binding = 12, rgba16f) uniform writeonly image3D from_low;   // from the neighbours at -x, -y, -z; open fraction
+                                                                    // of the volume
+layout(binding = 13, rgba16f) uniform writeonly image3D from_high;  // from the neighbours at +x, +y, +z
 
 void main() {
   ivec3 at = ivec3(gl_GlobalInvocationID);
@@ -17,11 +18,12 @@ void main() {
   ivec3 place = ivec3(at.xy, at.z - c * n);
   vec3 p = lpv_low(c) + cell * (vec3(place) + 0.5);
   float real = real_distance(p), virt = virtual_distance(p), middle = min(real, virt);
-  // No sample lies farther off than 0.83 cells, and none sees more than a quarter of a cell.
+  // No sample is farther away than 0.83 cells, and each covers at most a quarter of a cell.
   float reach = 1.1 * cell;
   bool by_real = abs(real) < reach, by_virtual = abs(virt) < reach, by_surface = by_real || by_virtual;
   float open = middle > 0.0 ? 1.0 : 0.0, volume = open, share[6] = float[](open, open, open, open, open, open);
-  for (int near = 0; near < (by_surface ? 1 : 0); ++near) {  // not entered it costs nothing, unlike a branch
+  for (int near = 0; near < (by_surface ? 1 : 0); ++near) {  // a loop that is not entered costs nothing on software
+                                                             // devices, unlike a branch
     volume = 0.0;
     float here[8];
     for (int i = 0; i < 8; ++i) {
@@ -34,11 +36,11 @@ void main() {
       vec3 a = lpv_axis(face);
       float leaves = 0.0, enters = 0.0;
       for (int k = 0; k < 4; ++k) {
-        // The four corners of eight on this face's side.
+        // The four corners of eight on this face.
         int axis = face / 2, low_bits = (1 << axis) - 1, i = ((k & ~low_bits) << 1) | (k & low_bits) | ((1 - face % 2) << axis);
         vec3 o = 0.5 * vec3(i & 1, (i >> 1) & 1, i >> 2) - 0.25;
         float through = here[i], outside = 0.0;
-        for (int j = 1; j <= 2; ++j) {  // on the face, and beyond it
+        for (int j = 1; j <= 2; ++j) {  // on the face, and behind it
           vec3 q = p + cell * (o + 0.25 * float(j) * a);
           float d = min(by_real ? real_distance(q) : real, by_virtual ? virtual_distance(q) : virt) / cell;
           outside = clamp(4.0 * d, 0.0, 1.0);
@@ -50,7 +52,7 @@ void main() {
       share[face] = leaves > 1e-3 ? enters / leaves : 0.0;
     }
   }
-  // Nothing comes from beyond the volume.
+  // Nothing enters from outside the volume.
   vec3 low = mix(vec3(share[1], share[3], share[5]), vec3(0), equal(place, ivec3(0)));
   vec3 high = mix(vec3(share[0], share[2], share[4]), vec3(0), equal(place, ivec3(n - 1)));
   imageStore(from_low, at, vec4(low, volume));

@@ -1,8 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Change of the irradiance on real surfaces, once in every listed cell: where it is reflected from (the next bounce), and
-// where the live setting takes it from. The enclosure's change comes by pass_i.y cones, for it starts beyond all that is
-// propagated through.
+// Change of irradiance on real surfaces, once per listed cell: the source of the next bounce, and of the live setting's
+// look-up. The enclosure's change is gathered by pass_i.y cones, because it originates outside the propagation grid.
 #include "volume/gather.glsl"
 #include "lpv/lpv_query.glsl"
 #include "volume/cells.glsl"

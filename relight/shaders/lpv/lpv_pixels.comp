@@ -1,13 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Change of the irradiance on the real surface of every pixel in the delta's footprint.
+// Change of irradiance on the real surface of every pixel in the influence mask.
 #include "lpv/lpv_query.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
-layout(binding = 14) uniform sampler3D beyond;  // what the enclosure brings to cells, times weight, weight
+layout(binding = 14) uniform sampler3D beyond;  // the enclosure's contribution at cells, times weight, weight
 layout(binding = 16, rgba16f) uniform writeonly image2D out_change;
 
 void main() {

@@ -8,14 +8,14 @@ layout(binding = 8) uniform sampler3D light_green;
 layout(binding = 9) uniform sampler3D light_blue;
 layout(binding = 10) uniform sampler3D openness;  // a: open part of the volume
 
-// Cells from the border of a cascade inwards over which it gives way to the next, the last one to nothing.
+// Width in cells of the border over which a cascade fades to the next, and the last one to zero.
 const float kLpvFade = 2.0;
 float lpv_inside(int c, vec3 p) {
   vec3 g = lpv_place(c, p), from_border = min(g, float(frame.pass_i.x) - g);
   return clamp((min(min(from_border.x, from_border.y), from_border.z) - 0.5) / kLpvFade, 0.0, 1.0);
 }
 
-// What lies in solid cells is nothing, so the mean over cells is over their open parts.
+// Solid cells hold no light, so the mean is weighted by the cells' open parts.
 vec3 lpv_irradiance(int c, vec3 p, vec3 n) {
   float cells = float(frame.pass_i.x), cell = lpv_cell_m(c);
   vec3 g = clamp(lpv_place(c, p) + kLpvShift * n, vec3(0.5), vec3(cells - 0.5));

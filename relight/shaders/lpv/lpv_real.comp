@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Indirect change of real surfaces (thesis eq. 5.12-5.13): what they reflect more or less than before, as the split-inject
-// of reflective shadow maps and the bounces left it in the listed voxels. Every voxel is a Lambert light of the flux
-// π L A. pass_f.x: fixed-point unit.
+// Injects the indirect change of real surfaces (thesis eq. 5.12-5.13): the change of their reflected light, as stored
+// in the listed voxels by the split-inject of reflective shadow maps and by the bounces. Every voxel is a Lambert
+// emitter of the flux π L A. pass_f.x: fixed-point unit.
 #include "volume/volume.glsl"
 #include "volume/voxel_list.glsl"
 #include "lpv/lpv_splat.glsl"

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Fixed-point sums become the source volumes. pass_f.y: value of a unit.
+// Converts the fixed-point sums to the source volumes. pass_f.y: value of a unit.
 #include "lpv/lpv.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;
 layout(std430, binding = 15) readonly buffer OfVirtual { int of_virtual[]; };

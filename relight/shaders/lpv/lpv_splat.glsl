@@ -1,6 +1,6 @@
-// Light of surfaces into the cell half a cell in front of them, in fixed point: integer sums do not depend on their
-// order. What comes in are parts of surfaces half as wide as a cell, that fade in and out where surfaces move, so they
-// need not be split. Of the 8 nearest cells it is the nearest that is open; where none is nothing can get out.
+// Injects light of surfaces into the cell half a cell in front of them, in fixed point: integer sums do not depend on
+// their order. Inputs are surface parts half as wide as a cell that fade in and out as surfaces move, so they need not
+// be split over cells. The nearest open cell of 8 is used; if none is open the light is trapped and dropped.
 #ifndef LPV_SPLAT_GLSL
 #define LPV_SPLAT_GLSL
 #include "lpv/lpv.glsl"

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Propagation (thesis §5.3.1): every cell gathers what the six around it send its way, and adds its source; what that
-// comes to is the light of all steps so far, so no accumulator is needed. In place, first for the even cells and then for
-// the odd ones (pass_i.y): all that a cell asks for belongs to the other kind, light goes two cells in one sweep, and every
-// change is made a little larger (successive over-relaxation, Young 1954).
+// Propagation (thesis §5.3.1): every cell gathers what its six neighbours send towards it and adds its source; the
+// result is the sum of all steps so far, so no accumulator is needed. In place, alternating between even and odd cells
+// (pass_i.y): a cell reads only cells of the other parity, light advances two cells per sweep, and every update is
+// over-relaxed (successive over-relaxation, Young 1954).
 #include "lpv/lpv.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;
 layout(binding = 1, rgba32f) uniform readonly image3D source_red;
@@ -15,7 +15,8 @@ layout(binding = 6, rgba32f) uniform image3D light_blue;
 layout(binding = 7, rgba16f) uniform readonly image3D from_low;
 layout(binding = 8, rgba16f) uniform readonly image3D from_high;
 
-// low, high: what the cells to either side along x hold, times what gets in. x is the axis; the rest of J turns with it.
+// low, high: content of the two neighbours along x, times the fraction that enters. x is the propagation axis; the
+// components of J are permuted accordingly.
 vec4 gather(vec4 low, vec4 high) {
   vec4 sum = low + high, off = low - high;
   return vec4(kLpvStay * sum.x + kLpvAhead * off.y, kLpvLift * off.x + kLpvAlong * sum.y, kLpvAcross * sum.zw);
@@ -31,7 +32,8 @@ void main() {
   ivec3 at = ivec3(gl_GlobalInvocationID);
   at.x = 2 * at.x + ((at.y + at.z + frame.pass_i.y) & 1);
   if (any(greaterThanEqual(at, ivec3(n, n, kCascades * n)))) return;
-  // From beyond the edge, and from the other cascade, nothing gets in; any place inside will do.
+  // Nothing enters from beyond the border or from the other cascade (the fraction is 0 there), so any valid index will
+  // do.
   ivec3 last = ivec3(n, n, kCascades * n) - 1, x0 = max(at - ivec3(1, 0, 0), 0), x1 = min(at + ivec3(1, 0, 0), last),
         y0 = max(at - ivec3(0, 1, 0), 0), y1 = min(at + ivec3(0, 1, 0), last), z0 = max(at - ivec3(0, 0, 1), 0),
         z1 = min(at + ivec3(0, 0, 1), last);

@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What virtual surfaces do to the light around them, in the listed voxels in front of them. They reflect (thesis eq.
-// 5.12): a Lambert light of the flux π L A. And they hide (thesis §5.3.2, "direct inject"; eq. 3.14): what the real room
-// sends through the place of an object would leave it at the far side, and no longer does. Lamps are left out of that:
-// their shadows are drawn by other passes. So are objects behind: they end the light that falls on them themselves.
-// pass_i.y: cones; pass_i.z: 1 when `gathered` is to be added; pass_f.x: fixed-point unit.
+// Injects the effect of virtual surfaces, in the listed voxels in front of them. Reflection (thesis eq. 5.12): a
+// Lambert emitter of the flux π L A. Occlusion (thesis §5.3.2, "direct inject"; eq. 3.14): light of the real room that
+// passed through the object's location would leave on the far side; it is subtracted there. Excluded are lamps, whose
+// shadows other passes compute, and objects behind, which absorb their incident light themselves. pass_i.y: cones;
+// pass_i.z: 1 if `gathered` is to be added; pass_f.x: fixed-point unit.
 #include "volume/gather.glsl"
 #include "volume/voxel_list.glsl"
 #include "lpv/lpv_splat.glsl"
@@ -13,8 +13,8 @@ layout(std430, binding = 15) readonly buffer Area { int virtual_area[]; };  // v
 layout(binding = 25, rgba16f) uniform readonly image3D virtual_light;       // radiance times weight, weight
 layout(binding = 26, rgba16f) uniform readonly image3D gathered;            // radiance
 
-// Area of the surface that a voxel in front of it stands for, m². The weights of such voxels measure the surface a little
-// outside of the true one; around the voxel their sum is set right by that of the area that was split over them.
+// Area of the surface that a voxel in front of it represents, m². The weights of such voxels measure the area slightly
+// outside the true surface; their sum around the voxel is rescaled to that of the area that was split over them.
 float area_of(Voxel voxel, float own_weight) {
   int n = frame.grid.x;
   float area = 0.0, weight = 0.0;
@@ -33,7 +33,7 @@ void main() {
     Voxel voxel = listed_voxel(i);
     ivec3 texel = voxel_texel(kVirtual, voxel.cascade, voxel.place);
     vec4 lit = imageLoad(virtual_light, texel);
-    // A loop that isn't entered costs nothing on software devices, unlike a branch.
+    // A loop that is not entered costs nothing on software devices, unlike a branch.
     for (int once = 0; once < (lit.a > 0.0 ? 1 : 0); ++once) {
       vec3 n = virtual_normal(voxel.position), l = lit.rgb / lit.a;
       if (frame.pass_i.z == 1) l += imageLoad(gathered, texel).rgb;

@@ -1,23 +1,25 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Light on the virtual objects that varies slowly over them, at 1/scale of the picture: which part of every lamp they see,
-// by shadow cones through real and virtual surfaces, and everything but the lamps (thesis eq. 5.23-5.24), by cones over the
+// Slowly varying light on the virtual objects, at 1/scale of the image: the visible fraction of every lamp, by shadow
+// cones through real and virtual surfaces, and all light except lamps (thesis eq. 5.23-5.24), by cones over the
 // hemisphere, and along the lobe where it is broad. pass_i.x: scale.
 #include "screen/object_pixel.glsl"
 #include "volume/lamp_visibility.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 16, rgba16f) uniform writeonly image2D out_irradiance;  // a: which pixel of the block, plus 1; 0: none
+layout(binding = 16, rgba16f) uniform writeonly image2D out_irradiance;  // a: index of the represented pixel in the
+                                                                         // block, plus 1; 0: none
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirrored;    // radiance
-layout(binding = 18, rgba16f) uniform writeonly image2D out_open;        // share of lamps that is seen, 4 to 7 below
+layout(binding = 18, rgba16f) uniform writeonly image2D out_open;        // visible fraction of lamps 0 to 3; 4 to 7
+                                                                         // below
 
 void main() {
   int scale = frame.pass_i.x, block = -1;
   ivec2 cell = tile_texel(), at = cell;
   if (any(greaterThanEqual(cell, imageSize(out_irradiance)))) return;
   float most = 0.0;
-  for (int i = 0; i < scale * scale; ++i) {  // the pixel that shows most of an object
+  for (int i = 0; i < scale * scale; ++i) {  // select the pixel with the highest object coverage
     ivec2 q = min(scale * cell + ivec2(i % scale, i / scale), frame.picture.xy - 1);
     float coverage = texelFetch(object_surface, q, 0).y;
     if (coverage > most) {
@@ -31,7 +33,7 @@ void main() {
   if (block >= 0) {
     ObjectPixel o = object_pixel(at);
     float turn = pixel_turn(cell);
-    int stride = scale > 1 && frame.counts.w > 1 ? 2 : 1;  // in turn, as in shadow.comp
+    int stride = scale > 1 && frame.counts.w > 1 ? 2 : 1;  // alternating, as in shadow.comp
     for (int l = 0; l < frame.counts.x; ++l) open[l] = lamp_visibility(o.p, o.n, o.from_real, o.from_virtual, frame.lamps[l], (cell.x + cell.y) % stride, stride).y;
     if (o.metallic < 1.0) e = gather_rho(o.from_real, o.from_virtual, o.n, frame.counts.z, turn);
     if (o.mirror && (scale == 1 || o.look.alpha >= kBroadLobe)) m = mirrored(o, turn);

@@ -1,16 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The final picture (thesis §5.4.4): camera picture plus change where it shows the real room, virtual radiance where it
-// shows an object, mixed by coverage. Pixels that nothing changes keep their code values.
+// The final frame (thesis §5.4.4): camera image plus change where it shows the real room, virtual radiance where it
+// shows an object, blended by coverage. Pixels without change keep their pixel values.
 #include "common/frame.glsl"
 #include "common/brdf.glsl"
 #include "common/srgb.glsl"
 #include "common/tiles.glsl"
 #include "common/material_mask.glsl"
 
-const float kUnlike = 0.5;  // of surfaces: a turn by 60°, or 2.5 % of the distance
+const float kUnlike = 0.5;  // dissimilarity of surfaces: normals differ by 60°, or depth by 2.5 %
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 1) uniform sampler2D picture;   // code values of the camera
+layout(binding = 1) uniform sampler2D picture;   // pixel values of the camera
 layout(binding = 2) uniform sampler2D radiance;  // the same, linear
 layout(binding = 3) uniform sampler2D real_normal;
 layout(binding = 4) uniform sampler2D real_albedo;
@@ -31,8 +31,8 @@ vec3 lit(ivec2 at) {
   return any(isnan(l)) || any(isinf(l)) ? vec3(0) : l;
 }
 
-// An edge between two virtual surfaces: each pixel is lit for one of them, so the other's share looks like the pixel
-// around it that shows most nearly the same.
+// At an edge between two virtual surfaces each pixel is shaded for one of them only; the other's part takes the colour
+// of the most similar neighbouring pixel.
 vec3 virtual_color(ivec2 at) {
   vec3 own = lit(at);
   float share = texelFetch(object_surface, at, 0).w;
@@ -71,7 +71,7 @@ void main() {
       mirror = (1.0 - paper) * (texelFetch(mirror_gained, at, 0).rgb -
                                 exclude_tag(at, b, albedo.a) * texelFetch(mirror_share, at, 0).rgb);
     }
-    // What lamps no longer bring has passed the layer above already.
+    // The lost light of lamps already includes the layer's transmittance.
     vec3 change = footprint * under * texelFetch(indirect, at, 0).rgb - texelFetch(direct_lost, at, 0).rgb;
     delta = max(diffuse / kPi * change + mirror, -b);
     if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);

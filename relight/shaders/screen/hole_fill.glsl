@@ -1,18 +1,17 @@
-// What a pixel shows where nothing tells its surface: no depth, because the sensor's projector does not reach there or
-// the surface is seen too slantwise, and nothing fused. It is taken to be of the surface beside it that looks most like
-// it, whose plane goes on. Before this is included: `depth`, vec3 camera_point(ivec2) in the camera's frame, vec3
-// coded(ivec2), the color of a pixel with equal steps looking equally far apart, from 0 to 1, and vec3 normal_at(ivec2
-// pixel, vec3 p), tag frame, 0: unknown.
+// Fills pixels without surface: no depth, because the sensor's projector does not reach them or the angle is too
+// grazing, and nothing fused. Such a pixel is assigned to the nearby surface with the most similar colour, whose plane
+// is extended. Before this is included, define: `depth`; vec3 camera_point(ivec2), camera frame; vec3 coded(ivec2), a
+// perceptually uniform colour of a pixel from 0 to 1; and vec3 normal_at(ivec2 pixel, vec3 p), tag frame, 0: unknown.
 #ifndef BESIDE_GLSL
 #define BESIDE_GLSL
 
-const float kBesideReach = 0.04;    // of the picture's width
-const float kUnlikeColor = 0.15;    // farther apart in color is another surface
-const float kNearerColor = 0.1;     // that reach counts as much as so much color
+const float kBesideReach = 0.04;    // search radius, fraction of the image width
+const float kUnlikeColor = 0.15;    // a larger colour difference means another surface
+const float kNearerColor = 0.1;     // colour difference that counts as much as the search radius
 
 bool in_picture(ivec2 q) { return all(greaterThanEqual(q, ivec2(0))) && all(lessThan(q, frame.picture.xy)); }
 
-// Depth there and around it is of one surface.
+// Whether depth at q and around it belongs to one surface.
 bool whole(ivec2 q, int around) {
   float z = texelFetch(depth, q, 0).x;
   for (int i = 0; i < 4; ++i) {
@@ -22,7 +21,7 @@ bool whole(ivec2 q, int around) {
   return z > 0.0;
 }
 
-// A pixel with depth on the surface that `at` most likely shows; negative: none.
+// A pixel with depth on the surface that `at` most likely belongs to; negative: none.
 ivec2 beside(ivec2 at) {
   const ivec2 kWays[8] = ivec2[](ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(1, 1), ivec2(-1, 1),
                                  ivec2(1, -1), ivec2(-1, -1));
@@ -38,7 +37,7 @@ ivec2 beside(ivec2 at) {
       float unlike = length(coded(q) - own) + kNearerColor * float(s) / reach;
       if (unlike < least) {
         least = unlike;
-        // Fused surfaces are round at their ends.
+        // Fused surfaces are rounded at their ends.
         best = in_picture(farther) && whole(farther, apart) ? farther : q;
       }
       break;
@@ -49,10 +48,10 @@ ivec2 beside(ivec2 at) {
 
 struct Plane {
   vec3 p, n;  // tag frame
-  float z;    // of p in the camera, 0: none
+  float z;    // of p in the camera frame, 0: none
 };
 
-// What the pixel beside shows, where that is needed: software devices run branches that no pixel takes, but no loops.
+// The plane of that pixel, if `needed`: software devices execute branches that no pixel takes, but not loops.
 Plane plane_beside(ivec2 at, bool needed) {
   Plane plane = Plane(vec3(0), vec3(0), 0.0);
   for (int once = 0; once < (needed ? 1 : 0); ++once) {
@@ -66,7 +65,7 @@ Plane plane_beside(ivec2 at, bool needed) {
   return plane;
 }
 
-// Depth at which a ray from the eye, w per metre of depth, meets it; 0: nowhere near.
+// Depth of the intersection with a ray from the camera, w per metre of depth; 0: none nearby.
 float on_plane(Plane plane, vec3 w) {
   float fall = dot(plane.n, w);
   float z = fall < -0.05 * length(w) ? dot(plane.n, plane.p - frame.T_tag_camera[3].xyz) / fall : 0.0;

@@ -1,16 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Shadows that the objects throw on real surfaces (thesis eq. 5.20), as the lamps see them: every lamp's light ends on the
-// first surface along its way (lamp_ground.comp), so one picture a lamp holds all that its light loses. The lamps'
-// pictures lie one above the other.
+// Shadows of the objects on real surfaces (thesis eq. 5.20), rendered from the lamps: every ray of a lamp ends on the
+// first surface along it (shadow_receiver_map.comp), so one image per lamp holds all of its lost light. The lamps'
+// images are stacked vertically.
 #include "volume/cone.glsl"
 #include "lamps/lamp_maps.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 9) uniform sampler2D ground_place;
 layout(binding = 10) uniform sampler2D ground_normal;
-layout(std430, binding = 17) readonly buffer Blocks { uvec2 blocks[]; };  // lamp_tiles.comp
-layout(binding = 16, rgba16f) uniform writeonly image2D out_map;  // share that is hidden; depth beyond the sphere's middle
+layout(std430, binding = 17) readonly buffer Blocks { uvec2 blocks[]; };  // written by lamp_tiles.comp
+layout(binding = 16, rgba16f) uniform writeonly image2D out_map;  // occluded fraction; depth beyond the sphere's centre
 
 void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy);

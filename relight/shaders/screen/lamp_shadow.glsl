@@ -1,11 +1,11 @@
-// Looking up what lamp_shadow.comp found.
+// Look-up in the results of lamp_shadow.comp.
 #ifndef LAMP_SHADOW_GLSL
 #define LAMP_SHADOW_GLSL
 #include "common/lamp.glsl"
 layout(binding = 10) uniform sampler2D lamp_shadows;
 
-// Share of a lamp's light that objects take from p. What lies further from the lamp than the surface on which its light
-// ends, by more than `slack`, has lost it already.
+// Fraction of a lamp's light that objects occlude at p. A point farther from the lamp than the receiving surface by
+// more than `slack` is already in that surface's shadow.
 float lamp_hidden(int lamp, vec3 p, float slack) {
   ShadowView view = frame.shadow_views[lamp];
   vec3 to = p - frame.lamps[lamp].position_radius.xyz;
@@ -17,7 +17,7 @@ float lamp_hidden(int lamp, vec3 p, float slack) {
   return inside * s.x * clamp(2.0 - (z - view.z_far.w - s.y) / slack, 0.0, 1.0);
 }
 
-// Irradiance that lamps no longer bring to a real surface.
+// Irradiance of lamps that a real surface loses to the objects.
 vec3 lamps_lost(vec3 p, vec3 n, float slack) {
   vec3 lost = vec3(0);
   for (int i = 0; i < frame.counts.x; ++i) {

@@ -1,15 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// For 8 × 8 texels of a lamp's picture (lamp_shadow.comp): which of its maps hide some of their ground and must be asked
-// texel by texel, and which hide all of it. What a map's bounds (lamp_bounds.glsl) tell of the box around the ground is true
-// of every point in it. A thread per block.
+// For 8 × 8 texels of a lamp's image (lamp_shadow.comp): which of its maps occlude part of their receivers and must be
+// tested per texel, and which occlude all of them. The result of a map's bounds (lamp_bounds.glsl) for the bounding box
+// of the receivers holds for every point in it. One thread per block.
 #include "lamps/lamp_maps.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 9) uniform sampler2D ground_place;
 layout(binding = 10) uniform sampler2D ground_normal;
-layout(std430, binding = 16) writeonly buffer Blocks { uvec2 blocks[]; };  // bits of maps: partly, wholly
+layout(std430, binding = 16) writeonly buffer Blocks { uvec2 blocks[]; };  // bit masks of maps: partly, fully occluding
 
-// 0: the map hides nothing of the box; 1: all of it; -1: it may.
+// 0: the map occludes nothing of the box; 1: all of it; -1: undecided.
 float box_hidden(LampMap m, vec3 low, vec3 high) {
   vec2 first = vec2(1e9), last = vec2(-1e9);
   float near = 1e9, far = 0.0;

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The same as live_object.comp where the objects' radiance depends on the view and was found pixel by pixel.
+// As live_object.comp, where the objects' radiance depends on the view and was computed per pixel.
 #include "common/frame.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Where indirect light alone changes: the factor by which it changes real surfaces, for one pixel of every pass_i.x along
-// each axis. It is smoother than the picture, whose own detail it multiplies. To the power of 1 / 2.4, for above its linear
-// part the sRGB curve is code = 1.055 x^(1/2.4) - 0.055, and a factor of x one of code + 0.055.
+// Where only indirect light changes: the factor of the real surfaces' radiance, for one of pass_i.x pixels along each
+// axis. It varies more slowly than the image, whose detail it multiplies. Stored to the power of 1 / 2.4: above its
+// linear part the sRGB curve is code = 1.055 x^(1/2.4) - 0.055, so a factor on x becomes a factor on code + 0.055.
 #include "screen/live_real.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"

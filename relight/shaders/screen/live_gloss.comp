@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The change of known glossy surfaces joins a live picture: what they show is not their own light times a factor, so it is
-// added, beside the objects. pass_i.x: pixels along each axis that one of live_gain stands for.
+// Adds the change of glossy surfaces of known material to the live frame: their reflection is not their own light times
+// a factor, so it is added like the objects' radiance. pass_i.x: pixels along each axis per value of live_gain.
 #include "common/frame.glsl"
 #include "common/material_mask.glsl"
 #include "common/half.glsl"

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Known glossy surfaces in a live picture: where they are, the change of their diffuse part, and what lamps send to the eye
-// by their mirror part, with and without the objects: share by share of a lamp, since what objects hide of it may be what the
-// surface mirrors most. The pictures that lamps have of shadows tell where to ask.
+// Glossy surfaces of known material in the live view: their position, the change of their diffuse part, and the light
+// of lamps by their specular part, with and without the objects. Evaluated per sample of a lamp, since the part that
+// objects occlude may be the part that the surface reflects most. The lamps' shadow images select where to test.
 #include "screen/live_real.glsl"
 #include "volume/cone.glsl"
 #include "screen/lamp_shadow.glsl"
@@ -12,10 +12,11 @@
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 23) uniform sampler2D radiance;
-layout(binding = 28) uniform sampler2D surfaces;  // depth along z and number + 1 of known surfaces
-layout(binding = 12, rgba32f) uniform writeonly image2D out_position;     // a: z in the camera, 0: unknown
-layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;       // a: in the delta's footprint, up to 1
-layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;       // a: number + 1 of a known surface, else 0
+layout(binding = 28) uniform sampler2D surfaces;  // depth along z and number + 1 of surfaces of known material
+layout(binding = 12, rgba32f) uniform writeonly image2D out_position;     // a: z in the camera frame, 0: unknown
+layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;       // a: influence mask, 0 to 1
+layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;       // a: number + 1 of a surface of known
+                                                                          // material, else 0
 layout(binding = 15, rgba16f) uniform writeonly image2D out_diffuse;      // change of radiance
 layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance
 layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;

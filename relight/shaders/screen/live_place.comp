@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Where the real surface is behind virtual objects, so that their samples can be told in front of it from behind.
+// Position of the real surface behind virtual objects, for the depth test of their samples.
 #include "screen/live_real.glsl"
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,15 +1,15 @@
-// The real surface that a pixel shows and how its light changes, where all that the change needs was gathered once for
-// the room. A Lambert surface sends out what it receives times ρ/π; `response` is ρ/π over the radiance that was measured
-// there, so the camera picture times 1 + response · change is the changed picture, with its own detail.
+// The real surface at a pixel and the change of its light, for the live setting, where all inputs of the change were
+// gathered once for the room. A Lambert surface reflects its irradiance times ρ/π; `response` is ρ/π over the radiance
+// measured there, so the camera image times 1 + response · change is the changed image, including its detail.
 #ifndef LIVE_REAL_GLSL
 #define LIVE_REAL_GLSL
 #include "screen/real_depth.glsl"
 #include "common/influence_mask.glsl"
 #include "screen/unoccluded_irradiance.glsl"
-layout(binding = 27) uniform sampler2D codes;    // of the camera, sRGB
+layout(binding = 27) uniform sampler2D codes;    // of the camera, 8-bit sRGB
 layout(binding = 20) uniform sampler3D real_response;    // times weight, weight
 layout(binding = 21) uniform sampler3D real_normal;      // and distance
-layout(binding = 22) uniform sampler3D real_irradiance;  // change of it, times weight, weight
+layout(binding = 22) uniform sampler3D real_irradiance;  // its change, times weight, weight
 
 vec3 normal_at(ivec2 at, vec3 p) {
   int c = in_cascade(0, p, 1.0) ? 0 : 1;
@@ -22,9 +22,9 @@ vec3 coded(ivec2 at) { return texelFetch(codes, at, 0).rgb; }
 
 struct LivePlace {
   vec3 p, n;    // tag frame; n 0: unknown
-  float z;      // in the camera, 0: unknown
+  float z;      // in the camera frame, 0: unknown
   int cascade;
-  bool inside;  // of the volumes
+  bool inside;  // inside the volumes
 };
 
 LivePlace live_place(ivec2 at) {
@@ -40,7 +40,7 @@ LivePlace live_place(ivec2 at) {
   float l = length(surface.xyz);
   vec3 n = surface.xyz / max(l, 1e-6);
   if (inside && l > 0.5) {
-    // The fused surface is less noisy than one picture's depth: move along the ray on to it.
+    // The fused surface is less noisy than a single depth image: move along the ray onto it.
     float slope = dot(n, w);
     if (measured && slope < -0.2 * length(w)) {
       float dz = clamp(-surface.a / slope, -frame.field.x, frame.field.x);
@@ -55,18 +55,18 @@ LivePlace live_place(ivec2 at) {
 
 struct LiveReal {
   vec3 p, n;      // tag frame; n 0: unknown
-  float slack;    // how exactly its place is known, m
+  float slack;    // uncertainty of its position, m
   vec3 response;  // 0: unknown
-  vec3 indirect;  // change of irradiance, fading out at the edge of the footprint
+  vec3 indirect;  // change of irradiance, fading out at the edge of the influence mask
 };
 
 LiveReal live_real(ivec2 at, vec3 code) {
   LivePlace q = live_place(at);
   vec4 k = real_at(real_response, q.cascade, q.p);
-  vec3 like = q.p;  // what color and change of light are known are of there
+  vec3 like = q.p;  // where known colour and change of light are looked up
   bool measured = texelFetch(depth, at, 0).x > 0.0;
   Plane plane = plane_beside(at, !measured || q.n == vec3(0) || q.inside && k.a <= 1e-3);
-  // Distances beside what is unknown can be anything: what is traced behind the plane lies in it.
+  // Distances next to unknown space are unreliable: a surface traced behind the plane is moved to the plane.
   vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);
   float there = measured ? 0.0 : on_plane(plane, w);
   bool guessed = there > 0.0 && (q.z == 0.0 || q.n == vec3(0) || there < q.z);
@@ -78,7 +78,7 @@ LiveReal live_real(ivec2 at, vec3 code) {
     k = real_at(real_response, q.cascade, like);
   }
   vec4 e = textureLod(real_irradiance, cascade_place(q.cascade, like, 1.0), 0.0);
-  // Beyond the volumes the light tells the response, from 1 / E there to what is known within.
+  // Outside the volumes the response is estimated from the light as 1 / E, blended to the known value inside.
   float within = edge_fade(q.p);
   vec3 response = k.a > 1e-3 ? within / k.a * k.rgb : vec3(0);
   if (within < 1.0) response += (1.0 - within) / max(open_irradiance(q.p, q.n), vec3(1e-6));

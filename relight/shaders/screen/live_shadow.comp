@@ -1,7 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The factor by which light changes on real surfaces where objects can stand before a lamp: for one pixel of every
-// pass_i.x along each axis.
+// Factor of the radiance of real surfaces where objects may occlude a lamp: for one of pass_i.x pixels along each axis.
 #include "screen/live_real.glsl"
 #include "screen/lamp_shadow.glsl"
 #include "common/half.glsl"

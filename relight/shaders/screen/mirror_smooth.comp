@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What reflect.comp found, filtered as far as the lobe blurs it anyhow: over two pixels to either side, less where what is
-// mirrored stands near to the surface or the surface is polished. Joint bilateral (Kopf et al. 2007), by the distance to
-// the pixel's tangent plane and the angle between normals; pixels that were left out take their neighbours' mean.
+// Filters the results of reflect.comp over no more than the blur of the lobe itself: two pixels to either side, fewer
+// where the reflected object is near the surface or the surface is polished. Joint bilateral (Kopf et al. 2007), by the
+// distance to the pixel's tangent plane and the angle between normals; untraced pixels take their neighbours' mean.
 #include "common/brdf.glsl"
 #include "screen/mirror_blur.glsl"
 #include "common/half.glsl"
@@ -17,7 +17,7 @@ layout(binding = 18, rgba16f) uniform writeonly image2D out_gained;
 layout(binding = 19, rgba16f) uniform writeonly image2D out_share;
 
 const int kWindow = 2;
-const float kWidest_px = 1.7;  // of the Gaussian, which has fallen to a quarter at the window's edge
+const float kWidest_px = 1.7;  // sigma of the Gaussian, which falls to a quarter at the window's edge
 const float kLeast_px = 0.3;
 
 void main() {

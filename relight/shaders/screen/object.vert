@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A virtual object seen by the camera.
+// Projects a virtual object into the camera view.
 #include "common/camera_vertex.glsl"
 layout(location = 0) in vec3 position_m;
 layout(location = 1) in vec3 normal;

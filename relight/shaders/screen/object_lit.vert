@@ -1,12 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A virtual object seen by the camera, with the light that object_light.comp found.
+// Projects a virtual object into the camera view, with the irradiance computed by object_light.comp.
 #include "common/camera_vertex.glsl"
 layout(location = 0) in vec3 position_m;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 texcoord;
 layout(location = 3) in vec3 color;
-layout(std430, binding = 2) readonly buffer Light { vec4 light[]; };  // irradiance of the front, then of the back
+layout(std430, binding = 2) readonly buffer Light { vec4 light[]; };  // irradiance of the front side, then of the back
+                                                                      // side
 layout(location = 0) out vec3 world;
 layout(location = 1) out vec3 world_normal;
 layout(location = 2) out vec2 uv;

@@ -1,4 +1,4 @@
-// The virtual surface that a pixel shows, as the passes that light it need it.
+// The virtual surface at a pixel, as used by the shading passes.
 #ifndef OBJECT_PIXEL_GLSL
 #define OBJECT_PIXEL_GLSL
 #include "volume/gather.glsl"
@@ -9,11 +9,11 @@ layout(binding = 14) uniform sampler2D object_surface;
 layout(binding = 15) uniform sampler2D rays;
 
 struct ObjectPixel {
-  vec3 p, n, v;  // place, normal, unit vector to the camera; tag frame
+  vec3 p, n, v;  // position, normal, unit vector to the camera; tag frame
   float metallic;
   Look look;
   bool mirror;
-  vec3 from_real, from_virtual;  // where cones start
+  vec3 from_real, from_virtual;  // origins of cones
 };
 
 ObjectPixel object_pixel(ivec2 at) {
@@ -32,7 +32,7 @@ ObjectPixel object_pixel(ivec2 at) {
   return o;
 }
 
-// What the mirror part shows, by cones along its lobe.
+// Radiance of the specular part, by cones along its lobe.
 vec3 mirrored(ObjectPixel o, float turn) {
   int count = frame.counts2.x;
   Cone k;
@@ -48,6 +48,6 @@ vec3 mirrored(ObjectPixel o, float turn) {
   return sum / float(count);
 }
 
-// Lobes from here on are traced as coarsely as the light of the hemisphere; sharper ones in every pixel.
+// Lobes of at least this width are traced at the resolution of the ambient light; sharper ones per pixel.
 const float kBroadLobe = 0.1;  // GGX alpha
 #endif

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The supersampled object buffer becomes one surface a pixel with its coverage, and what a second one looks like where an
-// edge runs through the pixel; samples behind real surfaces don't count.
+// Resolves the supersampled object buffer to one surface and its coverage per pixel, and a second surface where an edge
+// runs through the pixel; samples behind real surfaces are ignored.
 #include "common/frame.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
@@ -9,11 +9,12 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) uniform sampler2D sample_normal;
 layout(binding = 2) uniform sampler2D sample_base;
 layout(binding = 3) uniform sampler2D sample_depth;
-layout(binding = 4) uniform sampler2D real_position;                     // a: z in the camera, 0: unknown
+layout(binding = 4) uniform sampler2D real_position;                     // a: z in the camera frame, 0: unknown
 layout(binding = 12, rgba16f) uniform writeonly image2D object_normal;   // a: roughness
 layout(binding = 13, rgba16f) uniform writeonly image2D object_base;     // a: metallic
-layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, share of another surface
-layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that one's normal; z
+layout(binding = 14, rgba32f) uniform writeonly image2D object_surface;  // z, coverage, specular, fraction of another
+                                                                         // surface
+layout(binding = 15, rgba16f) uniform writeonly image2D object_other;    // that surface's normal; z
 
 const float kSameNormal = 0.8, kSameDepth = 0.02, kSameBase = 0.15;
 
@@ -33,9 +34,10 @@ void main() {
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
   int s = frame.picture.w;
   float real = texelFetch(real_position, at, 0).a;
-  // Contact: an object that stands on a real surface is not cut by that surface's own error.
+  // Contact tolerance: an object standing on a real surface must not be cut by that surface's depth error.
   float behind = real > 0.0 ? real + max(0.3 * frame.field.x, 0.003 * real) : 1e9;
-  // The first covered sample's surface, and all that is not of it; the larger of both is what the pixel shows.
+  // The samples are split in two: those of the first covered sample's surface, and the others; the larger group is the
+  // pixel's surface.
   Sum sums[2] = Sum[](Sum(vec4(0), vec4(0), 0.0, 0.0, 0), Sum(vec4(0), vec4(0), 0.0, 0.0, 0));
   vec3 first_normal = vec3(0), first_base = vec3(0);
   float first_z = 0.0;

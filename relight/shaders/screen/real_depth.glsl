@@ -1,8 +1,8 @@
-// Where the real surface is that a pixel shows, from the depth picture and the distance volumes.
+// Position of the real surface at a pixel, from the depth image and the distance volumes.
 #ifndef REAL_DEPTH_GLSL
 #define REAL_DEPTH_GLSL
 #include "volume/volume.glsl"
-layout(binding = 25) uniform sampler2D rays;   // x/z, y/z of every pixel
+layout(binding = 25) uniform sampler2D rays;   // x/z, y/z per pixel
 layout(binding = 26) uniform sampler2D depth;  // metres along z, 0: none
 
 vec3 camera_point(ivec2 at) {
@@ -11,7 +11,8 @@ vec3 camera_point(ivec2 at) {
   return vec3(ray * z, z);
 }
 
-// Plane through the depth a few pixels to either side, where that is one surface: for what the volumes don't reach.
+// Normal of a plane through the depth a few pixels to either side, if that is one surface: for points outside the
+// volumes.
 vec3 depth_normal(ivec2 at) {
   const int kApart_px = 4;
   ivec2 last = frame.picture.xy - 1;
@@ -31,7 +32,7 @@ float trace_volume(vec3 eye, vec3 w) {
   float l = length(w), least = 0.5 * frame.cascade[0].w;
   vec3 u = w / l;
   vec2 known = ray_box(eye, u, grid_low(frame.cascade[1]), cascade_high(1));
-  float t = max(known.x + frame.cascade[1].w, 0.0);  // distances begin half a voxel inside
+  float t = max(known.x + frame.cascade[1].w, 0.0);  // distances are valid from half a voxel inside
   for (int i = 0; i < 64 && t < known.y; ++i) {
     float d = real_distance(eye + t * u);
     if (d < 0.1 * least) return t / l;

@@ -1,14 +1,14 @@
-// The real surface that a pixel shows, from the light volumes, with the change of irradiance that their cells gathered:
-// one look-up each where the bricks (real_view_bricks.comp) take dozens. Coarser where the outer cascade is coarser than
-// the field. pass_f.x: least_codes of the footprint.
+// The real surface at a pixel from the light volumes, with the change of irradiance gathered in their cells: one
+// look-up each, where the bricks (real_view_bricks.comp) need dozens. Less detailed where the outer cascade is coarser
+// than the field. pass_f.x: min_code_change of the influence mask.
 #ifndef REAL_PIXEL_GLSL
 #define REAL_PIXEL_GLSL
 #include "screen/real_depth.glsl"
 #include "common/influence_mask.glsl"
 #include "screen/unoccluded_irradiance.glsl"
 #include "common/material_mask.glsl"
-layout(binding = 27) uniform sampler2D radiance; // the camera picture, linear
-layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
+layout(binding = 27) uniform sampler2D radiance; // the camera image, linear
+layout(binding = 28) uniform sampler2D surfaces; // depth along z and number + 1 of surfaces of known material
 layout(binding = 7) uniform sampler3D real_albedo_volume;
 layout(binding = 8) uniform sampler3D real_normal_volume;
 layout(binding = 9) uniform sampler3D real_irradiance;  // times weight, weight
@@ -24,9 +24,9 @@ vec3 coded(ivec2 at) { return pow(frame.camera.y * texelFetch(radiance, at, 0).r
 
 struct RealPixel {
   vec3 p, n;        // tag frame; n 0: unknown
-  float z;          // in the camera, < 0: a guess, 0: unknown
-  float footprint;  // up to 1: how far inside the delta's
-  vec4 albedo;      // a: number + 1 of a known surface, 0: solved, -1: unknown
+  float z;          // in the camera frame, < 0: estimated, 0: unknown
+  float footprint;  // influence mask, 0 to 1
+  vec4 albedo;      // a: number + 1 of a surface of known material, 0: solved, -1: unknown
   vec3 indirect;    // change of irradiance
 };
 
@@ -47,7 +47,7 @@ RealPixel real_pixel(ivec2 at) {
     float l = length(n);
     if (inside && l > 0.5) {
       n /= l;
-      // The fused surface is less noisy than one picture's depth: move along the ray on to it.
+      // The fused surface is less noisy than a single depth image: move along the ray onto it.
       float d = textureLod(real_distance_m, cascade_place(c, p, 0.5), 0.0).r, slope = dot(n, w);
       if (measured && slope < -0.2 * length(w)) {
         float dz = clamp(-d / slope, -frame.field.x, frame.field.x);
@@ -59,9 +59,9 @@ RealPixel real_pixel(ivec2 at) {
     }
     albedo = real_at(real_albedo_volume, c, p);
   }
-  vec3 like = p;  // what color and change of light are known are of there
+  vec3 like = p;  // where known colour and change of light are looked up
   Plane plane = plane_beside(at, !measured || n == vec3(0) || inside && albedo.a <= 1e-3);
-  // Distances beside what is unknown can be anything: what is traced behind the plane lies in it.
+  // Distances next to unknown space are unreliable: a surface traced behind the plane is moved to the plane.
   float there = measured ? 0.0 : on_plane(plane, w);
   bool guessed = there > 0.0 && (z == 0.0 || n == vec3(0) || there < z);
   if (plane.z > 0.0 && (guessed || n == vec3(0) || albedo.a <= 1e-3)) {
@@ -84,17 +84,17 @@ RealPixel real_pixel(ivec2 at) {
       float paper = paper_in_pixel(p, w, turn * vec3(right, 0.0), turn * vec3(down, 0.0));
       if (paper < 1.0) known = pack_known(floor(0.5 * surface.y), paper);
     }
-    // Blocks that no shadow can reach were not dispatched to the shadow pass: no need to ask again here.
+    // Blocks that no shadow can reach were not dispatched to the shadow pass, so no test is needed here.
     if (dot(n, n) > 0.0) footprint = max(indirect_footprint(p, n, b, known > 0.0), kShadowOnly);
     vec4 mean = real_at(real_radiance_volume, c, like);
     if (inside && albedo.a > 1e-3 && mean.a > 1e-3) {
-      // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
+      // Voxels are coarser than pixels: the image's detail modulates the fused mean.
       vec3 detail = clamp(b / max(mean.rgb / mean.a, vec3(1e-5)), vec3(0.2), vec3(4.0));
       albedo.rgb = min(albedo.rgb / albedo.a * detail, vec3(1));
     } else {
       albedo = vec4(0);
     }
-    // Beyond the volumes the light tells it.
+    // Outside the volumes estimated from the light.
     float within = edge_fade(p);
     if (within < 1.0 && dot(n, n) > 0.0) {
       albedo = vec4(mix(albedo_by_light(p, n, b), albedo.rgb, albedo.a > 0.0 ? within : 0.0), 1.0);

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What real surface every pixel shows: where, how turned, how coloured, and whether the objects can change its light.
+// The real surface at every pixel: position, normal, colour, and whether the objects can change its light.
 #include "common/bricks.glsl"
 #include "common/influence_mask.glsl"
 #include "common/material_mask.glsl"
@@ -8,13 +8,14 @@
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 1) uniform sampler2D rays;     // x/z, y/z of every pixel
+layout(binding = 1) uniform sampler2D rays;     // x/z, y/z per pixel
 layout(binding = 2) uniform sampler2D depth;    // metres along z, 0: none
-layout(binding = 3) uniform sampler2D radiance; // the camera picture, linear
-layout(binding = 4) uniform sampler2D surfaces; // depth along z and number + 1 of known surfaces
-layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, < 0: a guess, 0: unknown
-layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: in the delta's footprint, up to 1
-layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a known surface
+layout(binding = 3) uniform sampler2D radiance; // the camera image, linear
+layout(binding = 4) uniform sampler2D surfaces; // depth along z and number + 1 of surfaces of known material
+layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera frame, < 0: estimated, 0:
+                                                                       // unknown
+layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: influence mask, 0 to 1
+layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a surface of known material
 
 vec3 camera_point(ivec2 at) {
   vec2 ray = texelFetch(rays, at, 0).xy;
@@ -22,7 +23,7 @@ vec3 camera_point(ivec2 at) {
   return vec3(ray * z, z);
 }
 
-// Plane through the depth around a pixel, of what lies within 3 % of its depth.
+// Normal of a plane through the depth around a pixel, using neighbours within 3 % of its depth.
 vec3 depth_normal(ivec2 at) {
   vec3 p = camera_point(at), dx = vec3(0), dy = vec3(0);
   for (int j = -2; j <= 2; ++j) {
@@ -75,8 +76,8 @@ void main() {
   vec4 albedo = vec4(0);
   float footprint = 0.0;
   vec2 surface = texelFetch(surfaces, at, 0).xy;
-  // Seen from any side the objects fill this much of its light: pixels that stay below need no surface at all. Seen from
-  // a known glossy surface they fill more.
+  // Upper bound over all surface normals: pixels below the threshold need no surface at all. On glossy surfaces of
+  // known material the bound is higher.
   bool within = z > 0.0 && in_footprint(p, normalize(frame.sphere.xyz - p), b, surface.y > 0.0) > 0.0;
   if (within) {
     float d;
@@ -84,7 +85,7 @@ void main() {
     bool fused = field_distance(p, d) && abs(d) < 0.8 * frame.field.y && field_gradient(p, d, g);
     if (fused) {
       n = normalize(g);
-      // The fused surface is less noisy than one picture's depth: move along the ray on to it.
+      // The fused surface is less noisy than a single depth image: move along the ray onto it.
       float slope = dot(g, w);
       if (measured && slope < -0.2 * length(w)) {
         float dz = clamp(-d / slope, -frame.field.x, frame.field.x);
@@ -96,7 +97,7 @@ void main() {
     }
     albedo = field_albedo(p);
   }
-  vec3 like = p;  // what color is known is of there
+  vec3 like = p;  // where known colour is looked up
   bool guessed = !measured && (z == 0.0 || within && n == vec3(0));
   Plane plane = plane_beside(at, guessed || within && (n == vec3(0) || albedo.a == 0.0 && held(p)));
   if (plane.z > 0.0) {
@@ -123,16 +124,16 @@ void main() {
     if (footprint > 0.0) {
       vec4 mean = field_radiance(like);
       if (albedo.a > 0.0 && mean.a > 0.0) {
-        // Voxels are coarser than pixels: the picture's own detail rides on the fused mean.
+        // Voxels are coarser than pixels: the image's detail modulates the fused mean.
         vec3 detail = clamp(b / max(mean.rgb, vec3(1e-5)), vec3(0.2), vec3(4.0));
         albedo.rgb = min(albedo.rgb * detail, vec3(1));
-      } else if (!held(like)) {  // shadows are longer than what is held of the field
+      } else if (!held(like)) {  // shadows extend beyond the part of the field that is stored
         albedo = vec4(albedo_by_light(p, n, b), 1.0);
       }
     }
     albedo.a = known > 0.0 ? known : (albedo.a > 0.0 ? 0.0 : -1.0);
   }
-  imageStore(out_position, at, vec4(p, guessed ? -z : z));  // a guess hides no object
+  imageStore(out_position, at, vec4(p, guessed ? -z : z));  // an estimated surface occludes no object
   imageStore(out_normal, at, to_half(vec4(n, footprint)));
   imageStore(out_albedo, at, to_half(albedo));
 }

@@ -1,13 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The same as real_view_bricks.comp from the light volumes, and with the indirect change.
+// As real_view_bricks.comp, but from the light volumes, and with the indirect change.
 #include "screen/real_pixel.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera, 0: unknown
-layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: in the delta's footprint, up to 1
-layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a known surface
+layout(binding = 12, rgba32f) uniform writeonly image2D out_position;  // a: z in the camera frame, 0: unknown
+layout(binding = 13, rgba16f) uniform writeonly image2D out_normal;    // a: influence mask, 0 to 1
+layout(binding = 14, rgba16f) uniform writeonly image2D out_albedo;    // a: number + 1 of a surface of known material
 layout(binding = 15, rgba16f) uniform writeonly image2D out_indirect;
 
 void main() {

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Change of the mirror part on real surfaces whose material is known (thesis eq. 5.22, §5.4.2): what virtual surfaces
-// show in it, and which share of what was there they hide. Most of what a camera sees in a real mirror was never
-// reconstructed, so the share is taken off the camera picture itself.
+// Change of the specular part of real surfaces of known material (thesis eq. 5.22, §5.4.2): the reflection of virtual
+// surfaces, and the fraction of the previous reflection that they occlude. Most of what a camera sees in a real mirror
+// was never reconstructed, so the occluded fraction is subtracted from the camera image itself.
 #include "volume/cone.glsl"
 #include "screen/mirror_blur.glsl"
 #include "common/half.glsl"
@@ -16,11 +16,12 @@ layout(binding = 25) uniform sampler2D mirror_lost;
 layout(binding = 17) uniform sampler2D mirror_all;
 layout(binding = 26) uniform sampler2D radiance;
 layout(binding = 18, rgba16f) uniform writeonly image2D out_gained;  // radiance; a: 1 where traced
-layout(binding = 19, rgba16f) uniform writeonly image2D out_share;   // share of the camera picture that is hidden; a: as above
+layout(binding = 19, rgba16f) uniform writeonly image2D out_share;   // occluded fraction of the camera image; a: as
+                                                                     // above
 
-// Rows of pixels that one stands for, where the lobe blurs what it shows of the objects over many: the filter that
-// follows reaches over two rows. (Half rows would save nothing: software devices run eight pixels of a row together.)
-// Where it does so in whole blocks, one pixel of every pass_i.x along each axis is traced from the first.
+// Rows of pixels per sample, where the lobe blurs the objects' reflection over many pixels: the filter that follows
+// covers two rows. (Half rows would save nothing: software devices run eight pixels of a row together.) Where the blur
+// is wide in whole blocks, only one of pass_i.x pixels along each axis is traced.
 int rows_alike(float blur_px) { return blur_px > 6.0 ? 2 : 1; }
 
 void main() {
@@ -55,7 +56,7 @@ void main() {
     }
     out_g = vec4(gained, traced ? 1.0 : 0.0);
     vec3 share = clamp(lost / max(all, vec3(1e-6)), vec3(0), vec3(1));
-    // A metal shows its mirror part alone; of another surface's picture the mirror part is what was modelled.
+    // A metal has only the specular part; of another material's image, the modelled specular part is used.
     vec3 mirror_part = clamp(all / max(texelFetch(radiance, at, 0).rgb, vec3(1e-6)), vec3(0), vec3(1));
     out_s = vec4(share * mix(mirror_part, vec3(1), s.metallic_specular.x), out_g.a);
   }

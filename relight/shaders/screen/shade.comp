@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Radiance of the virtual objects (thesis eq. 5.23-5.25): lamps with GGX over Lambert, and what ambient.comp found,
-// upsampled between pixels of like depth and normal. pass_i.x: scale of that.
+// Radiance of the virtual objects (thesis eq. 5.23-5.25): lamps with GGX over Lambert, and the results of ambient.comp,
+// upsampled between pixels of similar depth and normal. pass_i.x: scale of these.
 #include "screen/object_pixel.glsl"
 #include "volume/mirror_lamp.glsl"
 #include "common/half.glsl"
@@ -23,7 +23,7 @@ Arriving arriving(ivec2 cell) {
                   texelFetch(open_lamps, cell + ivec2(0, textureSize(irradiance, 0).y), 0));
 }
 
-// Joint bilateral upsampling (Kopf et al. 2007) over the 3 × 3 cells around.
+// Joint bilateral upsampling (Kopf et al. 2007) from the surrounding 3 × 3 cells.
 Arriving upsample(ivec2 at, ObjectPixel o, float z) {
   int scale = frame.pass_i.x;
   Arriving sum = Arriving(vec3(0), vec3(0), vec4(0), vec4(0));

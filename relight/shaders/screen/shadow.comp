@@ -1,15 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Direct change T_delta_1 (thesis eq. 5.20): what lamps no longer bring to a real surface. Every lamp is a handful of
-// narrow shadow cones; light that a real surface blocks already is not taken twice. Where cells stand for blocks of pixels
-// they take every second share of a lamp in turn, like the fields of a chessboard: the filter that upsamples them weighs
-// both alike.
+// Direct change T_delta_1 (thesis eq. 5.20): light of lamps that a real surface loses. Every lamp is sampled by a few
+// narrow shadow cones; light that a real surface blocks already is not subtracted again. Where a cell represents a
+// block of pixels, cells use every second sample of a lamp in a checkerboard pattern: the upsampling filter weighs both
+// halves equally.
 #include "screen/shadow_cell.glsl"
 #include "lamps/lamp_maps.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;  // irradiance; which pixel of the block, plus 1; 0: none
+layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;  // irradiance; index of the represented pixel in the
+                                                                   // block, plus 1; 0: none
 
 vec3 lost_by_cones(Cone k, Lamp lamp, vec3 n, ivec2 cell) {
   vec3 lost = vec3(0);
@@ -26,7 +27,8 @@ vec3 lost_by_cones(Cone k, Lamp lamp, vec3 n, ivec2 cell) {
   return lost;
 }
 
-// Each map's share of the lamp is hidden by objects or is not; what real surfaces hide of the whole is hidden of each.
+// Each map's part of the lamp is occluded by objects or not; the fraction of the lamp that real surfaces occlude is
+// applied to each part.
 vec3 lost_by_maps(Cone k, Lamp lamp, int first, int count, vec3 n) {
   vec3 lost = vec3(0), p = k.from_virtual;
   for (int i = first; i < first + count; ++i) {

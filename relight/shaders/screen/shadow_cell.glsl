@@ -1,4 +1,4 @@
-// Cells of the shadow passes: blocks of pass_i.x × pass_i.x pixels that one pixel stands for.
+// Cells of the shadow passes: blocks of pass_i.x × pass_i.x pixels, each represented by one pixel.
 #ifndef SHADOW_CELL_GLSL
 #define SHADOW_CELL_GLSL
 #include "volume/cone.glsl"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The same as shadow.comp where the material of real surfaces is known: with the lamps' highlights on them, in every pixel.
-// pass_i.y: shares of a lamp's image in a mirror.
+// As shadow.comp where the material of real surfaces is known: includes the lamps' highlights, and runs at full
+// resolution. pass_i.y: samples of a lamp's image in a mirror.
 #include "screen/shadow_cell.glsl"
 #include "volume/mirror_lamp.glsl"
 #include "common/half.glsl"
@@ -10,8 +10,10 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 14) uniform sampler2D real_albedo;
 layout(binding = 16, rgba16f) uniform writeonly image2D out_lost;         // irradiance
-layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // radiance off known glossy surfaces
-layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // what lamps send there without objects
+layout(binding = 17, rgba16f) uniform writeonly image2D out_mirror_lost;  // specular radiance of glossy surfaces of
+                                                                          // known material
+layout(binding = 18, rgba16f) uniform writeonly image2D out_mirror_all;   // the same for all light of lamps, without
+                                                                          // objects
 
 void main() {
   ivec2 cell = tile_texel(), at;
@@ -39,7 +41,7 @@ void main() {
         k.tan_half = s.tan_half;
         float hidden = maps > 0 ? share_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
         if (hidden == 0.0 && !glossy) continue;
-        // Light reaches the body through its layer, and leaves through it again.
+        // Light passes the layer on its way to the body and back.
         vec3 under = glossy ? through(look, cosine) * through(look, dot(n, v)) : vec3(1);
         gone += s.irradiance * under * (cosine * hidden);
         if (glossy) {
@@ -48,7 +50,7 @@ void main() {
           mirror_sent += f;
         }
       }
-      // What real surfaces hide of the whole lamp is hidden of each share.
+      // The fraction of the lamp that real surfaces occlude is applied to each sample.
       vec3 to = lamp.position_radius.xyz - p;
       float far = length(to);
       k.w = to / far;

@@ -1,15 +1,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Where every lamp's light ends: the first real surface along its way, and which part of it passes other real surfaces
-// before. It depends on the room, the lamps and about where the objects are, not on how they stand.
+// Receivers of every lamp's light: the first real surface along its rays, and the fraction of the light that passes
+// other real surfaces before it. Depends on the room, the lamps and approximately on the objects' position, not on
+// their rotation.
 #include "volume/cone.glsl"
 #include "common/lamp.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-const float kNowhere = 1e4;  // depth where a lamp's light does not end
+const float kNowhere = 1e4;  // depth where a lamp's ray hits no surface
 layout(binding = 9) uniform sampler3D real_normal_volume;
-layout(binding = 16, rgba32f) uniform writeonly image2D out_place;   // tag frame; depth beyond the sphere's middle, or kNowhere
-layout(binding = 17, rgba16f) uniform writeonly image2D out_normal;  // share that passes
+layout(binding = 16, rgba32f) uniform writeonly image2D out_place;   // tag frame; depth beyond the sphere's centre, or
+                                                                     // kNowhere
+layout(binding = 17, rgba16f) uniform writeonly image2D out_normal;  // fraction that passes
 
 void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy);
@@ -29,7 +31,7 @@ void main() {
     hit = d < 0.1 * least;
     t += hit ? 0.0 : max(d, 0.5 * least);
   }
-  // Where nothing is known the light ends at the volumes' edge; what lies beyond takes the shadow from there.
+  // Without a known surface the ray ends at the volumes' border; points beyond use the shadow from there.
   vec3 p = from + (hit ? t : max(known.y, view.z_far.w)) * w, n = -w;
   if (hit) {
     vec3 normal = real_at(real_normal_volume, in_cascade(0, p, 1.0) ? 0 : 1, p).xyz;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Indirect change T_delta_2 (thesis eq. 5.21) as irradiance, at 1/scale of the picture and only inside the delta's
-// footprint. a: which pixel of the block it stands for, plus 1; 0: none.
+// Indirect change T_delta_2 (thesis eq. 5.21) as irradiance, at 1/scale of the image and only inside the influence
+// mask. a: index of the represented pixel in the block, plus 1; 0: none.
 #include "volume/gather.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
@@ -18,7 +18,7 @@ void main() {
   ivec2 at = tile_texel(), size = imageSize(out_change);
   if (any(greaterThanEqual(at, size))) return;
   vec4 result = vec4(0);
-  // From the block's middle on, the first pixel that the objects can change.
+  // The first pixel, starting at the block's centre, that the objects can change.
   for (int i = 0; i < scale * scale; ++i) {
     int j = (i + scale * (scale / 2) + scale / 2) % (scale * scale);
     ivec2 q = min(scale * at + ivec2(j % scale, j / scale), frame.picture.xy - 1);

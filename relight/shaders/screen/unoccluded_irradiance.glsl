@@ -1,10 +1,10 @@
-// What light falls on a real surface from which nothing hides the lamps and the sky. Where the albedo is not known, the
-// radiance b that the camera saw tells it: b = ρ/π E for a Lambert surface.
+// Irradiance of a real surface with unoccluded lamps and sky. Where the albedo is unknown it follows from the radiance
+// b that the camera measured: b = ρ/π E for a Lambert surface.
 #ifndef OPEN_LIGHT_GLSL
 #define OPEN_LIGHT_GLSL
 #include "common/lamp.glsl"
 
-// The lamps, and everything else by nine harmonics (Ramamoorthi & Hanrahan 2001, eq. 3, 7 and 8).
+// The lamps, and everything else by nine spherical harmonics (Ramamoorthi & Hanrahan 2001, eq. 3, 7 and 8).
 vec3 open_irradiance(vec3 p, vec3 n) {
   vec3 even = kPi * 0.282095 * frame.sh[0].rgb;
   vec3 slope = frame.sh[1].rgb * n.y + frame.sh[2].rgb * n.z + frame.sh[3].rgb * n.x;

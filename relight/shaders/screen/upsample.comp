@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Joint bilateral filter and upsampling (Kopf et al. 2007): traced values of pixels on the same surface, by the distance
-// to this pixel's tangent plane and the angle between normals. The window holds the whole pattern that neighbouring
-// pixels share, so the pattern does not show.
+// Joint bilateral filter and upsampling (Kopf et al. 2007): traced values of pixels on the same surface, weighted by
+// the distance to this pixel's tangent plane and the angle between normals. The window covers the whole sampling
+// pattern of neighbouring pixels, so the pattern is not visible.
 #include "common/frame.glsl"
 #include "common/half.glsl"
 #include "common/tiles.glsl"
@@ -26,7 +26,8 @@ void main() {
     float reach = frame.pass_f.x * float(scale);
     ivec2 middle = at / scale, size = textureSize(traced, 0);
     int window = frame.pass_i.x;
-    // In small windows mostly nothing changes. A loop that isn't entered costs nothing, unlike a branch.
+    // In small windows mostly nothing changes. A loop that is not entered costs nothing on software devices, unlike a
+    // branch.
     vec3 low = vec3(1e9), high = vec3(-1e9);
     for (int i = 0; i < (window == 1 ? 9 : 0); ++i) {
       ivec2 q = clamp(middle + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);

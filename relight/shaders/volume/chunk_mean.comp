@@ -1,13 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The next level of a hierarchy: the mean of eight, chunk by chunk, with what each copies of the next. Values are
-// premultiplied by their weight, so the mean of a signed change is filtered exactly as the radiance it changes.
-// pass_i: number of the level's first chunk, the level, kind of surface.
+// The next level of a hierarchy: the mean of eight texels, chunk by chunk, including each chunk's copies of its
+// neighbours' texels. Values are premultiplied by their weight, so the mean of a signed change is filtered exactly as
+// the radiance it changes. pass_i: number of the level's first chunk, the level, kind of surface.
 #include "volume/chunks.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 64) in;
 layout(binding = 1, rgba16f) uniform image3D pool;
-layout(std430, binding = 2) readonly buffer Places { uint places[]; };  // of chunk 1 and up: 5 bits of x, y, z; cascade
+layout(std430, binding = 2) readonly buffer Places { uint places[]; };  // of chunk 1 and up: 5 bits each of x, y, z;
+                                                                        // cascade
 
 void main() {
   uint number = uint(frame.pass_i.x) + gl_WorkGroupID.x, place = places[number - 1u];

@@ -1,4 +1,4 @@
-// Flat pieces of known real surfaces (relight/upload/mirrors.h). For passes that include volume.glsl.
+// Flat pieces of real surfaces with known material (relight/upload/mirrors.h). For passes that include volume.glsl.
 #ifndef MIRROR_GLSL
 #define MIRROR_GLSL
 #include "common/brdf.glsl"
@@ -8,7 +8,7 @@ Look mirror_look(Mirror m) {
   return look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
 }
 
-// Whether a point of the plane is on the piece. The tag's paper covers what it lies on.
+// Whether a point of the plane is on the piece. The tag's paper covers the surface below it.
 bool on_mirror(int i, vec3 p) {
   vec3 d = p - frame.mirrors[i].centre.xyz;
   vec2 q = vec2(dot(frame.mirrors[i].along.xyz, d), dot(frame.mirrors[i].across.xyz, d));
@@ -19,7 +19,7 @@ bool on_mirror(int i, vec3 p) {
   return covered && !on_tag && all(lessThan(abs(q), vec2(1.0)));
 }
 
-// Which piece, if any, a cone along w shows at a place of a real surface; -1: none.
+// Index of the piece that a cone along w hits at a point of a real surface; -1: none.
 int mirror_at(vec3 p, vec3 w, float within_m) {
   int found = -1;
   for (int i = 0; i < frame.mirror_counts.x; ++i) {
@@ -30,7 +30,7 @@ int mirror_at(vec3 p, vec3 w, float within_m) {
   return found;
 }
 
-// Where a cone goes on after a piece: the factor of the light that it meets there, its direction and aperture.
+// Continuation of a cone after reflection at a piece: the factor of the radiance it finds, its direction and aperture.
 struct Bend {
   vec3 factor, w;
   float tan_half, metallic;

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The fused field's distances resampled into both cascades: z runs through one, then the other.
+// Resamples the fused field's distances into both cascades, which are stacked along z.
 #include "common/bricks.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;

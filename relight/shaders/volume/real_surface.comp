@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What is known of the real surface in the listed voxels: measured radiance L_mu (which holds every bounce of the real
+// Properties of the real surface in the listed voxels: measured radiance L_mu (which contains all bounces of the real
 // room), albedo, normal.
 #include "common/bricks.glsl"
 #include "volume/chunks.glsl"
@@ -20,7 +20,8 @@ void main() {
     vec3 g;
     if (!field_distance(voxel.position, d) || !field_gradient(voxel.position, d, g)) continue;
     float slope = length(g);
-    d /= clamp(slope, 0.25, 1.25);  // fused distances run along rays of view; near the surface this undoes it
+    d /= clamp(slope, 0.25, 1.25);  // fused distances are measured along viewing rays; near the surface this converts
+                                    // them to Euclidean
     imageStore(distance_m, voxel.at, vec4(to_half(d)));
     float weight = max(0.0, 1.0 - abs(d) / voxel.edge);
     vec4 radiance = vec4(0), albedo = vec4(0), response = vec4(0);

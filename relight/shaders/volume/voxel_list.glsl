@@ -1,4 +1,4 @@
-// Voxels near surfaces, so that costly passes run over them alone. Their order differs from run to run; nothing depends
+// Voxels near surfaces, so that expensive passes run on these only. Their order varies between runs; no result depends
 // on it.
 #ifndef VOXEL_LIST_GLSL
 #define VOXEL_LIST_GLSL
@@ -10,7 +10,7 @@ layout(std430, binding = 28) buffer List {
 };
 
 struct Voxel {
-  ivec3 at;       // in a dense texture of both cascades
+  ivec3 at;       // in the dense texture of both cascades
   ivec3 place;    // in its own cascade
   int cascade;
   vec3 position;

@@ -1,11 +1,11 @@
-// A voxel that holds something of a surface, and the chunks that this asks for.
+// Marks a voxel that contains part of a surface, and the chunks that it needs.
 #ifndef VOXEL_MARK_GLSL
 #define VOXEL_MARK_GLSL
 #include "volume/chunks.glsl"
 #include "volume/voxel_list.glsl"
-layout(std430, binding = 33) writeonly buffer Marks { uint marks[]; };  // as the table of chunks; 1: one is asked for
+layout(std430, binding = 33) writeonly buffer Marks { uint marks[]; };  // same layout as the table of chunks; 1: needed
 
-// Filters reach a texel from the one below it. At level 0 voxels look at all those around them.
+// Filtering reads the neighbour below a texel. At level 0 voxels read all of their neighbours.
 void take_voxel(ivec3 at) {
   list_voxel(at);
   int n = frame.grid.x, c = at.z / n;
