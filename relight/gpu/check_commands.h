@@ -1,11 +1,11 @@
 #pragma once
-// Misuse that no device may accept, found before the driver sees it and said in the words of the shader's source.
-// All throw std::logic_error.
+// Detects misuse before the driver sees it, and reports it with the names of the shader's source. All throw
+// std::logic_error.
 #include "relight/gpu/shader_reflection.h"
 
 namespace lumigraft::relight::gpu {
 
-/// `desc` against what its shaders read and write.
+/// Checks `desc` against the shaders' inputs and outputs.
 void check_raster_desc(const std::string& shader, const ShaderInterface& interface, const RasterDesc& desc);
 
 void check_groups(const std::string& shader, const std::array<int, 3>& groups,

@@ -1,23 +1,23 @@
 #pragma once
-// The whole of what passes may ask of a GPU. Vulkan and OpenGL through EGL implement it; anything with compute, 3D
-// storage images and integer atomics can.
+// The GPU interface of all passes. Implemented by Vulkan and by OpenGL through EGL; requires compute, 3D storage images
+// and integer atomics.
 //
-// Shaders are named; their SPIR-V is built into the program. Every shader uses descriptor set 0 with explicit
-// bindings. Binding 0 is always the uniform block of the pass (std140, at most 4096 bytes, one struct from
+// Shaders are referred to by name; their SPIR-V is built into the program. Every shader uses descriptor set 0 with
+// explicit bindings. Binding 0 is always the uniform block of the pass (std140, at most 4096 bytes, one struct from
 // relight/shaders/common/interop.h shared by C++ and GLSL); the command list copies it at record time. Every slot that
-// a shader reads or writes wants a binding; one that it only declares (in a header) may be left out.
+// a shader reads or writes requires a binding; one that it only declares (in a header) may be left out.
 //
-// A CommandList records; submit() runs it once and waits. Between two commands everything written is visible to what
-// follows (the list puts the barriers), in any combination of storage, sampled, attachment and copy use. What a list
-// uses must live until it is submitted. Textures and buffers begin as zeros.
+// A CommandList records; submit() executes it once and waits. Every command sees all writes of the previous ones (the
+// list inserts the barriers), for any combination of storage, sampled, attachment and copy use. Resources used by a
+// list must live until it is submitted. Textures and buffers are initialized to zero.
 //
-// Which way is up: row 0 of a texture is the top of the picture, clip-space y = -1 (so a camera with x right, y down,
-// z forward needs no flip), gl_FragCoord.y = 0.5, texture coordinate v = 0. Clip-space depth runs from 0 (near) to w
-// (far). Front faces are counter-clockwise as seen in that picture. Texels come x fastest, then y, then z.
+// Orientation: row 0 of a texture is the top of the image, clip-space y = -1 (so a camera with x right, y down, z
+// forward needs no flip), gl_FragCoord.y = 0.5, texture coordinate v = 0. Clip-space depth runs from 0 (near) to w
+// (far). Front faces are counter-clockwise as seen in that image. Texels are ordered x fastest, then y, then z.
 //
-// Errors: device failures throw GpuError, DeviceLost where nothing but another device helps; misuse throws
-// std::logic_error that names the shader and the slot. What a lost device made may and must still be destroyed.
-// A device and what it made belong to one thread at a time.
+// Errors: device failures throw GpuError, or DeviceLost if only another device helps; misuse throws std::logic_error
+// that names the shader and the slot. Objects of a lost device may and must still be destroyed. A device and its
+// objects may be used by one thread at a time.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -38,7 +38,7 @@ class GpuError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The device hung, crashed or was removed, and everything that it held is gone.
+/// The device hung, crashed or was removed, and its contents are lost.
 class DeviceLost : public GpuError {
  public:
   using GpuError::GpuError;
@@ -57,7 +57,7 @@ enum class Format {
 };
 std::size_t bytes_per_texel(Format format);
 
-/// All clamp to the edge. nearest and linear take the nearest mip. r32_uint and depth32_float know nearest alone.
+/// All clamp to the edge. nearest and linear use the nearest mip. r32_uint and depth32_float support nearest only.
 enum class Filter { nearest, linear, linear_mip_linear };
 
 struct TextureDesc {
@@ -119,7 +119,8 @@ struct RasterDesc {
   int vertex_stride_bytes = 0;
   std::vector<VertexAttribute> attributes;
   std::vector<Format> color_formats;
-  bool depth_test = true;  ///< less-or-equal against depth32_float, written; draw() then wants a depth attachment
+  bool depth_test = true;  ///< less-or-equal against depth32_float, with writes; draw() then requires a depth
+                           ///< attachment
   bool cull_back = false;  ///< front faces are counter-clockwise
 };
 
@@ -129,8 +130,8 @@ struct Binding {
   int slot;  ///< layout(binding = slot), 1 and up
   const Texture* texture = nullptr;
   const Buffer* buffer = nullptr;
-  Filter filter = Filter::nearest;  ///< sampled
-  int mip = 0;                      ///< storage_image: the level written or read; sampled: the first level seen
+  Filter filter = Filter::nearest;  ///< if sampled
+  int mip = 0;                      ///< storage_image: the accessed level; sampled: the first visible level
 };
 Binding sampled(int slot, const Texture& texture, Filter filter = Filter::nearest);
 Binding image(int slot, const Texture& texture, int mip = 0);
@@ -150,8 +151,8 @@ struct Area {
 struct DrawCall {
   std::vector<Binding> bindings;
   std::span<const std::byte> params;  ///< copied at record time
-  const Buffer* vertices = nullptr;   ///< null where the pipeline has no attributes
-  const Buffer* indices = nullptr;    ///< 32-bit, triangles; null: index_count vertices in their order
+  const Buffer* vertices = nullptr;   ///< null if the pipeline has no attributes
+  const Buffer* indices = nullptr;    ///< 32-bit, triangles; null: index_count vertices in order
   std::uint32_t index_count = 0;
 };
 
@@ -163,11 +164,11 @@ struct PassTime {
 class CommandList {
  public:
   virtual ~CommandList() = default;
-  /// Starts a named span of time; it ends where the next one starts or the list ends.
+  /// Starts a named time span; it ends at the next one or at the end of the list.
   virtual void begin_pass(std::string_view name) = 0;
   virtual void dispatch(const ComputePipeline& pipeline, std::span<const Binding> bindings,
                         std::span<const std::byte> params, int groups_x, int groups_y = 1, int groups_z = 1) = 0;
-  /// `area`: what is cleared and drawn to; null: the whole targets.
+  /// `area`: the region cleared and drawn to; null: the whole targets.
   virtual void draw(const RasterPipeline& pipeline, std::span<const Attachment> colors, const Attachment* depth,
                     std::span<const DrawCall> calls, const Area* area = nullptr) = 0;
   virtual void fill(const Buffer& buffer, std::uint32_t value) = 0;
@@ -181,7 +182,7 @@ class Device {
   virtual const Holdings& holdings() const = 0;  ///< of textures and buffers
   virtual std::unique_ptr<Texture> create_texture(const TextureDesc& desc) = 0;
   virtual std::unique_ptr<Buffer> create_buffer(std::size_t size_bytes, std::string_view name) = 0;
-  /// The shader is compiled when the pipeline is first used: what the driver says against it is thrown there.
+  /// The shader is compiled at the pipeline's first use; the driver's errors are thrown there.
   virtual std::unique_ptr<ComputePipeline> create_compute(std::string_view shader) = 0;
   virtual std::unique_ptr<RasterPipeline> create_raster(const RasterDesc& desc) = 0;
 
@@ -193,41 +194,42 @@ class Device {
   virtual std::vector<std::byte> download(const Buffer& buffer) = 0;
 
   virtual std::unique_ptr<CommandList> begin() = 0;
-  virtual std::vector<PassTime> submit(CommandList& list) = 0;  ///< runs and waits
+  virtual std::vector<PassTime> submit(CommandList& list) = 0;  ///< executes and waits
 };
 
 /// A compiled shader, made by lumigraft_shaders() of cmake/Shaders.cmake.
 struct ShaderCode {
-  std::string_view name;  ///< the file's name without its folder, e.g. "cone_trace.comp"
+  std::string_view name;  ///< the file's name without its folder, e.g. "compose.comp"
   std::span<const std::uint32_t> spirv;
 };
 
 struct DeviceOptions {
-  bool validation = false;  ///< what the validation layer or debug output says is thrown as GpuError; for tests, slow
-  std::span<const ShaderCode> more_shaders = {};  ///< beside the product's own
+  bool validation = false;  ///< messages of the validation layer or debug output are thrown as GpuError; for tests,
+                            ///< slow
+  std::span<const ShaderCode> more_shaders = {};  ///< in addition to the product's own
 };
-/// Picks a discrete GPU, else an integrated one, else a software one; where the environment variable
-/// LUMIGRAFT_VULKAN_DEVICE is set, among those whose name contains it. Throws GpuError with the reason of every device
-/// that cannot be used.
+/// Selects a discrete GPU, else an integrated one, else a software one; if the environment variable
+/// LUMIGRAFT_VULKAN_DEVICE is set, among those whose name contains it. Throws GpuError with the reason for each
+/// rejection.
 std::unique_ptr<Device> create_vulkan_device(const DeviceOptions& options);
-/// The first hardware device of EGL, else a software one; where the environment variable LUMIGRAFT_EGL_DEVICE is set,
-/// among those whose name contains it. Throws GpuError with the reason of every device that cannot be used.
+/// The first hardware device of EGL, else a software one; if the environment variable LUMIGRAFT_EGL_DEVICE is set,
+/// among those whose name contains it. Throws GpuError with the reason for each rejection.
 std::unique_ptr<Device> create_egl_device(const DeviceOptions& options);
 
 /// best: a hardware GPU before software, then Vulkan before EGL.
 enum class Backend { best, vulkan, egl };
 std::string_view name_of(Backend backend);  ///< "best", "vulkan", "egl"
 std::optional<Backend> backend_named(std::string_view name);
-Backend best_backend();  ///< vulkan or egl; throws GpuError with the reason of every device that cannot be used
+Backend best_backend();  ///< vulkan or egl; throws GpuError with the reason for each rejected device
 std::unique_ptr<Device> create_device(Backend backend, const DeviceOptions& options);
 
 struct DeviceListing {
   Backend backend = Backend::best;
   std::string name;
   bool software = false;
-  std::string rejection_reason = {};  ///< empty: it can be used
+  std::string rejection_reason = {};  ///< empty: usable
 };
-/// Every device of this machine, and a line for each backend that has none. Never throws.
+/// Every device of this machine, and one entry for each backend without devices. Never throws.
 std::vector<DeviceListing> list_devices();
 
 /// The bytes of a uniform struct, for `params`.

@@ -1,5 +1,5 @@
 #pragma once
-// What every device knows about formats.
+// Properties of formats, for all devices.
 #include <string_view>
 
 #include "relight/gpu/device.h"
@@ -13,11 +13,11 @@ inline bool is_depth(Format format) { return format == Format::depth32_float; }
 inline bool is_integer(Format format) { return format == Format::r32_uint; }
 inline bool is_volume(const TextureDesc& desc) { return desc.volume || desc.depth > 1; }
 
-/// The edge of a mip level: half of the one before, rounded down, at least 1.
+/// Edge of a mip level: half of the previous, rounded down, at least 1.
 inline int mip_edge(int edge, int mip) { return (edge >> mip) > 0 ? edge >> mip : 1; }
 std::size_t mip_bytes(const TextureDesc& desc, int mip);
 
-/// Throws std::logic_error where no device could make such a texture.
+/// Throws std::logic_error if no device could create such a texture.
 void check_texture_desc(const TextureDesc& desc);
 
 }  // namespace lumigraft::relight::gpu

@@ -1,5 +1,5 @@
 #pragma once
-// What was asked of a device and is still held, in bytes of texels and buffers; devices may take more for alignment.
+// Accounts for device memory in use, in bytes of texels and buffers as requested; devices may use more for alignment.
 #include <cstddef>
 #include <map>
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace lumigraft::relight::gpu {
 
-/// Everything of one name.
+/// All resources of one name.
 struct Holding {
   std::string name;
   std::size_t count = 0, bytes = 0;
@@ -19,15 +19,15 @@ class Holdings {
   void remove(const std::string& name, std::size_t bytes);
 
   std::size_t bytes() const { return bytes_; }
-  std::size_t most_bytes() const { return most_bytes_; }  ///< that were ever held at a time
-  std::vector<Holding> list() const;                      ///< the largest first
+  std::size_t most_bytes() const { return most_bytes_; }  ///< maximum over time
+  std::vector<Holding> list() const;                      ///< largest first
 
  private:
   std::map<std::string, Holding> by_name_;
   std::size_t bytes_ = 0, most_bytes_ = 0;
 };
 
-/// "1234 MB", of 10⁶ bytes.
+/// "1234 MB", in units of 10⁶ bytes.
 std::string megabytes_text(std::size_t bytes);
 
 }  // namespace lumigraft::relight::gpu

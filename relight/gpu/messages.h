@@ -1,22 +1,22 @@
 #pragma once
-// What a driver or its validation layer says while it works, kept until someone can throw it.
+// Collects messages of a driver or its validation layer until they can be thrown.
 #include <mutex>
 #include <string>
 #include <vector>
 
 namespace lumigraft::relight::gpu {
 
-/// It may speak from any thread.
+/// Messages may arrive on any thread.
 class Messages {
  public:
   explicit Messages(std::string speaker) : speaker_(std::move(speaker)) {}
-  ~Messages();  ///< what nobody could throw any more goes to stderr
+  ~Messages();  ///< prints messages that were never thrown to stderr
   Messages(const Messages&) = delete;
   Messages& operator=(const Messages&) = delete;
 
   void add(std::string text);
-  std::string take();   ///< everything since the last call; empty: nothing was said
-  void throw_if_any();  ///< GpuError with the same
+  std::string take();   ///< all messages since the last call; empty: none
+  void throw_if_any();  ///< throws them as GpuError
 
  private:
   std::string speaker_;

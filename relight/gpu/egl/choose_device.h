@@ -1,23 +1,23 @@
 #pragma once
-// Which of the machine's EGL devices to use, and why not the others.
+// Selection among the machine's EGL devices, with the reason for each rejection.
 #include "relight/gpu/egl/context.h"
 
 namespace lumigraft::relight::gpu::egl {
 
-/// One way to a driver: an EGL device, or Mesa without a surface.
+/// An EGL device, or Mesa's surfaceless platform.
 struct Candidate {
   std::string name;
   EGLDisplay display = EGL_NO_DISPLAY;
   bool software = false;
 };
-/// Hardware before software. Throws GpuError where there are none.
+/// Hardware before software. Throws GpuError if there are none.
 std::vector<Candidate> find_candidates();
 
-/// Throws GpuError with the reason why it cannot be used.
+/// Throws GpuError with the reason if it cannot be used.
 std::unique_ptr<ContextHandle> open(const Candidate& candidate, bool validation);
 
-/// The first candidate that can be used; where the environment variable LUMIGRAFT_EGL_DEVICE is set, among those whose
-/// renderer's name contains it. Throws GpuError with the reason of every one that cannot.
+/// The first usable candidate; if the environment variable LUMIGRAFT_EGL_DEVICE is set, among those whose renderer's
+/// name contains it. Throws GpuError with the reason for each rejection.
 std::unique_ptr<ContextHandle> open_best(bool validation);
 
 }  // namespace lumigraft::relight::gpu::egl

@@ -1,5 +1,5 @@
 #pragma once
-// Keeps what is asked for and does it when it is submitted, with a full memory barrier before each command.
+// Stores the commands and executes them on submission, with a full memory barrier before each.
 #include <functional>
 
 #include "relight/gpu/egl/pipelines.h"
@@ -19,7 +19,7 @@ class EglCommandList final : public CommandList {
   void fill(const Buffer& buffer, std::uint32_t value) override;
   void clear(const Texture& texture, std::array<float, 4> value) override;
 
-  /// Does what was recorded, waits, and returns the times of the passes.
+  /// Executes the commands, waits, and returns the times of the passes.
   std::vector<PassTime> run();
   const Context* context() const { return context_.get(); }
 
@@ -27,8 +27,8 @@ class EglCommandList final : public CommandList {
   struct BoundUnit {
     Binding::Kind kind;
     GLuint unit, handle;
-    GLuint sampler;  ///< sampled
-    GLint level;     ///< storage_image, as are the next two
+    GLuint sampler;  ///< if sampled
+    GLint level;     ///< if storage_image, as are the next two
     GLboolean is_volume;
     GLenum internal_format;
   };
@@ -48,8 +48,8 @@ class EglCommandList final : public CommandList {
 
   std::shared_ptr<Context> context_;
   std::vector<std::function<void()>> commands_;
-  std::vector<std::byte> params_;    ///< the uniform blocks of all commands
-  std::vector<std::string> passes_;  ///< one timestamp each, and one at the end
+  std::vector<std::byte> params_;    ///< uniform blocks of all commands
+  std::vector<std::string> passes_;  ///< one timestamp per pass, and one at the end
   bool submitted_ = false;
 };
 

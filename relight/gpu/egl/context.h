@@ -1,9 +1,9 @@
 #pragma once
-// An OpenGL 4.5 context without a window, and what everything made from it shares. Textures, buffers, pipelines and
-// lists hold it by shared_ptr, so it goes last, whatever order they go in.
+// An OpenGL 4.5 context without a window, and the state shared by everything created from it. Textures, buffers,
+// pipelines and lists hold it by shared_ptr, so it is destroyed last.
 //
-// OpenGL knows one current context per thread. Whoever calls OpenGL holds a Current for as long; it is made current on
-// entry and left on exit, so the device may be used from another thread next time.
+// OpenGL has one current context per thread. Code that calls OpenGL holds a Current for that time; it makes the context
+// current and releases it at the end, so that the device may be used from another thread next time.
 #include <EGL/egl.h>
 #define GL_GLEXT_PROTOTYPES
 #include <GL/glcorearb.h>
@@ -19,10 +19,10 @@
 
 namespace lumigraft::relight::gpu::egl {
 
-/// Why the last EGL call of this thread failed.
+/// Reason of this thread's last failed EGL call.
 std::string egl_error_text();
 
-/// The EGL objects alone.
+/// The EGL objects only.
 struct ContextHandle {
   ContextHandle(EGLDisplay of_display, bool debug);  ///< throws GpuError with the reason
   ~ContextHandle();
@@ -33,11 +33,11 @@ struct ContextHandle {
   EGLContext context = EGL_NO_CONTEXT;
 };
 
-/// The context is current in this thread while this lives.
+/// Makes the context current in this thread during its lifetime.
 class Current {
  public:
-  explicit Current(const ContextHandle& handle);                  ///< throws DeviceLost where it cannot be
-  Current(const ContextHandle& handle, std::nothrow_t) noexcept;  ///< for destructors, which ask good()
+  explicit Current(const ContextHandle& handle);                  ///< throws DeviceLost on failure
+  Current(const ContextHandle& handle, std::nothrow_t) noexcept;  ///< for destructors, which check good()
   ~Current();
   Current(const Current&) = delete;
   Current& operator=(const Current&) = delete;
@@ -68,12 +68,13 @@ class Context {
   const Limits& limits() const { return limits_; }
   const std::shared_ptr<Holdings>& holdings() const { return holdings_; }
   GLuint sampler(Filter filter) const { return samplers_[static_cast<std::size_t>(filter)]; }
-  GLuint framebuffer() const { return framebuffer_; }  ///< the attachments of the draw that runs
-  GLuint params() const { return params_; }            ///< the uniform blocks of the list that runs
-  GLuint timestamp(std::size_t index);                 ///< a query, kept for the next list
+  GLuint framebuffer() const { return framebuffer_; }  ///< attachments of the current draw
+  GLuint params() const { return params_; }            ///< uniform blocks of the current list
+  GLuint timestamp(std::size_t index);                 ///< a query object, reused by later lists
 
   Current enter() const { return Current(*handle_); }
-  /// Throws GpuError where OpenGL or its debug output has complained since the last call, DeviceLost where it is gone.
+  /// Throws GpuError if OpenGL or its debug output has reported an error since the last call, DeviceLost if the context
+  /// is lost.
   void check(const std::string& doing);
 
  private:

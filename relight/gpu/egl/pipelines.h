@@ -1,5 +1,5 @@
 #pragma once
-// Programs, linked from the GLSL that the shaders' SPIR-V became.
+// Programs, linked from GLSL that was converted from the shaders' SPIR-V.
 #include <map>
 
 #include "relight/gpu/egl/context.h"
@@ -7,28 +7,28 @@
 
 namespace lumigraft::relight::gpu::egl {
 
-/// The OpenGL objects of either kind of pipeline.
+/// OpenGL objects of a compute or raster pipeline.
 struct PipelineObjects {
   explicit PipelineObjects(std::shared_ptr<Context> context_of_all) : context(std::move(context_of_all)) {}
   ~PipelineObjects();
   PipelineObjects(const PipelineObjects&) = delete;
   PipelineObjects& operator=(const PipelineObjects&) = delete;
 
-  /// Wants a Current and the interface. Throws GpuError with what the driver says; nothing is linked then.
+  /// Requires a Current and the interface. Throws GpuError with the driver's message, without leaving a program linked.
   void link(std::span<const std::pair<GLenum, const ShaderCode*>> stages);
 
   std::shared_ptr<Context> context;
-  std::string name;  ///< of the shader or shaders, for messages
+  std::string name;  ///< of the shader or shaders, for error messages
   ShaderInterface interface;
-  std::map<int, int> units;  ///< by slot, of the kind of the slot
+  std::map<int, int> units;  ///< by slot, per kind of slot
   GLuint program = 0;
-  GLuint vertex_array = 0;  ///< raster alone
+  GLuint vertex_array = 0;  ///< raster only
 };
 
 class EglCompute final : public ComputePipeline {
  public:
   EglCompute(std::shared_ptr<Context> context, const ShaderCode& shader);
-  /// Compiles the shader when it is first asked for: many passes are made of which a plan runs a few.
+  /// Compiles the shader at its first use: a plan runs only a few of the passes that are created.
   const PipelineObjects& objects() const;
 
  private:

@@ -4,7 +4,7 @@
 
 namespace lumigraft::relight::gpu::egl {
 
-/// How OpenGL names a format: as it is stored, and as texels travel to and from it.
+/// OpenGL's names of a format: internal format, and format and type of transferred texels.
 struct GlFormat {
   GLenum internal, layout, type;
 };
@@ -17,7 +17,7 @@ class EglTexture final : public Texture {
 
   const Context* context() const { return context_.get(); }
   GLuint handle() const { return handle_; }
-  /// The levels from `mip` on as a texture of their own. Wants a Current.
+  /// A texture view of the levels from `mip` on. Requires a Current.
   GLuint view_from(int mip) const;
 
   void clear(const std::array<float, 4>& value) const;
@@ -30,7 +30,7 @@ class EglTexture final : public Texture {
 
   std::shared_ptr<Context> context_;
   GLuint handle_ = 0;
-  mutable std::vector<GLuint> views_;  ///< by first level, made when first asked for
+  mutable std::vector<GLuint> views_;  ///< by first level, created on first use
 };
 
 class EglBuffer final : public Buffer {
@@ -49,7 +49,7 @@ class EglBuffer final : public Buffer {
   GLuint handle_ = 0;
 };
 
-/// The OpenGL object behind what a caller passed. Throws std::logic_error where it belongs to another device.
+/// The OpenGL object of a caller's resource. Throws std::logic_error if it belongs to another device.
 const EglTexture& own(const Texture& texture, const Context& context);
 const EglBuffer& own(const Buffer& buffer, const Context& context);
 

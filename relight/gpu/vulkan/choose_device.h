@@ -1,5 +1,5 @@
 #pragma once
-// Which of the machine's devices to use, and why not the others.
+// Selection among the machine's Vulkan devices, with the reason for each rejection.
 #include "relight/gpu/vulkan/context.h"
 
 namespace lumigraft::relight::gpu::vulkan {
@@ -8,9 +8,9 @@ struct Candidate {
   VkPhysicalDevice physical = VK_NULL_HANDLE;
   std::string name;
   VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
-  std::string rejection_reason;  ///< empty: it can be used
+  std::string rejection_reason;  ///< empty: usable
 };
-/// Discrete GPUs first, software last. Throws GpuError where there are none.
+/// Discrete GPUs first, software last. Throws GpuError if there are none.
 std::vector<Candidate> find_candidates(const Instance& instance);
 
 struct Choice {

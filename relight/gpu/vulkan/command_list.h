@@ -1,6 +1,6 @@
 #pragma once
-// Records commands with a full memory barrier before each: what runs here is a chain of passes of which each reads what
-// the one before wrote, so finer barriers would gain little.
+// Records commands with a full memory barrier before each: each pass reads the results of the previous one, so finer
+// barriers would gain little.
 #include "relight/gpu/vulkan/pipelines.h"
 #include "relight/gpu/vulkan/recording.h"
 #include "relight/gpu/vulkan/resources.h"
@@ -19,7 +19,7 @@ class VulkanCommandList final : public CommandList {
   void fill(const Buffer& buffer, std::uint32_t value) override;
   void clear(const Texture& texture, std::array<float, 4> value) override;
 
-  /// Runs what was recorded, waits, and returns the times of the passes.
+  /// Executes the commands, waits, and returns the times of the passes.
   std::vector<PassTime> run();
   const Context* context() const { return context_.get(); }
 
@@ -31,7 +31,7 @@ class VulkanCommandList final : public CommandList {
 
   std::shared_ptr<Context> context_;
   RecordingLease recording_;
-  std::vector<std::string> passes_;  ///< one timestamp each, and one at the end
+  std::vector<std::string> passes_;  ///< one timestamp per pass, and one at the end
   bool submitted_ = false;
 };
 

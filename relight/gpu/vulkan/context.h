@@ -1,6 +1,6 @@
 #pragma once
-// The Vulkan device and what everything made from it shares. Textures, buffers, pipelines and lists hold it by
-// shared_ptr, so it goes last, whatever order they go in.
+// The Vulkan device and the state shared by everything created from it. Textures, buffers, pipelines and lists hold it
+// by shared_ptr, so it is destroyed last.
 #include <vulkan/vulkan.h>
 
 #include <array>
@@ -19,7 +19,7 @@ void check(VkResult result, const std::string& doing);
 
 std::string no_driver_text();
 
-/// A Vulkan instance, with the validation layer where asked for.
+/// A Vulkan instance, with the validation layer on request.
 struct Instance {
   explicit Instance(bool validation);
   ~Instance();
@@ -34,11 +34,11 @@ struct Instance {
 
 struct Memory {
   VkDeviceMemory handle = VK_NULL_HANDLE;
-  std::byte* mapped = nullptr;  ///< where the host can write it
+  std::byte* mapped = nullptr;  ///< null unless host visible
 };
 enum class MemoryUse { device, to_device, from_device };
 
-/// A buffer the host writes or reads.
+/// A buffer that the host writes or reads.
 struct HostBuffer {
   VkBuffer handle = VK_NULL_HANDLE;
   Memory memory;
@@ -64,20 +64,20 @@ class Context {
   Messages& messages() { return instance_->messages; }
   const std::shared_ptr<Holdings>& holdings() const { return holdings_; }
 
-  /// One allocation per resource: there are some hundred of them, and 4096 is the least any device allows.
+  /// One allocation per resource: there are a few hundred, and every device allows at least 4096.
   Memory allocate(const VkMemoryRequirements& needs, MemoryUse use, const std::string& what);
   /// Whether 2D textures with rows in order may be made of memory that is the device's own and the host can write.
   bool host_writes_textures(VkFormat format, VkImageUsageFlags usage, const VkExtent3D& extent) const;
   HostBuffer create_host_buffer(std::size_t size_bytes, VkBufferUsageFlags usage, MemoryUse use);
   void destroy(HostBuffer& buffer);
-  /// Staging memory of at least that size, kept for the next transfer in the same direction.
+  /// Staging memory of at least that size, reused for the next transfer in the same direction.
   const HostBuffer& staging(std::size_t size_bytes, MemoryUse direction);
 
   void run_and_wait(VkCommandBuffer commands, const std::string& doing);
   void run_once(const std::string& doing, const std::function<void(VkCommandBuffer)>& record);
   void set_name(VkObjectType type, std::uint64_t handle, const std::string& name);
 
-  /// Pools of command lists that are gone, for the next ones.
+  /// Recordings of destroyed command lists, for reuse.
   std::vector<std::unique_ptr<Recording>> spare_recordings;
 
  private:
@@ -101,7 +101,7 @@ class Context {
   PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
 };
 
-/// Everything written before is visible to everything after: to later commands, or to the host too.
+/// Makes all previous writes visible to later commands, or also to the host.
 void full_barrier(VkCommandBuffer commands, bool to_host = false);
 
 }  // namespace lumigraft::relight::gpu::vulkan

@@ -1,11 +1,11 @@
 #pragma once
-// Pipelines whose layouts come from their shaders.
+// Pipelines with layouts derived from their shaders.
 #include "relight/gpu/shader_reflection.h"
 #include "relight/gpu/vulkan/context.h"
 
 namespace lumigraft::relight::gpu::vulkan {
 
-/// The Vulkan objects of either kind of pipeline.
+/// Vulkan objects of a compute or raster pipeline.
 struct PipelineObjects {
   explicit PipelineObjects(std::shared_ptr<Context> context_of_all) : context(std::move(context_of_all)) {}
   ~PipelineObjects();
@@ -15,7 +15,7 @@ struct PipelineObjects {
   void create_layout(VkShaderStageFlags stages);
 
   std::shared_ptr<Context> context;
-  std::string name;  ///< of the shader or shaders, for messages
+  std::string name;  ///< of the shader or shaders, for error messages
   ShaderInterface interface;
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
   VkPipelineLayout layout = VK_NULL_HANDLE;
@@ -25,7 +25,7 @@ struct PipelineObjects {
 class VulkanCompute final : public ComputePipeline {
  public:
   VulkanCompute(std::shared_ptr<Context> context, const ShaderCode& shader);
-  /// Compiles the shader when it is first asked for: many passes are made of which a plan runs a few.
+  /// Compiles the shader at its first use: a plan runs only a few of the passes that are created.
   const PipelineObjects& objects() const;
 
  private:

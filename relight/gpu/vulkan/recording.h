@@ -1,6 +1,6 @@
 #pragma once
-// What one command list records into: a command buffer, descriptor sets, the bytes of uniform blocks, timestamps.
-// Grows as needed, and is used again by later lists.
+// Resources of one command list: command buffer, descriptor sets, uniform memory, timestamps. Grows as needed, and is
+// reused by later lists.
 #include "relight/gpu/vulkan/context.h"
 
 namespace lumigraft::relight::gpu::vulkan {
@@ -13,9 +13,9 @@ struct Recording {
 
   void begin();
   VkDescriptorSet allocate_set(VkDescriptorSetLayout layout);
-  /// Copies `bytes` where shaders can read them; the range is padded to `padded_bytes`.
+  /// Copies `bytes` to memory that shaders can read; the range is padded to `padded_bytes`.
   VkDescriptorBufferInfo copy_params(std::span<const std::byte> bytes, std::size_t padded_bytes);
-  /// Writes the device's time when all commands so far are done; returns the index of the timestamp.
+  /// Writes the device's time after completion of all previous commands; returns the index of the timestamp.
   int write_timestamp();
   std::vector<std::uint64_t> read_timestamps();
 
@@ -34,7 +34,7 @@ struct Recording {
   int timestamps_ = 0;
 };
 
-/// Returns its pools to the context when it goes.
+/// Returns the recording to the context on destruction.
 class RecordingLease {
  public:
   explicit RecordingLease(std::shared_ptr<Context> context);

@@ -1,6 +1,6 @@
 #pragma once
-// Textures and buffers. Every image stays in VK_IMAGE_LAYOUT_GENERAL from its creation on: any use may follow any other
-// with a memory barrier alone.
+// Textures and buffers. Every image stays in VK_IMAGE_LAYOUT_GENERAL after its creation: a memory barrier suffices
+// between any two uses.
 #include "relight/gpu/vulkan/context.h"
 
 namespace lumigraft::relight::gpu::vulkan {
@@ -45,7 +45,7 @@ class VulkanBuffer final : public Buffer {
 
   const Context* context() const { return context_.get(); }
   VkBuffer handle() const { return buffer_; }
-  std::byte* mapped() const { return memory_.mapped; }  ///< null where only the device can write it
+  std::byte* mapped() const { return memory_.mapped; }  ///< null: only the device can write it
 
  private:
   void create();
@@ -56,7 +56,7 @@ class VulkanBuffer final : public Buffer {
   Memory memory_;
 };
 
-/// The Vulkan object behind what a caller passed. Throws std::logic_error where it belongs to another device.
+/// The Vulkan object of a caller's resource. Throws std::logic_error if it belongs to another device.
 const VulkanTexture& own(const Texture& texture, const Context& context);
 const VulkanBuffer& own(const Buffer& buffer, const Context& context);
 

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Area of one virtual object's surface in the voxels in front of it, split as the light on it is split, so that their
-// ratio is the surface's radiosity whatever its curvature. pass_m: T_tag_model; pass_f.x: areas per m² of the model
-// become fixed-point units of voxel faces; pass_i.x: number of samples.
+// Area of a virtual object's surface in the voxels in front of it, split like the light on it, so that their ratio is
+// the surface's radiosity at any curvature. pass_m: T_tag_model; pass_f.x: factor from m² in the model's frame to
+// fixed-point units of voxel faces; pass_i.x: number of samples.
 #include "volume/volume.glsl"
 #include "volume/splat.glsl"
 layout(local_size_x = 64) in;
@@ -14,7 +14,7 @@ void main() {
     vec3 p = (frame.pass_m * vec4(samples[2u * i].xyz, 1.0)).xyz;
     vec3 n = normalize(mat3(frame.pass_m) * samples[2u * i + 1u].xyz);
     float m2 = samples[2u * i].w * frame.pass_f.x;
-    // A shell has light on both sides, a solid only in front; what lies inside another object has none.
+    // A shell has light on both sides, a solid only in front; surfaces inside another object have none.
     for (int side = -1; side <= 1; side += 2) {
       if (virtual_distance(p + 0.75 * float(side) * frame.virtual_grid.w * n) <= 0.0) continue;
       for (int c = 0; c < kCascades; ++c) {

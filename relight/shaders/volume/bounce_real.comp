@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Change of the irradiance on real surfaces (thesis eq. 3.13, 5.21), gathered from the volumes as they are, once in every
-// listed cell. It does not depend on the view, and varies over a cell as little as the voxels that it is gathered from.
+// Change of irradiance on real surfaces (thesis eq. 3.13, 5.21), gathered from the current volumes, once per listed
+// cell. Independent of the view; varies over a cell as little as the voxels that it is gathered from.
 #include "volume/gather.glsl"
 #include "volume/cells.glsl"
 #include "volume/cell_surface.glsl"
@@ -20,7 +20,7 @@ void main() {
     vec3 gained, lost;
     gather_delta(on, off, n, frame.counts.y, cell_turn(at), gained, lost);
     vec3 e = gained - lost + gather_change(off, on, n, frame.pass_i.x, cell_turn(at));
-    // What lamps no longer bring by way of mirrors, as long as it is other surfaces that want to know.
+    // Light of lamps lost by way of mirrors, if the result is used by other surfaces.
     Cone k;
     k.from_virtual = on;
     k.from_real = off;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // One more bounce (thesis eq. 3.13): virtual surfaces in the listed voxels gather the changed scene and the environment
-// from the volumes as they are.
+// from the current volumes.
 #include "volume/gather.glsl"
 #include "volume/mirror_lamp.glsl"
 #include "volume/voxel_list.glsl"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Lists the cells that hold real surface and lie near enough for the objects to change its light: they fill more than
-// pass_f.x of the hemisphere there.
+// Lists the cells with real surface that are near enough to the objects for their light to change: the objects cover
+// more than the fraction pass_f.x of the hemisphere there.
 #include "volume/chunks.glsl"
 #include "volume/cells.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Takes the noise of few cones out of the cells' irradiance: each becomes a mean with those around it whose surface faces
-// the same way. Cells beside objects, where light changes from one to the next, keep their own.
+// Reduces the noise of few cones in the cells' irradiance: each cell is averaged with its neighbours whose surface has
+// a similar normal. Cells near objects, where light varies from cell to cell, keep their value.
 #include "volume/volume.glsl"
 #include "volume/cells.glsl"
 #include "common/slice.glsl"
@@ -11,8 +11,9 @@ layout(binding = 7) uniform sampler3D real_normal;
 layout(binding = 8, rgba16f) uniform readonly image3D rough;  // times weight, weight
 layout(binding = 18, rgba16f) uniform writeonly image3D irradiance;
 
-const float kOwn = 1.0, kAllAround = 3.0;  // cells from the objects
-const float kNarrow = 0.6;                 // weight of a neighbour; that of two steps is its square
+const float kOwn = 1.0, kAllAround = 3.0;  // distance from the objects in cells: below the first a cell keeps its own
+                                           // value, above the second it takes the full mean
+const float kNarrow = 0.6;                 // weight of a neighbour; two steps away its square
 
 vec3 normal_of(ivec3 at, int cells) {
   int c = at.z / cells;

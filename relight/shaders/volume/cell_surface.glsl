@@ -7,7 +7,7 @@ layout(binding = 26, rgba16f) uniform readonly image3D normal_real;
 
 struct CellSurface {
   vec3 p, n;     // on the surface, tag frame
-  float weight;  // how much of it the cell holds, at most 1; 0: no normal is known
+  float weight;  // amount of surface in the cell, at most 1; 0: unknown normal
 };
 
 CellSurface cell_surface(ivec3 at) {

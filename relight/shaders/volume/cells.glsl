@@ -1,4 +1,4 @@
-// Cells of 2³ voxels that hold real surface, so that what varies slowly over it is gathered once a cell.
+// Cells of 2³ voxels that contain real surface: quantities that vary slowly over it are gathered once per cell.
 #ifndef CELLS_GLSL
 #define CELLS_GLSL
 #include "common/frame.glsl"

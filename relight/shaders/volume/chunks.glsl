@@ -1,7 +1,7 @@
-// Storage that follows surfaces: what the volumes hold of them lies in chunks of 8³ texels, of every level of a hierarchy,
-// that exist where a surface comes near. A table says which chunk is where; chunks lie in a texture, a pool, in which each
-// has one more texel along every axis, a copy of what the next chunk begins with, so that the device filters within one.
-// Chunk 0 holds nothing and stands for all that do not exist. Real and virtual surfaces have chunks of their own.
+// Sparse storage near surfaces: chunks of 8³ texels, at every level of a hierarchy, allocated where there is a surface
+// nearby. A table maps positions to chunks; chunks are stored in a texture, the pool, each with one more texel along
+// every axis that copies the next chunk's first, so that hardware filtering works inside one chunk. Chunk 0 is empty
+// and represents all unallocated ones. Real and virtual surfaces have separate chunks.
 #ifndef CHUNKS_GLSL
 #define CHUNKS_GLSL
 #include "common/frame.glsl"
@@ -10,8 +10,8 @@ layout(std430, binding = 32) readonly buffer ChunkTable { uint chunk_table[]; };
 
 const int kReal = 0, kVirtual = 1;
 
-// In the table of one kind: level by level, then cascade by cascade, x fastest. Levels of 2^k texels along the edge sum up
-// as a geometric series.
+// Index into the table of one kind: ordered by level, then cascade, x fastest. The number of chunks of the levels,
+// which have 2^k along the edge, is a geometric series.
 int chunk_place(int c, int level, ivec3 chunk) {
   int q = frame.grid.x >> 2, r = q >> level, e = max(r >> 1, 1);
   return 2 * (q * q * q - r * r * r) / 7 + chunk.x + e * (chunk.y + e * (chunk.z + e * c));
@@ -25,7 +25,7 @@ ivec3 chunk_texel(uint number) {
   return (kChunkEdge + 1) * ivec3(number % row, number / row % row, number / (row * row));
 }
 
-// Of level 0: a voxel's texel in a pool, and its place in buffers of 8³ values a chunk.
+// At level 0: a voxel's texel in a pool, and its index in buffers of 8³ values per chunk.
 ivec3 voxel_texel(int kind, int c, ivec3 voxel) {
   return chunk_texel(chunk_at(kind, c, 0, voxel >> 3)) + (voxel & 7);
 }
@@ -33,7 +33,7 @@ uint voxel_value(int kind, int c, ivec3 voxel) {
   ivec3 at = voxel & 7;
   return chunk_at(kind, c, 0, voxel >> 3) * 512u + uint(at.x + 8 * (at.y + 8 * at.z));
 }
-// The texels that are to be written for a voxel: i = 0 is its own, others are copies in chunks below; x < 0: there is none.
+// The texels to write for a voxel: i = 0 is its own, the others are copies in the preceding chunks; x < 0: none.
 const int kMostCopies = 8;
 ivec3 voxel_copy(int kind, int c, ivec3 voxel, int i) {
   ivec3 o = ivec3(i & 1, i >> 1 & 1, i >> 2), at = voxel & 7, chunk = (voxel >> 3) - o;
@@ -42,7 +42,8 @@ ivec3 voxel_copy(int kind, int c, ivec3 voxel, int i) {
   return number == 0u ? ivec3(-1) : chunk_texel(number) + at + 8 * o;
 }
 
-// Linear between the texels of a level. `v` in voxels from the cascade's corner, half a texel or more inside.
+// Linear interpolation between the texels of a level. `v` in voxels from the cascade's corner, at least half a texel
+// inside.
 vec4 chunk_linear(sampler3D pool, int kind, int c, vec3 v, int level) {
   vec3 g = v * exp2(-float(level)) - 0.5;
   ivec3 chunk = ivec3(g) >> 3;

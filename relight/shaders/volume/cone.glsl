@@ -1,16 +1,19 @@
 // The cone operators of the delta radiance field (thesis §5.4.1, eq. 5.18-5.19; delta formalism §3.2-3.4).
 //
-// One march carries two hidden fractions of the cone: m_v by virtual surfaces, m_r by real ones. The radiance of the
-// changed scene is  sum (1 - m_r) dm_v L_virtual + (1 - m_v) dm_r (L_mu + L_delta) + (1 - m_v)(1 - m_r) L_env,  that of
-// the real scene the same with m_v = 0. Their difference needs no second march: it is zero until the cone meets
-// something virtual; there antiradiance starts (eq. 3.14) and goes on through the real scene alone (eq. 3.15).
+// One march carries two occluded fractions of the cone: m_v by virtual surfaces, m_r by real ones. The radiance of the
+// changed scene is
 //
-// Hidden fraction at one place: the part of the cone's disk behind a straight edge at the signed distance d,
-// and along the way its greatest value, not the product of all: a silhouette that hides 30 % of the cone at every step
-// hides 30 % in all. A product would shut cones that only graze an edge.
+//   sum (1 - m_r) dm_v L_virtual + (1 - m_v) dm_r (L_mu + L_delta) + (1 - m_v)(1 - m_r) L_env,
 //
-// The march looks up distances alone; radiance is looked up once, at the step that hid most. (Software devices run every
-// branch of every step.)
+// that of the real scene is the same with m_v = 0. Their difference needs no second march: it is zero until the cone
+// hits a virtual surface; from there on antiradiance (eq. 3.14) continues through the real scene only (eq. 3.15).
+//
+// The occluded fraction at a point is the part of the cone's disk behind a straight edge at the signed distance d;
+// along the cone it is the maximum, not the product: a silhouette that covers 30 % of the cone at every step covers 30
+// % in total. A product would close cones that only graze an edge.
+//
+// The march looks up distances only; radiance is looked up once, at the step with the largest increase of occlusion.
+// (Software devices execute every branch of every step.)
 #ifndef CONE_GLSL
 #define CONE_GLSL
 #include "volume/volume.glsl"
@@ -18,27 +21,28 @@
 
 const int kMaxSteps = 64;
 
-// Part of a disk behind a straight edge at signed distance x radii from its centre: (acos x - x sqrt(1 - x²)) / π
-// within 0.02 while the axis is free. Once the axis itself is blocked the rest closes twice as fast: a wall half as
-// thick as the cone is wide would else be a leak.
+// Part of a disk behind a straight edge at signed distance x radii from its centre: (acos x - x sqrt(1 - x²)) / π,
+// accurate to 0.02 while the axis is unoccluded. Once the axis is occluded the rest closes twice as fast: a wall half
+// as thick as the cone is wide would otherwise leak light.
 float hidden_fraction(float x) {
   x = clamp(x < 0.0 ? 2.0 * x : x, -1.0, 1.0);
   return 0.5 - x * (0.75 - 0.25 * x * x);
 }
 
-// Distances are the axis's, so most of one is free of all but the cone's rim; near surfaces a third of the radius finds
-// the deepest place of a wall as thin as the cone.
+// Distances are measured from the axis, so a step of most of the distance is free except for the cone's rim; near
+// surfaces a third of the radius resolves the deepest point of a wall as thin as the cone.
 float next_step(float d, float r, float least) { return max(max(0.75 * abs(d), 0.35 * r), least); }
 
-// The march past virtual surfaces. They may be sheets thinner than the cone is wide, whose inside says nothing about how
-// far their edge is: so an axis that meets one is blocked, whatever is left of the disk, and before it the disk closes
-// over a shorter way, that edges hide little more than their due. Sheets thinner than a voxel have no inside at all: a
-// wide cone whose axis runs at a surface (falls by more than half of what it goes) has met it within the skin of it, the
-// most that is left of the distance to a sheet between two voxels. A narrow cone would see thin limbs thicker by that.
+// State of the march past virtual surfaces. These may be sheets thinner than the cone is wide, whose inside gives no
+// distance to their edge: if the axis hits one the cone is fully occluded, whatever is left of the disk; before that
+// the disk closes over a shorter distance, so that edges occlude little more than they should. Sheets thinner than a
+// voxel have no inside: a wide cone whose axis approaches a surface (the distance falls by more than half of the step)
+// has hit it within kSkin, the maximum interpolated distance to a sheet between two voxels. For narrow cones this would
+// thicken thin parts, so they use kNarrowSkin.
 const float kClosing = 2.0;
 const float kSkin = 0.55, kNarrowSkin = 0.3;  // voxels
 struct Past {
-  float d, t, fall;  // at the last place
+  float d, t, fall;  // at the previous point
 };
 float virtual_hidden(inout Past past, float d, float t, float reach) {
   float fall = (past.d - d) / max(t - past.t, 1e-6);
@@ -47,26 +51,26 @@ float virtual_hidden(inout Past past, float d, float t, float reach) {
   bool met = d < 0.0 || (d < skin && fall > 0.5);
   return met ? 1.0 : hidden_fraction(kClosing * d / reach);
 }
-// An axis that runs at a virtual surface goes on slowly, or it would come out behind a sheet without having been in it.
+// An axis that approaches a virtual surface takes small steps, or it could cross a sheet without sampling its inside.
 float careful_step(Past past, float d, float r, float least) {
   return max(max(0.75 * abs(d), (past.fall > 0.3 && past.d < r ? 0.12 : 0.35) * r), least);
 }
 
 struct Cone {
-  vec3 from_real;     // start for looking up real surfaces, moved off them against self-hits
+  vec3 from_real;     // origin for look-ups of real surfaces, offset from them against self-intersection
   vec3 from_virtual;  // the same for virtual ones
   vec3 w;
   float tan_half;
 };
 
-// Where real surfaces are looked up: the start's offset shrinks to nothing over eight times its length, or everything
-// would seem lower by it.
+// Position for look-ups of real surfaces: the origin's offset decreases to zero over eight times its length, otherwise
+// everything would appear shifted by it.
 vec3 real_place(Cone k, float t) {
   vec3 off = k.from_real - k.from_virtual;
   return k.from_virtual + max(1.0 - t / (8.0 * length(off) + 1e-6), 0.0) * off + t * k.w;
 }
 
-// The stretch of a ray that the volumes cover, and where it can meet anything virtual.
+// The interval of a ray inside the volumes, and the interval that may contain virtual surfaces.
 vec2 known_stretch(Cone k) {
   vec2 box = ray_box(k.from_real, k.w, grid_low(frame.cascade[1]), cascade_high(1));
   return vec2(max(box.x, 0.0), box.y);
@@ -76,7 +80,7 @@ vec2 virtual_stretch(Cone k) {
   return ray_sphere(k.from_virtual, k.w, frame.sphere.xyz, frame.sphere.w + k.tan_half * length(d));
 }
 
-// One kind of surface along a cone: how much it hides, with what weight it is seen, and where mostly.
+// One kind of surface along a cone: its occlusion, its accumulated weight, and the position of the largest increase.
 struct Layer {
   float hidden, seen, most, at;
 };
@@ -90,11 +94,12 @@ void meet(inout Layer layer, float h, float open, float t) {
 
 float reach_of(Cone k, float t, float least) { return max(t * k.tan_half, least); }
 
-// Objects are seen whole from real surfaces, and one side at a time from each other (virtual_radiance()).
+// From real surfaces objects are looked up as a whole, from each other one side at a time (virtual_radiance()).
 const float kFocusFar = 0.25, kFocusNear = 0.5;
 
-// L_mu of what a cone shows at t. What the camera saw of a metal was not meant for the cone: that shows what the metal
-// mirrors its way, which far from it is the environment, and lamps, which are counted by themselves (mirror_lamp.glsl).
+// L_mu of the surface that a cone hits at t. For a metal the radiance measured by the camera does not apply to the
+// cone's direction: it reflects there what it mirrors along the cone, approximated by the environment; lamps are
+// computed separately (mirror_lamp.glsl).
 vec3 real_seen(Cone k, float t, float reach) {
   vec3 p = real_place(k, t), seen = real_radiance(p, reach);
   int mirror = mirror_at(p, k.w, reach + 2.0 * frame.cascade[0].w);
@@ -103,7 +108,7 @@ vec3 real_seen(Cone k, float t, float reach) {
   return mix(seen, bend.factor * environment_radiance(bend.w, bend.tan_half), bend.metallic);
 }
 
-// The same of the changed scene, in which the metal mirrors virtual surfaces too.
+// The same for the changed scene, in which the metal also mirrors virtual surfaces.
 vec3 changed_seen(Cone k, float t, float reach) {
   vec3 p = real_place(k, t), seen = max(real_radiance(p, reach) + real_change(p, reach), vec3(0));
   int mirror = mirror_at(p, k.w, reach + 2.0 * frame.cascade[0].w);
@@ -130,15 +135,17 @@ vec3 changed_seen(Cone k, float t, float reach) {
   return mix(seen, bend.factor * mirrored, bend.metallic);
 }
 
-// What the objects bring and take along a cone from a real surface: C_delta but for the real surfaces' own change.
-//   gained: radiance of virtual surfaces;  lost: L_mu that they hide;  hidden: the hidden fraction of the real view.
+// Change of radiance along a cone from a real surface by the objects: C_delta without the real surfaces' own change.
+// gained: radiance of virtual surfaces; lost: L_mu that they occlude; hidden: the fraction of the real view that they
+// occlude.
 void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
   float least = 0.5 * frame.virtual_grid.w, t = least;
   Past past = Past(0.0, 0.0, 0.0);
   for (int i = 0; i < kMaxSteps; ++i) {
-    // Nothing virtual ahead: if none was met the change is 0, else only what the real scene still hides counts.
+    // Nothing virtual ahead: if none was hit the change is 0, else only the remaining occlusion in the real scene
+    // matters.
     if (virt.x > virt.y || (t > virt.y && (v.hidden == 0.0 || t > known.y)) || r.hidden > 0.995) break;
     float reach = reach_of(k, t, least);
     float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
@@ -157,12 +164,12 @@ void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   }
 }
 
-// What a mirror's cone shows of the change, all of C_delta, and of the room as it was: for mirrors, which want both.
-//   gained: radiance of virtual surfaces, and the change of real ones;  lost: L_mu that virtual ones hide;  all: C_mu.
+// The change along a mirror's cone, all of C_delta, and the original radiance, as mirrors need both. gained: radiance
+// of virtual surfaces, and the change of real ones; lost: L_mu that virtual ones occlude; all: C_mu.
 void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
-  float behind = 0.0;  // share of what is seen of real surfaces that is behind virtual ones
+  float behind = 0.0;  // fraction of the visible real surfaces that is behind virtual ones
   bool meets = virt.x < virt.y;
   float least = 0.5 * min(frame.cascade[0].w, meets ? frame.virtual_grid.w : kFar), t = max(least, meets ? 0.0 : known.x);
   Past past = Past(0.0, 0.0, 0.0);
@@ -187,7 +194,7 @@ void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
            open * (1.0 - v.hidden) * beyond_change(k.from_virtual, k.w);
 }
 
-// The change that real surfaces' own change brings to another real surface: the rest of C_delta. beyond: the enclosure's.
+// Change at a real surface by the change of other real surfaces: the rest of C_delta. beyond: the enclosure's part.
 vec3 change_cone(Cone k, out vec3 beyond) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer r = Layer(0.0, 0.0, 0.0, 0.0);
@@ -243,8 +250,8 @@ vec3 mu_cone(Cone k) {
          (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half);
 }
 
-// Shadow cones C_s (eq. 5.20): what virtual, and what real surfaces hide of a narrow cone up to t_far. Two marches, since
-// each takes longer steps alone, and most cones meet nothing virtual and need no second one.
+// Shadow cones C_s (eq. 5.20): occlusion of a narrow cone up to t_far by virtual and by real surfaces. Two marches, as
+// each takes longer steps alone, and most cones hit nothing virtual and skip the second.
 float virtual_shadow(Cone k, float t_far) {
   vec2 virt = virtual_stretch(k);
   float m = 0.0, least = 0.5 * frame.virtual_grid.w, t = max(least, virt.x);

@@ -1,4 +1,4 @@
-// Points of the enclosure, one a texel of its octahedral maps.
+// Points of the enclosure, one per texel of its octahedral maps.
 #ifndef ENCLOSURE_GLSL
 #define ENCLOSURE_GLSL
 #include "volume/gather.glsl"

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Change of the light that the enclosure reflects (thesis eq. 3.13), gathered from the volumes and the enclosure as they are.
+// Change of the light that the enclosure reflects (thesis eq. 3.13), gathered from the current volumes and enclosure.
 // pass_i.x: cones over the hemisphere.
 #include "volume/enclosure.glsl"
 #include "common/half.glsl"

@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What the enclosure reflects: the fish-eye saw radiance L there, E falls on it, so a change of E changes L by L / E of it,
-// whatever the albedo is. Where πL / E, which would be the albedo, is more than surfaces have, it shines by itself, and
-// reflects nothing. And what lamps no longer bring to it.
-// pass_i.x: cones over the hemisphere.
+// Reflection of the enclosure: the fish-eye camera saw radiance L there and its irradiance is E, so a change of E
+// changes L by L / E times that, whatever the albedo. Where the implied albedo πL / E exceeds the physical range, the
+// surface is an emitter and reflects nothing. Also the lamps' irradiance that it loses. pass_i.x: cones over the
+// hemisphere.
 #include "volume/enclosure.glsl"
 #include "common/lamp.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 18, rgba16f) uniform writeonly image2D out_response;  // of radiance to irradiance
+layout(binding = 18, rgba16f) uniform writeonly image2D out_response;  // radiance over irradiance
 layout(binding = 19, rgba16f) uniform writeonly image2D out_lost;      // irradiance
 
 const float kMostAlbedo = 0.9, kShines = 1.1;

@@ -1,10 +1,10 @@
-// Sums of cones over a hemisphere: weights are normalised, so even light of radiance L gives irradiance π L exactly.
+// Sums of cones over a hemisphere. Weights are normalised, so uniform radiance L gives the irradiance π L exactly.
 #ifndef GATHER_GLSL
 #define GATHER_GLSL
 #include "volume/cone.glsl"
 
-// Cone i of count, spread by the cosine (golden-angle spiral); as wide as its share of the hemisphere but for a factor
-// that keeps thin things from looking solid, and never below the horizon.
+// Cone i of count, cosine distributed (golden-angle spiral). Its width is its fraction of the hemisphere times a factor
+// that keeps thin geometry from appearing solid; cones never extend below the horizon.
 const float kConeShare = 0.6;
 Cone hemisphere_cone(vec3 from_real, vec3 from_virtual, vec3 n, int i, int count, float turn) {
   vec3 x, y;
@@ -33,7 +33,7 @@ vec3 gather_mu(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn)
   return e * (kPi / float(count));
 }
 
-// Change of irradiance at a real surface by the change of other real surfaces; beyond: of that, the enclosure's.
+// Change of irradiance at a real surface by the change of other real surfaces; beyond: the enclosure's part of it.
 vec3 gather_change(vec3 from_real, vec3 from_virtual, vec3 n, int count, float turn, out vec3 beyond) {
   vec3 e = vec3(0), b;
   beyond = vec3(0);
@@ -49,8 +49,8 @@ vec3 gather_change(vec3 from_real, vec3 from_virtual, vec3 n, int count, float t
   return gather_change(from_real, from_virtual, n, count, turn, beyond);
 }
 
-// Change of irradiance at a real surface by virtual surfaces: cones aimed at the sphere around them, where alone they
-// can bring or take light. Closer than the sphere's edge the cap opens on to the whole sphere.
+// Change of irradiance at a real surface by virtual surfaces: cones aimed at the sphere around them, as light can
+// change only in these directions. Near and inside the sphere the cap widens to all of it.
 void gather_delta(vec3 p, vec3 from_real, vec3 n, int most, float turn, out vec3 gained, out vec3 lost) {
   gained = lost = vec3(0);
   vec3 to = frame.sphere.xyz - p;

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Split-inject (thesis §5.4.1): one texel of the lamp's view of the objects makes a positive light on the virtual
-// surface and a negative one on the real surface that it hides from the lamp. Each is split over the 8 nearest voxels
-// of both cascades as reflected flux. Virtual surfaces light the voxels in front of them (see volume.glsl).
-// pass_i.x: the lamp; pass_f.x: 1 / tan of the half angle of its view.
+// Split-inject (thesis §5.4.1): a texel of the lamp's view of the objects creates a positive light on the virtual
+// surface and a negative one on the real surface that it occludes from the lamp. Each is split over the 8 nearest
+// voxels of both cascades as reflected flux. Virtual surfaces inject into the voxels in front of them (see
+// volume.glsl). pass_i.x: the lamp; pass_f.x: 1 / tan of the half angle of its view.
 #include "volume/volume.glsl"
 #include "volume/splat.glsl"
 #include "common/lamp.glsl"
@@ -47,7 +47,7 @@ void main() {
   float far = length(to);
   vec3 w = to / far;
 
-  // Real surfaces between the lamp and the object: then nothing changes along this ray.
+  // If a real surface is between the lamp and the object, nothing changes along this ray.
   vec2 known = ray_box(from, w, grid_low(frame.cascade[1]), cascade_high(1));
   float least = 0.5 * frame.cascade[0].w;
   float t = max(known.x + frame.cascade[1].w, 0.0), end = min(known.y, far - 1.5 * frame.cascade[0].w);
@@ -57,7 +57,7 @@ void main() {
     t += max(d, least);
   }
 
-  // The texel's solid angle: a square of edge 2 tan / size at distance 1, seen at a slant.
+  // The texel's solid angle: a square of edge 2 tan / size at distance 1, times the cosine factors.
   vec2 q = (2.0 * (vec2(at) + 0.5) / vec2(size) - 1.0) / frame.pass_f.x;
   float edge = 2.0 / (frame.pass_f.x * float(size.x)), slant = inversesqrt(1.0 + dot(q, q));
   vec3 flux = lamp.intensity.rgb * emission(lamp, w) * edge * edge * slant * slant * slant;

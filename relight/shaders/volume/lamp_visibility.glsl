@@ -1,12 +1,12 @@
-// How much of a lamp arrives at a virtual surface.
+// Light of a lamp that arrives at a virtual surface.
 #ifndef LAMP_OPEN_GLSL
 #define LAMP_OPEN_GLSL
 #include "volume/cone.glsl"
 #include "common/lamp.glsl"
 
-// By shadow cones through real surfaces, and through virtual ones where no maps say what passes them, for every stride-th
-// of the lamp's parts from the first on. x: the irradiance per intensity, 1/m²; y: the share of the light that would
-// arrive without shadows.
+// Visibility by shadow cones through real surfaces, and through virtual ones if there are no shadow maps, for every
+// stride-th sample of the lamp, beginning with `first`. x: irradiance per intensity, 1/m²; y: the unoccluded fraction
+// of the light.
 vec2 lamp_visibility(vec3 p, vec3 n, vec3 from_real, vec3 from_virtual, Lamp lamp, int first, int stride) {
   float open = 0.0, all = 0.0, irradiance = 0.0;
   Cone k;

@@ -1,9 +1,10 @@
-// Light of lamps that comes by way of a flat piece of a known surface: lamp, q on the piece, p.
+// Light of lamps reflected by a flat piece of a surface with known material: lamp, q on the piece, p.
 //
-// For a point of the lamp the microfacet slope that mirrors it to p grows in proportion to how far q is from where a
-// looking glass would: by (1/a + 1/b) cos θ / 2 along the plane of incidence, (1/a + 1/b) / (2 cos θ) across, with a and
-// b the ways from there to lamp and p. So slopes drawn as GGX has them (Walter et al. 2007, eq. 35: tan θ = α √(u/(1-u)))
-// say where on the piece to look, and the BRDF over that density is near to its Fresnel factor for every share.
+// For a point of the lamp the microfacet slope that reflects it to p is proportional to the distance of q from the
+// point of perfect reflection: with the factor (1/a + 1/b) cos θ / 2 along the plane of incidence and (1/a + 1/b) / (2
+// cos θ) across, where a and b are the distances from there to lamp and p. So slopes sampled from GGX (Walter et al.
+// 2007, eq. 35: tan θ = α √(u/(1-u))) give sample points on the piece, and the BRDF over their density is close to its
+// Fresnel factor for every sample.
 #ifndef MIRROR_LAMP_GLSL
 #define MIRROR_LAMP_GLSL
 #include "volume/cone.glsl"
@@ -11,15 +12,15 @@
 
 struct MirrorShare {
   vec3 q;           // on the piece
-  vec3 w;           // unit, from p there
-  float far;        // m, from p there
-  vec3 irradiance;  // W/m² on a plane that faces q; 0 where nothing comes
-  float tan_half;   // aperture of this share
+  vec3 w;           // unit, from p to q
+  float far;        // m, from p to q
+  vec3 irradiance;  // W/m² on a plane facing q; 0: no light
+  float tan_half;   // aperture of this sample's cone
   vec3 from;        // point of the lamp
-  int map;          // which map shows the lamp's view from there; -1: none
+  int map;          // index of the map with the lamp's view from there; -1: none
 };
 
-const float kLeastSlant = 0.05;  // below it the lobe is no wider on the piece
+const float kLeastSlant = 0.05;  // at smaller cosines the lobe on the piece gets no wider
 const float kLeastHeight_m = 1e-4;
 
 MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int i, int n, float turn) {
@@ -29,7 +30,7 @@ MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int
   vec3 normal = m.plane.xyz;
   MirrorShare s;
   s.irradiance = vec3(0);
-  // A point of the lamp. Its order has nothing to do with that of the slopes.
+  // A point of the lamp. Its order is uncorrelated with that of the slopes.
   int maps = int(lamp.intensity.a);
   float other = fract((float(i) + 0.5) * 0.61803399 + turn);
   s.map = maps > 0 ? first_map + min(int(other * float(maps)), maps - 1) : -1;
@@ -55,19 +56,19 @@ MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int
   vec3 l = to_lamp / lamp_far, v = to_p / far;
   s.w = -v;
   s.far = far;
-  // The share of the blurred image: the lamp's own size, and the lobe's.
+  // Angular size of the sample's blurred image: the lamp's own size, and the lobe's.
   float wide = lamp.position_radius.w / (a + b) + 2.0 * look.alpha * a / (a + b);
   s.tan_half = min(kLampShare * inversesqrt(float(n)) * wide, 0.3);
   float nl = dot(normal, l), nv = dot(normal, v);
   if (from_height <= 0.0 || dot(normal, p) < m.plane.w - 0.5 * frame.virtual_grid.w || nl <= 0.0 || nv <= 0.0 || !on_mirror(mirror, s.q)) return s;
-  // D by the slope, not by the cosine, which has too few digits for a polished surface.
+  // D as a function of the slope: the cosine has too few digits for a polished surface.
   vec3 h = l + v;
   float nh = dot(normal, h), a2 = look.alpha * look.alpha;
   vec3 flat_h = h - nh * normal;
   float tan2 = dot(flat_h, flat_h) / (nh * nh), cos2 = 1.0 / (1.0 + tan2);
   float d_over_slopes = (1.0 / (cos2 * cos2)) * pow((a2 + slope * slope) / (a2 + tan2), 2.0);
   float g = 1.0 / (1.0 + smith_lambda(look.alpha, nv) + smith_lambda(look.alpha, nl));
-  // Over what a looking glass would bring at the whole way a + b.
+  // Relative to perfect reflection over the whole distance a + b.
   float along_ways = a * b / (lamp_far * far);
   float rough = d_over_slopes * g * along_ways * along_ways;
   s.irradiance = lamp.intensity.rgb * fresnel(look, dot(v, normalize(h))) *
@@ -75,10 +76,10 @@ MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int
   return s;
 }
 
-// What a share passes on its two ways. `from_p` starts as other cones from p do.
+// Occlusion of the two segments of a sample. `from_p` is the origin of other cones from p.
 struct MirrorWays {
   Cone down, up;  // from p to the piece, from there to the lamp
-  float room_end; // where the way down ends for real surfaces: the piece's own distances would close the cone
+  float room_end; // end of the first segment for real surfaces: the piece's own distances would close the cone
   float lamp_far;
 };
 MirrorWays mirror_ways(int mirror, MirrorShare s, Cone from_p) {
@@ -95,25 +96,25 @@ MirrorWays mirror_ways(int mirror, MirrorShare s, Cone from_p) {
   ways.up.w = to / ways.lamp_far;
   return ways;
 }
-// The share that virtual surfaces hide, on the one way or the other.
+// Fraction that virtual surfaces occlude, on either segment.
 float mirror_hidden(MirrorShare s, MirrorWays ways) {
   float hidden = s.map >= 0 ? map_hidden(lamp_views[s.map], s.q, kBefore_m) : virtual_shadow(ways.up, ways.lamp_far);
   return 1.0 - (1.0 - hidden) * (1.0 - virtual_shadow(ways.down, hidden < 0.995 ? s.far : 0.0));
 }
-// What real surfaces let pass; `asked` false: nobody wants to know.
+// Fraction that real surfaces let pass; `asked` false: not evaluated, as the result is unused.
 float mirror_open(MirrorWays ways, bool asked) {
   return (1.0 - real_shadow(ways.down, asked ? ways.room_end : 0.0)) *
          (1.0 - real_shadow(ways.up, asked ? ways.lamp_far : 0.0));
 }
 
-// An image of a lamp: its mirror, the lamp, and the first of the lamp's maps.
+// An image of a lamp: index of its mirror, of the lamp, and of the first of the lamp's maps.
 ivec3 image_of(int i) {
   int image = frame.images[i >> 2][i & 3], map = 0;
   for (int l = 0; l < (image & 7); ++l) map += int(frame.lamps[l].intensity.a);
   return ivec3(image >> 3, image & 7, map);
 }
 
-// Irradiance that images of lamps bring to a virtual surface; and what of it objects take from a real one.
+// Irradiance by images of lamps on a virtual surface; and the part of it that objects occlude at a real one.
 vec3 mirrored_irradiance(vec3 p, vec3 n, Cone from_p, int count, float turn) {
   vec3 e = vec3(0);
   for (int j = 0; j < frame.mirror_counts.y; ++j) {
@@ -134,7 +135,7 @@ vec3 mirrored_lost(vec3 p, vec3 n, Cone from_p, int count, float turn) {
   for (int j = 0; j < frame.mirror_counts.y; ++j) {
     ivec3 image = image_of(j);
     vec4 plane = frame.mirrors[image.x].plane;
-    bool away = dot(plane.xyz, p) - plane.w > frame.cascade[0].w;  // from the mirror itself
+    bool away = dot(plane.xyz, p) - plane.w > frame.cascade[0].w;  // offset from the mirror itself
     for (int i = 0; i < (away ? count : 0); ++i) {
       MirrorShare s = mirror_share(image.x, image.y, image.z, p, i, count, turn);
       float cosine = dot(n, s.w);

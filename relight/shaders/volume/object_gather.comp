@@ -1,14 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Irradiance at the vertices of a virtual object but for what lamps send straight there (thesis eq. 5.23-5.24): by cones
-// over the hemisphere, and of lamps' images in mirrors.
-// It depends on the room, the lamps and the objects alone, not on the camera. pass_m: T_tag_model; pass_i: number of
-// vertices, cones over the hemisphere, 1: surfaces have two sides, first vertex.
+// Irradiance at the vertices of a virtual object without the lamps' direct light (thesis eq. 5.23-5.24): by cones over
+// the hemisphere, and of lamps' images in mirrors. Depends on the room, the lamps and the objects, not on the camera.
+// pass_m: T_tag_model; pass_i: number of vertices, cones over the hemisphere, 1: two-sided surfaces, first vertex.
 #include "volume/gather.glsl"
 #include "volume/mirror_lamp.glsl"
 layout(local_size_x = 64) in;
 layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };    // 11 floats: position, normal, ...
-layout(std430, binding = 17) writeonly buffer Gathered { vec4 gathered[]; };    // of the front, then of the back
+layout(std430, binding = 17) writeonly buffer Gathered { vec4 gathered[]; };    // front sides, then back sides
 
 vec3 arriving(vec3 p, vec3 n) {
   Cone k;

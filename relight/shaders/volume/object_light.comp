@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Irradiance at the vertices of a virtual object: of lamps by their maps and by shadow cones, and what object_gather.comp
-// found, on the way from one round of it to the next. pass_m: T_tag_model; pass_i: number of vertices, 0, 1: surfaces have
-// two sides; pass_f.x: share of the newer round.
+// Irradiance at the vertices of a virtual object: of lamps by their maps and by shadow cones, plus the results of
+// object_gather.comp, blended from one round to the next. pass_m: T_tag_model; pass_i: number of vertices, 0, 1:
+// two-sided surfaces; pass_f.x: weight of the newer round.
 #include "volume/cone.glsl"
 #include "lamps/lamp_maps.glsl"
 #include "volume/lamp_visibility.glsl"
 layout(local_size_x = 64) in;
 layout(std430, binding = 16) readonly buffer Vertices { float vertices[]; };  // 11 floats: position, normal, ...
-layout(std430, binding = 17) writeonly buffer Light { vec4 light[]; };        // of the front, then of the back
+layout(std430, binding = 17) writeonly buffer Light { vec4 light[]; };        // front sides, then back sides
 layout(std430, binding = 18) readonly buffer Older { vec4 older[]; };
 layout(std430, binding = 19) readonly buffer Newer { vec4 newer[]; };
 

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Flux sums and gathered light become radiance in the listed voxels. Radiance of a Lambert surface is flux / (π area).
-// Virtual areas are split over voxels like the flux; real ones follow from the distance field by the coarea formula with
-// a hat of one voxel to either side, whose sum over the lattice is the surface's area. Flux and area are averaged alike
-// over 3³ voxels, so sparse shadow-map texels leave no holes.
+// Converts flux sums and gathered light to radiance in the listed voxels. Radiance of a Lambert surface is flux / (π
+// area). Virtual areas are split over voxels like the flux; real ones follow from the distance field by the coarea
+// formula with a hat function of one voxel to either side, whose sum over the lattice is the surface's area. Flux and
+// area are averaged alike over 3³ voxels, so sparse shadow-map texels leave no holes.
 #include "volume/volume.glsl"
 #include "volume/voxel_list.glsl"
 #include "common/half.glsl"
@@ -12,13 +12,13 @@ layout(std430, binding = 16) readonly buffer VirtualFlux { int virtual_flux[]; }
 layout(std430, binding = 17) readonly buffer RealFlux { int real_flux[]; };
 layout(std430, binding = 15) readonly buffer Area { int virtual_area[]; };
 layout(binding = 18, rgba16f) uniform readonly image3D gathered_virtual;  // radiance from bounces
-layout(binding = 19) uniform sampler3D real_irradiance;  // change of it by bounces, times weight, weight
+layout(binding = 19) uniform sampler3D real_irradiance;  // its change by bounces, times weight, weight
 layout(binding = 14, rgba16f) uniform readonly image3D albedo_real;
 layout(binding = 25, rgba16f) uniform readonly image3D weight_real;  // L_mu, its a is the surface weight
 layout(binding = 26, rgba16f) uniform writeonly image3D out_virtual;
 layout(binding = 27, rgba16f) uniform writeonly image3D out_change;
 
-const float kLeastArea = 0.05;  // voxel faces: less is the fringe of a fringe
+const float kLeastArea = 0.05;  // voxel faces; voxels with less area are ignored
 
 void main() {
   int n = frame.grid.x;
@@ -48,7 +48,7 @@ void main() {
       vec4 e = textureLod(real_irradiance, cascade_place(voxel.cascade, voxel.position, 1.0), 0.0);
       vec3 gathered = e.a > 1e-3 ? imageLoad(albedo_real, of_real).rgb * e.rgb / (kPi * e.a) : vec3(0);
       vec3 change = (flux_r * unit / area_r + gathered) * mu.a;
-      out_r = vec4(max(change, -mu.rgb), mu.a);  // no surface sends out less than nothing
+      out_r = vec4(max(change, -mu.rgb), mu.a);  // radiance cannot become negative
     }
     for (int j = 0; j < kMostCopies; ++j) {
       ivec3 texel = voxel_copy(kVirtual, voxel.cascade, voxel.place, j);

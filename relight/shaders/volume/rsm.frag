@@ -6,7 +6,7 @@ layout(location = 0) in vec3 world;
 layout(location = 1) in vec2 uv;
 layout(location = 2) in vec3 tint;
 layout(location = 3) in vec3 world_normal;
-layout(location = 0) out vec4 out_position;  // a: 1 where an object is
+layout(location = 0) out vec4 out_position;  // a: 1 where there is an object
 layout(location = 1) out vec4 out_albedo;
 layout(location = 2) out vec4 out_normal;
 
@@ -16,6 +16,6 @@ void main() {
   Look look = look_of(surface_color(uv, tint), draw.material.x, draw.material.y, draw.material.z);
   out_position = vec4(world, 1.0);
   out_normal = vec4(n, 0.0);
-  // What a lobe scatters counts as scattered evenly: metals keep their colour in the volumes.
+  // Specular reflection is stored as diffuse: metals keep their colour in the volumes.
   out_albedo = vec4(reflectance(look, abs(dot(n, normalize(lamp - world)))), 1.0);
 }

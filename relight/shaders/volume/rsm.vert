@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A virtual object seen from a lamp.
+// Projects a virtual object into the view from a lamp.
 #include "common/interop.h"
 layout(std140, binding = 0) uniform Draw { DrawParams draw; };
 layout(location = 0) in vec3 position_m;

@@ -1,4 +1,4 @@
-// Splitting over the 8 nearest voxels of both cascades, in fixed point: integer sums do not depend on their order.
+// Splits values over the 8 nearest voxels of both cascades, in fixed point: integer sums do not depend on their order.
 #ifndef SPLAT_GLSL
 #define SPLAT_GLSL
 #include "volume/chunks.glsl"
@@ -9,7 +9,7 @@ struct Splat {
   ivec3 first;  // the lowest voxel
   vec3 f;
 };
-// `ahead` in voxels.
+// `ahead`: offset in voxels.
 Splat splat_at(int c, vec3 p, vec3 ahead) {
   int n = frame.grid.x;
   vec3 g = (p - frame.cascade[c].xyz) / frame.cascade[c].w + ahead;
@@ -21,7 +21,7 @@ Splat splat_at(int c, vec3 p, vec3 ahead) {
   s.f = g - vec3(base);
   return s;
 }
-// As voxel_value(): those of chunk 0 are not kept.
+// As voxel_value(); values for chunk 0 are dropped.
 uint splat_voxel(int kind, Splat s, int i) {
   return voxel_value(kind, s.cascade, s.first + ivec3(i & 1, i >> 1 & 1, i >> 2));
 }

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One virtual object's distance field turned and placed into the volume of all of them: the smallest distance wins.
-// pass_i.x: 1 for the first object. pass_f.rgb: reflectance of an object of one material, a: 1 when it applies. object: T_model_tag in the first
-// three rows, then the field's grid.
+// Transforms a virtual object's distance field into the volume of all objects: the smallest distance is kept. pass_i.x:
+// 1 for the first object. pass_f.rgb: reflectance of an object of one material, a: 1 when it applies. object:
+// T_model_tag in the first three rows, then the field's grid.
 #include "common/frame.glsl"
 #include "common/half.glsl"
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;

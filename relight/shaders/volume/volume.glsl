@@ -1,24 +1,25 @@
-// The volumes that cones march through, and how they are looked up. Distances are dense, radiance is kept in chunks.
+// The volumes that cones march through, and their look-up. Distances are dense, radiance is stored in chunks.
 //
-// Occlusion comes from signed distance (real: the fused field; virtual: the objects'), never from filtered opacity, so
-// the real and the changed scene share it exactly and thesis eq. 5.27's error does not arise. The colour volumes hold
-// radiance times a surface weight and that weight; their ratio is the mean radiance of the surface inside a footprint,
-// at every level of the hierarchy.
+// Occlusion is computed from signed distance (real: the fused field; virtual: the objects'), never from filtered
+// opacity, so the real and the changed scene have exactly the same occlusion and the error of thesis eq. 5.27 does not
+// arise. The colour volumes hold radiance times a surface weight, and that weight; their ratio is the mean radiance of
+// the surface inside a footprint, at every level of the hierarchy.
 #ifndef VOLUME_GLSL
 #define VOLUME_GLSL
 #include "volume/chunks.glsl"
 
-// Both cascades lie in one texture, cascade 1 above cascade 0 along z. Software devices run both sides of every branch,
-// so one look-up at a chosen place is half the price of a choice between two.
+// Both cascades are in one texture, stacked along z. Software devices execute both sides of every branch, so one
+// look-up at a computed position is half the cost of a branch between two textures.
 layout(binding = 1) uniform sampler3D virtual_distance_m;
 layout(binding = 2) uniform sampler3D real_distance_m;
 layout(binding = 3) uniform sampler3D real_radiance_volume;     // L_mu
 layout(binding = 4) uniform sampler3D virtual_radiance_volume;  // L_rho of the virtual objects
 layout(binding = 5) uniform sampler3D real_change_volume;       // L_delta of real surfaces, with L_mu's weight
-layout(binding = 6) uniform sampler2D environment;  // remainder of the fish-eye picture, equal-area octahedral
-layout(binding = 30) uniform sampler2D mirror_outlines;  // of flat pieces of known surfaces, one above the other
+layout(binding = 6) uniform sampler2D environment;  // residual environment of the fish-eye image, equal-area octahedral
+layout(binding = 30) uniform sampler2D mirror_outlines;  // of flat pieces of surfaces with known material, stacked
+                                                         // vertically
 
-layout(binding = 31) uniform sampler2D enclosure_change;  // L_delta of the enclosure, octahedral around its middle
+layout(binding = 31) uniform sampler2D enclosure_change;  // L_delta of the enclosure, octahedral around its centre
 
 const float kFar = 1e3;
 
@@ -28,27 +29,27 @@ bool in_cascade(int c, vec3 p, float margin_voxels) {
   float m = margin_voxels * frame.cascade[c].w;
   return all(greaterThan(p, grid_low(frame.cascade[c]) + m)) && all(lessThan(p, cascade_high(c) - m));
 }
-// Real surfaces are known within the volumes: 1, falling to 0 over the last part before their edge.
+// Weight of the volumes' data on real surfaces: 1 inside, falling to 0 near their border.
 float edge_fade(vec3 p) {
   vec3 inside = min(p - grid_low(frame.cascade[1]), cascade_high(1) - p);
   float voxels = min(min(inside.x, inside.y), inside.z) / frame.cascade[1].w - 1.0;
   return clamp(8.0 * voxels / float(frame.grid.x), 0.0, 1.0);
 }
-// Where p is, in voxels from the cascade's corner and inside of its edge.
+// Position of p in voxels from the cascade's corner, clamped to its inside.
 vec3 cascade_voxels(int c, vec3 p, float margin_voxels) {
   float n = float(frame.grid.x);
   return clamp((p - grid_low(frame.cascade[c])) / frame.cascade[c].w, vec3(margin_voxels), vec3(n - margin_voxels));
 }
-// Where p is in the texture of both cascades; `margin_voxels` keeps filters from reaching from one into the other.
+// Position of p in the texture of both cascades; `margin_voxels` prevents filtering across the border between them.
 vec3 cascade_place(int c, vec3 p, float margin_voxels) {
   float n = float(frame.grid.x);
   return (cascade_voxels(c, p, margin_voxels) + vec3(0.0, 0.0, float(c) * n)) / vec3(n, n, float(kCascades) * n);
 }
-// What is kept of real surfaces at p.
+// Stored value of real surfaces at p.
 vec4 real_at(sampler3D pool, int c, vec3 p) { return chunk_linear(pool, kReal, c, cascade_voxels(c, p, 0.5), 0); }
 
-// Signed distance to the virtual objects. Outside the volume a lower bound: objects inside a box are at least as far as
-// the legs of the right angle at its nearest point say. A bound that is much too low would hide light from wide cones.
+// Signed distance to the virtual objects. Outside the volume a lower bound: the hypotenuse of the distance to the box
+// and the distance at its nearest point. A bound that is much too low would occlude light in wide cones.
 float virtual_distance(vec3 p) {
   vec3 low = grid_low(frame.virtual_grid), size = vec3(frame.grid.yzw) * frame.virtual_grid.w;
   vec3 centre = low + 0.5 * size, half_size = 0.5 * size - 0.5 * frame.virtual_grid.w;
@@ -65,7 +66,7 @@ vec3 virtual_normal(vec3 p) {
   return g / max(length(g), 1e-9);
 }
 
-// Signed distance to the real surfaces, as far as they are known; a lower bound far from them, kFar outside the volumes.
+// Signed distance to the real surfaces, where known; a lower bound far from them, kFar outside the volumes.
 float real_distance(vec3 p) {
   int c = in_cascade(0, p, 0.5) ? 0 : 1;
   float d = textureLod(real_distance_m, cascade_place(c, p, 0.5), 0.0).r;
@@ -75,31 +76,31 @@ float real_distance(vec3 p) {
 // Mean over a footprint of the given radius, times the surface weight; a: the weight.
 vec4 footprint(sampler3D pool, int kind, vec3 p, float radius) {
   int c = in_cascade(0, p, max(1.0, 1.5 * radius / frame.cascade[0].w)) ? 0 : 1;
-  // Half a level up: trilinear filtering of the level itself would leave a footprint that is off the surface empty.
+  // Half a level up: trilinear filtering of the level itself would give zero for a footprint that is off the surface.
   float lod = clamp(log2(2.0 * radius / frame.cascade[c].w) + 0.5, 0.0, float(frame.counts2.w - 1));
   vec3 v = cascade_voxels(c, p, 0.5 * exp2(ceil(lod)));
   int level = int(lod);
   float coarser = lod - float(level);
   vec4 s = chunk_linear(pool, kind, c, v, level);
-  // A loop that isn't entered costs nothing on software devices, unlike a branch.
+  // A loop that is not entered costs nothing on software devices, unlike a branch.
   for (int i = 0; i < (coarser > 0.0 ? 1 : 0); ++i) s = mix(s, chunk_linear(pool, kind, c, v, level + 1), coarser);
   return s;
 }
 
-// Virtual surfaces may be thin walls with a bright and a dark side. Their light is kept in the voxels in front of them,
-// not in those that they cross, so the two sides stay apart.
+// Virtual surfaces may be thin walls with a bright and a dark side. Their light is stored in the voxels in front of
+// them, not in those that they intersect, so the two sides are kept apart.
 const float kFront = 0.75;  // voxels
 float front_weight(float d, float voxel) { return max(0.0, 1.0 - abs(d / voxel - kFront)); }
 
 const float kLeastWeight = 1e-3;
 vec3 mean_radiance(vec4 s) { return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a; }
 vec3 real_radiance(vec3 p, float radius) { return mean_radiance(footprint(real_radiance_volume, kReal, p, radius)); }
-// Seen along w. Coarse levels hold both sides of an object, its bright and its dark one; `focus`, below 1, looks into
-// finer ones.
+// Viewed along w. Coarse levels mix both sides of an object, the bright and the dark one; `focus` below 1 selects finer
+// levels.
 vec3 virtual_radiance(vec3 p, vec3 w, float radius, float focus) {
   float voxel = frame.cascade[in_cascade(0, p, 1.0) ? 0 : 1].w, fine = focus * radius;
   vec4 seen = footprint(virtual_radiance_volume, kVirtual, p - kFront * max(voxel, fine) * w, fine);
-  // Past an object's edge they hold nothing of it.
+  // Beyond an object's edge the fine level is empty.
   if (seen.a < kLeastWeight) seen = footprint(virtual_radiance_volume, kVirtual, p - kFront * max(voxel, radius) * w, radius);
   return mean_radiance(seen);
 }
@@ -115,7 +116,7 @@ vec2 octahedral(vec3 w) {
   return 0.5 + 0.5 * uv * vec2(w.x < 0.0 ? -1.0 : 1.0, w.y < 0.0 ? -1.0 : 1.0);
 }
 
-// Where a ray from within leaves the enclosure; `side`: through which. kFar where it has none.
+// Distance at which a ray from inside leaves the enclosure, and the `side` it crosses. kFar if there is no side.
 float leave(vec3 p, vec3 w, out int side) {
   float t = kFar;
   side = -1;
@@ -128,7 +129,7 @@ float leave(vec3 p, vec3 w, out int side) {
   return t;
 }
 
-// Radiance from beyond everything known, mean over a cone.
+// Radiance of the environment outside the reconstruction, mean over a cone.
 vec3 environment_radiance(vec3 w, float tan_half) {
   // A cone of half angle a covers 2π(1 - cos a); a texel of level 0 covers 4π / size².
   float size = float(textureSize(environment, 0).x);
@@ -137,14 +138,14 @@ vec3 environment_radiance(vec3 w, float tan_half) {
   return textureLod(environment, octahedral(w), clamp(lod, 0.0, float(frame.counts2.y - 1))).rgb;
 }
 
-// The same seen from p: what a measured side of the enclosure shows is moved by its parallax.
+// The same viewed from p, corrected for parallax on a measured side of the enclosure.
 vec3 beyond_radiance(vec3 p, vec3 w, float tan_half) {
   int side;
   float t = leave(p, w, side);
   bool measured = side >= 0 && side < int(frame.enclosure.a);
   return environment_radiance(measured ? normalize(p + t * w - frame.probe.xyz) : w, tan_half);
 }
-// Its change, by the enclosure alone.
+// The change of that radiance, by the enclosure only.
 vec3 beyond_change(vec3 p, vec3 w) {
   int side;
   float t = leave(p, w, side);
