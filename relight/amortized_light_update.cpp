@@ -9,12 +9,12 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr int kSlices = 8;
-// More from one frame to the next is a jump, which is not faded but shown at once.
-constexpr float kMostMove = 0.25f;         // radii of the object
+// Larger changes between two frames are jumps, which are shown at once instead of faded.
+constexpr float kMostMove = 0.25f;         // of the object's radius
 constexpr float kMostTurn_rad = 0.26f;     // 15°
-constexpr float kMostLampMove = 0.1f;      // of its distance
-constexpr float kMostLightChange = 0.25f;  // of a lamp or of the rest
-constexpr std::uint64_t kYoungField = 64;  // publications, before which it still changes much
+constexpr float kMostLampMove = 0.1f;      // relative to its distance
+constexpr float kMostLightChange = 0.25f;  // relative, of a lamp or of the residual environment
+constexpr std::uint64_t kYoungField = 64;  // publications; a younger field still changes much
 
 bool near(const PlacedObject& a, const PlacedObject& b) {
   if (a.stored != b.stored) return false;
@@ -70,7 +70,7 @@ AmortizedLightUpdate::AmortizedLightUpdate(gpu::Device& device)
 
 void AmortizedLightUpdate::fit(const Plan& plan, const gpu::Texture& mirror_outlines) {
   if (!shown_ || shown_->volumes.edge != plan.volume) {
-    shown_.reset();  // there may be no room for more than one
+    shown_.reset();  // device memory may not suffice for two
     next_.reset();
     running_ = fading_ = false;
     last_.reset();
@@ -128,7 +128,7 @@ AmortizedLightUpdate::Done AmortizedLightUpdate::advance(gpu::CommandList& list,
   return done;
 }
 
-/// Everything beside what is shown; false where the device has no room for it.
+/// Allocates what is needed in addition to the displayed volumes; false if device memory does not suffice.
 bool AmortizedLightUpdate::make_next() {
   try {
     const gpu::TextureDesc irradiance = shown_->volumes.real_irradiance->desc();
@@ -179,11 +179,11 @@ AmortizedLightUpdate::Done AmortizedLightUpdate::all_at_once(gpu::CommandList& l
   return done;
 }
 
-/// What follows the lamps and the room on the host's side, and what is left to record.
+/// Updates the CPU-side data for lamps and room, and returns the steps that remain to be recorded.
 std::vector<LightStep> AmortizedLightUpdate::begin(const Now& now, int slices, BrickPool& bricks,
                                                    LightVolumeState& room) {
   const Placement& placement = now.key.placement;
-  // Bricks around what cones can reach, and half as far again for the pixels from which they start.
+  // Bricks in the reach of cones, plus half that extent for the pixels that cones start from.
   const float edge = static_cast<float>(now.key.plan.volume) * placement.cascade[1].w();
   const Eigen::Vector3f reach = Eigen::Vector3f::Constant(0.75f * edge);
   bricks.update(now.key.field, now.key.albedo, {placement.sphere.centre_m - reach, placement.sphere.centre_m + reach});
@@ -193,7 +193,7 @@ std::vector<LightStep> AmortizedLightUpdate::begin(const Now& now, int slices, B
   bricks.describe(room.params);
   std::vector<LightStep> steps =
       light_.steps({room.params, now.key, now.live, &now.maps, now.brightest, slices}, bricks, now.white, room);
-  room.lit.reset();  // until all is done
+  room.lit.reset();  // until all steps are done
   if (room.real && !(*room.real == now.key.real())) room.real.reset();
   return steps;
 }
@@ -207,7 +207,7 @@ void AmortizedLightUpdate::record_part(gpu::CommandList& list) {
   while (done_ < steps_.size() && (before < until || frame_ >= kRoundFrames)) {
     const LightStep& step = steps_[done_];
     if (step.on_host) {
-      if (recorded) return;  // what it waits for runs after this frame's list
+      if (recorded) return;  // the results it needs are computed by this frame's list
       step.on_host();
     } else {
       list.begin_pass(step.pass);

@@ -24,7 +24,7 @@ CameraView::CameraView(gpu::Device& device, const capture::ColorCamera& camera)
 
 void CameraView::fit(const Plan& plan, bool glossy) {
   const Quality quality = quality_of(plan);
-  // A highlight on gloss is sharp: it is not traced coarsely.
+  // Highlights on glossy surfaces are sharp: not traced at reduced resolution.
   const int shadow_scale = glossy ? 1 : quality.shadow_scale;
   if (screen_ && screen_->scale == plan.trace_scale && screen_->shadow_scale == shadow_scale &&
       screen_->ambient_scale == quality.ambient_scale && screen_->supersampling == quality.supersampling)
@@ -95,7 +95,7 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
   const Volumes& volumes = light.rounds.room().volumes;
   const Lpv* lpv = light.rounds.passes().lpv();
   const bool glossy = !view.known_surfaces.empty();
-  // Passes fill chosen blocks alone; nothing of the last frame may show in the others.
+  // Passes write selected blocks only; the others must not show results of the last frame.
   for (const auto* stale :
        {&screen_->real_position, &screen_->real_normal, &screen_->object_surface, &screen_->shadowed,
         &screen_->direct_lost, &screen_->traced, &screen_->indirect, &screen_->object_irradiance}) {
@@ -136,7 +136,7 @@ void CameraView::draw_full(gpu::CommandList& list, const View& view, const Light
   compose_.record(list, params, *screen_);
 }
 
-/// `objects_anew`: false where they look as they did.
+/// `objects_anew`: false if the objects' radiance is unchanged.
 void CameraView::draw_live(gpu::CommandList& list, const View& view, const Light& light, const LampShadows& shadows,
                            bool objects_anew) const {
   const AmortizedLightUpdate& rounds = light.rounds;
@@ -144,7 +144,7 @@ void CameraView::draw_live(gpu::CommandList& list, const View& view, const Light
   const Volumes& volumes = rounds.room().volumes;
   list.begin_pass("views");
   if (glossy) {
-    // Blocks without objects, which are not drawn here, are read too.
+    // Blocks without objects are not drawn here but are read.
     list.clear(*screen_->object_surface, {});
     list.clear(*screen_->live_object, {});
     if (objects_anew) object_view_.draw_known(list, view.params, view.known_surfaces, view.white, *screen_);
@@ -187,7 +187,7 @@ void CameraView::submit(gpu::CommandList& list, RelitPicture* result) {
 
 void CameraView::read_maps(RelitPicture* result) {
   result->maps = lumigraft::relight::read_maps(device_, *screen_);
-  shown_ = Shown::nothing;  // every block was drawn, and pixel by pixel
+  shown_ = Shown::nothing;  // every block was drawn per pixel
 }
 
 }  // namespace lumigraft::relight

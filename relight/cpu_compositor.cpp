@@ -12,12 +12,12 @@ namespace {
 
 constexpr int kBins = 4096;
 
-/// sRGB code values and what they stand for.
+/// 8-bit sRGB pixel values and their linear values.
 struct Codes {
-  std::array<float, 256> linear;             ///< of a code value
-  std::array<float, 257> first;              ///< from which linear value on it is a code
-  std::array<std::uint8_t, kBins> at_least;  ///< code of the lowest value of each bin of linear values in [0, 1)
-  std::array<float, 256> slope;              ///< of the sRGB curve in 1 / 2.4 powers, code values
+  std::array<float, 256> linear;             ///< by pixel value
+  std::array<float, 257> first;              ///< lower bound of each pixel value
+  std::array<std::uint8_t, kBins> at_least;  ///< pixel value at the start of each bin of linear values in [0, 1)
+  std::array<float, 256> slope;              ///< of the sRGB curve over linear^(1/2.4), in pixel values
 
   Codes() {
     for (int code = 0; code < 256; ++code) {
@@ -87,7 +87,7 @@ void CpuCompositor::read(gpu::Device& device, const Screen& screen, const std::v
   mark(tiles.shaded_alone_places(), Kind::real);
   mark(tiles.object_places(), Kind::object);
 
-  // Of every listed block, `step` pixels apart, the first `channels` of four halves.
+  // For every listed block, at `step` pixels, the first `channels` of four halves.
   const auto take = [&](const gpu::Texture& texture, const std::vector<std::uint32_t>& places, int step, int channels,
                         std::vector<float>* out) {
     if (places.empty()) return;
@@ -113,7 +113,7 @@ void CpuCompositor::read(gpu::Device& device, const Screen& screen, const std::v
   take(*screen.live_object, tiles.object_places(), 1, 4, &objects_);
 }
 
-/// A pixel between those of fine_step_ is their mean; blocks beside that are not as fine have none to give.
+/// A pixel between those of fine_step_ is their mean; neighbouring blocks of another kind are not used.
 void CpuCompositor::spread_fine(int left, int top) {
   const int columns = (width_ + fine_step_ - 1) / fine_step_;
   const auto fine_at = [&](int u, int v) {

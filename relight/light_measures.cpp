@@ -21,7 +21,8 @@ LightMeasures measure_light(const reconstruct::Illumination& light) {
   const double scale = all > 0 ? 1 / all : 0;
   measures.remainder_share = static_cast<float>(scale * remainder);
 
-  // Squared over the sphere the bands add up: their functions are orthonormal (Ramamoorthi & Hanrahan 2001, eq. 7, 8).
+  // In the mean square over the sphere the bands add up, as their functions are orthonormal (Ramamoorthi & Hanrahan
+  // 2001, eq. 7, 8).
   constexpr std::array kCosine = {std::numbers::pi_v<float>, 2 * std::numbers::pi_v<float> / 3,
                                   std::numbers::pi_v<float> / 4};
   std::array<float, 3> energy{};
@@ -29,7 +30,7 @@ LightMeasures measure_light(const reconstruct::Illumination& light) {
     const std::size_t band = i == 0 ? 0 : i < 4 ? 1 : 2;
     energy[band] += (kCosine[band] * light.environment_sh[i]).squaredNorm();
   }
-  // The mean over all normals of a source's irradiance is a quarter of what it sends to a sphere's middle.
+  // The mean of a source's irradiance over all normals is a quarter of its fluence at the point.
   const auto mean = static_cast<float>(all / 4);
   float higher = 0;
   for (std::size_t band = energy.size(); band-- > 1;) {

@@ -5,7 +5,7 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kVertexCones = 9;  // over the hemisphere of a vertex of an object
+constexpr int kVertexCones = 9;  // over the hemisphere of an object's vertex
 
 }  // namespace
 
@@ -45,7 +45,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
                      bounce_.list_cells(list, work.params, kLeastShare, volumes);
                    }});
   steps.push_back({"inject", 5, [&volumes](gpu::CommandList& list) {
-                     // The first resolve must not see what bounced under other lamps.
+                     // The first resolve must not use bounces under other lamps.
                      for (const auto* texture :
                           {&volumes.gathered_virtual, &volumes.real_irradiance, &volumes.rough_irradiance,
                            &volumes.virtual_radiance, &volumes.real_change, &volumes.enclosure_change,
@@ -74,7 +74,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
                          bounce_.gather_virtual(list, coarse.params, {slice, coarse.slices}, *coarse.maps, volumes);
                        }});
     }
-    // Propagation adds what virtual surfaces gathered by itself: they must not be resolved with it before.
+    // Propagation adds the light gathered at virtual surfaces itself: it must not be resolved together with it before.
     if (work.key.enclosure && !quality.cells && !lpv_) {
       add_resolve(work, room, &steps);
       add_enclosure_change(coarse, room, &steps);
@@ -97,7 +97,7 @@ std::vector<LightStep> LightVolumeBuilder::steps(const Work& work, const BrickPo
   return steps;
 }
 
-/// Where surfaces are, and room for what is to be kept of them.
+/// Finds the surfaces and allocates storage for their data.
 void LightVolumeBuilder::add_chunks(const Work& work, const BrickPool& bricks, bool real, LightVolumeState& room,
                                     std::vector<LightStep>* steps) {
   Volumes& volumes = room.volumes;

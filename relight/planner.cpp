@@ -6,7 +6,7 @@
 namespace lumigraft::relight {
 namespace {
 
-/// Of each lamp, over all light there; strongest at the probe first, as they are drawn.
+/// Fraction of each lamp in all light at a point; strongest at the probe first, the order in which they are rendered.
 std::vector<float> lamp_shares(const std::vector<reconstruct::PointLight>& lamps, const Eigen::Vector3f* place_m,
                                float remainder) {
   std::vector<float> shares;
@@ -27,7 +27,7 @@ std::vector<float> lamp_shares(const std::vector<reconstruct::PointLight>& lamps
 
 }  // namespace
 
-/// The least value that keeps to the bound; all of them where none does.
+/// The smallest value that keeps to the bound; the largest if none does.
 int Planner::Held::hold(const std::vector<float>& left_out) {
   const auto least = [&](float bound) {
     const auto found = std::find_if(left_out.begin(), left_out.end(), [&](float share) { return share <= bound; });
@@ -54,7 +54,7 @@ Eigen::Vector3f Planner::middle_of(const VirtualObject& object, double time_s) {
   return (object.T_tag_model(time_s) * known->second.centre_m.cast<double>()).cast<float>();
 }
 
-/// By how many lamps are drawn: the largest share, of all places, that the others have.
+/// By the number of rendered lamps: the maximum over all points of the fraction that the other lamps contribute.
 std::vector<float> Planner::shares_left_out(const reconstruct::Illumination& light, const Exhibit& exhibit,
                                             double time_s) {
   std::vector<reconstruct::PointLight> lamps = light.lights;

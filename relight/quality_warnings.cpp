@@ -6,7 +6,7 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr float kLeastVoxels = 6;  // of an object's longest edge
+constexpr float kLeastVoxels = 6;  // along an object's longest edge
 
 std::string quoted(const VirtualObject& object) { return "object \"" + object.name + "\""; }
 

@@ -28,10 +28,10 @@ std::shared_ptr<const RelightMaps> read_maps(gpu::Device& device, const Screen& 
   maps->albedo = read_floats(device, *screen.real_albedo, 0, 3);
   maps->normals = read_floats(device, *screen.real_normal, 0, 3);
   maps->depth_m = read_floats(device, *screen.real_position, 3, 1);
-  for (float& z : maps->depth_m.data) z = std::max(z, 0.0f);  // below 0: guesses
+  for (float& z : maps->depth_m.data) z = std::max(z, 0.0f);  // negative: estimated
   maps->delta = read_floats(device, *screen.delta, 0, 3);
   maps->mask = read_floats(device, *screen.delta, 3, 1);
-  // Where an object shows, the maps say what it is.
+  // Where an object covers a pixel, the maps describe the object.
   const capture::Image<float> base = read_floats(device, *screen.object_base, 0, 3);
   const capture::Image<float> normal = read_floats(device, *screen.object_normal, 0, 3);
   const capture::Image<float> z = read_floats(device, *screen.object_surface, 0, 1);

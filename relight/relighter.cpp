@@ -26,9 +26,9 @@ namespace {
 constexpr int kLeastVolume = 32;
 static_assert(reconstruct::kMaxSides == shader::kMaxSides);
 constexpr float kNearPlane_m = 0.02f;
-constexpr float kLeastNearest_m = 0.05f;  // of what the camera's stillness is measured at
+constexpr float kLeastNearest_m = 0.05f;  // minimum distance at which camera motion is measured
 constexpr float kGlossyMargin_m = 0.03f;
-constexpr float kSharpGloss = 0.1f;  // of GGX's alpha: below it what it mirrors must follow the objects at once
+constexpr float kSharpGloss = 0.1f;  // of GGX's alpha: at smaller values the reflection must follow the objects at once
 
 GlossyBounds bounds_of(const Model& model, const capture::RealSurface& surface) {
   GlossyBounds bounds;
@@ -39,13 +39,13 @@ GlossyBounds bounds_of(const Model& model, const capture::RealSurface& surface) 
   return bounds;
 }
 
-/// |x, y| / z up to which vertices are drawn as the lens shows them: it does not fold there in any direction. What lies
-/// farther out than kWidestLens is in no picture, and distortion grows there by the seventh power.
+/// Maximum |x, y| / z for which vertices are projected with distortion: up to there it does not fold back in any
+/// direction. Points farther out than kWidestLens are in no image, and distortion grows there by the seventh power.
 float lens_tangent(const capture::CameraModel& lens) {
   constexpr double kWidestLens = 2, kUndistorted = 1e3;
   if (lens.distortion == decltype(lens.distortion){}) return kUndistorted;
   const auto unfolded = [&](double radius) {
-    constexpr int kAzimuths = 32;  // tangential distortion folds in some directions first
+    constexpr int kAzimuths = 32;  // tangential distortion folds back at a radius that depends on the direction
     for (int i = 0; i < kAzimuths; ++i) {
       const double phi = 2 * std::numbers::pi * i / kAzimuths;
       if (!lens.project({radius * std::cos(phi), radius * std::sin(phi), 1})) return false;
@@ -66,31 +66,32 @@ float lens_tangent(const capture::CameraModel& lens) {
 struct Relighter::State {
   std::shared_ptr<gpu::Device> device;
   capture::Session session;
-  double print_m;  ///< edge of the tag with its paper
+  double print_m;  ///< edge of the tag including its paper
   ObjectStore store;
   BrickPool bricks;
   std::vector<StoredModel::Mesh> known_surfaces;
-  std::vector<GlossyBounds> glossy;  ///< of these
-  std::string too_many_surfaces;     ///< not empty: the session names more of them than are drawn
+  std::vector<GlossyBounds> glossy;  ///< bounds of glossy ones
+  std::string too_many_surfaces;     ///< non-empty: the session lists more of them than can be rendered
   Mirrors mirrors;
 
-  // Passes, in the order in which they run.
+  // Passes in execution order.
   AmortizedLightUpdate light;
   std::unique_ptr<LampMaps> lamp_maps;
-  std::unique_ptr<LampShadows> lamp_shadows;  ///< null where light is traced for pixels
+  std::unique_ptr<LampShadows> lamp_shadows;  ///< null if light is traced per pixel
   CameraView view;
 
-  // What is kept from frame to frame.
+  // State kept between frames.
   Plan made_for;
-  int most_voxels = 1 << 30;  ///< along the edge of volumes: with more the device had no room for them
+  int most_voxels = 1 << 30;  ///< maximum edge of the volumes; larger ones did not fit in device memory
   std::string why_not_more;
-  std::optional<LightKey> directly_lit;  ///< what the lamp maps, and all that is made of them, were made for
+  std::optional<LightKey> directly_lit;  ///< state that the lamp maps and everything derived from them were computed
+                                         ///< for
   SceneUpdateThrottle room;
   std::shared_ptr<const reconstruct::Illumination> illumination;
   int illumination_lights = -1;
   LightSet lights;
   const float widest_tangent;
-  float brightest = 0;  ///< of the environment and of what the camera can tell, W/sr/m²
+  float brightest = 0;  ///< highest radiance of the environment and of the camera's range, W/sr/m²
 
   State(std::shared_ptr<gpu::Device> d, const capture::Session& s)
       : device(std::move(d)),
@@ -122,7 +123,7 @@ struct Relighter::State {
     if (!quality.cells) {
       lamp_shadows.reset();  // shadows are traced
     } else if (!lamp_shadows || made_for.rsm != plan.rsm) {
-      // They show more than the objects alone.
+      // They cover more than the objects alone.
       lamp_shadows = std::make_unique<LampShadows>(*device, plan.rsm + plan.rsm / 4);
       directly_lit.reset();
     }
@@ -135,7 +136,7 @@ struct Relighter::State {
     made_for = plan;
   }
 
-  /// Goes on with smaller volumes; false where there are none.
+  /// Reduces the volumes' size for the next attempt; false if there is no smaller one.
   bool no_room_for(int volume, const gpu::GpuError& e) {
     if (volume <= kLeastVolume) return false;
     most_voxels = volume / 2;
@@ -143,7 +144,7 @@ struct Relighter::State {
     return true;
   }
 
-  /// The plan with as large volumes as the device has room for. Throws gpu::GpuError where it has none for anything.
+  /// The plan with the largest volumes that fit in device memory. Throws gpu::GpuError if none fit.
   Plan fit_what_there_is_room_for(Plan plan, std::vector<std::string>* warnings) {
     const int wanted = plan.volume;
     plan.volume = std::min(plan.volume, most_voxels);
@@ -231,13 +232,13 @@ struct Relighter::State {
     brightest = std::max(*std::max_element(sky.data.begin(), sky.data.end()), 1 / view.camera().exposure());
   }
 
-  /// Whether a frame only looks up what was gathered once, but for known glossy surfaces.
+  /// Whether a frame only looks up light that was gathered before, except on glossy surfaces of known material.
   bool is_live(const shader::FrameParams& params) const {
     return quality_of(made_for).cells && (known_surfaces.empty() || made_for.method == "dvct") &&
            LampShadows::possible(params);
   }
 
-  /// What lamps do to the objects and by them, which follows them at once.
+  /// Direct light of lamps on the objects and their shadows, which are updated at once.
   void light_directly(gpu::CommandList& list, const shader::FrameParams& params, const LightKey& key) {
     if (is_live(params)) {
       const LightVolumeState& lit = light.room();
@@ -252,7 +253,7 @@ struct Relighter::State {
     directly_lit = key;
   }
 
-  /// Whether indirect light may lag behind: where its place does not show on the objects themselves or in mirrors.
+  /// Whether indirect light may lag behind: only if this is not visible on the objects themselves or in mirrors.
   bool may_lag(const shader::FrameParams& params, const std::vector<PlacedObject>& objects) const {
     return is_live(params) && ObjectLight::enough_for(objects) &&
            std::all_of(glossy.begin(), glossy.end(), [](const GlossyBounds& g) { return g.alpha >= kSharpGloss; }) &&
@@ -344,7 +345,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
         s.light.why_no_rounds() + ")");
   }
   s.bricks.describe(params);
-  const shader::FrameParams& lit = s.light.room().params;  // objects may have left their place in the volumes since
+  const shader::FrameParams& lit = s.light.room().params;  // the objects may have moved inside the volumes since
   std::copy_n(lit.cascade, shader::kCascades, params.cascade);
   params.virtual_grid = lit.virtual_grid;
   params.grid = lit.grid;
@@ -361,7 +362,7 @@ RelitPicture Relighter::relight(const capture::FrameSet& frame, const reconstruc
     const std::vector<gpu::PassTime> passes = s.device->submit(*list);
     result.passes.insert(result.passes.end(), passes.begin(), passes.end());
   }
-  if (lit_anew) s.lamp_shadows->read(*s.device, params);  // which blocks are in shadow depends on it
+  if (lit_anew) s.lamp_shadows->read(*s.device, params);  // the selection of shadowed blocks depends on it
   s.view.show_live(frame, view, shown, *s.lamp_shadows, &result);
   return result;
 }

@@ -7,10 +7,10 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr std::uint64_t kMostBehind = 24, kMostBehindCalm = 64;  // publications of the field
-constexpr double kCalmShare = 0.1;                               // of bricks
+constexpr double kCalmShare = 0.1;                               // fraction of bricks
 
-/// Share of the bricks of `now` that are not those of `before`. Bricks are immutable: one that is the same has not
-/// changed.
+/// Fraction of the bricks of `now` that differ from those of `before`. Bricks are immutable: the same pointer means
+/// unchanged.
 template <typename Field>
 double changed_share(const std::shared_ptr<const Field>& before, const std::shared_ptr<const Field>& now) {
   if (!now || before == now) return 0;

@@ -11,11 +11,11 @@ namespace {
 
 constexpr int kStep_px = 2;
 constexpr int kLeastPixels = 2;
-constexpr float kDepthShare = 0.02f;  // of the distance
+constexpr float kDepthShare = 0.02f;  // relative to the depth
 constexpr int kLeastCodes = 8, kCodesShare = 8;
 
 bool other_depth(float z, float before, float least_m) {
-  // A hole is filled from the fused field: that a pixel has one or not says nothing.
+  // Holes are filled from the fused field, so a pixel becoming a hole or not is no change.
   return z > 0 && before > 0 && std::abs(z - before) > std::max(least_m, kDepthShare * before);
 }
 

@@ -5,7 +5,7 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr float kLeastAlpha = 2e-3f;  // below it the lobe is narrower than any cone or lamp here
+constexpr float kLeastAlpha = 2e-3f;  // at smaller alpha the lobe is narrower than any cone or lamp here
 
 }  // namespace
 
@@ -30,7 +30,7 @@ Eigen::Array3f fresnel(const BsdfParams& look, float cos_half) {
 Eigen::Array3f through(const BsdfParams& look, float cosine) { return 1 - fresnel(look, cosine); }
 
 Eigen::Array3f through_evenly(const BsdfParams& look) {
-  return 1 - (look.f0 + (look.f90 - look.f0) / 21);  // the mean of Schlick's over the cosine
+  return 1 - (look.f0 + (look.f90 - look.f0) / 21);  // cosine-weighted mean of Schlick's term
 }
 
 Eigen::Array3f reflectance_evenly(const BsdfParams& look) {

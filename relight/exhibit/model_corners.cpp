@@ -23,7 +23,7 @@ void fill_missing_normals(std::span<Corner> corners) {
   const std::size_t count = corners.size();
   if (std::none_of(corners.begin(), corners.end(), [](const Corner& c) { return c.normal.isZero(0.0f); })) return;
 
-  // Corners at the same place, as lists: those of position v are at[first[v]] ... at[first[v + 1] - 1].
+  // Corners by position, as lists: those of position v are at[first[v]] ... at[first[v + 1] - 1].
   std::vector<Eigen::Vector3f> positions(count);
   std::transform(corners.begin(), corners.end(), positions.begin(), [](const Corner& c) { return c.position_m; });
   std::vector<std::uint32_t> place(count);

@@ -1,4 +1,4 @@
-// What assimp 5.2 leaves out of glTF files.
+// Reads glTF data that assimp 5.2 ignores.
 #include <cstring>
 #include <fstream>
 #include <iterator>

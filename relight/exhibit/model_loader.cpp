@@ -1,5 +1,5 @@
-// Model files through assimp. Nodes are flattened; triangles without area or with NaN are dropped; equal corners are
-// joined into vertices; triangles are grouped by material.
+// Loads model files with assimp. Nodes are flattened; triangles of zero area or with NaN are dropped; equal corners are
+// merged to vertices; triangles are grouped by material.
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <meshoptimizer.h>
@@ -31,7 +31,7 @@ ModelFormat format_of(const fs::path& path) {
   throw capture::InputError(path.string() + ": found \"" + extension + "\", allowed: .gltf, .glb, .ply or .obj");
 }
 
-// Rotation that takes the model's up axis to z, keeping the frame right-handed.
+// Rotation of the model's up axis to z, right-handed.
 Eigen::Matrix3f up_to_z(char up) {
   Eigen::Matrix3f rotation = Eigen::Matrix3f::Identity();
   if (up == 'x') rotation << 0, 1, 0, 0, 0, 1, 1, 0, 0;
@@ -110,7 +110,8 @@ class Loader {
 
   void add_mesh(const aiMesh& mesh, const Eigen::Affine3f& T_model_node) {
     Batch& batch = batch_of(mesh);
-    // Normals go by the cofactor matrix, which is det · inverse transposed and exists for flat transforms too.
+    // Normals are transformed by the cofactor matrix, det · inverse transpose, which exists for singular transforms
+    // too.
     const Eigen::Matrix3f m = T_model_node.linear();
     Eigen::Matrix3f normal_matrix;
     normal_matrix << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
@@ -200,7 +201,7 @@ std::shared_ptr<const Model> load_model(const fs::path& path, char up) {
   const aiScene* scene = nullptr;
   std::string reason;
   try {
-    // Texture coordinates come with v up; glTF's convention, which is ours, is v down.
+    // assimp's texture coordinates have v up; glTF's convention, used here, has v down.
     constexpr unsigned steps =
         aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_FlipUVs | aiProcess_TransformUVCoords;
     if (format == ModelFormat::ply) {

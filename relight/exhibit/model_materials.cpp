@@ -77,7 +77,7 @@ void ModelMaterials::read_gltf(const aiMaterial& source, unsigned index, ModelMa
   material.roughness = 1.0f;
   source.Get(AI_MATKEY_METALLIC_FACTOR, material.metallic);
   source.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness);
-  // One texture holds both: roughness in green, metallic in blue. assimp names it "unknown".
+  // One texture has both: roughness in green, metallic in blue. assimp classifies it as "unknown".
   material.roughness *= texture_mean(source, aiTextureType_UNKNOWN, 1);
   material.metallic *= texture_mean(source, aiTextureType_UNKNOWN, 2);
   if (index < gltf_specular_.size()) material.specular = gltf_specular_[index];

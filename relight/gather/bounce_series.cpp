@@ -4,13 +4,13 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr int kMostRounds = 12;
-constexpr float kSettled = 0.003f;   // share of the change that one more bounce brings
-constexpr float kMostShare = 0.95f;  // of a bounce that comes back with the next, where there is a sum to take
+constexpr float kSettled = 0.003f;   // contribution of one more bounce, as a fraction of the change
+constexpr float kMostShare = 0.95f;  // maximum ratio of successive bounces for which the series is summed
 
 }  // namespace
 
 bool BounceSeries::goes_on(std::vector<Rgb>& irradiance, int least_rounds) {
-  // Over all cells and colours, without signs: what they hold after the round, and what it brought.
+  // Sums of absolute values over all cells and channels: after the round, and of the round's contribution.
   float all = 0, brought = 0;
   for (std::size_t i = 0; i < irradiance.size(); ++i) {
     all += irradiance[i].abs().sum();

@@ -10,7 +10,7 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr float kOff_m = 1e-4f;  // from the surface they leave
+constexpr float kOff_m = 1e-4f;  // offset from the surface of origin
 
 SurfaceHit with_look(SurfaceHit surface, const BsdfParams& look) {
   surface.look = look;
@@ -72,7 +72,7 @@ Rgb DeltaLight::lamps(const PathVertex& vertex, Sampler& sampler, Counts counts)
     if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) continue;
     const Rgb f = vertex.response(s.w);
     if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kBeforeLamp_m, i)) continue;
-    // Only mirrors send rays on that may meet lamps.
+    // Only rays of specular surfaces can hit lamps.
     const float share = vertex.mirrors() ? balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) : 1;
     sum += f * s.radiance * (share / s.pdf);
   }
@@ -203,7 +203,7 @@ Rgb DeltaLight::change(const SampledRay& ray, Sampler& sampler, int mirrors, flo
     if (to_object_m) *to_object_m = std::min(*to_object_m, object->t_m);
     return left_object(ray, *object, sampler, mirrors) - arriving_before(ray, object->t_m, room, sampler, mirrors);
   }
-  if (room.at != Arrival::At::real) return Rgb::Zero();  // the sky, the same in both worlds
+  if (room.at != Arrival::At::real) return Rgb::Zero();  // the sky, equal in both scenes
   return left_change(ray, room, sampler, mirrors);
 }
 

@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kRow = 4;               // rows, a thread's turn
-constexpr int kSteps = 2;             // of the filter: one pixel apart, then two
-constexpr float kOffPlane_px = 1.5f;  // as far from the other's plane as a surface goes on
-constexpr float kNearShare = 0.5f;    // of the distance to an object: so far its light changes little
+constexpr int kRow = 4;               // rows per thread and block
+constexpr int kSteps = 2;             // of the filter: spacing of one pixel, then two
+constexpr float kOffPlane_px = 1.5f;  // maximum distance from the other's plane, for the same surface
+constexpr float kNearShare = 0.5f;    // of the distance to an object, within which its light changes little
 
 float alike(const SurfaceHit& a, const SurfaceHit& b, float pixel_m, float near_m) {
   const Vector3f apart = b.position_m - a.position_m;
@@ -49,7 +49,7 @@ GatherGrid::GatherGrid(const std::vector<GBufferPixel>& seen, const capture::Cam
   });
 }
 
-/// The block's pixel nearest to its middle that shows such a surface.
+/// The block's pixel of such a surface nearest to its centre.
 void GatherGrid::choose_pixel(int x, int y) {
   Cell& cell = cells_[at(x, y)];
   float least = std::numeric_limits<float>::infinity();
@@ -94,7 +94,7 @@ std::array<float, 9> GatherGrid::shares_around(int u, int v, const SurfaceHit& o
 void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>& places, int rays, std::uint32_t seed,
                         const UpdateSubset& turn) {
   const auto irradiance = [&](std::uint32_t cell, const PathVertex& vertex, float* near_m) {
-    // Most of what changes comes from all around, a little from objects and shadows that rays may miss.
+    // Most rays over the hemisphere; a few towards objects and shadows, which these may miss.
     const RayCounts counts{std::max(3 * rays / 5, 1), std::max(rays / 4, 1)};
     return changed_irradiance(light, vertex, counts, seed, cell, near_m);
   };
@@ -118,7 +118,7 @@ void GatherGrid::gather(const DeltaLight& light, const std::vector<ChangeRegion>
       cell.near_m = std::numeric_limits<float>::infinity();
       const auto number = static_cast<std::uint32_t>(i);
       cell.light = glossy ? radiance(number, vertex, &cell.near_m) : irradiance(number, vertex, &cell.near_m);
-      // A lobe of GGX is about as wide as its alpha.
+      // The width of a GGX lobe is about its alpha.
       cell.near_m *= glossy ? std::min(pixel.surface.look.alpha, kNearShare) : kNearShare;
     }
   });

@@ -11,9 +11,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against what is around it
+constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel's radiance over its surroundings'
 
-/// `hit`: null where there is nothing. `radiance`: what the camera sees there.
+/// `hit`: null if there is none. `radiance`: of the camera at this pixel.
 GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit, const Rgb& radiance) {
   GBufferPixel p;
   p.w = w;
@@ -24,7 +24,7 @@ GBufferPixel pixel_of(const RayRoom& room, const Vector3f& w, const MeshHit* hit
   p.surface = point.surface;
   p.depth_m = hit->t_m;
   if (p.glossy) return p;
-  // The room's triangles are coarser than pixels: the picture's own detail rides on what they carry.
+  // The room's triangles are coarser than pixels: the image's detail modulates their values.
   const Rgb detail = (radiance / point.before.max(1e-5f)).max(kLeastDetail).min(kMostDetail);
   p.albedo = (point.surface.look.diffuse * detail).min(1.0f);
   return p;
@@ -50,7 +50,7 @@ Vector3f PixelRays::at(int u, int v, const Eigen::Vector2f& within) const {
   const float x = within.x(), y = within.y();
   const Vector3f w = (1 - y) * ((1 - x) * top[0] + x * top[1]) + y * ((1 - x) * bottom[0] + x * bottom[1]);
   const float length = w.norm();
-  return length > 0 ? (w / length).eval() : Vector3f::Zero().eval();  // NaN is none either
+  return length > 0 ? (w / length).eval() : Vector3f::Zero().eval();  // NaN becomes zero too
 }
 
 void trace_room(const RayRoom& room, const CameraRays& eye, const capture::Image<float>& radiance,

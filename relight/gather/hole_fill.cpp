@@ -12,11 +12,12 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kReach = 0.04f;                        // of the picture's width
-constexpr float kUnlikeColor = 0.15f;                  // of codes from 0 to 1: farther apart is another surface
-constexpr float kNearerColor = 0.1f;                   // that reach counts as much as so much colour
-constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel against the one beside
-constexpr float kLeastCosine = 0.05f;                  // of a plane seen from the camera
+constexpr float kReach = 0.04f;                        // search radius, fraction of the image width
+constexpr float kUnlikeColor = 0.15f;                  // in coded colour from 0 to 1: a larger difference means another
+                                                       // surface
+constexpr float kNearerColor = 0.1f;                   // colour difference that counts as much as the search radius
+constexpr float kLeastDetail = 0.2f, kMostDetail = 4;  // of a pixel's radiance over the neighbouring one's
+constexpr float kLeastCosine = 0.05f;                  // of a plane viewed from the camera
 
 struct Filled {
   int pixel;
@@ -44,7 +45,7 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
   const int width = camera.model.width, height = camera.model.height;
   const float reach = kReach * static_cast<float>(width);
   std::vector<std::vector<Filled>> filled(
-      static_cast<std::size_t>(height));  // by row; what is there stays until all looked
+      static_cast<std::size_t>(height));  // by row; values are replaced only after all have been searched
   const auto usable = [&](int u, int v) {
     if (u < 0 || v < 0 || u >= width || v >= height) return false;
     const GBufferPixel& p = seen[static_cast<std::size_t>(v * width + u)];
@@ -61,7 +62,7 @@ void fill_holes(const PosedCamera& camera, const capture::Image<float>& radiance
         for (const auto& [x, y] : ways) {
           for (int s = 1; s <= static_cast<int>(reach); ++s) {
             if (!usable(u + s * x, v + s * y)) continue;
-            // The fused surface is round at its end: a little farther in it is flat again.
+            // Fused surfaces are rounded at their ends; slightly farther inside they are flat.
             const int in = usable(u + (s + 2) * x, v + (s + 2) * y) ? s + 2 : s;
             const int at = (v + in * y) * width + u + in * x;
             const float unlike = std::sqrt((coded(pixel(radiance, at), exposure) - own_code).square().sum()) +

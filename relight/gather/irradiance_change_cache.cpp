@@ -11,11 +11,11 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kFinest = 8;  // cells along the radius of the objects' sphere
-constexpr int kBlock = 4096;  // of patches, a thread's turn
+constexpr int kBlock = 4096;  // patches per thread and block
 
 }  // namespace
 
-/// Doubles where the distance from the sphere, in radii and one more, does.
+/// Doubles when the distance from the sphere, in radii plus one, doubles.
 int IrradianceChangeCache::Layout::level(const Vector3f& p_m) const {
   const float far = std::max((p_m - sphere.centre_m).norm() / sphere.radius_m - 1, 0.0f);
   return std::clamp(static_cast<int>(std::log2(1 + far)), 0, kMostLevels);

@@ -14,9 +14,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kAcross = 16;      // places along the radius of the object's sphere
-constexpr float kLikeNormals = 4;  // power of the cosine by which a vertex mixes places
-constexpr float kReach = 1.2f;     // of the edge between places
+constexpr float kAcross = 16;      // probes along the radius of the object's sphere
+constexpr float kLikeNormals = 4;  // exponent of the cosine in a vertex's weights of probes
+constexpr float kReach = 1.2f;     // times the spacing of probes
 
 struct Side {
   Vector3f position_m, normal;
@@ -55,7 +55,7 @@ IrradianceProbes place_probes(const Model& coarse) {
     return ((p - sphere.centre_m) / edge_m).array().floor().matrix().cast<int>().eval();
   };
 
-  // The mean of the vertices that face alike in a cell, and of these the one nearest to it.
+  // The mean of the vertices with similar normals in a cell, and the vertex nearest to it.
   struct Cell {
     std::array<Vector3f, 6> sum;
     std::array<int, 6> count{}, place{-1, -1, -1, -1, -1, -1};
@@ -85,7 +85,7 @@ IrradianceProbes place_probes(const Model& coarse) {
   for (const Side& side : sides) {
     found.first.push_back(static_cast<std::uint32_t>(found.shares.size()));
     float sum = 0;
-    // The eight cells whose middles are around the vertex.
+    // The eight cells whose centres surround the vertex.
     const Eigen::Vector3i low = cell_of(side.position_m - Vector3f::Constant(0.5f * edge_m));
     for (int i = 0; i < 8; ++i) {
       const auto cell = cells.find(key_of(low + Eigen::Vector3i(i & 1, i >> 1 & 1, i >> 2)));
@@ -101,7 +101,7 @@ IrradianceProbes place_probes(const Model& coarse) {
       }
     }
     const std::size_t begin = found.first.back();
-    if (sum <= 0) {  // a vertex alone in its cell that has moved out of reach: its own cell's place
+    if (sum <= 0) {  // a single vertex whose position is out of reach of all probes: uses its own cell's probe
       const Cell& own = cells[key_of(cell_of(side.position_m))];
       found.shares.push_back({own.place[static_cast<std::size_t>(facing(side.normal))], 1});
       sum = 1;

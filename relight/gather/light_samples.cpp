@@ -19,7 +19,7 @@ LightSampleSet::LightSampleSet(const ReferenceLamp& lamp, std::uint32_t seed) : 
   if (!sphere) area_m2_ = area_m2(lamp);
   for (int s = 0; s <= kSets; ++s) {
     for (int k = 0; k < RayFan::kMost; ++k) {
-      // A Sobol' sequence: each stretch of a power of two is even, and so are all together.
+      // A Sobol' sequence: every block of a power of two is stratified, and so is the whole.
       const std::uint32_t point = static_cast<std::uint32_t>(s == kAll ? k : s * RayFan::kMost + k);
       Sampler sampler(seed, s == kAll ? 1 : 0, point);
       const Eigen::Vector2f u = sampler.two();
@@ -48,7 +48,7 @@ float LightSampleSet::unhidden(const SurfaceHit& surface) const {
   if (lamp_.shape == ReferenceLamp::Shape::sphere) {
     const Vector3f to = lamp_.centre_m - surface.position_m;
     const float far = to.norm(), cosine = surface.normal.dot(to) / far, sine = lamp_.radius_m / far;
-    // A sphere all above the horizon, as Lambert (1760) has it.
+    // A sphere entirely above the horizon (Lambert 1760).
     if (std::min(cosine, surface.face.dot(to) / far) > sine) return kPi * sine * sine * cosine;
   }
   return from(surface, kAll).all;

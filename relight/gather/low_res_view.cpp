@@ -10,10 +10,10 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kRow = 4;               // rows, a thread's turn
-constexpr float kOffPlane_px = 1.5f;  // of blocks: as far from the other's plane as a surface goes on
-constexpr float kAlike = 0.95f;       // from here on two count as one surface
-constexpr float kUnlike = 1e-6f;      // blocks of other surfaces count so much: only where there are no others
+constexpr int kRow = 4;               // rows per thread and block
+constexpr float kOffPlane_px = 1.5f;  // in blocks: maximum distance from the other's plane, for the same surface
+constexpr float kAlike = 0.95f;       // similarity from which two count as one surface
+constexpr float kUnlike = 1e-6f;      // weight of blocks of other surfaces: effective only if there are no others
 
 float alike(const SurfaceHit& a, const GBufferPixel& b, float block_m) {
   const float turn = std::max(a.normal.dot(b.surface.normal), 0.0f);
@@ -32,7 +32,7 @@ LowResView::LowResView(const std::vector<GBufferPixel>& seen, const capture::Cam
   right_ = camera_.width > 1 ? 1 : 0;
   below_ = camera_.height > 1 ? static_cast<std::size_t>(camera_.width) : 0;
   seen_.resize(static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height));
-  const float middle = 0.4f * static_cast<float>(block);  // of two in the middle always the same
+  const float middle = 0.4f * static_cast<float>(block);  // of two central pixels always the same one
   for_each_block(camera_.height, kRow, [&](int first, int last) {
     for (int y = first; y < last; ++y) {
       for (int x = 0; x < camera_.width; ++x) {
@@ -83,7 +83,7 @@ BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
   std::array<float, 4> weight{};
   float sum = 0;
   const auto first = static_cast<std::size_t>(mix.first);
-  // Where the four lie in one plane, and the pixel in it, they are all alike.
+  // If the four blocks and the pixel are in one plane, they are all alike.
   const bool even = even_[first] && alike(surface, seen_[first], block_m(seen_[first])) > kAlike;
   for (std::size_t k = 0; k < 4; ++k) {
     const GBufferPixel& other = seen_[first + (k & 1 ? right_ : 0) + (k >> 1 ? below_ : 0)];
@@ -93,7 +93,7 @@ BlockMix LowResView::mix(int u, int v, const SurfaceHit& surface) const {
     sum += weight[k];
   }
   if (!(sum > 0)) return mix;
-  // Rounded so that all are together 255.
+  // Rounded such that the sum is 255.
   int left_over = 255;
   for (std::size_t k = 0; k < 4; ++k) {
     mix.weight[k] = static_cast<std::uint8_t>(255 * weight[k] / sum);

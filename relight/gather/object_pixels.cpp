@@ -16,18 +16,19 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays of a pixel
+constexpr int kMost = RayFan::kMost, kMostInside = 4;  // rays per pixel
 constexpr int kMirrors = 2;
 constexpr std::uint32_t kCameraSeed = 21, kLightSeed = 22;
-constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; of what shares the shadows of a pixel
-constexpr float kSurelyFarther = 1.02f;                    // than the object
-constexpr float kJump_px = 8;                              // in depth, to what is no neighbour of the surface
-constexpr int kRow = 4;                                    // rows of pixels, a thread's turn
+constexpr float kOffPlane_px = 1.0f, kLikeNormals = 0.7f;  // cosine; for surfaces that share the shadows of a pixel
+constexpr float kSurelyFarther = 1.02f;                    // times the object's distance
+constexpr float kJump_px = 8;                              // depth step in pixels, above which pixels are not of one
+                                                           // surface
+constexpr int kRow = 4;                                    // rows of pixels per thread and block
 
-/// What the rays in the middle of a pixel find of the objects.
+/// Object hits of a pixel's interior rays.
 struct Found {
   int u = 0;
-  std::uint32_t some = 0;  ///< by bit, the rays that do
+  std::uint32_t some = 0;  ///< bit mask of the rays that hit
   std::array<Vector3f, kMostInside> w;
   std::array<MeshHit, kMostInside> hits;
 };
@@ -40,7 +41,7 @@ struct Looks {
   std::array<SurfaceHit, kMost> surfaces;
 };
 
-/// All below by pixel of the window, unless it says otherwise.
+/// Arrays are per pixel of the window, unless noted.
 class ObjectView {
  public:
   ObjectView(const DeltaLight& light, const std::vector<LightSampleSet>& lamps, const std::vector<GBufferPixel>& room,
@@ -58,7 +59,9 @@ class ObjectView {
     first_.resize(static_cast<std::size_t>(window_.width) * static_cast<std::size_t>(window_.height));
     model_.width = window_.width;
     model_.height = window_.height;
-    for (std::uint32_t k = 0; k < within_.size(); ++k) within_[k] = Sampler(kCameraSeed, 0, k).two();  // even sixteens
+    for (std::uint32_t k = 0; k < within_.size(); ++k)
+      within_[k] = Sampler(kCameraSeed, 0, k).two();  // stratified in
+                                                      // sixteenths
   }
 
   ObjectPixels see() {
@@ -96,16 +99,16 @@ class ObjectView {
                  static_cast<std::size_t>(u + window_.left)];
   }
 
-  /// Of the pixel's rays, the first in within_; the first four are even too.
+  /// Index in within_ of the pixel's first ray; the first four are stratified too.
   static std::size_t pattern(int u, int v) { return static_cast<std::size_t>(kMost * (4 * (v & 3) + (u & 3))); }
 
-  /// Whether a pixel's ray goes through its middle, as those do by which the room is seen.
+  /// Whether a pixel's ray passes through its centre, like those of the room's G-buffer.
   bool is_central(int ray) const { return detail_.inside == 1 && ray == 0; }
 
   /// Whether any ray of the pixel may meet an object.
   bool may_see(int u, int v) const {
     const Vector3f& w = room_at(u, v).w;
-    if (w.isZero(0)) return true;  // its corners may have rays all the same
+    if (w.isZero(0)) return true;  // its corners may still have rays
     for (const Eigen::Vector4f& sphere : light_.objects().meshes().spheres()) {
       const Vector3f to = sphere.head<3>() - eye_m_;
       const float along = std::max(to.dot(w), 0.0f);
@@ -115,7 +118,7 @@ class ObjectView {
     return false;
   }
 
-  /// Whether the room may be nearer than `t_m` there: what is narrower than a pixel apart.
+  /// Whether the room may be nearer than `t_m` there, except for parts narrower than a pixel.
   bool may_hide(int u, int v, float t_m) const {
     const int left = std::max(u + window_.left - 1, 0) - window_.left,
               right = std::min(u + window_.left + 1, eye_.camera.model.width - 1) - window_.left,
@@ -130,7 +133,7 @@ class ObjectView {
     return false;
   }
 
-  /// Sends `rays` of each of these pixels' rays, from `first` on, all in one fan. `found(pixel, ray, w, hit)`.
+  /// Traces the rays `first` to `first + rays` of each of these pixels in one packet. `found(pixel, ray, w, hit)`.
   template <typename Found>
   void look(int v, std::span<const int> pixels, int first, int rays, Found found) const {
     const int slots = static_cast<int>(pixels.size()) * rays;
@@ -203,7 +206,7 @@ class ObjectView {
     return pixel;
   }
 
-  /// Pixels of one ray that found nothing, beside those that did.
+  /// Pixels of one ray without a hit, next to pixels with hits.
   void add_outlines() {
     for_each_block(window_.height, kRow, [&](int from, int to) {
       for (int v = from; v < to; ++v) {
@@ -215,7 +218,7 @@ class ObjectView {
     });
   }
 
-  /// Whether what a pixel shows ends between it and one beside it.
+  /// Whether a surface edge separates the pixel from a neighbour.
   bool is_edge(int u, int v) const {
     const GBufferPixel& own = first_[index(u, v)];
     const auto ends = [&](int x, int y) {
@@ -285,7 +288,7 @@ class ObjectView {
         if (*open > 0) sum += radiance * (*open * lamps_[lamp].unhidden(surface));
         continue;
       }
-      // Where shadows are sharp, every ray's own: a few points, others for each.
+      // Where shadows are sharp, each ray uses its own small set of points.
       ShadowRayPacket fan = lamps_[lamp].from(surface, (4 * (v & 3) + (u & 3) + ray) % LightSampleSet::kSets);
       fan.rays.some &= 0xfu << (4 * (ray & 3));
       std::uint32_t open = fan.rays.some & ~light_.objects().meshes().blocked(fan.rays);
@@ -298,7 +301,7 @@ class ObjectView {
     return sum;
   }
 
-  /// The share of a lamp that surfaces of a pixel have in common, where they do.
+  /// Visibility of a lamp shared by the surfaces of a pixel, if they share it.
   std::optional<float> open_to(std::size_t lamp, const BlockMix& mix, int u, int v, bool shares) const {
     if (!blocks_) {
       const LampVisibility& share = open_[lamp][index(u, v)];
@@ -323,14 +326,14 @@ class ObjectView {
 
   const DeltaLight& light_;
   const std::vector<LightSampleSet>& lamps_;
-  const std::vector<GBufferPixel>& room_;  ///< by pixel of the picture
+  const std::vector<GBufferPixel>& room_;  ///< per pixel of the full image
   const CameraRays& eye_;
   GatherQuality detail_;
   Vector3f eye_m_;
   PixelWindow window_;
-  capture::CameraModel model_;                      ///< of the window; only its size and focal lengths mean something
-  std::array<Eigen::Vector2f, 16 * kMost> within_;  ///< where rays go in each of 4 × 4 pixels
-  std::vector<GBufferPixel> first_;                 ///< what the first of a pixel's rays finds that finds anything
+  capture::CameraModel model_;                      ///< of the window; only its size and focal lengths are valid
+  std::array<Eigen::Vector2f, 16 * kMost> within_;  ///< positions of the rays in each of 4 × 4 pixels
+  std::vector<GBufferPixel> first_;                 ///< the first hit among a pixel's rays
   std::vector<std::vector<Found>> rows_;
   std::optional<LowResView> blocks_;
   std::vector<std::vector<LampVisibility>> open_;  ///< by lamp, then pixel or block

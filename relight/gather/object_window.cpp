@@ -8,8 +8,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kEdge = 16;              // of squares that are looked at as one
-constexpr float kMargin_rad = 0.002f;  // for what is round in between
+constexpr int kEdge = 16;              // edge of squares that are tested as one
+constexpr float kMargin_rad = 0.002f;  // margin for the curvature between the test points
 
 float angle(const Vector3f& a, const Vector3f& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -23,7 +23,7 @@ PixelWindow window_of(const std::vector<Eigen::Vector4f>& spheres, const CameraR
     float reach = 0;
     for (const auto& [u, v] : {std::pair(left, top), {right, top}, {left, bottom}, {right, bottom}}) {
       const Vector3f corner = eye.ray(u, v, {u == left ? 0.0f : 1.0f, v == top ? 0.0f : 1.0f});
-      if (corner.isZero(0) || middle.isZero(0)) return true;  // pixels in between may have rays
+      if (corner.isZero(0) || middle.isZero(0)) return true;  // pixels between them may have rays
       reach = std::max(reach, angle(middle, corner));
     }
     return std::any_of(spheres.begin(), spheres.end(), [&](const Eigen::Vector4f& sphere) {

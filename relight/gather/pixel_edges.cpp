@@ -15,15 +15,15 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kRound_voxels = 1.5f;    // how far from an edge the fused surface turns
-constexpr float kReach_voxels = 6;       // to the next plane, and as much in depth
-constexpr float kFlat = 0.96f;           // cosine of 16°, as a ball of six voxels' radius turns in so far
-constexpr float kTurn = 0.87f;           // cosine of 30°: less is the same plane, with noise
-constexpr float kOff_voxels = 1.5f;      // of the plane from what was measured
-constexpr float kLeastCosine = 0.05f;    // of a plane seen from the camera
-constexpr float kUnlikeColor = 0.1f;     // of codes from 0 to 1: that far from a side's colour ...
-constexpr float kUnlike_voxels = 0.25f;  // ... is as unlikely as that far from the side's plane
-constexpr float kLift_voxels = 0.1f;     // above the plane, whose noise would hide lamps from what lies in it
+constexpr float kRound_voxels = 1.5f;    // distance from an edge within which the fused normals turn
+constexpr float kReach_voxels = 6;       // search distance to the next plane, and limit of its depth difference
+constexpr float kFlat = 0.96f;           // cosine of 16°: the turn of a sphere of six voxels radius over that distance
+constexpr float kTurn = 0.87f;           // cosine of 30°: smaller angles are the same plane with noise
+constexpr float kOff_voxels = 1.5f;      // maximum distance of the plane from the measurement
+constexpr float kLeastCosine = 0.05f;    // of a plane viewed from the camera
+constexpr float kUnlikeColor = 0.1f;     // in coded colour from 0 to 1: this colour difference to a side ...
+constexpr float kUnlike_voxels = 0.25f;  // ... is as unlikely as this distance from the side's plane
+constexpr float kLift_voxels = 0.1f;     // offset above the plane, whose noise would occlude lamps for points on it
 constexpr float kLeastDetail = 0.2f, kMostDetail = 4;
 constexpr std::array<std::array<int, 2>, 8> kWays = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
@@ -72,7 +72,7 @@ class Edges {
     if (!t_a && !t_b) return std::nullopt;
     bool takes_a = t_a.has_value();
     if (t_a && t_b) {
-      // Into what the planes bound, a ray gets at the last of them; out of a crease, at the first.
+      // At a convex edge a ray enters through the last of the planes; at a concave one through the first.
       const float t = convex ? std::max(*t_a, *t_b) : std::min(*t_a, *t_b);
       const int own = v * width_ + u;
       const auto cost = [&](float t_side, int pixel) {
@@ -98,7 +98,7 @@ class Edges {
     return is_even(q) && std::abs(q.depth_m - p.depth_m) < kReach_voxels * voxel_m_ ? &q : nullptr;
   }
 
-  /// As far on as an edge is round.
+  /// Over the distance within which an edge is rounded.
   bool is_flat(int u, int v, const std::array<int, 2>& way) const {
     const GBufferPixel& p = at(u, v);
     const int r = round_px(p);
@@ -106,7 +106,7 @@ class Edges {
     return on && on->surface.normal.dot(p.surface.normal) > kFlat;
   }
 
-  /// The nearest plane beside a pixel, and the nearest that is another one; pixel -1: none.
+  /// The nearest plane next to a pixel, and the nearest different one; pixel -1: none.
   std::array<Side, 2> sides(int u, int v, const std::vector<std::uint8_t>& turns) const {
     const GBufferPixel& p = at(u, v);
     const int reach = static_cast<int>(std::ceil(reach_px(p, kReach_voxels)));
@@ -154,12 +154,12 @@ class Edges {
     return std::sqrt(sum);
   }
 
-  /// The pixel on a side's plane, `t` along its ray.
+  /// The pixel moved to a side's plane, at distance `t` along its ray.
   std::optional<GBufferPixel> on(const GBufferPixel& p, const GBufferPixel& side, int own, int of_side, float t) const {
     if (!(std::abs(t - p.depth_m) < kOff_voxels * voxel_m_)) return std::nullopt;
     GBufferPixel sharp = p;
     sharp.surface.normal = sharp.surface.face = side.surface.normal;
-    // Not below the fused surface, which would hide everything from there; nor below the plane, which would likewise.
+    // Neither below the fused surface nor below the plane, either of which would occlude everything from there.
     const float below = std::max(side.surface.normal.dot(eye_m_ + t * p.w - p.surface.position_m), 0.0f);
     sharp.surface.position_m += (below + kLift_voxels * voxel_m_) * side.surface.normal;
     const Rgb detail = (pixel(own) / pixel(of_side).max(1e-5f)).max(kLeastDetail).min(kMostDetail);

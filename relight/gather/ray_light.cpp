@@ -9,10 +9,10 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kMostTriangles = 200000;  // of an object
-constexpr int kLampPoints = 8;          // of each lamp, at a place of an object
+constexpr int kMostTriangles = 200000;  // per object
+constexpr int kLampPoints = 8;          // per lamp, at a probe of an object
 constexpr int kBouncesAnew = 8, kBouncesOn = 2;
-constexpr int kCellShare = 4;  // one ray of a cell, of each kind, for so many of an object's place
+constexpr int kCellShare = 4;  // number of rays of a probe per ray of each kind of a cell
 constexpr std::uint32_t kLampSeed = 1, kObjectSeed = 2, kCellSeed = 3;
 
 bool same_models(const std::vector<ReferenceMesh>& a, const std::vector<ReferenceMesh>& b) {
@@ -56,7 +56,7 @@ const std::shared_ptr<const IrradianceProbes>& RayLight::places_of(const std::sh
   return prepared_.back().places;
 }
 
-/// What the object needs, taken from what is known or made anew.
+/// Prepares an object from cached data, or creates it.
 PlacedModel RayLight::placed(const ReferenceMesh& object) {
   PlacedModel result{object.model, places_of(object.model), nullptr, object.T_tag_model, object.material};
   for (const PlacedModel& other : placed_) {
@@ -81,7 +81,8 @@ bool RayLight::follow(std::shared_ptr<const RayRoom> room, const std::vector<Ref
     rays_ = plan.rays;
     trace_scale_ = plan.trace_scale;
     outstanding_ = rounds;
-    // What moves goes on from what is nearly right; what comes or goes does not. Counted anew where it moves, too.
+    // Moving objects continue from nearly correct values; appearing or disappearing ones don't. Restarted also while it
+    // moves.
     if (!goes_on) bounces_.reset();
     if (goes_on && (!all_known || bounces_)) bounces_.emplace();
     done("surfaces");
@@ -133,7 +134,7 @@ void RayLight::place(std::shared_ptr<const RayRoom> room, const std::vector<Refe
   placed_ = now;
   const bool same_cells = world_ && world_->room->shares_surfaces_with(*room) && same_meshes(objects_, objects);
   auto next = std::make_unique<World>(std::move(room), std::move(now), same_cells ? &world_->cells : nullptr);
-  // Later bounces change little from frame to frame: they go on from where they were.
+  // Later bounces change little between frames: they continue from the previous values.
   if (goes_on) {
     next->objects.reuse_from(world_->objects);
     if (!same_cells) next->cells.reuse_from(world_->cells);

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kBlock = 1024;  // of vertices or triangles, a thread's turn
+constexpr int kBlock = 1024;  // vertices or triangles per thread and block
 
 std::vector<ReferenceMesh> meshes_of(const std::vector<PlacedModel>& objects) {
   std::vector<ReferenceMesh> meshes;

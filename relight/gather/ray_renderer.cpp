@@ -21,8 +21,8 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kRow = 4;                   // rows of pixels, a thread's turn
-constexpr double kLeastNearest_m = 0.05;  // of the objects, where the camera is among them
+constexpr int kRow = 4;                   // rows of pixels per thread and block
+constexpr double kLeastNearest_m = 0.05;  // minimum distance to the objects, if the camera is among them
 constexpr std::uint32_t kPixelSeed = 4, kGlossSeed = 5;
 
 class Clock {
@@ -59,10 +59,10 @@ void set(capture::Image<float>& image, std::size_t i, const Rgb& value) {
 
 namespace {
 
-/// What a pixel makes of irradiance on the room; of glossy surfaces nothing.
+/// A pixel's response to irradiance on the room; zero on glossy surfaces.
 struct Receiver {
   Eigen::Array4f reflects = Eigen::Array4f::Zero();  ///< albedo over π, and 0
-  BlockMix mix;                                      ///< where blocks share light
+  BlockMix mix;                                      ///< if blocks share light
 };
 
 }  // namespace
@@ -77,7 +77,7 @@ struct RayRenderer::State {
   std::shared_ptr<const RayRoom> room;
   std::vector<LightSampleSet> lamps;
 
-  // What the last camera saw.
+  // State of the last camera view.
   StaticViewCache still;
   PixelRays pixel_rays;
   Eigen::Matrix4f T_tag_camera = Eigen::Matrix4f::Zero();
@@ -85,9 +85,9 @@ struct RayRenderer::State {
   GatherQuality detail;
   std::vector<GBufferPixel> seen;
   std::vector<Receiver> receivers;   ///< by pixel
-  std::optional<LowResView> blocks;  ///< where blocks of pixels share light
+  std::optional<LowResView> blocks;  ///< if blocks of pixels share light
   std::optional<GatherGrid> indirect, gloss;
-  bool new_view = false;         ///< of which nothing was gathered yet
+  bool new_view = false;         ///< nothing was gathered for it yet
   capture::Image<float> change;  ///< 3 channels, L_Δ of real pixels, W/sr/m²
   ObjectPixels objects;
   SrgbCodes codes;
@@ -117,7 +117,7 @@ struct RayRenderer::State {
     lamps = light_samples_of(*room);
   }
 
-  /// The last pose, unless the objects have moved in the picture since.
+  /// The last pose, unless the objects have moved in the image since.
   const Eigen::Isometry3d& held(const Eigen::Isometry3d& T) {
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector4f& sphere : light.light().objects().meshes().spheres()) {
@@ -128,12 +128,12 @@ struct RayRenderer::State {
     return still.hold(T, std::max(nearest_m, kLeastNearest_m), &moved);
   }
 
-  /// What the camera sees of the room, unless it has seen it so.
+  /// Updates the G-buffer of the room, unless the view is unchanged.
   void look(const CameraRays& eye, const GatherQuality& asked, Clock& clock) {
     const Eigen::Matrix4f& T = eye.camera.T_tag_camera.matrix();
     const bool same_view = T_tag_camera == T && seen_room && seen_room->shares_surfaces_with(*room);
     if (same_view && detail == asked) return;
-    seen_room.reset();  // until all below is there: memory may run out
+    seen_room.reset();  // until all below is done: memory may run out
     const capture::CameraModel& model = eye.camera.model;
     if (!same_view) {
       const capture::Image<float> radiance = camera.radiance();
@@ -154,7 +154,7 @@ struct RayRenderer::State {
     clock.done("pixels");
   }
 
-  /// Surfaces that pixels share, or their own.
+  /// Surfaces shared by pixels, or the pixels' own.
   const std::vector<GBufferPixel>& shared() const { return blocks ? blocks->seen() : seen; }
   const capture::CameraModel& of_shared() const { return blocks ? blocks->camera() : session.color.model; }
 
@@ -176,7 +176,7 @@ struct RayRenderer::State {
 
   void see(const CameraRays& eye, int rays, Clock& clock) {
     const UpdateSubset turn = new_view ? UpdateSubset{} : light.turn();
-    new_view = true;  // where this fails, all is due
+    new_view = true;  // if this throws, everything is recomputed
     find_change(rays, turn, clock);
     if (gloss) {
       gloss->gather(light.light(), light.places(), rays, kGlossSeed, turn);
@@ -225,7 +225,7 @@ struct RayRenderer::State {
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (seen[i].known) tell(i, seen[i]);
     }
-    // Where an object shows, the maps say what it is.
+    // Where an object covers a pixel, the maps describe the object.
     for_objects([&](std::size_t i, std::size_t of_window) {
       maps->mask.data[i] = objects.coverage.data[of_window];
       if (maps->mask.data[i] >= 0.5f && objects.surfaces[of_window].known) tell(i, objects.surfaces[of_window]);
@@ -233,7 +233,7 @@ struct RayRenderer::State {
     return maps;
   }
 
-  /// `look(pixel of the picture, pixel of the window)` for each of the objects' window.
+  /// Calls `look(pixel of the image, pixel of the window)` for each pixel of the objects' window.
   template <typename Look>
   void for_objects(Look look) const {
     for (int v = 0; v < objects.coverage.height; ++v) {
@@ -244,7 +244,7 @@ struct RayRenderer::State {
     }
   }
 
-  /// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
+  /// Camera image plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
   void compose(capture::Image<std::uint8_t>& picture) const {
     for_each_block(change.height, kRow, [&](int first, int last) {
       for (int v = first; v < last; ++v) {

@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kPaperNear_m = 0.005f;  // to the tag's plane
-constexpr float kPatch_m = 0.02f;       // between patches of known surfaces
+constexpr float kPaperNear_m = 0.005f;  // distance to the tag's plane
+constexpr float kPatch_m = 0.02f;       // between patches of surfaces with known material
 
 bool is_flat_enough(const Vector3f& p_m) { return std::abs(p_m.z()) < kPaperNear_m; }
 
@@ -116,7 +116,7 @@ RealPoint RayRoom::measured_point(const MeshHit& hit, const Vector3f& w) const {
   float known[3], sum = 0;
   for (int k = 0; k < 3; ++k) {
     vertices[k] = &surfaces_->vertices[hit.mesh][corner[k]];
-    // At the end of what is known, that alone counts.
+    // At the border of the known part only known vertices count.
     known[k] = vertices[k]->colored ? std::max(weight[k], 1e-6f) : 0;
     sum += known[k];
   }
@@ -134,7 +134,7 @@ RealPoint RayRoom::measured_point(const MeshHit& hit, const Vector3f& w) const {
   if (s.face.dot(w) > 0) s.face = -s.face;
   s.normal.normalize();
   if (s.normal.dot(s.face) < 0) s.normal = -s.normal;
-  if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // a smooth normal that can't be seen from here
+  if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // an interpolated normal that faces away from the ray
   return point;
 }
 

@@ -15,25 +15,25 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr float kOfPenumbra = 0.35f;  // standard deviation of the smoothing
+constexpr float kOfPenumbra = 0.35f;  // standard deviation of the filter over penumbra width
 constexpr float kOffPlane_px = 1.5f;
-constexpr float kWide_px = 4;    // penumbra that is the same all over a pixel
-constexpr float kSparse_px = 6;  // penumbra of which one of 2 × 2 pixels tells enough
-constexpr int kReach = 2;        // pixels, of the smoothing
-constexpr int kRow = 4;          // rows of pixels, a thread's turn
+constexpr float kWide_px = 4;    // penumbra width from which visibility counts as constant over a pixel
+constexpr float kSparse_px = 6;  // penumbra width from which one of 2 × 2 pixels suffices
+constexpr int kReach = 2;        // filter radius, pixels
+constexpr int kRow = 4;          // rows of pixels per thread and block
 constexpr std::uint32_t kLampSeed = 31;
 
 enum class On { room, objects };
 
 struct Shadow {
-  float hidden = 0;         ///< share of the lamp's light that does not arrive for what is looked for
-  float penumbra_m = kFar;  ///< how wide the narrowest penumbra is that falls here
-  bool known = true;        ///< else the pixels around it tell
+  float hidden = 0;         ///< fraction of the lamp's light that is occluded
+  float penumbra_m = kFar;  ///< width of the narrowest penumbra here
+  bool known = true;        ///< else interpolated from the neighbours
 };
 
 class LampShadow {
  public:
-  /// On the room: what objects alone keep from it. On objects: what anything keeps from them.
+  /// On the room: occlusion by objects only. On objects: occlusion by anything.
   LampShadow(On on, const DeltaLight& light, std::size_t lamp, const LightSampleSet& points,
              const std::vector<GBufferPixel>& seen, const capture::CameraModel& camera, const GatherQuality& detail)
       : on_(on),
@@ -49,7 +49,7 @@ class LampShadow {
         shadows_(seen.size()) {}
 
   void look(int step) {
-    // First at the corners of blocks of pixels.
+    // First pass: corners of blocks of pixels.
     const int across = (width_ + step - 2) / step + 1, down = (height_ + step - 2) / step + 1;
     std::vector<std::uint8_t> corners(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
     const auto corner = [&](int i, int j) -> std::uint8_t& {
@@ -80,7 +80,7 @@ class LampShadow {
     });
   }
 
-  /// `add(pixel, shadow, narrowest penumbra around over a pixel's width)` for every pixel that is looked at.
+  /// Calls `add(pixel, shadow, width of the narrowest nearby penumbra over a pixel's width)` for every traced pixel.
   template <typename Add>
   void smoothed(Add add) const {
     const std::vector<std::uint8_t> at_edge = near_edges();
@@ -100,7 +100,7 @@ class LampShadow {
   }
 
  private:
-  enum Kind : std::uint8_t { kOpen = 1, kHidden = 2, kPartly = 4 };  // 0: nothing can be said
+  enum Kind : std::uint8_t { kOpen = 1, kHidden = 2, kPartly = 4 };  // 0: unknown
 
   std::size_t at(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
@@ -159,7 +159,7 @@ class LampShadow {
     }
   }
 
-  /// Whether a part of the lamp is hidden at a pixel, or all of it where a pixel beside it finds it open.
+  /// Whether a pixel is partly occluded, or fully with an unoccluded neighbour.
   bool is_edge(int u, int v) const {
     if (!shadows_[at(u, v)].known) return true;
     const float own = shadows_[at(u, v)].hidden;
@@ -167,7 +167,7 @@ class LampShadow {
            (v + 1 < height_ && shadows_[at(u, v + 1)].hidden != own);
   }
 
-  /// Pixels with an edge within reach.
+  /// Pixels within reach of an edge.
   std::vector<std::uint8_t> near_edges() const {
     std::vector<std::uint8_t> rows(shadows_.size()), out(shadows_.size());
     for_each_block(height_, kRow, [&](int first, int last) {
@@ -222,7 +222,7 @@ class LampShadow {
   const std::vector<GBufferPixel>& seen_;
   int width_, height_;
   float focal_px_;
-  int rays_;  ///< of a pixel
+  int rays_;  ///< per pixel
   bool sparse_;
   std::vector<Shadow> shadows_;
 };

@@ -8,7 +8,7 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr int kBlock = 64;  // of places, a thread's turn
+constexpr int kBlock = 64;  // probes or cells per thread and block
 constexpr int kMirrors = 2;
 
 PathVertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
@@ -18,7 +18,7 @@ PathVertex white_vertex(const Vector3f& position_m, const Vector3f& normal) {
   return PathVertex(white_surface(s), -normal);
 }
 
-/// `gather(vertex, sampler, ray)` is the irradiance over π that one of the samples of a place finds.
+/// `gather(vertex, sampler, ray)`: one sample of the irradiance over π.
 template <typename Gather>
 std::vector<Rgb> at_places(const RayObjects& objects, int samples, std::uint32_t seed, const UpdateSubset& turn,
                            const std::vector<Rgb>& kept, Gather gather) {
@@ -102,7 +102,7 @@ Rgb changed_irradiance(const DeltaLight& light, const PathVertex& vertex, const 
     const bool aim = k >= rays.hemisphere;
     Sampler sampler(seed, 2 * place + aim, static_cast<std::uint32_t>(aim ? k - rays.hemisphere : k));
     const Vector3f w = aim ? vertex.aim(sampler) : vertex.sample(sampler);
-    // The balance heuristic of both kinds (Veach & Guibas 1995). A white vertex sends all colours alike.
+    // The balance heuristic of both strategies (Veach & Guibas 1995). A white vertex reflects all channels equally.
     const float pdf =
         static_cast<float>(rays.hemisphere) * vertex.pdf(w) + static_cast<float>(aimed) * vertex.aim_pdf(w);
     const float share = vertex.response(w)[0] / pdf;

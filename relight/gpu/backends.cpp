@@ -43,7 +43,7 @@ std::optional<Backend> backend_named(std::string_view name) {
   return std::nullopt;
 }
 
-// Asks as few drivers as it can: opening one costs a tenth of a second.
+// Queries as few drivers as possible: opening one takes a tenth of a second.
 Backend best_backend() {
   const std::vector<DeviceListing> vulkan_devices = vulkan::list_devices();
   if (any_usable(vulkan_devices, Wanted::hardware)) return Backend::vulkan;

@@ -1,4 +1,5 @@
-// Misuse is found when a command is recorded, on every device, in the words of the shader's source.
+// Detects wrong bindings when a command is recorded, on every device, and reports them with the names of the shader's
+// source.
 #include "relight/gpu/formats.h"
 #include "relight/gpu/shader_reflection.h"
 
@@ -17,7 +18,7 @@ std::string text_of(Binding::Kind kind) {
   throw std::logic_error("gpu: unknown kind of binding");
 }
 
-/// Why `binding` cannot fill `slot`; empty where it can.
+/// Why `binding` does not match `slot`; empty if it does.
 std::string misfit(const ShaderSlot& slot, const Binding& binding) {
   if (binding.kind != slot.kind) return "wants " + text_of(slot.kind) + ", not " + text_of(binding.kind);
   if (binding.kind == Binding::Kind::storage_buffer) return binding.buffer ? "" : "has no buffer";
@@ -52,7 +53,7 @@ void check_bindings(const std::string& shader, const ShaderInterface& interface,
     return "slot " + std::to_string(slot) + (name.empty() ? "" : " \"" + name + "\"");
   };
 
-  // The last member of a std140 block may end before the C++ struct does, which is padded to 16 bytes.
+  // The last member of a std140 block may end before the C++ struct, which is padded to 16 bytes.
   const std::size_t padded = (interface.params_bytes + 15) / 16 * 16;
   const bool fits = params.size() >= interface.params_bytes && params.size() <= padded;
   if (!fits && (interface.params_used || !params.empty())) {

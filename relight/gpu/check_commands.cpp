@@ -11,7 +11,7 @@ namespace {
   throw std::logic_error("shader " + shader + ": " + why);
 }
 
-/// All targets of a draw, once each and of one size.
+/// Checks that all targets of a draw are distinct and of one size, and returns them.
 std::vector<const Texture*> checked_targets(const std::string& shader, const RasterDesc& desc,
                                             std::span<const Attachment> colors, const Attachment* depth) {
   std::vector<const Texture*> targets;

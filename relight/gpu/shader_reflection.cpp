@@ -40,7 +40,7 @@ std::optional<Format> format_of(SpvImageFormat format) {
   }
 }
 
-/// One parsed module. SPIRV-Cross owns everything through the context.
+/// A parsed module. SPIRV-Cross owns all of its data through the context.
 class Module {
  public:
   explicit Module(const ShaderCode& shader) : shader_(shader) {
@@ -71,7 +71,7 @@ class Module {
   spvc_type type(const spvc_reflected_resource& resource) const {
     return spvc_compiler_get_type_handle(compiler_, resource.type_id);
   }
-  /// Of an image or a sampler over one.
+  /// For an image or a combined sampler.
   bool samples_integers(spvc_type type) const {
     const auto sampled = spvc_compiler_get_type_handle(compiler_, spvc_type_get_image_sampled_type(type));
     return spvc_type_get_basetype(sampled) == SPVC_BASETYPE_UINT32;

@@ -8,8 +8,8 @@
 namespace lumigraft::relight {
 namespace {
 
-// Nearest point of a triangle to the origin, by the Voronoi region of its features that the origin lies in
-// (Ericson 2005, "Real-Time Collision Detection", §5.1.5). Returns barycentric weights.
+// Nearest point of a triangle to the origin, by the Voronoi region that contains the origin (Ericson 2005, "Real-Time
+// Collision Detection", §5.1.5). Returns barycentric weights.
 Eigen::Vector3f nearest_to_origin(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c) {
   const auto on_edge = [](float from, float to) { return from / (from + to); };
   const Eigen::Vector3f ab = b - a, ac = c - a;
@@ -61,13 +61,14 @@ bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   if (!nearer) return false;
   query.found = true;
   query.best = {distance, arguments->primID, p + offset, weights};
-  // A little more than the distance, so that triangles equally near are still visited and order doesn't matter.
+  // Slightly more than the distance, so that triangles at equal distance are still visited and the result does not
+  // depend on the order.
   arguments->query->radius = std::min(arguments->query->radius, distance * 1.000001f + 1e-12f);
   return true;
 }
 
 struct HitContext {
-  RTCIntersectContext embree;  // first: Embree hands a pointer to it back
+  RTCIntersectContext embree;  // must be first: Embree returns a pointer to it
   const ObjectSurface::Accept* accept;
 };
 
@@ -92,12 +93,12 @@ struct ObjectSurface::Scene {
 };
 
 ObjectSurface::ObjectSurface(const Model& model) : model_(model), scene_(std::make_unique<Scene>()) {
-  scene_->device = rtcNewDevice("threads=1");  // the same tree each time
+  scene_->device = rtcNewDevice("threads=1");  // deterministic tree
   if (!scene_->device) throw std::runtime_error("Embree has no device");
   scene_->scene = rtcNewScene(scene_->device);
   rtcSetSceneFlags(scene_->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
   RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  // Embree reads 16 bytes at each vertex, so the positions are copied into a buffer that it pads.
+  // Embree reads 16 bytes per vertex, so the positions are copied to a buffer that it pads.
   const std::size_t vertices = model.positions_m.size(), triangles = model.indices.size() / 3;
   void* vertex_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                 sizeof(Eigen::Vector3f), vertices);

@@ -13,8 +13,8 @@ namespace {
 
 constexpr int margin_voxels = 3;
 constexpr float band_voxels = 3.0f;
-// Half the thickness that every surface gets at least. A hair over half a voxel, so that a sheet halfway between two
-// layers of voxels is inside both.
+// Half the minimum thickness of any surface. Slightly more than half a voxel, so that a sheet halfway between two
+// layers of voxels contains both.
 constexpr float half_shell_voxels = 0.51f;
 constexpr int block_voxels = 8;
 
@@ -27,7 +27,7 @@ class FieldBuilder {
     h_ = extent.maxCoeff() / static_cast<float>(edge_voxels);
     field_.voxel_m = h_;
     for (int a = 0; a < 3; ++a) {
-      // The cells of the voxels cover the box, what they stand over being shared by both sides.
+      // The voxels' cells cover the box; the excess is split between both sides.
       const int covering = std::max(1, static_cast<int>(std::ceil(extent[a] / h_ - 1e-3f)));
       field_.size[a] = covering + 2 * margin_voxels;
       field_.origin_m[a] = box.center()[a] - 0.5f * h_ * static_cast<float>(field_.size[a] - 1);
@@ -52,7 +52,7 @@ class FieldBuilder {
  private:
   static constexpr float reach_voxels = band_voxels + half_shell_voxels;
 
-  // A cube of voxels whose centre is farther from the surface than its half diagonal and the band is left as it is.
+  // Recursion stops at a cube of voxels whose centre is farther from the surface than its half diagonal plus the band.
   void visit(const std::array<int, 3>& corner, int edge) {
     for (int a = 0; a < 3; ++a) {
       if (corner[a] >= field_.size[a]) return;
@@ -82,8 +82,8 @@ class FieldBuilder {
     field_.part[index] = color_.part(nearest.triangle);
   }
 
-  // How far the surface moves outwards at the nearest point, so that nothing is thinner than a shell: all of half a
-  // shell where a part is open, and what is missing where the far wall of a solid is nearer than a shell is thick.
+  // Outward offset of the surface at the nearest point, so that nothing is thinner than a shell: half a shell where a
+  // part is open, and the missing thickness where the far wall of a solid is nearer than a shell's thickness.
   float half_thickening(const Eigen::Vector3f& p, const ClosestPoint& nearest) const {
     const float half_shell = half_shell_voxels * h_;
     const std::uint32_t component = solid_.component(nearest.triangle);
@@ -91,7 +91,7 @@ class FieldBuilder {
 
     const Eigen::Vector3f inwards = inwards_at(p, nearest, component);
     const float back = 1e-3f * h_;
-    // The far wall is left, not entered. 60° keeps it apart from walls beside a nearest point on an edge.
+    // The ray exits through the far wall. 60° separates it from walls adjacent to a nearest point on an edge.
     const auto far_wall = [&](std::uint32_t triangle, const Eigen::Vector3f& normal) {
       return solid_.component(triangle) == component && solid_.orientation(component) * normal.dot(inwards) > 0.5f;
     };

@@ -8,7 +8,7 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr float kFar = 1e12f;
-constexpr float kSeedVoxels = 0.75f;  // voxels this near are the surface; their error bounds the result's
+constexpr float kSeedVoxels = 0.75f;  // voxels nearer than this are seeds; bounds the error of the result
 
 /// Lower envelope of parabolas along one line, in place; squared voxels.
 void transform_line(std::vector<float>& f, std::vector<int>& parabola, std::vector<float>& from,

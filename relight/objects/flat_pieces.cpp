@@ -11,11 +11,11 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr float kSameNormal = 0.9995f;    // cosine, of triangles of one piece: 1.8°
-constexpr float kSameOffset_m = 1e-3f;    // and how far apart their planes may be
+constexpr float kSameOffset_m = 1e-3f;    // maximum offset between their planes
 constexpr float kFlatCorner = 0.98f;      // cosine between a triangle and its vertices' normals
 constexpr float kLeastArea_m2 = 2.5e-3f;  // 5 cm × 5 cm
 constexpr float kLeastShare = 0.02f;      // of the model
-constexpr float kClosed = 1e-3f;          // the faces of a closed surface, times their areas, sum up to nothing
+constexpr float kClosed = 1e-3f;          // |sum of area-weighted normals| of a closed surface, relative
 
 struct Triangle {
   Vector3f a, b, c, normal;
@@ -47,12 +47,12 @@ float cross2(const Vector2f& a, const Vector2f& b) { return a.x() * b.y() - a.y(
 
 bool inside(const Vector2f& p, const Vector2f& a, const Vector2f& b, const Vector2f& c) {
   const float u = cross2(b - a, p - a), v = cross2(c - b, p - b), w = cross2(a - c, p - c);
-  constexpr float kEdge = 1e-6f;  // neighbours leave no seam
+  constexpr float kEdge = 1e-6f;  // tolerance, so that neighbours leave no seam
   return (u >= -kEdge && v >= -kEdge && w >= -kEdge) || (u <= kEdge && v <= kEdge && w <= kEdge);
 }
 
-/// The rectangle of least area around a shape has an edge along one of the shape's (Freeman & Shapira 1975); those of
-/// the largest triangles are tried.
+/// The rectangle of minimum area around a shape has an edge along one of the shape's edges (Freeman & Shapira 1975);
+/// those of the largest triangles are tested.
 void fit_rectangle(const std::vector<Triangle>& members, FlatPiece& piece) {
   constexpr std::size_t kTried = 64;
   float least = std::numeric_limits<float>::infinity();
@@ -112,12 +112,12 @@ std::vector<FlatPiece> flat_pieces(const Model& model) {
   std::stable_sort(triangles.begin(), triangles.end(),
                    [](const Triangle& a, const Triangle& b) { return a.area_m2 > b.area_m2; });
 
-  // Each triangle joins the piece of the largest that lies in its plane; a cluster too small to count is dropped.
+  // Each triangle joins the piece of the largest triangle in its plane; clusters that are too small are dropped.
   struct Cluster {
     FlatPiece piece;
     std::vector<Triangle> members;
   };
-  constexpr std::size_t kMostClusters = 256;  // of a finely curved model the rest is as small
+  constexpr std::size_t kMostClusters = 256;  // on a finely curved model all further ones are as small
   std::vector<Cluster> clusters;
   for (const Triangle& t : triangles) {
     if (!t.flat) continue;

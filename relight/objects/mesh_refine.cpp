@@ -31,7 +31,7 @@ class Refinement {
   Model take() { return std::move(model_); }
 
  private:
-  /// At the middle of its longest edge, until that is short enough.
+  /// Bisects the longest edge, until it is short enough.
   void split(const Triangle& first) {
     std::vector<Triangle> waiting{first};
     while (!waiting.empty()) {
@@ -91,7 +91,7 @@ bool is_closed(const Model& model) {
   for (const auto& p : model.positions_m) {
     place.push_back(places.try_emplace(p, static_cast<std::uint32_t>(places.size())).first->second);
   }
-  std::map<Edge, int> surplus;  // of runs from the lower number to the higher one
+  std::map<Edge, int> surplus;  // number of traversals from the lower index to the higher, minus the opposite
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t a = place[model.indices[t + i]], b = place[model.indices[t + (i + 1) % 3]];

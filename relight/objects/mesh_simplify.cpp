@@ -11,7 +11,7 @@ std::vector<std::uint32_t> simplified(const Model& model, const Model::Part& par
   const std::uint32_t* indices = model.indices.data() + part.first_index;
   const float* positions = model.positions_m.front().data();
   const std::size_t vertices = model.positions_m.size(), stride = sizeof(Eigen::Vector3f);
-  constexpr float any_error = 1.0f;  // relative to the model's size: the count decides
+  constexpr float any_error = 1.0f;  // relative to the model's size; only the triangle count limits
   std::vector<std::uint32_t> out(part.index_count);
   out.resize(meshopt_simplify(out.data(), indices, part.index_count, positions, vertices, stride, target_count,
                               any_error, 0, nullptr));
@@ -38,7 +38,7 @@ std::shared_ptr<const Model> simplify_model(const Model& model, int max_triangle
     result->indices.insert(result->indices.end(), indices.begin(), indices.end());
   }
 
-  // Only the vertices that are still used, in the order of use.
+  // Keeps only the used vertices, in order of use.
   std::vector<std::uint32_t> remap(model.positions_m.size());
   const std::size_t used =
       meshopt_optimizeVertexFetchRemap(remap.data(), result->indices.data(), result->indices.size(), remap.size());

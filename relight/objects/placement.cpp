@@ -5,15 +5,15 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr float kInnerEdge = 2.6f;  // of the sphere's radius
-constexpr float kOuterEdge = 3.5f;  // of the inner edge
-constexpr int kMargin = 3;          // voxels of the virtual volume on either side
+constexpr float kInnerEdge = 2.6f;  // times the sphere's radius
+constexpr float kOuterEdge = 3.5f;  // times the inner edge
+constexpr int kMargin = 3;          // voxels of the virtual volume on each side
 
 shader::vec4 centred(const Eigen::Vector3f& centre_m, float edge_m, int voxels) {
   const float voxel = edge_m / static_cast<float>(voxels);
   const Eigen::Vector3f low = centre_m - Eigen::Vector3f::Constant(0.5f * edge_m);
   shader::vec4 grid;
-  // A voxel's edge may lie in the middle of the objects; rounding must not choose between the two beside it.
+  // A voxel border may be at the objects' centre; the offset keeps rounding from alternating between two voxels.
   grid << ((low / voxel).array() + 1e-3f).floor().matrix() * voxel, voxel;
   return grid;
 }
@@ -50,7 +50,7 @@ Placement place_volumes(const std::vector<PlacedBounds>& objects, int voxels) {
     box.extend(object.box);
     sphere = join(sphere, object.sphere);
   }
-  // The box's own sphere may be the smaller one where there are many objects.
+  // With many objects the box's sphere may be the smaller one.
   const BoundingSphere around_box{box.center(), 0.5f * box.diagonal().norm()};
   placement.sphere = around_box.radius_m < sphere.radius_m ? around_box : sphere;
 

@@ -28,7 +28,7 @@ class UnionFind {
   std::vector<std::uint32_t> parent_;
 };
 
-// An edge between places low < high. count: how often it is run low to high less how often high to low.
+// An edge between positions low < high. count: traversals low to high minus traversals high to low.
 struct Edge {
   std::uint32_t low, high;
   int count;
@@ -57,8 +57,8 @@ double area_m2(const std::array<Eigen::Vector3f, 3>& t) {
   return 0.5 * (t[1] - t[0]).cast<double>().cross((t[2] - t[0]).cast<double>()).norm();
 }
 
-// Twice the signed area of (a, b, p) in the plane of x and y, p shifted by (ε, ε²), ε → 0+: never undecided, unless a
-// and b coincide. The ends are put in order first, so that both triangles at an edge get the same number.
+// Twice the signed area of (a, b, p) in the xy plane, with p shifted by (ε, ε²), ε → 0+: the sign is never zero, unless
+// a and b coincide. The end points are ordered first, so that both triangles at an edge get the same value.
 struct Side {
   double value;  // without the shift
   int sign;      // with it
@@ -77,7 +77,7 @@ Side side_of(const Eigen::Vector3f& from, const Eigen::Vector3f& to, double x, d
   return swap ? Side{-value, -sign} : Side{value, sign};
 }
 
-// Where the vertical line through a voxel column goes through a triangle.
+// Intersection of the vertical line through a voxel column with a triangle.
 struct Crossing {
   std::uint32_t column;
   float z;
@@ -105,7 +105,7 @@ ObjectSolid::ObjectSolid(const Model& model) {
       component_of_place[v] = static_cast<std::uint32_t>(components_.size());
       components_.emplace_back();
     } else {
-      component_of_place[v] = component_of_place[connected.root(v)];  // a root comes before its members
+      component_of_place[v] = component_of_place[connected.root(v)];  // a root precedes its members
     }
   }
 
@@ -116,7 +116,7 @@ ObjectSolid::ObjectSolid(const Model& model) {
     component_of_triangle_[t] = component_of_place[place[model.indices[3 * t]]];
   }
 
-  // Cones over the boundary: pieces of it by connection, each with the mean of its edges as apex.
+  // Triangle fans over the boundary: one per connected piece, with the mean of its edges as apex.
   const std::vector<Edge> boundary = boundary_edges(place, model.indices);
   UnionFind pieces(places);
   for (const Edge& edge : boundary) pieces.join(edge.low, edge.high);
@@ -128,7 +128,7 @@ ObjectSolid::ObjectSolid(const Model& model) {
   std::vector<std::pair<std::uint32_t, Triangle>> cones;  // with their component
   for (const Edge& edge : boundary) {
     const Eigen::Vector3f top = apex[pieces.root(edge.low)].hnormalized().cast<float>();
-    const bool forward = edge.count > 0;  // the mesh runs low to high, so the cone runs high to low
+    const bool forward = edge.count > 0;  // the mesh traverses it low to high, so the fan high to low
     const Triangle cone = {position[forward ? edge.high : edge.low], position[forward ? edge.low : edge.high], top};
     for (int n = 0; n < std::abs(edge.count); ++n) cones.emplace_back(component_of_place[edge.low], cone);
   }
@@ -157,8 +157,8 @@ ObjectSolid::ObjectSolid(const Model& model) {
 
 std::vector<std::uint8_t> ObjectSolid::inside(const std::array<int, 3>& size, const Eigen::Vector3f& origin_m,
                                               float voxel_m) const {
-  // Winding number along each column of voxels: from far below, where it is 0, a face crossed against its normal adds
-  // one, a face crossed along its normal takes one away.
+  // Winding number along each column of voxels: starting at 0 from far below, crossing a face against its normal adds
+  // one, along its normal subtracts one.
   std::vector<Crossing> crossings;
   const auto column_range = [&](const Triangle& t, int axis) {
     const float low = std::min({t[0][axis], t[1][axis], t[2][axis]}) - origin_m[axis];

@@ -22,7 +22,7 @@ const std::array<float, 256>& linear_of_code() {
 float linear(std::uint8_t code) { return linear_of_code()[code]; }
 float linear(float value) { return value; }
 
-// Half the size: each texel is the mean of those it covers, odd edges included.
+// Half the size: each texel is the area-weighted mean of those it covers, also at odd sizes.
 template <typename T>
 capture::Image<float> halved(const capture::Image<T>& from) {
   capture::Image<float> to(std::max(1, from.width / 2), std::max(1, from.height / 2), 3);
@@ -42,7 +42,7 @@ capture::Image<float> halved(const capture::Image<T>& from) {
   return to;
 }
 
-// Bilinear between texel centres, which lie at (x + 1/2) / width; repeats.
+// Bilinear between texel centres, which are at (x + 1/2) / width; repeats.
 template <typename T>
 Eigen::Vector3f bilinear(const capture::Image<T>& image, const Eigen::Vector2f& uv) {
   const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(image.width) - 0.5f;

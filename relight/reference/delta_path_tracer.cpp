@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kTile_px = 16;
 
-/// Calls `pixel(u, v)` once for each, on several threads, in any order.
+/// Calls `pixel(u, v)` once per pixel, on several threads, in any order.
 void for_each_pixel(int width, int height, int threads, const std::function<void(int, int)>& pixel) {
   const int across = (width + kTile_px - 1) / kTile_px, tiles = across * ((height + kTile_px - 1) / kTile_px);
   std::atomic<int> next = 0;
@@ -33,7 +33,7 @@ void for_each_pixel(int width, int height, int threads, const std::function<void
   for (std::thread& other : others) other.join();
 }
 
-/// Through a point of the pixel's square, if the camera has a ray there.
+/// Ray through a point of the pixel's square, if the camera has a ray there.
 std::optional<PathRay> camera_ray(const PosedCamera& camera, int u, int v, Sampler& sampler) {
   const Eigen::Vector2f within = sampler.two();
   const auto w = camera.model.unproject({u + within.x() - 0.5, v + within.y() - 0.5});
@@ -54,16 +54,17 @@ void for_each_sample(const TraceWorld& world, const PosedCamera& camera, std::ui
   }
 }
 
-constexpr int kPilotShare = 8;          // one sample of as many
+constexpr int kPilotShare = 8;          // one of this many samples is a pilot sample
 constexpr int kLeastPilot = 4;          // samples
-constexpr int kLeastShare = 8;          // a pixel has at least the mean count over this
-constexpr float kMostShare = 32;        // and at most this times the mean
-constexpr double kObjectWeight = 0.25;  // of an object's noise, which is seen against the object's own light
-constexpr int kAround_px = 4;           // over which noise is averaged: few samples tell little of one pixel
+constexpr int kLeastShare = 8;          // minimum count: the mean divided by this
+constexpr float kMostShare = 32;        // maximum count: the mean times this
+constexpr double kObjectWeight = 0.25;  // weight of noise on objects, which the object's own radiance masks
+constexpr int kAround_px = 4;           // averaging radius of the noise estimate, as few samples estimate a single
+                                        // pixel poorly
 
-/// How many samples each pixel takes, so that the picture's error is least for `per_pixel` on average: in proportion to
-/// the standard deviation of one sample around there, which other samples tell. Those are not used again, so that
-/// counts and values are independent and nothing is biased.
+/// Adaptive sample counts that minimise the image's error for `per_pixel` on average: proportional to the standard
+/// deviation of a sample in the neighbourhood, estimated by pilot samples. These are not reused, so that counts and
+/// values are independent and the result is unbiased.
 std::vector<int> sample_counts(const TraceWorld& world, const PosedCamera& camera, const ReferenceSamples& samples) {
   const int width = camera.model.width, height = camera.model.height, pilot = samples.per_pixel / kPilotShare;
   std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), samples.per_pixel);

@@ -10,11 +10,11 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kSureBounces = 3;       // before Russian roulette
-constexpr float kMostToLive = 0.95f;  // of Russian roulette
-constexpr int kLookingBounces = 2;    // that look for where light changes
-constexpr float kSureOn = 0.5f;       // a branch of less throughput takes part in Russian roulette,
-constexpr float kSureSplit = 0.05f;   // and one that has met an object, where what there is to see begins, of less yet
+constexpr int kSureBounces = 3;       // without Russian roulette
+constexpr float kMostToLive = 0.95f;  // maximum survival probability of Russian roulette
+constexpr int kLookingBounces = 2;    // that also sample towards regions of changed light
+constexpr float kSureOn = 0.5f;       // throughput below which a branch is subject to Russian roulette
+constexpr float kSureSplit = 0.05f;   // the same for a branch that has hit an object, where the change originates
 constexpr std::size_t kNoLamp = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -77,7 +77,7 @@ Rgb Paths::direct(const PathVertex& vertex, Counts counts) {
     if (f.maxCoeff() <= 0 || !counts(from_m, s.w, s.distance_m - kBeforeLamp_m, lamp)) return;
     sum += f * s.radiance * (balanced(s.pdf, vertex.pdf(s.w) + vertex.aim_pdf(s.w)) / s.pdf);
   };
-  // Lamps are seen from the very point from which rays leave, so that both ways to find them agree on densities.
+  // Lamps are evaluated from the origin of the outgoing rays, so that both sampling strategies use the same densities.
   const Vector3f from_m = vertex.leave();
   for (std::size_t i = 0; i < world_.scene->lamps.size(); ++i) {
     add(sample_lamp(world_.scene->lamps[i], from_m, sampler_.two()), from_m, i);
@@ -123,7 +123,7 @@ Rgb Paths::followed(PathRay ray, Past past, bool with_objects) {
 
 Rgb Paths::changed(const PathRay& ray, const Arrival& a, Past past) {
   if (a.at == Arrival::At::object) return followed(ray, past, true) - followed(ray, past, false);
-  if (a.at != Arrival::At::real) return Rgb::Zero();  // a lamp or the sky, the same in both worlds
+  if (a.at != Arrival::At::real) return Rgb::Zero();  // a lamp or the sky, equal in both scenes
   PathVertex vertex(world_.real.surface(a.hit, ray.w), ray.w);
   if (past.bounces < kLookingBounces) vertex.look_for(world_.places);
   const auto lost = [&](const Vector3f& from, const Vector3f& w, float limit, std::size_t lamp) {
@@ -136,8 +136,8 @@ Rgb Paths::changed(const PathRay& ray, const Arrival& a, Past past) {
 }
 
 Rgb Paths::changed_towards(const PathVertex& vertex, const Vector3f& w, Past past) {
-  // Each vertex that looks sends out one ray by each of its two ways to choose; either may have found this direction,
-  // so their densities sum up (Veach & Guibas 1995, eq. 11).
+  // Each vertex that samples regions sends one ray by each of its two strategies; either may have sampled this
+  // direction, so their densities are added (Veach & Guibas 1995, eq. 11).
   past.pdf = vertex.pdf(w) + vertex.aim_pdf(w);
   past.throughput *= vertex.response(w) / std::max(past.pdf, std::numeric_limits<float>::min());
   ++past.bounces;

@@ -11,7 +11,7 @@
 namespace lumigraft::relight {
 namespace {
 
-/// Camera picture plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
+/// Camera image plus change where it shows the room, virtual radiance where it shows an object (thesis eq. 3.4).
 capture::Image<std::uint8_t> composed(const CameraUpload& camera, const ReferencePicture& traced) {
   capture::Image<std::uint8_t> picture = *camera.coded();
   const capture::Image<float> radiance = camera.radiance();
@@ -46,7 +46,7 @@ struct ReferenceRenderer::State {
   std::vector<KnownSurface> known;
   CameraUpload camera;
 
-  // What is kept from frame to frame.
+  // State kept between frames.
   std::shared_ptr<const reconstruct::DistanceField> field;
   std::shared_ptr<const reconstruct::AlbedoField> albedo;
   std::shared_ptr<const reconstruct::Enclosure> enclosure;

@@ -20,7 +20,7 @@ float normals_density(float alpha, const Vector3f& h) {
   return a2 / (kPi * q * q);
 }
 
-/// How often the mirror lobe is sampled.
+/// Probability of sampling the specular lobe.
 float mirror_share(const BsdfParams& look, const Vector3f& v) {
   if (!look.mirrors()) return 0;
   const Rgb f = fresnel(look, v.z());

@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kSameSurface_voxels = 2.0f;
-constexpr int kSkyWidth = 128, kSkyHeight = 64;  // of spherical harmonics as a picture
+constexpr int kSkyWidth = 128, kSkyHeight = 64;  // of spherical harmonics as an image
 
 bool lies_on(const Vector3f& p_m, const std::vector<std::unique_ptr<ObjectSurface>>& surfaces, float within_m) {
   return std::any_of(surfaces.begin(), surfaces.end(),
@@ -55,7 +55,8 @@ std::shared_ptr<const Model> field_model(const reconstruct::DistanceField& field
 ReferenceLamp lamp_of(const reconstruct::PointLight& light, const Vector3f& probe_m) {
   const LampEmitter emitter = lamp_emitter(light, probe_m);
   ReferenceLamp lamp;
-  // The rest of the light that comes from its direction is in the remainder; a glow is several discs, which overlap.
+  // The rest of the light from its direction is in the residual environment; a large area light is represented by
+  // several overlapping discs.
   lamp.hides = false;
   lamp.centre_m = emitter.centre_m;
   lamp.radius_m = emitter.radius_m;

@@ -11,10 +11,10 @@ namespace {
 using Eigen::Vector3f;
 using Polygon = std::vector<Vector3f>;
 
-constexpr int kCells = 12;  // along a side
+constexpr int kCells = 12;  // along a side's edge
 constexpr int kRays = 96;   // over the hemisphere of a cell
 constexpr float kBehind_voxels = 3, kOff_m = 1e-3f;
-constexpr float kMostAlbedo = 1.0f;  // the middle of where enclosure_light.comp fades out
+constexpr float kMostAlbedo = 1.0f;  // the centre of the range over which enclosure_light.comp fades out
 
 /// The part in front of a plane (Sutherland & Hodgman 1974).
 Polygon cut(const Polygon& polygon, const reconstruct::Enclosure::Side& side) {
@@ -41,7 +41,7 @@ Vector3f mean_of(const Polygon& polygon) {
   return sum / static_cast<float>(polygon.size());
 }
 
-/// What falls on the sides in the room without objects.
+/// Irradiance of the sides in the room without objects.
 class Lighting {
  public:
   Lighting(const reconstruct::Scene& scene, const reconstruct::Enclosure& room, const std::vector<ReferenceMesh>& known)
@@ -61,7 +61,7 @@ class Lighting {
            (lamp.distance_known ? (lamp.intensity * (lamp.emission(-to / far) / (far * far))).eval() : lamp.irradiance);
     }
     const Vector3f x = n.unitOrthogonal(), y = n.cross(x);
-    for (int i = 0; i < kRays; ++i) {  // by the cosine
+    for (int i = 0; i < kRays; ++i) {  // cosine distributed
       const float s2 = (static_cast<float>(i) + 0.5f) / kRays, phi = 2.39996323f * static_cast<float>(i);
       const Vector3f w = std::sqrt(s2) * (std::cos(phi) * x + std::sin(phi) * y) + std::sqrt(1 - s2) * n;
       e += kPi / kRays * arriving(from, w);
@@ -115,7 +115,7 @@ std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, con
   for (std::size_t i = 0; i < room.sides.size(); ++i) {
     const Vector3f n = room.sides[i].normal, x = n.unitOrthogonal(), y = n.cross(x);
     const Vector3f middle = room.middle_m - (n.dot(room.middle_m) + room.sides[i].offset_m) * n;
-    // As large as the whole side, however far its corners are: where it goes on without end there is nothing to light.
+    // Limits the size of a side: an unbounded one has nothing to light far away.
     constexpr float most_m = 1e3f;
     const auto at = [&](float u, float v) -> Vector3f { return middle + u * x + v * y; };
     const Polygon side =

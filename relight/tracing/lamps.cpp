@@ -12,7 +12,7 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 std::optional<float> sphere_hit(const ReferenceLamp& lamp, const Vector3f& from_m, const Vector3f& w) {
-  // By the point of the ray nearest to the centre: exact for small spheres far away.
+  // From the ray's point nearest to the centre: accurate for small distant spheres.
   const Vector3f to = lamp.centre_m - from_m;
   const float along = to.dot(w), r2 = lamp.radius_m * lamp.radius_m, off2 = (to - along * w).squaredNorm();
   if (off2 > r2) return std::nullopt;

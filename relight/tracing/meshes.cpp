@@ -18,17 +18,17 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kSameDepth = 0.004f;  // of the depth: a pixel shows the point when its depth is as near
+constexpr float kSameDepth = 0.004f;  // relative depth difference up to which a pixel shows the point
 
 struct Placed {
   ReferenceMesh mesh;
   Eigen::Matrix3f normals = Eigen::Matrix3f::Identity();
-  std::vector<std::uint32_t> part;  // by triangle; none where the model has only one
+  std::vector<std::uint32_t> part;  // by triangle; empty if the model has only one
 };
 
 RTCGeometry triangles_of(RTCDevice device, const Model& model, const Eigen::Affine3f& T) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  // Embree reads 16 bytes at each vertex, so the positions are copied into a buffer that it pads.
+  // Embree reads 16 bytes per vertex, so the positions are copied to a buffer that it pads.
   auto* vertices = static_cast<Vector3f*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vector3f), model.positions_m.size()));
   void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -41,10 +41,10 @@ RTCGeometry triangles_of(RTCDevice device, const Model& model, const Eigen::Affi
 
 void let_through(const RTCFilterFunctionNArguments* found) { std::fill_n(found->valid, found->N, 0); }
 
-/// One for all, so that trees go from one scene to another.
+/// One device for all, so that trees can be moved between scenes.
 RTCDevice shared_device() {
   static const std::unique_ptr<std::remove_pointer_t<RTCDevice>, decltype(&rtcReleaseDevice)> device(
-      rtcNewDevice("threads=1"), &rtcReleaseDevice);  // one thread: the same tree each time
+      rtcNewDevice("threads=1"), &rtcReleaseDevice);  // one thread: deterministic trees
   if (!device) throw std::runtime_error("Embree has no device");
   return device.get();
 }
@@ -83,8 +83,7 @@ Rgb pixel(const capture::Image<float>& image, int u, int v) {
   return {image.at(u, v, 0), image.at(u, v, 1), image.at(u, v, 2)};
 }
 
-/// The material that the picture shows at a point: where its pixel's own ray meets the surface's plane at the depth
-/// that the pixel has.
+/// The material of SeenMaterials at a point: at the pixel whose own ray meets the surface's plane at the pixel's depth.
 std::optional<BsdfParams> seen_look(const SeenMaterials& seen, const Vector3f& p_m, const Vector3f& face) {
   const Vector3f p = seen.T_camera_tag * p_m, n = seen.T_camera_tag.linear() * face;
   if (p.z() <= 0) return std::nullopt;
@@ -156,12 +155,12 @@ struct Meshes::State {
     rtcCommitGeometry(geometry);
     all.add(geometry, placed.size());
     const Eigen::Matrix3f& linear = mesh.T_tag_model.linear();
-    // Of whatever shape the transform makes of the sphere, the longest radius.
+    // The sphere becomes an ellipsoid; its longest radius.
     const float scale = std::sqrt((linear.transpose() * linear).selfadjointView<Eigen::Lower>().eigenvalues()[2]);
     place(mesh, {mesh.T_tag_model * tree.sphere.centre_m, scale * tree.sphere.radius_m});
   }
 
-  /// The mesh, whether it stands in the scene itself or as an instance.
+  /// The mesh index, for a mesh in the scene itself or an instance.
   static std::uint32_t mesh_of(unsigned geometry, unsigned instance) {
     return instance == RTC_INVALID_GEOMETRY_ID ? geometry : instance;
   }
@@ -209,8 +208,8 @@ bool Meshes::blocked(const Vector3f& from_m, const Vector3f& w, float limit_m) c
 
 namespace {
 
-/// `valid`: -1 for a ray that is meant, as Embree wants it; the others are set to something harmless. The rays are
-/// coherent, but saying so to Embree (3.13) has kept rtcOccluded16 in a scene of instances from ever returning.
+/// `valid`: -1 for an active ray, as Embree requires; the others get harmless values. The rays are coherent, but with
+/// Embree's coherent flag (3.13) rtcOccluded16 hung in a scene of instances.
 void set_rays(const RayFan& fan, std::array<int, RayFan::kMost>& valid, RTCRay16& rays) {
   const auto some = static_cast<std::size_t>(std::countr_zero(fan.some));
   for (std::size_t i = 0; i < RayFan::kMost; ++i) {
@@ -283,7 +282,7 @@ SurfaceHit Meshes::surface(const MeshHit& hit, const Vector3f& w) const {
   s.normal = (placed.normals * mixed(model.normals)).stableNormalized();
   if (s.face.dot(w) > 0) s.face = -s.face;
   if (s.normal.dot(s.face) < 0) s.normal = -s.normal;
-  if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // a smooth normal that can't be seen from here
+  if (!(s.normal.dot(w) < 0)) s.normal = s.face;  // an interpolated normal that faces away from the ray
 
   if (placed.mesh.seen && state_->seen) {
     if (const std::optional<BsdfParams> look = seen_look(*state_->seen, s.position_m, s.face)) {

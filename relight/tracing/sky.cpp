@@ -11,7 +11,7 @@ namespace {
 
 float polar_cosine(int y, int height) { return std::cos(kPi * static_cast<float>(y) / static_cast<float>(height)); }
 
-/// First entry above u times the last, and how far u lies between it and the one before.
+/// First entry above u times the last, and the position of u between it and the previous.
 std::size_t pick(const double* sums, std::size_t count, float u, float& within) {
   const double at = u * sums[count - 1];
   const std::size_t i = std::min<std::size_t>(std::upper_bound(sums, sums + count, at) - sums, count - 1);
@@ -27,7 +27,7 @@ Sky::Sky(const ReferenceScene& scene) : scene_(scene) {
   if (picture.empty()) return;
   width_ = picture.width;
   height_ = picture.height;
-  // Radiance is bilinear between texels: what a texel can reach is the most of those around it.
+  // Radiance is bilinear between texels: a texel's upper bound is the maximum of its neighbourhood.
   const auto luminance_of = [&](int x, int y) {
     float most = 0;
     for (int dy = -1; dy <= 1; ++dy) {

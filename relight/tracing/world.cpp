@@ -11,9 +11,9 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kRaysAround = 8;
-constexpr float kWider = 1.1f;  // than what the rays have found
+constexpr float kWider = 1.1f;  // margin on the region found by the rays
 
-/// The lamp's middle and ends.
+/// The lamp's centre and extremal points.
 std::array<Vector3f, 5> points_of(const ReferenceLamp& lamp, const Vector3f& towards_m) {
   Vector3f u = lamp.half_u_m, v = lamp.half_v_m;
   if (lamp.shape != ReferenceLamp::Shape::rectangle) {
@@ -24,7 +24,7 @@ std::array<Vector3f, 5> points_of(const ReferenceLamp& lamp, const Vector3f& tow
   return {lamp.centre_m, lamp.centre_m + u, lamp.centre_m - u, lamp.centre_m + v, lamp.centre_m - v};
 }
 
-/// Where rays from the lamp past the sphere's middle and rim meet the room behind it.
+/// Intersections with the room of rays from the lamp past the sphere's centre and rim.
 void add_shadow(const ReferenceLamp& lamp, const Eigen::Vector4f& sphere, const Meshes& real,
                 std::vector<Vector3f>& found_m) {
   const Vector3f middle = sphere.head<3>();

@@ -17,26 +17,25 @@ std::uint32_t half2(float a, float b) {
   return static_cast<std::uint32_t>(Eigen::half(a).x) | static_cast<std::uint32_t>(Eigen::half(b).x) << 16;
 }
 
-/// The greatest half that is not above x, which is not negative: a distance that stands for a bound stays one.
+/// Rounds x >= 0 down to a half, so that a lower bound of distance stays one.
 std::uint16_t half_below(float x) {
   const Eigen::half h(x);
   return static_cast<float>(h) > x ? static_cast<std::uint16_t>(h.x - 1) : h.x;
 }
 
-constexpr int kHalf = reconstruct::kBrickEdge / 2;  // voxels along a cell of the lattice of distances
+constexpr int kHalf = reconstruct::kBrickEdge / 2;  // voxels along a cell of the coarse distance grid
 constexpr float kMostClearance_m = 10;
-constexpr double kMostBricks = 2e6;  // of the dense index: 40 MB with its clearances
+constexpr double kMostBricks = 2e6;  // entries of the dense index: 40 MB including clearances
 
 struct Slot {
   int number = 0;
   std::shared_ptr<const reconstruct::FieldBrick> field;
   std::shared_ptr<const reconstruct::AlbedoBrick> albedo;
-  std::vector<LatticePoint>
-      surface;  ///< where it passes through each eighth of the brick; cells count from the brick's
+  std::vector<LatticePoint> surface;  ///< surface point in each octant of the brick; cells are relative to the brick's
   bool used = false;
 };
 
-/// The middle of the surface in each eighth of a brick: voxels count by a hat of one voxel to either side.
+/// The mean surface point in each octant of a brick, weighted by a hat function of one voxel to either side.
 std::vector<LatticePoint> surface_points(const reconstruct::BrickKey& key, const reconstruct::FieldBrick& brick,
                                          float voxel_m) {
   std::vector<LatticePoint> points;
@@ -60,14 +59,14 @@ std::vector<LatticePoint> surface_points(const reconstruct::BrickKey& key, const
   return points;
 }
 
-/// First brick and count of a region, with one more to either side.
+/// First brick and number of bricks of a region, with one more on each side.
 std::pair<Eigen::Vector3i, Eigen::Vector3i> bricks_of(const Eigen::AlignedBox3f& region, float brick_m) {
   const Eigen::Vector3i low = (region.min() / brick_m).array().floor().matrix().cast<int>() - Eigen::Vector3i::Ones();
   return {low, (region.max() / brick_m).array().floor().matrix().cast<int>() - low + Eigen::Vector3i::Constant(2)};
 }
 
-/// Where objects are large or far apart, they ask for more than a dense index can hold: then what is known of the field
-/// within, and of that the middle.
+/// Large or distant objects may require more than a dense index can hold: then uses the known part of the field inside,
+/// and of that the centre.
 Eigen::AlignedBox3f held_of(Eigen::AlignedBox3f region, const reconstruct::DistanceField& field, float brick_m) {
   const auto fits = [&] { return bricks_of(region, brick_m).second.cast<double>().prod() <= kMostBricks; };
   if (fits()) return region;
@@ -84,7 +83,7 @@ Eigen::AlignedBox3f held_of(Eigen::AlignedBox3f region, const reconstruct::Dista
   return region;
 }
 
-struct Range {  // of slots that were packed again
+struct Range {  // of slots that were repacked
   std::size_t low = SIZE_MAX, high = 0;
   void add(std::size_t i) {
     low = std::min(low, i);
@@ -98,8 +97,8 @@ struct BrickPool::State {
   gpu::Device& device;
   std::shared_ptr<const reconstruct::DistanceField> field;
   std::shared_ptr<const reconstruct::AlbedoField> albedo;
-  Eigen::AlignedBox3f asked, region;            ///< region: what of it fits a dense index
-  std::map<reconstruct::BrickKey, Slot> slots;  // ordered: what is uploaded doesn't depend on hashing
+  Eigen::AlignedBox3f asked, region;            ///< region: the part of it that fits a dense index
+  std::map<reconstruct::BrickKey, Slot> slots;  // ordered: uploaded data does not depend on hashing
   std::vector<int> free_slots;
   std::vector<std::uint32_t> distance, radiance, albedo_words;  // as in bricks.glsl
   Eigen::Vector3i low = Eigen::Vector3i::Zero(), size = Eigen::Vector3i::Ones();
@@ -126,7 +125,7 @@ struct BrickPool::State {
     }
   }
 
-  /// Slots for the bricks of the region; says which were packed.
+  /// Assigns slots to the bricks of the region; returns those that were packed.
   Range fill_slots() {
     for (auto& [key, slot] : slots) slot.used = false;
     const float brick_m = voxel_m * reconstruct::kBrickEdge;
@@ -175,14 +174,14 @@ struct BrickPool::State {
     return range;
   }
 
-  /// As bricks.glsl reads them, two in a word.
+  /// As bricks.glsl reads them, two per word.
   std::vector<std::uint32_t> clearances() const {
     std::vector<LatticePoint> points;
     for (const auto& [key, slot] : slots) {
       const Eigen::Vector3i first = 2 * (Eigen::Vector3i(key[0], key[1], key[2]) - low);
       for (const LatticePoint& p : slot.surface) points.push_back({first + p.cell, p.position_m});
     }
-    // A voxel's place is its middle: the lowest cell begins half a voxel before it.
+    // Voxel positions are their centres: the lowest cell begins half a voxel before.
     const Eigen::Vector3f corner_m =
         voxel_m * (reconstruct::kBrickEdge * low.cast<float>() - Eigen::Vector3f::Constant(0.5f));
     const std::vector<float> metres = lattice_distances(points, 2 * size, corner_m, kHalf * voxel_m, kMostClearance_m);
@@ -203,7 +202,7 @@ struct BrickPool::State {
             const char* name) {
     const std::size_t bytes = std::max<std::size_t>(values.size(), 1) * sizeof(T);
     if (!buffer || buffer->size_bytes() < bytes) {
-      buffer.reset();  // all of it is sent anew
+      buffer.reset();  // all of it is uploaded again
       buffer = device.create_buffer(bytes + bytes / 4 / 16 * 16, name);
       from = 0;
       to = values.size();
@@ -238,7 +237,7 @@ bool BrickPool::update(const std::shared_ptr<const reconstruct::DistanceField>& 
                        const Eigen::AlignedBox3f& region) {
   State& s = *state_;
   if (s.field == field && s.albedo == albedo && s.asked.isApprox(region, 1e-6f)) return false;
-  if (s.voxel_m != field->voxel_m) {  // another grid: nothing can be kept
+  if (s.voxel_m != field->voxel_m) {  // a different grid: nothing can be reused
     s.slots.clear();
     s.free_slots.clear();
     s.distance.clear();

@@ -19,7 +19,7 @@ class Envelope {
  public:
   explicit Envelope(int longest) : at_(longest), from_(longest), line_(longest) {}
 
-  /// In place: the nearest of what the `n` places of a line know. Ties go to the lower place.
+  /// In place: the nearest of the points of a line of `n` cells. Ties are resolved to the lower index.
   void spread(Nearest* first, std::size_t stride, int n) {
     int count = 0;
     for (int q = 0; q < n; ++q) {

@@ -7,7 +7,7 @@
 namespace lumigraft::relight {
 namespace {
 
-// Of lamps that are known as points.
+// Minimum size of point lamps.
 constexpr float kLeastRadius_m = 1e-3f, kLeastAngle_rad = 1e-3f;
 constexpr float kMostAngle_rad = 1;
 

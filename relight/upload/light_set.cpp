@@ -11,14 +11,14 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 shader::Lamp make_lamp(const LampEmitter& emitter) {
-  shader::Lamp lamp;  // Eigen leaves what it makes unset
+  shader::Lamp lamp;  // Eigen does not initialize
   lamp.position_radius << emitter.centre_m, emitter.radius_m;
   lamp.facing << emitter.normal, emitter.flat ? emitter.ahead : 0.0f;
   lamp.intensity << emitter.intensity, 0;
   return lamp;
 }
 
-/// A lamp as a disc of the environment, with its irradiance kept.
+/// Adds a lamp to the environment as a disc that preserves its irradiance.
 void add_disc(capture::Image<float>& map, const reconstruct::PointLight& light) {
   const float texel_sr = 4 * kPi / static_cast<float>(map.width * map.height);
   const float radius = std::max(light.angular_radius_rad, std::sqrt(texel_sr / kPi) * 1.5f);
@@ -62,7 +62,7 @@ LightSet make_light_set(const reconstruct::Illumination& illumination, int max_l
   LightSet set;
   const std::size_t drawn = std::min({illumination.lights.size(), static_cast<std::size_t>(std::max(max_lights, 0)),
                                       static_cast<std::size_t>(shader::kMaxLamps)});
-  // What shading told of lamps may have turned their order around since they were found.
+  // Estimation from shading may have changed the lamps' order of strength since their detection.
   std::vector<reconstruct::PointLight> lamps = illumination.lights;
   std::stable_sort(lamps.begin(), lamps.end(), [](const reconstruct::PointLight& a, const reconstruct::PointLight& b) {
     return a.irradiance.sum() > b.irradiance.sum();
@@ -71,7 +71,7 @@ LightSet make_light_set(const reconstruct::Illumination& illumination, int max_l
     set.lamps.push_back(make_lamp(lamp_emitter(lamps[i], illumination.probe_position_m)));
   }
 
-  // Four samples a texel, each of the picture's own bilinear value.
+  // Four bilinear samples per texel.
   capture::Image<float> map(kEnvironmentEdge, kEnvironmentEdge, 4, 1.0f);
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kLeastImage = 2e-3f;  // of what all lamps bring to the objects: less is not seen
+constexpr float kLeastImage = 2e-3f;  // minimum fraction of all lamps' light at the objects: less is not visible
 
 float towards(const shader::Lamp& lamp, const Vector3f& w) {
   return lamp.facing.w() > 0 ? lamp.facing.w() * std::max(lamp.facing.head<3>().dot(w), 0.0f) : 1.0f;
@@ -73,7 +73,7 @@ void Mirrors::describe(shader::FrameParams& params) const {
     mirror.across << flat.half_across_m / flat.half_across_m.squaredNorm(), 0;
     ++params.mirror_counts.x();
 
-    // What reaches the middle of the objects by way of this piece, roughly.
+    // Approximate light that reaches the objects' centre by way of this piece.
     const float height = n.dot(middle) - offset;
     if (height < -radius) continue;
     for (int l = 0; l < params.counts.x(); ++l) {
@@ -84,7 +84,8 @@ void Mirrors::describe(shader::FrameParams& params) const {
       const Vector3f image = from - 2 * lamp_height * n, way = image - middle;
       const Vector3f at = middle + way * (reach / (reach + lamp_height));
       const float cosine = lamp_height / std::max((from - at).norm(), 1e-6f);
-      // Outside the outline the lobe's flank, whose half width on the piece is that of its slopes.
+      // Outside the outline only the lobe's tail contributes; its half width on the piece follows from that of its
+      // slopes.
       const float to_lamp = (from - at).norm(), to_object = (middle - at).norm();
       const float wide = 2 * pieces_[i].alpha / (1 / to_lamp + 1 / std::max(to_object, 0.1f * radius)) + radius;
       const Vector3f off = at - flat.centre_m;

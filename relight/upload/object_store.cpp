@@ -14,15 +14,15 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr int kFieldVoxels = 128;       // along a model's longest edge
-constexpr int kSurfaceSamples = 60000;  // one is then smaller than a voxel of the finest usual volume
+constexpr int kSurfaceSamples = 60000;  // a sample's area is then smaller than a voxel face of the finest usual volume
 constexpr int kRoughTriangles = 2000;
-constexpr int kSimpleTriangles = 9000;  // the vertex stage of a software device is serial
-// Light is kept by vertex: no edge is longer than those of as many equal triangles.
+constexpr int kSimpleTriangles = 9000;  // the vertex stage of software devices is serial
+// Light is stored per vertex: maximum edge length is that of this number of equal triangles.
 constexpr int kEvenTriangles = 1500;
 
 std::uint8_t to_byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
 
-/// Points spread over all triangles, no more than `share_m2` of area to each.
+/// Points distributed over all triangles, each for at most `share_m2` of area.
 std::vector<float> surface_samples(const Model& model, double share_m2) {
   std::vector<float> samples;
   for (std::size_t t = 0; t + 2 < model.indices.size(); t += 3) {
@@ -30,7 +30,7 @@ std::vector<float> surface_samples(const Model& model, double share_m2) {
     const Eigen::Vector3f &a = model.positions_m[v[0]], &b = model.positions_m[v[1]], &c = model.positions_m[v[2]];
     const float area = 0.5f * (b - a).cross(c - a).norm();
     if (!(area > 0)) continue;
-    // A triangle cut into k² equal ones, each with its middle.
+    // A triangle divided into k² equal ones, a sample at each centroid.
     const int k = std::clamp(static_cast<int>(std::ceil(std::sqrt(area / share_m2))), 1, 256);
     for (int i = 0; i < k; ++i) {
       for (int j = 0; j < 2 * (k - i) - 1; ++j) {
@@ -56,13 +56,14 @@ double surface_area_m2(const Model& model) {
   return sum;
 }
 
-/// No edge is longer than those of kEvenTriangles equal triangles of the same area in all.
+/// Subdivides so that no edge is longer than those of kEvenTriangles equal triangles of the same total area.
 std::shared_ptr<const Model> evenly_divided(const Model& model) {
   Eigen::AlignedBox3f box;
   for (const auto& p : model.positions_m) box.extend(p);
   const double edge_m = std::sqrt(surface_area_m2(model) / (kEvenTriangles * std::sqrt(3.0) / 4));
   return refine_model(model,
-                      std::max(static_cast<float>(edge_m), box.diagonal().norm() / 200));  // needles have no area
+                      std::max(static_cast<float>(edge_m), box.diagonal().norm() / 200));  // lower bound for models of
+                                                                                           // nearly zero area
 }
 
 std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture::Image<std::uint8_t>& picture) {
@@ -80,7 +81,7 @@ std::unique_ptr<gpu::Texture> upload_texture(gpu::Device& device, const capture:
   return texture;
 }
 
-/// RGBA of every voxel: what the surface there sends back of evenly arriving light.
+/// RGBA per voxel: the reflectance of its surface for uniform incident light.
 std::vector<std::uint8_t> reflectances(const ObjectField& field, const Model& model) {
   std::vector<std::uint8_t> texels(field.base_color.size() * 4, 255);
   for (std::size_t i = 0; i < field.base_color.size(); ++i) {
@@ -205,7 +206,7 @@ std::vector<PlacedObject> ObjectStore::place(const Exhibit& exhibit, double time
     p.stored = &stored(object.model);
     p.T_tag_model = object.T_tag_model(time_s).cast<float>();
     p.material = object.material;
-    const auto scale = static_cast<float>(object.scale);  // exact: the volumes' size must not tremble as it turns
+    const auto scale = static_cast<float>(object.scale);  // exact: the volumes' size must not jitter while it rotates
     p.bounds.sphere = {p.T_tag_model * p.stored->sphere.centre_m, scale * p.stored->sphere.radius_m};
     for (const auto& v : object.model->positions_m) p.bounds.box.extend(p.T_tag_model * v);
     placed.push_back(std::move(p));

@@ -13,7 +13,7 @@ namespace {
 
 constexpr EGLint most_devices = 32;
 
-/// Whether a list of names, separated by spaces, holds `name`.
+/// Whether a space-separated list of names contains `name`.
 bool lists(const char* names, std::string_view name) {
   const std::string all = std::string(" ") + (names ? names : "") + " ";
   return all.find(" " + std::string(name) + " ") != std::string::npos;
@@ -48,13 +48,13 @@ std::vector<Candidate> device_candidates() {
   return candidates;
 }
 
-/// Of the driver of an open context.
+/// Renderer name reported by the driver of an open context.
 std::string renderer_name(const ContextHandle& handle) {
   const Current current(handle);
   return reinterpret_cast<const char*>(glGetString(GL_RENDERER));
 }
 
-/// Mesa also answers for a card it has no driver for.
+/// Mesa also offers a device for a card without a driver.
 bool draws_in_software(const std::string& renderer) {
   return renderer.find("llvmpipe") != std::string::npos || renderer.find("softpipe") != std::string::npos;
 }
@@ -76,7 +76,7 @@ std::vector<Candidate> find_candidates() {
 }
 
 std::unique_ptr<ContextHandle> open(const Candidate& candidate, bool validation) {
-  // The display is never closed: all who open it share it, and closing it would take their contexts away.
+  // The display is never terminated: it is shared by all users, and terminating it would destroy their contexts.
   EGLint major = 0, minor = 0;
   if (candidate.display == EGL_NO_DISPLAY || !eglInitialize(candidate.display, &major, &minor)) {
     throw GpuError(egl_error_text());

@@ -13,7 +13,7 @@ const Mine& own_pipeline(const Theirs& pipeline, const Context& context) {
   throw std::logic_error("a pipeline belongs to another device");
 }
 
-/// The targets of a draw, put into the one framebuffer while it runs.
+/// Attaches the targets of a draw to the single framebuffer.
 struct Targets {
   struct Target {
     GLenum point;
@@ -58,7 +58,7 @@ struct Targets {
     }
   }
 
-  /// So that the framebuffer keeps no texture alive.
+  /// Otherwise the framebuffer would keep textures alive.
   void detach(GLuint framebuffer) const {
     glDisable(GL_SCISSOR_TEST);
     for (const Target& color : colors) glNamedFramebufferTexture(framebuffer, color.point, 0, 0);
@@ -90,7 +90,7 @@ EglCommandList::Bound EglCommandList::bind(const PipelineObjects& pipeline, std:
   Bound bound;
   for (const Binding& binding : bindings) {
     const auto unit = pipeline.units.find(binding.slot);
-    if (unit == pipeline.units.end()) continue;  // declared, but no code uses it
+    if (unit == pipeline.units.end()) continue;  // declared but not accessed
     BoundUnit& one = bound.units.emplace_back();
     one.kind = binding.kind;
     one.unit = static_cast<GLuint>(unit->second);

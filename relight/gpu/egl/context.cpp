@@ -24,8 +24,8 @@ std::string text_of(GLenum error) {
   }
 }
 
-/// Drivers also use the debug output to tell of their work (where a buffer lies, that a shader was compiled); what is
-/// wrong has one of these types.
+/// Drivers also use the debug output for information (buffer locations, compiled shaders); errors have one of these
+/// types.
 void APIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei length, const GLchar* text,
                          const void* messages) {
   const bool wrong = type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR ||
@@ -66,7 +66,7 @@ std::string egl_error_text() {
 
 ContextHandle::ContextHandle(EGLDisplay of_display, bool debug) : display(of_display) {
   eglBindAPI(EGL_OPENGL_API);
-  // A device that resets then says so, instead of going on with nothing.
+  // Requests notification of a reset, if supported; otherwise a reset device would continue without results.
   for (const bool tells_reset : {true, false}) {
     const EGLint attributes[] = {
         EGL_CONTEXT_MAJOR_VERSION,
@@ -117,10 +117,10 @@ Context::Context(std::unique_ptr<ContextHandle> handle, bool validation) : handl
   }
   read_limits();
   create_objects();
-  // Row 0 of a texture is where clip-space y is -1 as long as OpenGL keeps its own origin: what it calls the lower left
-  // corner is the first texel in memory. Only depth, the order of triangles' corners and who provokes differ.
+  // With OpenGL's default origin, row 0 of a texture is at clip-space y = -1: the first texel in memory is what it
+  // calls the lower left corner. Only depth, winding and provoking vertex differ.
   glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-  glFrontFace(GL_CW);  // OpenGL counts turns with y up, device.h with y down
+  glFrontFace(GL_CW);  // OpenGL defines winding with y up, device.h with y down
   glProvokingVertex(GL_FIRST_VERTEX_CONVENTION);
   glDisable(GL_DITHER);
   glDepthFunc(GL_LEQUAL);
@@ -131,7 +131,7 @@ Context::Context(std::unique_ptr<ContextHandle> handle, bool validation) : handl
 
 Context::~Context() {
   const Current current(*handle_, std::nothrow);
-  if (!current.good()) return;  // what it holds goes with it
+  if (!current.good()) return;  // its objects are destroyed with it
   glDeleteQueries(static_cast<GLsizei>(timestamps_.size()), timestamps_.data());
   glDeleteBuffers(1, &params_);
   glDeleteFramebuffers(1, &framebuffer_);

@@ -43,7 +43,7 @@ std::string glsl_of(const ShaderCode& shader, const std::map<int, int>& units) {
   check(spvc_compiler_options_set_bool(options, SPVC_COMPILER_OPTION_GLSL_VULKAN_SEMANTICS, SPVC_FALSE));
   check(spvc_compiler_install_compiler_options(compiler, options));
 
-  // What no code uses has no unit, and is left out.
+  // Unused resources have no unit, and are removed.
   spvc_set active = nullptr;
   check(spvc_compiler_get_active_interface_variables(compiler, &active));
   spvc_resources resources = nullptr;

@@ -58,7 +58,7 @@ void PipelineObjects::link(std::span<const std::pair<GLenum, const ShaderCode*>>
   try {
     for (const auto& [type, shader] : stages) {
       const Stage stage(type, *shader, units);
-      glAttachShader(made, stage.handle);  // and keeps it
+      glAttachShader(made, stage.handle);  // the program keeps a reference
     }
     glLinkProgram(made);
     GLint linked = 0;

@@ -127,7 +127,7 @@ EglBuffer::EglBuffer(std::shared_ptr<Context> context, std::size_t size_bytes, c
   }
   const Current current = context_->enter();
   try {
-    const std::size_t words = (size_bytes + 3) / 4 * 4;  // fills and shaders go by words
+    const std::size_t words = (size_bytes + 3) / 4 * 4;  // fills and shaders access whole words
     glCreateBuffers(1, &handle_);
     glNamedBufferStorage(handle_, static_cast<GLsizeiptr>(words), nullptr, GL_DYNAMIC_STORAGE_BIT);
     context_->check("creating buffer \"" + name_ + "\"");

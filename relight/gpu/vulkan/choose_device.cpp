@@ -47,7 +47,7 @@ int rank(VkPhysicalDeviceType type) {
   }
 }
 
-/// A family that draws, computes and tells the time.
+/// A queue family with graphics, compute and timestamps.
 std::optional<std::uint32_t> find_queue_family(VkPhysicalDevice device) {
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
@@ -60,9 +60,9 @@ std::optional<std::uint32_t> find_queue_family(VkPhysicalDevice device) {
   return std::nullopt;
 }
 
-/// What the device lacks; empty where it can be used.
+/// Missing features of the device; empty if it can be used.
 std::string missing(VkPhysicalDevice device, const VkPhysicalDeviceProperties& properties) {
-  if (properties.apiVersion < VK_API_VERSION_1_3) {  // the rest may not even be asked for
+  if (properties.apiVersion < VK_API_VERSION_1_3) {  // the queries below require 1.3
     return "it has Vulkan " + std::to_string(VK_API_VERSION_MAJOR(properties.apiVersion)) + "." +
            std::to_string(VK_API_VERSION_MINOR(properties.apiVersion)) + ", not 1.3";
   }

@@ -9,7 +9,7 @@ namespace lumigraft::relight::gpu::vulkan {
 Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical)
     : instance_(std::move(instance)), physical_(physical) {}
 
-// Delegates first, so that the destructor cleans up where something below throws.
+// Uses a delegating constructor, so that the destructor runs if the code below throws.
 Context::Context(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, std::uint32_t queue_family)
     : Context(std::move(instance), physical) {
   queue_family_ = queue_family;
@@ -96,7 +96,7 @@ Memory Context::allocate(const VkMemoryRequirements& needs, MemoryUse use, const
   const VkMemoryPropertyFlags required = use == MemoryUse::device ? 0 : host;
   VkMemoryPropertyFlags preferred = 0;
   if (use == MemoryUse::device) preferred = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-  if (use == MemoryUse::from_device) preferred = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;  // uncached reads crawl
+  if (use == MemoryUse::from_device) preferred = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;  // uncached reads are slow
 
   std::optional<std::uint32_t> best;
   bool best_preferred = false;
@@ -117,7 +117,7 @@ Memory Context::allocate(const VkMemoryRequirements& needs, MemoryUse use, const
                                   .memoryTypeIndex = *best};
   check(vkAllocateMemory(device_, &info, nullptr, &memory.handle),
         "allocating " + std::to_string(needs.size) + " bytes for " + what);
-  // Software devices, and others whose memory the host can write, need no staging.
+  // Software devices, and others with host visible device memory, need no staging.
   if ((memory_properties_.memoryTypes[*best].propertyFlags & host) == host) {
     void* mapped = nullptr;
     const VkResult result = vkMapMemory(device_, memory.handle, 0, VK_WHOLE_SIZE, 0, &mapped);

@@ -66,7 +66,7 @@ class VulkanDevice final : public Device {
     const VulkanBuffer& target = own(buffer, *context_);
     check_upload(buffer, target.name(), offset, bytes.size());
     if (bytes.empty()) return;
-    if (target.mapped()) {  // nothing runs meanwhile: submit() waits
+    if (target.mapped()) {  // no commands are in flight: submit() waits
       std::memcpy(target.mapped() + offset, bytes.data(), bytes.size());
       return;
     }
@@ -108,7 +108,7 @@ class VulkanDevice final : public Device {
   }
 
  private:
-  /// What the validation layer says about a new object belongs to the one who made it.
+  /// Validation messages about a new object are thrown to its creator.
   template <typename T>
   std::unique_ptr<T> checked(std::unique_ptr<T> made) {
     context_->messages().throw_if_any();

@@ -74,7 +74,7 @@ Instance::Instance(bool with_validation) : validation(with_validation) {
                                                   .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
                                                   .pfnUserCallback = on_message,
                                                   .pUserData = &messages};
-  // Hazards between commands (a missing barrier) are found too: software would forgive them.
+  // Also detects hazards between commands (a missing barrier), which software devices hide.
   const VkValidationFeatureEnableEXT synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
   const VkValidationFeaturesEXT more{.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
                                      .pNext = &listen,

@@ -6,7 +6,7 @@
 namespace lumigraft::relight::gpu::vulkan {
 namespace {
 
-/// A shader module, needed only until its pipeline is made.
+/// A shader module, needed only until its pipeline is created.
 class Module {
  public:
   Module(const Context& context, const ShaderCode& shader) : device_(context.device()) {
@@ -145,7 +145,7 @@ void VulkanRaster::create(VkShaderModule vertex, VkShaderModule fragment) {
   viewport.sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO;
   viewport.viewportCount = viewport.scissorCount = 1;
 
-  // Vulkan counts turns in framebuffer coordinates, row 0 at the top: counter-clockwise is as device.h says.
+  // Vulkan defines winding in framebuffer coordinates, row 0 at the top: counter-clockwise as in device.h.
   VkPipelineRasterizationStateCreateInfo rasterization{};
   rasterization.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
   rasterization.cullMode = desc_.cull_back ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE;

@@ -154,7 +154,7 @@ void VulkanBuffer::create() {
   const std::string what = "buffer \"" + name_ + "\"";
   VkBufferCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-  info.size = (size_bytes_ + 3) / 4 * 4;  // fills and shaders go by words
+  info.size = (size_bytes_ + 3) / 4 * 4;  // fills and shaders access whole words
   info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_VERTEX_BUFFER_BIT |
                VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   check(vkCreateBuffer(context_->device(), &info, nullptr, &buffer_), "creating " + what);

@@ -9,11 +9,11 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kColumns = 8;  // of maps in the texture that holds them
+constexpr int kColumns = 8;  // maps per row of the atlas
 constexpr float kGolden = 2.39996323f;
-constexpr float kNearest = 1.1f;  // distance of a lamp with maps, in radii of the sphere around the objects
+constexpr float kNearest = 1.1f;  // minimum distance of a lamp with maps, in radii of the sphere around the objects
 
-constexpr int kBoundTile = 32;  // texels along the edge of what a group bounds (shaders/lamp_bounds.comp)
+constexpr int kBoundTile = 32;  // texels along the edge of a group's area (shaders/lamps/lamp_bounds.comp)
 
 /// Blocks of 4, 8, 16 and 32 texels in a map.
 int bounds_of(int edge) {
@@ -24,8 +24,8 @@ int bounds_of(int edge) {
 
 int rows_of(int maps) { return (maps + kColumns - 1) / kColumns; }
 
-/// Counts for which the errors' sum is least, where each lamp's is its irradiance times the width of its penumbra, over
-/// the square of the count.
+/// Numbers of maps that minimise the sum of the lamps' errors, each estimated as irradiance times penumbra width over
+/// the squared number.
 std::array<int, shader::kMaxLamps> shares(const shader::FrameParams& params, int most) {
   std::array<float, shader::kMaxLamps> weights{};
   float sum = 1e-12f;
@@ -82,13 +82,13 @@ void LampMaps::choose(gpu::Device& device, shader::FrameParams& params) {
                                                      : (centre - lamp.position_radius.head<3>()).normalized(),
                           x = axis.unitOrthogonal(), y = axis.cross(x);
     for (int i = 0; i < count; ++i) {
-      // The lamp's disc, cut by a sunflower spiral (Vogel 1979).
+      // Points on the lamp's disc, by a sunflower spiral (Vogel 1979).
       const float r = count == 1 ? 0.0f : lamp.position_radius.w() * std::sqrt((i + 0.5f) / static_cast<float>(count));
       const float phi = kGolden * static_cast<float>(i);
       const Eigen::Vector3f from = lamp.position_radius.head<3>() + r * (std::cos(phi) * x + std::sin(phi) * y);
 
       const float far = (centre - from).norm(), sine = std::min(radius / far, 0.98f);
-      const float inverse_tan = 0.98f * std::sqrt(1 - sine * sine) / sine;  // a margin of a texel or two
+      const float inverse_tan = 0.98f * std::sqrt(1 - sine * sine) / sine;  // margin of one or two texels
       Eigen::Matrix3f turn;
       turn.row(2) = (centre - from) / far;
       turn.row(0) = turn.row(2).unitOrthogonal();

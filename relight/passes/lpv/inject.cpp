@@ -14,8 +14,8 @@ LpvInject::LpvInject(gpu::Device& device)
       sum_(device.create_compute("lpv_source.comp")) {}
 
 void LpvInject::choose_unit(const shader::FrameParams& params, float brightest) {
-  // The lamps' part is that of the flux volumes (Inject::choose_unit). Objects as convex as their sphere at most: as
-  // much goes through, and as much again is reflected.
+  // The lamps' part is that of the flux volumes (Inject::choose_unit). The objects' surface is assumed to be at most
+  // that of their bounding sphere: as much light passes through it, and as much again is reflected.
   const double pi = std::numbers::pi, radius_m = params.sphere.w();
   const double lamps_W = 1e9 * static_cast<double>(params.field.w());
   const double even_W = 2 * 4 * pi * radius_m * radius_m * pi * brightest;
@@ -39,8 +39,8 @@ void LpvInject::block(gpu::CommandList& list, shader::FrameParams params, const 
 void LpvInject::at_virtual(gpu::CommandList& list, const shader::FrameParams& params, bool add_gathered,
                            const Volumes& volumes, const LpvGrid& grid) const {
   shader::FrameParams own = with_units(params, grid);
-  own.pass_i.y() =
-      std::max(params.counts.z() / 2, 3);  // each voxel turns them its own way, a cell holds the mean of several
+  own.pass_i.y() = std::max(params.counts.z() / 2, 3);  // each voxel rotates them differently, and a cell holds the
+                                                        // mean of several voxels
   own.pass_i.z() = add_gathered ? 1 : 0;
   list.fill(*grid.of_virtual, 0);
   list.dispatch(

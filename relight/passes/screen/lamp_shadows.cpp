@@ -8,13 +8,13 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr int kBlock_px = 8;
-constexpr float kLeastShare = 0.004f;  // of a lamp's light: less is below a code value
+constexpr float kLeastShare = 0.004f;  // fraction of a lamp's light: less is below one pixel value (8 bit)
 constexpr float kSteadyStep = 0.125f;  // radii
-constexpr float kWidest_rad = 1.2f;    // half angle of a flat picture
+constexpr float kWidest_rad = 1.2f;    // half angle of a planar projection
 
-/// A sphere that holds the sphere around the objects, and stays while these turn or tremble.
+/// A sphere that contains the sphere around the objects, and is constant under their rotation and jitter.
 Eigen::Vector4f steady(const Eigen::Vector4f& sphere) {
-  // Whole sixteenths of a power of two; the third of a step keeps round numbers off the border between two.
+  // Quantized to sixteenths of an octave; the offset of a third keeps round numbers away from the border between two.
   const float radius = std::exp2((std::ceil(16 * std::log2(sphere.w()) - 1.0f / 3) + 1.0f / 3) / 16);
   const float step = kSteadyStep * radius;
   Eigen::Vector4f result;
@@ -22,7 +22,7 @@ Eigen::Vector4f steady(const Eigen::Vector4f& sphere) {
   return result;
 }
 
-/// Of the sphere around the objects, and of the penumbra beside it as far as the volumes reach.
+/// Half angle of the sphere around the objects and of the surrounding penumbra, as far as the volumes reach.
 float half_angle_rad(const shader::FrameParams& frame, const shader::Lamp& lamp) {
   const Eigen::Vector4f sphere = steady(frame.sphere);
   const float far = (sphere.head<3>() - lamp.position_radius.head<3>()).norm();
@@ -63,7 +63,7 @@ void LampShadows::choose_views(shader::FrameParams& params) {
     const Eigen::Vector3f z = to.normalized(), x = z.unitOrthogonal(), y = z.cross(x);
     const float tan_half = std::tan(std::min(half_angle_rad(params, lamp), kWidest_rad));
     shader::ShadowView& view = params.shadow_views[i];
-    view.x_scale << x, 0.97f / tan_half;  // a margin of a few texels
+    view.x_scale << x, 0.97f / tan_half;  // margin of a few texels
     view.y << y, 0;
     view.z_far << z, to.norm();
   }

@@ -5,7 +5,7 @@
 namespace lumigraft::relight {
 shader::DrawParams camera_view(const shader::FrameParams& frame, int samples) {
   shader::DrawParams view{};
-  const float s = static_cast<float>(samples), shift = 0.5f * (s - 1);  // pixel centres stay where they are
+  const float s = static_cast<float>(samples), shift = 0.5f * (s - 1);  // pixel centres are unchanged
   view.T_view_tag = frame.T_camera_tag;
   view.projection << s * frame.pinhole.x(), s * frame.pinhole.y(), s * frame.pinhole.z() + shift,
       s * frame.pinhole.w() + shift;

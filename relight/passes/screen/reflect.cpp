@@ -13,7 +13,7 @@ void Reflect::record(gpu::CommandList& list, shader::FrameParams params, const V
                                   gpu::sampled(25, *screen.mirror_lost), gpu::sampled(17, *screen.mirror_all),
                                   gpu::sampled(26, *screen.radiance), gpu::image(18, *screen.mirror_gained),
                                   gpu::image(19, *screen.mirror_share)});
-  // Blocks of the coarse list reach into those of the fine one, which come after and stand.
+  // Blocks of the coarse list overlap those of the fine one, which run later and overwrite.
   params.pass_i.x() = kBlurredStep;
   dispatch_tiles(list, *trace_, bindings, params, screen.tiles->blurred());
   params.pass_i.x() = 1;

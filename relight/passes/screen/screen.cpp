@@ -3,7 +3,7 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kFinePicture_px = 480;  // across, from which on shadows need not be drawn for every pixel
+constexpr int kFinePicture_px = 480;  // width from which shadows are not computed per pixel
 
 }  // namespace
 

@@ -3,8 +3,8 @@
 namespace lumigraft::relight {
 namespace {
 
-// A shadow seen by way of a mirror lies on the room as single shadows of as many shares; of few they would be seen.
-constexpr int kMirroredShares = 5;  // for one of a lamp
+// Per lamp. Shadows of light reflected by a mirror consist of one separate shadow per sample, visible if there are few.
+constexpr int kMirroredShares = 5;
 
 }  // namespace
 

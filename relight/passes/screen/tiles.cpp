@@ -7,13 +7,13 @@
 namespace lumigraft::relight {
 namespace {
 
-// Every fourth pixel along each axis stands for its neighbours: what a block can change varies slowly.
+// One of four pixels along each axis is tested: the bound of the change varies slowly.
 constexpr int kStep_px = 4;
 constexpr float kMuchBlur_px = 6;
-constexpr int kMargin_px = 3;  // around the objects' outline: supersampling and rounding
+constexpr int kMargin_px = 3;  // around the objects' outline, for supersampling and rounding
 
-/// Whether objects inside the sphere can change a pixel; the same bound as in_footprint() of footprint.glsl, for a
-/// surface that faces them.
+/// Whether objects inside the sphere can change a pixel; the bound of in_footprint() in influence_mask.glsl, for a
+/// surface facing them.
 class Bound {
  public:
   Bound(const shader::FrameParams& params, const Tiles::Choice& choice)
@@ -23,17 +23,17 @@ class Bound {
         least_codes_(choice.min_code_change),
         facing_(choice.glossy.empty() ? 1.0f : 4.0f) {}
 
-  /// `code`: of the brightest channel.
+  /// `code`: pixel value of the brightest channel.
   bool can_change(const Eigen::Vector3f& at, std::uint8_t code) const {
     const float r2 = p_.sphere.w() * p_.sphere.w(), far2 = (p_.sphere.head<3>() - at).squaredNorm();
     if (far2 < 1.5f * r2) return true;
-    // Change of the code value, with the slope of the sRGB curve above its linear part.
+    // Change of the pixel value, with the slope of the sRGB curve above its linear part.
     const float root = std::max((static_cast<float>(code) / 255 + 0.055f) / 1.055f, 0.1f);
     return 255.0f * 1.055f / 2.4f * root * r2 * facing_ > least_codes_ * far2;
   }
 
-  /// By how many pixels gloss at this place blurs what it mirrors of the objects, at least (shaders/mirror_blur.glsl);
-  /// nothing where no glossy surface can be.
+  /// Minimum blur of the objects' reflection by gloss at this point, in pixels (shaders/screen/mirror_blur.glsl); none
+  /// if there is no glossy surface.
   std::optional<float> blur_px(const Eigen::Vector3f& at) const {
     std::optional<float> least;
     const float near = std::max((p_.sphere.head<3>() - at).norm() - p_.sphere.w(), 0.0f);
@@ -46,12 +46,12 @@ class Bound {
     return least;
   }
 
-  /// Whether they can stand between it and a lamp.
+  /// Whether the objects may occlude a lamp here.
   bool can_shade(const Eigen::Vector3f& at) const {
     if (lamp_shadows_) return lamp_shadows_->shades(at);
     const Eigen::Vector3f centre = p_.sphere.head<3>();
     const float far2 = (centre - at).squaredNorm(), far = std::sqrt(far2);
-    for (int i = 0; i < p_.counts.x(); ++i) {  // the shadow
+    for (int i = 0; i < p_.counts.x(); ++i) {  // cylinder of the shadow
       const Eigen::Vector3f to_lamp = p_.lamps[i].position_radius.head<3>() - at;
       const float l = to_lamp.norm(), along = (centre - at).dot(to_lamp) / l;
       const float reach = p_.sphere.w() + far * p_.lamps[i].position_radius.w() / l;
@@ -107,7 +107,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
           static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
       const float z = picture.depth_m != nullptr ? picture.depth_m->data[i] : 0.0f;
       if (z <= 0) {
-        tile = shade = 1;  // a hole: the field tells where the surface is, later
+        tile = shade = 1;  // a hole: the field gives the surface's position later
         glossy[place] = sharp[place] = !choice.glossy.empty();
         continue;
       }
@@ -143,7 +143,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
   send(device, ambients_, covered, ambient_scale_);
   for (std::size_t i = 0; i < tile_count; ++i) covered[i] |= glossy[i];
   object_places_ = places(covered, 1);
-  // A lamp's highlight shows in any direction, and its light comes by way of mirrors to any place.
+  // A lamp's highlight may be visible from any direction, and its light may reach any point by way of mirrors.
   if (!choice.glossy.empty() && choice.lamp_shadows == nullptr) shaded = changed;
   send(device, shaded_, shaded, 1);
   std::vector<char> fine(shaded), shaded_alone(shaded), smooth(views);
@@ -160,7 +160,7 @@ void Tiles::choose(gpu::Device& device, const shader::FrameParams& params, const
   send(device, traces_, changed, trace_scale_);
 }
 
-/// The outline of every object's box.
+/// The projected outline of every object's box.
 void Tiles::cover(const shader::FrameParams& params, const std::vector<PlacedObject>& objects,
                   std::vector<char>* covered) {
   for (const PlacedObject& object : objects) {
@@ -173,7 +173,7 @@ void Tiles::cover(const shader::FrameParams& params, const std::vector<PlacedObj
       outline.extend(Eigen::Vector2f(params.pinhole.x() * p.x() / p.z() + params.pinhole.z(),
                                      params.pinhole.y() * p.y() / p.z() + params.pinhole.w()));
     }
-    // Behind the eye or through a distorting lens a box's corners bound nothing.
+    // Behind the camera or with lens distortion the projected corners do not bound the box.
     if (!in_front || params.distortion != Eigen::Vector4f::Zero() || params.camera.x() != 0) {
       std::fill(covered->begin(), covered->end(), 1);
       break;

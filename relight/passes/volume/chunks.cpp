@@ -11,7 +11,7 @@ namespace {
 constexpr int kLayer = shader::kChunkRow * shader::kChunkRow;  // chunks
 constexpr int kVoxels = shader::kChunkEdge * shader::kChunkEdge * shader::kChunkEdge;
 
-/// With some to spare for objects that move, and not more than twice what is needed.
+/// With a reserve for moving objects, and at most twice what is needed.
 bool fits(int room, int chunks) { return room >= chunks && room <= 2 * chunks + kLayer; }
 int with_spare(int chunks) { return (chunks + chunks / 8 + kLayer - 1) / kLayer * kLayer; }
 
@@ -65,7 +65,7 @@ void ChunkSet::number(gpu::Device& device, const gpu::Buffer& table) {
 void fit_pool(gpu::Device& device, const char* name, int chunks, std::unique_ptr<gpu::Texture>* pool) {
   constexpr int texels = shader::kChunkEdge + 1;
   if (*pool && fits((*pool)->desc().depth / texels * kLayer, chunks)) return;
-  pool->reset();  // there may be no room for both
+  pool->reset();  // device memory may not suffice for both
   *pool = device.create_texture({.name = name,
                                  .width = shader::kChunkRow * texels,
                                  .height = shader::kChunkRow * texels,

@@ -5,7 +5,7 @@
 namespace lumigraft::relight {
 namespace {
 
-constexpr int kCones = 9;  // over the hemisphere: the least that cover it evenly (Crassin et al. 2011 use 5 to 9)
+constexpr int kCones = 9;  // over the hemisphere: the minimum that covers it evenly (Crassin et al. 2011 use 5 to 9)
 
 }  // namespace
 

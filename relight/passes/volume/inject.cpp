@@ -13,14 +13,14 @@ struct LampView {
   float solid_angle_sr = 0;
 };
 
-/// The lamp's view of the sphere around the objects. From within or beside the sphere a view cannot hold all of it;
-/// then it is as wide as a flat map may be, 75° to either side.
+/// The lamp's view of the sphere around the objects. A lamp inside or near the sphere cannot have all of it in a planar
+/// view; the half angle is then limited to 75°.
 LampView lamp_view(const shader::FrameParams& frame, const shader::Lamp& lamp) {
   LampView view;
   const Eigen::Vector3f from = lamp.position_radius.head<3>(), to = frame.sphere.head<3>() - from;
   const float far = std::max(to.norm(), 1e-3f), radius = frame.sphere.w();
   const float sine = std::min(radius / far, std::sin(1.3f)), cosine = std::sqrt(1 - sine * sine);
-  view.inverse_tan = 0.98f * cosine / sine;  // a margin of a few texels
+  view.inverse_tan = 0.98f * cosine / sine;  // margin of a few texels
   view.solid_angle_sr = 6.2832f * (1 - cosine);
   Eigen::Matrix3f rotation;
   rotation.row(2) = to / far;
@@ -55,7 +55,7 @@ Inject::Inject(gpu::Device& device, int map_edge)
 }
 
 void Inject::choose_unit(shader::FrameParams& params) const {
-  double most = 1e-6;  // W: everything that all lamps send towards the objects, in the strongest channel
+  double most = 1e-6;  // W: all light of all lamps on the objects, in the strongest channel
   for (int i = 0; i < params.counts.x(); ++i) {
     const shader::Lamp& lamp = params.lamps[i];
     most += lamp.intensity.head<3>().maxCoeff() * std::max(lamp.facing.w(), 1.0f) *

@@ -6,7 +6,7 @@ namespace lumigraft::relight {
 namespace {
 
 constexpr int kVerticesAGroup = 64;
-constexpr int kShadowCones = 2;  // of a lamp, past real surfaces
+constexpr int kShadowCones = 2;  // per lamp, through real surfaces
 
 bool is_matt(const Material& material) { return material.specular == 0 && material.metallic == 0; }
 

@@ -8,7 +8,8 @@ Resolve::Resolve(gpu::Device& device) : pipeline_(device.create_compute("resolve
 
 void Resolve::record(gpu::CommandList& list, shader::FrameParams params, const Volumes& volumes) const {
   params.pass_f.x() = 1.0f / VirtualArea::kUnitsPerFace;
-  for (const auto* listed : {&volumes.listed_real, &volumes.listed_virtual}) {  // both say the same of what both hold
+  for (const auto* listed : {&volumes.listed_real, &volumes.listed_virtual}) {  // a voxel in both lists gets the same
+                                                                                // value twice
     list.dispatch(
         *pipeline_,
         std::vector<gpu::Binding>{

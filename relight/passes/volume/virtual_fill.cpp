@@ -24,8 +24,8 @@ void VirtualFill::record(gpu::Device& device, gpu::CommandList& list, shader::Fr
 
     params.pass_i.x() = i == 0 ? 1 : 0;
     params.pass_f.setZero();
-    // The texture holds the reflectance by the model's own materials. An override of the base colour replaces it, with
-    // what else is not overridden taken from the first part.
+    // The texture contains the reflectance of the model's own materials. An override of the base colour replaces it;
+    // parameters that are not overridden are taken from the first part.
     if (object.material.base_color) {
       const Material one = object.material.over(object.stored->model->parts.front().material);
       params.pass_f << reflectance_evenly(bsdf_params_of(one.base_color, one)).matrix(), 1;

@@ -7,7 +7,7 @@
 namespace lumigraft::relight {
 namespace {
 
-/// Coarser than 4³ nothing is asked for.
+/// The coarsest level has 4³ texels.
 int levels_of(int edge_voxels) {
   int levels = 0;
   for (int n = edge_voxels; n >= 4; n /= 2) ++levels;
@@ -27,7 +27,7 @@ Volumes::Volumes(gpu::Device& device, int edge_voxels)
       virtual_chunks(device, Surfaces::virt, edge, mips) {
   chunk_table = device.create_buffer(2 * sizeof(std::uint32_t) * chunk_places(edge, mips), "chunks");
   const std::size_t voxels = static_cast<std::size_t>(edge) * edge * edge * shader::kCascades;
-  // Surfaces fill a part of a cube that is the smaller the finer it is; the constant is room enough for the coarsest.
+  // The fraction of a cube that surfaces fill decreases with its resolution; the constant suffices for the coarsest.
   const std::size_t area = std::min(voxels, 128 * static_cast<std::size_t>(edge) * edge);
   listed_virtual = device.create_buffer(4 * (area / 6 + 4096), "listed virtual voxels");
   listed_real = device.create_buffer(4 * (area / 4 + 4096), "listed real voxels");
@@ -58,7 +58,7 @@ void Volumes::fit_virtual(gpu::Device& device, const Eigen::Vector3i& size) {
       virtual_distance->desc().depth == size.z()) {
     return;
   }
-  virtual_distance.reset();  // never two of a kind
+  virtual_distance.reset();  // free the old one first
   virtual_reflectance.reset();
   virtual_distance =
       device.create_texture(volume("virtual distance", size.x(), size.y(), size.z(), gpu::Format::r16_float));

@@ -20,7 +20,7 @@ struct Volumes {
   std::unique_ptr<gpu::Buffer> chunk_table;  ///< of both kinds
   // Pools of chunks; allocated by fit_chunks.
   std::unique_ptr<gpu::Texture> real_albedo, real_normal;  ///< level 0 only
-  std::unique_ptr<gpu::Texture> real_response;  ///< of the measured radiance to irradiance, relative (live_real.glsl)
+  std::unique_ptr<gpu::Texture> real_response;             ///< ρ/π over the measured radiance (live_real.glsl)
   std::unique_ptr<gpu::Texture> real_radiance, virtual_radiance, real_change;  ///< with all levels
   std::unique_ptr<gpu::Texture> gathered_virtual;                              ///< radiance by bounces beyond the first
   std::unique_ptr<gpu::Buffer> virtual_flux, real_flux;                        ///< fixed point

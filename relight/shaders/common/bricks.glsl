@@ -40,8 +40,8 @@ bool in_index(vec3 p) {
   return brick_cell(ivec3(floor(p / frame.field.x + 0.5)) >> 3) >= 0 && frame.bricks_size.w != 0;
 }
 
-// Lower bound of the distance to the surface: p and the surface may each be half a cell's diagonal from the points that
-// the cell's distance was computed between.
+// Lower bound of the distance to the surface: the cell's distance minus three half diagonals of a cell, for the
+// position of p in its cell, of the surface in its cell, and of the surface's own point.
 float field_clearance(vec3 p) {
   if (!in_index(p)) return 0.0;
   float d = cell_clearance(ivec3(floor(p / frame.field.x + 0.5)) >> 2);

@@ -19,8 +19,8 @@ float emission(Lamp lamp, vec3 w) {
   return lamp.facing.a > 0.0 ? lamp.facing.a * max(dot(lamp.facing.xyz, w), 0.0) : 1.0;
 }
 
-// Point i of n on a disc of radius 1: a sunflower spiral (Vogel 1979) of antipodal pairs, rotated by half a golden
-// angle each, so that the mean of even a few points is the centre, which grazing light requires.
+// Point i of n on a disc of radius 1: a sunflower spiral (Vogel 1979) of antipodal pairs, each rotated by 0.618 of
+// a half turn from the previous, so that the mean of even a few points is the centre, which grazing light requires.
 vec2 disc_point(int i, int n) {
   int odd = n & 1, pair = (i - odd) / 2;
   if (i < odd) return vec2(0);
