@@ -115,7 +115,7 @@ std::optional<ReferenceMesh> enclosure_mesh(const reconstruct::Scene& scene, con
   for (std::size_t i = 0; i < room.sides.size(); ++i) {
     const Vector3f n = room.sides[i].normal, x = n.unitOrthogonal(), y = n.cross(x);
     const Vector3f middle = room.middle_m - (n.dot(room.middle_m) + room.sides[i].offset_m) * n;
-    // Limits the size of a side: an unbounded one has nothing to light far away.
+    // A side starts this large before it is cut by the others; one that stays unbounded is skipped.
     constexpr float most_m = 1e3f;
     const auto at = [&](float u, float v) -> Vector3f { return middle + u * x + v * y; };
     const Polygon side =

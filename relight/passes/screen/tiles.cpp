@@ -51,7 +51,7 @@ class Bound {
     if (lamp_shadows_) return lamp_shadows_->shades(at);
     const Eigen::Vector3f centre = p_.sphere.head<3>();
     const float far2 = (centre - at).squaredNorm(), far = std::sqrt(far2);
-    for (int i = 0; i < p_.counts.x(); ++i) {  // cylinder of the shadow
+    for (int i = 0; i < p_.counts.x(); ++i) {  // does the ray to the lamp hit the sphere, plus penumbra?
       const Eigen::Vector3f to_lamp = p_.lamps[i].position_radius.head<3>() - at;
       const float l = to_lamp.norm(), along = (centre - at).dot(to_lamp) / l;
       const float reach = p_.sphere.w() + far * p_.lamps[i].position_radius.w() / l;
