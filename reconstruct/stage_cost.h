@@ -1,15 +1,15 @@
 #pragma once
-// What a piece of work costs, on the clock and on the processors.
+// Wall-clock and CPU time of a piece of work.
 #include <chrono>
 
 namespace lumigraft::reconstruct {
 
 struct StageCost {
   double wall_ms = 0;
-  double cpu_ms = 0;  ///< user + system of the whole process: software GPUs work on threads of their own
+  double cpu_ms = 0;  ///< user + system of the whole process, because software GPUs work on their own threads
 };
 
-/// Starts when it is made.
+/// Starts at construction.
 class CostClock {
  public:
   CostClock();

@@ -1,5 +1,5 @@
 #pragma once
-// The command line as a value; main() decides nothing but which function to call.
+// Parses the command line into a value; main() only dispatches it.
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,7 +17,7 @@ namespace lumigraft::server {
 
 struct ServeCommand {
   ServiceFiles files;
-  std::string listen;  ///< empty: the configuration's
+  std::string listen;  ///< empty: as configured
 };
 struct DoctorCommand {};
 struct DevicesCommand {
@@ -29,7 +29,7 @@ struct PrintCommand {  ///< --help, --version, --set help: text for stdout
 using CommandLine = std::variant<ServeCommand, ReplayCommand, RecordCommand, ImportCommand, ExportCommand,
                                  CalibrateCommand, BenchCommand, DoctorCommand, DevicesCommand, PrintCommand>;
 
-/// Throws InputError with one line.
+/// Throws InputError with a one-line message.
 CommandLine parse_command_line(int argc, const char* const* argv);
 
 }  // namespace lumigraft::server

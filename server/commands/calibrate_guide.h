@@ -1,6 +1,6 @@
 #pragma once
-// What a person with a board in hand needs to see while cameras are calibrated: the newest pictures with the corners
-// that were found, where corners are still missing, and at the end the result or why there is none.
+// The page that guides a person who holds the board: the newest pictures with detected corners, regions that still lack
+// corners, and finally the result or the rejection reason.
 #include <array>
 #include <memory>
 #include <mutex>
@@ -16,34 +16,34 @@ namespace lumigraft::server {
 
 class CalibrateGuide {
  public:
-  /// The colour camera and the fish-eye, as far as they are there.
+  /// The colour camera and the fish-eye; either may be missing.
   explicit CalibrateGuide(const std::array<std::optional<capture::CameraModel>, 2>& cameras);
 
-  /// After each moment that `collector` looked at.
+  /// Call after each moment that `collector` processed.
   void look(const capture::FrameSet& frame, const reconstruct::ViewSelector& collector);
   void calculating();
   void done(const std::string& report, const std::string& refusal);
-  /// Whether every camera has seen the board often enough, and everywhere; after a refusal, some more often.
+  /// Whether every camera has enough views and full coverage; after a rejection, more views are required.
   bool covered() const;
 
-  /// What was seen was refused, and looking goes on.
+  /// Shows that the calibration was rejected and that collection continues.
   void go_on(const std::string& refusal);
-  /// Whether somebody pressed the page's button: what was seen is to be enough.
+  /// Whether the page's button was pressed: calibrate with the views collected so far.
   bool finish_asked() const;
 
-  /// For the web server: the page, calibrate.json, color.jpg, fisheye.jpg. Any thread.
+  /// Answers GET: the page, calibrate.json, color.jpg, fisheye.jpg. Thread-safe.
   WebReply reply(std::string_view path);
-  /// The same for what is asked to be done: finish.
+  /// Answers POST: finish. Thread-safe.
   WebReply ask(std::string_view path);
 
  private:
   static constexpr int kEnoughViews = 15;
-  static constexpr std::size_t kMoreAfterRefusal = 5;  ///< moments to be kept before it is tried again
+  static constexpr std::size_t kMoreAfterRefusal = 5;  ///< additional moments required before the next attempt
 
   struct Camera {
     capture::CameraModel model;
     std::shared_ptr<const capture::Picture> picture;
-    reconstruct::BoardView view;  ///< in it
+    reconstruct::BoardView view;  ///< in `picture`
     int views = 0;
     reconstruct::Coverage coverage;
   };
@@ -56,9 +56,9 @@ class CalibrateGuide {
   std::array<std::optional<Camera>, 2> cameras_;
   const char* doing_ = "looking";
   bool finish_asked_ = false;
-  std::size_t moments_ = 0;  ///< that the collector has; it drops some
-  std::size_t kept_ = 0;     ///< that were ever kept
-  std::size_t wanted_ = 0;   ///< of those, since the newest refusal
+  std::size_t moments_ = 0;  ///< in the collector, which discards some
+  std::size_t kept_ = 0;     ///< accepted in total
+  std::size_t wanted_ = 0;   ///< required value of kept_ since the newest rejection
   std::string report_, refusal_;
   JpegEncoder jpeg_{80};
 };

@@ -1,5 +1,5 @@
 #pragma once
-// What a calibration says, for people and for the configuration.
+// Writes calibration results as a report for people and as a configuration file.
 #include <optional>
 #include <ostream>
 #include <string>
@@ -21,19 +21,19 @@ struct CalibratedCamera {
 void write_calibration_report(std::ostream& out, const std::string& name,
                               const reconstruct::CameraCalibration& calibration);
 
-/// How the fish-eye stands to the colour camera.
+/// Pose of the fish-eye relative to the colour camera.
 void write_stand_report(std::ostream& out, const reconstruct::ExtrinsicsCalibration& stand);
 
-/// What the fish-eye's lens loses away from its axis.
+/// Vignetting of the fish-eye's lens.
 void write_vignetting_report(std::ostream& out, const reconstruct::VignettingCalibration& vignetting);
 
-/// By how much the fish-eye's clock is behind.
+/// Time offset of the fish-eye's clock.
 void write_time_report(std::ostream& out, const reconstruct::TimeOffsetCalibration& time);
 
-/// How the depth camera stands to the colour camera.
+/// Pose of the depth camera relative to the colour camera.
 void write_depth_report(std::ostream& out, const reconstruct::DepthCalibration& depth);
 
-/// What is known beside the lenses, as far as pictures say.
+/// Results other than the lenses, where the pictures determine them.
 struct CalibratedRest {
   std::optional<Eigen::Isometry3d> T_tag_fisheye;
   std::optional<capture::Vignetting> vignetting;

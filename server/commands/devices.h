@@ -1,5 +1,5 @@
 #pragma once
-// `lumigraft devices`: the cameras that are plugged in, as text or JSON.
+// `lumigraft devices`: lists the connected cameras, as text or JSON.
 #include <ostream>
 #include <vector>
 

@@ -1,10 +1,10 @@
 #pragma once
-// `lumigraft doctor`: what this machine offers and what is in the way.
+// `lumigraft doctor`: checks what this machine supports and what is missing.
 #include <ostream>
 
 namespace lumigraft::server {
 
-/// Writes a report; true when everything that serve and replay need is there.
+/// Writes a report; true when everything that serve and replay need is available.
 bool write_doctor_report(std::ostream& out);
 
 }  // namespace lumigraft::server

@@ -1,5 +1,5 @@
 #pragma once
-// `lumigraft record`: what the cameras of a session or configuration give becomes a session of its own.
+// `lumigraft record`: records the cameras of a session or configuration as a new session.
 #include <atomic>
 #include <filesystem>
 #include <optional>
@@ -12,11 +12,11 @@ namespace lumigraft::server {
 struct RecordCommand {
   ServiceFiles files;
   std::filesystem::path out;
-  std::optional<double> seconds;  ///< of every stream's own time
+  std::optional<double> seconds;  ///< in each stream's own time
 };
 
-/// Ends after `seconds`, with the recording that is copied, or when `interrupted`; then says on `report` what was kept.
-/// Throws InputError at the start, and std::runtime_error where the disk takes no more: what came before it is kept.
+/// Ends after `seconds`, at the end of a recording that is copied, or when `interrupted`; then reports what was
+/// written. Throws InputError at the start, and std::runtime_error where the disk is full: data written before is kept.
 void run_record(const RecordCommand& command, const std::atomic<bool>& interrupted, std::ostream& report);
 
 }  // namespace lumigraft::server

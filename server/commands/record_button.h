@@ -1,5 +1,5 @@
 #pragma once
-// The page's record button: what live cameras give becomes a session beside the picture, behind its threads.
+// The page's record button: records live cameras as a session while the service runs, on its own threads.
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -19,21 +19,22 @@ class RecordButton {
   enum class Doing { nothing, recording, finishing, compressing };
   struct State {
     Doing doing = Doing::nothing;
-    double seconds = 0.0;                  ///< of the running or newest recording
-    std::string folder;                    ///< of it; empty before the first
-    std::uint64_t pictures = 0, lost = 0;  ///< of all streams
-    std::string error;                     ///< what ended it; empty where it went well
+    double seconds = 0.0;                  ///< duration of the running or newest recording
+    std::string folder;                    ///< its folder; empty before the first
+    std::uint64_t pictures = 0, lost = 0;  ///< over all streams
+    std::string error;                     ///< the error that ended it; empty on success
   };
 
-  /// Recordings become folders in `folder`, named by the time.
+  /// Each recording is a new folder in `folder`, named by its start time.
   RecordButton(capture::SessionText text, capture::Session session, std::filesystem::path folder,
                capture::SourceObserver& tap);
-  ~RecordButton();  ///< ends a recording first
+  ~RecordButton();  ///< ends the recording
 
-  /// Returns at once; what goes wrong is in the state. Nothing happens where it is so already, or one is being
-  /// finished. One whose depth is being compressed stays as it is: the new one goes before.
+  /// Starts or stops recording and returns at once; errors are in the state. No effect where that is already so or a
+  /// recording is being finished. Starting aborts the compression of the previous recording's depth, which stays
+  /// uncompressed.
   void press(bool on);
-  /// Also ends a recording that failed, as on a full disk.
+  /// Also ends a recording that failed, for example on a full disk.
   State state();
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// What the service writes to stderr while it runs: little, and in batches.
+// The service's log on stderr while it runs: rate-limited, in batches.
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -10,11 +10,11 @@ namespace lumigraft::server {
 
 class ServeLog {
  public:
-  static constexpr std::chrono::seconds kWarningAgain{60};  ///< the same warning is repeated no sooner
+  static constexpr std::chrono::seconds kWarningAgain{60};  ///< minimum interval between repetitions of a warning
   static constexpr std::chrono::seconds kDropsEvery{30};
 
   using Clock = std::chrono::steady_clock;
-  /// About once a second: the newest picture's warnings, and drops since the start by the stage that was too slow.
+  /// Call about once a second with the newest frame's warnings and the drops since the start, by the slow stage.
   void tick(const std::vector<std::string>& warnings, const std::map<std::string, std::uint64_t>& drops) {
     for (const std::string& line : lines(warnings, drops, Clock::now())) {
       write(line);

@@ -1,5 +1,5 @@
 #pragma once
-// What the service says about itself, as text: for viewers, monitors and the log.
+// The service's state as JSON: for viewers and monitoring.
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,12 +14,12 @@ namespace lumigraft::server {
 
 std::string hello_text(const capture::Session& session, const ExhibitState& exhibit);
 std::string state_text(const ExhibitState& exhibit);
-/// `recording` is empty where the page may not record, `playback` where cameras are live.
+/// `recording` is empty where recording from the page is disabled, `playback` for live cameras.
 std::string stats_text(const Pipeline::Record& record, const Metrics& metrics, const Metrics::Interval& interval,
                        const std::optional<RecordButton::State>& recording,
                        const std::optional<Playback::State>& playback);
 
-/// `ok` is false where no picture was made for 5 s.
+/// `ok` is false where no frame was composited for 5 s.
 struct Health {
   bool ok = false;
   std::string json;

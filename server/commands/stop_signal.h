@@ -1,15 +1,15 @@
 #pragma once
-// SIGINT and SIGTERM for a program with many threads, some of them of libraries.
+// Handles SIGINT and SIGTERM in a program with many threads, including those of libraries.
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
 
 namespace lumigraft::server {
 
-/// Make it before any other thread: they inherit that these signals are not theirs. Lives as long as the process.
-/// Until `armed`, a signal ends the process at once with exit code 0: at start-up nothing needs an orderly end, and
-/// compiling shaders or loading models cannot be cut short otherwise. After that a signal leaves `kPatience` for an
-/// orderly end and then ends the process with exit code 0 as well.
+/// Construct before any other thread: threads inherit the signal mask. Lives as long as the process. Before arm(), a
+/// signal ends the process at once with exit code 0: nothing needs an orderly shutdown at start-up, and compiling
+/// shaders or loading models cannot be interrupted otherwise. After arm(), a signal allows `kPatience` for an orderly
+/// shutdown and then ends the process, also with exit code 0.
 class StopSignal {
  public:
   static constexpr std::chrono::milliseconds kPatience{250};
@@ -19,7 +19,7 @@ class StopSignal {
   StopSignal& operator=(const StopSignal&) = delete;
 
   void arm();
-  /// True when a signal came, now or before.
+  /// True when a signal has arrived.
   bool wait(std::chrono::milliseconds timeout);
 
  private:

@@ -1,6 +1,5 @@
 #pragma once
-// What the service counts about itself: for /metrics, for `stats` once a second, and for the log. Any thread may call
-// anything.
+// Counters and timings of the service, for /metrics, for `stats` once a second, and for the log. Thread-safe.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -12,7 +11,7 @@
 
 namespace lumigraft::server {
 
-/// Times of one stage over the last interval, milliseconds.
+/// Times of one stage over the last interval.
 struct StageSummary {
   double mean_ms = 0, p95_ms = 0, max_ms = 0;
   std::uint64_t count = 0;
@@ -20,20 +19,20 @@ struct StageSummary {
 
 class Metrics {
  public:
-  /// Upper ends of the histogram's buckets, seconds; one more bucket holds the rest.
+  /// Upper bounds of the histogram's buckets in seconds; one more bucket holds larger values.
   static constexpr std::array<double, 12> kBuckets_s{0.001, 0.002, 0.005, 0.01, 0.02, 0.05,
                                                      0.1,   0.2,   0.5,   1.0,  2.0,  5.0};
 
   void time(const std::string& stage, double seconds);
   void drop(const std::string& slow_stage, std::uint64_t count = 1);
-  void frame_made();               ///< a picture left the relight stage
-  void warn(std::uint64_t count);  ///< warnings frames carried
+  void frame_made();               ///< the relight stage finished a frame
+  void warn(std::uint64_t count);  ///< warnings attached to frames
   void encoded(const std::string& codec, std::size_t bytes);
   void viewers(int count) { viewers_ = count; }
   int viewers() const { return viewers_; }
   void refused_connection();
-  /// What was decided of a key of the plan, or of how often something is solved, and what share of the light it leaves
-  /// out; the newest of each.
+  /// Records the newest value chosen for a key of the plan or for an update interval, and the fraction of light that it
+  /// omits.
   void decided(const std::string& key, int value, double left_out = 0);
   void cameras_in_trouble(int count) { cameras_in_trouble_ = count; }
 
@@ -46,7 +45,7 @@ class Metrics {
     std::uint64_t frames = 0;
     std::map<std::string, StageSummary> stages;
   };
-  /// What happened since this was last called.
+  /// Values since the previous call.
   Interval take_interval();
 
   std::string prometheus() const;  ///< text format 0.0.4
@@ -62,7 +61,7 @@ class Metrics {
   mutable std::mutex mutex_;
   std::map<std::string, Stage> stages_;
   std::map<std::string, std::uint64_t> drops_;
-  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> encoded_;  ///< pictures, bytes
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> encoded_;  ///< frames, bytes
   std::map<std::string, std::pair<int, double>> decided_;
   std::uint64_t frames_ = 0, warnings_ = 0, refused_ = 0;
   std::uint64_t interval_frames_ = 0;
@@ -71,7 +70,7 @@ class Metrics {
   std::atomic<int> cameras_in_trouble_ = 0;
 };
 
-/// Times the stage from its making to its end.
+/// Times a stage from construction to destruction.
 class StageTimer {
  public:
   StageTimer(Metrics& metrics, std::string stage) : metrics_(metrics), stage_(std::move(stage)) {}

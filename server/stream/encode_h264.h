@@ -1,9 +1,9 @@
 #pragma once
-// RGB pictures as an H.264 stream of low latency, through libavcodec and x264: constrained baseline, Annex B, one slice
-// thread, no look-ahead, so that every picture comes out of the call that brought it in.
+// Encodes RGB frames as a low-latency H.264 stream with libavcodec and x264: constrained baseline, Annex B, one slice
+// thread, no look-ahead, so that every call to encode() returns the frame it was given.
 //
-// Times may be uneven. Every key picture carries its parameter sets, so a viewer can begin at any of them. An odd last
-// column or row is left out: 4:2:0 has none.
+// Frame intervals may vary. Every key frame carries its parameter sets, so a viewer can start at any key frame. An odd
+// last column or row is cropped, because 4:2:0 needs even sizes.
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -22,10 +22,12 @@ class H264Encoder {
     bool key = false;
     std::vector<std::uint8_t> bytes;  ///< Annex B
   };
-  /// `time_ns` must grow. A key picture is made when asked for, and 2 s after the last one. Throws std::runtime_error.
+  /// `time_ns` must increase. Makes a key frame when `key` is set, and when the last one is 2 s old. Throws
+  /// std::runtime_error.
   AccessUnit encode(const capture::Image<std::uint8_t>& srgb, std::int64_t time_ns, bool key);
 
-  /// For WebCodecs, as avc1.42c01e: profile, constraints and level of the last parameter set. Empty before the first.
+  /// The codec string for WebCodecs, such as avc1.42c01e: profile, constraints and level of the last parameter set.
+  /// Empty before the first frame.
   const std::string& codec_string() const;
 
  private:

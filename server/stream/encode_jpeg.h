@@ -1,5 +1,5 @@
 #pragma once
-// RGB pictures as JPEG files, through TurboJPEG.
+// Encodes RGB frames as JPEG files with TurboJPEG.
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -12,7 +12,7 @@ class JpegEncoder {
  public:
   explicit JpegEncoder(int quality);
   ~JpegEncoder();
-  /// 4:2:0. Throws std::runtime_error where the library refuses.
+  /// 4:2:0. Throws std::runtime_error where the library fails.
   std::vector<std::uint8_t> encode(const capture::Image<std::uint8_t>& srgb);
 
  private:

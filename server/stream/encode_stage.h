@@ -1,5 +1,5 @@
 #pragma once
-// One picture into the messages that viewers want: each kind encoded once, however many watch.
+// Encodes a frame into the stream messages that viewers requested; each kind once for all viewers.
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -14,7 +14,7 @@
 
 namespace lumigraft::server {
 
-/// A finished picture on its way to viewers.
+/// A composited frame to send to viewers.
 struct ShownPicture {
   std::shared_ptr<const capture::Image<std::uint8_t>> srgb;
   std::uint32_t sequence = 0;
@@ -26,7 +26,7 @@ class EncodeStage {
  public:
   EncodeStage(int jpeg_quality, EncoderDemand& demand, Metrics& metrics);
 
-  /// Throws std::runtime_error where an encoder refuses; the next call starts that encoder anew.
+  /// Throws std::runtime_error where an encoder fails; the next call restarts that encoder.
   std::vector<std::shared_ptr<const StreamMessage>> encode(const ShownPicture& picture);
 
  private:
@@ -43,7 +43,7 @@ class EncodeStage {
   std::chrono::steady_clock::time_point last_asked_key_{};
 };
 
-/// The same moment in nanoseconds since 1970 UTC.
+/// The same time in nanoseconds since 1970 UTC.
 std::int64_t unix_time_ns(std::chrono::steady_clock::time_point moment);
 
 }  // namespace lumigraft::server

@@ -1,5 +1,5 @@
 #pragma once
-// What viewers want at this moment: nothing is encoded that nobody watches.
+// Which encodings viewers currently request: a kind that no viewer requests is not encoded.
 #include <atomic>
 
 namespace lumigraft::server {

@@ -1,5 +1,5 @@
 #pragma once
-// What embed_page.cmake writes from server/web.
+// The table that embed_page.cmake generates from server/web.
 #include <cstddef>
 
 namespace lumigraft::server {

@@ -1,5 +1,5 @@
 #pragma once
-// The stream's messages, as docs/protocol.md describes them: pure functions between bytes and values.
+// Parsing and serialisation of the stream's messages, as in docs/protocol.md. Pure functions.
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
@@ -32,7 +32,7 @@ struct StreamHeader {
   std::int64_t send_time_ns = 0;     ///< since 1970 UTC
 };
 
-/// One binary message, shared by all viewers that get it.
+/// One binary message, shared by all viewers that receive it.
 struct StreamMessage {
   StreamHeader header;
   std::vector<std::uint8_t> bytes;  ///< header and payload
@@ -42,9 +42,9 @@ std::shared_ptr<const StreamMessage> make_stream_message(const StreamHeader& hea
 
 enum class Codec { none, h264, jpeg };
 
-/// Of what a message names, the new value, or none where that is the model's own again.
+/// The material properties that a message sets: a new value, or none to restore the model's own.
 struct MaterialChange {
-  bool models_own = false;  ///< all of it
+  bool models_own = false;  ///< restores all properties
   std::optional<std::optional<Eigen::Vector3f>> base_color;
   std::optional<std::optional<float>> metallic, roughness, specular;
 };
@@ -67,19 +67,19 @@ struct ObjectCommand {
 struct RecordCommandOfViewer {
   bool on = false;
 };
-/// Of a recording that is played.
+/// Controls the playback of a recording.
 struct PlaybackCommand {
-  std::optional<double> at_s;  ///< go there, counted from its beginning
+  std::optional<double> at_s;  ///< seek to this time since the recording's start
   std::optional<bool> paused;
-  bool step = false;  ///< to the next picture
+  bool step = false;  ///< advance by one frame
 };
 struct BadCommand {
-  std::string error;  ///< what was wrong and what is allowed
+  std::string error;  ///< what is wrong and what is allowed
 };
 using Command = std::variant<WantCommand, KeyCommand, AckCommand, ObjectCommand, RecordCommandOfViewer, PlaybackCommand,
                              BadCommand>;
 
-/// A text message of a client, every value checked. Never throws.
+/// Parses a client's text message and checks every value. Never throws.
 Command parse_command(std::string_view text);
 
 std::string error_message(std::string_view error);

@@ -1,5 +1,6 @@
 #pragma once
-// Who watches, and what everyone is told. No socket in here; the web server's thread alone uses it.
+// The set of connected viewers and the messages sent to all of them. Uses no sockets; called only on the web server's
+// thread.
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -13,7 +14,7 @@
 
 namespace lumigraft::server {
 
-/// A viewer as the hub sees it. Any of these calls may end the viewer and so remove it from the hub.
+/// A viewer's interface to the hub. Any of these calls may close the viewer and so remove it from the hub.
 class Viewer {
  public:
   virtual ~Viewer() = default;
@@ -31,14 +32,14 @@ class ViewerHub {
   void remove(const std::shared_ptr<Viewer>& viewer);
   std::size_t count() const { return viewers_.size(); }
 
-  /// After a viewer wants something else.
+  /// Recounts the demand; call after a viewer's codec changes.
   void count_demand();
   void publish(const std::shared_ptr<const StreamMessage>& message);
   void publish_text(const std::string& kind, const std::string& text);
   void close_all();
-  /// A viewer has the picture on its screen: how long that took goes to the metrics as capture_to_ack.
+  /// Called when a viewer has displayed the frame: the time since capture goes to the metrics as capture_to_ack.
   void acknowledged(std::uint32_t sequence);
-  /// The newest codec string message, for a new viewer; may be null.
+  /// The newest codec configuration message, sent to each new viewer; may be null.
   const std::shared_ptr<const StreamMessage>& config() const { return config_; }
 
  private:
@@ -46,7 +47,8 @@ class ViewerHub {
   Metrics& metrics_;
   std::set<std::shared_ptr<Viewer>> viewers_;
   std::shared_ptr<const StreamMessage> config_;
-  std::deque<std::pair<std::uint32_t, std::int64_t>> capture_times_ns_;  ///< of recent pictures, by sequence
+  std::deque<std::pair<std::uint32_t, std::int64_t>>
+      capture_times_ns_;  ///< of recent frames, with their sequence numbers
 };
 
 }  // namespace lumigraft::server

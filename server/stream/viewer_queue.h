@@ -1,6 +1,6 @@
 #pragma once
-// What waits to be sent to one viewer. Bounded: the newest picture wins, and H.264 skips to the next key picture, so a
-// slow viewer costs nobody anything. No socket and no clock in here; one thread uses it.
+// The bounded send queue of one viewer. JPEG keeps the newest frame only; an H.264 queue that overflows skips to the
+// next key frame, so a slow viewer does not delay the others. Uses no sockets and no clock; used by one thread.
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -15,22 +15,23 @@ namespace lumigraft::server {
 
 class ViewerQueue {
  public:
-  static constexpr std::size_t kLongestRun = 8;       ///< H.264 pictures that wait
-  static constexpr std::uint32_t kMostUnderWay = 16;  ///< pictures sent and not acknowledged, once a viewer does so
+  static constexpr std::size_t kLongestRun = 8;  ///< H.264 frames in the queue
+  static constexpr std::uint32_t kMostUnderWay =
+      16;  ///< frames sent and not acknowledged, for viewers that acknowledge
 
   using Outgoing = std::variant<std::string, std::shared_ptr<const StreamMessage>>;
 
   void want(Codec codec);
   Codec codec() const { return codec_; }
 
-  /// Takes the picture if this viewer wants its kind; true when an older one or this one was dropped for it.
+  /// Queues the frame if this viewer requests its kind. True when this or an older frame was dropped.
   bool offer(std::shared_ptr<const StreamMessage> message);
-  /// Text of one kind replaces what of that kind still waits ("hello", "state", "stats", "error").
+  /// Replaces the queued text of the same kind ("hello", "state", "stats", "error").
   void offer_text(const std::string& kind, std::string text);
-  /// False where this viewer was not sent that picture, or said so before.
+  /// False where this frame was not sent to this viewer, or was acknowledged before.
   bool acknowledge(std::uint32_t sequence);
 
-  /// What to send next: text first, then pictures.
+  /// The next message to send: text before frames.
   std::optional<Outgoing> next();
   std::optional<Outgoing> next_text();
 
@@ -41,12 +42,13 @@ class ViewerQueue {
   Codec codec_ = Codec::none;
   std::map<std::string, std::string> texts_;
   std::deque<std::shared_ptr<const StreamMessage>> pictures_;
-  std::shared_ptr<const StreamMessage> config_;  ///< the newest, to go before the next key picture
+  std::shared_ptr<const StreamMessage> config_;  ///< the newest; sent before the next key frame
   bool config_sent_ = false;
   bool needs_key_ = true;
   bool acknowledges_ = false;
-  std::deque<std::uint32_t> under_way_;  ///< sequences sent and not acknowledged; the oldest go beyond a bound
-  std::uint32_t held_back_ = 0;          ///< pictures made while the viewer owed acknowledgements
+  std::deque<std::uint32_t>
+      under_way_;                ///< sequence numbers sent and not acknowledged; bounded, the oldest are dropped
+  std::uint32_t held_back_ = 0;  ///< frames offered while too many were unacknowledged
 };
 
 }  // namespace lumigraft::server

@@ -1,5 +1,5 @@
 #pragma once
-// Parts of the scene from a session's truth/, in place of estimates: `replay --oracle pose,geometry,light,albedo`
+// Replaces estimated parts of the scene by those of a session's truth/: `replay --oracle pose,geometry,light,albedo`
 // shows which part causes which error. The running service never reads truth/.
 #include <memory>
 #include <string>
@@ -18,9 +18,9 @@ struct OracleParts {
   bool all() const { return pose && geometry && light && albedo; }
 };
 
-/// Comma-separated names. Throws InputError.
+/// Parses comma-separated names. Throws InputError.
 OracleParts parse_oracle_parts(const std::string& list);
-/// "pose+geometry"; "none".
+/// Such as "pose+geometry", or "none".
 std::string name_of(const OracleParts& parts);
 
 class Oracle {
@@ -30,20 +30,20 @@ class Oracle {
   ~Oracle();
 
   const OracleParts& parts() const;
-  // What follows throws InputError where truth/ has nothing for the frame.
+  // These throw InputError where truth/ has no data for the frame.
   reconstruct::Pose pose(const capture::FrameSet& frame) const;
-  /// The frame with the true depth in place of the sensor's; without any where truth/ has none for this frame.
+  /// The frame with the true depth in place of the sensor's; without depth where truth/ has none for this frame.
   capture::FrameSet with_true_depth(const capture::FrameSet& frame) const;
-  /// The light stage's split of the fish-eye picture (the true one, where truth/ has it), in which every lamp that is
-  /// a true lamp's picture gives way to that true lamp. A true lamp that the fish-eye does not see is added; one that
-  /// it sees and the split left in the remainder stays there, so that no light counts twice. So it is with what the
-  /// light stage takes for lamps in truth/environment.exr, where light comes from that; and what the picture holds of
-  /// it as a lower bound is as bright as there.
+  /// The light stage's result for the fish-eye picture (the true picture, where truth/ has one), in which every
+  /// detected lamp that matches a true lamp is replaced by the true lamp. A true lamp outside the fish-eye's view is
+  /// added; one in view that the split left in the environment residual stays there, so that no light counts twice.
+  /// Lamps that the light stage detects in truth/environment.exr are treated the same way, and pixels that are lower
+  /// bounds (clipped) get the radiance of truth/environment.exr.
   std::shared_ptr<const reconstruct::Illumination> illumination(const capture::FrameSet& frame);
-  /// Around the whole true room. Null where truth/ has no real_scene.ply.
+  /// The enclosure of the whole true room. Null where truth/ has no real_scene.ply.
   std::shared_ptr<const reconstruct::Enclosure> enclosure(const reconstruct::Illumination& light) const;
-  /// The true albedo picture projected onto the surface voxels of `field` that this frame sees, over what earlier
-  /// frames saw.
+  /// The true albedo picture projected onto the surface voxels of `field` visible in this frame, accumulated over
+  /// frames.
   std::shared_ptr<const reconstruct::AlbedoField> albedo(const capture::FrameSet& frame, const reconstruct::Pose& pose,
                                                          const reconstruct::DistanceField& field);
 

@@ -1,10 +1,10 @@
 #pragma once
-// The true room of a session for the path-traced reference: truth/ as a ReferenceScene.
+// Converts a session's truth/ into the ReferenceScene of the path tracer.
 //
-// Triangles and their colours are those of real_scene.ply. It has one colour a vertex, so what a frame's albedo.exr,
-// f0.exr and roughness.exr show counts before that wherever their camera sees the surface. Triangles that lie on a
-// [[real_surface]] of the session have its material everywhere. Anything else that no camera sees is taken as Lambert:
-// metal there, which nothing in truth/ tells of, reflects light evenly and not as a mirror does.
+// Triangles and vertex colours come from real_scene.ply. Where a frame's camera sees the surface, its albedo.exr,
+// f0.exr and roughness.exr take precedence. Triangles on a [[real_surface]] of the session have its material
+// everywhere. Other surfaces outside every camera's view are Lambertian: truth/ does not describe metal there, so it
+// reflects diffusely instead of as a mirror.
 #include <memory>
 
 #include "capture/frame.h"
@@ -19,7 +19,7 @@ class TrueRoom {
   explicit TrueRoom(const capture::Session& session);
   ~TrueRoom();
 
-  /// Without objects. The same pointer for frames that share a truth folder. Throws InputError.
+  /// Without objects. Frames that share a truth folder get the same pointer. Throws InputError.
   std::shared_ptr<const relight::ReferenceScene> at(const capture::FrameSet& frame);
 
  private:

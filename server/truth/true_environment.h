@@ -1,5 +1,5 @@
 #pragma once
-// Light from far away as a session's truth has it.
+// Distant light from a session's truth/.
 #include <optional>
 #include <vector>
 
@@ -12,16 +12,16 @@ namespace lumigraft::server {
 
 class TrueEnvironment {
  public:
-  /// truth/environment.exr, and what of truth/real_scene.ply, if there is one, stands before it. The session has a
+  /// Loads truth/environment.exr and, if present, truth/real_scene.ply as its occluder. The session must have a
   /// fish-eye. Throws InputError.
   explicit TrueEnvironment(const capture::Session& session);
 
-  /// Puts the environment into those pixels of a fish-eye picture that are lower bounds and see it: a sun is too strong
-  /// for cameras, and for half-precision files.
+  /// Fills in the environment where fish-eye pixels are lower bounds and see it: the sun exceeds the range of cameras
+  /// and of half-precision files.
   void complete(capture::RadiancePicture& picture) const;
 
-  /// What the light stage makes lamps of in the environment, seen all around by a fish-eye that is as sharp as the
-  /// session's.
+  /// Lamps that the light stage detects in the environment, rendered as an omnidirectional fish-eye with the session's
+  /// angular resolution.
   const std::vector<reconstruct::PointLight>& lamps() const { return lamps_; }
 
  private:

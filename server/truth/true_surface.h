@@ -1,5 +1,5 @@
 #pragma once
-// The true real surfaces of a session, seen by its camera or not.
+// The true surfaces of a session's room, in the camera's view or not.
 #include <filesystem>
 #include <memory>
 #include <vector>
@@ -12,13 +12,13 @@ namespace lumigraft::server {
 
 class TrueSurface {
  public:
-  /// Of truth/real_scene.ply. Throws InputError.
+  /// Loads truth/real_scene.ply. Throws InputError.
   explicit TrueSurface(const std::filesystem::path& real_scene_ply);
 
-  /// Points of it, each for about the same area, in a fixed order: those that a place sees. A floor that goes on behind
-  /// a wall is not of the room.
+  /// Surface points visible from `eye_m`, each for about the same area, in a fixed order. A floor that continues behind
+  /// a wall does not count as part of the room.
   std::vector<reconstruct::RoomPoint> seen_from(const Eigen::Vector3f& eye_m) const;
-  /// Whether it lies along a unit direction.
+  /// Whether a ray in a unit direction hits the surface.
   bool hides(const Eigen::Vector3f& eye_m, const Eigen::Vector3f& direction) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// Files of a session's truth/ folder. For `--oracle` and tests alone; the running service never reads them.
+// Readers of a session's truth/ folder. Used by `--oracle`, the bench and tests; the running service never reads it.
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
@@ -13,23 +13,23 @@ namespace lumigraft::server {
 struct TrueLamp {
   std::string name;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< tag frame
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit, of a flat lamp's lit side; zero for a bulb
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit, emitting side of a flat lamp; zero for a bulb
   Eigen::Vector3d radiance = Eigen::Vector3d::Zero();  ///< W/sr/m² per channel
-  double area_m2 = 0;                                  ///< lit
-  double radius_m = 0;                                 ///< of a bulb; of a disc as large, for a flat lamp
+  double area_m2 = 0;                                  ///< emitting area
+  double radius_m = 0;                                 ///< of a bulb; for a flat lamp, of a disc of equal area
   Eigen::Vector2d size_m = Eigen::Vector2d::Zero();    ///< of a rectangle; zero for others
 
-  /// Area seen from a point: a bulb's disk, a flat lamp's area times its cosine.
+  /// Projected area from a point: a bulb's disk, a flat lamp's area times the cosine.
   double seen_area_m2(const Eigen::Vector3d& from_m) const;
 };
 
-/// Light from far away: the same from everywhere, or truth/environment.exr, laid out as EnvironmentMap is.
+/// Distant light: constant over directions, or truth/environment.exr in the layout of EnvironmentMap.
 struct TrueSky {
   Eigen::Vector3d constant = Eigen::Vector3d::Zero();
   bool is_picture = false;
 };
 
-/// truth/000007 for a frame of that index, or truth/000000 where the session stands still and has no other.
+/// truth/000007 for frame 7, or truth/000000 where a static session has only that.
 std::filesystem::path truth_folder(const std::filesystem::path& session, std::uint64_t index);
 
 // All throw InputError.
