@@ -30,7 +30,7 @@ struct Method {
 };
 
 struct NamedInput {
-  std::string name;  ///< the session's own, and a number where another has the same
+  std::string name;  ///< the session's name, with a number appended where it is not unique
   ServiceInput input;
 };
 
@@ -123,7 +123,7 @@ relight::Exhibit simplified(relight::Exhibit exhibit, int most_triangles) {
   return exhibit;
 }
 
-/// Every session with every setting; what is done is in `results` and on the disk after each. False when interrupted.
+/// Runs every setting on every session; results are stored after each run. False when interrupted.
 bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>& sessions,
                       const std::vector<Method>& methods, const std::shared_ptr<relight::gpu::Device>& device,
                       const std::atomic<bool>& interrupted, BenchResults& results) {
@@ -165,7 +165,7 @@ bool measure_settings(const BenchCommand& command, const std::vector<NamedInput>
   return true;
 }
 
-/// The first session, with what serve draws: there every millisecond counts.
+/// Varies the work on the first session, with the plan of serve.
 bool measure_work(const BenchCommand& command, const NamedInput& session,
                   const std::shared_ptr<relight::gpu::Device>& device, const std::atomic<bool>& interrupted,
                   BenchResults& results) {

@@ -1,8 +1,9 @@
 #pragma once
-// `lumigraft bench`: sessions with truth × methods × settings, how near each picture is and what a frame costs.
+// `lumigraft bench`: sessions with truth × methods × settings; measures the error of each picture and the cost of a
+// frame.
 //
-// OUT gets results.csv, stages.csv, cost_work.csv and error_budget.csv (whole after every row: what fails midway leaves
-// what was measured), results.json, and each chart as SVG and PNG.
+// Writes results.csv, stages.csv, cost_work.csv and error_budget.csv into OUT, complete after every row so that a
+// failure keeps earlier measurements, then results.json, and each chart as SVG and PNG.
 #include <atomic>
 #include <filesystem>
 #include <string>
@@ -16,16 +17,16 @@ namespace lumigraft::server {
 struct BenchCommand {
   std::vector<std::filesystem::path> sessions;
   std::filesystem::path out;
-  OracleParts oracle;                 ///< for the error against time; the error budget has its own
+  OracleParts oracle;                 ///< for error-time; the error budget uses its own
   std::vector<std::string> methods;   ///< empty: all
   std::vector<std::string> settings;  ///< empty: all
   std::vector<std::string> charts;    ///< error-time, cost-work, error-budget; empty: all
-  int enlarge = 1;                    ///< pixels along each edge for one of the camera's, for the error against time
-  int triangles = 0;                  ///< to which larger objects are simplified for it; 0: none is
+  int enlarge = 1;                    ///< upscaling factor of the camera picture along each edge, for error-time
+  int triangles = 0;  ///< limit to which larger objects are simplified, for error-time; 0: not simplified
   relight::gpu::Backend backend = relight::gpu::Backend::best;
 };
 
-/// Throws InputError for bad input, before anything is measured. `interrupted` is looked at between measurements. True
+/// Throws InputError for bad input, before anything is measured. `interrupted` is checked between measurements. True
 /// when done, false when interrupted.
 bool run_bench(const BenchCommand& command, const std::atomic<bool>& interrupted);
 

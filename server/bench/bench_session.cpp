@@ -18,14 +18,14 @@ std::shared_ptr<Oracle> make_oracle(const capture::Session& session, const Oracl
   return parts.any() ? std::make_shared<Oracle>(session, parts) : nullptr;
 }
 
-/// Whether a frame can be scored, and truth/ has these parts of it.
+/// Whether a frame can be scored and truth/ has these parts.
 bool has_truth(const fs::path& truth, const OracleParts& needed) {
   return fs::exists(truth / "augmented.exr") && (!needed.pose || fs::exists(truth / "pose.json")) &&
          (!needed.geometry || fs::exists(truth / "depth.exr")) &&
          (!needed.light || fs::exists(truth / "lights.json")) && (!needed.albedo || fs::exists(truth / "albedo.exr"));
 }
 
-/// The last frame of those that the bench looks at.
+/// The last such frame among the first kBenchFrames.
 std::uint64_t last_with_truth(const fs::path& session, const OracleParts& needed) {
   std::uint64_t last = 0;
   for (std::uint64_t i = 0; i < kBenchFrames; ++i) {

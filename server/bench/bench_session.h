@@ -1,5 +1,5 @@
 #pragma once
-// A session with truth, and what the program knows of its room after looking at it.
+// A session with truth, and the scene reconstructed from its first frames.
 #include <filesystem>
 #include <map>
 #include <string>
@@ -12,23 +12,23 @@
 
 namespace lumigraft::server {
 
-/// The session's first frames, as far as the bench looks: enough for the room to be known.
+/// Number of frames to process: enough for the room to be reconstructed.
 constexpr int kBenchFrames = 24;
 
-/// Reads a session and looks whether it has what the bench and the oracle need of truth/. Throws InputError.
+/// Reads a session and checks that truth/ has what the bench and the oracle need. Throws InputError.
 ServiceInput open_bench_session(const std::filesystem::path& folder, const OracleParts& oracle);
 
 struct BenchScene {
-  capture::FrameSet frame;   ///< the last one that has the truth asked for
-  reconstruct::Scene scene;  ///< as known then
+  capture::FrameSet frame;   ///< the last one that has the required truth
+  reconstruct::Scene scene;  ///< as estimated at that frame
   capture::Image<std::uint8_t> camera;
   TruePictures truth;
   std::map<std::string, reconstruct::StageCost> stages;  ///< median over the frames, of those on which a stage ran
   std::vector<std::string> warnings;
 };
 
-/// Scores a frame whose truth has all that `needed` names: a superset of `oracle`. Throws InputError where no such
-/// frame can be read.
+/// Processes the first frames; the last frame whose truth has all parts of `needed`, a superset of `oracle`, is the one
+/// to score. Throws InputError where there is no such frame.
 BenchScene learn_bench_scene(const capture::Session& session, const OracleParts& oracle, const OracleParts& needed);
 
 }  // namespace lumigraft::server

@@ -33,7 +33,7 @@ double round_step(double high, int wanted) {
   return 10 * ten;
 }
 
-/// Whether the segment a b comes through the box.
+/// Whether the segment from a to b intersects the box.
 bool crosses(const Point& a, const Point& b, const Box& box) {
   double from = 0, to = 1;  // Liang & Barsky 1984
   const double dx = b.x - a.x, dy = b.y - a.y;
@@ -90,7 +90,7 @@ double Axis::at(double value) const {
 }
 
 std::vector<Tick> time_ticks(double low_ms, double high_ms, double width) {
-  constexpr double kLabel = 52;  // as wide as one is with its margin
+  constexpr double kLabel = 52;  // width of a label with its margin
   std::vector<Tick> ticks;
   for (int power = -4; power < 9; ++power) {
     for (const double factor : {1.0, 2.0, 5.0}) {
@@ -144,7 +144,7 @@ std::vector<std::optional<Box>> place_labels(Drawing& drawing, const std::vector
                                              std::vector<Box> taken, const std::vector<std::vector<Point>>& lines,
                                              double text_size) {
   constexpr int kDirections = 16;
-  constexpr double kLead = 22;  // a label further off than this gets a line
+  constexpr double kLead = 22;  // a label farther away gets a leader line
   std::vector<std::optional<Box>> places;
   for (const Label& label : labels) {
     const TextStyle style{.size = text_size, .colour = label.colour};
@@ -154,7 +154,7 @@ std::vector<std::optional<Box>> place_labels(Drawing& drawing, const std::vector
     for (const double reach : {9.0, 14.0, 20.0, 30.0, 42.0, 56.0, 72.0}) {
       for (int i = 0; i < kDirections; ++i) {
         const double angle = 2 * std::numbers::pi * i / kDirections;
-        // The box touches the circle of that reach with the side or corner that is nearest to the point.
+        // The side or corner of the box nearest to the point touches the circle of radius `reach`.
         const double cx = label.at.x + reach * std::cos(angle) + 0.5 * width * std::cos(angle);
         const double cy = label.at.y + reach * std::sin(angle) + 0.5 * height * std::sin(angle);
         const Box box{cx - 0.5 * width - 2, cy - 0.5 * height - 1, cx + 0.5 * width + 2, cy + 0.5 * height + 1};

@@ -1,5 +1,5 @@
 #pragma once
-// What charts are made of: an axis, a frame with a grid, labels that keep clear of each other.
+// Elements of charts: axes, ticks, a frame with a grid, labels that do not overlap.
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -11,16 +11,16 @@ namespace lumigraft::server::chart {
 
 constexpr Colour kInk{0.13, 0.13, 0.13, 1}, kQuiet{0.42, 0.42, 0.42, 1}, kGrid{0.91, 0.91, 0.91, 1};
 
-/// Colours that stay apart for the colour blind too (Okabe & Ito 2008); repeats.
+/// Colours that colour-blind readers can distinguish (Okabe & Ito 2008); repeats.
 Colour colour_of(std::size_t index);
 Mark mark_of(std::size_t index);
 
 struct Tick {
   double value;
-  std::string label;  ///< empty: a line alone
+  std::string label;  ///< empty: a grid line only
 };
 
-/// A value's place on the paper.
+/// Maps values to coordinates of the drawing.
 class Axis {
  public:
   enum class Scale { linear, logarithmic };
@@ -35,30 +35,30 @@ class Axis {
   double low_, high_, at_low_, at_high_;
 };
 
-/// 1, 2, 5, 10, ... as milliseconds and seconds; labels at decades alone where `width` is too little for all.
+/// Ticks at 1, 2, 5, 10, ... in milliseconds and seconds; labels only at decades where `width` is too small for all.
 std::vector<Tick> time_ticks(double low_ms, double high_ms, double width);
-/// About `wanted` round steps from 0.
+/// Ticks in about `wanted` round steps from 0.
 std::vector<Tick> round_ticks(double high, int wanted);
 double round_up(double value, int wanted);  ///< to the next of those steps
 
-/// Grid, ticks and the frame's two axes.
+/// Draws the grid, the ticks and the two axes.
 void draw_frame(Drawing& drawing, const Box& frame, const Axis& x, const std::vector<Tick>& x_ticks, const Axis& y,
                 const std::vector<Tick>& y_ticks, double text_size);
 
 struct Label {
-  Point at;  ///< what it names
+  Point at;  ///< the labelled point
   std::string text;
   Colour colour;
 };
 
-/// Writes each label near its point, clear of `taken`, of each other and within `frame`, in their order; away from
-/// `lines` where it can. Leads a line to a label that stands off. A label that finds no place is left
-/// out. Returns the places.
+/// Places the labels in their order, each near its point and within `frame`, without overlap with `taken` or other
+/// labels, and away from `lines` where possible. Draws a leader line to a label that is not adjacent to its point. A
+/// label that does not fit is left out. Returns the boxes.
 std::vector<std::optional<Box>> place_labels(Drawing& drawing, const std::vector<Label>& labels, const Box& frame,
                                              std::vector<Box> taken, const std::vector<std::vector<Point>>& lines,
                                              double text_size);
 
-/// SVG and PNG beside each other: STEM.svg, STEM.png. PNG has half as many pixels again along each side.
+/// Writes STEM.svg and STEM.png. The PNG has 1.5 pixels per unit.
 void write(const Drawing& drawing, const std::filesystem::path& stem);
 
 }  // namespace lumigraft::server::chart

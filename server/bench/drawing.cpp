@@ -55,7 +55,7 @@ struct Drawing::State {
     const cairo_rectangle_t extents{0, 0, w, h};
     recording.reset(cairo_recording_surface_create(CAIRO_CONTENT_COLOR_ALPHA, &extents));
     context.reset(cairo_create(recording.get()));
-    // Letters keep their widths at every scale.
+    // No hinting: text keeps its width at every scale.
     cairo_font_options_t* options = cairo_font_options_create();
     cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
     cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
@@ -102,7 +102,7 @@ void Drawing::fill(const Box& box, const Colour& colour) {
 void Drawing::mark(Mark mark, const Point& centre, double radius, const Colour& colour, bool hollow) {
   cairo_t* c = state_->context.get();
   cairo_new_path(c);
-  // Radii for marks that look alike in size.
+  // Radii for marks of equal apparent size.
   switch (mark) {
     case Mark::disk:
       cairo_arc(c, centre.x, centre.y, radius, 0, kTau);

@@ -1,5 +1,5 @@
 #pragma once
-// One drawing, written as SVG and as PNG.
+// A vector drawing, written as SVG and PNG.
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -39,7 +39,7 @@ enum class Mark { disk, square, diamond, triangle };
 
 class Drawing {
  public:
-  Drawing(double width, double height);  ///< on white
+  Drawing(double width, double height);  ///< white background
   ~Drawing();
 
   void line(const std::vector<Point>& points, const Stroke& stroke);

@@ -1,5 +1,5 @@
 #pragma once
-// The error budget: how much of the error each estimated part of the room causes, and how much rendering itself.
+// The error budget: the error caused by each estimated part of the scene, and by rendering itself.
 #include <string>
 #include <vector>
 
@@ -7,16 +7,16 @@
 
 namespace lumigraft::server {
 
-/// What of the room is estimated while the rest is true.
+/// Which part of the scene is estimated; the other parts are true.
 struct BudgetCase {
   std::string estimated;  ///< "nothing", "pose" ... "everything"
   OracleParts oracle;
 };
 
-/// Nothing first, then one part at a time, then everything.
+/// In order: nothing, each part alone, everything.
 std::vector<BudgetCase> budget_cases();
 
-/// One picture with the room as `budget` says, on the same frame of the session for every case.
+/// Renders and scores one picture with the parts of `budget` estimated; every case uses the same frame.
 BudgetRow measure_budget(const std::shared_ptr<relight::gpu::Device>& device, const std::string& name,
                          const capture::Session& session, const relight::Exhibit& exhibit, const relight::Plan& plan,
                          const BudgetCase& budget);

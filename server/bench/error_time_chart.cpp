@@ -25,13 +25,13 @@ constexpr Published kPublished[] = {{"DIR", 36, 27.8689},
                                     {"path tracing", 100, 31.1039},
                                     {"DLPV", 22, 26.5559},
                                     {"DVCT", 28, 30.2468}};
-constexpr const char* kPublishedScene = "box-with-inside";  // sessions that show such a scene begin their name so
+constexpr const char* kPublishedScene = "box-with-inside";  // prefix of the names of sessions with such a scene
 
 std::optional<double> cost_of(const FrameCost& cost, CostKind kind) {
   return kind == CostKind::cpu ? std::optional(cost.host.cpu_ms) : cost.gpu_ms;
 }
 
-/// The plan's, in an order that stays, then those that rows name beside them: what others do.
+/// The plan's methods in a fixed order, then other methods named by the rows: external programs.
 std::vector<std::string> all_methods(const std::vector<BenchRow>& rows) {
   std::vector<std::string> methods = relight::plan_methods();
   for (const BenchRow& row : rows) {
@@ -91,7 +91,7 @@ void draw_legend(Drawing& drawing, Point at, const std::vector<std::string>& met
   drawing.text({at.x + 28, at.y}, "the same with nothing moving", {.size = kText});
 }
 
-/// Steps: from one point on, nothing better until the next.
+/// A step line: the best error holds until the next point.
 std::vector<Point> front_line(const std::vector<SettingMean>& means, const Axis& x, const Axis& y, const Box& frame) {
   std::vector<Point> line;
   for (const std::size_t i : pareto_front(means)) {
@@ -139,7 +139,7 @@ void draw_errors(Drawing& drawing, const Box& frame, const std::vector<SettingMe
   }
   std::vector<Box> taken;
   std::vector<Label> labels;
-  std::vector<std::size_t> order = pareto_front(means);  // those first: they must find a place
+  std::vector<std::size_t> order = pareto_front(means);  // first, so that their labels find room
   for (std::size_t i = 0; i < means.size(); ++i) {
     const Point p{x.at(means[i].cost_ms), y.at(means[i].relight_error)};
     drawing.mark(looks.mark(means[i].method), p, 5.5, looks.colour(means[i].method));
@@ -178,7 +178,7 @@ void draw_published(Drawing& drawing, const Box& frame, const std::vector<BenchR
                {.size = kText, .across = 0.5, .turn_degrees = -90});
   std::vector<Box> taken;
   std::vector<Label> labels;
-  std::map<std::size_t, const BenchRow*> highest;  // of every method
+  std::map<std::size_t, const BenchRow*> highest;  // by method
   for (const BenchRow& row : rows) {
     const std::size_t method = looks.index_of(row.method);
     const Point p{x.at(*cost_of(row.run.moving, kind)), y.at(row.run.measures.psnr_db)};
@@ -202,7 +202,7 @@ void draw_published(Drawing& drawing, const Box& frame, const std::vector<BenchR
   place_labels(drawing, labels, {frame.left + 2, frame.top, frame.right + 8, frame.bottom - 2}, taken, {}, kSmall);
 }
 
-/// What the picture knew of the room.
+/// Describes which parts of the scene were true.
 std::string about_room(const std::string& oracle) {
   if (oracle == "none") {
     return "with the room as estimated";

@@ -44,13 +44,13 @@ const Eigen::Matrix3d& rgb_of_xyz() {
   return m;
 }
 
-/// XYZ over that of white (D65).
+/// XYZ relative to the white point (D65).
 Eigen::Vector3d relative_xyz(const Eigen::Vector3d& rgb) {
   static const Eigen::Vector3d white = xyz_of_rgb() * Eigen::Vector3d::Ones();
   return (xyz_of_rgb() * rgb).cwiseQuotient(white);
 }
 
-/// Linearised CIELab: filters must work on what is linear in light (eq. 4).
+/// Linearised CIELab: spatial filters need a space linear in light (eq. 4).
 Eigen::Vector3d ycxcz(const Eigen::Vector3d& rgb) {
   const Eigen::Vector3d xyz = relative_xyz(rgb);
   return {116.0 * xyz.y() - 16.0, 500.0 * (xyz.x() - xyz.y()), 200.0 * (xyz.y() - xyz.z())};
@@ -62,7 +62,7 @@ Eigen::Vector3d rgb_of_ycxcz(const Eigen::Vector3d& c) {
   return rgb_of_xyz() * Eigen::Vector3d(c.y() / 500.0 + y, y, y - c.z() / 200.0).cwiseProduct(white);
 }
 
-/// CIELab with Hunt's effect: chroma fades as it darkens (eq. 6).
+/// CIELab with the Hunt effect: chroma decreases with lightness (eq. 6).
 Eigen::Vector3d hunt_lab(const Eigen::Vector3d& rgb) {
   constexpr double d = 6.0 / 29.0;
   const Eigen::Vector3d f = relative_xyz(rgb).unaryExpr(
@@ -76,14 +76,14 @@ double colour_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::pow(std::abs(a.x() - b.x()) + std::hypot(a.y() - b.y(), a.z() - b.z()), kColourExponent);
 }
 
-/// Eq. 9: the part of the scale that natural pictures use gets most of [0, 1].
+/// Eq. 9: expands the range of distances that natural images use.
 double redistribute(double distance) {
   static const double most = colour_distance(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1}));
   const double knee = kKnee * most;
   return distance < knee ? distance * kAtKnee / knee : kAtKnee + (distance - knee) / (most - knee) * (1.0 - kAtKnee);
 }
 
-/// Separable convolution; edges are continued.
+/// Separable convolution; border pixels are replicated.
 capture::Image<float> convolve(const capture::Image<float>& in, const std::vector<double>& along_x,
                                const std::vector<double>& along_y) {
   const auto pass = [](const capture::Image<float>& from, const std::vector<double>& weights, bool horizontal) {
@@ -121,7 +121,7 @@ std::vector<double> sampled(int radius, const std::function<double(double)>& fun
   return weights;
 }
 
-/// What the eye still resolves of a channel (sec. 4.1.1).
+/// Filters a channel by its contrast sensitivity (sec. 4.1.1).
 capture::Image<float> seen(const capture::Image<float>& channel, const Sensitivity& s) {
   constexpr double pi2 = std::numbers::pi * std::numbers::pi;
   const int radius = static_cast<int>(std::ceil(3.0 * std::sqrt(kBlueYellow.b1 / (2.0 * pi2)) * kFlipPixelsPerDegree));
@@ -159,12 +159,12 @@ Planes ycxcz_planes(const capture::Image<float>& srgb) {
   return planes;
 }
 
-/// Edges and points of the achromatic channel: lengths of its first and second derivatives (sec. 4.2).
+/// Edges and points of the achromatic channel: magnitudes of its first and second derivatives (sec. 4.2).
 struct Features {
   capture::Image<float> edges, points;
 };
 
-/// Positive weights sum to 1, negative ones to -1.
+/// Scales the weights: positive ones sum to 1, negative ones to -1.
 std::vector<double> balanced(std::vector<double> weights) {
   double positive = 0, negative = 0;
   for (const double w : weights) {

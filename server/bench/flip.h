@@ -6,10 +6,11 @@
 
 namespace lumigraft::server {
 
-/// 67 pixels a degree: a 0.7 m wide screen of 3840 pixels seen from 0.7 m.
+/// 67 pixels per degree: a 0.7 m wide screen of 3840 pixels viewed from 0.7 m.
 constexpr double kFlipPixelsPerDegree = 67.02;
 
-/// Mean over the picture, 0 (the same) to 1. Both R G B, displayed sRGB values in [0, 1], of the same size.
+/// Mean over the picture, from 0 (identical) to 1. Both pictures are R G B of equal size with displayed sRGB values in
+/// [0, 1].
 double mean_flip(const capture::Image<float>& reference, const capture::Image<float>& test);
 
 }  // namespace lumigraft::server

@@ -14,8 +14,8 @@ struct BenchMachine {
   std::string program;    ///< "lumigraft 0.1.0"
 };
 
-/// This machine, with the device that draws.
+/// This machine and the rendering device.
 BenchMachine describe_machine(const relight::gpu::Device& device);
-std::string line_of(const BenchMachine& machine);  ///< for a chart's foot
+std::string line_of(const BenchMachine& machine);  ///< for the footer of charts
 
 }  // namespace lumigraft::server

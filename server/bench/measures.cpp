@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kAffected = 2.0 / 255.0;
 
-/// Sums of squares over some of the pixels.
+/// Sums of squares over a subset of the pixels.
 struct Squares {
   double sum = 0, of = 0;
   std::size_t count = 0;

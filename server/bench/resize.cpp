@@ -22,7 +22,7 @@ capture::Image<T> resampled(const capture::Image<T>& from, int width, int height
   return to;
 }
 
-/// The same view on more or fewer pixels; the centre of pixel (u, v) is at integer u, v.
+/// The same view at another resolution; pixel centres are at integer (u, v).
 capture::CameraModel resized(capture::CameraModel camera, double factor) {
   camera.width = static_cast<int>(std::lround(camera.width * factor));
   camera.height = static_cast<int>(std::lround(camera.height * factor));

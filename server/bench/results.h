@@ -1,5 +1,5 @@
 #pragma once
-// What the bench measured, on which machine.
+// Results of the bench, and the machine that they were measured on.
 #include <map>
 #include <string>
 #include <vector>
@@ -15,15 +15,15 @@ struct BenchRow {
   BenchRun run;
 };
 
-/// What one kind of work costs at one size.
+/// Cost of a frame for one amount of one kind of work.
 struct WorkRow {
   std::string work;  ///< pixels, triangles, voxels, lights, objects, bounces
   double amount = 0;
-  bool base = false;  ///< as it is in the session
+  bool base = false;  ///< the session's own amount
   FrameCost cost;
 };
 
-/// The error with some of the scene estimated and the rest true.
+/// The error with some parts of the scene estimated and the others true.
 struct BudgetRow {
   std::string session, estimated;  ///< "nothing", "pose" ... "everything"
   double relight_error = 0, object_error = 0;
@@ -34,7 +34,7 @@ struct BenchResults {
   std::string oracle;
   int enlarged = 1, most_triangles = 0;  ///< as BenchCommand
   std::vector<BenchRow> rows;
-  std::string work_session, work_setting;  ///< what the work rows are measured on
+  std::string work_session, work_setting;  ///< session and setting of the work rows
   std::vector<WorkRow> work;
   std::string budget_setting;
   std::vector<BudgetRow> budget;

@@ -1,12 +1,12 @@
 #pragma once
-// Everything that the bench measured, as results.json.
+// Writes all results of the bench as results.json.
 #include <filesystem>
 
 #include "server/bench/results.h"
 
 namespace lumigraft::server {
 
-/// Whole or not at all. Numbers that are not there are null.
+/// Atomic: writes the whole file or none. Missing numbers are null.
 void write_results_json(const std::filesystem::path& path, const BenchResults& results);
 
 }  // namespace lumigraft::server

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kMostFrames = 5;
-constexpr double kEnough_ms = 1000;  ///< of measuring one cost
+constexpr double kEnough_ms = 1000;  ///< time limit for measuring one cost
 
 double gpu_ms_of(const relight::RelitPicture& picture) {
   double sum_ms = 0;
@@ -24,8 +24,8 @@ double gpu_ms_of(const relight::RelitPicture& picture) {
   return sum_ms;
 }
 
-/// Mean over frames, of which `frame` renders the i-th: at least `least`, for what is done in rounds differs from frame
-/// to frame.
+/// Mean cost over frames; `frame` renders the i-th. Measures at least `least` frames, because the cost of amortized
+/// updates differs from frame to frame.
 FrameCost measure_cost(bool hardware, int least, const std::function<relight::RelitPicture(int)>& frame) {
   reconstruct::StageCost sum{0, 0};
   double gpu_ms = 0;
@@ -43,13 +43,13 @@ FrameCost measure_cost(bool hardware, int least, const std::function<relight::Re
   return result;
 }
 
-/// Where things move light in cells follows in rounds: a whole one is measured, after a first in which nothing fades
-/// yet.
+/// With amortized light updates for moving objects: measures one whole cycle, after a first cycle in which no blending
+/// takes place yet.
 FrameCost measure_moving(bool hardware, const relight::Plan& plan,
                          const std::function<relight::RelitPicture(int)>& frame) {
   const reconstruct::CostClock clock;
   frame(0);
-  // Objects that shine, and surfaces that mirror sharply, want light gathered at once.
+  // Emissive objects and sharp mirrors need all light gathered in every frame.
   const bool slow = clock.elapsed().wall_ms > kEnough_ms;
   const int round = plan.in_cells() && !slow ? relight::AmortizedLightUpdate::kRoundFrames : 0;
   for (int i = 1; i <= round; ++i) frame(i);
@@ -84,7 +84,7 @@ BenchRun run_setting(relight::Renderer& renderer, const BenchScene& scene, const
     const double time_s = 1e-9 * static_cast<double>(scene.frame.time_ns);
     return renderer.relight(scene.frame, scene.scene, now, planner.decide(scene.scene, now, time_s).plan);
   };
-  const relight::RelitPicture first = render(0);  // makes what it needs: shaders, volumes, shadow maps
+  const relight::RelitPicture first = render(0);  // creates shaders, volumes, shadow maps
   BenchRun run;
   run.warnings = first.warnings;
   run.measures = measure_picture(shrunk(first.srgb, first.srgb.width / scene.camera.width), scene.camera, scene.truth);

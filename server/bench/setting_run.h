@@ -1,5 +1,5 @@
 #pragma once
-// One setting on one scene: how near its picture is, and what a frame costs.
+// Runs one setting on one scene: error of its picture and cost of a frame.
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,20 +18,20 @@ struct FrameCost {
 
 struct BenchRun {
   Measures measures;
-  std::vector<std::string> warnings;  ///< of the picture that is measured
-  FrameCost moving;                   ///< every object turns by 1° a frame
-  FrameCost still;                    ///< nothing changes from frame to frame: what may be kept is kept
+  std::vector<std::string> warnings;  ///< of the scored picture
+  FrameCost moving;                   ///< every object turns by 1° per frame
+  FrameCost still;                    ///< static scene: results may be reused between frames
 };
 
-/// Every object turned about its own vertical.
+/// Turns every object about its own vertical axis.
 relight::Exhibit turned(const relight::Exhibit& exhibit, double angle_rad);
 
-/// Mean over a few frames, or a round of light in cells, after as many that are not counted; slow ones are measured
-/// once.
+/// Mean over a few frames, or over one cycle of amortized light updates, after as many warm-up frames; slow settings
+/// are measured once.
 FrameCost cost_of_turning(relight::Renderer& renderer, const capture::FrameSet& frame, const reconstruct::Scene& scene,
                           const relight::Exhibit& exhibit, const relight::Plan& plan, bool hardware);
 
-/// Pictures larger than the truth are measured shrunk to its size.
+/// Pictures larger than the truth are downscaled to its size before scoring.
 BenchRun run_setting(relight::Renderer& renderer, const BenchScene& scene, const relight::Exhibit& exhibit,
                      const relight::Plan& plan, bool hardware);
 

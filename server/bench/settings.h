@@ -1,5 +1,5 @@
 #pragma once
-// Which settings the bench tries of each method.
+// The settings that the bench runs for each method.
 #include <string>
 #include <vector>
 
@@ -8,13 +8,13 @@
 namespace lumigraft::server {
 
 struct BenchSetting {
-  /// As "half-64": what trace_scale is called, the volume's edge, then what else is unusual; "as-needed" where the plan
-  /// follows the scene; or "16-paths" a pixel.
+  /// Such as "half-64": trace_scale, the volume's edge length in cells, then non-default values; "as-needed" where the
+  /// plan is adaptive; or "16-paths" per pixel.
   std::string name;
   relight::Plan plan;
 };
 
-/// From the quickest to the most careful.
+/// Ordered from the fastest to the most accurate.
 std::vector<BenchSetting> bench_settings(const std::string& method);
 
 }  // namespace lumigraft::server

@@ -10,7 +10,7 @@
 namespace lumigraft::server {
 namespace {
 
-/// Empty where there is no such number.
+/// Empty where the number is missing.
 std::string cell(double value, int decimals) {
   if (!std::isfinite(value)) {
     return "";

@@ -1,5 +1,5 @@
 #pragma once
-// The bench's tables: CSV, whole on the disk after every row.
+// The bench's CSV tables, flushed after every row.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -20,7 +20,7 @@ class CsvFile {
   std::ofstream out_;
 };
 
-// Numbers that are not there (no such pixels, no GPU) are empty cells.
+// Missing numbers (no such pixels, no GPU) are empty cells.
 std::vector<std::string> result_columns();
 std::vector<std::string> result_cells(const BenchRow& row);
 std::vector<std::string> work_columns();

@@ -18,7 +18,7 @@ void resize_picture(WorkCase& work, double factor) {
   work.amount = static_cast<double>(work.session.color.model.width) * work.session.color.model.height;
 }
 
-/// Every triangle as four: the same shape.
+/// Subdivides every triangle into four; the shape stays.
 std::shared_ptr<const relight::Model> subdivided(const relight::Model& model) {
   auto result = std::make_shared<relight::Model>(model);
   result->indices.clear();
@@ -56,7 +56,7 @@ double triangles(const relight::Exhibit& exhibit) {
   return sum;
 }
 
-/// Four times as many triangles for every step up, a quarter for every step down.
+/// Multiplies the number of triangles by 4 per step; negative steps divide.
 void change_triangles(WorkCase& work, int steps) {
   for (relight::VirtualObject& object : work.exhibit.objects) {
     for (int i = 0; i < steps; ++i) {
@@ -69,7 +69,7 @@ void change_triangles(WorkCase& work, int steps) {
   work.amount = triangles(work.exhibit);
 }
 
-/// The strongest lamp as `count` around the vertical through the exhibit, with the same power in all.
+/// Replaces the strongest lamp by `count` lamps around the exhibit's vertical axis with the same total power.
 void spread_lamp(WorkCase& work, int count) {
   auto light = std::make_shared<reconstruct::Illumination>(*work.scene.illumination);
   reconstruct::PointLight lamp = light->lights.front();
@@ -93,7 +93,7 @@ void spread_lamp(WorkCase& work, int count) {
   work.amount = count;
 }
 
-/// Radius around the vertical through `centre` that holds everything.
+/// Radius around the vertical through `centre` that contains all objects.
 double reach_m(const relight::Exhibit& exhibit, const Eigen::Vector3d& centre, double time_s) {
   double reach = 0;
   for (const relight::VirtualObject& object : exhibit.objects) {
@@ -106,7 +106,7 @@ double reach_m(const relight::Exhibit& exhibit, const Eigen::Vector3d& centre, d
   return reach;
 }
 
-/// side² smaller exhibits on the same ground and over about as much of the picture.
+/// side² smaller copies of the exhibit on the same ground, covering about as much of the picture.
 void multiply_objects(WorkCase& work, int side) {
   const double time_s = 1e-9 * static_cast<double>(work.frame.time_ns);
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();

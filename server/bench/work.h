@@ -1,5 +1,5 @@
 #pragma once
-// How the cost of a frame grows with work: one kind of it at a time, all else as in the session.
+// Cost of a frame against the amount of work: one kind varies, all else as in the session.
 #include <functional>
 #include <string>
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace lumigraft::server {
 
-/// A frame to draw, with more or less of one kind of work than in the session.
+/// A frame to render, with more or less of one kind of work than in the session.
 struct WorkCase {
   std::string work;
   double amount = 0;
-  bool base = false;  ///< as it is in the session
+  bool base = false;  ///< the session's own amount
   capture::Session session;
   capture::FrameSet frame;
   reconstruct::Scene scene;
@@ -21,7 +21,7 @@ struct WorkCase {
   relight::Plan plan;
 };
 
-/// Pixels of the picture, triangles of the exhibit, voxels, lights, objects, bounces. `plan` is the base's.
+/// Varies pixels, triangles, voxels, lights, objects, bounces. `plan` is that of the base case.
 std::vector<WorkCase> work_cases(const capture::Session& session, const BenchScene& scene,
                                  const relight::Exhibit& exhibit, const relight::Plan& plan);
 

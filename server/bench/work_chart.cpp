@@ -11,7 +11,7 @@ using namespace chart;
 
 constexpr double kText = 12, kSmall = 10.5;
 
-/// 12.3 k, 4 M
+/// Such as "12.3 k" or "4 M".
 std::string short_number(double value) {
   char text[32];
   if (value >= 1e6) {
@@ -41,7 +41,7 @@ void draw_kind(Drawing& drawing, const Box& frame, const std::string& kind, cons
   draw_frame(drawing, frame, x, ticks, y, y_ticks, kSmall);
   drawing.text({frame.left, frame.top - 8}, kind, {.size = kText, .bold = true});
 
-  // What it would be in proportion to the work, through the session's own amount or the least.
+  // The line of proportional cost, through the session's own amount or the smallest.
   const auto base = std::find_if(rows.begin(), rows.end(), [](const WorkRow& row) { return row.base; });
   const WorkRow& through = base != rows.end() ? *base : rows.front();
   const double slope = through.cost.host.cpu_ms / base_ms / through.amount;
