@@ -1,4 +1,4 @@
-// lumigraft: the command line to functions, and what they throw to exit codes.
+// lumigraft: dispatches the command line and maps exceptions to exit codes:
 //   0 done, 1 failed while running, 2 the input or the command line is wrong
 #include <algorithm>
 #include <atomic>
@@ -17,7 +17,7 @@ namespace {
 
 std::atomic<bool> interrupted = false;
 
-/// Libraries put line breaks into their reasons; an error here is one line.
+/// Joins a message into one line: messages of libraries may contain line breaks.
 std::string one_line(std::string text) {
   while (!text.empty() && text.back() == '\n') {
     text.pop_back();
@@ -46,7 +46,7 @@ int run(int argc, char** argv) {
   }
   const auto interrupt = [](int number) {
     interrupted = true;
-    std::signal(number, SIG_DFL);  // a second one does not wait for the frame
+    std::signal(number, SIG_DFL);  // a second signal ends the process without waiting for the frame
   };
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);

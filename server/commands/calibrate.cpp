@@ -38,7 +38,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{50};
 constexpr std::array kNames = {"colour", "fish-eye"};
 
-/// What is known of the cameras before, and what they saw.
+/// Camera models and serial numbers known before calibration.
 struct Input {
   std::array<std::optional<capture::CameraModel>, 2> cameras;  // colour, fish-eye
   std::array<std::string, 2> serials;
@@ -67,7 +67,7 @@ void say_view(std::ostream& report, std::size_t number, const reconstruct::ViewS
       report << ' ' << kNames[c] << ' ' << seen.corners[c] << " corners";
     }
   }
-  report << std::endl;  // a person with a board in hand waits for it
+  report << std::endl;  // flush: a person waits for it
 }
 
 Input cameras_of(const capture::Session& session) {
@@ -81,7 +81,7 @@ Input cameras_of(const capture::Session& session) {
   return input;
 }
 
-/// Frames as the sensors gave them: the fish-eye on its own clock, depth on its own pixels.
+/// Opens raw frames: no time offset applied to the fish-eye, depth on its own pixels.
 std::unique_ptr<capture::FrameReader> open_raw_frames(capture::Session raw, capture::PairedSources& sources) {
   if (raw.fisheye) {
     raw.fisheye->time_offset_s = 0;
@@ -93,7 +93,8 @@ std::unique_ptr<capture::FrameReader> open_raw_frames(capture::Session raw, capt
   return std::make_unique<capture::RegisteredFrames>(raw, std::make_unique<capture::PairingReader>(sources));
 }
 
-/// Until the end of a recording or of live cameras' time, or what was seen seems enough: true then.
+/// Processes frames until the end of a recording or the time limit of live cameras; true when the guide has enough
+/// views before.
 bool look_through(capture::FrameReader& reader, const std::function<bool()>& late, const capture::Session& session,
                   const std::atomic<bool>& interrupted, reconstruct::ViewSelector& collector, CalibrateGuide* guide,
                   std::ostream& report) {
@@ -118,7 +119,7 @@ bool look_through(capture::FrameReader& reader, const std::function<bool()>& lat
   return false;
 }
 
-/// Every picture of one camera has the size of the first.
+/// Checks that all pictures of a camera have the size of the first.
 void check_size(const capture::Picture& picture, const fs::path& file, std::optional<capture::CameraModel>& camera,
                 bool fisheye, std::optional<double> fov_degrees) {
   if (!camera) {
@@ -138,7 +139,7 @@ void check_size(const capture::Picture& picture, const fs::path& file, std::opti
 
 Input look_through_folders(const CalibrateCommand& command, const std::atomic<bool>& interrupted,
                            reconstruct::ViewSelector& collector) {
-  std::map<std::string, std::array<fs::path, 2>> moments;  // by the pictures' name
+  std::map<std::string, std::array<fs::path, 2>> moments;  // by file name
   for (std::size_t c = 0; c < 2; ++c) {
     const fs::path& folder = c == 0 ? command.color : command.fisheye;
     if (folder.empty()) {
@@ -168,19 +169,19 @@ Input look_through_folders(const CalibrateCommand& command, const std::atomic<bo
       fisheye.push_back(pictures[1]);
     }
     collector.look(time_ns, pictures[0].get(), capture::Response::srgb(), fisheye, capture::Response::srgb());
-    time_ns += 1'000'000'000;  // each a picture of its own, and of no movement
+    time_ns += 1'000'000'000;  // one second apart: separate views, no motion
   }
   return input;
 }
 
-/// The room's tag, where it cannot be taken for one of the board's.
+/// The room's tag, unless its number is also on the board.
 std::optional<capture::Tag> room_tag_of(const capture::Session& session, const reconstruct::Board& board) {
   const bool on_board = board.kind == reconstruct::Board::Kind::tags && session.tag.family == board.family &&
                         session.tag.id >= board.first_id && session.tag.id < board.first_id + board.tags();
   return on_board ? std::nullopt : std::optional(session.tag);
 }
 
-/// Calibrates a camera from what it saw; its views come back as measured through its lens, by moment.
+/// Calibrates a camera; returns in `views` its views, refined with the calibrated lens, by moment.
 CalibratedCamera calibrated(const capture::CameraModel& camera, const reconstruct::ViewSelector& collector,
                             std::size_t c, std::vector<reconstruct::BoardView>& views, std::ostream& report) {
   std::vector<reconstruct::BoardPicture> pictures;
@@ -208,12 +209,12 @@ using Cameras = std::array<std::optional<CalibratedCamera>, 2>;
 
 using Views = std::array<std::vector<reconstruct::BoardView>, 2>;
 
-/// How the fish-eye stands to the colour camera, and its clock to that one's.
+/// Pose and time offset of the fish-eye relative to the colour camera.
 std::optional<Eigen::Isometry3d> find_stand(const reconstruct::ViewSelector& collector, const reconstruct::Board& board,
                                             const Cameras& cameras, const Views& views, CalibratedRest& rest,
                                             std::ostream& report) {
   if (!cameras[0] || !cameras[1] ||
-      board.kind != reconstruct::Board::Kind::tags) {  // a chessboard looks the same upside down
+      board.kind != reconstruct::Board::Kind::tags) {  // a chessboard is symmetric under half a turn
     return std::nullopt;
   }
   const capture::CameraModel &color = cameras[0]->calibration.model, &fisheye = cameras[1]->calibration.model;
@@ -231,7 +232,7 @@ std::optional<Eigen::Isometry3d> find_stand(const reconstruct::ViewSelector& col
   return stand.T_second_first;
 }
 
-/// Where the fish-eye is in the room, by the room's tag.
+/// Pose of the fish-eye in the room, from the room's tag.
 std::optional<Eigen::Isometry3d> find_room_tag(const reconstruct::ViewSelector& collector, const Cameras& cameras,
                                                const std::optional<Eigen::Isometry3d>& T_fisheye_color,
                                                std::ostream& report) {
@@ -265,7 +266,7 @@ std::optional<capture::Vignetting> find_vignetting(const CalibratedCamera& fishe
   return found.refusal.empty() ? std::optional(found.vignetting) : std::nullopt;
 }
 
-/// How a depth camera that does not register itself stands to the colour camera.
+/// Pose relative to the colour camera of a depth camera that does not register its depth itself.
 std::optional<CalibratedRest::Depth> find_depth(const capture::DepthCamera& depth, const CalibratedCamera& color,
                                                 const reconstruct::ViewSelector& collector,
                                                 const reconstruct::Board& board,
@@ -288,7 +289,7 @@ std::optional<CalibratedRest::Depth> find_depth(const capture::DepthCamera& dept
   return CalibratedRest::Depth{depth.model.width, depth.model.height, depth.serial, found.T_color_depth};
 }
 
-/// The file appears whole or not at all.
+/// Writes the file atomically.
 void write_whole(const fs::path& file, const std::string& text) {
   const fs::path partial = file.string() + ".partial";
   std::ofstream out(partial);
@@ -325,7 +326,7 @@ void find_response(const CalibrateCommand& command, std::ostream& report) {
          << " at two exposures or more\nwritten to " << command.out.string() << '\n';
 }
 
-/// Calculates and writes. `session` is null for folders.
+/// Calibrates and writes the result. `session` is null for folders.
 void conclude(const CalibrateCommand& command, const reconstruct::Board& board, const capture::Session* session,
               const Input& input, const reconstruct::ViewSelector& collector, std::ostream& report) {
   Cameras cameras;
@@ -357,7 +358,7 @@ void conclude(const CalibrateCommand& command, const reconstruct::Board& board, 
   report << "written to " << command.out.string() << '\n';
 }
 
-/// Looks, calculates and writes. Where nobody looks on, `guide` is null.
+/// Collects views, calibrates and writes the result. `guide` is null without a page.
 void find_lenses_in(const capture::Session& session, const CalibrateCommand& command, const reconstruct::Board& board,
                     const std::atomic<bool>& interrupted, CalibrateGuide* guide, std::ostream& report) {
   reconstruct::ViewSelector collector(board, room_tag_of(session, board));
@@ -395,7 +396,7 @@ void find_lenses_in_folders(const CalibrateCommand& command, const reconstruct::
   conclude(command, board, nullptr, input, collector, report);
 }
 
-/// The same, with a page beside it that stays until it is interrupted.
+/// The same with the guide page, which is served until interrupted.
 void find_lenses_guided(const CalibrateCommand& command, const reconstruct::Board& board,
                         const capture::Session& session, const std::atomic<bool>& interrupted, std::ostream& report) {
   ServerSettings listen;

@@ -108,7 +108,7 @@ bool CalibrateGuide::finish_asked() const {
   return finish_asked_;
 }
 
-/// Every camera that saw the board saw it often enough for a result.
+/// Whether every camera that saw the board has enough views for a result.
 bool CalibrateGuide::can_finish() const {
   int most = 0;
   for (const std::optional<Camera>& camera : cameras_) {

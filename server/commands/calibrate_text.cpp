@@ -20,7 +20,7 @@ constexpr double kDegrees = 180 / std::numbers::pi;
   out << line.data();
 }
 
-/// Digits enough to read the same number again, and always with a point: TOML tells integers from floats.
+/// Enough digits to read the same number back, always with a decimal point: TOML distinguishes integers from floats.
 std::string number(double value) {
   std::array<char, 40> text;
   std::snprintf(text.data(), text.size(), "%.12g", value);
@@ -44,7 +44,7 @@ std::string rows_of(const Eigen::Isometry3d& T) {
   return text + "]\n";
 }
 
-/// Shift and turn of one camera to another, with 1σ.
+/// Translation and rotation between two cameras, with 1σ.
 void write_transform(std::ostream& out, const Eigen::Isometry3d& T, const Eigen::Vector3d& shift_sigma_m,
                      const Eigen::Vector3d& turn_sigma_rad) {
   const Eigen::Vector3d shift_mm = 1e3 * T.translation(), sigma_mm = 1e3 * shift_sigma_m;
@@ -159,7 +159,7 @@ void write_calibration_file(std::ostream& out, const std::optional<CalibratedCam
     write_head(out, "fisheye", *fisheye);
     out << "model = \"kannala-brandt\"\n";
     write_focal(out, model);
-    // Rounded down: beyond it the polynomial may turn back.
+    // Rounded down: beyond this angle the polynomial may decrease.
     out << "k = " << array_of(model.k)
         << "\nfov_degrees = " << number(std::floor(model.fov_rad * kDegrees * 100 + 1e-6) / 100) << '\n';
     if (rest.vignetting) out << "vignetting = " << array_of(rest.vignetting->terms) << '\n';

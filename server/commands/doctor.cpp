@@ -15,7 +15,7 @@ extern "C" {
 namespace lumigraft::server {
 namespace {
 
-/// One line: what was tried, and "ok" with a detail or the reason why not.
+/// Writes one line: the check, and "ok" with a detail or the reason of the failure.
 template <typename Function>
 bool check(std::ostream& out, const char* what, Function function) {
   try {
@@ -28,7 +28,7 @@ bool check(std::ostream& out, const char* what, Function function) {
   }
 }
 
-/// Every device with its backend, or why it cannot be used. One good device is enough.
+/// Lists every device with its backend, or why it cannot be used. One usable device is enough.
 void list_gpus(std::ostream& out) {
   for (const relight::gpu::DeviceListing& device : relight::gpu::list_devices()) {
     out << "  " << relight::gpu::name_of(device.backend) << ": " << device.name;

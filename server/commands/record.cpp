@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{50};
 
-/// A stream's own seconds.
+/// Time span of a stream in its own time.
 struct Span {
   std::optional<std::int64_t> first_time_ns;
   bool over = false;
@@ -45,7 +45,7 @@ class Recording {
     for (capture::Source* source : distinct_) {
       readers.emplace_back([this, source] { read(*source); });
     }
-    // A live camera that gives nothing never reaches the end of its seconds.
+    // A live camera that delivers no frames never reaches the limit.
     constexpr std::chrono::seconds kGrace{2};
     const bool limited = sources_.live && seconds_;
     const Clock::time_point deadline =
@@ -57,7 +57,7 @@ class Recording {
     }
     stop_ = true;
     if (lanes_.failure()) {
-      lanes_.finish();  // a reader may wait for room in one
+      lanes_.finish();  // a reader may be waiting for space in a queue
     }
     readers.clear();
     say_troubles();
@@ -93,7 +93,7 @@ class Recording {
     capture::take_serials(session, sources);
     return session;
   }
-  /// A camera's trouble once it begins.
+  /// Reports a camera's fault once when it begins.
   void say_troubles() {
     std::set<std::string> now;
     for (const capture::Source* source : distinct_) {
@@ -107,14 +107,14 @@ class Recording {
     }
     said_ = std::move(now);
   }
-  /// True where the picture still lies within the seconds that were asked for.
+  /// Whether the picture lies within the requested duration.
   bool within(Span& span, std::int64_t time_ns) const {
     span.first_time_ns = span.first_time_ns.value_or(time_ns);
     span.over = span.over || (seconds_ && static_cast<double>(time_ns - *span.first_time_ns) >= 1e9 * *seconds_);
     return !span.over;
   }
 
-  /// True once every stream of this source has had its seconds.
+  /// Whether every stream of this source has reached the requested duration.
   bool all_over(const capture::Source& source) const {
     const auto over = [&](const std::shared_ptr<capture::Source>& s, capture::Stream stream) {
       return s.get() != &source || spans_[static_cast<std::size_t>(stream)].over;
@@ -149,7 +149,7 @@ class Recording {
   std::set<capture::Source*> distinct_;
   std::set<std::string> said_;
   std::array<bool, 3> used_{};
-  std::array<Span, 3> spans_;  ///< by Stream, each of one thread
+  std::array<Span, 3> spans_;  ///< by Stream; each is used by one thread
   std::atomic<int> reading_ = 0;
   std::atomic<bool> stop_ = false;
   std::mutex mutex_;

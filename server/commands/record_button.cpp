@@ -9,7 +9,7 @@
 namespace lumigraft::server {
 namespace {
 
-/// As 2026-11-22T05-04-03Z, which every file system takes.
+/// Such as 2026-11-22T05-04-03Z, which is valid on every file system.
 std::string time_name() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
@@ -19,7 +19,7 @@ std::string time_name() {
   return text.data();
 }
 
-/// What is kept of an item: the picture that is shown takes no part in it where the camera gave another.
+/// The item to record: a picture converted for display is replaced by the original, where the camera delivered one.
 capture::SourceItem kept(const capture::SourceItem& item) {
   const auto* picture = std::get_if<capture::Picture>(&item);
   if (picture == nullptr || !picture->original) {
@@ -59,7 +59,7 @@ void RecordButton::press(bool on) {
   if (!on || state_.doing != Doing::nothing) {
     return on ? void() : end();
   }
-  finisher_ = {};  // it may compress the last one's depth, and takes no lock any more
+  finisher_ = {};  // stops the compression of the previous recording's depth; that thread takes no lock any more
   const std::filesystem::path folder = folder_ / time_name();
   state_ = {};
   state_.folder = folder.string();
@@ -74,7 +74,7 @@ void RecordButton::press(bool on) {
   tap_.listen([lanes = lanes_](const capture::SourceItem& item) { lanes->put(kept(item), true); });
 }
 
-/// Hears nothing any more, and lets what was heard be written on a thread of its own.
+/// Stops listening, and finishes writing on a thread of its own.
 void RecordButton::end() {
   if (state_.doing != Doing::recording) {
     return;
@@ -98,7 +98,7 @@ void RecordButton::end() {
       if (compressing_) {
         lanes->compress_depth(stop);
       }
-    } catch (const std::exception&) {  // as on a full disk: it is whole, though larger
+    } catch (const std::exception&) {  // for example a full disk: the recording is complete, but larger
     }
     compressing_ = false;
   });

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where a replay's files lie until all of them are there.
+/// Directory that holds a replay's files until all are written.
 class PartialOutput {
  public:
   explicit PartialOutput(fs::path out) : out_(std::move(out)), partial_(out_ / ".lumigraft-partial") {
@@ -43,13 +43,13 @@ class PartialOutput {
     std::error_code ignored;
     fs::remove_all(partial_, ignored);
     if (made_out_ && !kept_) {
-      fs::remove(out_, ignored);  // only if empty
+      fs::remove(out_, ignored);  // removes only an empty folder
     }
   }
 
   const fs::path& folder() const { return partial_; }
 
-  /// Moves everything up, in place of what an earlier replay wrote.
+  /// Moves all files up, replacing those of an earlier replay.
   void keep() {
     static const std::regex ours(R"(frame_\d{6,}(_[a-z]+)?\.(png|exr)|frames\.jsonl|surface\.ply)");
     std::vector<fs::path> earlier;
@@ -77,7 +77,7 @@ std::string frame_name(std::uint64_t index) {
   return "frame_" + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
 }
 
-/// What capture said of a colour picture that is missing before `frame`.
+/// The warning of capture about a colour picture that is missing before `frame`.
 std::string lost_picture(const capture::FrameSet& frame, std::uint64_t index) {
   const std::string about = "colour picture " + std::to_string(index) + " ";
   for (const std::string& warning : frame.warnings) {

@@ -45,7 +45,7 @@ WebReply get(std::string_view path, const Pipeline& pipeline, const Metrics& met
 }  // namespace
 
 void run_serve(const ServiceFiles& files, const std::string& listen) {
-  static StopSignal stop;  // its thread waits until the process ends
+  static StopSignal stop;  // its thread runs until the process ends
   ServiceInput input = read_service(files, interactive_plan());
   for (const std::string& warning : input.warnings) std::fprintf(stderr, "lumigraft: %s\n", warning.c_str());
   if (!listen.empty()) {
@@ -127,9 +127,9 @@ void run_serve(const ServiceFiles& files, const std::string& listen) {
                                 button ? std::optional(button->state()) : std::nullopt, pipeline.playback().state()));
     log.tick(record.warnings, metrics.drops());
   }
-  pipeline.stop();  // tells every stage, while viewers are told
+  pipeline.stop();  // requests the stages to stop, while viewers are disconnected
   web.stop();
-  pipeline.join();  // or the stop signal's patience ends first
+  pipeline.join();  // or the stop signal's grace period ends first
 }
 
 }  // namespace lumigraft::server

@@ -5,7 +5,7 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr std::size_t kMostRemembered = 200;  // warnings with numbers in them must not fill memory
+constexpr std::size_t kMostRemembered = 200;  // bounds the memory for warnings that contain numbers
 
 }  // namespace
 

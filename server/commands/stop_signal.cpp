@@ -8,7 +8,7 @@
 namespace lumigraft::server {
 
 StopSignal::StopSignal() {
-  std::signal(SIGPIPE, SIG_IGN);  // a viewer that leaves is an error code
+  std::signal(SIGPIPE, SIG_IGN);  // a closed connection is reported as an error code
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
@@ -18,8 +18,8 @@ StopSignal::StopSignal() {
     int number = 0;
     sigwait(&set, &number);
     came();
-    // A second signal does not wait; nor does the first for long: a solver or a software GPU may be in the middle of a
-    // call that cannot be cut short, and nothing of it is needed.
+    // A second signal ends the process at once. The first waits only kPatience: a solver or a software GPU may be in a
+    // call that cannot be interrupted, and its result is not needed.
     const timespec patience{0, std::chrono::nanoseconds(kPatience).count()};
     sigtimedwait(&set, nullptr, &patience);
     _exit(0);
@@ -32,7 +32,7 @@ void StopSignal::came() {
     _exit(0);
   }
   came_ = true;
-  changed_.notify_all();  // under the lock: who hears of it may end the program, and this object with it
+  changed_.notify_all();  // under the lock: the woken thread may end the program and destroy this object
 }
 
 void StopSignal::arm() {

@@ -47,8 +47,8 @@ void write_text(const fs::path& file, const std::string& text) {
   }
 }
 
-/// What a session needs and neither kind of recording says. The lens is the one that the TUM benchmark names for
-/// registered pictures of its first kind of camera, in proportion to the width.
+/// Session keys that neither kind of recording contains. The lens is the TUM benchmark's for registered pictures of its
+/// first kind of camera, scaled to the width.
 std::string session_text(const std::string& name, const std::string& color, const std::string& depth, int width,
                          int height, double unit_m) {
   const double f = 525.0 * width / 640.0;
@@ -65,7 +65,7 @@ std::string session_text(const std::string& name, const std::string& color, cons
   return text + "\n[tag]\nid = 0\nsize_m = 0.16\n";
 }
 
-/// A stream's list and pictures from `from` to `out`, under names of ours.
+/// Copies a stream's list and pictures from `from` to `out`, with lumigraft's file names.
 std::size_t copy_stream(const fs::path& from, const fs::path& out, const std::string& name,
                         const std::atomic<bool>& interrupted) {
   const std::vector<capture::ListedPicture> pictures = capture::read_picture_list(from, {});
@@ -103,8 +103,7 @@ void import_tum(const ImportCommand& command, const std::atomic<bool>& interrupt
   write_text(session, session_text(name, "images:color.txt", with_depth ? "images:depth.txt" : "", first.width,
                                    first.height, 1.0 / kCountsPerMetre));
   write_text(session, capture::text_with_overrides({session, command.overrides}));
-  capture::open_frames(
-      capture::read_session(capture::ConfigTable::load(session)));  // whatever is wrong with it is said now
+  capture::open_frames(capture::read_session(capture::ConfigTable::load(session)));  // reports errors in it now
   report << "imported to " << command.out.string() << ":\n  colour: " << colors << " pictures\n  depth: " << depths
          << " pictures\n";
 }
@@ -126,7 +125,7 @@ void import_oni(const ImportCommand& command, const std::atomic<bool>& interrupt
   fs::remove(text);
 }
 
-/// Depth in the counts of TUM. What lies beyond their 13.1 m counts as not measured.
+/// Depth in TUM's units. Depth beyond their 13.1 m counts as not measured.
 capture::Image<std::uint16_t> counts_of(const capture::Image<float>& depth_m, std::uint64_t& too_far) {
   capture::Image<std::uint16_t> counts(depth_m.width, depth_m.height, 1);
   for (std::size_t i = 0; i < counts.data.size(); ++i) {

@@ -6,7 +6,8 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr std::size_t kMostInterval = 4096;  // no one asked for the interval for long: the oldest half goes
+constexpr std::size_t kMostInterval =
+    4096;  // bound when take_interval() is not called for long: the older half is discarded
 
 StageSummary summarise(std::vector<float>& times_ms) {
   StageSummary s;

@@ -15,7 +15,7 @@ namespace lumigraft::server {
 namespace {
 
 constexpr std::int64_t kKeyEvery_ns = 2'000'000'000;
-constexpr int kTicksPerSecond = 90'000;  // the clock of video; x264 refuses finer ones at high levels
+constexpr int kTicksPerSecond = 90'000;  // usual video clock; x264 rejects finer ones at high levels
 
 std::runtime_error failure(const char* what, int code) {
   std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
@@ -23,7 +23,7 @@ std::runtime_error failure(const char* what, int code) {
   return std::runtime_error(std::string("H.264: ") + what + ": " + text.data());
 }
 
-/// The three bytes behind the sequence parameter set's NAL header name profile, constraints and level.
+/// Reads profile, constraints and level: the three bytes after the NAL header of the sequence parameter set.
 std::string find_codec_string(const std::vector<std::uint8_t>& annex_b) {
   for (std::size_t i = 0; i + 6 < annex_b.size(); ++i) {
     if (annex_b[i] == 0 && annex_b[i + 1] == 0 && annex_b[i + 2] == 1 && (annex_b[i + 3] & 0x1f) == 7) {
@@ -72,11 +72,11 @@ H264Encoder::H264Encoder(int width, int height) : state_(std::make_unique<State>
   s.codec->height = height & ~1;
   s.codec->pix_fmt = AV_PIX_FMT_YUV420P;
   s.codec->time_base = {1, kTicksPerSecond};
-  s.codec->framerate = {30, 1};  // for the level alone: pictures carry their own times
-  s.codec->gop_size = 600;       // key pictures are made by time, in encode()
+  s.codec->framerate = {30, 1};  // used only for the level: frames carry their own times
+  s.codec->gop_size = 600;       // key frames are made by time, in encode()
   s.codec->max_b_frames = 0;
   s.codec->thread_count = 1;
-  s.codec->log_level_offset = AV_LOG_INFO - AV_LOG_ERROR;  // of x264's talk only errors reach stderr
+  s.codec->log_level_offset = AV_LOG_INFO - AV_LOG_ERROR;  // only errors of x264 reach stderr
   s.codec->color_range = AVCOL_RANGE_MPEG;
   s.codec->colorspace = AVCOL_SPC_BT709;
   s.codec->color_primaries = AVCOL_PRI_BT709;

@@ -7,7 +7,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A viewer that asks for key pictures without end must not take the others' picture quality.
+/// Minimum interval of requested key frames: a viewer that requests them continuously must not reduce the other
+/// viewers' picture quality.
 constexpr std::chrono::milliseconds kKeysApart{500};
 
 std::span<const std::uint8_t> bytes(const std::string& text) {

@@ -13,7 +13,7 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-/// "[::1]:8080" and "localhost:8080" without the port.
+/// Removes the port from "[::1]:8080" or "localhost:8080".
 std::string_view without_port(std::string_view host) {
   const std::size_t from = host.starts_with('[') ? host.find(']') : 0;
   if (from == std::string_view::npos) {

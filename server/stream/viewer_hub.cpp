@@ -40,7 +40,7 @@ void ViewerHub::publish(const std::shared_ptr<const StreamMessage>& message) {
       capture_times_ns_.pop_front();
     }
   }
-  for (const auto& viewer : std::set(viewers_)) {  // a copy: a viewer may leave meanwhile
+  for (const auto& viewer : std::set(viewers_)) {  // a copy: offer() may remove a viewer
     viewer->offer(message);
   }
 }

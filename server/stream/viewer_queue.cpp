@@ -12,7 +12,7 @@ void ViewerQueue::want(Codec codec) {
 }
 
 bool ViewerQueue::offer(std::shared_ptr<const StreamMessage> message) {
-  // A viewer that loses pictures on its own side acknowledges them never: after as many again it is trusted anew.
+  // A viewer that loses frames on its side never acknowledges them: after kMostUnderWay more frames the count restarts.
   if (owes_acknowledgements() && ++held_back_ >= kMostUnderWay) {
     under_way_.clear();
     held_back_ = 0;
@@ -71,7 +71,7 @@ bool ViewerQueue::acknowledge(std::uint32_t sequence) {
   if (known == under_way_.end()) {
     return false;
   }
-  under_way_.erase(under_way_.begin(), known + 1);  // those before it were passed over
+  under_way_.erase(under_way_.begin(), known + 1);  // earlier frames were skipped by the viewer
   held_back_ = 0;
   return true;
 }

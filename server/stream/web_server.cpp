@@ -29,7 +29,7 @@ using boost::system::error_code;
 
 constexpr std::uint32_t kLongestHeader = 8 * 1024;
 constexpr std::size_t kLongestBody = 1024;
-constexpr int kSendBuffer_bytes = 256 * 1024;  // what the kernel holds for a slow viewer: a quarter second of stream
+constexpr int kSendBuffer_bytes = 256 * 1024;  // kernel buffer for a slow viewer: a quarter second of stream
 constexpr std::chrono::milliseconds kStatesApart{50};
 constexpr std::chrono::milliseconds kGoodbye{100};
 
@@ -42,7 +42,7 @@ struct WebServer::State {
   const WebHandlers handlers;
   EncoderDemand& demand;
   Metrics& metrics;
-  asio::io_context io{1};  // first: what follows holds sockets and timers of it
+  asio::io_context io{1};  // first: the members below hold its sockets and timers
   tcp::acceptor acceptor{io};
   asio::steady_timer state_timer{io}, accept_timer{io}, stop_timer{io};
   bool state_waits = false, loopback = true;
@@ -61,7 +61,7 @@ struct WebServer::State {
 
 namespace {
 
-/// One socket: requests, and after an upgrade a viewer.
+/// One connection: HTTP requests, and after a websocket upgrade a viewer.
 class Connection : public Viewer, public std::enable_shared_from_this<Connection> {
  public:
   Connection(WebServer::State& server, tcp::socket socket)
@@ -165,7 +165,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     timeout.keep_alive_pings = true;
     websocket_->set_option(timeout);
     websocket_->read_message_max(server_.settings.max_message_bytes);
-    websocket_->auto_fragment(false);  // a picture is one frame
+    websocket_->auto_fragment(false);  // one websocket frame per video frame
     error_code ignored;
     socket().set_option(tcp::no_delay(true), ignored);
     socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
@@ -268,7 +268,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     websocket_->async_close(*leaving_, [self = shared_from_this()](error_code) { self->close(); });
   }
 
-  /// Ends the websocket with a reason, after what is being written.
+  /// Closes the websocket with a reason, after the current write.
   void leave(websocket::close_code code) {
     if (closed_ || !open_ || leaving_) {
       return;
@@ -277,7 +277,7 @@ class Connection : public Viewer, public std::enable_shared_from_this<Connection
     write_next();
   }
 
-  /// A write that does not end within its time ends the connection: the reader does not read.
+  /// Closes the connection when a write exceeds its time limit: the client does not read.
   void watch_write() {
     write_timer_.expires_after(server_.settings.write_timeout);
     write_timer_.async_wait([self = shared_from_this()](error_code error) {
@@ -308,7 +308,7 @@ void WebServer::State::accept() {
     if (error == asio::error::operation_aborted) {
       return;
     }
-    if (error) {  // no descriptors left: wait for some to come free
+    if (error) {  // no file descriptors left: retry later
       accept_timer.expires_after(std::chrono::milliseconds(100));
       accept_timer.async_wait([this](error_code stopped) {
         if (!stopped) {
@@ -340,7 +340,7 @@ void WebServer::State::admit(tcp::socket socket) {
 
 void WebServer::State::forget(const std::shared_ptr<Connection>& connection) {
   hub.remove(connection);
-  connections.remove(std::shared_ptr(connection));  // a copy: what is removed must not be the argument
+  connections.remove(std::shared_ptr(connection));  // a copy: the argument must not refer into the list
 }
 
 void WebServer::State::objects_changed() {

@@ -16,13 +16,13 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr float kSurfaceBand_voxels = 2.0f;  // as far from the surface as albedo is looked up
-constexpr float kSameSurface_voxels = 3.0f;  // a pixel shows the voxel when its depth is as near
+constexpr float kSurfaceBand_voxels = 2.0f;  // range around the surface in which albedo is looked up
+constexpr float kSameSurface_voxels = 3.0f;  // a pixel sees the voxel when its depth differs by less
 constexpr float kSameLamp_rad = 0.087f;      // 5°: the split's centroid against the lamp's centre
-constexpr float kTruthSigma = 0.01f;         // of albedo: what an 8-bit texture leaves open
+constexpr float kTruthSigma = 0.01f;         // of albedo: quantisation of an 8-bit texture
 
-/// Bilinear between the pixels around, as fusion takes their radiance; the nearest pixel's own where those show several
-/// surfaces. Empty where that is not at `depth_m`, within `same_m`.
+/// Bilinear interpolation of the picture, as fusion samples radiance; the nearest pixel where the four neighbours show
+/// several surfaces. Empty where its depth differs from `z_m` by more than `same_m`.
 std::optional<Eigen::Vector3f> picture_at(const capture::Image<float>& picture, const capture::Image<float>& depth_m,
                                           const Eigen::Vector2d& pixel, double z_m, double same_m) {
   const auto shows = [&](int u, int v) { return std::abs(depth_m.at(u, v) - z_m) <= same_m; };
@@ -155,7 +155,8 @@ struct Oracle::State {
   using Pictures = std::vector<std::shared_ptr<const capture::Picture>>;
   Pictures fisheye(const capture::FrameSet& frame) const {
     Pictures pictures = frame.fisheye;
-    for (const std::uint64_t index : {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may be there once
+    for (const std::uint64_t index :
+         {frame.index, std::uint64_t{0}}) {  // the fish-eye's truth may exist for frame 0 only
       const std::filesystem::path path = file(index, "fisheye.exr");
       if (std::filesystem::exists(path)) {
         pictures = {fisheye_picture(frame, read_true_picture(path))};

@@ -12,7 +12,7 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr float kSameSurface_m = 5e-5f;  // paper on a surface lies higher
+constexpr float kSameSurface_m = 5e-5f;  // paper on a surface is thicker
 
 void expect_size(const capture::CameraModel& camera, const capture::Image<float>& image,
                  const std::filesystem::path& path) {
@@ -36,7 +36,7 @@ relight::SeenMaterials read_seen(const std::filesystem::path& folder, const capt
   return seen;
 }
 
-/// The model's triangles in groups: those on each of the known surfaces, and last those on none.
+/// Groups the model's triangles by known surface; the last group holds the others.
 std::vector<std::vector<std::uint32_t>> grouped(const relight::Model& model,
                                                 const std::vector<relight::KnownSurface>& known) {
   std::vector<std::unique_ptr<relight::ObjectSurface>> surfaces;
@@ -96,7 +96,7 @@ relight::ReferenceLamp lamp_of(const TrueLamp& truth) {
   lamp.shape = relight::ReferenceLamp::Shape::disc;
   if (!truth.size_m.isZero()) {
     lamp.shape = relight::ReferenceLamp::Shape::rectangle;
-    // Only the normal is told: the first edge is level, and along x where the lamp itself is.
+    // Truth gives only the normal: the first edge is horizontal, along x for a horizontal lamp.
     const Eigen::Vector3d level = Eigen::Vector3d::UnitZ().cross(truth.normal);
     const Eigen::Vector3d u = level.norm() > 1e-3 ? level.normalized() : Eigen::Vector3d::UnitX();
     lamp.half_u_m = (0.5 * truth.size_m.x() * u).cast<float>();
@@ -124,7 +124,7 @@ struct TrueRoom::State {
     if (sky.is_picture) {
       next->environment.radiance = read_true_picture(session.folder / "truth" / "environment.exr");
     }
-    // A frame without pictures of its materials takes those of the first, which has them all.
+    // A frame without material pictures uses those of the first frame, which has all.
     const bool own = std::filesystem::exists(now / "albedo.exr");
     next->seen = std::make_shared<const relight::SeenMaterials>(
         read_seen(own ? now : truth_folder(session.folder, 0), session.color.model));

@@ -10,11 +10,11 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr int kSamples = 5;  // along a pixel's edge: a sun is about as wide as a pixel
+constexpr int kSamples = 5;  // per pixel edge: the sun is about as wide as a pixel
 
-/// Sees everything, each pixel as much as one in the middle of the fish-eye.
+/// An omnidirectional fish-eye; each pixel has the solid angle of one at the centre of the session's fish-eye.
 capture::FisheyeCamera all_around(const capture::FisheyeCamera& fisheye) {
-  constexpr double kField_rad = 359.9 / 180 * std::numbers::pi;  // an equidistant picture of more has no edge
+  constexpr double kField_rad = 359.9 / 180 * std::numbers::pi;  // an equidistant picture of 360° has no edge
   capture::FisheyeCamera camera;
   camera.T_tag_fisheye.translation() = fisheye.T_tag_fisheye.translation();
   capture::CameraModel& model = camera.model;

@@ -7,8 +7,8 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr double kPoints = 4000;  // about as many in all
-constexpr float kOff_m = 1e-3f;   // from the surface a point looks
+constexpr double kPoints = 4000;  // approximate total
+constexpr float kOff_m = 1e-3f;   // offset of ray origins from the surface
 
 bool any(std::uint32_t, const Eigen::Vector3f&) { return true; }
 
@@ -20,7 +20,8 @@ std::vector<reconstruct::RoomPoint> points_on(const relight::Model& model) {
   double area_m2 = 0;
   for (std::size_t i = 0; i < model.indices.size(); i += 3) area_m2 += 0.5 * across(i).norm();
 
-  // Rows of points between the edges that meet in the first corner; those beyond the third edge fold back.
+  // Rows of points over the parallelogram of the edges at the first corner; points beyond the third edge are mirrored
+  // back.
   std::vector<reconstruct::RoomPoint> points;
   double owed = 0;
   for (std::size_t i = 0; i < model.indices.size(); i += 3) {

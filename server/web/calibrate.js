@@ -1,4 +1,4 @@
-// Guides a person who holds the board: pictures with the corners found, what is still missing, and the verdict.
+// Guides the person who holds the board: pictures with detected corners, regions that lack corners, and the result.
 
 const EVERY_MS = 400;
 const $ = (id) => document.getElementById(id);
@@ -11,7 +11,7 @@ function advice(camera) {
   return "This camera has seen enough.";
 }
 
-/** A pinhole's cells as a grid, a fish-eye's as rings around the axis and sectors from the right clockwise. */
+/** Draws a pinhole's cells as a grid, a fish-eye's as rings around the axis and sectors, clockwise from the right. */
 function cellPath(camera, column, row) {
   if (!camera.rings) {
     const [w, h] = [80 / camera.columns, 60 / camera.rows];
@@ -60,7 +60,7 @@ function show(camera, looking) {
   figure.querySelector(".advice").textContent = looking ? advice(camera) : "";
 }
 
-/** Where the calibration was written to. */
+/** The file that the calibration was written to. */
 function lastLine(report) { return report.trim().split("\n").at(-1); }
 
 async function tick() {
@@ -82,7 +82,7 @@ async function tick() {
   }
 }
 $("finish").onclick = () => {
-  $("finish").disabled = true; // until the program says what came of it
+  $("finish").disabled = true; // until the service reports the result
   fetch("finish", { method: "POST" }).catch(() => {});
 };
 tick();

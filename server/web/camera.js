@@ -1,7 +1,7 @@
-// From pixels of the picture to points of the room.
+// Back-projection of pixels into the room.
 
 /**
- * Where the ray through a pixel meets the horizontal plane z = height_m, in the tag frame; null where it does not.
+ * Intersection of the ray through a pixel with the horizontal plane z = height_m, in the tag frame; null if none.
  * camera: { fx, fy, cx, cy } in pixels; T_tag_camera: 4×4 rows (camera: x right, y down, z forward).
  */
 export function pointOnPlane(camera, T_tag_camera, u, v, height_m) {

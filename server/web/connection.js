@@ -1,4 +1,4 @@
-// A websocket that comes back by itself: after 0.5 s, then twice as long each time, 8 s at most.
+// A websocket that reconnects: after 0.5 s, doubling each time, at most 8 s.
 
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 8000;

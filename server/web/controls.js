@@ -1,4 +1,4 @@
-// What a viewer may do to objects: the panel, and dragging in the picture.
+// Controls of the objects: the panel, and dragging in the picture.
 import { pointOnPlane } from "./camera.js";
 
 const MATERIALS = {
@@ -16,11 +16,11 @@ const MESSAGES_A_SECOND = 30;
 const $ = (id) => document.getElementById(id);
 
 export class Controls {
-  /** send(message): to the server */
+  /** send(message) sends to the server */
   constructor(send) {
     this.send = send;
     this.objects = [];
-    this.first = []; // the objects as the first hello gave them
+    this.first = []; // the objects in the first hello
     this.camera = null;
     this.T_tag_camera = null;
     this.pending = null;
@@ -59,7 +59,7 @@ export class Controls {
     $("material").value = nameOf(object.material);
   }
 
-  /** Sends a change of the chosen object; many changes in quick succession become few messages. */
+  /** Sends a change of the selected object; changes in quick succession are merged into fewer messages. */
   change(values) {
     if (!this.current) return;
     Object.assign(this.current, values);
@@ -115,7 +115,7 @@ export class Controls {
   }
 
   bindPicture(canvas) {
-    let grip = null; // from where the pointer met the object's plane to the object's place
+    let grip = null; // offset from the pointer's hit on the object's plane to the object's position
     const meet = (event) => {
       if (!this.camera || !this.T_tag_camera || !this.current) return null;
       const box = canvas.getBoundingClientRect();
@@ -157,7 +157,7 @@ export class Controls {
 }
 
 function nameOf(material) {
-  if (material !== null && Object.values(material).includes(null)) return "set"; // a part of it is the model's own
+  if (material !== null && Object.values(material).includes(null)) return "set"; // partly the model's own
   const same = (a, b) => a.every((value, i) => Math.abs(value - b[i]) < 1e-4);
   const list = (m) => [...m.base_color, m.metallic, m.roughness, m.specular];
   const found = Object.entries(MATERIALS).find(([, m]) => (m === null ? material === null : material !== null && same(list(m), list(material))));

@@ -1,5 +1,5 @@
-// Stream messages to pictures. H.264 through WebCodecs, which browsers offer only in a secure context (localhost or
-// TLS); JPEG anywhere.
+// Decodes stream messages to pictures. H.264 uses WebCodecs, which browsers offer only in a secure context (localhost
+// or TLS); JPEG works everywhere.
 import { KIND } from "./protocol.js";
 
 export function h264Possible() {
@@ -14,7 +14,7 @@ export class Decoder {
     this.video = null;
     this.waitingForKey = true;
     this.failures = 0;
-    this.messages = new Map(); // by timestamp: what belongs to a picture that the decoder still holds
+    this.messages = new Map(); // by timestamp: messages of frames in the decoder
     this.lastJpeg = -1;
   }
 
@@ -41,7 +41,7 @@ export class Decoder {
     try {
       const bitmap = await createImageBitmap(new Blob([message.payload], { type: "image/jpeg" }));
       if (message.sequence > this.lastJpeg) {
-        this.lastJpeg = message.sequence; // decoding may end out of order: the newest stays
+        this.lastJpeg = message.sequence; // decoding may finish out of order: keep the newest
         this.handlers.onPicture(bitmap, message);
       }
       bitmap.close();

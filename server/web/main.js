@@ -1,4 +1,4 @@
-// The page: pictures from the websocket onto the canvas, figures and controls beside it.
+// The page: draws frames from the websocket on the canvas; statistics and controls.
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { Decoder, h264Possible } from "./decoder.js";

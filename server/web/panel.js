@@ -1,4 +1,4 @@
-// The figures beside the picture.
+// The statistics panel.
 
 const $ = (id) => document.getElementById(id);
 const ms = (value) => (value === undefined ? "–" : value < 10 ? value.toFixed(1) : value.toFixed(0));
@@ -32,7 +32,7 @@ export class Panel {
     $("made-fps").textContent = `${stats.fps.toFixed(1)} fps`;
     $("viewers").textContent = stats.clients;
     const { capture_to_ack: endToEnd, ...stages } = stats.stage_ms;
-    if (endToEnd) $("end-to-end").textContent = `${ms(endToEnd.mean)} ms`; // slow pictures: not one in every second
+    if (endToEnd) $("end-to-end").textContent = `${ms(endToEnd.mean)} ms`; // below 1 Hz, some seconds have none
     $("stages").tBodies[0].replaceChildren(...Object.entries(stages).map(([name, time]) => {
       const row = document.createElement("tr");
       for (const text of [name.replaceAll("_", " "), ms(time.mean), ms(time.p95)]) {

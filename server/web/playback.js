@@ -1,5 +1,4 @@
-// Where a recording plays, with a bar to go elsewhere. What it says comes from the service, so that every viewer sees the
-// same.
+// The seek bar of a recording. Its state comes from the service, so that every viewer sees the same.
 
 const MESSAGES_A_SECOND = 10;
 
@@ -39,7 +38,7 @@ export class PlaybackBar {
 
   show() { $("moment").textContent = `${time(Number($("seek").value))} of ${time(Number($("seek").max))}`; }
 
-  /** playback: of `stats`; null before live cameras */
+  /** playback: from `stats`; null for live cameras */
   stats(playback) {
     $("playback").hidden = !playback;
     if (!playback) return;

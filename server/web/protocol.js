@@ -5,7 +5,7 @@ const HEADER_BYTES = 32;
 const MAGIC = 0x494d554c; // "LUMI"
 const VERSION = 1;
 
-/** { kind, passedThrough, sequence, width, height, payload } or null where the bytes are no such message. */
+/** Parses a message into { kind, passedThrough, sequence, width, height, payload }; null where it is malformed. */
 export function parseMessage(buffer) {
   if (buffer.byteLength < HEADER_BYTES) return null;
   const view = new DataView(buffer);

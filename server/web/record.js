@@ -1,4 +1,4 @@
-// The record button: what it says comes from the service, so that every viewer sees the same.
+// The record button. Its state comes from the service, so that every viewer sees the same.
 
 const $ = (id) => document.getElementById(id);
 
@@ -20,12 +20,12 @@ export class RecordButton {
   /** send(message) */
   constructor(send) {
     $("record").onclick = () => {
-      $("record").disabled = true; // until the service says what came of it
+      $("record").disabled = true; // until the service reports the result
       send({ type: "record", on: $("record").getAttribute("aria-pressed") !== "true" });
     };
   }
 
-  /** recording: of `stats`; null where this service does not record */
+  /** recording: from `stats`; null where recording is disabled */
   stats(recording) {
     $("recording").hidden = !recording;
     if (!recording) return;
