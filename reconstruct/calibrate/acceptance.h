@@ -1,5 +1,6 @@
 #pragma once
-// Whether a calibration may be used, and if not, the one reason that matters most to the person who holds the board.
+// Decides whether a calibration is accepted. The rejection reason is the one most useful to the person who holds the
+// board.
 #include <string>
 
 #include "reconstruct/calibrate/camera.h"
@@ -11,9 +12,9 @@
 namespace lumigraft::reconstruct {
 
 constexpr int kFewestViews = 8;
-constexpr int kFewestMoments = 5;  ///< at which two cameras see the board together
+constexpr int kFewestMoments = 5;  ///< at which both cameras see the board
 
-/// Empty where it may be used.
+/// Empty where the calibration is accepted.
 std::string rejection_reason(const CameraCalibration& calibration);
 std::string rejection_reason(const ExtrinsicsCalibration& stand);
 std::string rejection_reason(const RoomTagPose& place);

@@ -1,5 +1,5 @@
 #pragma once
-// The board that is held before a camera: tags in rows and columns, or a chessboard.
+// The calibration board: tags in rows and columns, or a chessboard.
 //
 //     kind = "tags"            # or "chessboard"
 //     family = "tag36h11"      # tags: tag25h9 and tag16h5 too
@@ -32,22 +32,22 @@ struct Board {
   double spacing_m = 0.008;
 
   int tags() const { return kind == Kind::tags ? rows * columns : 0; }
-  /// From one tag, or corner of a chessboard, to the next.
+  /// Distance from one tag, or chessboard corner, to the next.
   double pitch_m() const { return kind == Kind::tags ? size_m + spacing_m : size_m; }
-  /// Width and height of what is printed black.
+  /// Width and height of the printed pattern.
   Eigen::Vector2d extent_m() const;
-  /// Centre of a tag, or a corner of a chessboard; row by row from the top left.
+  /// Centre of a tag, or a chessboard corner, in the board's frame; indexed row by row from the top left.
   Eigen::Vector3d place_m(int index) const;
   /// Corners of a tag's black square, in the order of TagCorners.
   std::array<Eigen::Vector3d, 4> corners_m(int tag) const;
-  /// The tags, as the detector wants to know them.
+  /// The tags as configuration of the detector.
   capture::Tag tag_list() const;
 };
 
 /// Throws InputError. The caller calls root.finish().
 Board read_board(const capture::ConfigTable& root);
 
-/// The board for a printer: an SVG drawing in millimetres.
+/// Writes the board for printing: an SVG drawing in millimetres.
 void write_board_svg(std::ostream& out, const Board& board);
 
 }  // namespace lumigraft::reconstruct

@@ -1,5 +1,5 @@
 #pragma once
-// Where a picture shows which points of the board.
+// Detection of the board's points in a picture.
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
@@ -12,13 +12,13 @@
 
 namespace lumigraft::reconstruct {
 
-/// Points whose errors belong together: the four corners of a tag, or one corner of a chessboard.
+/// Points with correlated errors: the four corners of a tag, or one chessboard corner.
 struct SeenPoints {
-  int place = 0;                          ///< which tag, or corner
-  std::vector<Eigen::Vector3d> points_m;  ///< on the board
+  int place = 0;                          ///< index of the tag or corner
+  std::vector<Eigen::Vector3d> points_m;  ///< in the board's frame
   std::vector<Eigen::Vector2d> pixels;
-  Eigen::MatrixXd whitening;  ///< makes the stacked errors in pixels independent and of one variance
-  double paper = 0;           ///< light of the white paper, 1 is the brightest that there is; 0: not known
+  Eigen::MatrixXd whitening;  ///< makes the stacked pixel errors independent with equal variance
+  double paper = 0;           ///< linear light of the white paper, 1 is the picture's maximum; 0: unknown
 };
 
 struct BoardView {
@@ -30,10 +30,10 @@ class BoardFinder {
   explicit BoardFinder(const Board& board);
   ~BoardFinder();
 
-  /// Empty where the board does not show. `grey` is what a detector likes, `light` what edges are measured in.
+  /// Empty where the board is not detected. `grey` is used for detection, `light` (linear) for edge positions.
   BoardView find(const capture::Image<std::uint8_t>& grey, const capture::Image<std::uint16_t>& light) const;
-  /// The same points, measured again now that something is known of the lens. A chessboard's stay as they are: the
-  /// squares around a corner pull it in no direction.
+  /// Refines the points with a known lens model. Chessboard corners stay unchanged: their symmetric surroundings cause
+  /// no bias.
   BoardView again(const BoardView& view, const capture::Image<std::uint16_t>& light,
                   const capture::CameraModel& camera) const;
 

@@ -1,6 +1,6 @@
 #pragma once
-// Bundle adjustment of one camera or of two that are fixed to each other (Triggs et al. 2000): lenses, how the second
-// camera stands to the first, and where the board was at every moment.
+// Bundle adjustment of one camera, or of two that are rigidly mounted (Triggs et al. 2000): lenses, relative camera
+// pose, and the board's pose at every moment.
 #include <Eigen/Geometry>
 #include <optional>
 #include <vector>
@@ -17,29 +17,31 @@ struct Rig {
   std::vector<Eigen::Isometry3d> T_first_board;   ///< by moment
 };
 
-/// What each camera saw, moment by moment: views[camera][moment], empty where it saw no board.
+/// Observations of each camera: views[camera][moment], empty where it saw no board.
 using RigViews = std::vector<std::vector<BoardView>>;
 
 struct Residual {
   int camera = 0;
   int moment = 0;
   Eigen::Vector2d pixel;
-  Eigen::Vector2d error_px;  ///< projected minus seen
-  bool outlier = false;      ///< left out of the result: no lens explains it
+  Eigen::Vector2d error_px;  ///< projected minus observed
+  bool outlier = false;      ///< excluded from the result
 };
 
 struct Adjustment {
   Rig rig;
   std::vector<Residual> residuals;
-  /// Of the lenses' numbers and, for a second camera, of the turn (rad) and shift (m) of T_second_first, from the left:
-  /// kLensNumbers rows for each camera, then six. Numbers that were not free have 0.
+  /// Covariance of the lens parameters and, for a second camera, of the left perturbation of T_second_first: rotation
+  /// (rad), then translation (m). kLensNumbers rows for each camera, then six. Fixed parameters have 0.
   Eigen::MatrixXd covariance;
 };
 
-/// Each with those before it. `poses` are the board's alone, `focal_length` frees how the cameras stand, too.
+/// The free parameters; each value includes the previous ones. `poses`: board poses only; `focal_length` also frees the
+/// relative camera pose.
 enum class Freedom { poses, focal_length, all };
 
-/// Starts from `rig`. Empty where the start cannot be projected, or the unknowns do not follow from the views.
+/// Minimises from the initial values in `rig`. Empty where they cannot be projected, or the views do not determine the
+/// unknowns.
 std::optional<Adjustment> adjust(const Rig& rig, const RigViews& views, Freedom freedom);
 
 }  // namespace lumigraft::reconstruct

@@ -1,5 +1,5 @@
 #pragma once
-// Calibration of one camera from pictures of a board.
+// Intrinsic calibration of one camera from pictures of a board.
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace lumigraft::reconstruct {
 
-/// A picture that was kept, and what it shows of the board.
+/// A selected picture and its detected board points.
 struct BoardPicture {
   capture::Image<std::uint16_t> light;
   BoardView view;
@@ -25,16 +25,16 @@ struct CameraCalibration {
   Eigen::Matrix<double, kLensNumbers, kLensNumbers> covariance;
   int views = 0;
   int corners = 0;
-  int outliers = 0;      ///< corners that no lens explains
-  double median_px = 0;  ///< of the distances between projected and seen corners
+  int outliers = 0;      ///< corners rejected by the adjustment
+  double median_px = 0;  ///< of the reprojection errors
   double percent95_px = 0;
-  double widest_sigma_px = 0;  ///< 1σ of a pixel where the lens is least known
+  double widest_sigma_px = 0;  ///< largest 1σ of a projected position in the picture
   Coverage coverage;
-  std::string refusal;  ///< why the result is not to be used, on one line; empty where it is
+  std::string refusal;  ///< why the result is rejected, on one line; empty where accepted
 };
 
-/// `camera` has kind and size; a fish-eye's field of view too, where it is known: else it ends where the last corner
-/// was seen. The views of `pictures` are measured again as the lens becomes known.
+/// `camera` gives kind and size, and a fish-eye's field of view where it is known; otherwise the field ends at the
+/// outermost corner. The views of `pictures` are refined with the lens.
 CameraCalibration calibrate_camera(const capture::CameraModel& camera, const BoardFinder& finder,
                                    std::vector<BoardPicture>& pictures);
 

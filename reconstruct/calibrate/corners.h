@@ -1,10 +1,9 @@
 #pragma once
-// A tag's corners to hundredths of a pixel, from every pixel of its print.
+// Tag corners with an accuracy of hundredths of a pixel, estimated from all pixels of the printed tag.
 //
-// The camera is what is looked for, so no pose can be fitted as in pose_alignment. What is fitted is the homography
-// from the print to a plane before the camera (Lucas & Kanade 1981; Baker & Matthews 2004, forward additive): to the
-// picture itself while nothing is known of the lens, else to the picture as a camera without distortion would see it
-// that looks at the tag.
+// The camera is unknown, so no pose can be fitted as in pose_alignment. Instead the homography from the print to a
+// plane in front of the camera is fitted (Lucas & Kanade 1981; Baker & Matthews 2004, forward additive): to the picture
+// itself while the lens is unknown, else to the view of a distortion-free virtual camera directed at the tag.
 #include <Eigen/Core>
 #include <optional>
 
@@ -17,12 +16,12 @@ namespace lumigraft::reconstruct {
 struct PrintCorners {
   TagCorners pixels;
   Eigen::Matrix<double, 8, 8> covariance;  ///< px²; u and v of each corner in turn
-  double paper = 0;                        ///< its light at the tag's centre, 1 is the brightest that there is
-  double contrast_error = 0;               ///< RMS of picture minus print, as a share of paper minus ink
+  double paper = 0;                        ///< light of the paper at the tag's centre, 1 is the picture's maximum
+  double contrast_error = 0;               ///< RMS of picture minus model, as a fraction of paper minus ink
 };
 
-/// Starts from corners that are right to a pixel or two. `camera` is null while nothing is known of the lens. Empty
-/// where the print does not match, or leaves the picture. `light` as linear_light() has it.
+/// `start` must be accurate to one or two pixels. `camera` is null while the lens is unknown. `light` is from
+/// linear_light(). Empty where the print does not match or extends beyond the picture.
 std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& light, const TagPattern& pattern,
                                           const TagCorners& start, const capture::CameraModel* camera);
 

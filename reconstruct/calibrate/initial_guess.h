@@ -1,5 +1,5 @@
 #pragma once
-// A first guess of a lens and of where the board was, from nothing.
+// Initial values of a lens and of board poses for bundle adjustment.
 #include <Eigen/Geometry>
 #include <optional>
 #include <vector>
@@ -9,15 +9,15 @@
 
 namespace lumigraft::reconstruct {
 
-/// Where the board is: the plane's homography to rays of any direction, read as a pose (Zhang 2000, §3.1). Empty where
-/// fewer than four points are seen.
+/// The board's pose from the homography between its plane and rays in any direction (Zhang 2000, §3.1). Empty with
+/// fewer than four points.
 std::optional<Eigen::Isometry3d> board_pose(const BoardView& view, const capture::CameraModel& camera);
 
-/// The same, by least squares through a lens that is known.
+/// The same, refined by least squares with a known lens.
 std::optional<Eigen::Isometry3d> refined_pose(const BoardView& view, const capture::CameraModel& camera);
 
-/// `camera` has a kind and a size; its focal length is looked for among what lenses have, its principal point is taken
-/// in the middle. Poses of all views, too. Empty where nothing explains them.
+/// `camera` gives kind and size. Searches the focal length over the usual range with the principal point in the centre,
+/// and computes the poses of all views. Empty where no focal length fits.
 std::optional<Rig> start_camera(const capture::CameraModel& camera, const std::vector<BoardView>& views);
 
 }  // namespace lumigraft::reconstruct

@@ -1,5 +1,5 @@
 #pragma once
-// CameraModel's projection as a function of its numbers, for solvers that want derivatives of it.
+// CameraModel's projection as a template function of its parameters, for automatic differentiation.
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
@@ -20,7 +20,7 @@ inline LensNumbers lens_numbers(const capture::CameraModel& camera) {
   return lens;
 }
 
-/// A fish-eye becomes one of Kannala and Brandt.
+/// A fish-eye of any kind becomes a Kannala-Brandt model.
 inline capture::CameraModel with_lens(capture::CameraModel camera, const LensNumbers& lens) {
   camera.fx = lens[0];
   camera.fy = lens[1];
@@ -35,7 +35,7 @@ inline capture::CameraModel with_lens(capture::CameraModel camera, const LensNum
   return camera;
 }
 
-/// As CameraModel::project, but for the limits of its field of view. False where a pinhole has the point behind it.
+/// As CameraModel::project, without the limit of the field of view. False where the point is behind a pinhole.
 template <typename T>
 bool project_through(bool pinhole, const T* lens, const Eigen::Matrix<T, 3, 1>& p, Eigen::Matrix<T, 2, 1>& pixel) {
   using std::atan2;
@@ -49,7 +49,7 @@ bool project_through(bool pinhole, const T* lens, const Eigen::Matrix<T, 3, 1>& 
     y = b * radial + lens[6] * (s + T(2) * b * b) + T(2) * lens[7] * a * b;
   } else {
     const T square = p.x() * p.x() + p.y() * p.y();
-    if (square < T(1e-24)) {  // r / sin θ → 1, and the square root has no slope there
+    if (square < T(1e-24)) {  // r / sin θ → 1; the derivative of the square root is infinite there
       x = p.x() / p.z();
       y = p.y() / p.z();
     } else {

@@ -1,5 +1,5 @@
 #pragma once
-// Calibration pictures that somebody took with a camera's own program: a folder of PNG, JPEG, TIFF or BMP files.
+// Reads calibration pictures taken with other software: a folder of PNG, JPEG, TIFF or BMP files.
 #include <filesystem>
 #include <vector>
 
@@ -7,10 +7,11 @@
 
 namespace lumigraft::reconstruct {
 
-/// In the order of their names. Throws InputError where the folder holds no picture.
+/// Sorted by name. Throws InputError where the folder has no pictures.
 std::vector<std::filesystem::path> picture_files(const std::filesystem::path& folder);
 
-/// 8 bits a channel as R G B; a grey picture three times. Turned as the sensor saw it. Throws InputError.
+/// R G B with 8 bits per channel; grey is replicated. Orientation metadata is ignored: pixels as the sensor recorded
+/// them. Throws InputError.
 capture::Picture read_any_picture(const std::filesystem::path& file);
 
 }  // namespace lumigraft::reconstruct

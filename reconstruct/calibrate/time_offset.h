@@ -1,10 +1,9 @@
 #pragma once
-// By how much the second camera's clock is behind the first's, from a board that moves.
+// Time offset between two cameras' clocks, from a moving board.
 //
-// The first camera's pictures give the board's path. At the times of the second camera's pictures, shifted by the
-// offset, the path says where the board was, and the second camera's corners must be there: the offset and how the
-// cameras stand to each other follow by least squares (Furgale et al. 2013, with a cubic through four poses in place of
-// a spline). Lenses are known.
+// The first camera's pictures give the board's trajectory. Evaluated at the times of the second camera's pictures plus
+// the offset, it predicts the second camera's corners; the offset and the relative camera pose follow by least squares
+// (Furgale et al. 2013, with a cubic through four poses instead of a spline). Lenses are known.
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <string>
@@ -15,19 +14,19 @@
 
 namespace lumigraft::reconstruct {
 
-/// What one camera saw of the board, still or moving.
+/// One camera's view of the board, static or moving.
 struct TimedView {
-  std::int64_t time_ns = 0;  ///< the picture's own
+  std::int64_t time_ns = 0;  ///< the picture's timestamp
   BoardView view;
 };
 
 struct TimeOffsetCalibration {
-  double offset_s = 0;  ///< to be added to the second camera's times
+  double offset_s = 0;  ///< add to the second camera's timestamps
   double sigma_s = 0;   ///< 1σ
   int pictures = 0;     ///< of the second camera, between pictures of the first
-  double speed_px = 0;  ///< how fast the board moved in them, pixels in a second, in the mean
+  double speed_px = 0;  ///< mean speed of the board in them, px/s
   double median_px = 0;
-  std::string refusal;  ///< why it is not to be used, on one line; empty where it is
+  std::string refusal;  ///< why it is rejected, on one line; empty where accepted
 };
 
 TimeOffsetCalibration calibrate_time(const capture::CameraModel& first, const capture::CameraModel& second,
