@@ -19,7 +19,7 @@ std::string millimetres(double m) {
   return text;
 }
 
-/// Black runs of every row, as parts of one path: between two of them printers draw hairlines.
+/// Writes the black runs of every row as one path: printers draw hairlines between separate paths.
 void write_cells(std::ostream& out, const TagPattern& pattern, const Vector2d& top_left_m, double cell_m) {
   const int border = (pattern.cells - pattern.square_cells) / 2;
   out << "<path d=\"";
@@ -73,7 +73,8 @@ Board read_board(const capture::ConfigTable& root) {
     return board;
   }
   board.family = root.choice("family", {"tag36h11", "tag25h9", "tag16h5"}, board.family);
-  // The tag's own quiet border is one of its cells; less paper, and a blurred neighbour reaches into it.
+  // Default: the quiet border of a tag, which is one cell. With less paper, the blur of a neighbouring tag reaches into
+  // it.
   board.spacing_m = root.number("spacing_m", 0.2 * board.size_m, kLargest_m);
   board.first_id = root.integer("first_id", 0, tags_in(board.family) - 1, 0);
   if (board.first_id + board.tags() > tags_in(board.family)) {

@@ -8,8 +8,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-/// 1σ by which a fitted corner is off for what its covariance does not know: a lens that blurs unlike a box, a printer
-/// that spreads its ink.
+/// 1σ of corner errors outside the fit's covariance: a lens whose blur is not a box, ink that spreads in print.
 constexpr double kUnknown_px = 0.02;
 
 }  // namespace
@@ -42,7 +41,7 @@ BoardView BoardFinder::find(const capture::Image<std::uint8_t>& grey,
   BoardView view;
   for (std::size_t i = 0; i < sightings.size(); ++i) {
     const auto same = [&](std::size_t j) { return j < sightings.size() && sightings[j].id == sightings[i].id; };
-    if ((i > 0 && same(i - 1)) || same(i + 1)) continue;  // of two tags with one number, at least one is another's
+    if ((i > 0 && same(i - 1)) || same(i + 1)) continue;  // duplicate numbers: at least one tag is not on the board
     const int index = sightings[i].id - board_.first_id;
     const auto corners =
         print_corners(light, finder_->pattern(static_cast<std::size_t>(index)), sightings[i].corners, nullptr);
@@ -69,7 +68,7 @@ BoardView BoardFinder::find_chessboard(const capture::Image<std::uint8_t>& grey)
   const cv::Mat picture(grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.data.data()));
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCorners(picture, {board_.columns, board_.rows}, corners)) return {};
-  // The window of the search for the saddle must not reach the next corner.
+  // The window of the subpixel search must not reach the next corner.
   float nearest = 1e9f;
   for (std::size_t i = 1; i < corners.size(); ++i)
     if (i % static_cast<std::size_t>(board_.columns) != 0)

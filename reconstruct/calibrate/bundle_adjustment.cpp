@@ -15,7 +15,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Pose = std::array<double, 6>;  // turn as axis times angle, shift
+using Pose = std::array<double, 6>;  // rotation as axis times angle, then translation
 
 Pose pose_of(const Isometry3d& T) {
   const Eigen::AngleAxisd turn(T.linear());
@@ -31,7 +31,7 @@ Isometry3d isometry_of(const Pose& pose) {
   return T;
 }
 
-/// Errors of N points that belong together, whitened.
+/// Whitened errors of N correlated points.
 template <int N>
 struct Cost {
   bool pinhole;
@@ -59,7 +59,7 @@ struct Cost {
   }
 };
 
-/// Errors below it are noise, however far they stand out from others.
+/// Smaller errors are never outliers, however small the others are.
 constexpr double kLeastOutlier_px = 0.2;
 
 /// The median of a sum of squares of independent unit normals (Wilson & Hilferty 1931).
@@ -78,13 +78,13 @@ class Adjuster {
 
   std::optional<Adjustment> run() {
     if (!measure()) return std::nullopt;
-    // A loss that begins where errors of the present scale end; the scale shrinks with what is found.
+    // A robust loss at the current error scale, which is re-estimated in every round.
     for (int round = 0; round < 4; ++round) {
       const double before = scale_;
       if (!solve(false) || !measure()) return std::nullopt;
       if (std::abs(scale_ - before) < 0.02 * scale_) break;
     }
-    // What no lens explains is left out, and what is left is normal.
+    // Removes the outliers, then solves without a robust loss.
     mark_outliers();
     if (!solve(true) || !measure()) return std::nullopt;
     return result();
@@ -101,7 +101,7 @@ class Adjuster {
     double width() const { return std::sqrt(2.0 * static_cast<double>(seen->pixels.size())); }
   };
 
-  /// Error of every block, and the scale that the middle one shows.
+  /// Computes the error of every block and the scale from their median.
   bool measure() {
     std::vector<double> scales;
     for (Block& block : blocks_) {
@@ -192,7 +192,7 @@ class Adjuster {
       wanted.emplace_back(stands_[1].data(), kLensNumbers * static_cast<Eigen::Index>(lenses_.size()));
     covariance_.setZero(wanted.back().second + (lenses_.size() > 1 ? 6 : kLensNumbers),
                         wanted.back().second + (lenses_.size() > 1 ? 6 : kLensNumbers));
-    std::vector<Eigen::Index> row_of;  // of the result, by column of J
+    std::vector<Eigen::Index> row_of;  // row of the result, by column of J
     for (const auto& [block, row] : wanted) {
       if (!problem.HasParameterBlock(block)) return false;
       options.parameter_blocks.push_back(block);
@@ -211,7 +211,7 @@ class Adjuster {
           jtj(j.cols[x], j.cols[y]) += j.values[x] * j.values[y];
           if (a != b) jtj(j.cols[y], j.cols[x]) += j.values[x] * j.values[y];
         }
-    // Pixels, metres and coefficients of θ⁹ in one matrix: brought to one scale first.
+    // Scales pixels, metres and coefficients of θ⁹ to one order of magnitude before the inversion.
     const Eigen::VectorXd size = jtj.diagonal().cwiseSqrt();
     if (!(size.minCoeff() > 0) || j.num_rows <= j.num_cols) return false;
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(size.cwiseInverse().asDiagonal() * jtj * size.cwiseInverse().asDiagonal());
@@ -228,8 +228,8 @@ class Adjuster {
     return covariance_.allFinite();
   }
 
-  /// The second camera's turn was varied as axis times angle w. A change dw turns by J dw from the left, with the left
-  /// Jacobian J of SO(3) (Chirikjian 2012, eq. 10.86).
+  /// The second camera's rotation is parametrised as axis times angle w. A change dw is the left rotation J dw, with
+  /// the left Jacobian J of SO(3) (Chirikjian 2012, eq. 10.86).
   void turn_from_the_left() {
     const Vector3d w(stands_[1][0], stands_[1][1], stands_[1][2]);
     const double angle = w.norm();

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 
-/// The value below which a share of the values lies.
+/// The quantile of the values at fraction `share`.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -24,7 +24,7 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// 1σ of the place at which the lens shows a direction, in pixels: the longer axis of its ellipse.
+/// 1σ in pixels of the projection of a direction: the major axis of its error ellipse.
 double place_sigma_px(const CameraCalibration& calibration, const Vector3d& direction) {
   const LensNumbers lens = lens_numbers(calibration.model);
   const bool pinhole = calibration.model.kind == capture::CameraModel::Kind::pinhole;
@@ -44,7 +44,7 @@ double place_sigma_px(const CameraCalibration& calibration, const Vector3d& dire
   return std::sqrt(half + std::sqrt(std::max(0.0, half * half - covariance.determinant())));
 }
 
-/// Over the whole picture of a pinhole, and the whole field of a fish-eye.
+/// Maximum over the whole picture of a pinhole, or the whole field of a fish-eye.
 double widest_sigma_px(const CameraCalibration& calibration) {
   const capture::CameraModel& model = calibration.model;
   constexpr int kSteps = 12;
@@ -70,7 +70,7 @@ std::size_t points_in(const std::vector<BoardView>& views) {
   return points;
 }
 
-/// `said` is the camera as it came.
+/// Takes the adjusted lens into `calibration`; `said` is the camera before calibration.
 void take_over(CameraCalibration& calibration, const capture::CameraModel& said, const Adjustment& adjusted) {
   calibration.model = adjusted.rig.cameras[0];
   calibration.covariance = adjusted.covariance.block<kLensNumbers, kLensNumbers>(0, 0);
@@ -89,13 +89,13 @@ void take_over(CameraCalibration& calibration, const capture::CameraModel& said,
   calibration.percent95_px = quantile(errors, 0.95);
   calibration.model.fov_rad = 0;
   if (calibration.model.kind != capture::CameraModel::Kind::pinhole && said.fov_rad > 0) {
-    // As it is said to be, as far as the polynomial goes on to grow.
+    // Uses the given field of view if the polynomial is monotonic up to its edge.
     const double edge = 0.5 * said.fov_rad;
     if (calibration.model.project({std::sin(edge), 0, std::cos(edge)})) calibration.model.fov_rad = said.fov_rad;
   }
   calibration.coverage = coverage_of(calibration.model, pixels);
   if (calibration.model.kind != capture::CameraModel::Kind::pinhole && calibration.model.fov_rad == 0)
-    calibration.model.fov_rad = 2 * calibration.coverage.widest_rad;  // as far as it was seen
+    calibration.model.fov_rad = 2 * calibration.coverage.widest_rad;  // up to the outermost corner
   calibration.widest_sigma_px = widest_sigma_px(calibration);
 }
 
@@ -116,12 +116,12 @@ CameraCalibration calibrate_camera(const capture::CameraModel& camera, const Boa
 
   const auto start = start_camera(camera, views);
   auto adjusted = start ? adjust(*start, {views}, Freedom::all) : std::nullopt;
-  // Once through the lens as the first round found it, once as the second did: a third changes nothing any more.
+  // Refines the corners with the lens of the first round, then with that of the second; a third round changes nothing.
   for (int round = 0; adjusted && round < 2; ++round) {
     std::vector<BoardView> again;
     for (std::size_t i = 0; i < views.size(); ++i)
       again.push_back(finder.again(views[i], pictures[i].light, adjusted->rig.cameras[0]));
-    if (2 * points_in(again) < points_in(views)) break;  // that was no lens
+    if (2 * points_in(again) < points_in(views)) break;  // the lens estimate is wrong
     views = again;
     adjusted = adjust(adjusted->rig, {views}, Freedom::all);
   }

@@ -21,7 +21,7 @@ using Homography = Eigen::Matrix<double, 8, 1>;  // row by row; the last entry i
 
 constexpr double kCornerX[4] = {-1, 1, 1, -1}, kCornerY[4] = {-1, -1, 1, 1};  // TagCorners, in half edges
 
-/// The plane before the camera, in units of about a pixel, with its origin at the tag's centre.
+/// The plane in front of the camera that homographies map to; origin at the tag's centre, unit about one pixel.
 class Chart {
  public:
   static std::optional<Chart> at(const Vector2d& centre, const capture::CameraModel* camera) {
@@ -31,7 +31,7 @@ class Chart {
     if (camera == nullptr) return chart;
     const auto direction = camera->unproject(centre);
     if (!direction) return std::nullopt;
-    // The smallest turn that takes the direction to the axis.
+    // The smallest rotation from the direction to the optical axis.
     const Vector3d& d = *direction;
     chart.turn_ = Eigen::Quaterniond(1 + d.z(), d.y(), -d.x(), 0).normalized().toRotationMatrix();
     const auto right = chart.from_pixel(centre + Vector2d(1, 0)), below = chart.from_pixel(centre + Vector2d(0, 1));
@@ -63,9 +63,9 @@ class Chart {
 };
 
 struct ChartPixel {
-  Vector2d q, by_u, by_v;  ///< place on the chart, and its change from pixel to pixel
+  Vector2d q, by_u, by_v;  ///< position on the chart, and its derivatives by the pixel's u and v
   double light = 0;
-  bool cut = false;  ///< the light is that or more
+  bool cut = false;  ///< clipped: a lower bound
 };
 
 std::optional<Homography> homography_to(const std::array<Vector2d, 4>& corners) {
@@ -88,7 +88,7 @@ Matrix3d matrix_of(const Homography& h) {
   return m;
 }
 
-/// How the place q of a print's point (x, y) changes by the homography.
+/// Derivative of the position q of the print's point (x, y) by the homography.
 Eigen::Matrix<double, 2, 8> by_homography(const Homography& h, double x, double y, const Vector2d& q) {
   const double w = h[6] * x + h[7] * y + 1;
   Eigen::Matrix<double, 2, 8> j;
@@ -102,19 +102,20 @@ Vector2d mapped(const Homography& h, double x, double y) {
   return {(h[0] * x + h[1] * y + h[2]) / w, (h[3] * x + h[4] * y + h[5]) / w};
 }
 
-// Unknowns: the homography; ink, paper and paper's slopes across the tag; how much wider than a pixel the lens blurs.
+// Unknowns: the homography (8); ink, paper and the gradient of paper across the tag (4); width of the blur in pixels
+// (1).
 constexpr int kUnknowns = 13;
 using Row = Eigen::Matrix<double, kUnknowns, 1>;
 using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
-// As in pose_alignment, where paper is cut off.
+// As in pose_alignment for clipped paper.
 constexpr double kBlurHold = 0.04;
 
 struct Fit {
   Square jtj = Square::Zero();
   Row jtr = Row::Zero();
   double error = 0;  ///< Σ ρ(r), Huber's ρ
-  int told = 0;      ///< pixels that were not cut off, or contradict that they were
+  int told = 0;      ///< pixels used: unclipped, or clipped and darker in the model
   bool folded = false;
 };
 
@@ -123,8 +124,8 @@ class Problem {
   Problem(const std::vector<ChartPixel>& pixels, const TagPattern& pattern)
       : pixels_(pixels), print_(pattern), cells_(pattern.square_cells / 2.0), middle_(pattern.cells / 2.0) {}
 
-  /// A pixel that the picture cuts off counts only where the print would have it darker (Tobin 1958): taken at its word
-  /// it would draw edges into the ink. `hold` keeps the blur near a pixel's width.
+  /// A clipped pixel counts only where the model is darker than it (Tobin 1958): otherwise its value would move edges
+  /// into the ink. `hold` is the weight of a prior that keeps the blur near one pixel.
   Fit linearise(const Row& p, double limit, double hold) const {
     Fit fit;
     fit.jtj(12, 12) = hold * hold;
@@ -144,7 +145,7 @@ class Problem {
       by_place << h[0] - pixel.q.x() * h[6], h[1] - pixel.q.x() * h[7], h[3] - pixel.q.y() * h[6],
           h[4] - pixel.q.y() * h[7];
       const Matrix2d to_place = (by_place / w).inverse();
-      // The pixel's footprint, as the axis-parallel box with the same second moments.
+      // The pixel's footprint, approximated by an axis-parallel box with the same second moments.
       const Vector2d u = to_place * pixel.by_u, v = to_place * pixel.by_v;
       const double width = blur * cells_ * std::sqrt(u.x() * u.x() + v.x() * v.x());
       const double height = blur * cells_ * std::sqrt(u.y() * u.y() + v.y() * v.y());
@@ -158,12 +159,12 @@ class Problem {
 
       Row j;
       j.tail<5>() << 1 - white, white, white * x, white * y, 0;
-      if (mean.flat) {  // no edge in sight: the pixel says nothing about places
+      if (mean.flat) {  // uniform footprint: no information about positions
         fit.jtj.block<4, 4>(8, 8) += weight * j.segment<4>(8) * j.segment<4>(8).transpose();
         fit.jtr.segment<4>(8) += weight * residual * j.segment<4>(8);
         continue;
       }
-      // A pixel stays where it is, so its place on the print moves against the homography.
+      // The pixel is fixed, so its position on the print moves against the homography.
       const Vector2d gradient = paper * cells_ * Vector2d(mean.by_centre.x(), -mean.by_centre.y());
       j.head<8>() = -(by_homography(h, x, y, pixel.q).transpose() * (to_place.transpose() * gradient));
       j[12] = paper * mean.by_scale / blur;
@@ -174,10 +175,11 @@ class Problem {
   }
 
  private:
-  /// Mean over a footprint of the second moments of this box, and a Gaussian's fourth: that of two boxes, since lenses
-  /// blur softly. By one box alone tags seem smaller the smaller they are, by 0.04 px of a corner at 13 px.
+  /// Mean of the print over a footprint with the second moments of this box and the fourth moments of a Gaussian, built
+  /// from two boxes, because lens blur is smooth. With a single box, small tags are estimated too small: by 0.04 px per
+  /// corner at 13 px.
   PrintIntegral::Mean blurred(double x, double y, double width, double height) const {
-    constexpr double kWide = 1.342, kNarrow = 0.447;  // squares: 1 ± 0.8
+    constexpr double kWide = 1.342, kNarrow = 0.447;  // their squares: 1 ± 0.8
     const auto a = print_.mean(x, y, kWide * width, kWide * height);
     if (a.flat) return a;
     const auto b = print_.mean(x, y, kNarrow * width, kNarrow * height);
@@ -189,7 +191,7 @@ class Problem {
   double cells_, middle_;
 };
 
-/// Pixels within half a cell around the black square: its edges count, and its neighbours do not.
+/// Pixels up to half a cell outside the black square: includes its edges and excludes neighbouring tags.
 std::vector<ChartPixel> pixels_on_print(const capture::Image<std::uint16_t>& light, const TagPattern& pattern,
                                         const TagCorners& corners, const Chart& chart, const Homography& h) {
   Vector2d low = corners[0], high = corners[0];
@@ -222,7 +224,7 @@ std::vector<ChartPixel> pixels_on_print(const capture::Image<std::uint16_t>& lig
   return pixels;
 }
 
-/// Ink and paper as the darkest and brightest tenth have them; a lens that blurs little.
+/// Initial values: ink and paper from the darkest and brightest tenth of the pixels; a small blur.
 std::optional<Row> first_look(const Homography& h, const std::vector<ChartPixel>& pixels) {
   std::vector<double> light;
   for (const ChartPixel& pixel : pixels) light.push_back(pixel.light);
@@ -235,7 +237,7 @@ std::optional<Row> first_look(const Homography& h, const std::vector<ChartPixel>
   return p[9] > p[8] ? std::optional(p) : std::nullopt;
 }
 
-/// Corners in pixels with their covariance, from the homography and its own.
+/// Corners in pixels with their covariance, from the homography and its covariance.
 std::optional<PrintCorners> corners_of(const Homography& h, const Eigen::Matrix<double, 8, 8>& covariance,
                                        const Chart& chart) {
   PrintCorners result;
@@ -310,7 +312,7 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
   result->paper = p[9];
   result->contrast_error = std::sqrt(variance) / (cut ? contrast : p[9] - p[8]);
   if (!(p[9] > p[8]) || result->contrast_error > 0.25) return std::nullopt;
-  // Where it went farther than a detector errs, it found something else.
+  // A corner that moved farther than the detector's error belongs to something else.
   const double edge = (start[1] - start[0]).norm();
   for (std::size_t i = 0; i < 4; ++i)
     if ((result->pixels[i] - start[i]).norm() > std::max(2.0, 0.05 * edge)) return std::nullopt;

@@ -15,7 +15,8 @@ constexpr int kSectors = 12;
 
 double angle_of(const Eigen::Vector3d& direction) { return std::atan2(direction.head<2>().norm(), direction.z()); }
 
-/// Half of the field: what is said, else where the nearest side of the picture ends it, or a corner was seen beyond.
+/// Half of the field of view: as given; otherwise up to the nearest border of the picture, or the outermost corner if
+/// that is farther.
 double half_field_rad(const capture::CameraModel& camera, double widest_rad) {
   if (camera.fov_rad > 0) return 0.5 * camera.fov_rad;
   double field = kPi;
@@ -46,7 +47,7 @@ std::string Coverage::missing() const {
     int all = 0, empty = 0;
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column < columns; ++column) {
-        // Of the cells in the outer half, those within 45° of this side.
+        // Counts cells in the outer half within 45° of this side.
         const double x = rings ? std::cos((column + 0.5) * 2 * kPi / columns) : (column + 0.5) / columns * 2 - 1;
         const double y = rings ? std::sin((column + 0.5) * 2 * kPi / columns) : (row + 0.5) / rows * 2 - 1;
         const double out = rings ? (row + 0.5) / rows : std::max(std::abs(x), std::abs(y));
@@ -90,7 +91,7 @@ Coverage coverage_of(const capture::CameraModel& camera, const std::vector<Vecto
   const auto cells = static_cast<std::size_t>(coverage.columns) * static_cast<std::size_t>(coverage.rows);
   coverage.corners.assign(cells, 0);
   coverage.wanted.assign(cells, 1);
-  // Sectors of the outermost rings that lie outside the picture are nobody's.
+  // Sectors outside the picture are not required.
   for (int row = 0; coverage.rings && row < coverage.rows; ++row)
     for (int column = 0; column < coverage.columns; ++column) {
       const double theta = std::min((row + 0.5) * kRing_rad, coverage.field_rad),

@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 using Row = Eigen::Matrix<double, 6, 1>;
 using Square = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kInner = 0.9;              // of the board: its rim mixes with what is behind
-constexpr double kFirstGate_m = 0.15;       // from the board, while the start may be wrong
+constexpr double kInner = 0.9;         // fraction of the board that is used: depth at its rim mixes with the background
+constexpr double kFirstGate_m = 0.15;  // maximum distance from the board in the first round
 constexpr std::size_t kFewestPixels = 100;  // of a board
 constexpr double kPixelsOfView = 400;
 constexpr double kNoise =
@@ -41,7 +41,7 @@ class DepthFit {
       }
   }
 
-  /// The points of all boards that lie within `gate` of them.
+  /// The depth points within `gate_m` of a board, subsampled per view.
   std::vector<Point> points(const Isometry3d& T_color_depth, double gate_m) const {
     std::vector<Point> all;
     for (std::size_t i = 0; i < views_.size(); ++i) {
@@ -66,7 +66,8 @@ class DepthFit {
     return all;
   }
 
-  /// How the distance from its board changes as T_color_depth turns and shifts, from the left.
+  /// Derivative of the point's distance from its board by a left perturbation of T_color_depth: rotation, then
+  /// translation.
   Row slope(const Point& point, const Isometry3d& T_color_depth) const {
     const Vector3d normal = views_[point.view].T_color_board.linear().col(2);
     Row j;
@@ -75,7 +76,8 @@ class DepthFit {
   }
 
  private:
-  /// Where the picture shows the board and what lies before and behind it; all of it where that cannot be said.
+  /// Image region of the board and of the space within `gate_m` of its plane; the whole picture where it cannot be
+  /// determined.
   PixelRegion around(const Isometry3d& T_depth_board, double gate_m) const {
     Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
     for (int corner = 0; corner < 8; ++corner) {
@@ -111,10 +113,10 @@ double median_distance_m(const std::vector<Point>& points) {
 struct Normal {
   Square jtj = Square::Zero();
   Row jtr = Row::Zero();
-  std::vector<Row> by_view;  ///< Jᵀr of each
+  std::vector<Row> by_view;  ///< Jᵀr per view
 };
 
-/// Huber's weights beyond `limit`, a multiple of the noise.
+/// Normal equations with Huber weights; `limit` is a multiple of the noise.
 Normal normal_equations(const DepthFit& fit, const std::vector<Point>& points, const Isometry3d& T_color_depth,
                         double limit, std::size_t views) {
   Normal n;
@@ -130,10 +132,10 @@ Normal normal_equations(const DepthFit& fit, const std::vector<Point>& points, c
   return n;
 }
 
-/// Boards that are all parallel say nothing about three of the six numbers.
+/// Whether the boards determine all six parameters: parallel boards leave three undetermined.
 bool well_posed(const Square& jtj) {
-  constexpr double kLeast = 1e-4;  // of the square of a slant, in radians
-  Row size;                        // turns to what they shift
+  constexpr double kLeast = 1e-4;  // squared tilt between boards, rad²
+  Row size;                        // scales rotations to the translations that they cause
   size << Vector3d::Constant(std::sqrt(jtj.diagonal().head<3>().sum() / 3)),
       Vector3d::Constant(std::sqrt(jtj.diagonal().tail<3>().sum() / 3));
   const Square scaled = size.cwiseInverse().asDiagonal() * jtj * size.cwiseInverse().asDiagonal();
@@ -180,8 +182,8 @@ DepthCalibration calibrate_depth(const capture::CameraModel& depth, const Isomet
     result.turn_sigma_rad.setConstant(std::numbers::pi);
     result.shift_sigma_m.setConstant(10);
   } else if (result.views >= kFewestViews) {
-    // Neighbouring pixels err together, and so do all of a board by the error of its pose: views are what is
-    // independent, so the covariance is that of clusters (Liang & Zeger 1986).
+    // Errors of neighbouring pixels are correlated, and all points of a board share the error of its pose. Views are
+    // independent, so the covariance is cluster-robust (Liang & Zeger 1986).
     const Square inverse = information_of(normal.jtj);
     Square meat = Square::Zero();
     for (const Row& view : normal.by_view) meat += view * view.transpose();

@@ -19,12 +19,12 @@ double median_error_px(const Adjustment& adjusted) {
   return median(errors);
 }
 
-/// The one that most of the others agree with.
+/// The medoid: the guess with the smallest median distance from the others.
 Isometry3d middle_of(const std::vector<Isometry3d>& guesses) {
   double least = std::numeric_limits<double>::infinity();
   Isometry3d best = Isometry3d::Identity();
   for (const Isometry3d& guess : guesses) {
-    std::vector<double> apart;  // metres and radians, which are of one order here
+    std::vector<double> apart;  // metres and radians, of similar magnitude here
     for (const Isometry3d& other : guesses)
       apart.push_back((guess.translation() - other.translation()).norm() +
                       Eigen::AngleAxisd(Eigen::Matrix3d(guess.linear().transpose() * other.linear())).angle());
@@ -83,7 +83,7 @@ RoomTagPose place_room_tag(const capture::CameraModel& first, const capture::Cam
                            const std::optional<Isometry3d>& T_second_first,
                            const std::array<std::vector<SeenPoints>, 2>& seen) {
   RoomTagPose place;
-  // The second camera leads: what it cannot see itself it knows through the first.
+  // The second camera defines the frame; where it does not see the tag, the first camera does.
   Rig rig{{unlimited(second), unlimited(first)}, {Isometry3d::Identity(), Isometry3d::Identity()}, {}};
   if (T_second_first) rig.T_camera_first[1] = T_second_first->inverse();
   const RigViews views = {{BoardView{seen[1]}}, {BoardView{T_second_first ? seen[0] : std::vector<SeenPoints>{}}}};

@@ -19,7 +19,7 @@ std::size_t points_in(const BoardView& view) {
   return points;
 }
 
-/// Median distance in pixels between what is seen and what the board at this pose would show.
+/// Median reprojection error in pixels of the board at this pose.
 double median_error_px(const BoardView& view, const capture::CameraModel& camera, const Isometry3d& T_camera_board) {
   std::vector<double> errors;
   for (const SeenPoints& seen : view.seen)
@@ -32,7 +32,7 @@ double median_error_px(const BoardView& view, const capture::CameraModel& camera
   return *middle;
 }
 
-/// Poses of those views that have one under this lens, and how well they fit in the mean.
+/// Mean of the views' median reprojection errors with this lens; views without a pose count as kNone_px.
 double fit_px(const capture::CameraModel& camera, const std::vector<BoardView>& views,
               const std::vector<std::size_t>& few) {
   constexpr double kNone_px = 100;
@@ -57,7 +57,7 @@ std::optional<Rig> posed(const capture::CameraModel& camera, const std::vector<B
 }  // namespace
 
 std::optional<Isometry3d> board_pose(const BoardView& view, const capture::CameraModel& camera) {
-  // In units of the board's size, so that the nine unknowns are of one order.
+  // Board coordinates in units of its size, so that the nine unknowns are of similar magnitude.
   double size_m = 0;
   for (const SeenPoints& seen : view.seen)
     for (const Vector3d& p : seen.points_m) size_m = std::max(size_m, p.norm());
@@ -112,7 +112,7 @@ std::optional<Rig> start_camera(const capture::CameraModel& camera, const std::v
 
   const bool pinhole = camera.kind == capture::CameraModel::Kind::pinhole;
   const double side = std::max(camera.width, camera.height);
-  // From 136° to 13° across a pinhole's picture; a fish-eye's circle from half of the picture's width to three of it.
+  // Fields of view from 136° to 13° for a pinhole; image circles from 0.5 to 3 picture widths for a fish-eye.
   const double shortest = (pinhole ? 0.2 : 0.15) * side, longest = (pinhole ? 4.5 : 1.0) * side;
   constexpr int kSteps = 16;
   struct Guess {

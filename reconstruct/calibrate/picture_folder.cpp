@@ -40,7 +40,7 @@ capture::Picture read_any_picture(const fs::path& file) {
   try {
     bgr = cv::imread(file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
-    // too large to be decoded: as if it could not be
+    // too large to decode: reported as unreadable
   }
   if (bgr.empty() || bgr.cols > capture::kMaxSide_px || bgr.rows > capture::kMaxSide_px)
     throw capture::InputError(file.string() +

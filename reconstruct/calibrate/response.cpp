@@ -14,17 +14,17 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr int kCodes = 256;
-constexpr double kFirstNoise = 2.5, kLeastNoise = 0.3, kMostNoise = 8;  // 1σ in code values
-// Readings count from so many σ from the ends of the scale, where noise is cut off: by what they read, since that picks
-// noise too, and by where the fit of the pixel's light puts them.
+constexpr double kFirstNoise = 2.5, kLeastNoise = 0.3, kMostNoise = 8;  // 1σ in pixel values
+// Minimum distance in σ of a reading from both ends of the scale, where noise is clipped: by its measured value (a
+// selection that is biased by noise), and by its fitted value.
 constexpr double kFromEnds = 5.0, kFitFromEnds = 2.5;
 constexpr double kLargestResidual = 0.05, kLeastRatio = 4;
 constexpr int kFolds = 4, kFirstRounds = 3, kRounds = 8;
 
-using Codes = Eigen::VectorXd;   // a number for each code value
-using Normal = Eigen::MatrixXd;  // for each pair of them
+using Codes = Eigen::VectorXd;   // one number per pixel value
+using Normal = Eigen::MatrixXd;  // one per pair of pixel values
 
-/// ln(linear) of sRGB, where the search begins.
+/// ln(linear) of sRGB, the initial curve.
 Codes reference_ln() {
   Codes g(kCodes);
   for (int z = 0; z < kCodes; ++z)
@@ -32,9 +32,9 @@ Codes reference_ln() {
   return g;
 }
 
-/// 1σ of a reading in code values, by where it lies on the scale: light's own noise grows with its root, which a curve
-/// that is steep in the dark makes ten times what it makes of it near white. Found in bins, between which it is drawn
-/// out.
+/// 1σ of a reading in pixel values, as a function of the pixel value: photon noise grows with the square root of light,
+/// and a curve that is steep in the dark amplifies it up to ten times compared with near white. Estimated in bins and
+/// interpolated linearly.
 class Noise {
  public:
   Noise() { sigma_.fill(kFirstNoise); }
@@ -43,13 +43,14 @@ class Noise {
     const auto low = std::min(static_cast<std::size_t>(x), kBins - 2);
     return sigma_[low] + (x - static_cast<double>(low)) * (sigma_[low + 1] - sigma_[low]);
   }
-  /// Whether a reading is so far from both ends of the scale.
+  /// Whether a reading is at least this far from both ends of the scale.
   bool is_within(double code, double sigmas, double least) const {
     const double from_ends = std::max(least, sigmas * at(code));
     return code >= from_ends && code <= kCodes - 1 - from_ends;
   }
 
-  /// Squared distances of readings from the fits of their pixels, and what share of their own noise is left in them.
+  /// Squared residuals of readings from their pixels' fits, and the fraction of their noise that remains in the
+  /// residuals.
   struct Sums {
     std::array<double, 16> square{}, left{};
     void add(double code, double distance, double share_left) {
@@ -58,7 +59,7 @@ class Noise {
       left[bin] += share_left;
     }
   };
-  /// Bins that too few readings fell into are as the nearest.
+  /// Bins with too few readings take the value of the nearest bin.
   void learn(const Sums& sums) {
     constexpr double kEnough = 30;
     std::array<double, kBins> found{};
@@ -91,7 +92,7 @@ struct Equations {
   Codes b = Codes::Zero(kCodes);
   double c = 0, freedom = 0;
 
-  /// The sum at a curve g.
+  /// The sum for a curve g.
   double misfit(const Codes& g) const { return g.dot(a * g) - 2 * b.dot(g) + c; }
   Equations& operator+=(const Equations& other) {
     a += other.a;
@@ -102,11 +103,10 @@ struct Equations {
   }
 };
 
-/// A curve as it is used: from light to codes.
+/// Evaluates a curve from light to pixel values.
 class Forward {
  public:
-  /// Its slope is taken for no less than a quarter and no more than four times sRGB's, so that a bad guess cannot run
-  /// away.
+  /// Limits the slope to between 1/4 and 4 times that of sRGB, so that a bad initial curve cannot diverge.
   explicit Forward(const Codes& ln_linear) : ln_(ln_linear), slope_(kCodes) {
     static const Codes usual = reference_ln();
     ln_[0] = ln_[1] - 1;  // code 0 is no logarithm's
@@ -118,7 +118,7 @@ class Forward {
     slope_[0] = slope_[1];
     slope_[kCodes - 1] = slope_[kCodes - 2];
   }
-  /// The code of some light, a fraction; outside of the scale one of its ends.
+  /// The fractional pixel value of some light, limited to the scale.
   double code(double ln_light) const {
     const auto above = std::upper_bound(ln_.begin(), ln_.end(), ln_light);
     if (above == ln_.begin()) return 0;
@@ -127,32 +127,32 @@ class Forward {
     return static_cast<double>(z - 1) + (ln_light - ln_[z - 1]) / (ln_[z] - ln_[z - 1]);
   }
   double ln(double code) const { return ln_[static_cast<Eigen::Index>(std::lround(code))]; }
-  /// Of ln(light) by code.
+  /// Derivative of ln(light) by the pixel value.
   double slope(double code) const { return slope_[static_cast<Eigen::Index>(std::lround(code))]; }
 
  private:
   Codes ln_, slope_;
 };
 
-/// What is believed: readings as they are, or the light that fits a pixel's.
+/// Where the curve is linearised: at the readings, or at the values that fit a pixel's light.
 enum class Trust { readings, fits };
 
-/// Pixels are compared in code values, where noise has no bias: in ln(linear) it pulls dark readings down. So each
-/// pixel's light is fitted to its readings through the newest curve, and the equations are those of Gauss and Newton
-/// for Σ (z - f(E + ln e))², f the curve's inverse. Readings count by where that fit puts them, of which their
-/// distances from it are independent; picking them by what they read picks noise with them.
+/// Residuals are in pixel values, where noise has no bias; in ln(linear) it would bias dark readings down. Each pixel's
+/// light is fitted to its readings with the current curve, and the equations are Gauss-Newton's for Σ (z - f(E + ln
+/// e))², f the inverse of the curve. Readings are weighted and selected by their fitted values, which are independent
+/// of the residuals; selection by measured values would be biased by noise.
 class Channel {
  public:
   Channel(const std::vector<ExposedPicture>& pictures, int channel) : pictures_(pictures), channel_(channel) {
     for (const ExposedPicture& picture : pictures) ln_exposure_.push_back(std::log(picture.exposure));
     const capture::Image<std::uint8_t>& first = pictures.front().encoded;
-    // Some hundred thousand pixels say all there is; a lattice that follows no row or column.
+    // 200 000 pixels are enough; the step does not follow rows or columns.
     const std::size_t pixels = static_cast<std::size_t>(first.width) * static_cast<std::size_t>(first.height);
     step_ = std::max<std::size_t>(1, pixels / 200000);
     pixels_ = pixels;
   }
 
-  /// Of every kFolds-th pixel, from the one of this number on.
+  /// Normal equations of one fold: every kFolds-th pixel, starting at `fold`.
   Equations equations(const Codes& g, const Noise& noise, Trust trust, std::size_t fold) const {
     Equations e;
     const Forward forward(g);
@@ -175,7 +175,7 @@ class Channel {
     return e;
   }
 
-  /// Of readings from their pixels' fits; a quarter of the pixels says enough.
+  /// Residuals of the readings from their pixels' fits; one fold is enough.
   Noise::Sums distances(const Codes& g, const Noise& noise) const {
     Noise::Sums sums;
     for_each_pixel(Forward(g), noise, Trust::fits, 0, [&](const std::vector<Reading>& readings, double sum) {
@@ -184,7 +184,7 @@ class Channel {
     return sums;
   }
 
-  /// Median distance between what a pixel's exposures say and their mean, of ln(linear).
+  /// Median deviation in ln(linear) of a pixel's readings at its exposures from their mean.
   double median_residual(const Codes& g, const Noise& noise) const {
     std::vector<float> shares;
     const Forward forward(g);
@@ -204,15 +204,15 @@ class Channel {
   }
 
  private:
-  /// One equation: share · g at two codes = E + constant.
+  /// One equation: share · g at two pixel values = E + constant.
   struct Reading {
     int code = 0;
     std::array<double, 2> share{};
     double constant = 0, weight = 0;
-    double at = 0, distance = 0;  ///< where it is put, and how far from there it is
+    double at = 0, distance = 0;  ///< fitted pixel value, and the reading's residual from it
   };
 
-  /// Calls with every pixel that was neither clipped nor black at two exposures or more.
+  /// Calls `function` for every pixel with at least two readings that are neither clipped nor black.
   template <typename Function>
   void for_each_pixel(const Forward& forward, const Noise& noise, Trust trust, std::size_t fold,
                       const Function& function) const {
@@ -233,7 +233,7 @@ class Channel {
     }
   }
 
-  /// `z` where the curve puts it at `code`.
+  /// The equation of the reading `z`, linearised at `code`.
   static Reading reading(const Forward& forward, double z, double code, double ln_exposure, const Noise& noise) {
     const int low = std::min(static_cast<int>(code), kCodes - 2);
     const double slope = forward.slope(code);
@@ -241,8 +241,9 @@ class Channel {
     return {low, {low + 1 - code, code - low}, ln_exposure - slope * (z - code), 1 / (sigma * sigma), code, z - code};
   }
 
-  /// Where the curve puts the readings of the light that fits them best. All that are not clipped tell the light, and
-  /// those that it puts near an end are left out: what is left of noise then does not depend on where that is.
+  /// Replaces the readings by their fitted values for the light that fits them best. The fit uses all unclipped
+  /// readings; those with fitted values near an end are then left out, so that the remaining noise does not depend on
+  /// the fitted value.
   void fit(const Forward& forward, const Noise& noise, const std::vector<double>& z,
            std::vector<Reading>& readings) const {
     double light = 0, sum = 0;
@@ -278,9 +279,9 @@ class Channel {
   std::size_t pixels_ = 0, step_ = 1;
 };
 
-/// What is known before: ln(linear) is smooth, the more so the brighter. Its fourth differences are small, which holds
-/// for powers and for toes and shoulders alike. Where all exposures are powers of one ratio this alone tells the curve
-/// from one with a ripple of that period in ln(linear), which fits the pictures as well.
+/// The smoothness prior: fourth differences of ln(linear) are small, the more so the brighter; this holds for power
+/// laws and for toes and shoulders. Where all exposures are powers of one ratio, only the prior excludes a curve with a
+/// ripple of that period in ln(linear), which fits the pictures equally well.
 const Normal& roughness() {
   static const Normal sum = [] {
     constexpr std::array<double, 5> kFourth = {1, -4, 6, -4, 1};
@@ -303,8 +304,9 @@ Eigen::LLT<Normal> solver_of(const Equations& e, double strength) {
   return all.llt();
 }
 
-/// The smoothest curve whose misfit on pixels that were not used is within a standard error of the best (Breiman et
-/// al. 1984, "Classification and Regression Trees", §3.4.3): the best itself bends after what noise does to dark codes.
+/// Selects the strongest smoothing whose error on the left-out pixels is within one standard error of the minimum
+/// (Breiman et al. 1984, "Classification and Regression Trees", §3.4.3): the minimum itself overfits noise at dark
+/// pixel values.
 double strength_by_cross_validation(const std::array<Equations, kFolds>& folds, const Equations& all) {
   constexpr double kWeakest = 1e5, kStrongest = 1e11, kStep = 3.1622776601683795;
   std::vector<std::pair<double, double>> tried;  // strength, misfit
@@ -356,7 +358,7 @@ ResponseCalibration calibrate_response(const std::vector<ExposedPicture>& pictur
     Noise noise;
     std::array<Equations, kFolds> folds;
     Equations measured;
-    for (int round = 0; round < kRounds; ++round) {  // what readings say follows the curve and the noise
+    for (int round = 0; round < kRounds; ++round) {  // the equations depend on the curve and the noise
       measured = {};
       for (std::size_t fold = 0; fold < kFolds; ++fold)
         measured += folds[fold] =

@@ -21,25 +21,25 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLongestGap_s = 0.25;  // between two poses that are of one movement
+constexpr double kLongestGap_s = 0.25;  // between consecutive poses of one trajectory
 constexpr double kWidestOffset_s = 0.3, kStep_s = 0.01;
 constexpr double kRobust_px = 1.0;
-constexpr double kCubic_s = 1e-4;     // 1σ by which a hand's path departs from a cubic, as time
-constexpr std::size_t kUnknowns = 7;  // the offset; turn and shift of T_second_first
+constexpr double kCubic_s = 1e-4;     // 1σ of the deviation of a hand's motion from a cubic, as time
+constexpr std::size_t kUnknowns = 7;  // the offset; rotation and translation of T_second_first
 
 struct TimedPose {
   double time_s = 0;
   Isometry3d T_first_board;
 };
 
-/// Four poses in a row, about the second of them.
+/// Four consecutive poses, relative to the second.
 struct Stretch {
-  double from_s = 0, to_s = 0;   ///< the second's and the third's time
-  Isometry3d T_first_board;      ///< the second
+  double from_s = 0, to_s = 0;   ///< times of the second and the third pose
+  Isometry3d T_first_board;      ///< pose of the second
   std::array<double, 4> time_s;  ///< after from_s
   std::array<Vector3d, 4> turn, shift;
 
-  /// Lagrange's cubic through the four, at a time after from_s.
+  /// Evaluates Lagrange's cubic through the four poses at a time after from_s.
   template <typename T>
   void at(const T& time, Eigen::Matrix<T, 3, 1>& w, Eigen::Matrix<T, 3, 1>& t) const {
     w.setZero();
@@ -78,7 +78,7 @@ std::vector<Stretch> stretches_of(const std::vector<TimedPose>& path) {
   return stretches;
 }
 
-/// Errors of a point that the second camera saw at `seen_s` after the stretch's beginning, by its own clock.
+/// Reprojection error of a point that the second camera saw at `seen_s` after from_s, by its own clock.
 struct Cost {
   bool pinhole;
   const LensNumbers* lens;
@@ -122,7 +122,7 @@ class TimeFit {
     std::size_t view;
     std::vector<Cost> costs;
   };
-  /// What is seen within a stretch if the offset is this.
+  /// Pairs of a stretch and an observation within it for this offset.
   std::vector<Pair> pairs(double offset_s) const {
     std::vector<Pair> pairs;
     for (std::size_t v = 0; v < views_.size(); ++v) {
@@ -140,7 +140,7 @@ class TimeFit {
     return pairs;
   }
 
-  /// Mean over pictures of their corners' distances, those beyond some pixels counted as that; infinite without any.
+  /// Mean over pictures of their corners' distances, limited to kFar_px; infinite without pairs.
   static double misfit_px(const std::vector<Pair>& pairs, const std::array<double, kUnknowns>& x) {
     constexpr double kFar_px = 20;
     double sum = 0;
@@ -178,8 +178,8 @@ class TimeFit {
   std::vector<std::pair<double, const BoardView*>> views_;
 };
 
-/// 1σ of the offset and how fast things moved. The corners of a picture share the error of the path below them, so
-/// pictures are what is independent: the covariance is that of clusters (Liang & Zeger 1986).
+/// 1σ of the offset, and the board's speed. The corners of a picture share the trajectory's error; pictures are
+/// independent, so the covariance is cluster-robust (Liang & Zeger 1986).
 void find_sigma(const std::vector<TimeFit::Pair>& pairs, const std::array<double, kUnknowns>& x,
                 TimeOffsetCalibration& result) {
   using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
@@ -248,7 +248,7 @@ TimeOffsetCalibration calibrate_time(const capture::CameraModel& first, const ca
       x = guess;
     }
   }
-  // With the offset, other pictures lie within the path.
+  // The offset changes which pictures lie within the trajectory.
   std::vector<TimeFit::Pair> pairs;
   for (int round = 0; round < 3 && std::isfinite(least_px); ++round) {
     pairs = fit.pairs(x[0]);

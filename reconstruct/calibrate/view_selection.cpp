@@ -11,10 +11,10 @@ namespace lumigraft::reconstruct {
 namespace {
 
 constexpr double kLookEvery_s = 0.1;
-constexpr double kStill = 0.06;         ///< of the picture's width in a second
-constexpr double kSequenceGap_s = 0.5;  ///< pictures farther apart are no sequence that shows motion
+constexpr double kStill = 0.06;         ///< maximum speed of a still board, picture widths per second
+constexpr double kSequenceGap_s = 0.5;  ///< motion is not estimated across longer gaps
 constexpr std::size_t kLongestPath = 300;
-constexpr int kClipped = 250;  ///< as in radiance.cpp: from this code value on a reading says "at least"
+constexpr int kClipped = 250;  ///< as in radiance.cpp: pixel values from here on are lower bounds
 constexpr double kMostClipped = 0.01;
 
 std::size_t corners_in(const BoardView& view) {
@@ -23,11 +23,11 @@ std::size_t corners_in(const BoardView& view) {
   return corners;
 }
 
-/// Mean distance in pixels that the board's points moved; infinite where fewer than half of them are in both.
+/// Mean image motion in pixels of the points in both views; infinite where fewer than half are in both.
 double moved_px(const BoardView& a, const BoardView& b) {
   double sum = 0;
   std::size_t both = 0, i = 0, j = 0;
-  while (i < a.seen.size() && j < b.seen.size()) {  // in the order of their places
+  while (i < a.seen.size() && j < b.seen.size()) {  // sorted by place
     if (a.seen[i].place == b.seen[j].place) {
       sum += (a.seen[i].pixels[0] - b.seen[j].pixels[0]).norm();
       ++both;
@@ -41,7 +41,7 @@ double moved_px(const BoardView& a, const BoardView& b) {
   return sum / static_cast<double>(both);
 }
 
-/// Paper that is clipped says nothing about light.
+/// Discards the light of clipped paper.
 void forget_clipped_paper(const capture::Picture& picture, BoardView& view) {
   if (picture.encoded.empty()) return;
   for (SeenPoints& seen : view.seen) {
@@ -80,7 +80,7 @@ Looked found(const BoardFinder& finder, const std::optional<BoardFinder>& room_f
   return result;
 }
 
-/// The tag alone is a board of one, whose frame is the tag's.
+/// A board with this tag only; its frame is the tag's.
 Board board_of(const capture::Tag& tag) {
   Board board;
   board.family = tag.family;
@@ -118,7 +118,7 @@ bool ViewSelector::somewhere_new(const BoardMoment& moment) const {
   return false;
 }
 
-/// Asks for places that are farther apart until half of the moments are gone.
+/// Increases the minimum distance between board positions until half of the moments are removed.
 void ViewSelector::thin_out() {
   while (2 * moments_.size() > kMost) {
     apart_ *= 1.3;

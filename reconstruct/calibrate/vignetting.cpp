@@ -16,21 +16,21 @@ using Eigen::VectorXd;
 constexpr int kTerms = 3;               // of the lens: θ², θ⁴, θ⁶
 constexpr int kSlopes = 2, kBends = 3;  // of the light on the board
 constexpr int kOwn = 1 + kSlopes + kBends;
-constexpr double kAlike = 4.0;        // moments that one lamp lights alike
-constexpr double kLeastNoise = 1e-4;  // readings are no better than that, however smooth made-up pictures are
+constexpr double kAlike = 4.0;        // moments with correlated illumination
+constexpr double kLeastNoise = 1e-4;  // lower bound of the noise, for synthetic pictures
 constexpr double kNoVariance = 1e-8;
-constexpr double kOutlier = 4.0;  // σ: a finger's shadow, a highlight
+constexpr double kOutlier = 4.0;  // σ; for example a finger's shadow or a highlight
 
 Eigen::Matrix<double, 1, kTerms> lens_row(double angle_rad) {
   const double s = angle_rad * angle_rad;
   return {s, s * s, s * s * s};
 }
 
-/// What one moment says: ln(light) = own · (constant, slopes, bends) + lens · terms + noise.
+/// The model of one moment: ln(light) = own · (constant, slopes, curvatures) + lens · terms + noise.
 struct Moment {
   MatrixXd own, lens;
   VectorXd ln_light;
-  std::vector<std::size_t> samples;  ///< rows, by index of what came in
+  std::vector<std::size_t> samples;  ///< index of the input sample, by row
 };
 
 std::vector<Moment> moments_of(const std::vector<WhiteSample>& samples, const std::vector<char>& left_out) {
@@ -69,12 +69,12 @@ struct Solution {
   Eigen::Vector3d terms = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   std::vector<VectorXd> own;         ///< by moment
-  std::vector<MatrixXd> own_spread;  ///< covariance of it, that of the terms included
+  std::vector<MatrixXd> own_spread;  ///< covariance of `own`, including that from the terms
   std::vector<VectorXd> residuals;
-  std::vector<double> noise_trace;  ///< of the residuals' own covariance
+  std::vector<double> noise_trace;  ///< trace of the residuals' covariance
 };
 
-/// Henderson's mixed model equations (1950): every moment's own numbers are eliminated, the lens's are solved for.
+/// Henderson's mixed model equations (1950): eliminates every moment's own parameters and solves for the lens's.
 Solution solve(const std::vector<Moment>& moments, const Variances& v) {
   Eigen::DiagonalMatrix<double, kOwn> prior(kOwn);
   prior.diagonal() << 0, 1 / v.slope, 1 / v.slope, 1 / v.bend, 1 / v.bend, 1 / v.bend;
@@ -110,7 +110,7 @@ Solution solve(const std::vector<Moment>& moments, const Variances& v) {
   return s;
 }
 
-/// One round of expectation and maximisation.
+/// One iteration of expectation maximisation.
 Variances next_variances(const std::vector<Moment>& moments, const Solution& s) {
   Variances sum{0, 0, 0};
   double samples = 0;
