@@ -19,7 +19,7 @@ using Square = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kInner = 0.9;         // fraction of the board that is used: depth at its rim mixes with the background
 constexpr double kFirstGate_m = 0.15;  // maximum distance from the board in the first round
-constexpr std::size_t kFewestPixels = 100;  // of a board
+constexpr std::size_t kFewestPixels = 100;  // per view
 constexpr double kPixelsOfView = 400;
 constexpr double kNoise =
     0.0015;  // 1σ over z², 1/m, of depth by triangulation (Khoshelham & Elberink 2012); ratios count

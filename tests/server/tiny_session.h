@@ -1,5 +1,5 @@
 #pragma once
-// A session of a few small pictures without a tag: enough for the program to start, run and stop.
+// A session of a few small pictures without a tag: the minimum for the program to start, run and stop.
 #include <filesystem>
 #include <string>
 

@@ -1,4 +1,4 @@
-// What calibration refuses, and that it says the one reason.
+// Rejected calibrations, each with its one reason.
 #include "reconstruct/calibrate/acceptance.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,7 @@ namespace {
 
 using namespace test;
 
-/// Tags of the printed board where the camera shows them, taken for tags of the board that is said to be. No picture to
-/// measure them in again: they stay as they are.
+/// Views of the printed board, assigned to the tags of the configured board. Without pictures, corners are not refined.
 CameraCalibration calibrated(const capture::CameraModel& camera, const std::vector<Eigen::Isometry3d>& poses,
                              double sigma_px = 0.1, const Board& said = test_board()) {
   std::vector<BoardPicture> pictures;
@@ -55,7 +54,7 @@ TEST(CalibrateVerdict, AllFromOneSide) {
 TEST(CalibrateVerdict, NeverAtASlant) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < 14; ++i) {
-    // Parallel to the picture: nearer and a longer lens look the same.
+    // Boards parallel to the picture: distance and focal length are indistinguishable.
     Eigen::Isometry3d pose = board_at(0.4, 0, 0, 0.005 * i, i);
     pose.translation() += Eigen::Vector3d(0.12 * std::cos(2.4 * i), 0.09 * std::sin(2.4 * i), 0);
     poses.push_back(pose);

@@ -54,7 +54,7 @@ TEST(CalibrateBoard, RefusesWhatCannotBePrinted) {
   EXPECT_NE(error_of("kind = \"circles\"\n" + good).find("chessboard"), std::string::npos);
 }
 
-/// Black area of a drawing made of M x y h w v h h -w z pieces and of rectangles, mm².
+/// Black area in mm² of a drawing of M x y h w v h h -w z paths and rectangles.
 double black_mm2(const std::string& svg) {
   double area = 0;
   const std::regex piece("M([\\d.]+) ([\\d.]+)h([\\d.]+)v([\\d.]+)h-"),

@@ -42,11 +42,12 @@ Eigen::Isometry3d board_at(double distance_m, double angle_rad, double azimuth_r
   using Eigen::AngleAxisd, Eigen::Vector3d;
   const Vector3d sight(std::sin(angle_rad) * std::cos(azimuth_rad), std::sin(angle_rad) * std::sin(azimuth_rad),
                        std::cos(angle_rad));
-  // The smallest turn from the axis. Eigen's own brings a decomposition along that takes seconds to compile.
+  // The smallest rotation from the axis. Eigen's own function instantiates a decomposition that takes seconds to
+  // compile.
   const auto to_sight = Eigen::Quaterniond(1 + sight.z(), -sight.y(), sight.x(), 0).normalized();
   const Vector3d axis(std::cos(slant_azimuth_rad), std::sin(slant_azimuth_rad), 0);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  // Upright before the camera: x right, y up (the camera's -y), z towards it.
+  // Upright in front of the camera: x right, y up (the camera's -y), z towards it.
   T.linear() = (to_sight * AngleAxisd(slant_rad, axis) * AngleAxisd(M_PI, Vector3d::UnitX()) *
                 AngleAxisd(roll_rad, Vector3d::UnitZ()))
                    .toRotationMatrix();
@@ -101,7 +102,7 @@ capture::Image<float> BoardDrawing::light(const Eigen::Isometry3d& T_camera_boar
     return Eigen::Vector2d(p.head<2>());
   };
   const Eigen::Vector2d paper = 0.5 * board_.extent_m() + Eigen::Vector2d::Constant(0.5 * board_.size_m);
-  // A lattice on which no two samples share a row or a column, so that upright edges lie where they should.
+  // A sample lattice in which no two samples share a row or a column, so that axis-parallel edges are exact.
   constexpr int kSamples = 25;
   for (int v = 0; v < camera_.height; ++v)
     for (int u = 0; u < camera_.width; ++u) {

@@ -1,6 +1,6 @@
 #pragma once
-// Pictures of a calibration board, drawn through a camera model with many samples a pixel, a lens that blurs and a
-// sensor that counts electrons: the truth for calibration's tests.
+// Synthetic pictures of a calibration board, rendered through a camera model with many samples per pixel, lens blur and
+// photon noise: ground truth for calibration tests.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <memory>
@@ -18,16 +18,17 @@ namespace lumigraft::test {
 
 constexpr double kTestDegree = M_PI / 180;
 
-/// The board's centre `distance_m` from the camera at `angle_rad` from its axis and `azimuth_rad` around it; its paper
-/// faces the camera, then slants by `slant_rad` about an axis `slant_azimuth_rad`, and is turned in its plane.
+/// Pose of a board: centre at `distance_m` from the camera, at `angle_rad` from its axis and `azimuth_rad` around it;
+/// the paper faces the camera, then slants by `slant_rad` about an axis `slant_azimuth_rad`, and is rotated in its
+/// plane.
 Eigen::Isometry3d board_at(double distance_m, double angle_rad, double azimuth_rad, double slant_rad = 0,
                            double slant_azimuth_rad = 0, double roll_rad = 0);
 
-/// Rays of the corners between pixels, from which those inside follow to a thousandth of a pixel.
+/// Rays of the pixels' corners; rays inside a pixel are interpolated, with an error below a thousandth of a pixel.
 class RayGrid {
  public:
   explicit RayGrid(const capture::CameraModel& camera);
-  /// x, y from 0 to 1 inside pixel (u, v); zero where the camera sees nothing.
+  /// x, y from 0 to 1 inside pixel (u, v); zero outside the field of view.
   Eigen::Vector3d at(int u, int v, double x, double y) const;
 
  private:
@@ -42,7 +43,7 @@ struct BoardSensor {
   unsigned seed = 1;
 };
 
-/// What becomes of light, 1 being white: the lens blurs it, the sensor counts electrons.
+/// Applies lens blur and photon noise to linear light; 1 is white.
 void sense(capture::Image<float>& light, const BoardSensor& sensor);
 
 capture::Picture encoded(const capture::Image<float>& light);
@@ -67,10 +68,10 @@ class BoardDrawing {
 
 capture::Image<std::uint8_t> grey_of(const capture::Picture& picture);
 
-/// What calibration keeps of a picture.
+/// The calibration input for a picture.
 reconstruct::BoardPicture board_picture(const reconstruct::BoardFinder& finder, const capture::Picture& picture);
 
-/// A camera as it comes from a shop: its kind and size, nothing else.
+/// A camera before calibration: only its kind and size.
 capture::CameraModel unknown_camera(const capture::CameraModel& truth);
 
 reconstruct::Board test_board();
@@ -79,14 +80,14 @@ capture::CameraModel distorted_pinhole();
 
 capture::CameraModel test_fisheye();
 
-/// The board all over the picture, at slants, as a person shows it; the first four in the middle.
+/// Boards all over the picture, slanted, as a person shows them; the first four in the centre.
 std::vector<Eigen::Isometry3d> pinhole_poses(int count);
 
-/// Around the axis, at 45° and near the rim.
+/// Boards around the axis, at 45° and near the rim.
 std::vector<Eigen::Isometry3d> fisheye_poses();
 
-/// Where a camera of this lens shows the board's points, with Gaussian errors of `sigma_px`, as far as they are in the
-/// picture: what a detector would find, without a picture.
+/// Exact projections of the board's points inside the picture, plus Gaussian errors of `sigma_px`: simulated detections
+/// without a picture.
 reconstruct::BoardView exact_view(const reconstruct::Board& board, const capture::CameraModel& camera,
                                   const Eigen::Isometry3d& T_camera_board, double sigma_px, std::mt19937& random);
 
@@ -94,8 +95,8 @@ std::vector<reconstruct::BoardView> exact_views(const reconstruct::Board& board,
                                                 const std::vector<Eigen::Isometry3d>& poses, double sigma_px,
                                                 unsigned seed);
 
-/// How far apart two lenses put the same direction, at worst: over a pinhole's picture, or to `angle_rad` from the
-/// axis.
+/// Maximum distance between the projections of a direction by two lenses: over a pinhole's picture, or up to
+/// `angle_rad` from the axis.
 double farthest_apart_px(const capture::CameraModel& a, const capture::CameraModel& b, double angle_rad);
 
 }  // namespace lumigraft::test

@@ -1,4 +1,4 @@
-// Bundle adjustment on corners that are where the camera model says, but for errors that are known.
+// Bundle adjustment on exact corners of a camera model with known errors added.
 #include "reconstruct/calibrate/bundle_adjustment.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ TEST(CalibrateAdjust, LeavesOutWhatNoLensExplains) {
   const capture::CameraModel camera = distorted_pinhole();
   const auto poses = poses_of(camera);
   auto views = exact_views(test_board(), camera, poses, 0.05, 1);
-  views[3].seen[2].pixels[1] += Eigen::Vector2d(3, -2);  // a finger
+  views[3].seen[2].pixels[1] += Eigen::Vector2d(3, -2);  // outliers: a finger covers a corner
   for (auto& pixel : views[7].seen[1].pixels) pixel.x() += 12;
   const auto start = start_camera(unknown_camera(camera), views);
   ASSERT_TRUE(start);
@@ -67,8 +67,8 @@ TEST(CalibrateAdjust, LeavesOutWhatNoLensExplains) {
   EXPECT_LT(farthest_apart_px(found->rig.cameras[0], without->rig.cameras[0], 0), 1e-3);
 }
 
-/// How often numbers lie within one sigma of the truth, over many noises: 68 %. All numbers of a run depend on the same
-/// noise; the runs do not.
+/// Fraction of parameters within one sigma of the truth over many noise realisations: 68 %. All parameters of a run
+/// depend on the same noise; the runs are independent.
 TEST(CalibrateAdjust, SigmasAreHonest) {
   constexpr int kRuns = 30;
   for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {

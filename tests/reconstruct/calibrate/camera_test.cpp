@@ -1,4 +1,4 @@
-// Lenses found from drawn boards, against the lens they were drawn through.
+// Lenses estimated from rendered boards, compared with the true lens.
 #include "reconstruct/calibrate/camera.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Corners of drawn tags, which are where the camera model says.
+// Corners of rendered tags, compared with the camera model.
 #include "reconstruct/calibrate/corners.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ Board one_tag() {
   return board;
 }
 
-/// Corners of the one tag, found from a start that is off by half a pixel, and where they are.
+/// Corners of one tag estimated from a start with half a pixel of error, and the true corners.
 struct Found {
   std::optional<PrintCorners> corners;
   TagCorners truth;
@@ -76,7 +76,7 @@ TEST(CalibrateCorners, AreFoundToHundredthsOfAPixelUnderAnyBlur) {
   }
 }
 
-/// Without a lens the edges are taken for straight, with it for what they are.
+/// Without a lens model edges are assumed straight; with it, curved as the lens shows them.
 TEST(CalibrateCorners, FollowBentEdgesOnceTheLensIsKnown) {
   const Eigen::Isometry3d pose = board_at(0.25, 70 * kTestDegree, 0.7, 0.2, 0.5, 0.6);
   const Found first = find(test_fisheye(), pose, {}, false), again = find(test_fisheye(), pose, {}, true);
@@ -87,12 +87,12 @@ TEST(CalibrateCorners, FollowBentEdgesOnceTheLensIsKnown) {
   EXPECT_LT(worst_px(again), 0.05);
 }
 
-/// The eight numbers' covariance: over many noises, the whitened errors are of the size of one.
+/// The covariance of the eight coordinates: over many noise realisations, whitened errors have unit variance.
 TEST(CalibrateCorners, KnowHowSureTheyAre) {
   constexpr int kSeeds = 12;
   const Eigen::Isometry3d pose = board_at(0.6, 0.2, 1, 0.5, 2, 0.3);
   BoardSensor sensor;
-  sensor.electrons = 600;  // noise that outweighs what a box-shaped blur leaves
+  sensor.electrons = 600;  // noise larger than the error of the box-shaped blur model
   Eigen::Matrix<double, 8, kSeeds> errors;
   double sum = 0;
   for (int seed = 0; seed < kSeeds; ++seed) {
@@ -104,7 +104,7 @@ TEST(CalibrateCorners, KnowHowSureTheyAre) {
           found.corners->pixels[static_cast<std::size_t>(i)] - found.truth[static_cast<std::size_t>(i)];
     sum += errors.col(seed).dot(found.corners->covariance.ldlt().solve(errors.col(seed)));
   }
-  const double mean = sum / (8 * kSeeds);  // of squares: about 1, for paper is noisier than ink
+  const double mean = sum / (8 * kSeeds);  // mean square: about 1, because paper is noisier than ink
   EXPECT_GT(mean, 0.5);
   EXPECT_LT(mean, 2.0);
 }
@@ -119,13 +119,13 @@ TEST(CalibrateCorners, AreNotFoundWhereNoTagIs) {
   EXPECT_FALSE(print_corners(flat, finder.pattern(), outside, nullptr));
 }
 
-/// Of a board seen three times: how far corners seem towards their tag's middle, and their errors in units of what is
-/// said of them.
+/// Over three views of a board: mean displacement of corners towards their tag's centre, and RMS errors in units of the
+/// reported 1σ.
 struct SharedError {
   double inwards_px = 0, edge_px = 0, of_said = 0;
   int tags = 0;
 };
-/// Paper of the board is `gain` times as bright as drawn; the picture ends at 1.
+/// The board is `gain` times as bright; the picture is clipped at 1.
 SharedError shared_error(const capture::CameraModel& camera, double far_m, double blur_px, double gain = 1) {
   const BoardFinder finder(test_board());
   const BoardDrawing drawing(test_board(), camera);
@@ -157,7 +157,7 @@ SharedError shared_error(const capture::CameraModel& camera, double far_m, doubl
   return {sum.inwards_px / tags, sum.edge_px / tags, std::sqrt(sum.of_said / tags), sum.tags};
 }
 
-/// An error that all tags share does not average out over them: it is what the covariance of a stand cannot know.
+/// A systematic error of all tags does not average out: the covariance of an extrinsic calibration cannot contain it.
 TEST(CalibrateCorners, SmallTagsSeemNeitherSmallerNorLarger) {
   for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
     const double far_m = camera.kind == capture::CameraModel::Kind::pinhole ? 1.5 : 0.45;
@@ -172,7 +172,7 @@ TEST(CalibrateCorners, SmallTagsSeemNeitherSmallerNorLarger) {
   }
 }
 
-/// Taken at its word, such a picture has tags smaller by 0.1 to 0.7 px at every corner.
+/// With clipped values taken as exact, every corner moves inward by 0.1 to 0.7 px.
 TEST(CalibrateCorners, PaperThatIsCutOffDrawsNoTagSmaller) {
   for (const capture::CameraModel& camera : {distorted_pinhole(), test_fisheye()}) {
     const double far_m = camera.kind == capture::CameraModel::Kind::pinhole ? 0.6 : 0.25;

@@ -1,4 +1,4 @@
-// Where a depth camera stands, from the depth of boards whose pose the colour camera knows.
+// Pose of a depth camera, from depth of boards whose pose the colour camera measures.
 #include "reconstruct/calibrate/depth.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Eigen::Isometry3d color_beside_depth() {
          Eigen::AngleAxisd(0.03, Eigen::Vector3d(0.4, 1, -0.6).normalized());
 }
 
-/// The board before a wall, with the noise of depth by triangulation and counts of a millimetre.
+/// Depth of the board in front of a wall, with triangulation noise and a resolution of 1 mm.
 capture::Image<float> depth_of(const Board& board, const Eigen::Isometry3d& T_color_board, double noise_share,
                                std::mt19937& random) {
   const capture::CameraModel camera = depth_camera();
@@ -52,7 +52,7 @@ struct DepthScene {
   std::vector<BoardDepthView> views;
 };
 
-/// All over the picture and at slants, or all parallel to it.
+/// Boards all over the picture, slanted, or all parallel to it.
 DepthScene depth_scene(int count, unsigned seed, bool slanted = true) {
   constexpr double kNoiseShare = 0.0015;
   std::mt19937 random(seed);
@@ -65,7 +65,7 @@ DepthScene depth_scene(int count, unsigned seed, bool slanted = true) {
                             : board_at(0.5, 0, 0, 0, 0, 0.4 * i));
   for (const Eigen::Isometry3d& pose : poses) all.pictures.push_back(depth_of(test_board(), pose, kNoiseShare, random));
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    // The colour camera's own error of the pose.
+    // The colour camera's error of the board's pose.
     const Eigen::Vector3d w = 3e-4 * Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
     const Eigen::Vector3d t = 3e-4 * Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
     const Eigen::Isometry3d off = Eigen::Translation3d(t) * Eigen::AngleAxisd(w.norm(), w.normalized());
@@ -79,7 +79,7 @@ DepthScene depth_scene(int count, unsigned seed, bool slanted = true) {
 
 TEST(CalibrateDepth, StandsToAMillimetreAndATenthOfADegree) {
   const DepthScene seen = depth_scene(24, 1);
-  // From a start that is off by 3 cm and 2°.
+  // Initial error 3 cm and 2°.
   const DepthCalibration found =
       calibrate_depth(depth_camera(), Eigen::Isometry3d::Identity(), test_board(), seen.views);
   EXPECT_EQ(found.refusal, "");

@@ -1,4 +1,4 @@
-// Two cameras before drawn boards: how they stand to each other, and to a tag in the room.
+// Relative pose of two cameras from rendered boards, and their pose relative to a tag in the room.
 #include "reconstruct/calibrate/extrinsics.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ Eigen::Isometry3d fisheye_beside_color() {
   return Eigen::Translation3d(0.05, -0.03, 0.02) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 1, -0.2).normalized());
 }
 
-/// The lens as if it had been calibrated before, from corners with `sigma_px`.
+/// The lens as calibrated before, from corners with `sigma_px`.
 CameraCalibration known(const capture::CameraModel& camera, const std::vector<Eigen::Isometry3d>& poses,
                         double sigma_px) {
   std::vector<BoardPicture> pictures;
@@ -39,7 +39,7 @@ TEST(CalibrateStand, OfDrawnPicturesToAMillimetreAndATenthOfADegree) {
     views[1].push_back(finder.again(b.view, b.light, second.model));
     ++sensor.seed;
   }
-  // The lenses' own views go on to count beside those that both saw.
+  // The views of each lens alone still count, in addition to the common ones.
   for (BoardView& view : exact_views(test_board(), color, pinhole_poses(16), 0.03, 5)) {
     views[0].push_back(std::move(view));
     views[1].emplace_back();

@@ -1,4 +1,4 @@
-// The response found from pictures of known light at known exposures.
+// The response estimated from pictures of known light at known exposures.
 #include "reconstruct/calibrate/response.h"
 
 #include <gtest/gtest.h>
@@ -22,12 +22,12 @@ double srgb(double linear) { return capture::linear_to_srgb(static_cast<float>(l
 double gamma(double linear) { return std::pow(std::min(linear, 1.0), 1 / 2.2); }
 double filmic(double linear) { return std::min(1.0, 1.25 * linear / (linear + 0.25)); }
 double logarithm(double linear) { return std::log1p(60 * std::min(linear, 1.0)) / std::log(61.0); }
-/// Rec. 709's curve with a knee, as of camcorders.
+/// Rec. 709's curve with a knee, as in camcorders.
 double knee(double linear) {
   const double x = std::min(linear, 1.0), y = x < 0.018 ? 4.5 * x : 1.099 * std::pow(x, 0.45) - 0.099;
   return (1 - std::exp(-2.2 * y)) / (1 - std::exp(-2.2));
 }
-/// More contrast in the middle, as of pictures for the eye.
+/// Increased mid-tone contrast, as in pictures for display.
 double contrast(double linear) {
   const double y = srgb(linear);
   return y + 0.35 * y * (1 - y) * (2 * y - 1);
@@ -38,18 +38,18 @@ double hlg(double linear) {
   const double x = std::min(linear, 1.0);
   return x <= 1.0 / 12 ? std::sqrt(3 * x) : 0.17883277 * std::log(12 * x - 0.28466892) + 0.55991073;
 }
-/// Narkowicz's fit of ACES (2015), to sRGB.
+/// Narkowicz's fit of ACES (2015), then sRGB.
 double aces(double linear) {
   const auto fit = [](double x) { return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14); };
   return srgb(std::min(1.0, fit(2 * std::min(linear, 1.0)) / fit(2.0)));
 }
-/// A soft toe as of film prints, then a power.
+/// A soft toe as in film prints, then a power.
 double toe(double linear) {
   const double x = std::min(linear, 1.0);
   return std::pow(x * (x + 0.02) / (x + 0.06) * 1.06 / 1.02, 1 / 1.8);
 }
 
-/// A scene over four orders of magnitude at exposures that double, with a sensor's noise.
+/// A scene over four orders of magnitude at doubling exposures, with sensor noise.
 std::vector<ExposedPicture> sweep(const Curve& curve, double noise_codes, int exposures = 8) {
   constexpr int kSide = 160;
   std::vector<ExposedPicture> pictures;
@@ -70,7 +70,7 @@ std::vector<ExposedPicture> sweep(const Curve& curve, double noise_codes, int ex
   return pictures;
 }
 
-/// The true linear value of a code, by bisection.
+/// The true linear value of a pixel value, by bisection.
 double inverse(const Curve& curve, int code) {
   double low = 0, high = 1;
   for (int i = 0; i < 60; ++i) {
@@ -107,8 +107,8 @@ TEST(CalibrateResponse, IsFoundToAPercent) {
   }
 }
 
-/// No reading counts within some σ of 255, where the sensor's noise is cut off. A curve that bends hard there is found
-/// but for a factor: what is 1 at 255 is guessed, and an exposure's unit with it.
+/// Readings within some σ of 255 do not count, because noise is clipped there. A curve with strong curvature there is
+/// known up to a factor only: its value at 255, and so the unit of exposure, is extrapolated.
 TEST(CalibrateResponse, AHardShoulderCostsAFactorAlone) {
   struct Case {
     const char* name;

@@ -1,4 +1,4 @@
-// The offset of a second camera's clock from corners of a board that moves.
+// The time offset of a second camera's clock from corners of a moving board.
 #include "reconstruct/calibrate/time_offset.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ Eigen::Isometry3d fisheye_beside_color() {
   return Eigen::Translation3d(0.05, -0.03, 0.02) * Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.3, 1, -0.2).normalized());
 }
 
-/// A board in a hand that goes to and fro about once in a second; `reach` of 1 is 6 cm and 15°.
+/// A hand-held board that oscillates at about 1 Hz; a `reach` of 1 is 6 cm and 15°.
 Eigen::Isometry3d held_board(double time_s, double reach) {
   const double a = 2 * M_PI * 0.9 * time_s, b = 2 * M_PI * 0.6 * time_s;
   return board_at(0.42 + 0.03 * reach * std::sin(b), reach * 0.14 * std::sin(a), 0.5 + 0.2 * std::sin(b),
@@ -25,7 +25,7 @@ struct Seen {
   std::vector<TimedView> color, fisheye;
 };
 
-/// Colour looks every 100 ms, the fish-eye 40 ms after it; its clock is `behind_s` behind.
+/// Colour pictures every 100 ms, fish-eye pictures 40 ms after them; the fish-eye's clock is `behind_s` behind.
 Seen seen(double behind_s, double reach, double seconds, double sigma_px, unsigned seed) {
   std::mt19937 random(seed);
   Seen all;
@@ -42,7 +42,7 @@ Seen seen(double behind_s, double reach, double seconds, double sigma_px, unsign
 }
 
 TimeOffsetCalibration found(const Seen& seen) {
-  // As still boards gave it: not quite right.
+  // A relative pose with small errors, as from static boards.
   const Eigen::Isometry3d about = Eigen::Translation3d(0.0004, -0.0003, 0.0005) * fisheye_beside_color();
   return calibrate_time(distorted_pinhole(), test_fisheye(), about, seen.color, seen.fisheye);
 }

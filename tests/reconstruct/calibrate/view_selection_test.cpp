@@ -1,4 +1,4 @@
-// Which moments are kept: those with the board still, and somewhere new.
+// Selection of moments: the board is still, and at a new position.
 #include "reconstruct/calibrate/view_selection.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The falloff of a lens from white paper in light that is not even.
+// Vignetting of a lens from white paper in uneven illumination.
 #include "reconstruct/calibrate/vignetting.h"
 
 #include <gtest/gtest.h>
@@ -10,9 +10,10 @@ namespace {
 
 using namespace test;
 
-constexpr capture::Vignetting kLens{{-0.24, 0.02, -0.022}};  // 0.28 of the axis' light at 85°
+constexpr capture::Vignetting kLens{{-0.24, 0.02, -0.022}};  // transmission 0.28 at 85°
 
-/// Light on the board: even; or of a lamp overhead and the room's walls, which throw back a third of it.
+/// Illumination of the board: uniform, or by a ceiling lamp and by the room's walls, which reflect a third of its
+/// light.
 double irradiance(const Eigen::Isometry3d& T_camera_board, const Eigen::Vector2d& on_board, bool even) {
   if (even) return 1;
   const Eigen::Vector3d lamp(0.4, -1.5, 0.6), place = T_camera_board * Eigen::Vector3d(on_board.x(), on_board.y(), 0);
@@ -24,7 +25,7 @@ double irradiance(const Eigen::Isometry3d& T_camera_board, const Eigen::Vector2d
 std::vector<WhiteSample> samples(bool even, unsigned seed, const std::vector<Eigen::Isometry3d>& poses) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, 0.005);
-  std::uniform_real_distribution<double> light(0.3, 1.0);  // a hand's shadow, another exposure
+  std::uniform_real_distribution<double> light(0.3, 1.0);  // a hand's shadow, or another exposure
   std::vector<BoardView> views = exact_views(test_board(), test_fisheye(), poses, 0.02, seed);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const double level = light(random);
@@ -63,7 +64,7 @@ TEST(CalibrateVignetting, SigmasAreHonest) {
     int within = 0, within_two = 0;
     for (unsigned run = 1; run <= kRuns; ++run) {
       auto poses = fisheye_poses();
-      for (std::size_t i = 0; i < poses.size(); ++i)  // another person, who holds the board otherwise
+      for (std::size_t i = 0; i < poses.size(); ++i)  // another rotation of the board
         poses[i] = Eigen::AngleAxisd(0.7 * run, Eigen::Vector3d::UnitZ()) * poses[i];
       const auto found = calibrate_vignetting(samples(even, run, poses), 95 * kTestDegree);
       const double angle = 95 * kTestDegree;

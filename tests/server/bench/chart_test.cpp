@@ -28,13 +28,13 @@ TEST(Chart, TicksAreRound) {
   EXPECT_EQ(labels_of(time_ticks(100, 2000, 300)),
             (std::vector<std::string>{"100 ms", "200 ms", "500 ms", "1 s", "2 s"}));
   EXPECT_EQ(labels_of(time_ticks(1, 10000, 300))[3], "10 ms");
-  EXPECT_EQ(labels_of(time_ticks(1, 10000, 300))[1], "");  // crowded: decades alone have labels
+  EXPECT_EQ(labels_of(time_ticks(1, 10000, 300))[1], "");  // crowded: labels only at decades
   EXPECT_EQ(labels_of(round_ticks(0.6, 6)), (std::vector<std::string>{"0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6"}));
   EXPECT_NEAR(round_up(0.51, 6), 0.6, 1e-12);
   EXPECT_NEAR(round_up(0.6, 6), 0.6, 1e-12);
 }
 
-// A crowd of points: labels that are placed are clear of all of them, of each other, and inside.
+// Many points: placed labels overlap no point and no other label, and stay inside.
 TEST(Chart, LabelsDoNotCollide) {
   Drawing drawing(300, 200);
   const Box frame{0, 0, 300, 200};

@@ -18,7 +18,7 @@ capture::Image<float> plain(const std::array<float, 3>& colour) {
   return picture;
 }
 
-/// Slanted ramps that start again: edges, points and every colour.
+/// Slanted sawtooth ramps: contain edges, points and all colours.
 capture::Image<float> ramps(int down, int colour, int from) {
   capture::Image<float> picture(kWidth, kHeight, 3);
   for (int y = 0; y < kHeight; ++y) {
@@ -33,10 +33,11 @@ capture::Image<float> ramps(int down, int colour, int from) {
 
 TEST(BenchFlip, APictureEqualsItself) { EXPECT_EQ(mean_flip(ramps(5, 50, 0), ramps(5, 50, 0)), 0.0); }
 
-// Plain pictures have no features, so the colour alone decides. The scale ends at green against blue (sec. 4.1.3).
+// Uniform pictures have no features, so only the colour counts. The scale ends at the distance of green and blue (sec.
+// 4.1.3).
 TEST(BenchFlip, GreenAgainstBlueIsTheMost) { EXPECT_NEAR(mean_flip(plain({0, 1, 0}), plain({0, 0, 1})), 1.0, 1e-4); }
 
-// Black against white: 100^0.7 on the scale of eq. 9, which green against blue ends at 41.27 (eq. 6 and 7 by hand:
+// Black against white: 100^0.7 on the scale of eq. 9, whose end, green against blue, is 41.27 (eq. 6 and 7 by hand:
 // L*a*b* (87.735, -86.182, 83.180) and (32.297, 79.187, -107.860), chroma times 0.01 L*).
 TEST(BenchFlip, BlackAgainstWhiteByHand) {
   const double a = -0.87735 * 86.182 - 0.32297 * 79.187, b = 0.87735 * 83.180 + 0.32297 * 107.860;
@@ -45,7 +46,7 @@ TEST(BenchFlip, BlackAgainstWhiteByHand) {
   EXPECT_NEAR(mean_flip(plain({0, 0, 0}), plain({1, 1, 1})), expected, 1e-4);
 }
 
-// What NVIDIA's own program (1.7) says of the same pictures.
+// Results of NVIDIA's program (1.7) for the same pictures.
 TEST(BenchFlip, AgreesWithTheAuthorsProgram) {
   EXPECT_NEAR(mean_flip(plain({0, 0, 0}), plain({1, 1, 1})), 0.967395, 1e-4);
   EXPECT_NEAR(mean_flip(plain({0.5f, 0.5f, 0.5f}), plain({0.6f, 0.5f, 0.4f})), 0.326071, 1e-4);

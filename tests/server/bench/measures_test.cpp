@@ -17,8 +17,8 @@ std::uint8_t code(float linear) {
 }
 float linear_of(std::uint8_t code) { return capture::srgb_to_linear(static_cast<float>(code) / 255.0f); }
 
-/// Four columns of ten pixels: nothing happens, a shadow falls, a half-covered rim in the shadow, the object. Real
-/// surfaces are `kReal`, in shadow kShadow, the object kObject.
+/// Four columns of ten pixels: unchanged, in shadow, half-covered rim in shadow, object. Values: real surfaces kReal,
+/// in shadow kShadow, object kObject.
 constexpr std::uint8_t kReal = 200, kShadow = 120, kObject = 60;
 
 struct FourColumns {
@@ -66,7 +66,7 @@ TEST(BenchMeasures, TheExactPictureScoresNothingButRounding) {
   EXPECT_LT(m.flip, 0.01);
 }
 
-// Noise that the camera added stays where nothing covers it, by half under a rim that covers half.
+// Camera noise is kept where no object covers the pixel, and halved under a half-covered rim.
 TEST(BenchMeasures, TheCamerasOwnErrorIsPartOfTheTruth) {
   FourColumns scene;
   scene.camera = capture::Image<std::uint8_t>(kWidth, kHeight, 3, kReal + 10);
@@ -83,7 +83,7 @@ TEST(BenchMeasures, TheCamerasOwnErrorIsPartOfTheTruth) {
   EXPECT_LT(measure_picture(scene.exact(), scene.camera, scene.truth).psnr_db, 35);
 }
 
-// One wrong column at a time: which measures see it, and how much.
+// One wrong column at a time: which measures change, and by how much.
 TEST(BenchMeasures, EveryMeasureLooksAtItsOwnPixels) {
   const FourColumns scene;
   const auto with_column = [&](int column, std::uint8_t value) {

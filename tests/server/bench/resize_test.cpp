@@ -29,14 +29,14 @@ TEST(BenchResize, AnEnlargedPictureShrinksToItself) {
   EXPECT_EQ(frame.depth->depth_m.height, 8);
   EXPECT_EQ(shrunk(frame.color->encoded, 2).data, color->encoded.data);
   EXPECT_EQ(shrunk(color->encoded, 1).data, color->encoded.data);
-  // Where two pixels became four, their common corner looks where their middle did.
+  // The corner between 2 × 2 new pixels has the direction of the old pixel's centre.
   EXPECT_TRUE(camera.unproject({2.5, 4.5})->normalized().isApprox(small.unproject({1, 2})->normalized()));
 }
 
 TEST(BenchResize, LightIsAveragedNotCodes) {
   capture::Image<std::uint8_t> picture(2, 2, 3);
   picture.at(0, 0, 0) = picture.at(1, 0, 0) = 255;
-  EXPECT_EQ(shrunk(picture, 2).at(0, 0, 0), 188);  // half the light
+  EXPECT_EQ(shrunk(picture, 2).at(0, 0, 0), 188);  // mean of linear light
 }
 
 }  // namespace

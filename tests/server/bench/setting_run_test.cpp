@@ -24,7 +24,7 @@ TEST(BenchRun, ObjectsTurnAboutTheirOwnVertical) {
   EXPECT_TRUE((moving.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
 }
 
-// A turn by nothing must be nothing, or what is kept for still objects would be made again.
+// A rotation by 0 must be exact, or cached results of static objects would be recomputed.
 TEST(BenchRun, NoTurnIsExactlyNone) {
   relight::Exhibit exhibit;
   exhibit.objects.resize(1);

@@ -8,7 +8,7 @@
 namespace lumigraft::server {
 namespace {
 
-/// Triangles in the tag frame.
+/// Total area of the triangles in the tag frame.
 double area_m2(const relight::Exhibit& exhibit) {
   double sum = 0;
   for (const relight::VirtualObject& object : exhibit.objects) {

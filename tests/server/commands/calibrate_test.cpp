@@ -1,4 +1,4 @@
-// From pictures of a board to a calibration that a session takes.
+// `lumigraft calibrate`, from pictures of a board to a calibration that a session uses.
 #include "server/commands/calibrate.h"
 
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ TEST_F(Calibrate, ASessionGivesTheCalibrationThatItTakes) {
   EXPECT_NEAR(found.cx, camera().cx, 0.5);
   EXPECT_NEAR(found.cy, camera().cy, 0.5);
 
-  // The same pictures in a folder: the same bytes, but for the serial number that no folder knows.
+  // The same pictures from a folder give the same bytes, except for the serial number, which a folder does not have.
   CalibrateCommand from_folder = command();
   from_folder.color = folder_ / "color";
   from_folder.out = folder_ / "from_folder.toml";
@@ -161,7 +161,7 @@ TEST_F(Calibrate, WhatIsCoveredAndRefusedIsTriedAgainAfterSomeMoreViews) {
   EXPECT_EQ(collector.moments().size(), refused + 5);
 }
 
-/// Colour, fish-eye and depth look at a board that stands still and is then moved; the fish-eye's clock is behind.
+/// Colour, fish-eye and depth see a board that is still, then moving; the fish-eye's clock has an offset.
 class CalibrateRig : public Calibrate {
  protected:
   static constexpr double kBehind_s = 0.021;
@@ -181,7 +181,7 @@ class CalibrateRig : public Calibrate {
   static Eigen::Isometry3d color_beside_depth() {
     return Eigen::Translation3d(0.03, 0.002, 0.001) * Eigen::AngleAxisd(0.02, Eigen::Vector3d(1, 0.3, 0).normalized());
   }
-  /// Pictures of the moments of `list`, by `name`.
+  /// Writes a picture list; `lines` writes its entries.
   void write(const std::string& name, const std::function<void(std::ostream&)>& lines) const {
     std::ofstream list(folder_ / (name + ".txt"));
     list.precision(12);

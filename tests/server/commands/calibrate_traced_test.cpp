@@ -1,4 +1,4 @@
-// Calibration of path-traced boards, against the lenses, the places and the falloff that they were traced with.
+// Calibration of path-traced boards, compared with the true lenses, poses and vignetting.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ Eigen::Isometry3d fisheye_beside_color() {
   return Eigen::Translation3d(0.05, -0.03, 0.02) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 1, -0.2).normalized());
 }
 
-/// What both cameras see while somebody shows the board: first before both, then all around the fish-eye.
+/// Both cameras' views of a board that is shown first to both, then all around the fish-eye.
 struct Traced {
   std::vector<reconstruct::BoardPicture> color, fisheye;
 
@@ -127,10 +127,10 @@ TEST(CalibrateTraced, LensesPlacesAndFalloff) {
   EXPECT_LT(worst, 3.5 * falloff.widest_sigma);
 }
 
-/// Linear to encoded, both from 0 to 1.
+/// From linear to encoded, both in [0, 1].
 using Curve = std::function<double(double)>;
 
-/// Rec. 709's curve with a knee, as of camcorders.
+/// Rec. 709's curve with a knee, as in camcorders.
 double knee(double x) {
   const double y = x < 0.018 ? 4.5 * x : 1.099 * std::pow(x, 0.45) - 0.099;
   return (1 - std::exp(-2.2 * y)) / (1 - std::exp(-2.2));
@@ -143,11 +143,11 @@ capture::Image<float> middle_of(const capture::Image<float>& whole) {
   return out;
 }
 
-/// Each exposure about twice the one before, or twice.
+/// Exposures with ratios of about 2.
 constexpr std::array<double, 8> kUneven = {0.02, 0.045, 0.073, 0.192, 0.32, 0.557, 1.41, 2.43};
 constexpr std::array<double, 8> kDoubling = {0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56};
 
-/// The board stands still; the sensor is full at white.
+/// A static board; the sensor saturates at white.
 std::vector<reconstruct::ExposedPicture> sweep_of(const capture::Image<float>& light,
                                                   const std::array<double, 8>& exposures, const Curve& curve,
                                                   double electrons) {
@@ -168,8 +168,9 @@ std::vector<reconstruct::ExposedPicture> sweep_of(const capture::Image<float>& l
   return pictures;
 }
 
-/// What a reading says of radiance, as it is used: response(code) / exposure, where the exposure was found with the
-/// same response from a grey of known radiance. From code 250 on a reading is no value but a lower bound (radiance.h).
+/// Radiance computed from a reading, as the product does: response(value) / exposure, where the exposure is estimated
+/// with the same response from a grey patch of known radiance. From pixel value 250 on, a reading is only a lower bound
+/// (radiance.h).
 TEST(CalibrateTraced, ResponseOfASweptBoard) {
   const BoardTracer tracer(test_board(), distorted_pinhole(), Eigen::Isometry3d::Identity());
   const capture::Image<float> light = middle_of(tracer.light(pinhole_poses(1).front(), 8, 1));
@@ -180,7 +181,7 @@ TEST(CalibrateTraced, ResponseOfASweptBoard) {
     std::array<double, 8> exposures = kDoubling;
   };
   const auto srgb = [](double x) { return static_cast<double>(capture::linear_to_srgb(static_cast<float>(x))); };
-  // A line is told from one with ripples by exposures of uneven ratios alone.
+  // Only exposures with unequal ratios distinguish a line from a curve with ripples.
   for (const auto& [name, curve, electrons, exposures] :
        {Case{"srgb", srgb, 14000}, Case{"srgb", srgb, 3500}, Case{"knee", knee, 14000}, Case{"knee", knee, 3500},
         Case{"linear", [](double x) { return x; }, 14000, kUneven}}) {

@@ -24,7 +24,7 @@ TEST(Doctor, EveryDeviceHasALineAndOneDraws) {
   EXPECT_NE(out.str().find(draws), std::string::npos) << out.str();
 }
 
-/// What the program says with these environment variables, and whether it says that all is there.
+/// The program's report with these environment variables, and whether it succeeds.
 std::pair<std::string, bool> doctor_with(const std::string& variables) {
   FILE* const pipe = popen(("env " + variables + " " LUMIGRAFT_PROGRAM " doctor 2>&1").c_str(), "r");
   std::string text;
@@ -32,7 +32,7 @@ std::pair<std::string, bool> doctor_with(const std::string& variables) {
   return {text, pclose(pipe) == 0};
 }
 
-// Drivers that cannot be found: the variables hide them from the loaders, as if they were not installed.
+// The variables hide the drivers from the loaders, as if not installed.
 TEST(Doctor, SaysWhatIsMissingAndWhy) {
   const std::string no_vulkan = "VK_ICD_FILENAMES=/nowhere.json", no_egl = "__EGL_VENDOR_LIBRARY_FILENAMES=/nowhere";
   const std::string vulkan_line = "vulkan: Vulkan: cannot be used: no Vulkan device: no driver is installed",

@@ -1,4 +1,4 @@
-// `lumigraft record` killed at any moment: what it leaves replays to its last whole picture.
+// Kills `lumigraft record` at arbitrary times: its session can be replayed up to the last complete picture.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
-/// Whole clusters of a Matroska file, each of which holds a picture.
+/// Number of complete clusters of a Matroska file; each holds a picture.
 int whole_pictures(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
@@ -48,14 +48,14 @@ int whole_pictures(const fs::path& file) {
   return count;
 }
 
-/// Whether the picture is one of the device's, byte for byte.
+/// Whether the picture equals one of the device's pictures, byte for byte.
 bool is_whole(const capture::SourceItem& item) {
   const auto* color = std::get_if<capture::Picture>(&item);
   const auto* depth = std::get_if<capture::RawDepth>(&item);
   if (color == nullptr && depth == nullptr) {
     return false;
   }
-  int index = 0;  // of the device's pictures, which come again after so many
+  int index = 0;  // index of the device's picture; they repeat with this period
   constexpr int kPeriod = 25'600;
   const auto fits = [&](int x, int y) {
     return depth != nullptr ? depth->counts.at(x, y) == test::device_depth(index, x, y)
@@ -80,7 +80,7 @@ class KilledRecorder : public test::ScratchFolder {
  protected:
   void SetUp() override {
     ScratchFolder::SetUp();
-    setenv("LD_LIBRARY_PATH", LUMIGRAFT_OPENNI_FOLDER, 1);  // for the program: there lies a device
+    setenv("LD_LIBRARY_PATH", LUMIGRAFT_OPENNI_FOLDER, 1);  // for the program: the folder of the test's device driver
     std::ofstream(config()) << "format = 1\n[color]\nsource = \"openni2:\"\n"
                             << test::kSmallCamera
                             << "[depth]\nsource = \"openni2:\"\nunit_m = 0.001\n[tag]\nid = 1\nsize_m = 0.1\n";
@@ -91,7 +91,8 @@ class KilledRecorder : public test::ScratchFolder {
   }
   fs::path config() const { return folder_ / "kiosk.toml"; }
 
-  /// Pictures that replay; those in the files are the same, but for one that its text was too late to name.
+  /// Number of pictures that can be replayed, by stream. Expects the same number in the files, or one more that the
+  /// session's text does not list yet.
   static std::array<int, 2> play(const fs::path& session) {
     std::array<int, 2> count{};
     const std::array<int, 2> whole = {whole_pictures(session / "color.mkv"), whole_pictures(session / "depth.mkv")};
@@ -140,8 +141,9 @@ TEST_F(KilledRecorder, ReplaysToItsLastWholePicture) {
   std::printf("killed %d times: %d sessions, %d pictures\n", cycles, sessions, pictures);
 }
 
-/// The camera keeps a dead client's place for its heartbeat's time, and goes on to send it pictures. Where the next one
-/// asks for the place at the very end of that, as it does on a quiet machine after these 700 ms, the camera runs.
+/// The camera reserves its control channel for a dead client until the heartbeat timeout, and keeps sending pictures to
+/// it. A client that connects at the very end of the timeout, as here after 700 ms on an idle machine, gets a running
+/// camera.
 TEST_F(KilledRecorder, ItsGigeCameraIsTheNextProgramsSoon) {
   const test::GigeCamera camera;
   ASSERT_TRUE(camera.running());
@@ -156,7 +158,7 @@ TEST_F(KilledRecorder, ItsGigeCameraIsTheNextProgramsSoon) {
       std::this_thread::sleep_for(10ms);
     }
     const Clock::duration took = Clock::now() - begin;
-    start = turn == 0 ? took : start;  // of a program, on this machine now
+    start = turn == 0 ? took : start;  // start-up time of the program on this machine
     EXPECT_LT(took, 5s + 3 * start);
     std::this_thread::sleep_for(700ms);
     program.signal(SIGKILL);

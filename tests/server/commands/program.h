@@ -1,5 +1,5 @@
 #pragma once
-// The program itself, run beside a test and killed when its turn is over.
+// Runs the program as a child process of a test and kills it at the end.
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,7 +26,7 @@ class Program {
       argv.push_back(word.data());
     }
     argv.push_back(nullptr);
-    std::filesystem::remove(log_);  // of a program before this one
+    std::filesystem::remove(log_);  // of a previous program
     pid_ = fork();
     if (pid_ == 0) {
       const int log = open(log_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
@@ -55,7 +55,7 @@ class Program {
     std::ifstream in(log_);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  /// The port of the line "serving http://127.0.0.1:PORT/"; 0 where it does not come.
+  /// The port in the line "serving http://127.0.0.1:PORT/"; 0 after the timeout.
   std::uint16_t port() const {
     const Clock::time_point deadline = Clock::now() + std::chrono::seconds(60);
     while (Clock::now() < deadline) {

@@ -1,4 +1,4 @@
-// The program itself: exit codes, one line on stderr, nothing half-written, and a prompt end.
+// The program as a process: exit codes, one line on stderr, no partial output, and a prompt end.
 #include "tests/server/commands/program.h"
 
 #include <gtest/gtest.h>
@@ -166,7 +166,7 @@ TEST(Program, ASignalWhileStartingEndsItToo) {
   const Clock::time_point begin = Clock::now();
   program.signal(SIGTERM);
   const int code = program.wait();
-  EXPECT_TRUE(code == 0 || code == -SIGTERM) << code;  // the latter before main began
+  EXPECT_TRUE(code == 0 || code == -SIGTERM) << code;  // killed by the signal before main began
   EXPECT_LT(Clock::now() - begin, std::chrono::seconds(1));
 }
 

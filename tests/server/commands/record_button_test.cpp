@@ -1,4 +1,4 @@
-// The record button with a made-up live camera; the page with a real one is in
+// The record button with a fake live camera; for the page with a real one see
 // tests/integration/end_to_end/record_page_test.py.
 #include "server/commands/record_button.h"
 

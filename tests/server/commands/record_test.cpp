@@ -1,4 +1,4 @@
-// A session that is recorded again is the same session.
+// Recording a recorded session reproduces it.
 #include "server/commands/record.h"
 
 #include <gtest/gtest.h>

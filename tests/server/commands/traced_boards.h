@@ -1,6 +1,6 @@
 #pragma once
-// Calibration boards as a path tracer sees them: in the light of a panel and a sky, with soft shadows, through a lens
-// that blurs and loses light off its axis, on a sensor that counts electrons.
+// Path-traced pictures of calibration boards, lit by a panel and a sky with soft shadows, with lens blur, vignetting
+// and photon noise.
 #include <memory>
 
 #include "tests/reconstruct/calibrate/board_views.h"
@@ -8,7 +8,7 @@
 
 namespace lumigraft::test {
 
-/// Cells of the print and the paper around them, all in one plane without overlap.
+/// The cells of the print and the surrounding paper, in one plane without overlap.
 struct TracedBoard {
   relight::ReferenceMesh paper, ink;
 
@@ -41,7 +41,7 @@ struct TracedBoard {
   }
 };
 
-/// A camera among the lamps; the world's frame is that of the first camera of a rig.
+/// Traces a camera's view of the lit board; the world's frame is that of the first camera of a rig.
 class BoardTracer {
  public:
   BoardTracer(const reconstruct::Board& board, const capture::CameraModel& camera,
@@ -58,12 +58,12 @@ class BoardTracer {
     return encoded(seen);
   }
 
-  /// Linear, 1 is white; as it comes through the lens, but for its blur.
+  /// Linear, 1 is white; after the lens, without its blur.
   capture::Image<float> light(const Eigen::Isometry3d& T_world_board, int samples, unsigned seed) const {
     constexpr float kSky = 0.45f;
     auto scene = std::make_shared<relight::ReferenceScene>();
     scene->background.setConstant(kSky);
-    relight::ReferenceLamp lamp = panel({}, 0, 0, 6.0f);  // 40 cm x 30 cm, above and beside, looking at the boards
+    relight::ReferenceLamp lamp = panel({}, 0, 0, 6.0f);  // 40 cm x 30 cm, above and to one side, facing the boards
     lamp.centre_m = {0.5f, -1.1f, -0.5f};
     lamp.normal = (Eigen::Vector3f(0, 0, 0.4f) - lamp.centre_m).normalized();
     lamp.half_u_m = 0.2f * lamp.normal.cross(Eigen::Vector3f::UnitZ()).normalized();
@@ -72,7 +72,7 @@ class BoardTracer {
     scene->real = {ball(0.05f, {0.13f, -0.33f, 0.15f}, lambert(0.3f)), traced_.paper, traced_.ink};
     for (std::size_t i = 1; i < 3; ++i) scene->real[i].T_tag_model = Eigen::Affine3f(T_world_board.cast<float>());
 
-    // The board's part of the picture is traced; there is nothing but sky around it.
+    // Only the board's region is traced; the rest is sky.
     const reconstruct::PixelRegion region = shown_in(T_camera_world_ * T_world_board);
     relight::PosedCamera crop{camera_, T_camera_world_.inverse().cast<float>()};
     crop.model.width = region.width;

@@ -1,4 +1,4 @@
-// To TUM's layout and back, and from what that benchmark's own cameras gave.
+// Export to TUM's layout and import of it, and import of recordings of the benchmark's cameras.
 #include "server/commands/tum.h"
 
 #include <gtest/gtest.h>

@@ -14,7 +14,7 @@ extern "C" {
 namespace lumigraft::server {
 namespace {
 
-constexpr double kLeastPsnr_dB = 34;  // 4:2:0 at the stream's quality, on a smooth picture with an edge
+constexpr double kLeastPsnr_dB = 34;  // for 4:2:0 at the stream's quality, on a smooth picture with an edge
 
 capture::Image<std::uint8_t> scene(int width, int height, int shift) {
   capture::Image<std::uint8_t> image(width, height, 3);

@@ -1,5 +1,5 @@
 #pragma once
-// The head of a stream's message as a viewer reads it; the page does the same in protocol.js.
+// Parses the header of a stream message; same as the page's protocol.js.
 #include <algorithm>
 #include <optional>
 #include <span>
@@ -18,7 +18,7 @@ T little_endian(std::span<const std::uint8_t> in, std::size_t offset) {
   return static_cast<T>(value);
 }
 
-/// Empty where the bytes are no such message.
+/// Empty where the message is malformed.
 inline std::optional<StreamHeader> parse_stream_header(std::span<const std::uint8_t> bytes) {
   constexpr std::string_view magic = "LUMI";
   if (bytes.size() < kStreamHeaderBytes || !std::equal(magic.begin(), magic.end(), bytes.begin()) ||

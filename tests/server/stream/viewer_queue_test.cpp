@@ -12,7 +12,7 @@ std::shared_ptr<const StreamMessage> picture(StreamKind kind, std::uint32_t sequ
   return make_stream_message(header, {});
 }
 
-/// "k3 d4": kinds and sequences of everything the queue gives now.
+/// Such as "k3 d4": kinds and sequence numbers of all queued messages.
 std::string drain(ViewerQueue& queue) {
   std::string out;
   while (const auto next = queue.next()) {

@@ -16,7 +16,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A server with a fake service behind it that publishes a JPEG-kind message every 10 ms.
+/// A server with a fake service that publishes a JPEG-kind message every 10 ms.
 class WebServerTest : public testing::Test {
  protected:
   void start(WebSettings settings = {}, std::size_t picture_bytes = 1000) {
@@ -153,7 +153,7 @@ TEST_F(WebServerTest, HostileFramesHarmNoOtherViewer) {
   {
     WebsocketClient client(port());
     client.receive_text("hello");
-    client.send_frame(1, "x", std::uint64_t{1} << 62);  // a frame of four exabytes begins
+    client.send_frame(1, "x", std::uint64_t{1} << 62);  // header of a frame of four exabytes
     const auto close = client.receive();
     ASSERT_TRUE(close);
     EXPECT_EQ(close->close_code(), 1009);
@@ -162,7 +162,7 @@ TEST_F(WebServerTest, HostileFramesHarmNoOtherViewer) {
     WebsocketClient client(port());
     client.receive_text("hello");
     for (int i = 0; i < 9; ++i) {
-      client.send_frame(i == 0 ? 1 : 0, std::string(10000, 'a'), {}, false);  // a message without end
+      client.send_frame(i == 0 ? 1 : 0, std::string(10000, 'a'), {}, false);  // fragments of a message that never ends
     }
     const auto close = client.receive();
     ASSERT_TRUE(close);

@@ -23,7 +23,7 @@ void send_all(int socket, const std::string& bytes) {
   }
 }
 
-/// False at the end of the stream or of the time.
+/// False at the end of the stream or after the deadline.
 bool receive_some(int socket, std::string& into, Clock::time_point deadline) {
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
   pollfd p{socket, POLLIN, 0};
@@ -91,7 +91,7 @@ WebsocketClient::WebsocketClient(std::uint16_t port, const std::string& extra_he
   }
   reply_ = buffer_.substr(0, end);
   buffer_ = end == std::string::npos ? "" : buffer_.substr(end + 4);
-  // The answer to the key above (RFC 6455, section 1.3).
+  // The accept value for the key above (RFC 6455, section 1.3).
   open_ = reply_.find(" 101 ") != std::string::npos && reply_.find("s3pPLMBiTxaQ9kYGzzhZRbK+xOo=") != std::string::npos;
 }
 
@@ -168,7 +168,7 @@ void WebsocketClient::send_frame(int opcode, const std::string& payload, std::op
   for (int i = bytes - 1; i >= 0; --i) {
     frame += static_cast<char>(length >> (8 * i));
   }
-  frame += std::string(4, '\0');  // a mask of zero leaves the payload as it is
+  frame += std::string(4, '\0');  // a zero mask leaves the payload unchanged
   send_all(socket_, frame + payload);
 }
 

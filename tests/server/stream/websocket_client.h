@@ -1,5 +1,5 @@
 #pragma once
-// A websocket client on bare sockets, so that tests can also send what no honest client would.
+// A websocket client on plain sockets, so that tests can also send malformed data.
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -7,10 +7,10 @@
 
 namespace lumigraft::server {
 
-/// Connected to 127.0.0.1; receives with a timeout. -1 where refused.
+/// Connects to 127.0.0.1 with a receive timeout. -1 where refused.
 int connect_to(std::uint16_t port);
 
-/// One HTTP exchange on a socket of its own; the whole reply.
+/// One HTTP exchange on a new socket; returns the whole reply.
 std::string http_exchange(std::uint16_t port, const std::string& request);
 std::string http_get(std::uint16_t port, const std::string& path);
 
@@ -29,13 +29,13 @@ class WebsocketClient {
     std::string payload;
     int close_code() const;
   };
-  /// The next whole message; pings are answered. Empty: nothing within the timeout, or the socket is closed.
+  /// The next complete message; answers pings. Empty after the timeout, or where the socket is closed.
   std::optional<Message> receive(std::chrono::milliseconds timeout = std::chrono::seconds(10));
-  /// The next text message that contains `part`, other messages passed over.
+  /// The next text message that contains `part`; skips others.
   std::optional<std::string> receive_text(const std::string& part);
 
   void send_text(const std::string& text) { send_frame(1, text); }
-  /// A masked frame; `claimed_length` where the header shall lie about it.
+  /// Sends a masked frame; `claimed_length` puts a wrong length into its header.
   void send_frame(int opcode, const std::string& payload, std::optional<std::uint64_t> claimed_length = {},
                   bool final_frame = true);
   bool closed_by_peer(std::chrono::milliseconds timeout = std::chrono::seconds(10));

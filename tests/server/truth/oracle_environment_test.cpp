@@ -1,4 +1,4 @@
-// `--oracle light` where light comes from an environment picture.
+// `--oracle light` with an environment picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 constexpr int kWidth = 720, kHeight = 360;
 constexpr float kSky = 0.8f, kGround = 0.3f;
 
-/// A session on open ground under an even sky and a sun, of which there is truth/environment.exr.
+/// A session on open ground under a uniform sky and a sun, with truth/environment.exr.
 class SunAndSky : public testing::Test {
  protected:
   SunAndSky() : folder_(std::filesystem::path(testing::TempDir()) / ("lumigraft-sun-" + std::to_string(getpid()))) {
@@ -39,7 +39,7 @@ class SunAndSky : public testing::Test {
   }
   ~SunAndSky() override { std::filesystem::remove_all(folder_); }
 
-  /// One texel is the sun: E of a surface that faces it, W/m².
+  /// Sets one texel to the sun; `irradiance` on a surface that faces it, W/m².
   void shine(const Eigen::Vector3f& towards_sun, float irradiance) {
     environment_.radiance = capture::Image<float>(kWidth, kHeight, 3);
     std::pair<int, int> sun;
@@ -63,14 +63,14 @@ class SunAndSky : public testing::Test {
     capture::write_exr(folder_ / "truth/environment.exr", environment_.radiance);
   }
 
-  /// What the fish-eye sees, linear.
+  /// The fish-eye's picture, linear.
   capture::Image<float> seen() const {
     return reconstruct::render(*session_.fisheye, [&](const Eigen::Vector3f& w) {
       return w.z() > 0 ? environment_.sample(w) : Eigen::Vector3f::Constant(kGround).eval();
     });
   }
 
-  /// A frame of 8-bit pictures: all but the sun is within their range.
+  /// A frame of 8-bit pictures: only the sun exceeds their range.
   capture::FrameSet frame() const {
     const capture::Image<float> radiance = seen();
     auto picture = std::make_shared<capture::Picture>();
@@ -86,7 +86,7 @@ class SunAndSky : public testing::Test {
     return frame;
   }
 
-  /// One lamp is the sun, and nothing else is as bright.
+  /// Expects the sun as a lamp, and no other source as bright.
   void expect_sun(const reconstruct::Illumination& light) const {
     ASSERT_FALSE(light.lights.empty());
     const reconstruct::PointLight& lamp = light.lights[0];

@@ -1,5 +1,5 @@
-// The true room of sessions with truth, path traced: the change against the truth's own, and what it saves against the
-// difference of two pictures.
+// Path traces the true room of sessions with truth: compares the change with the truth's, and the noise of the delta
+// path tracer with that of the difference of two pictures.
 #include "server/truth/reference_truth.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ constexpr int kWidth = 40, kSamples = 64;
 
 struct Case {
   const char* session;
-  double bound;  ///< of the error over the change, beyond what noise explains
+  double bound;  ///< limit of the error relative to the change, beyond noise
 };
 
 fs::path folder_of(const std::string& session) {
@@ -34,7 +34,7 @@ fs::path folder_of(const std::string& session) {
   return extra ? fs::path(extra) / "sessions" / session : fs::path();
 }
 
-/// Means over squares of `factor` pixels.
+/// Box filter over squares of `factor` pixels.
 capture::Image<float> smaller(const capture::Image<float>& image, int factor) {
   capture::Image<float> small(image.width / factor, image.height / factor, image.channels);
   for (int v = 0; v < small.height * factor; ++v) {
@@ -47,7 +47,7 @@ capture::Image<float> smaller(const capture::Image<float>& image, int factor) {
   return small;
 }
 
-/// Standard deviation of a picture from two independent ones, where no object is seen.
+/// Noise of a picture, from two independent renderings, outside the objects.
 double noise(const capture::Image<float>& a, const capture::Image<float>& b, const capture::Image<float>& coverage) {
   double sum = 0;
   int count = 0;
