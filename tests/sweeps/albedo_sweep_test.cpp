@@ -1,4 +1,4 @@
-// Where albedo fails: its scale, what only shadow or no picture shows, one light alone, gloss.
+// Limits of the albedo estimate: scale, surfaces seen only in shadow or outside all pictures, a single lamp, gloss.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using Eigen::Vector3f;
 
 reconstruct::TestLamp bulb() { return {{0.4f, -0.5f, 0.9f}, {1.2f, 1.0f, 0.8f}, 0.04f}; }
 
-/// A floor, one lamp and a box.
+/// A room with a floor, one lamp and a box.
 reconstruct::TestRoom lit_test_room() {
   reconstruct::TestRoom room;
   room.half_m = 0.5f;
@@ -29,11 +29,11 @@ reconstruct::TestRoom lit_test_room() {
   return room;
 }
 
-/// Of floor points that `choose` picks.
+/// Errors of the albedo at floor points selected by `choose`.
 struct Floor {
-  std::vector<double> off;       ///< |albedo - truth| over the truth, of those known
-  std::vector<double> sigmas;    ///< |albedo - truth| over the reported 1σ
-  std::vector<double> reported;  ///< 1σ over the truth
+  std::vector<double> off;       ///< |albedo - truth| / truth, of known points
+  std::vector<double> sigmas;    ///< |albedo - truth| / reported 1σ
+  std::vector<double> reported;  ///< reported 1σ / truth
   int unknown = 0;
 
   double share_unknown() const { return static_cast<double>(unknown) / static_cast<double>(unknown + off.size()); }
@@ -65,7 +65,7 @@ Floor floor_of(const reconstruct::TestRoom& room, const reconstruct::AlbedoField
   return floor;
 }
 
-/// Lit, or in shadow, with everything around it.
+/// Whether the point and its neighbourhood are lit (or in shadow).
 bool all_around(const reconstruct::TestRoom& room, const Vector3f& p, bool lit) {
   for (int i = 0; i < 8; ++i) {
     const float a = static_cast<float>(i) * reconstruct::kTestPi / 4;
@@ -115,7 +115,7 @@ TEST(AlbedoSweep, SeenOnlyInShadow) {
     sweep.curves[0].y.push_back(floor.share_unknown());
     sweep.curves[1].y.push_back(Floor::percentile(floor.off, 0.5));
     sweep.curves[2].y.push_back(Floor::percentile(floor.reported, 0.5));
-    // Either it is said that nothing is known, or how well; never wrong in silence.
+    // The albedo is either unknown or within its reported uncertainty.
     EXPECT_LT(Floor::percentile(floor.sigmas, 0.9), 2.5) << sky;
     if (sky >= 0.003) {
       EXPECT_LT(floor.share_unknown(), 0.02) << sky;
@@ -152,7 +152,7 @@ TEST(AlbedoSweep, Saturated) {
     }
     const float end = brightest / static_cast<float>(exposure);
     const auto clips = [&](const Vector3f& radiance) { return radiance.maxCoeff() > end; };
-    for (auto& [key, brick] : field.bricks) {  // as fusion does: clipped pixels do not count
+    for (auto& [key, brick] : field.bricks) {  // as in fusion: clipped pixels do not count
       auto without = std::make_shared<reconstruct::FieldBrick>(*brick);
       for (std::size_t i = 0; i < reconstruct::kBrickVoxels; ++i) {
         if (clips(without->radiance[i])) without->radiance_weight[i] = 0;
@@ -170,7 +170,7 @@ TEST(AlbedoSweep, Saturated) {
     sweep.curves[0].y.push_back(count / static_cast<double>(all.unknown + all.off.size()));
     sweep.curves[1].y.push_back(count > 0 ? clipped.share_unknown() : 0);
     sweep.curves[2].y.push_back(Floor::percentile(all.off, 0.95));
-    // Known are only those next to what was seen; what was is right all the same.
+    // Only points next to observed ones are known, and these are correct.
     if (count > 30) {
       EXPECT_GT(clipped.share_unknown(), 0.6) << exposure;
     }
@@ -199,7 +199,7 @@ TEST(AlbedoSweep, OneLightOnly) {
     sweep.curves[1].y.push_back(Floor::percentile(floor.reported, 0.5));
     sweep.curves[2].y.push_back(floor.share_unknown());
     EXPECT_EQ(result.warnings.empty(), result.illumination->lights[0].power_log_sigma < 0.3f) << sky;
-    // Wrong as it may be, it says how much: no floor is farther off than two and a half sigma.
+    // Errors may be large, but within the reported uncertainty: no more than 2.5 sigma.
     EXPECT_LT(Floor::percentile(floor.sigmas, 0.9), 2.5) << sky;
     EXPECT_LT(floor.share_unknown(), 0.02) << sky;
     if (sky < 0.001) {
@@ -272,7 +272,7 @@ TEST(AlbedoSweep, Highlight) {
     sweep.curves[1].y.push_back(Floor::percentile(floor.off, 0.95));
     sweep.curves[2].y.push_back(Floor::percentile(floor.reported, 0.5));
     EXPECT_LT(Floor::percentile(floor.off, 0.5), 0.08) << strength;
-    // Where the highlight stood in some views albedo takes a share of it for colour, and does not know.
+    // Where some views show the highlight, part of it is taken for albedo, without an increased uncertainty.
     EXPECT_LT(Floor::percentile(floor.off, 0.95), 0.3) << strength;
   }
   write_sweep(sweep);

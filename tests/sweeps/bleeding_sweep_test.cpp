@@ -1,4 +1,4 @@
-// Colour that bleeds to where it does not belong.
+// Colour bleeding to wrong places.
 #include <numbers>
 
 #include "tests/sweeps/sweep.h"
@@ -11,8 +11,8 @@ ON_BOTH_DEVICES(BleedingSweep);
 
 constexpr float kHalf_m = 0.08f;
 
-// A green case on a white desk under a lamp at one side: beside its lit face the desk turns green, on the other side it
-// lies in shadow and must not. The reference is the path tracer's green less red.
+// A green case on a white desk, lit by a lamp from one side: near its lit face the desk turns green; on the other side
+// it lies in shadow and must not. Reference: green minus red of the path tracer.
 TEST_P(BleedingSweep, GreenCaseOnAWhiteDesk) {
   const reconstruct::PointLight lamp = lamp_at({0.5f, 0, 0.55f}, 0.03f, 0.8f);
   ClosedScene scene;
@@ -52,7 +52,7 @@ TEST_P(BleedingSweep, GreenCaseOnAWhiteDesk) {
   for (const Method& method : methods(64, 2)) {
     sweep.curves.push_back({method.name, curve_of(relit(scene, method.plan))});
   }
-  static const std::vector<double> answer = curve_of(reference(scene, 256));  // for both devices
+  static const std::vector<double> answer = curve_of(reference(scene, 256));  // shared by both devices
   sweep.curves.push_back({"path tracer", answer, true});
   write(sweep);
   for (const Curve& curve : sweep.curves) {
@@ -60,7 +60,7 @@ TEST_P(BleedingSweep, GreenCaseOnAWhiteDesk) {
     for (std::size_t i = 0; i < answer.size(); ++i) {
       squares += std::pow(curve.y[i] - answer[i], 2);
       all += answer[i] * answer[i];
-      // In the shadow no more than a code value: the slope of the sRGB curve there.
+      // In the shadow at most one pixel value: by the slope of the sRGB curve there.
       const double level = scene.radiance({static_cast<float>(sweep.x[i]), 0, 0});
       const double codes = 255 * 1.055 / 2.4 * std::pow(level, 1 / 2.4) * std::abs(curve.y[i] - answer[i]);
       if (sweep.x[i] < 0) {

@@ -1,5 +1,5 @@
-// Two cameras whose clocks have nothing in common, paired on the host's: how late pictures may come, and how fast
-// clocks may drift apart, until pictures are paired that do not belong together.
+// Pairing of two cameras with independent clocks by arrival time on the host: the jitter and drift at which wrong
+// pictures are paired.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -14,7 +14,7 @@ namespace lumigraft::test {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kPeriod = 33 * kMs;
-constexpr std::uint64_t kFrames = 3000, kSettled = 60;  // two seconds, until clocks are known
+constexpr std::uint64_t kFrames = 3000, kSettled = 60;  // two seconds, for clock estimation to converge
 constexpr double kLost = 0.01;
 
 class Script : public capture::Source {
@@ -32,12 +32,12 @@ class Script : public capture::Source {
 };
 
 struct Outcome {
-  double wrong = 0;     ///< % of pairs whose pictures were not taken together
-  double unpaired = 0;  ///< % of frames without depth though both pictures came
-  double untold = 0;    ///< frames without depth of which no warning speaks
+  double wrong = 0;     ///< % of pairs with different exposure times
+  double unpaired = 0;  ///< % of frames without depth although both pictures arrived
+  double untold = 0;    ///< frames without depth and without a warning
 };
 
-/// Shutters together; one picture in a hundred of either camera is lost.
+/// Synchronous shutters; one picture in a hundred of either camera is lost.
 Outcome outcome(double jitter_ms, double drift_ppm) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> late(0.0, jitter_ms * 1e6), loss(0.0, 1.0);
@@ -48,7 +48,7 @@ Outcome outcome(double jitter_ms, double drift_ppm) {
     const auto elapsed = static_cast<std::int64_t>(i) * kPeriod;
     const auto arrival = [&] { return 900'000 * kMs + elapsed + 3 * kMs + static_cast<std::int64_t>(late(random)); };
     const std::int64_t of_color = color_clock.to_host(elapsed, arrival());
-    // Slow, which is worse: the shortest way of the last second is then too short.
+    // The slow direction, which is worse: the minimum delay of the last second is then too short.
     const auto drifted = static_cast<std::int64_t>(static_cast<double>(elapsed) * (1 - 1e-6 * drift_ppm));
     const std::int64_t of_depth = depth_clock.to_host(77'000'000 * kMs + drifted, arrival());
     if (loss(random) < kLost) {
@@ -99,7 +99,7 @@ TEST(ClockSweep, Jitter) {
     sweep.curves[0].y.push_back(found.wrong);
     sweep.curves[1].y.push_back(found.unpaired);
     EXPECT_EQ(found.untold, 0) << jitter_ms;
-    if (jitter_ms > 30) continue;  // twice a picture's time and more
+    if (jitter_ms > 30) continue;  // more than two frame intervals
     EXPECT_EQ(found.wrong, 0) << jitter_ms;
     EXPECT_LT(found.unpaired, 0.1) << jitter_ms;
   }
@@ -119,7 +119,7 @@ TEST(ClockSweep, Drift) {
     sweep.curves[0].y.push_back(found.wrong);
     sweep.curves[1].y.push_back(found.unpaired);
     EXPECT_EQ(found.untold, 0) << drift_ppm;
-    if (drift_ppm > 3000) continue;  // a quartz is off by 100 at most
+    if (drift_ppm > 3000) continue;  // a quartz deviates by 100 ppm at most
     EXPECT_EQ(found.wrong, 0) << drift_ppm;
     EXPECT_LT(found.unpaired, 0.1) << drift_ppm;
   }

@@ -10,7 +10,8 @@ namespace {
 
 class FlickerSweep : public SweepTest {
  protected:
-  /// Pictures of `frames` of a scene that `at` changes, as they are served: without maps, the last of `held` ones each.
+  /// Renders `frames` frames of a scene that `at` changes, as in serving: without maps, the last of `held` pictures
+  /// each.
   std::vector<capture::Image<std::uint8_t>> film(ClosedScene scene, const relight::Plan& plan, int frames,
                                                  const std::function<void(ClosedScene*, int)>& at, int held = 1) const {
     relight::Relighter relighter(device_, scene.session());
@@ -38,7 +39,8 @@ class FlickerSweep : public SweepTest {
 ON_BOTH_DEVICES(FlickerSweep);
 
 constexpr float kRadius_m = 0.1f;
-constexpr int kFrames = 4, kRounds = 60;  // kRounds: more than two rounds of live settings, which then are at rest
+constexpr int kFrames = 4,
+              kRounds = 60;  // kRounds: more than two update cycles of live settings, which have then converged
 
 ClosedScene grey_floor() {
   ClosedScene scene;
@@ -51,7 +53,7 @@ ClosedScene grey_floor() {
   return scene;
 }
 
-/// Pixels that show the floor, well off the ball of this radius around `centre`.
+/// Pixels of the floor, away from the ball of this radius around `centre`.
 std::vector<std::size_t> floor_pixels(const ClosedScene& scene, const Eigen::Vector3f& centre, float radius_m) {
   std::vector<std::size_t> pixels;
   for (int v = 0; v < scene.height; ++v) {
@@ -69,8 +71,8 @@ std::vector<std::size_t> floor_pixels(const ClosedScene& scene, const Eigen::Vec
 
 using Film = std::vector<capture::Image<std::uint8_t>>;
 
-/// RMS over pixels of what frame i deviates by from the mean of all, but for what it should: codes `want(pixel,
-/// frame)`.
+/// RMS over pixels of the deviation of frame i from the mean of all frames, minus the expected deviation `want(pixel,
+/// frame)` in pixel values.
 template <typename Want>
 std::vector<double> off_the_mean(const Film& film, const std::vector<std::size_t>& pixels, const Want& want) {
   std::vector<double> squares(film.size(), 0.0);
@@ -87,14 +89,15 @@ std::vector<double> off_the_mean(const Film& film, const std::vector<std::size_t
   return squares;
 }
 
-/// How many of the pixels the first and the last picture show differently.
+/// Number of pixels that differ between the first and the last picture.
 int changed(const Film& film, const std::vector<std::size_t>& pixels) {
   return static_cast<int>(std::count_if(pixels.begin(), pixels.end(), [&](std::size_t pixel) {
     return film.front().data[pixel] != film.back().data[pixel];
   }));
 }
 
-/// What changes smoothly has hardly a second difference; a deviation σ of each frame by itself has one of σ √6.
+/// Standard deviation of per-frame noise: smooth changes have almost no second difference, and independent deviations σ
+/// have one of σ √6.
 std::vector<double> off_the_trend(const Film& film, const std::vector<std::size_t>& pixels) {
   std::vector<double> rms(film.size(), 0.0);
   for (std::size_t i = 1; i + 1 < film.size(); ++i) {
@@ -121,7 +124,7 @@ Sweep flicker(const std::string& stem, const std::string& title) {
   return sweep;
 }
 
-// A ball turns about its axis: nothing of the room may change. A box that does changes the room smoothly.
+// A ball that rotates about its axis must not change the room. A rotating box changes it smoothly.
 TEST_P(FlickerSweep, ObjectTurningByADegreeAFrame) {
   Sweep sweep = flicker("turning", "Object turning by 1° a frame");
   for (const bool box : {false, true}) {
@@ -142,7 +145,7 @@ TEST_P(FlickerSweep, ObjectTurningByADegreeAFrame) {
   expect_within_bounds(sweep);
 }
 
-// Injection by samples that land elsewhere on the object in each frame would flicker with it.
+// Injection by samples that move on the object in each frame would flicker.
 TEST_P(FlickerSweep, LampMovingByAMillimetreAFrame) {
   Sweep sweep = flicker("lamp", "Lamp moving by 1 mm a frame");
   ClosedScene scene = grey_floor();
@@ -158,8 +161,8 @@ TEST_P(FlickerSweep, LampMovingByAMillimetreAFrame) {
   expect_within_bounds(sweep);
 }
 
-// A black ball slides by 1 mm a frame under an even sky, and the volumes with it, by voxels of 8 and 28 mm. What each
-// pixel deviates by from the ball's form factor, cos θ (r/d)², may not change.
+// A black ball moves by 1 mm a frame under a uniform sky, and the volumes with it, in voxels of 8 and 28 mm. Each
+// pixel's deviation from the ball's form factor, cos θ (r/d)², must stay constant.
 TEST_P(FlickerSweep, VolumeFollowingTheObject) {
   constexpr float height_m = 0.13f;
   Sweep sweep = flicker("volume", "Object moving by 1 mm a frame, the volumes with it");

@@ -1,4 +1,4 @@
-// Energy: what a body sends out under an even sky, over its albedo.
+// Energy conservation: radiosity of a body under a uniform sky over its albedo.
 #include <numbers>
 
 #include "tests/relight/exhibit/model_shapes.h"
@@ -12,7 +12,7 @@ ON_BOTH_DEVICES(FurnaceSweep);
 
 constexpr float kRadius_m = 0.1f, kWall_m = 0.012f;
 
-/// Half a ball, hollow and open above: its inside, its outside and the rim between.
+/// A hollow hemisphere, open at the top: inner surface, outer surface and rim.
 relight::Model bowl() {
   constexpr int steps = 24;
   return model_of(revolved(2 * steps + 1, 2 * steps, [](float t) {
@@ -26,7 +26,7 @@ relight::Model bowl() {
   }));
 }
 
-/// Mean radiance of what the object covers wholly.
+/// Mean radiance of the pixels fully covered by the object.
 double mean_of_object(const relight::RelitPicture& picture) {
   double sum = 0;
   int count = 0;
@@ -41,12 +41,11 @@ double mean_of_object(const relight::RelitPicture& picture) {
   return sum / std::max(count, 1);
 }
 
-// A ball of albedo ρ, far from everything in even light of radiance L, sends out ρ L. Inside a ball of which a share a
-// of the surface is cut away, each point sees the hole under the form factor a and the rest under 1 - a, wherever it
-// lies (the form factor between any two pieces of a sphere is their share of its area: Siegel & Howell 1992, § 7.4), so
-// all of it sends out B with B = ρ (a L + (1 - a) B): B = ρ a L / (1 - ρ (1 - a)), half a ball ρ L / (2 - ρ). A floor
-// as bright as the sky takes the lower half's place. Factors of steps or weights that do not add up to one show here as
-// a slope.
+// A ball of albedo ρ, far from everything in uniform light of radiance L, emits ρ L. Inside a ball with a fraction a of
+// its surface cut away, each point sees the hole under the form factor a and the rest under 1 - a (the form factor
+// between any two pieces of a sphere is their fraction of its area: Siegel & Howell 1992, § 7.4), so the radiosity is
+// uniform: B = ρ (a L + (1 - a) B) = ρ a L / (1 - ρ (1 - a)), for a hemisphere ρ L / (2 - ρ). A floor as bright as the
+// sky replaces the lower hemisphere. Steps or weights that do not sum to one show as a slope.
 TEST_P(FurnaceSweep, BallAndBowlOverAlbedo) {
   constexpr float sky = 0.8f;
   Sweep sweep{.stem = "furnace-albedo",
@@ -65,7 +64,7 @@ TEST_P(FurnaceSweep, BallAndBowlOverAlbedo) {
     scene.exhibit.objects = {sphere_object(kRadius_m, {0, 0, 0.6f}, 0)};
     scene.eye_m = {0, -0.3f, 0.75f};
     scene.look_at_m = {0, 0, 0.6f};
-    if (open) {  // from above, so near that nothing but the inside shows
+    if (open) {  // from above, so close that only the inside is visible
       scene.exhibit.objects[0].model = std::make_shared<const relight::Model>(bowl());
       scene.eye_m = {0, 0.01f, 0.9f};
       scene.focal_px = 125;

@@ -1,4 +1,4 @@
-// Where fused depth fails: thin plates, holes, grazing views, distance, wrong poses.
+// Limits of depth fusion: thin plates, holes, grazing views, distance, wrong poses.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,8 +17,8 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Rays along a direction from a grid of places: how many miss the surface or find it more than 10 mm away, and how far
-/// off the others are.
+/// Rays along a direction from a grid of origins: how many miss the surface or hit it more than 10 mm away, and the
+/// error of the others.
 struct Found {
   double missed_percent = 0, off_mm = 0;
 };
@@ -38,7 +38,7 @@ Found find(const reconstruct::DistanceField& field, const std::vector<Vector3f>&
   return {100.0 * missed / static_cast<double>(from.size()), met > 0 ? 1e3 * off_m / met : 0};
 }
 
-/// A grid of places on the plane z = height.
+/// A grid of points on the plane z = height.
 std::vector<Vector3f> grid(float reach_m, float step_m, float height_m) {
   std::vector<Vector3f> places;
   for (float x = -reach_m; x <= reach_m; x += step_m)
@@ -84,7 +84,7 @@ TEST(FusionSweep, ThinPlate) {
     sweep.curves[1].y.push_back(missed);
     sweep.curves[2].y.push_back(off_mm);
     EXPECT_EQ(one_side.missed_percent, 0) << thickness_mm;
-    // Thinner than half a voxel it may lie between voxels that are all in front of one of its sides.
+    // A plate thinner than half a voxel may lie between voxels that are all outside it.
     EXPECT_LT(missed, thickness_mm < 4 ? 60 : thickness_mm < 8 ? 10 : 2) << thickness_mm;
     EXPECT_LT(off_mm, thickness_mm < 40 ? 3.5 : 0.2) << thickness_mm;
   }
@@ -141,7 +141,8 @@ TEST(FusionSweep, Hole) {
   write_sweep(sweep);
 }
 
-// Depth shows what a mirror reflects. Without a word from the operator that is a room behind a hole in the wall.
+// Depth of a mirror is that of the reflection. Unless the operator declares the mirror, it becomes a room behind a hole
+// in the wall.
 TEST(FusionSweep, Mirror) {
   Sweep sweep{.stem = "fusion-mirror",
               .title = "A mirror in a wall, with what it reflects behind it",
@@ -235,7 +236,7 @@ TEST(FusionSweep, Visitor) {
       with.push_back(frame_of(visited, camera, T, k, {0.5, k + 1}));
       without.push_back(frame_of(table, camera, T, k, {0.5, k + 11}));
     }
-    std::vector<Vector3f> towards_it;  // pixels that show it
+    std::vector<Vector3f> towards_it;  // viewing directions of the ball's pixels
     for (int v = 2; v < camera.height; v += 4)
       for (int u = 2; u < camera.width; u += 4) {
         const Vector3d direction = T.linear() * *camera.unproject({static_cast<double>(u), static_cast<double>(v)});

@@ -1,4 +1,4 @@
-// Cones along the surface that they start from, and through slits.
+// Cones along the surface at their origin, and through slits.
 #include <numbers>
 
 #include "tests/sweeps/sweep.h"
@@ -11,7 +11,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 class GrazingSweep : public SweepTest {};
 ON_BOTH_DEVICES(GrazingSweep);
 
-/// A white plate in the air, turned about the y axis so that no face of its voxels is along it; seen from above.
+/// A white plate in the air, rotated about the y axis so that its faces are not aligned with voxels; seen from above.
 ClosedScene plate(float tilt) {
   ClosedScene scene;
   scene.width = 48;
@@ -25,7 +25,7 @@ ClosedScene plate(float tilt) {
   return scene;
 }
 
-/// Pixels well inside the plate's upper face: their radiance.
+/// Visits the radiance of pixels well inside the plate's upper face.
 template <typename Visit>
 void for_each_pixel_of_plate(const ClosedScene& scene, float tilt, const relight::RelitPicture& picture,
                              const Visit& visit) {
@@ -45,8 +45,8 @@ void for_each_pixel_of_plate(const ClosedScene& scene, float tilt, const relight
   EXPECT_GT(count, 60);
 }
 
-// Nothing is above the plate: under an even sky it is as bright as the sky, and under a lamp far away every point has
-// what the cosine says. Cones that meet the plate they start from would make it darker.
+// Nothing is above the plate: under a uniform sky it is as bright as the sky, and under a distant lamp the irradiance
+// follows the cosine. Cones that intersect the plate at their origin would make it darker.
 TEST_P(GrazingSweep, NothingShadowsAPlate) {
   Sweep sweep{.stem = "grazing-plate",
               .title = "A plate with nothing above it: darkest pixel",
@@ -66,7 +66,7 @@ TEST_P(GrazingSweep, NothingShadowsAPlate) {
         if (by_lamp) {
           scene.sky = 0;
           scene.radiance = [](const Eigen::Vector3f&) { return 0.0f; };
-          // 8° above the plate's own plane, across its tilt.
+          // 8° above the plate's plane, perpendicular to its tilt.
           const Eigen::Vector3f w = std::sin(0.14f) * up + std::cos(0.14f) * Eigen::Vector3f::UnitY();
           reconstruct::PointLight lamp;
           lamp.direction = w;
@@ -88,7 +88,7 @@ TEST_P(GrazingSweep, NothingShadowsAPlate) {
   expect_within_bounds(sweep);
 }
 
-// Two black plates leave a slit: what the floor loses of an even sky's light through them, beside rays.
+// A slit between two black plates: the loss of sky light on the floor, compared with ray casting.
 TEST_P(GrazingSweep, ASlit) {
   Sweep sweep{.stem = "slit",
               .title = "Two plates with a slit, 10 cm above the floor",
@@ -118,7 +118,7 @@ TEST_P(GrazingSweep, ASlit) {
         if (std::abs(p.x()) > 0.03f || std::abs(p.y()) > 0.08f) return;
         constexpr int rays = 1024;
         int open = 0;
-        for (int i = 0; i < rays; ++i) {  // spread by the cosine
+        for (int i = 0; i < rays; ++i) {  // cosine-weighted
           const float s = std::sqrt((static_cast<float>(i) + 0.5f) / rays), phi = 2.39996323f * static_cast<float>(i);
           const Eigen::Vector3f w(s * std::cos(phi), s * std::sin(phi), std::sqrt(1 - s * s));
           const auto blocks = [&](float h) {
@@ -142,7 +142,7 @@ TEST_P(GrazingSweep, ASlit) {
       const double most = (curve.name == "cones, careful" ? 0.12
                            : curve.name == "cones, live"  ? 0.35
                                                           : 0.45) *
-                          (1 - answer[i]);  // of what is taken
+                          (1 - answer[i]);  // of the loss
       EXPECT_NEAR(curve.y[i], answer[i], most) << curve.name << ", " << sweep.x[i] << " mm";
     }
   }

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Directions spread evenly over the sphere (Swinbank & Purser 2006).
+/// Uniform directions over the sphere (Swinbank & Purser 2006).
 Eigen::Vector3f direction(int i, int count) {
   const double z = 1 - (2 * i + 1.0) / count, s = std::sqrt(1 - z * z), phi = 2.399963229728653 * i;
   return Eigen::Vector3d(s * std::cos(phi), s * std::sin(phi), z).cast<float>();
@@ -34,9 +34,10 @@ reconstruct::Sh9 project(const std::function<double(const Eigen::Vector3f&)>& ra
   return sum;
 }
 
-// An even sky of 1 and a lamp that brings ten times as much, of growing size. Nine coefficients of both together ring:
-// on the far side the sky turns negative, and planes there receive the wrong light. With the lamp taken out first, as
-// the light stage does, nothing rings. The answer is the irradiance by quadrature, over planes of all directions.
+// A uniform sky of radiance 1 and a lamp of growing size with ten times its irradiance. Nine coefficients of both
+// together ring: on the far side the sky turns negative, and planes there receive wrong irradiance. With the lamp
+// extracted first, as the light stage does, nothing rings. Reference: irradiance by quadrature, over planes of all
+// directions.
 TEST(HarmonicsSweep, OneStrongLight) {
   Sweep sweep{.stem = "harmonics-ringing",
               .title = "An even sky and one strong lamp in nine harmonics",
@@ -49,7 +50,7 @@ TEST(HarmonicsSweep, OneStrongLight) {
     const Eigen::Vector3f at = Eigen::Vector3f(0.3f, -0.5f, 0.7f).normalized();
     const double cosine = std::cos(degrees * kPi / 180), sr = 2 * kPi * (1 - cosine), lamp = 10 * kPi / sr;
     const auto sky = [](const Eigen::Vector3f&) { return 1.0; };
-    // A lamp narrower than the quadrature's rays is its centre alone, with all its light.
+    // A lamp narrower than the quadrature's step is reduced to its centre with all its light.
     reconstruct::Sh9 together = project(sky);
     const reconstruct::Sh9 apart = together;
     const auto disc = [&](int i) {
@@ -87,12 +88,11 @@ TEST(HarmonicsSweep, OneStrongLight) {
   EXPECT_LT(*std::min_element(sweep.curves[2].y.begin(), sweep.curves[2].y.end()), -0.05) << "it rings";
 }
 
-// What would be left of a lamp that was not found: a small bright spot under a sky that gets weaker. Its nine
-// coefficients give planes that face away from it less than nothing. A window, a weight for each band (Sloan 2008,
-// "Stupid Spherical Harmonics (SH) Tricks"), mends that at a price: it flattens what faces the spot, too. All who use
-// irradiance cut it off at nothing instead, which costs nothing: without a window coefficients of irradiance are its
-// nearest of three bands (the clamped cosine acts on each band by a factor), and what can't be negative only gets
-// nearer to the truth where negative values are cut off.
+// The residual of an undetected lamp: a small bright spot under a sky that gets weaker. Its nine coefficients give
+// negative irradiance on planes that face away. A window, a weight per band (Sloan 2008, "Stupid Spherical Harmonics
+// (SH) Tricks"), reduces this but also flattens planes that face the spot. All users of irradiance clamp it at zero
+// instead, at no cost: without a window, the coefficients are the best three-band approximation of irradiance (the
+// clamped cosine scales each band), and clamping negative values can only reduce the error of a non-negative quantity.
 TEST(HarmonicsSweep, CutAtNothingIsNearerThanAnyWindow) {
   Sweep sweep{.stem = "harmonics-window",
               .title = "A small bright spot in nine harmonics, under an even sky",

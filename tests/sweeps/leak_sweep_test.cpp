@@ -7,9 +7,9 @@ namespace {
 class LeakSweep : public SweepTest {};
 ON_BOTH_DEVICES(LeakSweep);
 
-constexpr float kFront_m = -0.124f;  // half a voxel off the field's lattice
+constexpr float kFront_m = -0.124f;  // half a voxel off the field's grid
 
-/// A black ball on one side of a partition, the floor on the other in view.
+/// A black ball on one side of a partition, the visible floor on the other.
 ClosedScene room_with(float partition_m) {
   ClosedScene scene;
   scene.width = 64;
@@ -27,7 +27,7 @@ ClosedScene room_with(float partition_m) {
   return scene;
 }
 
-/// Mean change of the floor beyond the partition, in code values: by the slope of the sRGB curve at the floor's 0.5.
+/// Mean change of the floor beyond the partition in pixel values, by the slope of the sRGB curve at the floor's 0.5.
 double change_beyond(const ClosedScene& scene, const relight::RelitPicture& picture) {
   const double slope = 255 * 1.055 / 2.4 * std::pow(0.5, 1 / 2.4 - 1);
   double sum = 0;
@@ -41,11 +41,11 @@ double change_beyond(const ClosedScene& scene, const relight::RelitPicture& pict
   return sum / std::max(count, 1);
 }
 
-// Under an even sky nothing of what the ball hides or reflects may arrive beyond the partition, and under a lamp on the
-// ball's side the shadow that the partition casts already may not be taken twice: the answer is 0. The room's field has
-// voxels of 8 mm, and the volume around the partition of 12.8 mm: a wall of less than a voxel between two samples has
-// no inside there, and what is thinner than the field's own voxels no surface at all. From a voxel on, what gets
-// through may not be seen.
+// Under a uniform sky nothing that the ball occludes or reflects may arrive beyond the partition, and under a lamp on
+// the ball's side the shadow of the partition must not be subtracted twice: the reference is 0. Voxels are 8 mm in the
+// room's field and 12.8 mm in the volume around the partition: a wall thinner than a voxel has no interior sample in
+// the volume, and one thinner than a voxel of the field is not reconstructed. From one voxel on, leaks must be
+// invisible.
 TEST_P(LeakSweep, PartitionOfTwoToTwentyMillimetres) {
   Sweep sweep{.stem = "leak-partition",
               .title = "Light through a partition, volume of 13 mm voxels",
@@ -56,8 +56,7 @@ TEST_P(LeakSweep, PartitionOfTwoToTwentyMillimetres) {
               .most = 1};
   for (const Method& method : methods(64, 1)) {
     for (const bool lamp : {false, true}) {
-      if (method.plan.trace_scale == 4 || (lamp && method.plan.method == "dlpv"))
-        continue;  // the same cones; the same lamps
+      if (method.plan.trace_scale == 4 || (lamp && method.plan.method == "dlpv")) continue;  // same cones and lamps
       Curve& curve = sweep.curves.emplace_back(Curve{method.name + (lamp ? ", lamp" : ", sky")});
       const auto measured = [&](float partition_m) {
         ClosedScene scene = room_with(partition_m);
@@ -67,7 +66,7 @@ TEST_P(LeakSweep, PartitionOfTwoToTwentyMillimetres) {
         }
         return change_beyond(scene, relit(scene, method.plan));
       };
-      EXPECT_GT(measured(0), 2);  // it is the partition that holds it back
+      EXPECT_GT(measured(0), 2);  // the light is blocked by the partition
       for (const double x : sweep.x) curve.y.push_back(measured(1e-3f * static_cast<float>(x)));
     }
   }

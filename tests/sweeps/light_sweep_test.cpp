@@ -1,4 +1,4 @@
-// Where lamps' extraction fails: clipping, neighbours, the horizon, a hand before the lens, lamps that are near.
+// Limits of lamp extraction: clipping, neighbouring lamps, the horizon, a hand over the lens, near lamps.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector3f;
 
 const Vector3f kDim(0.1f, 0.12f, 0.15f);  ///< radiance of the surroundings
-constexpr int kUsualSize = 512;           ///< pixels across 190°: 2.7 to a degree
+constexpr int kUsualSize = 512;           ///< pixels across 190°: 2.7 per degree
 
 struct Disk {
   Vector3f direction, radiance;
@@ -83,7 +83,8 @@ TEST(LightSweep, Separation) {
     sweep.curves[0].y.push_back(worse);
     sweep.curves[1].y.push_back(both);
     sweep.curves[2].y.push_back(weaker);
-    if (apart < 3) continue;  // lamps of 0.6° whose blurred edges meet are one; what is not in it stays in the rest
+    if (apart < 3)
+      continue;  // blurred lamps of 0.6° that touch are merged; the rest of their light stays in the residual
     EXPECT_LT(both, 0.3) << apart;
     EXPECT_TRUE(two) << apart;
     EXPECT_LT(worse, 0.5) << apart;
@@ -107,7 +108,7 @@ TEST(LightSweep, Elevation) {
     const reconstruct::LightSplit split =
         reconstruct::split_lamps(picture, capture::Image<std::uint8_t>(kUsualSize, kUsualSize, 1, 0), view, 8);
     ASSERT_LE(split.lamps.size(), 1u);
-    Vector3f seen = Vector3f::Zero();  // of its energy: below 5° the lens ends
+    Vector3f seen = Vector3f::Zero();  // visible part of its energy: the lens ends 5° below the horizon
     for (std::size_t i = 0; i < view.direction.size(); ++i) {
       if (!view.sees(i)) continue;
       seen += (Eigen::Map<const Vector3f>(&picture.data[3 * i]) - kDim).cwiseMax(0.0f) * view.solid_angle_sr[i];
@@ -120,7 +121,7 @@ TEST(LightSweep, Elevation) {
     if (elevation >= -6) {
       EXPECT_TRUE(found) << elevation;
     }
-    // Cut by the end of the view it is found by what is left of it.
+    // A lamp cut by the border of the field of view is located by its visible part.
     EXPECT_LT(direction, elevation > -2 ? 0.1 : 4) << elevation;
     EXPECT_LT(irradiance, 0.2) << elevation;
   }
@@ -168,14 +169,14 @@ TEST(LightSweep, CoveredLamp) {
         EXPECT_EQ(light.hidden > 0, !result.warnings.empty());
       }
       curve.y.push_back(now);
-      // Held for three pictures, and gone in four even steps.
+      // Kept for three pictures, then faded out in four equal steps.
       EXPECT_NEAR(now, std::clamp(1 - (covered_for - 3) / 4.0, 0.0, 1.0), 0.02) << i;
     }
   }
   write_sweep(sweep);
 }
 
-/// A floor with a box, and the tag's paper at the origin.
+/// A room with a floor, a box, and the tag's paper at the origin.
 reconstruct::TestRoom room_with_tag() {
   reconstruct::TestRoom room;
   room.half_m = 0.7f;
@@ -206,7 +207,7 @@ TEST(LightSweep, PowerPastSaturation) {
       if (bright_sky) room.ambient *= 3;
       reconstruct::Illumination seen = room.illumination();
       const Vector3f truth = seen.lights[0].irradiance;
-      // All channels end at the same radiance.
+      // All channels clip at the same radiance.
       const float end = truth.y() / static_cast<float>(over);
       seen.lights[0].irradiance = truth.cwiseMin(end);
       seen.lights[0].clipped = truth.maxCoeff() > end;
@@ -256,7 +257,7 @@ TEST(LightSweep, Distance) {
     EXPECT_TRUE(found || distance > 7) << distance;
     EXPECT_LT(direction, found ? 0.3 : 3) << distance;
     EXPECT_LT(share, found ? 0.1 : 0.5) << distance;
-    // Taken as infinitely far, it is said.
+    // A lamp treated as infinitely distant causes a warning.
     EXPECT_EQ(light.distance_known, result.warnings.empty()) << distance;
   }
   write_sweep(sweep);

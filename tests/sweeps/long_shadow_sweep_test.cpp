@@ -1,4 +1,4 @@
-// A shadow that is longer than the volumes reach.
+// A shadow longer than the volumes' range.
 #include <numbers>
 
 #include "tests/sweeps/sweep.h"
@@ -20,7 +20,7 @@ reconstruct::PointLight sun() {
   return light;
 }
 
-/// A column on a floor that is fused and lit by the sun; the camera looks at its shadow, `ahead_m` from the column.
+/// A column on a reconstructed floor in sunlight; the camera looks at its shadow, `ahead_m` from the column.
 ClosedScene column(float ahead_m) {
   ClosedScene scene;
   scene.extent = {Eigen::Vector3f(-1.2f, -0.6f, -0.1f), Eigen::Vector3f(0.6f, 0.6f, 0.1f)};
@@ -32,9 +32,9 @@ ClosedScene column(float ahead_m) {
   return scene;
 }
 
-// A column in a sun of 10°: its shadow is 0.68 m long and leaves the volumes, which end 0.3 m from the column's middle.
-// Along its axis all of the sun's light is taken, to its end: beyond what is held of the field, in live settings the
-// volumes, the camera's picture and the light tell the albedo.
+// A column with the sun at 10° elevation: its shadow is 0.68 m long and leaves the volumes, which end 0.3 m from the
+// column's centre. Along its axis all sunlight is removed to its end: beyond the part of the field in memory (in live
+// settings the volumes), albedo is computed from the camera's picture and the light.
 TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
   Sweep sweep{.stem = "long-shadow",
               .title = "Shadow of a column 12 cm high in a sun of 10°",
@@ -76,9 +76,9 @@ TEST_P(LongShadowSweep, AColumnInASunOfTenDegrees) {
   }
 }
 
-// Under a sky as well: beyond the bricks the floor's albedo is π b / E, b what the camera sees and E what sky and sun
-// bring, π L + E_sun sin 10°. The column takes the sun's share, and of the sky nothing that could be seen at half a
-// metre.
+// With a sky as well: beyond the bricks the floor's albedo is π b / E, with b the camera's radiance and E the
+// irradiance of sky and sun, π L + E_sun sin 10°. The column removes the sun's part, and no visible part of the sky's
+// at half a metre.
 TEST_P(LongShadowSweep, LightTellsTheAlbedoBeyondTheField) {
   constexpr float albedo = 0.3f, sky = 0.2f;
   ClosedScene scene = column(0.6f);

@@ -1,4 +1,4 @@
-// The delta's hierarchy beside the difference of two (Franke 2015, eq. 5.27).
+// The mip hierarchy of the delta, compared with the difference of two hierarchies (Franke 2015, eq. 5.27).
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ Texels halves(const std::vector<std::byte>& bytes) {
   return texels;
 }
 
-/// Volumes in which every chunk of the first cascade is there, and where texels lie in a pool of them.
+/// Volumes with all chunks of the first cascade allocated, and the positions of texels in their pool.
 struct FullVolumes {
   relight::Volumes volumes;
   std::vector<std::uint32_t> table;
@@ -60,10 +60,10 @@ struct FullVolumes {
   }
 };
 
-// A room's radiance μ, the same with an object's shadow and bounce ρ, and Δ = ρ - μ, each times the surface's weight:
-// the hierarchy that cones look up. All three share the weight, so the mean radiance of a footprint in ρ is that in μ
-// and in Δ together, at every level, but for the rounding of halves. Where ρ has the object's own weight too, as two
-// complete solutions have, it is not: that is the error of eq. 5.27.
+// A room's radiance μ, ρ with an object's shadow and bounce, and Δ = ρ - μ, each times the surface's weight: the
+// hierarchy that cones look up. All three share the weight, so the mean radiance of a footprint in ρ equals that in μ
+// plus that in Δ at every level, up to half-precision rounding. If ρ also has the object's own weight, as two complete
+// solutions do, it does not: the error of eq. 5.27.
 TEST_P(MipSweep, DeltaBesideTheDifferenceOfTwo) {
   std::mt19937 random(7);
   const auto uniform = [&] { return static_cast<float>(random() & 0xFFFFu) / 65535.0f; };

@@ -1,4 +1,4 @@
-// Light that a surface sends to another close by: where sums over point lights on it have a singularity.
+// Light from one surface to a close one, where sums over point lights have a singularity.
 #include <numbers>
 
 #include "tests/sweeps/sweep.h"
@@ -10,19 +10,19 @@ class NearSurfaceSweep : public SweepTest {};
 ON_BOTH_DEVICES(NearSurfaceSweep);
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kHalf_m = 0.15f, kHeight_m = 0.2f;  // of the lit face
+constexpr float kHalf_m = 0.15f, kHeight_m = 0.2f;  // half width and height of the lit face
 
-/// Share of a floor point's irradiance that a rectangle upright on the floor fills, seen from below one of its upright
-/// edges: the point is y before its plane (Siegel & Howell 1992, appendix C, differential element to a rectangle at
-/// right angles).
+/// Form factor from a floor point to an upright rectangle that stands on the floor; the point is y in front of the foot
+/// of one of its vertical edges (Siegel & Howell 1992, appendix C, differential element to a rectangle at right
+/// angles).
 double corner(double y, double width, double height) {
   const double r = std::hypot(y, height);
   return 1 / (2 * std::numbers::pi) * (std::atan(width / y) - y / r * std::atan(width / r));
 }
 
-// A sun at the horizon lights the upright face of a box, and nothing of the floor before it, evenly: the face sends out
-// B = ρ (E / π + L / 2), L that of the floor, and the floor's change is its albedo times B times the form factor, 0.5
-// at the face's foot. Point lights on the face would add up to 1/d² there, and a bound on that would take away light.
+// A sun at the horizon lights a box's vertical face uniformly, and not the floor in front of it. The face emits B = ρ
+// (E / π + L / 2), L that of the floor, and the floor's change is its albedo times B times the form factor, 0.5 at the
+// face's foot. Point lights on the face would sum up to 1/d² there, and clamping them would lose light.
 TEST_P(NearSurfaceSweep, BeforeALitFace) {
   Sweep sweep{.stem = "near-surface",
               .title = "Floor before a lit face, over the distance from it",
@@ -48,7 +48,7 @@ TEST_P(NearSurfaceSweep, BeforeALitFace) {
   for (const Method& method : methods(64, 2)) {
     std::vector<double> got(sweep.x.size(), 0.0), want(got);
     std::vector<int> counts(sweep.x.size(), 0);
-    for (const bool close : {true, false}) {  // one picture has not enough pixels for all distances
+    for (const bool close : {true, false}) {  // one picture does not have enough pixels for all distances
       scene.eye_m = close ? Eigen::Vector3f(0, -0.05f, 0.06f) : Eigen::Vector3f(0, -0.5f, 0.5f);
       scene.look_at_m = {0, close ? -0.018f : -0.13f, 0};
       for_each_floor_pixel(
@@ -69,7 +69,8 @@ TEST_P(NearSurfaceSweep, BeforeALitFace) {
   }
   write(sweep);
   for (const Curve& curve : sweep.curves) {
-    // What is sent is kept in voxels of 7.5 mm, and of twice that where it propagates: nearer, light may be missing.
+    // Emitted light is stored in voxels of 7.5 mm, twice that for propagation: closer to the face, light may be
+    // missing.
     const double voxel_mm = curve.name == "propagation" ? 15 : 7.5;
     for (std::size_t i = 0; i < sweep.x.size(); ++i) {
       const std::string where = curve.name + " at " + std::to_string(sweep.x[i]) + " mm";

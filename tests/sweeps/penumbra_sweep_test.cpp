@@ -1,4 +1,4 @@
-// How wide a penumbra is.
+// Width of penumbrae.
 #include <numbers>
 
 #include "tests/sweeps/sweep.h"
@@ -11,17 +11,17 @@ ON_BOTH_DEVICES(PenumbraSweep);
 
 constexpr float kEdge_m = 0.25f, kLamp_m = 1;  // heights
 
-/// Share of a round lamp that the half plane x < 0 at the edge's height hides from a point of the floor.
+/// Fraction of a round lamp occluded by the half plane x < 0 at the edge's height, from a point of the floor.
 double hidden_share(const Eigen::Vector3f& p, float radius_m) {
-  // The edge as seen from p lies at this offset from the lamp's centre, at the lamp's height.
+  // The edge projected from p to the lamp's height, as offset from the lamp's centre.
   const float at_m = p.x() + (0 - p.x()) * kLamp_m / kEdge_m;
   const double c = std::clamp(static_cast<double>(at_m / radius_m), -1.0, 1.0);
   return 0.5 + (c * std::sqrt(1 - c * c) + std::asin(c)) / std::numbers::pi;
 }
 
-// A half plane between a round lamp and a floor: the width of the shadow's edge, by ∫ s (1 - s) dx over the hidden
-// share s, beside that of the lamp's disc cut by a straight line. Shadows as coarse as the voxels would be 20 mm wide
-// at least.
+// A half plane between a round lamp and a floor: width of the shadow's edge, from ∫ s (1 - s) dx over the occluded
+// fraction s, compared with that of a disc cut by a straight line. Shadows at voxel resolution would be at least 20 mm
+// wide.
 TEST_P(PenumbraSweep, WidthOverTheLampsRadius) {
   Sweep sweep{.stem = "penumbra-lamp-size",
               .title = "Penumbra of a straight edge",
@@ -38,7 +38,7 @@ TEST_P(PenumbraSweep, WidthOverTheLampsRadius) {
   std::vector<double> wants;
   scene.exhibit.objects = {box_object({-0.35f, -0.35f, kEdge_m}, {0, 0.35f, kEdge_m + 0.004f}, 0)};
   for (const Method& method : methods(64, 1)) {
-    if (method.plan.method == "dlpv") continue;  // lamps are the same there
+    if (method.plan.method == "dlpv") continue;  // same lamps
     Curve& curve = sweep.curves.emplace_back(Curve{method.name});
     for (const double x : sweep.x) {
       const float radius_m = 1e-3f * static_cast<float>(x);
@@ -65,7 +65,7 @@ TEST_P(PenumbraSweep, WidthOverTheLampsRadius) {
   }
   sweep.curves.push_back({"closed form", wants, true});
   write(sweep);
-  constexpr double voxel_mm = 20;  // of the volumes
+  constexpr double voxel_mm = 20;  // voxel size of the volumes
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < wants.size(); ++i) {
       EXPECT_NEAR(curve.y[i], wants[i], 0.1 * wants[i] + 0.5 * voxel_mm) << curve.name << ", " << sweep.x[i] << " mm";
@@ -73,8 +73,8 @@ TEST_P(PenumbraSweep, WidthOverTheLampsRadius) {
   }
 }
 
-// A box stands on the floor with its back to a small lamp at 45°: behind its foot all of the lamp's light is taken,
-// from the first millimetre on. Offsets against self-shadowing would leave a bright seam there ("peter-panning").
+// A box on the floor with a small lamp at 45° behind it: from the first millimetre behind its foot all of the lamp's
+// light is removed. Offsets against self-shadowing would leave a bright seam there ("peter-panning").
 TEST_P(PenumbraSweep, ShadowBeginsAtTheFoot) {
   Sweep sweep{.stem = "contact-shadow",
               .title = "Shadow behind the foot of a box",

@@ -1,4 +1,4 @@
-// Where a tag's pose fails: tilt, distance, blur, hands on it, a camera that moves faster than a filter follows.
+// Limits of the tag's pose: tilt, distance, blur, partial occlusion, camera motion faster than the filter.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ capture::FrameSet view(const capture::CameraModel& camera, const Isometry3d& T_t
 
 struct Errors {
   std::vector<double> mm, degrees;
-  int pictures = 0, surprises = 0;  ///< surprises: farther off than three sigma
+  int pictures = 0, surprises = 0;  ///< surprises: errors above three sigma
 
   void add(const reconstruct::PoseStage::Result& result, const Isometry3d& truth) {
     ++pictures;
@@ -59,7 +59,7 @@ struct Errors {
   }
 };
 
-/// One picture each, without a past.
+/// Independent single pictures without a prior pose.
 Errors first_sights(const capture::CameraModel& camera, double distance_m, double tilt_rad, bool with_depth) {
   Errors errors;
   for (unsigned i = 0; i < 8; ++i) {
@@ -110,7 +110,7 @@ TEST(PoseSweep, Distance) {
     sweep.curves[1].y.push_back(10 * percentile(errors.degrees, 0.5));
     surprises += errors.surprises;
     pictures += errors.pictures;
-    // A corner is found to a share of a pixel: errors grow as distance squared.
+    // Corner errors are constant in pixels: pose errors grow with the square of the distance.
     EXPECT_LT(percentile(errors.mm, 0.5), 0.5 + 1.5 * distance * distance) << distance;
     EXPECT_LT(percentile(errors.degrees, 1), 2) << distance << " m: no flip";
   }
@@ -118,7 +118,7 @@ TEST(PoseSweep, Distance) {
   EXPECT_LT(surprises, 0.05 * pictures);
 }
 
-/// One picture each of a tag whose paper is `over` times as bright as the picture can show.
+/// Single pictures of a tag whose paper is `over` times as bright as the clipping level.
 Errors overexposed(double over, double lens_blur, bool* warned) {
   const capture::CameraModel camera = small_camera();
   const reconstruct::TagFinder finder(some_tag());
@@ -135,7 +135,7 @@ Errors overexposed(double over, double lens_blur, bool* warned) {
   return errors;
 }
 
-// Where paper is cut off at the picture's end, its edges seem to have moved into the ink.
+// Where paper is clipped, its edges appear shifted into the ink.
 TEST(PoseSweep, Overexposed) {
   Sweep sweep{
       .stem = "pose-overexposed",
@@ -169,7 +169,7 @@ TEST(PoseSweep, Overexposed) {
   EXPECT_LT(surprises, 0.05 * pictures);
 }
 
-/// Along the rows, as a hand that moves the camera sideways while the shutter is open.
+/// Motion blur along the rows: the camera moves sideways during the exposure.
 capture::Picture blurred(const capture::Picture& picture, int pixels) {
   capture::Picture result = picture;
   const capture::Image<std::uint8_t>& from = picture.encoded;
@@ -184,12 +184,12 @@ capture::Picture blurred(const capture::Picture& picture, int pixels) {
   return result;
 }
 
-/// A camera that starts to move sideways: the largest error while it does, in mm; `most` where there is no pose.
+/// The largest error in mm while a camera starts to move sideways; `most` without a pose.
 double error_while_moving(int blur_px, const reconstruct::TestRoom& room, const reconstruct::DistanceField* field,
                           double most) {
   const capture::CameraModel camera = small_camera();
   const Isometry3d start = looking_at_tag(1.0, 45 * kDegree, -1.4, {0.05, 0.12, 0.05});
-  // The shutter is open for half of a frame's time.
+  // The exposure lasts half of the frame interval.
   const double step_m = 2.0 * blur_px / camera.fx;
   reconstruct::PoseStage stage(some_tag(), camera);
   double worst = 0;
@@ -204,7 +204,7 @@ double error_while_moving(int blur_px, const reconstruct::TestRoom& room, const 
     if (i < 2) continue;
     const double off_mm = result.pose ? millimetres_apart(result.pose->T_tag_camera, truth) : most;
     worst = std::max(worst, off_mm);
-    // Where it fails the pose says so.
+    // Failures are reported by the pose.
     if (result.pose && field) {
       EXPECT_LT(off_mm, 3 + 3e3 * reconstruct::position_sigma_m(result.pose->covariance)) << blur_px;
     }
@@ -230,7 +230,7 @@ TEST(PoseSweep, Blur) {
   write_sweep(sweep);
 }
 
-/// A hand that covers a share of the tag while the camera moves slowly.
+/// A hand covers a fraction of the tag while the camera moves slowly.
 double error_while_covered(double share, const reconstruct::TestRoom& room, const reconstruct::DistanceField* field,
                            double most) {
   const capture::CameraModel camera = small_camera();
@@ -278,7 +278,7 @@ TEST(PoseSweep, Occlusion) {
   write_sweep(sweep);
 }
 
-/// Poses with noise of 0.5 mm and 0.5 mrad, as a print gives them a metre away.
+/// Poses with noise of 0.5 mm and 0.5 mrad, as from a tag at 1 m.
 TEST(PoseSweep, Filter) {
   constexpr double kSigmaM = 0.5e-3, kSigmaRad = 0.5e-3;
   Sweep sweep{.stem = "pose-filter",
@@ -310,7 +310,7 @@ TEST(PoseSweep, Filter) {
     behind /= count;
     sweep.curves[0].y.push_back(1e3 * behind);
     sweep.curves[1].y.push_back(1e3 * std::sqrt(squares / count - behind * behind));
-    // Behind by a frame at most, or by less than what one measurement errs by.
+    // The lag is one frame at most, or less than the error of one measurement.
     EXPECT_LT(1e3 * behind, std::max(speed_mm, 1e3 * kSigmaM)) << speed_mm;
   }
   write_sweep(sweep);

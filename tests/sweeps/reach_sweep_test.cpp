@@ -1,4 +1,4 @@
-// What an object changes where the volumes around it end.
+// Change by an object at the outer limits of the volumes.
 #include <algorithm>
 
 #include "capture/camera/response.h"
@@ -10,12 +10,12 @@ namespace {
 class ReachSweep : public SweepTest {};
 ON_BOTH_DEVICES(ReachSweep);
 
-// A black ball over a floor under an even sky L hides its form factor of it, cos θ (r/d)² (Nusselt 1928), at every
-// distance: beyond the inner volume's edge (1.3 r from the middle), the outer one's (4.55 r) and where pixels no longer
-// ask. An operator that ends there takes the rest of the change off at once.
+// A black ball over a floor under a uniform sky L occludes its form factor, cos θ (r/d)² (Nusselt 1928), at every
+// distance: beyond the inner volume's edge (1.3 r from the centre), the outer one's (4.55 r) and the limit of the
+// per-pixel lookup. An operator cut off there would drop the rest of the change at once.
 TEST_P(ReachSweep, ABallsShadowOfTheSkyOverDistance) {
   constexpr float radius_m = 0.1f, height_m = 0.12f;
-  const float level = capture::srgb_to_linear(188 / 255.0f);  // whole codes, as pictures hold them
+  const float level = capture::srgb_to_linear(188 / 255.0f);  // an integer pixel value, as in pictures
   Sweep sweep{.stem = "reach",
               .title = "A black ball under an even sky, over the distance from it",
               .x_label = "distance on the floor from the ball's foot, m",
@@ -31,7 +31,7 @@ TEST_P(ReachSweep, ABallsShadowOfTheSkyOverDistance) {
   scene.look_at_m = {0, -0.45f, 0};
   scene.radiance = [level](const Eigen::Vector3f&) { return level; };
   scene.exhibit.objects = {sphere_object(radius_m, {0, 0, height_m}, 0)};
-  // Codes by radiance around this level: the slope of the sRGB curve.
+  // Derivative of pixel values by radiance at this level: the slope of the sRGB curve.
   const double slope = 255 * 1.055 / 2.4 * std::pow(level, 1 / 2.4 - 1);
   std::vector<double> want(sweep.x.size(), 0.0);
   for (const Method& method : methods(64, 1)) {
@@ -57,10 +57,10 @@ TEST_P(ReachSweep, ABallsShadowOfTheSkyOverDistance) {
   for (const Curve& curve : sweep.curves) {
     for (std::size_t i = 0; i < want.size(); ++i) {
       const std::string where = curve.name + " at " + std::to_string(sweep.x[i]) + " m";
-      // A code value; where live settings fade the change out, and where it propagates, two.
+      // One pixel value; two where live settings fade out the change, and for propagation.
       const double most = std::max(curve.name == "cones, careful" ? 1.0 : 2.0, 0.12 * std::abs(want[i]));
       EXPECT_NEAR(curve.y[i], want[i], most) << where;
-      // Nothing stops at once: it falls by no more from one distance to the next than it would, and 1.5 code values.
+      // No sudden end: from one distance to the next it falls by at most the expected change plus 1.5 pixel values.
       if (i > 0) {
         EXPECT_LT(curve.y[i] - curve.y[i - 1], want[i] - want[i - 1] + 1.5) << where;
       }

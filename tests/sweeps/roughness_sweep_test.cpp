@@ -1,4 +1,4 @@
-// What gloss reflects, from a mirror to matt.
+// Glossy reflection from mirror to matt.
 #include <map>
 #include <numbers>
 
@@ -10,7 +10,7 @@ namespace {
 class RoughnessSweep : public SweepTest {};
 ON_BOTH_DEVICES(RoughnessSweep);
 
-// A metal ball over a desk with a pool of light of a lamp: the deviation from the path tracer over the roughness.
+// A metal ball over a desk with a lamp's pool of light: deviation from the path tracer over roughness.
 TEST_P(RoughnessSweep, MetalBallOverALitDesk) {
   Sweep sweep{.stem = "roughness",
               .title = "A metal ball over a lit desk, beside the path tracer",
@@ -40,7 +40,7 @@ TEST_P(RoughnessSweep, MetalBallOverALitDesk) {
     material.metallic = 1;
     material.specular = 1;
     material.roughness = static_cast<float>(roughness);
-    static std::map<double, relight::RelitPicture> truths;  // for both devices
+    static std::map<double, relight::RelitPicture> truths;  // shared by both devices
     if (!truths.count(roughness)) truths[roughness] = reference(scene, 128);
     const relight::RelitPicture& truth = truths[roughness];
     for (std::size_t c = 0; c < sweep.curves.size(); ++c) {

@@ -45,7 +45,7 @@ std::vector<server::chart::Tick> ticks_of(const Sweep& sweep) {
   return ticks;
 }
 
-/// Round steps from the lowest value to the highest; 0 is one of them.
+/// Ticks in round steps from the lowest value to the highest, including 0.
 std::vector<server::chart::Tick> ticks_between(double low, double high) {
   const std::vector<server::chart::Tick> up = server::chart::round_ticks(std::max(high, -low), 6);
   std::vector<server::chart::Tick> ticks;

@@ -1,5 +1,5 @@
 #pragma once
-// A quantity measured over what makes a method fail, beside the answer.
+// A quantity measured over a parameter that makes a method fail, with the reference curve.
 #include <cmath>
 #include <limits>
 #include <string>
@@ -12,31 +12,31 @@ namespace lumigraft::test {
 struct Curve {
   std::string name;
   std::vector<double> y = {};  ///< one for each x
-  bool answer = false;         ///< drawn dashed: a closed form or the reference
+  bool answer = false;         ///< drawn dashed: closed form or path tracer
 };
 
 struct Sweep {
-  std::string stem;  ///< of its files
+  std::string stem;  ///< base name of its files
   std::string title, x_label, y_label;
   std::vector<double> x;
   std::vector<Curve> curves = {};
   bool logarithmic = false;  ///< x
-  /// What the measured curves may reach, drawn as lines across; NaN: none.
+  /// Bounds of the measured curves, drawn as horizontal lines; NaN: none.
   double least = std::numeric_limits<double>::quiet_NaN(), most = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// How the renderer is asked to work: what the plan calls careful (1) and live (4), and propagation.
+/// Settings of the renderer: the plan's careful (1) and live (4) settings, and propagation.
 struct Method {
   std::string name;
   relight::Plan plan;
 };
 std::vector<Method> methods(int volume, int bounces);
 
-/// What the path tracer makes of the same scene, with its maps.
+/// The path tracer's picture of the same scene, with its maps.
 relight::RelitPicture reference(const ClosedScene& scene, int samples);
 
-/// Points of the plane z = 0 that the picture shows, with the change of their radiance and the plane's area that a
-/// pixel covers: visit(p, delta (RGB), area_m2).
+/// Visits the points of the plane z = 0 in the picture, with the change of radiance and the area of the plane per
+/// pixel: visit(p, delta (RGB), area_m2).
 template <typename Visit>
 void for_each_floor_pixel(const ClosedScene& scene, const relight::RelitPicture& picture, const Visit& visit) {
   const relight::RelightMaps& maps = *picture.maps;
@@ -53,26 +53,26 @@ void for_each_floor_pixel(const ClosedScene& scene, const relight::RelitPicture&
   }
 }
 
-/// STEM.csv and a chart, STEM.svg and STEM.png, in the folder that LUMIGRAFT_SWEEPS names; nothing without it.
+/// Writes STEM.csv and a chart, STEM.svg and STEM.png, to the folder named by LUMIGRAFT_SWEEPS; does nothing if unset.
 void write_sweep(const Sweep& sweep);
 
-/// Sweeps run on both devices, with the same bounds. What is written is Vulkan's.
+/// Sweeps run on both devices with the same bounds. Only Vulkan's results are written.
 class SweepTest : public ClosedTest {
  protected:
-  /// As ClosedTest's, by a relighter that is kept from picture to picture: to make one takes longer than a picture.
+  /// As in ClosedTest, with a relighter that is kept between pictures: creating one takes longer than a picture.
   relight::RelitPicture relit(const ClosedScene& scene, const relight::Plan& plan);
-  /// The same, but of live settings the change is that of the picture as it is served, which is made without maps: its
-  /// lamps' shadows are others.
+  /// The same, but with live settings the change is that of the served picture, which is rendered without maps and so
+  /// with different lamp shadows.
   relight::RelitPicture served(const ClosedScene& scene, const relight::Plan& plan);
   void write(const Sweep& sweep) const {
     if (GetParam() == relight::gpu::Backend::vulkan) write_sweep(sweep);
   }
-  /// Expects every value of the curves that are no answer within the sweep's bounds, and writes it.
+  /// Expects all measured curves within the sweep's bounds, and writes the sweep.
   void expect_within_bounds(const Sweep& sweep) const;
 
  private:
   std::unique_ptr<relight::Relighter> relighter_;
-  capture::CameraModel model_;  ///< its
+  capture::CameraModel model_;  ///< camera model of relighter_
 };
 
 }  // namespace lumigraft::test
