@@ -12,7 +12,7 @@ from selenium.webdriver.chrome.service import Service
 
 from child_process import end_with_parent
 
-WAIT_S = 300  # software rendering on two busy cores: nothing here is about time, so waits are long
+WAIT_S = 300  # software rendering on two busy cores: no test here measures time, so timeouts are long
 
 
 def free_port():

@@ -24,7 +24,7 @@ from browser_page import WAIT_S, Page, free_port
 from child_process import interrupt, start
 
 PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
-CHANGED = 12  # code values: above the codec's own noise
+CHANGED = 12  # pixel values: above the codec's noise
 
 
 def still_session(folder):
@@ -72,11 +72,11 @@ class BrowserTest(unittest.TestCase):
             cls.T_tag_camera = np.array(json.load(f)["T_tag_from_camera"])
         cls.port = free_port()
         cls.service = Service(cls.session, cls.port)
-        cls.addClassCleanup(lambda: cls.service.stop())  # the one that runs by then
+        cls.addClassCleanup(lambda: cls.service.stop())  # the service that runs at that time
         cls.page = Page(os.path.join(cls.folder, "profile"))
         cls.addClassCleanup(cls.page.driver.quit)
         end = time.monotonic() + WAIT_S
-        while time.monotonic() < end:  # the service opens its port first and warms up behind it
+        while time.monotonic() < end:  # the service opens its port before it is warmed up
             with socket.socket() as s:
                 if s.connect_ex(("127.0.0.1", cls.port)) == 0:
                     break

@@ -83,7 +83,7 @@ class CalibratePageTest(unittest.TestCase):
         program = self.enterContext(start([PROGRAM, "calibrate", "--board", os.path.join(recorded, "board.toml"), recorded, "--out",
                                            os.path.join(self.folder, "calibration.toml"), "--listen", f"127.0.0.1:{port}"],
                                           stdout=subprocess.PIPE, text=True))
-        self.addCleanup(program.kill)  # where a test fails on the way
+        self.addCleanup(program.kill)  # if a test fails before
         self.assertIn("guiding on", program.stdout.readline())
         self.page.open(port)
         return program
@@ -109,10 +109,10 @@ class CalibratePageTest(unittest.TestCase):
 
     def test_the_button_ends_it_once_there_are_views_enough(self):
         page = self.page
-        program = self.calibrate(27, rounds=2000)  # nobody waits for its end
+        program = self.calibrate(27, rounds=2000)  # not run to its end
         button = page.driver.find_element("id", "finish")
 
-        def pressed_until_done():  # too early is said, and looking goes on
+        def pressed_until_done():  # a press that is too early is rejected, and collection continues
             if button.is_enabled():
                 button.click()
             return page.text("doing") == "done"

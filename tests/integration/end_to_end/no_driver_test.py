@@ -11,7 +11,7 @@ import tempfile
 import unittest
 
 PROGRAM, RECORDING, CAMERA = (os.path.abspath(p) for p in sys.argv[1:4])
-WITHIN_S = 60  # each takes a few seconds on a busy machine; what is left behind would go on for minutes
+WITHIN_S = 60  # each takes a few seconds on a busy machine; a leaked process would run for minutes
 
 
 class NoDriverTest(unittest.TestCase):
@@ -20,7 +20,7 @@ class NoDriverTest(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.temporary = os.path.join(folder.name, "tmp")
         os.mkdir(self.temporary)
-        lock = "lumigraft-gige-camera.lock"  # which all programs with such a camera share
+        lock = "lumigraft-gige-camera.lock"  # shared by all programs that use such a camera
         os.symlink(os.path.join(tempfile.gettempdir(), lock), os.path.join(self.temporary, lock))
         driver = os.path.join(folder.name, "chromedriver")
         with open(driver, "w") as f:
@@ -33,7 +33,7 @@ class NoDriverTest(unittest.TestCase):
         process = subprocess.Popen(command, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                    start_new_session=True)
         try:
-            said, _ = process.communicate(timeout=WITHIN_S)  # like ctest, it waits for all who could still write
+            said, _ = process.communicate(timeout=WITHIN_S)  # like ctest, waits for all processes that hold the pipe
         except subprocess.TimeoutExpired as e:
             self.fail(f"{test} or what it started goes on after {WITHIN_S} s: {e.output}")
         finally:

@@ -75,7 +75,7 @@ class PlaybackPageTest(unittest.TestCase):
         half = self.settled()
         stands = self.moment()
         self.go(1.6)
-        page.wait(lambda: self.moment()[0] == 1.6, "another moment")  # the picture of 20/12 s
+        page.wait(lambda: self.moment()[0] == 1.6, "another moment")  # the frame of 20/12 s
         late = self.settled()
         self.assertGreater(np.abs(late - half).mean(), 2.0, "the camera had moved on")
         page.click("step")

@@ -45,7 +45,7 @@ recordings = "recorded"
 class RecordPageTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        # GigE Vision has one port an address: other tests with such a camera wait until this one is over.
+        # GigE Vision uses one port per address: tests with such a camera run one after another.
         cls.turn = cls.enterClassContext(open(os.path.join(tempfile.gettempdir(), "lumigraft-gige-camera.lock"), "a"))
         fcntl.flock(cls.turn, fcntl.LOCK_EX)
 
@@ -102,7 +102,7 @@ class RecordPageTest(unittest.TestCase):
     def test_a_full_disk_ends_the_recording_and_not_the_picture(self):
         page = self.page
 
-        def small_disk():  # the system's limit of a file's size stands for it
+        def small_disk():  # simulated by the file size limit
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (4_000_000, 4_000_000))
 
@@ -117,7 +117,7 @@ class RecordPageTest(unittest.TestCase):
         kept = os.path.join(self.folder, "recorded", folder)
         again = subprocess.run([PROGRAM, "record", "--config", os.path.join(kept, "session.toml"), "--out", os.path.join(self.folder, "again")],
                                capture_output=True, text=True, check=True)
-        self.assertRegex(again.stdout + again.stderr, r"colour: 1[67] pictures")  # of 230 kB each
+        self.assertRegex(again.stdout + again.stderr, r"colour: 1[67] pictures")  # 230 kB each
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import unittest
 
 PROGRAM, RECORDING = (os.path.abspath(p) for p in sys.argv[1:3])
 FRAMES = 3
-# Small, so that software rendering takes seconds; every stage and pass runs.
+# Small, so that software rendering takes seconds; all stages and passes run.
 SETTINGS = ["plan.volume=32", "plan.trace_scale=4", "plan.rsm=64"]
 TIMES = ("stage_ms", "stage_cpu_ms", "pass_ms")
 
@@ -76,8 +76,8 @@ class ReplayTest(unittest.TestCase):
             self.assertIn(f"frame_000000_{name}.exr", os.listdir(out))
         header = read(out, "surface.ply").split(b"end_header")[0].decode().split()
         vertices = int(header[header.index("vertex") + 1])
-        self.assertGreater(vertices, 10_000)  # the table alone is 1 m² in voxels of 8 mm
-        replay(out)  # what an earlier replay wrote is gone
+        self.assertGreater(vertices, 10_000)  # the table alone is 1 m² with voxels of 8 mm
+        replay(out)  # files of an earlier replay are removed
         self.assertNotIn("surface.ply", os.listdir(out))
 
     def test_without_objects_the_camera_picture_passes_through(self):

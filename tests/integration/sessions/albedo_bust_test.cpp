@@ -1,5 +1,5 @@
-// A real plaster bust by the light of a window, photographed from two sides: light that its shading tells one view
-// against the other, and its albedo. LUMIGRAFT_EXTRA names a folder that has data/sokrates-bust.
+// A real plaster bust in window light, photographed from two sides: compares the light estimated from its shading in
+// each view, and tests its albedo. LUMIGRAFT_EXTRA names a folder that contains data/sokrates-bust.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -20,9 +20,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kStep = 3;                // every third pixel of the photographs is taken
-constexpr std::array kViews = {1, 34};  // before, and from the left and below
-constexpr float kPlaster = 0.5f;        ///< gauge: a guess, since light is known up to its scale alone
+constexpr int kStep = 3;                // pixel step in the photographs
+constexpr std::array kViews = {1, 34};  // front view, and from the lower left
+constexpr float kPlaster = 0.5f;        ///< assumed albedo: the scale of light is unknown
 
 capture::CameraModel camera() {
   capture::CameraModel model;
@@ -118,7 +118,7 @@ std::vector<Sample> samples(const DistanceField& field, const View& view) {
   return all;
 }
 
-/// How much brighter the same places are in `b` than in `a`.
+/// Ratios of radiance `b` / `a` at common surface points.
 std::vector<double> ratios(const DistanceField& field, const View& a, const View& b) {
   std::vector<double> all;
   const Eigen::Isometry3d T_camera_tag = b.pose.T_tag_camera.inverse();
@@ -135,7 +135,7 @@ std::vector<double> ratios(const DistanceField& field, const View& a, const View
   return all;
 }
 
-/// Nine harmonics of light by which plaster of one albedo shows the samples' radiance, least squares.
+/// Nine spherical harmonics of light, by least squares from the samples' radiance with a uniform albedo.
 Sh9 light_of(const std::vector<Sample>& of) {
   Eigen::MatrixXd rows(of.size() + 9, 9);
   Eigen::MatrixXd radiance = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(of.size()) + 9, 3);
@@ -161,7 +161,7 @@ TEST(AlbedoBust, LightAndAlbedoFromOtherViews) {
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/sokrates-bust";
   std::vector<View> views;
   for (const int number : kViews) views.push_back(read_view(*folder, number));
-  // What exposures were is not told: plaster that both photographs show is as bright in one as in the other.
+  // Exposures are unknown: scales the photographs so that common points have equal brightness.
   const std::vector<double> brighter = ratios(*fuse({&views[0], &views[1]}), views[0], views[1]);
   ASSERT_GT(brighter.size(), 1000u);
   auto picture = std::make_shared<capture::Picture>(*views[1].frame.color);

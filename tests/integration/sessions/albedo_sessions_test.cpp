@@ -35,7 +35,7 @@ struct TrueLamp {
   Vector3f centre;
   std::optional<Vector3f> normal;
   Vector3f radiance;
-  float area_m2 = 0;  ///< as seen face on
+  float area_m2 = 0;  ///< of the lamp facing the viewer
 
   /// Irradiance at a point, facing the lamp, unoccluded.
   Vector3f at(const Vector3f& point) const {
@@ -70,14 +70,14 @@ float angle_deg(const Vector3f& a, const Vector3f& b) {
   return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0f, 1.0f)) / kDegree;
 }
 
-/// Over all pixels whose albedo is known.
+/// Errors over all pixels with known albedo.
 struct AlbedoErrors {
-  double mean = 0;              ///< absolute, of all channels
-  double relative = 0;          ///< median of the distance over the truth's length
+  double mean = 0;              ///< absolute error over all channels
+  double relative = 0;          ///< median of |error| / |truth|
   double chromaticity_deg = 0;  ///< median angle between colours
-  double within_sigma = 0;      ///< share whose channels are off by no more than the reported 1σ, RMS
-  double unknown = 0;           ///< share of all pixels
-  double sigma = 0;             ///< median of the reported 1σ over the truth's length, of all channels
+  double within_sigma = 0;      ///< fraction of pixels with an RMS error over channels within the reported 1σ
+  double unknown = 0;           ///< fraction of all pixels
+  double sigma = 0;             ///< median of reported 1σ / |truth|, over all channels
 };
 
 AlbedoErrors albedo_errors(const AlbedoField& field, const capture::Image<float>& truth, const capture::FrameSet& frame,
@@ -99,7 +99,7 @@ AlbedoErrors albedo_errors(const AlbedoField& field, const capture::Image<float>
       const Vector3f exact(truth.at(u, v, 0), truth.at(u, v, 1), truth.at(u, v, 2)), off = albedo - exact;
       errors.mean += off.cwiseAbs().mean();
       within += off.norm() < std::sqrt(3.0f) * sigma;
-      // The tag's ink and metal, which are black, have no relative error worth a name.
+      // The tag's ink and metal are black: relative errors are meaningless.
       if (exact.maxCoeff() < 0.03f) continue;
       relative.push_back(off.norm() / exact.norm());
       chromaticity.push_back(angle_deg(albedo, exact));
@@ -122,8 +122,8 @@ AlbedoErrors albedo_errors(const AlbedoField& field, const capture::Image<float>
   return errors;
 }
 
-/// RMS over normals of the sphere of the remainder's irradiance by its harmonics against quadrature over the true
-/// fish-eye picture with the true lamps painted over, over the mean.
+/// Relative RMS error over normals of the residual's irradiance: its harmonics against quadrature over the true
+/// fish-eye picture with the true lamps removed.
 double remainder_error(const Illumination& light, const std::vector<TrueLamp>& lamps, const capture::Session& session,
                        capture::Image<float> truth) {
   const FisheyeView view = fisheye_view(*session.fisheye);
@@ -148,7 +148,7 @@ double remainder_error(const Illumination& light, const std::vector<TrueLamp>& l
   const EnvironmentMap exact = EnvironmentResampler(*session.fisheye, view, 128, 64).resample(truth, view);
   double squares = 0, sum = 0;
   constexpr int kNormals = 60;
-  for (int i = 0; i < kNormals; ++i) {  // Fibonacci's spiral
+  for (int i = 0; i < kNormals; ++i) {  // Fibonacci spiral
     const float z = 1 - (2 * i + 1.0f) / kNormals, r = std::sqrt(1 - z * z), phi = 2.39996323f * static_cast<float>(i);
     const Vector3f normal(r * std::cos(phi), r * std::sin(phi), z);
     Vector3f irradiance = Vector3f::Zero();
@@ -166,7 +166,7 @@ double remainder_error(const Illumination& light, const std::vector<TrueLamp>& l
   return std::sqrt(squares / kNormals) / (sum / kNormals);
 }
 
-/// Sessions whose fish-eye is radiance have no other truth of it.
+/// Sessions with a radiance fish-eye have no separate truth of it.
 capture::Image<float> true_fisheye(const std::filesystem::path& session) {
   const std::filesystem::path truth = session / "truth/000000/fisheye.exr";
   return capture::read_radiance(std::filesystem::exists(truth) ? truth : session / "fisheye/000000.exr");
@@ -174,11 +174,11 @@ capture::Image<float> true_fisheye(const std::filesystem::path& session) {
 
 struct Case {
   const char* session;
-  const char* fisheye;  ///< list of its pictures; empty = the session's own
+  const char* fisheye;  ///< fish-eye picture list; empty = the session's own
   int frames;
-  float direction_deg;  ///< bound of a lamp's direction seen from where the object stands
-  float share;          ///< bound of its irradiance there
-  double albedo;        ///< bound of the mean error over what the first frame shows
+  float direction_deg;  ///< bound on the error of a lamp's direction at the object
+  float share;          ///< bound on the relative error of its irradiance there
+  double albedo;        ///< bound on the mean error over the first frame's pixels
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.session << " " << c.fisheye; }
@@ -227,7 +227,7 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
   const auto result = solve.solve(*field, *lights.illumination);
   const double ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 
-  // A point above the tag's far edge, where exhibits of these sessions stand.
+  // A point above the tag's far edge, where objects stand in these sessions.
   const Vector3f object(0.05f, 0.3f, 0.1f);
   const Vector3f probe = result.illumination->probe_position_m;
   std::printf("lamps: %-16s %-18s %4.0f CPU ms\n", c.session, c.fisheye, ms);
@@ -283,10 +283,10 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
   EXPECT_LT(errors.mean, c.albedo);
   EXPECT_LT(errors.relative, 0.1);
   EXPECT_LT(errors.chromaticity_deg, 2);
-  EXPECT_GT(errors.within_sigma, 0.45);  // 0.68, were errors as they should be; of all sessions together it is 0.73
+  EXPECT_GT(errors.within_sigma, 0.45);  // ideally 0.68; 0.73 over all sessions together
   if (errors.relative > 0.025) {
     EXPECT_LT(errors.within_sigma, 0.95);
-  } else {  // nearer than the model of light can promise of any room: what it promises must be near all the same
+  } else {  // smaller than the light model can guarantee in general: the reported sigma must still be close
     EXPECT_LT(errors.sigma, errors.relative + 0.06);
   }
   EXPECT_LT(errors.unknown, 0.03);
@@ -294,7 +294,7 @@ TEST_P(AlbedoSessions, LampsAndAlbedoAreNearTheTruth) {
 
 class AlbedoNewSessions : public testing::TestWithParam<const char*> {};
 
-// A camera goes around: what it comes to see is solved alone, and ends as near to the truth as all solved together.
+// A moving camera: solving only new surfaces gives errors as small as solving everything.
 TEST_P(AlbedoNewSessions, WhatIsSolvedAloneIsAsNearToTheTruth) {
   const std::filesystem::path folder = folder_of(GetParam());
   if (!std::filesystem::exists(folder / "session.toml")) {

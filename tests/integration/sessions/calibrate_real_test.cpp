@@ -1,4 +1,5 @@
-// Real pictures of a chessboard before a fish-eye. LUMIGRAFT_EXTRA names a folder that has data/fisheye-calib.
+// Fish-eye calibration from real pictures of a chessboard. LUMIGRAFT_EXTRA names a folder that contains
+// data/fisheye-calib.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

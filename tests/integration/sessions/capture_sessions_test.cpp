@@ -1,4 +1,4 @@
-// The sessions that LUMIGRAFT_EXTRA names: every list of each one reads to its end without a warning.
+// Reads every list of the sessions in LUMIGRAFT_EXTRA to its end; no warning is allowed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ TEST_P(Sessions, ReadsWithoutAWarning) {
   EXPECT_GE(index, 12u);
 }
 
-/// The radiance error that one code value makes in the longest exposure that shows `radiance` below full scale.
+/// Radiance error of one pixel value in the longest exposure in which `radiance` is not clipped.
 double one_code_at(double radiance, const std::vector<std::shared_ptr<const capture::Picture>>& bracket) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& picture : bracket) {
@@ -67,7 +67,7 @@ double one_code_at(double radiance, const std::vector<std::shared_ptr<const capt
   return smallest;
 }
 
-/// The bracket's pictures carry noise of one code value (standard deviation) on top of rounding.
+/// The bracket's pictures have noise of one pixel value (standard deviation) in addition to rounding.
 TEST_P(Sessions, BracketMatchesTheRadianceItWasMadeFrom) {
   if (!std::filesystem::exists(folder_ / "fisheye-bracket.txt")) {
     GTEST_SKIP() << "no bracket in " << GetParam();
@@ -100,7 +100,7 @@ TEST_P(Sessions, BracketMatchesTheRadianceItWasMadeFrom) {
     sum_squares += error * error;
     ++count;
   }
-  EXPECT_LE(worst, 7.0);  // the noisiest of 786,432 values lies 5.5 code values off
+  EXPECT_LE(worst, 7.0);  // maximum of 786,432 noise values: 5.5 pixel values
   EXPECT_LE(std::sqrt(sum_squares / count), 1.1);
   EXPECT_NEAR(sum_merged / sum_truth, 1.0, 1e-3);
   RecordProperty("clipped_fraction", std::to_string(merged.clipped_fraction));

@@ -1,4 +1,4 @@
-// The fused surface of recorded sessions against their true surfaces.
+// Compares the fused surfaces of recorded sessions with their true surfaces.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ namespace {
 using Eigen::Vector3f;
 using Triangle = std::array<Vector3f, 3>;
 
-/// Triangles of a truth's real_scene.ply: nine floats per vertex, x y z first.
+/// Reads the triangles of real_scene.ply: nine floats per vertex, x y z first.
 std::vector<Triangle> true_surface(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::string line;
@@ -69,9 +69,9 @@ double percentile(std::vector<double> values, double share) {
 
 struct Case {
   const char* session;
-  double median_mm, most_mm;  ///< bounds on the median and the 95 % of distances to the true surface
-  double near_mm;             ///< bound on the 95 % within one metre of the tag along each axis
-  double republished = 0;     ///< bound on the share of bricks a picture that a second round republishes; 0 = one round
+  double median_mm, most_mm;  ///< bounds on the median and the 95th percentile of distances to the true surface
+  double near_mm;             ///< bound on the 95th percentile within 1 m of the tag along each axis
+  double republished = 0;  ///< bound on the fraction of bricks per frame that a second pass republishes; 0 = one pass
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.session; }
@@ -136,7 +136,7 @@ TEST_P(FusionSessions, AreNearTheTruth) {
     if (mesh.vertices_m[i].cwiseAbs().maxCoeff() < 1) near_mm.push_back(away_mm.back());
   }
 
-  // What the camera saw last is there.
+  // The surface in the last frame's view is complete.
   int rays = 0, met = 0;
   const capture::Image<float>& depth = last.depth->depth_m;
   for (int v = 2; v < depth.height; v += 4)

@@ -1,5 +1,5 @@
-// Real depth pictures of things on tables, labelled by hand, against the surface that one of them makes.
-// LUMIGRAFT_EXTRA names a folder that has data/tabletop-clouds.
+// Real depth pictures of objects on tables, labelled by hand, compared with the surface fused from one picture.
+// LUMIGRAFT_EXTRA names a folder that contains data/tabletop-clouds.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -55,7 +55,7 @@ double percentile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// Whether everything within `reach` pixels was measured: where not, the surface ends, since holes are unknown.
+/// Whether all pixels within `reach` were measured; next to unmeasured pixels the surface ends.
 bool whole_around(const test::PointCloud& cloud, std::size_t pixel, int reach) {
   const int u = static_cast<int>(pixel) % cloud.width, v = static_cast<int>(pixel) / cloud.width;
   for (int y = v - reach; y <= v + reach; ++y)

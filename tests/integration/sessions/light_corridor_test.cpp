@@ -1,5 +1,5 @@
-// Lamps of a real corridor through a real fish-eye. LUMIGRAFT_EXTRA names a folder that has data/ocam-corridor: one
-// photograph, its lens calibrated by others.
+// Lamps of a real corridor seen by a real fish-eye. LUMIGRAFT_EXTRA names a folder that contains data/ocam-corridor:
+// one photograph with its published lens calibration.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -14,7 +14,8 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-// Scaramuzza's model: radius in pixels over the angle above the picture plane, lowest power first; centre in pixels.
+// Scaramuzza's model: radius in pixels as a polynomial of the angle above the picture plane, lowest power first; centre
+// in pixels.
 constexpr std::array kRadius = {772.405470, 504.754051, 7.034666,  45.327180, 54.651570,
                                 0.458049,   -7.873745,  15.588713, 13.743404, 2.968883};
 constexpr double kCentreX = 798.175741, kCentreY = 794.308657;
@@ -28,7 +29,7 @@ double radius_px(double theta) {
   return sum;
 }
 
-/// The same lens as r = f (θ + k1 θ³ + ...), by least squares; how far off that is at most goes to `off_px`.
+/// The same lens as r = f (θ + k1 θ³ + ...), by least squares; `off_px` gets the maximum deviation.
 capture::CameraModel lens(double& off_px) {
   constexpr int kSteps = 180;
   Eigen::MatrixXd powers(kSteps, 5);
@@ -51,8 +52,9 @@ capture::CameraModel lens(double& off_px) {
   return camera;
 }
 
-// Where the spots of the ceiling are in the photograph, by eye, and the floor begins. Exposed for the walls: the spots
-// are clipped, and so is much of the polished floor below them, and the white paper of two printed tags on it.
+// Positions of the ceiling spots and the start of the floor in the photograph, marked by hand. Exposed for the walls:
+// the spots are clipped, and so is much of the polished floor below them, and the white paper of two printed tags on
+// it.
 constexpr std::array kSpots = {std::pair{981, 154}, std::pair{921, 281}, std::pair{1152, 231}, std::pair{797, 478},
                                std::pair{1380, 504}};
 constexpr int kFloorBelow = 960;

@@ -1,5 +1,6 @@
-// Lamps and harmonics of real places: measured environments (light probes) through a fish-eye that sees everything,
-// held against the environments themselves. LUMIGRAFT_EXTRA names a folder that has data/hdri and data/classic-probes.
+// Lamps and harmonics of real places: measured environments (light probes) seen by an omnidirectional fish-eye,
+// compared with the environments themselves. LUMIGRAFT_EXTRA names a folder that contains data/hdri and
+// data/classic-probes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +16,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-/// Latitude-longitude pictures alone; empty where a folder is missing.
+/// Latitude-longitude pictures only; empty where a folder is missing.
 std::vector<std::filesystem::path> environments() {
   std::vector<std::filesystem::path> files;
   for (const char* name : {"hdri", "classic-probes"}) {
@@ -34,7 +35,7 @@ std::vector<std::filesystem::path> environments() {
 std::vector<Eigen::Vector3f> normals() {
   std::vector<Eigen::Vector3f> all;
   for (int i = 0; i < 192; ++i) {
-    const double z = 1 - (2 * i + 1) / 192.0, phi = i * 2.399963229728653;  // spiral of the golden angle
+    const double z = 1 - (2 * i + 1) / 192.0, phi = i * 2.399963229728653;  // golden-angle spiral
     const double r = std::sqrt(1 - z * z);
     all.emplace_back(Eigen::Vector3d(r * std::cos(phi), r * std::sin(phi), z).cast<float>());
   }
@@ -69,9 +70,9 @@ Eigen::Vector3d irradiance(const Exact& exact, const Eigen::Vector3f& normal) {
   return sum;
 }
 
-/// Of a lamp that stands alone, what of the environment in a cone around it is not in the rest.
+/// For an isolated lamp: the part of the environment in a cone around it that is not in the residual.
 struct Taken {
-  double share = 0;  ///< the lamp's irradiance over it
+  double share = 0;  ///< the lamp's irradiance relative to it
   double off_degrees = 0;
 };
 
@@ -152,7 +153,7 @@ TEST(LightEnvironments, LampsAndRestGiveTheIrradianceOfTheWhole) {
         100 * picture_error, 100 * rest_error, alone, off_degrees, 100 * off_share);
     EXPECT_LT(picture_error, 0.015) << file;
     EXPECT_LT(all_error, 0.03) << file;
-    EXPECT_LT(rest_error, 0.035) << file;  // asked: 3 %, which nine harmonics can't where many small lamps are left
+    EXPECT_LT(rest_error, 0.035) << file;  // required 3 %; nine harmonics cannot reach it where many small lamps remain
     EXPECT_LT(off_degrees, 0.3) << file;
     EXPECT_LT(off_share, 0.03) << file;
   }

@@ -30,7 +30,7 @@ Isometry3d read_pose(const std::filesystem::path& path) {
   return pose;
 }
 
-/// Median distance of a picture's points from a field's surface, in mm; what the field does not know is left out.
+/// Median distance in mm of a depth picture's points from a field's surface; points in unknown space are left out.
 double median_off_mm(const DepthGrid& grid, const DistanceField& field, const Isometry3d& T_tag_camera) {
   std::vector<float> off;
   for (const DepthGrid::Point& point : grid.points) {
@@ -43,8 +43,8 @@ double median_off_mm(const DepthGrid& grid, const DistanceField& field, const Is
   return 1e3 * static_cast<double>(off[off.size() / 2]);
 }
 
-// A Kinect through a kitchen, three pictures a second: 7 cm and 4° from one to the next. The first pose is given, all
-// others come from depth against the field that the pictures before them made.
+// A Kinect moved through a kitchen at 3 Hz: 7 cm and 4° between frames. The first pose is given; the others follow from
+// depth tracking against the field fused so far.
 TEST(PoseReal, AKitchenWithoutATag) {
   const auto folder = test::data_folder("redkitchen/data");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/redkitchen";
@@ -126,7 +126,7 @@ TEST(PoseReal, AKitchenWithoutATag) {
   EXPECT_LT(most_degrees, 4);
 }
 
-// Photographs of a tag of 65 mm that was turned by hand, through a fish-eye that was made rectilinear.
+// Photographs of a 65 mm tag rotated by hand, from a fish-eye, rectified.
 TEST(PoseReal, ATagOnATurntable) {
   const auto folder = test::data_folder("apriltag-images/duckietown");
   if (!folder) GTEST_SKIP() << "LUMIGRAFT_EXTRA names no folder with data/apriltag-images";
@@ -149,7 +149,7 @@ TEST(PoseReal, ATagOnATurntable) {
     if (!T_camera_front) T_camera_front = T_camera_tag;
     const double turned = test::degrees_apart(*T_camera_front, T_camera_tag);
     most_degrees = std::max(most_degrees, std::abs(turned - std::abs(degrees)));
-    // Its own axis is not the tag's centre line for sure: only the distance is compared.
+    // The rotation axis may differ from the tag's centre line: only the distance is compared.
     most_mm = std::max(most_mm, 1e3 * std::abs(T_camera_tag.translation().z() - T_camera_front->translation().z()));
     most_px = std::max(most_px, result.pose->reprojection_error_px);
   }

@@ -1,4 +1,4 @@
-// Poses of recorded sessions against their truth.
+// Poses of recorded sessions compared with their truth.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Isometry3d;
 
-/// Of frame `index`, or of the one truth of a session that stands still.
+/// The pose of frame `index`, or the only one of a static session.
 Isometry3d true_pose(const std::filesystem::path& session, std::uint64_t index) {
   char name[16];
   std::snprintf(name, sizeof(name), "%06u", static_cast<unsigned>(index));
@@ -75,7 +75,7 @@ TEST_P(PoseSessions, AreNearTheTruth) {
   EXPECT_LT(percentile(smooth_deg, 0.95), 0.3);
 }
 
-// An orbiting camera with sensor noise, twelve pictures a second; the tag is hidden while it passes a third of its way.
+// An orbiting camera with sensor noise at 12 Hz; the tag is hidden for a third of the orbit.
 TEST(PoseHidden, SurfacesCarryTheOrbitOn) {
   const char* extra = std::getenv("LUMIGRAFT_EXTRA");
   const auto folder = std::filesystem::path(extra ? extra : "") / "sessions/tabletop-orbit";

@@ -1,4 +1,4 @@
-// Composited pictures against path-traced truth: a table, kept from getting worse by recorded bounds.
+// Scores composited pictures against path-traced truth: prints a table, and checks recorded bounds.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -36,19 +36,18 @@ std::vector<std::string> color_list(const fs::path& session) {
   return paths;
 }
 
-// Software rendering takes seconds a frame: enough frames for the scene to be learnt, and no more.
+// Software rendering takes seconds per frame: just enough frames to reconstruct the scene.
 constexpr int kStillFrames = 2;
 constexpr int kMovingFrames = 8;
 
 struct SessionScore {
   server::Measures mean;
-  double psnr_unchanged_db = 0;  ///< camera picture left as it is: what the result has to beat
+  double psnr_unchanged_db = 0;  ///< the unchanged camera picture: the baseline
   int frames = 0;
 };
 
-/// Replays the beginning of a session with the program itself and scores every frame of it that has truth. A session
-/// that stands still has truth for its first frame alone; then the last replayed frame is scored, when the scene is
-/// learnt.
+/// Replays the first frames of a session with the program and scores every frame that has truth. A static session has
+/// truth for its first frame only; then the last replayed frame is scored, when the scene is reconstructed.
 SessionScore replay_and_score(const fs::path& session, const std::string& group, const std::string& options) {
   const std::string name = group + "-" + session.filename().string() + "-" + std::to_string(getpid());
   const fs::path out = fs::temp_directory_path() / ("lumigraft-truth-" + name);
@@ -97,7 +96,7 @@ SessionScore replay_and_score(const fs::path& session, const std::string& group,
   return result;
 }
 
-/// Scores a session and holds it to its bound in bounds.toml: [group.session-name] relight_error = ..., psnr_db = ...
+/// Scores a session and checks its bound in bounds.toml: [group.session-name] relight_error = ..., psnr_db = ...
 void check(const fs::path& session, const std::string& group, const std::string& options = "") {
   const std::string name = session.filename().string();
   const SessionScore score = replay_and_score(session, group, options);
@@ -124,7 +123,7 @@ TEST(Truth, OwnRecordings) {
   }
 }
 
-// With the plan that serve starts from where nothing else is asked for.
+// With serve's default plan.
 TEST(Truth, OwnRecordingLive) {
   const relight::Plan live = server::interactive_plan();
   check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "live",
@@ -132,7 +131,7 @@ TEST(Truth, OwnRecordingLive) {
             " --set plan.rsm=" + std::to_string(live.rsm));
 }
 
-// On a device.
+// On the GPU device.
 TEST(Truth, OwnRecordingByCones) {
   check(fs::path(LUMIGRAFT_SOURCE_DIR) / "recordings/tabletop", "cones", " --set plan.method=dvct");
 }
