@@ -1,5 +1,5 @@
-// machine_cost: what this machine takes for the things that bring a camera's picture through, so that figures of an
-// emulated processor can be told from the program's own. Not part of the product.
+// machine_cost: measures the basic operations of this machine in a camera frame's path, to separate the cost of an
+// emulated processor from the program's own. Not part of the product.
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -34,7 +34,7 @@ void say(const std::string& what, int times, const Work& work) {
   std::printf("%-34s %.5f ms\n", what.c_str(), took.count() / times);
 }
 
-/// Else nobody would need what was written there.
+/// Keeps the compiler from removing the writes.
 void use(const void* memory) { asm volatile("" ::"r"(memory) : "memory"); }
 
 void conversions() {
@@ -70,11 +70,11 @@ void calls() {
   });
 }
 
-/// There and back is two ways.
+/// Measures the hand-over between two threads; a round trip counts as two.
 void ways() {
   std::mutex mutex;
   std::condition_variable changed;
-  int turn = 0;  // 0: ours, 1: theirs, 2: over
+  int turn = 0;  // 0: this thread, 1: the other, 2: end
   std::thread other([&] {
     std::unique_lock lock(mutex);
     while (true) {

@@ -1,5 +1,5 @@
-// capture_rate SESSION.TOML SECONDS: what live cameras give in that time: pictures, losses, the age of pictures when
-// they are handed on, and the processor's time, of which so much goes to RGB pictures. Not part of the product.
+// capture_rate SESSION.TOML SECONDS: measures live cameras for that time: frames, losses, the age of frames at
+// delivery, and CPU time, including the part for conversion to RGB. Not part of the product.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -30,7 +30,7 @@ double seconds_of(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
-/// Of the programs that this one started, as libcamera's, while they run.
+/// CPU time in seconds of the running helper processes, such as libcamera's.
 double helpers_s() {
   double ticks = 0.0;
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
@@ -38,7 +38,7 @@ double helpers_s() {
     for (int id = 0; children >> id;) {
       std::ifstream file("/proc/" + std::to_string(id) + "/stat");
       std::string words;
-      std::getline(file, words, ')');  // its name may hold anything else
+      std::getline(file, words, ')');  // the process name may contain any character
       for (int i = 0; i < 11; ++i) {
         file >> words;
       }
@@ -56,7 +56,7 @@ double processor_s() {
   return seconds_of(own.ru_utime) + seconds_of(own.ru_stime) + helpers_s();
 }
 
-/// Of one picture to RGB, seconds of this thread.
+/// CPU time in seconds to convert one picture to RGB.
 double conversion_s(const capture::CameraPicture& picture, int width, int height) {
   constexpr int kTimes = 50;
   capture::PixelConverter converter;
@@ -75,7 +75,7 @@ struct Seen {
   std::uint64_t pictures = 0, lost = 0;
   std::optional<std::uint64_t> next;
   std::vector<float> age_ms;   ///< since the driver's timestamp
-  std::vector<float> here_ms;  ///< since it arrived: conversion and the way between threads
+  std::vector<float> here_ms;  ///< since arrival: conversion and thread hand-over
   std::optional<capture::Picture> last;
 };
 
@@ -119,7 +119,7 @@ int run(const char* file, double seconds) {
       }
     }
   }
-  const double used = (processor_s() - before_s) / seconds;  // libcamera's program still runs
+  const double used = (processor_s() - before_s) / seconds;  // while libcamera's process still runs
   double conversion = 0.0;
   for (const capture::Stream stream : {capture::Stream::color, capture::Stream::depth, capture::Stream::fisheye}) {
     Seen& one = seen[static_cast<std::size_t>(stream)];

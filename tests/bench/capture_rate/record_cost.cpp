@@ -1,6 +1,6 @@
-// record_cost SESSION.TOML FOLDER SECONDS: what recording a session's colour and depth beside a fish-eye of 1024x1024
-// costs, at 30 pictures a second each. Its first pictures are read into memory, and written to FOLDER again and again
-// as `lumigraft record` does, a second's at a time. Not part of the product.
+// record_cost SESSION.TOML FOLDER SECONDS: cost of recording a session's colour and depth and a 1024x1024 fish-eye at
+// 30 frames per second each. The first frames are read into memory, and written to FOLDER repeatedly as `lumigraft
+// record` does, in pieces of one second. Not part of the product.
 #include <sys/resource.h>
 
 #include <array>
@@ -45,7 +45,7 @@ std::vector<capture::SourceItem> first_of(capture::Source& source, capture::Stre
   return out;
 }
 
-/// Noise, as the camera gave it.
+/// A frame of noise in the camera's format.
 capture::SourceItem fisheye_of(capture::PixelFormat format) {
   std::mt19937 random(1);
   std::vector<std::uint8_t> bytes(*capture::bytes_of(format, kEdge, kEdge));

@@ -9,7 +9,7 @@
 namespace lumigraft::comparators {
 namespace {
 
-constexpr int kRaysAlong = 4;  // of a pixel's edge
+constexpr int kRaysAlong = 4;  // per pixel edge
 
 }  // namespace
 

@@ -24,7 +24,7 @@ namespace {
 
 constexpr server::OracleParts kTrue{true, true, true, true};
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr float kLongestEdge_m = 0.02f;  // of the room's triangles: albedo is by vertex
+constexpr float kLongestEdge_m = 0.02f;  // of the room's triangles, because albedo is per vertex
 constexpr std::array<int, 2> kLightPaths{256, 1024};
 
 double time_s(const Contest& contest) { return static_cast<double>(contest.scene.frame.time_ns) * 1e-9; }
@@ -44,7 +44,7 @@ capture::Image<std::uint8_t> shown(const Contest& contest, const capture::Image<
   return composed(contest.scene.camera, added, coverage, static_cast<float>(contest.input.session.color.exposure));
 }
 
-/// What dvct's outer volume covers.
+/// The box covered by dvct's outer volume.
 Eigen::AlignedBox3f reach_of(const Contest& contest, const relight::Plan& plan) {
   std::vector<relight::PlacedBounds> bounds;
   for (const relight::ReferenceMesh& object : relight::reference_objects_of(contest.input.exhibit, time_s(contest))) {
@@ -65,7 +65,7 @@ reconstruct::StageCost less(const reconstruct::StageCost& a, const reconstruct::
   return {a.wall_ms - b.wall_ms, a.cpu_ms - b.cpu_ms};
 }
 
-/// Camera picture with the difference of two pictures.
+/// The camera picture plus the difference of two pictures.
 Drawn with_difference(const Contest& contest, const std::shared_ptr<const relight::ReferenceScene>& scene,
                       const capture::Image<float>& with, const capture::Image<float>& without,
                       const reconstruct::StageCost& of_room) {
@@ -90,8 +90,8 @@ Contender ours(const Contest& contest, const std::string& method, const std::str
   throw std::invalid_argument(method + " has no setting " + setting);
 }
 
-/// Franke 2015, section 5.4, tables 5.6 and 5.7: nine cones of a hemisphere, one of a mirror, one to every lamp, for
-/// every pixel, and nothing is filtered; but for 256³ voxels, which are slow on software devices.
+/// Settings of Franke 2015, section 5.4, tables 5.6 and 5.7: per pixel nine diffuse cones, one mirror cone, one cone
+/// per lamp, no filtering; except for 256³ voxels, which are slow on software devices.
 Contender thesis(const Contest& contest, int volume) {
   relight::Plan plan;
   plan.method = "dvct";
@@ -168,7 +168,7 @@ std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms) 
                             return Drawn{shown(contest, added, picture.coverage), {}, {}};
                           }});
   }
-  // Both pictures of the difference take the same paths as long as they meet no object, so most noise cancels.
+  // Both pictures use the same paths as long as no object is hit, so most noise cancels.
   const auto two_pictures = [&contest](const relight::Exhibit& exhibit, int samples) {
     const auto scene = scene_with(contest, exhibit);
     const relight::DeltaPathTracer tracer(scene);
@@ -189,7 +189,7 @@ std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms) 
       const Drawn drawn = draw(contest.input.exhibit, samples);
       return less(clock.elapsed(), drawn.not_counted).cpu_ms;
     };
-    // What does not grow with the samples is in both.
+    // The fixed cost is in both measurements.
     const double one_ms = cost_ms(1), each_ms = std::max((cost_ms(3) - one_ms) / 2, 0.1 * one_ms);
     const int samples = std::max(1 + static_cast<int>(std::lround((budget_ms - one_ms) / each_ms)), 1);
     relight::Plan plan;

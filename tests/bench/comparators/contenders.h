@@ -1,5 +1,5 @@
 #pragma once
-// What is compared on one session: our settings, and what is to be beaten.
+// The methods compared on one session: lumigraft's settings and the reference methods.
 #include <functional>
 #include <memory>
 #include <string>
@@ -22,12 +22,12 @@ struct Drawn {
 struct Contender {
   std::string method, setting;
   relight::Plan plan;
-  bool keeps = false;     ///< something from frame to frame: costs less where nothing moves
-  bool two_ways = false;  ///< gives a second row, "...-room-kept", without `of_room`
+  bool keeps = false;     ///< reuses results between frames: cheaper in static scenes
+  bool two_ways = false;  ///< adds a second row, "...-room-kept", without `of_room`
   std::function<Drawn(const relight::Exhibit&)> draw;
 };
 
-/// A session whose room is known as truth/ has it.
+/// A session with the true room of truth/.
 struct Contest {
   std::shared_ptr<relight::gpu::Device> device;
   server::ServiceInput input;
@@ -36,14 +36,14 @@ struct Contest {
 };
 Contest open_contest(const std::filesystem::path& session, const std::shared_ptr<relight::gpu::Device>& device);
 
-/// Settings of ours, the first dvct half-64; dvct with the thesis's settings; and the difference of two voxel cone
-/// tracing solutions by the plan of the first.
+/// lumigraft's settings, the first dvct half-64; dvct with the thesis's settings; and the difference of two voxel cone
+/// tracing solutions with the plan of the first.
 std::vector<Contender> cone_contenders(const Contest& contest);
-/// Differential instant radiosity; and path tracing with as many samples as take `budget_ms` of processor time, once
-/// the difference of two pictures and once the change alone.
+/// Differential instant radiosity; and path tracing with as many samples as fit into `budget_ms` of CPU time, as the
+/// difference of two pictures and as delta path tracing.
 std::vector<Contender> ray_contenders(const Contest& contest, double budget_ms);
 
-/// Draws each once for its error, then a frame of each with every object turned by 1°.
+/// Renders each once for its error, then a frame of each with every object rotated by 1° for its cost.
 std::vector<server::BenchRow> measured(const Contest& contest, const std::vector<Contender>& contenders);
 
 }  // namespace lumigraft::comparators

@@ -11,14 +11,14 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
-constexpr int kLevels = 3;              // of pull and push: wider holes are the sky
-constexpr float kSameSurface = 0.1f;    // of the depth: what lies farther behind is not mixed in
-constexpr float kGrazing = 0.05f;       // sine above the light's own plane, below which a disc may be cut by it
+constexpr int kLevels = 3;            // of pull-push: larger holes count as sky
+constexpr float kSameSurface = 0.1f;  // relative depth: texels farther behind are not mixed in
+constexpr float kGrazing = 0.05f;  // sine of the elevation above the light's plane, below which a disc may intersect it
 constexpr float kWidestSplat = 0.125f;  // of the map's edge
 constexpr float kSteepest = 10;         // slope of a disc against the direction in which it is seen
 constexpr float kSlack = 0.05f;         // of the depth
 
-/// Centre of the map is along z, its inscribed circle the horizon.
+/// Paraboloid map: z projects to the centre, the horizon to the inscribed circle.
 Vector2f on_paraboloid(const Vector3f& w, float edge) {
   return edge * (0.5f * w.head<2>() / (1 + w.z()) + Vector2f::Constant(0.5f));
 }
@@ -31,7 +31,7 @@ ScenePoints scatter_points(const std::vector<relight::ReferenceMesh>& meshes, in
   };
   ScenePoints result;
   std::vector<Triangle> triangles;
-  std::vector<double> areas_m2;  // running sums
+  std::vector<double> areas_m2;  // cumulative
   double sum = 0;
   for (const relight::ReferenceMesh& mesh : meshes) {
     const relight::Model& model = *mesh.model;
@@ -82,13 +82,13 @@ void ImperfectShadowMap::draw(const ScenePoints& points, std::size_t first, std:
     const Vector3f w = to / far_m;
     const Vector2f at = on_paraboloid(w, edge);
     const float facing = std::abs(point.normal.dot(point.position_m - light_.position_m)) / far_m;
-    // The map's scale along the meridian is edge / (1 + cos); a disc seen from the side is narrower.
+    // The map's scale along the meridian is edge / (1 + cos); a disc seen obliquely is narrower.
     const float texel_rad = (1 + w.z()) / edge;
     const float half_rad = std::min(disc_m * std::sqrt(facing) / far_m, kWidestSplat * (1 + w.z()));
     const float half = half_rad / texel_rad;
     const auto low = [&](float x) { return std::clamp(static_cast<int>(std::ceil(x - half - 0.5f)), 0, edge_ - 1); };
     const auto high = [&](float x) { return std::clamp(static_cast<int>(std::floor(x + half - 0.5f)), 0, edge_ - 1); };
-    // The plane of the disc is as much farther at the splat's edge, and a texel beyond.
+    // Depth of the disc's plane at the splat's edge plus one texel.
     const float slope = std::min(std::sqrt(std::max(1 - facing * facing, 0.0f)) / std::max(facing, 1e-3f), kSteepest);
     const float depth_m = far_m * (1 + slope * (half_rad + texel_rad)) + disc_m;
     const auto set = [&](int u, int v) {
@@ -115,7 +115,7 @@ void ImperfectShadowMap::fill_holes() {
           nearest = std::min(nearest, texels[i]);
         }
         for (const float texel : texels) {
-          // The farthest of one surface, or a surface seen at a slant would shadow itself.
+          // The maximum over one surface: otherwise oblique surfaces shadow themselves.
           if (texel <= (1 + kSameSurface) * nearest && texel < kNothing) farthest = std::max(farthest, texel);
         }
         if (farthest > 0) coarse[static_cast<std::size_t>(v * edge + u)] = farthest;

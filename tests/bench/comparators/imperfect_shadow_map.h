@@ -1,6 +1,6 @@
 #pragma once
-// Imperfect shadow maps (Ritschel et al. 2008): what a virtual light sees of the scene, drawn coarsely from points
-// instead of triangles on to a paraboloid; holes between the points are filled by pull and push.
+// Imperfect shadow maps (Ritschel et al. 2008): a coarse paraboloid depth map of a virtual light, drawn from points
+// instead of triangles; holes between points are filled by pull-push.
 #include <memory>
 #include <vector>
 
@@ -12,10 +12,10 @@ struct ScenePoint {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::UnitZ();
 };
 
-/// Points on surfaces, even by area, in an order in which every run of them is spread over all.
+/// Points on surfaces, uniform by area; every contiguous range is spread over all surfaces.
 struct ScenePoints {
   std::vector<ScenePoint> points;
-  float area_m2 = 0;  ///< of all surfaces together
+  float area_m2 = 0;  ///< of all surfaces
 };
 ScenePoints scatter_points(const std::vector<relight::ReferenceMesh>& meshes, int count, std::uint32_t seed);
 
@@ -24,18 +24,18 @@ class ImperfectShadowMap {
   explicit ImperfectShadowMap(int edge_texels);
 
   void clear(const VirtualLight& light);
-  /// `count` of the points from `first` on, around the end; together they stand for the whole area.
+  /// Draws `count` points from `first` on, cyclically; together they represent the whole area.
   void draw(const ScenePoints& points, std::size_t first, std::size_t count);
   void fill_holes();
 
-  /// Whether the light reaches a point, as far as the map can tell.
+  /// Visibility of a point from the light, at the map's resolution.
   bool open(const Eigen::Vector3f& p_m) const;
 
  private:
   int edge_;
   VirtualLight light_;
   Eigen::Matrix3f turn_ = Eigen::Matrix3f::Identity();  // to the light's frame, z along the normal
-  std::vector<float> depth_m_;                          // infinity: nothing drawn
+  std::vector<float> depth_m_;                          // infinity: empty
 };
 
 }  // namespace lumigraft::comparators

@@ -13,7 +13,7 @@ namespace {
 using namespace lumigraft::test;
 
 TEST(ScatterPoints, AreEvenByArea) {
-  // Of a box of 1 × 2 × 4, the faces have 4, 8 and 16 of 28 parts of the area, each pair.
+  // The pairs of faces of a 1 × 2 × 4 box have 4, 8 and 16 of 28 parts of its area.
   const ScenePoints scattered = scatter_points({mesh_of(box({0, 0, 0}, {1, 2, 4}), lambert(0.5f))}, 7000, 0);
   EXPECT_NEAR(scattered.area_m2, 28, 1e-4);
   const auto facing = [&](int axis) {
@@ -25,8 +25,8 @@ TEST(ScatterPoints, AreEvenByArea) {
   EXPECT_NEAR(static_cast<double>(facing(2)), 1000, 70);
 }
 
-// A light on the floor under a level disc of half its height's radius: on a ceiling twice as high, the shadow is a disc
-// of the height's radius.
+// A light on the floor under a horizontal disc whose radius is half of its height: on a ceiling twice as high, the
+// shadow is a disc with the radius of the disc's height.
 TEST(ImperfectShadowMap, ShadowOfADiscHasItsArea) {
   constexpr float kHeight = 0.5f;
   VirtualLight light;

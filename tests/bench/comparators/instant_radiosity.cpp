@@ -19,11 +19,11 @@ using relight::Sampler;
 using relight::TraceWorld;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kShort_m = 1e-4f;  // rays end before the lamp
-constexpr float kBound = 4;        // of squared distances, in shares of the lights' own mean square one
-constexpr int kSpread = 8;         // times as many points as a map takes
+constexpr float kShort_m = 1e-4f;  // rays end this far before the lamp
+constexpr float kBound = 4;        // of squared distances, relative to the lights' mean square distance
+constexpr int kSpread = 8;         // pool of points, as a multiple of a map's
 
-/// A virtual light with its maps.
+/// A virtual light and its shadow maps.
 struct Lit {
   LightPair pair;
   ImperfectShadowMap without, with;
@@ -108,7 +108,7 @@ class Renderer {
   relight::Rgb direct(const relight::PathVertex& vertex, std::uint32_t number, bool on_object) const {
     relight::Rgb sum = relight::Rgb::Zero();
     const Vector3f from_m = vertex.leave();
-    // On an object: what arrives. On the room: less what no longer does.
+    // On an object: the arriving light. On the room: minus the light that no longer arrives.
     const auto add = [&](const relight::LightSample& s, float rays) {
       if (!(s.pdf > 0) || s.radiance.maxCoeff() <= 0) return;
       const relight::Rgb f = vertex.response(s.w);
@@ -148,7 +148,7 @@ class Renderer {
     return sum;
   }
 
-  /// Times `share`, which is looked up where there is any light.
+  /// Multiplied by `share`, which is evaluated only where there is light.
   template <typename Share>
   relight::Rgb brought(const relight::PathVertex& vertex, const Vector3f& from_m, const VirtualLight& light,
                        Share share) const {
@@ -166,7 +166,7 @@ class Renderer {
   InstantRadiosityOptions options_;
   std::vector<relight::LightSample> sky_;
   std::vector<Lit> lights_;
-  float least_m2_ = 0;  ///< of a distance's square: the area, over π, for which a virtual light stands
+  float least_m2_ = 0;  ///< lower bound of the squared distance: the area that a virtual light represents, over π
 };
 
 }  // namespace

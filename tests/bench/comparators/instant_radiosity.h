@@ -1,10 +1,10 @@
 #pragma once
 // Differential instant radiosity (Knecht et al. 2010) with imperfect shadow maps (Ritschel et al. 2008), on the CPU.
 //
-// L_ρ - L_μ, where each is direct light and virtual point lights; both scenes share their random numbers, so that what
-// no object touches cancels exactly. Lamps and sky are shadowed by rays, which is better than the shadow maps of both
-// papers. A virtual light has a map of either scene, and its geometry term is bounded by the area that it stands for
-// (Keller 1997 has it unbounded; it shrinks as lights are added). One ray for a pixel, through its centre.
+// Computes L_ρ - L_μ, each as direct light plus virtual point lights; both scenes share their random numbers, so that
+// paths that hit no object cancel exactly. Lamps and sky are shadowed by rays, more accurately than by the shadow maps
+// of both papers. A virtual light has a map per scene, and its geometry term is clamped by the area that it represents
+// (unclamped in Keller 1997; the bound shrinks with more lights). One ray per pixel, through its centre.
 #include <cstdint>
 #include <memory>
 
@@ -14,15 +14,15 @@ namespace lumigraft::comparators {
 
 struct InstantRadiosityOptions {
   int light_paths = 256;
-  int bounces = 2;                               ///< vertices of a path
-  int lamp_rays = 8;                             ///< to each lamp, from every pixel
-  int sky_rays = 64;                             ///< in directions that all pixels share
-  int real_points = 4096, object_points = 2048;  ///< in each map
+  int bounces = 2;                               ///< vertices per path
+  int lamp_rays = 8;                             ///< per lamp and pixel
+  int sky_rays = 64;                             ///< in directions shared by all pixels
+  int real_points = 4096, object_points = 2048;  ///< per map
   int map_edge = 64;                             ///< texels
   std::uint32_t seed = 0;
 };
 
-/// `change` and `object` as in DeltaPathTracer; a pixel is covered or isn't.
+/// `change` and `object` as in DeltaPathTracer; coverage is 0 or 1.
 relight::ReferencePicture instant_radiosity(const std::shared_ptr<const relight::ReferenceScene>& scene,
                                             const relight::PosedCamera& camera, const InstantRadiosityOptions& options);
 

@@ -27,7 +27,7 @@ std::shared_ptr<const relight::ReferenceScene> corner() {
 
 relight::PosedCamera from_above() { return looking({0.9f, -1.6f, 1.3f}, {-0.3f, 0.3f, 0.2f}, 1.6f, 32, 24); }
 
-/// RMS of the differences over the RMS of the change, where no object is seen.
+/// RMS of the differences relative to the RMS of the change, outside the objects.
 double error(const relight::ReferencePicture& picture, const relight::ReferencePicture& truth) {
   double off = 0, of = 0;
   for (std::size_t i = 0; i < truth.change.data.size(); ++i) {
@@ -38,7 +38,7 @@ double error(const relight::ReferencePicture& picture, const relight::ReferenceP
   return std::sqrt(off / of);
 }
 
-/// Instant radiosity has one ray for a pixel, the reference many: of 4 × 4 pixels, each for a pixel of the reference.
+/// Averages 4 × 4 pixels of instant radiosity, which has one ray per pixel, for a pixel of the reference.
 relight::ReferencePicture lights_of(const std::shared_ptr<const relight::ReferenceScene>& scene,
                                     const relight::PosedCamera& camera, const InstantRadiosityOptions& options) {
   constexpr int kFactor = 4;
@@ -82,7 +82,7 @@ TEST(InstantRadiosity, ManyLightsComeNearTheReference) {
   }
 }
 
-// A black ball over a floor takes light and gives none.
+// A black ball over a floor only occludes light.
 TEST(InstantRadiosity, DirectChangeIsTheReferences) {
   auto scene = std::make_shared<relight::ReferenceScene>(*corner());
   scene->real.pop_back();
@@ -92,7 +92,7 @@ TEST(InstantRadiosity, DirectChangeIsTheReferences) {
   EXPECT_LT(error(lights, truth), 0.04);
 }
 
-// A white ball beside: what it sends to the floor in the shadow of the lamp is all that changes there.
+// A white ball to the side: only the light it reflects into the lamp's shadow changes the floor.
 TEST(InstantRadiosity, OneBounceOfAnObjectIsTheReferences) {
   auto scene = std::make_shared<relight::ReferenceScene>();
   scene->real = {square(1, 0, lambert(0.5f))};
@@ -107,7 +107,7 @@ TEST(InstantRadiosity, OneBounceOfAnObjectIsTheReferences) {
 
 TEST(InstantRadiosity, WithoutObjectsNothingChanges) {
   auto scene = std::make_shared<relight::ReferenceScene>(*corner());
-  scene->objects = {ball(0.25f, {-0.3f, 0.3f, 50}, lambert(0.6f))};  // far above all
+  scene->objects = {ball(0.25f, {-0.3f, 0.3f, 50}, lambert(0.6f))};  // far above the scene
   InstantRadiosityOptions options;
   options.light_paths = 64;
   const relight::ReferencePicture picture = instant_radiosity(scene, from_above(), options);

@@ -1,4 +1,4 @@
-// comparators SESSION ... --out FOLDER: what lumigraft is to beat, beside it, on sessions with truth and with the true
+// comparators SESSION ... --out FOLDER: runs the reference methods and lumigraft on sessions with truth and the true
 // room. Writes comparators.csv with the columns of bench's results.csv, and the chart of error against time.
 #include <algorithm>
 #include <cstdio>

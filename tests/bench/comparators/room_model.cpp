@@ -9,8 +9,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kApart_m = 1e-5f;  // between triangles of different planes
-constexpr float kNear_m = 2e-4f;   // within which a vertex lies on its own surface
+constexpr float kApart_m = 1e-5f;  // offset between triangles of different planes
+constexpr float kNear_m = 2e-4f;   // tolerance for a vertex on its own surface
 
 struct Corner {
   Vector3f position_m, normal, color;
@@ -22,7 +22,7 @@ Corner between(const Corner& a, const Corner& b, float t) {
           a.color + t * (b.color - a.color)};
 }
 
-/// Sutherland & Hodgman 1974: what lies where sign · x[axis] <= sign · bound.
+/// Clips a polygon to sign · x[axis] <= sign · bound (Sutherland & Hodgman 1974).
 Polygon cut(const Polygon& polygon, int axis, float sign, float bound) {
   Polygon kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -49,7 +49,7 @@ void add(relight::Model& model, const Corner& corner) {
   model.colors.push_back(corner.color);
 }
 
-/// Albedo of the Lambert part, by a short ray that meets the surface there.
+/// Diffuse albedo, from a short ray that hits the surface there.
 std::optional<Vector3f> shown_albedo(const relight::TraceWorld& world, const Vector3f& p_m, const Vector3f& normal) {
   const auto hit = world.real.hit(p_m + kNear_m * normal, -normal, 2 * kNear_m);
   if (!hit) return std::nullopt;
@@ -86,7 +86,7 @@ std::shared_ptr<const relight::Model> room_model(const relight::TraceWorld& worl
   }
   auto refined = std::make_shared<relight::Model>(*relight::refine_model(model, longest_m));
   for (const relight::Model::Part& part : refined->parts) {
-    if (part.material.metallic > 0 || part.material.specular > 0) continue;  // a known surface: its colour is even
+    if (part.material.metallic > 0 || part.material.specular > 0) continue;  // a known surface: its colour is uniform
     for (std::size_t i = part.first_index; i < part.first_index + part.index_count; ++i) {
       const std::uint32_t v = refined->indices[i];
       if (const auto albedo = shown_albedo(world, refined->positions_m[v], refined->normals[v])) {

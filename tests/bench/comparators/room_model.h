@@ -1,14 +1,14 @@
 #pragma once
-// The true room as a model, so that what draws virtual objects can draw all of it.
+// The true room as a model, for renderers of virtual objects.
 #include <memory>
 
 #include "relight/tracing/world.h"
 
 namespace lumigraft::comparators {
 
-/// What of the room lies in a box, in triangles with no edge longer than `longest_m`, with the albedo that their
-/// vertices show. Mirrors other than known surfaces lose their gloss. Triangles of different planes share no vertex, by
-/// a hundredth of a millimetre: or the walls of a closed room would count as the outside of a solid.
+/// The part of the room inside a box, with triangle edges up to `longest_m` and diffuse albedo per vertex. Mirrors
+/// other than known surfaces become diffuse. Triangles of different planes are separated by a hundredth of a millimetre
+/// and share no vertex: otherwise the walls of a closed room would count as the outside of a solid.
 std::shared_ptr<const relight::Model> room_model(const relight::TraceWorld& world, const Eigen::AlignedBox3f& box,
                                                  float longest_m);
 

@@ -35,7 +35,7 @@ TEST(RoomModel, IsWhatLiesInTheBox) {
   for (const Eigen::Vector3f& color : room->colors) EXPECT_TRUE(color.isApprox(green.base_color, 1e-3f));
 }
 
-// A closed room is not a solid: its air would be the inside.
+// A closed room must not count as a solid, whose inside would be its air.
 TEST(RoomModel, WallsAreShells) {
   auto scene = std::make_shared<relight::ReferenceScene>();
   scene->real = {mesh_of(inside_out(box({-1, -1, 0}, {1, 1, 2})), lambert(0.5f))};

@@ -8,9 +8,9 @@ namespace lumigraft::comparators {
 namespace {
 
 constexpr double kMicrometre_m = 1e-6;
-constexpr float kEmptyVoxels = 64;  // along the room, of a field without bricks: its index stays small
+constexpr float kEmptyVoxels = 64;  // voxels along the room in a field without bricks, for a small index
 
-/// The room is virtual: nothing is known by other ways.
+/// The room is virtual: removes the session's known surfaces.
 capture::Session without_surfaces(capture::Session session) {
   session.real_surfaces.clear();
   return session;

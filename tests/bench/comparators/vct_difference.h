@@ -1,10 +1,10 @@
 #pragma once
-// Differential rendering (Debevec 1998) by voxel cone tracing (Crassin et al. 2011): the whole scene twice, with the
-// objects and without, each a complete solution; then the one less the other.
+// Differential rendering (Debevec 1998) by voxel cone tracing (Crassin et al. 2011): two complete solutions, of the
+// scene with and without objects, and their difference.
 //
-// Both are drawn by the relighter itself, to which the room is one virtual object more in an empty world: the same
-// shaders, cones, bounces and voxels as dvct has with the same plan. Its volumes follow from what is virtual, so they
-// hold the whole of the room that is given, where dvct's finer one holds the objects alone.
+// The relighter renders both, with the room as another virtual object in an empty world: same shaders, cones, bounces
+// and voxels as dvct with the same plan. Its volumes enclose all virtual geometry, so here the whole room, where dvct's
+// finer volume encloses the objects only.
 #include <memory>
 
 #include "capture/session/session.h"
@@ -18,13 +18,13 @@ class VctDifference {
   VctDifference(const std::shared_ptr<relight::gpu::Device>& device, const capture::Session& session,
                 std::shared_ptr<const relight::Model> room);
 
-  /// W/sr/m² of the whole picture, as the codes of the relighter's 8-bit picture tell it: a difference of two is good
-  /// to one code. Volumes are kept where nothing has changed since the last call.
+  /// Radiance of the whole picture, W/sr/m², decoded from the relighter's 8-bit picture: a difference has a resolution
+  /// of one pixel value. Volumes are reused where nothing changed since the last call.
   capture::Image<float> with(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                              const relight::Exhibit& exhibit, const relight::Plan& plan);
   capture::Image<float> without(const capture::FrameSet& frame, const reconstruct::Scene& scene,
                                 const relight::Plan& plan);
-  /// Moves the room by a micrometre to and fro, so that nothing of `without` is kept.
+  /// Moves the room back and forth by a micrometre, to discard the cache of `without`.
   void forget_without();
 
  private:

@@ -18,12 +18,12 @@ using relight::Sampler;
 using relight::TraceWorld;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kLift_m = 1e-4f;  // off a surface
+constexpr float kLift_m = 1e-4f;  // offset from a surface
 constexpr int kSkySamples = 256;  // for its power
 
-constexpr float kWellOutside = 1.02f;  // of the sphere around the objects, in its radii
+constexpr float kWellOutside = 1.02f;  // radius factor of the sphere around the objects
 
-/// A path's first stretch.
+/// A path's first segment.
 struct Emitted {
   Vector3f from_m = Vector3f::Zero(), w = Vector3f::UnitZ();
   relight::Rgb flux_W = relight::Rgb::Zero();
@@ -58,8 +58,8 @@ relight::BoundingSphere around(const std::vector<Eigen::Vector4f>& spheres) {
   return ends_m.empty() ? relight::BoundingSphere{} : relight::bounding_sphere(ends_m);
 }
 
-/// Where light starts. Half of the paths look for the objects, the others go wherever light goes; each is weighted by
-/// both ways in which it may have been chosen (Veach & Guibas 1995).
+/// Samples light emission. Half of the paths are aimed at the objects, the others follow the emission; both are
+/// combined by multiple importance sampling (Veach & Guibas 1995).
 class Sources {
  public:
   explicit Sources(const relight::TraceWorld& world) : world_(world) {
@@ -141,7 +141,7 @@ class Sources {
     if (!(s.pdf > 0)) return e;
     Vector3f x, y;
     relight::basis(s.w, x, y);
-    // Through a disc at right angles to it: that of everything, or that of the objects.
+    // Through a disc perpendicular to the direction, covering everything or the objects.
     const auto through = [&](const relight::BoundingSphere& sphere) {
       return sphere.centre_m - sphere.centre_m.dot(s.w) * s.w;
     };

@@ -1,7 +1,7 @@
 #pragma once
-// Instant radiosity (Keller 1997): light paths leave virtual point lights wherever they meet a surface. For the
-// difference of two scenes (Knecht et al. 2010) each path is traced in both with the same random numbers, so that the
-// lights are the same as long as no object is in the way.
+// Instant radiosity (Keller 1997): light paths create virtual point lights at every surface hit. For the difference of
+// two scenes (Knecht et al. 2010) each path is traced in both with the same random numbers, so that the lights are
+// equal as long as no object is hit.
 #include <optional>
 #include <vector>
 
@@ -9,7 +9,7 @@
 
 namespace lumigraft::comparators {
 
-/// Lambert: radiant intensity falls with the cosine to the normal.
+/// Lambertian: radiant intensity is proportional to the cosine to the normal.
 struct VirtualLight {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::UnitZ();
   relight::Rgb intensity = relight::Rgb::Zero();  ///< along the normal, W/sr
@@ -19,14 +19,14 @@ struct VirtualLight {
   }
 };
 
-/// The same vertex of the same path, in the room alone and with the objects; empty where the path has ended before.
+/// The same vertex of the same path, in the room alone and with the objects; empty where the path has already ended.
 struct LightPair {
   std::optional<VirtualLight> without, with;
 };
 
-/// `paths` light paths of up to `bounces` vertices each. Lamps and sky start paths in proportion to their power, half
-/// of them towards the objects; of the sky, what falls on the sphere around everything counts. Mirrors start no lights:
-/// paths go on as from their Lambert part alone.
+/// Traces `paths` light paths of up to `bounces` vertices. Lamps and sky start paths in proportion to their power, half
+/// of them towards the objects; the sky's power is that on the bounding sphere of the scene. Mirrors create no lights:
+/// paths continue from their Lambert part only.
 std::vector<LightPair> trace_virtual_lights(const relight::TraceWorld& world, int paths, int bounces,
                                             std::uint32_t seed);
 

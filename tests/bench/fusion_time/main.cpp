@@ -1,6 +1,5 @@
-// Processor time of fusing depth pictures of 640 x 480 at voxels of 8 mm, into a table-top in the corner of a room of
-// 2 m, all of it in the field; with the sensor's noise. Median over the pictures of each film; of each
-// picture the least of five runs.
+// CPU time of fusing 640 x 480 depth frames with sensor noise at 8 mm voxels, of a table-top in the corner of a 2 m
+// room that lies entirely in the field. Median over the frames of each film, of the minimum of five runs per frame.
 //
 //   build/release/fusion_time
 #include <cstdio>
@@ -12,12 +11,12 @@
 namespace lumigraft::test {
 namespace {
 
-/// The cube from -1 to 1 m, of which the camera sees a table with a ball, and two walls.
+/// Signed distance of the cube from -1 to 1 m; the camera sees a table with a ball, and two walls.
 double corner_of_room(const Eigen::Vector3d& p) { return std::min({ball_on_table(p), 1 - p.x(), 1 - p.y()}); }
 
 struct Film {
   const char* name;
-  double way_m, turn_rad;  ///< from picture to picture
+  double way_m, turn_rad;  ///< per frame
 };
 
 void measure(const Film& film) {

@@ -1,6 +1,6 @@
-// Processor time of every stage of reconstruct on every frame of a recording, played to and fro at 30 frames a second:
-// nothing rests but albedo, which is solved every eighth frame while the room is learnt and every 32nd from then on:
-// where it can, only what is new ("new").
+// CPU time of every stage of reconstruct on every frame of a recording, played back and forth at 30 frames per second.
+// All stages run on every frame except albedo, solved every eighth frame while the room is being reconstructed and
+// every 32nd afterwards, incrementally where possible ("new").
 //
 //   build/release/reconstruct_time SESSION [FRAMES]
 #include <algorithm>
