@@ -1,5 +1,6 @@
 #pragma once
-// Rooms with answers in closed form: analytic distance fields with known radiance and albedo, known lamps, an even sky.
+// Rooms with closed-form solutions: analytic distance fields with known radiance and albedo, known lamps, a uniform
+// sky.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -17,52 +18,52 @@ struct ClosedScene {
   double focal_px = 80;
   Eigen::Vector3f eye_m{0, -0.9f, 0.7f}, look_at_m{0, 0, 0};
 
-  /// Distance to the room's surfaces, positive in free space; anything with unit gradient near its zero.
+  /// Distance to the room's surfaces, positive in free space; needs a unit gradient only near its zero.
   std::function<float(const Eigen::Vector3f&)> distance = [](const Eigen::Vector3f& p) { return p.z(); };
   Eigen::AlignedBox3f extent{Eigen::Vector3f(-0.9f, -0.9f, -0.1f), Eigen::Vector3f(0.9f, 0.9f, 0.1f)};  ///< known
   float voxel_m = 0.008f;
   float albedo = 0.5f;
-  /// What a surface point sends out, lamps, sky and all bounces together; the camera sees the same.
+  /// Radiance of a surface point: lamps, sky and all bounces; equals the camera's picture.
   std::function<float(const Eigen::Vector3f&)> radiance = [](const Eigen::Vector3f&) { return 0.5f; };
-  float sky = 1.0f;  ///< radiance of everything that isn't geometry
+  float sky = 1.0f;  ///< radiance where there is no geometry
   std::vector<reconstruct::PointLight> lamps;
   relight::Exhibit exhibit;
 
   capture::Session session() const;
-  capture::FrameSet frame() const;  ///< depth by marching the distance from the eye
+  capture::FrameSet frame() const;  ///< depth by sphere tracing from the eye
   reconstruct::Scene scene() const;
   Eigen::Isometry3d T_tag_camera() const;
-  /// Where the pixel's ray meets the plane z = height.
+  /// Intersection of the pixel's ray with the plane z = height.
   Eigen::Vector3f on_plane(int u, int v, float height_m = 0) const;
   relight::RelitPicture relit(relight::Renderer& renderer, const relight::Plan& plan) const;  ///< with its maps
 };
 
-/// A plan with all that is derived from it at its most careful, in small volumes.
+/// A plan with the most accurate derived settings, with small volumes.
 relight::Plan careful_plan(int volume = 64, int bounces = 2);
 
-/// By rays, at one of trace_scale² pixels.
+/// A plan that gathers by rays, at one of trace_scale² pixels.
 relight::Plan rays_plan(int trace_scale = 2, int rays = 20, int bounces = 2);
 
-/// A lamp at a known place.
+/// A lamp at a known position.
 reconstruct::PointLight lamp_at(const Eigen::Vector3f& position_m, float radius_m, float intensity);
-/// What it brings to a surface: E = I cos θ / d², times what a flat lamp sends that way.
+/// Irradiance on a surface: E = I cos θ / d², times a flat lamp's emission profile.
 float irradiance(const reconstruct::PointLight& lamp, const Eigen::Vector3f& at_m, const Eigen::Vector3f& normal);
 
-/// A sphere of 40 × 80 facets with smooth normals, Lambert.
+/// A Lambertian sphere of 40 × 80 facets with smooth normals.
 relight::VirtualObject sphere_object(float radius_m, const Eigen::Vector3f& centre_m, float albedo);
 relight::VirtualObject box_object(const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m, float albedo);
 
-/// A white box on a grey floor beside a lamp: it lights the floor, and as it turns, elsewhere.
+/// A white box on a grey floor next to a lamp: it reflects light to the floor, elsewhere as it rotates.
 ClosedScene box_on_floor();
 
 /// Signed distance to a box, negative inside.
 float box_distance(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& p_m);
 
-/// Radiance of channel 0 of the picture, W/sr/m², to half a code value.
+/// Radiance of channel 0 of the picture, W/sr/m², with a resolution of half a pixel value.
 float picture_radiance(const relight::RelitPicture& picture, int u, int v);
 
 /// Tests of a suite run on both devices, one of each kind for all of them, with the validation layer or debug output
-/// on. A suite says ON_BOTH_DEVICES (device_fixture.h) and its tests are TEST_P.
+/// on. A suite declares ON_BOTH_DEVICES (device_fixture.h) and its tests are TEST_P.
 class ClosedTest : public testing::TestWithParam<relight::gpu::Backend> {
  protected:
   ClosedTest() : device_(devices_[GetParam()]) {

@@ -1,6 +1,6 @@
 #pragma once
-// A cube of a room around the origin, of which one wall at a time fills the picture: what arrives at all six sums up to
-// what leaves an object.
+// A cubic room around the origin, rendered wall by wall with one wall filling the picture: the light that arrives at
+// all six walls sums to the light that leaves an object.
 #include <numbers>
 
 #include "tests/relight/closed_form/closed_scene.h"
@@ -8,11 +8,11 @@
 namespace lumigraft::test {
 
 struct CubeRoom : ClosedScene {
-  float half_m, from_m;  ///< of the cube; the camera stands so far before its middle
+  float half_m, from_m;  ///< half edge of the cube; distance of the camera in front of its centre
 
   CubeRoom(float half, float from, float wall_m = 0.05f) : half_m(half), from_m(from) {
     width = height = 40;
-    focal_px = 0.5 * width * (half_m - from_m) / half_m;  // a wall fills the picture to its border
+    focal_px = 0.5 * width * (half_m - from_m) / half_m;  // a wall exactly fills the picture
     distance = [half, wall_m](const Eigen::Vector3f& p) {
       const Eigen::Vector3f middle = Eigen::Vector3f::Constant(half + 0.5f * wall_m);
       return std::abs(box_distance({-middle, middle}, p)) - 0.5f * wall_m;
@@ -21,7 +21,7 @@ struct CubeRoom : ClosedScene {
     extent = {-outside, outside};
   }
 
-  /// Walls of this albedo under one lamp, and no sky.
+  /// Sets walls of this albedo under one lamp, without sky.
   void light_walls(float walls, const reconstruct::PointLight& lamp) {
     albedo = walls;
     sky = 0;
@@ -36,7 +36,7 @@ struct CubeRoom : ClosedScene {
     };
   }
 
-  /// Calls `visit` with the change of light that arrives, W, at what each pixel shows of each wall.
+  /// Calls `visit` with the change of arriving light, in W, per pixel of each wall.
   template <typename Visit>
   void change_on_walls(relight::Renderer& renderer, const relight::Plan& plan, const Visit& visit) {
     const float pixel_m = 2 * half_m / static_cast<float>(width);

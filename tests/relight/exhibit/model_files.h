@@ -11,7 +11,7 @@
 
 namespace lumigraft::test {
 
-/// A folder that goes away with the test.
+/// A folder that is removed after the test.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -74,12 +74,12 @@ std::string bytes_of(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-/// A glTF file with one buffer; whatever else a test wants goes straight into `json`.
+/// A glTF file with one buffer; tests add other elements to `json`.
 class GltfFile {
  public:
   nlohmann::json json = {{"asset", {{"version", "2.0"}}}, {"scene", 0}, {"scenes", {{{"nodes", {0}}}}}};
 
-  /// A triangle mesh of (0,0,0), (1,0,0), (0,1,0) with texture coordinates at both texels' centres.
+  /// A triangle mesh of (0,0,0), (1,0,0), (0,1,0) with texture coordinates at the centres of both texels.
   GltfFile() {
     const int positions = add({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3");
     json["accessors"][positions]["min"] = {0, 0, 0};

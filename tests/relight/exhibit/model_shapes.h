@@ -37,7 +37,7 @@ inline void add_quad(Points* corners, const Eigen::Vector3f& a, const Eigen::Vec
   for (const Eigen::Vector3f& p : {a, b, c, a, c, d}) corners->push_back(p);
 }
 
-/// Faces point out; quads run counter-clockwise seen from outside.
+/// Outward faces; quads are counter-clockwise seen from outside.
 inline Points box(const Eigen::Vector3f& low, const Eigen::Vector3f& high) {
   const auto at = [&](int n) {
     return Eigen::Vector3f(n & 1 ? high.x() : low.x(), n & 2 ? high.y() : low.y(), n & 4 ? high.z() : low.z());
@@ -53,7 +53,7 @@ inline Points box(const Eigen::Vector3f& low, const Eigen::Vector3f& high) {
 }
 
 /// A surface of revolution around z: profile point n of `steps` + 1 is at radius and height (x, y) of profile(n/steps).
-/// Vertices at equal places are equal bit for bit.
+/// Vertices at equal positions are bitwise equal.
 template <typename Profile>
 Points revolved(int steps, int segments, const Profile& profile) {
   Points p;
@@ -72,7 +72,7 @@ Points revolved(int steps, int segments, const Profile& profile) {
   return p;
 }
 
-/// Profile from the south pole up to `top` of the way to the north pole (1: the whole sphere).
+/// Profile from the south pole up to the fraction `top` of the way to the north pole (1: the whole sphere).
 inline Points sphere(float radius_m, int steps, float top = 1.0f) {
   return revolved(steps, 2 * steps, [=](float t) {
     if (t == 0.0f) return Eigen::Vector2f(0, -radius_m);

@@ -1,5 +1,5 @@
 #pragma once
-// Every test of a device runs on both, one device of each kind for all tests of a suite, with the validation layer or
+// Device tests run on both backends, one device of each kind for all tests of a suite, with the validation layer or
 // debug output on.
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-// A device that has no room for some textures, and is a real one in all else.
+// A real device that fails to allocate some textures.
 #include <functional>
 #include <memory>
 

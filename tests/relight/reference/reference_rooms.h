@@ -1,5 +1,5 @@
 #pragma once
-// Rooms for the path-traced reference, small enough to be thought through.
+// Small rooms for tests of the path-traced reference.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ inline relight::ReferenceMesh mesh_of(const Points& corners, const relight::Mate
   return mesh;
 }
 
-/// Level, facing up.
+/// A horizontal square, facing up.
 inline relight::ReferenceMesh square(float half_m, float height_m, const relight::Material& material) {
   const auto at = [&](float x, float y) { return Eigen::Vector3f(x * half_m, y * half_m, height_m); };
   Points corners;
@@ -32,7 +32,7 @@ inline relight::ReferenceMesh square(float half_m, float height_m, const relight
   return mesh_of(corners, material);
 }
 
-/// Level, around the z axis, of the area of the circle.
+/// A horizontal disc around the z axis, with the area of the exact circle.
 inline relight::ReferenceMesh disc(float radius_m, float height_m, const relight::Material& material) {
   constexpr int kSides = 256;
   const float step = 2 * kPi / kSides;
@@ -62,7 +62,7 @@ inline relight::ReferenceLamp bulb(const Eigen::Vector3f& centre_m, float radius
   return lamp;
 }
 
-/// Shining down.
+/// A panel that emits downwards.
 inline relight::ReferenceLamp panel(const Eigen::Vector3f& centre_m, float half_x_m, float half_y_m, float radiance) {
   relight::ReferenceLamp lamp = bulb(centre_m, 0, radiance);
   lamp.shape = relight::ReferenceLamp::Shape::rectangle;
@@ -77,7 +77,7 @@ inline relight::ReferenceLamp round_panel(const Eigen::Vector3f& centre_m, float
   return lamp;
 }
 
-/// Looks from one point to another; `width_m` of what lies there is seen.
+/// A camera at one point that looks at another, where the picture is `width_m` wide.
 inline relight::PosedCamera looking(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m, float width_m,
                                     int width, int height) {
   relight::PosedCamera camera;

@@ -1,13 +1,13 @@
 #pragma once
-// Ways to lose a device under a program that uses it.
+// Makes devices that a program uses fail as lost.
 #include <string>
 
 #include "relight/gpu/device.h"
 
 namespace lumigraft::relight::gpu {
 
-/// While it lives, devices that are made can be lost. Vulkan: by a layer between program and driver, which answers
-/// VK_ERROR_DEVICE_LOST (layer.cpp). EGL: by closing the driver's connection, which takes all contexts along.
+/// Devices created during its lifetime can be lost. Vulkan: by a layer between program and driver, which returns
+/// VK_ERROR_DEVICE_LOST (layer.cpp). EGL: by closing the driver's connection, which destroys all contexts.
 class LosableDevices {
  public:
   explicit LosableDevices(Backend backend);
@@ -15,7 +15,7 @@ class LosableDevices {
   LosableDevices(const LosableDevices&) = delete;
   LosableDevices& operator=(const LosableDevices&) = delete;
 
-  void lose() const;  ///< those that are there; later ones work
+  void lose() const;  ///< loses the existing devices; later ones work
 
  private:
   Backend backend_;
