@@ -1,5 +1,5 @@
-// What a scene or a plan may hold and no device likes: no crash, no number in any map that is none, and a warning where
-// the picture comes near the truth alone.
+// Difficult scenes and plans: no crash, no NaN or infinity in any map, and a warning where the picture is only
+// approximate.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace lumigraft::test {
 namespace {
 
-/// Holds light volumes of up to 32 voxels an edge and pictures of up to 3000 pixels.
+/// A device for light volumes of up to 32 voxels per edge and pictures of up to 3000 pixels.
 std::shared_ptr<relight::gpu::Device> small_device(std::shared_ptr<relight::gpu::Device> real) {
   return std::make_shared<LimitedDevice>(std::move(real), [](const relight::gpu::TextureDesc& d) {
     const bool of_an_object = d.name.find("object ") == 0;
@@ -34,7 +34,7 @@ bool warns_of(const relight::RelitPicture& picture, const std::string& what) {
                      [&](const std::string& warning) { return warning.find(what) != std::string::npos; });
 }
 
-/// Everything sends out as much, so nothing that does not absorb can be told from the rest.
+/// A furnace: all radiances are equal, so an object that does not absorb is invisible.
 ClosedScene furnace() {
   ClosedScene scene;
   scene.width = 48;
@@ -58,7 +58,7 @@ ClosedScene under_a_lamp(const Eigen::Vector3f& position_m, float radius_m) {
   return scene;
 }
 
-/// Settings that trace for pixels, and those that look up.
+/// Settings that trace per pixel, and those that look up volumes.
 std::array<relight::Plan, 2> plans() {
   std::array<relight::Plan, 2> both{careful_plan(32), careful_plan(32)};
   both[1].trace_scale = 4;
@@ -70,12 +70,12 @@ class BadInput : public ClosedTest {
   struct Range {
     double least = 0, most = 0;
   };
-  /// By how much the picture is darker and brighter than the furnace's light, of it.
+  /// Relative darkening and brightening of the picture against the furnace's light.
   Range off_the_furnace(const relight::RelitPicture& picture) {
     Range range;
     for (int v = 0; v < picture.srgb.height; ++v) {
       for (int u = 0; u < picture.srgb.width; ++u) {
-        if (picture.maps->mask.at(u, v) == 0 && picture.maps->depth_m.at(u, v) <= 0) continue;  // past the room's end
+        if (picture.maps->mask.at(u, v) == 0 && picture.maps->depth_m.at(u, v) <= 0) continue;  // beyond the room
         const double off = picture_radiance(picture, u, v) / 0.5 - 1;
         range.least = std::min(range.least, off);
         range.most = std::max(range.most, off);
@@ -116,7 +116,7 @@ TEST_P(BadInput, APictureThatTheDeviceCannotHoldPassesThrough) {
   EXPECT_TRUE(warns_of(picture, "the camera picture passes through"));
 }
 
-// A ball of as many triangles as a scan has, and no vertex shared, so that software devices have no buffer for all.
+// A ball with as many triangles as a scan and no shared vertices, which exceeds the buffers of software devices.
 TEST_P(BadInput, MillionsOfTriangles) {
   ClosedScene scene = furnace();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 1)};
@@ -131,7 +131,7 @@ TEST_P(BadInput, MillionsOfTriangles) {
   expect_even(picture);
 }
 
-// A file with a vertex that is nowhere, and triangles that are lines or points, beside two that are a square.
+// A file with a vertex at an invalid position and degenerate triangles, next to a valid square.
 TEST_P(BadInput, NanVerticesAndTrianglesOfNoArea) {
   ClosedScene scene = furnace();
   const std::string file = testing::TempDir() + "lumigraft-bad-" + std::string(name_of(GetParam())) + ".ply";
@@ -149,8 +149,7 @@ TEST_P(BadInput, NanVerticesAndTrianglesOfNoArea) {
   }
 }
 
-// A lamp in a ball lights nothing any more, one at its very middle, on its surface or in the floor neither breaks
-// anything.
+// A lamp inside a ball lights nothing; lamps at its exact centre, on its surface or in the floor cause no failure.
 TEST_P(BadInput, ALampInsideTheObject) {
   const Eigen::Vector3f centre(0, 0, 0.15f);
   for (const Eigen::Vector3f& lamp : {Eigen::Vector3f(0.03f, 0.02f, 0.17f), centre}) {
@@ -173,7 +172,7 @@ TEST_P(BadInput, ALampInsideTheObject) {
         }
       }
       EXPECT_GT(floor, 200);
-      EXPECT_LT(left / floor, plan.trace_scale == 4 ? 0.2 : 0.05);  // by few cones, or many
+      EXPECT_LT(left / floor, plan.trace_scale == 4 ? 0.2 : 0.05);  // with few cones, or many
     }
   }
   for (const Eigen::Vector3f& lamp : {Eigen::Vector3f(0, 0, 0.25f), Eigen::Vector3f(0.2f, 0, 0)}) {
@@ -184,8 +183,8 @@ TEST_P(BadInput, ALampInsideTheObject) {
   }
 }
 
-// Out of sight, far beyond what is known of the room, and as far from another object: nothing breaks, and where the
-// volumes must stretch over both a warning says how coarse they are.
+// Objects out of sight, far outside the known room and far apart: no failure, and where the volumes must cover both, a
+// warning gives their resolution.
 TEST_P(BadInput, AnObjectOutOfViewOrOfTheRoom) {
   ClosedScene scene = under_a_lamp({0.1f, 0.3f, 0.9f}, 0.02f);
   for (const relight::Plan& plan : plans()) {
@@ -202,7 +201,7 @@ TEST_P(BadInput, AnObjectOutOfViewOrOfTheRoom) {
   }
 }
 
-// The camera in a white ball, and under a large open shell with the floor in it.
+// The camera inside a white ball, and under a large open shell that intersects the floor.
 TEST_P(BadInput, AnObjectAroundTheCamera) {
   ClosedScene scene = furnace();
   for (const relight::Plan& plan : plans()) {
@@ -218,8 +217,8 @@ TEST_P(BadInput, AnObjectAroundTheCamera) {
   }
 }
 
-// Mirrors and white things reflect all: neither can be told from the even light around. A rough metal loses what its
-// facets reflect into each other (GGX counts one reflection alone), and gains nothing.
+// Mirrors and white objects reflect everything: they are invisible in the uniform light. A rough metal loses energy by
+// multiple reflections between facets (GGX models one), and gains none.
 TEST_P(BadInput, RoughnessZeroAndAlbedoOne) {
   struct Case {
     float metallic, roughness, specular;

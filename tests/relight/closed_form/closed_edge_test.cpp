@@ -1,4 +1,4 @@
-// Edges of real things between a surface and an object.
+// Edges of real objects between a surface and a virtual object.
 #include <cmath>
 
 #include "tests/relight/closed_form/closed_scene.h"
@@ -15,11 +15,10 @@ bool meets(const Eigen::AlignedBox3f& box, const Eigen::Vector3f& from, const Ei
 class ClosedEdge : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedEdge);
 
-// A black slab stands on a floor behind a kerb. It takes the sky's light from where the floor sees it over the kerb:
-// E = L ∫ cos θ dω over the directions that meet the slab and not the kerb, here by 4096 rays. Cones that graze the
-// kerb must stay open above it; an operator that multiplied what every step hides would close them. What is missing:
-// near the kerb a cone is as wide as the kerb is high, and its start is lifted by a voxel, so 12 % too much gets over
-// it.
+// A black slab on a floor behind a kerb occludes the sky that the floor sees above the kerb: E = L ∫ cos θ dω over the
+// directions that hit the slab and not the kerb, here with 4096 rays. Cones that graze the kerb must stay open above
+// it; multiplying the occlusion of all steps would close them. Remaining error: near the kerb a cone is as wide as the
+// kerb is high, and its origin is lifted by a voxel, so 12 % too much passes above it.
 TEST_P(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
   constexpr float albedo = 0.5f, sky = 1.0f;
   const Eigen::AlignedBox3f kerb(Eigen::Vector3f(-0.3f, -0.04f, -0.1f), Eigen::Vector3f(0.3f, 0.04f, 0.05f));
@@ -41,11 +40,11 @@ TEST_P(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
     for (int v = 0; v < scene.height; v += 2) {
       for (int u = 0; u < scene.width; u += 2) {
         const Eigen::Vector3f p = scene.on_plane(u, v);
-        // Floor in front of the kerb, where it is not the slab that the camera sees.
+        // Floor in front of the kerb that is not covered by the slab.
         if (picture.maps->mask.at(u, v) > 0 || p.y() > -0.06f || p.y() < -0.5f || std::abs(p.x()) > 0.25f) continue;
         int taken = 0;
         constexpr int rays = 4096;
-        for (int i = 0; i < rays; ++i) {  // spread by the cosine
+        for (int i = 0; i < rays; ++i) {  // cosine-weighted
           const float s = std::sqrt((static_cast<float>(i) + 0.5f) / rays), phi = 2.39996323f * static_cast<float>(i);
           const Eigen::Vector3f w(s * std::cos(phi), s * std::sin(phi), std::sqrt(1 - s * s));
           taken += meets(slab, p, w) && !meets(kerb, p, w);
@@ -64,8 +63,8 @@ TEST_P(ClosedEdge, ConesThatGrazeAKerbStayOpen) {
   }
 }
 
-// Where the lit top of a box meets its dark front, a pixel on the edge shows both, each as bright as beside the edge:
-// not a surface between them that is nowhere.
+// Where the lit top of a box meets its dark front, an edge pixel contains both, each with its own brightness, and not
+// an interpolated surface.
 TEST_P(ClosedEdge, EdgeOfAnObjectMixesItsTwoFaces) {
   ClosedScene scene;
   scene.sky = 0.1f;

@@ -1,4 +1,4 @@
-// A glossy layer over a Lambert body, under an even sky.
+// A glossy layer on a Lambertian body under a uniform sky.
 #include <cmath>
 
 #include "tests/relight/closed_form/closed_scene.h"
@@ -9,9 +9,9 @@ namespace {
 class ClosedGloss : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedGloss);
 
-// A polished box seen from above shows, of a sky of radiance L, what its layer mirrors, and what its body throws back
-// of what the layer lets pass both ways (Ashikhmin & Shirley 2000): L (F(n·v) + ρ (1 - F0 - (F90 - F0) / 21) (1 -
-// F(n·v))), F by Schlick with F0 = 0.04, F90 = 1.
+// Radiance of a polished box under a sky of radiance L: the layer's reflection, and the body's after two transmissions
+// of the layer (Ashikhmin & Shirley 2000): L (F(n·v) + ρ (1 - F0 - (F90 - F0) / 21) (1 - F(n·v))), F by Schlick with F0
+// = 0.04, F90 = 1.
 TEST_P(ClosedGloss, AVarnishedBoxShowsItsLayerAndWhatPassesIt) {
   constexpr float sky = 0.6f, body = 0.5f, top_m = 0.1f, f0 = 0.04f;
   for (const float eye_z_m : {0.9f, 0.35f}) {

@@ -1,5 +1,5 @@
-// A strip of the floor of which too little is known, as in the shadow of a depth sensor's projector or where a surface
-// is seen too slantwise: its light changes as that of the floor beside it does.
+// A strip of the floor with missing data, as in the shadow of a depth sensor's projector or at grazing angles: its
+// light changes as on the floor next to it.
 #include <cmath>
 
 #include "relight/gather/ray_renderer.h"
@@ -8,7 +8,7 @@
 namespace lumigraft::test {
 namespace {
 
-constexpr float kStripHalf_m = 0.016f;  // about 7 pixels in all, a voxel and more away from what is fused
+constexpr float kStripHalf_m = 0.016f;  // about 7 pixels wide; more than a voxel away from fused data
 
 ClosedScene ball_before_lamp() {
   ClosedScene scene;
@@ -23,7 +23,7 @@ ClosedScene ball_before_lamp() {
   return scene;
 }
 
-/// Across the shadow, which falls to the left of the ball.
+/// A strip across the shadow, which falls to the left of the ball.
 bool in_strip(const Eigen::Vector3f& p) { return std::abs(p.x() + 0.12f) < kStripHalf_m; }
 
 capture::FrameSet without_strip(const ClosedScene& scene) {
@@ -38,7 +38,7 @@ capture::FrameSet without_strip(const ClosedScene& scene) {
   return frame;
 }
 
-/// Its color is not known in the strip, and its surface neither unless `fused`.
+/// Removes the colour in the strip, and its surface too unless `fused`.
 reconstruct::Scene unknown_strip(const ClosedScene& closed, bool fused) {
   reconstruct::Scene scene = closed.scene();
   auto field = std::make_shared<reconstruct::DistanceField>(*scene.field);
@@ -62,7 +62,7 @@ reconstruct::Scene unknown_strip(const ClosedScene& closed, bool fused) {
   return scene;
 }
 
-/// RMS error over the strip's light, over its change; `make(session)` makes a renderer.
+/// RMS error of the strip's light relative to its change; `make(session)` creates a renderer.
 template <typename Make>
 double strip_error(const Make& make, const relight::Plan& plan, bool fused) {
   const ClosedScene closed = ball_before_lamp();

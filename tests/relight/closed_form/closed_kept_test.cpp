@@ -1,5 +1,5 @@
-// What is shown again, because nothing that it depends on has changed: it must be what a relighter would draw that
-// never saw anything else, or as near to it as is stated.
+// Cached results that are reused because their inputs did not change: they must equal the picture of a new relighter,
+// or differ by a stated bound.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -27,7 +27,7 @@ relight::Plan live_plan() {
   return plan;
 }
 
-/// As a camera with noise and quantisation of its own gives it.
+/// A picture with camera noise and quantisation.
 capture::FrameSet noisy(const capture::FrameSet& frame, unsigned seed, float sigma_codes, float sigma_m) {
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
@@ -78,8 +78,7 @@ TEST_P(ClosedKept, WhatIsStillTakesNoPass) {
   }
 }
 
-// Another picture of the same view: only the camera's noise is new. What is multiplied is the new picture; the factor
-// is that of the first.
+// Another picture of the same view: only the camera's noise differs. The cached factor is applied to the new picture.
 TEST_P(ClosedKept, NoiseOfTheCameraIsNoReasonToDrawAgain) {
   const ClosedScene scene = ball_on_floor();
   const reconstruct::Scene still = scene.scene();
@@ -93,7 +92,7 @@ TEST_P(ClosedKept, NoiseOfTheCameraIsNoReasonToDrawAgain) {
   }
 }
 
-// A hand before the camera covers a corner of the floor beside the ball: these blocks alone are drawn again.
+// A hand in front of the camera covers a corner of the floor next to the ball: only these blocks are rendered again.
 TEST_P(ClosedKept, WhatEntersTheViewIsDrawn) {
   const ClosedScene scene = ball_on_floor();
   const capture::FrameSet before = noisy(scene.frame(), 1, 0, 0);
@@ -115,7 +114,7 @@ TEST_P(ClosedKept, WhatEntersTheViewIsDrawn) {
   const auto with_hand = relighter.relight(after, still, scene.exhibit, plan);
   const auto wanted = fresh(scene, after, plan);
   EXPECT_GT(rms_codes(with_hand.srgb, first.srgb), 3);
-  EXPECT_LT(rms_codes(with_hand.srgb, wanted), 0.1);  // normals from depth reach into the blocks beside
+  EXPECT_LT(rms_codes(with_hand.srgb, wanted), 0.1);  // normals from depth reach into adjacent blocks
   EXPECT_LT(rms_codes(relighter.relight(before, still, scene.exhibit, plan).srgb, first.srgb), 0.1);
 }
 

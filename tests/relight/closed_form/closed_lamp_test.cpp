@@ -1,4 +1,4 @@
-// One known lamp over a plane.
+// A known lamp over a plane.
 #include <cmath>
 #include <numbers>
 
@@ -10,7 +10,7 @@ namespace {
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kAlbedo = 0.5f;
 
-/// A plane under one lamp and nothing else: radiance ρ/π · I cos θ / d² (Lambert 1760).
+/// A plane under one lamp and no other light: radiance ρ/π · I cos θ / d² (Lambert 1760).
 ClosedScene plane_under(const reconstruct::PointLight& lamp) {
   ClosedScene scene;
   scene.albedo = kAlbedo;
@@ -22,14 +22,14 @@ ClosedScene plane_under(const reconstruct::PointLight& lamp) {
   return scene;
 }
 
-/// Plane points that the picture shows beside the object, with their share of the plane's area.
+/// Visible points of the plane outside the object, each with its area of the plane.
 template <typename Visit>
 void for_each_plane_pixel(const ClosedScene& scene, const relight::RelitPicture& picture, const Visit& visit) {
   const Eigen::Vector3f forward = (scene.look_at_m - scene.eye_m).normalized();
   for (int v = 0; v < scene.height; ++v) {
     for (int u = 0; u < scene.width; ++u) {
       const Eigen::Vector3f p = scene.on_plane(u, v), to = p - scene.eye_m;
-      // A pixel covers z³ / (f² d cos) with z along the camera's axis: its solid angle's cone cut by the plane.
+      // A pixel covers z³ / (f² d cos), z along the camera's axis: its solid angle projected onto the plane.
       const float z = forward.dot(to), f = static_cast<float>(scene.focal_px);
       const float area_m2 = z * z * z / (f * f * -to.z());
       visit(u, v, p, area_m2, picture.maps->mask.at(u, v) > 0);
@@ -40,8 +40,8 @@ void for_each_plane_pixel(const ClosedScene& scene, const relight::RelitPicture&
 class ClosedLamp : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedLamp);
 
-// A black ball takes the lamp's whole light where the way to the lamp meets it, and nothing elsewhere. Together it
-// takes what the lamp sends into the ball's cone: Φ = 2π I (1 - cos α), sin α = r / d.
+// A black ball occludes the lamp completely where it intersects the path to the lamp, and nothing elsewhere. In total
+// it removes the flux that the lamp sends into the ball's cone: Φ = 2π I (1 - cos α), sin α = r / d.
 TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
   const reconstruct::PointLight lamp = lamp_at({0.1f, 0.5f, 1.0f}, 0.002f, 1);
   const Eigen::Vector3f centre(0, 0, 0.2f);
@@ -78,7 +78,7 @@ TEST_P(ClosedLamp, BlackBallTakesItsShadowAndNothingElse) {
   EXPECT_NEAR(taken_W, sent_W, 0.01 * sent_W);  // 200 pixels, of which the outline's 50 are right within a fifth
 }
 
-// Share of a lamp, seen as a disk, that two boxes leave free; by 500 rays.
+// Visible fraction of a lamp, as a disk, past two boxes; by 500 rays.
 float free_share(const reconstruct::PointLight& lamp, const Eigen::Vector3f& p,
                  const std::vector<Eigen::AlignedBox3f>& boxes) {
   const Eigen::Vector3f axis = (lamp.position_m - p).normalized(), x = axis.unitOrthogonal(), y = axis.cross(x);
@@ -99,8 +99,8 @@ float free_share(const reconstruct::PointLight& lamp, const Eigen::Vector3f& p,
   return static_cast<float>(open) / rays;
 }
 
-// A wide lamp past a column on a plate: the box around the two is mostly air, through which light must pass whatever
-// the volumes' size. The reference is the lamp's visible share by rays.
+// A wide lamp past a column on a plate: most of their common bounding box is air, which must transmit light at every
+// volume size. Reference: the lamp's visible fraction by rays.
 TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
   const reconstruct::PointLight lamp = lamp_at({-0.15f, -0.05f, 1.1f}, 0.13f, 1);
   const std::vector<Eigen::AlignedBox3f> boxes{
@@ -129,7 +129,7 @@ TEST_P(ClosedLamp, PenumbraOfAWideLampIsItsHiddenShare) {
   }
 }
 
-// A panel is a Lambert emitter: what a ball takes of it goes with the cosine at the panel too.
+// A panel is a Lambertian emitter: the flux that a ball removes includes the cosine at the panel.
 TEST_P(ClosedLamp, PanelShinesWithItsCosine) {
   reconstruct::PointLight lamp = lamp_at({0.5f, 0.3f, 0.8f}, 0.01f, 1);
   lamp.direction = (lamp.position_m - Eigen::Vector3f(0, 0, 0.3f)).normalized();  // from the probe
@@ -152,8 +152,8 @@ TEST_P(ClosedLamp, PanelShinesWithItsCosine) {
   EXPECT_GT(in_shadow, 100);
 }
 
-// A sheet a tenth as thick as a voxel, which voxels cannot hold: it takes the whole light of a lamp all the same, and
-// its penumbra is as wide as the lamp seen through its edge.
+// A sheet a tenth of a voxel thick, which voxels cannot represent: it still occludes the lamp completely, and its
+// penumbra has the width of the lamp projected through its edge.
 TEST_P(ClosedLamp, SheetThinnerThanAVoxelCastsAWholeShadow) {
   const reconstruct::PointLight lamp = lamp_at({0, 0.3f, 0.9f}, 0.04f, 1);
   constexpr float half_m = 0.2f, height_m = 0.35f;
@@ -168,12 +168,12 @@ TEST_P(ClosedLamp, SheetThinnerThanAVoxelCastsAWholeShadow) {
     int in_shadow = 0, in_light = 0;
     for_each_plane_pixel(scene, picture, [&](int u, int v, const Eigen::Vector3f& p, float area_m2, bool object) {
       if (object) return;
-      // Where the line to the lamp's centre meets the sheet's plane, and how far off it the lamp's rim does.
+      // Intersection of the line to the lamp's centre with the sheet's plane, and the offset for the lamp's rim.
       const Eigen::Vector3f on_sheet = p + (lamp.position_m - p) * (height_m / lamp.position_m.z());
       const float inside_m = half_m - on_sheet.head<2>().cwiseAbs().maxCoeff();
       const float rim_m = lamp.radius_m * height_m / lamp.position_m.z();
       const float before = scene.radiance(p), delta = picture.maps->delta.at(u, v);
-      // Light is traced for one pixel of 2 × 2 at the coarsest, and a pixel is longer than wide here.
+      // Light is traced at one pixel of 2 × 2 at the coarsest, and pixels are longer than wide here.
       const float texel_m = 0.005f + 3 * std::sqrt(area_m2);
       if (inside_m > rim_m + texel_m) {
         ++in_shadow;

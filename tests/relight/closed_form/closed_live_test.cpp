@@ -1,4 +1,4 @@
-// The live setting takes short cuts for the picture's sake: each stands beside what it stands in for.
+// Approximations of the live setting, each compared with the exact computation.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,7 +8,7 @@
 namespace lumigraft::test {
 namespace {
 
-/// A bright ball beside its lamp over a grey floor: it lights the floor well outside its shadow.
+/// A bright ball next to a lamp over a grey floor: it lights the floor well outside its shadow.
 ClosedScene bright_ball() {
   ClosedScene scene;
   scene.width = 192;
@@ -54,7 +54,7 @@ class ClosedLive : public ClosedTest {
 };
 ON_BOTH_DEVICES(ClosedLive);
 
-// Without maps, light that changes smoothly is worked out for one pixel of 4 × 4; with maps, for each.
+// Without maps, smooth light changes are computed for one pixel of 4 × 4; with maps, for each.
 TEST_P(ClosedLive, OnePixelOfSixteenStandsForTheSmoothOnes) {
   const ClosedScene scene = bright_ball();
   relight::Relighter relighter(device_, scene.session());
@@ -67,8 +67,8 @@ TEST_P(ClosedLive, OnePixelOfSixteenStandsForTheSmoothOnes) {
   EXPECT_LE(d.worst_codes, 3);
 }
 
-// A ball's shadow on the floor, from the lamp's map of it, beside the lamp's light that the ball hides there: a disk by
-// a disk, as seen from the floor (both small, so flat).
+// A ball's shadow on the floor from the lamp's shadow map, compared with the analytic occlusion of the lamp's disk by
+// the ball's disk as seen from the floor (both small, so flat).
 TEST_P(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
   ClosedScene scene = bright_ball();
   const float radius = 0.1f;
@@ -110,7 +110,7 @@ TEST_P(ClosedLive, LampMapsHoldTheHiddenShareOfTheLamp) {
   EXPECT_LT(std::sqrt(squares / pixels), 0.02);
 }
 
-// Gathered once a cell of 2³ voxels, and traced for each pixel with several times the cones.
+// Compares gathering per cell of 2³ voxels with tracing per pixel with several times the cones.
 TEST_P(ClosedLive, CellsStandForTracedPixels) {
   const ClosedScene scene = bright_ball();
   relight::Relighter relighter(device_, scene.session());

@@ -1,5 +1,5 @@
-// Delta light propagation volumes in rooms with answers in closed form. The volumes are coarse, so bounds are wider
-// than those of cones (closed_sky_test.cpp, closed_room_test.cpp).
+// Delta light propagation volumes in rooms with closed-form solutions. The volumes are coarse, so bounds are wider than
+// for cones (closed_sky_test.cpp, closed_room_test.cpp).
 #include <cmath>
 #include <numbers>
 
@@ -34,7 +34,7 @@ struct Floor {
 class ClosedLpv : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedLpv);
 
-// A black ball hides its form factor of an even sky: E = -π L cos θ (r/d)². Nothing else changes.
+// A black ball occludes its form factor of a uniform sky: E = -π L cos θ (r/d)². Nothing else changes.
 TEST_P(ClosedLpv, BlackBallTakesItsFormFactor) {
   constexpr float albedo = 0.5f, radius = 0.1f;
   for (const float height : {0.102f, 0.15f}) {
@@ -60,7 +60,7 @@ TEST_P(ClosedLpv, BlackBallTakesItsFormFactor) {
   }
 }
 
-// Where sky and floor send out L and nothing absorbs, what an object sends out is what it hides, and nothing changes.
+// Where sky and floor have radiance L and nothing absorbs, an object emits what it occludes: no change.
 TEST_P(ClosedLpv, FurnaceStaysEven) {
   ClosedScene scene;
   scene.albedo = 1;
@@ -77,7 +77,7 @@ TEST_P(ClosedLpv, FurnaceStaysEven) {
   EXPECT_LT(floor.most, 0.003);
 }
 
-// Nearly black walls receive from a ball under a lamp what the ball reflects (ρ Φ, Φ what the lamp sends to it).
+// Nearly black walls receive from a ball under a lamp the reflected flux (ρ Φ, Φ the lamp's flux on the ball).
 TEST_P(ClosedLpv, WallsReceiveWhatTheBallReflects) {
   constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f;
   const reconstruct::PointLight lamp = lamp_at({0.12f, -0.15f, 0.2f}, 0.002f, 30);
@@ -89,10 +89,10 @@ TEST_P(ClosedLpv, WallsReceiveWhatTheBallReflects) {
   relight::Relighter relighter(device_, room.session());
   double change_W = 0;
   room.change_on_walls(relighter, lpv_plan(64, 1), [&](float W) { change_W += W; });
-  EXPECT_NEAR(change_W + sent_W, ball * sent_W, 0.15 * sent_W);  // the shadow takes all that is sent
+  EXPECT_NEAR(change_W + sent_W, ball * sent_W, 0.15 * sent_W);  // the shadow removes the whole flux
 }
 
-// A wall between: what stands behind it does not change.
+// Behind a wall nothing changes.
 TEST_P(ClosedLpv, NothingGetsThroughAWall) {
   const Eigen::AlignedBox3f wall(Eigen::Vector3f(-0.5f, -0.14f, -0.1f), Eigen::Vector3f(0.5f, -0.1f, 0.45f));
   ClosedScene scene;
@@ -116,7 +116,7 @@ TEST_P(ClosedLpv, NothingGetsThroughAWall) {
   EXPECT_LT(most, 0.002);  // of 0.5; without the wall it would be 0.1
 }
 
-// All light doubled, all change doubled; and all of it comes out of volumes that are filled once.
+// Doubling all light doubles all changes; everything comes from volumes that are filled once.
 TEST_P(ClosedLpv, IsLinearInLightAndComputedOnce) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};
@@ -187,7 +187,7 @@ TEST(ClosedLpvPictures, BothDevicesDrawTheSamePicture) {
   }
 }
 
-// An object that nothing comes from and nothing goes through in reach changes no bit, as with cones.
+// An object without any light within reach changes no bit, as with cones.
 TEST_P(ClosedLpv, AnObjectOutOfReachChangesNoBit) {
   ClosedScene scene;
   scene.lamps = {lamp_at({0.2f, 0.1f, 0.9f}, 0.05f, 1)};

@@ -1,4 +1,4 @@
-// Lamps mirrored in flat known surfaces: light that reaches an object's underside by way of a plate below it.
+// Reflections of lamps in flat known surfaces: light that reaches an object's underside via a plate below it.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -16,8 +16,8 @@ constexpr float kPlate_m = 0.45f;                   // half an edge
 constexpr float kLow_m = 0.2f, kHalfSlab_m = 0.1f;  // the slab above the plate
 constexpr float kSlab = 0.2f;                       // its albedo
 
-/// A square plate on the floor, a slab above it that hides no way of the lamp's light to the plate and up again;
-/// nothing else gives light.
+/// A square plate on the floor and a slab above it that does not occlude the path from lamp to plate to slab; no other
+/// light.
 struct PlateScene : ClosedScene {
   TemporaryFolder folder;
   capture::RealSurface plate;
@@ -50,7 +50,7 @@ struct PlateScene : ClosedScene {
   }
 };
 
-/// Calls `visit(u, v, p)` for pixels that show the slab's underside alone.
+/// Calls `visit(u, v, p)` for pixels entirely on the slab's underside.
 template <typename Visit>
 int underside(const PlateScene& scene, const relight::RelitPicture& picture, Visit visit) {
   int count = 0;
@@ -69,7 +69,7 @@ int underside(const PlateScene& scene, const relight::RelitPicture& picture, Vis
 class ClosedMirror : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedMirror);
 
-// In a looking glass a lamp is as far below it as it is above: E = F I cos θ / d², with the way by the glass as d.
+// A perfect mirror shows the lamp as far below it as it is above: E = F I cos θ / d², d the path length via the mirror.
 TEST_P(ClosedMirror, ALampShinesOutOfALookingGlass) {
   const PlateScene scene;
   relight::Relighter relighter(device_, scene.with_plate());
@@ -105,7 +105,7 @@ TEST_P(ClosedMirror, APlateThatReflectsNothingGivesNone) {
   EXPECT_GT(count, 100);
 }
 
-// A plate that ends before the place where a looking glass would show the lamp gives none either.
+// A plate too small to show the lamp's reflection gives no light.
 TEST_P(ClosedMirror, TheImageEndsWithThePlate) {
   PlateScene scene;
   scene.lamps[0].position_m = {3, 0, 0.6f};  // seen from the slab, it is mirrored 0.7 m from the middle
@@ -121,7 +121,8 @@ class ClosedMirrorPaths : public ClosedTest {};
 INSTANTIATE_TEST_SUITE_P(On, ClosedMirrorPaths, testing::Values(relight::gpu::Backend::vulkan),
                          relight::gpu::backend_label);
 
-// However rough the plate is, the underside is as bright as paths make it; so is a panel's and a distant lamp's light.
+// At every roughness of the plate, the underside is as bright as with path tracing; also for a panel and a distant
+// lamp.
 TEST_P(ClosedMirrorPaths, LightAsMuchAtEveryRoughness) {
   struct Case {
     const char* name;

@@ -1,5 +1,5 @@
-// Things that move little by little: direct light follows at once, indirect light in rounds (light_rounds.h). Beside
-// each picture stands that of a relighter which sees the same for the first time and gathers everything at once.
+// Slow motion: direct light follows at once, indirect light in cycles (amortized_light_update.h). Each picture is
+// compared with that of a new relighter, which gathers everything at once.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// A room of 2 × 2 × 1 m that the sky of box_on_floor() shines from.
+/// A room of 2 × 2 × 1 m that emits the sky of box_on_floor().
 reconstruct::Scene closed(reconstruct::Scene scene) {
   reconstruct::Enclosure room;
   room.sides.push_back({{0, 0, 1}, 0, true});
@@ -60,7 +60,7 @@ class ClosedMoving : public ClosedTest {
                                        const relight::Exhibit& exhibit) const {
     return relight::Relighter(device_, scene.session()).relight(scene.frame(), now, exhibit, live_plan()).srgb;
   }
-  /// Frames in which nothing moves, until nothing is worked out any more.
+  /// Static frames until all updates are finished.
   static capture::Image<std::uint8_t> settle(relight::Relighter& relighter, const capture::FrameSet& frame,
                                              const reconstruct::Scene& now, const relight::Exhibit& exhibit,
                                              int* frames) {
@@ -72,11 +72,11 @@ class ClosedMoving : public ClosedTest {
   }
 };
 
-// Which device draws makes no difference to what is drawn when.
+// The update schedule does not depend on the device.
 INSTANTIATE_TEST_SUITE_P(On, ClosedMoving, testing::Values(relight::gpu::Backend::vulkan));
 
-// It turns by 1° a frame through two rounds: the pictures lag by what is stated, and once it stands the picture
-// becomes, to the last bit, the one that is gathered at once.
+// The box rotates by 1° per frame for two cycles: the pictures lag by a stated bound, and once it stops the picture
+// becomes bitwise equal to the one gathered at once.
 TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
   const ClosedScene scene = box_on_floor();
   const capture::FrameSet frame = scene.frame();
@@ -100,7 +100,7 @@ TEST_P(ClosedMoving, IndirectLightLagsAndComesToRestWhereItShould) {
   }
 }
 
-// What jumps is not faded.
+// Jumps are not blended.
 TEST_P(ClosedMoving, AJumpIsShownAtOnce) {
   const ClosedScene scene = box_on_floor();
   const capture::FrameSet frame = scene.frame();
@@ -118,7 +118,7 @@ TEST_P(ClosedMoving, AJumpIsShownAtOnce) {
             at_once(scene, after, turned(scene.exhibit, 60)).data);
 }
 
-// Without room for a second set of volumes there are no rounds.
+// Without memory for a second set of volumes there are no cycles.
 TEST_P(ClosedMoving, ADeviceWithoutRoomForRoundsGathersAtOnce) {
   const ClosedScene scene = box_on_floor();
   const capture::FrameSet frame = scene.frame();
@@ -135,7 +135,7 @@ TEST_P(ClosedMoving, ADeviceWithoutRoomForRoundsGathersAtOnce) {
   EXPECT_EQ(rooms, 2) << "tried once";
 }
 
-// Nor without room for what such a set holds of surfaces, which shows when they were found.
+// The same without memory for the surface data of such a set.
 TEST_P(ClosedMoving, ADeviceThatIsFullInTheMiddleOfARoundGathersAtOnce) {
   const ClosedScene scene = box_on_floor();
   const capture::FrameSet frame = scene.frame();
@@ -156,9 +156,9 @@ TEST_P(ClosedMoving, ADeviceThatIsFullInTheMiddleOfARoundGathersAtOnce) {
   EXPECT_EQ(pools, 2) << "tried once";
 }
 
-// A round ball turns, and its volumes and maps with it: nothing in the picture should change. A turned ball is another
-// set of facets and of texels, so what changes is what these err by. And a lamp that moves by 1 mm a frame changes the
-// picture by no more than the light that is gathered at once does.
+// A ball rotates with its volumes and maps: nothing should change in the picture. Rotation changes facets and texels,
+// so the change is bounded by their error. A lamp that moves by 1 mm per frame changes the picture by no more than with
+// light gathered at once.
 TEST_P(ClosedMoving, WhatShouldNotChangeStays) {
   ClosedScene scene = box_on_floor();
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.12f}, 0.7f)};

@@ -1,4 +1,4 @@
-// Normals of real surfaces, which lamps' light on them follows.
+// Normals of real surfaces, used for lamps' light on them.
 #include <cmath>
 
 #include "tests/relight/closed_form/closed_scene.h"
@@ -9,8 +9,8 @@ namespace {
 class ClosedNormal : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedNormal);
 
-// Depth pictures leave a floor whose distances are off by up to half a millimetre from voxel to voxel, evenly: 0.29 mm
-// RMS. Differences over one voxel to either side would tilt it by 1.1° RMS; over two, half of that.
+// A fused floor whose distances have uniform errors of up to half a millimetre per voxel: 0.29 mm RMS. Central
+// differences over one voxel would tilt it by 1.1° RMS; over two, by half of that.
 TEST_P(ClosedNormal, FloorUnderNoiseStaysFlat) {
   ClosedScene scene;
   const float voxel_m = scene.voxel_m;

@@ -1,4 +1,4 @@
-// Inside a closed room: what leaves an object arrives at a wall.
+// Inside a closed room: light that leaves an object arrives at the walls.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,9 +14,9 @@ constexpr float kPi = std::numbers::pi_v<float>;
 class ClosedRoom : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedRoom);
 
-// Energy of injection: nearly black walls receive from a ball under a lamp what the ball reflects, and no longer what
-// it blocks: over all walls the irradiance grows by ρ Φ and shrinks by Φ = 2π I (1 - cos α), sin α = r/d, what the lamp
-// sends to the ball. A convex body lights nothing of itself.
+// Energy of injection: nearly black walls receive from a ball under a lamp the reflected flux, and lose the blocked
+// flux: over all walls the irradiance grows by ρ Φ and shrinks by Φ = 2π I (1 - cos α), sin α = r/d, the lamp's flux on
+// the ball. A convex body does not light itself.
 TEST_P(ClosedRoom, WallsReceiveWhatTheBallReflects) {
   constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f;
   const reconstruct::PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
