@@ -1,4 +1,4 @@
-// Under an even sky: what a surface sees has the same radiance everywhere, so form factors are all there is.
+// Under a uniform sky: all visible radiances are equal, so only form factors matter.
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -11,7 +11,7 @@ namespace {
 class ClosedSky : public ClosedTest {};
 ON_BOTH_DEVICES(ClosedSky);
 
-/// Mean and largest magnitude over pixels of a picture.
+/// Mean and maximum magnitude over pixels of a picture.
 constexpr float kPi = std::numbers::pi_v<float>;
 
 struct Spread {
@@ -25,11 +25,10 @@ struct Spread {
   double mean() const { return sum / count; }
 };
 
-// Furnace: where sky and floor send out L everywhere and nothing absorbs, an object sends out L too, and nothing
-// changes. Bounces are gathered in rounds, each from the last one's light: in the first the object is dark to the
-// floor, so that with two the object misses what the floor misses of it, with three the floor what the object did. Each
-// round the rest shrinks by the form factor between the two, F = (r/h)² = 0.44 right below the ball and 0.1 on the
-// mean.
+// Furnace: where sky and floor have radiance L and nothing absorbs, an object emits L too, and nothing changes. Bounces
+// are gathered iteratively from the light of the previous one: in the first the object is dark for the floor, with two
+// the object lacks what the floor lacked, with three the floor what the object lacked. Each iteration reduces the rest
+// by the form factor between the two, F = (r/h)² = 0.44 right below the ball and 0.1 on average.
 TEST_P(ClosedSky, FurnaceStaysEven) {
   constexpr float radiance = 0.5f;
   ClosedScene scene;
@@ -49,15 +48,15 @@ TEST_P(ClosedSky, FurnaceStaysEven) {
       }
     }
     EXPECT_GT(object.count, 150);
-    EXPECT_LT(object.most, bounces == 2 ? 0.05 : 0.015);  // a code value is 0.9 % here
+    EXPECT_LT(object.most, bounces == 2 ? 0.05 : 0.015);  // a pixel value is 0.9 % here
     EXPECT_LT(std::abs(object.mean()), 0.01);
     EXPECT_LT(floor.most, bounces == 2 ? 0.001 : 0.06);
     EXPECT_LT(std::abs(floor.mean()), 0.002);
   }
 }
 
-// A black ball hides its form factor of the sky from the floor: E = π L F with F = cos θ (r/d)², as long as it lies
-// above the floor's horizon (Nusselt 1928: the cap's projection on the unit circle). Nothing else changes.
+// A black ball occludes its form factor of the sky from the floor: E = π L F with F = cos θ (r/d)², while it lies above
+// the floor's horizon (Nusselt 1928: the cap's projection on the unit circle). Nothing else changes.
 TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
   constexpr float albedo = 0.5f, sky = 1.0f, radius = 0.1f, height = 0.15f;
   ClosedScene scene;
@@ -80,7 +79,7 @@ TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
         const double want = -albedo * sky * height / d * (radius / d) * (radius / d);
         const double got = picture.maps->delta.at(u, v);
         absolute.add(got - want);
-        // Changes of less than a code value, 0.004 at this radiance, fade out by intent.
+        // Changes below a pixel value, 0.004 at this radiance, are faded out intentionally.
         if (want < -0.01) relative.add(got / want - 1);
       }
     }
@@ -92,15 +91,15 @@ TEST_P(ClosedSky, BlackBallTakesItsFormFactor) {
   }
 }
 
-/// From a point to a rectangle parallel to its surface at a height, one corner right above it (Howell, Siegel & Mengüç
-/// 2010, B-3). Odd in both edges, so that four of them make any rectangle.
+/// Form factor from a point to a rectangle parallel to its surface at a height, one corner right above it (Howell,
+/// Siegel & Mengüç 2010, B-3). Odd in both edges, so that four terms give any rectangle.
 float corner_form_factor(float x_m, float y_m, float height_m) {
   const float x = x_m / height_m, y = y_m / height_m, kx = std::sqrt(1 + x * x), ky = std::sqrt(1 + y * y);
   return (x / kx * std::atan(y / kx) + y / ky * std::atan(x / ky)) / (2 * kPi);
 }
 
-// A sheet a ninth as thick as a voxel hides what it covers, however wide the cones are that meet it. What is short are
-// cones that start under its edge.
+// A sheet a ninth of a voxel thick occludes what it covers at every cone width, except for cones that start under its
+// edge.
 TEST_P(ClosedSky, ThinBlackSheetTakesItsFormFactor) {
   constexpr float albedo = 0.5f, sky = 1.0f, half_m = 0.16f, height_m = 0.22f;
   ClosedScene scene;

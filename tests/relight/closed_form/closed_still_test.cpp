@@ -1,4 +1,4 @@
-// What must not change: pictures without anything virtual in reach, and pictures made twice.
+// Invariance: pictures without virtual objects in reach, and repeated pictures.
 #include <algorithm>
 
 #include "tests/relight/closed_form/closed_scene.h"
@@ -6,7 +6,7 @@
 namespace lumigraft::test {
 namespace {
 
-/// Every code value occurs.
+/// A picture that contains every pixel value.
 capture::FrameSet coded_frame(const ClosedScene& scene) {
   capture::FrameSet frame = scene.frame();
   auto color = std::make_shared<capture::Picture>();
@@ -42,8 +42,8 @@ TEST_P(ClosedStill, WithoutAnObjectThePictureIsTheCameras) {
   }
 }
 
-// The whole path runs, but the object is a speck 20 m behind the camera: (r/d)² of the light is far below a code value,
-// and the change of no pixel is anything but zero.
+// All passes run, but the object is tiny and 20 m behind the camera: its (r/d)² of the light is far below a pixel
+// value, so every pixel's change is zero.
 TEST_P(ClosedStill, AnObjectOutOfReachChangesNoBit) {
   ClosedScene scene = ball_under_lamp();
   scene.exhibit.objects.front().position_m = {0, -20, 0.12};
@@ -61,8 +61,8 @@ TEST_P(ClosedStill, AnObjectOutOfReachChangesNoBit) {
   }
 }
 
-// Sums are integers and no two threads write one place: another relighter, and the same with its caches full, must give
-// the same bytes. So must a relighter that showed something else in between.
+// Sums are integers and no two threads write to one location: a new relighter, one with full caches, and one that
+// rendered something else in between give the same bytes.
 TEST_P(ClosedStill, TheSameInputGivesTheSameBytes) {
   ClosedScene scene = ball_under_lamp();
   const capture::FrameSet frame = coded_frame(scene);
@@ -86,8 +86,8 @@ TEST_P(ClosedStill, TheSameInputGivesTheSameBytes) {
   }
 }
 
-// What bounced under one lamp, or was gathered for one plan, must not stay for the next: after a change the bytes are
-// those of a relighter that never saw anything else.
+// Bounces under one lamp, or gathered for one plan, must not be reused for the next: after a change the bytes equal
+// those of a new relighter.
 TEST_P(ClosedStill, NothingStaysOfEarlierLightsAndPlans) {
   ClosedScene scene = ball_under_lamp();
   const capture::FrameSet frame = coded_frame(scene);

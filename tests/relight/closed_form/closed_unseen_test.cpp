@@ -1,5 +1,5 @@
-// A sealed room of which the camera sees a part: light that a black ball takes is missed on walls that were never seen,
-// and so on those that were.
+// A closed room that the camera sees partly: light that a black ball absorbs is missing on unobserved walls, and so on
+// observed ones.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -97,7 +97,7 @@ class WallRadiance {
   std::array<capture::Image<float>, 6> walls_;
 };
 
-/// The floor and the back wall are known, and the side walls as far as the ball; ceiling and front wall are not.
+/// Known are the floor, the back wall, and the side walls up to the ball; not the ceiling and the front wall.
 ClosedScene seen_part(const WallRadiance& walls) {
   ClosedScene scene;
   scene.width = 48;
@@ -141,7 +141,7 @@ std::shared_ptr<const reconstruct::Illumination> fisheye_light(const WallRadianc
 
 class ClosedUnseen : public ClosedTest {
  protected:
-  /// Mean change over what is seen of the floor, out of the reach of the shadow.
+  /// Mean change over the visible floor, outside the shadow.
   static double far_floor(const ClosedScene& scene, const capture::Image<float>& change,
                           const capture::Image<float>& coverage) {
     double sum = 0;
@@ -160,9 +160,9 @@ class ClosedUnseen : public ClosedTest {
   }
 };
 
-// With its complete geometry, the reference tells the truth. In the part that was seen it misses a fifth of it, and
-// with what is made of the rest 7 %. The volumes, at 32³ with three bounces, miss 44 %, and with the rest 23 %;
-// propagation misses 27 %, and with the rest 17 %.
+// The reference uses the complete geometry. With only the observed part, a fifth of the change is missing; with the
+// estimated enclosure, 7 %. The volumes, at 32³ with three bounces, miss 44 %, and 23 % with the enclosure; propagation
+// misses 27 % and 17 %.
 TEST_P(ClosedUnseen, ABlackBallIsMissedOnWallsThatWereNeverSeen) {
   const WallRadiance walls;
   const ClosedScene scene = seen_part(walls);
@@ -198,8 +198,8 @@ TEST_P(ClosedUnseen, ABlackBallIsMissedOnWallsThatWereNeverSeen) {
   EXPECT_NEAR(closed_reference, truth, -0.15 * truth);
 }
 
-// Where the unseen shines by itself nothing reflects: a sky, however near the hull around the known is taken to be.
-// Nor does anything that the objects gathered count twice for it.
+// Where unobserved surfaces are sources themselves (a sky), they reflect nothing, however close the hull around the
+// known space is. Objects already gathered do not count twice.
 TEST_P(ClosedUnseen, ASkyTakesNothingBack) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.1f, {0, 0, 0.1f}, 0.5f)};

@@ -1,4 +1,4 @@
-// The tag's paper on a known surface: as large as the tag's family says.
+// The tag's paper on a known surface, with the size given by the tag's family.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace lumigraft::test {
 namespace {
 
-/// A box on a mirror that lies on a grey floor, with the tag's paper in the middle before it.
+/// A box on a mirror on a grey floor, with the tag's paper at the centre in front of it.
 struct PaperScene : ClosedScene {
   TemporaryFolder folder;
 

@@ -85,7 +85,7 @@ TEST_F(ReadExhibit, Defaults) {
   EXPECT_TRUE(read("").objects.empty());
 }
 
-// Nothing ever followed from it, but files hold it.
+// Never had an effect, but existing files contain it.
 TEST_F(ReadExhibit, RigidIsAcceptedAndSaidToHaveNoEffect) {
   const capture::ConfigTable root =
       capture::ConfigTable::load(folder_.write("exhibit.toml", "[[object]]\nmodel = \"square.ply\"\nrigid = false\n"));

@@ -1,4 +1,4 @@
-// What [object.material] leaves out stays the model's own, part by part, in every renderer.
+// Properties that [object.material] does not set stay the model's own, per part, in every renderer.
 #include <sstream>
 
 #include "relight/gather/ray_renderer.h"

@@ -20,7 +20,7 @@ using test::TemporaryFolder;
   return ::testing::AssertionFailure() << a.transpose() << " is not " << b.transpose();
 }
 
-// The vertex of a model at a place, or fails.
+// The vertex of a model at a position; fails if there is none.
 std::size_t vertex_at(const Model& model, const Eigen::Vector3f& p) {
   for (std::size_t v = 0; v < model.positions_m.size(); ++v) {
     if ((model.positions_m[v] - p).norm() < 1e-5f) return v;

@@ -1,4 +1,4 @@
-// Delta final gathering beside path tracing of the same reconstructed room.
+// Delta final gathering compared with path tracing of the same reconstructed room.
 #include <cmath>
 #include <cstdio>
 
@@ -83,7 +83,7 @@ TEST(RaysReference, TwoObjectsThatShine) {
   scene.exhibit.objects[1].material = varnish;
   const Off off = off_the_reference(scene, scene.session());
   std::printf("shining: change off by %.3f, objects by %.3f\n", off.change, off.object);
-  EXPECT_LT(off.change, 0.15);  // of which half is noise of light that the metal throws on the floor
+  EXPECT_LT(off.change, 0.15);  // half of it is noise of the metal's light on the floor
   EXPECT_LT(off.object, 0.06);
 }
 

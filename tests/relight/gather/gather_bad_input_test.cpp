@@ -1,4 +1,4 @@
-// What a scene may hold that rays could stumble over: no crash, no number that is none, no light from nowhere.
+// Difficult scenes for ray tracing: no crash, no NaN or infinity, no spurious light.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace lumigraft::test {
 namespace {
 
-/// Everything sends out as much, so nothing that does not absorb can be told from the rest.
+/// A furnace: all radiances are equal, so an object that does not absorb is invisible.
 ClosedScene furnace() {
   ClosedScene scene;
   scene.width = 48;
@@ -30,12 +30,12 @@ relight::RelitPicture relit(const ClosedScene& scene, int trace_scale = 2) {
   return picture;
 }
 
-/// The most by which a pixel is off the furnace's light, of it.
+/// Largest relative deviation of a pixel from the furnace's light.
 double off_the_furnace(const relight::RelitPicture& picture) {
   double most = 0;
   for (int v = 0; v < picture.srgb.height; ++v) {
     for (int u = 0; u < picture.srgb.width; ++u) {
-      if (picture.maps->mask.at(u, v) == 0 && picture.maps->depth_m.at(u, v) <= 0) continue;  // past the room's end
+      if (picture.maps->mask.at(u, v) == 0 && picture.maps->depth_m.at(u, v) <= 0) continue;  // beyond the room
       most = std::max(most, std::abs(picture_radiance(picture, u, v) / 0.5 - 1));
     }
   }
@@ -103,7 +103,7 @@ TEST(RaysBadInput, RoomsWithoutColourOrLight) {
   relight::RayRenderer renderer(scene.session());
   const relight::RelitPicture without = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan(), true);
   EXPECT_FALSE(without.passed_through);
-  for (const float change : without.maps->delta.data) EXPECT_EQ(change, 0);  // nothing is claimed of what is not known
+  for (const float change : without.maps->delta.data) EXPECT_EQ(change, 0);  // no change where the room is unknown
   room.illumination = nullptr;
   const relight::RelitPicture dark = renderer.relight(scene.frame(), room, scene.exhibit, rays_plan());
   EXPECT_TRUE(dark.passed_through);

@@ -1,4 +1,4 @@
-// Delta final gathering in rooms with answers in closed form.
+// Delta final gathering in rooms with closed-form solutions.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -16,7 +16,7 @@ relight::RelitPicture relit(const ClosedScene& scene, const relight::Plan& plan)
   return scene.relit(renderer, plan);
 }
 
-// A ball takes cos · (r / d)² of an even sky from a plane that doesn't cut it (form factor of a sphere).
+// A ball occludes cos · (r / d)² of a uniform sky from a plane that does not intersect it (form factor of a sphere).
 TEST(RaysClosed, ABlackBallTakesItsShareOfAnEvenSky) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
@@ -40,8 +40,8 @@ TEST(RaysClosed, ABlackBallTakesItsShareOfAnEvenSky) {
   }
 }
 
-// Energy: nearly black walls receive from a ball under a lamp what the ball reflects, ρ Φ, and no longer what it
-// blocks, Φ = 2π I (1 - cos α), sin α = r/d.
+// Energy: nearly black walls receive from a ball under a lamp the reflected flux ρ Φ, and lose the blocked flux Φ = 2π
+// I (1 - cos α), sin α = r/d.
 TEST(RaysClosed, WallsReceiveWhatTheBallReflects) {
   constexpr float walls = 0.01f, radius = 0.1f, ball = 0.8f;
   const reconstruct::PointLight lamp = lamp_at({0.12f, -0.2f, 0.28f}, 0.002f, 30);
@@ -60,8 +60,7 @@ TEST(RaysClosed, WallsReceiveWhatTheBallReflects) {
   EXPECT_NEAR(sum_W, (ball - 1) * sent_W, 0.03 * sent_W);
 }
 
-// A glow that fills a quarter of the sky, and nearly all of whose light is in the sky's picture: the ball takes what it
-// took before.
+// A glow over a quarter of the sky, most of whose light is in the sky's picture: the ball's change stays the same.
 TEST(RaysClosed, WhatShinesThroughALampsDirectionIsNotLost) {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
@@ -80,8 +79,8 @@ TEST(RaysClosed, WhatShinesThroughALampsDirectionIsNotLost) {
   EXPECT_LT(std::sqrt(off / all), 0.05);
 }
 
-// Where walls send out L everywhere, a black ball takes what left its surface before, π L A. Each time that walls send
-// light back, the share f = A / A_walls of it meets the ball: what they miss in all is π L A / (1 - ρ (1 - f)).
+// Where all walls have radiance L, a black ball absorbs what left its surface before, π L A. At each bounce the
+// fraction f = A / A_walls hits the ball: in total the walls lose π L A / (1 - ρ (1 - f)).
 TEST(RaysClosed, LightThatIsTakenIsMissedAtEveryBounce) {
   constexpr float radiance = 0.05f, radius = 0.1f, half = 0.4f, walls = 0.9f;
   CubeRoom room(half, 1.05f * radius);
@@ -97,8 +96,8 @@ TEST(RaysClosed, LightThatIsTakenIsMissedAtEveryBounce) {
   EXPECT_NEAR(sum_W, expected_W, 0.1 * std::abs(expected_W)) << "0.01 of albedo is 0.08 of this";
 }
 
-// A sealed room holds its own light: where its walls send out L everywhere, a white ball in it sends out L and no wall
-// changes, whatever shines outside.
+// A closed room keeps its own light: where its walls have radiance L, a white ball in it emits L and no wall changes,
+// independent of light outside.
 TEST(RaysClosed, SealedRoomKeepsItsLightAndTheSkyOut) {
   constexpr float radiance = 0.05f, sky = 2;
   CubeRoom scene(0.4f, 0.36f);
@@ -127,7 +126,7 @@ TEST(RaysClosed, SealedRoomKeepsItsLightAndTheSkyOut) {
   EXPECT_LT(most_on_walls, 0.001);
 }
 
-// An open box of triangles without thickness, white inside and out, in a furnace: it can't be told from its room.
+// An open box of infinitely thin triangles, white inside and outside, in a furnace: invisible.
 TEST(RaysClosed, AnOpenWhiteShellIsInvisibleInAFurnace) {
   ClosedScene scene;
   scene.albedo = 1;

@@ -1,4 +1,4 @@
-// The parts of delta final gathering that have answers of their own.
+// Components of delta final gathering with known results.
 #include <cmath>
 #include <random>
 
@@ -28,7 +28,7 @@ TEST(SrgbCodes, AreTheRoundedCurve) {
   EXPECT_EQ(codes(NAN), 0);
 }
 
-// Half of a fan stands for the whole lamp, and no ray of the other half is sent.
+// Half of the shadow rays represent the whole lamp; no ray of the other half is sent.
 TEST(ShadowRayPacket, ItsFirstRaysStandForAll) {
   relight::ReferenceLamp lamp;
   lamp.centre_m = {0.2f, 0, 1};
@@ -44,7 +44,7 @@ TEST(ShadowRayPacket, ItsFirstRaysStandForAll) {
   }
 }
 
-// What closes a room by a guess has vertices far apart; between them, too, light changes.
+// The estimated enclosure has vertices far apart; light varies between them, too.
 TEST(IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
   const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
   std::vector<relight::Patch> floor;
@@ -61,7 +61,7 @@ TEST(IrradianceChangeCache, HoldBetweenPatchesThatLieFarApart) {
   EXPECT_EQ(cells.at({0.3f, 0.3f, 0}, -up)[0], 0) << "from below nothing is known";
 }
 
-// A wide glow stands as several discs that may overlap: the light of both counts.
+// A wide glow is represented by several discs that may overlap: the light of all counts.
 TEST(ReferenceLamps, ThoseOfUnknownPlaceHideNoOther) {
   relight::ReferenceLamp near, far;
   near.centre_m = {0, 0, 90};

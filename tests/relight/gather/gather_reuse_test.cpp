@@ -1,4 +1,4 @@
-// Delta final gathering from frame to frame: what is kept, what goes on, what must not change.
+// Delta final gathering over several frames: what is cached, what is updated, what must not change.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -88,7 +88,7 @@ TEST(RaysKept, WithoutAnObjectInReachNoBitChanges) {
   EXPECT_TRUE(without.passed_through);
 }
 
-// Later bounces lag behind by a frame each: little, and only while things move.
+// Each later bounce lags by one frame; a small error, only during motion.
 TEST(RaysKept, WhatTurnsGoesOnFromTheLastFrame) {
   ClosedScene scene = box_on_floor();
   relight::RayRenderer renderer(scene.session());
@@ -102,7 +102,8 @@ TEST(RaysKept, WhatTurnsGoesOnFromTheLastFrame) {
   }
 }
 
-// Live, light follows in rounds of frames; what is at rest again looks as if it had always stood there.
+// Live, light is updated in cycles of frames; after motion stops, the picture equals that of a scene that was always
+// static.
 TEST(RaysKept, LiveLightFollowsInRounds) {
   for (const int trace_scale : {4, 8}) {
     SCOPED_TRACE(trace_scale);
@@ -148,7 +149,7 @@ std::ptrdiff_t rounds_in(const relight::RelitPicture& picture) {
                        [](const relight::gpu::PassTime& pass) { return pass.name == "cells"; });
 }
 
-// Live, an object that comes or goes changes light in rounds of frames: no frame solves all of it.
+// Live, an object that appears or disappears changes light in cycles of frames: no frame solves all of it.
 TEST(RaysKept, LiveLightFollowsWhatComesAndGoesInRounds) {
   ClosedScene scene = two_boxes_on_floor();
   const relight::Plan live = rays_plan(8);
@@ -175,7 +176,7 @@ TEST(RaysKept, LiveLightFollowsWhatComesAndGoesInRounds) {
   }
 }
 
-// Otherwise each picture is what it is by itself.
+// Without the live setting each picture is independent of earlier ones.
 TEST(RaysKept, WhatComesAndGoesIsSolvedAtOnceOffline) {
   ClosedScene scene = two_boxes_on_floor();
   const capture::FrameSet frame = scene.frame();
@@ -190,7 +191,7 @@ TEST(RaysKept, WhatComesAndGoesIsSolvedAtOnceOffline) {
   }
 }
 
-// Far from the object nothing should change when it turns by a degree, nor may noise.
+// Far from the object nothing, including noise, should change when it rotates by a degree.
 TEST(RaysKept, PixelsThatShouldNotChangeDoNot) {
   ClosedScene scene = box_on_floor();
   relight::RayRenderer renderer(scene.session());

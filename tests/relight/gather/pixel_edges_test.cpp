@@ -1,4 +1,4 @@
-// Two planes that meet, as a field of voxels shows them: round along the edge. Every pixel gets back the plane that it
+// Two adjoining planes as a voxel field represents them: rounded along the edge. Every pixel must get the plane that it
 // lies on.
 #include "relight/gather/pixel_edges.h"
 
@@ -81,7 +81,7 @@ TEST_P(PixelEdges, PixelsLieOnOneOfThePlanesThatMeet) {
 }
 INSTANTIATE_TEST_SUITE_P(By, PixelEdges, testing::Values(1.2f, 0.8f, -0.8f, -1.2f));
 
-// Where pose or planes are off by a little, the picture knows better where the edge is.
+// With small errors of pose or planes, the picture locates the edge better.
 TEST(PixelEdges, ColoursSayWhereTheEdgeIs) {
   Seen seen = two_planes(1, 1);
   sharpen_edges(seen.camera, seen.radiance, 1, kVoxel_m, seen.rounded);

@@ -1,4 +1,4 @@
-// What a caller does wrong is said in the words of the shader.
+// Errors of a caller are reported with the names of the shader.
 #include "relight/gpu/egl/choose_device.h"
 #include "tests/relight/gpu/device_fixture.h"
 
