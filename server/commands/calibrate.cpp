@@ -93,8 +93,7 @@ std::unique_ptr<capture::FrameReader> open_raw_frames(capture::Session raw, capt
   return std::make_unique<capture::RegisteredFrames>(raw, std::make_unique<capture::PairingReader>(sources));
 }
 
-/// Processes frames until the end of a recording or the time limit of live cameras; true when the guide has enough
-/// views before.
+/// Processes frames until the recording or the time limit ends; true when the guide has enough views before.
 bool look_through(capture::FrameReader& reader, const std::function<bool()>& late, const capture::Session& session,
                   const std::atomic<bool>& interrupted, reconstruct::ViewSelector& collector, CalibrateGuide* guide,
                   std::ostream& report) {
@@ -181,7 +180,7 @@ std::optional<capture::Tag> room_tag_of(const capture::Session& session, const r
   return on_board ? std::nullopt : std::optional(session.tag);
 }
 
-/// Calibrates a camera; returns in `views` its views, refined with the calibrated lens, by moment.
+/// Calibrates a camera; `views` gets its views by moment, refined with the lens.
 CalibratedCamera calibrated(const capture::CameraModel& camera, const reconstruct::ViewSelector& collector,
                             std::size_t c, std::vector<reconstruct::BoardView>& views, std::ostream& report) {
   std::vector<reconstruct::BoardPicture> pictures;
