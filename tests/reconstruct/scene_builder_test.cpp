@@ -81,6 +81,9 @@ TEST(SceneBuilder, OverridesStandInPlaceOfEstimates) {
   elsewhere.T_tag_camera.translation() = Eigen::Vector3d(1, 2, 3);
   auto light = std::make_shared<Illumination>();
   light->version = 7;
+  light->environment.radiance = capture::Image<float>(8, 4, 3);
+  light->environment.clipped = capture::Image<std::uint8_t>(8, 4, 1);
+  light->environment.seen = capture::Image<std::uint8_t>(8, 4, 1);
   auto albedo = std::make_shared<AlbedoField>();
   overrides.pose = [&](const capture::FrameSet&) { return elsewhere; };
   overrides.light = [&](const capture::FrameSet&) { return light; };
