@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# check_debug.sh [--minutes N]: builds without optimization, where no function is inlined and Eigen checks its use, and
+# runs the tests of the four modules, but for those that limit how long the optimized program takes to end. Every 16th test
+# runs first, then the ones after these, and so on until N minutes are over; it says how much was left out.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+minutes=
+case "${1:-}" in
+  "") ;;
+  --minutes) minutes=$2 ;;
+  *) echo "usage: $0 [--minutes N]" >&2; exit 2 ;;
+esac
+cmake --preset debug >/dev/null
+cmake --build --preset debug --target capture_tests reconstruct_tests relight_tests server_tests
+
+stride=16
+log=build/debug/check_debug.log
+begin=$SECONDS
+for ((pass = 1; pass <= stride; ++pass)); do
+  if [ -n "$minutes" ] && [ $((SECONDS - begin)) -ge $((60 * minutes)) ]; then
+    echo "Debug build: left out after $minutes minutes: $((stride - pass + 1)) of every $stride tests"
+    break
+  fi
+  if ! ctest --test-dir build/debug --parallel "$(nproc)" --output-on-failure --no-tests=ignore --quiet --output-log "$log" \
+      --label-regex '^(capture|reconstruct|relight|server)$' --exclude-regex '^Program\.' \
+      --tests-information "$pass,,$stride"; then
+    cat "$log"
+    exit 1
+  fi
+done
+echo "Debug build: $((pass - 1)) of every $stride tests passed"
