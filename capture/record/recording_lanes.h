@@ -24,8 +24,8 @@ class RecordingLanes {
     std::uint64_t unusable = 0;  ///< not written: time does not increase, or another format than the first frame
   };
 
-  /// Throws as SessionRecorder. With `background` the writers run at low priority beside live rendering, and depth
-  /// stays uncompressed until compress_depth, because FFV1 takes up to a third of a core.
+  /// Throws as SessionRecorder. With `background` the writers run at low priority while a live picture is rendered, and
+  /// depth stays uncompressed until compress_depth, because FFV1 takes up to a third of a core.
   RecordingLanes(const SessionText& text, const Session& session, const std::filesystem::path& folder, bool background);
   ~RecordingLanes();
 

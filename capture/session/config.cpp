@@ -22,7 +22,7 @@ struct ConfigTable::Document {
 };
 
 /// One table of the document and the keys that were read. Shared by every ConfigTable of the same table, so that
-/// finish() knows the keys that any of them read.
+/// finish() checks against the keys that any of them read.
 struct ConfigTable::Node {
   const toml::table* table = nullptr;
   std::string path;  ///< dotted, with indices for arrays of tables; empty for the root

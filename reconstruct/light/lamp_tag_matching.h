@@ -38,7 +38,7 @@ class LampTagMatcher {
   std::optional<capture::FisheyeCamera> camera_;
   struct Power {
     std::optional<Eigen::Vector3f> seen;   ///< intensity along the normal when last measured
-    std::optional<Eigen::Vector3f> guess;  ///< placeholder for it if nothing is known
+    std::optional<Eigen::Vector3f> guess;  ///< used while the power is neither seen nor configured
   };
   std::vector<Power> powers_;  ///< per lamp
 };

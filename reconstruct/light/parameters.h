@@ -68,7 +68,7 @@ struct LightParameters {
     float near_deg = 20;                   ///< a lamp this close to a dark tagged place is named in the warning
     float known_power_log_sigma = 0.1f;    ///< of a configured or formerly measured intensity
     float min_configured_ratio = 0.8f;     ///< configured over measured power of a clipped lamp; below, it is not used
-    float unknown_power_fraction = 1e-3f;  ///< of all light at the probe: placeholder power of a lamp never measured
+    float unknown_power_fraction = 1e-3f;  ///< of all light at the probe: start power of a lamp never measured
     float view_margin_rad =
         std::numbers::pi_v<float> / 180;  ///< 1°: lamps at the end of the view are not measured well
     float min_distance_m = 0.05f;         ///< to the fish-eye; avoids division by zero

@@ -76,7 +76,7 @@ class Splitter {
     return median(levels);
   }
 
-  /// Finds lamps from the brightest pixel down and removes each from `residual_` before the search goes on.
+  /// Finds lamps from the brightest pixel down and removes each from `residual_` before it searches for the next.
   std::vector<Source> compact_sources() {
     std::vector<Source> sources;
     Pixels in_view;

@@ -1,6 +1,6 @@
 #pragma once
 // Enclosure of the room: a convex hull of a few planes around everything known. Depth images show a part of a room;
-// this closes the rest, so that light to and from objects meets a wall everywhere.
+// this closes the rest, so that every ray from an object hits a surface.
 //
 // Planes with much known surface, and none behind them, are measured sides and are extended beyond what was seen. A
 // panel that emits away from the end of the known surface is assumed to be mounted in a side. Towards the remaining

@@ -60,7 +60,7 @@ libcamera::ControlValue value_of(libcamera::ControlType type, double number) {
   }
 }
 
-/// Whether the camera offers the control. ControlInfoMap::count() is true for every control that libcamera knows.
+/// Whether the camera offers the control. ControlInfoMap::count() is true for every control that libcamera defines.
 bool offers(const libcamera::ControlInfoMap& offered, const libcamera::ControlId& control) {
   return offered.find(control.id()) != offered.end();
 }
