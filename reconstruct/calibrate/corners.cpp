@@ -114,8 +114,8 @@ constexpr double kBlurHold = 0.04;
 struct Fit {
   Square jtj = Square::Zero();
   Row jtr = Row::Zero();
-  double error = 0;  ///< Σ ρ(r), Huber's ρ
-  int told = 0;      ///< pixels used: unclipped, or clipped and darker in the model
+  double error = 0;     ///< Σ ρ(r), Huber's ρ
+  int pixels_used = 0;  ///< unclipped, or clipped and darker in the model
   bool folded = false;
 };
 
@@ -153,7 +153,7 @@ class Problem {
       const double white = mean.white, paper = contrast + p[10] * x + p[11] * y;
       const double residual = ink + paper * white - pixel.light;
       if (pixel.cut && residual >= 0) continue;
-      ++fit.told;
+      ++fit.pixels_used;
       const double size = std::abs(residual), weight = size <= limit ? 1 : limit / size;
       fit.error += size <= limit ? residual * residual : limit * (2 * size - limit);
 
@@ -304,8 +304,8 @@ std::optional<PrintCorners> print_corners(const capture::Image<std::uint16_t>& l
     damping /= 10;
     if (settled) break;
   }
-  if (fit.told <= 2 * kUnknowns) return std::nullopt;
-  const double variance = fit.error / (fit.told - kUnknowns);
+  if (fit.pixels_used <= 2 * kUnknowns) return std::nullopt;
+  const double variance = fit.error / (fit.pixels_used - kUnknowns);
   const Square covariance = variance * fit.jtj.ldlt().solve(Square::Identity());
   auto result = corners_of(p.head<8>(), covariance.topLeftCorner<8, 8>(), *chart);
   if (fit.folded || !result || !result->covariance.allFinite()) return std::nullopt;
