@@ -1,5 +1,5 @@
 #pragma once
-// The exhibit as viewers have left it. Any thread.
+// The exhibit with all changes that viewers made. Any thread.
 #include <Eigen/Geometry>
 #include <memory>
 #include <mutex>
@@ -17,15 +17,15 @@ class ExhibitState {
   explicit ExhibitState(relight::Exhibit exhibit);
 
   std::shared_ptr<const relight::Exhibit> newest() const;
-  /// What is wrong with the command, if anything. An object that is moved or turned by hand leaves its key frames.
+  /// Returns the error of the command, if any. An object that a viewer moves or turns no longer follows its key frames.
   std::optional<std::string> apply(const ObjectCommand& command);
-  /// The objects as a JSON array, as `hello` and `state` carry them.
+  /// The objects as a JSON array, for the messages `hello` and `state`.
   std::string objects_json() const;
 
  private:
   mutable std::mutex mutex_;
   std::shared_ptr<const relight::Exhibit> exhibit_;
-  std::vector<Eigen::Quaterniond> rest_;  ///< attitudes before any viewer turned anything
+  std::vector<Eigen::Quaterniond> rest_;  ///< rotations before viewers changed them
   std::vector<double> yaw_degrees_;
 };
 

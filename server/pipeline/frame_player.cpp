@@ -10,7 +10,7 @@ namespace lumigraft::server {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience{100};
-/// Further behind than this, a recording goes on from now instead of catching up in a burst.
+/// A recording that is later than this continues at its rate from now on, instead of playing faster to catch up.
 constexpr std::chrono::milliseconds kTooLate{500};
 
 std::size_t bytes_of(const capture::Picture& picture) {
@@ -115,7 +115,7 @@ bool FramePlayer::wait_until_due(const std::stop_token& stop) const {
   return !stop.stop_requested();
 }
 
-/// The newest frame once more, a little later.
+/// The newest frame again, with a later time.
 std::optional<PlayedFrame> FramePlayer::stand_still(const std::stop_token& stop) {
   due_ = std::max(due_ + usual_gap_, Clock::now());
   stood_still_ns_ += usual_gap_.count();
@@ -134,7 +134,7 @@ std::optional<PlayedFrame> FramePlayer::next(const std::stop_token& stop, const 
   }
   if (stood_still_ns_ > 0) {
     stood_still_ns_ = 0;
-    ++round_;  // what comes now is older than what stood still
+    ++round_;  // the next frame's time is earlier than that of the last repeated one
   }
   std::shared_ptr<const capture::FrameSet> frame = read();
   if (!frame && !reader_->live() && (from_memory_ || reader_->finished())) {

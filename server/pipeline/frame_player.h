@@ -1,7 +1,7 @@
 #pragma once
-// Frames as a live camera would bring them, whether they come from one or from a recording: at their own pace, a
-// recording over and over again. A recording that fits in memory is decoded once. One that stands still gives its frame
-// again and again, as a still camera before a still room would, so that what viewers change is drawn.
+// Frames of a live camera, or of a recording at its recorded rate, in a loop. A recording that fits in memory is
+// decoded once. While it is paused its current frame is repeated, as from a camera that does not move, so that changes
+// by viewers are rendered.
 #include <chrono>
 #include <cstddef>
 #include <memory>
@@ -18,8 +18,8 @@ namespace lumigraft::server {
 
 struct PlayedFrame {
   std::shared_ptr<const capture::FrameSet> frame;
-  std::chrono::steady_clock::time_point captured;  ///< when it was there, or due
-  std::uint64_t round = 0;                         ///< how often time went back or jumped
+  std::chrono::steady_clock::time_point captured;  ///< time of arrival; of a recording, when it was due
+  std::uint64_t round = 0;                         ///< number of times that frame time went back or jumped
 };
 
 class FramePlayer {
@@ -28,19 +28,19 @@ class FramePlayer {
 
   explicit FramePlayer(std::unique_ptr<capture::FrameReader> reader, std::size_t memory_bytes = kMemory_bytes);
 
-  /// Waits until the next frame is due. Empty: stopped, or nothing came for a while and the caller asks again.
-  /// What is ordered concerns recordings alone.
+  /// Waits until the next frame is due. Empty: stopped, or no frame arrived within kPatience and the caller retries.
+  /// `orders` apply to recordings only.
   std::optional<PlayedFrame> next(const std::stop_token& stop, const Playback::Orders& orders = {});
 
-  /// Of the newest frame of a recording, seconds from its first.
+  /// Time of the newest frame of a recording, in seconds after its first.
   double at_s() const { return 1e-9 * static_cast<double>(last_time_ns_ - first_time_ns_); }
-  /// Of its last frame; as far as it was played where the recording does not say.
+  /// Time of its last frame; of the last one played where the recording does not state its length.
   double length_s() const { return 1e-9 * static_cast<double>(length_ns_); }
   bool live() const { return reader_->live(); }
 
-  /// A recording gave no frame in a whole round.
+  /// A recording gave no frame from its beginning to its end.
   bool gone() const { return gone_; }
-  /// What keeps live cameras from giving pictures: FrameReader::troubles.
+  /// See FrameReader::troubles.
   std::vector<std::string> troubles() const { return reader_->troubles(); }
 
  private:
@@ -53,23 +53,23 @@ class FramePlayer {
 
   using Clock = std::chrono::steady_clock;
   std::unique_ptr<capture::FrameReader> reader_;
-  capture::SeekableReader* seekable_;  ///< the reader, where it is one
+  capture::SeekableReader* seekable_;  ///< the reader, if it can seek
   std::size_t memory_bytes_;
   std::size_t kept_bytes_ = 0;
   std::vector<std::shared_ptr<const capture::FrameSet>> kept_;
-  bool too_large_ = false;  ///< for memory
-  bool all_kept_ = true;    ///< what was read in this round is in memory, from its beginning on
+  bool too_large_ = false;  ///< to be held in memory
+  bool all_kept_ = true;    ///< all frames read in this round are in memory, from the first one on
   bool from_memory_ = false;
-  std::size_t position_ = 0;  ///< frames given in this round, or the place in memory
-  bool jumped_ = false;       ///< to another moment, of which no frame was given yet
+  std::size_t position_ = 0;  ///< number of frames given in this round, or index in memory
+  bool jumped_ = false;       ///< seeked, and no frame was given since
   std::uint64_t round_ = 0;
   std::shared_ptr<const capture::FrameSet> newest_;
-  std::int64_t stood_still_ns_ = 0;  ///< on the newest frame
-  std::int64_t first_time_ns_ = 0;   ///< of the recording
+  std::int64_t stood_still_ns_ = 0;  ///< for which the newest frame was repeated
+  std::int64_t first_time_ns_ = 0;   ///< of the recording's first frame
   std::int64_t length_ns_ = 0;
   bool gone_ = false;
-  std::int64_t last_time_ns_ = 0;  ///< recorded time of the frame before
-  Clock::time_point due_{};        ///< when that one was due
+  std::int64_t last_time_ns_ = 0;  ///< recorded time of the previous frame
+  Clock::time_point due_{};        ///< when that frame was due
   Clock::duration usual_gap_ = std::chrono::milliseconds(33);
 };
 

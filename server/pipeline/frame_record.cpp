@@ -35,7 +35,7 @@ Json lamp(const reconstruct::PointLight& light) {
   return json;
 }
 
-/// One line; whatever bytes a file name brought into a warning, the line is UTF-8.
+/// One line of valid UTF-8: invalid bytes, such as those of file names in warnings, are replaced.
 std::string line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace lumigraft::server {
 namespace {
 
-constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first try comes with the next frame
+constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{30};  // the first attempt is made at the next frame
 
 }  // namespace
 
@@ -58,7 +58,7 @@ LiveRelighter::Result LiveRelighter::relight(const capture::FrameSet& frame, con
       failure_.clear();
     }
   } catch (const relight::gpu::GpuError& e) {
-    renderer_.reset();  // frees the device before the next one is made
+    renderer_.reset();  // frees the device before another is created
     next_try_ = std::chrono::steady_clock::now() + pause_;
     pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
     failure_ = std::string("the GPU failed and is made again: ") + e.what();

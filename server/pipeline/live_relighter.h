@@ -1,5 +1,5 @@
 #pragma once
-// Relight for a service that goes on: a device that fails is made again, and until it works the camera's picture passes
+// Renderer of a service: after a failure the device is created again; until that succeeds the camera image is passed
 // through with a warning.
 #include <chrono>
 #include <functional>
@@ -14,19 +14,20 @@ class LiveRelighter {
  public:
   using MakeDevice = std::function<std::shared_ptr<relight::gpu::Device>()>;
 
-  /// Makes the first device, where the plan is drawn on one. Throws gpu::GpuError, InputError.
+  /// Creates the first device if the plan's method needs one. Throws gpu::GpuError, InputError.
   LiveRelighter(const capture::Session& session, const relight::Plan& plan, MakeDevice make_device);
 
   struct Result {
     relight::RelitPicture picture;
-    bool passed_through = false;  ///< nothing was grafted
-    bool up_to_date = true;       ///< else the scene has surfaces that are not prepared yet
+    bool passed_through = false;  ///< the camera image, without objects
+    bool up_to_date = true;       ///< false: the scene has surfaces that are not prepared yet
   };
-  /// Whether `prepare` is needed, as by rays.
+  /// Whether the renderer needs `prepare`; RayRenderer does.
   bool draws_prepared() const { return rays_ != nullptr; }
-  /// Then: whether there is something new in the scene to prepare. Any thread.
+  /// Whether the scene contains surfaces that are not prepared. Any thread.
   bool wants_prepared(const reconstruct::Scene& scene) const;
-  /// Takes some tenths of a second beside `relight`, which draws from then on with what this made. One thread.
+  /// Prepares the scene's surfaces for the following calls of `relight`; may run at the same time as `relight`. Takes
+  /// tenths of a second. One thread.
   void prepare(const reconstruct::Scene& scene);
 
   /// Never throws.
@@ -40,7 +41,7 @@ class LiveRelighter {
   relight::Plan plan_;
   MakeDevice make_device_;
   std::unique_ptr<relight::Renderer> renderer_;
-  relight::RayRenderer* rays_ = nullptr;  ///< the renderer, where it draws by rays
+  relight::RayRenderer* rays_ = nullptr;  ///< the renderer, if it is one
 
   mutable std::mutex prepared_mutex_;
   std::shared_ptr<const relight::RayRoom> prepared_, drawn_with_;

@@ -1,6 +1,6 @@
 #pragma once
-// How stages on threads are joined: one item, the newest. Whoever is slow never holds up whoever is fast; what it
-// could not take is dropped and counted, and the count carries the slow stage's name.
+// Connection of two threads that holds one item, the newest. A slow stage never blocks a fast one: items that it did
+// not take in time are dropped, and counted under the slow stage's name.
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -14,10 +14,10 @@ namespace lumigraft::server {
 template <typename T>
 class Mailbox {
  public:
-  /// `reader` names the stage that takes from this box: the culprit when something is dropped.
+  /// `reader`: name of the stage that takes items from this box, to which dropped items are counted.
   explicit Mailbox(std::string reader) : reader_(std::move(reader)) {}
 
-  /// Replaces what nobody took. True when that dropped an item. Items put after close() vanish uncounted.
+  /// Replaces an item that was not taken. True if that dropped one. Items put after close() are discarded, not counted.
   bool put(T item) {
     bool dropped = false;
     {
@@ -33,7 +33,7 @@ class Mailbox {
     return dropped;
   }
 
-  /// Waits for an item. Empty: the timeout is over, or the box is closed.
+  /// Waits for an item. Empty: timeout, or the box is closed.
   std::optional<T> take(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
     ready_.wait_for(lock, timeout, [this] { return item_.has_value() || closed_; });
@@ -46,13 +46,13 @@ class Mailbox {
     return item;
   }
 
-  /// Waits until nothing lies in the box: the reader is ready for something newer. False when the timeout is over.
+  /// Waits until the box is empty, so that the reader takes a newer item next. False: timeout.
   bool wait_until_taken(std::chrono::milliseconds timeout) const {
     std::unique_lock lock(mutex_);
     return taken_.wait_for(lock, timeout, [this] { return !item_.has_value(); });
   }
 
-  /// Wakes the reader for good; what lies in the box is forgotten.
+  /// Wakes the reader and discards the item; the box stays closed.
   void close() {
     {
       std::lock_guard lock(mutex_);

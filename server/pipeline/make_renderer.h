@@ -1,5 +1,5 @@
 #pragma once
-// The renderer that a plan's method asks for.
+// The renderer of a plan's method.
 #include <memory>
 
 #include "capture/session/session.h"
@@ -8,8 +8,8 @@
 
 namespace lumigraft::server {
 
-/// Where all parts of the scene are to be true, the reference takes the true room itself (reference_truth.h) in place
-/// of what reconstruct makes of it. `device` may be null where the plan is not drawn on one. Throws InputError,
+/// If `oracle` provides all parts of the scene, the reference renders the session's true room (reference_truth.h)
+/// instead of the reconstruction. `device` may be null if the plan's method needs none. Throws InputError,
 /// gpu::GpuError.
 std::unique_ptr<relight::Renderer> make_renderer(const capture::Session& session, const relight::Plan& plan,
                                                  const OracleParts& truth,

@@ -36,13 +36,13 @@ FrameRecord OfflinePipeline::step(const capture::FrameSet& sensed, bool with_map
       planner_.decide(record.scene, exhibit_, 1e-9 * static_cast<double>(sensed.time_ns));
   record.choices = std::move(decision.choices);
   try {
-    if (!renderer_) make();  // the frame before lost its device, and there was no other
+    if (!renderer_) make();  // the device was lost during the previous frame, and creating another failed
     try {
       record.picture = renderer_->relight(built.frame, record.scene, exhibit_, decision.plan, with_maps);
     } catch (const relight::gpu::DeviceLost& e) {
       reconstruct::append_warnings(record.warnings,
                                    {std::string("the GPU was lost, another one draws the frame: ") + e.what()});
-      renderer_.reset();  // frees the device before the next one is made
+      renderer_.reset();  // frees the device before another is created
       make();
       record.picture = renderer_->relight(built.frame, record.scene, exhibit_, decision.plan, with_maps);
     }

@@ -1,6 +1,6 @@
 #pragma once
-// The whole pipeline as one function, frame by frame on the caller's thread: nothing is dropped, nothing depends on a
-// clock, and the same frames give the same pictures on every run.
+// The pipeline as one function, frame by frame on the caller's thread: no frame is dropped, no result depends on a
+// clock, and the same frames give the same images on every run.
 #include <functional>
 #include <map>
 #include <memory>
@@ -18,20 +18,20 @@ struct FrameRecord {
   reconstruct::Scene scene;
   relight::RelitPicture picture;
   std::map<std::string, reconstruct::StageCost> stages;
-  std::vector<std::string> warnings;         ///< of every stage, in the order they ran
-  std::vector<relight::PlanChoice> choices;  ///< of the plan, that follow the scene
+  std::vector<std::string> warnings;         ///< of all stages, in the order in which they ran
+  std::vector<relight::PlanChoice> choices;  ///< of plan values that were adapted to the scene
 };
 
 class OfflinePipeline {
  public:
   using MakeDevice = std::function<std::shared_ptr<relight::gpu::Device>()>;
 
-  /// `oracle` may be null; `make_device` is not asked where the plan's method needs none.
+  /// `oracle` may be null; `make_device` is not called if the plan's method needs no device.
   OfflinePipeline(const capture::Session& session, relight::Exhibit exhibit, const relight::Plan& plan,
                   MakeDevice make_device, std::shared_ptr<Oracle> oracle);
 
-  /// A stage that throws becomes a warning of the frame. Where the device is lost, another one draws the frame again.
-  /// Else gpu::GpuError passes through, for there is no picture then.
+  /// An exception of a stage becomes a warning of the frame. If the device is lost, the frame is rendered again on a
+  /// new one; other gpu::GpuErrors are rethrown, since there is no image then.
   FrameRecord step(const capture::FrameSet& frame, bool with_maps);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// When stages should work, so that on few cores the picture comes first and is young.
+// Scheduling of stages, so that on few cores frames are rendered first and with low latency.
 #include <time.h>
 
 #include <algorithm>
@@ -10,16 +10,16 @@ namespace lumigraft::server {
 
 using PaceClock = std::chrono::steady_clock;
 
-/// A stage that runs behind keeps to its rate, and rests some times as long as it kept a core busy: its share of a core
-/// is bounded also where a busy machine stretches its work. Nothing is put before it while it works or rests: it would
-/// lie there and be old.
+/// Duty cycle of a background stage: it keeps a minimum interval, and rests for a multiple of the processor time that
+/// it used, so its fraction of a core is bounded even if a busy machine prolongs its work. No input is queued while it
+/// works or rests, because it would be outdated when it is taken.
 class DutyCycle {
  public:
   explicit DutyCycle(PaceClock::duration every) : every_(every) {}
 
   /// Any thread.
   bool over(int times) const { return !at_work_ && PaceClock::now() >= ends(times); }
-  /// When it is over, if it does not work now. Any thread.
+  /// When the rest ends if the stage does not work now. Any thread.
   PaceClock::time_point ends(int times) const {
     return PaceClock::time_point(PaceClock::duration(ended_) + std::max(every_, times * PaceClock::duration(worked_)));
   }
@@ -27,7 +27,7 @@ class DutyCycle {
     began_ = cpu_time();
     at_work_ = true;
   }
-  /// On the thread that began.
+  /// On the thread that called begin().
   void end() {
     worked_ = (cpu_time() - began_).count();
     ended_ = PaceClock::now().time_since_epoch().count();
@@ -43,12 +43,12 @@ class DutyCycle {
 
   const PaceClock::duration every_;
   PaceClock::duration began_{};
-  /// Long ago at first: the clock may have started with the machine, a moment before.
+  /// Initially long past: the clock may have started with the machine, only just before.
   std::atomic<PaceClock::rep> ended_ = PaceClock::duration::min().count() / 2, worked_ = 0;
   std::atomic<bool> at_work_ = false;
 };
 
-/// Work from here to the end of the block, whatever is thrown.
+/// Marks work from its construction to the end of the block.
 class ScopedWork {
  public:
   explicit ScopedWork(DutyCycle& rest) : rest_(rest) { rest_.begin(); }
@@ -60,8 +60,8 @@ class ScopedWork {
   DutyCycle& rest_;
 };
 
-/// When pose should begin, so that its frame is ready just as relight comes free, and not a whole picture older: after
-/// relight began, by its usual duration less that of pose.
+/// When pose should begin so that its frame is ready when relight becomes free, not up to one frame earlier: the begin
+/// of relight plus the usual duration of relight minus that of pose.
 class LatencyScheduler {
  public:
   void relight_begins() { began_ = PaceClock::now().time_since_epoch().count(); }
@@ -69,7 +69,7 @@ class LatencyScheduler {
   void pose_took(PaceClock::duration took) { pose_ = smoothed(pose_, took); }
   PaceClock::time_point pose_begins() const {
     const PaceClock::duration pose =
-        PaceClock::duration(pose_) + PaceClock::duration(pose_) / 4;  // rather early than late
+        PaceClock::duration(pose_) + PaceClock::duration(pose_) / 4;  // early by a margin: late would delay relight
     return PaceClock::time_point(PaceClock::duration(began_)) + PaceClock::duration(relight_) - pose;
   }
 

@@ -24,11 +24,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTick{100};
 constexpr std::chrono::milliseconds kGeometryEvery{100}, kLightEvery{100}, kRoomEvery{1000};
-constexpr std::int64_t kSameMoment_ns = 250'000'000;  // of a colour and a fish-eye picture: light is slow
+constexpr std::int64_t kSameMoment_ns = 250'000'000;  // between a colour and a fish-eye frame: light changes slowly
 constexpr std::chrono::milliseconds kKeepAlive{1000};
 constexpr int kBehindThePicture = 10;  // niceness of geometry, lamp tags, light and albedo
-// How long these rest, in times of their work: a third of a core each while the room is unknown; after that a tenth for
-// geometry and for what rays meet of it. Albedo has its own pace: RestingPace.
+// Rest after a turn, as a multiple of its processor time: each uses a third of a core while the room is unknown, later
+// geometry and room use a tenth. For albedo see RestingPace.
 constexpr int kRest = 2, kGeometryRestLater = 9, kRoomRestLater = 9;
 
 struct PosedFrame {
@@ -36,24 +36,24 @@ struct PosedFrame {
   reconstruct::PoseStage::Result located;
 };
 
-/// What light is found from.
+/// Input of the light stage.
 struct FisheyeView {
   capture::FisheyePictures pictures;
-  std::shared_ptr<const capture::Picture> color;  ///< of about the same moment; may be null
+  std::shared_ptr<const capture::Picture> color;  ///< captured within kSameMoment_ns; may be null
 };
 
-/// Threads that work behind the picture, with lower priority.
+/// Threads of lower priority than rendering.
 class BackgroundThreads {
  public:
-  /// The calling thread joins them.
+  /// Adds the calling thread.
   void add() {
     const auto thread = static_cast<id_t>(syscall(SYS_gettid));
     std::lock_guard lock(mutex_);
     threads_.push_back(thread);
     setpriority(PRIO_PROCESS, thread, kBehindThePicture);
   }
-  /// Lifts them again where the system lets it. A process is gone only when its last thread is, and that one frees its
-  /// memory: on a busy machine a thread behind takes seconds for it.
+  /// Restores the normal priority where the system permits it. The last thread of a process frees its memory when it
+  /// ends, which on a busy machine takes seconds at low priority.
   void restore_priority() {
     std::lock_guard lock(mutex_);
     for (const id_t thread : threads_) {
@@ -99,12 +99,12 @@ struct Pipeline::State {
   mutable std::mutex newest_mutex;
   ShownPicture newest;
   Record newest_record;
-  std::vector<std::string> troubles;  ///< of cameras, now
+  std::vector<std::string> troubles;  ///< current faults of the cameras
 
   std::mutex newest_color_mutex;
-  std::shared_ptr<const capture::Picture> newest_color;  ///< that capture gave
+  std::shared_ptr<const capture::Picture> newest_color;  ///< the last frame of capture
 
-  Clock::time_point last_encoded{};  ///< of the encode thread
+  Clock::time_point last_encoded{};  ///< used by the encode thread only
 
   std::stop_source stopping;
   BackgroundThreads threads_behind;
@@ -132,7 +132,7 @@ struct Pipeline::State {
     }
   }
 
-  /// Repeats `turn` on a thread of its own until told to stop. What it throws becomes a warning of the frames.
+  /// Repeats `turn` on a thread of its own until stop is requested. Exceptions become warnings of the frames.
   void run(const std::string& stage, bool behind, std::function<void()> turn) {
     threads.emplace_back([this, stage, behind, turn = std::move(turn)] {
       pthread_setname_np(pthread_self(), stage.c_str());  // for `top -H`
@@ -150,7 +150,7 @@ struct Pipeline::State {
     });
   }
 
-  /// False when told to stop meanwhile.
+  /// False if stop was requested meanwhile.
   bool sleep_until(Clock::time_point moment) const {
     std::mutex mutex;
     std::unique_lock lock(mutex);
@@ -172,7 +172,7 @@ struct Pipeline::State {
   void encode_turn();
 };
 
-/// With every frame, and beside the last one while none comes.
+/// Called for every frame, and in every timeout while none arrives.
 void Pipeline::State::note_troubles(std::vector<std::string> found) {
   store.publish_warnings("camera", found);
   metrics.cameras_in_trouble(static_cast<int>(found.size()));
@@ -208,7 +208,7 @@ void Pipeline::State::capture_turn() {
   }
 }
 
-/// Light looks ten times a second at most, by rule: what it leaves out is not counted as dropped.
+/// Light is limited to kLightEvery by design: fish-eye frames that it skips are not counted as dropped.
 void Pipeline::State::fisheye_turn() {
   std::optional<capture::FisheyeReader::Result> seen = fisheye->next(kTick);
   if (!seen) {
@@ -346,7 +346,7 @@ void Pipeline::State::lamp_tags_turn() {
   }
 }
 
-/// With the newest picture; where none comes, with what is new of lamps' tags.
+/// Extracts light from the newest fish-eye frame; if there is none, only moves lamps to their newest tag poses.
 void Pipeline::State::light_turn() {
   if (!sleep_until(light_rest.ends(kRest))) {
     return;
@@ -387,7 +387,7 @@ void Pipeline::State::encode_turn() {
   if (picture) {
     last_encoded = Clock::now();
   } else if (Clock::now() - last_encoded > kKeepAlive) {
-    // While the camera is away its last picture stays, for those who come now too.
+    // While the camera is disconnected its last image is sent again, also for viewers that connect now.
     std::lock_guard lock(newest_mutex);
     if (!troubles.empty() && newest.srgb) {
       picture = newest;
@@ -453,7 +453,7 @@ ShownPicture Pipeline::newest() const {
 Pipeline::Record Pipeline::newest_record() const {
   std::lock_guard lock(state_->newest_mutex);
   Record record = state_->newest_record;
-  // A camera that is away says most: the rest follows from it.
+  // Camera faults first: other warnings often follow from them.
   std::vector<std::string> warnings = state_->troubles;
   reconstruct::append_warnings(warnings, record.warnings);
   record.warnings = std::move(warnings);

@@ -1,17 +1,18 @@
 #pragma once
-// The live clock: the only place with threads. Stages are functions; here each gets a thread, and mailboxes of one item
-// join them, so the picture never waits for what is slower than it.
+// The live pipeline, the only place with threads. Stages are functions; here each has a thread, and mailboxes of one
+// item connect them, so rendering never waits for slower stages.
 //
 //   capture ──> pose ──> relight ──> encode ──> publish
-//      │          ├─> geometry: fuse ──┐    (what geometry, light and albedo find meets relight in the SceneStore)
-//      │          └─> lamp tags ─┐     ├─> albedo ─> room   (for rays alone: what they meet of the room)
+//      │          ├─> geometry: fuse ──┐    (relight reads the results of geometry, light and albedo in the SceneStore)
+//      │          └─> lamp tags ─┐     ├─> albedo ─> room   (for `rays` only: the triangles that rays are traced
+//      against)
 //   fish-eye ─────────────> light ─────┘
 //
-// The stages from frames to the scene are SceneBuilder's, the same that a replay runs. Pose registers depth, and takes
-// the newest frame just in time for relight to come free: poses that nobody draws are not found. The fish-eye goes to
-// light by itself, so light goes on while drawing is slow and while the colour camera is away; of a recording, capture
-// hands it on. Geometry, lamp tags, light, albedo and room run behind, with lower priority and rests, so that on two
-// cores the picture comes first.
+// The stages from frames to the scene are SceneBuilder's, which replay runs too. Pose registers depth, and takes the
+// newest frame just in time for relight, so that no pose is computed for frames that are not rendered. A live fish-eye
+// has a thread of its own, so light is updated while rendering is slow or the colour camera is disconnected; of a
+// recording, capture passes its frames to light. Geometry, lamp tags, light, albedo and room have lower priority and
+// rest between turns, so that on two cores rendering comes first.
 #include <Eigen/Geometry>
 #include <chrono>
 #include <functional>
@@ -36,36 +37,36 @@ class Pipeline {
  public:
   struct Cameras {
     std::unique_ptr<capture::FrameReader> frames;
-    std::unique_ptr<capture::FisheyeReader> fisheye;  ///< null where there is none, or the frames hold its pictures
+    std::unique_ptr<capture::FisheyeReader> fisheye;  ///< null if there is none, or if `frames` contain its images
   };
   using OpenCameras = std::function<Cameras()>;
   using Publish = std::function<void(std::shared_ptr<const StreamMessage>)>;
 
-  /// Makes every stage and the GPU device; throws what they throw. `publish` is called on the encode thread.
-  /// `open_again` is called when a recording gives nothing any more; `cameras` is what it gave first.
+  /// Creates all stages and the GPU device; throws what they throw. `publish` is called on the encode thread.
+  /// `open_again` is called when a recording gives no frames any more; `cameras` is the result of its first call.
   Pipeline(ServiceInput input, Cameras cameras, OpenCameras open_again, LiveRelighter::MakeDevice make_device,
            EncoderDemand& demand, Metrics& metrics, Publish publish);
   ~Pipeline();  ///< stops and joins
 
   void start();
-  /// Tells every thread to stop, and does not wait for it.
+  /// Requests all threads to stop, without waiting.
   void stop();
-  /// Waits until every thread has stopped, however long a stage takes. After it nothing is published.
+  /// Waits until all threads have stopped, however long a stage takes. Afterwards nothing is published.
   void join();
 
   ExhibitState& exhibit();
-  /// Where a recording plays; without effect on live cameras.
+  /// Playback of a recording; without effect on live cameras.
   Playback& playback();
-  /// The newest picture; its srgb is null before the first.
+  /// The newest image; its srgb is null before the first.
   ShownPicture newest() const;
-  /// What belongs to the newest picture.
+  /// The record of the newest image.
   struct Record {
     std::vector<std::string> warnings;
     std::optional<Eigen::Isometry3d> T_tag_camera;
     relight::Plan plan;
-    bool learning = true;  ///< albedo was not solved yet, or from far less of the room or other light than known now
-    bool settled = false;  ///< nothing is left to learn: see SceneStore
-    std::uint64_t field_version = 0, light_version = 0, albedo_version = 0;  ///< 0: not known yet
+    bool learning = true;  ///< albedo is unsolved, or was solved for much less of the room or for other light
+    bool settled = false;  ///< see SceneStore::settled
+    std::uint64_t field_version = 0, light_version = 0, albedo_version = 0;  ///< 0: unknown
   };
   Record newest_record() const;
 

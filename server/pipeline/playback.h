@@ -1,5 +1,5 @@
 #pragma once
-// What viewers want of a recording that is played: where it goes on, and whether it stands still. Any thread.
+// Playback commands of viewers for a recording (seek, pause, step), and its playback state. Any thread.
 #include <mutex>
 #include <optional>
 
@@ -10,8 +10,8 @@ namespace lumigraft::server {
 class Playback {
  public:
   struct State {
-    double at_s = 0.0;      ///< of the newest picture, from the recording's beginning
-    double length_s = 0.0;  ///< to its last picture, as far as it is known
+    double at_s = 0.0;      ///< of the newest frame, from the recording's beginning
+    double length_s = 0.0;  ///< to its last frame, as far as known
     bool paused = false;
   };
   struct Orders {
@@ -21,10 +21,10 @@ class Playback {
   };
 
   void apply(const PlaybackCommand& command);
-  /// Each order is given once, but for the pause.
+  /// Returns the orders and clears all but `paused`.
   Orders take();
   void shown(double at_s, double length_s);
-  /// Empty before the first picture, and for live cameras.
+  /// Empty before the first frame, and for live cameras.
   std::optional<State> state() const;
 
  private:

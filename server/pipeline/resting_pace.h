@@ -1,6 +1,6 @@
 #pragma once
-// The pace of albedo beside a live picture: it rests some times as long as it kept a core busy, so that on few cores
-// the picture comes first.
+// The pace of albedo in the live pipeline: it rests for a multiple of the processor time that it used, so that on few
+// cores rendering comes first.
 #include <chrono>
 #include <optional>
 
@@ -36,7 +36,7 @@ class RestingPace : public reconstruct::AlbedoPace {
  private:
   static constexpr std::chrono::milliseconds kEvery{1000};
   static constexpr int kRestWhileLearning = 2;  ///< a third of a core
-  static constexpr int kRest = 19;              ///< a twentieth: its newest answers hardly differ from those before
+  static constexpr int kRest = 19;  ///< a twentieth of a core: later solutions differ little from the previous ones
 
   const DutyCycle& rests(reconstruct::AlbedoWork work) const {
     return work == reconstruct::AlbedoWork::everything ? everything_ : incremental_;

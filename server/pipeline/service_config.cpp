@@ -10,7 +10,7 @@
 namespace lumigraft::server {
 namespace {
 
-/// True where `override` sets a key of the configuration itself and not of the session it names.
+/// Whether `override` sets a key of the configuration itself, not of the session that it names.
 bool of_configuration(const std::string& override_line) {
   const std::string head = override_line.substr(0, override_line.find_first_of(".="));
   return head == "server" || head == "plan" || head == "session" || head == "exhibit";
