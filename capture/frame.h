@@ -30,7 +30,7 @@ struct Picture {
   std::shared_ptr<const CameraPicture> original = nullptr;
 };
 
-/// Depth as the sensor gave it, before registration to colour.
+/// Depth as measured by the sensor, before registration to colour.
 struct RawDepth {
   Stamp stamp;
   Image<std::uint16_t> counts;  ///< 0 = no measurement
@@ -42,18 +42,18 @@ struct DepthPicture {
   Image<float> depth_m;  ///< 1 channel; 0 = no measurement
 };
 
-/// One picture, or the exposures of one bracket.
+/// One frame, or the exposures of one bracket.
 using FisheyePictures = std::vector<std::shared_ptr<const Picture>>;
 
-/// Everything that belongs to one colour frame. Colour is always there; depth and fish-eye may be missing.
+/// One colour frame and the depth and fish-eye frames of its moment, which may be missing.
 struct FrameSet {
-  std::uint64_t index = 0;   ///< 0, 1, 2 ... of the colour stream, counting skipped frames too
-  std::int64_t time_ns = 0;  ///< the colour picture's device time
+  std::uint64_t index = 0;   ///< sequence number of the colour stream, skipped frames included
+  std::int64_t time_ns = 0;  ///< device time of the colour frame
   std::shared_ptr<const Picture> color;
   std::shared_ptr<const RawDepth> raw_depth;
-  std::shared_ptr<const DepthPicture> depth;  ///< made of raw_depth by DepthRegistration; null until then
+  std::shared_ptr<const DepthPicture> depth;  ///< raw_depth after DepthRegistration; null before
   FisheyePictures fisheye;
-  std::vector<std::string> warnings;  ///< what went wrong with this frame, one line each
+  std::vector<std::string> warnings;  ///< one line each
 };
 
 }  // namespace lumigraft::capture

@@ -1,4 +1,4 @@
-// Opens what a session's source URIs name. A new kind of camera is added here and in source_uri.cpp.
+// Opens the sources that a session's URIs name. A new kind of camera is added here and in source_uri.cpp.
 #include <cmath>
 #include <map>
 
@@ -20,7 +20,7 @@ namespace {
 
 const std::map<std::string, std::string> kNames = {{"color", "colour"}, {"depth", "depth"}, {"fisheye", "fish-eye"}};
 
-/// A stream that the session wants, and where from.
+/// A stream of the session and its source.
 struct Wanted {
   std::string key;  ///< of the session file, for errors
   SourceUri uri;
@@ -53,7 +53,8 @@ std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> spe
     }
     const std::string name = specs.size() > 1 ? "colour and depth" : kNames.at(w.key);
     LivePatience patience;
-    patience.silence *= std::max<std::size_t>(w.spec.settings.bracket_us.size(), 1);  // whole brackets arrive at once
+    patience.silence *=
+        std::max<std::size_t>(w.spec.settings.bracket_us.size(), 1);  // all frames of a bracket arrive together
     const auto open = [w, specs = std::move(specs)]() -> std::unique_ptr<Source> {
       if (w.uri.kind == "openni2") {
         return std::make_unique<OpenNiSource>(OpenNiSource::Kind::device, w.uri.rest, specs);
@@ -72,7 +73,7 @@ std::shared_ptr<Source> open_source(const Wanted& w, std::vector<StreamSpec> spe
   }
 }
 
-/// What a live camera is told and cannot do is not passed over in silence.
+/// Throws if a live camera does not support one of its settings.
 void check_settings(const Wanted& w) {
   const CameraSettings& s = w.spec.settings;
   const auto refuse = [&w](const std::string& key) {

@@ -14,7 +14,7 @@
 
 namespace lumigraft::capture {
 
-/// A picture that could not be had: its place in the stream is kept, so pairing and counting stay right.
+/// A frame that was lost. It keeps its place in the stream, so that pairing and counting stay correct.
 struct LostPicture {
   Stamp stamp;
   Stream stream = Stream::color;
@@ -60,11 +60,10 @@ class FrameReader {
   virtual std::vector<std::string> troubles() const { return {}; }
 };
 
-/// Opens and checks every source, and pairs their pictures by timestamps; contradictory or missing files throw
-/// InputError here, before the first frame. Depth is on the depth camera's pixels: a pipeline registers it in a stage
-/// of its own.
+/// Opens and checks all sources, and pairs their frames by timestamps. Contradictory or missing files throw InputError
+/// here, before the first frame. Depth is on the depth camera's pixels: the pipeline registers it in a separate stage.
 std::unique_ptr<FrameReader> open_paired_frames(const Session& session);
-/// The same with depth registered to colour, for those who only read.
+/// The same with depth registered to colour.
 std::unique_ptr<FrameReader> open_frames(const Session& session);
 
 }  // namespace lumigraft::capture

@@ -8,7 +8,7 @@ namespace lumigraft::capture {
 namespace {
 
 constexpr int kNone = -1;
-constexpr double kWidestPx = 32.0;  // a point right before the colour camera must not cost a whole picture
+constexpr double kWidestPx = 32.0;  // bounds the cost of points very near the colour camera
 
 /// Whether two depth pixels (by index) touch, corners included.
 bool neighbours(int a, int b, int width) {
@@ -82,7 +82,7 @@ Image<float> DepthRegistration::reproject(const Image<std::uint16_t>& counts) co
     if (!pixel) {
       continue;
     }
-    // The pixel's own width on the colour picture, so that neighbours meet without overlapping.
+    // The pixel's width in the colour image, so that neighbours touch without overlap.
     const double half_x = 0.5 * std::clamp(color_.fx * z_depth / (depth_.model.fx * point.z()), 1.0, kWidestPx);
     const double half_y = 0.5 * std::clamp(color_.fy * z_depth / (depth_.model.fy * point.z()), 1.0, kWidestPx);
     const int x0 = static_cast<int>(std::clamp(std::ceil(pixel->x() - half_x), 0.0, 1.0 * color_.width));

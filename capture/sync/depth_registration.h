@@ -1,7 +1,7 @@
 #pragma once
-// Depth on the depth camera's pixels becomes depth on the colour camera's pixels.
+// Moves depth from the depth camera's pixels to the colour camera's pixels.
 //
-// A stage of the pipeline (RegistrationStage): frames that nobody takes need no registration.
+// RegistrationStage is a stage of the pipeline, so frames that are dropped before it are not registered.
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
@@ -19,9 +19,9 @@ class DepthRegistration {
  public:
   DepthRegistration(const DepthCamera& depth, const CameraModel& color);
 
-  /// Counts of the depth camera to metres along the colour camera's z. Where not registered, every depth pixel is
-  /// drawn as the rectangle it covers on the colour picture, the nearest winning, and holes that lie between two
-  /// neighbouring measurements (an effect of resampling, not of the sensor) are filled with their mean.
+  /// Converts counts of the depth camera to metres along the colour camera's z. If the device does not register depth,
+  /// every depth pixel is drawn as the rectangle that it covers in the colour image, the nearest in front, and holes
+  /// between two neighbouring measurements (an effect of resampling, not of the sensor) are filled with their mean.
   Image<float> operator()(const Image<std::uint16_t>& counts) const;
 
  private:
@@ -29,14 +29,15 @@ class DepthRegistration {
 
   DepthCamera depth_;
   CameraModel color_;
-  std::vector<Eigen::Vector3d> rays_;  ///< per depth pixel in the depth frame, z = 1; NaN where the lens sees nothing
+  std::vector<Eigen::Vector3d>
+      rays_;  ///< per depth pixel in the depth frame, z = 1; NaN outside the lens's image circle
 };
 
 class RegistrationStage {
  public:
   explicit RegistrationStage(const Session& session);
-  /// The frame with `depth`, where it has raw_depth and the session a depth camera. The same picture again for the same
-  /// raw_depth.
+  /// The frame with `depth`, if it has raw_depth and the session has a depth camera. Equal raw_depth pointers give the
+  /// same `depth` pointer.
   FrameSet register_depth(const FrameSet& frame);
 
  private:

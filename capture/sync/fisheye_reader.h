@@ -1,7 +1,7 @@
 #pragma once
-// The pictures of a live fish-eye by themselves, as they come: what light falls into the room does not depend on
-// whether the colour camera sees anything. Recordings need none of this: there the fish-eye comes paired with colour
-// (pairing_reader.h), so that the same files always give the same frames.
+// Frames of a live fish-eye camera, independent of the colour camera, so that light is updated even if the colour
+// camera delivers nothing. In recordings the fish-eye is paired with colour instead (pairing_reader.h), so that the
+// same files always give the same frames.
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -15,16 +15,16 @@ namespace lumigraft::capture {
 
 class FisheyeReader {
  public:
-  /// `offset_ns` is added to the times of its pictures.
+  /// `offset_ns` is added to the times of its frames.
   FisheyeReader(std::shared_ptr<Source> source, std::int64_t offset_ns);
 
   struct Result {
-    FisheyePictures pictures;           ///< of one time; empty where all that came was lost
-    std::vector<std::string> warnings;  ///< what is missing, lost or out of order before them
+    FisheyePictures pictures;           ///< of one time; empty if all were lost
+    std::vector<std::string> warnings;  ///< missing, lost and misordered frames before them
   };
-  /// The newest that are there, else the next that come. Empty: timeout.
+  /// The newest frames that have arrived, else the next to arrive. Empty: timeout.
   std::optional<Result> next(std::chrono::milliseconds timeout);
-  /// What keeps the camera from giving pictures; empty where nothing does.
+  /// See Source::fault.
   std::string fault() const { return source_->fault(); }
 
  private:
@@ -34,8 +34,8 @@ class FisheyeReader {
   StreamLane lane_;
 };
 
-/// Takes the fish-eye out of `sources` and reads it by itself. Null where there is none, and for recordings, of which
-/// it stays with the others.
+/// Moves a live fish-eye from `sources` to a reader of its own. Null if there is none; that of a recording stays in
+/// `sources`.
 std::unique_ptr<FisheyeReader> read_fisheye_apart(PairedSources& sources);
 
 }  // namespace lumigraft::capture

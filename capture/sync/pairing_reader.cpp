@@ -8,10 +8,10 @@ namespace lumigraft::capture {
 namespace {
 
 constexpr std::int64_t kNsPerMs = 1'000'000;
-constexpr std::size_t kMostAhead = 16;    ///< colour pictures read ahead while another stream is behind
+constexpr std::size_t kMostAhead = 16;    ///< colour frames read ahead while another stream is late
 constexpr std::size_t kPeriodsKept = 15;  ///< their median is the colour period
 constexpr std::int64_t kLongestLiveBound_ns = 250 * kNsPerMs;
-constexpr std::size_t kMostBuffered = 64;  ///< by a live source
+constexpr std::size_t kMostBuffered = 64;  ///< frames read from a live source at a time
 
 std::int64_t period_between(const Stamp& a, const Stamp& b) {
   return (b.time_ns - a.time_ns) / static_cast<std::int64_t>(std::max<std::uint64_t>(b.sequence - a.sequence, 1));
@@ -44,7 +44,8 @@ bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
     }
     lane.accept(std::move(*item));
     if (sources_.live) {
-      lane.keep_newest(kMostAhead);  // while the colour camera is away the others go on, for hours perhaps
+      lane.keep_newest(
+          kMostAhead);  // the other cameras continue, perhaps for hours, while the colour camera is disconnected
     }
   }
   return item.has_value();
@@ -53,7 +54,7 @@ bool PairingReader::pull(Source& source, std::chrono::milliseconds timeout) {
 void PairingReader::pull_all_waiting() {
   using namespace std::chrono_literals;
   for (Source* source : {color_.source, depth_.source, fisheye_.source}) {
-    // To the end of a bracket; a source that never runs dry must not keep us here.
+    // To the end of a bracket; bounded, since a source may always have another frame.
     for (std::size_t i = 0; i < kMostBuffered && source != nullptr && pull(*source, 0ms); ++i) {
     }
   }
@@ -69,8 +70,8 @@ std::vector<const Stamp*> PairingReader::good_colors() const {
   return out;
 }
 
-/// Half the median period of the newest colour pictures, the first one waiting and its successor included and no later
-/// one, so that it does not depend on how far a source happens to have been read.
+/// Half the median period of the newest colour frames, including the first queued one and its successor but no later
+/// ones, so that it does not depend on how far a source was read ahead.
 std::int64_t PairingReader::bound_ns() const {
   constexpr std::int64_t kUsualPeriod = 33 * kNsPerMs;
   std::vector<std::int64_t> periods(periods_ns_.begin(), periods_ns_.end());
@@ -86,14 +87,14 @@ std::int64_t PairingReader::bound_ns() const {
   }
   const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
   std::nth_element(periods.begin(), middle, periods.end());
-  // A live camera's longest period may be the time that it was away.
+  // A live camera's longest period may be a time in which it was disconnected.
   return std::clamp(*middle / 2, kNsPerMs, sources_.live ? kLongestLiveBound_ns : kLatest_ns);
 }
 
-/// The source to read before the first colour picture can be paired for certain; null when it can.
+/// The source to read next before the first colour frame can be paired with certainty; null if it can be paired now.
 Source* PairingReader::wanted() const {
   const std::vector<const Stamp*> good = good_colors();
-  const std::size_t enough = sources_.live ? 1 : 2;  // the second tells the period
+  const std::size_t enough = sources_.live ? 1 : 2;  // the second determines the period
   if (good.size() < enough && !color_.source->finished() && (good.empty() || color_.queue.size() < kMostAhead)) {
     return color_.source;
   }
@@ -109,7 +110,7 @@ Source* PairingReader::wanted() const {
   if (must_read(depth_, time_ns)) {
     return depth_.source;
   }
-  // A bracket is complete when a later picture is there. Live, the fish-eye is never waited for: its light is slow.
+  // A bracket is complete once a later frame has arrived. A live fish-eye is never waited for: light changes slowly.
   if (!sources_.live && must_read(fisheye_, time_ns + bound_ns() + 1)) {
     return fisheye_.source;
   }
@@ -176,7 +177,7 @@ FrameSet PairingReader::emit() {
     set.fisheye = take_fisheye(set.time_ns, bound, set.warnings);
   }
   if (finished()) {
-    // What is lost at the very end has no FrameSet of its own to be named in.
+    // Losses after the last colour frame are reported with the last FrameSet.
     while (!color_.queue.empty()) {
       color_.pop(set.warnings);
     }
@@ -188,7 +189,7 @@ FrameSet PairingReader::emit() {
   return set;
 }
 
-/// The time of the picture (or loss of one) in a lane that is nearest to `time_ns`, if one lies within the bound.
+/// The time nearest to `time_ns`, within the bound, of a frame in a lane, or of a lost frame if `lost`.
 std::optional<std::int64_t> PairingReader::nearest_ns(const StreamLane& lane, bool lost, std::int64_t time_ns,
                                                       std::int64_t bound) {
   std::optional<std::int64_t> best_ns;

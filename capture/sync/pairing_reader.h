@@ -1,13 +1,14 @@
 #pragma once
-// Colour, depth and fish-eye pictures that belong together by their timestamps.
+// Pairs colour, depth and fish-eye frames by their timestamps.
 //
-// Colour leads: every colour picture becomes one FrameSet. Depth and fish-eye join it when their time lies within half
-// a colour period of it, the nearest first; each is used at most once. What is late, alone, out of order or lost is
-// dropped, counted and named in the warnings of the next FrameSet.
+// Every colour frame becomes one FrameSet. The nearest depth and fish-eye frames within half a colour period are added
+// to it; each is used at most once. Frames that are late, unpaired, misordered or lost are dropped, and counted in the
+// warnings of the next FrameSet.
 //
-// A recording is read ahead until the answer is certain, so the same files always give the same FrameSets. A live
-// picture waits for its depth one colour period at most, and for no fish-eye: one that comes after its colour picture
-// was handed on, as every bracket does, joins the next, up to 250 ms later, since light is slow.
+// A recording is read ahead until the result is certain, so the same files always give the same FrameSets. A live
+// colour frame waits for its depth for at most one colour period, and never for the fish-eye: a fish-eye frame that
+// arrives after its FrameSet was emitted, as every bracket does, is added to the next one, up to 250 ms later, because
+// light changes slowly.
 #include <deque>
 #include <memory>
 #include <optional>
@@ -25,13 +26,13 @@ struct PairedSources {
   std::shared_ptr<Source> depth;
   std::shared_ptr<Source> fisheye;
   bool live = false;
-  std::int64_t fisheye_offset_ns = 0;  ///< added to its times
+  std::int64_t fisheye_offset_ns = 0;  ///< added to the fish-eye's times
 };
 
-/// What a session's cameras give, before it is paired. Throws as open_frames.
+/// The sources of a session, to be paired. Throws like open_frames.
 PairedSources open_sources(const Session& session);
 
-/// Puts what live cameras say of themselves where the session names no serial number.
+/// Sets serial numbers that the session does not state to those that live cameras report.
 void take_serials(Session& session, const PairedSources& sources);
 
 class PairingReader : public FrameReader {
@@ -67,7 +68,7 @@ class PairingReader : public FrameReader {
   StreamLane depth_;
   StreamLane fisheye_;
   std::optional<Stamp> last_color_;      ///< of the newest FrameSet
-  std::deque<std::int64_t> periods_ns_;  ///< the newest gaps between colour pictures, up to last_color_
+  std::deque<std::int64_t> periods_ns_;  ///< the newest intervals between colour frames, up to last_color_
 };
 
 }  // namespace lumigraft::capture
