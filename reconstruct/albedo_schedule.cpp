@@ -10,7 +10,7 @@ namespace lumigraft::reconstruct {
 
 AlbedoSchedule::AlbedoSchedule(std::unique_ptr<AlbedoPace> pace) : pace_(std::move(pace)) {}
 
-/// Of the lamps' irradiance since the last solution; infinite where a lamp came or went.
+/// Relative change of the lamps' irradiance since the last solution; infinite if a lamp appeared or disappeared.
 double AlbedoSchedule::light_change(const Illumination& light) const {
   constexpr double kOther = std::numeric_limits<double>::infinity();
   if (light.lights.size() != known_->lights.size()) return kOther;

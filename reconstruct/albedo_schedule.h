@@ -1,9 +1,9 @@
 #pragma once
-// When albedo, and with it the lamps, is solved again. It takes hundreds of milliseconds and changes slowly.
+// Decides when albedo and lamps are solved again. A solution takes hundreds of milliseconds and changes slowly.
 //
-// Where a solution brings next to nothing new, the next one waits twice as long, up to kMostPatience times: as long as
-// nothing moves and the light stays. What is left out then is what one more solution would have changed: less than
-// kLittle of the albedo, kLittle of the light, and of the room what kMoved of its bricks hold.
+// After a solution that changed little the wait is doubled, up to kMostPatience times, as long as neither the room nor
+// the light changes. The error of waiting is what another solution would have changed: less than kLittle of the albedo,
+// kLittle of the light, and kMoved of the room's bricks.
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -16,24 +16,24 @@
 
 namespace lumigraft::reconstruct {
 
-/// What is solved: only the samples that are new or changed (AlbedoStage::solve_new), or the lamps and all samples.
+/// Kind of solution: of new and changed samples only (AlbedoStage::solve_new), or of the lamps and all samples.
 enum class AlbedoWork { nothing, incremental, everything };
 
-/// How long a schedule waits. A live pipeline rests in proportion to the work done; offline, frames are counted.
+/// Waiting time of a schedule. A live pipeline waits in proportion to the work done; offline, frames are counted.
 class AlbedoPace {
  public:
   virtual ~AlbedoPace() = default;
-  /// The schedule is asked whether something is due: offline, once a frame.
+  /// Called whenever the schedule decides; offline, once per frame.
   virtual void asked() {}
-  /// Whether `periods` usual waits are over since work of this kind. `learning`: much is unknown, waits are short.
+  /// Whether `periods` usual waits have passed since work of this kind. `learning`: much is unknown, waits are shorter.
   virtual bool waited(AlbedoWork work, int periods, bool learning) const = 0;
-  /// Whether fields may be compared now to find what moved, which takes some milliseconds.
+  /// Whether fields may be compared now to find moved surfaces, which takes milliseconds.
   virtual bool may_compare() = 0;
   virtual void begin(AlbedoWork work) = 0;
   virtual void end() {}
 };
 
-/// Offline: a period is kFrames frames. While much is unknown every frame is solved.
+/// Offline: a period is kFrames frames. While learning, every frame is solved.
 class FramePace : public AlbedoPace {
  public:
   static constexpr int kFrames = 8;
@@ -51,21 +51,22 @@ class FramePace : public AlbedoPace {
 
 class AlbedoSchedule {
  public:
-  static constexpr double kMuchMoreRoom = 1.25;  ///< solved at once, when the field has grown by a quarter
-  static constexpr double kMuchLight = 0.2;      ///< or the lamps' irradiance changed by a fifth of its sum
+  static constexpr double kMuchMoreRoom = 1.25;  ///< ratio of bricks above which a solution is due at once
+  static constexpr double kMuchLight = 0.2;      ///< the same for the relative change of the lamps' irradiance
   static constexpr int kMostPatience = 8;
-  static constexpr float kLittle = 0.01f;  ///< of albedo, of light
-  static constexpr float kFew = 0.05f;     ///< of samples, newly known; of their standard deviation
-  static constexpr float kMoved = 0.005f;  ///< of the bricks
+  static constexpr float kLittle = 0.01f;  ///< relative change of albedo or light
+  static constexpr float kFew =
+      0.05f;  ///< fraction of samples newly known; relative decrease of their standard deviation
+  static constexpr float kMoved = 0.005f;  ///< fraction of the bricks
 
   explicit AlbedoSchedule(std::unique_ptr<AlbedoPace> pace = std::make_unique<FramePace>());
 
-  /// What is due now.
+  /// The work that is due now.
   AlbedoWork next(const DistanceField& field, const Illumination& light);
-  /// Whether everything may be solved now, where solving what is new turns out not to do.
+  /// Whether everything may be solved now if an incremental solution turns out to be invalid.
   bool may_solve_everything() const { return may_solve_everything_; }
 
-  /// Work of this kind, from its making to its end.
+  /// Marks work of a kind from its construction to the end of the block.
   class Work {
    public:
     Work(AlbedoSchedule& schedule, AlbedoWork work) : pace_(*schedule.pace_) { pace_.begin(work); }
@@ -76,18 +77,18 @@ class AlbedoSchedule {
    private:
     AlbedoPace& pace_;
   };
-  /// What is being solved, before it is.
+  /// Called before a solution, with its input.
   void begin(std::shared_ptr<const DistanceField> field, const Illumination& light);
-  /// What came of it; `everything_due`: solving what is new sufficed, but everything should follow.
+  /// Called with its result; `everything_due`: it was incremental, and everything should be solved next.
   void solved(std::shared_ptr<const AlbedoField> albedo, bool everything_due);
-  /// Nothing came of it: only everything will do, and waits for its time.
+  /// Called if an incremental solution is not valid: the next one is of everything, when its wait is over.
   void wait_for_everything();
 
-  /// Whether nothing was solved yet, or what was solved is far from what was known when it was last asked.
+  /// Whether nothing is solved yet, or room or light at the last decision differed much from those solved.
   bool learning() const { return learning_; }
-  /// Whether something moved since that solutions should follow, or the light changed by more than a little.
+  /// Whether more than kMoved of the bricks, or more than kLittle of the light, changed since the last solution.
   bool moved(const DistanceField& field, const Illumination& light) const;
-  /// Times the usual wait until it is solved again.
+  /// Wait until the next solution, as a multiple of the usual one.
   int patience() const { return patience_; }
 
  private:
@@ -104,9 +105,9 @@ class AlbedoSchedule {
   std::optional<Known> known_, known_before_;
   std::shared_ptr<const AlbedoField> albedo_;
   int patience_ = 1;
-  bool disturbed_ = true;  ///< what is being solved was much, or something moved
+  bool disturbed_ = true;  ///< the solution's input changed much, or something moved
   bool learning_ = true;
-  bool everything_due_ = true, only_everything_ = true;  ///< at first there is nothing to solve anew
+  bool everything_due_ = true, only_everything_ = true;  ///< the first solution cannot be incremental
   bool may_solve_everything_ = true;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
-// What is known about the room at one moment. Immutable; stages publish parts at their own rates and share the rest.
+// All that is known about the room at one moment. Immutable; stages publish parts at different rates and share the
+// rest.
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,11 +16,11 @@
 namespace lumigraft::reconstruct {
 
 struct Scene {
-  std::optional<Pose> pose;                          ///< empty: the tag is not in the picture
-  std::shared_ptr<const DistanceField> field;        ///< null until a depth picture was fused
-  std::shared_ptr<const Illumination> illumination;  ///< null until a fish-eye picture was seen
+  std::optional<Pose> pose;                          ///< empty: unknown, no tag is visible
+  std::shared_ptr<const DistanceField> field;        ///< null until a depth frame is fused
+  std::shared_ptr<const Illumination> illumination;  ///< null until a fish-eye frame is processed
   std::shared_ptr<const AlbedoField> albedo;         ///< null until solved
-  std::shared_ptr<const Enclosure> enclosure;        ///< null where nothing closes what no camera saw
+  std::shared_ptr<const Enclosure> enclosure;        ///< null if no planes were found that close the unseen part
   std::vector<std::string> warnings;
 };
 

@@ -15,8 +15,7 @@
 namespace lumigraft::reconstruct {
 namespace {
 
-/// Runs a stage of a frame, which says whether there was anything to do: its cost is noted, what it throws becomes a
-/// warning.
+/// Runs a stage and records its cost; its exception becomes a warning. `function` returns whether there was work.
 template <typename Function>
 void run_if_due(BuildResult& built, const std::string& name, Function function) {
   const CostClock clock;
@@ -36,7 +35,7 @@ void run_stage(BuildResult& built, const std::string& name, Function function) {
   });
 }
 
-/// What the tags of lamps said last. The stage that reads them and the one that uses them may run at once.
+/// Newest poses of the lamps' tags. The stages that write and read them may run at the same time.
 class NewestLampTags {
  public:
   void put(std::vector<LampTagPose> tags, std::int64_t time_ns) {
@@ -44,7 +43,8 @@ class NewestLampTags {
     tags_ = std::move(tags);
     time_ns_ = time_ns;
   }
-  /// None where they were read longer ago than a hidden tag is believed: the colour camera may be away.
+  /// Empty if they are older than the time for which a hidden tag's pose is kept: the colour camera may be
+  /// disconnected.
   std::vector<LampTagPose> at(std::int64_t time_ns) const {
     std::lock_guard lock(mutex_);
     return time_ns - time_ns_ > LampTagStage::kHeldNs ? std::vector<LampTagPose>() : tags_;
@@ -137,7 +137,7 @@ void SceneBuilder::fuse_depth(const capture::FrameSet& frame, const Pose& pose) 
   s.store.publish_warnings("geometry", s.fusion.warnings());
 }
 
-/// Empty where nothing but solving everything would do, and that waits for its time.
+/// Empty if only a solution of everything is valid and its wait is not over.
 std::optional<AlbedoStage::Result> SceneBuilder::State::solve(AlbedoWork work,
                                                               const std::shared_ptr<const DistanceField>& field,
                                                               const Illumination& measured) {

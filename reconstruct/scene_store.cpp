@@ -98,8 +98,8 @@ bool has_disk_at(const std::vector<PointLight>& lamps, const Eigen::Vector3f& di
   });
 }
 
-/// Cells of the newest remainder that are clipped, or that no camera saw, as much brighter as solving found them. Where
-/// solving put lamps' disks back they are left as they are.
+/// Scales clipped and unseen cells of the newest environment by the gain that solving found for them. Cells where
+/// solving merged a lamp's disk back into the environment are not changed.
 bool raise_as_before(EnvironmentMap& newest, const EnvironmentMap& measured, const EnvironmentMap& solved,
                      const std::vector<PointLight>& put_back) {
   const capture::Image<float>& to = newest.radiance;
@@ -142,7 +142,7 @@ std::shared_ptr<const Illumination> carry_lamps(const Illumination& newest, cons
     const PointLight* known = lamp_of(solved, lamp.id);
     const bool unseen = lamp.visibility != PointLight::Visibility::visible;
     const bool was_unseen = before && before->visibility != PointLight::Visibility::visible;
-    if (was_unseen && !known && unseen) continue;  // it was found to be off
+    if (was_unseen && !known && unseen) continue;  // solving found that it is off
     if (before && !known && !was_unseen) {
       add_disk(carried->environment, lamp.direction, lamp.angular_radius_rad, lamp.irradiance);
       continue;

@@ -1,5 +1,5 @@
 #pragma once
-// Wall-clock and CPU time of a piece of work.
+// Wall-clock and CPU time of a stage's work.
 #include <chrono>
 
 namespace lumigraft::reconstruct {
