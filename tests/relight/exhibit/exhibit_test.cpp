@@ -79,13 +79,13 @@ TEST_F(ReadExhibit, Defaults) {
   EXPECT_EQ(exhibit.objects[0].name, "square");
   EXPECT_TRUE(exhibit.objects[0].material.empty());
   EXPECT_TRUE(exhibit.objects[0].T_tag_model(0).isApprox(Eigen::Affine3d::Identity()));
-  // PLY is z up, so the square lies flat; glTF is y up, so the triangle in its z = 0 stands.
+  // PLY is z up, so the square lies flat; glTF is y up, so the triangle in its plane z = 0 is vertical.
   for (const auto& p : exhibit.objects[0].model->positions_m) EXPECT_EQ(p.z(), 0.0f);
   for (const auto& p : exhibit.objects[1].model->positions_m) EXPECT_EQ(p.y(), 0.0f);
   EXPECT_TRUE(read("").objects.empty());
 }
 
-// Never had an effect, but existing files contain it.
+// The key never had an effect, but existing files contain it.
 TEST_F(ReadExhibit, RigidIsAcceptedAndSaidToHaveNoEffect) {
   const capture::ConfigTable root =
       capture::ConfigTable::load(folder_.write("exhibit.toml", "[[object]]\nmodel = \"square.ply\"\nrigid = false\n"));

@@ -1,4 +1,4 @@
-// Properties that [object.material] does not set stay the model's own, per part, in every renderer.
+// Properties that [object.material] does not set are those of each of the model's parts, in every renderer.
 #include <sstream>
 
 #include "relight/gather/ray_renderer.h"
@@ -12,7 +12,7 @@ namespace {
 
 const Points kBlock = box({-0.08f, -0.08f, 0.005f}, {0.08f, 0.08f, 0.15f});
 
-/// A block, red on one side and green on the other by its vertices' colours.
+/// A block with vertex colours, red on one side and green on the other.
 std::string colored_block() {
   std::ostringstream ply;
   ply << "ply\nformat ascii 1.0\nelement vertex " << kBlock.size()
@@ -24,7 +24,7 @@ std::string colored_block() {
   return ply.str();
 }
 
-/// A matt block of two materials: a texture that is red and grey, and plain blue.
+/// A matt block of two materials: a red and grey texture, and blue without texture.
 std::string textured_block() {
   std::ostringstream obj;
   obj << "mtllib block.mtl\nvt 0.25 0.5\nvt 0.75 0.5\n";
@@ -53,7 +53,7 @@ class MaterialOverrides : public ClosedTest {
     folder_.write("block.obj", textured_block());
   }
 
-  /// The block as exhibited with these lines of [object.material].
+  /// The block with these lines in [object.material].
   void exhibit(const std::string& model, const std::string& material) {
     const std::string lines = material.empty() ? "" : "[object.material]\n" + material + "\n";
     const capture::ConfigTable root = capture::ConfigTable::load(
@@ -69,7 +69,7 @@ class MaterialOverrides : public ClosedTest {
       const auto renderer = make_renderer();
       return scene_.relit(*renderer, plan).srgb.data;
     };
-    // No model is of metal, and the override says nothing else.
+    // No model is metallic, and the override sets nothing else.
     EXPECT_EQ(picture("metallic = 0.0"), picture("")) << model;
   }
 
@@ -83,7 +83,7 @@ TEST_P(MaterialOverrides, KeepTextureAndColorsByCones) {
   live.trace_scale = 4;
   const auto relighter = [&] { return std::make_unique<relight::Relighter>(device_, scene_.session()); };
   expect_own_colors("block.ply", careful_plan(32, 1), relighter);  // varnished
-  expect_own_colors("block.obj", live, relighter);                 // matt: lit at its vertices
+  expect_own_colors("block.obj", live, relighter);                 // matt: irradiance per vertex
 }
 
 class MaterialOverridesByRays : public MaterialOverrides {};

@@ -11,7 +11,7 @@
 
 namespace lumigraft::test {
 
-/// A folder that is removed after the test.
+/// A temporary folder, removed after the test.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -153,7 +153,7 @@ TEST(LoadModel, GltfTexturesEmbeddedAndBeside) {
     ASSERT_EQ(texture->width, 2);
     ASSERT_EQ(texture->height, 1);
     EXPECT_EQ(texture->data, (std::vector<std::uint8_t>{255, 0, 0, 188, 188, 188}));
-    // v runs down as in glTF, so coordinates stay what the file says.
+    // v increases downwards, as in glTF, so coordinates are those of the file.
     EXPECT_NEAR(model->texcoords[vertex_at(*model, {1, 0, 0})].x(), 0.75f, 1e-6f);
     EXPECT_NEAR(model->texcoords[vertex_at(*model, {1, 0, 0})].y(), 0.5f, 1e-6f);
     EXPECT_NEAR(model->parts[0].material.roughness, 0.8f * 0.5f, 1e-6f);
@@ -248,14 +248,14 @@ TEST(LoadModel, ObjMaterialsAndTexture) {
   ASSERT_NE(find(1.0f).base_color_texture, nullptr);
   EXPECT_EQ(find(1.0f).base_color_texture->width, 2);
   const std::uint32_t v = model->indices[find(1.0f).first_index];
-  EXPECT_NEAR(model->texcoords[v].y(), 0.1f, 1e-6f);  // OBJ's v runs up, ours down
+  EXPECT_NEAR(model->texcoords[v].y(), 0.1f, 1e-6f);  // v increases upwards in OBJ, downwards here
 }
 
 TEST(LoadModel, MissingNormalsAreSmoothOnSpheresAndSharpOnBoxes) {
   TemporaryFolder folder;
   const auto box = load_model(folder.write("box.obj", obj_of(test::box({-1, -2, -3}, {1, 2, 3}))), 'z');
   expect_sound(*box);
-  EXPECT_EQ(box->positions_m.size(), 24u);  // joined within a face, apart at its edges
+  EXPECT_EQ(box->positions_m.size(), 24u);  // vertices are merged within a face, not across its edges
   for (std::size_t v = 0; v < box->normals.size(); ++v) {
     EXPECT_NEAR(box->normals[v].cwiseAbs().maxCoeff(), 1.0f, 1e-6f);
     EXPECT_GT(box->normals[v].dot(box->positions_m[v]), 0);
@@ -265,7 +265,7 @@ TEST(LoadModel, MissingNormalsAreSmoothOnSpheresAndSharpOnBoxes) {
   for (std::size_t v = 0; v < ball->normals.size(); ++v) {
     EXPECT_GT(ball->normals[v].dot(ball->positions_m[v].normalized()), std::cos(0.03f));
   }
-  EXPECT_LT(ball->positions_m.size(), 24u * 48u);  // one vertex per place
+  EXPECT_LT(ball->positions_m.size(), 24u * 48u);  // one vertex per position
 }
 
 TEST(LoadModel, TrianglesWithoutAreaAndWithNanAreDropped) {
@@ -358,7 +358,7 @@ TEST(LoadModel, LargeModelsOfOthers) {
                 model->positions_m.size(), ms);
     expect_sound(*model);
     EXPECT_EQ(model->indices.size() / 3, c.triangles);
-    EXPECT_LT(model->positions_m.size(), model->indices.size() * 7 / 10);  // joined
+    EXPECT_LT(model->positions_m.size(), model->indices.size() * 7 / 10);  // merged
   }
 }
 

@@ -1,4 +1,4 @@
-// From SPIR-V to OpenGL: slots become units, and what the product asks for is what OpenGL drivers grant.
+// Conversion of SPIR-V to OpenGL: bindings are mapped to units, and the product stays within OpenGL drivers' limits.
 #include <gtest/gtest.h>
 
 #include "relight/gpu/egl/glsl.h"
@@ -25,7 +25,8 @@ TEST(DeviceGlsl, SlotsAreNumberedByKindAndWhatIsUnusedIsLeftOut) {
 }
 
 TEST(DeviceGlsl, TheProductFitsIntoWhatDriversOfGpusGrant) {
-  // A compute shader of NVIDIA's and AMD's drivers: 8 images, 16 storage buffers; 16 textures is the least of all.
+  // Limits per compute shader: 8 images and 16 storage buffers with NVIDIA's and AMD's drivers; 16 textures is the
+  // minimum of OpenGL.
   for (const ShaderCode& shader : product_shaders()) {
     std::array<int, 3> count{};
     for (const auto& [number, slot] : reflect_shader(shader).slots)

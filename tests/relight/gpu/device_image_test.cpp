@@ -50,7 +50,7 @@ TEST_P(DeviceImageTest, RgbIsExpandedOnItsWay) {
       const auto texture = device_->create_texture(
           {.name = "camera", .width = width, .height = 6, .format = Format::rgba8_unorm, .host_written = host_written});
       std::vector<std::uint8_t> rgb(static_cast<std::size_t>(3 * width * 6));
-      for (const int start : {7, 90}) {  // a second picture replaces the first
+      for (const int start : {7, 90}) {  // a second image replaces the first
         for (std::size_t i = 0; i < rgb.size(); ++i)
           rgb[i] = static_cast<std::uint8_t>(start + 11 * static_cast<int>(i));
         device_->upload_rgb(*texture, rgb);
@@ -102,7 +102,7 @@ TEST_P(DeviceImageTest, ATrilinearTapOfALinearFieldIsExact) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     float expected = slope[3];
     for (std::size_t k = 0; k < 3; ++k) expected += 16 * places[i][k] * slope[k];
-    EXPECT_NEAR(results[i][0], expected, 16.0f / 256) << i;  // 8 bits of weight is the least a GPU may have
+    EXPECT_NEAR(results[i][0], expected, 16.0f / 256) << i;  // GPUs must have at least 8 bits of weight
   }
   const auto nearest = tap(*volume, {{0.26f, 0.51f, 0.76f, 0}}, Filter::nearest);
   EXPECT_EQ(nearest[0][1], 4.5f);

@@ -32,7 +32,7 @@ TEST_P(DeviceLostOn, SaysSoAndIsReplaced) {
     EXPECT_THROW(device->download(*buffer), DeviceLost);
     EXPECT_THROW(device->create_texture({.name = "late", .format = Format::r32_uint}), DeviceLost);
     EXPECT_THROW(device->create_buffer(16, "late"), DeviceLost);
-    // Another one works beside what is left of it.
+    // Another device works while objects of the lost one still exist.
     const auto next = make();
     const auto again = next->create_buffer(16, "words");
     next->upload(*again, 0, std::as_bytes(std::span(words)));

@@ -1,4 +1,4 @@
-// The renderer on both devices: the recorded table-top's first frame, in one scene, must come out the same.
+// The renderer on both devices must give the same image of the first frame of the recorded table-top.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -11,7 +11,7 @@
 namespace lumigraft::relight {
 namespace {
 
-/// What the stages above make of the first frame.
+/// The first frame and the scene that is reconstructed from it.
 struct TableTop {
   capture::Session session;
   capture::FrameSet frame;
@@ -36,7 +36,7 @@ TableTop table_top() {
   return made;
 }
 
-/// A mirror of metal, lying on the table beside the tag: passes for known surfaces run too.
+/// A metal mirror on the table next to the tag, so that the passes for known surfaces run too.
 capture::RealSurface mirror_in(const std::filesystem::path& folder) {
   const std::filesystem::path mesh = folder / "lumigraft-two-devices-mirror.obj";
   std::ofstream(mesh) << "v -0.3 0.1 0.004\nv 0.3 0.1 0.004\nv 0.3 0.4 0.004\nv -0.3 0.4 0.004\nf 1 2 3\nf 1 3 4\n";
@@ -49,7 +49,7 @@ capture::RealSurface mirror_in(const std::filesystem::path& folder) {
 }
 
 struct Agreement {
-  double within_one = 0;  ///< share of pixels of which no channel differs by more than one code value
+  double within_one = 0;  ///< fraction of pixels of which no channel differs by more than one pixel value
   int largest = 0;
 };
 Agreement compare(const capture::Image<std::uint8_t>& one, const capture::Image<std::uint8_t>& two) {
@@ -68,13 +68,13 @@ Agreement compare(const capture::Image<std::uint8_t>& one, const capture::Image<
 
 TEST(DevicePictures, BothDevicesDrawTheSamePicture) {
   TableTop made = table_top();
-  Plan plan;  // small, so that software draws it in seconds; every pass runs
+  Plan plan;  // small, so that software rendering takes seconds; every pass runs
   plan.volume = 32;
   plan.trace_scale = 4;
   plan.rsm = 128;
   for (const bool with_mirror : {false, true}) {
     if (with_mirror) made.session.real_surfaces = {mirror_in(testing::TempDir())};
-    // The same object elsewhere in the second frame: what is kept from frame to frame is used again.
+    // The object is elsewhere in the second frame, so that data cached from the first frame are used.
     std::vector<capture::Image<std::uint8_t>> first, second;
     for (const gpu::Backend backend : {gpu::Backend::vulkan, gpu::Backend::egl}) {
       Relighter relighter(gpu::create_device(backend, {.validation = true}), made.session);

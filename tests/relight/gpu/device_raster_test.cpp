@@ -1,4 +1,4 @@
-// Drawing: which way is up, which face is front, depth, several targets.
+// Rasterization: orientation, front faces, depth, several targets.
 #include "tests/relight/gpu/device_fixture.h"
 
 namespace lumigraft::relight::gpu {
@@ -60,8 +60,8 @@ class DeviceRasterTest : public DeviceTest {
   }
   float depth_at(std::size_t x, std::size_t y) { return values_of<float>(device_->download(*depth_))[x + 16 * y]; }
 
-  /// Covers the top left half of the picture: clip (-1,-1) is the top left corner. Counter-clockwise as seen there:
-  /// top left, bottom left, top right.
+  /// Covers the top left half of the image: clip (-1,-1) is the top left corner. Counter-clockwise there: top left,
+  /// bottom left, top right.
   static std::vector<Vertex> top_left(float z, std::array<float, 3> color) {
     return {{{-1, -1, z, 1}, color}, {{-1, 1, z, 1}, color}, {{1, -1, z, 1}, color}};
   }

@@ -36,7 +36,7 @@ TEST_P(DeviceTest, ParametersArriveAsStd140) {
   const auto list = device_->begin();
   const Binding bindings[] = {storage(1, *result)};
   list->dispatch(*pipeline, bindings, bytes_of(params), 5);
-  params = {};  // copied when it was recorded
+  params = {};  // recording has copied them
   device_->submit(*list);
 
   const auto values = values_of<float>(device_->download(*result));
@@ -76,7 +76,7 @@ TEST_P(DeviceTest, EachDispatchOfAListHasItsOwnParameters) {
   const auto pipeline = device_->create_compute("device_params.comp");
   const auto list = device_->begin();
   std::vector<std::unique_ptr<Buffer>> results;
-  const int count = 1500;  // more than one pool of descriptors and one chunk of parameters hold
+  const int count = 1500;  // more than a pool of descriptors or a chunk of parameters holds
   for (int i = 0; i < count; ++i) {
     if (i % 100 == 0) results.push_back(device_->create_buffer(40 * sizeof(float), "result"));
     Params params{};
@@ -104,7 +104,7 @@ TEST_P(DeviceTest, IntegerAtomicsAddUpAndAreTheSameEachTime) {
     device_->submit(*list);
 
     const auto sums = values_of<std::uint32_t>(device_->download(*bins));
-    // Of 4096 numbers, those that are b modulo 16: 16 (0 + … + 255) + 256 b, and twice.
+    // Sum of the numbers below 4096 that are b modulo 16: 16 (0 + … + 255) + 256 b, added twice.
     for (std::uint32_t b = 0; b < 16; ++b) EXPECT_EQ(sums[b], 2 * (16 * 255 * 256 / 2 + 256 * b));
     EXPECT_EQ(values_of<std::uint32_t>(device_->download(*cells)), std::vector<std::uint32_t>(8, 1024));
     if (run == 0) {
@@ -179,7 +179,7 @@ TEST_P(DeviceLife, DestructionOrderIsFree) {
     pipeline.reset();
     texture.reset();
   }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");  // where the layer names objects that were left
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");  // the layer would name objects that were not destroyed
 }
 
 TEST_P(DeviceLife, AnUnknownDeviceIsNamedWithTheReason) {
@@ -202,7 +202,7 @@ TEST_P(DeviceLife, WhatIsTooLargeIsRefusedAndTheDeviceGoesOn) {
       << flat;
   const std::string deep = refused({.name = "deep", .width = 1 << 20, .height = 2, .depth = 2});
   EXPECT_NE(deep.find("the longest edge"), std::string::npos) << deep;
-  if (GetParam() == Backend::egl) {  // asked of the driver before memory is touched; software Vulkan would touch it
+  if (GetParam() == Backend::egl) {  // EGL's limit is checked before memory is used; software Vulkan would use it
     const std::string much = refused(
         {.name = "much", .width = 2048, .height = 2048, .depth = 2048, .mips = 12, .format = Format::rgba32_float});
     EXPECT_EQ(much, "creating texture \"much\" (2048x2048x2048 rgba32_float): out of device memory");
@@ -261,7 +261,7 @@ TEST(DeviceChoice, TheBestIsHardwareFirstThenVulkan) {
 }
 
 TEST(DeviceChoice, AnAbsentDriverIsListedWithTheReason) {
-  // Both loaders read these when they are first used, so a fresh process asks.
+  // Both loaders read these variables at their first use, so this needs a new process.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {

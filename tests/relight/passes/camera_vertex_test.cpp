@@ -1,4 +1,4 @@
-// Objects that reach beyond what the lens shows: through its fold, beside the camera and behind it.
+// Objects that extend outside the lens's field of view: into its fold, to the side of the camera and behind it.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Looks level over a floor.
+/// A horizontal view over a floor.
 struct LensScene : ClosedScene {
   capture::Session lens;
 
@@ -24,18 +24,18 @@ struct LensScene : ClosedScene {
     lens = session();
   }
 
-  /// Of a point given by its place in the camera's frame.
+  /// Takes a point in the camera's frame.
   Vector3f in_tag(const Vector3f& camera_m) const { return (T_tag_camera() * camera_m.cast<double>()).cast<float>(); }
 };
 
-/// Whether the ray meets what an object fills.
+/// Whether the ray intersects an object.
 using RayMeets = std::function<bool(const Vector3f& from, const Vector3f& w)>;
 
 struct Compared {
-  int inside = 0, outside = 0;  ///< pixels that rays say are wholly covered, and not at all
+  int inside = 0, outside = 0;  ///< number of pixels whose rays all hit objects, or all miss them
 };
 
-/// Where all of a pixel's rays agree, the mask must say the same.
+/// Checks the mask at pixels whose rays agree.
 Compared expect_as_rays(const LensScene& scene, const capture::Image<float>& mask, const RayMeets& meets) {
   Compared compared;
   const Vector3f eye = scene.eye_m;
@@ -92,7 +92,7 @@ TEST_P(CameraVertex, WhatCrossesTheFoldShowsWhereRaysMeetIt) {
   EXPECT_GT(compared.outside, 3000);
 }
 
-// A beam that runs past the camera. Through a lens straight edges are drawn bent only where triangles are small.
+// A beam that passes the camera. Lens distortion bends straight edges in the image only if triangles are small.
 TEST_P(CameraVertex, WhatReachesBehindTheCameraShowsWhereRaysMeetIt) {
   for (const double k1 : {0.0, -0.3}) {
     LensScene scene;

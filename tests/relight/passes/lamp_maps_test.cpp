@@ -1,4 +1,4 @@
-// What a lamp's map says of whole blocks is true of every texel in them.
+// The depth bounds of a lamp map's blocks hold for every texel in them.
 #include "relight/passes/lamps/lamp_maps.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Known glossy surfaces in a live picture beside the careful view, which asks every lamp's share and traces every
+// Known glossy surfaces in the live view compared with the careful view, which evaluates every lamp and traces every
 // pixel.
 #include <cmath>
 #include <cstdio>
@@ -9,7 +9,7 @@
 namespace lumigraft::test {
 namespace {
 
-/// A block that stands on a plate under a lamp and a sky, looked down upon.
+/// A block on a plate under a lamp and a sky, seen from above.
 struct BlockOnPlate : ClosedScene {
   TemporaryFolder folder;
   capture::RealSurface plate;

@@ -1,4 +1,4 @@
-// Propagation through free space, and past a wall: what is carried, how far, and how evenly.
+// Propagation through free space and past a wall: conservation, attenuation with distance, isotropy.
 #include <cmath>
 #include <numbers>
 
@@ -17,14 +17,14 @@ std::size_t index_of(const Eigen::Vector3i& at, int cascade = 0) {
   return static_cast<std::size_t>(at.x() + kEdge * (at.y() + kEdge * (at.z() + kEdge * cascade)));
 }
 
-/// One cascade's worth of cells or shares; the other cascade stays empty.
+/// Cells or open fractions of one cascade; the other cascade is empty.
 struct Volume {
   std::vector<Cell> cells = std::vector<Cell>(2u * kEdge * kEdge * kEdge, Cell::Zero());
   Cell& at(const Eigen::Vector3i& place) { return cells[index_of(place)]; }
   const Cell& at(const Eigen::Vector3i& place) const { return cells[index_of(place)]; }
 };
 
-/// Mean of the eight cells around, in cells from the low corner.
+/// Mean of the eight surrounding cells; position in cells from the low corner.
 Cell sample(const Volume& volume, const Eigen::Vector3f& place) {
   const Eigen::Vector3f g = place - Eigen::Vector3f::Constant(0.5f);
   const Eigen::Vector3i base = g.array().floor().matrix().cast<int>();
@@ -39,7 +39,7 @@ Cell sample(const Volume& volume, const Eigen::Vector3f& place) {
   return sum;
 }
 
-/// As lpv_query.glsl looks it up, for cells of 1 m.
+/// The same as in lpv_query.glsl, for cells of 1 m.
 float irradiance(const Volume& volume, const Eigen::Vector3f& place, const Eigen::Vector3f& normal) {
   const Cell cell = sample(volume, place + shader::kLpvShift * normal);
   return shader::kLpvEven * cell[0] - shader::kLpvDirected * normal.dot(cell.tail<3>());
@@ -47,7 +47,7 @@ float irradiance(const Volume& volume, const Eigen::Vector3f& place, const Eigen
 
 class LpvPropagation : public DeviceTest {
  protected:
-  /// `open`: share of light that gets from the first place to the second, its neighbour.
+  /// `open`: fraction of light that passes from the first cell to the second, its neighbour.
   template <typename Open>
   Volume carried(const Volume& source, int sweeps, Open&& open) {
     LpvGrid grid(*device_, kEdge);
@@ -85,7 +85,7 @@ class LpvPropagation : public DeviceTest {
 };
 ON_BOTH_DEVICES(LpvPropagation);
 
-/// Flux out of the volume in every step so far.
+/// Total flux that has left the volume.
 double left(const Volume& light) {
   double sum = 0;
   for (int z = 0; z < kEdge; ++z) {
@@ -111,19 +111,20 @@ Volume some_sources() {
   return source;
 }
 
-// What six cells receive is what one held, of either sign: what has left in the end is what was put in.
+// Six cells together receive the content of one, of either sign: in the end the flux that left equals the injected
+// flux.
 TEST_P(LpvPropagation, EnergyStaysTheSame) {
   const Volume source = some_sources();
   EXPECT_NEAR(left(carried(source, 100)), 3 - 1 + 1.5, 1e-3 * 5.5);
 }
 
-// The same with a box around that lets nothing out: what it absorbs is what was put in. Half-open faces absorb half.
+// The same inside a closed box: the absorbed flux equals the injected flux. Half-open faces absorb half.
 TEST_P(LpvPropagation, WallsAbsorbWhatDoesNotGetThrough) {
   const Volume source = some_sources();
   const auto inside = [](const Eigen::Vector3i& p) { return (p.array() >= 4).all() && (p.array() < 28).all(); };
   const auto open = [&](const Eigen::Vector3i& from, const Eigen::Vector3i& to) {
     if (inside(from) != inside(to)) return 0.0f;
-    return from.x() + to.x() == 25 ? 0.5f : 1.0f;  // a veil across the box
+    return from.x() + to.x() == 25 ? 0.5f : 1.0f;  // a half-open wall across the box
   };
   const Volume light = carried(source, 100, open);
   double absorbed = 0, outside = 0;
@@ -155,7 +156,7 @@ TEST_P(LpvPropagation, IsLinearAndSigned) {
   for (std::size_t i = 0; i < once.cells.size(); ++i) EXPECT_EQ(twice.cells[i], -2 * once.cells[i]);
 }
 
-// Axes exchanged, or one of them turned around: the light is exchanged and turned around alike, to rounding.
+// Exchanging axes, or reversing one, exchanges or reverses the light in the same way, up to rounding.
 TEST_P(LpvPropagation, TreatsAllAxesAlike) {
   const auto turned = [](const Volume& volume, bool mirror) {
     Volume result;
@@ -183,9 +184,9 @@ TEST_P(LpvPropagation, TreatsAllAxesAlike) {
   }
 }
 
-// A point light of even intensity Φ / 4π: a surface that faces it receives Φ / (4π r²). Four coefficients a cell can
-// hold a beam's direction, not its width, so light that has gone far is too even: it falls off a little slower, and
-// some of it falls on what is turned away. Along the axes and the diagonals alike.
+// An isotropic point light of intensity Φ / 4π: a surface that faces it receives Φ / (4π r²). Four coefficients per
+// cell represent the direction of a beam but not its width, so distant light is too diffuse: it is attenuated a little
+// less, and some of it reaches surfaces that face away. Along axes and diagonals.
 TEST_P(LpvPropagation, FallsOffWithTheSquareOfTheDistance) {
   Volume source;
   source.at({16, 16, 16}) << 100, 0, 0, 0;

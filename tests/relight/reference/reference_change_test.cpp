@@ -1,5 +1,4 @@
-// The change traced as paths of its own against the difference of two pictures by ordinary path tracing, and what it
-// saves.
+// Path tracing of the change compared with the difference of two ordinary path-traced images: equal mean, lower cost.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -12,7 +11,7 @@ namespace {
 
 constexpr int kPictures = 12, kSamples = 32;
 
-/// A corner of a room with a lamp, seen from above; the object stands in it.
+/// An object in the corner of a room with a lamp, seen from above.
 relight::ReferenceScene corner(const relight::Material& floor, const relight::Material& object) {
   relight::ReferenceScene scene;
   Points walls;
@@ -32,7 +31,7 @@ relight::PosedCamera from_above() { return looking({0.7f, -1.6f, 1.2f}, {-0.1f, 
 relight::Material plastic() { return {{0.5f, 0.3f, 0.1f}, 0, 0.4f, 1}; }
 
 struct Moments {
-  std::vector<double> mean, variance;  // variance of a single picture
+  std::vector<double> mean, variance;  // variance of a single image
 };
 
 Moments moments(const std::vector<std::vector<double>>& pictures) {
@@ -48,8 +47,8 @@ Moments moments(const std::vector<std::vector<double>>& pictures) {
   return m;
 }
 
-/// Independent pictures of both kinds. Values are those of the pixels that show the real room alone, and last the mean
-/// of each channel over them.
+/// Independent images of both kinds. Values are those of the pixels that show only the real room, followed by the mean
+/// of each channel over these.
 struct Compared {
   Moments change, difference;
 };
@@ -140,7 +139,7 @@ TEST(ReferenceChange, MeanIsTheDifferenceOfTwoPictures) {
         affected += both.change.mean[i] * both.change.mean[i];
       }
     }
-    // Student's t of 22 degrees of freedom has a variance of 1.1; skewed samples spread it a little more.
+    // Student's t of 22 degrees of freedom has a variance of 1.1; skewed samples increase it a little.
     EXPECT_LT(chi2 / static_cast<double>(values - 3), 1.35);
     EXPECT_GT(affected, 0);
     const double change = rms(both.change.variance), difference = rms(both.difference.variance);

@@ -1,4 +1,4 @@
-// The reference in rooms whose change has a closed form. Pictures are one small patch, so their mean is what counts.
+// The reference in rooms whose change has a closed form. Images show one small patch, so that their mean is compared.
 #include "tests/relight/reference/reference_rooms.h"
 
 namespace lumigraft::test {
@@ -6,7 +6,7 @@ namespace {
 
 constexpr float kAlbedo = 0.6f;
 
-/// Mean change of a patch of some millimetres around a point, seen from the side.
+/// Mean change of a patch of a few millimetres around a point, seen from the side.
 double change_at(const relight::ReferenceScene& scene, const Eigen::Vector3f& point_m, int samples = 256) {
   const relight::PosedCamera camera = looking(point_m + Eigen::Vector3f(0, -3, 0.4f), point_m, 0.001f, 4, 4);
   const relight::ReferencePicture picture = tracer_of(scene).change(camera, samples_of(samples));
@@ -50,7 +50,7 @@ TEST(ReferenceClosed, SealedWhiteBoxAroundALampIsAsBrightAsTheLamp) {
   EXPECT_NEAR(mean(picture.object) / mean(picture.coverage), 3, 0.05);
 }
 
-// A black screen close under the lamp hides all of it: the floor loses ρ E / π.
+// A black screen close under the lamp occludes it completely: the floor loses ρ E / π.
 
 struct LampCase {
   const char* name;
@@ -89,7 +89,7 @@ TEST(ReferenceClosed, AHiddenLampTakesItsLightAlong) {
 TEST(ReferenceClosed, ASpotIsDarkBeyondItsBeam) {
   relight::ReferenceScene scene = floor_under(lamp_cases()[3].lamp);
   scene.objects = {square(0.6f, 1.3f, lambert(0))};
-  const float edge_m = 1.5f * std::tan(0.4f);  // where the cosine is nearly half way between full and none
+  const float edge_m = 1.5f * std::tan(0.4f);  // where the spot's falloff is nearly one half
   const double cosine = std::cos(0.4), s = (cosine - std::cos(0.5)) / (std::cos(0.3) - std::cos(0.5));
   const double lost = kAlbedo / kPi * lamp_cases()[3].irradiance * std::pow(cosine, 4) * s * s * (3 - 2 * s);
   EXPECT_NEAR(change_at(scene, {edge_m, 0, 0}), -lost, 0.02 * lost);
@@ -97,7 +97,7 @@ TEST(ReferenceClosed, ASpotIsDarkBeyondItsBeam) {
 }
 
 TEST(ReferenceClosed, PenumbraOfADiscUnderARoundLamp) {
-  // On the axis a disc of radius q at height h hides the lamp's middle out to q H / h.
+  // On the axis a disc of radius q at height h occludes the lamp out to the radius q H / h.
   const float height = 1.5f, lamp_radius = 0.25f, h = 0.4f;
   relight::ReferenceScene scene = floor_under(round_panel({0, 0, height}, lamp_radius, 10));
   for (const float q : {0.03f, 0.06f, 0.1f}) {
@@ -110,8 +110,8 @@ TEST(ReferenceClosed, PenumbraOfADiscUnderARoundLamp) {
 }
 
 TEST(ReferenceClosed, UmbraOfABallUnderABulbEndsWhereItShould) {
-  // Seen from the floor, ball and bulb are cones; the light is all there where they are apart, and gone where the
-  // bulb's lies within the ball's.
+  // From the floor, ball and bulb subtend cones; where these are disjoint nothing is occluded, and where the bulb's is
+  // inside the ball's everything is.
   relight::ReferenceScene scene = floor_under(bulb({0, 0, 2}, 0.05f, 50));
   scene.objects = {ball(0.2f, {0, 0, 0.5f}, lambert(0))};
   const auto angles = [](float x) {
@@ -146,7 +146,7 @@ TEST(ReferenceClosed, ABlackDiscUnderAnEvenSkyTakesItsFormFactor) {
   }
 }
 
-// An environment picture without any light is as good as none.
+// A black environment image has the same effect as none.
 TEST(ReferenceClosed, ABlackEnvironmentChangesNothing) {
   for (const bool lit : {false, true}) {
     SCOPED_TRACE(lit);

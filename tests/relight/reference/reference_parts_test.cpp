@@ -1,4 +1,4 @@
-// What the reference's paths are made of: numbers, materials, lamps, sky.
+// Parts of the reference path tracer: random numbers, materials, lamps, sky.
 #include <array>
 #include <vector>
 
@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Evenly over the upper half of the sphere.
+/// Uniform over the upper hemisphere.
 std::vector<Vector3f> hemisphere(int steps) {
   std::vector<Vector3f> directions;
   for (int i = 0; i < steps; ++i) {
@@ -56,7 +56,7 @@ TEST(ReferenceBsdf, DensitiesSumToTheShareOfSamplesAboveTheSurface) {
       above += relight::sample_direction(look, v, sampler).z() > 0 ? 1.0 / kCount : 0;
     }
     EXPECT_NEAR(pdf, above, 0.005);
-    // A metal that absorbs nothing loses what would go to and fro between facets.
+    // A metal without absorption loses the light that would be reflected several times between microfacets.
     EXPECT_LT(albedo, pdf);
     EXPECT_GT(albedo, roughness < 0.5f ? 0.97 : 0.3);
   }
@@ -107,7 +107,7 @@ TEST(ReferenceSky, SamplesThePictureByItsLight) {
   scene.environment.radiance.at(20, 3, 0) = 40;
   scene.environment.radiance.at(5, 10, 1) = 9;
   const relight::Sky sky(scene);
-  // Light that falls on a plane facing +z, by samples of the picture and evenly over the half sphere.
+  // Irradiance of a plane facing +z, by importance sampling of the image and by uniform sampling of the hemisphere.
   relight::Rgb even = relight::Rgb::Zero(), chosen = relight::Rgb::Zero();
   const std::vector<Vector3f> directions = hemisphere(300);
   for (const Vector3f& w : directions)
@@ -145,7 +145,7 @@ TEST(ReferenceMeshes, TexturesColoursAndSmoothNormals) {
   mesh.model = std::make_shared<const relight::Model>(model);
   mesh.T_tag_model = Eigen::Translation3f(0, 0, 2) * Eigen::AngleAxisf(relight::kPi / 2, Vector3f::UnitX());
   const relight::Meshes meshes({mesh}, nullptr);
-  // The quad now stands in y = 0, its own z towards -y.
+  // The quad is now in the plane y = 0, its own z axis towards -y.
   const auto look_at = [&](float x, float from_y) {
     const Vector3f w(0, from_y > 0 ? -1 : 1, 0);
     const auto hit = meshes.hit({x, from_y, 2.5f}, w, 10);
@@ -177,7 +177,7 @@ TEST(ReferenceMeshes, WhatACameraSeesCountsBeforeColours) {
       const Vector3f w = camera.T_tag_camera.linear() * camera.model.unproject({u, v})->cast<float>();
       const float t = -1 / w.z();
       seen.depth_m.at(u, v) = (camera.T_tag_camera.inverse() * Vector3f(Vector3f(0, -1, 1) + t * w)).z();
-      if (u < 16) seen.depth_m.at(u, v) *= 0.9f;  // something else is in front
+      if (u < 16) seen.depth_m.at(u, v) *= 0.9f;  // occluded by another surface
     }
   }
   const relight::Meshes meshes({floor}, &seen);

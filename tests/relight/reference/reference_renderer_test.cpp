@@ -1,4 +1,4 @@
-// The reference as a renderer: what it makes of a reconstructed scene and a camera picture.
+// The reference renderer with a reconstructed scene and a camera image.
 #include "relight/reference/reference_renderer.h"
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace lumigraft::test {
 namespace {
 
-/// A floor of albedo 0.5 under an even sky of 1, with a black ball on it.
+/// A floor of albedo 0.5 under a uniform sky of radiance 1, with a black ball on it.
 ClosedScene ball_on_floor() {
   ClosedScene scene;
   scene.exhibit.objects = {sphere_object(0.15f, {0, 0, 0.15f}, 0)};
@@ -43,7 +43,8 @@ TEST(ReferenceRenderer, PutsTheChangeOnTheCameraPicture) {
       if (picture.maps->mask.at(u, v) > 0) continue;
       const Eigen::Vector3f p = scene.on_plane(u, v);
       if (!(p.head<2>().cwiseAbs().maxCoeff() < 0.6f && p.head<2>().norm() > 0.2f)) continue;
-      // A ball takes cos · (r / d)² of an even sky from a plane that doesn't cut it (form factor of a sphere).
+      // A ball occludes cos · (r / d)² of a uniform sky for a plane that does not intersect it (form factor of a
+      // sphere).
       const float d2 = p.head<2>().squaredNorm() + 0.15f * 0.15f, cosine = 0.15f / std::sqrt(d2);
       const float expected = 0.5f - 0.5f * cosine * 0.15f * 0.15f / d2;
       worst = std::max<double>(worst, std::abs(picture_radiance(picture, u, v) - expected));

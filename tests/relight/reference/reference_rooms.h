@@ -77,7 +77,7 @@ inline relight::ReferenceLamp round_panel(const Eigen::Vector3f& centre_m, float
   return lamp;
 }
 
-/// A camera at one point that looks at another, where the picture is `width_m` wide.
+/// A camera at one point, directed at another, where the image is `width_m` wide.
 inline relight::PosedCamera looking(const Eigen::Vector3f& from_m, const Eigen::Vector3f& to_m, float width_m,
                                     int width, int height) {
   relight::PosedCamera camera;

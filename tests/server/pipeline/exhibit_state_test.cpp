@@ -59,7 +59,7 @@ TEST(ExhibitState, MaterialsAreLaidOverTheModelsOwn) {
   EXPECT_TRUE(board.newest()->objects[0].material.empty());
 }
 
-// A model of several materials keeps what a viewer has not set of each; what was set goes back by null.
+// A model of several materials keeps the properties that no viewer has set; null resets a property.
 TEST(ExhibitState, WhatIsNotSetStaysTheModelsOwn) {
   ExhibitState board(two_objects());
   const auto material = [&] { return nlohmann::json::parse(board.objects_json())[0]["material"]; };

@@ -10,7 +10,7 @@
 namespace lumigraft::server {
 namespace {
 
-/// A device that is broken from its first use on.
+/// A device of which every use fails.
 class BrokenDevice : public relight::gpu::Device {
  public:
   std::string name() const override { return "broken"; }
@@ -32,7 +32,7 @@ class BrokenDevice : public relight::gpu::Device {
   relight::gpu::Holdings holdings_;
 };
 
-/// Works until told otherwise, by a switch that all its copies share.
+/// Works until a switch that all its copies share is set.
 class FailingDevice : public relight::gpu::Device {
  public:
   FailingDevice(std::unique_ptr<relight::gpu::Device> real, std::shared_ptr<bool> broken)
@@ -144,7 +144,7 @@ TEST(LiveRelighter, RaysNeedNoDeviceAndDrawWithWhatWasPrepared) {
   EXPECT_FALSE(dark.passed_through);
   EXPECT_TRUE(dark.up_to_date);
 
-  // Light is followed at once, surfaces when they are prepared.
+  // Changes of light have effect at once, those of surfaces after `prepare`.
   auto light = std::make_shared<reconstruct::Illumination>();
   light->lights.emplace_back();
   light->lights[0].direction = Eigen::Vector3f(0.1f, 0.2f, 1).normalized();
@@ -208,7 +208,7 @@ TEST_P(LiveRelighterOn, AfterALostDevicePicturesAreAsBefore) {
   EXPECT_NE(before.picture.srgb.data, grey_frame().color->encoded.data);
 
   losable.lose();
-  // What stands still needs no device.
+  // An unchanged frame needs no device.
   EXPECT_EQ(relighter.relight(grey_frame(), scene, exhibit, small_plan()).picture.srgb.data, before.picture.srgb.data);
   relight::Exhibit moved = exhibit;
   moved.objects.front().position_m.x() += 0.05;

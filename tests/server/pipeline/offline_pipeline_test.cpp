@@ -22,7 +22,7 @@ INSTANTIATE_TEST_SUITE_P(BothDevices, LockStepOn,
 
 constexpr std::size_t kFrames = 3;
 
-/// `make` comes before a device is made, with how many there were.
+/// `make` is called before a device is created, with the number of devices created before.
 std::vector<FrameRecord> replayed(
     const std::function<void(std::size_t)>& before_frame, const std::function<void(int)>& make = [](int) {}) {
   relight::Plan plan;
@@ -57,8 +57,8 @@ int farthest_apart(const capture::Image<std::uint8_t>& a, const capture::Image<s
   return most;
 }
 
-// The pictures of a replay don't tell that a device was lost; its records do. But a code value may round the other way:
-// a new device gets all of the room, an old one hears of slight changes some pictures later.
+// A lost device does not change the images of a replay, only its records; but a pixel value may be rounded differently,
+// because a new device is given the newest scene, and an old one receives slight changes some frames later.
 TEST_P(LockStepOn, ALostDeviceCostsNoPicture) {
   const relight::gpu::LosableDevices losable(GetParam());
   const std::vector<FrameRecord> wanted = replayed([](std::size_t) {});

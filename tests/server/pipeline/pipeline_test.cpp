@@ -23,7 +23,7 @@ ServiceInput tabletop(const relight::Plan& plan) {
   return read_service(files, plan);
 }
 
-/// A recording's pictures of one stream, as a live camera gives them, twenty times a second.
+/// A recording's frames of one stream, delivered like those of a live camera, twenty times a second.
 class AsLive : public capture::Source {
  public:
   explicit AsLive(std::shared_ptr<capture::Source> recorded) : recorded_(std::move(recorded)) {}
@@ -61,7 +61,7 @@ class Away : public capture::Source {
   std::string fault() const override { return "colour: the camera is gone"; }
 };
 
-/// Whether light takes some fish-eye frames from now on.
+/// Whether the light stage processes further fish-eye frames.
 bool light_goes_on(Metrics& metrics) {
   constexpr std::uint64_t kFrames = 4;
   const auto deadline = std::chrono::steady_clock::now() + 10s;
@@ -127,7 +127,7 @@ TEST(Pipeline, LightGoesOnWhileDrawingIsSlow) {
   losable.lose();
   while (!waits && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(10ms);
   EXPECT_TRUE(waits) << "for the device that it draws with";
-  std::this_thread::sleep_for(300ms);  // what was under way is over
+  std::this_thread::sleep_for(300ms);  // work in progress ends
   const std::uint64_t frames = metrics.frames();
   EXPECT_TRUE(light_goes_on(metrics));
   EXPECT_EQ(metrics.frames(), frames) << "nothing was drawn";

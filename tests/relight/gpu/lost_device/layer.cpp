@@ -1,5 +1,5 @@
-// A Vulkan layer that lets devices be lost, as no software driver ever is: from lose_all_devices() on, the devices
-// that are there answer VK_ERROR_DEVICE_LOST to all work, as a driver does whose GPU hung. Later ones work.
+// A Vulkan layer that simulates lost devices, since software devices are never lost: after lose_all_devices(), all work
+// on existing devices returns VK_ERROR_DEVICE_LOST, as from a driver whose GPU hangs. Devices created later work.
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 
@@ -21,7 +21,7 @@ std::mutex mutex;
 std::map<void*, PFN_vkGetInstanceProcAddr> instances;
 std::map<void*, Device> devices;
 
-/// The loader's table: one for an instance and its physical devices, one for a device and its queues.
+/// The loader's dispatch table, of an instance and its physical devices or of a device and its queues.
 template <typename Handle>
 void* key_of(Handle handle) {
   return *reinterpret_cast<void**>(handle);
@@ -33,7 +33,7 @@ Device device_of(Handle handle) {
   return devices.at(key_of(handle));
 }
 
-/// The link that the loader put into a chain of structures, for this layer to take.
+/// The link information for this layer that the loader put into the chain of structures.
 template <typename Info>
 Info* link_in(const void* chain, VkStructureType type) {
   for (auto* info = static_cast<Info*>(const_cast<void*>(chain)); info;

@@ -1,5 +1,5 @@
 #version 450
-// Integer atomics on a buffer and on a 3D image: order cannot show in the sums.
+// Integer atomics on a buffer and on a 3D image: the sums do not depend on the order.
 layout(local_size_x = 64) in;
 
 layout(std430, binding = 1) buffer Bins { uint bins[16]; };

@@ -1,3 +1,3 @@
 #version 450
-// Depth alone.
+// Writes only depth.
 void main() {}

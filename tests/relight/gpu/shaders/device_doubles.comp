@@ -1,5 +1,5 @@
 #version 450
-// Asks for 64-bit floats, which the device was not opened with: the validation layer must say so.
+// Uses 64-bit floats, a feature that the device was created without: the validation layer must report an error.
 layout(local_size_x = 8) in;
 layout(std430, binding = 1) buffer Result { double values[]; };
 

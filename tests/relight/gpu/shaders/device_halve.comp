@@ -1,5 +1,5 @@
 #version 450
-// One mip from the one before, both of the same texture.
+// Computes a mip from the previous one of the same texture.
 layout(local_size_x = 8, local_size_y = 2, local_size_z = 2) in;
 
 layout(rgba32f, binding = 1) readonly uniform image3D fine;

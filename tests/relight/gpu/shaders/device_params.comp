@@ -1,5 +1,5 @@
 #version 450
-// std140 parameters, one of each alignment, come back through a storage buffer.
+// Copies std140 parameters, one of each alignment, to a storage buffer.
 layout(local_size_x = 8) in;
 
 layout(std140, binding = 0) uniform Params {

@@ -1,5 +1,5 @@
 #version 450
-// Writes a field that is linear in space, which a trilinear tap must give back exactly.
+// Writes a field that is linear in space, which trilinear filtering must reproduce exactly.
 layout(local_size_x = 8, local_size_y = 2, local_size_z = 2) in;
 
 layout(std140, binding = 0) uniform Params { vec4 slope; } params;

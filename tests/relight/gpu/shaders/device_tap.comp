@@ -1,5 +1,5 @@
 #version 450
-// textureLod at given places: xyz in texture coordinates, w the level.
+// textureLod at given positions: xyz in texture coordinates, w the level.
 layout(local_size_x = 8) in;
 
 layout(binding = 1) uniform sampler3D volume;

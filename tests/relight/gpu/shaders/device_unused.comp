@@ -1,5 +1,5 @@
 #version 450
-// Slot 2 and the parameters are declared and not used.
+// Declares slot 2 and the parameters without using them.
 layout(local_size_x = 8) in;
 layout(std140, binding = 0) uniform Params { vec4 value; } params;
 layout(std430, binding = 1) writeonly buffer Result { uint result[]; };
