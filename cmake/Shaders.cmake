@@ -1,15 +1,15 @@
-# GLSL becomes SPIR-V inside the program.
+# Compiles GLSL to SPIR-V and embeds it in the program.
 #
 #   lumigraft_shaders(TARGET cone_trace.comp ...)
 #
-# notes shaders of the current folder for TARGET, and
+# registers shaders of the current folder for TARGET, and
 #
 #   lumigraft_compile_shaders(TARGET FUNCTION name [INCLUDES folders...])
 #
-# compiles all that were noted for Vulkan 1.3 and adds to TARGET a source with
+# compiles all registered shaders for Vulkan 1.3 and adds to TARGET a source with
 #   std::span<const lumigraft::relight::gpu::ShaderCode> lumigraft::relight::gpu::name();
-# in which every shader goes by its file name, without the folder. #include (with GL_GOOGLE_include_directive) looks in
-# the shader's folder and in INCLUDES; what a shader includes is followed, so a changed header builds the right shaders.
+# in which shaders are named by their file names, without folders. #include (with GL_GOOGLE_include_directive) searches
+# the shader's folder and INCLUDES; included files are dependencies: a changed header rebuilds the shaders that use it.
 find_program(GLSLANG glslangValidator REQUIRED)
 
 function(lumigraft_shaders target)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# check_debug.sh [--minutes N]: builds without optimization, where no function is inlined and Eigen checks its use, and
-# runs the tests of the four modules, but for those that limit how long the optimized program takes to end. Every 16th test
-# runs first, then the ones after these, and so on until N minutes are over; it says how much was left out.
+# check_debug.sh [--minutes N]: builds without optimization, so that no function is inlined and Eigen checks its use,
+# and runs the tests of the four modules, except those that limit the duration of the optimized program. Runs every 16th
+# test first, then the tests after these, and so on until N minutes are over, and prints how many were left out.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 minutes=

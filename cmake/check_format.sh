@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# check_format.sh [--fix]: whether every C++ file is formatted as .clang-format says; with --fix it is afterwards.
+# check_format.sh [--fix]: checks that all C++ files are formatted according to .clang-format; --fix formats them.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 case "${1:-}" in

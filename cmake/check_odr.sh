@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# check_odr.sh: whether every name in the program is defined once. Links it with what the linker sees of all its types
-# and fails where two files define one name differently.
+# check_odr.sh: checks the one-definition rule. Links the program with the type information of link-time optimization
+# and fails if two files define a name differently.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cmake --preset odr >/dev/null

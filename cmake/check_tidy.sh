@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# check_tidy.sh [--all] [--minutes N]: clang-tidy on the files that differ from the last release, or on all; .clang-tidy
-# says what it looks for. A header is looked at with the source file that goes with it. Files with the most changed lines
-# come first. What cannot be begun within N minutes is left out and named.
+# check_tidy.sh [--all] [--minutes N]: runs clang-tidy on the files that differ from the last release, or on all files;
+# .clang-tidy lists the checks. A header is checked with its source file. Files with the most changed lines come first.
+# Files that are not started within N minutes are left out and listed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 all= minutes=
@@ -19,14 +19,14 @@ folder=build/tidy/clang-tidy
 rm -rf "$folder"
 mkdir "$folder"
 
-# What is compiled, but for what the build itself writes.
+# All compiled files except generated ones.
 sed -n "s#^ *\"file\": \"$PWD/\(.*\)\"\$#\1#p" build/tidy/compile_commands.json | grep -v '^build/' | sort -u >"$folder/sources"
 
 # Lines "COUNT PATH" of C++ files that differ from commit $1.
 changed_since() {
   local added deleted path
   git diff --numstat -z -M -l0 "$1" -- '*.cpp' '*.h' | while IFS=$'\t' read -r -d '' added deleted path; do
-    if [ -z "$path" ]; then  # renamed: the names follow
+    if [ -z "$path" ]; then  # renamed: both names follow
       read -r -d '' path
       read -r -d '' path
     fi
@@ -35,7 +35,7 @@ changed_since() {
   git ls-files -z --others --exclude-standard -- '*.cpp' '*.h' | xargs -0 -r wc -l | sed '/ total$/d; s/^ *//'
 }
 
-# The source file that shows what is in file $1.
+# The source file with which file $1 is checked.
 source_of() {
   local same=${1%.*}.cpp
   if grep -qxF "$same" "$folder/sources"; then

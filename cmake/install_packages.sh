@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# install_packages.sh run|test|check: installs what packages.txt names and this machine lacks.
+# install_packages.sh run|test|check: installs the packages of packages.txt that are missing.
 set -euo pipefail
 list=$(dirname "$0")/../packages.txt
 
 section() { sed -n "/^\\[$1\\]/,/^\\[/{/^[[#]/d; /^\$/d; p}" "$list"; }
 
-# Those of the arguments that are not installed.
+# Prints those arguments that are not installed packages.
 missing_of() {
   local installed package
   installed=$(dpkg-query -W -f '${Package} ${Status}\n' "$@" 2>/dev/null | sed -n 's/ install ok installed$//p' || true)

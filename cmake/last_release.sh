@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# last_release.sh: the commit of the last release. That is the newest version tag before this commit or, in a clone
-# without tags, the commit that dated the newest dated version in CHANGELOG.md. Nothing where there was none, or where the
-# clone does not reach back.
+# last_release.sh: prints the commit of the last release: the newest version tag before this commit or, in a clone
+# without tags, the commit that added the newest date in CHANGELOG.md. Prints nothing if there is no release or the
+# clone is too shallow.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tag=$(git tag --merged HEAD --sort=-version:refname | grep -E '^v?[0-9]+\.[0-9]+' | head -1 || true)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""`lumigraft bench` on a recording with truth, one quick setting of it.
+"""Runs `lumigraft bench` with one quick setting on a recording with truth.
 
   bench_test.py PROGRAM RECORDING
 
-The tables are complete and agree with each other, and the picture is nearer the truth than the camera's own.
+Checks that the tables are complete and consistent, and that the rendered images have less error than the camera's.
 """
 import csv
 import json

@@ -51,7 +51,7 @@ class Page:
         raise AssertionError(f"waited {WAIT_S} s for {what}; the browser said {logs}")
 
     def fresh(self, count=3):
-        """The picture after `count` more were drawn."""
+        """The image after `count` further frames were drawn."""
         target = self.pictures() + count
         self.wait(lambda: self.pictures() >= target, "pictures")
         url = self.driver.execute_script("return document.getElementById('picture').toDataURL('image/png')")

@@ -3,8 +3,8 @@
 
   browser_test.py PROGRAM RECORDING [BrowserTest.test_NAME ...]
 
-Checks that pictures arrive and change, that the object is in them, that moving, hiding and repainting it does what it
-says, that JPEG works where H.264 is not wanted, and that the page comes back after the service was restarted.
+Checks that frames arrive, change and contain the object, that moving, hiding and repainting the object has the stated
+effect, that JPEG works if H.264 is disabled, and that the page reconnects after the service was restarted.
 """
 import json
 import os
@@ -28,7 +28,7 @@ CHANGED = 12  # pixel values: above the codec's noise
 
 
 def still_session(folder):
-    """The recording's first frame, again and again: what changes then is the object alone."""
+    """Writes a session that repeats the recording's first frame, so that only the object changes."""
     session = os.path.join(folder, "still")
     os.makedirs(session)
     for name in os.listdir(RECORDING):
@@ -55,7 +55,7 @@ class Service:
 
 
 def changed(a, b):
-    """Mask of what differs between two pictures, cleaned of single pixels."""
+    """Mask of the pixels that differ between two images, without isolated pixels."""
     mask = (np.abs(a - b).max(-1) > CHANGED).astype(np.uint8)
     return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
 
@@ -72,7 +72,7 @@ class BrowserTest(unittest.TestCase):
             cls.T_tag_camera = np.array(json.load(f)["T_tag_from_camera"])
         cls.port = free_port()
         cls.service = Service(cls.session, cls.port)
-        cls.addClassCleanup(lambda: cls.service.stop())  # the service that runs at that time
+        cls.addClassCleanup(lambda: cls.service.stop())  # evaluated late: the service running then
         cls.page = Page(os.path.join(cls.folder, "profile"))
         cls.addClassCleanup(cls.page.driver.quit)
         end = time.monotonic() + WAIT_S
@@ -88,7 +88,7 @@ class BrowserTest(unittest.TestCase):
         return self.color["fx"] * p[0] / p[2] + self.color["cx"]
 
     def settle(self, grafted=True):
-        """Waits until the room is learnt and the picture stands still, with an object or without."""
+        """Waits until albedo is solved and the image no longer changes, with an object or without."""
         self.page.wait(lambda: self.page.data("settled") == "true", "the service to say that the room is learnt")
         self.page.wait(lambda: self.page.data("grafted") == str(grafted).lower(), f"pictures with grafted = {grafted}")
         before = self.page.fresh()

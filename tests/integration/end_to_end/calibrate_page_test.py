@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""A real Chromium watches `lumigraft calibrate --listen` look at pictures of a board.
+"""A real Chromium opens the page of `lumigraft calibrate --listen`, which reads images of a board.
 
   calibrate_page_test.py PROGRAM
 
-Checks that the page shows where corners were seen and what is missing, and tells the result, or why there is none.
+Checks that the page shows where corners were detected and what is missing, and the result or the reason for a failure.
 """
 import os
 import shutil
@@ -25,7 +25,7 @@ WIDTH, HEIGHT, F = 320, 240, 262.5
 
 
 def board_picture(pixels_per_m=4000):
-    """The board as it is printed, with a margin of paper. OpenCV draws these tags upside down."""
+    """The printed board with a margin of paper. OpenCV draws these tags upside down."""
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
     draw = getattr(cv2.aruco, "generateImageMarker", None) or cv2.aruco.drawMarker
     edge, pitch = int(SIZE_M * pixels_per_m), int((SIZE_M + SPACING_M) * pixels_per_m)
@@ -40,7 +40,7 @@ def board_picture(pixels_per_m=4000):
 
 
 def seen_from(board, pixels_per_m, tilt, place_m):
-    """The board's picture in a pinhole camera, four times as fine and then averaged."""
+    """Image of the board by a pinhole camera, rendered at four times the resolution and averaged."""
     r, _ = cv2.Rodrigues(np.array(tilt, float))
     k = np.array([[4 * F, 0, 2 * WIDTH], [0, 4 * F, 2 * HEIGHT], [0, 0, 1]])
     h, w = board.shape

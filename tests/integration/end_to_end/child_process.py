@@ -1,4 +1,4 @@
-"""Programs that a test starts, which end with it however it ends."""
+"""Processes that a test starts and that end when it ends, for whatever reason."""
 import ctypes
 import signal
 import subprocess
@@ -8,7 +8,7 @@ PR_SET_PDEATHSIG = 1
 
 
 def end_with_parent():
-    """For a new process: the kernel kills it when the process that started it has ended."""
+    """Called in a new process: the kernel kills it when its parent ends."""
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
@@ -24,7 +24,7 @@ def start(command, before=None, **options):
 
 
 def interrupt(process):
-    """Ends a program as Ctrl-C does; kills it where it does not end by that. Its exit code."""
+    """Ends a program with SIGINT, and kills it if that has no effect. Returns its exit code."""
     try:
         process.send_signal(signal.SIGINT)
         return process.wait(10)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Browser tests whose driver does not start fail at once, and nothing that they started outlives them.
+"""Browser tests whose driver does not start fail at once, and leave no process behind.
 
   no_driver_test.py PROGRAM RECORDING FAKE_CAMERA
 """

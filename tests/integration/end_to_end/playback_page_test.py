@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""A real Chromium goes to and fro in the recording that a real `lumigraft serve` plays.
+"""A real Chromium seeks in the recording that a real `lumigraft serve` plays.
 
   playback_page_test.py PROGRAM RECORDING
 
-Checks that the bar says where the recording is, that dragging it goes there, that a paused recording stands still while
-its picture goes on, and that a step shows the next picture.
+Checks that the slider shows the position in the recording, that dragging it seeks, that a paused recording repeats its
+frame while frames are still rendered, and that a step shows the next frame.
 """
 import os
 import re
@@ -53,7 +53,7 @@ class PlaybackPageTest(unittest.TestCase):
             seconds)
 
     def settled(self):
-        """The picture once it no longer changes: the room is a recording that stands still."""
+        """The image once it no longer changes while the recording is paused."""
         before = self.page.fresh(3)
         for _ in range(40):
             now = self.page.fresh(3)

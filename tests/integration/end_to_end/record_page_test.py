@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""A real Chromium presses the record button of a real `lumigraft serve` with a camera of GigE Vision.
+"""A real Chromium presses the record button of a real `lumigraft serve` with a GigE Vision camera.
 
   record_page_test.py PROGRAM FAKE_CAMERA
 
-Checks that the page says that it records, how long and where, that pictures go on meanwhile, that what was recorded
-replays, and that a full disk ends the recording and not the picture.
+Checks that the page shows that it records, for how long and to which folder, that frames are still streamed, that the
+recording can be replayed, and that a full disk ends the recording but not the stream.
 """
 import fcntl
 import os

@@ -3,8 +3,8 @@
 
   replay_test.py PROGRAM RECORDING
 
-Every PNG must be identical; frames.jsonl must be identical but for the times it took. Also: the record's shape, and
-that the object is in the pictures.
+All PNG files must be identical; frames.jsonl must be identical except for durations. Also checks the structure of the
+records, and that the images contain the object.
 """
 import json
 import os

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Holds the order of modules and folders: include_order_test.py SOURCE_DIR
+"""Checks the order of modules and folders: include_order_test.py SOURCE_DIR
 
-A module includes only those above it (capture, reconstruct, relight, server), a folder only those above it in the order in
-which its module's CMakeLists.txt adds them, and there are no cycles. A file that lies in a module's own folder is placed
+A module includes only those above it (capture, reconstruct, relight, server), a folder only those above it in the order
+in which its module's CMakeLists.txt adds them, and there are no cycles. A file directly in a module's folder is ordered
 by what it includes. The module's README.md names the same folders in the same order. No folder has more than 25 pairs of
 files, and each lists its .cpp files in its own CMakeLists.txt.
 """
@@ -18,7 +18,7 @@ MOST_PAIRS = 25
 
 
 def folder_order(root, folder):
-    """The folders below this one in the order in which CMake adds them, each before those inside it."""
+    """The folders below this one in the order in which CMake adds them, each before its subfolders."""
     path = os.path.join(root, folder, "CMakeLists.txt")
     if not os.path.exists(path):
         return []
@@ -37,7 +37,7 @@ def sources(root, module):
 
 
 def includes(root, file):
-    """Paths from the root of what a file includes, with the line."""
+    """Paths, from the root, of the headers that a file includes, with line numbers."""
     for number, line in enumerate(open(os.path.join(root, file)), 1):
         match = re.match(r'\s*#\s*include "([^"]+)"', line)
         if not match:
@@ -57,7 +57,7 @@ def listed(root, folder):
 
 
 def node(file):
-    """What is ordered: a folder, or a file of a module's own folder without its ending."""
+    """The unit that is ordered: a folder, or a file directly in a module's folder, without its extension."""
     folder = os.path.dirname(file)
     return folder if "/" in folder else os.path.splitext(file)[0]
 
@@ -131,7 +131,7 @@ def problems(root):
 
 
 def check_itself():
-    """An include that climbs, a folder that is too late and a cycle are found."""
+    """An include of a later folder, a wrong order of folders and a cycle are detected."""
     with tempfile.TemporaryDirectory() as root:
         def write(path, text):
             os.makedirs(os.path.dirname(os.path.join(root, path)), exist_ok=True)
