@@ -5,7 +5,7 @@
 
 // A sample's cone is narrower than its part of the disc: a thin wall would not cover a wider one, and neighbouring
 // cones still overlap.
-const float kLampShare = 0.75;
+const float kLampConeScale = 0.75;
 
 struct LampSample {
   vec3 w;          // unit, towards the lamp
@@ -29,7 +29,7 @@ vec2 disc_point(int i, int n) {
 }
 
 // Sample i of n of a lamp seen from p: a point on its disc, which faces p unless the lamp is flat.
-LampSample lamp_share(Lamp lamp, vec3 p, int i, int n) {
+LampSample lamp_sample(Lamp lamp, vec3 p, int i, int n) {
   vec3 to = lamp.position_radius.xyz - p;
   float far = length(to);
   vec3 axis = to / far, x, y;
@@ -40,7 +40,7 @@ LampSample lamp_share(Lamp lamp, vec3 p, int i, int n) {
   LampSample s;
   s.distance = length(at);
   s.w = at / s.distance;
-  s.tan_half = min(kLampShare / sqrt(float(n)), 0.3) * radius / far;
+  s.tan_half = min(kLampConeScale / sqrt(float(n)), 0.3) * radius / far;
   s.irradiance = lamp.intensity.rgb * emission(lamp, -s.w) / (float(n) * s.distance * s.distance);
   return s;
 }

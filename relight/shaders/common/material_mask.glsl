@@ -1,7 +1,7 @@
 // Fractions of a pixel that show a surface of known material and the tag's paper on it. Without this, pixels at the
 // paper's edge would lose a mirror's light in proportion to the paper's brightness.
-#ifndef KNOWN_SHARE_GLSL
-#define KNOWN_SHARE_GLSL
+#ifndef MATERIAL_MASK_GLSL
+#define MATERIAL_MASK_GLSL
 #include "common/frame.glsl"
 
 // Both packed into one number: the surface's number plus a fraction that grows with the paper's coverage.

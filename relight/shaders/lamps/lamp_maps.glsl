@@ -12,16 +12,16 @@ const float kBefore_m = 5e-4;
 const float kClear_m = 1e-3, kClearTexels = 1.5;
 const int kSoftTaps = 8;
 const float kFurthestTap = 0.97;  // of the disc's radius
-const float kLeastSoft = 0.7, kMostSoft = 24.0;  // texels; a disc no larger than the first is filtered by 2 × 2
+const float kMinSoft = 0.7, kMaxSoft = 24.0;  // texels; a disc no larger than the first is filtered by 2 × 2
                                                  // comparisons
 
 // The part of its lamp that a map's point represents, one of n.
-LampSample map_share(Lamp lamp, LampMap m, vec3 p, int n) {
+LampSample map_sample(Lamp lamp, LampMap m, vec3 p, int n) {
   vec3 to = m.from.xyz - p;
   LampSample s;
   s.distance = length(to);
   s.w = to / s.distance;
-  s.tan_half = min(kLampShare * inversesqrt(float(n)) * lamp.position_radius.w / s.distance, 0.3);
+  s.tan_half = min(kLampConeScale * inversesqrt(float(n)) * lamp.position_radius.w / s.distance, 0.3);
   s.irradiance = lamp.intensity.rgb * emission(lamp, -s.w) / (float(n) * s.distance * s.distance);
   return s;
 }
@@ -56,7 +56,7 @@ float map_nearer(LampMap m, vec2 at, float depth) {
 // at z.
 float disc_texels(LampMap m, float z) {
   float nearest = m.place.w / m.place.z;
-  return min(m.more.z * (1.0 / min(nearest, z) - 1.0 / z), kMostSoft);
+  return min(m.more.z * (1.0 / min(nearest, z) - 1.0 / z), kMaxSoft);
 }
 
 // Result of the block bounds for texels from `from` to `to`, rounded, and depths in a range: 1: every texel is nearer,
@@ -90,14 +90,14 @@ float leaf(int i) { return sqrt((float(i) + 0.5) / float(kSoftTaps)); }
 
 // Fraction of a map's part of its lamp, a disc, that the objects occlude at p: comparisons over the disc's image
 // through the occluder, whose mean distance is first estimated by 8 of them (Fernando 2005).
-float share_hidden(LampMap m, vec3 p, float before_m) {
+float disc_hidden(LampMap m, vec3 p, float before_m) {
   vec2 at;
   float z, depth;
   bool seen = map_place(m, p, before_m, at, z, depth);
   float radius = disc_texels(m, z), reach = max(kFurthestTap * radius, 0.5);
   // Software devices execute both sides of a branch but leave loops early.
   float bounded = seen ? map_bounded(m, at - reach, at + reach, depth, depth) : 0.0;
-  bool small = radius < kLeastSoft;
+  bool small = radius < kMinSoft;
   vec2 turn = vec2(cos(m.more.w), sin(m.more.w));
   float found = 0.0, way = 0.0;
   int taps = bounded >= 0.0 || small ? 0 : kSoftTaps;
@@ -110,7 +110,7 @@ float share_hidden(LampMap m, vec3 p, float before_m) {
     way += nearer ? (m.place.z - d) / m.place.w : 0.0;  // 1 / z
   }
   if (found > 0.0) radius = min(m.more.z * (way / found - 1.0 / z), radius);
-  small = small || radius < kLeastSoft;
+  small = small || radius < kMinSoft;
   taps = found == 0.0 || small ? 0 : kSoftTaps;
   float hidden = 0.0;
   way_out = turn;

@@ -21,7 +21,7 @@ void main() {
   // No sample is farther away than 0.83 cells, and each covers at most a quarter of a cell.
   float reach = 1.1 * cell;
   bool by_real = abs(real) < reach, by_virtual = abs(virt) < reach, by_surface = by_real || by_virtual;
-  float open = middle > 0.0 ? 1.0 : 0.0, volume = open, share[6] = float[](open, open, open, open, open, open);
+  float open = middle > 0.0 ? 1.0 : 0.0, volume = open, fraction[6] = float[](open, open, open, open, open, open);
   for (int near = 0; near < (by_surface ? 1 : 0); ++near) {  // a loop that is not entered costs nothing on software
                                                              // devices, unlike a branch
     volume = 0.0;
@@ -49,12 +49,12 @@ void main() {
         leaves += outside;
         enters += through;
       }
-      share[face] = leaves > 1e-3 ? enters / leaves : 0.0;
+      fraction[face] = leaves > 1e-3 ? enters / leaves : 0.0;
     }
   }
   // Nothing enters from outside the volume.
-  vec3 low = mix(vec3(share[1], share[3], share[5]), vec3(0), equal(place, ivec3(0)));
-  vec3 high = mix(vec3(share[0], share[2], share[4]), vec3(0), equal(place, ivec3(n - 1)));
+  vec3 low = mix(vec3(fraction[1], fraction[3], fraction[5]), vec3(0), equal(place, ivec3(0)));
+  vec3 high = mix(vec3(fraction[0], fraction[2], fraction[4]), vec3(0), equal(place, ivec3(n - 1)));
   imageStore(from_low, at, vec4(low, volume));
   imageStore(from_high, at, vec4(high, 0.0));
 }

@@ -35,7 +35,7 @@ const float kLpvDirected = 0.2498f;
 
 const float kLpvShift = 0.5f;           // offset along the normal in cells, for injection and look-up
 const float kLpvLambert = 2.0f / 3.0f;  // |J| / Φ of a clamped cosine
-const float kLpvLeastOpen = 0.05f;      // minimum open fraction of a cell's volume; with less it holds no light
+const float kLpvMinOpen = 0.05f;        // minimum open fraction of a cell's volume; with less it holds no light
 
 #ifdef __cplusplus
 }  // namespace lumigraft::relight::shader

@@ -23,7 +23,7 @@ vec3 lpv_irradiance(int c, vec3 p, vec3 n) {
   vec4 weight = vec4(kLpvEven, -kLpvDirected * n);
   vec3 e = vec3(dot(weight, textureLod(light_red, uvw, 0.0)), dot(weight, textureLod(light_green, uvw, 0.0)),
                 dot(weight, textureLod(light_blue, uvw, 0.0)));
-  return e / (max(textureLod(openness, uvw, 0.0).a, kLpvLeastOpen) * cell * cell);
+  return e / (max(textureLod(openness, uvw, 0.0).a, kLpvMinOpen) * cell * cell);
 }
 
 vec3 lpv_irradiance(vec3 p, vec3 n) {

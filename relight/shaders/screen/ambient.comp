@@ -18,12 +18,12 @@ void main() {
   int scale = frame.pass_i.x, block = -1;
   ivec2 cell = tile_texel(), at = cell;
   if (any(greaterThanEqual(cell, imageSize(out_irradiance)))) return;
-  float most = 0.0;
+  float max_coverage = 0.0;
   for (int i = 0; i < scale * scale; ++i) {  // select the pixel with the highest object coverage
     ivec2 q = min(scale * cell + ivec2(i % scale, i / scale), frame.picture.xy - 1);
     float coverage = texelFetch(object_surface, q, 0).y;
-    if (coverage > most) {
-      most = coverage;
+    if (coverage > max_coverage) {
+      max_coverage = coverage;
       block = i;
       at = q;
     }

@@ -2,43 +2,43 @@
 // grazing, and nothing fused. Such a pixel is assigned to the nearby surface with the most similar colour, whose plane
 // is extended. Before this is included, define: `depth`; vec3 camera_point(ivec2), camera frame; vec3 coded(ivec2), a
 // perceptually uniform colour of a pixel from 0 to 1; and vec3 normal_at(ivec2 pixel, vec3 p), tag frame, 0: unknown.
-#ifndef BESIDE_GLSL
-#define BESIDE_GLSL
+#ifndef HOLE_FILL_GLSL
+#define HOLE_FILL_GLSL
 
-const float kBesideReach = 0.04;    // search radius, fraction of the image width
+const float kSearchReach = 0.04;    // search radius, fraction of the image width
 const float kUnlikeColor = 0.15;    // a larger colour difference means another surface
 const float kNearerColor = 0.1;     // colour difference that counts as much as the search radius
 
-bool in_picture(ivec2 q) { return all(greaterThanEqual(q, ivec2(0))) && all(lessThan(q, frame.picture.xy)); }
+bool in_image(ivec2 q) { return all(greaterThanEqual(q, ivec2(0))) && all(lessThan(q, frame.picture.xy)); }
 
 // Whether depth at q and around it belongs to one surface.
-bool whole(ivec2 q, int around) {
+bool on_one_surface(ivec2 q, int around) {
   float z = texelFetch(depth, q, 0).x;
   for (int i = 0; i < 4; ++i) {
     ivec2 e = q + around * ivec2(i < 2 ? 2 * i - 1 : 0, i < 2 ? 0 : 2 * i - 5);
-    if (!in_picture(e) || abs(texelFetch(depth, e, 0).x - z) > 0.03 * z) return false;
+    if (!in_image(e) || abs(texelFetch(depth, e, 0).x - z) > 0.03 * z) return false;
   }
   return z > 0.0;
 }
 
 // A pixel with depth on the surface that `at` most likely belongs to; negative: none.
-ivec2 beside(ivec2 at) {
+ivec2 similar_pixel(ivec2 at) {
   const ivec2 kWays[8] = ivec2[](ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(1, 1), ivec2(-1, 1),
                                  ivec2(1, -1), ivec2(-1, -1));
   vec3 own = coded(at);
-  float reach = kBesideReach * float(frame.picture.x), least = kUnlikeColor;
+  float reach = kSearchReach * float(frame.picture.x), min_unlike = kUnlikeColor;
   int apart = max(int(reach / 8.0), 1);
   ivec2 best = ivec2(-1);
   for (int i = 0; i < 8; ++i) {
     for (int s = apart; s <= int(reach); s += apart) {
       ivec2 q = at + s * kWays[i], farther = q + 2 * apart * kWays[i];
-      if (!in_picture(q)) break;
-      if (!whole(q, apart)) continue;
+      if (!in_image(q)) break;
+      if (!on_one_surface(q, apart)) continue;
       float unlike = length(coded(q) - own) + kNearerColor * float(s) / reach;
-      if (unlike < least) {
-        least = unlike;
+      if (unlike < min_unlike) {
+        min_unlike = unlike;
         // Fused surfaces are rounded at their ends.
-        best = in_picture(farther) && whole(farther, apart) ? farther : q;
+        best = in_image(farther) && on_one_surface(farther, apart) ? farther : q;
       }
       break;
     }
@@ -52,10 +52,10 @@ struct Plane {
 };
 
 // The plane of that pixel, if `needed`: software devices execute branches that no pixel takes, but not loops.
-Plane plane_beside(ivec2 at, bool needed) {
+Plane similar_plane(ivec2 at, bool needed) {
   Plane plane = Plane(vec3(0), vec3(0), 0.0);
   for (int once = 0; once < (needed ? 1 : 0); ++once) {
-    ivec2 q = beside(at);
+    ivec2 q = similar_pixel(at);
     if (q.x < 0) break;
     vec3 in_camera = camera_point(q);
     plane.p = frame.T_tag_camera[3].xyz + mat3(frame.T_tag_camera) * in_camera;

@@ -25,23 +25,23 @@ void main() {
   uvec2 hiding = blocks[(at.y / 8) * (edge / 8) + at.x / 8];
   // As in shadow.comp.
   for (int i = 0; i < ((hiding.x | hiding.y) != 0u ? maps : 0); ++i) {
-    LampSample s = map_share(source, lamp_views[first + i], p, maps);
+    LampSample s = map_sample(source, lamp_views[first + i], p, maps);
     float weight = emission(source, -s.w) * max(dot(n, s.w), 0.0) / (s.distance * s.distance);
     all += weight;
     lost += weight * float((hiding.y >> uint(i)) & 1u);
   }
   for (uint left = hiding.x; left != 0u; left &= left - 1u) {
     LampMap m = lamp_views[first + findLSB(left)];
-    LampSample s = map_share(source, m, p, maps);
+    LampSample s = map_sample(source, m, p, maps);
     float weight = emission(source, -s.w) * max(dot(n, s.w), 0.0) / (s.distance * s.distance);
-    lost += weight * share_hidden(m, p, kBefore_m);
+    lost += weight * disc_hidden(m, p, kBefore_m);
   }
   lost *= ground.a;
   Cone k;
   k.from_virtual = p;
   k.from_real = p + cone_start_m() * n;
   for (int i = 0; i < (maps > 0 ? 0 : frame.counts.w); ++i) {
-    LampSample s = lamp_share(source, p, i, frame.counts.w);
+    LampSample s = lamp_sample(source, p, i, frame.counts.w);
     float cosine = dot(n, s.w) * emission(source, -s.w);
     if (cosine <= 0.0) continue;
     all += cosine;

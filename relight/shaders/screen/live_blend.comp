@@ -12,8 +12,8 @@ layout(binding = 13, rgba16f) uniform writeonly image2D out_object;
 void main() {
   ivec2 at = tile_texel();
   if (any(greaterThanEqual(at, frame.picture.xy))) return;
-  float share = texelFetch(object_surface, at, 0).y;
+  float coverage = texelFetch(object_surface, at, 0).y;
   vec3 object = max(texelFetch(object_radiance, at, 0).rgb, vec3(0));
   if (any(isnan(object)) || any(isinf(object))) object = vec3(0);
-  imageStore(out_object, at, to_half(vec4(share * object, share)));
+  imageStore(out_object, at, to_half(vec4(coverage * object, coverage)));
 }

@@ -11,7 +11,7 @@ layout(binding = 2) uniform sampler2D radiance;  // of the camera
 layout(binding = 4) uniform sampler2D real_albedo;
 layout(binding = 6) uniform sampler2D diffuse;
 layout(binding = 7) uniform sampler2D mirror_gained;
-layout(binding = 8) uniform sampler2D mirror_share;
+layout(binding = 8) uniform sampler2D mirror_fraction;
 layout(binding = 12, rgba16f) uniform writeonly image2D out_gain;
 layout(binding = 13, rgba16f) uniform image2D object;  // radiance times coverage, coverage
 #include "common/exclude_tag.glsl"
@@ -22,7 +22,7 @@ void main() {
   float known = texelFetch(real_albedo, at, 0).a;
   if (known == 0.0) return;
   vec3 b = texelFetch(radiance, at, 0).rgb;
-  vec3 mirror = texelFetch(mirror_gained, at, 0).rgb - exclude_tag(at, b, known) * texelFetch(mirror_share, at, 0).rgb;
+  vec3 mirror = texelFetch(mirror_gained, at, 0).rgb - exclude_tag(at, b, known) * texelFetch(mirror_fraction, at, 0).rgb;
   vec3 delta = max(texelFetch(diffuse, at, 0).rgb + (1.0 - paper_share(known)) * mirror, -b);
   if (any(isnan(delta)) || any(isinf(delta))) delta = vec3(0);
   vec4 before = imageLoad(object, at);

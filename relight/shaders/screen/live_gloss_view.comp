@@ -42,8 +42,8 @@ void main() {
     Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
     float paper = paper_share(known);
     vec3 under = mix(through_evenly(look) * through_evenly(look), vec3(1), paper);
-    vec3 share = mix(look.diffuse / kPi, r.response * texelFetch(radiance, at, 0).rgb, paper);
-    diffuse = share * under * (r.indirect - lamps_lost(r.p, r.n, r.slack));
+    vec3 brdf = mix(look.diffuse / kPi, r.response * texelFetch(radiance, at, 0).rgb, paper);
+    diffuse = brdf * under * (r.indirect - lamps_lost(r.p, r.n, r.slack));
     Cone k;
     k.from_virtual = r.p;
     k.from_real = r.p + cone_start_m() * r.n;
@@ -54,11 +54,11 @@ void main() {
       float mostly = lamp_hidden(l, r.p, r.slack);
       vec3 sent = vec3(0), gone = vec3(0);
       for (int i = 0; i < count; ++i) {
-        LampSample q = maps > 0 ? map_share(lamp, lamp_views[map + i], r.p, count) : lamp_share(lamp, r.p, i, count);
+        LampSample q = maps > 0 ? map_sample(lamp, lamp_views[map + i], r.p, count) : lamp_sample(lamp, r.p, i, count);
         vec3 f = q.irradiance * max(dot(r.n, q.w), 0.0) * ggx_wide(look, r.n, v, q.w, q.tan_half);
         float hidden = mostly;
         for (int j = 0; j < (maps > 0 && mostly > 0.0 ? 1 : 0); ++j) {
-          hidden = share_hidden(lamp_views[map + i], r.p, kBefore_m);
+          hidden = disc_hidden(lamp_views[map + i], r.p, kBefore_m);
         }
         sent += f;
         gone += hidden * f;

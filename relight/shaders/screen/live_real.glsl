@@ -65,7 +65,7 @@ LiveReal live_real(ivec2 at, vec3 code) {
   vec4 k = real_at(real_response, q.cascade, q.p);
   vec3 like = q.p;  // where known colour and change of light are looked up
   bool measured = texelFetch(depth, at, 0).x > 0.0;
-  Plane plane = plane_beside(at, !measured || q.n == vec3(0) || q.inside && k.a <= 1e-3);
+  Plane plane = similar_plane(at, !measured || q.n == vec3(0) || q.inside && k.a <= 1e-3);
   // Distances next to unknown space are unreliable: a surface traced behind the plane is moved to the plane.
   vec3 w = mat3(frame.T_tag_camera) * vec3(texelFetch(rays, at, 0).xy, 1.0);
   float there = measured ? 0.0 : on_plane(plane, w);

@@ -12,13 +12,13 @@ layout(binding = 12) uniform sampler2D real_position;
 layout(binding = 13) uniform sampler2D real_normal;
 layout(binding = 14) uniform sampler2D real_albedo;
 layout(binding = 15) uniform sampler2D gained;
-layout(binding = 17) uniform sampler2D share;
+layout(binding = 17) uniform sampler2D fraction;
 layout(binding = 18, rgba16f) uniform writeonly image2D out_gained;
-layout(binding = 19, rgba16f) uniform writeonly image2D out_share;
+layout(binding = 19, rgba16f) uniform writeonly image2D out_fraction;
 
 const int kWindow = 2;
 const float kWidest_px = 1.7;  // sigma of the Gaussian, which falls to a quarter at the window's edge
-const float kLeast_px = 0.3;
+const float kMin_px = 0.3;
 
 void main() {
   ivec2 at = tile_texel();
@@ -29,7 +29,7 @@ void main() {
   if (known > 0 && normal.a > 0.0) {
     Surface s = frame.surfaces[known - 1];
     Look look = look_of(s.base_color_roughness.rgb, s.base_color_roughness.a, s.metallic_specular.x, s.metallic_specular.y);
-    float reach = clamp(mirror_blur_px(look.alpha, p.xyz), kLeast_px, kWidest_px);
+    float reach = clamp(mirror_blur_px(look.alpha, p.xyz), kMin_px, kWidest_px);
     vec3 n = normalize(normal.xyz);
     float pixel_m = p.a / frame.pinhole.x;
     for (int j = -kWindow; j <= kWindow; ++j) {
@@ -43,10 +43,10 @@ void main() {
         float turn = max(dot(n, normalize(texelFetch(real_normal, q, 0).xyz)), 0.0);
         float w = exp(-off * off - dot(apart, apart)) * pow(turn, 16.0) + 1e-12;
         sum_g += w * vec4(g.rgb, 1.0);
-        sum_s += w * vec4(texelFetch(share, q, 0).rgb, 1.0);
+        sum_s += w * vec4(texelFetch(fraction, q, 0).rgb, 1.0);
       }
     }
   }
   imageStore(out_gained, at, to_half(vec4(sum_g.a > 0.0 ? sum_g.rgb / sum_g.a : vec3(0), 0.0)));
-  imageStore(out_share, at, to_half(vec4(sum_s.a > 0.0 ? sum_s.rgb / sum_s.a : vec3(0), 0.0)));
+  imageStore(out_fraction, at, to_half(vec4(sum_s.a > 0.0 ? sum_s.rgb / sum_s.a : vec3(0), 0.0)));
 }

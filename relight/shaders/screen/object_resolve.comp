@@ -63,11 +63,11 @@ void main() {
   }
   int covered = sums[0].count + sums[1].count;
   bool first = sums[0].count >= sums[1].count;
-  Sum most = first ? sums[0] : sums[1], other = first ? sums[1] : sums[0];
-  float k = most.count > 0 ? 1.0 / float(most.count) : 0.0, all = max(float(covered), 1.0);
-  imageStore(object_normal, at, to_half(vec4(direction(most.normal.xyz), most.normal.a * k)));
-  imageStore(object_base, at, to_half(most.base * k));
-  imageStore(object_surface, at, vec4(most.z * k, float(covered) / float(s * s), most.specular * k,
+  Sum largest = first ? sums[0] : sums[1], other = first ? sums[1] : sums[0];
+  float k = largest.count > 0 ? 1.0 / float(largest.count) : 0.0, all = max(float(covered), 1.0);
+  imageStore(object_normal, at, to_half(vec4(direction(largest.normal.xyz), largest.normal.a * k)));
+  imageStore(object_base, at, to_half(largest.base * k));
+  imageStore(object_surface, at, vec4(largest.z * k, float(covered) / float(s * s), largest.specular * k,
                                       float(other.count) / all));
   imageStore(object_other, at, to_half(vec4(direction(other.normal.xyz), other.z / max(float(other.count), 1.0))));
 }

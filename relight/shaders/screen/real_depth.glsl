@@ -29,14 +29,14 @@ vec3 depth_normal(ivec2 at) {
 
 // The surface along the ray where depth has a hole, inside the volumes; in units of |w|, 0: none.
 float trace_volume(vec3 eye, vec3 w) {
-  float l = length(w), least = 0.5 * frame.cascade[0].w;
+  float l = length(w), min_step = 0.5 * frame.cascade[0].w;
   vec3 u = w / l;
   vec2 known = ray_box(eye, u, grid_low(frame.cascade[1]), cascade_high(1));
   float t = max(known.x + frame.cascade[1].w, 0.0);  // distances are valid from half a voxel inside
   for (int i = 0; i < 64 && t < known.y; ++i) {
     float d = real_distance(eye + t * u);
-    if (d < 0.1 * least) return t / l;
-    t += max(d, least);
+    if (d < 0.1 * min_step) return t / l;
+    t += max(d, min_step);
   }
   return 0.0;
 }

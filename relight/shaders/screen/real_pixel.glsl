@@ -60,7 +60,7 @@ RealPixel real_pixel(ivec2 at) {
     albedo = real_at(real_albedo_volume, c, p);
   }
   vec3 like = p;  // where known colour and change of light are looked up
-  Plane plane = plane_beside(at, !measured || n == vec3(0) || inside && albedo.a <= 1e-3);
+  Plane plane = similar_plane(at, !measured || n == vec3(0) || inside && albedo.a <= 1e-3);
   // Distances next to unknown space are unreliable: a surface traced behind the plane is moved to the plane.
   float there = measured ? 0.0 : on_plane(plane, w);
   bool guessed = there > 0.0 && (z == 0.0 || n == vec3(0) || there < z);

@@ -99,7 +99,7 @@ void main() {
   }
   vec3 like = p;  // where known colour is looked up
   bool guessed = !measured && (z == 0.0 || within && n == vec3(0));
-  Plane plane = plane_beside(at, guessed || within && (n == vec3(0) || albedo.a == 0.0 && held(p)));
+  Plane plane = similar_plane(at, guessed || within && (n == vec3(0) || albedo.a == 0.0 && held(p)));
   if (plane.z > 0.0) {
     if (guessed) {
       z = on_plane(plane, w);

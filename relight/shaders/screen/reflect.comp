@@ -16,7 +16,7 @@ layout(binding = 25) uniform sampler2D mirror_lost;
 layout(binding = 17) uniform sampler2D mirror_all;
 layout(binding = 26) uniform sampler2D radiance;
 layout(binding = 18, rgba16f) uniform writeonly image2D out_gained;  // radiance; a: 1 where traced
-layout(binding = 19, rgba16f) uniform writeonly image2D out_share;   // occluded fraction of the camera image; a: as
+layout(binding = 19, rgba16f) uniform writeonly image2D out_fraction;   // occluded fraction of the camera image; a: as
                                                                      // above
 
 // Rows of pixels per sample, where the lobe blurs the objects' reflection over many pixels: the filter that follows
@@ -55,14 +55,14 @@ void main() {
       all += weight * mu;
     }
     out_g = vec4(gained, traced ? 1.0 : 0.0);
-    vec3 share = clamp(lost / max(all, vec3(1e-6)), vec3(0), vec3(1));
+    vec3 occluded = clamp(lost / max(all, vec3(1e-6)), vec3(0), vec3(1));
     // A metal has only the specular part; of another material's image, the modelled specular part is used.
     vec3 mirror_part = clamp(all / max(texelFetch(radiance, at, 0).rgb, vec3(1e-6)), vec3(0), vec3(1));
-    out_s = vec4(share * mix(mirror_part, vec3(1), s.metallic_specular.x), out_g.a);
+    out_s = vec4(occluded * mix(mirror_part, vec3(1), s.metallic_specular.x), out_g.a);
   }
   for (int i = 0; i < frame.pass_i.x * frame.pass_i.x; ++i) {
     ivec2 q = at + ivec2(i % frame.pass_i.x, i / frame.pass_i.x);
     imageStore(out_gained, q, to_half(i == 0 ? out_g : vec4(0)));
-    imageStore(out_share, q, to_half(i == 0 ? out_s : vec4(0)));
+    imageStore(out_fraction, q, to_half(i == 0 ? out_s : vec4(0)));
   }
 }

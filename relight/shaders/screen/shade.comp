@@ -68,7 +68,7 @@ void main() {
     for (int l = 0, map = 0; l < frame.counts.x; ++l) {
       vec3 reflected = vec3(0);
       for (int i = 0; i < frame.counts.w; ++i) {
-        LampSample s = lamp_share(frame.lamps[l], o.p, i, frame.counts.w);
+        LampSample s = lamp_sample(frame.lamps[l], o.p, i, frame.counts.w);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0) continue;
         vec3 under = o.mirror ? through(o.look, cosine) * out_again : vec3(1);
@@ -87,7 +87,7 @@ void main() {
     for (int j = 0; j < frame.mirror_counts.y; ++j) {
       ivec3 image = image_of(j);
       for (int i = 0; i < frame.counts.w; ++i) {
-        MirrorShare s = mirror_share(image.x, image.y, image.z, o.p, i, frame.counts.w, 0.0);
+        MirrorSample s = mirror_sample(image.x, image.y, image.z, o.p, i, frame.counts.w, 0.0);
         float cosine = dot(o.n, s.w);
         if (cosine <= 0.0 || s.irradiance == vec3(0)) continue;
         vec3 under = o.mirror ? through(o.look, cosine) * out_again : vec3(1);

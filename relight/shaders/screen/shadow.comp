@@ -16,7 +16,7 @@ vec3 lost_by_cones(Cone k, Lamp lamp, vec3 n, ivec2 cell) {
   vec3 lost = vec3(0);
   int stride = frame.pass_i.x > 1 && frame.counts.w > 1 ? 2 : 1;
   for (int i = (cell.x + cell.y) % stride; i < frame.counts.w; i += stride) {
-    LampSample s = lamp_share(lamp, k.from_virtual, i, frame.counts.w);
+    LampSample s = lamp_sample(lamp, k.from_virtual, i, frame.counts.w);
     float cosine = dot(n, s.w);
     k.w = s.w;
     k.tan_half = s.tan_half;
@@ -32,8 +32,8 @@ vec3 lost_by_cones(Cone k, Lamp lamp, vec3 n, ivec2 cell) {
 vec3 lost_by_maps(Cone k, Lamp lamp, int first, int count, vec3 n) {
   vec3 lost = vec3(0), p = k.from_virtual;
   for (int i = first; i < first + count; ++i) {
-    LampSample s = map_share(lamp, lamp_views[i], p, count);
-    lost += s.irradiance * (max(dot(n, s.w), 0.0) * share_hidden(lamp_views[i], p, kBefore_m));
+    LampSample s = map_sample(lamp, lamp_views[i], p, count);
+    lost += s.irradiance * (max(dot(n, s.w), 0.0) * disc_hidden(lamp_views[i], p, kBefore_m));
   }
   if (lost == vec3(0)) return lost;
   vec3 to = lamp.position_radius.xyz - p;

@@ -34,12 +34,12 @@ void main() {
       int maps = int(lamp.intensity.a), count = maps > 0 ? maps : frame.counts.w;
       vec3 gone = vec3(0), mirror_gone = vec3(0), mirror_sent = vec3(0);
       for (int i = 0; i < count; ++i) {
-        LampSample s = maps > 0 ? map_share(lamp, lamp_views[map + i], p, count) : lamp_share(lamp, p, i, count);
+        LampSample s = maps > 0 ? map_sample(lamp, lamp_views[map + i], p, count) : lamp_sample(lamp, p, i, count);
         float cosine = dot(n, s.w);
         if (cosine <= 0.0) continue;
         k.w = s.w;
         k.tan_half = s.tan_half;
-        float hidden = maps > 0 ? share_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
+        float hidden = maps > 0 ? disc_hidden(lamp_views[map + i], p, kBefore_m) : virtual_shadow(k, s.distance);
         if (hidden == 0.0 && !glossy) continue;
         // Light passes the layer on its way to the body and back.
         vec3 under = glossy ? through(look, cosine) * through(look, dot(n, v)) : vec3(1);

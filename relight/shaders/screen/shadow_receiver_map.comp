@@ -24,12 +24,12 @@ void main() {
   vec3 w = normalize(q.x * view.x_scale.xyz + q.y * view.y.xyz + view.z_far.xyz);
 
   vec2 known = ray_box(from, w, grid_low(frame.cascade[1]), cascade_high(1));
-  float least = 0.5 * frame.cascade[0].w, t = max(known.x + frame.cascade[1].w, 0.0);
+  float min_step = 0.5 * frame.cascade[0].w, t = max(known.x + frame.cascade[1].w, 0.0);
   bool hit = false;
   for (int i = 0; i < 128 && t < known.y && !hit; ++i) {
     float d = real_distance(from + t * w);
-    hit = d < 0.1 * least;
-    t += hit ? 0.0 : max(d, 0.5 * least);
+    hit = d < 0.1 * min_step;
+    t += hit ? 0.0 : max(d, 0.5 * min_step);
   }
   // Without a known surface the ray ends at the volumes' border; points beyond use the shadow from there.
   vec3 p = from + (hit ? t : max(known.y, view.z_far.w)) * w, n = -w;

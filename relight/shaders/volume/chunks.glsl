@@ -34,7 +34,7 @@ uint voxel_value(int kind, int c, ivec3 voxel) {
   return chunk_at(kind, c, 0, voxel >> 3) * 512u + uint(at.x + 8 * (at.y + 8 * at.z));
 }
 // The texels to write for a voxel: i = 0 is its own, the others are copies in the preceding chunks; x < 0: none.
-const int kMostCopies = 8;
+const int kMaxCopies = 8;
 ivec3 voxel_copy(int kind, int c, ivec3 voxel, int i) {
   ivec3 o = ivec3(i & 1, i >> 1 & 1, i >> 2), at = voxel & 7, chunk = (voxel >> 3) - o;
   if (any(lessThan(chunk, ivec3(0))) || (at * o) != ivec3(0)) return ivec3(-1);

@@ -31,7 +31,7 @@ float hidden_fraction(float x) {
 
 // Distances are measured from the axis, so a step of most of the distance is free except for the cone's rim; near
 // surfaces a third of the radius resolves the deepest point of a wall as thin as the cone.
-float next_step(float d, float r, float least) { return max(max(0.75 * abs(d), 0.35 * r), least); }
+float next_step(float d, float r, float min_m) { return max(max(0.75 * abs(d), 0.35 * r), min_m); }
 
 // State of the march past virtual surfaces. These may be sheets thinner than the cone is wide, whose inside gives no
 // distance to their edge: if the axis hits one the cone is fully occluded, whatever is left of the disk; before that
@@ -52,8 +52,8 @@ float virtual_hidden(inout Past past, float d, float t, float reach) {
   return met ? 1.0 : hidden_fraction(kClosing * d / reach);
 }
 // An axis that approaches a virtual surface takes small steps, or it could cross a sheet without sampling its inside.
-float careful_step(Past past, float d, float r, float least) {
-  return max(max(0.75 * abs(d), (past.fall > 0.3 && past.d < r ? 0.12 : 0.35) * r), least);
+float careful_step(Past past, float d, float r, float min_m) {
+  return max(max(0.75 * abs(d), (past.fall > 0.3 && past.d < r ? 0.12 : 0.35) * r), min_m);
 }
 
 struct Cone {
@@ -82,17 +82,17 @@ vec2 virtual_stretch(Cone k) {
 
 // One kind of surface along a cone: its occlusion, its accumulated weight, and the position of the largest increase.
 struct Layer {
-  float hidden, seen, most, at;
+  float hidden, seen, max_weight, at;
 };
-void meet(inout Layer layer, float h, float open, float t) {
+void add_hit(inout Layer layer, float h, float open, float t) {
   float more = max(h - layer.hidden, 0.0), weight = open * more;
   layer.hidden += more;
   layer.seen += weight;
-  layer.at = weight > layer.most ? t : layer.at;
-  layer.most = max(layer.most, weight);
+  layer.at = weight > layer.max_weight ? t : layer.at;
+  layer.max_weight = max(layer.max_weight, weight);
 }
 
-float reach_of(Cone k, float t, float least) { return max(t * k.tan_half, least); }
+float reach_of(Cone k, float t, float min_m) { return max(t * k.tan_half, min_m); }
 
 // From real surfaces objects are looked up as a whole, from each other one side at a time (virtual_radiance()).
 const float kFocusFar = 0.25, kFocusNear = 0.5;
@@ -121,17 +121,17 @@ vec3 changed_seen(Cone k, float t, float reach) {
   on.tan_half = min(bend.tan_half, 1.0);
   vec2 virt = virtual_stretch(on);
   Layer v = Layer(0.0, 0.0, 0.0, 0.0);
-  float least = 0.5 * frame.virtual_grid.w, at = max(least, virt.x);
+  float min_m = 0.5 * frame.virtual_grid.w, at = max(min_m, virt.x);
   Past past = Past(0.0, 0.0, 0.0);
   float end = virt.x < virt.y ? virt.y : 0.0;
   for (int i = 0; i < kMaxSteps; ++i) {
     if (at >= end || v.hidden > 0.995) break;
-    float wide = reach_of(on, at, least), d = virtual_distance(on.from_virtual + at * on.w);
-    meet(v, virtual_hidden(past, d, at, wide), 1.0, at);
-    at += careful_step(past, d, wide, least);
+    float wide = reach_of(on, at, min_m), d = virtual_distance(on.from_virtual + at * on.w);
+    add_hit(v, virtual_hidden(past, d, at, wide), 1.0, at);
+    at += careful_step(past, d, wide, min_m);
   }
   vec3 mirrored = (1.0 - v.hidden) * environment_radiance(bend.w, bend.tan_half) +
-                  v.seen * virtual_radiance(on.from_virtual + v.at * on.w, on.w, reach_of(on, v.at, least), kFocusNear);
+                  v.seen * virtual_radiance(on.from_virtual + v.at * on.w, on.w, reach_of(on, v.at, min_m), kFocusNear);
   return mix(seen, bend.factor * mirrored, bend.metallic);
 }
 
@@ -141,25 +141,25 @@ vec3 changed_seen(Cone k, float t, float reach) {
 void delta_cone(Cone k, out vec3 gained, out vec3 lost, out float hidden) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
-  float least = 0.5 * frame.virtual_grid.w, t = least;
+  float min_m = 0.5 * frame.virtual_grid.w, t = min_m;
   Past past = Past(0.0, 0.0, 0.0);
   for (int i = 0; i < kMaxSteps; ++i) {
     // Nothing virtual ahead: if none was hit the change is 0, else only the remaining occlusion in the real scene
     // matters.
     if (virt.x > virt.y || (t > virt.y && (v.hidden == 0.0 || t > known.y)) || r.hidden > 0.995) break;
-    float reach = reach_of(k, t, least);
+    float reach = reach_of(k, t, min_m);
     float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = t > virt.y ? kFar : dv;
     dr = t < known.x ? known.x - t + reach : dr;
-    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
-    meet(r, hidden_fraction(dr / reach), v.hidden, t);
-    t += careful_step(past, min(dv, dr), reach, least);
+    add_hit(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
+    add_hit(r, hidden_fraction(dr / reach), v.hidden, t);
+    t += careful_step(past, min(dv, dr), reach, min_m);
   }
   gained = lost = vec3(0);
   hidden = v.hidden;
   if (v.hidden > 0.0) {
-    gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusFar);
-    lost = r.seen * real_seen(k, r.at, reach_of(k, r.at, least)) +
+    gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, min_m), kFocusFar);
+    lost = r.seen * real_seen(k, r.at, reach_of(k, r.at, min_m)) +
            v.hidden * (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half);
   }
 }
@@ -170,26 +170,26 @@ void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
   float behind = 0.0;  // fraction of the visible real surfaces that is behind virtual ones
-  bool meets = virt.x < virt.y;
-  float least = 0.5 * min(frame.cascade[0].w, meets ? frame.virtual_grid.w : kFar), t = max(least, meets ? 0.0 : known.x);
+  bool near_virtual = virt.x < virt.y;
+  float min_m = 0.5 * min(frame.cascade[0].w, near_virtual ? frame.virtual_grid.w : kFar), t = max(min_m, near_virtual ? 0.0 : known.x);
   Past past = Past(0.0, 0.0, 0.0);
   for (int i = 0; i < kMaxSteps; ++i) {
-    if ((t > known.y && (t > virt.y || !meets)) || r.hidden > 0.995) break;
-    float reach = reach_of(k, t, least);
+    if ((t > known.y && (t > virt.y || !near_virtual)) || r.hidden > 0.995) break;
+    float reach = reach_of(k, t, min_m);
     float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
-    dv = t > virt.y || !meets ? kFar : dv;
+    dv = t > virt.y || !near_virtual ? kFar : dv;
     dr = t < known.x ? known.x - t + reach : dr;
-    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
+    add_hit(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
     float before = r.seen;
-    meet(r, hidden_fraction(dr / reach), 1.0, t);
+    add_hit(r, hidden_fraction(dr / reach), 1.0, t);
     behind += (r.seen - before) * v.hidden;
-    t += careful_step(past, min(dv, dr), reach, least);
+    t += careful_step(past, min(dv, dr), reach, min_m);
   }
-  float reach = reach_of(k, r.at, least), open = 1.0 - r.hidden;
+  float reach = reach_of(k, r.at, min_m), open = 1.0 - r.hidden;
   vec3 seen = real_seen(k, r.at, reach), sky = open * beyond_radiance(k.from_virtual, k.w, k.tan_half);
   all = r.seen * seen + sky;
   lost = behind * seen + v.hidden * sky;
-  gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusFar) +
+  gained = v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, min_m), kFocusFar) +
            (r.seen - behind) * real_change(real_place(k, r.at), reach) +
            open * (1.0 - v.hidden) * beyond_change(k.from_virtual, k.w);
 }
@@ -198,38 +198,38 @@ void mirror_cone(Cone k, out vec3 gained, out vec3 lost, out vec3 all) {
 vec3 change_cone(Cone k, out vec3 beyond) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer r = Layer(0.0, 0.0, 0.0, 0.0);
-  float m_v = 0.0, least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  float m_v = 0.0, min_m = 0.5 * frame.cascade[0].w, t = max(min_m, known.x);
   Past past = Past(0.0, 0.0, 0.0);
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= known.y || max(r.hidden, m_v) > 0.995) break;
-    float reach = reach_of(k, t, least);
+    float reach = reach_of(k, t, min_m);
     float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = virt.x > virt.y || t > virt.y ? kFar : dv;
     m_v = max(m_v, virtual_hidden(past, dv, t, reach));
-    meet(r, hidden_fraction(dr / reach), 1.0 - m_v, t);
-    t += careful_step(past, min(dv, dr), reach, least);
+    add_hit(r, hidden_fraction(dr / reach), 1.0 - m_v, t);
+    t += careful_step(past, min(dv, dr), reach, min_m);
   }
   beyond = (1.0 - m_v) * (1.0 - r.hidden) * beyond_change(k.from_virtual, k.w);
-  return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, least));
+  return r.seen * real_change(real_place(k, r.at), reach_of(k, r.at, min_m));
 }
 
 // C_rho: radiance of the changed scene along a cone.
 vec3 rho_cone(Cone k) {
   vec2 known = known_stretch(k), virt = virtual_stretch(k);
   Layer v = Layer(0.0, 0.0, 0.0, 0.0), r = v;
-  float least = 0.5 * frame.virtual_grid.w, t = least;
+  float min_m = 0.5 * frame.virtual_grid.w, t = min_m;
   Past past = Past(0.0, 0.0, 0.0);
   for (int i = 0; i < kMaxSteps; ++i) {
     if ((t > known.y && t > virt.y) || max(r.hidden, v.hidden) > 0.995) break;
-    float reach = reach_of(k, t, least);
+    float reach = reach_of(k, t, min_m);
     float dv = virtual_distance(k.from_virtual + t * k.w), dr = real_distance(real_place(k, t));
     dv = t > virt.y ? kFar : dv;
-    meet(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
-    meet(r, hidden_fraction(dr / reach), 1.0 - v.hidden, t);
-    t += careful_step(past, min(dv, dr), reach, least);
+    add_hit(v, virtual_hidden(past, dv, t, reach), 1.0 - r.hidden, t);
+    add_hit(r, hidden_fraction(dr / reach), 1.0 - v.hidden, t);
+    t += careful_step(past, min(dv, dr), reach, min_m);
   }
-  float reach = reach_of(k, r.at, least);
-  return v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, least), kFocusNear) +
+  float reach = reach_of(k, r.at, min_m);
+  return v.seen * virtual_radiance(k.from_virtual + v.at * k.w, k.w, reach_of(k, v.at, min_m), kFocusNear) +
          r.seen * changed_seen(k, r.at, reach) +
          (1.0 - v.hidden) * (1.0 - r.hidden) *
              max(beyond_radiance(k.from_virtual, k.w, k.tan_half) + beyond_change(k.from_virtual, k.w), vec3(0));
@@ -239,14 +239,14 @@ vec3 rho_cone(Cone k) {
 vec3 mu_cone(Cone k) {
   vec2 known = known_stretch(k);
   Layer r = Layer(0.0, 0.0, 0.0, 0.0);
-  float least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  float min_m = 0.5 * frame.cascade[0].w, t = max(min_m, known.x);
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= known.y || r.hidden > 0.995) break;
-    float reach = reach_of(k, t, least), d = real_distance(real_place(k, t));
-    meet(r, hidden_fraction(d / reach), 1.0, t);
-    t += next_step(d, reach, least);
+    float reach = reach_of(k, t, min_m), d = real_distance(real_place(k, t));
+    add_hit(r, hidden_fraction(d / reach), 1.0, t);
+    t += next_step(d, reach, min_m);
   }
-  return r.seen * real_seen(k, r.at, reach_of(k, r.at, least)) +
+  return r.seen * real_seen(k, r.at, reach_of(k, r.at, min_m)) +
          (1.0 - r.hidden) * beyond_radiance(k.from_virtual, k.w, k.tan_half);
 }
 
@@ -254,26 +254,26 @@ vec3 mu_cone(Cone k) {
 // each takes longer steps alone, and most cones hit nothing virtual and skip the second.
 float virtual_shadow(Cone k, float t_far) {
   vec2 virt = virtual_stretch(k);
-  float m = 0.0, least = 0.5 * frame.virtual_grid.w, t = max(least, virt.x);
+  float m = 0.0, min_m = 0.5 * frame.virtual_grid.w, t = max(min_m, virt.x);
   Past past = Past(0.0, 0.0, 0.0);
   t_far = virt.x < virt.y ? min(t_far, virt.y) : 0.0;
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= t_far || m > 0.995) break;
-    float reach = reach_of(k, t, least), d = virtual_distance(k.from_virtual + t * k.w);
+    float reach = reach_of(k, t, min_m), d = virtual_distance(k.from_virtual + t * k.w);
     m = max(m, virtual_hidden(past, d, t, reach));
-    t += careful_step(past, d, reach, least);
+    t += careful_step(past, d, reach, min_m);
   }
   return m;
 }
 float real_shadow(Cone k, float t_far) {
   vec2 known = known_stretch(k);
-  float m = 0.0, least = 0.5 * frame.cascade[0].w, t = max(least, known.x);
+  float m = 0.0, min_m = 0.5 * frame.cascade[0].w, t = max(min_m, known.x);
   t_far = min(t_far, known.y);
   for (int i = 0; i < kMaxSteps; ++i) {
     if (t >= t_far || m > 0.995) break;
-    float reach = reach_of(k, t, least), d = real_distance(real_place(k, t));
+    float reach = reach_of(k, t, min_m), d = real_distance(real_place(k, t));
     m = max(m, hidden_fraction(d / reach));
-    t += next_step(d, reach, least);
+    t += next_step(d, reach, min_m);
   }
   return m;
 }

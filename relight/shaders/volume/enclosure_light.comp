@@ -11,7 +11,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 18, rgba16f) uniform writeonly image2D out_response;  // radiance over irradiance
 layout(binding = 19, rgba16f) uniform writeonly image2D out_lost;      // irradiance
 
-const float kMostAlbedo = 0.9, kShines = 1.1;
+const float kMaxAlbedo = 0.9, kShines = 1.1;
 
 void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_response);
@@ -24,7 +24,7 @@ void main() {
     vec3 e = gather_mu(k.from_real, p, n, frame.pass_i.x, pixel_turn(at));
     for (int l = 0; l < frame.counts.x; ++l) {
       for (int i = 0; i < frame.counts.w; ++i) {
-        LampSample s = lamp_share(frame.lamps[l], p, i, frame.counts.w);
+        LampSample s = lamp_sample(frame.lamps[l], p, i, frame.counts.w);
         float cosine = dot(n, s.w);
         if (cosine <= 0.0) continue;
         k.w = s.w;
@@ -36,7 +36,7 @@ void main() {
     }
     vec3 radiance = environment_radiance(normalize(p - frame.probe.xyz), 1.0 / float(size.x));
     vec3 albedo = kPi * radiance / max(e, vec3(1e-6));
-    response = albedo / kPi * (1.0 - smoothstep(kMostAlbedo, kShines, max(max(albedo.r, albedo.g), albedo.b)));
+    response = albedo / kPi * (1.0 - smoothstep(kMaxAlbedo, kShines, max(max(albedo.r, albedo.g), albedo.b)));
   }
   imageStore(out_response, at, to_half(vec4(response, 1.0)));
   imageStore(out_lost, at, to_half(vec4(lost, 1.0)));

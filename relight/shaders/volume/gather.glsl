@@ -5,7 +5,7 @@
 
 // Cone i of count, cosine distributed (golden-angle spiral). Its width is its fraction of the hemisphere times a factor
 // that keeps thin geometry from appearing solid; cones never extend below the horizon.
-const float kConeShare = 0.6;
+const float kConeScale = 0.6;
 Cone hemisphere_cone(vec3 from_real, vec3 from_virtual, vec3 n, int i, int count, float turn) {
   vec3 x, y;
   basis(n, x, y);
@@ -15,7 +15,7 @@ Cone hemisphere_cone(vec3 from_real, vec3 from_virtual, vec3 n, int i, int count
   k.from_real = from_real;
   k.from_virtual = from_virtual;
   k.w = s * (cos(phi) * x + sin(phi) * y) + c * n;
-  k.tan_half = min(kConeShare * sqrt(2.0 / float(count)), 0.8 * c);
+  k.tan_half = min(kConeScale * sqrt(2.0 / float(count)), 0.8 * c);
   return k;
 }
 
@@ -51,16 +51,16 @@ vec3 gather_change(vec3 from_real, vec3 from_virtual, vec3 n, int count, float t
 
 // Change of irradiance at a real surface by virtual surfaces: cones aimed at the sphere around them, as light can
 // change only in these directions. Near and inside the sphere the cap widens to all of it.
-void gather_delta(vec3 p, vec3 from_real, vec3 n, int most, float turn, out vec3 gained, out vec3 lost) {
+void gather_delta(vec3 p, vec3 from_real, vec3 n, int cones, float turn, out vec3 gained, out vec3 lost) {
   gained = lost = vec3(0);
   vec3 to = frame.sphere.xyz - p;
   float far = max(length(to), 1e-4), q = frame.sphere.w / far;
   vec3 axis = to / far, x, y;
   float cos_max = q < 1.0 ? sqrt(1.0 - q * q) : -clamp(1.0 - 1.0 / q, 0.0, 1.0);
   float cap = 1.0 - cos_max;  // solid angle / 2π
-  int count = clamp(int(float(most) * sqrt(cap) + 0.5), min(most, 6), 2 * most);
+  int count = clamp(int(float(cones) * sqrt(cap) + 0.5), min(cones, 6), 2 * cones);
   basis(axis, x, y);
-  float tan_share = kConeShare * sqrt(2.0 * cap / float(count));
+  float max_tan_half = kConeScale * sqrt(2.0 * cap / float(count));
   for (int i = 0; i < count; ++i) {
     float c = 1.0 - cap * (float(i) + 0.5) / float(count), s = sqrt(max(1.0 - c * c, 0.0));
     float phi = 2.39996323 * float(i) + 2.0 * kPi * turn;
@@ -70,7 +70,7 @@ void gather_delta(vec3 p, vec3 from_real, vec3 n, int most, float turn, out vec3
     if (cosine <= 0.01) continue;
     k.from_real = from_real;
     k.from_virtual = p;
-    k.tan_half = min(tan_share, 0.8 * cosine);
+    k.tan_half = min(max_tan_half, 0.8 * cosine);
     vec3 g, l;
     float hidden;
     delta_cone(k, g, l, hidden);

@@ -49,12 +49,12 @@ void main() {
 
   // If a real surface is between the lamp and the object, nothing changes along this ray.
   vec2 known = ray_box(from, w, grid_low(frame.cascade[1]), cascade_high(1));
-  float least = 0.5 * frame.cascade[0].w;
+  float min_step = 0.5 * frame.cascade[0].w;
   float t = max(known.x + frame.cascade[1].w, 0.0), end = min(known.y, far - 1.5 * frame.cascade[0].w);
   for (int i = 0; i < 128 && t < end; ++i) {
     float d = real_distance(from + t * w);
     if (d < 0.0) return;
-    t += max(d, least);
+    t += max(d, min_step);
   }
 
   // The texel's solid angle: a square of edge 2 tan / size at distance 1, times the cosine factors.
@@ -64,15 +64,15 @@ void main() {
   vec3 n = texelFetch(hit_normal, at, 0).xyz;
   inject_virtual(hit.xyz, kFront * (dot(n, w) > 0.0 ? -n : n), flux * texelFetch(hit_albedo, at, 0).rgb);
 
-  t = far + least;
+  t = far + min_step;
   for (int i = 0; i < 128 && t < known.y; ++i) {
     vec3 p = from + t * w;
     float d = real_distance(p);
-    if (d < 0.1 * least) {
+    if (d < 0.1 * min_step) {
       vec4 albedo = real_at(real_albedo, in_cascade(0, p, 1.0) ? 0 : 1, p);
       if (albedo.a > 0.05) inject_real(p, vec3(0), -flux * albedo.rgb / albedo.a);
       return;
     }
-    t += max(d, 0.5 * least);
+    t += max(d, 0.5 * min_step);
   }
 }

@@ -13,7 +13,7 @@ vec2 lamp_visibility(vec3 p, vec3 n, vec3 from_real, vec3 from_virtual, Lamp lam
   k.from_real = from_real;
   k.from_virtual = from_virtual;
   for (int i = first; i < frame.counts.w; i += stride) {
-    LampSample s = lamp_share(lamp, p, i, frame.counts.w);
+    LampSample s = lamp_sample(lamp, p, i, frame.counts.w);
     float cosine = dot(n, s.w);
     if (cosine <= 0.0) continue;
     k.w = s.w;

@@ -10,7 +10,7 @@
 #include "volume/cone.glsl"
 #include "lamps/lamp_maps.glsl"
 
-struct MirrorShare {
+struct MirrorSample {
   vec3 q;           // on the piece
   vec3 w;           // unit, from p to q
   float far;        // m, from p to q
@@ -20,15 +20,15 @@ struct MirrorShare {
   int map;          // index of the map with the lamp's view from there; -1: none
 };
 
-const float kLeastSlant = 0.05;  // at smaller cosines the lobe on the piece gets no wider
-const float kLeastHeight_m = 1e-4;
+const float kMinSlant = 0.05;  // at smaller cosines the lobe on the piece gets no wider
+const float kMinHeight_m = 1e-4;
 
-MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int i, int n, float turn) {
+MirrorSample mirror_sample(int mirror, int lamp_number, int first_map, vec3 p, int i, int n, float turn) {
   Mirror m = frame.mirrors[mirror];
   Lamp lamp = frame.lamps[lamp_number];
   Look look = mirror_look(m);
   vec3 normal = m.plane.xyz;
-  MirrorShare s;
+  MirrorSample s;
   s.irradiance = vec3(0);
   // A point of the lamp. Its order is uncorrelated with that of the slopes.
   int maps = int(lamp.intensity.a);
@@ -40,10 +40,10 @@ MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int
   s.from = maps > 0 ? lamp_views[s.map].from.xyz
                     : lamp.position_radius.xyz + lamp.position_radius.w * sqrt(other) * (cos(phi) * x + sin(phi) * y);
 
-  float height = max(dot(normal, p) - m.plane.w, kLeastHeight_m), from_height = dot(normal, s.from) - m.plane.w;
+  float height = max(dot(normal, p) - m.plane.w, kMinHeight_m), from_height = dot(normal, s.from) - m.plane.w;
   vec3 foot = p - (dot(normal, p) - m.plane.w) * normal, from_foot = s.from - from_height * normal;
-  vec3 glass = mix(foot, from_foot, height / (height + max(from_height, kLeastHeight_m)));
-  float a = length(s.from - glass), b = length(foot + height * normal - glass), slant = max(from_height / a, kLeastSlant);
+  vec3 glass = mix(foot, from_foot, height / (height + max(from_height, kMinHeight_m)));
+  float a = length(s.from - glass), b = length(foot + height * normal - glass), slant = max(from_height / a, kMinSlant);
   vec3 along = from_foot - glass;
   basis(normal, x, y);
   along = dot(along, along) > 1e-8 * a * a ? normalize(along) : x;
@@ -58,7 +58,7 @@ MirrorShare mirror_share(int mirror, int lamp_number, int first_map, vec3 p, int
   s.far = far;
   // Angular size of the sample's blurred image: the lamp's own size, and the lobe's.
   float wide = lamp.position_radius.w / (a + b) + 2.0 * look.alpha * a / (a + b);
-  s.tan_half = min(kLampShare * inversesqrt(float(n)) * wide, 0.3);
+  s.tan_half = min(kLampConeScale * inversesqrt(float(n)) * wide, 0.3);
   float nl = dot(normal, l), nv = dot(normal, v);
   if (from_height <= 0.0 || dot(normal, p) < m.plane.w - 0.5 * frame.virtual_grid.w || nl <= 0.0 || nv <= 0.0 || !on_mirror(mirror, s.q)) return s;
   // D as a function of the slope: the cosine has too few digits for a polished surface.
@@ -82,7 +82,7 @@ struct MirrorWays {
   float room_end; // end of the first segment for real surfaces: the piece's own distances would close the cone
   float lamp_far;
 };
-MirrorWays mirror_ways(int mirror, MirrorShare s, Cone from_p) {
+MirrorWays mirror_ways(int mirror, MirrorSample s, Cone from_p) {
   vec3 normal = frame.mirrors[mirror].plane.xyz, to = s.from - s.q;
   float lift = cone_start_m(), falls = max(-dot(normal, s.w), 0.05);
   MirrorWays ways;
@@ -97,7 +97,7 @@ MirrorWays mirror_ways(int mirror, MirrorShare s, Cone from_p) {
   return ways;
 }
 // Fraction that virtual surfaces occlude, on either segment.
-float mirror_hidden(MirrorShare s, MirrorWays ways) {
+float mirror_hidden(MirrorSample s, MirrorWays ways) {
   float hidden = s.map >= 0 ? map_hidden(lamp_views[s.map], s.q, kBefore_m) : virtual_shadow(ways.up, ways.lamp_far);
   return 1.0 - (1.0 - hidden) * (1.0 - virtual_shadow(ways.down, hidden < 0.995 ? s.far : 0.0));
 }
@@ -120,7 +120,7 @@ vec3 mirrored_irradiance(vec3 p, vec3 n, Cone from_p, int count, float turn) {
   for (int j = 0; j < frame.mirror_counts.y; ++j) {
     ivec3 image = image_of(j);
     for (int i = 0; i < count; ++i) {
-      MirrorShare s = mirror_share(image.x, image.y, image.z, p, i, count, turn);
+      MirrorSample s = mirror_sample(image.x, image.y, image.z, p, i, count, turn);
       float cosine = dot(n, s.w);
       if (cosine <= 0.0 || s.irradiance == vec3(0)) continue;
       MirrorWays ways = mirror_ways(image.x, s, from_p);
@@ -137,7 +137,7 @@ vec3 mirrored_lost(vec3 p, vec3 n, Cone from_p, int count, float turn) {
     vec4 plane = frame.mirrors[image.x].plane;
     bool away = dot(plane.xyz, p) - plane.w > frame.cascade[0].w;  // offset from the mirror itself
     for (int i = 0; i < (away ? count : 0); ++i) {
-      MirrorShare s = mirror_share(image.x, image.y, image.z, p, i, count, turn);
+      MirrorSample s = mirror_sample(image.x, image.y, image.z, p, i, count, turn);
       float cosine = dot(n, s.w);
       if (cosine <= 0.0 || s.irradiance == vec3(0)) continue;
       MirrorWays ways = mirror_ways(image.x, s, from_p);

@@ -34,7 +34,7 @@ void main() {
       radiance = radiance.a > 0.0 ? vec4(radiance.rgb * weight, weight) : vec4(0);
       albedo = albedo.a > 0.0 ? vec4(albedo.rgb, 1.0) : vec4(0);
     }
-    for (int j = 0; j < kMostCopies; ++j) {
+    for (int j = 0; j < kMaxCopies; ++j) {
       ivec3 texel = voxel_copy(kReal, voxel.cascade, voxel.place, j);
       if (texel.x < 0) continue;
       imageStore(out_radiance, texel, to_half(radiance));

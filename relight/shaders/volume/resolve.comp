@@ -18,7 +18,7 @@ layout(binding = 25, rgba16f) uniform readonly image3D weight_real;  // L_mu, it
 layout(binding = 26, rgba16f) uniform writeonly image3D out_virtual;
 layout(binding = 27, rgba16f) uniform writeonly image3D out_change;
 
-const float kLeastArea = 0.05;  // voxel faces; voxels with less area are ignored
+const float kMinArea = 0.05;  // voxel faces; voxels with less area are ignored
 
 void main() {
   int n = frame.grid.x;
@@ -43,14 +43,14 @@ void main() {
     float unit = frame.field.w / (kPi * voxel.edge * voxel.edge);
     vec4 out_v = vec4(0), out_r = vec4(0);
     if (w_virtual > 0.0)
-      out_v = vec4(flux_v * unit / max(area_v, kLeastArea) + imageLoad(gathered_virtual, of_virtual).rgb, 1.0) * w_virtual;
+      out_v = vec4(flux_v * unit / max(area_v, kMinArea) + imageLoad(gathered_virtual, of_virtual).rgb, 1.0) * w_virtual;
     if (mu.a > 0.0) {
       vec4 e = textureLod(real_irradiance, cascade_place(voxel.cascade, voxel.position, 1.0), 0.0);
       vec3 gathered = e.a > 1e-3 ? imageLoad(albedo_real, of_real).rgb * e.rgb / (kPi * e.a) : vec3(0);
       vec3 change = (flux_r * unit / area_r + gathered) * mu.a;
       out_r = vec4(max(change, -mu.rgb), mu.a);  // radiance cannot become negative
     }
-    for (int j = 0; j < kMostCopies; ++j) {
+    for (int j = 0; j < kMaxCopies; ++j) {
       ivec3 texel = voxel_copy(kVirtual, voxel.cascade, voxel.place, j);
       if (texel.x >= 0) imageStore(out_virtual, texel, to_half(out_v));
       texel = voxel_copy(kReal, voxel.cascade, voxel.place, j);

@@ -92,8 +92,8 @@ vec4 footprint(sampler3D pool, int kind, vec3 p, float radius) {
 const float kFront = 0.75;  // voxels
 float front_weight(float d, float voxel) { return max(0.0, 1.0 - abs(d / voxel - kFront)); }
 
-const float kLeastWeight = 1e-3;
-vec3 mean_radiance(vec4 s) { return s.a < kLeastWeight ? vec3(0) : s.rgb / s.a; }
+const float kMinWeight = 1e-3;
+vec3 mean_radiance(vec4 s) { return s.a < kMinWeight ? vec3(0) : s.rgb / s.a; }
 vec3 real_radiance(vec3 p, float radius) { return mean_radiance(footprint(real_radiance_volume, kReal, p, radius)); }
 // Viewed along w. Coarse levels mix both sides of an object, the bright and the dark one; `focus` below 1 selects finer
 // levels.
@@ -101,7 +101,7 @@ vec3 virtual_radiance(vec3 p, vec3 w, float radius, float focus) {
   float voxel = frame.cascade[in_cascade(0, p, 1.0) ? 0 : 1].w, fine = focus * radius;
   vec4 seen = footprint(virtual_radiance_volume, kVirtual, p - kFront * max(voxel, fine) * w, fine);
   // Beyond an object's edge the fine level is empty.
-  if (seen.a < kLeastWeight) seen = footprint(virtual_radiance_volume, kVirtual, p - kFront * max(voxel, radius) * w, radius);
+  if (seen.a < kMinWeight) seen = footprint(virtual_radiance_volume, kVirtual, p - kFront * max(voxel, radius) * w, radius);
   return mean_radiance(seen);
 }
 vec3 real_change(vec3 p, float radius) { return mean_radiance(footprint(real_change_volume, kReal, p, radius)); }
